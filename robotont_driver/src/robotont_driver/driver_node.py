@@ -1,0 +1,90 @@
+"""The ROS side of driver_node: cmd_vel in, serial_write out."""
+
+import threading
+import time
+
+import rospy
+from geometry_msgs.msg import Twist
+from std_msgs.msg import Bool, String
+
+from robotont_driver.command_stream import CommandStream
+from robotont_driver.kinematics import Kinematics
+from robotont_driver.limits import Limits
+from robotont_driver.node import OK, WARN, Health, Publisher, Worker, run_node
+from robotont_driver.parameters import DRIVER
+from robotont_driver.protocol import format_packet
+
+
+class DriverNode:
+    """Sends each command at once, repeats the newest, and stops when commands stop."""
+
+    def __init__(self, wheels, parameters):
+        self._period = 1.0 / parameters["publish_rate"]
+        self._decimals = parameters["command_decimals"]
+        self._kinematics = Kinematics(wheels)
+        limits = Limits(*(parameters["max_" + limit] for limit in Limits._fields))
+        self._stream = CommandStream(self._kinematics, limits, parameters["cmd_timeout"], self._period)
+        self._lock = threading.Lock()
+        self._sent_at = 0.0
+        self._publisher = Publisher("serial_write", String)
+        self._repeater = Worker(self._repeat)
+        rospy.on_shutdown(self._stop)
+        rospy.Subscriber("emergency_stop", Bool, self._on_emergency_stop, queue_size=1)
+        rospy.Subscriber("cmd_vel", Twist, self._on_command, queue_size=1, tcp_nodelay=True)
+        Health("robotont", {"command stream": self._report})
+
+    def _on_command(self, message):
+        linear, angular = message.linear, message.angular
+        with self._lock:
+            refusal = self._stream.command(
+                (linear.x, linear.y, linear.z), (angular.x, angular.y, angular.z), time.monotonic())
+            self._send()
+        if refusal:
+            rospy.logwarn_throttle(1.0, "cmd_vel refused, the robot stops: %s", refusal)
+
+    def _on_emergency_stop(self, message):
+        with self._lock:
+            self._stream.emergency_stop(message.data)
+            self._send()
+        rospy.logwarn("emergency stop %s", "pressed" if message.data else "released; waiting for a new cmd_vel")
+
+    def _send(self):
+        self._sent_at = time.monotonic()
+        units = self._kinematics.units_of_twist(self._stream.twist(self._sent_at))
+        self._publisher.publish(format_packet(units.tolist(), self._decimals))
+
+    def _repeat(self):
+        """Send the newest command again when nothing went out for a period; return the time to rest."""
+        with self._lock:
+            now = time.monotonic()
+            left = self._stream.time_left(now)
+            if now - self._sent_at >= self._period or left == 0.0:
+                self._send()
+                now, left = self._sent_at, self._stream.time_left(self._sent_at)
+            rest = self._sent_at + self._period - now
+            return rest if left is None else min(rest, left)
+
+    def _stop(self):
+        with self._lock:
+            self._stream.emergency_stop(True)
+            self._send()
+
+    def _report(self):
+        with self._lock:
+            stream = self._stream
+            age = stream.age(time.monotonic())
+            values = {
+                "commands": stream.commands,
+                "refused": stream.refused,
+                "time-outs": stream.timeouts,
+                "newest command limited": stream.limited,
+                "age of newest command [s]": "none yet" if age is None else "{:.2f}".format(age),
+            }
+            complaint = stream.complaint()
+        waiting = "no cmd_vel yet" if age is None else "following cmd_vel"
+        return (WARN, complaint, values) if complaint else (OK, waiting, values)
+
+
+def main():
+    """Run driver_node."""
+    run_node("driver_node", DriverNode, DRIVER)

@@ -1,0 +1,17 @@
+"""Motors that follow at once, for boards that are not there."""
+
+
+class IdealMotors:
+    """Wheels that turn exactly as told; encoders that count whole edges and lose none."""
+
+    def __init__(self, wheels):
+        self.turned = [0.0] * wheels  # [edges] since the start
+        self.counted = [0] * wheels   # [edges] the same as the encoders see it
+
+    def follow(self, units):
+        """Counts, one per wheel, of one PID period in which each wheel keeps its speed [units]."""
+        self.turned = [turned + unit for turned, unit in zip(self.turned, units)]
+        totals = [round(turned) for turned in self.turned]
+        counts = [total - before for total, before in zip(totals, self.counted)]
+        self.counted = totals
+        return counts

@@ -1,0 +1,51 @@
+"""Limits that keep the direction of travel: the twist is scaled as a whole, never axis by axis."""
+
+import math
+from typing import NamedTuple
+
+
+class Limits(NamedTuple):
+    """Bounds on the motion of the robot; 0 = no bound."""
+
+    linear_speed: float = 0.0          # [m/s]
+    angular_speed: float = 0.0         # [rad/s]
+    wheel_speed: float = 0.0           # [m/s]
+    linear_acceleration: float = 0.0   # [m/s^2]
+    angular_acceleration: float = 0.0  # [rad/s^2]
+
+
+def limit_speed(twist, wheel_speeds, limits):
+    """`twist` (v_x, v_y, omega), shortened by one factor until every speed limit holds.
+
+    `wheel_speeds` [m/s] are those of the twist; they shrink by the same factor.
+    """
+    x, y, turn = twist
+    fastest = max(abs(speed) for speed in wheel_speeds)
+    factor = min(
+        _factor(math.hypot(x, y), limits.linear_speed),
+        _factor(abs(turn), limits.angular_speed),
+        _factor(fastest, limits.wheel_speed),
+    )
+    return (x * factor, y * factor, turn * factor)
+
+
+def limit_acceleration(previous, wanted, elapsed, limits):
+    """The twist between `previous` and `wanted` that the acceleration limits allow after `elapsed` [s].
+
+    It lies on the straight line from one to the other, so a start from rest keeps the direction.
+    """
+    change = [new - old for old, new in zip(previous, wanted)]
+    factor = min(
+        _factor(math.hypot(change[0], change[1]), limits.linear_acceleration * elapsed,
+                limits.linear_acceleration),
+        _factor(abs(change[2]), limits.angular_acceleration * elapsed, limits.angular_acceleration),
+    )
+    if factor == 1.0:
+        return tuple(wanted)
+    return tuple(old + factor * step for old, step in zip(previous, change))
+
+
+def _factor(value, bound, limit=None):
+    """By how much to multiply `value` so that it is at most `bound`; 1 where the limit is off (0)."""
+    off = (bound if limit is None else limit) == 0.0
+    return 1.0 if off or value <= bound else bound / value

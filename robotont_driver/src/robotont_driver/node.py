@@ -1,0 +1,130 @@
+"""What the nodes share: start with checked parameters or exit, work at intervals, report health."""
+
+import gc
+import socket
+import struct
+import sys
+import threading
+
+import diagnostic_updater
+import rospy
+from diagnostic_msgs.msg import DiagnosticStatus
+
+from robotont_driver.parameters import ParameterError, read_parameters
+from robotont_driver.wheels import read_wheels
+
+SEND_TIMEOUT = struct.pack("@ll", 0, 50000)  # a struct timeval: [s], [us]
+OK, WARN, ERROR = DiagnosticStatus.OK, DiagnosticStatus.WARN, DiagnosticStatus.ERROR
+
+
+def run_node(name, node_class, table):
+    """Start the node and serve until ROS shuts down; with wrong parameters say which and exit with 1.
+
+    node_class is called with the wheels and the dictionary of private parameters.
+    """
+    rospy.init_node(name)
+    faults = []
+    wheels = parameters = None
+    try:
+        wheels = read_wheels(rospy.get_param(rospy.get_namespace(), {}))
+    except ParameterError as error:
+        faults += error.faults
+    try:
+        parameters = read_parameters(table, rospy.get_param("~", {}))
+    except ParameterError as error:
+        faults += error.faults
+    if faults:
+        for fault in faults:
+            rospy.logfatal("wrong parameter %s (wheel parameters are read from %s)",
+                           fault, rospy.get_namespace())
+        sys.exit(1)
+    node_class(wheels, parameters)
+    gc.collect()
+    gc.freeze()  # what exists now stays: the collector need not look through it while messages wait
+    rospy.spin()
+
+
+class Publisher(rospy.SubscribeListener):
+    """Publishes from the calling thread, which spares a thread switch (0.1 ms) per message.
+
+    rospy's own way to be safe from a subscriber that stops reading is a queue and a thread for each.
+    Here its connection is ended when the line to it has been full for SEND_TIMEOUT.
+    """
+
+    def __init__(self, topic, message_type):
+        super().__init__()
+        publisher = rospy.Publisher(topic, message_type, subscriber_listener=self, queue_size=1)
+        self._topic = publisher.impl
+        self._topic.set_queue_size(None)
+        self.publish = publisher.publish
+
+    def peer_subscribe(self, _topic, _publish, _publish_to_peer):
+        """Called by rospy after a subscriber has connected."""
+        for connection in self._topic.connections:
+            if hasattr(connection, "socket"):  # a subscriber in this very process has none
+                connection.socket.setsockopt(socket.SOL_SOCKET, socket.SO_SNDTIMEO, SEND_TIMEOUT)
+
+
+class Worker(threading.Thread):
+    """A thread that calls `work` again and again; `work` returns for how long [s] to rest (at most)."""
+
+    def __init__(self, work):
+        super().__init__(daemon=True)
+        self._work = work
+        self._stop_rest = threading.Event()
+        self.start()
+
+    def run(self):
+        """Work until ROS shuts down."""
+        while not rospy.is_shutdown():
+            rest = self._work()
+            self._stop_rest.wait(rest)
+            self._stop_rest.clear()
+
+    def wake(self):
+        """End the rest now."""
+        self._stop_rest.set()
+
+
+class Health:
+    """Publishes /diagnostics at 1 Hz, one task per subject (REP 107).
+
+    `subjects` maps a name to a function that returns (level, words, {key: value}).
+    """
+
+    def __init__(self, hardware, subjects):
+        self._updater = diagnostic_updater.Updater()
+        self._updater.setHardwareID(hardware)
+        for name, report in subjects.items():
+            self._updater.add(name, _task(report))
+        Worker(self._publish)
+
+    def _publish(self):
+        if not rospy.is_shutdown():
+            self._updater.force_update()
+        return 1.0
+
+
+def _task(report):
+    def run(status):
+        level, words, values = report()
+        status.summary(level, words)
+        for key, value in values.items():
+            status.add(key, str(value))
+        return status
+    return run
+
+
+class Rate:
+    """Events per second since the last look."""
+
+    def __init__(self):
+        self._count = 0
+        self._time = 0.0
+
+    def look(self, count, now):
+        """[1/s], from the total `count` of events at time `now` [s]."""
+        elapsed = now - self._time
+        rate = (count - self._count) / elapsed if elapsed > 0 else 0.0
+        self._count, self._time = count, now
+        return rate

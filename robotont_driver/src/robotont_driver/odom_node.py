@@ -1,0 +1,124 @@
+"""The ROS side of odom_node: serial_read in; odom, TF and joint_states out."""
+
+import math
+import threading
+import time
+
+import rospy
+from geometry_msgs.msg import TransformStamped
+from nav_msgs.msg import Odometry
+from sensor_msgs.msg import JointState
+from std_msgs.msg import String
+from std_srvs.srv import Trigger, TriggerResponse
+from tf2_msgs.msg import TFMessage
+
+from robotont_driver.kinematics import Kinematics
+from robotont_driver.node import OK, WARN, Health, Publisher, Rate, run_node
+from robotont_driver.odometry import WheelOdometry
+from robotont_driver.parameters import ODOM
+from robotont_driver.protocol import PacketError, parse_packet
+
+# Variance of z, roll and pitch (and their rates): a robot on the floor has none; filters like no zeros.
+FLAT = 1e-6
+# Where x, y and yaw stand in the 6 x 6 covariances of ROS (x, y, z, roll, pitch, yaw; row by row).
+PLANAR = [6 * row + column for row in (0, 1, 5) for column in (0, 1, 5)]
+
+
+class OdomNode:
+    """Publishes one odometry message, transform and joint state per packet."""
+
+    def __init__(self, wheels, parameters):
+        self._wheels = wheels
+        period = parameters["packet_period"]
+        self._odometry = WheelOdometry(
+            Kinematics(wheels), 1.0 / wheels.pid_frequency if period < 0 else period, parameters["wheel_noise"])
+        self._lock = threading.Lock()
+        self._stamped = 0  # [ns] newest stamp
+        self._packets = 0
+        self._refused = 0
+        self._rate = Rate()
+        self._prepare_messages(parameters)
+        # what tf2_ros.TransformBroadcaster does, without the 5 MB and the thread that it costs
+        self._tf_publisher = Publisher("/tf", TFMessage) if parameters["publish_tf"] else None
+        self._odom_publisher = Publisher("odom", Odometry)
+        self._joint_publisher = Publisher("joint_states", JointState)
+        rospy.Service("reset_odometry", Trigger, self._on_reset)
+        # no queue_size: every packet counts
+        rospy.Subscriber("serial_read", String, self._on_packet, tcp_nodelay=True)
+        Health("robotont", {"wheel feedback": self._report})
+
+    def _prepare_messages(self, parameters):
+        """Messages with all that never changes; each packet fills in the rest."""
+        self._odom = Odometry(child_frame_id=parameters["base_frame"])
+        self._odom.header.frame_id = parameters["odom_frame"]
+        self._transform = TransformStamped(child_frame_id=parameters["base_frame"])
+        self._transform.header.frame_id = parameters["odom_frame"]
+        self._joints = JointState(name=[
+            "{}wheel_{}_joint".format(parameters["joint_prefix"], wheel) for wheel in range(self._wheels.amount)
+        ])
+        for covariance in (self._odom.pose.covariance, self._odom.twist.covariance):
+            covariance[:] = [FLAT if index % 7 == 0 else 0.0 for index in range(36)]
+
+    def _on_packet(self, message):
+        try:
+            counts = parse_packet(message.data, self._wheels.amount)
+        except PacketError as error:
+            self._refused += 1
+            rospy.logwarn_throttle(1.0, "serial_read refused: %s", error)
+            return
+        with self._lock:
+            stamp = rospy.Time.now()
+            elapsed = (stamp.to_nsec() - self._stamped) / 1e9 if self._packets else 0.0
+            self._odometry.update(counts, elapsed)
+            self._packets += 1
+            if elapsed > 0.0 or not self._stamped:  # a stamp is used once, and never an older one
+                self._stamped = stamp.to_nsec()
+                self._publish(stamp)
+
+    def _publish(self, stamp):
+        odometry, pose = self._odometry, self._odometry.pose
+        odom, joints, transform = self._odom, self._joints, self._transform.transform
+        odom.header.stamp = joints.header.stamp = self._transform.header.stamp = stamp
+        position, orientation = odom.pose.pose.position, odom.pose.pose.orientation
+        position.x = transform.translation.x = pose.x
+        position.y = transform.translation.y = pose.y
+        orientation.z = transform.rotation.z = math.sin(pose.yaw / 2)
+        orientation.w = transform.rotation.w = math.cos(pose.yaw / 2)
+        odom.twist.twist.linear.x, odom.twist.twist.linear.y, odom.twist.twist.angular.z = \
+            odometry.twist.tolist()
+        fill(odom.pose.covariance, pose.covariance)
+        fill(odom.twist.covariance, odometry.twist_covariance)
+        joints.position = odometry.wheel_angles.tolist()
+        joints.velocity = odometry.wheel_rates.tolist()
+        self._odom_publisher.publish(odom)
+        if self._tf_publisher:
+            self._tf_publisher.publish([self._transform])
+        self._joint_publisher.publish(joints)
+
+    def _on_reset(self, _request):
+        with self._lock:
+            self._odometry.pose.reset()
+        return TriggerResponse(success=True, message="odometry is at the origin again")
+
+    def _report(self):
+        with self._lock:
+            rate = self._rate.look(self._packets, time.monotonic())
+            values = {
+                "packets per second": "{:.1f}".format(rate),
+                "packets": self._packets,
+                "packets refused": self._refused,
+            }
+        if rate == 0.0:
+            return WARN, "no packets on serial_read: see the diagnostics of the link", values
+        return OK, "{:.0f} packets/s".format(rate), values
+
+
+def fill(covariance, planar):
+    """Put a 3 x 3 covariance of x, y and yaw into a message's list of 36."""
+    for index, value in zip(PLANAR, planar.ravel().tolist()):
+        covariance[index] = value
+
+
+def main():
+    """Run odom_node."""
+    run_node("odom_node", OdomNode, ODOM)

@@ -1,0 +1,259 @@
+"""Packets on the serial line: written, read, checked, and completed where the line lost some.
+
+See docs/protocol.md. A command is plain (`m0:m1:m2;`) or checked (with a CRC behind the semicolon);
+so is the feedback of the board, whose checked trailer also holds a counter and the encoder totals.
+"""
+
+import binascii
+import re
+from collections import Counter
+
+LONGEST_LINE = 256  # [bytes] without the newline; a longer line is dropped
+
+_NUMBER = r"-?[0-9]+(?:\.[0-9]+)?"
+_PLAIN = re.compile(r"({0}(?::{0})*);".format(_NUMBER))
+_TRAILER = re.compile(r"([0-9A-F]{2})((?::[0-9A-F]{4})+):([0-9A-F]{4})\Z")
+
+
+class PacketError(ValueError):
+    """A packet that cannot be used. The `kind` is a short name under which it is counted."""
+
+    def __init__(self, kind, text):
+        super().__init__(text)
+        self.kind = kind
+
+
+def crc16(data):
+    """CRC-16/CCITT-FALSE of bytes: polynomial 0x1021, initial value 0xFFFF, not reflected."""
+    return binascii.crc_hqx(data, 0xFFFF)
+
+
+def format_packet(values, decimals=0):
+    """The plain packet `m0:m1:...;\\n` of the values [units], each with that many decimals."""
+    # round() may leave a negative zero, which "+ 0.0" makes positive
+    return ":".join("{:.{}f}".format(round(value, decimals) + 0.0, decimals) for value in values) + ";\n"
+
+
+def add_checksum(packet):
+    """The checked form, as bytes, of a plain command packet that ends with `;\\n`."""
+    body = packet.rstrip("\n").encode("ascii")
+    return body + b"%04X\n" % crc16(body)
+
+
+def parse_packet(text, wheels):
+    """Values [units], floats or ints as written, of a plain packet; what stands behind `;` is not read.
+
+    Raises PacketError when there is no semicolon, a field is not a number, or there are not `wheels` fields.
+    """
+    match = _PLAIN.match(text)
+    fields = match.group(1).split(":") if match else ()
+    if len(fields) != wheels:
+        raise _explain(text, wheels)
+    return tuple(float(field) if "." in field else int(field) for field in fields)
+
+
+def _explain(text, wheels):
+    """The PacketError for a plain packet that has not `wheels` numbers and a semicolon."""
+    body, semicolon, _ = text.partition(";")
+    if not semicolon:
+        return PacketError("fields", "no semicolon in {!r}".format(text[:40]))
+    for field in body.split(":"):
+        if not re.fullmatch(_NUMBER, field):
+            return PacketError("number", "{!r} is not a number, in {!r}".format(field[:20], text[:40]))
+    return PacketError(
+        "fields", "{} fields instead of {} in {!r}".format(body.count(":") + 1, wheels, text[:40]))
+
+
+class LineSplitter:
+    """Cuts a stream of bytes into lines, however the bytes arrive."""
+
+    def __init__(self):
+        self.overlong = 0
+        self._rest = b""
+        self._skipping = False  # in a line that was too long, up to its end
+
+    def feed(self, data):
+        """List of the lines (bytes, without newline) that `data` completes."""
+        *ended, self._rest = (self._rest + data).split(b"\n")
+        lines = []
+        for line in ended:
+            if self._skipping:
+                self._skipping = False
+            elif len(line) > LONGEST_LINE:
+                self.overlong += 1
+            else:
+                lines.append(line)
+        if len(self._rest) > LONGEST_LINE:
+            self.overlong += not self._skipping
+            self._skipping = True
+            self._rest = b""
+        return lines
+
+
+class CheckedPacket:
+    """Feedback with a valid CRC: `counts` per wheel, packet `counter`, encoder `totals` modulo 2^16."""
+
+    def __init__(self, line, wheels):
+        """From a line without newline. Raises PacketError."""
+        body, _, trailer = line.partition(";")
+        match = _TRAILER.match(trailer)
+        if not match:
+            raise PacketError("trailer", "no valid trailer in {!r}".format(line[:60]))
+        if crc16(line[:-4].encode("ascii")) != int(match.group(3), 16):
+            raise PacketError("checksum", "wrong checksum in {!r}".format(line[:60]))
+        self.counts = parse_packet(body + ";", wheels)
+        self.counter = int(match.group(1), 16)
+        self.totals = tuple(int(total, 16) for total in match.group(2).split(":")[1:])
+        if len(self.totals) != wheels or not all(isinstance(count, int) for count in self.counts):
+            raise PacketError("fields", "not {} whole counts and totals in {!r}".format(wheels, line[:60]))
+
+    def missed_since(self, last):
+        """(periods, counts per wheel) that the board sent after packet `last` and before this one.
+
+        Totals are known modulo 2^16, so the counts are those of the smallest magnitude.
+        """
+        periods = (self.counter - last.counter - 1) % 256
+        counts = tuple(
+            (total - before - count + 0x8000) % 0x10000 - 0x8000
+            for total, before, count in zip(self.totals, last.totals, self.counts)
+        )
+        return periods, counts
+
+    def repeats(self, other):
+        """Whether both are the same packet."""
+        return (self.counter, self.totals, self.counts) == (other.counter, other.totals, other.counts)
+
+
+class FeedbackReader:
+    """Bytes from the board in, counts per PID period out; nothing on the line can raise out of it.
+
+    mode: "plain" reads the thesis' packets and ignores what stands behind the semicolon; "checked" takes
+    only packets with a valid trailer; "auto" takes plain ones until the first valid checked one.
+    reach: edges that a motor can make in one period; more means an error.
+    Counted in `dropped` by kind, `packets`, `repaired` (periods), `restarts` (of the board).
+    """
+
+    def __init__(self, wheels, reach, mode="auto"):
+        self.wheels = wheels
+        self.reach = reach
+        self.mode = mode
+        self.packets = 0
+        self.repaired = 0
+        self.restarts = 0
+        self.dropped = Counter()
+        self.banner = ""       # newest start-up banner of the board
+        self.fault = ""        # what the board says is wrong; empty when it says so, or nothing
+        self.connect()
+
+    def connect(self):
+        """Begin a new connection: nothing is known of the board, and the first line may lack its head."""
+        self.checked = self.mode == "checked"
+        self._splitter = LineSplitter()
+        self._first = True
+        self._last = None      # newest trusted checked packet
+        self._suspect = None   # a checked packet that does not continue `_last`: an error, or a restart
+
+    def feed(self, data):
+        """List of count tuples, one per PID period, that `data` completes; missed periods included."""
+        packets = []
+        overlong = self._splitter.overlong
+        for line in self._splitter.feed(data):
+            try:
+                packets += self._read(line.rstrip(b"\r"))
+            except PacketError as error:
+                self.dropped[error.kind] += 1
+            self._first = False
+        if self._splitter.overlong > overlong:
+            self.dropped["overlong"] += self._splitter.overlong - overlong
+        self.packets += len(packets)
+        return packets
+
+    def _read(self, line):
+        try:
+            text = line.decode("ascii")
+        except UnicodeDecodeError:
+            raise PacketError("not ascii", "bytes outside ASCII") from None
+        if not text:
+            return []
+        if text.startswith("#"):
+            self._hear(text)
+            return []
+        if self.mode != "plain":
+            try:
+                packet = CheckedPacket(text, self.wheels)
+            except PacketError:
+                if self.checked or not text.endswith(";"):
+                    raise
+            else:
+                return self._read_checked(packet)
+        return self._read_plain(text)
+
+    def _hear(self, text):
+        """Free text: a start-up banner, after which the totals begin anew, or a fault."""
+        text = text[1:].strip()
+        if text.startswith("fault"):
+            self.fault = "" if text == "fault cleared" else text
+        elif text.startswith("robotont"):
+            self.banner = text
+            self.fault = ""
+            self.restarts += self._last is not None
+            self._last = self._suspect = None
+
+    def _read_plain(self, text):
+        if self._first:
+            raise PacketError("first line", "the head of the first line may be missing")
+        counts = parse_packet(text, self.wheels)
+        self._check_reach(counts)
+        return [counts]
+
+    def _read_checked(self, packet):
+        self._check_reach(packet.counts)
+        self.checked = True
+        if self._last is None:
+            self._last = packet
+            return [packet.counts]
+        if packet.repeats(self._last):
+            raise PacketError("repeated", "the same packet twice")
+        if self._follows(packet, self._last):
+            if self._suspect is not None:
+                self.dropped["inconsistent"] += 1
+            return self._continue(packet, self._last)
+        if self._suspect is not None and self._follows(packet, self._suspect):
+            # Two packets agree with each other and not with those before: the board has restarted.
+            self.restarts += 1
+            return [self._suspect.counts, *self._continue(packet, self._suspect)]
+        if self._suspect is not None:
+            self.dropped["inconsistent"] += 1
+        self._suspect = packet
+        return []
+
+    def _check_reach(self, counts):
+        if max(map(abs, counts)) > self.reach:
+            raise PacketError("reach", "more than {} edges in one period".format(self.reach))
+
+    def _follows(self, packet, last):
+        """Whether the motors can have made the counts that are missing between `last` and `packet`.
+
+        Beyond 2^15 edges the totals modulo 2^16 no longer tell how many are missing.
+        """
+        periods, counts = packet.missed_since(last)
+        bound = self.reach * periods
+        return bound < 0x8000 and all(abs(count) <= bound for count in counts)
+
+    def _continue(self, packet, last):
+        periods, counts = packet.missed_since(last)
+        self._last = packet
+        self._suspect = None
+        self.repaired += periods
+        return [*spread(counts, periods), packet.counts]
+
+
+def spread(counts, periods):
+    """`counts` (ints, one per wheel) as evenly as whole numbers allow over `periods`: a list of tuples.
+
+    The sums over the list are the counts.
+    """
+    return [
+        tuple(count * (period + 1) // periods - count * period // periods for count in counts)
+        for period in range(periods)
+    ]

@@ -1,0 +1,192 @@
+"""A board that is not there: ideal motors behind a pseudo-terminal, with a line as bad as a test wants."""
+
+import os
+import random
+import select
+import threading
+import time
+import tty
+
+from robotont_driver.ideal_motors import IdealMotors
+from robotont_driver.protocol import LineSplitter, PacketError, add_checksum, crc16, format_packet, parse_packet
+
+COMMAND_TIMEOUT = 0.5  # [s]
+
+
+class Line:
+    """What happens to the bytes that the board sends. Rates are per byte; change them at any time."""
+
+    def __init__(self, seed=1):
+        self.random = random.Random(seed)
+        self.drop = 0.0
+        self.corrupt = 0.0
+        self.double = 0.0
+        self.split = False   # write byte by byte
+        self.hold = 0        # merge: write only when so many packets wait
+        self.cut = False     # lose everything
+        self._held = []
+
+    def pass_on(self, packet):
+        """List of the byte strings to write, one after the other, for a packet."""
+        if self.cut:
+            return []
+        data = bytearray()
+        for byte in packet:
+            fate = self.random.random()
+            if fate < self.drop:
+                continue
+            if fate < self.drop + self.corrupt:
+                data.append(self.random.randrange(256))
+            elif fate < self.drop + self.corrupt + self.double:
+                data += bytes((byte, byte))
+            else:
+                data.append(byte)
+        self._held.append(bytes(data))
+        if len(self._held) <= self.hold:
+            return []
+        together, self._held = b"".join(self._held), []
+        return [bytes((byte,)) for byte in together] if self.split else [together]
+
+
+class Board:
+    """Reads commands and sends one packet per period, from a thread of its own, at the port `link`.
+
+    `heard`: (time, line) of each command line; `told`: counts of each period; `on_period(turned)` is called
+    with the edges that the wheels have really turned, fractions included.
+    """
+
+    def __init__(self, link, wheels=3, checked=True, period=0.02, start_totals=0, banner="robotont stand-in 1"):
+        self.link = link
+        self.wheels = wheels
+        self.checked = checked
+        self.period = period
+        self.banner = banner
+        self.line = Line()
+        self.heard = []
+        self.told = []
+        self.on_period = None
+        self.on_bytes = None
+        self._start_totals = start_totals
+        self._woken, self._wake = os.pipe()
+        self._master = None
+        self._thread = None
+        self.restart()
+
+    def restart(self, start_totals=None):
+        """Forget all, as after a reset: counter and totals begin anew."""
+        self.motors = IdealMotors(self.wheels)
+        self.offset = self._start_totals if start_totals is None else start_totals
+        self._speeds = [0.0] * self.wheels
+        self._counter = 0
+        self._commanded_at = -COMMAND_TIMEOUT
+        self._says = ["# {}\n".format(self.banner).encode()] if self.banner else []
+
+    def say(self, data):
+        """Put bytes on the line with the next packet."""
+        self._says.append(data)
+
+    def plug(self):
+        """Appear at the port's name."""
+        self._master, slave = os.openpty()
+        tty.setraw(slave)
+        os.set_blocking(self._master, False)
+        if os.path.islink(self.link):
+            os.unlink(self.link)
+        os.symlink(os.ttyname(slave), self.link)
+        os.close(slave)
+        self._thread = threading.Thread(target=self._run, daemon=True)
+        self._thread.start()
+
+    def unplug(self):
+        """Vanish: the port's name and the line."""
+        os.unlink(self.link)
+        os.write(self._wake, b"!")
+        self._thread.join()
+        os.close(self._master)
+        self._master = None
+
+    def __enter__(self):
+        """Plug in."""
+        self.plug()
+        return self
+
+    def __exit__(self, *_):
+        """Unplug, if not unplugged already."""
+        if self._master is not None:
+            self.unplug()
+
+    @property
+    def speeds(self):
+        """Speeds [units] that the wheels have now."""
+        return list(self._speeds)
+
+    def send(self, data):
+        """Write bytes to the line now, whatever the line does to packets; lost when nobody has the port open."""
+        try:
+            while data:
+                data = data[os.write(self._master, data):]
+        except OSError:
+            pass  # full, or closed at the other end: a real board does not wait either
+
+    def _run(self):
+        splitter = LineSplitter()
+        due = time.monotonic()
+        poller = select.poll()
+        poller.register(self._master, select.POLLIN)
+        poller.register(self._woken, select.POLLIN)
+        while True:
+            ready = poller.poll(max(0.0, due - time.monotonic()) * 1000)
+            now = time.monotonic()
+            if any(fd == self._woken for fd, _ in ready):
+                os.read(self._woken, 1)
+                return
+            if any(event & select.POLLIN for _, event in ready):
+                self._hear(splitter, now)
+            elif ready:
+                time.sleep(min(0.001, self.period / 4))  # nobody has the port open; poll() would return at once
+            if now >= due:
+                due += self.period
+                self._tick(now)
+
+    def _hear(self, splitter, now):
+        try:
+            data = os.read(self._master, 4096)
+        except OSError:
+            return
+        if self.on_bytes:
+            self.on_bytes(now, data)
+        for line in splitter.feed(data):
+            text = line.decode("ascii", "replace")
+            self.heard.append((now, text))
+            try:
+                speeds = parse_packet(text, self.wheels)
+            except PacketError:
+                continue
+            body, _, trailer = text.partition(";")
+            if trailer and add_checksum(body + ";\n") != line + b"\n":
+                continue
+            self._speeds = list(speeds)
+            self._commanded_at = now
+
+    def _tick(self, now):
+        if now - self._commanded_at > COMMAND_TIMEOUT:
+            self._speeds = [0.0] * self.wheels
+        counts = self.motors.follow(self._speeds)
+        self.told.append(counts)
+        if self.on_period:
+            self.on_period(self.motors.turned)
+        for data in self._says:
+            self.send(data)
+        self._says = []
+        packet = self.packet(counts)
+        self._counter = (self._counter + 1) % 256
+        for data in self.line.pass_on(packet):
+            self.send(data)
+
+    def packet(self, counts):
+        """The feedback packet for the counts of one period."""
+        if not self.checked:
+            return format_packet(counts).encode()
+        totals = "".join(":%04X" % ((total + self.offset) % 0x10000) for total in self.motors.counted)
+        body = "{};{:02X}{}:".format(":".join(map(str, counts)), self._counter, totals).encode()
+        return body + b"%04X\n" % crc16(body)

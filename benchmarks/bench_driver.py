@@ -12,7 +12,12 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT / "robotont_driver" / "test"))
 
+import rospy  # noqa: E402
+from geometry_msgs.msg import Twist  # noqa: E402
+from std_msgs.msg import String  # noqa: E402
+
 from harness import Master, wait_for  # noqa: E402
+from robotont_driver.protocol import crc16  # noqa: E402
 
 NODES = ("/driver_node", "/serial_com_node", "/odom_node")
 PERIOD = 0.02     # [s] 50 Hz
@@ -49,23 +54,22 @@ class Port:
 
 def packet(number):
     """A checked packet of wheels that stand, with its counter."""
-    from robotont_driver.protocol import crc16  # the workspace is on the path only when this runs
     body = b"0:0:0;%02X:0000:0000:0000:" % (number % 256)
     return body + b"%04X\n" % crc16(body)
 
 
 def processor_time(pid):
     """[s] that a process has used."""
-    fields = Path("/proc/{}/stat".format(pid)).read_text().rpartition(")")[2].split()
+    fields = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()
     return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
 
 
 def memory(pid):
     """[MB] proportional set size."""
-    for line in Path("/proc/{}/smaps_rollup".format(pid)).read_text().splitlines():
+    for line in Path(f"/proc/{pid}/smaps_rollup").read_text().splitlines():
         if line.startswith("Pss:"):
             return int(line.split()[1]) / 1000
-    raise OSError("no Pss of process {}".format(pid))
+    raise OSError(f"no Pss of process {pid}")
 
 
 def row(name, value, unit, floor=None, bound="", note=""):
@@ -75,7 +79,7 @@ def row(name, value, unit, floor=None, bound="", note=""):
 
 def latencies(sent, arrived):
     """[ms] each; one arrival for each sending, in order."""
-    assert len(sent) == len(arrived), "{} sent, {} arrived".format(len(sent), len(arrived))
+    assert len(sent) == len(arrived), f"{len(sent)} sent, {len(arrived)} arrived"
     return [(end - start) * 1000 for start, end in zip(sent, arrived)]
 
 
@@ -96,148 +100,168 @@ def bench_pty():
 
 def bench_start():
     """[s] from the master's first answer to the first /odom, with one roslaunch that starts both."""
-    import rospy
-    from nav_msgs.msg import Odometry
     with Master(start=False) as master:
         port = Port(master.folder / "board")
-        threading.Thread(target=feed, args=(port,), daemon=True).start()
-        master.launch("robot.launch", "port:={}".format(master.folder / "board"))
+        feeding = threading.Event()
+        threading.Thread(target=feed, args=(port, feeding), daemon=True).start()
+        master.launch("robot.launch", f"port:={master.folder / 'board'}")
         master.wait()
         up = time.monotonic()
         first = threading.Event()
         rospy.init_node("bench", disable_signals=True)
-        rospy.Subscriber("odom", Odometry, lambda _: first.set(), tcp_nodelay=True)
+        rospy.Subscriber("odom", rospy.AnyMsg, lambda _: first.set(), tcp_nodelay=True)
         assert first.wait(20), "no /odom"
-        return time.monotonic() - up
+        elapsed = time.monotonic() - up
+        pids = [master.pid(name) for name in NODES]
+        pss = [memory(pid) for pid in pids]  # here the nodes are alone, with no relay to share pages with
+        feeding.set()
+    return [
+        row("start: master up to first /odom", elapsed, "s", bound="<= 1.5"),
+        row("memory (PSS), three nodes without the relays", sum(pss), "MB", bound="<= 100", note=split(pss, ".0f")),
+    ]
 
 
-def feed(port):
-    """Packets at 50 Hz, for ever."""
+def feed(port, end):
+    """Packets at 50 Hz until `end` is set."""
     number = 0
-    while True:
+    while not end.wait(PERIOD):
         port.write(packet(number))
         number += 1
-        time.sleep(PERIOD)
+
+
+def split(values, form):
+    """The values of the three nodes, in words."""
+    return " + ".join(f"{name[1:]} {value:{form}}" for name, value in zip(NODES, values))
+
+
+class Chains:
+    """The driver and, beside it, relays that do nothing, in two chains with as many hops."""
+
+    FLOORS = ("/floor1", "/floor2", "/floor3", "/floor4")
+
+    def __init__(self, master):
+        self.master = master
+        self.port, self.floor_down, self.floor_up = (Port(master.folder / name) for name in ("ours", "down", "up"))
+        master.launch("robot.launch", f"port:={master.folder / 'ours'}")
+        self._relay("floor1", "twist_to_string", "~in:=/floor_cmd", "~out:=/floor_write")
+        self._relay("floor2", "string_to_port", str(master.folder / "down"), "~in:=/floor_write")
+        self._relay("floor3", "port_to_string", str(master.folder / "up"), "~out:=/floor_read")
+        self._relay("floor4", "string_to_string", "~in:=/floor_read", "~out:=/floor_odom")
+        rospy.init_node("bench", disable_signals=True)
+        self.odom_times, self.floor_times = [], []
+        for topic, times in (("odom", self.odom_times), ("floor_odom", self.floor_times)):
+            rospy.Subscriber(topic, rospy.AnyMsg, lambda _, times=times: times.append(time.monotonic()),
+                             tcp_nodelay=True)
+        self.command = rospy.Publisher("cmd_vel", Twist, queue_size=1)
+        self.floor_command = rospy.Publisher("floor_cmd", Twist, queue_size=1)
+        self.number = 0
+        self.sent = {name: [] for name in ("feedback", "command", "floor feedback", "floor command")}
+        self._due = 0.0
+        wait_for(self._connected, "all nodes", period=0.05)
+        self.pids = [master.pid(name) for name in NODES]
+        self.floor_pids = [master.pid(name) for name in self.FLOORS]
+
+    def _relay(self, name, *arguments):
+        self.master.start(str(ROOT / "benchmarks" / "floor_node.py"), *arguments, f"__name:={name}")
+
+    def _connected(self):
+        self.port.write(self.next_packet())
+        self.floor_up.write(packet(self.number))
+        self.floor_command.publish(Twist())
+        return self.odom_times and self.floor_times and self.floor_down.arrivals \
+            and self.command.get_num_connections()
+
+    def next_packet(self):
+        """A packet whose counter follows."""
+        self.number += 1
+        return packet(self.number)
+
+    def pause(self, duration):
+        """Sleep until `duration` after the end of the last pause."""
+        self._due += duration
+        time.sleep(max(0.0, self._due - time.monotonic()))
+
+    def cycle(self):
+        """One period of 20 ms: a packet and a command through each of the chains, 5 ms apart."""
+        twist = Twist()
+        twist.linear.x = self.number % 2 * 0.1
+        data = self.next_packet()
+        self.sent["feedback"].append(self.port.write(data))
+        self.pause(PERIOD / 4)
+        self.sent["command"].append(time.monotonic())
+        self.command.publish(twist)
+        self.pause(PERIOD / 4)
+        self.sent["floor feedback"].append(self.floor_up.write(data))
+        self.pause(PERIOD / 4)
+        self.sent["floor command"].append(time.monotonic())
+        self.floor_command.publish(twist)
+        self.pause(PERIOD / 4)
+
+    def warm_up(self):
+        """Until nothing is under way and driver_node no longer repeats (at 20 Hz, when nothing comes)."""
+        self._due = time.monotonic()
+        for _ in range(50):
+            self.cycle()
+        for times in (*self.sent.values(), self.odom_times, self.floor_times, self.port.arrivals,
+                      self.floor_down.arrivals):
+            times.clear()
+
+    def bench_latency(self):
+        """Rows of latency, processor time and memory at 50 Hz both ways."""
+        self.warm_up()
+        pids = self.pids + self.floor_pids
+        before, begin = [processor_time(pid) for pid in pids], time.monotonic()
+        for _ in range(SAMPLES):
+            self.cycle()
+        elapsed = time.monotonic() - begin
+        used = [100 * (processor_time(pid) - old) / elapsed for pid, old in zip(pids, before)]
+        rows = []
+        for name, values, floor in (
+            ("cmd_vel to first byte on the port", latencies(self.sent["command"], self.port.arrivals),
+             latencies(self.sent["floor command"], self.floor_down.arrivals)),
+            ("last byte of feedback to /odom", latencies(self.sent["feedback"], self.odom_times),
+             latencies(self.sent["floor feedback"], self.floor_times)),
+        ):
+            rows += [
+                row(f"{name}, p{100 * part:.0f}", percentile(values, part), "ms", percentile(floor, part),
+                    f"<= {bound}, 2 x floor")
+                for part, bound in ((0.5, 0.7), (0.99, 3.0))
+            ]
+        rows.append(row("processor, three nodes at 50 Hz both ways", sum(used[:3]), "% core", sum(used[3:]), "<= 8",
+                        split(used[:3], ".1f") + "; floor: four relays"))
+        pss = [memory(pid) for pid in self.pids]
+        floor_pss = 3 * statistics.mean(memory(pid) for pid in self.floor_pids)
+        rows.append(row("memory (PSS), three nodes", sum(pss), "MB", floor_pss, "<= 100",
+                        split(pss, ".0f") + "; floor: three relays"))
+        return rows
+
+    def bench_throughput(self):
+        """The row of packets at 1000/s."""
+        reads = []
+        rospy.Subscriber("serial_read", String, lambda message: reads.append(message.data), tcp_nodelay=True)
+        wait_for(lambda: self.port.write(self.next_packet()) and reads, "serial_read", period=0.02)
+        time.sleep(0.2)
+        reads.clear()
+        self._due = time.monotonic()
+        for _ in range(BURST):
+            self.port.write(self.next_packet())
+            self.pause(0.001)
+        wait_for(lambda: len(reads) >= BURST, "all packets of the burst")
+        return [row("packets at 1000/s published", len(reads), f"of {BURST}", bound=f"= {BURST}")]
+
+
+def bench_floor():
+    """The rows of a bare pseudo-terminal."""
+    times = bench_pty()
+    return [row("bare pty, write to read, p50", percentile(times, 0.5), "ms"),
+            row("bare pty, write to read, p99", percentile(times, 0.99), "ms")]
 
 
 def bench_chains():
     """Rows of latency, processor time, memory and throughput."""
-    import rospy
-    from geometry_msgs.msg import Twist
-    from nav_msgs.msg import Odometry
-    from std_msgs.msg import String
     with Master() as master:
-        ours, floor_down, floor_up = (Port(master.folder / name) for name in ("ours", "down", "up"))
-        master.launch("robot.launch", "port:={}".format(master.folder / "ours"))
-        node = str(ROOT / "benchmarks" / "floor_node.py")
-        floors = ["/floor1", "/floor2", "/floor3", "/floor4"]
-        master.start(node, "twist_to_string", "__name:=floor1", "~in:=/floor_cmd", "~out:=/floor_write")
-        master.start(node, "string_to_port", str(master.folder / "down"), "__name:=floor2", "~in:=/floor_write")
-        master.start(node, "port_to_string", str(master.folder / "up"), "__name:=floor3", "~out:=/floor_read")
-        master.start(node, "string_to_string", "__name:=floor4", "~in:=/floor_read", "~out:=/floor_odom")
-        rospy.init_node("bench", disable_signals=True)
-        odom_times, floor_times, reads = [], [], []
-        rospy.Subscriber("odom", rospy.AnyMsg, lambda _: odom_times.append(time.monotonic()), tcp_nodelay=True)
-        rospy.Subscriber("floor_odom", String, lambda _: floor_times.append(time.monotonic()), tcp_nodelay=True)
-        command = rospy.Publisher("cmd_vel", Twist, queue_size=1)
-        floor_command = rospy.Publisher("floor_cmd", Twist, queue_size=1)
-        number = 0
-
-        def connected():
-            nonlocal number
-            number += 1
-            ours.write(packet(number))
-            floor_up.write(packet(number))
-            floor_command.publish(Twist())
-            time.sleep(0.05)
-            return odom_times and floor_times and floor_down.arrivals and command.get_num_connections()
-
-        wait_for(connected, "all nodes", period=0)
-        pids = [master.pid(name) for name in NODES]
-        floor_pids = [master.pid(name) for name in floors]
-        time.sleep(1.0)
-        # driver_node repeats at 20 Hz while nothing comes; at 50 Hz only the commands go out
-        step = PERIOD / 4
-        twist = Twist()
-        sent = {name: [] for name in ("feedback", "command", "floor feedback", "floor command")}
-        due = time.monotonic()
-
-        def pause():
-            nonlocal due
-            due += step
-            time.sleep(max(0.0, due - time.monotonic()))
-
-        def cycle():
-            nonlocal number
-            number += 1
-            sent["feedback"].append(ours.write(packet(number)))
-            pause()
-            twist.linear.x = number % 2 * 0.1
-            sent["command"].append(time.monotonic())
-            command.publish(twist)
-            pause()
-            sent["floor feedback"].append(floor_up.write(packet(number)))
-            pause()
-            sent["floor command"].append(time.monotonic())
-            floor_command.publish(twist)
-            pause()
-
-        for _ in range(20):  # warm up, and let the 20 Hz repetition fall silent
-            cycle()
-        pause()
-        for times in (*sent.values(), odom_times, floor_times, ours.arrivals, floor_down.arrivals):
-            times.clear()
-        before = [processor_time(pid) for pid in pids + floor_pids]
-        begin = time.monotonic()
-        for _ in range(SAMPLES):
-            cycle()
-        elapsed = time.monotonic() - begin
-        used = [100 * (processor_time(pid) - old) / elapsed for pid, old in zip(pids + floor_pids, before)]
-        feedback = latencies(sent["feedback"], odom_times)
-        commands = latencies(sent["command"], ours.arrivals)
-        floor_feedback = latencies(sent["floor feedback"], floor_times)
-        floor_commands = latencies(sent["floor command"], floor_down.arrivals)
-        pss = [memory(pid) for pid in pids]
-        floor_pss = statistics.mean(memory(pid) for pid in floor_pids)
-
-        rospy.Subscriber("serial_read", String, lambda message: reads.append(message.data), tcp_nodelay=True)
-
-        def reading():
-            nonlocal number
-            number += 1
-            ours.write(packet(number))
-            time.sleep(0.02)
-            return reads
-        wait_for(reading, "serial_read", period=0)
-        time.sleep(0.2)
-        reads.clear()
-        due = time.monotonic()
-        for _ in range(BURST):
-            number += 1
-            ours.write(packet(number))
-            due += 0.001
-            time.sleep(max(0.0, due - time.monotonic()))
-        wait_for(lambda: len(reads) >= BURST, "all packets of the burst")
-
-    rows = []
-    for name, values, floor in (("cmd_vel to first byte on the port", commands, floor_commands),
-                                ("last byte of feedback to /odom", feedback, floor_feedback)):
-        for part, bound in ((0.5, 0.7), (0.99, 3.0)):
-            rows.append(row("{}, p{:.0f}".format(name, 100 * part), percentile(values, part), "ms",
-                            percentile(floor, part), "<= {} ms and 2.0 x floor".format(bound)))
-    rows.append(row("processor, three nodes at 50 Hz both ways", sum(used[:3]), "% of a core", sum(used[3:]),
-                    "<= 8", " + ".join("{} {:.1f}".format(n[1:], u) for n, u in zip(NODES, used))
-                    + "; floor: four relays"))
-    rows.append(row("memory (PSS), three nodes", sum(pss), "MB", 3 * floor_pss, "<= 100",
-                    " + ".join("{} {:.0f}".format(n[1:], m) for n, m in zip(NODES, pss))
-                    + "; floor: three relays"))
-    rows.append(row("packets at 1000/s published", len(reads), "of {}".format(BURST), None, "= {}".format(BURST)))
-    return rows
+        chains = Chains(master)
+        return chains.bench_latency() + chains.bench_throughput()
 
 
-def run():
-    """All rows of the driver."""
-    pty = bench_pty()
-    rows = [row("bare pty, write to read, p50", percentile(pty, 0.5), "ms"),
-            row("bare pty, write to read, p99", percentile(pty, 0.99), "ms")]
-    return rows + bench_chains()
+PARTS = (bench_floor, bench_chains, bench_start)

@@ -79,7 +79,7 @@ class Board:
         self._speeds = [0.0] * self.wheels
         self._counter = 0
         self._commanded_at = -COMMAND_TIMEOUT
-        self._says = ["# {}\n".format(self.banner).encode()] if self.banner else []
+        self._says = [f"# {self.banner}\n".encode()] if self.banner else []
 
     def say(self, data):
         """Put bytes on the line with the next packet."""

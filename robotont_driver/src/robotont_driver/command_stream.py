@@ -96,10 +96,9 @@ def refuse(linear, angular):
     names = ("linear.x", "linear.y", "linear.z", "angular.x", "angular.y", "angular.z")
     for name, value in zip(names, values):
         if not math.isfinite(value) or abs(value) > LARGEST:
-            return "{} is {:g}; allowed: a finite number up to {:g}".format(name, value, LARGEST)
+            return f"{name} is {value:g}; allowed: a finite number up to {LARGEST:g}"
     for name in ("linear.z", "angular.x", "angular.y"):
         value = values[names.index(name)]
         if value != 0.0:
-            return "{} is {:g}; a robot on the floor moves only by linear.x, linear.y and angular.z".format(
-                name, value)
+            return f"{name} is {value:g}; a robot on the floor moves only by linear.x, linear.y and angular.z"
     return None

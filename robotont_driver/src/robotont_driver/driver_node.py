@@ -78,7 +78,7 @@ class DriverNode:
                 "refused": stream.refused,
                 "time-outs": stream.timeouts,
                 "newest command limited": stream.limited,
-                "age of newest command [s]": "none yet" if age is None else "{:.2f}".format(age),
+                "age of newest command [s]": "none yet" if age is None else f"{age:.2f}",
             }
             complaint = stream.complaint()
         waiting = "no cmd_vel yet" if age is None else "following cmd_vel"

@@ -104,13 +104,13 @@ class OdomNode:
         with self._lock:
             rate = self._rate.look(self._packets, time.monotonic())
             values = {
-                "packets per second": "{:.1f}".format(rate),
+                "packets per second": f"{rate:.1f}",
                 "packets": self._packets,
                 "packets refused": self._refused,
             }
         if rate == 0.0:
             return WARN, "no packets on serial_read: see the diagnostics of the link", values
-        return OK, "{:.0f} packets/s".format(rate), values
+        return OK, f"{rate:.0f} packets/s", values
 
 
 def fill(covariance, planar):

@@ -33,8 +33,8 @@ class Parameter(NamedTuple):
         if isinstance(self.default, str):
             return "a text"
         kind = "a whole number" if isinstance(self.default, int) else "a finite number"
-        bound = "" if self.minimum is None else " >= {:g}".format(self.minimum)
-        return kind + bound + (" [{}]".format(self.unit) if self.unit else "")
+        bound = "" if self.minimum is None else f" >= {self.minimum:g}"
+        return kind + bound + (f" [{self.unit}]" if self.unit else "")
 
     def accepts(self, value):
         """Whether `value` has the type and lies within the bounds."""
@@ -54,7 +54,7 @@ def is_number(value):
 
 def fault(name, found, allowed):
     """Words for one wrong parameter."""
-    return "{}: found {!r}, allowed: {}".format(name, found, allowed)
+    return f"{name}: found {found!r}, allowed: {allowed}"
 
 
 def read_parameters(table, given):
@@ -76,8 +76,8 @@ def read_parameters(table, given):
 
 def _unknown(name, known):
     near = difflib.get_close_matches(name, known, n=1)
-    hint = "did you mean ~{}?".format(near[0]) if near else "this node knows " + ", ".join(sorted(known))
-    return "~{}: no such parameter; {}".format(name, hint)
+    hint = f"did you mean ~{near[0]}?" if near else "this node knows " + ", ".join(sorted(known))
+    return f"~{name}: no such parameter; {hint}"
 
 
 DRIVER = (

@@ -11,7 +11,7 @@ from collections import Counter
 LONGEST_LINE = 256  # [bytes] without the newline; a longer line is dropped
 
 _NUMBER = r"-?[0-9]+(?:\.[0-9]+)?"
-_PLAIN = re.compile(r"({0}(?::{0})*);".format(_NUMBER))
+_PLAIN = re.compile(rf"({_NUMBER}(?::{_NUMBER})*);")
 _TRAILER = re.compile(r"([0-9A-F]{2})((?::[0-9A-F]{4})+):([0-9A-F]{4})\Z")
 
 
@@ -29,13 +29,13 @@ def crc16(data):
 
 
 def format_packet(values, decimals=0):
-    """The plain packet `m0:m1:...;\\n` of the values [units], each with that many decimals."""
+    r"""The plain packet `m0:m1:...;\\n` of the values [units], each with that many decimals."""
     # round() may leave a negative zero, which "+ 0.0" makes positive
     return ":".join("{:.{}f}".format(round(value, decimals) + 0.0, decimals) for value in values) + ";\n"
 
 
 def add_checksum(packet):
-    """The checked form, as bytes, of a plain command packet that ends with `;\\n`."""
+    r"""The checked form, as bytes, of a plain command packet that ends with `;\\n`."""
     body = packet.rstrip("\n").encode("ascii")
     return body + b"%04X\n" % crc16(body)
 
@@ -56,10 +56,10 @@ def _explain(text, wheels):
     """The PacketError for a plain packet that has not `wheels` numbers and a semicolon."""
     body, semicolon, _ = text.partition(";")
     if not semicolon:
-        return PacketError("fields", "no semicolon in {!r}".format(text[:40]))
+        return PacketError("fields", f"no semicolon in {text[:40]!r}")
     for field in body.split(":"):
         if not re.fullmatch(_NUMBER, field):
-            return PacketError("number", "{!r} is not a number, in {!r}".format(field[:20], text[:40]))
+            return PacketError("number", f"{field[:20]!r} is not a number, in {text[:40]!r}")
     return PacketError(
         "fields", "{} fields instead of {} in {!r}".format(body.count(":") + 1, wheels, text[:40]))
 
@@ -98,14 +98,14 @@ class CheckedPacket:
         body, _, trailer = line.partition(";")
         match = _TRAILER.match(trailer)
         if not match:
-            raise PacketError("trailer", "no valid trailer in {!r}".format(line[:60]))
+            raise PacketError("trailer", f"no valid trailer in {line[:60]!r}")
         if crc16(line[:-4].encode("ascii")) != int(match.group(3), 16):
-            raise PacketError("checksum", "wrong checksum in {!r}".format(line[:60]))
+            raise PacketError("checksum", f"wrong checksum in {line[:60]!r}")
         self.counts = parse_packet(body + ";", wheels)
         self.counter = int(match.group(1), 16)
         self.totals = tuple(int(total, 16) for total in match.group(2).split(":")[1:])
         if len(self.totals) != wheels or not all(isinstance(count, int) for count in self.counts):
-            raise PacketError("fields", "not {} whole counts and totals in {!r}".format(wheels, line[:60]))
+            raise PacketError("fields", f"not {wheels} whole counts and totals in {line[:60]!r}")
 
     def missed_since(self, last):
         """(periods, counts per wheel) that the board sent after packet `last` and before this one.
@@ -229,7 +229,7 @@ class FeedbackReader:
 
     def _check_reach(self, counts):
         if max(map(abs, counts)) > self.reach:
-            raise PacketError("reach", "more than {} edges in one period".format(self.reach))
+            raise PacketError("reach", f"more than {self.reach} edges in one period")
 
     def _follows(self, packet, last):
         """Whether the motors can have made the counts that are missing between `last` and `packet`.

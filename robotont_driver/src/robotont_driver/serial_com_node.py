@@ -65,7 +65,7 @@ class SerialComNode:
         new_errors, self._trouble_before = errors - self._trouble_before, errors
         values = {
             "packets": "checked" if reader.checked else "plain",
-            "packets read per second": "{:.1f}".format(rate),
+            "packets read per second": f"{rate:.1f}",
             "packets read": reader.packets,
             "packets written": link.sent,
             "commands overtaken by newer ones": link.replaced,
@@ -86,8 +86,8 @@ class SerialComNode:
         if rate == 0.0:
             return WARN, "port open, but no packets: is the firmware running, at this baudrate?", values
         if new_errors:
-            return WARN, "{} lines dropped in the last second: check cable and baudrate".format(new_errors), values
-        return OK, "{:.0f} packets/s".format(rate), values
+            return WARN, f"{new_errors} lines dropped in the last second: check cable and baudrate", values
+        return OK, f"{rate:.0f} packets/s", values
 
 
 def main():

@@ -1,5 +1,6 @@
 """A serial port that may come and go: bytes in without polling, newest command out without waiting."""
 
+import contextlib
 import os
 import select
 import termios
@@ -85,10 +86,8 @@ class SerialLink:
             self._rest = self._rest[written:]
 
     def _notify(self):
-        try:
+        with contextlib.suppress(BlockingIOError):  # when full, it has been woken often enough
             os.write(self._wake, b"!")
-        except BlockingIOError:
-            pass  # it has been woken often enough
 
     def _run(self):
         while not self._closing:
@@ -167,4 +166,4 @@ def explain(port, error):
         advice = "another program holds it open"
     else:
         advice = "is the board still plugged in?"
-    return "{}: {}; {}".format(port, text, advice)
+    return f"{port}: {text}; {advice}"

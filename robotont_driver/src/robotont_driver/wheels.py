@@ -72,11 +72,11 @@ def read_wheels(given):
     def check_per_wheel(key, unit):
         """One positive number per wheel, given as a list or as one number for all."""
         value = check(key, lambda v: _is_positive(v) or is_list(v, _is_positive),
-                      "a finite number > 0 [{}], or a list of {} of them".format(unit, several))
+                      f"a finite number > 0 [{unit}], or a list of {several} of them")
         return value if isinstance(value, (list, tuple)) else [value] * (amount or 0)
 
     rads = check("wheelRads", lambda v: is_list(v, is_number),
-                 "a list of {} finite numbers [rad]".format(several))
+                 f"a list of {several} finite numbers [rad]")
     distances = check_per_wheel("wheelDistanceFromCenter", "m")
     radii = check_per_wheel("wheelRadius", "m")
     gear = check("gearboxReductionRatio", _is_positive, "a finite number > 0")

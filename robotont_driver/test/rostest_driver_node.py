@@ -1,0 +1,137 @@
+#!/usr/bin/env python3
+"""driver_node beside mock_serial_node."""
+
+import math
+import signal
+
+import rostest
+from geometry_msgs.msg import Twist
+from std_msgs.msg import Bool, String
+
+from harness import wait_for
+from node_test import OK, WARN, WHEEL_PARAMS, NodeTest, twist
+
+TASK = "driver_node: command stream"
+ZEROS = "0.00:0.00:0.00;\n"
+FORWARD = "-18.90:0.00:18.90;\n"
+
+
+class DriverNodeTest(NodeTest):
+    def setUp(self):
+        super().setUp()
+        self.written = self.listen("serial_write", String)
+        self.command = self.publisher("cmd_vel", Twist)
+        wait_for(lambda: self.packets() and self.packets()[-1] == ZEROS, "a robot at rest")
+
+    def packets(self):
+        return [message.data for message in self.written]
+
+    def wait_for_packet(self, packet):
+        """Wait for a packet that comes from now on."""
+        before = len(self.written)
+        wait_for(lambda: packet in self.packets()[before:], repr(packet))
+
+    def drive(self, *speeds, packet):
+        before = len(self.written)
+        self.command.publish(twist(*speeds))
+        wait_for(lambda: packet in self.packets()[before:], repr(packet))
+
+    def test_worked_values_of_the_shipped_file(self):
+        self.drive(0.2, 0, 0, packet=FORWARD)
+        self.drive(0, 0.2, 0, packet="-10.91:21.83:-10.91;\n")
+        self.drive(0, 0, 1, packet="-13.64:-13.64:-13.64;\n")
+
+    def test_worked_values_of_the_thesis_seven_keys(self):
+        written = self.listen("/bare/serial_write", String)
+        command = self.publisher("/bare/cmd_vel", Twist)
+        for speeds, packet in (((0.2, 0, 0), "10.91:-21.83:10.91;\n"), ((0, 0, 1), "13.64:13.64:13.64;\n")):
+            command.publish(twist(*speeds))
+            wait_for(lambda packet=packet: any(message.data == packet for message in written), repr(packet))
+
+    def test_limits_keep_the_direction_and_decimals_can_be_left_out(self):
+        written = self.listen("/limited/serial_write", String)
+        command = self.publisher("/limited/cmd_vel", Twist)
+        command.publish(twist(3.0, 0, 0))
+        wait_for(lambda: any(message.data == "-9:0:9;\n" for message in written), "the limited packet")
+        self.wait_for_status("limited/driver_node: command stream", OK)
+        wait_for(lambda: self.values("limited/driver_node: command stream")["newest command limited"] == "True",
+                 "word of the limit")
+
+    def test_the_newest_command_is_repeated_then_times_out_and_a_new_one_drives_again(self):
+        before = len(self.written)
+        self.drive(0.2, 0, 0, packet=FORWARD)
+        wait_for(lambda: self.packets()[-1] == ZEROS, "the stop")
+        assert self.packets()[before:].count(FORWARD) >= 5  # 20 Hz for 0.5 s
+        self.wait_for_status(TASK, WARN, "is their sender alive?")
+        self.drive(0.2, 0, 0, packet=FORWARD)
+        self.command.publish(twist())
+        self.wait_for_status(TASK, OK)
+
+    def test_a_killed_publisher(self):
+        publisher = self.processes.start(
+            "rostopic", "pub", "-r", "20", "/cmd_vel", "geometry_msgs/Twist", "{linear: {x: 0.2}}")
+        wait_for(lambda: self.packets().count(FORWARD) > 20, "commands")
+        self.processes.stop(publisher, signal.SIGKILL)
+        self.wait_for_packet(ZEROS)
+        self.wait_for_status(TASK, WARN, "is their sender alive?")
+
+    def test_what_the_base_cannot_do_stops_it(self):
+        for value in (math.nan, math.inf, -math.inf):
+            for x, y, turn in ((value, 0, 0), (0, value, 0), (0, 0, value)):
+                self.drive(0.2, 0, 0, packet=FORWARD)
+                self.drive(x, y, turn, packet=ZEROS)
+        self.wait_for_status(TASK, WARN, "refused")
+        flying = twist(0.2)
+        flying.linear.z = 1.0
+        self.drive(0.2, 0, 0, packet=FORWARD)
+        before = len(self.written)
+        self.command.publish(flying)
+        wait_for(lambda: ZEROS in self.packets()[before:], "the stop")
+        self.wait_for_status(TASK, WARN, "linear.z is 1")
+        assert "nan" not in "".join(self.packets())
+        assert "inf" not in "".join(self.packets())
+
+    def test_emergency_stop(self):
+        button = self.publisher("emergency_stop", Bool)
+        self.drive(0.2, 0, 0, packet=FORWARD)
+        button.publish(True)
+        wait_for(lambda: self.packets()[-1] == ZEROS, "the stop")
+        self.wait_for_status(TASK, WARN, "emergency stop")
+        before = len(self.written)
+        self.command.publish(twist(0.2))
+        wait_for(lambda: len(self.written) > before + 3, "repetitions")
+        assert set(self.packets()[before:]) == {ZEROS}
+        button.publish(False)
+        self.wait_for_status(TASK, OK)
+        assert set(self.packets()[before:]) == {ZEROS}
+        self.drive(0.2, 0, 0, packet=FORWARD)
+
+    def test_the_last_packet_is_zeros_however_the_node_ends(self):
+        for how in (signal.SIGINT, signal.SIGTERM):
+            self.processes.start("rosparam", "load", WHEEL_PARAMS, "/ending").wait()
+            node = self.processes.node("driver_node", "__ns:=/ending")
+            written = self.listen("/ending/serial_write", String)
+            command = self.publisher("/ending/cmd_vel", Twist)
+            wait_for(lambda command=command, written=written: command.publish(twist(0.2)) or (
+                written and written[-1].data == FORWARD), "a driving robot")
+            self.processes.stop(node, how)
+            wait_for(lambda written=written: written[-1].data == ZEROS, "zeros at the end")
+
+    def test_mock_serial_node_answers_each_packet_with_whole_counts(self):
+        read = self.listen("serial_read", String)
+        before = len(self.written)
+        wait_for(lambda: len(read) > 3, "packets")
+        for _ in range(10):
+            self.command.publish(twist(0.2))
+            self.wait_for_packet(FORWARD)
+        self.command.publish(twist())
+        wait_for(lambda: self.packets()[-1] == ZEROS, "the end")
+        driven = 18.9 * self.packets()[before:].count(FORWARD)
+        counts = [[int(count) for count in message.data.rstrip(";\n").split(":")] for message in read]
+        wait_for(lambda: abs(sum(int(message.data.rstrip(";\n").split(":")[2]) for message in read) - driven) <= 1,
+                 f"the counts to add up to {driven}")
+        assert all(len(count) == 3 for count in counts)
+
+
+if __name__ == "__main__":
+    rostest.rosrun("robotont_driver", "driver_node_test", DriverNodeTest)

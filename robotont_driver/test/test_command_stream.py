@@ -1,0 +1,113 @@
+import math
+
+import pytest
+
+from conftest import SHIPPED
+from robotont_driver.command_stream import STOP, CommandStream
+from robotont_driver.kinematics import Kinematics
+from robotont_driver.limits import Limits
+from robotont_driver.wheels import read_wheels
+
+FLAT = (0.0, 0.0, 0.0)
+
+
+@pytest.fixture
+def stream():
+    return make()
+
+
+def make(**limits):
+    return CommandStream(Kinematics(read_wheels(SHIPPED)), Limits(**limits), timeout=0.5, period=0.05)
+
+
+def drive(stream, now, x=0.3, y=0.0, turn=0.0):
+    return stream.command((x, y, 0.0), (0.0, 0.0, turn), now)
+
+
+def test_stands_until_commanded(stream):
+    assert stream.twist(10.0) == STOP
+    assert stream.complaint() == ""
+
+
+def test_follows_and_repeats_the_newest(stream):
+    drive(stream, 1.0, 0.1)
+    drive(stream, 1.1, 0.3, 0.2, -0.5)
+    assert stream.twist(1.1) == (0.3, 0.2, -0.5)
+    assert stream.twist(1.5) == (0.3, 0.2, -0.5)
+
+
+def test_stops_when_commands_stop_and_recovers_by_itself(stream):
+    drive(stream, 1.0)
+    assert stream.time_left(1.2) == pytest.approx(0.3)
+    assert stream.twist(1.5) == STOP
+    assert "is their sender alive?" in stream.complaint()
+    assert stream.timeouts == 1
+    drive(stream, 9.0)
+    assert stream.twist(9.0) == (0.3, 0.0, 0.0)
+    assert stream.complaint() == ""
+
+
+def test_the_end_of_commands_at_rest_is_no_complaint(stream):
+    drive(stream, 1.0, 0.0)
+    assert stream.twist(2.0) == STOP
+    assert stream.complaint() == ""
+
+
+@pytest.mark.parametrize("linear, angular, named", [
+    ((math.nan, 0, 0), FLAT, "linear.x is nan"),
+    ((0, math.inf, 0), FLAT, "linear.y is inf"),
+    ((0, 0, -math.inf), FLAT, "linear.z is -inf"),
+    (FLAT, (0, 0, math.nan), "angular.z is nan"),
+    (FLAT, (math.nan, 0, 0), "angular.x is nan"),
+    ((1e300, 0, 0), FLAT, "linear.x is 1e+300"),
+    ((0.1, 0, 0.2), FLAT, "linear.z is 0.2"),
+    ((0.1, 0, 0), (0.5, 0, 0), "angular.x is 0.5"),
+    ((0.1, 0, 0), (0, -0.5, 0), "angular.y is -0.5"),
+])
+def test_a_motion_that_the_base_cannot_do_stops_it(stream, linear, angular, named):
+    drive(stream, 1.0)
+    assert named in stream.command(linear, angular, 1.1)
+    assert stream.twist(1.1) == STOP
+    assert named in stream.complaint()
+    assert stream.refused == 1
+    drive(stream, 1.2)
+    assert stream.twist(1.2) == (0.3, 0.0, 0.0)
+
+
+def test_emergency_stop_holds_and_old_commands_do_not_come_back(stream):
+    drive(stream, 1.0)
+    stream.emergency_stop(True)
+    assert stream.twist(1.0) == STOP
+    drive(stream, 1.1)
+    assert stream.twist(1.1) == STOP
+    assert "emergency stop" in stream.complaint()
+    stream.emergency_stop(False)
+    assert stream.twist(1.2) == STOP
+    drive(stream, 1.3)
+    assert stream.twist(1.3) == (0.3, 0.0, 0.0)
+
+
+def test_the_wheel_limit_scales_all_wheels():
+    stream = make(wheel_speed=0.2)
+    drive(stream, 1.0, 0.3, 0.1, 0.4)
+    twist = stream.twist(1.0)
+    assert max(abs(stream.kinematics.wheel_speeds(twist))) == pytest.approx(0.2)
+    assert twist[1] / twist[0] == pytest.approx(1 / 3)
+    assert twist[2] / twist[0] == pytest.approx(4 / 3)
+    assert stream.limited
+
+
+def test_acceleration_rises_step_by_step_but_stops_do_not_wait():
+    stream = make(linear_acceleration=1.0)
+    stream.twist(1.0)
+    drive(stream, 1.02)
+    assert stream.twist(1.02) == pytest.approx((0.02, 0, 0))
+    assert stream.twist(1.07) == pytest.approx((0.07, 0, 0))
+    assert stream.twist(1.40) == pytest.approx((0.12, 0, 0))  # one step counts one period at most
+    assert stream.twist(1.53) == STOP
+
+
+def test_a_start_after_a_long_rest_is_as_slow_as_any():
+    stream = make(linear_acceleration=1.0)
+    drive(stream, 100.0)
+    assert stream.twist(100.0)[0] <= 0.05 + 1e-12

@@ -1,0 +1,195 @@
+import math
+
+import mpmath
+import numpy as np
+import pytest
+
+from conftest import SHIPPED
+from robotont_driver.kinematics import Kinematics
+from robotont_driver.odometry import LONGEST_HOLD, Pose, WheelOdometry, sinc_derivative
+from robotont_driver.wheels import read_wheels
+
+KINEMATICS = Kinematics(read_wheels(SHIPPED))
+PERIOD = 0.02
+
+
+def odometry(period=PERIOD, noise=0.01):
+    return WheelOdometry(KINEMATICS, period, noise)
+
+
+def test_starts_at_the_origin_with_no_zero_on_the_diagonal():
+    pose = odometry().pose
+    assert (pose.x, pose.y, pose.yaw) == (0, 0, 0)
+    assert np.all(np.diag(pose.covariance) > 0)
+
+
+@pytest.mark.parametrize("step, end", [
+    ((1.0, 0.0, 0.0), (1.0, 0.0, 0.0)),
+    ((0.0, 1.0, 0.0), (0.0, 1.0, 0.0)),
+    ((0.0, 0.0, 1.5), (0.0, 0.0, 1.5)),
+    ((math.pi / 2, 0.0, math.pi / 2), (1.0, 1.0, math.pi / 2)),    # a quarter of the circle with radius 1
+    ((0.0, math.pi / 2, math.pi / 2), (-1.0, 1.0, math.pi / 2)),   # the same, sideways
+    ((math.pi, 0.0, -math.pi), (0.0, -2.0, -math.pi)),
+    ((2 * math.pi, 0.0, 2 * math.pi), (0.0, 0.0, 0.0)),
+    ((1.0, 0.0, 1e-12), (1.0, 5e-13, 1e-12)),
+])
+def test_one_step_is_the_exact_arc(step, end):
+    pose = Pose()
+    pose.move(step, np.zeros((3, 3)))
+    assert (pose.x, pose.y) == pytest.approx(end[:2], abs=1e-12)
+    assert math.remainder(pose.yaw - end[2], 2 * math.pi) == pytest.approx(0, abs=1e-12)
+
+
+def random_counts(number):
+    return np.random.default_rng(7).integers(-200, 201, size=(number, 3))
+
+
+def exact_path(counts):
+    """End pose by the chord formula, vectorised, with the 64 bits mantissa of long double."""
+    real = np.longdouble
+    radians = [real(rad) for rad in SHIPPED["wheelRads"]]
+    direction = [rad + real(SHIPPED["referenceDirection"]) for rad in radians]
+    matrix = np.array([[np.cos(d), np.sin(d), -real(SHIPPED["wheelDistanceFromCenter"])] for d in direction])
+    edge = 2 * np.arctan2(real(0), real(-1)) * real(SHIPPED["wheelRadius"]) / real(18.75 * 64)
+    (a, b, c), (d, e, f), (g, h, i) = matrix
+    adjugate = np.array([[e * i - f * h, c * h - b * i, b * f - c * e],
+                         [f * g - d * i, a * i - c * g, c * d - a * f],
+                         [d * h - e * g, b * g - a * h, a * e - b * d]])
+    inverse = adjugate / (a * adjugate[0, 0] + b * adjugate[1, 0] + c * adjugate[2, 0])
+    steps = (counts.astype(real) * edge) @ inverse.T
+    yaw = np.concatenate([[real(0)], np.cumsum(steps[:, 2])])
+    half = steps[:, 2] / 2
+    chord = np.where(half == 0, 1, np.sin(half) / np.where(half == 0, 1, half))
+    middle = yaw[:-1] + half
+    x = np.sum(chord * (np.cos(middle) * steps[:, 0] - np.sin(middle) * steps[:, 1]))
+    y = np.sum(chord * (np.sin(middle) * steps[:, 0] + np.cos(middle) * steps[:, 1]))
+    return x, y, yaw[-1]
+
+
+def test_a_million_packets_against_extended_precision():
+    counts = random_counts(1_000_000)
+    odom = odometry()
+    for packet in counts.tolist():
+        odom.update(packet, 0.0)
+    x, y, yaw = exact_path(counts)
+    errors = abs(float(odom.pose.x - x)), abs(float(odom.pose.y - y)), \
+        abs(math.remainder(float(yaw % (2 * np.arctan2(np.longdouble(0), np.longdouble(-1)))) - odom.pose.yaw,
+                           2 * math.pi))
+    print("errors after 10^6 packets: {:.1e} m, {:.1e} m, {:.1e} rad".format(*errors))
+    assert max(errors) < 1e-6
+
+
+def test_the_reference_itself_against_fifty_digits():
+    counts = random_counts(2000)
+    with mpmath.workdps(50):
+        matrix = mpmath.matrix([
+            [mpmath.cos(mpmath.mpf(rad) + SHIPPED["referenceDirection"]),
+             mpmath.sin(mpmath.mpf(rad) + SHIPPED["referenceDirection"]), -mpmath.mpf(0.125)]
+            for rad in SHIPPED["wheelRads"]])
+        inverse = matrix ** -1
+        edge = 2 * mpmath.pi * mpmath.mpf(0.035) / 1200
+        x = y = yaw = mpmath.mpf(0)
+        for packet in counts.tolist():
+            dx, dy, turn = inverse * (mpmath.matrix(packet) * edge)
+            # the arc by its own integral, not by the chord
+            if turn:
+                x += (dx * (mpmath.sin(yaw + turn) - mpmath.sin(yaw))
+                      + dy * (mpmath.cos(yaw + turn) - mpmath.cos(yaw))) / turn
+                y += (dx * (mpmath.cos(yaw) - mpmath.cos(yaw + turn))
+                      + dy * (mpmath.sin(yaw + turn) - mpmath.sin(yaw))) / turn
+            else:
+                x += dx * mpmath.cos(yaw) - dy * mpmath.sin(yaw)
+                y += dx * mpmath.sin(yaw) + dy * mpmath.cos(yaw)
+            yaw += turn
+        assert [float(v) for v in exact_path(counts)] == pytest.approx([float(x), float(y), float(yaw)], abs=1e-12)
+
+
+def test_arrival_times_do_not_matter():
+    one, other = odometry(), odometry()
+    for elapsed in (0.0, 0.001, 5.0):
+        one.update((10, -20, 30), elapsed)
+        other.update((10, -20, 30), PERIOD)
+    assert (one.pose.x, one.pose.y, one.pose.yaw) == (other.pose.x, other.pose.y, other.pose.yaw)
+
+
+def test_counts_are_exact_displacements():
+    odom = odometry()
+    for _ in range(50):
+        odom.update((-1000, 0, 1000), 0.0)
+    forward = 50 * 1000 * (2 * math.pi * 0.035 / 1200) / math.cos(math.radians(30))
+    assert odom.pose.x == pytest.approx(forward, abs=1e-5)  # the file's angles have seven digits
+    assert odom.pose.y == pytest.approx(0, abs=1e-5)
+    assert odom.wheel_angles == pytest.approx([-50 * 1000 / 1200 * 2 * math.pi, 0, 50 * 1000 / 1200 * 2 * math.pi])
+    assert odom.wheel_rates == pytest.approx([-1000 / 1200 * 2 * math.pi / PERIOD, 0,
+                                              1000 / 1200 * 2 * math.pi / PERIOD])
+
+
+def test_measured_time_holds_each_speed_until_the_next_packet():
+    odom = odometry(period=0.0)
+    speed = KINEMATICS.units_of_twist((0.2, 0.0, 0.0))
+    odom.update(speed, 0.0)
+    assert odom.pose.x == 0.0
+    assert odom.twist == pytest.approx((0.2, 0, 0), abs=1e-9)
+    odom.update(speed, 0.1)
+    odom.update((0, 0, 0), 0.3)
+    odom.update((0, 0, 0), 1.0)
+    assert odom.pose.x == pytest.approx(0.2 * 0.4)
+
+
+def test_measured_time_does_not_drive_on_through_a_gap():
+    odom = odometry(period=0.0)
+    odom.update(KINEMATICS.units_of_twist((0.2, 0.0, 0.0)), 0.0)
+    odom.update((0, 0, 0), 60.0)
+    assert odom.pose.x == pytest.approx(0.2 * LONGEST_HOLD)
+
+
+def test_covariance_is_propagated_through_the_exact_step():
+    """Against the spread of a million-fold disturbed end pose: Jacobians by finite differences."""
+    step, start = np.array((0.03, -0.02, 0.4)), (0.5, -0.2, 0.7)
+    step_covariance = np.diag((1e-4, 2e-4, 3e-4)) + 2e-5
+
+    def end(pose_and_step):
+        pose = Pose()
+        pose.x, pose.y, pose.yaw = pose_and_step[:3]
+        pose.move(pose_and_step[3:], step_covariance)
+        return np.array((pose.x, pose.y, pose.yaw))
+
+    at = np.array((*start, *step))
+    jacobian = np.column_stack([
+        (end(at + 1e-6 * unit) - end(at - 1e-6 * unit)) / 2e-6 for unit in np.eye(6)])
+    pose = Pose()
+    pose.x, pose.y, pose.yaw = start
+    pose.covariance = np.diag((1e-3, 2e-3, 5e-3)) - 1e-4
+    both = np.zeros((6, 6))
+    both[:3, :3], both[3:, 3:] = pose.covariance, step_covariance
+    pose.move(step.tolist(), step_covariance)
+    assert pose.covariance == pytest.approx(jacobian @ both @ jacobian.T, abs=1e-10)
+
+
+def test_covariance_grows_on_the_way_and_rests_at_rest():
+    odom = odometry()
+    for _ in range(100):
+        odom.update((50, -20, 10), 0.0)
+    grown = odom.pose.covariance.copy()
+    assert np.all(np.linalg.eigvalsh(grown) > 0)
+    assert np.trace(grown) > 1e-6
+    odom.update((0, 0, 0), 0.0)
+    assert np.array_equal(odom.pose.covariance, grown)
+    assert np.all(np.linalg.eigvalsh(odom.twist_covariance) > 0)
+
+
+def test_reset_goes_back_to_the_origin_and_keeps_the_wheels():
+    odom = odometry()
+    odom.update((50, -20, 10), 0.0)
+    angles = odom.wheel_angles.copy()
+    odom.pose.reset()
+    odom.update((0, 0, 0), 0.0)
+    assert (odom.pose.x, odom.pose.y, odom.pose.yaw) == (0, 0, 0)
+    assert np.array_equal(odom.wheel_angles, angles)
+
+
+@pytest.mark.parametrize("angle", [0.0, 1e-9, 9e-5, 1.1e-4, 0.5, -2.0])
+def test_derivative_of_sinc(angle):
+    expected = mpmath.diff(lambda a: mpmath.sin(a) / a if a else mpmath.mpf(1), mpmath.mpf(angle)) \
+        if abs(angle) > 1e-8 else -angle / 3
+    assert sinc_derivative(angle) == pytest.approx(float(expected), abs=1e-9)

@@ -1,0 +1,312 @@
+import json
+import random
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from board import Board, Line
+from conftest import HERE
+from robotont_driver.protocol import (
+    LONGEST_LINE,
+    CheckedPacket,
+    FeedbackReader,
+    LineSplitter,
+    PacketError,
+    add_checksum,
+    crc16,
+    format_packet,
+    parse_packet,
+    spread,
+)
+
+GOLDEN = json.loads((HERE / "data" / "golden_packets.json").read_text())
+REACH = 300
+
+
+def reader(mode="auto", wheels=3):
+    return FeedbackReader(wheels, REACH, mode)
+
+
+def total(packets):
+    return [sum(column) for column in zip(*packets)]
+
+
+class TestGolden:
+    @pytest.mark.parametrize("text, crc", GOLDEN["crc16"])
+    def test_crc(self, text, crc):
+        assert crc16(text.encode()) == int(crc, 16)
+
+    @pytest.mark.parametrize("vector", GOLDEN["commands"], ids=lambda v: v["plain"].strip())
+    def test_commands_are_written_to_the_letter(self, vector):
+        plain = format_packet(vector["units"], vector["decimals"])
+        assert plain == vector["plain"]
+        assert add_checksum(plain).decode() == vector["checked"]
+
+    @pytest.mark.parametrize("vector", GOLDEN["feedback"], ids=lambda v: v["packet"].strip())
+    def test_feedback_is_read(self, vector):
+        packet = CheckedPacket(vector["packet"].rstrip("\n"), len(vector["counts"]))
+        assert list(packet.counts) == vector["counts"]
+        assert packet.counter == vector["counter"]
+        assert list(packet.totals) == vector["totals"]
+
+    @pytest.mark.parametrize("line", GOLDEN["bad_feedback"])
+    def test_bad_feedback_is_refused(self, line):
+        checked = reader("checked")
+        assert checked.feed(line.encode()) == []
+        assert sum(checked.dropped.values()) == 1
+
+
+class TestPlainPackets:
+    @pytest.mark.parametrize("values, decimals, packet", [
+        ((-0.001, 0.004, -0.0), 2, "0.00:0.00:0.00;\n"),
+        ((-0.4, 0.6, 1.5), 0, "0:1:2;\n"),
+        ((1, -2, 3, 4), 0, "1:-2:3:4;\n"),
+    ])
+    def test_format(self, values, decimals, packet):
+        assert format_packet(values, decimals) == packet
+
+    @given(st.lists(st.floats(-1e3, 1e3), min_size=3, max_size=6), st.integers(0, 6))
+    def test_what_is_written_is_read(self, values, decimals):
+        packet = format_packet(values, decimals)
+        assert parse_packet(packet, len(values)) == pytest.approx(values, abs=0.51 * 10 ** -decimals)
+
+    @pytest.mark.parametrize("text, kind, words", [
+        ("1:2:3", "fields", "no semicolon"), ("", "fields", "no semicolon"),
+        ("1:2;", "fields", "2 fields instead of 3"),
+        ("1:2:3:4;", "fields", "4 fields instead of 3"), ("1::3;", "number", "'' is not a number"),
+        ("1:2:nan;", "number", "'nan'"), ("1:2:inf;", "number", "'inf'"), ("1:2:1e3;", "number", "'1e3'"),
+        ("1:2:+3;", "number", "'+3'"), ("1:2: 3;", "number", "' 3'"), ("1:2:1_0;", "number", "'1_0'"),
+        ("1:2:3.;", "number", "'3.'"), ("1:2:.5;", "number", "'.5'"), ("1:2:--3;", "number", "'--3'"),
+        ("1:2:٣;", "number", "'٣'"), (";", "number", "''"), ("x1:2:3;", "number", "'x1'"),
+    ])
+    def test_what_is_no_packet_is_explained(self, text, kind, words):
+        with pytest.raises(PacketError) as raised:
+            parse_packet(text, 3)
+        assert raised.value.kind == kind
+        assert words in str(raised.value)
+
+
+class TestLineSplitter:
+    @given(st.binary(max_size=2000), st.lists(st.integers(0, 300), max_size=20))
+    def test_lines_do_not_depend_on_how_the_bytes_arrive(self, data, cuts):
+        whole = LineSplitter()
+        expected = whole.feed(data)
+        pieces = LineSplitter()
+        lines = []
+        for cut in cuts:
+            lines += pieces.feed(data[:cut])
+            data = data[cut:]
+        lines += pieces.feed(data)
+        assert lines == expected
+        assert pieces.overlong == whole.overlong
+
+    def test_a_line_without_end_is_dropped_up_to_the_next_newline(self):
+        splitter = LineSplitter()
+        for _ in range(1000):
+            assert splitter.feed(b"x" * 100) == []
+        assert splitter.feed(b"tail\ngood\n") == [b"good"]
+        assert splitter.overlong == 1
+
+    def test_the_longest_line_passes(self):
+        splitter = LineSplitter()
+        assert splitter.feed(b"x" * LONGEST_LINE + b"\n" + b"y" * (LONGEST_LINE + 1) + b"\n") == [b"x" * LONGEST_LINE]
+        assert splitter.overlong == 1
+
+
+class Sender:
+    """Feedback packets of a board that drives at random."""
+
+    def __init__(self, wheels=3, start=0, seed=1):
+        self.board = Board("unused", wheels, start_totals=start)
+        self.random = random.Random(seed)
+        self.sent = []
+
+    def packet(self, counts=None):
+        board = self.board
+        counts = counts or [self.random.randint(-200, 200) for _ in range(board.wheels)]
+        board.motors.follow(counts)
+        self.sent.append(tuple(counts))
+        data = board.packet(counts)
+        board._counter = (board._counter + 1) % 256
+        return data
+
+
+class TestCheckedFeedback:
+    def test_totals_do_not_start_at_zero(self):
+        sender, checked = Sender(start=0xFFF0), reader()
+        assert checked.feed(sender.packet() + sender.packet()) == sender.sent
+
+    @pytest.mark.parametrize("lost", [1, 2, 7, 100])
+    def test_lost_packets_are_made_up_for(self, lost):
+        sender, checked = Sender(), reader()
+        read = checked.feed(sender.packet())
+        for _ in range(lost):
+            sender.packet()
+        read += checked.feed(sender.packet())
+        assert len(read) == len(sender.sent)
+        assert total(read) == total(sender.sent)
+        assert read[-1] == sender.sent[-1]
+        assert checked.repaired == lost
+        assert checked.restarts == 0
+
+    def test_a_gap_too_long_to_tell_begins_anew(self):
+        sender, checked = Sender(), reader()
+        checked.feed(sender.packet())
+        for _ in range(200):
+            sender.packet()
+        assert checked.feed(sender.packet()) == []
+        assert checked.feed(sender.packet()) == sender.sent[-2:]
+        assert checked.restarts == 1
+        assert checked.repaired == 0
+
+    def test_a_restart_is_noticed_and_nothing_is_repaired(self):
+        sender, checked = Sender(start=0x4000), reader()
+        for _ in range(100):
+            checked.feed(sender.packet())
+        again = Sender(seed=2)
+        read = checked.feed(again.packet()) + checked.feed(again.packet()) + checked.feed(again.packet())
+        assert read == again.sent
+        assert checked.restarts == 1
+        assert checked.repaired == 0
+
+    def test_a_banner_tells_of_a_restart_even_where_counters_happen_to_fit(self):
+        sender, checked = Sender(), reader()
+        for _ in range(200):
+            checked.feed(sender.packet([1, 1, 1]))
+        again = Sender()
+        read = checked.feed(b"# robotont_firmware 1.0\n" + again.packet([5, 5, 5]))
+        assert read == [(5, 5, 5)]
+        assert checked.restarts == 1
+        assert checked.repaired == 0
+        assert checked.banner == "robotont_firmware 1.0"
+
+    def test_a_valid_packet_that_fits_nothing_is_not_believed_alone(self):
+        sender, checked = Sender(), reader()
+        read = checked.feed(sender.packet())
+        stray = Sender(start=0x5000, seed=9)
+        read += checked.feed(stray.packet())
+        read += checked.feed(sender.packet())
+        assert read == sender.sent
+        assert checked.dropped == {"inconsistent": 1}
+        assert checked.restarts == 0
+
+    def test_the_same_packet_twice_counts_once(self):
+        sender, checked = Sender(), reader()
+        data = sender.packet() + sender.packet()
+        packet = sender.packet()
+        assert checked.feed(data + packet + packet + sender.packet()) == sender.sent
+        assert checked.dropped == {"repeated": 1}
+
+    def test_counts_beyond_the_motors_are_dropped(self):
+        sender, checked = Sender(), reader()
+        checked.feed(sender.packet())
+        assert checked.feed(sender.packet([REACH + 1, 0, 0])) == []
+        assert checked.dropped == {"reach": 1}
+
+    def test_faults_are_heard_and_forgotten(self):
+        checked = reader()
+        checked.feed(b"# fault motor 1\n")
+        assert checked.fault == "fault motor 1"
+        checked.feed(b"# fault cleared\n")
+        assert checked.fault == ""
+
+    @pytest.mark.parametrize("wheels", [3, 4, 5])
+    @pytest.mark.parametrize("kind", ["corrupt", "drop", "double", "all"])
+    def test_one_percent_of_bad_bytes_costs_no_count_and_passes_no_wrong_packet(self, wheels, kind):
+        sender, checked, line = Sender(wheels, start=12345), reader(wheels=wheels), Line(seed=wheels)
+        for fate in ("corrupt", "drop", "double") if kind == "all" else (kind,):
+            setattr(line, fate, 0.01)
+        read = checked.feed(b"\n" + sender.packet())
+        for _ in range(20000):
+            for data in line.pass_on(sender.packet()):
+                read += checked.feed(data)
+        read += checked.feed(b"\n" + sender.packet())
+        assert total(read) == total(sender.sent)
+        assert len(read) == len(sender.sent)
+        assert checked.restarts == 0
+        # a packet is passed on as sent, or it is a repaired one
+        different = sum(packet != sent for packet, sent in zip(read, sender.sent))
+        assert different <= checked.repaired
+        assert checked.repaired > 500
+
+    @given(st.data())
+    def test_counts_are_conserved_under_any_loss(self, data):
+        sender, checked = Sender(), reader()
+        read = checked.feed(sender.packet())
+        for _ in range(data.draw(st.integers(0, 30))):
+            for _ in range(data.draw(st.integers(0, 100))):
+                sender.packet()
+            read += checked.feed(sender.packet())
+        assert total(read) == total(sender.sent)
+        assert len(read) == len(sender.sent)
+
+    @given(st.lists(st.integers(-30000, 30000), min_size=1, max_size=5), st.integers(1, 200))
+    def test_spread_sums_to_the_counts_and_is_even(self, counts, periods):
+        packets = spread(counts, periods)
+        assert len(packets) == periods
+        assert total(packets) == counts
+        for column in zip(*packets):
+            assert max(column) - min(column) <= 1
+
+    def test_spread_over_nothing(self):
+        assert spread((0, 0, 0), 0) == []
+
+
+class TestModes:
+    def test_auto_takes_plain_packets_until_a_checked_one_comes(self):
+        auto, sender = reader(), Sender()
+        assert auto.feed(b"\n1:2:3;\n") == [(1, 2, 3)]
+        assert not auto.checked
+        auto.feed(sender.packet())
+        assert auto.checked
+        assert auto.feed(b"1:2:3;\n") == []
+        assert auto.dropped == {"trailer": 1}
+
+    def test_a_new_connection_decides_anew(self):
+        auto = reader()
+        auto.feed(Sender().packet())
+        auto.connect()
+        assert not auto.checked
+        assert auto.feed(b"\n1:2:3;\n") == [(1, 2, 3)]
+
+    def test_auto_takes_no_broken_checked_packet_for_a_plain_one(self):
+        auto = reader()
+        assert auto.feed(b"\n1:2:3;00:0001:0002:0003:0000\n") == []
+        assert auto.dropped == {"checksum": 1}
+
+    def test_plain_ignores_what_stands_behind_the_semicolon(self):
+        plain = reader("plain")
+        assert plain.feed(b"\n1:2:3;00:0001:0002:0003:0000\n4:5:6;\n") == [(1, 2, 3), (4, 5, 6)]
+
+    def test_checked_never_takes_a_plain_packet(self):
+        assert reader("checked").feed(b"\n1:2:3;\n") == []
+
+    def test_the_first_line_may_lack_its_head(self):
+        for mode in ("plain", "auto"):
+            plain = reader(mode)
+            assert plain.feed(b"2:2:3;\n1:2:3;\r\n") == [(1, 2, 3)]
+            assert plain.dropped == {"first line": 1}
+
+
+class TestAnyBytes:
+    @given(st.lists(st.binary(max_size=400)), st.sampled_from(["auto", "plain", "checked"]))
+    def test_nothing_raises(self, pieces, mode):
+        any_reader = reader(mode)
+        for piece in pieces:
+            for packet in any_reader.feed(piece):
+                assert len(packet) == 3
+                assert max(map(abs, packet)) <= REACH
+
+    @given(st.text(alphabet="0123456789-.:;#ABCDEF \n\r", max_size=500), st.sampled_from(["auto", "plain", "checked"]))
+    def test_nothing_that_looks_like_packets_raises(self, text, mode):
+        any_reader = reader(mode)
+        packets = any_reader.feed(text.encode())
+        assert any_reader.packets == len(packets)
+
+    def test_garbage_before_the_first_packet(self):
+        sender, auto = Sender(), reader()
+        garbage = bytes(random.Random(3).randrange(256) for _ in range(5000))
+        auto.feed(garbage + b"\n")
+        assert auto.feed(sender.packet() + sender.packet())[-2:] == sender.sent
+        assert sum(auto.dropped.values()) > 0

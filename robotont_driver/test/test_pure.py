@@ -1,0 +1,29 @@
+import subprocess
+import sys
+
+import pytest
+
+from conftest import HERE
+
+PURE = ["command_stream", "ideal_motors", "kinematics", "limits", "odometry", "parameters", "protocol", "wheels"]
+FORBIDDEN = ["rospy", "roslib", "genpy", "serial", "time", "threading", "socket", "std_msgs"]
+
+
+@pytest.mark.parametrize("module", PURE)
+def test_pure_modules_know_no_ros_no_port_and_no_clock(module):
+    """The imports of the module itself, seen in its source: numpy and others may use what they like."""
+    source = (HERE.parent / "src" / "robotont_driver" / (module + ".py")).read_text()
+    imports = [line.split()[1].split(".")[0] for line in source.splitlines()
+               if line.startswith(("import ", "from "))]
+    assert not set(imports) & set(FORBIDDEN)
+
+
+def test_pure_modules_load_where_there_is_no_ros():
+    code = "import sys; sys.modules.update(rospy=None, serial=None); import {}".format(
+        ", ".join("robotont_driver." + module for module in PURE))
+    subprocess.run([sys.executable, "-c", code], check=True, cwd=str(HERE.parent / "src"))
+
+
+def test_serial_com_node_does_without_numpy():
+    code = "import sys; sys.modules['numpy'] = None; import robotont_driver.serial_com_node"
+    subprocess.run([sys.executable, "-c", code], check=True)

@@ -1,0 +1,78 @@
+import math
+
+import pytest
+
+from conftest import BARE, SHIPPED, UNEVEN_5
+from robotont_driver.parameters import ParameterError
+from robotont_driver.wheels import KEYS, read_wheels
+
+
+def faults_of(given):
+    with pytest.raises(ParameterError) as raised:
+        read_wheels(given)
+    return raised.value.faults
+
+
+def test_shipped_wheels_stand_where_their_angles_say():
+    positions = read_wheels(SHIPPED).positions
+    expected = [math.remainder(rad, 2 * math.pi) for rad in SHIPPED["wheelRads"]]
+    assert [math.remainder(position, 2 * math.pi) for position in positions] == pytest.approx(expected, abs=1e-6)
+
+
+def test_without_the_two_extra_keys_the_reference_is_base_link():
+    wheels = read_wheels(BARE)
+    assert wheels.directions == tuple(BARE["wheelRads"])
+    assert wheels.rotation == 1
+
+
+def test_one_value_per_wheel_or_one_for_all():
+    wheels = read_wheels(UNEVEN_5)
+    assert wheels.radii == tuple(UNEVEN_5["wheelRadius"])
+    assert wheels.distances == (0.125,) * 5
+
+
+def test_other_keys_are_not_looked_at():
+    assert read_wheels({**SHIPPED, "robot_description": "<robot/>"}) == read_wheels(SHIPPED)
+
+
+@pytest.mark.parametrize("key", [key for key in KEYS if key in BARE])
+def test_a_missing_key_is_named(key):
+    given = {**SHIPPED}
+    del given[key]
+    (fault,) = faults_of(given)
+    assert fault.startswith(key + ": found 'nothing', allowed: ")
+
+
+@pytest.mark.parametrize("key, value", [
+    ("wheelAmount", 2), ("wheelAmount", 3.0), ("wheelAmount", "3"), ("wheelAmount", True), ("wheelAmount", None),
+    ("wheelAmount", 4), ("wheelAmount", -3),
+    ("wheelRads", [0.0, 1.0]), ("wheelRads", [0.0, 1.0, "x"]), ("wheelRads", [0.0, 1.0, math.nan]),
+    ("wheelRads", 1.0), ("wheelRads", [0.0, 2.0, math.inf]), ("wheelRads", []), ("wheelRads", {}),
+    ("wheelRads", [0.0, 0.0, 0.0]), ("wheelRads", [1.0, 1.0 + math.pi, 1.0]),
+    ("wheelDistanceFromCenter", 0), ("wheelDistanceFromCenter", [0.1, 0.1]),
+    ("wheelDistanceFromCenter", [0.1, 0.1, -0.1]), ("wheelDistanceFromCenter", "0.125"),
+    ("wheelRadius", -0.035), ("wheelRadius", math.nan), ("wheelRadius", math.inf), ("wheelRadius", True),
+    ("gearboxReductionRatio", 0.0), ("gearboxReductionRatio", [18.75]),
+    ("encoderEdgesPerMotorRevolution", 64.5), ("encoderEdgesPerMotorRevolution", 0),
+    ("pidControlFrequency", 0), ("pidControlFrequency", "50 Hz"),
+    ("referenceDirection", "right"), ("referenceDirection", math.nan), ("referenceDirection", None),
+    ("positiveRotation", "left"), ("positiveRotation", 1), ("positiveRotation", []),
+])
+def test_a_wrong_value_is_named_with_what_was_found(key, value):
+    faults = faults_of({**SHIPPED, key: value})
+    named = [fault for fault in faults if fault.startswith(key + ":")]
+    if (key, value) == ("wheelAmount", 4):  # the amount is allowed; then the list is too short
+        named = [fault for fault in faults if fault.startswith("wheelRads:")]
+        value = SHIPPED["wheelRads"]
+    assert len(named) == 1
+    assert f"found {value!r}, allowed: " in named[0]
+
+
+def test_every_fault_is_listed_at_once():
+    faults = faults_of({key: "?" for key in KEYS})
+    assert [fault.partition(":")[0] for fault in faults] == list(KEYS)
+
+
+def test_nearly_parallel_wheels_are_refused():
+    faults = faults_of({**SHIPPED, "wheelRads": [0.0, 0.001, math.pi]})
+    assert "rank < 3" in faults[0]

@@ -51,7 +51,7 @@ class Line:
 class Board:
     """Reads commands and sends one packet per period, from a thread of its own, at the port `link`.
 
-    `heard`: (time, line) of each command line; `told`: counts of each period; `on_period(turned)` is called
+    `heard`: (time, line) of each command line; `told`: counts of each period in which the port was open; `on_period(turned)` is called
     with the edges that the wheels have really turned, fractions included.
     """
 
@@ -70,6 +70,7 @@ class Board:
         self._woken, self._wake = os.pipe()
         self._master = None
         self._thread = None
+        self._open = False  # whether somebody has the port open
         self.restart()
 
     def restart(self, start_totals=None):
@@ -142,7 +143,8 @@ class Board:
                 return
             if any(event & select.POLLIN for _, event in ready):
                 self._hear(splitter, now)
-            elif ready:
+            self._open = not any(event & select.POLLHUP for _, event in ready)
+            if not self._open:
                 time.sleep(min(0.001, self.period / 4))  # nobody has the port open; poll() would return at once
             if now >= due:
                 due += self.period
@@ -172,7 +174,8 @@ class Board:
         if now - self._commanded_at > COMMAND_TIMEOUT:
             self._speeds = [0.0] * self.wheels
         counts = self.motors.follow(self._speeds)
-        self.told.append(counts)
+        if self._open:
+            self.told.append(counts)
         if self.on_period:
             self.on_period(self.motors.turned)
         for data in self._says:

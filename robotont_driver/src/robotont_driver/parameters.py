@@ -74,6 +74,14 @@ def read_parameters(table, given):
     return {name: type(p.default)(given.get(name, p.default)) for name, p in known.items()}
 
 
+def markdown_rows(table):
+    """Rows `| parameter | type | default | meaning |` of the README, which a test compares with it."""
+    for parameter in table:
+        kind = type(parameter.default).__name__
+        unit = f" [{parameter.unit}]" if parameter.unit else ""
+        yield f"| `~{parameter.name}` | {kind} | `{parameter.default}` | {parameter.meaning}{unit} |"
+
+
 def _unknown(name, known):
     near = difflib.get_close_matches(name, known, n=1)
     hint = f"did you mean ~{near[0]}?" if near else "this node knows " + ", ".join(sorted(known))

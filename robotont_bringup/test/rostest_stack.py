@@ -1,0 +1,221 @@
+#!/usr/bin/env python3
+"""The launch files with all three nodes, on boards behind pseudo-terminals."""
+
+import math
+import os
+import signal
+import sys
+import xmlrpc.client
+from pathlib import Path
+
+import numpy as np
+import rosparam
+import rospy
+import rostest
+import yaml
+from geometry_msgs.msg import Twist
+from nav_msgs.msg import Odometry
+from sensor_msgs.msg import JointState
+from std_msgs.msg import String
+from tf2_msgs.msg import TFMessage
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "robotont_driver" / "test"))
+
+from board import Board  # noqa: E402
+from harness import wait_for  # noqa: E402
+from node_test import ERROR, OK, WHEEL_PARAMS, NodeTest, twist  # noqa: E402
+
+from robotont_driver.kinematics import Kinematics  # noqa: E402
+from robotont_driver.odometry import Pose  # noqa: E402
+from robotont_driver.wheels import read_wheels  # noqa: E402
+
+SHIPPED = yaml.safe_load(WHEEL_PARAMS.read_text())
+UNEVEN = {
+    4: {**SHIPPED, "wheelAmount": 4, "wheelRads": [0.1, 1.4, 3.3, 5.0]},
+    5: {**SHIPPED, "wheelAmount": 5, "wheelRads": [0.3, 1.2, 2.9, 3.6, 5.5], "positiveRotation": "counterclockwise"},
+}
+
+
+class Robot:
+    """A board, the stack in a namespace, and the truth about both."""
+
+    def __init__(self, test, namespace="", parameters=SHIPPED, **board):
+        self.test = test
+        self.name = namespace or "robot"
+        self.kinematics = Kinematics(read_wheels(parameters))
+        self.board = Board(str(test.processes.folder / self.name), self.kinematics.wheels.amount, **board)
+        self.board.on_period = self._on_period
+        self._turned = np.zeros(self.kinematics.wheels.amount)
+        self.truth = Pose()
+        self.board.plug()
+        test.addCleanup(self.board.__exit__)
+        self.parameters = test.processes.folder / (self.name + ".yaml")
+        self.parameters.write_text(yaml.safe_dump(parameters))
+        self.log = test.processes.folder / (self.name + ".log")
+        prefix = namespace + "/" if namespace else ""
+        self.launch = test.processes.launch(
+            "robot.launch", f"port:={self.board.link}", f"wheel_params:={self.parameters}",
+            f"namespace:=/{namespace}", f"frame_prefix:={prefix}", log=self.log)
+        self.odom = test.listen(f"/{prefix}odom", Odometry)
+        self.joints = test.listen(f"/{prefix}joint_states", JointState)
+        self.command = test.publisher(f"/{prefix}cmd_vel", Twist)
+        wait_for(lambda: self.odom, "odometry")
+
+    def _on_period(self, turned):
+        turned = np.array(turned)
+        edges = self.kinematics.wheels.metres_per_edge
+        step = self.kinematics.inverse @ ((turned - self._turned) * edges)
+        self.truth.move(step.tolist(), np.zeros((3, 3)))
+        self._turned = turned
+
+    def pose(self):
+        """(x, y, yaw) of the newest odometry."""
+        pose = self.odom[-1].pose.pose
+        return pose.position.x, pose.position.y, 2 * math.atan2(pose.orientation.z, pose.orientation.w)
+
+    def drive(self, speeds, until, what):
+        """Command at 50 Hz until a condition holds."""
+        wait_for(lambda: self.command.publish(twist(*speeds)) or until(), what, period=0.02)
+
+    def stop(self):
+        """Stop, and wait until odometry has every count."""
+        self.drive((0, 0, 0), lambda: not any(self.board.speeds), "the stop")
+        per_edge = 2 * math.pi / self.kinematics.wheels.edges_per_turn
+        wait_for(lambda: np.allclose(self.joints[-1].position, np.array(self.board.motors.counted) * per_edge),
+                 "the last counts")
+        seen = len(self.odom)
+        wait_for(lambda: len(self.odom) > seen, "odometry")
+
+    def assert_truthful(self):
+        """Odometry is where the wheels have really gone, within 1 mm and 0.1 degree."""
+        error = np.subtract(self.pose(), (self.truth.x, self.truth.y, self.truth.yaw))
+        assert np.all(np.abs(error) < (1e-3, 1e-3, math.radians(0.1))), (self.pose(), error)
+
+
+class StackTest(NodeTest):
+    def setUp(self):
+        super().setUp()
+        # rospy's master keeps what a former test has set
+        for name in ("serial_com_node", "driver_node", "odom_node"):
+            if rospy.has_param("/" + name):
+                rospy.delete_param("/" + name)
+
+    def test_directions_are_those_of_rep_103(self):
+        robot = Robot(self)
+        for speeds, place in (((0.4, 0, 0), 0), ((0, 0.4, 0), 1), ((0, 0, 1.0), 2)):
+            before = np.array(robot.pose())
+            robot.drive(speeds, lambda place=place, before=before: robot.pose()[place] - before[place] > 0.3, "motion")
+            robot.stop()
+            moved = robot.pose() - before
+            moved[place] = 0.0
+            self.assertLess(np.max(np.abs(moved[:2])), 0.01, (speeds, moved))
+            robot.assert_truthful()
+        robot.drive((0.3, -0.2, 0.8), lambda: robot.pose()[0] < 0.2, "a curve")
+        robot.stop()
+        robot.assert_truthful()
+
+    def test_four_and_five_wheels_on_a_bad_line(self):
+        for amount, parameters in UNEVEN.items():
+            robot = Robot(self, f"wheels{amount}", parameters)
+            robot.board.line.corrupt = 0.003
+            robot.drive((0.2, -0.3, 0.5), lambda robot=robot: abs(robot.pose()[2]) > 0.7, "a curve")
+            robot.stop()
+            robot.assert_truthful()
+            self.wait_for_status(f"wheels{amount}/odom_node: wheel feedback", OK)
+            self.processes.stop(robot.launch)
+
+    def test_unplugged_in_mid_drive_it_goes_on_by_itself_and_odometry_does_not_jump(self):
+        robot = Robot(self)
+        robot.drive((0.4, 0, 0), lambda: robot.pose()[0] > 0.1, "motion")
+        robot.board.unplug()
+        seen, before = len(robot.odom), robot.pose()
+        self.wait_for_status("serial_com_node: link", ERROR)
+        robot.board.restart()
+        robot._turned = np.zeros(3)
+        robot.board.plug()
+        wait_for(lambda: len(robot.odom) > seen + 5, "odometry after replugging")
+        robot.drive((0.4, 0, 0), lambda: robot.pose()[0] > before[0] + 0.1, "motion after replugging")
+        path = [message.pose.pose.position.x for message in robot.odom]
+        self.assertLess(max(np.diff(path)), 0.4 * 0.02 * 1.5)
+        self.wait_for_status("serial_com_node: link", OK)
+        self.assertNotIn("Traceback", robot.log.read_text())
+
+    def test_a_board_that_restarts_in_mid_drive(self):
+        robot = Robot(self, start_totals=0x7000)
+        robot.drive((0.4, 0, 0), lambda: robot.pose()[0] > 0.1, "motion")
+        robot.board.restart()
+        robot._turned = np.zeros(3)
+        robot.drive((0.4, 0, 0), lambda: robot.pose()[0] > 0.3, "motion afterwards")
+        path = [message.pose.pose.position.x for message in robot.odom]
+        self.assertLess(max(np.diff(path)), 0.4 * 0.02 * 1.5)
+
+    def test_each_node_that_dies_stops_the_robot(self):
+        for node in ("/driver_node", "/serial_com_node"):
+            robot = Robot(self)
+            robot.drive((0.4, 0, 0), lambda robot=robot: any(robot.board.speeds), "motion")
+            os.kill(self.processes.pid(node), signal.SIGKILL)
+            wait_for(lambda robot=robot: robot.command.publish(twist(0.4)) or not any(robot.board.speeds),
+                     f"the stop without {node}", period=0.02)
+            self.processes.stop(robot.launch)
+            robot.board.unplug()
+
+    def test_a_subscriber_that_stops_reading_holds_up_nobody(self):
+        robot = Robot(self)
+        hung = self.processes.start("rostopic", "echo", "/odom")
+        others = robot.odom
+        wait_for(lambda: self.subscribers("/odom") == 2, "the second subscriber")
+        os.kill(hung.pid, signal.SIGSTOP)
+        read = self.publisher("serial_read", String)
+        for _ in range(20000):  # 14 MB of odometry: more than the line to the hung one takes
+            read.publish("0:0:0;\n")
+        seen = len(others)
+        wait_for(lambda: len(others) > seen + 10000, "odometry for the others", timeout=40)
+        wait_for(lambda: self.subscribers("/odom") == 1, "the end of the hung connection", timeout=40)
+        robot.drive((0.4, 0, 0), lambda: robot.odom[-1].twist.twist.linear.x > 0.3, "motion")
+        os.kill(hung.pid, signal.SIGCONT)
+
+    def subscribers(self, topic):
+        """Number of open connections of odom_node for a topic."""
+        uri = rospy.get_master().lookupNode("/odom_node")[2]
+        info = xmlrpc.client.ServerProxy(uri).getBusInfo("/test")[2]
+        return sum(line[4] == topic and line[2] == "o" for line in info)
+
+    def test_two_robots_in_namespaces_know_nothing_of_each_other(self):
+        one, two = Robot(self, "robot1"), Robot(self, "robot2")
+        transforms = self.listen("/tf", TFMessage)
+        one.drive((0.4, 0, 0), lambda: one.pose()[0] > 0.2, "motion of one")
+        one.stop()
+        self.assertEqual(two.pose(), (0.0, 0.0, 0.0))
+        self.assertEqual((one.odom[-1].header.frame_id, one.odom[-1].child_frame_id),
+                         ("robot1/odom", "robot1/base_link"))
+        self.assertEqual(one.joints[-1].name[0], "robot1/wheel_0_joint")
+        frames = {transform.child_frame_id for message in transforms for transform in message.transforms}
+        self.assertEqual(frames, {"robot1/base_link", "robot2/base_link"})
+
+    def test_driver_basic_launch(self):
+        board = Board(str(self.processes.folder / "basic"))
+        self.addCleanup(board.__exit__)
+        board.plug()
+        rosparam.set_param("/serial_com_node/port", board.link)
+        self.processes.launch("driver_basic.launch")
+        odom = self.listen("/odom", Odometry)
+        command = self.publisher("/cmd_vel", Twist)
+        wait_for(lambda: odom, "odometry")
+        wait_for(lambda: command.publish(twist(0, 0.3)) or odom[-1].pose.pose.position.y > 0.1, "motion", period=0.02)
+        self.assertEqual(board.heard[-1][1].partition(";")[0], "-16.37:32.74:-16.37")
+
+    def test_odometry_from_commands_launch(self):
+        self.processes.launch("odometry_from_commands.launch")
+        odom = self.listen("/odom", Odometry)
+        command = self.publisher("/cmd_vel", Twist)
+        wait_for(lambda: odom, "odometry")
+        start = rospy.get_time()
+        wait_for(lambda: command.publish(twist(0.2, 0.1)) or odom[-1].pose.pose.position.x > 0.2, "motion", period=0.02)
+        elapsed = rospy.get_time() - start
+        self.assertAlmostEqual(odom[-1].pose.pose.position.y, odom[-1].pose.pose.position.x / 2, delta=1e-3)
+        self.assertLessEqual(odom[-1].pose.pose.position.x, 0.2 * elapsed + 0.01)
+        self.assertAlmostEqual(odom[-1].twist.twist.linear.x, 0.2, delta=1e-4)
+
+
+if __name__ == "__main__":
+    rostest.rosrun("robotont_bringup", "stack_test", StackTest)

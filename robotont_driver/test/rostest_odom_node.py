@@ -1,0 +1,140 @@
+#!/usr/bin/env python3
+"""odom_node, fed by the test and by mock_serial_node."""
+
+import math
+import random
+
+import numpy as np
+import rospy
+import rostest
+import yaml
+from geometry_msgs.msg import Twist
+from harness import wait_for
+from nav_msgs.msg import Odometry
+from node_test import OK, WARN, WHEEL_PARAMS, NodeTest, twist
+from sensor_msgs.msg import JointState
+from std_msgs.msg import String
+from std_srvs.srv import Trigger
+from tf2_msgs.msg import TFMessage
+
+from robotont_driver.kinematics import Kinematics
+from robotont_driver.odometry import WheelOdometry
+from robotont_driver.protocol import format_packet
+from robotont_driver.wheels import read_wheels
+
+TASK = "odom_node: wheel feedback"
+
+
+class OdomNodeTest(NodeTest):
+    def setUp(self):
+        super().setUp()
+        self.odom = self.listen("odom", Odometry)
+        self.transforms = self.listen("/tf", TFMessage)
+        self.joints = self.listen("joint_states", JointState)
+        self.read = self.publisher("serial_read", String)
+        rospy.wait_for_service("reset_odometry", 20)
+        rospy.ServiceProxy("reset_odometry", Trigger)()
+        # until every one of the connections is there
+        wait_for(lambda: self.send([(0, 0, 0)], wait=False) or (self.odom and self.transforms and self.joints),
+                 "odometry", period=0.05)
+        self.settle()
+
+    def settle(self):
+        """Until nothing is under way, then forget what came."""
+        number = -1
+        while number != len(self.odom):
+            number = len(self.odom)
+            rospy.sleep(0.1)
+        for messages in (self.odom, self.transforms, self.joints):
+            messages.clear()
+
+    def send(self, packets, wait=True):
+        before = len(self.odom)
+        for packet in packets:
+            self.read.publish(format_packet(packet))
+        if wait:
+            wait_for(lambda: len(self.odom) >= before + len(packets), "an odometry message per packet")
+
+    def pose(self):
+        pose = self.odom[-1].pose.pose
+        return pose.position.x, pose.position.y, 2 * math.atan2(pose.orientation.z, pose.orientation.w)
+
+    def test_every_packet_makes_one_message_and_the_pose_is_that_of_the_counts(self):
+        generator = random.Random(5)
+        packets = [[generator.randint(-100, 100) for _ in range(3)] for _ in range(100)]
+        self.send(packets)
+        expected = WheelOdometry(Kinematics(read_wheels(yaml.safe_load(WHEEL_PARAMS.read_text()))), 0.02, 0.01)
+        for packet in packets:
+            expected.update(packet, 0.0)
+        self.assertEqual(len(self.odom), 100)
+        np.testing.assert_allclose(
+            self.pose(), (expected.pose.x, expected.pose.y, expected.pose.yaw), atol=1e-12)
+        newest = self.odom[-1].twist.twist
+        np.testing.assert_allclose((newest.linear.x, newest.linear.y, newest.angular.z), expected.twist, atol=1e-12)
+        wait_for(lambda: len(self.joints) == 100, "joint states")
+        np.testing.assert_allclose(self.joints[-1].velocity, expected.wheel_rates, atol=1e-12)
+
+    def test_frames_stamps_and_covariances(self):
+        self.send([(-10, 0, 10)] * 50)
+        wait_for(lambda: len(self.transforms) == len(self.joints) == 50, "transforms and joint states")
+        stamps = [message.header.stamp for message in self.odom]
+        self.assertTrue(all(new > old for old, new in zip(stamps, stamps[1:])))
+        for odom, tf, joints in zip(self.odom, self.transforms, self.joints):
+            (transform,) = tf.transforms
+            self.assertEqual((odom.header.frame_id, odom.child_frame_id), ("odom", "base_link"))
+            self.assertEqual((transform.header.frame_id, transform.child_frame_id), ("odom", "base_link"))
+            self.assertEqual(transform.header.stamp, odom.header.stamp)
+            self.assertEqual(joints.header.stamp, odom.header.stamp)
+            self.assertEqual(transform.transform.translation.x, odom.pose.pose.position.x)
+            self.assertEqual(transform.transform.rotation, odom.pose.pose.orientation)
+            for covariance in (odom.pose.covariance, odom.twist.covariance):
+                matrix = np.reshape(covariance, (6, 6))
+                self.assertTrue(np.all(np.diag(matrix) > 0) and np.all(np.diag(matrix) < 1e3))
+                np.testing.assert_array_almost_equal_nulp(matrix, matrix.T, 16)
+                self.assertTrue(np.all(np.linalg.eigvalsh(matrix) > 0))
+        self.assertEqual(self.joints[-1].name, ["wheel_0_joint", "wheel_1_joint", "wheel_2_joint"])
+        self.assertGreater(self.odom[-1].pose.covariance[0], self.odom[0].pose.covariance[0])
+        self.assertGreater(self.pose()[0], 0.09)
+
+    def test_what_is_no_packet_moves_nothing_and_is_told(self):
+        self.send([(-10, 0, 10)])
+        before = self.pose()
+        for text in ("", "garbage", "1:2;\n", "1:2:3:4;\n", "1:nan:3;\n", "1:2:3\n", "1:2:1e9;\n", "é:1:2;\n"):
+            self.read.publish(text)
+        self.send([(0, 0, 0)])
+        self.assertEqual(self.pose(), before)
+        self.assertEqual(len(self.odom), 2)
+        wait_for(lambda: TASK in self.status and int(self.values(TASK)["packets refused"]) >= 8, "the diagnostics")
+
+    def test_reset(self):
+        self.send([(-10, 5, 20)] * 10)
+        reply = rospy.ServiceProxy("reset_odometry", Trigger)()
+        self.assertTrue(reply.success)
+        self.send([(0, 0, 0)])
+        self.assertEqual(self.pose(), (0.0, 0.0, 0.0))
+
+    def test_diagnostics_follow_the_feedback(self):
+        self.wait_for_status(TASK, WARN, "no packets on serial_read")
+        wait_for(lambda: self.send([(0, 0, 0)]) or (
+            TASK in self.status and self.status[TASK].level == OK), "OK", period=0.02)
+
+    def test_driven_through_the_mock_in_a_namespace_with_frames_of_its_own(self):
+        odom = self.listen("/mocked/odom", Odometry)
+        joints = self.listen("/mocked/joint_states", JointState)
+        command = self.publisher("/mocked/cmd_vel", Twist)
+        wait_for(lambda: command.publish(twist(0.2, 0.1, 0.3)) or (
+            odom and math.hypot(odom[-1].pose.pose.position.x, odom[-1].pose.pose.position.y) > 0.1 and odom[-1]),
+            "motion", period=0.02)
+        speeds = odom[-1].twist.twist
+        self.assertAlmostEqual(speeds.linear.x, 0.2, delta=0.01)
+        self.assertAlmostEqual(speeds.linear.y, 0.1, delta=0.01)
+        self.assertAlmostEqual(speeds.angular.z, 0.3, delta=0.08)
+        self.assertEqual((odom[-1].header.frame_id, odom[-1].child_frame_id), ("mocked/odom", "mocked/base_footprint"))
+        wait_for(lambda: joints, "joint states")
+        self.assertEqual(joints[-1].name[0], "mocked/wheel_0_joint")
+        children = {transform.child_frame_id for tf in self.transforms for transform in tf.transforms}
+        self.assertNotIn("mocked/base_footprint", children)  # publish_tf is off there
+
+
+if __name__ == "__main__":
+    rostest.rosrun("robotont_driver", "odom_node_test", OdomNodeTest)

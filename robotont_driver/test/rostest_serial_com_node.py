@@ -1,0 +1,199 @@
+#!/usr/bin/env python3
+"""serial_com_node between the topics and a board behind a pseudo-terminal."""
+
+import signal
+import time
+
+import rostest
+from board import Board
+from harness import wait_for
+from node_test import ERROR, OK, WARN, NodeTest
+from std_msgs.msg import String
+
+TASK = "serial_com_node: link"
+
+
+def total(packets):
+    """Sums per wheel."""
+    return [sum(column) for column in zip(*packets)]
+
+
+class SerialComNodeTest(NodeTest):
+    def setUp(self):
+        super().setUp()
+        self.read = self.listen("serial_read", String)
+        self.board = Board(str(self.processes.folder / "board"), start_totals=0xFF00)
+        self.addCleanup(self.board.__exit__)
+        self.log = self.processes.folder / "log"
+
+    def start(self, *arguments, plug=True):
+        if plug:
+            self.board.plug()
+        self.node = self.processes.node("serial_com_node", f"_port:={self.board.link}", *arguments, log=self.log)
+        if plug:
+            wait_for(lambda: self.read, "packets")
+        self.write = self.publisher("serial_write", String)
+
+    def packets(self):
+        return [tuple(map(int, message.data.rstrip("\n").rstrip(";").split(":"))) for message in list(self.read)]
+
+    def heard(self):
+        return [line for _, line in self.board.heard]
+
+    def command(self, packet):
+        self.write.publish(packet)
+        wait_for(lambda: any(line.startswith(packet.rstrip("\n")) for line in self.heard()), packet)
+
+    def test_packets_go_both_ways_and_commands_are_checked_once_the_board_is(self):
+        self.start()
+        self.command("10.25:-3.00:0.00;\n")
+        self.assertRegex(self.heard()[-1], r"^10\.25:-3\.00:0\.00;[0-9A-F]{4}$")
+        wait_for(lambda: (10, -3, 0) in self.packets(), "the counts")
+        self.assertTrue(all(message.data.endswith(";\n") for message in self.read))
+        self.wait_for_status(TASK, OK, "packets/s")
+        self.assertEqual(self.values(TASK)["board"], "robotont stand-in 1")
+        self.assertEqual(self.values(TASK)["packets"], "checked")
+
+    def test_a_plain_board_gets_plain_commands(self):
+        self.board.checked = False
+        self.start()
+        self.command("10.25:-3.00:0.00;\n")
+        self.assertEqual(self.heard()[-1], "10.25:-3.00:0.00;")
+        wait_for(lambda: (10, -3, 0) in self.packets(), "the counts")
+
+    def test_a_command_that_is_no_packet_does_not_reach_the_board(self):
+        self.start()
+        for text in ("", "1:2;\n", "1:2:3:4;\n", "nan:1:2;\n", "1:2:3", "1:2:3\n4:5:6;\n"):
+            self.write.publish(text)
+        self.command("7:7:7;\n")
+        self.assertEqual([line for line in self.heard() if not line.startswith("0:0:0;")][0][:6], "7:7:7;")
+        wait_for(lambda: TASK in self.status and self.values(TASK)["commands refused"] == "6", "the diagnostics")
+
+    def test_a_missing_port_a_port_that_vanishes_and_one_that_comes_back(self):
+        self.start(plug=False)
+        self.wait_for_status(TASK, ERROR, "is the board plugged in")
+        self.write.publish("5:5:5;\n")
+        self.board.plug()
+        wait_for(lambda: self.read, "packets")
+        self.wait_for_status(TASK, OK)
+        for _ in range(2):
+            self.board.unplug()
+            self.wait_for_status(TASK, ERROR)
+            self.read.clear()
+            self.board.plug()
+            wait_for(lambda: self.read, "packets")
+            self.wait_for_status(TASK, OK)
+        self.assertEqual(self.values(TASK)["reconnects"], "2")
+        self.assertNotIn("5:5:5;", "".join(self.heard()))
+        self.assertIsNone(self.node.poll())
+        told = self.log.read_text()
+        self.assertEqual(told.count(str(self.board.link) + ":"), 3, told)  # once per change
+        self.assertNotIn("Traceback", told)
+
+    def test_a_silent_board_and_a_wrong_line_are_told(self):
+        self.start()
+        self.board.line.cut = True
+        self.wait_for_status(TASK, WARN, "no packets")
+        self.board.line.cut = False
+        self.board.line.corrupt = 0.02
+        self.wait_for_status(TASK, WARN, "dropped in the last second")
+        self.board.line.corrupt = 0.0
+        self.wait_for_status(TASK, OK)
+        self.board.say(b"# fault motor 1\n")
+        self.wait_for_status(TASK, ERROR, "fault motor 1")
+        self.board.say(b"# fault cleared\n")
+        self.wait_for_status(TASK, OK)
+
+    def test_garbage_lines_without_end_and_wrong_fields_pass_nothing_and_break_nothing(self):
+        self.board.say(bytes(range(256)) * 20)
+        self.start()
+        self.command("9:9:9;\n")
+        wait_for(lambda: (9, 9, 9) in self.packets(), "the counts")
+        for data in (b"x" * 5000, b"\n1:2;\n", b"1:2:3:4;\n", b"99999:0:0;\n", b"1:2:3;00:0001:0002:0003:0000\n"):
+            self.board.say(data)
+        read = len(self.read)
+        wait_for(lambda: len(self.read) > read + 10, "packets afterwards")
+        self.assertLessEqual(set(self.packets()), {(0, 0, 0), (9, 9, 9)})
+        self.assertIsNone(self.node.poll())
+        self.assertNotIn("Traceback", self.log.read_text())
+
+    def test_a_board_that_restarts_is_taken_afresh(self):
+        self.start()
+        self.command("20:20:20;\n")
+        wait_for(lambda: self.packets().count((20, 20, 20)) > 5, "counts")
+        self.board.restart(start_totals=0x1234)
+        self.read.clear()
+        wait_for(lambda: len(self.read) > 10, "packets")
+        self.assertLessEqual(set(self.packets()), {(0, 0, 0), (20, 20, 20)})
+        wait_for(lambda: TASK in self.status and self.values(TASK)["board restarts"] == "1", "the diagnostics")
+        self.assertEqual(self.values(TASK)["periods repaired"], "0")
+        wait_for(lambda: "restarted" in self.log.read_text(), "words in the log")
+
+    def test_a_bad_line_costs_no_count(self):
+        self.board.period = 0.001
+        self.start()
+        self.command("33.3:-21.7:5.5;\n")
+        before = len(self.board.told)
+        self.board.line.corrupt = self.board.line.drop = self.board.line.double = 0.01 / 3
+        wait_for(lambda: self.write.publish("33.3:-21.7:5.5;\n") or len(self.board.told) > before + 5000,
+                 "5000 packets", period=0.1)
+        self.board.line.corrupt = self.board.line.drop = self.board.line.double = 0.0
+        wait_for(lambda: self.board.speeds == [0.0] * 3, "the stop")
+        # whatever came before the connection was told to nobody; the standing board tells nothing new
+        wait_for(lambda: total(self.packets()) == self.board.motors.counted, "the same sums on both ends")
+        wait_for(lambda: TASK in self.status and int(self.values(TASK)["periods repaired"]) > 500, "the diagnostics")
+        self.assertLessEqual(max(max(map(abs, packet)) for packet in self.packets()), 34)
+
+    def test_twenty_thousand_packets_at_1000_a_second_whole_and_in_order(self):
+        self.board.line.cut = True  # the board keeps silent, the test speaks
+        self.board.plug()
+        self.node = self.processes.node("serial_com_node", f"_port:={self.board.link}", log=self.log)
+        speaker = Board("nobody", start_totals=7)
+        speaker.motors.counted = [0, 0, 0]
+
+        def packet(number):
+            counts = [number % 101, -(number % 67), number % 13]
+            speaker.motors.counted = [old + new for old, new in zip(speaker.motors.counted, counts)]
+            data = speaker.packet(counts)
+            speaker._counter = (speaker._counter + 1) % 256
+            return tuple(counts), data
+        sent = []
+
+        def speak(number):
+            counts, data = packet(number)
+            sent.append(counts)
+            self.board.send(data)
+        wait_for(lambda: speak(len(sent)) or self.read, "the connection", period=0.05)
+        wait_for(lambda: self.packets()[-1:] == sent[-1:], "the newest packet")
+        self.read.clear()
+        sent.clear()
+        begin = time.monotonic()
+        for number in range(20000):
+            speak(number)
+            time.sleep(max(0.0, begin + number * 0.001 - time.monotonic()))
+        wait_for(lambda: len(self.read) >= 20000, "all packets")
+        self.assertEqual(self.packets(), sent)
+
+    def test_no_commands_means_one_stop(self):
+        self.start()
+        self.command("10:10:10;\n")
+        wait_for(lambda: self.heard()[-1].startswith("0:0:0;"), "the stop")
+        heard, told = len(self.board.heard), len(self.board.told)
+        wait_for(lambda: len(self.board.told) > told + 60, "more than a second")
+        self.assertEqual(len(self.board.heard), heard)
+
+    def test_the_last_packet_is_a_stop_however_the_node_ends(self):
+        self.board.plug()
+        for how in (signal.SIGINT, signal.SIGTERM):
+            self.read.clear()
+            self.start(plug=False)
+            wait_for(lambda: self.read, "packets")
+            wait_for(lambda: self.write.publish("10:10:10;\n") or any(
+                line.startswith("10:10:10;") for line in self.heard()), "the command", period=0.05)
+            self.processes.stop(self.node, how)
+            wait_for(lambda: self.heard()[-1].startswith("0:0:0;"), "the stop")
+            self.board.heard.clear()
+
+
+if __name__ == "__main__":
+    rostest.rosrun("robotont_driver", "serial_com_node_test", SerialComNodeTest)

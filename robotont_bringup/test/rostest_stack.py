@@ -21,13 +21,12 @@ from tf2_msgs.msg import TFMessage
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "robotont_driver" / "test"))
 
-from board import Board  # noqa: E402
-from harness import wait_for  # noqa: E402
-from node_test import ERROR, OK, WHEEL_PARAMS, NodeTest, twist  # noqa: E402
-
-from robotont_driver.kinematics import Kinematics  # noqa: E402
-from robotont_driver.odometry import Pose  # noqa: E402
-from robotont_driver.wheels import read_wheels  # noqa: E402
+from board import Board
+from harness import wait_for
+from node_test import ERROR, OK, WHEEL_PARAMS, NodeTest, twist
+from robotont_driver.kinematics import Kinematics
+from robotont_driver.odometry import Pose
+from robotont_driver.wheels import read_wheels
 
 SHIPPED = yaml.safe_load(WHEEL_PARAMS.read_text())
 UNEVEN = {

@@ -10,11 +10,11 @@ import rostest
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "robotont_driver" / "test"))
 
-import yaml  # noqa: E402
-from harness import wait_for  # noqa: E402
-from node_test import WHEEL_PARAMS, NodeTest  # noqa: E402
+import yaml
 
-from robotont_driver.wheels import KEYS, THESIS_KEYS  # noqa: E402
+from harness import wait_for
+from node_test import WHEEL_PARAMS, NodeTest
+from robotont_driver.wheels import KEYS, THESIS_KEYS
 
 NODES = ("driver_node", "serial_com_node", "odom_node", "mock_serial_node")
 

@@ -51,8 +51,9 @@ class Line:
 class Board:
     """Reads commands and sends one packet per period, from a thread of its own, at the port `link`.
 
-    `heard`: (time, line) of each command line; `told`: counts of each period in which the port was open; `on_period(turned)` is called
-    with the edges that the wheels have really turned, fractions included.
+    `heard`: (time, line) of each command line. `told`: counts of each period in which the port was open.
+    `on_period(turned)` is called with the edges that the wheels have really turned, fractions included;
+    `on_bytes(time, data)` with what the PC writes.
     """
 
     def __init__(self, link, wheels=3, checked=True, period=0.02, start_totals=0, banner="robotont stand-in 1"):

@@ -9,14 +9,14 @@ import rospy
 import rostest
 import yaml
 from geometry_msgs.msg import Twist
-from harness import wait_for
 from nav_msgs.msg import Odometry
-from node_test import OK, WARN, WHEEL_PARAMS, NodeTest, twist
 from sensor_msgs.msg import JointState
 from std_msgs.msg import String
 from std_srvs.srv import Trigger
 from tf2_msgs.msg import TFMessage
 
+from harness import wait_for
+from node_test import OK, WARN, WHEEL_PARAMS, NodeTest, twist
 from robotont_driver.kinematics import Kinematics
 from robotont_driver.odometry import WheelOdometry
 from robotont_driver.protocol import format_packet

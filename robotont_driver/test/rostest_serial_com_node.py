@@ -5,10 +5,11 @@ import signal
 import time
 
 import rostest
+from std_msgs.msg import String
+
 from board import Board
 from harness import wait_for
 from node_test import ERROR, OK, WARN, NodeTest
-from std_msgs.msg import String
 
 TASK = "serial_com_node: link"
 

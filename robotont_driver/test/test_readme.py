@@ -1,8 +1,8 @@
 import re
 
 import pytest
-from conftest import HERE
 
+from conftest import HERE
 from robotont_driver.parameters import DRIVER, ODOM, SERIAL_COM, markdown_rows
 from robotont_driver.wheels import KEYS
 
@@ -26,7 +26,6 @@ def test_what_the_thesis_table_names_exists():
     files = {path.name for folder in ("robotont_driver", "robotont_bringup", "config", "launch", "docs")
              for path in (ROOT / folder).rglob("*")}
     for name in re.findall(r"`([^`]+)`", table):
-        found = name.rpartition("/")[2] in files if "." in name and not name.startswith(("Kinematics.", "kinematics.")) \
-            else f"def {name.rpartition('.')[2]}(" in sources or f"self.{name.rpartition('.')[2]} = " in sources \
-            or name.rpartition("/")[2] in files
-        assert found, name
+        last = re.split(r"[/.]", name)[-1]
+        is_file = name.rpartition("/")[2] in files
+        assert is_file or f"def {last}(" in sources or f"self.{last} = " in sources, name

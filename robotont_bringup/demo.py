@@ -1,4 +1,3 @@
-#!/usr/bin/env python3
 """The driver at work without a robot: a square and a turning circle, figures, and a picture.
 
 Starts the stack against a board that is not there (ideal motors behind a pseudo-terminal, on a line that
@@ -12,7 +11,7 @@ import sys
 import time
 from pathlib import Path
 
-ROOT = Path(__file__).resolve().parents[2]
+ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT / "robotont_driver" / "test"))
 
 import matplotlib  # noqa: E402
@@ -22,13 +21,13 @@ import matplotlib.pyplot as plt  # noqa: E402
 import numpy as np  # noqa: E402
 import rospy  # noqa: E402
 import yaml  # noqa: E402
-from board import Board  # noqa: E402
 from diagnostic_msgs.msg import DiagnosticArray  # noqa: E402
 from geometry_msgs.msg import Twist  # noqa: E402
-from harness import Master, wait_for  # noqa: E402
 from nav_msgs.msg import Odometry  # noqa: E402
 from sensor_msgs.msg import JointState  # noqa: E402
 
+from board import Board  # noqa: E402
+from harness import Master, wait_for  # noqa: E402
 from robotont_driver.kinematics import Kinematics  # noqa: E402
 from robotont_driver.odometry import Pose  # noqa: E402
 from robotont_driver.wheels import read_wheels  # noqa: E402
@@ -155,7 +154,7 @@ class Demo:
             ("command to board, median", f"{latency[len(latency) // 2]:.2f} ms"),
             ("command to board, 99 %", f"{latency[int(0.99 * len(latency))]:.2f} ms"),
             ("end pose, odometry against truth", f"{metres * 1000:.3f} mm, {math.degrees(radians):.4f} deg"),
-            ("  allowed", "{:g} mm, {:g} deg".format(LARGEST_ERROR[0] * 1000, math.degrees(LARGEST_ERROR[1]))),
+            ("  allowed", f"{LARGEST_ERROR[0] * 1000:g} mm, {math.degrees(LARGEST_ERROR[1]):g} deg"),
         ]
 
 

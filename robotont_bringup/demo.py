@@ -84,7 +84,8 @@ class Demo:
         self.odom, self.commanded = [], Pose()
         self.command_path = [(0.0, 0.0)]
         self.link, self.joints = {}, ()
-        master.launch("robot.launch", f"port:={self.board.link}")
+        self.log = master.folder / "log"
+        master.launch("robot.launch", f"port:={self.board.link}", log=self.log)
         rospy.init_node("demo", disable_signals=True)
         rospy.Subscriber("odom", Odometry, self.odom.append, tcp_nodelay=True)
         rospy.Subscriber("joint_states", JointState, self._on_joints, tcp_nodelay=True)
@@ -213,7 +214,11 @@ def main():
     with Master() as master:
         demo = Demo(master, options.bad_bytes)
         with demo.board:
-            demo.drive()
+            try:
+                demo.drive()
+            except AssertionError as error:
+                print(f"the demo failed: {error}; the stack said:\n{demo.log.read_text()}", file=sys.stderr)
+                return 1
             for what, value in demo.figures():
                 print(f"  {what:<42} {value}")
         draw(demo, options.picture)

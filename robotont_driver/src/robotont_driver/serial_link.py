@@ -94,7 +94,11 @@ class SerialLink:
             try:
                 with serial.Serial(self._name, self._baudrate, timeout=0, exclusive=True) as port:
                     self._opened(port)
-                    self._serve(port)
+                    try:
+                        self._serve(port)
+                    finally:
+                        with self._lock:  # nobody may write to a descriptor that is closed, or opened by others
+                            self._port = None
             except (OSError, ValueError, termios.error) as error:  # pyserial's own errors are OSErrors
                 self._lost(explain(self._name, error))
                 self._wait(self._retry_period)
@@ -109,11 +113,9 @@ class SerialLink:
         self._changed(None)
 
     def _lost(self, trouble):
-        with self._lock:
-            changed = self._port is not None or not self._tried
-            self._port = None
-            self._tried = True
-            self.trouble = trouble  # may become another one while the port stays closed
+        changed = self.trouble is None or not self._tried
+        self._tried = True
+        self.trouble = trouble  # may become another one while the port stays closed
         if changed and not self._closing:
             self._changed(trouble)
 
@@ -125,9 +127,10 @@ class SerialLink:
                 unsent = self._rest or self._waiting
                 deadline = self._deadline
                 if self._closing and not unsent:
-                    self._port = None
                     return
             timeout = None if deadline is None else max(0.0, deadline - time.monotonic())
+            if self._closing:
+                timeout = self._write_timeout
             readable, writable, _ = select.select(
                 [port.fileno(), self._woken], [port.fileno()] if unsent else [], [], timeout)
             if self._woken in readable:

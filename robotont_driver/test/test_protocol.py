@@ -191,6 +191,17 @@ class TestCheckedFeedback:
         assert checked.dropped == {"inconsistent": 1}
         assert checked.restarts == 0
 
+    def test_totals_that_jump_are_noticed_even_where_the_counter_goes_on(self):
+        sender, checked = Sender(), reader()
+        read = checked.feed(sender.packet())
+        sender.board.offset += 5000
+        read += checked.feed(sender.packet())
+        assert read == sender.sent[:1]
+        read += checked.feed(sender.packet())
+        assert read == sender.sent
+        assert checked.restarts == 1
+        assert checked.repaired == 0
+
     def test_the_same_packet_twice_counts_once(self):
         sender, checked = Sender(), reader()
         data = sender.packet() + sender.packet()

@@ -135,6 +135,23 @@ def test_a_full_line_blocks_nobody_and_the_newest_command_goes_first(port, ends)
     os.close(master)
 
 
+def test_what_a_lost_port_did_not_take_is_not_sent_to_the_next(port, ends):
+    master, slave = pty.openpty()
+    os.symlink(os.ttyname(slave), str(port))
+    end = ends()
+    wait_for(lambda: end.link.trouble is None, "the port")
+    wait_for(lambda: end.link.send(b"1:1:1;\n") or end.link.replaced, "a full line", period=0)
+    os.unlink(str(port))
+    os.close(slave)
+    os.close(master)
+    wait_for(lambda: end.link.trouble, "the loss to be noticed")
+    with Board(str(port)) as board:
+        wait_for(lambda: end.packets, "packets")
+        end.link.send(b"2:2:2;\n")
+        wait_for(lambda: board.heard, "a command")
+        assert heard(board) == ["2:2:2;"]
+
+
 def test_silence_sends_one_stop_packet(port, ends):
     with Board(str(port)) as board:
         end = ends(write_timeout=0.1)

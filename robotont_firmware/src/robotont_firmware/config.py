@@ -1,0 +1,51 @@
+"""Every number of the firmware: timing, limits, gains and pins, with units.
+
+One *unit* is one encoder edge per control period. Three Pololu 19:1 37D motors at 12 V are assumed:
+gear 18.75, 64 edges per motor turn (1200 per wheel turn), 500 rpm without load (200 units), 5 A in stall.
+An *effort* of FULL_EFFORT is the whole battery voltage.
+"""
+
+# Timing. A period is 1 / RATE seconds.
+WHEELS = 3
+RATE = 50  # [Hz] control periods per second, the driver's pidControlFrequency
+TIMEOUT = 25  # [periods] 0.5 s without a valid packet stops the motors
+NOTICE_INTERVAL = 50  # [periods] at most one notice of dropped packets in this time
+FAULT_HOLD = 25  # [periods] every fault pin must be quiet for this long before a fault can clear
+
+# Limits.
+MAX_SPEED = 180  # [units] faster commands are scaled down, all wheels by one factor
+MAX_ACCELERATION = 10  # [units/period] of the wheel whose set-point changes most (500 units/s, 4.6 m/s^2)
+FULL_EFFORT = 4000  # [effort] 100 % PWM; also the PWM period in timer ticks (80 MHz / 20 kHz)
+MAX_EFFORT = 4000  # [effort] of the whole voltage
+MAX_TORQUE = 2000  # [effort] above the back-EMF: half of the stall current, 2.5 A
+MAX_INTEGRAL = 1200  # [effort] the most that the integral part may add
+BLOCKED_INTEGRAL = 300  # [effort] the most that it may reach while the wheel does not turn although it
+BLOCKED_ERROR = 4  # [units] is this much too slow
+
+# Speed controller. STATIC in effort, the gains in 1/256 effort per unit (I: per unit and period).
+STATIC = 160  # [effort] overcomes friction: 0.2 A without load, of 5 A
+SPEED_GAIN = 4915  # 19.2 effort per unit: (FULL_EFFORT - STATIC) / 200 units
+P_GAIN = 6656  # 26 effort per unit
+I_GAIN = 1280  # 5 effort per unit and period
+D_GAIN = 0  # on the measured speed; encoder counts are too coarse at 50 Hz to need it
+FOLLOW = 100  # [1/256 of the way per period] the reference nears the set-point: time constant 40 ms
+LEAD = 640  # [1/256] feed-forward's lead: the wheel's own time constant (100 ms) over the reference's
+STANDSTILL = 5  # [periods] set-point 0 and no edge for this long: motor off, integral 0
+
+# Serial line to the PC: USART2, the ST-Link's virtual port, shared with the REPL.
+UART = 2
+BAUDRATE = 115200
+WATCHDOG = 300  # [ms] without a finished period: the board resets
+
+# Wiring, motor by motor; docs/firmware.md has it as a table.
+ENCODERS = (  # A pin, B pin, timer (channels 1 and 2), alternate function
+    ("PB6", "PB7", 4, 2),
+    ("PA6", "PA7", 3, 2),
+    ("PA0", "PA1", 2, 1),
+)
+PWM_TIMER = 8
+PWM = (("PC6", 1), ("PC7", 2), ("PC8", 3))  # pin, channel of PWM_TIMER (alternate function 3)
+DIRECTIONS = (("PB8", "PB9"), ("PB12", "PB13"), ("PB14", "PB15"))  # high while forward, high while backward
+FAULTS = ("PC9", "PC10", "PC11")  # low: fault (open drain, pulled up inside the chip)
+TICK_TIMER = 6
+SAFE_BUTTON = "PC13"  # USER, low while pressed

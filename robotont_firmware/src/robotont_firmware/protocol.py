@@ -1,0 +1,275 @@
+"""Packets of the serial line, read and written without allocating memory.
+
+PC to board: set-points in units, `-18.90:0.00:18.90;\n` (plain) or `-18.90:0.00:18.90;1050\n` (checked).
+Board to PC: `-19:0:19;SS:E0E0:E1E1:E2E2:CCCC\n`, the edges of one period, always checked.
+CCCC is the CRC-16/CCITT-FALSE of every byte before it, SS the packet counter, EEEE each encoder's total
+modulo 2^16, all in upper-case hexadecimal.
+
+Numbers are integers in 1/256 unit. Every intermediate value stays below 2^30 in magnitude, where the
+board's small integers end and MicroPython would start to allocate.
+"""
+
+from array import array
+
+try:
+    from micropython import const
+except ImportError:  # CPython
+
+    def const(value):
+        """Return `value`: MicroPython's compiler puts it in place of the name, CPython needs nothing."""
+        return value
+
+
+LINE_SIZE = const(160)  # [bytes] the longest line that is read, without its newline
+MAX_UNITS = const(999)  # the largest whole part of a command; clearly more than any motor reaches
+
+_NEWLINE = const(10)
+_BANG = const(33)
+_MINUS = const(45)
+_DOT = const(46)
+_ZERO = const(48)
+_NINE = const(57)
+_COLON = const(58)
+_SEMICOLON = const(59)
+_COUNTER_MASK = const(0x3FFFFFFF)
+_FRACTION_SCALE = const(1000000)  # six decimals are read exactly, further ones are skipped
+
+_HEX = b"0123456789ABCDEF"
+_LEAVE = b"!repl;"  # with a valid CRC: stop the motors and give the line to MicroPython's REPL
+
+
+def _crc_table():
+    """Return the CRC of every single byte: 256 integers of 16 bits."""
+    table = array("H", [0] * 256)
+    for byte in range(256):
+        crc = byte << 8
+        for _ in range(8):
+            crc = (crc << 1) ^ 0x1021 if crc & 0x8000 else crc << 1
+        table[byte] = crc & 0xFFFF
+    return table
+
+
+_CRC_TABLE = _crc_table()
+
+
+def crc16(data, end):
+    """Return the CRC-16/CCITT-FALSE (polynomial 0x1021, start 0xFFFF) of data[0:end] (bytes)."""
+    table = _CRC_TABLE
+    crc = 0xFFFF
+    for at in range(end):
+        crc = ((crc & 0xFF) << 8) ^ table[(crc >> 8) ^ data[at]]
+    return crc
+
+
+def put_decimal(buffer, at, value):
+    """Write the integer `value` (|value| < 2^30) in decimal from buffer[at] on; return the index behind."""
+    if value < 0:
+        buffer[at] = _MINUS
+        at += 1
+        value = -value
+    scale = 1
+    while value // scale >= 10:
+        scale *= 10
+    while scale > 0:
+        buffer[at] = _ZERO + value // scale % 10
+        at += 1
+        scale //= 10
+    return at
+
+
+def put_hex(buffer, at, value, digits):
+    """Write `value` as `digits` upper-case hexadecimal digits from buffer[at] on; return the index behind."""
+    shift = 4 * digits
+    while shift > 0:
+        shift -= 4
+        buffer[at] = _HEX[(value >> shift) & 15]
+        at += 1
+    return at
+
+
+class Receiver:
+    """Finds commands in a stream of bytes; nothing that arrives can make it raise.
+
+    The first valid checked command makes the connection checked: plain ones are refused from then on,
+    until `release`. A trailer that is there and wrong is refused always.
+
+    `setpoints`: the newest valid command, one integer in 1/256 unit per wheel, rounded to nearest.
+    `dropped`: lines refused since the start (modulo 2^30). `checked`: see above.
+    `leave`: a valid `!repl;CCCC` came, so the PC wants the REPL.
+    """
+
+    def __init__(self, wheels):
+        self.setpoints = array("i", [0] * wheels)
+        self.dropped = 0
+        self.checked = False
+        self.leave = False
+        self._scratch = array("i", [0] * wheels)
+        self._wheels = wheels
+        self._line = bytearray(LINE_SIZE + 1)  # one more for the newline, which ends every scan
+        self._length = 0
+
+    def release(self):
+        """Forget that the connection was checked, so that another, plain PC can take over."""
+        self.checked = False
+
+    def feed(self, data, size):
+        """Read data[0:size] (bytes); return how many valid commands ended in it. The newest one wins."""
+        accepted = 0
+        line = self._line
+        length = self._length
+        for at in range(size):
+            byte = data[at]
+            if byte == _NEWLINE:
+                if length > LINE_SIZE:
+                    self._drop()
+                elif length > 0 and self._read_line(length):
+                    accepted += 1
+                length = 0
+            elif length < LINE_SIZE:
+                line[length] = byte
+                length += 1
+            else:
+                length = LINE_SIZE + 1  # too long: nothing is kept until the next newline
+        self._length = length
+        return accepted
+
+    def _read_line(self, length):
+        """Return True when line[0:length] is a command to obey, which then stands in `setpoints`."""
+        self._line[length] = _NEWLINE
+        if self._line[0] == _BANG:
+            self._read_leave(length)
+            return False
+        end = self._read_numbers()
+        if end > 0 and self._trailer_allows(end, length):
+            self.setpoints, self._scratch = self._scratch, self.setpoints
+            return True
+        self._drop()
+        return False
+
+    def _drop(self):
+        self.dropped = (self.dropped + 1) & _COUNTER_MASK
+
+    def _read_leave(self, length):
+        """Set `leave` when the line is `!repl;` with its CRC."""
+        line = self._line
+        for at in range(len(_LEAVE)):
+            if line[at] != _LEAVE[at]:
+                self._drop()
+                return
+        if length == len(_LEAVE) + 4 and self._read_hex(len(_LEAVE)) == crc16(line, len(_LEAVE)):
+            self.leave = True
+        else:
+            self._drop()
+
+    def _trailer_allows(self, end, length):
+        """Return True when what follows the semicolon at end - 1 lets the command pass."""
+        if length == end:
+            return not self.checked
+        if length != end + 4 or self._read_hex(end) != crc16(self._line, end):
+            return False
+        self.checked = True
+        return True
+
+    def _read_hex(self, at):
+        """Return the value of four upper-case hexadecimal digits from line[at] on, or -1."""
+        value = 0
+        for index in range(at, at + 4):
+            digit = self._line[index] - _ZERO
+            if digit > 9:
+                digit -= 7  # from "A" on
+                if digit < 10 or digit > 15:
+                    return -1
+            elif digit < 0:
+                return -1
+            value = value << 4 | digit
+        return value
+
+    def _read_numbers(self):
+        """Read `a:b:...;`, one number per wheel, into the scratch; return the index behind it, 0 if bad."""
+        at = 0
+        for wheel in range(self._wheels):
+            at = self._read_number(wheel, at)
+            if at == 0 or self._line[at] != (_COLON if wheel < self._wheels - 1 else _SEMICOLON):
+                return 0
+            at += 1
+        return at
+
+    def _read_number(self, wheel, at):
+        """Read `-12.34` from line[at] on into scratch[wheel]; return the index behind it, 0 if bad."""
+        line = self._line
+        negative = line[at] == _MINUS
+        if negative:
+            at += 1
+        start = at
+        value = 0
+        byte = line[at]
+        while _ZERO <= byte <= _NINE:
+            if value <= MAX_UNITS:
+                value = value * 10 + byte - _ZERO
+            at += 1
+            byte = line[at]
+        if at == start or value > MAX_UNITS:
+            return 0
+        value <<= 8
+        if byte == _DOT:
+            start = at = at + 1
+            byte = line[at]
+            fraction = 0
+            scale = 1
+            while _ZERO <= byte <= _NINE:
+                if scale < _FRACTION_SCALE:
+                    fraction = fraction * 10 + byte - _ZERO
+                    scale *= 10
+                at += 1
+                byte = line[at]
+            if at == start:
+                return 0
+            value += (fraction * 512 + scale) // (scale * 2)  # fraction / scale * 256, to nearest
+        self._scratch[wheel] = -value if negative else value
+        return at
+
+
+class Sender:
+    """Writes feedback packets and notices into one buffer, made once.
+
+    `buffer[0:length]` is what to send, where `length` is what `pack` or `notice` returned.
+    """
+
+    def __init__(self, wheels):
+        self.buffer = bytearray(32 + 12 * wheels)
+        self._wheels = wheels
+
+    def pack(self, counter, counts, totals):
+        """Write a feedback packet; return its length [bytes].
+
+        counter: packet counter, its low 8 bits are sent. counts: edges of this period, one integer per
+        wheel, within +-32768. totals: each encoder's total, 0..65535.
+        """
+        buffer = self.buffer
+        at = 0
+        for wheel in range(self._wheels):
+            if wheel > 0:
+                buffer[at] = _COLON
+                at += 1
+            at = put_decimal(buffer, at, counts[wheel])
+        buffer[at] = _SEMICOLON
+        at = put_hex(buffer, at + 1, counter, 2)
+        for wheel in range(self._wheels):
+            buffer[at] = _COLON
+            at = put_hex(buffer, at + 1, totals[wheel], 4)
+        buffer[at] = _COLON
+        at += 1
+        at = put_hex(buffer, at, crc16(buffer, at), 4)
+        buffer[at] = _NEWLINE
+        return at + 1
+
+    def notice(self, text, number):
+        """Write text (ASCII bytes, at most 24) and an integer as a line of its own; return its length."""
+        buffer = self.buffer
+        at = 0
+        for byte in text:
+            buffer[at] = byte
+            at += 1
+        at = put_decimal(buffer, at, number)
+        buffer[at] = _NEWLINE
+        return at + 1

@@ -1,0 +1,105 @@
+"""What the suites share: golden vectors, configurations, running with the heap locked."""
+
+import json
+
+from sim_motor import SimBoard, SimMotor
+
+from robotont_firmware import config
+from robotont_firmware.controller import Controller
+
+try:
+    import micropython
+
+    lock, unlock = micropython.heap_lock, micropython.heap_unlock
+except ImportError:  # CPython always allocates; the proof is MicroPython's
+
+    def lock():
+        pass
+
+    def unlock():
+        pass
+
+
+class Locked:
+    """`with Locked():` MicroPython raises MemoryError on any allocation inside."""
+
+    def __enter__(self):
+        lock()
+
+    def __exit__(self, kind, error, trace):
+        unlock()
+
+
+GOLDEN_PATH = None  # set by the runner
+
+
+def golden():
+    """Return the driver's golden packets."""
+    with open(GOLDEN_PATH) as file:
+        return json.load(file)
+
+
+class Config:
+    """A copy of the firmware's configuration with some values changed."""
+
+    def __init__(self, **changes):
+        for name in dir(config):
+            if name[0].isupper():
+                setattr(self, name, getattr(config, name))
+        for name in changes:
+            setattr(self, name, changes[name])
+
+
+def crc_slow(data):
+    """CRC-16/CCITT-FALSE bit by bit, written apart from the firmware's."""
+    crc = 0xFFFF
+    for byte in data:
+        for bit in range(7, -1, -1):
+            high = (crc >> 15) & 1
+            crc = (crc << 1) & 0xFFFF
+            if high != (byte >> bit) & 1:
+                crc ^= 0x1021
+    return crc
+
+
+def checked(body):
+    """Return the line `body;` with its CRC and newline, as bytes."""
+    body = body.encode() + b";"
+    return body + b"%04X\n" % crc_slow(body)
+
+
+class Robot:
+    """A controller on a simulated board."""
+
+    def __init__(self, wheels=3, settings=None, **motor):
+        self.board = SimBoard([SimMotor(**motor) for _ in range(wheels)])
+        self.controller = Controller(self.board, settings or config, wheels, "test")
+        self.controller.start()
+
+    def send(self, body):
+        self.board.inbox += checked(body)
+
+    def tick(self, periods=1, command=None):
+        """Run some periods; repeat `command` often enough to keep the link alive."""
+        for index in range(periods):
+            if command and index % 10 == 0:
+                self.send(command)
+            self.controller.step(self.board.wait_tick())
+
+    def packets(self):
+        """Return every feedback packet sent so far as (counts, counter, totals)."""
+        found = []
+        for line in self.board.sent.split(b"\n"):
+            if line and line[0] != 35:
+                assert crc_slow(line[:-4]) == int(line[-4:], 16), line
+                counts, fields = line.split(b";")
+                fields = fields.split(b":")
+                found.append((
+                    [int(count) for count in counts.split(b":")],
+                    int(fields[0], 16),
+                    [int(total, 16) for total in fields[1:-1]],
+                ))
+        return found
+
+    def efforts(self):
+        return list(self.board._next)

@@ -1,0 +1,194 @@
+"""One wheel's controller on a simulated motor: the bounds that docs/firmware.md promises."""
+
+from harness import Config, Locked
+from sim_motor import PERIOD, SimMotor
+
+from robotont_firmware import config
+from robotont_firmware.pid import MAX_COUNTS, Pid
+
+STEP = config.MAX_ACCELERATION * 256
+LATENCY = 3  # [ms]
+
+
+class Bench:
+    """A wheel under control; `speeds` holds the motor's true speed [units] after every period."""
+
+    def __init__(self, settings=config, **motor):
+        self.motor = SimMotor(**motor)
+        self.pid = Pid(settings)
+        self.setpoint = 0
+        self.effort = 0
+        self.last = 0
+        self.speeds = []
+        self.counts = []
+
+    def run(self, units, periods):
+        target = int(round(units * 256))
+        for _ in range(periods):
+            self.motor.run(LATENCY)
+            self.motor.drive(self.effort)
+            self.motor.run(PERIOD - LATENCY)
+            total = self.motor.total()
+            counts = total - self.last
+            self.last = total
+            with Locked():
+                self.setpoint += max(-STEP, min(STEP, target - self.setpoint))
+                self.effort = self.pid.step(self.setpoint, counts)
+            self.speeds.append(self.motor.speed / 1000000)
+            self.counts.append(counts)
+        return self
+
+
+def settling(speeds, target):
+    """Return the time [s] after which the speed stays within 5 % of the target."""
+    outside = [at for at in range(len(speeds)) if abs(speeds[at] - target) > 0.05 * abs(target)]
+    return ((outside[-1] + 1) if outside else 0) * PERIOD / 1000
+
+
+def overshoot(speeds, target):
+    """Return by how much [%] the speed passes the target."""
+    return 100 * (max(speeds) - target) / target
+
+
+def test_step_settles():
+    bench = Bench().run(50, 100)
+    settled, over = settling(bench.speeds, 50), overshoot(bench.speeds, 50)
+    assert settled <= 0.3, settled
+    assert over <= 10, over
+    return "settles in %.2f s, overshoot %.1f %%" % (settled, over)
+
+
+def test_step_settles_backwards():
+    bench = Bench().run(-50, 100)
+    mirrored = [-speed for speed in bench.speeds]
+    assert settling(mirrored, 50) <= 0.3
+    assert overshoot(mirrored, 50) <= 10
+
+
+def test_step_with_other_loads_and_batteries():
+    worst = 0, 0
+    for motor in ({"tau": 40}, {"tau": 80}, {"tau": 120}, {"tau": 160}, {"friction": 16}, {"friction": 4},
+                  {"battery": 85}, {"tau": 120, "friction": 16, "battery": 85}):
+        bench = Bench(**motor).run(50, 100)
+        settled, over = settling(bench.speeds, 50), overshoot(bench.speeds, 50)
+        assert settled <= 0.5, (motor, settled)
+        assert over <= 12, (motor, over)
+        worst = max(worst[0], settled), max(worst[1], over)
+    return "worst: settles in %.2f s, overshoot %.1f %%" % worst
+
+
+def test_mean_error_is_zero_over_any_second():
+    worst = 0
+    for motor in ({}, {"tau": 120}, {"friction": 12}, {"battery": 90}):
+        for units in (0.75, 1.5, 3.7, 12.34, -18.9, 21.83, -50.01, 87.65, 120.5):
+            counts = Bench(**motor).run(units, 300).counts
+            for start in range(100, 250, 10):
+                mean = sum(counts[start:start + 50]) / 50
+                worst = max(worst, abs(mean - units))
+                # Whole edges are counted: one edge more or less at either end is 0.04 units.
+                assert abs(mean - units) <= 0.04 + 1 / 512, (motor, units, mean)
+    return "worst mean error %.3f units" % worst
+
+
+def test_long_run_loses_no_edge():
+    bench = Bench().run(12.34, 100)
+    start = bench.last
+    bench.run(12.34, 1000)
+    wished = round(12.34 * 256) / 256 * 1000
+    assert abs(bench.last - start - wished) <= 2, bench.last - start
+
+
+def test_no_windup_after_a_blocked_wheel_is_released():
+    worst = 0, 0
+    for units in (20, 50, 100):
+        for motor in ({}, {"tau": 120}):
+            bench = Bench(**motor).run(units, 50)
+            bench.motor.blocked = True
+            bench.run(units, 100)
+            bench.motor.blocked = False
+            bench.speeds = []
+            bench.run(units, 100)
+            over, settled = max(bench.speeds) - units, settling(bench.speeds, units)
+            assert over <= 12, (units, motor, over)
+            assert settled <= 0.4, (units, motor, settled)
+            worst = max(worst[0], over), max(worst[1], settled)
+    return "worst: %.1f units above, settled in %.2f s" % worst
+
+
+def test_blocked_wheel_is_not_pushed_beyond_the_torque_limit():
+    bench = Bench()
+    bench.motor.blocked = True
+    for _ in range(100):
+        bench.run(150, 1)
+        assert abs(bench.effort) <= config.MAX_TORQUE, bench.effort
+
+
+def test_reversal_respects_both_limits():
+    bench = Bench().run(150, 60)
+    speed_of = 19.2
+    for _ in range(60):
+        bench.run(-150, 1)
+        assert abs(bench.effort) <= config.MAX_EFFORT
+        assert abs(bench.effort - speed_of * bench.counts[-1]) <= config.MAX_TORQUE + speed_of
+    assert abs(bench.speeds[-1] + 150) < 3
+
+
+def test_standstill_switches_the_motor_off():
+    bench = Bench().run(30, 50).run(0, 50)
+    assert bench.effort == 0
+    assert bench.motor.speed == 0
+    for _ in range(10):  # a hand turns the wheel: it rolls
+        with Locked():
+            assert bench.pid.step(0, 7) == 0
+    with Locked():
+        again = bench.pid.step(256, 0)
+        fresh = Pid.step  # a bound method would allocate
+    assert again == fresh(Pid(config), 256, 0)
+
+
+def test_brakes_until_standstill():
+    bench = Bench().run(100, 50).run(0, 10)  # the slew limit takes 10 periods
+    assert bench.setpoint == 0
+    bench.run(0, 15)
+    assert abs(bench.speeds[-1]) < 1
+    coasting = SimMotor()
+    coasting.speed = 100000000
+    coasting.run(25 * PERIOD)
+    assert bench.counts[-1] == 0
+    assert sum(bench.counts[50:]) < coasting.total()  # not just switched off: braked
+
+
+def test_small_setpoints_overcome_friction():
+    for units in (0.5, -0.5):
+        bench = Bench().run(units, 100)
+        turned = sum(bench.counts[50:])
+        assert 20 <= turned * (1 if units > 0 else -1) <= 30, turned
+
+
+def test_derivative_brakes_a_rising_speed():
+    flat, damped = Pid(Config(D_GAIN=0)), Pid(Config(D_GAIN=512))
+    for pid in (flat, damped):
+        pid.step(50 * 256, 0)
+    assert flat.step(50 * 256, 10) - damped.step(50 * 256, 10) == 20
+
+
+def test_gains_out_of_range_are_refused():
+    for name in ("P_GAIN", "I_GAIN", "D_GAIN", "SPEED_GAIN", "FOLLOW", "LEAD", "MAX_INTEGRAL"):
+        for value in (-1, 1 << 30):
+            if name == "MAX_INTEGRAL" and value < 0:
+                continue
+            try:
+                Pid(Config(**{name: value}))
+            except ValueError:
+                continue
+            raise AssertionError(name)
+
+
+def test_impossible_counts_do_not_upset_it():
+    pid = Pid(config)
+    for counts in (32767, -32768, MAX_COUNTS, -MAX_COUNTS):
+        for setpoint in (180 * 256, -180 * 256):
+            for _ in range(20):
+                with Locked():
+                    effort = pid.step(setpoint, counts)
+                assert -config.MAX_EFFORT <= effort <= config.MAX_EFFORT

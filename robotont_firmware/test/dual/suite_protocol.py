@@ -1,0 +1,153 @@
+"""Packets: golden vectors, every way a line can be wrong, no allocation."""
+
+from harness import Locked, checked, crc_slow, golden
+
+from robotont_firmware.protocol import LINE_SIZE, Receiver, Sender, crc16, put_decimal, put_hex
+
+
+def feed(receiver, data):
+    data = bytearray(data)
+    with Locked():
+        return receiver.feed(data, len(data))
+
+
+def test_crc_golden():
+    for text, crc in golden()["crc16"]:
+        assert crc16(text.encode(), len(text)) == int(crc, 16), text
+
+
+def test_commands_golden():
+    for vector in golden()["commands"]:
+        for kind in ("plain", "checked"):
+            receiver = Receiver(len(vector["units"]))
+            assert feed(receiver, vector[kind].encode()) == 1, vector[kind]
+            assert list(receiver.setpoints) == vector["fixed_256"], vector[kind]
+            assert receiver.checked == (kind == "checked")
+            assert receiver.dropped == 0
+
+
+def test_commands_golden_byte_by_byte():
+    for vector in golden()["commands"]:
+        receiver = Receiver(len(vector["units"]))
+        accepted = 0
+        for byte in vector["checked"].encode():
+            accepted += feed(receiver, bytes([byte]))
+        assert accepted == 1
+        assert list(receiver.setpoints) == vector["fixed_256"]
+
+
+def test_bad_commands_golden_in_either_mode():
+    for line in golden()["bad_commands"]:
+        for first in (b"", checked("5:6:7")):
+            receiver = Receiver(3)
+            feed(receiver, first)
+            before = list(receiver.setpoints)
+            assert feed(receiver, line.encode()) == 0, line
+            assert list(receiver.setpoints) == before, line
+            assert receiver.dropped == 1, line
+            assert feed(receiver, checked("1:2:3")) == 1, line
+
+
+def test_bad_numbers_with_a_right_crc():
+    for body in ("1:2", "1:2:3:4", "a:2:3", "1:2:", "1:-:3", "1:2:3.", "1:2:.5", "+1:2:3", "1:2:1000", "1:2:3 ", ""):
+        receiver = Receiver(3)
+        assert feed(receiver, checked(body)) == 0, body
+        assert receiver.dropped == 1, body
+        assert not receiver.checked, body
+
+
+def test_feedback_golden():
+    for vector in golden()["feedback"]:
+        sender = Sender(len(vector["counts"]))
+        with Locked():
+            length = sender.pack(vector["counter"], vector["counts"], vector["totals"])
+        assert bytes(sender.buffer[:length]).decode() == vector["packet"]
+
+
+def test_longest_feedback_fits():
+    for wheels in (3, 8):
+        sender = Sender(wheels)
+        with Locked():
+            length = sender.pack(255, LONGEST[wheels], TOTALS[wheels])
+        line = bytes(sender.buffer[:length])
+        assert line.endswith(b"%04X\n" % crc_slow(line[:-5]))
+
+
+LONGEST = {3: [-32768] * 3, 8: [-32768] * 8}
+TOTALS = {3: [65535] * 3, 8: [65535] * 8}
+
+
+def test_plain_is_refused_after_checked_until_release():
+    receiver = Receiver(3)
+    assert feed(receiver, b"1:2:3;\n") == 1
+    assert feed(receiver, checked("4:5:6")) == 1
+    assert feed(receiver, b"1:2:3;\n") == 0
+    assert receiver.dropped == 1
+    assert list(receiver.setpoints) == [4 * 256, 5 * 256, 6 * 256]
+    receiver.release()
+    assert feed(receiver, b"1:2:3;\n") == 1
+
+
+def test_newest_of_several_wins():
+    receiver = Receiver(3)
+    assert feed(receiver, checked("1:1:1") + checked("2:2:2") + b"3:3:3;0000\n" + b"4:4:") == 2
+    assert list(receiver.setpoints) == [512, 512, 512]
+
+
+def test_long_line_is_dropped_to_its_newline():
+    for length in (LINE_SIZE + 1, LINE_SIZE + 2, 5000):
+        receiver = Receiver(3)
+        assert feed(receiver, b"1" * length) == 0
+        assert feed(receiver, checked("1:2:3")) == 0  # still that line
+        assert receiver.dropped == 1
+        assert feed(receiver, checked("1:2:3")) == 1
+    receiver = Receiver(3)
+    padded = "1:2:3." + "0" * (LINE_SIZE - len("1:2:3.;CCCC"))
+    assert feed(receiver, checked(padded)) == 1
+    assert feed(receiver, checked(padded + "0")) == 0
+
+
+def test_empty_lines_are_nothing():
+    receiver = Receiver(3)
+    assert feed(receiver, b"\n\n\n") == 0
+    assert receiver.dropped == 0
+
+
+def test_every_decimal_rounds_to_nearest():
+    receiver = Receiver(3)
+    for hundredths in range(0, 30000, 7):
+        text = "%d.%02d" % (hundredths // 100, hundredths % 100)
+        assert feed(receiver, ("%s:-%s:0;\n" % (text, text)).encode()) == 1
+        nearest = (hundredths * 512 + 100) // 200
+        assert list(receiver.setpoints) == [nearest, -nearest, 0], text
+    assert feed(receiver, b"0.998046:0.998047:999.9999999999;\n") == 1  # 255.4998, 255.5000 of 256
+    assert list(receiver.setpoints) == [255, 256, 256000]
+
+
+def test_leave_needs_its_crc():
+    for line, leaves in ((checked("!repl"), True), (b"!repl;\n", False), (b"!repl;0000\n", False),
+                         (b"!repl;" + checked("!repl")[6:10] + b"0\n", False), (checked("!rep"), False)):
+        receiver = Receiver(3)
+        assert feed(receiver, line) == 0
+        assert receiver.leave == leaves, line
+        assert receiver.dropped == (0 if leaves else 1), line
+
+
+def test_decimal_and_hex():
+    buffer = bytearray(16)
+    for value in (0, 1, 9, 10, 99, 100, 1073741823, -1, -10, -1073741823):
+        with Locked():
+            end = put_decimal(buffer, 0, value)
+        assert int(bytes(buffer[:end])) == value
+        assert end == len(str(value))
+    for value in (0, 9, 10, 255, 0xFFFF, -1):
+        with Locked():
+            end = put_hex(buffer, 0, value, 4)
+        assert bytes(buffer[:end]) == b"%04X" % (value & 0xFFFF)
+
+
+def test_notice():
+    sender = Sender(3)
+    with Locked():
+        length = sender.notice(b"# dropped ", 1073741823)
+    assert bytes(sender.buffer[:length]) == b"# dropped 1073741823\n"

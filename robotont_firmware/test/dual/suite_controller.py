@@ -1,0 +1,262 @@
+"""The whole loop on simulated motors: commands, packets, and every way to a stop. The heap is locked."""
+
+from harness import Config, Locked, Robot, checked
+
+from robotont_firmware import __version__, config
+
+
+def mean_speeds(robot, periods, command):
+    before = [motor.total() for motor in robot.board.motors]
+    robot.tick(periods, command)
+    return [(motor.total() - start) / periods for motor, start in zip(robot.board.motors, before)]
+
+
+def test_banner_comes_first():
+    robot = Robot(wheels=4)
+    banner = ("# robotont_firmware %s wheels 4 reset test\n" % __version__).encode()
+    assert robot.board.sent == banner
+
+
+def test_wheels_follow_a_checked_command():
+    for wheels, command in ((3, "-18.90:0.00:18.90"), (4, "5:-6:7:-8"), (5, "5.5:-6:7:-8:20.25")):
+        robot = Robot(wheels)
+        robot.tick(50, command)
+        for speed, wished in zip(mean_speeds(robot, 100, command), command.split(":")):
+            assert abs(speed - float(wished)) <= 0.03, (command, speed)
+
+
+def test_one_packet_per_period_and_the_totals_add_up():
+    robot = Robot()
+    robot.tick(300, "-60:12.5:60")
+    packets = robot.packets()
+    assert len(packets) == 300
+    sums = [0, 0, 0]
+    for index in range(300):
+        counts, counter, totals = packets[index]
+        assert counter == index & 0xFF
+        sums = [total + count for total, count in zip(sums, counts)]
+        assert totals == [total & 0xFFFF for total in sums]
+
+
+def test_counters_pass_their_overflow_both_ways():
+    for start in (65530, 5):
+        robot = Robot()
+        for motor in robot.board.motors:
+            motor.position = start * 1000000
+        robot.controller.start()  # the board starts with encoders that do not stand at zero
+        robot.board.sent = b""
+        robot.tick(60, "40:-40:0")
+        packets = robot.packets()
+        assert packets[0][0] == [0, 0, 0]
+        assert all(abs(count) < 60 for packet in packets for count in packet[0])
+        assert sum([packet[0][0] for packet in packets]) == robot.board.motors[0].total() - start
+
+
+def test_missed_tick_shows_as_a_gap():
+    robot = Robot()
+    robot.tick(20, "30:30:30")
+    robot.board.skip = 3
+    robot.tick(1)
+    robot.tick(1)
+    packets = robot.packets()
+    assert [packet[1] for packet in packets[-3:]] == [19, 22, 23]
+    assert sum([packet[0][0] for packet in packets]) == robot.board.motors[0].total()
+
+
+def test_timeout_stops_the_motors_and_a_command_starts_them_again():
+    robot = Robot()
+    robot.tick(40, "30:30:30")
+    robot.board.sent = b""
+    robot.tick(config.TIMEOUT - 10)  # the last command came 9 periods ago
+    assert b"# timeout" not in robot.board.sent
+    assert robot.packets()[-1][0][0] > 25
+    robot.tick(1)
+    assert robot.board.sent.count(b"# timeout") == 1
+    robot.tick(50)
+    assert robot.board.sent.count(b"# timeout") == 1
+    assert robot.packets()[-1][0] == [0, 0, 0]
+    assert robot.efforts() == [0, 0, 0]
+    robot.tick(50, "30:30:30")
+    assert robot.packets()[-1][0][0] > 25
+
+
+def test_garbage_does_not_keep_the_motors_alive():
+    robot = Robot()
+    robot.tick(40, "30:30:30")
+    for _ in range(80):
+        robot.board.inbox += b"30:30:30;0000\n30:30:30\n30:30;\n\x00\xff"
+        robot.tick(1)
+    assert robot.efforts() == [0, 0, 0]
+
+
+def test_plain_pc_takes_over_after_the_timeout_only():
+    robot = Robot()
+    robot.tick(20, "30:30:30")
+    robot.board.inbox += b"-30:-30:-30;\n"
+    robot.tick(5)
+    assert robot.packets()[-1][0][0] > 0
+    robot.tick(60)
+    for _ in range(10):
+        robot.board.inbox += b"-30:-30:-30;\n"
+        robot.tick(5)
+    assert robot.packets()[-1][0][0] < -25
+
+
+def test_fault_stops_all_until_quiet_and_zeroed():
+    robot = Robot()
+    robot.tick(40, "30:30:30")
+    robot.board.faults[1] = True
+    robot.tick(1, "30:30:30")
+    assert robot.efforts() == [0, 0, 0]
+    assert robot.board.sent.count(b"# fault motor 1\n") == 1
+    robot.tick(60, "30:30:30")
+    robot.board.faults[1] = False
+    robot.tick(60, "30:30:30")
+    assert robot.efforts() == [0, 0, 0], "a command that still stands must not start the robot"
+    assert robot.board.sent.count(b"# fault motor") == 1
+    robot.tick(5, "0:0:0")
+    assert robot.board.sent.count(b"# fault cleared\n") == 1
+    robot.tick(50, "30:30:30")
+    assert robot.packets()[-1][0][0] > 25
+
+
+def test_fault_hold_outlasts_a_flicker():
+    robot = Robot()
+    robot.tick(1, "0:0:0")
+    robot.board.faults[2] = True
+    robot.tick(1, "0:0:0")
+    robot.board.faults[2] = False
+    robot.tick(config.FAULT_HOLD - 1, "0:0:0")
+    assert b"# fault cleared" not in robot.board.sent
+    robot.tick(1, "0:0:0")
+    assert robot.board.sent.count(b"# fault cleared\n") == 1
+
+
+def test_too_fast_keeps_the_direction():
+    robot = Robot()
+    robot.tick(1, "720:-360:90")
+    targets = list(robot.controller._targets)
+    limit = config.MAX_SPEED * 256
+    for target, wished in zip(targets, (limit, -limit // 2, limit // 8)):
+        assert abs(target - wished) <= 8, targets
+
+
+def test_slew_keeps_the_direction():
+    robot = Robot()
+    previous = [0, 0, 0]
+    for _ in range(12):
+        robot.tick(1, "100:-50:25")
+        now = list(robot.controller._setpoints)
+        step = max([abs(a - b) for a, b in zip(now, previous)])
+        assert step <= config.MAX_ACCELERATION * 256
+        assert abs(now[0] + 2 * now[1]) <= 32, now
+        assert abs(now[0] - 4 * now[2]) <= 64, now
+        previous = now
+    assert previous == [25600, -12800, 6400]
+
+
+def test_effort_limit():
+    robot = Robot(settings=Config(MAX_EFFORT=1000))
+    for _ in range(100):
+        robot.tick(1, "150:-150:150")
+        assert max([abs(effort) for effort in robot.efforts()]) <= 1000
+    assert max([abs(effort) for effort in robot.efforts()]) == 1000
+
+
+def test_dropped_lines_are_told_at_most_once_a_second():
+    robot = Robot()
+    for _ in range(110):
+        robot.board.inbox += b"nonsense\n" + checked("0:0:0")
+        robot.tick(1)
+    notices = [line for line in robot.board.sent.split(b"\n") if line.startswith(b"# dropped")]
+    assert notices == [b"# dropped 1", b"# dropped 51", b"# dropped 101"], notices
+
+
+def test_run_ends_with_the_motors_off():
+    robot = Robot()
+    robot.board.ticks_left = 20
+    robot.send("30:30:30")
+    assert robot.controller.run() is False
+    assert robot.board.stopped
+    assert robot.board.fed == 20
+
+
+def test_run_ends_when_the_pc_wants_the_repl():
+    robot = Robot()
+    robot.send("30:30:30")
+    robot.board.inbox += checked("!repl")
+    assert robot.controller.run() is True
+    assert robot.board.stopped
+
+
+def test_run_stops_the_motors_when_anything_raises():
+    robot = Robot()
+
+    def broken(_):
+        raise ZeroDivisionError
+
+    robot.board.fault = broken
+    try:
+        robot.controller.run()
+    except ZeroDivisionError:
+        pass
+    else:
+        raise AssertionError("not raised")
+    assert robot.board.stopped
+
+
+class QuietBoard:
+    """Allocates nothing: one command again and again, motors that turn with the effort."""
+
+    def __init__(self, lines):
+        self.lines = lines
+        self.ticks = 0
+        self.total = 0
+        self.sent = 0
+        self.stopped = False
+
+    def wait_tick(self):
+        self.ticks += 1
+        return 0 if self.ticks > 600 else 2 if self.ticks == 300 else 1
+
+    def counts(self, totals):
+        self.total = (self.total + 150) & 0xFFFF
+        for wheel in range(len(totals)):
+            totals[wheel] = self.total
+
+    def drive(self, wheel, effort):
+        assert -4000 <= effort <= 4000
+
+    def fault(self, wheel):
+        return self.ticks == 200 and wheel == 1
+
+    def read(self, buffer):
+        if 400 < self.ticks < 450:
+            return 0
+        line = self.lines[self.ticks % len(self.lines)]
+        for at in range(len(line)):
+            buffer[at] = line[at]
+        return len(line)
+
+    def write(self, buffer, size):
+        self.sent += size
+
+    def feed(self):
+        pass
+
+    def stop(self):
+        self.stopped = True
+
+
+def test_the_whole_loop_allocates_nothing():
+    from robotont_firmware.controller import Controller
+
+    lines = [checked("-180.55:0.00:90.25"), b"", b"\xff\x00;;;\n" * 40, checked("0:0:0") * 5, b"1:2:3;\n", b"7" * 250]
+    board = QuietBoard(lines)
+    controller = Controller(board, config)
+    controller.start()
+    with Locked():
+        ended = controller.run()
+    assert ended is False
+    assert board.stopped
+    assert board.sent > 600 * 30

@@ -5,7 +5,7 @@ Every intermediate value stays below 2^30 in magnitude; `Pid` refuses gains that
 """
 
 MAX_COUNTS = 400  # [edges/period] twice the motor's reach; a larger difference is no speed
-_BOUND = 1 << 30
+_LARGEST = 0x3FFFFFFF  # of the board's small integers
 
 
 def clamp(value, limit):
@@ -114,14 +114,16 @@ class Pid:
 
     def _integral_for(self, effort, error):
         """Return the integral that adds `effort`; ValueError when adding one more error could overflow."""
-        integral = 0 if self._i == 0 else (effort << 16) // self._i
-        if effort << 16 >= _BOUND or integral + error >= _BOUND:
+        if not 0 <= effort <= _LARGEST >> 16:
             raise ValueError("an integral of %d effort is out of range" % effort)
+        integral = 0 if self._i == 0 else (effort << 16) // self._i
+        if integral > _LARGEST - error:
+            raise ValueError("I_GAIN is too small for an integral of %d effort" % effort)
         return integral
 
 
 def _checked(gain, largest):
     """Return `gain`; raise ValueError unless 0 <= gain and gain * largest fits."""
-    if gain < 0 or gain * largest >= _BOUND:
+    if not 0 <= gain <= _LARGEST // largest:
         raise ValueError("gain %d is out of range" % gain)
     return gain

@@ -31,7 +31,7 @@ _ZERO = const(48)
 _NINE = const(57)
 _COLON = const(58)
 _SEMICOLON = const(59)
-_COUNTER_MASK = const(0x3FFFFFFF)
+_COUNTER_MASK = const(0x1FFFFFFF)
 _FRACTION_SCALE = const(1000000)  # six decimals are read exactly, further ones are skipped
 
 _HEX = b"0123456789ABCDEF"
@@ -94,7 +94,7 @@ class Receiver:
     until `release`. A trailer that is there and wrong is refused always.
 
     `setpoints`: the newest valid command, one integer in 1/256 unit per wheel, rounded to nearest.
-    `dropped`: lines refused since the start (modulo 2^30). `checked`: see above.
+    `dropped`: lines refused since the start (modulo 2^29). `checked`: see above.
     `leave`: a valid `!repl;CCCC` came, so the PC wants the REPL.
     """
 

@@ -175,8 +175,6 @@ def test_derivative_brakes_a_rising_speed():
 def test_gains_out_of_range_are_refused():
     for name in ("P_GAIN", "I_GAIN", "D_GAIN", "SPEED_GAIN", "FOLLOW", "LEAD", "MAX_INTEGRAL"):
         for value in (-1, 1 << 30):
-            if name == "MAX_INTEGRAL" and value < 0:
-                continue
             try:
                 Pid(Config(**{name: value}))
             except ValueError:

@@ -1,0 +1,81 @@
+"""The firmware in real time on a pseudo-terminal: `pty_loop.py SRC FD PERIODS WHEELS`, under MicroPython.
+
+FD is the terminal's master side, inherited and non-blocking. Motors are simulated. From the first tick on
+the heap is locked. Prints the number of late ticks at the end.
+"""
+
+import sys
+import time
+
+import micropython
+
+sys.path.insert(0, sys.argv[1])
+sys.path.insert(0, __file__.rsplit("/", 1)[0])
+
+from sim_motor import SimMotor  # noqa: E402
+
+from robotont_firmware import config  # noqa: E402
+from robotont_firmware.controller import Controller  # noqa: E402
+
+TICK = 1000000 // config.RATE  # [us]
+
+
+class PtyBoard:
+    """The board interface in real time; allocates nothing after its construction."""
+
+    def __init__(self, fd, periods, wheels):
+        self.line = open(fd, "r+b")  # noqa: SIM115 it stays open until the end
+        self.left = periods
+        self.motors = [SimMotor() for _ in range(wheels)]
+        self.next = time.ticks_add(time.ticks_us(), TICK)
+        self.late = 0
+
+    def wait_tick(self):
+        if self.left <= 0:
+            return 0
+        wait = time.ticks_diff(self.next, time.ticks_us())
+        if wait > 0:
+            time.sleep_us(wait)
+        periods = 1
+        self.next = time.ticks_add(self.next, TICK)
+        while time.ticks_diff(self.next, time.ticks_us()) <= 0:
+            self.next = time.ticks_add(self.next, TICK)
+            periods += 1
+        self.late += periods - 1
+        self.left -= periods
+        for motor in self.motors:
+            motor.run(20 * periods)
+        return periods
+
+    def counts(self, totals):
+        for wheel in range(len(self.motors)):
+            totals[wheel] = self.motors[wheel].total() & 0xFFFF
+
+    def drive(self, wheel, effort):
+        self.motors[wheel].drive(effort)
+
+    def fault(self, wheel):
+        return False
+
+    def read(self, buffer):
+        return self.line.readinto(buffer) or 0
+
+    def write(self, buffer, size):
+        self.line.write(buffer, size)
+
+    def feed(self):
+        pass
+
+    def stop(self):
+        for motor in self.motors:
+            motor.drive(0)
+
+
+wheels = int(sys.argv[4])
+board = PtyBoard(int(sys.argv[2]), int(sys.argv[3]), wheels)
+controller = Controller(board, config, wheels, "test")
+controller.start()
+micropython.heap_lock()
+controller.run()
+micropython.heap_unlock()
+print("late ticks: %d" % board.late)

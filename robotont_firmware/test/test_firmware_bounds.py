@@ -1,0 +1,201 @@
+"""Every intermediate value of the pure modules stays below 2^30, and none is a float.
+
+The modules are compiled with each arithmetic operation wrapped in a check, then run with worst-case inputs.
+"""
+
+import ast
+import json
+import random
+import sys
+import types
+
+import pytest
+from firmware_tools import DUAL, GOLDEN, SRC
+
+BOUND = 1 << 30
+MODULES = ("protocol", "pid", "controller")
+
+
+class Watch:
+    """Checks each value and remembers the largest, by module and line."""
+
+    def __init__(self):
+        self.largest = 0
+        self.where = None
+
+    def __call__(self, value, where):
+        if isinstance(value, (str, bytes, list, bool)):  # text for the banner, made before the loop
+            return value
+        assert isinstance(value, int), "%r at %s" % (value, where)
+        assert abs(value) < BOUND, "%d at %s" % (value, where)
+        if abs(value) > self.largest:
+            self.largest, self.where = abs(value), where
+        return value
+
+
+class Wrap(ast.NodeTransformer):
+    """Put `_watch(value, "module:line")` around every operation; `a += b` becomes `a = _watch(a + b)`."""
+
+    def __init__(self, module):
+        self.module = module
+
+    def _wrap(self, node):
+        where = ast.Constant(value="%s:%d" % (self.module, node.lineno), kind=None)
+        call = ast.Call(func=ast.Name(id="_watch", ctx=ast.Load()), args=[node, where], keywords=[])
+        return ast.copy_location(call, node)
+
+    def visit_BinOp(self, node):
+        return self._wrap(self.generic_visit(node))
+
+    def visit_UnaryOp(self, node):
+        node = self.generic_visit(node)
+        return node if isinstance(node.op, ast.Not) else self._wrap(node)
+
+    def visit_AugAssign(self, node):
+        self.generic_visit(node)
+        source = ast.parse(ast.unparse(node.target) if hasattr(ast, "unparse") else _source(node.target)).body[0].value
+        value = ast.copy_location(ast.BinOp(left=source, op=node.op, right=node.value), node)
+        return ast.copy_location(ast.Assign(targets=[node.target], value=self._wrap(value)), node)
+
+
+def _source(target):
+    """Return the source of a name, attribute or indexed name (Python 3.8 has no ast.unparse)."""
+    if isinstance(target, ast.Name):
+        return target.id
+    if isinstance(target, ast.Attribute):
+        return "%s.%s" % (_source(target.value), target.attr)
+    index = target.slice.value if isinstance(target.slice, ast.Index) else target.slice
+    return "%s[%s]" % (_source(target.value), _source(index))
+
+
+def instrument(source, name, watch, package):
+    tree = ast.fix_missing_locations(Wrap(name).visit(ast.parse(source)))
+    module = types.ModuleType(package + "." + name)
+    module._watch = watch
+    sys.modules[package + "." + name] = module
+    exec(compile(tree, name + ".py", "exec"), module.__dict__)
+    return module
+
+
+@pytest.fixture
+def watched(monkeypatch):
+    """Return (watch, modules): the pure modules, instrumented, in place of the plain ones."""
+    monkeypatch.syspath_prepend(str(SRC))
+    monkeypatch.syspath_prepend(str(DUAL))
+    for name in [name for name in sys.modules if name.split(".")[0] == "robotont_firmware"]:
+        monkeypatch.delitem(sys.modules, name)
+    import robotont_firmware  # noqa: PLC0415
+
+    watch = Watch()
+    modules = types.SimpleNamespace()
+    for name in MODULES:
+        source = (SRC / "robotont_firmware" / (name + ".py")).read_text()
+        setattr(modules, name, instrument(source, name, watch, "robotont_firmware"))
+    modules.config = __import__("robotont_firmware.config").config
+    yield watch, modules
+    for name in [name for name in sys.modules if name.split(".")[0] == "robotont_firmware"]:
+        del sys.modules[name]
+    del robotont_firmware
+
+
+def test_the_watch_can_fail():
+    watch = Watch()
+    module = instrument("def f(a):\n    a += 1\n    return a * a\n", "m", watch, "x")
+    assert module.f(1000) == 1001 * 1001
+    assert watch.where == "m:3"
+    with pytest.raises(AssertionError):
+        module.f(1 << 16)
+    with pytest.raises(AssertionError):
+        module.f(0.5)
+    del sys.modules["x.m"]
+
+
+def test_packets_stay_in_bounds(watched):
+    watch, modules = watched
+    golden = json.loads(GOLDEN.read_text())
+    lines = [vector[kind] for vector in golden["commands"] for kind in ("plain", "checked")] + golden["bad_commands"]
+    lines += ["999.999999999:-999.9999999999:%s;\n" % ("9" * 100), "0.999999:-0.999999:999.999999;\n"]
+    for line in lines:
+        for wheels in (3, 4, 5):
+            data = line.encode()
+            modules.protocol.Receiver(wheels).feed(data, len(data))
+    receiver = modules.protocol.Receiver(3)
+    receiver.dropped = BOUND // 2 - 2  # just before it starts again from 0
+    for _ in range(3):
+        receiver.feed(b"?\n", 2)
+    assert receiver.dropped == 1
+    rng = random.Random(1)
+    for _ in range(300):
+        data = bytes(rng.choice(b"0123456789.-:;\nF\xff") for _ in range(300))
+        receiver.feed(data, len(data))
+    sender = modules.protocol.Sender(3)
+    for value in (-32768, 32767):
+        sender.pack(255, [value] * 3, [65535] * 3)
+    sender.notice(b"# dropped ", BOUND - 1)
+    assert watch.largest > 1 << 26  # the fraction's rounding was reached
+
+
+@pytest.mark.parametrize("extreme", [False, True])
+def test_control_stays_in_bounds(watched, extreme):
+    watch, modules = watched
+    config = modules.config
+    if extreme:  # the largest gains that Pid lets pass
+        speed = modules.pid.MAX_COUNTS * 256
+        error = speed + config.MAX_SPEED * 256
+        reach = 2 * config.MAX_SPEED * 256
+        largest = {
+            "SPEED_GAIN": (BOUND - 1) // speed, "P_GAIN": (BOUND - 1) // error, "D_GAIN": (BOUND - 1) // (2 * speed),
+            "FOLLOW": 256, "LEAD": (BOUND - 1) // reach, "MAX_INTEGRAL": (BOUND >> 16) - 1, "I_GAIN": 2,
+        }  # fmt: skip
+        config = types.SimpleNamespace(**{name: getattr(config, name) for name in dir(config) if name[0].isupper()})
+        for name, value in largest.items():
+            setattr(config, name, value)
+        while True:  # the integral may not outgrow 30 bits either: find the smallest I_GAIN that passes
+            try:
+                modules.pid.Pid(config)
+                break
+            except ValueError:
+                config.I_GAIN += 1
+    rng = random.Random(2)
+    top = config.MAX_SPEED * 256
+    pid = modules.pid.Pid(config)
+    patterns = [(a, b) for a in (top, -top, 1, 0) for b in (32767, -32768, 400, -400, 0)]
+    for setpoint, counts in patterns + [(rng.randint(-top, top), rng.choice((-32768, 32767))) for _ in range(500)]:
+        for _ in range(40 if abs(counts) != 1 else 1):
+            pid.step(setpoint, counts)
+    assert watch.where.startswith("pid:")
+    assert watch.largest > 1 << 27
+
+
+def test_the_loop_stays_in_bounds(watched):
+    watch, modules = watched
+    from harness import checked  # noqa: PLC0415
+
+    rng = random.Random(3)
+
+    class WildBoard:
+        """Counters jump anywhere, every command is at its limit, ticks are missed."""
+
+        def counts(self, totals):
+            for wheel in range(3):
+                totals[wheel] = rng.choice((0, 0x7FFF, 0x8000, 0xFFFF))
+
+        def drive(self, wheel, effort):
+            assert abs(effort) <= modules.config.MAX_EFFORT
+
+        def fault(self, wheel):
+            return rng.random() < 0.01
+
+        def read(self, buffer):
+            line = checked(":".join(rng.choice(("999.999999", "-999.999999", "0", "0.003907")) for _ in range(3)))
+            buffer[: len(line)] = line
+            return len(line) if rng.random() < 0.9 else 0
+
+        def write(self, buffer, size):
+            pass
+
+    controller = modules.controller.Controller(WildBoard(), modules.config)
+    controller.start()
+    for _ in range(1000):
+        controller.step(rng.choice((1, 1, 2, 0xFFFF)))
+    assert watch.largest > 1 << 27

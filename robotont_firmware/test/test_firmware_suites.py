@@ -1,0 +1,51 @@
+"""The suites in dual/ under CPython and under MicroPython; both must also find the same values."""
+
+import ast
+import functools
+import subprocess
+import sys
+
+import pytest
+from firmware_tools import DUAL, GOLDEN, SRC, tool
+
+SUITES = ["suite_protocol", "suite_pid", "suite_controller", "suite_fuzz", "suite_board"]
+TESTS = [
+    "%s.%s" % (suite, node.name)
+    for suite in SUITES
+    for node in ast.parse((DUAL / (suite + ".py")).read_text()).body
+    if isinstance(node, ast.FunctionDef) and node.name.startswith("test_")
+]
+
+
+@functools.lru_cache(maxsize=None)
+def results(interpreter):
+    """Run all suites once; return ({test: "ok" or output}, {test: value})."""
+    program = sys.executable if interpreter == "cpython" else tool("micropython")
+    output = ""
+    for suite in SUITES:  # each in a process of its own: suite_board replaces modules
+        run = subprocess.run(
+            [program, str(DUAL / "run.py"), str(SRC), str(GOLDEN), suite],
+            stdout=subprocess.PIPE, stderr=subprocess.STDOUT, universal_newlines=True, timeout=120, check=False,
+        )  # fmt: skip
+        output += run.stdout
+    found, values = {}, {}
+    for line in output.splitlines():
+        words = line.split(" ", 2)
+        if words[0] == "ok":
+            found[words[1]] = "ok"
+        elif words[0] == "value":
+            values[words[1]] = words[2]
+    for test in TESTS:
+        found.setdefault(test, output)
+    return found, values
+
+
+@pytest.mark.parametrize("test", TESTS)
+@pytest.mark.parametrize("interpreter", ["cpython", "micropython"])
+def test_suite(interpreter, test):
+    assert results(interpreter)[0][test] == "ok"
+
+
+def test_both_interpreters_find_the_same():
+    assert results("cpython")[1]["suite_fuzz.test_a_million_bytes"].startswith("digest ")
+    assert results("cpython")[1] == results("micropython")[1]

@@ -1,0 +1,107 @@
+"""The firmware running under MicroPython behind a pseudo-terminal, and a PC that reads all it sends."""
+
+import os
+import pty
+import select
+import subprocess
+import time
+import tty
+
+from firmware_tools import DUAL, SRC, tool
+
+
+def crc16(data):
+    """CRC-16/CCITT-FALSE, written apart from the firmware's."""
+    crc = 0xFFFF
+    for byte in data:
+        crc ^= byte << 8
+        for _ in range(8):
+            crc = (crc << 1 ^ 0x1021 if crc & 0x8000 else crc << 1) & 0xFFFF
+    return crc
+
+
+def checked(body):
+    """`body;` with its CRC and newline, as bytes."""
+    line = body.encode() + b";"
+    return line + b"%04X\n" % crc16(line)
+
+
+class Firmware:
+    """Runs test/dual/pty_loop.py for `periods` ticks; `port` is the serial port to open."""
+
+    def __init__(self, periods, wheels=3):
+        self._master, self._slave = pty.openpty()  # both stay open here, so that the line never hangs up
+        tty.setraw(self._slave)
+        os.set_blocking(self._master, False)
+        self.port = os.ttyname(self._slave)
+        self.process = subprocess.Popen(
+            [tool("micropython"), str(DUAL / "pty_loop.py"), str(SRC), str(self._master), str(periods), str(wheels)],
+            pass_fds=[self._master], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, universal_newlines=True,
+        )  # fmt: skip
+
+    def finish(self):
+        """Wait for the end; return what it printed."""
+        output, _ = self.process.communicate(timeout=30)
+        assert self.process.returncode == 0, output
+        return output
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        if self.process.poll() is None:
+            self.process.kill()
+        self.process.wait()
+        self.process.stdout.close()
+        os.close(self._slave)
+        os.close(self._master)
+
+
+class Pc:
+    """Sends `command` at 20 Hz and keeps every line with its time of arrival."""
+
+    def __init__(self, port, command):
+        self._fd = os.open(port, os.O_RDWR | os.O_NOCTTY | os.O_NONBLOCK)
+        self._command = checked(command)
+        self.lines = []
+        self.times = []
+
+    def talk(self, ended):
+        """Talk until `ended()` and the line is empty."""
+        rest = b""
+        next_command = time.monotonic()
+        while True:
+            over = ended()
+            wait = 0.0 if over else max(0.0, min(0.05, next_command - time.monotonic()))
+            ready, _, _ = select.select([self._fd], [], [], wait)
+            if ready:
+                data = os.read(self._fd, 4096)
+                now = time.monotonic()
+                *lines, rest = (rest + data).split(b"\n")
+                self.lines += lines
+                self.times += [now] * len(lines)
+            elif over:
+                break
+            if not over and time.monotonic() >= next_command:
+                next_command += 0.05
+                os.write(self._fd, self._command)
+        os.close(self._fd)
+        assert rest == b""
+
+    def packets(self):
+        """Return [(time, counts, counter, totals)]; AssertionError on a line that is not whole."""
+        found = []
+        for moment, line in zip(self.times, self.lines):
+            if line.startswith(b"#"):
+                continue
+            assert crc16(line[:-4]) == int(line[-4:], 16), line
+            counts, fields = line.split(b";")
+            fields = fields.split(b":")
+            found.append((moment, list(map(int, counts.split(b":"))), int(fields[0], 16), fields[1:-1]))
+        return found
+
+
+def jitter(times, share=0.99, period=0.02):
+    """Return how far [s] the given share of the periods at most lies from `period`."""
+    off = sorted(abs(after - before - period) for before, after in zip(times, times[1:]))
+    return off[min(len(off) - 1, int(share * len(off)))]

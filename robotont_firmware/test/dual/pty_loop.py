@@ -1,11 +1,13 @@
 """The firmware in real time on a pseudo-terminal: `pty_loop.py SRC FD PERIODS WHEELS`, under MicroPython.
 
 FD is the terminal's master side, inherited and non-blocking. Motors are simulated. From the first tick on
-the heap is locked. Prints the number of late ticks at the end.
+the heap is locked. At the end it prints how many ticks it missed and how far 99 % of the periods, from packet to packet, at most
+lie from 20 ms.
 """
 
 import sys
 import time
+from array import array
 
 import micropython
 
@@ -29,6 +31,8 @@ class PtyBoard:
         self.motors = [SimMotor() for _ in range(wheels)]
         self.next = time.ticks_add(time.ticks_us(), TICK)
         self.late = 0
+        self.sent = 0
+        self.moments = array("l", [0] * periods)  # [us] when each packet was written
 
     def wait_tick(self):
         if self.left <= 0:
@@ -62,6 +66,9 @@ class PtyBoard:
 
     def write(self, buffer, size):
         self.line.write(buffer, size)
+        if buffer[0] != 35 and self.sent < len(self.moments):
+            self.moments[self.sent] = time.ticks_us()
+            self.sent += 1
 
     def feed(self):
         pass
@@ -78,4 +85,9 @@ controller.start()
 micropython.heap_lock()
 controller.run()
 micropython.heap_unlock()
-print("late ticks: %d" % board.late)
+off = []
+for index in range(1, board.sent):
+    off.append(abs(time.ticks_diff(board.moments[index], board.moments[index - 1]) - TICK))
+off.sort()
+print("missed ticks %d" % board.late)
+print("p99 %d us" % off[len(off) * 99 // 100])

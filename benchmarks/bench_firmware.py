@@ -1,0 +1,146 @@
+"""What one period of the firmware costs on the real MicroPython virtual machine.
+
+The unix port runs the period's work N and 2N times under callgrind; the difference, divided by N, is the
+machine instructions of one period without start-up: deterministic, whatever else the machine does. The same
+is done for a loop of the simplest statement, which shows what one bytecode costs and makes figures of
+different builds comparable. docs/firmware.md derives the share of 20 ms at 80 MHz from these.
+"""
+
+import os
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[1]
+SRC = ROOT / "robotont_firmware" / "src"
+
+CLOCK = 80e6            # [Hz]
+PERIOD = 0.02           # [s]
+CYCLES = 3.0            # [cycles] of the Cortex-M4 for one x86-64 instruction of the same interpreter
+BYTE_TIME = 10 / 115200  # [s] one byte on the line, start and stop bit included
+LONGEST_PACKET = len("-180:-180:-180;SS:E0E0:E1E1:E2E2:CCCC\n")
+TARGET = 50             # [%]
+
+PROGRAM = """
+import sys
+sys.path.insert(0, {src!r})
+from robotont_firmware import config
+from robotont_firmware.controller import Controller
+import micropython
+
+class Board:
+    total = 0
+    def __init__(self, line): self.line = line
+    def counts(self, totals):
+        self.total = (self.total + 119) & 0xFFFF
+        for wheel in range(3): totals[wheel] = self.total
+    def drive(self, wheel, effort): pass
+    def fault(self, wheel): return False
+    def read(self, buffer):
+        buffer[:len(self.line)] = self.line
+        return len(self.line)
+    def write(self, buffer, size): pass
+
+def repeat(what, times):
+    for _ in range(times): what(1)
+
+def nothing(_): pass
+
+def bytecodes(_):
+    x = 1
+    for index in range(1000): x = index
+
+controller = Controller(Board({line!r}), config)
+controller.start()
+receiver, sender, pid = controller._receiver, controller._sender, controller._pids[0]
+board, line = controller._board, bytearray({line!r})
+def receive(_): receiver.feed(line, len(line))
+def speed(_): pid.step(30720, 119)
+def pack(_): sender.pack(77, controller._counts, controller._totals)
+repeat({what}, 200)
+"""
+
+COMMAND = b"-120.55:119.75:-118.25;"
+
+
+def crc16(data):
+    """CRC-16/CCITT-FALSE of bytes."""
+    crc = 0xFFFF
+    for byte in data:
+        crc ^= byte << 8
+        for _ in range(8):
+            crc = (crc << 1 ^ 0x1021 if crc & 0x8000 else crc << 1) & 0xFFFF
+    return crc
+
+
+def micropython():
+    """Return the path of the unix port; RuntimeError with what to do when it is missing."""
+    places = [str(ROOT / ".build" / "venv" / "bin"), os.path.dirname(sys.executable), os.environ.get("PATH", "")]
+    found = shutil.which("micropython", path=os.pathsep.join(places))
+    if not found:
+        raise RuntimeError("micropython is not installed: run ./robotont setup")
+    return found
+
+
+def executed(program, times):
+    """Return the instructions that MicroPython takes for the program with its last line's 200 made `times`."""
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "program.py"
+        path.write_text(program.replace(", 200)", ", %d)" % times))
+        run = subprocess.run(
+            ["valgrind", "--tool=callgrind", "--callgrind-out-file=/dev/null", micropython(), str(path)],
+            stdout=subprocess.PIPE, stderr=subprocess.STDOUT, universal_newlines=True, timeout=300, check=True,
+            env=dict(os.environ, PYTHONHASHSEED="0"),
+        )  # fmt: skip
+    return int(re.search(r"Collected : (\d+)", run.stdout).group(1))
+
+
+def per_call(what, line, times=200):
+    """Return the instructions of one call of `what` in PROGRAM, the repeating loop's share taken off."""
+    program = PROGRAM.format(src=str(SRC), line=line, what=what)
+    return (executed(program, 2 * times) - executed(program, times)) / times
+
+
+def run():
+    """Return the measurements: list of dicts with name, value, unit, floor, note."""
+    command = COMMAND + b"%04X\n" % crc16(COMMAND)
+    began = time.monotonic()
+    loop = per_call("nothing", command)
+    parts = {what: per_call(what, command) - loop for what in ("receive", "speed", "pack", "controller.step")}
+    flood = per_call("controller.step", (command * 9)[:230]) - loop
+    statement = per_call("bytecodes", command, 20) / 1000
+    line = LONGEST_PACKET * BYTE_TIME / PERIOD * 100
+
+    def row(name, value, unit, note, floor=None):
+        return {"name": name, "value": round(value, 1), "unit": unit, "floor": floor, "note": note}
+
+    how = "x86-64 instructions by callgrind, MicroPython unix port"
+    rows = [
+        row("firmware: read one command", parts["receive"], "instructions", how + ", %d bytes" % len(command)),
+        row("firmware: one wheel's controller", parts["speed"], "instructions", how),
+        row("firmware: write one packet", parts["pack"], "instructions", how),
+        row("firmware: whole period", parts["controller.step"], "instructions", how + ", 3 wheels, one command"),
+        row("firmware: whole period, full line", flood, "instructions", how + ", 230 bytes received"),
+        row("firmware: one loop with one assignment", statement, "instructions", "the yardstick: 5 bytecodes"),
+    ]
+    for name, count in (("period's share", parts["controller.step"]), ("period's share, full line", flood)):
+        share = count * CYCLES / CLOCK / PERIOD * 100 + line
+        note = "estimate for 80 MHz: %g cycles an instruction, and %.1f %% to send" % (CYCLES, line)
+        rows.append(row("firmware: " + name, share, "% of 20 ms", note + "; target < %d" % TARGET, round(line, 1)))
+    rows.append(row("firmware: this benchmark", time.monotonic() - began, "s", "all runs"))
+    return rows
+
+
+def main():
+    """Print the measurements as a table."""
+    for row in run():
+        floor = "" if row["floor"] is None else "(floor %s)" % row["floor"]
+        print("%-42s %10s %-14s %-14s %s" % (row["name"], row["value"], row["unit"], floor, row["note"]))
+
+
+if __name__ == "__main__":
+    main()

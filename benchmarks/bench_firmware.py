@@ -1,11 +1,11 @@
 """What one period of the firmware costs on the real MicroPython virtual machine.
 
-The unix port runs the period's work N and 2N times under callgrind; the difference, divided by N, is the
-machine instructions of one period without start-up: deterministic, whatever else the machine does. The same
-is done for a loop of the simplest statement, which shows what one bytecode costs and makes figures of
-different builds comparable. docs/firmware.md derives the share of 20 ms at 80 MHz from these.
+The unix port runs the period's work N times under callgrind, and a function that does nothing as often; the
+difference, divided by N, is the machine instructions of one period: the same whatever else the machine does.
+The same is done for a loop of the simplest statement, which makes figures of different builds comparable. docs/firmware.md derives the share of 20 ms at 80 MHz from these.
 """
 
+import functools
 import os
 import re
 import shutil
@@ -86,6 +86,7 @@ def micropython():
     return found
 
 
+@functools.lru_cache(maxsize=None)
 def executed(program, times):
     """Return the instructions that MicroPython takes for the program with its last line's 200 made `times`."""
     with tempfile.TemporaryDirectory() as folder:
@@ -99,20 +100,19 @@ def executed(program, times):
     return int(re.search(r"Collected : (\d+)", run.stdout).group(1))
 
 
-def per_call(what, line, times=200):
-    """Return the instructions of one call of `what` in PROGRAM, the repeating loop's share taken off."""
-    program = PROGRAM.format(src=str(SRC), line=line, what=what)
-    return (executed(program, 2 * times) - executed(program, times)) / times
+def per_call(what, line, times=100):
+    """Return the instructions of one call of `what` in PROGRAM: what it adds to a program that does nothing."""
+    programs = [PROGRAM.format(src=str(SRC), line=line, what=name) for name in (what, "nothing")]
+    return (executed(programs[0], times) - executed(programs[1], times)) / times
 
 
 def run():
     """Return the measurements: list of dicts with name, value, unit, floor, note."""
     command = COMMAND + b"%04X\n" % crc16(COMMAND)
     began = time.monotonic()
-    loop = per_call("nothing", command)
-    parts = {what: per_call(what, command) - loop for what in ("receive", "speed", "pack", "controller.step")}
-    flood = per_call("controller.step", (command * 9)[:230]) - loop
-    statement = per_call("bytecodes", command, 20) / 1000
+    parts = {what: per_call(what, command) for what in ("receive", "speed", "pack", "controller.step")}
+    flood = per_call("controller.step", (command * 9)[:230])
+    statement = per_call("bytecodes", command) / 1000
     line = LONGEST_PACKET * BYTE_TIME / PERIOD * 100
 
     def row(name, value, unit, note, floor=None):
@@ -125,7 +125,7 @@ def run():
         row("firmware: write one packet", parts["pack"], "instructions", how),
         row("firmware: whole period", parts["controller.step"], "instructions", how + ", 3 wheels, one command"),
         row("firmware: whole period, full line", flood, "instructions", how + ", 230 bytes received"),
-        row("firmware: one loop with one assignment", statement, "instructions", "the yardstick: 5 bytecodes"),
+        row("firmware: one loop with one assignment", statement, "instructions", "the yardstick: 10 bytecodes"),
     ]
     for name, count in (("period's share", parts["controller.step"]), ("period's share, full line", flood)):
         share = count * CYCLES / CLOCK / PERIOD * 100 + line

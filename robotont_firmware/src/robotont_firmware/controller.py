@@ -18,6 +18,7 @@ so the same loop drives the robot, the simulator and the tests. Nothing in it al
 from array import array
 
 from robotont_firmware import __version__
+from robotont_firmware.compat import micropython
 from robotont_firmware.pid import Pid
 from robotont_firmware.protocol import Receiver, Sender
 
@@ -77,6 +78,7 @@ class Controller:
         finally:
             board.stop()
 
+    @micropython.native
     def step(self, periods):
         """Do the work of one tick, `periods` (normally 1) after the one before."""
         self._measure()
@@ -90,6 +92,7 @@ class Controller:
         self._board.write(self._sender.buffer, self._sender.pack(self._counter - 1, self._counts, self._totals))
         self._notice_dropped(periods)
 
+    @micropython.native
     def _measure(self):
         """Take each encoder's edges since the last tick, as a difference modulo 2^16."""
         self._board.counts(self._totals)
@@ -98,6 +101,7 @@ class Controller:
             self._counts[wheel] = change - 0x10000 if change & 0x8000 else change
             self._last_totals[wheel] = self._totals[wheel]
 
+    @micropython.native
     def _receive(self, periods):
         """Take the newest valid command, or stop when none came for TIMEOUT."""
         receiver = self._receiver
@@ -111,6 +115,7 @@ class Controller:
                 self._clear(self._targets)
                 self._say(b"# timeout: no valid packet, motors stop\n")
 
+    @micropython.native
     def _take_command(self):
         """Make the command the target; faster than MAX_SPEED, all wheels shrink by one factor."""
         wished = self._receiver.setpoints
@@ -124,12 +129,14 @@ class Controller:
                 target = target * (self._max_speed >> 4) // (fastest >> 4)
             self._targets[wheel] = target
 
+    @micropython.native
     def _drive(self):
         """Bring the set-points nearer to the targets and let every wheel's controller act."""
         self._slew(self._max_change)
         for wheel in range(self._wheels):
             self._board.drive(wheel, self._pids[wheel].step(self._setpoints[wheel], self._counts[wheel]))
 
+    @micropython.native
     def _slew(self, limit):
         """Move the set-points by at most `limit` [1/256 unit], all by the same fraction of their way."""
         targets = self._targets
@@ -143,6 +150,7 @@ class Controller:
                 change = change * limit // farthest
             setpoints[wheel] += change
 
+    @micropython.native
     def _has_fault(self, periods):
         """Return True from a fault until all pins were quiet for FAULT_HOLD and the command is all zeros.
 
@@ -172,6 +180,7 @@ class Controller:
             self._board.drive(wheel, 0)
             self._pids[wheel].reset()
 
+    @micropython.native
     def _notice_dropped(self, periods):
         """Tell the PC, at most once in NOTICE_INTERVAL, how many of its lines were refused."""
         if self._notice_wait > periods:

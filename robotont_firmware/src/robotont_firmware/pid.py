@@ -4,10 +4,13 @@ Speeds are in 1/256 unit, gains in 1/256 effort per unit, so a product carries 2
 Every intermediate value stays below 2^30 in magnitude; `Pid` refuses gains that could break that.
 """
 
+from robotont_firmware.compat import micropython
+
 MAX_COUNTS = 400  # [edges/period] twice the motor's reach; a larger difference is no speed
 _LARGEST = 0x3FFFFFFF  # of the board's small integers
 
 
+@micropython.native
 def clamp(value, limit):
     """Return `value` brought into -limit..limit."""
     if value > limit:
@@ -52,6 +55,7 @@ class Pid:
         self._speed = 0
         self._still = self._standstill
 
+    @micropython.native
     def step(self, setpoint, counts):
         """Return the effort for the coming period, within +-MAX_EFFORT.
 
@@ -76,11 +80,13 @@ class Pid:
             self._integrate(error, counts)
         return effort
 
+    @micropython.native
     def _advance(self, setpoint):
         """Bring the reference nearer to the set-point, and exactly there in the end."""
         change = self._follow * (setpoint - self._reference) >> 8
         self._reference = setpoint if change == 0 else self._reference + change
 
+    @micropython.native
     def _integrate(self, error, counts):
         """Add to the integral; a wheel that should turn and does not charges it only a little."""
         limit = self._max_integral
@@ -89,6 +95,7 @@ class Pid:
             limit = max(self._blocked_integral, abs(self._integral))
         self._integral = clamp(self._integral + error, limit)
 
+    @micropython.native
     def _rests(self, setpoint, counts):
         """Return True from STANDSTILL periods of set-point 0 without an edge until the next set-point."""
         if setpoint != 0:
@@ -97,6 +104,7 @@ class Pid:
             self._still = self._still + 1 if counts == 0 else 0
         return self._still >= self._standstill
 
+    @micropython.native
     def _feed_forward(self, setpoint):
         """Return the effort that moves the wheel along the reference; STATIC bridges the dead-band."""
         ahead = self._reference + (self._lead * (setpoint - self._reference) >> 8)
@@ -107,6 +115,7 @@ class Pid:
             return effort - self._static
         return effort
 
+    @micropython.native
     def _limit(self, effort, speed):
         """Return the effort within MAX_TORQUE around the back-EMF (so the current is bounded) and MAX_EFFORT."""
         emf = self._v * speed >> 16

@@ -11,14 +11,7 @@ board's small integers end and MicroPython would start to allocate.
 
 from array import array
 
-try:
-    from micropython import const
-except ImportError:  # CPython
-
-    def const(value):
-        """Return `value`: MicroPython's compiler puts it in place of the name, CPython needs nothing."""
-        return value
-
+from robotont_firmware.compat import const, micropython, ptr8, ptr16, ptr32
 
 LINE_SIZE = const(160)  # [bytes] the longest line that is read, without its newline
 MAX_UNITS = const(999)  # the largest whole part of a command; clearly more than any motor reaches
@@ -31,10 +24,10 @@ _ZERO = const(48)
 _NINE = const(57)
 _COLON = const(58)
 _SEMICOLON = const(59)
+_TEN = const(55)  # plus ten: the letter A
 _COUNTER_MASK = const(0x1FFFFFFF)
 _FRACTION_SCALE = const(1000000)  # six decimals are read exactly, further ones are skipped
 
-_HEX = b"0123456789ABCDEF"
 _LEAVE = b"!repl;"  # with a valid CRC: stop the motors and give the line to MicroPython's REPL
 
 
@@ -52,38 +45,86 @@ def _crc_table():
 _CRC_TABLE = _crc_table()
 
 
-def crc16(data, end):
+@micropython.viper
+def crc16(data, end: int) -> int:
     """Return the CRC-16/CCITT-FALSE (polynomial 0x1021, start 0xFFFF) of data[0:end] (bytes)."""
-    table = _CRC_TABLE
+    table = ptr16(_CRC_TABLE)
+    byte = ptr8(data)
     crc = 0xFFFF
     for at in range(end):
-        crc = ((crc & 0xFF) << 8) ^ table[(crc >> 8) ^ data[at]]
+        crc = ((crc & 0xFF) << 8) ^ table[(crc >> 8) ^ byte[at]]
     return crc
 
 
-def put_decimal(buffer, at, value):
+@micropython.viper
+def put_decimal(buffer, at: int, value: int) -> int:
     """Write the integer `value` (|value| < 2^30) in decimal from buffer[at] on; return the index behind."""
+    out = ptr8(buffer)
     if value < 0:
-        buffer[at] = _MINUS
+        out[at] = _MINUS
         at += 1
-        value = -value
+        value = 0 - value
     scale = 1
     while value // scale >= 10:
         scale *= 10
     while scale > 0:
-        buffer[at] = _ZERO + value // scale % 10
+        out[at] = _ZERO + value // scale % 10
         at += 1
         scale //= 10
     return at
 
 
-def put_hex(buffer, at, value, digits):
+@micropython.viper
+def put_hex(buffer, at: int, value: int, digits: int) -> int:
     """Write `value` as `digits` upper-case hexadecimal digits from buffer[at] on; return the index behind."""
+    out = ptr8(buffer)
     shift = 4 * digits
     while shift > 0:
         shift -= 4
-        buffer[at] = _HEX[(value >> shift) & 15]
+        digit = (value >> shift) & 15
+        out[at] = digit + _ZERO if digit < 10 else digit + _TEN
         at += 1
+    return at
+
+
+@micropython.viper
+def _read_number(line, at: int, numbers, wheel: int) -> int:
+    """Read `-12.34` from line[at] on into numbers[wheel] [1/256]; return the index behind it, 0 if bad.
+
+    The line ends with a newline, which ends every loop here.
+    """
+    text = ptr8(line)
+    out = ptr32(numbers)
+    negative = text[at] == _MINUS
+    if negative:
+        at += 1
+    start = at
+    value = 0
+    byte = text[at]
+    while byte >= _ZERO and byte <= _NINE:  # noqa: PLR1716 viper knows no chained comparison
+        if value <= MAX_UNITS:
+            value = value * 10 + byte - _ZERO
+        at += 1
+        byte = text[at]
+    if at == start or value > MAX_UNITS:
+        return 0
+    value <<= 8
+    if byte == _DOT:
+        at += 1
+        start = at
+        byte = text[at]
+        fraction = 0
+        scale = 1
+        while byte >= _ZERO and byte <= _NINE:  # noqa: PLR1716
+            if scale < _FRACTION_SCALE:
+                fraction = fraction * 10 + byte - _ZERO
+                scale *= 10
+            at += 1
+            byte = text[at]
+        if at == start:
+            return 0
+        value += (fraction * 512 + scale) // (scale * 2)  # fraction / scale * 256, to nearest
+    out[wheel] = 0 - value if negative else value
     return at
 
 
@@ -112,13 +153,15 @@ class Receiver:
         """Forget that the connection was checked, so that another, plain PC can take over."""
         self.checked = False
 
-    def feed(self, data, size):
+    @micropython.viper
+    def feed(self, data, size: int) -> int:
         """Read data[0:size] (bytes); return how many valid commands ended in it. The newest one wins."""
         accepted = 0
-        line = self._line
-        length = self._length
+        text = ptr8(data)
+        line = ptr8(self._line)
+        length = int(self._length)
         for at in range(size):
-            byte = data[at]
+            byte = text[at]
             if byte == _NEWLINE:
                 if length > LINE_SIZE:
                     self._drop()
@@ -133,6 +176,7 @@ class Receiver:
         self._length = length
         return accepted
 
+    @micropython.native
     def _read_line(self, length):
         """Return True when line[0:length] is a command to obey, which then stands in `setpoints`."""
         self._line[length] = _NEWLINE
@@ -161,6 +205,7 @@ class Receiver:
         else:
             self._drop()
 
+    @micropython.native
     def _trailer_allows(self, end, length):
         """Return True when what follows the semicolon at end - 1 lets the command pass."""
         if length == end:
@@ -170,6 +215,7 @@ class Receiver:
         self.checked = True
         return True
 
+    @micropython.native
     def _read_hex(self, at):
         """Return the value of four upper-case hexadecimal digits from line[at] on, or -1."""
         value = 0
@@ -184,48 +230,15 @@ class Receiver:
             value = value << 4 | digit
         return value
 
+    @micropython.native
     def _read_numbers(self):
         """Read `a:b:...;`, one number per wheel, into the scratch; return the index behind it, 0 if bad."""
         at = 0
         for wheel in range(self._wheels):
-            at = self._read_number(wheel, at)
+            at = _read_number(self._line, at, self._scratch, wheel)
             if at == 0 or self._line[at] != (_COLON if wheel < self._wheels - 1 else _SEMICOLON):
                 return 0
             at += 1
-        return at
-
-    def _read_number(self, wheel, at):
-        """Read `-12.34` from line[at] on into scratch[wheel]; return the index behind it, 0 if bad."""
-        line = self._line
-        negative = line[at] == _MINUS
-        if negative:
-            at += 1
-        start = at
-        value = 0
-        byte = line[at]
-        while _ZERO <= byte <= _NINE:
-            if value <= MAX_UNITS:
-                value = value * 10 + byte - _ZERO
-            at += 1
-            byte = line[at]
-        if at == start or value > MAX_UNITS:
-            return 0
-        value <<= 8
-        if byte == _DOT:
-            start = at = at + 1
-            byte = line[at]
-            fraction = 0
-            scale = 1
-            while _ZERO <= byte <= _NINE:
-                if scale < _FRACTION_SCALE:
-                    fraction = fraction * 10 + byte - _ZERO
-                    scale *= 10
-                at += 1
-                byte = line[at]
-            if at == start:
-                return 0
-            value += (fraction * 512 + scale) // (scale * 2)  # fraction / scale * 256, to nearest
-        self._scratch[wheel] = -value if negative else value
         return at
 
 
@@ -239,6 +252,7 @@ class Sender:
         self.buffer = bytearray(32 + 12 * wheels)
         self._wheels = wheels
 
+    @micropython.native
     def pack(self, counter, counts, totals):
         """Write a feedback packet; return its length [bytes].
 

@@ -1,0 +1,41 @@
+"""MicroPython's names for compiling to machine code, and what stands for them on CPython.
+
+`@micropython.native` and `@micropython.viper` compile a function when it is loaded; viper's integers are
+machine words and `ptr8`, `ptr16`, `ptr32` reach into a buffer directly. On CPython they all do nothing.
+"""
+
+try:
+    import micropython
+except ImportError:
+
+    class micropython:  # noqa: N801 it stands for the module
+        """CPython's stand-in."""
+
+        @staticmethod
+        def const(value):
+            """Return `value`."""
+            return value
+
+        @staticmethod
+        def native(function):
+            """Return the function as it is."""
+            return function
+
+        viper = native
+
+    def ptr8(buffer):
+        """Return the buffer: indexing it reads bytes."""
+        return buffer
+
+    def ptr16(numbers):
+        """Return the array: indexing it reads 16-bit numbers."""
+        return numbers
+
+    def ptr32(numbers):
+        """Return the array: indexing it reads and writes 32-bit numbers."""
+        return numbers
+
+else:
+    ptr8 = ptr16 = ptr32 = None  # viper knows them by name
+
+const = micropython.const

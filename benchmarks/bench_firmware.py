@@ -2,7 +2,8 @@
 
 The unix port runs the period's work N times under callgrind, and a function that does nothing as often; the
 difference, divided by N, is the machine instructions of one period: the same whatever else the machine does.
-The same is done for a loop of the simplest statement, which makes figures of different builds comparable. docs/firmware.md derives the share of 20 ms at 80 MHz from these.
+The same is done for a loop of the simplest statement, which makes figures of different builds comparable.
+docs/firmware.md derives the share of 20 ms at 80 MHz from these.
 """
 
 import functools
@@ -18,12 +19,12 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[1]
 SRC = ROOT / "robotont_firmware" / "src"
 
-CLOCK = 80e6            # [Hz]
-PERIOD = 0.02           # [s]
-CYCLES = 3.0            # [cycles] of the Cortex-M4 for one x86-64 instruction of the same interpreter
+CLOCK = 80e6  # [Hz]
+PERIOD = 0.02  # [s]
+CYCLES = 3.0  # [cycles] of the Cortex-M4 for one x86-64 instruction of the same interpreter
 BYTE_TIME = 10 / 115200  # [s] one byte on the line, start and stop bit included
 LONGEST_PACKET = len("-180:-180:-180;SS:E0E0:E1E1:E2E2:CCCC\n")
-TARGET = 50             # [%]
+TARGET = 50  # [%]
 
 PROGRAM = """
 import sys
@@ -79,7 +80,11 @@ def crc16(data):
 
 def micropython():
     """Return the path of the unix port; RuntimeError with what to do when it is missing."""
-    places = [str(ROOT / ".build" / "venv" / "bin"), os.path.dirname(sys.executable), os.environ.get("PATH", "")]
+    places = [
+        str(ROOT / ".build" / "venv" / "bin"),
+        os.path.dirname(sys.executable),
+        os.environ.get("PATH", ""),
+    ]
     found = shutil.which("micropython", path=os.pathsep.join(places))
     if not found:
         raise RuntimeError("micropython is not installed: run ./robotont setup")
@@ -88,20 +93,20 @@ def micropython():
 
 @functools.lru_cache(maxsize=None)
 def executed(program, times):
-    """Return the instructions that MicroPython takes for the program with its last line's 200 made `times`."""
+    """Return the instructions that MicroPython takes for a program whose last line says 200, with `times`."""
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "program.py"
-        path.write_text(program.replace(", 200)", ", %d)" % times))
+        path.write_text(program.replace(", 200)", f", {times})"))
         run = subprocess.run(
             ["valgrind", "--tool=callgrind", "--callgrind-out-file=/dev/null", micropython(), str(path)],
-            stdout=subprocess.PIPE, stderr=subprocess.STDOUT, universal_newlines=True, timeout=300, check=True,
+            stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, timeout=300, check=True,
             env=dict(os.environ, PYTHONHASHSEED="0"),
         )  # fmt: skip
     return int(re.search(r"Collected : (\d+)", run.stdout).group(1))
 
 
 def per_call(what, line, times=100):
-    """Return the instructions of one call of `what` in PROGRAM: what it adds to a program that does nothing."""
+    """Return the instructions of one call of `what`: what it adds to a program that does nothing."""
     programs = [PROGRAM.format(src=str(SRC), line=line, what=name) for name in (what, "nothing")]
     return (executed(programs[0], times) - executed(programs[1], times)) / times
 
@@ -120,17 +125,26 @@ def run():
 
     how = "x86-64 instructions by callgrind, MicroPython unix port"
     rows = [
-        row("firmware: read one command", parts["receive"], "instructions", how + ", %d bytes" % len(command)),
+        row("firmware: read one command", parts["receive"], "instructions", how + f", {len(command)} bytes"),
         row("firmware: one wheel's controller", parts["speed"], "instructions", how),
         row("firmware: write one packet", parts["pack"], "instructions", how),
-        row("firmware: whole period", parts["controller.step"], "instructions", how + ", 3 wheels, one command"),
+        row(
+            "firmware: whole period",
+            parts["controller.step"],
+            "instructions",
+            how + ", 3 wheels, one command",
+        ),
         row("firmware: whole period, full line", flood, "instructions", how + ", 230 bytes received"),
-        row("firmware: one loop with one assignment", statement, "instructions", "the yardstick: 10 bytecodes"),
+        row(
+            "firmware: one loop with one assignment", statement, "instructions", "the yardstick: 10 bytecodes"
+        ),
     ]
     for name, count in (("period's share", parts["controller.step"]), ("period's share, full line", flood)):
         share = count * CYCLES / CLOCK / PERIOD * 100 + line
-        note = "estimate for 80 MHz: %g cycles an instruction, and %.1f %% to send" % (CYCLES, line)
-        rows.append(row("firmware: " + name, share, "% of 20 ms", note + "; target < %d" % TARGET, round(line, 1)))
+        note = f"estimate for 80 MHz: {CYCLES:g} cycles an instruction, and {line:.1f} % to send"
+        rows.append(
+            row("firmware: " + name, share, "% of 20 ms", note + f"; target < {TARGET}", round(line, 1))
+        )
     rows.append(row("firmware: this benchmark", time.monotonic() - began, "s", "all runs"))
     return rows
 
@@ -138,8 +152,8 @@ def run():
 def main():
     """Print the measurements as a table."""
     for row in run():
-        floor = "" if row["floor"] is None else "(floor %s)" % row["floor"]
-        print("%-42s %10s %-14s %-14s %s" % (row["name"], row["value"], row["unit"], floor, row["note"]))
+        floor = "" if row["floor"] is None else "(floor {})".format(row["floor"])
+        print(f"{row['name']:42} {row['value']:>10} {row['unit']:14} {floor:14} {row['note']}")
 
 
 if __name__ == "__main__":

@@ -1,9 +1,9 @@
 """Starts the firmware, or leaves the REPL free in safe mode (USER held, or the PC asked for it)."""
 
 import micropython
+from robotont_firmware.controller import Controller
 
 from robotont_firmware import board, config
-from robotont_firmware.controller import Controller
 
 
 def main():
@@ -26,7 +26,7 @@ def main():
             board.restart_into_repl()
     except Exception as error:
         # Nobody feeds the watchdog now: it resets the board and the firmware starts again.
-        line = "# crash %r\n" % error
+        line = f"# crash {error!r}\n"
         hardware.write(line, len(line))
         raise
     finally:

@@ -42,7 +42,7 @@ class Firmware:
         """Switch the board on; return self."""
         self.process = subprocess.Popen(
             [tool("micropython"), str(DUAL / "pty_loop.py"), *self._arguments],
-            pass_fds=[self._master], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, universal_newlines=True,
+            pass_fds=[self._master], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
         )  # fmt: skip
         return self
 

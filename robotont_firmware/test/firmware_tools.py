@@ -15,7 +15,11 @@ BOARD_FILES = sorted((SRC / "robotont_firmware").glob("*.py")) + sorted((PACKAGE
 
 def tool(name):
     """Return the path of a program of the project's virtual environment; fail clearly without it."""
-    places = [str(ROOT / ".build" / "venv" / "bin"), os.path.dirname(sys.executable), os.environ.get("PATH", "")]
+    places = [
+        str(ROOT / ".build" / "venv" / "bin"),
+        os.path.dirname(sys.executable),
+        os.environ.get("PATH", ""),
+    ]
     found = shutil.which(name, path=os.pathsep.join(places))
-    assert found, "%s is not installed: run ./robotont setup" % name
+    assert found, f"{name} is not installed: run ./robotont setup"
     return found

@@ -26,8 +26,8 @@ class Watch:
     def __call__(self, value, where):
         if isinstance(value, (str, bytes, list, bool)):  # text for the banner, made before the loop
             return value
-        assert isinstance(value, int), "%r at %s" % (value, where)
-        assert abs(value) < BOUND, "%d at %s" % (value, where)
+        assert isinstance(value, int), f"{value!r} at {where}"
+        assert abs(value) < BOUND, f"{value} at {where}"
         if abs(value) > self.largest:
             self.largest, self.where = abs(value), where
         return value
@@ -40,7 +40,7 @@ class Wrap(ast.NodeTransformer):
         self.module = module
 
     def _wrap(self, node):
-        where = ast.Constant(value="%s:%d" % (self.module, node.lineno), kind=None)
+        where = ast.Constant(value=f"{self.module}:{node.lineno}", kind=None)
         call = ast.Call(func=ast.Name(id="_watch", ctx=ast.Load()), args=[node, where], keywords=[])
         return ast.copy_location(call, node)
 
@@ -53,7 +53,11 @@ class Wrap(ast.NodeTransformer):
 
     def visit_AugAssign(self, node):
         self.generic_visit(node)
-        source = ast.parse(ast.unparse(node.target) if hasattr(ast, "unparse") else _source(node.target)).body[0].value
+        source = (
+            ast.parse(ast.unparse(node.target) if hasattr(ast, "unparse") else _source(node.target))
+            .body[0]
+            .value
+        )
         value = ast.copy_location(ast.BinOp(left=source, op=node.op, right=node.value), node)
         return ast.copy_location(ast.Assign(targets=[node.target], value=self._wrap(value)), node)
 
@@ -63,9 +67,9 @@ def _source(target):
     if isinstance(target, ast.Name):
         return target.id
     if isinstance(target, ast.Attribute):
-        return "%s.%s" % (_source(target.value), target.attr)
+        return f"{_source(target.value)}.{target.attr}"
     index = target.slice.value if isinstance(target.slice, ast.Index) else target.slice
-    return "%s[%s]" % (_source(target.value), _source(index))
+    return f"{_source(target.value)}[{_source(index)}]"
 
 
 def instrument(source, name, watch, package):
@@ -113,7 +117,9 @@ def test_the_watch_can_fail():
 def test_packets_stay_in_bounds(watched):
     watch, modules = watched
     golden = json.loads(GOLDEN.read_text())
-    lines = [vector[kind] for vector in golden["commands"] for kind in ("plain", "checked")] + golden["bad_commands"]
+    lines = [vector[kind] for vector in golden["commands"] for kind in ("plain", "checked")] + golden[
+        "bad_commands"
+    ]
     lines += ["999.999999999:-999.9999999999:%s;\n" % ("9" * 100), "0.999999:-0.999999:999.999999;\n"]
     for line in lines:
         for wheels in (3, 4, 5):
@@ -144,10 +150,13 @@ def test_control_stays_in_bounds(watched, extreme):
         error = speed + config.MAX_SPEED * 256
         reach = 2 * config.MAX_SPEED * 256
         largest = {
-            "SPEED_GAIN": (BOUND - 1) // speed, "P_GAIN": (BOUND - 1) // error, "D_GAIN": (BOUND - 1) // (2 * speed),
+            "SPEED_GAIN": (BOUND - 1) // speed, "P_GAIN": (BOUND - 1) // error,
+            "D_GAIN": (BOUND - 1) // (2 * speed),
             "FOLLOW": 256, "LEAD": (BOUND - 1) // reach, "MAX_INTEGRAL": (BOUND >> 16) - 1, "I_GAIN": 2,
         }  # fmt: skip
-        config = types.SimpleNamespace(**{name: getattr(config, name) for name in dir(config) if name[0].isupper()})
+        config = types.SimpleNamespace(
+            **{name: getattr(config, name) for name in dir(config) if name[0].isupper()}
+        )
         for name, value in largest.items():
             setattr(config, name, value)
         while True:  # the integral may not outgrow 30 bits either: find the smallest I_GAIN that passes
@@ -160,7 +169,9 @@ def test_control_stays_in_bounds(watched, extreme):
     top = config.MAX_SPEED * 256
     pid = modules.pid.Pid(config)
     patterns = [(a, b) for a in (top, -top, 1, 0) for b in (32767, -32768, 400, -400, 0)]
-    for setpoint, counts in patterns + [(rng.randint(-top, top), rng.choice((-32768, 32767))) for _ in range(500)]:
+    for setpoint, counts in patterns + [
+        (rng.randint(-top, top), rng.choice((-32768, 32767))) for _ in range(500)
+    ]:
         for _ in range(40 if abs(counts) != 1 else 1):
             pid.step(setpoint, counts)
     assert watch.where.startswith("pid:")
@@ -169,7 +180,7 @@ def test_control_stays_in_bounds(watched, extreme):
 
 def test_the_loop_stays_in_bounds(watched):
     watch, modules = watched
-    from harness import checked  # noqa: PLC0415
+    from dual_tools import checked  # noqa: PLC0415
 
     rng = random.Random(3)
 
@@ -187,7 +198,9 @@ def test_the_loop_stays_in_bounds(watched):
             return rng.random() < 0.01
 
         def read(self, buffer):
-            line = checked(":".join(rng.choice(("999.999999", "-999.999999", "0", "0.003907")) for _ in range(3)))
+            line = checked(
+                ":".join(rng.choice(("999.999999", "-999.999999", "0", "0.003907")) for _ in range(3))
+            )
             buffer[: len(line)] = line
             return len(line) if rng.random() < 0.9 else 0
 

@@ -1,4 +1,4 @@
-"""scripts/flash against a pseudo-terminal and a stand-in for mpremote that keeps the board's files in a folder."""
+"""scripts/flash against a pseudo-terminal and a stand-in for mpremote with a folder for the board's files."""
 
 import importlib.machinery
 import importlib.util
@@ -146,13 +146,15 @@ def test_says_when_there_is_no_port(flash, monkeypatch, capsys):
     monkeypatch.setattr(flash.glob, "glob", lambda pattern: [])
     assert run(flash, monkeypatch) == 1
     assert "No board found" in capsys.readouterr().err
-    monkeypatch.setattr(flash.glob, "glob", lambda pattern: ["/dev/ttyACM0", "/dev/ttyACM1"] if "ACM" in pattern else [])
+    monkeypatch.setattr(
+        flash.glob, "glob", lambda pattern: ["/dev/ttyACM0", "/dev/ttyACM1"] if "ACM" in pattern else []
+    )
     assert run(flash, monkeypatch) == 1
     assert "Choose one with --port" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(("number", "words"), [(13, "dialout"), (16, "in use"), (5, "does not open")])
-def test_says_why_the_port_does_not_open(flash, board, monkeypatch, capsys, number, words):
+def test_says_why_the_port_does_not_open(flash, board, monkeypatch, capsys, number, words):  # noqa: PLR0917
     def refuse(*_, **__):
         raise flash.serial.SerialException(number, "refused")
 

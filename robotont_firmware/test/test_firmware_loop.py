@@ -26,7 +26,7 @@ def talk():
     sums = [0, 0, 0]
     for index, (_, counts, counter, totals) in enumerate(packets):
         sums = [a + b for a, b in zip(sums, counts)]
-        assert counter == (packets[0][2] + index) & 0xFF, "packet %d is missing" % index
+        assert counter == (packets[0][2] + index) & 0xFF, f"packet {index} is missing"
         assert totals == [b"%04X" % (total & 0xFFFF) for total in sums]
     for wheel, wished in enumerate((-18.9, 5.25, 30.0)):
         steady = [packet[1][wheel] for packet in packets[100:]]
@@ -39,7 +39,7 @@ def test_talks_at_50_hz_and_loses_nothing():
     while True:
         packets, output = talk()
         found.append(jitter(output))
-        print("%d packets, 99 %% of the periods within %.2f ms of 20 ms" % (len(packets), 1e3 * found[-1]))
+        print(f"{len(packets)} packets, 99 % of the periods within {1e3 * found[-1]:.2f} ms of 20 ms")
         if found[-1] <= 0.001 or len(found) == ATTEMPTS:
             break
     assert found[-1] <= 0.001, found

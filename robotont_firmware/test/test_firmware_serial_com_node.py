@@ -16,7 +16,7 @@ rospy = pytest.importorskip("rospy", reason="needs ROS 1")
 
 SECONDS = float(os.environ.get("FIRMWARE_LOOP_SECONDS", "10"))
 ATTEMPTS = 3  # the bound on the period needs a machine that has time; the rest must hold at once
-PROGRAM = '''
+PROGRAM = """
 import sys, time, threading, rospy
 from std_msgs.msg import String
 from diagnostic_msgs.msg import DiagnosticArray
@@ -46,7 +46,7 @@ state.clear()
 while "packets read" not in state and time.monotonic() < end:
     time.sleep(0.01)
 print(repr((counts, state)), flush=True)
-'''
+"""
 
 
 def driver_harness():
@@ -64,11 +64,16 @@ def talk():
     periods = round(SECONDS * 50)
     path = os.pathsep.join([str(ROOT / "robotont_driver" / "src"), os.environ.get("PYTHONPATH", "")])
     with driver_harness().Master() as master, Firmware(periods) as firmware:
-        subprocess.run(["rosparam", "load", str(ROOT / "config" / "wheel_params.yaml")], check=True, timeout=30)
+        subprocess.run(
+            ["rosparam", "load", str(ROOT / "config" / "wheel_params.yaml")], check=True, timeout=30
+        )
         node = ROOT / "robotont_driver" / "scripts" / "serial_com_node"
         master.start(sys.executable, node, "_port:=" + firmware.port, PYTHONPATH=path)
         listener = subprocess.Popen(
-            [sys.executable, "-c", PROGRAM], stdin=subprocess.PIPE, stdout=subprocess.PIPE, universal_newlines=True
+            [sys.executable, "-c", PROGRAM],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            universal_newlines=True,
         )
         try:
             assert listener.stdout.readline() == "ready\n"
@@ -86,12 +91,14 @@ def test_talks_with_serial_com_node_and_loses_nothing():
         periods, output, counts, health = talk()
         assert abs(len(counts) - periods) <= 2, health
         assert health["packets"] == "checked"
-        assert health["lines dropped"] == health["periods repaired"] == health["commands refused"] == "0", health
+        assert health["lines dropped"] == health["periods repaired"] == health["commands refused"] == "0", (
+            health
+        )
         assert health["board"].startswith("robotont_firmware "), health
         steady = [count[0] for count in counts[100:]]
         assert abs(sum(steady) / len(steady) + 18.9) < 0.03
         found.append(jitter(output))
-        print("%d packets, 99 %% of the periods within %.2f ms of 20 ms" % (len(counts), 1e3 * found[-1]))
+        print(f"{len(counts)} packets, 99 % of the periods within {1e3 * found[-1]:.2f} ms of 20 ms")
         if found[-1] <= 0.001 or len(found) == ATTEMPTS:
             break
     assert found[-1] <= 0.001, found

@@ -10,7 +10,7 @@ from firmware_tools import DUAL, GOLDEN, SRC, tool
 
 SUITES = ["suite_protocol", "suite_pid", "suite_controller", "suite_fuzz", "suite_board"]
 TESTS = [
-    "%s.%s" % (suite, node.name)
+    f"{suite}.{node.name}"
     for suite in SUITES
     for node in ast.parse((DUAL / (suite + ".py")).read_text()).body
     if isinstance(node, ast.FunctionDef) and node.name.startswith("test_")
@@ -25,7 +25,7 @@ def results(interpreter):
     for suite in SUITES:  # each in a process of its own: suite_board replaces modules
         run = subprocess.run(
             [program, str(DUAL / "run.py"), str(SRC), str(GOLDEN), suite],
-            stdout=subprocess.PIPE, stderr=subprocess.STDOUT, universal_newlines=True, timeout=120, check=False,
+            stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, timeout=120, check=False,
         )  # fmt: skip
         output += run.stdout
     found, values = {}, {}

@@ -32,7 +32,7 @@ def wants_safe_mode(config):
 
 
 def restart_into_repl():
-    """Reset the board; its next start stays in the REPL. (The watchdog allows no REPL without a reset.)"""
+    """Reset the board, which then stays in the REPL: the watchdog allows no REPL without a reset."""
     with open(_SAFE_FLAG, "w"):
         pass
     os.sync()
@@ -69,7 +69,8 @@ class Board:
         self._backward = [pyb.Pin(pins[1], pyb.Pin.OUT_PP) for pins in config.DIRECTIONS]
         pwm = pyb.Timer(config.PWM_TIMER, prescaler=0, period=config.FULL_EFFORT - 1)
         self._pwm = [
-            pwm.channel(channel, pyb.Timer.PWM, pin=pyb.Pin(pin), pulse_width=0) for pin, channel in config.PWM
+            pwm.channel(channel, pyb.Timer.PWM, pin=pyb.Pin(pin), pulse_width=0)
+            for pin, channel in config.PWM
         ]
         self._faults = [pyb.Pin(pin, pyb.Pin.IN, pyb.Pin.PULL_UP) for pin in config.FAULTS]
         pyb.repl_uart(None)  # also keeps a 0x03 on the line from raising KeyboardInterrupt
@@ -125,7 +126,7 @@ class Board:
         self._watchdog.feed()
 
     def stop(self):
-        """Switch the motors off for good: no pulses, then plain pins held low, which survives this program."""
+        """Switch the motors off for good: no pulses, then plain pins held low, also after this program."""
         for motor in range(self._motors):
             self.drive(motor, 0)
         motors_off(self._config)

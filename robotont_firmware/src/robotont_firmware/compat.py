@@ -8,7 +8,7 @@ try:
     import micropython
 except ImportError:
 
-    class micropython:  # noqa: N801 it stands for the module
+    class micropython:  # noqa: N801 (it stands for the module)
         """CPython's stand-in."""
 
         @staticmethod

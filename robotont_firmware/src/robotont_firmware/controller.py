@@ -52,9 +52,9 @@ class Controller:
         self._fault_hold = 0  # [periods] until the fault pins have been quiet long enough; 0: no fault
         self._notice_wait = 0
         self._noticed = 0  # the receiver's count of dropped lines that the PC knows
-        banner = "# robotont_firmware %s wheels %d reset %s\n" % (__version__, wheels, reset_cause)
+        banner = f"# robotont_firmware {__version__} wheels {wheels} reset {reset_cause}\n"
         self._banner = banner.encode()
-        self._fault_lines = [("# fault motor %d\n" % wheel).encode() for wheel in range(wheels)]
+        self._fault_lines = [f"# fault motor {wheel}\n".encode() for wheel in range(wheels)]
 
     def start(self):
         """Send the banner and take the encoders as they stand for the start of the count."""
@@ -89,7 +89,9 @@ class Controller:
             self._drive()
         # A tick that was missed shows as a gap in the counter; the totals tell the PC what it held.
         self._counter = (self._counter + periods) & 0xFF
-        self._board.write(self._sender.buffer, self._sender.pack(self._counter - 1, self._counts, self._totals))
+        self._board.write(
+            self._sender.buffer, self._sender.pack(self._counter - 1, self._counts, self._totals)
+        )
         self._notice_dropped(periods)
 
     @micropython.native

@@ -76,7 +76,7 @@ class Pid:
         self._speed = speed
         effort = self._limit(wanted, speed)
         # Anti-windup: while a limit holds the effort, an error that would push further is not summed.
-        if not (error > 0 and wanted > effort or error < 0 and wanted < effort):
+        if not ((error > 0 and wanted > effort) or (error < 0 and wanted < effort)):
             self._integrate(error, counts)
         return effort
 
@@ -117,22 +117,22 @@ class Pid:
 
     @micropython.native
     def _limit(self, effort, speed):
-        """Return the effort within MAX_TORQUE around the back-EMF (so the current is bounded) and MAX_EFFORT."""
+        """Return the effort within MAX_TORQUE of the back-EMF, which bounds the current, and MAX_EFFORT."""
         emf = self._v * speed >> 16
         return clamp(emf + clamp(effort - emf, self._max_torque), self._max_effort)
 
     def _integral_for(self, effort, error):
         """Return the integral that adds `effort`; ValueError when adding one more error could overflow."""
         if not 0 <= effort <= _LARGEST >> 16:
-            raise ValueError("an integral of %d effort is out of range" % effort)
+            raise ValueError(f"an integral of {effort} effort is out of range")
         integral = 0 if self._i == 0 else (effort << 16) // self._i
         if integral > _LARGEST - error:
-            raise ValueError("I_GAIN is too small for an integral of %d effort" % effort)
+            raise ValueError(f"I_GAIN is too small for an integral of {effort} effort")
         return integral
 
 
 def _checked(gain, largest):
     """Return `gain`; raise ValueError unless 0 <= gain and gain * largest fits."""
     if not 0 <= gain <= _LARGEST // largest:
-        raise ValueError("gain %d is out of range" % gain)
+        raise ValueError(f"gain {gain} is out of range")
     return gain

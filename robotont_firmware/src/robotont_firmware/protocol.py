@@ -1,4 +1,4 @@
-"""Packets of the serial line, read and written without allocating memory.
+r"""Packets of the serial line, read and written without allocating memory.
 
 PC to board: set-points in units, `-18.90:0.00:18.90;\n` (plain) or `-18.90:0.00:18.90;1050\n` (checked).
 Board to PC: `-19:0:19;SS:E0E0:E1E1:E2E2:CCCC\n`, the edges of one period, always checked.
@@ -101,7 +101,7 @@ def _read_number(line, at: int, numbers, wheel: int) -> int:
     start = at
     value = 0
     byte = text[at]
-    while byte >= _ZERO and byte <= _NINE:  # noqa: PLR1716 viper knows no chained comparison
+    while byte >= _ZERO and byte <= _NINE:
         if value <= MAX_UNITS:
             value = value * 10 + byte - _ZERO
         at += 1
@@ -115,7 +115,7 @@ def _read_number(line, at: int, numbers, wheel: int) -> int:
         byte = text[at]
         fraction = 0
         scale = 1
-        while byte >= _ZERO and byte <= _NINE:  # noqa: PLR1716
+        while byte >= _ZERO and byte <= _NINE:
             if scale < _FRACTION_SCALE:
                 fraction = fraction * 10 + byte - _ZERO
                 scale *= 10

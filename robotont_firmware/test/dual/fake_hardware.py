@@ -1,4 +1,4 @@
-"""Stand-ins for `pyb` and `machine` that remember what was done to them and refuse what the chip cannot do."""
+"""Stand-ins for `pyb` and `machine` that remember what was done and refuse what the chip cannot do."""
 
 import os
 import sys
@@ -44,7 +44,7 @@ class Channel:
 
 class Timer:
     ENC_AB, PWM = "encoder", "pwm"
-    all = {}
+    all = {}  # noqa: RUF012
 
     def __init__(self, number, freq=None, prescaler=None, period=None):
         assert number not in Timer.all or not Timer.all[number].used, "timer used twice"
@@ -97,13 +97,13 @@ class UART:
 
 class WDT:
     def __init__(self, timeout):
-        log.append("watchdog %d" % timeout)
+        log.append(f"watchdog {timeout}")
 
     def feed(self):
         log.append("feed")
 
 
-class Reset(Exception):
+class Reset(Exception):  # noqa: N818
     pass
 
 
@@ -113,7 +113,7 @@ class Pyb:
 
     @staticmethod
     def repl_uart(uart):
-        log.append("repl_uart %s" % uart)
+        log.append(f"repl_uart {uart}")
 
     @staticmethod
     def wfi():

@@ -1,8 +1,8 @@
 """The firmware in real time on a pseudo-terminal: `pty_loop.py SRC FD PERIODS WHEELS`, under MicroPython.
 
 FD is the terminal's master side, inherited and non-blocking. Motors are simulated. From the first tick on
-the heap is locked. At the end it prints how many ticks it missed and how far 99 % of the periods, from packet to packet, at most
-lie from 20 ms.
+the heap is locked. At the end it prints how many ticks it missed, and by how much 99 % of the periods, from
+packet to packet, differ from 20 ms at most.
 """
 
 import sys
@@ -14,10 +14,10 @@ import micropython
 sys.path.insert(0, sys.argv[1])
 sys.path.insert(0, __file__.rsplit("/", 1)[0])
 
-from sim_motor import SimMotor  # noqa: E402
+from robotont_firmware.controller import Controller
+from sim_motor import SimMotor
 
-from robotont_firmware import config  # noqa: E402
-from robotont_firmware.controller import Controller  # noqa: E402
+from robotont_firmware import config
 
 TICK = 1000000 // config.RATE  # [us]
 
@@ -26,7 +26,7 @@ class PtyBoard:
     """The board interface in real time; allocates nothing after its construction."""
 
     def __init__(self, fd, periods, wheels):
-        self.line = open(fd, "r+b")  # noqa: SIM115 it stays open until the end
+        self.line = open(fd, "r+b")  # noqa: SIM115
         self.left = periods
         self.motors = [SimMotor() for _ in range(wheels)]
         self.next = time.ticks_add(time.ticks_us(), TICK)
@@ -89,5 +89,5 @@ off = []
 for index in range(1, board.sent):
     off.append(abs(time.ticks_diff(board.moments[index], board.moments[index - 1]) - TICK))
 off.sort()
-print("missed ticks %d" % board.late)
-print("p99 %d us" % off[len(off) * 99 // 100])
+print(f"missed ticks {board.late}")
+print(f"p99 {off[len(off) * 99 // 100]} us")

@@ -8,9 +8,9 @@ import sys
 sys.path.insert(0, sys.argv[1])
 sys.path.insert(0, __file__.rsplit("/", 1)[0] if "/" in __file__ else ".")
 
-import harness  # noqa: E402
+import dual_tools
 
-harness.GOLDEN_PATH = sys.argv[2]
+dual_tools.GOLDEN_PATH = sys.argv[2]
 
 
 def run(suite):
@@ -28,7 +28,7 @@ def run(suite):
                 if hasattr(sys, "print_exception"):
                     sys.print_exception(error)
                 else:
-                    import traceback
+                    import traceback  # noqa: PLC0415
 
                     traceback.print_exc(file=sys.stdout)
             else:

@@ -4,9 +4,8 @@ import os
 import sys
 
 import fake_hardware
-from fake_hardware import Machine, Pyb, Reset, Timer, UART, levels, log, pins
-
-from harness import Locked, checked  # it needs the real heap lock, so it comes before the stand-ins
+from dual_tools import Locked, checked  # it needs the real heap lock, so it comes before the stand-ins
+from fake_hardware import UART, Machine, Pyb, Reset, Timer, levels, log, pins
 
 fake_hardware.install()
 
@@ -34,7 +33,13 @@ def test_encoders():
         assert counter.channels[1][0] == Timer.ENC_AB
         counter.count = 1000 * index + 7
     assert [pins[name][:2] for name in ("PB6", "PB7", "PA6", "PA7", "PA0", "PA1")] == [
-        ["af", 2], ["af", 2], ["af", 2], ["af", 2], ["af", 1], ["af", 1]]
+        ["af", 2],
+        ["af", 2],
+        ["af", 2],
+        ["af", 2],
+        ["af", 1],
+        ["af", 1],
+    ]
     totals = [None] * 3
     made.counts(totals)
     assert totals == [0, 0, 0], "counters are latched at the tick, not read later"
@@ -111,7 +116,7 @@ def test_watchdog():
 
 def motor_pins_are_low():
     names = ("PC6", "PC7", "PC8", "PB8", "PB9", "PB12", "PB13", "PB14", "PB15")
-    return all([pins[name][0] == "out" and levels[name] == 0 for name in names])
+    return all(pins[name][0] == "out" and levels[name] == 0 for name in names)
 
 
 def test_stop():

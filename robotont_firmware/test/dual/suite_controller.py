@@ -1,6 +1,7 @@
 """The whole loop on simulated motors: commands, packets, and every way to a stop. The heap is locked."""
 
-from harness import Config, Locked, Robot, checked
+from dual_tools import Config, Locked, Robot, checked
+from robotont_firmware.controller import Controller
 
 from robotont_firmware import __version__, config
 
@@ -13,7 +14,7 @@ def mean_speeds(robot, periods, command):
 
 def test_banner_comes_first():
     robot = Robot(wheels=4)
-    banner = ("# robotont_firmware %s wheels 4 reset test\n" % __version__).encode()
+    banner = (f"# robotont_firmware {__version__} wheels 4 reset test\n").encode()
     assert robot.board.sent == banner
 
 
@@ -249,9 +250,14 @@ class QuietBoard:
 
 
 def test_the_whole_loop_allocates_nothing():
-    from robotont_firmware.controller import Controller
-
-    lines = [checked("-180.55:0.00:90.25"), b"", b"\xff\x00;;;\n" * 40, checked("0:0:0") * 5, b"1:2:3;\n", b"7" * 250]
+    lines = [
+        checked("-180.55:0.00:90.25"),
+        b"",
+        b"\xff\x00;;;\n" * 40,
+        checked("0:0:0") * 5,
+        b"1:2:3;\n",
+        b"7" * 250,
+    ]
     board = QuietBoard(lines)
     controller = Controller(board, config)
     controller.start()

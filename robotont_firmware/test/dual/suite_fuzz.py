@@ -1,7 +1,6 @@
 """A million random and mutated bytes into the receiver: nothing raises, nothing false is accepted."""
 
-from harness import Locked, checked
-
+from dual_tools import Locked, checked
 from robotont_firmware.protocol import Receiver
 
 BYTES = 1000000
@@ -27,7 +26,7 @@ def number(random):
     """Return a command's number and what it is in 1/256 unit."""
     hundredths = random.below(20000) - 10000
     size = abs(hundredths)
-    text = "%s%d.%02d" % ("-" if hundredths < 0 else "", size // 100, size % 100)
+    text = "{}{}.{:02d}".format("-" if hundredths < 0 else "", size // 100, size % 100)
     fixed = (size * 512 + 100) // 200
     return text, -fixed if hundredths < 0 else fixed
 
@@ -43,13 +42,13 @@ def mutate(random, line):
         elif kind == 1:
             line[at] = ALPHABET[random.below(len(ALPHABET))]
         elif kind == 2:
-            line = line[:at] + line[at + 1:]
+            line = line[:at] + line[at + 1 :]
         elif kind == 3:
-            line = line[:at] + line[at:at + 1] + line[at:]
+            line = line[:at] + line[at : at + 1] + line[at:]
         elif kind == 4:
             line = line[:at] + bytes([random.below(256)]) + line[at:]
         else:
-            line = line[:at + 1]
+            line = line[: at + 1]
         if not line:
             return line
     return line
@@ -81,7 +80,7 @@ def test_a_million_bytes():
             data = bytearray(b"\n" + line)
             intact += 1
         elif kind == 4:
-            data = bytearray(line[:line.index(b";") + 1] + b"\n")  # plain: refused
+            data = bytearray(line[: line.index(b";") + 1] + b"\n")  # plain: refused
         else:
             data = mutate(random, line)
         recent.append((values[0], values[1], values[2]))
@@ -99,4 +98,4 @@ def test_a_million_bytes():
             digest = ((digest ^ (value & 0xFFFFFF)) * 16777619) & 0xFFFFFFFF
         digest = ((digest ^ receiver.dropped) * 16777619) & 0xFFFFFFFF
     assert intact <= accepted
-    return "digest %08X accepted %d dropped %d of %d bytes" % (digest, accepted, receiver.dropped, fed)
+    return f"digest {digest:08X} accepted {accepted} dropped {receiver.dropped} of {fed} bytes"

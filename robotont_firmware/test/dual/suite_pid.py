@@ -1,10 +1,10 @@
 """One wheel's controller on a simulated motor: the bounds that docs/firmware.md promises."""
 
-from harness import Config, Locked
+from dual_tools import Config, Locked
+from robotont_firmware.pid import MAX_COUNTS, Pid
 from sim_motor import PERIOD, SimMotor
 
 from robotont_firmware import config
-from robotont_firmware.pid import MAX_COUNTS, Pid
 
 STEP = config.MAX_ACCELERATION * 256
 LATENCY = 3  # [ms]
@@ -23,7 +23,7 @@ class Bench:
         self.counts = []
 
     def run(self, units, periods):
-        target = int(round(units * 256))
+        target = round(units * 256)
         for _ in range(periods):
             self.motor.run(LATENCY)
             self.motor.drive(self.effort)
@@ -55,7 +55,7 @@ def test_step_settles():
     settled, over = settling(bench.speeds, 50), overshoot(bench.speeds, 50)
     assert settled <= 0.3, settled
     assert over <= 10, over
-    return "settles in %.2f s, overshoot %.1f %%" % (settled, over)
+    return f"settles in {settled:.2f} s, overshoot {over:.1f} %"
 
 
 def test_step_settles_backwards():
@@ -67,14 +67,22 @@ def test_step_settles_backwards():
 
 def test_step_with_other_loads_and_batteries():
     worst = 0, 0
-    for motor in ({"tau": 40}, {"tau": 80}, {"tau": 120}, {"tau": 160}, {"friction": 16}, {"friction": 4},
-                  {"battery": 85}, {"tau": 120, "friction": 16, "battery": 85}):
+    for motor in (
+        {"tau": 40},
+        {"tau": 80},
+        {"tau": 120},
+        {"tau": 160},
+        {"friction": 16},
+        {"friction": 4},
+        {"battery": 85},
+        {"tau": 120, "friction": 16, "battery": 85},
+    ):
         bench = Bench(**motor).run(50, 100)
         settled, over = settling(bench.speeds, 50), overshoot(bench.speeds, 50)
         assert settled <= 0.5, (motor, settled)
         assert over <= 12, (motor, over)
         worst = max(worst[0], settled), max(worst[1], over)
-    return "worst: settles in %.2f s, overshoot %.1f %%" % worst
+    return "worst: settles in {:.2f} s, overshoot {:.1f} %".format(*worst)
 
 
 def test_mean_error_is_zero_over_any_second():
@@ -83,11 +91,11 @@ def test_mean_error_is_zero_over_any_second():
         for units in (0.75, 1.5, 3.7, 12.34, -18.9, 21.83, -50.01, 87.65, 120.5):
             counts = Bench(**motor).run(units, 300).counts
             for start in range(100, 250, 10):
-                mean = sum(counts[start:start + 50]) / 50
+                mean = sum(counts[start : start + 50]) / 50
                 worst = max(worst, abs(mean - units))
                 # Whole edges are counted: one edge more or less at either end is 0.04 units.
                 assert abs(mean - units) <= 0.04 + 1 / 512, (motor, units, mean)
-    return "worst mean error %.3f units" % worst
+    return f"worst mean error {worst:.3f} units"
 
 
 def test_long_run_loses_no_edge():
@@ -112,7 +120,7 @@ def test_no_windup_after_a_blocked_wheel_is_released():
             assert over <= 12, (units, motor, over)
             assert settled <= 0.4, (units, motor, settled)
             worst = max(worst[0], over), max(worst[1], settled)
-    return "worst: %.1f units above, settled in %.2f s" % worst
+    return "worst: {:.1f} units above, settled in {:.2f} s".format(*worst)
 
 
 def test_blocked_wheel_is_not_pushed_beyond_the_torque_limit():

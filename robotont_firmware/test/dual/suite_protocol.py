@@ -1,7 +1,6 @@
 """Packets: golden vectors, every way a line can be wrong, no allocation."""
 
-from harness import Locked, checked, crc_slow, golden
-
+from dual_tools import Locked, checked, crc_slow, golden
 from robotont_firmware.protocol import LINE_SIZE, Receiver, Sender, crc16, put_decimal, put_hex
 
 
@@ -49,7 +48,19 @@ def test_bad_commands_golden_in_either_mode():
 
 
 def test_bad_numbers_with_a_right_crc():
-    for body in ("1:2", "1:2:3:4", "a:2:3", "1:2:", "1:-:3", "1:2:3.", "1:2:.5", "+1:2:3", "1:2:1000", "1:2:3 ", ""):
+    for body in (
+        "1:2",
+        "1:2:3:4",
+        "a:2:3",
+        "1:2:",
+        "1:-:3",
+        "1:2:3.",
+        "1:2:.5",
+        "+1:2:3",
+        "1:2:1000",
+        "1:2:3 ",
+        "",
+    ):
         receiver = Receiver(3)
         assert feed(receiver, checked(body)) == 0, body
         assert receiver.dropped == 1, body
@@ -116,8 +127,8 @@ def test_empty_lines_are_nothing():
 def test_every_decimal_rounds_to_nearest():
     receiver = Receiver(3)
     for hundredths in range(0, 30000, 7):
-        text = "%d.%02d" % (hundredths // 100, hundredths % 100)
-        assert feed(receiver, ("%s:-%s:0;\n" % (text, text)).encode()) == 1
+        text = f"{hundredths // 100}.{hundredths % 100:02d}"
+        assert feed(receiver, (f"{text}:-{text}:0;\n").encode()) == 1
         nearest = (hundredths * 512 + 100) // 200
         assert list(receiver.setpoints) == [nearest, -nearest, 0], text
     assert feed(receiver, b"0.998046:0.998047:999.9999999999;\n") == 1  # 255.4998, 255.5000 of 256
@@ -125,8 +136,13 @@ def test_every_decimal_rounds_to_nearest():
 
 
 def test_leave_needs_its_crc():
-    for line, leaves in ((checked("!repl"), True), (b"!repl;\n", False), (b"!repl;0000\n", False),
-                         (b"!repl;" + checked("!repl")[6:10] + b"0\n", False), (checked("!rep"), False)):
+    for line, leaves in (
+        (checked("!repl"), True),
+        (b"!repl;\n", False),
+        (b"!repl;0000\n", False),
+        (b"!repl;" + checked("!repl")[6:10] + b"0\n", False),
+        (checked("!rep"), False),
+    ):
         receiver = Receiver(3)
         assert feed(receiver, line) == 0
         assert receiver.leave == leaves, line

@@ -2,10 +2,10 @@
 
 import json
 
+from robotont_firmware.controller import Controller
 from sim_motor import SimBoard, SimMotor
 
 from robotont_firmware import config
-from robotont_firmware.controller import Controller
 
 try:
     import micropython
@@ -46,8 +46,8 @@ class Config:
         for name in dir(config):
             if name[0].isupper():
                 setattr(self, name, getattr(config, name))
-        for name in changes:
-            setattr(self, name, changes[name])
+        for name, value in changes.items():
+            setattr(self, name, value)
 
 
 def crc_slow(data):
@@ -94,11 +94,13 @@ class Robot:
                 assert crc_slow(line[:-4]) == int(line[-4:], 16), line
                 counts, fields = line.split(b";")
                 fields = fields.split(b":")
-                found.append((
-                    [int(count) for count in counts.split(b":")],
-                    int(fields[0], 16),
-                    [int(total, 16) for total in fields[1:-1]],
-                ))
+                found.append(
+                    (
+                        [int(count) for count in counts.split(b":")],
+                        int(fields[0], 16),
+                        [int(total, 16) for total in fields[1:-1]],
+                    )
+                )
         return found
 
     def efforts(self):

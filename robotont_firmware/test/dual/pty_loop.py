@@ -2,7 +2,8 @@
 
 FD is the terminal's master side, inherited and non-blocking. Motors are simulated. From the first tick on
 the heap is locked. At the end it prints how many ticks it missed, and by how much 99 % of the periods, from
-packet to packet, differ from 20 ms at most.
+packet to packet, differ from 20 ms at most: of all periods, and of those between two ticks that the operating
+system delivered in time. (A shared processor wakes a program late now and then; the board's never does.)
 """
 
 import sys
@@ -20,6 +21,7 @@ from sim_motor import SimMotor
 from robotont_firmware import config
 
 TICK = 1000000 // config.RATE  # [us]
+IN_TIME = 300  # [us] a tick that comes later is the operating system's doing
 
 
 class PtyBoard:
@@ -32,7 +34,8 @@ class PtyBoard:
         self.next = time.ticks_add(time.ticks_us(), TICK)
         self.late = 0
         self.sent = 0
-        self.moments = array("l", [0] * periods)  # [us] when each packet was written
+        self.moments = array("l", [0] * (periods + 1))  # [us] when each packet was written
+        self.woken_late = array("l", [0] * (periods + 1))  # [us] how long after its time each tick came
 
     def wait_tick(self):
         if self.left <= 0:
@@ -40,6 +43,7 @@ class PtyBoard:
         wait = time.ticks_diff(self.next, time.ticks_us())
         if wait > 0:
             time.sleep_us(wait)
+        self.woken_late[self.sent] = time.ticks_diff(time.ticks_us(), self.next)
         periods = 1
         self.next = time.ticks_add(self.next, TICK)
         while time.ticks_diff(self.next, time.ticks_us()) <= 0:
@@ -85,9 +89,18 @@ controller.start()
 micropython.heap_lock()
 controller.run()
 micropython.heap_unlock()
-off = []
+
+
+def p99(values):
+    """Return what 99 % of the values do not exceed."""
+    values.sort()
+    return values[len(values) * 99 // 100]
+
+
+off, in_time = [], []
 for index in range(1, board.sent):
     off.append(abs(time.ticks_diff(board.moments[index], board.moments[index - 1]) - TICK))
-off.sort()
+    if max(board.woken_late[index], board.woken_late[index - 1]) <= IN_TIME:
+        in_time.append(off[-1])
 print(f"missed ticks {board.late}")
-print(f"p99 {off[len(off) * 99 // 100]} us")
+print(f"p99 {p99(off)} us, of {len(in_time)} periods in time {p99(in_time)} us")

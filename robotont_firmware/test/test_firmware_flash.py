@@ -154,7 +154,7 @@ def test_says_when_there_is_no_port(flash, monkeypatch, capsys):
 
 
 @pytest.mark.parametrize(("number", "words"), [(13, "dialout"), (16, "in use"), (5, "does not open")])
-def test_says_why_the_port_does_not_open(flash, board, monkeypatch, capsys, number, words):  # noqa: PLR0917
+def test_says_why_the_port_does_not_open(flash, board, monkeypatch, capsys, number, words):
     def refuse(*_, **__):
         raise flash.serial.SerialException(number, "refused")
 

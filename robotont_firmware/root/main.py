@@ -1,9 +1,9 @@
 """Starts the firmware, or leaves the REPL free in safe mode (USER held, or the PC asked for it)."""
 
 import micropython
-from robotont_firmware.controller import Controller
 
 from robotont_firmware import board, config
+from robotont_firmware.controller import Controller
 
 
 def main():

@@ -88,7 +88,7 @@ def watched(monkeypatch):
     monkeypatch.syspath_prepend(str(DUAL))
     for name in [name for name in sys.modules if name.split(".")[0] == "robotont_firmware"]:
         monkeypatch.delitem(sys.modules, name)
-    import robotont_firmware  # noqa: PLC0415
+    import robotont_firmware
 
     watch = Watch()
     modules = types.SimpleNamespace()
@@ -180,7 +180,7 @@ def test_control_stays_in_bounds(watched, extreme):
 
 def test_the_loop_stays_in_bounds(watched):
     watch, modules = watched
-    from dual_tools import checked  # noqa: PLC0415
+    from dual_tools import checked
 
     rng = random.Random(3)
 

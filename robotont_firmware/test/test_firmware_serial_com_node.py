@@ -53,7 +53,7 @@ def driver_harness():
     """Import the driver's test harness (a ROS master of one's own)."""
     sys.path.insert(0, str(ROOT / "robotont_driver" / "test"))
     try:
-        import harness  # noqa: PLC0415
+        import harness
     finally:
         sys.path.pop(0)
     return harness

@@ -2,10 +2,10 @@
 
 import json
 
-from robotont_firmware.controller import Controller
 from sim_motor import SimBoard, SimMotor
 
 from robotont_firmware import config
+from robotont_firmware.controller import Controller
 
 try:
     import micropython

@@ -28,7 +28,7 @@ def run(suite):
                 if hasattr(sys, "print_exception"):
                     sys.print_exception(error)
                 else:
-                    import traceback  # noqa: PLC0415
+                    import traceback
 
                     traceback.print_exc(file=sys.stdout)
             else:

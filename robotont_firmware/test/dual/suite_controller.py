@@ -1,9 +1,9 @@
 """The whole loop on simulated motors: commands, packets, and every way to a stop. The heap is locked."""
 
 from dual_tools import Config, Locked, Robot, checked
-from robotont_firmware.controller import Controller
 
 from robotont_firmware import __version__, config
+from robotont_firmware.controller import Controller
 
 
 def mean_speeds(robot, periods, command):

@@ -1,6 +1,7 @@
 """A million random and mutated bytes into the receiver: nothing raises, nothing false is accepted."""
 
 from dual_tools import Locked, checked
+
 from robotont_firmware.protocol import Receiver
 
 BYTES = 1000000

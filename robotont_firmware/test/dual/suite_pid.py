@@ -1,10 +1,10 @@
 """One wheel's controller on a simulated motor: the bounds that docs/firmware.md promises."""
 
 from dual_tools import Config, Locked
-from robotont_firmware.pid import MAX_COUNTS, Pid
 from sim_motor import PERIOD, SimMotor
 
 from robotont_firmware import config
+from robotont_firmware.pid import MAX_COUNTS, Pid
 
 STEP = config.MAX_ACCELERATION * 256
 LATENCY = 3  # [ms]

@@ -1,6 +1,7 @@
 """Packets: golden vectors, every way a line can be wrong, no allocation."""
 
 from dual_tools import Locked, checked, crc_slow, golden
+
 from robotont_firmware.protocol import LINE_SIZE, Receiver, Sender, crc16, put_decimal, put_hex
 
 

@@ -148,6 +148,9 @@ def run():
     return rows
 
 
+PARTS = (run,)
+
+
 def main():
     """Print the measurements as a table."""
     for row in run():

@@ -23,8 +23,7 @@ def test_every_wheel_parameter_stands_in_the_readme(key):
 def test_what_the_thesis_table_names_exists():
     table = README.partition("## From the thesis to the code")[2].partition("## Licence")[0]
     sources = "\n".join(path.read_text() for path in ROOT.glob("robotont_*/**/*.py"))
-    files = {path.name for folder in ("robotont_driver", "robotont_firmware", "robotont_bringup", "config", "launch", "docs")
-             for path in (ROOT / folder).rglob("*")}
+    files = {path.name for folder in ROOT.glob("[a-z]*") if folder.is_dir() for path in folder.rglob("*")}
     for name in re.findall(r"`([^`]+)`", table):
         last = re.split(r"[/.]", name)[-1]
         is_file = name.rpartition("/")[2] in files

@@ -64,9 +64,9 @@ class SimulatorNodeTest(NodeTest):
         self.drive((0.3, 0.0, 0.0), lambda: self.moved(start) > 0.4, "motion")
         unplug(True)
         cut = self.truth[-1].header.stamp
-        self.drive((0.3, 0.0, 0.0), lambda: abs(self.truth[-1].twist.twist.linear.x) < 0.03, "the stop")
+        self.drive((0.3, 0.0, 0.0), lambda: abs(self.truth[-1].twist.twist.linear.x) < 0.05, "the stop")
         print(f"stopped {(self.truth[-1].header.stamp - cut).to_sec():.2f} s after the cable was pulled")
-        self.assertLess((self.truth[-1].header.stamp - cut).to_sec(), 1.0)
+        self.assertLess((self.truth[-1].header.stamp - cut).to_sec(), 0.65)  # 0.6 s, and the newest truth was old
         self.wait_for_status(LINK, ERROR)
         self.drive((0.3, 0.0, 0.0), lambda: (self.truth[-1].header.stamp - cut).to_sec() > 3.0, "three seconds")
         unplug(False)

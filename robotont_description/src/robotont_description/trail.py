@@ -21,8 +21,9 @@ class Sample(NamedTuple):
 
 
 class Trail:
-    """Keeps a sample when it lies `min_distance` [m] from the last one kept; the oldest of more than
-    `max_poses` are forgotten. `poses`: the kept samples, oldest first.
+    """Keeps a sample when it lies `min_distance` [m] or more from the last one kept.
+
+    `poses`: the kept samples, oldest first; of more than `max_poses` the oldest are forgotten.
     """
 
     def __init__(self, max_poses, min_distance):

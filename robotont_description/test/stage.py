@@ -12,21 +12,21 @@ import rospy
 import yaml
 from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
+from PIL import Image
 
-HERE = Path(__file__).resolve().parent
-ROOT = HERE.parent
-sys.path.insert(0, str(ROOT / "robotont_driver" / "test"))
+PACKAGE = Path(__file__).resolve().parents[1]
+sys.path.insert(0, str(PACKAGE.parent / "robotont_driver" / "test"))
 
 from board import Board  # noqa: E402
-from harness import Master, wait_for  # noqa: E402
+from harness import Processes, wait_for  # noqa: E402
 
 WIDTH, HEIGHT = 1280, 800  # [pixels] of the screen
 SPEED = 0.8                # [m/s] of a drive
 TURNING = 1.5              # [rad/s]
 
 
-class Stage(Master):
-    """A ROS master with a screen; programs that are started here show their windows on it."""
+class Stage(Processes):
+    """A screen beside the ROS master that the environment names; programs started here show windows on it."""
 
     def __init__(self):
         super().__init__()
@@ -74,7 +74,6 @@ class Robot:
             file.write_text(yaml.safe_dump(parameters))
             self.arguments.append(f"wheel_params:={file}")
             wheels = parameters["wheelAmount"]
-        self.log = stage.folder / (name + ".log")
         self.board = Board(str(stage.folder / name), wheels)
         self.board.plug()
         self.pose = None
@@ -82,7 +81,8 @@ class Robot:
         self._goal = None
         self._command = rospy.Publisher(f"/{prefix}cmd_vel", Twist, queue_size=1, tcp_nodelay=True)
         rospy.Subscriber(f"/{prefix}odom", Odometry, self._on_odometry, tcp_nodelay=True)
-        stage.launch("robot.launch", f"port:={self.board.link}", *self.arguments, log=self.log)
+        self._stage = stage
+        self._launch = stage.launch("robot.launch", f"port:={self.board.link}", *self.arguments)
         wait_for(lambda: self.pose, "odometry of " + name)
 
     def _on_odometry(self, message):
@@ -102,7 +102,8 @@ class Robot:
         assert self._arrived.wait(timeout), f"did not get to {goal} in {timeout} s but to {self.pose}"
 
     def close(self):
-        """Unplug the board."""
+        """End the driver and unplug the board."""
+        self._stage.stop(self._launch)
         self.board.__exit__()
 
 
@@ -126,7 +127,7 @@ def seen_from_above(config, folder):
 
     view: the dictionary of the view, with Scale [pixels/m] and the X, Y [m] of the middle of the picture.
     """
-    content = yaml.safe_load((HERE / "rviz" / config).read_text())
+    content = yaml.safe_load((PACKAGE / "rviz" / config).read_text())
     views = content["Visualization Manager"]["Views"]
     above = next(view for view in views["Saved"] if view["Name"] == "From above")
     views["Current"] = {**above, "Name": "Current View"}
@@ -138,3 +139,9 @@ def seen_from_above(config, folder):
 def _last_number(file):
     numbers = [line for line in file.read_text().splitlines() if line.isdigit()] if file.exists() else []
     return numbers[-1] if numbers else None
+
+
+def save_picture(picture, file):
+    """Write a picture (height x width x 3 integers of 0 to 255) as a PNG file with 128 colours, a small one."""
+    image = Image.fromarray(picture.astype(np.uint8))
+    image.quantize(128, dither=Image.Dither.NONE if hasattr(Image, "Dither") else 0).save(str(file), optimize=True)

@@ -2,7 +2,7 @@
 """Makes docs/pictures of the model and of RViz anew: pictures.py [FOLDER]. Needs no robot, monitor or ROS master.
 
 odometry_at_0_0.png and odometry_at_2_1.png: the thesis' Figures 11 and 12. odometry.png: the window as
-rviz.launch opens it, after the same drive. robot.png, robot_with_5_wheels.png: the model alone.
+rviz.launch opens it, after the same drive. two_robots.png: that of rviz_two_robots.launch. robot.png, robot_with_5_wheels.png: the model alone.
 """
 
 import math
@@ -34,6 +34,7 @@ def main():
         draw_model(folder / "robot.png")
         draw_model(folder / "robot_with_5_wheels.png", ROBOTS["uneven5"])
         draw_drive(folder)
+        draw_two_robots(folder / "two_robots.png")
 
 
 def draw_model(file, parameters=None):
@@ -64,6 +65,19 @@ def draw_drive(folder):
         robot.drive_to(GOAL)
         keep(still(stage, displays=5), folder / "odometry.png")
         robot.close()
+
+
+def draw_two_robots(file):
+    """Two robots in namespaces, each after a drive of its own, in the window as it opens."""
+    with Stage() as stage:
+        robots = [Robot(stage, "robot1"), Robot(stage, "robot2")]
+        stage.show("rviz_two_robots.launch")
+        still(stage, displays=8)
+        robots[0].drive_to((1.5, 0.3, 1.0))
+        robots[1].drive_to((1.0, -0.3, -1.0))
+        keep(still(stage, displays=8), file)
+        for robot in robots:
+            robot.close()
 
 
 def still(stage, displays):

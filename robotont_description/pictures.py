@@ -2,7 +2,8 @@
 """Makes docs/pictures of the model and of RViz anew: pictures.py [FOLDER]. Needs no robot, monitor or ROS master.
 
 odometry_at_0_0.png and odometry_at_2_1.png: the thesis' Figures 11 and 12. odometry.png: the window as
-rviz.launch opens it, after the same drive. two_robots.png: that of rviz_two_robots.launch. robot.png, robot_with_5_wheels.png: the model alone.
+rviz.launch opens it, after the same drive. two_robots.png: that of rviz_two_robots.launch. robot.png and
+robot_with_5_wheels.png: the model alone.
 """
 
 import math

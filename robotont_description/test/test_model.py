@@ -213,6 +213,7 @@ def test_a_prefix_is_put_before_every_link_and_joint():
     plain, other = Model(urdf()), Model(urdf(prefix="robot1/"), "robot1/")
     assert set(other.links) == {"robot1/" + name for name in plain.links}
     assert set(other.joints) == {"robot1/" + name for name in plain.joints}
+    assert set(other.poses) == set(other.links)  # the joints lead to them
 
 
 def test_wrong_parameters_are_refused_as_the_driver_does(tmp_path):

@@ -51,10 +51,12 @@ def test_a_reset_of_the_odometry_starts_the_path_anew(back):
     assert list(trail.poses) == [newest]
 
 
-def test_a_bag_played_again_starts_the_path_anew():
+@pytest.mark.parametrize("speed", [0.0, 1.0])
+def test_a_bag_played_again_starts_the_path_anew(speed):
     trail = Trail(1000, 0.05)
     drive(trail, 100)
-    assert trail.add(Sample(0.0, 1.98, 0.0, 0.0, 1.0))
+    trail.add(Sample(2.0, 1.98, 0.0, 0.0, 0.0))
+    assert trail.add(Sample(0.0, 1.98, 0.0, 0.0, speed))
     assert len(trail.poses) == 1
 
 

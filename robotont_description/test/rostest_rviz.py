@@ -123,7 +123,6 @@ class RvizTest(NodeTest):
         robot = self.start_robot()
         joints = self.listen("/joint_states", JointState)
         transforms = self.listen("/tf", TFMessage)
-        self.stage.launch("description.launch")
         robot.drive_to((0.1, 0.1, 0.3))
         self.assertGreater(max(map(abs, joints[-1].position)), 1.0)
 

@@ -100,7 +100,7 @@ class SimulatorNodeTest(NodeTest):
         scan = self.scan[-1]
         self.assertEqual(scan.header.frame_id, "laser")
         self.assertEqual(len(scan.ranges), 128)
-        self.assertAlmostEqual(scan.ranges[64], 3.95 - 1.11, delta=0.02)
+        self.assertAlmostEqual(scan.ranges[64], 2.95, delta=0.02)
         self.assertAlmostEqual(scan.angle_max, 1.03 / 2, delta=1e-3)
 
     def test_a_world_that_is_not_there(self):

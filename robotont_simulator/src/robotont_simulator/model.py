@@ -16,7 +16,8 @@ ROW_OFFSET = 0.006     # [m] of each of the two rows from the wheel's middle
 ROLLER_PART = 0.2      # radius of a roller, in radii of the wheel
 FRICTION = 0.9         # rubber on a floor
 ROLLER_DAMPING = 2e-6  # [N m s] in a roller's bearing
-LASER = (0.11, 0.0, 0.12)  # [m] in base_link; the frame `laser`
+CAMERA = (0.11, 0.12)  # [m] before the middle, above the floor; only for the eye
+LASER_ABOVE_WHEELS = 0.092  # [m] above the top of the largest one
 
 # Pololu 37D motors at 12 V, seen at the motor's own shaft.
 VOLTAGE = 12.0         # [V]
@@ -31,6 +32,11 @@ WORLD_GROUP, BODY_GROUP, SHOWN_GROUP, ROLLER_GROUP = 0, 1, 2, 3  # ROLLER_GROUP 
 def robot_radius(wheels):
     """[m] of the round body: to the outer side of the farthest wheel."""
     return max(wheels.distances) + 0.025
+
+
+def laser_height(wheels):
+    """[m] of the frame `laser` above base_link, as in robotont_description."""
+    return 2 * max(wheels.radii) + LASER_ABOVE_WHEELS
 
 
 def build(wheels, gear, world):
@@ -90,8 +96,9 @@ def _add_looks(body, radius):
         show(type="cylinder", size=(radius, 0.002), pos=(0, 0, height), rgba=(0.62, 0.76, 0.86, 0.6))
     show(type="box", size=(0.056, 0.053, 0.022), pos=(-0.02, 0, CLEARANCE + 0.094), rgba=(0.16, 0.17, 0.19, 1))
     show(type="box", size=(0.02, 0.05, 0.012), pos=(-0.1, 0, CLEARANCE + 0.084), rgba=(0.20, 0.36, 0.55, 1))
-    show(type="box", size=(0.006, 0.05, 0.008), pos=(LASER[0], 0, LASER[2]), rgba=(0.55, 0.58, 0.61, 1))
-    show(type="box", size=(0.004, 0.006, 0.02), pos=(LASER[0] - 0.004, 0, LASER[2] - 0.022), rgba=(0.3, 0.31, 0.33, 1))
+    front, height = CAMERA
+    show(type="box", size=(0.006, 0.05, 0.008), pos=(front, 0, height), rgba=(0.55, 0.58, 0.61, 1))
+    show(type="box", size=(0.004, 0.006, 0.02), pos=(front - 0.004, 0, height - 0.022), rgba=(0.3, 0.31, 0.33, 1))
 
 
 def _add_wheel(body, wheels, number):

@@ -106,7 +106,7 @@ class Simulation:
         """[m] from the laser to what stands at each of the `angles` [rad] from forward; inf beyond `farthest`."""
         yaw = self.pose()[2]
         matrix = self.data.xmat[self._body].reshape(3, 3)
-        origin = self.data.xpos[self._body] + matrix @ model.LASER
+        origin = self.data.xpos[self._body] + matrix[:, 2] * model.laser_height(self.wheels)
         directions = np.column_stack([np.cos(angles + yaw), np.sin(angles + yaw), np.zeros(len(angles))])
         distances = np.empty(len(angles))
         geoms = np.empty(len(angles), np.int32)

@@ -118,7 +118,7 @@ class SimulatorNode:
 
     def _publish_scan(self, stamp):
         distances = self._simulation.scan(self._angles, self._parameters["scan_farthest"])
-        distances[distances < self._parameters["scan_nearest"]] = math.inf
+        distances[distances < self._parameters["scan_nearest"]] = -math.inf  # REP 117: too near; a +inf is free
         self._scan.header.stamp = stamp
         self._scan.ranges = distances.tolist()
         self._scan_publisher.publish(self._scan)

@@ -3,9 +3,13 @@
 import os
 import subprocess
 import sys
+import tempfile
+from functools import lru_cache
 from pathlib import Path
+from typing import Any, Dict, NamedTuple
 
-import yaml
+from roslaunch import substitution_args
+from roslaunch.config import load_config_default
 
 PACKAGE = Path(__file__).resolve().parents[1]
 ROOT = PACKAGE.parent
@@ -25,24 +29,35 @@ def lacking(*packages):
     return f"not installed: {', '.join(lacks)} (ros-noetic-navigation, ros-noetic-slam-gmapping)" if lacks else ""
 
 
-def environment_with_stand_ins(folder):
-    """An environment with the navigation stack, or with empty packages of its names in `folder` to read launch files."""
-    for name in missing((*NAVIGATION_PACKAGES, *SLAM_PACKAGES)):
-        (Path(folder) / name).mkdir(parents=True)
-        (Path(folder) / name / "package.xml").write_text(
-            f'<package format="2"><name>{name}</name><version>0.0.0</version><description>none</description>'
-            '<maintainer email="none@none.invalid">none</maintainer><license>none</license></package>')
-    return {**os.environ, "ROS_PACKAGE_PATH": f"{os.environ['ROS_PACKAGE_PATH']}:{folder}"}
+class Launch(NamedTuple):
+    """A launch file as roslaunch reads it."""
+
+    nodes: Dict[str, str]        # full name: arguments
+    parameters: Dict[str, Any]   # full name: value
 
 
-def roslaunch(environment, *words):
+@lru_cache(maxsize=None)
+def read_launch(file, *arguments):
+    """Launch of a launch file with arguments; the navigation stack need not be there."""
+    before = os.environ["ROS_PACKAGE_PATH"]
+    with tempfile.TemporaryDirectory() as folder:
+        for name in missing((*NAVIGATION_PACKAGES, *SLAM_PACKAGES)):
+            (Path(folder) / name).mkdir()
+            (Path(folder) / name / "package.xml").write_text(
+                f'<package format="2"><name>{name}</name><version>0.0.0</version><description>none</description>'
+                '<maintainer email="none@none.invalid">none</maintainer><license>none</license></package>')
+        os.environ["ROS_PACKAGE_PATH"] = f"{before}:{folder}"
+        substitution_args._rospack = None  # which keeps what it has once found
+        try:
+            config = load_config_default([(str(ROOT / "launch" / file), list(arguments))], None)
+        finally:
+            os.environ["ROS_PACKAGE_PATH"] = before
+            substitution_args._rospack = None
+    own = {name: param.value for name, param in config.params.items()}
+    return Launch({node.namespace + node.name: node.args for node in config.nodes}, own)
+
+
+def roslaunch(*words):
     """A finished run of roslaunch with all that it said."""
-    return subprocess.run(["roslaunch", *map(str, words)], env={**environment, "ROS_IP": "127.0.0.1"}, check=False, text=True,
-                          timeout=60, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
-
-
-def parameters(environment, file, *arguments):
-    """All parameters that a launch file sets, by their full names."""
-    result = roslaunch(environment, "--dump-params", str(ROOT / "launch" / file), *arguments)
-    assert result.returncode == 0, result.stderr
-    return yaml.safe_load(result.stdout)
+    return subprocess.run(["roslaunch", *map(str, words)], env={**os.environ, "ROS_IP": "127.0.0.1"}, check=False,
+                          text=True, timeout=60, stdout=subprocess.PIPE, stderr=subprocess.STDOUT)

@@ -20,6 +20,7 @@ from robotont_bringup.goal import (
     read_yaw,
     remaining,
 )
+from robotont_bringup.goto import parse_arguments
 
 GOAL = Goal(8.0, 8.0, 1.57)
 
@@ -76,6 +77,19 @@ def test_progress_says_how_far_it_is():
 ])
 def test_every_end_has_a_status_and_words(state, text, pose, status, words):
     assert outcome(state, text, GOAL, pose, 31.2) == (status, words)
+
+
+@pytest.mark.parametrize("words, fault", [
+    (["2", "2", "90"], "argument yaw: found '90', allowed: a number from -6.28 to 6.28 [rad], not degrees"),
+    (["2", "nan", "0"], "argument y: found 'nan', allowed: a number from -1000 to 1000 [m]"),
+    (["2", "2"], "the following arguments are required: yaw"),
+    (["2", "2", "0", "--timeout", "-1"], "argument --timeout: found '-1'"),
+])
+def test_wrong_arguments_end_with_status_2(capsys, words, fault):
+    with pytest.raises(SystemExit) as raised:
+        parse_arguments(words)
+    assert raised.value.code == 2
+    assert fault in capsys.readouterr().err
 
 
 def test_the_pure_part_loads_where_there_is_no_ros():

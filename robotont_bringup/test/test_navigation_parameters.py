@@ -6,21 +6,16 @@ import re
 import pytest
 import yaml
 
-from bringup_tools import NAVIGATION, PACKAGE, ROOT, environment_with_stand_ins, parameters
+from bringup_tools import NAVIGATION, PACKAGE, ROOT, read_launch
 
 KNOWN = {section: set(names) for section, names in yaml.safe_load(
     (PACKAGE / "test" / "data" / "navigation_parameters.yaml").read_text()).items()}
 BLIND_ROTATION = "TrajectoryPlannerROS as RotateRecovery reads it"
 
 
-@pytest.fixture(scope="module")
-def read(tmp_path_factory):
-    """A function (launch file, arguments...) -> {node: tree of its parameters}."""
-    environment = environment_with_stand_ins(tmp_path_factory.mktemp("stand_ins"))
-
-    def read_nodes(file, *arguments):
-        return tree(parameters(environment, file, *arguments))
-    return read_nodes
+def read(file, *arguments):
+    """{node: tree of its parameters} of a launch file."""
+    return tree(read_launch(file, *arguments).parameters)
 
 
 def tree(flat):
@@ -65,7 +60,7 @@ def unknown_of_move_base(given):
     return faults + [fault for costmap in costmaps for fault in unknown_of_costmap(given[costmap])]
 
 
-def test_every_parameter_is_one_that_its_node_reads(read):
+def test_every_parameter_is_one_that_its_node_reads():
     given = read("navigation.launch")
     assert unknown_of_move_base(given["move_base"]) == []
     assert unknown("amcl", given["amcl"]) == []
@@ -86,7 +81,7 @@ def test_every_parameter_is_one_that_its_node_reads(read):
     (("forget_far_obstacles", "reset_distance"), "reset_dist"),
     (("NavfnROS", "default_tolerance"), "tolerance"),
 ])
-def test_a_misspelt_name_is_found(read, path, wrong):
+def test_a_misspelt_name_is_found(path, wrong):
     given = copy.deepcopy(read("navigation.launch")["move_base"])
     place = given
     for part in path[:-1]:
@@ -95,7 +90,7 @@ def test_a_misspelt_name_is_found(read, path, wrong):
     assert [fault.rpartition(": ")[2] for fault in unknown_of_move_base(given)] == [wrong]
 
 
-def test_every_name_that_has_no_good_default_is_set(read):
+def test_every_name_that_has_no_good_default_is_set():
     """Defaults of the stack that do not fit this robot: they must be overwritten, not forgotten."""
     given = read("navigation.launch")
     planner = given["move_base"]["DWAPlannerROS"]
@@ -106,14 +101,14 @@ def test_every_name_that_has_no_good_default_is_set(read):
     assert {"width", "height"} <= set(given["move_base"]["local_costmap"])
 
 
-def test_the_base_may_strafe_as_fast_as_it_drives(read):
+def test_the_base_may_strafe_as_fast_as_it_drives():
     planner = read("navigation.launch")["move_base"]["DWAPlannerROS"]
     assert planner["max_vel_y"] == -planner["min_vel_y"] == planner["max_vel_x"] == -planner["min_vel_x"] > 0
     assert planner["vy_samples"] > 1
     assert read("navigation.launch")["amcl"]["odom_model_type"] == "omni-corrected"
 
 
-def test_the_limits_fit_the_driver(read):
+def test_the_limits_fit_the_driver():
     given, robot = read("navigation.launch")["move_base"], read("robot.launch", "description:=false")
     assert robot["driver_node"]["cmd_timeout"] > 1.0 / given["controller_frequency"]
     assert given["DWAPlannerROS"]["max_vel_trans"] < robot["driver_node"]["max_wheel_speed"]
@@ -121,7 +116,7 @@ def test_the_limits_fit_the_driver(read):
         assert given["TrajectoryPlannerROS"][mine] == given["DWAPlannerROS"][other]
 
 
-def test_amcl_never_divides_by_a_rate_of_zero(read):
+def test_amcl_never_divides_by_a_rate_of_zero():
     amcl = read("navigation.launch")["amcl"]
     assert amcl["save_pose_rate"] == -1.0
     assert amcl["gui_publish_rate"] != 0

@@ -27,7 +27,7 @@ from robotont_bringup.goal import (
     read_yaw,
 )
 
-SILENCE = 5.0      # [s] without a status of move_base, which sends five per second, and it is gone
+SILENCE = 3.0      # [s] without a status of move_base, which sends five per second, and it is gone
 CANCELLING = 5.0   # [s] that move_base has to confirm a cancellation
 TERMINAL_PERIOD, LOG_PERIOD = 0.2, 2.0  # [s] between two lines of progress on a terminal and in a file
 EXIT_STATUS = """exit status: 0 reached; 1 move_base gave up; 2 wrong arguments; 3 no move_base, or it died;

@@ -142,8 +142,9 @@ class NavigationDemandsTest(NodeTest):
         timeout = rospy.get_param("driver_node/cmd_timeout")
         self.assertGreater(timeout, 2 * CONTROLLER_PERIOD)  # one command may be late
         double = self.processes.start(HERE / "move_base_double.py", "_repeat:=true")
-        self.processes.start("rosrun", "robotont_bringup", "goto", "2", "2", "0")
+        goto = self.processes.start("rosrun", "robotont_bringup", "goto", "2", "2", "0")
         wait_for(lambda: math.hypot(*speeds(self.truth[-1])[:2]) > 0.3, "motion")
+        self.processes.stop(goto, signal.SIGKILL)  # nobody is left to cancel
         first = len(self.truth)
         self.processes.stop(double, signal.SIGKILL)
         wait_for(lambda: math.hypot(*speeds(self.truth[-1])[:2]) < 0.05, "the stop")

@@ -30,9 +30,9 @@ def test_a_missing_package_is_one_line_and_no_success(tmp_path, file):
     path, lacks = ROOT / "launch" / file, missing(FILES[file])
     if not lacks:
         lacks = ["no_such_package"]
-        text = path.read_text()
+        before, require, after = path.read_text().partition("/require ")
         path = tmp_path / file
-        path.write_text(text.replace(f" {FILES[file][0]}", f" no_such_package {FILES[file][0]}", 1))
+        path.write_text(before + require + after.replace(FILES[file][0], f"no_such_package {FILES[file][0]}", 1))
     result = roslaunch(path)
     assert len(said(result)) == 1
     assert re.fullmatch(rf"{file} needs the ROS packages? {', '.join(lacks)}, which (is|are) missing: "

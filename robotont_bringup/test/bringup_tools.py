@@ -14,7 +14,8 @@ from roslaunch.config import load_config_default
 PACKAGE = Path(__file__).resolve().parents[1]
 ROOT = PACKAGE.parent
 NAVIGATION = ROOT / "config" / "navigation"
-sys.path[:0] = [str(ROOT / package / "src") for package in ("robotont_bringup", "robotont_driver", "robotont_simulator")]
+PROJECT = ("robotont_bringup", "robotont_driver", "robotont_simulator")
+sys.path[:0] = [str(ROOT / package / "src") for package in PROJECT]
 
 NAVIGATION_PACKAGES = ("move_base", "map_server", "dwa_local_planner", "navfn", "clear_costmap_recovery",
                        "rotate_recovery", "amcl", "fake_localization")
@@ -26,7 +27,7 @@ from robotont_bringup.require import missing  # noqa: E402
 def lacking(*packages):
     """Why a test that needs ROS packages is skipped; empty when all are there."""
     lacks = missing(packages)
-    return f"not installed: {', '.join(lacks)} (ros-noetic-navigation, ros-noetic-slam-gmapping)" if lacks else ""
+    return f"not installed: {', '.join(lacks)} (ros-noetic-navigation)" if lacks else ""
 
 
 class Launch(NamedTuple):

@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
 """Stands in for move_base: an action server that sends recorded commands of DWAPlannerROS on cmd_vel.
 
-What tests need of it: ten commands per second while a goal is active, feedback with the pose of odom, one zero Twist at the
-end and at a cancellation, and its words. A goal beyond x = 100 is refused as one without a way.
+What tests need of it: ten commands per second while a goal is active, feedback with the pose of odom, one zero Twist at
+the end and at a cancellation, and its words. A goal beyond x = 100 is given up as one without a way.
 """
 
 import sys

@@ -6,8 +6,7 @@ import signal
 import sys
 from pathlib import Path
 
-HERE = Path(__file__).resolve().parent
-sys.path[:0] = [str(HERE.parents[1] / "robotont_driver" / "test")]
+sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "robotont_driver" / "test"))
 
 import rostest
 from geometry_msgs.msg import Twist
@@ -16,7 +15,7 @@ from move_base_msgs.msg import MoveBaseActionGoal
 from harness import Processes, wait_for
 from node_test import NodeTest
 
-
+DOUBLE = Path(__file__).resolve().parent / "move_base_double.py"
 SHARED = "/shared"  # namespace of the one stand-in that drives on until its goal is cancelled
 
 
@@ -27,7 +26,7 @@ class GotoTest(NodeTest):
     def setUpClass(cls):
         super().setUpClass()
         cls.server = Processes()
-        cls.server.start(HERE / "move_base_double.py", f"__ns:={SHARED}", "_repeat:=true", log=cls.server.folder / "log")
+        cls.server.start(DOUBLE, f"__ns:={SHARED}", "_repeat:=true", log=cls.server.folder / "log")
 
     @classmethod
     def tearDownClass(cls):
@@ -47,7 +46,7 @@ class GotoTest(NodeTest):
     def start_server(self, space, **parameters):
         self.use(space)
         words = [f"_{name}:={value}" for name, value in parameters.items()]
-        return self.processes.start(HERE / "move_base_double.py", f"__ns:={space}", *words)
+        return self.processes.start(DOUBLE, f"__ns:={space}", *words)
 
     def start_goto(self, *words, log="goto"):
         self.log = self.processes.folder / log

@@ -8,8 +8,7 @@ import sys
 import time
 from pathlib import Path
 
-HERE = Path(__file__).resolve().parent
-sys.path[:0] = [str(HERE.parents[1] / "robotont_driver" / "test")]
+sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "robotont_driver" / "test"))
 
 import numpy as np
 import rospy
@@ -22,6 +21,7 @@ from tf2_msgs.msg import TFMessage
 from harness import ROOT, Processes, wait_for
 from node_test import NodeTest, twist
 
+DOUBLE = Path(__file__).resolve().parent / "move_base_double.py"
 NAVIGATION = ROOT / "config" / "navigation"
 CONTROLLER_PERIOD = 1.0 / yaml.safe_load((NAVIGATION / "move_base.yaml").read_text())["controller_frequency"]
 PLANNER = yaml.safe_load((NAVIGATION / "dwa_local_planner.yaml").read_text())["DWAPlannerROS"]
@@ -141,7 +141,7 @@ class NavigationDemandsTest(NodeTest):
     def test_the_watchdog_is_longer_than_a_control_period_and_stops_the_robot_when_move_base_dies(self):
         timeout = rospy.get_param("driver_node/cmd_timeout")
         self.assertGreater(timeout, 2 * CONTROLLER_PERIOD)  # one command may be late
-        double = self.processes.start(HERE / "move_base_double.py", "_repeat:=true")
+        double = self.processes.start(DOUBLE, "_repeat:=true")
         goto = self.processes.start("rosrun", "robotont_bringup", "goto", "2", "2", "0")
         wait_for(lambda: math.hypot(*speeds(self.truth[-1])[:2]) > 0.3, "motion")
         self.processes.stop(goto, signal.SIGKILL)  # nobody is left to cancel
@@ -154,7 +154,7 @@ class NavigationDemandsTest(NodeTest):
 
     def test_the_recorded_commands_of_move_base_drive_the_robot_and_one_zero_stops_it(self):
         commands = self.listen("cmd_vel", Twist)
-        self.processes.start(HERE / "move_base_double.py")
+        self.processes.start(DOUBLE)
         log = self.processes.folder / "goto"
         goto = self.processes.start("rosrun", "robotont_bringup", "goto", "2", "2.2", "1.2", log=log)
         wait_for(lambda: math.hypot(*speeds(self.truth[-1])[:2]) > 0.3, "motion")

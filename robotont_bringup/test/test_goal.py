@@ -3,10 +3,10 @@ import subprocess
 import sys
 
 import pytest
+from bringup_tools import PACKAGE
 from hypothesis import given
 from hypothesis import strategies as st
 
-from bringup_tools import PACKAGE
 from robotont_bringup.goal import (
     DONE,
     GAVE_UP,

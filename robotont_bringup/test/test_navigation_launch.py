@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 import yaml
-
 from bringup_tools import NAVIGATION_PACKAGES, PACKAGE, ROOT, read_launch, roslaunch
+
 from robotont_bringup.require import is_roslaunch, missing, words
 from robotont_bringup.size import robot_radius
 from robotont_driver.wheels import read_wheels
@@ -46,7 +46,7 @@ def test_whoever_else_reads_launch_files_lives_on():
             "roslaunch.config.load_config_default([], None, ['<launch><param name=\"x\" "
             "command=\"rosrun robotont_bringup require here some_package no_such_package\"/></launch>'])")
     result = subprocess.run([sys.executable, "-c", code], check=False, text=True, timeout=60,
-                            stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+                            capture_output=True)
     assert "here needs the ROS package no_such_package" in result.stderr
     assert "RLException" in result.stderr
     assert result.returncode == 1
@@ -106,7 +106,7 @@ def test_robot_radius_explains_wrong_wheels(tmp_path):
     wrong = tmp_path / "wrong.yaml"
     wrong.write_text("wheelAmount: 2")
     result = subprocess.run([sys.executable, str(PACKAGE / "scripts" / "robot_radius"), str(wrong)], check=False,
-                            text=True, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+                            text=True, capture_output=True)
     assert result.returncode == 1
     assert "wheelAmount: found 2" in result.stderr
     assert "Traceback" not in result.stderr

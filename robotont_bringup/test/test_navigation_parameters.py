@@ -5,7 +5,6 @@ import re
 
 import pytest
 import yaml
-
 from bringup_tools import NAVIGATION, PACKAGE, ROOT, read_launch
 
 KNOWN = {section: set(names) for section, names in yaml.safe_load(

@@ -3,7 +3,7 @@
 A launch file calls it in the first of its tags, `<param command="...">`, before anything is started. roslaunch itself
 cannot end with words of one's own: a missing package behind $(find ...) prints all folders of ROS_PACKAGE_PATH, an
 exception comes with the XML around it, a node with pkg="..." is only left out, and a required node ends roslaunch
-with status 0. So this program prints the line and ends the roslaunch that asked, while it reads and has started nothing.
+with status 0. So this program prints the line and ends the roslaunch that asked, which has started nothing yet.
 Whoever reads launch files in another way (rostest, roslaunch's Python API) gets its exception.
 """
 

@@ -140,5 +140,5 @@ def write_map(world, file, resolution=0.05):
         "# Written by make_map from the simulator's world; do not edit.\n"
         f"image: {picture.name}\nresolution: {resolution}   # [m] per pixel\n"
         f"origin: [{origin[0]:.3f}, {origin[1]:.3f}, 0.0]   # [m, m, rad] lower left corner\n"
-        "negate: 0\noccupied_thresh: 0.65\nfree_thresh: 0.25\n")
+        "negate: 0\noccupied_thresh: 0.65\nfree_thresh: 0.196   # so that grey, 205, is unknown\n")
     return description

@@ -1,8 +1,8 @@
 """The driver at work without a robot: a square and a turning circle, figures, and a picture.
 
-Starts the stack against a board that is not there (ideal motors behind a pseudo-terminal, on a line that
-spoils some bytes), drives by cmd_vel, and compares odom with the path that the wheels really made.
-Exit status 0 only when the end pose is right within the bounds.
+Starts the stack on the simulator or, with --ideal, on a board with ideal motors, in both cases behind a serial
+line that spoils some bytes; drives by cmd_vel, and compares odom with where the robot really is (--ideal: with
+the path that its wheels really made). Exit status 0 only when the end pose is right within the bounds.
 """
 
 import argparse
@@ -25,6 +25,7 @@ from diagnostic_msgs.msg import DiagnosticArray  # noqa: E402
 from geometry_msgs.msg import Twist  # noqa: E402
 from nav_msgs.msg import Odometry  # noqa: E402
 from sensor_msgs.msg import JointState  # noqa: E402
+from std_msgs.msg import Float32  # noqa: E402
 
 from board import Board  # noqa: E402
 from harness import Master, wait_for  # noqa: E402
@@ -35,7 +36,6 @@ from robotont_driver.wheels import read_wheels  # noqa: E402
 PERIOD = 0.02                        # [s] between commands
 SPEED = 0.4                          # [m/s]
 SIDE, RADIUS = 1.0, 0.5              # [m]
-LARGEST_ERROR = (1e-3, math.radians(0.1))  # [m], [rad] at the end
 
 
 def plan():
@@ -52,45 +52,140 @@ def plan():
                                   SPEED * math.sin(2 * turn * step * PERIOD), -turn)
 
 
-class Truth:
-    """The path that the wheels really make, fractions of edges included."""
+class Ideal:
+    """A board with ideal motors. Truth: the path that the wheels really make, fractions of edges included."""
 
-    def __init__(self, kinematics):
+    name = "a board with ideal motors"
+    LARGEST_ERROR = (1e-3, math.radians(0.1))  # [m], [rad] at the end
+
+    def __init__(self, master, kinematics, bad_bytes):
         self._to_step = kinematics.inverse * np.array(kinematics.wheels.metres_per_edge)
         self._turned = np.zeros(kinematics.wheels.amount)
-        self.pose = Pose()
+        self._pose = Pose()
         self.path = [(0.0, 0.0)]
+        self.arrivals = []
+        self.board = Board(str(master.folder / "board"))
+        self.board.line.corrupt = bad_bytes
+        self.board.on_period = self._on_period
+        self.board.on_bytes = lambda now, _: self.arrivals.append(now)
+        self.board.plug()
+        self.log = master.folder / "log"
+        master.launch("robot.launch", f"port:={self.board.link}", log=self.log)
 
-    def on_period(self, turned):
-        """Take the edges that each wheel has turned since the start."""
+    def connect(self):
+        """Nothing to connect: the board lives in this process."""
+
+    def pose(self):
+        """True (x [m], y [m], yaw [rad])."""
+        return self._pose.x, self._pose.y, self._pose.yaw
+
+    def stands(self):
+        """Whether the wheels stand."""
+        return not any(self.board.speeds)
+
+    def distances(self, odom):
+        """[mm] of odometry messages from the true path; messages and periods have no common clock."""
+        path = np.array(self.path)
+        return [1000 * np.min(np.hypot(*(path - place).T)) for place in places(odom)]
+
+    def figures(self, published):
+        """Rows that only this board can give."""
+        arrivals = np.array(self.arrivals)
+        latency = sorted((arrivals[index] - sent) * 1000 for sent in published
+                         for index in [np.searchsorted(arrivals, sent)] if index < len(arrivals))
+        return [
+            ("packets to the board", len(self.board.heard)),
+            ("packets from the board", len(self.board.told)),
+            ("command to board, median", f"{latency[len(latency) // 2]:.2f} ms"),
+            ("command to board, 99 %", f"{latency[int(0.99 * len(latency))]:.2f} ms"),
+        ]
+
+    def close(self):
+        """Unplug."""
+        self.board.unplug()
+
+    def _on_period(self, turned):
         turned = np.array(turned)
-        self.pose.move((self._to_step @ (turned - self._turned)).tolist(), np.zeros((3, 3)))
+        self._pose.move((self._to_step @ (turned - self._turned)).tolist(), np.zeros((3, 3)))
         self._turned = turned
-        self.path.append((self.pose.x, self.pose.y))
+        self.path.append((self._pose.x, self._pose.y))
+
+
+class Simulated:
+    """The simulator. Truth: where its robot stands; wheels slip a little, and the odometry cannot know."""
+
+    name = "the simulator"
+    LARGEST_ERROR = (0.03, math.radians(2.0))  # [m], [rad] at the end
+
+    def __init__(self, master, _kinematics, bad_bytes):
+        self.path = []
+        self._times = []
+        self._truth = None
+        self._bad_bytes = bad_bytes
+        self.log = master.folder / "log"
+        master.launch("simulation.launch", f"port:={master.folder / 'board'}", log=self.log)
+
+    def connect(self):
+        """Listen to the ground truth, spoil the line."""
+        rospy.Subscriber("ground_truth/odom", Odometry, self._on_truth, tcp_nodelay=True)
+        self._errors = rospy.Publisher("simulator_node/byte_errors", Float32, queue_size=1, latch=True)
+        self._errors.publish(self._bad_bytes)
+
+    def _on_truth(self, message):
+        self._truth = message
+        self._times.append(seconds(message))
+        self.path.append(self.pose()[:2])
+
+    def pose(self):
+        """True (x [m], y [m], yaw [rad])."""
+        pose = self._truth.pose.pose
+        return pose.position.x, pose.position.y, 2 * math.atan2(pose.orientation.z, pose.orientation.w)
+
+    def stands(self):
+        """Whether the robot stands."""
+        twist = self._truth.twist.twist
+        return max(abs(twist.linear.x), abs(twist.linear.y), abs(twist.angular.z)) < 2e-3
+
+    def distances(self, odom):
+        """[mm] of odometry messages from the true place at the same time."""
+        x, y = (np.interp([seconds(message) for message in odom], self._times, axis) for axis in np.array(self.path).T)
+        return 1000 * np.hypot(*(places(odom) - np.column_stack([x, y])).T)
+
+    def figures(self, _published):
+        """Rows that only the simulator can give: none."""
+        return []
+
+    def close(self):
+        """Nothing to close."""
+
+
+def places(odom):
+    """N x 2, [m], of odometry messages."""
+    return np.array([(message.pose.pose.position.x, message.pose.pose.position.y) for message in odom])
+
+
+def seconds(message):
+    """[s] of a message's stamp."""
+    return message.header.stamp.to_sec()
 
 
 class Demo:
-    """The stack, the board and all that is recorded."""
+    """The stack, the robot and all that is recorded."""
 
-    def __init__(self, master, bad_bytes):
+    def __init__(self, master, kind, bad_bytes):
         wheels = read_wheels(yaml.safe_load((ROOT / "config" / "wheel_params.yaml").read_text()))
         self.kinematics = Kinematics(wheels)
-        self.truth = Truth(self.kinematics)
-        self.board = Board(str(master.folder / "board"))
-        self.board.line.corrupt = bad_bytes
-        self.board.on_period = self.truth.on_period
-        self.board.on_bytes = lambda now, _: self.arrivals.append(now)
-        self.arrivals, self.published = [], []
+        self.robot = kind(master, self.kinematics, bad_bytes)
+        self.published = []
         self.odom, self.commanded = [], Pose()
         self.command_path = [(0.0, 0.0)]
         self.link, self.joints = {}, ()
-        self.log = master.folder / "log"
-        master.launch("robot.launch", f"port:={self.board.link}", log=self.log)
         rospy.init_node("demo", disable_signals=True)
         rospy.Subscriber("odom", Odometry, self.odom.append, tcp_nodelay=True)
         rospy.Subscriber("joint_states", JointState, self._on_joints, tcp_nodelay=True)
         rospy.Subscriber("/diagnostics", DiagnosticArray, self._on_diagnostics)
         self.publisher = rospy.Publisher("cmd_vel", Twist, queue_size=1)
+        self.robot.connect()
 
     def _on_joints(self, message):
         self.joints = message.position
@@ -102,7 +197,7 @@ class Demo:
 
     def drive(self):
         """Follow the plan, then stop and wait until every count has arrived."""
-        wait_for(lambda: self.odom and self.publisher.get_num_connections(), "the stack")
+        wait_for(lambda: self.odom and self.robot.path and self.publisher.get_num_connections(), "the stack")
         legs = list(plan())
         due = time.monotonic()
         for number, (leg, speeds) in enumerate(legs, 1):
@@ -113,13 +208,16 @@ class Demo:
                 show_progress(number / len(legs), leg)
             due += PERIOD
             time.sleep(max(0.0, due - time.monotonic()))
-        self.command((0.0, 0.0, 0.0))
-        wait_for(lambda: not any(self.board.speeds), "the robot to stop")
-        per_edge = 2 * math.pi / self.kinematics.wheels.edges_per_turn
-        wait_for(lambda: all(abs(angle - counted * per_edge) < 1e-6
-                             for angle, counted in zip(self.joints, self.board.motors.counted)), "the last counts")
+        wait_for(lambda: self.command((0.0, 0.0, 0.0)) or self.robot.stands(), "the robot to stop", period=PERIOD)
+        still = self.joints
+        wait_for(lambda: self.joints is not still and self.settled(), "the last counts", period=0.1)
         told = self.link
         wait_for(lambda: self.link is not told, "the newest diagnostics")
+
+    def settled(self):
+        """Whether the odometry has every count: the wheels' angles stay the same."""
+        before, self._angles = getattr(self, "_angles", None), self.joints
+        return before == self.joints
 
     def command(self, speeds):
         """Publish a twist and keep when."""
@@ -130,32 +228,24 @@ class Demo:
 
     def error(self):
         """([m], [rad]) between odometry and truth, now."""
-        pose, truth = self.odom[-1].pose.pose, self.truth.pose
+        pose, truth = self.odom[-1].pose.pose, self.robot.pose()
         yaw = 2 * math.atan2(pose.orientation.z, pose.orientation.w)
-        return (math.hypot(pose.position.x - truth.x, pose.position.y - truth.y),
-                abs(math.remainder(yaw - truth.yaw, 2 * math.pi)))
-
-    def latencies(self):
-        """[ms] from each command to the first bytes that the board heard after it."""
-        arrivals = np.array(self.arrivals)
-        return [(arrivals[index] - sent) * 1000 for sent in self.published
-                for index in [np.searchsorted(arrivals, sent)] if index < len(arrivals)]
+        return (math.hypot(pose.position.x - truth[0], pose.position.y - truth[1]),
+                abs(math.remainder(yaw - truth[2], 2 * math.pi)))
 
     def figures(self):
         """Rows (what, value) of the closing table."""
-        latency = sorted(self.latencies())
         metres, radians = self.error()
+        allowed = self.robot.LARGEST_ERROR
         return [
             ("commands published", len(self.published)),
-            ("packets to the board", len(self.board.heard)),
-            ("packets from the board", len(self.board.told)),
+            *self.robot.figures(self.published),
+            ("packets written to the line", self.link["packets written"]),
+            ("packets published on serial_read", self.link["packets read"]),
             ("  lines spoilt on the way, and dropped", self.link["lines dropped"]),
             ("  periods repaired from the totals", self.link["periods repaired"]),
-            ("  packets published", self.link["packets read"]),
-            ("command to board, median", f"{latency[len(latency) // 2]:.2f} ms"),
-            ("command to board, 99 %", f"{latency[int(0.99 * len(latency))]:.2f} ms"),
-            ("end pose, odometry against truth", f"{metres * 1000:.3f} mm, {math.degrees(radians):.4f} deg"),
-            ("  allowed", f"{LARGEST_ERROR[0] * 1000:g} mm, {math.degrees(LARGEST_ERROR[1]):g} deg"),
+            ("end pose, odometry against truth", f"{metres * 1000:.2f} mm, {math.degrees(radians):.3f} deg"),
+            ("  allowed", f"{allowed[0] * 1000:g} mm, {math.degrees(allowed[1]):g} deg"),
         ]
 
 
@@ -170,10 +260,11 @@ def show_progress(part, leg):
 
 def draw(demo, file):
     """The picture: the three paths, and how far odometry is from the truth on the way."""
-    odom = np.array([(message.pose.pose.position.x, message.pose.pose.position.y) for message in demo.odom])
-    truth, command = np.array(demo.truth.path), np.array(demo.command_path)
+    odom = places(demo.odom)
+    truth, command = np.array(demo.robot.path), np.array(demo.command_path)
+    allowed = 1000 * demo.robot.LARGEST_ERROR[0]
     figure, (left, right) = plt.subplots(1, 2, figsize=(11, 5.2), gridspec_kw={"width_ratios": (1.25, 1)})
-    left.plot(*truth.T, color="#b8d4e8", linewidth=7, solid_capstyle="round", label="truth: what the wheels did")
+    left.plot(*truth.T, color="#b8d4e8", linewidth=7, solid_capstyle="round", label="truth")
     left.plot(*command.T, color="#7a7a7a", linewidth=1.2, linestyle=(0, (4, 3)), label="command: cmd_vel")
     left.plot(*odom.T, color="#1f4e79", linewidth=1.6, label="odometry: odom")
     for message in demo.odom[::60]:
@@ -185,11 +276,10 @@ def draw(demo, file):
     left.set_aspect("equal", adjustable="datalim")
     left.set(xlabel="x [m]", ylabel="y [m]", title="A square, then a circle while turning")
     left.legend(loc="upper center", bbox_to_anchor=(0.5, -0.13), ncol=4, fontsize=8, frameon=False)
-    # the nearest point of the true path, since messages and periods have no common clock
-    distance = [1000 * np.min(np.hypot(*(truth - point).T)) for point in odom]
+    distance = demo.robot.distances(list(demo.odom))
     right.plot(np.arange(len(distance)) * PERIOD, distance, color="#1f4e79", linewidth=0.9)
-    right.axhline(1000 * LARGEST_ERROR[0], color="#9e9e9e", linestyle=":", label="allowed at the end")
-    right.set(xlabel="time [s]", ylabel="distance from the true path [mm]", ylim=(0, 1.1),
+    right.axhline(allowed, color="#9e9e9e", linestyle=":", label="allowed at the end")
+    right.set(xlabel="time [s]", ylabel="distance from the truth [mm]", ylim=(0, 1.1 * allowed),
               title="Odometry against truth")
     right.legend(loc="upper right", fontsize=8)
     for axes in (left, right):
@@ -207,23 +297,25 @@ def main():
     parser.add_argument("--picture", default=str(ROOT / "demo.png"), help="where to put the picture [%(default)s]")
     parser.add_argument("--bad-bytes", type=float, default=0.001, metavar="RATE",
                         help="share of the board's bytes that the line spoils [%(default)s]")
+    parser.add_argument("--ideal", action="store_true", help="ideal motors instead of the simulator")
     options = parser.parse_args()
     if not 0.0 <= options.bad_bytes <= 0.05:
         parser.error(f"--bad-bytes: found {options.bad_bytes}, allowed: 0 to 0.05")
-    print("driving a board that is not there: a square of 1 m, then a circle while turning")
+    kind = Ideal if options.ideal else Simulated
+    print(f"driving {kind.name}: a square of 1 m, then a circle while turning")
     with Master() as master:
-        demo = Demo(master, options.bad_bytes)
-        with demo.board:
-            try:
-                demo.drive()
-            except AssertionError as error:
-                print(f"the demo failed: {error}; the stack said:\n{demo.log.read_text()}", file=sys.stderr)
-                return 1
-            for what, value in demo.figures():
-                print(f"  {what:<42} {value}")
+        demo = Demo(master, kind, options.bad_bytes)
+        try:
+            demo.drive()
+        except AssertionError as error:
+            print(f"the demo failed: {error}; the stack said:\n{demo.robot.log.read_text()}", file=sys.stderr)
+            return 1
+        for what, value in demo.figures():
+            print(f"  {what:<42} {value}")
+        demo.robot.close()
         draw(demo, options.picture)
     print(f"picture: {options.picture}")
-    good = all(found < allowed for found, allowed in zip(demo.error(), LARGEST_ERROR))
+    good = all(found < allowed for found, allowed in zip(demo.error(), kind.LARGEST_ERROR))
     if not good:
         print("the end pose is outside the bounds", file=sys.stderr)
     return 0 if good else 1

@@ -4,7 +4,10 @@
 import math
 import os
 import signal
+import socket
+import struct
 import sys
+import time
 import xmlrpc.client
 from pathlib import Path
 
@@ -160,18 +163,33 @@ class StackTest(NodeTest):
 
     def test_a_subscriber_that_stops_reading_holds_up_nobody(self):
         robot = Robot(self)
-        hung = self.processes.start("rostopic", "echo", "/odom")
-        others = robot.odom
+        hung = self.subscribe_without_reading("/odom", Odometry)
         wait_for(lambda: self.subscribers("/odom") == 2, "the second subscriber")
-        os.kill(hung.pid, signal.SIGSTOP)
         read = self.publisher("serial_read", String)
-        for _ in range(20000):  # 14 MB of odometry: more than the line to the hung one takes
-            read.publish("0:0:0;\n")
-        seen = len(others)
-        wait_for(lambda: len(others) > seen + 10000, "odometry for the others", timeout=40)
-        wait_for(lambda: self.subscribers("/odom") == 1, "the end of the hung connection", timeout=40)
+        sent = []
+
+        def feed():
+            for _ in range(100):
+                read.publish("0:0:0;\n")
+                sent.append(time.monotonic())
+            return self.subscribers("/odom") == 1
+        seen = len(robot.odom)
+        wait_for(feed, "the end of the connection that nobody reads", timeout=60, period=0.05)
+        wait_for(lambda: len(robot.odom) >= seen + len(sent), "every message for the other subscriber", timeout=60)
         robot.drive((0.4, 0, 0), lambda: robot.odom[-1].twist.twist.linear.x > 0.3, "motion")
-        os.kill(hung.pid, signal.SIGCONT)
+        hung.close()
+
+    def subscribe_without_reading(self, topic, message_type):
+        """A socket that odom_node takes for a subscriber."""
+        uri = rospy.get_master().lookupNode("/odom_node")[2]
+        _, _, (_, host, port) = xmlrpc.client.ServerProxy(uri).requestTopic("/hung", topic, [["TCPROS"]])
+        hung = socket.socket()
+        hung.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
+        hung.connect((host, port))
+        fields = ["callerid=/hung", f"topic={topic}", f"md5sum={message_type._md5sum}", f"type={message_type._type}"]
+        header = b"".join(struct.pack("<I", len(field)) + field.encode() for field in fields)
+        hung.sendall(struct.pack("<I", len(header)) + header)
+        return hung
 
     def subscribers(self, topic):
         """Number of open connections of odom_node for a topic."""

@@ -167,13 +167,14 @@ def test_control_stays_in_bounds(watched, extreme):
                 config.I_GAIN += 1
     rng = random.Random(2)
     top = config.MAX_SPEED * 256
-    pid = modules.pid.Pid(config)
+    pid, braking = modules.pid.Pid(config), modules.pid.Pid(config)
     patterns = [(a, b) for a in (top, -top, 1, 0) for b in (32767, -32768, 400, -400, 0)]
     for setpoint, counts in patterns + [
         (rng.randint(-top, top), rng.choice((-32768, 32767))) for _ in range(500)
     ]:
         for _ in range(40 if abs(counts) != 1 else 1):
             pid.step(setpoint, counts)
+            braking.brake(counts)
     assert watch.where.startswith("pid:")
     assert watch.largest > 1 << 27
 

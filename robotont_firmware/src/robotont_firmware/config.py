@@ -8,7 +8,8 @@ An *effort* of FULL_EFFORT is the whole battery voltage.
 # Timing. A period is 1 / RATE seconds.
 WHEELS = 3
 RATE = 50  # [Hz] control periods per second, the driver's pidControlFrequency
-TIMEOUT = 25  # [periods] 0.5 s without a valid packet stops the motors
+TIMEOUT = 24  # [periods] without a valid packet stop the motors: 0.48 to 0.5 s after the packet came
+BRAKING = 15  # [periods] after the time-out the wheels are braked for this long, then released
 NOTICE_INTERVAL = 50  # [periods] at most one notice of dropped packets in this time
 FAULT_HOLD = 25  # [periods] every fault pin must be quiet for this long before a fault can clear
 
@@ -27,6 +28,7 @@ STATIC = 160  # [effort] overcomes friction: 0.2 A without load, of 5 A
 SPEED_GAIN = 4915  # 19.2 effort per unit: (FULL_EFFORT - STATIC) / 200 units
 P_GAIN = 6656  # 26 effort per unit
 I_GAIN = 1280  # 5 effort per unit and period
+BRAKE_GAIN = 60  # [effort per unit] against the wheel's motion, after the time-out
 D_GAIN = 0  # on the measured speed; encoder counts are too coarse at 50 Hz to need it
 FOLLOW = 100  # [1/256 of the way per period] the reference nears the set-point: time constant 40 ms
 LEAD = 640  # [1/256] feed-forward's lead: the wheel's own time constant (100 ms) over the reference's

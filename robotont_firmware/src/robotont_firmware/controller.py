@@ -49,6 +49,7 @@ class Controller:
         self._max_change = config.MAX_ACCELERATION * 256
         self._counter = 0
         self._silence = config.TIMEOUT  # [periods] since the last valid packet
+        self._braking = 0  # [periods] left of the braking after a time-out
         self._fault_hold = 0  # [periods] until the fault pins have been quiet long enough; 0: no fault
         self._notice_wait = 0
         self._noticed = 0  # the receiver's count of dropped lines that the PC knows
@@ -85,8 +86,10 @@ class Controller:
         self._receive(periods)
         if self._has_fault(periods):
             self._release_motors()
-        else:
+        elif self._silence < self._config.TIMEOUT:
             self._drive()
+        else:
+            self._brake(periods)
         # A tick that was missed shows as a gap in the counter; the totals tell the PC what it held.
         self._counter = (self._counter + periods) & 0xFF
         self._board.write(
@@ -115,6 +118,7 @@ class Controller:
             if self._silence >= self._config.TIMEOUT:
                 receiver.release()
                 self._clear(self._targets)
+                self._braking = self._config.BRAKING
                 self._say(b"# timeout: no valid packet, motors stop\n")
 
     @micropython.native
@@ -137,6 +141,17 @@ class Controller:
         self._slew(self._max_change)
         for wheel in range(self._wheels):
             self._board.drive(wheel, self._pids[wheel].step(self._setpoints[wheel], self._counts[wheel]))
+
+    @micropython.native
+    def _brake(self, periods):
+        """Stop the wheels as fast as the motors can, then let them roll: nobody is in command."""
+        if self._braking <= 0:
+            self._release_motors()
+            return
+        self._braking -= periods
+        self._clear(self._setpoints)
+        for wheel in range(self._wheels):
+            self._board.drive(wheel, self._pids[wheel].brake(self._counts[wheel]))
 
     @micropython.native
     def _slew(self, limit):

@@ -40,6 +40,7 @@ class Pid:
         self._d = _checked(config.D_GAIN, 2 * speed)
         self._follow = _checked(config.FOLLOW, 2 * config.MAX_SPEED * 256)
         self._lead = _checked(config.LEAD, 2 * config.MAX_SPEED * 256)
+        self._brake = _checked(config.BRAKE_GAIN, MAX_COUNTS)
         self._max_effort = config.MAX_EFFORT
         self._max_torque = config.MAX_TORQUE
         self._max_integral = self._integral_for(config.MAX_INTEGRAL, error)
@@ -54,6 +55,12 @@ class Pid:
         self._reference = 0  # the speed that the wheel should have at the end of the period [1/256 unit]
         self._speed = 0
         self._still = self._standstill
+
+    @micropython.native
+    def brake(self, counts):
+        """Return the effort that stops a wheel with `counts` edges in the past period; forget the past."""
+        self.reset()
+        return clamp(-self._brake * clamp(counts, MAX_COUNTS), self._max_effort)
 
     @micropython.native
     def step(self, setpoint, counts):

@@ -81,6 +81,20 @@ def test_timeout_stops_the_motors_and_a_command_starts_them_again():
     assert robot.packets()[-1][0][0] > 25
 
 
+def test_after_the_timeout_the_wheels_are_braked_at_once_and_then_released():
+    robot = Robot()
+    robot.tick(40, "60:-60:30")
+    robot.tick(config.TIMEOUT - 9)  # the last command came 9 periods ago: now it is too old
+    assert robot.efforts()[0] < -1000
+    assert robot.efforts()[1] > 1000
+    robot.tick(8)
+    assert max([abs(count) for count in robot.packets()[-1][0]]) <= 3
+    robot.tick(config.BRAKING)
+    robot.board.motors[0].speed = 50 * 1000000  # somebody turns the wheel: nobody resists
+    robot.tick(1)
+    assert robot.efforts() == [0, 0, 0]
+
+
 def test_garbage_does_not_keep_the_motors_alive():
     robot = Robot()
     robot.tick(40, "30:30:30")

@@ -1,0 +1,106 @@
+#!/usr/bin/env python3
+"""Makes docs/pictures of the model and of RViz anew: pictures.py [FOLDER]. Needs no robot, monitor or ROS master.
+
+odometry_at_0_0.png and odometry_at_2_1.png: the thesis' Figures 11 and 12. odometry.png: the window as
+rviz.launch opens it, after the same drive. two_robots.png: that of rviz_two_robots.launch. robot.png and
+robot_with_5_wheels.png: the model alone.
+"""
+
+import math
+import sys
+from pathlib import Path
+
+import rospy
+import yaml
+from std_srvs.srv import Trigger
+
+PACKAGE = Path(__file__).resolve().parent
+sys.path.insert(0, str(PACKAGE / "test"))
+
+import sight  # noqa: E402
+from robots import ROBOTS  # noqa: E402
+from stage import Robot, Stage, save_picture, seen_from_above  # noqa: E402
+
+from harness import Master, wait_for  # noqa: E402
+
+GOAL = (2.0, 1.0, math.pi / 2)  # x [m], y [m], yaw [rad]
+
+
+def main():
+    """Make all pictures, in docs/pictures or in the folder that the command line names."""
+    folder = Path(sys.argv[1]) if len(sys.argv) > 1 else PACKAGE.parent / "docs" / "pictures"
+    folder.mkdir(parents=True, exist_ok=True)
+    with Master():
+        rospy.init_node("pictures", disable_signals=True)
+        draw_model(folder / "robot.png")
+        draw_model(folder / "robot_with_5_wheels.png", ROBOTS["uneven5"])
+        draw_drive(folder)
+        draw_two_robots(folder / "two_robots.png")
+
+
+def draw_model(file, parameters=None):
+    """The robot in display.launch's window, for some wheel parameters or the shipped ones."""
+    with Stage() as stage:
+        arguments = []
+        if parameters:
+            path = stage.folder / "wheel_params.yaml"
+            path.write_text(yaml.safe_dump(parameters))
+            arguments = [f"wheel_params:={path}"]
+        stage.show("display.launch", *arguments)
+        keep(still(stage, displays=2)[150:690, 434:1194], file)  # the window's 3D part without its edges
+
+
+def draw_drive(folder):
+    """A drive to GOAL, seen from above at its start and end, and in the window as it opens."""
+    with Stage() as stage:
+        robot = Robot(stage)
+        config, _ = seen_from_above("odometry.rviz", stage.folder)
+        from_above = stage.show("rviz.launch", f"config:={config}")
+        keep(still(stage, displays=5), folder / "odometry_at_0_0.png")
+        robot.drive_to(GOAL)
+        keep(still(stage, displays=5), folder / "odometry_at_2_1.png")
+        stage.stop(from_above)
+        rospy.ServiceProxy("reset_odometry", Trigger)()
+        stage.show("rviz.launch")
+        still(stage, displays=5)
+        robot.drive_to(GOAL)
+        keep(still(stage, displays=5), folder / "odometry.png")
+        robot.close()
+
+
+def draw_two_robots(file):
+    """Two robots in namespaces, each after a drive of its own, in the window as it opens."""
+    with Stage() as stage:
+        robots = [Robot(stage, "robot1"), Robot(stage, "robot2")]
+        stage.show("rviz_two_robots.launch")
+        still(stage, displays=8)
+        robots[0].drive_to((1.5, 0.3, 1.0))
+        robots[1].drive_to((1.0, -0.3, -1.0))
+        keep(still(stage, displays=8), file)
+        for robot in robots:
+            robot.close()
+
+
+def still(stage, displays):
+    """A picture with so many content displays, in which nothing has changed for a second."""
+    seen = []
+
+    def unchanged():
+        picture = stage.picture()
+        if sight.content_displays(picture) != displays or sight.complaints(picture) \
+                or (seen and (seen[-1][sight.VIEW] != picture[sight.VIEW]).any()):
+            seen.clear()
+        seen.append(picture)
+        return len(seen) > 10
+    wait_for(unchanged, "a picture that stands still", 60.0, 0.1)
+    return seen[-1]
+
+
+def keep(picture, file):
+    """Save it and say so."""
+    save_picture(picture, file)
+    print(f"{file} ({file.stat().st_size / 1000:.0f} kB)")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,15 @@
+"""Wheel parameters of the robots that the tests build: the shipped file, the bare seven keys, uneven wheels."""
+
+from pathlib import Path
+
+import yaml
+
+ROOT = Path(__file__).resolve().parents[2]
+
+SHIPPED = yaml.safe_load((ROOT / "config" / "wheel_params.yaml").read_text())
+BARE = yaml.safe_load((ROOT / "robotont_driver" / "test" / "data" / "bare_wheel_params.yaml").read_text())
+UNEVEN_4 = {**SHIPPED, "wheelAmount": 4, "wheelRads": [0.1, 1.4, 3.3, 5.0],
+            "wheelDistanceFromCenter": [0.11, 0.13, 0.12, 0.15]}
+UNEVEN_5 = {**BARE, "wheelAmount": 5, "wheelRads": [0.3, 1.2, 2.9, 3.6, 5.5],
+            "wheelRadius": [0.035, 0.036, 0.034, 0.035, 0.05], "referenceDirection": 0.4}
+ROBOTS = {"shipped": SHIPPED, "bare": BARE, "uneven4": UNEVEN_4, "uneven5": UNEVEN_5}

@@ -1,0 +1,97 @@
+"""What can be seen in a picture of RViz: the grid, the robot on it, the path, complaints of displays.
+
+Pictures are height x width x 3 integers of 0 to 255: red, green, blue. The colours are those of
+rviz/*.rviz and urdf/shapes.xacro in RViz's light, as they look from straight above.
+"""
+
+import numpy as np
+
+VIEW = (slice(62, 770), slice(364, 1264))  # rows and columns of the window's 3D part
+NAMES = (slice(82, 720), slice(44, 188))   # and of the names of the displays, without their icons
+PLATE = 0.125                              # [m] radius of the upper plate
+ALL = slice(None)                          # rows of the view
+
+
+class UnseenError(AssertionError):
+    """Something is not in the picture."""
+
+
+def grid_lines(picture):
+    """Columns and rows [pixels] of the grid's lines, as two arrays; lines are grey and span the view."""
+    view = picture[VIEW]
+    brightness = view.mean(axis=2)
+    grey = (view.max(axis=2) - view.min(axis=2) < 16) & (brightness > 195) & (brightness < 243)
+    return _middles(grey.mean(axis=0) > 0.6) + VIEW[1].start, _middles(grey.mean(axis=1) > 0.6) + VIEW[0].start
+
+
+def scale(picture):
+    """[pixels/m] from the grid, whose lines are 1 m apart. Raises UnseenError."""
+    gaps = np.concatenate([np.diff(lines) for lines in grid_lines(picture)])
+    if not len(gaps) or gaps.max() - gaps.min() > 1.5:
+        raise UnseenError(f"no even grid, but gaps {gaps}")
+    return gaps.mean()
+
+
+def robot_centre(picture, rows=ALL):
+    """(column, row) [pixels] of the round upper plate's middle, looked for in some rows of the view.
+
+    Raises UnseenError when there is no such disc of the right size.
+    """
+    view = picture[VIEW][rows]
+    red, green, blue = np.moveaxis(view, 2, 0)
+    plate = (blue - red > 30) & (blue - red < 75) & (green - red > 10) & (blue > 190)
+    spans = []
+    for axis in (0, 1):
+        wide = np.nonzero(plate.sum(axis=axis) >= 5)[0]  # single pixels of other things are no plate
+        if not len(wide):
+            raise UnseenError("no robot")
+        spans.append((wide[0], wide[-1]))
+    for first, last in spans:
+        diameter = (last - first + 1) / scale(picture)
+        if abs(diameter - 2 * PLATE) > 0.02:
+            raise UnseenError(f"a robot of {diameter:.3f} m instead of {2 * PLATE} m")
+    return (np.mean(spans[0]) + VIEW[1].start,
+            np.mean(spans[1]) + VIEW[0].start + (rows.start or 0))
+
+
+def position(picture, rows=ALL):
+    """(x, y) [m] of the robot from the lower left crossing of the grid's lines that can be seen."""
+    columns, lines = grid_lines(picture)
+    centre = robot_centre(picture, rows)
+    return (centre[0] - columns[0]) / scale(picture), (lines[-1] - centre[1]) / scale(picture)
+
+
+def heading(picture):
+    """Yaw [rad] from the robot's middle to its darkest part, the camera."""
+    column, row = (round(number) for number in robot_centre(picture))
+    reach = round(PLATE * scale(picture)) - 4  # within the wheels, which are dark in places
+    part = picture[row - reach:row + reach + 1, column - reach:column + reach + 1]
+    rows, columns = np.nonzero(part.max(axis=2) < 70)
+    if len(rows) < 50:
+        raise UnseenError("no camera")
+    return np.arctan2(reach - rows.mean(), columns.mean() - reach)
+
+
+def is_path(picture, column, row):
+    """Whether a pixel within 3 of the given one has the colour of the path, teal."""
+    part = picture[row - 3:row + 4, column - 3:column + 4]
+    return bool((np.abs(part - (60, 140, 125)).max(axis=2) < 16).any())
+
+
+def complaints(picture):
+    """Number of red or orange pixels among the names of the displays: those of errors and warnings."""
+    red, green, blue = np.moveaxis(picture[NAMES], 2, 0)
+    return int(((red - blue > 60) & (red >= green)).sum())
+
+
+def content_displays(picture):
+    """Number of names in the blue that RViz gives to displays that are on and have nothing to complain of."""
+    red, _, blue = np.moveaxis(picture[NAMES], 2, 0)
+    lines = (blue - red > 60).any(axis=1)
+    return int((np.diff(lines.astype(int)) == 1).sum())
+
+
+def _middles(flags):
+    """Middle of each run of true flags."""
+    edges = np.diff(np.concatenate([[0], flags.astype(int), [0]]))
+    return (np.nonzero(edges == 1)[0] + np.nonzero(edges == -1)[0] - 1) / 2

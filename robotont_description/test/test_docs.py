@@ -1,0 +1,10 @@
+from test_model import ROOT
+
+from robotont_description.path_node import PATH
+from robotont_driver.parameters import markdown_rows
+
+
+def test_the_documentation_lists_the_parameters_of_path_node():
+    text = (ROOT / "docs" / "description.md").read_text()
+    for row in markdown_rows(PATH):
+        assert row in text

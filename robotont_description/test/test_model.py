@@ -1,0 +1,260 @@
+"""The URDF, read back: its wheels against the driver's kinematics, its shapes, its masses."""
+
+import math
+import subprocess
+import sys
+from pathlib import Path
+from xml.etree import ElementTree
+
+import numpy as np
+import pytest
+import yaml
+
+sys.path.insert(0, str(Path(__file__).resolve().parent))
+
+from robots import BARE, ROBOTS, ROOT, SHIPPED
+
+from robotont_description.model import urdf
+from robotont_driver.kinematics import wheel_matrix
+from robotont_driver.parameters import ParameterError
+from robotont_driver.wheels import read_wheels
+
+SOLIDS = ["body_link", "pc_link", "battery_link", "camera_link", "main_board_link"]
+PER_WHEEL = ["wheel_{}_link", "motor_{}_link", "motor_board_{}_link"]
+FRAMES = ["base_link", "base_footprint", "camera_optical_frame", "laser"]
+DESCRIBE = ROOT / "robotont_description" / "scripts" / "describe"
+
+
+def numbers(text):
+    return np.array([float(word) for word in text.split()])
+
+
+def transform(origin):
+    """4 x 4 matrix of an <origin>; roll, pitch, yaw about fixed axes, as URDF says."""
+    matrix = np.eye(4)
+    if origin is None:
+        return matrix
+    (cr, cp, cy), (sr, sp, sy) = (function(numbers(origin.get("rpy", "0 0 0"))) for function in (np.cos, np.sin))
+    matrix[:3, :3] = (np.array([[cy, -sy, 0], [sy, cy, 0], [0, 0, 1]])
+                      @ np.array([[cp, 0, sp], [0, 1, 0], [-sp, 0, cp]])
+                      @ np.array([[1, 0, 0], [0, cr, -sr], [0, sr, cr]]))
+    matrix[:3, 3] = numbers(origin.get("xyz", "0 0 0"))
+    return matrix
+
+
+class Model:
+    """A URDF, with the pose of every link in base_link when all joints are at zero."""
+
+    def __init__(self, text, prefix=""):
+        self.root = ElementTree.fromstring(text)
+        self.links = {link.get("name"): link for link in self.root.iter("link")}
+        self.joints = {joint.get("name"): joint for joint in self.root.findall("joint")}
+        self.poses = {prefix + "base_link": np.eye(4)}
+        waiting = list(self.joints.values())
+        while waiting:
+            joint = next(joint for joint in waiting if joint.find("parent").get("link") in self.poses)
+            waiting.remove(joint)
+            self.poses[joint.find("child").get("link")] = \
+                self.poses[joint.find("parent").get("link")] @ transform(joint.find("origin"))
+
+
+@pytest.fixture(scope="module", params=ROBOTS.values(), ids=list(ROBOTS))
+def parameters(request):
+    return request.param
+
+
+@pytest.fixture(scope="module")
+def text(parameters, tmp_path_factory):
+    file = tmp_path_factory.mktemp("robot") / "wheel_params.yaml"
+    file.write_text(yaml.safe_dump(parameters))
+    return urdf(str(file))
+
+
+@pytest.fixture(scope="module")
+def model(text):
+    return Model(text)
+
+
+def rolling_matrix(model, amount):
+    """n x 3 wheel matrix from the model alone.
+
+    A wheel that turns positively about its axle a pushes its centre along a x z. Row i: by how much
+    v_x, v_y and omega move the point above the contact along that direction.
+    """
+    rows = []
+    for wheel in range(amount):
+        joint = model.joints[f"wheel_{wheel}_joint"]
+        assert joint.get("type") == "continuous"
+        pose = model.poses[f"wheel_{wheel}_link"]
+        axle = pose[:3, :3] @ numbers(joint.find("axis").get("xyz"))
+        assert axle[2] == pytest.approx(0.0, abs=1e-12)
+        assert np.linalg.norm(axle) == pytest.approx(1.0)
+        direction = np.cross(axle, (0, 0, 1))
+        turning = np.cross((0, 0, 1), pose[:3, 3])  # velocity of the point per omega
+        rows.append((direction[0], direction[1], direction @ turning))
+    return np.array(rows)
+
+
+def test_the_model_rolls_as_the_kinematics_say(model, parameters):
+    wheels = read_wheels(parameters)
+    np.testing.assert_allclose(rolling_matrix(model, wheels.amount), wheel_matrix(wheels), rtol=0, atol=1e-6)
+
+
+def test_wheels_stand_on_the_floor_where_the_parameters_say(model, parameters):
+    wheels = read_wheels(parameters)
+    for wheel, (angle, distance, radius) in enumerate(zip(wheels.positions, wheels.distances, wheels.radii)):
+        place = (distance * math.cos(angle), distance * math.sin(angle), radius)
+        np.testing.assert_allclose(model.poses[f"wheel_{wheel}_link"][:3, 3], place, rtol=0, atol=1e-9)
+        cylinder = model.links[f"wheel_{wheel}_link"].find("collision/geometry/cylinder")
+        assert float(cylinder.get("radius")) == radius
+
+
+def test_shipped_wheels_are_front_right_back_front_left():
+    """Positive wheels 2 and negative 0 drive forward, as the thesis' robot does."""
+    model = Model(urdf())
+    places = [model.poses[f"wheel_{wheel}_link"][:2, 3] for wheel in range(3)]
+    assert places[0][0] > 0 > places[0][1]
+    assert places[1][0] < 0
+    assert places[2].min() > 0
+
+
+def test_all_parts_are_there(model, parameters):
+    amount = parameters["wheelAmount"]
+    expected = set(SOLIDS) | set(FRAMES) | {part.format(wheel) for part in PER_WHEEL for wheel in range(amount)}
+    assert set(model.links) == expected
+
+
+def test_every_part_has_a_shape_a_collision_and_a_mass(model):
+    for name in set(model.links) - set(FRAMES):
+        assert all(model.links[name].find(tag) is not None for tag in ("visual", "collision", "inertial")), name
+    for name in FRAMES:  # a root with a mass would make robot_state_publisher complain
+        assert not list(model.links[name]), name
+
+
+def test_wheels_have_rollers_in_two_rows(model, parameters):
+    for wheel in range(parameters["wheelAmount"]):
+        rollers = [transform(visual.find("origin")) for visual in model.links[f"wheel_{wheel}_link"].findall("visual")
+                   if visual.find("material").get("name") == "roller"]
+        rows = {round(roller[0, 3], 6) for roller in rollers}
+        assert len(rollers) >= 12
+        assert len(rows) == 2
+        assert sum(rows) == pytest.approx(0.0)
+        for roller in rollers:  # each rolls across the wheel: its axle is along the rim
+            outwards = roller[1:3, 3] / np.linalg.norm(roller[1:3, 3])
+            assert roller[0, 2] == pytest.approx(0.0)
+            assert roller[1:3, 2] @ outwards == pytest.approx(0.0, abs=1e-12)
+
+
+def lowest(model, tag):
+    """[m] lowest point of all shapes of a kind, with the name of its link."""
+    found = []
+    for name, link in model.links.items():
+        for shape in link.findall(tag):
+            pose = model.poses[name] @ transform(shape.find("origin"))
+            box, cylinder = shape.find("geometry/box"), shape.find("geometry/cylinder")
+            if box is not None:
+                reach = np.abs(pose[2, :3]) @ numbers(box.get("size")) / 2
+            else:
+                reach = abs(pose[2, 2]) * float(cylinder.get("length")) / 2 \
+                    + math.hypot(pose[2, 0], pose[2, 1]) * float(cylinder.get("radius"))
+            found.append((pose[2, 3] - reach, name))
+    return min(found)
+
+
+@pytest.mark.parametrize("tag", ["visual", "collision"])
+def test_nothing_is_below_the_floor_and_only_wheels_touch_it(model, tag):
+    height, name = lowest(model, tag)
+    assert height == pytest.approx(0.0, abs=0.001)
+    assert height > -1e-9
+    assert name.startswith("wheel")
+
+
+def test_masses_and_inertias_are_possible(model, parameters):
+    total, moment = 0.0, np.zeros(3)
+    for name, link in model.links.items():
+        if link.find("inertial") is None:
+            continue
+        mass = float(link.find("inertial/mass").get("value"))
+        inertia = link.find("inertial/inertia")
+        main = sorted(float(inertia.get(key)) for key in ("ixx", "iyy", "izz"))
+        assert mass > 0, name
+        assert main[0] > 0, name
+        assert main[2] < main[0] + main[1], name  # else some mass would be negative
+        total += mass
+        moment += mass * (model.poses[name] @ transform(link.find("inertial/origin")))[:3, 3]
+    assert 1.5 < total < 4.0
+    centre = moment / total
+    assert math.hypot(centre[0], centre[1]) < 0.03
+    assert 0.0 < centre[2] < 0.1
+
+
+def test_the_camera_looks_ahead(model):
+    camera, optical = model.poses["camera_link"], model.poses["camera_optical_frame"]
+    assert camera[0, 3] > 0.1
+    np.testing.assert_allclose(camera[:3, 0], (1, 0, 0), atol=1e-12)
+    np.testing.assert_allclose(optical[:3, :3], [[0, 0, 1], [-1, 0, 0], [0, -1, 0]], atol=1e-12)
+
+
+def test_base_footprint_is_on_the_floor(model):
+    np.testing.assert_allclose(model.poses["base_footprint"], np.eye(4), atol=1e-12)
+
+
+def test_check_urdf_is_content(text, tmp_path):
+    file = tmp_path / "robot.urdf"
+    file.write_text(text)
+    result = subprocess.run(["check_urdf", str(file)], stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
+                            text=True, check=False)
+    assert result.returncode == 0, result.stdout
+    assert "Successfully Parsed" in result.stdout
+    assert not any(word in result.stdout.lower() for word in ("error", "warn")), result.stdout
+
+
+def test_a_prefix_is_put_before_every_link_and_joint():
+    plain, other = Model(urdf()), Model(urdf(prefix="robot1/"), "robot1/")
+    assert set(other.links) == {"robot1/" + name for name in plain.links}
+    assert set(other.joints) == {"robot1/" + name for name in plain.joints}
+    assert set(other.poses) == set(other.links)  # the joints lead to them
+
+
+def test_wrong_parameters_are_refused_as_the_driver_does(tmp_path):
+    file = tmp_path / "wheel_params.yaml"
+    file.write_text(yaml.safe_dump({**BARE, "wheelRadius": -1.0, "wheelRads": [1, 2]}))
+    with pytest.raises(ParameterError) as error:
+        urdf(str(file))
+    assert [fault.split(":")[0] for fault in error.value.faults] == ["wheelRads", "wheelRadius"]
+
+
+@pytest.mark.parametrize("argument, words", [
+    ("wheel_params:=/nowhere.yaml", "/nowhere.yaml"),
+    ("wheel_param:=x", "no such argument wheel_param:=x"),
+    ("wheel_params:=BAD", "wrong parameter wheelAmount"),
+])
+def test_describe_says_what_is_wrong(argument, words, tmp_path):
+    file = tmp_path / "bad.yaml"
+    file.write_text(yaml.safe_dump({**SHIPPED, "wheelAmount": 2}))
+    result = subprocess.run([str(DESCRIBE), argument.replace("BAD", str(file))], capture_output=True,
+                            text=True, check=False)
+    assert result.returncode == 1
+    assert words in result.stderr
+    assert "Traceback" not in result.stderr
+
+
+def test_xacro_alone_gives_the_same_model(tmp_path):
+    """The file needs nothing but xacro: no script, no package path; defaults lead to config/."""
+    file = ROOT / "robotont_description" / "urdf" / "robotont.urdf.xacro"
+    code = ("import sys; from robotont_description.model import find_xacro; "
+            f"print(find_xacro().process_file({str(file)!r}, mappings={{}}).toxml())")
+    text = subprocess.run([sys.executable, "-c", code], stdout=subprocess.PIPE, text=True,
+                          check=True, cwd=str(tmp_path)).stdout
+    assert Model(text).poses.keys() == Model(urdf()).poses.keys()
+
+
+@pytest.mark.parametrize("config", ["odometry", "navigation", "model"])
+def test_rviz_draws_the_axes_of_few_frames(config):
+    """RViz draws those of each frame that its configuration does not name; the picture would bristle."""
+    content = yaml.safe_load((ROOT / "robotont_description" / "rviz" / (config + ".rviz")).read_text())
+    frames = next(display["Frames"] for display in content["Visualization Manager"]["Displays"]
+                  if display["Class"] == "rviz/TF")
+    drawn = {name for name, state in frames.items() if isinstance(state, dict) and state["Value"]}
+    assert drawn <= {"map", "odom", "base_link"}
+    assert set(Model(urdf()).links) <= set(frames)

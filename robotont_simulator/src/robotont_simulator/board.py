@@ -1,0 +1,70 @@
+"""The firmware's board interface over the simulation; see robotont_firmware.controller."""
+
+import time
+
+from robotont_firmware import config
+
+
+class SimulatedBoard:
+    """What the firmware's loop takes for its hardware.
+
+    line: an object with read(size) -> bytes and write(bytes), the board's end of the serial line.
+    on_tick(): called once per period, after the physics; returns whether to go on.
+    real_time: keep pace with the clock instead of running as fast as possible.
+    """
+
+    def __init__(self, simulation, line, on_tick, real_time):
+        self.line = line
+        self.late = 0  # periods that began more than one period too late
+        self._simulation = simulation
+        self._on_tick = on_tick
+        self._period = 1.0 / simulation.wheels.pid_frequency
+        self._due = time.monotonic() if real_time else None
+
+    def wait_tick(self):
+        """Let one period pass; 1, or 0 to end."""
+        self._simulation.step()
+        if self._due is not None:
+            self._keep_pace()
+        return 1 if self._on_tick() else 0
+
+    def _keep_pace(self):
+        """Sleep until the period is over. After a stall the lost time is given up: no burst of periods."""
+        self._due += self._period
+        ahead = self._due - time.monotonic()
+        if ahead > 0:
+            time.sleep(ahead)
+        elif ahead < -self._period:
+            self.late += 1
+            self._due = time.monotonic()
+
+    def counts(self, totals):
+        """Fill in the encoders' counters."""
+        for wheel, count in enumerate(self._simulation.counts()):
+            totals[wheel] = int(count)
+
+    def drive(self, wheel, effort):
+        """Put the effort (-FULL_EFFORT..FULL_EFFORT) on a motor."""
+        self._simulation.drive(wheel, effort / config.FULL_EFFORT)
+
+    def fault(self, _wheel):
+        """No motor driver, no fault."""
+        return False
+
+    def read(self, buffer):
+        """Read what waits on the line."""
+        data = self.line.read(len(buffer))
+        buffer[:len(data)] = data
+        return len(data)
+
+    def write(self, buffer, size):
+        """Send buffer[0:size]."""
+        self.line.write(bytes(buffer[:size]))
+
+    def feed(self):
+        """No watchdog."""
+
+    def stop(self):
+        """All motors off."""
+        for wheel in range(self._simulation.wheels.amount):
+            self._simulation.drive(wheel, 0.0)

@@ -1,0 +1,118 @@
+"""The physics: body, wheels, motors, encoders and a laser scanner, moved on period by period."""
+
+import math
+
+import mujoco
+import numpy as np
+
+from robotont_simulator import model
+
+COAST_EFFORT = 0   # the motor driver leaves the motor open: no torque, no brake
+PUSH_DURATION = 0.3  # [s] that a push takes
+PUSH_LIFT = 0.99     # part of the robot's weight that a push takes off its wheels, as a foot or a cable does
+
+
+class Simulation:
+    """A robot with `Wheels` in a `World`. Deterministic for a seed and a sequence of calls.
+
+    gear: gearbox ratio, which `Wheels` holds only together with the encoder's edges.
+    """
+
+    def __init__(self, wheels, gear, world, seed=0):
+        self.wheels = wheels
+        self.world = world
+        self.random = np.random.default_rng(seed)
+        self.mujoco_model = mujoco.MjModel.from_xml_string(model.build(wheels, gear, world))
+        self.data = mujoco.MjData(self.mujoco_model)
+        self.voltage = model.VOLTAGE
+        self._steps = round(1.0 / wheels.pid_frequency / model.TIMESTEP)
+        self.mujoco_model.opt.timestep = 1.0 / wheels.pid_frequency / self._steps
+        self._body = self.mujoco_model.body("base_link").id
+        self._angle_at = [int(self.mujoco_model.joint(f"wheel{wheel}").qposadr[0]) for wheel in range(wheels.amount)]
+        self._brake = self.mujoco_model.actuator_biasprm[:, 2].copy()
+        self._rollers = [
+            [geom for geom in range(self.mujoco_model.ngeom)
+             if (self.mujoco_model.geom(geom).name or "").startswith(f"roller{wheel}_")]
+            for wheel in range(wheels.amount)
+        ]
+        # encoders start anywhere
+        self._offset = self.random.integers(0, 0x10000, wheels.amount)
+        self._efforts = np.zeros(wheels.amount)
+        self._coasting = np.ones(wheels.amount, bool)
+        self._push_ends = 0.0  # [s]
+        mujoco.mj_forward(self.mujoco_model, self.data)
+
+    @property
+    def time(self):
+        """[s] simulated since the start."""
+        return self.data.time
+
+    def drive(self, wheel, effort):
+        """Put `effort` (-1..1 of the battery's voltage) on a motor; 0 lets it coast."""
+        self._efforts[wheel] = effort
+        self._coasting[wheel] = effort == COAST_EFFORT
+
+    def step(self):
+        """One PID period."""
+        self.data.ctrl[:] = self._efforts * (self.voltage / model.VOLTAGE)
+        self.mujoco_model.actuator_biasprm[:, 2] = np.where(self._coasting, 0.0, self._brake)
+        if self.time >= self._push_ends:
+            self.data.xfrc_applied[self._body] = 0.0
+        mujoco.mj_step(self.mujoco_model, self.data, self._steps)
+
+    def counts(self):
+        """Encoder counters, n, 0..65535."""
+        edges = np.floor(self.wheel_angles() * self.wheels.edges_per_turn / (2 * math.pi)).astype(int)
+        return (edges + self._offset) % 0x10000
+
+    def wheel_angles(self):
+        """[rad] that each wheel has turned."""
+        return self.data.qpos[self._angle_at]
+
+    def pose(self):
+        """Ground truth of base_link: (x [m], y [m], yaw [rad])."""
+        x, y, _, w, i, j, k = self.data.qpos[:7]
+        return float(x), float(y), math.atan2(2 * (w * k + i * j), 1 - 2 * (j * j + k * k))
+
+    def twist(self):
+        """Ground truth in base_link: (v_x [m/s], v_y [m/s], omega [rad/s])."""
+        yaw = self.pose()[2]
+        vx, vy = self.data.qvel[:2]
+        return (float(math.cos(yaw) * vx + math.sin(yaw) * vy), float(-math.sin(yaw) * vx + math.cos(yaw) * vy),
+                float(self.data.qvel[5]))
+
+    def push(self, x, y, turn=0.0):
+        """An impulse on the body in world axes: (x, y) [N s] and [N m s], during PUSH_DURATION.
+
+        It takes most of the weight off the wheels meanwhile, so that they slide and do not turn: the truth
+        moves, the odometry does not see it.
+        """
+        weight = self.mujoco_model.body_subtreemass[self._body] * 9.81
+        self.data.xfrc_applied[self._body] = (
+            x / PUSH_DURATION, y / PUSH_DURATION, PUSH_LIFT * weight, 0, 0, turn / PUSH_DURATION)
+        self._push_ends = self.time + PUSH_DURATION
+
+    def set_grip(self, wheel, part):
+        """Make a wheel slippery: `part` (0..1) of the normal friction."""
+        self.mujoco_model.geom_friction[self._rollers[wheel], 0] = max(model.FRICTION * part, 1e-3)
+
+    def touches(self):
+        """Whether the body touches a wall or a box."""
+        body = self.mujoco_model.geom("body").id
+        contacts = self.data.contact.geom[:self.data.ncon]
+        return bool(len(contacts) and np.any(contacts == body))
+
+    def scan(self, angles, farthest):
+        """[m] from the laser to what stands at each of the `angles` [rad] from forward; inf beyond `farthest`."""
+        yaw = self.pose()[2]
+        matrix = self.data.xmat[self._body].reshape(3, 3)
+        origin = self.data.xpos[self._body] + matrix @ model.LASER
+        directions = np.column_stack([np.cos(angles + yaw), np.sin(angles + yaw), np.zeros(len(angles))])
+        distances = np.empty(len(angles))
+        geoms = np.empty(len(angles), np.int32)
+        groups = np.zeros(6, np.uint8)
+        groups[model.WORLD_GROUP] = 1
+        mujoco.mj_multiRay(self.mujoco_model, self.data, origin, directions.ravel(), groups, 1, self._body,
+                           geoms, distances, len(angles), farthest)
+        distances[(geoms < 0) | (distances > farthest)] = math.inf
+        return distances

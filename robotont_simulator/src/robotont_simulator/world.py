@@ -1,0 +1,110 @@
+"""Worlds: a file of walls and boxes, for the physics and, drawn as a map, for navigation."""
+
+import math
+from pathlib import Path
+from typing import NamedTuple, Tuple
+
+import numpy as np
+import yaml
+
+WALL_THICKNESS = 0.1  # [m]
+HEIGHT = 0.4          # [m] of walls and boxes
+
+
+class Box(NamedTuple):
+    """A box that stands on the floor: centre, size along its own axes, and yaw."""
+
+    x: float       # [m]
+    y: float       # [m]
+    length: float  # [m] along its x
+    width: float   # [m] along its y
+    yaw: float     # [rad]
+
+
+class World(NamedTuple):
+    """What stands around the robot, and where the robot starts."""
+
+    boxes: Tuple[Box, ...]
+    start: Tuple[float, float, float]  # x [m], y [m], yaw [rad]
+
+
+class WorldError(ValueError):
+    """A world file that cannot be used; says what was found and what is allowed."""
+
+
+def read_world(file):
+    """`World` of a YAML file; raises WorldError.
+
+    Its keys, each optional, in m and rad: `walls`, a list of [x1, y1, x2, y2]; `boxes`, a list of
+    [x, y, length, width, yaw]; `start`, [x, y, yaw].
+    """
+    content = yaml.safe_load(Path(str(file)).read_text()) or {}
+    if not isinstance(content, dict):
+        raise WorldError(f"{file}: found {type(content).__name__}, allowed: walls, boxes and start")
+    unknown = set(content) - {"walls", "boxes", "start"}
+    if unknown:
+        raise WorldError(f"{file}: found {', '.join(sorted(map(str, unknown)))}, allowed: walls, boxes and start")
+    walls = [_wall(*_numbers(file, "walls", wall, 4)) for wall in content.get("walls") or ()]
+    boxes = [Box(*_numbers(file, "boxes", box, 5)) for box in content.get("boxes") or ()]
+    for box in boxes:
+        if box.length <= 0 or box.width <= 0:
+            raise WorldError(f"{file}: boxes: found {list(box)}, allowed: length and width > 0 [m]")
+    start = _numbers(file, "start", content.get("start", [0, 0, 0]), 3)
+    return World(tuple(walls + boxes), tuple(start))
+
+
+def _numbers(file, key, values, count):
+    good = isinstance(values, list) and len(values) == count and all(
+        isinstance(value, (int, float)) and not isinstance(value, bool) and math.isfinite(value) for value in values)
+    if not good:
+        raise WorldError(f"{file}: {key}: found {values!r}, allowed: lists of {count} finite numbers")
+    return [float(value) for value in values]
+
+
+def _wall(x1, y1, x2, y2):
+    length = math.hypot(x2 - x1, y2 - y1) + WALL_THICKNESS
+    return Box((x1 + x2) / 2, (y1 + y2) / 2, length, WALL_THICKNESS, math.atan2(y2 - y1, x2 - x1))
+
+
+def draw_map(world, resolution=0.05, margin=0.5):
+    """(image, origin) of a world as seen by map_server: 0 occupied, 254 free, rows from the top.
+
+    image: H x W of uint8, one pixel per `resolution` [m]. origin: (x, y) [m] of the lower left corner.
+    Raises WorldError for a world without anything in it.
+    """
+    if not world.boxes:
+        raise WorldError("a world without walls and boxes has no map")
+    corners = np.array([corner for box in world.boxes for corner in _corners(box)])
+    low = np.floor((corners.min(axis=0) - margin) / resolution) * resolution
+    size = np.ceil((corners.max(axis=0) + margin - low) / resolution).astype(int)
+    x = low[0] + (np.arange(size[0]) + 0.5) * resolution
+    y = low[1] + (np.arange(size[1]) + 0.5) * resolution
+    x, y = np.meshgrid(x, y[::-1])
+    image = np.full(x.shape, 254, np.uint8)
+    for box in world.boxes:
+        cos, sin = math.cos(box.yaw), math.sin(box.yaw)
+        along = cos * (x - box.x) + sin * (y - box.y)
+        across = -sin * (x - box.x) + cos * (y - box.y)
+        image[(abs(along) <= box.length / 2) & (abs(across) <= box.width / 2)] = 0
+    return image, (float(low[0]), float(low[1]))
+
+
+def _corners(box):
+    cos, sin = math.cos(box.yaw), math.sin(box.yaw)
+    for along, across in ((1, 1), (1, -1), (-1, 1), (-1, -1)):
+        dx, dy = along * box.length / 2, across * box.width / 2
+        yield box.x + cos * dx - sin * dy, box.y + sin * dx + cos * dy
+
+
+def write_map(world, file, resolution=0.05):
+    """Write FILE.pgm and FILE.yaml for map_server; returns the YAML's path. `file`: a path without ending."""
+    image, origin = draw_map(world, resolution)
+    picture, description = Path(f"{file}.pgm"), Path(f"{file}.yaml")
+    height, width = image.shape
+    picture.write_bytes(b"P5\n%d %d\n255\n" % (width, height) + image.tobytes())
+    description.write_text(
+        "# Written by make_map from the simulator's world; do not edit.\n"
+        f"image: {picture.name}\nresolution: {resolution}   # [m] per pixel\n"
+        f"origin: [{origin[0]:.3f}, {origin[1]:.3f}, 0.0]   # [m, m, rad] lower left corner\n"
+        "negate: 0\noccupied_thresh: 0.65\nfree_thresh: 0.25\n")
+    return description

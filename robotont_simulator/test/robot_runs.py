@@ -1,0 +1,38 @@
+"""What the tests of this folder share."""
+
+import math
+import sys
+from pathlib import Path
+
+import yaml
+
+HERE = Path(__file__).resolve().parent
+ROOT = HERE.parents[1]
+PACKAGES = ("robotont_simulator", "robotont_driver", "robotont_firmware")
+sys.path[:0] = [str(ROOT / package / "src") for package in PACKAGES]
+
+from robotont_driver.wheels import read_wheels  # noqa: E402
+from robotont_simulator.fast import FastRun  # noqa: E402
+from robotont_simulator.simulation import Simulation  # noqa: E402
+from robotont_simulator.world import read_world  # noqa: E402
+
+GEAR = 18.75
+SHIPPED = yaml.safe_load((ROOT / "config" / "wheel_params.yaml").read_text())
+
+
+def evenly(amount):
+    """Parameters of a robot with this many wheels, evenly placed, in the shipped robot's size."""
+    return {**SHIPPED, "wheelAmount": amount, "wheelRads": [2 * math.pi * i / amount + 0.3 for i in range(amount)],
+            "wheelDistanceFromCenter": 0.15}
+
+
+ROBOTS = {3: SHIPPED, 4: evenly(4), 5: evenly(5)}
+
+
+def run_in(world="empty", wheels=3, seed=1):
+    """A fresh robot in a world, at rest."""
+    simulation = Simulation(read_wheels(ROBOTS[wheels]), GEAR, read_world(ROOT / "config" / "worlds" / f"{world}.yaml"),
+                            seed)
+    run = FastRun(simulation)
+    run.hold((0.0, 0.0, 0.0), 0.4)
+    return run

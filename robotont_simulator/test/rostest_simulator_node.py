@@ -1,0 +1,116 @@
+#!/usr/bin/env python3
+"""The unchanged driver on the simulator, through simulation.launch."""
+
+import math
+import sys
+from pathlib import Path
+
+import numpy as np
+import rospy
+import rostest
+from geometry_msgs.msg import Twist, Vector3
+from nav_msgs.msg import Odometry
+from sensor_msgs.msg import LaserScan
+from std_msgs.msg import Float32, Float32MultiArray
+from std_srvs.srv import SetBool
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "robotont_driver" / "test"))
+
+from harness import wait_for
+from node_test import ERROR, OK, NodeTest, twist
+
+LINK = "serial_com_node: link"
+
+
+def pose(message):
+    """(x, y, yaw) of an Odometry."""
+    place = message.pose.pose
+    return place.position.x, place.position.y, 2 * math.atan2(place.orientation.z, place.orientation.w)
+
+
+class SimulatorNodeTest(NodeTest):
+    def start(self, *arguments):
+        self.log = self.processes.folder / "log"
+        self.launch = self.processes.launch(
+            "simulation.launch", f"port:={self.processes.folder / 'board'}", *arguments, log=self.log)
+        self.odom = self.listen("odom", Odometry)
+        self.truth = self.listen("ground_truth/odom", Odometry)
+        self.scan = self.listen("scan", LaserScan)
+        self.command = self.publisher("cmd_vel", Twist)
+        wait_for(lambda: self.odom and self.truth, "odometry and ground truth", timeout=30)
+
+    def drive(self, speeds, until, what, timeout=20.0):
+        wait_for(lambda: self.command.publish(twist(*speeds)) or until(), what, period=0.02, timeout=timeout)
+
+    def moved(self, start):
+        return math.dist(pose(self.truth[-1])[:2], start[:2])
+
+    def test_drives_where_it_is_told_and_odometry_agrees_with_the_truth(self):
+        self.start()
+        start = pose(self.truth[-1])
+        self.drive((0.3, 0.0, 0.0), lambda: pose(self.truth[-1])[0] - start[0] > 0.5, "forward")
+        self.drive((0.0, 0.3, 0.0), lambda: pose(self.truth[-1])[1] - start[1] > 0.5, "left")
+        self.drive((0.0, 0.0, 1.0), lambda: pose(self.truth[-1])[2] > 0.7, "counterclockwise")
+        self.drive((0.0, 0.0, 0.0), lambda: abs(self.truth[-1].twist.twist.angular.z) < 0.01, "rest")
+        np.testing.assert_allclose(pose(self.odom[-1]), pose(self.truth[-1]), atol=0.05)
+        self.assertEqual(self.truth[-1].header.frame_id, "map")
+        self.wait_for_status(LINK, OK)
+        self.assertIn("robotont_firmware", self.values(LINK)["board"])
+
+    def test_unplugged_for_three_seconds_in_mid_drive(self):
+        self.start()
+        unplug = rospy.ServiceProxy("simulator_node/unplug", SetBool)
+        start = pose(self.truth[-1])
+        self.drive((0.3, 0.0, 0.0), lambda: self.moved(start) > 0.4, "motion")
+        unplug(True)
+        cut = self.truth[-1].header.stamp
+        self.drive((0.3, 0.0, 0.0), lambda: abs(self.truth[-1].twist.twist.linear.x) < 0.05, "the stop")
+        print(f"stopped {(self.truth[-1].header.stamp - cut).to_sec():.2f} s after the cable was pulled")
+        self.assertLess((self.truth[-1].header.stamp - cut).to_sec(), 0.65)  # 0.6 s, and the newest truth was old
+        self.wait_for_status(LINK, ERROR)
+        self.drive((0.3, 0.0, 0.0), lambda: (self.truth[-1].header.stamp - cut).to_sec() > 3.0, "three seconds")
+        unplug(False)
+        stopped = pose(self.truth[-1])
+        self.drive((0.3, 0.0, 0.0), lambda: self.moved(stopped) > 0.4, "motion after replugging")
+        path = [pose(message)[0] for message in self.odom]
+        self.assertLess(max(abs(np.diff(path))), 0.3 * 0.02 * 1.6)
+        self.wait_for_status(LINK, OK)
+        self.assertNotIn("Traceback", self.log.read_text())
+
+    def test_faults_come_and_go(self):
+        self.start()
+        errors = rospy.Publisher("simulator_node/byte_errors", Float32, queue_size=1, latch=True)
+        errors.publish(0.01)
+        self.drive((0.2, 0.0, 0.3), lambda: LINK in self.status and int(self.values(LINK)["periods repaired"]) > 20,
+                   "repairs")
+        errors.publish(0.0)
+        grip = rospy.Publisher("simulator_node/wheel_grip", Float32MultiArray, queue_size=1, latch=True)
+        grip.publish(Float32MultiArray(data=[0.02, 1.0, 1.0]))
+        before = np.subtract(pose(self.odom[-1]), pose(self.truth[-1]))[:2]
+        self.drive((0.3, 0.0, 0.0), lambda: np.linalg.norm(
+            np.subtract(pose(self.odom[-1]), pose(self.truth[-1]))[:2] - before) > 0.1, "an error from slip")
+        push = rospy.Publisher("simulator_node/push", Vector3, queue_size=1, latch=True)
+        start = pose(self.truth[-1])
+        push.publish(Vector3(0.0, 3.0, 0.0))
+        wait_for(lambda: pose(self.truth[-1])[1] - start[1] > 0.05, "the push")
+
+    def test_the_laser_in_the_room(self):
+        self.start("world:=room")
+        wait_for(lambda: len(self.scan) > 3, "scans")
+        scan = self.scan[-1]
+        self.assertEqual(scan.header.frame_id, "laser")
+        self.assertEqual(len(scan.ranges), 128)
+        self.assertAlmostEqual(scan.ranges[64], 3.95 - 1.11, delta=0.02)
+        self.assertAlmostEqual(scan.angle_max, 1.03 / 2, delta=1e-3)
+
+    def test_a_world_that_is_not_there(self):
+        log = self.processes.folder / "log"
+        port = self.processes.folder / "board"
+        launch = self.processes.launch("simulation.launch", "world:=moon", f"port:={port}", log=log)
+        wait_for(lambda: "moon.yaml" in log.read_text(), "words about the world")
+        self.assertIsNone(launch.poll())
+        self.assertNotIn("Traceback", log.read_text())
+
+
+if __name__ == "__main__":
+    rostest.rosrun("robotont_simulator", "simulator_node_test", SimulatorNodeTest)

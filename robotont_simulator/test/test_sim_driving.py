@@ -1,0 +1,132 @@
+import math
+
+import numpy as np
+import pytest
+from robot_runs import ROBOTS, run_in
+
+REST = (0.0, 0.0, 0.0)
+@pytest.fixture(params=sorted(ROBOTS), ids=lambda amount: f"{amount} wheels")
+def any_robot(request):
+    """Robots with three, four and five wheels on an empty floor."""
+    return run_in(wheels=request.param)
+
+
+RAMP = 0.5  # [s] until the speed is reached
+
+
+def steady(run, twist, seconds):
+    """(dx, dy, dyaw) of the truth over `seconds` at full speed, in the frame of its beginning."""
+    run.hold(twist, RAMP)
+    x0, y0, yaw0 = run.simulation.pose()
+    turned = 0.0
+    last = yaw0
+    for _ in range(round(seconds * 50)):
+        yaw = run.hold(twist, 0.02)[1][2]
+        turned += math.remainder(yaw - last, 2 * math.pi)
+        last = yaw
+    x1, y1, _ = run.simulation.pose()
+    dx, dy = x1 - x0, y1 - y0
+    return math.cos(yaw0) * dx + math.sin(yaw0) * dy, -math.sin(yaw0) * dx + math.cos(yaw0) * dy, turned
+
+
+@pytest.mark.parametrize("angle", [0, 90, 180, 270, 45])
+def test_straight_on_in_every_direction(any_robot, angle):
+    along = (math.cos(math.radians(angle)), math.sin(math.radians(angle)))
+    dx, dy, turned = steady(any_robot, (0.3 * along[0], 0.3 * along[1], 0.0), 5.0)
+    distance, drift = along[0] * dx + along[1] * dy, -along[1] * dx + along[0] * dy
+    print(f"{angle} deg: {distance:.4f} m, drift {drift:+.4f} m, {math.degrees(turned):+.2f} deg")
+    assert distance == pytest.approx(1.5, rel=0.02)
+    assert abs(drift) < 0.02 * 1.5
+    assert abs(math.degrees(turned)) < 2.0
+
+
+@pytest.mark.parametrize("turn", [1.0, -1.0])
+def test_turning_on_the_spot(any_robot, turn):
+    dx, dy, turned = steady(any_robot, (0.0, 0.0, turn), 5.0)
+    print(f"{turned:.4f} rad, drift {math.hypot(dx, dy):.4f} m")
+    assert turned == pytest.approx(5.0 * turn, rel=0.02)
+    assert math.hypot(dx, dy) < 0.02
+
+
+def test_a_curve_sideways(any_robot):
+    run = any_robot
+    run.hold((0.2, 0.2, 0.5), 3.0)
+    odometry, truth = run.hold(REST, 0.6)
+    assert math.dist(odometry[:2], truth[:2]) < 0.03
+    assert abs(math.remainder(odometry[2] - truth[2], 2 * math.pi)) < math.radians(3)
+
+
+def test_the_same_seed_gives_the_same_run_and_another_one_other_encoders():
+    def play(seed):
+        run = run_in(seed=seed)
+        run.hold((0.3, -0.1, 0.4), 1.0)
+        return run.simulation.pose(), run.counts, list(run.simulation.counts())
+    assert play(3) == play(3)
+    assert play(3)[2] != play(4)[2]
+
+
+def test_encoders_start_anywhere_and_the_driver_does_not_mind():
+    run = run_in(seed=8)
+    assert min(run.simulation.counts()) > 0
+    assert np.hypot(*run.path[-1][1][:2]) < 1e-3
+
+
+def test_a_push_moves_the_truth_and_not_the_odometry():
+    run = run_in()
+    run.simulation.push(0.0, 3.0)
+    odometry, truth = run.hold(REST, 0.3)
+    print(f"truth {truth[1]:.3f} m, odometry {odometry[1]:.3f} m")
+    assert truth[1] > 0.05
+    assert abs(odometry[1]) < 0.1 * truth[1]
+
+
+def test_a_slippery_wheel_makes_the_odometry_worse():
+    def error(grip):
+        run = run_in()
+        run.simulation.set_grip(0, grip)
+        run.hold((0.3, 0.0, 0.0), 2.0)
+        odometry, truth = run.hold((0.0, 0.3, 0.0), 2.0)
+        return math.dist(odometry[:2], truth[:2])
+    good, bad = error(1.0), error(0.02)
+    print(f"error with grip {good:.4f} m, with one slippery wheel {bad:.4f} m")
+    assert bad > 3 * good
+
+
+def test_a_sagging_battery_limits_the_speed():
+    def reached(voltage):
+        run = run_in()
+        run.simulation.voltage = voltage
+        run.hold((1.0, 0.0, 0.0), 2.0)
+        return run.simulation.twist()[0]
+    assert reached(12.0) == pytest.approx(1.0, rel=0.05)
+    assert reached(5.0) < 0.85
+
+
+def test_without_commands_the_robot_stops_by_itself():
+    run = run_in()
+    run.hold((0.4, 0.0, 0.0), 1.5)
+    assert run.simulation.twist()[0] > 0.35
+    cut = run.simulation.time
+    run.drive([None] * 100)  # the board hears nothing
+    slow = next(time for (time, _, before), (_, _, after) in zip(run.path, run.path[1:])
+                if time > cut and math.dist(before[:2], after[:2]) < 0.02 * 0.05)
+    print(f"slower than 0.05 m/s {slow - cut:.2f} s after the last command")
+    assert slow - cut <= 0.6
+    assert abs(run.simulation.twist()[0]) < 0.01
+
+
+def test_a_wall_stops_the_robot_and_is_noticed():
+    run = run_in("room")
+    run.hold((-0.4, 0.0, 0.0), 4.0)
+    x, _, _ = run.simulation.pose()
+    assert x > 0.05
+    assert run.simulation.touches()
+
+
+def test_the_laser_sees_the_walls_where_they_are():
+    run = run_in("room")
+    distances = run.simulation.scan(np.radians([0.0, 180.0, -90.0]), 20.0)
+    laser = 1.0 + 0.11
+    assert distances == pytest.approx([3.95 - laser, laser - 0.05, 0.95], abs=0.02)
+    assert np.all(np.isinf(run_in().simulation.scan(np.radians([0.0, 90.0]), 20.0)))
+    assert np.isinf(run.simulation.scan(np.array([0.0]), 1.0)[0])

@@ -1,0 +1,70 @@
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+import yaml
+from robot_runs import ROOT
+
+from robotont_simulator.world import WorldError, draw_map, read_world, write_map
+
+WORLDS = sorted((ROOT / "config" / "worlds").glob("*.yaml"))
+
+
+@pytest.mark.parametrize("file", WORLDS, ids=lambda file: file.stem)
+def test_the_shipped_worlds_leave_room_for_the_robot_at_the_start(file):
+    world = read_world(file)
+    if world.boxes:
+        image, origin = draw_map(world)
+        column = int((world.start[0] - origin[0]) / 0.05)
+        row = image.shape[0] - 1 - int((world.start[1] - origin[1]) / 0.05)
+        assert np.all(image[row - 5:row + 6, column - 5:column + 6] == 254)
+
+
+@pytest.mark.parametrize("content, words", [
+    ("walls: [[0, 0, 1]]", "walls: found [0, 0, 1], allowed: lists of 4 finite numbers"),
+    ("boxes: [[0, 0, 1, .nan, 0]]", "boxes: found"),
+    ("boxes: [[0, 0, -1, 1, 0]]", "length and width > 0"),
+    ("start: here", "start: found 'here'"),
+    ("wall: []", "found wall, allowed: walls, boxes and start"),
+    ("[]", "allowed: walls, boxes and start"),
+    ("- 1", "found list"),
+])
+def test_a_wrong_file_is_explained(tmp_path, content, words):
+    file = tmp_path / "world.yaml"
+    file.write_text(content)
+    if content == "[]":
+        assert read_world(file).boxes == ()  # an empty file is an empty world
+        return
+    with pytest.raises(WorldError) as raised:
+        read_world(file)
+    assert words in str(raised.value)
+    assert str(file) in str(raised.value)
+
+
+def test_the_map_shows_the_walls_where_the_laser_meets_them(tmp_path):
+    file = write_map(read_world(ROOT / "config" / "worlds" / "room.yaml"), tmp_path / "room")
+    description = yaml.safe_load(file.read_text())
+    data = (tmp_path / description["image"]).read_bytes()
+    header, size, _, pixels = data.split(b"\n", 3)
+    assert header == b"P5"
+    width, height = map(int, size.split())
+    image = np.frombuffer(pixels, np.uint8).reshape(height, width)
+
+    def at(x, y):
+        column = int((x - description["origin"][0]) / description["resolution"])
+        return image[height - 1 - int((y - description["origin"][1]) / description["resolution"]), column]
+    assert at(0.0, 5.0) == at(10.0, 5.0) == at(4.0, 2.0) == at(7.5, 2.5) == 0
+    assert at(1.0, 1.0) == at(8.0, 8.0) == at(4.0, 4.0) == 254
+
+
+def test_make_map_from_the_command_line(tmp_path):
+    script = ROOT / "robotont_simulator" / "scripts" / "make_map"
+    result = subprocess.run([sys.executable, str(script), str(ROOT / "config" / "worlds" / "maze.yaml"),
+                             str(tmp_path / "maze")], stdout=subprocess.PIPE, text=True, check=True)
+    assert result.stdout.strip() == str(tmp_path / "maze.yaml")
+    missing = subprocess.run([sys.executable, str(script), "/nowhere.yaml", str(tmp_path / "x")],
+                             stderr=subprocess.PIPE, text=True, check=False)
+    assert missing.returncode == 1
+    assert "make_map: " in missing.stderr
+    assert "Traceback" not in missing.stderr

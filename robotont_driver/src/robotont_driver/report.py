@@ -35,7 +35,7 @@ class Report:
         self.named, self.alignment, self.delta = named, alignment, delta
         self.packet_times, self.refused = packet_times, refused
         self.distances, self.headings = absolute_errors(self.estimate, self.reference)
-        self.stretches, self.turns, _ = relative_errors(self.estimate, self.reference, delta)
+        self.stretches, self.turns = relative_errors(self.estimate, self.reference, delta)
 
     def figures(self):
         """{name: number}, in the units that stand in `rows`."""

@@ -113,21 +113,21 @@ def absolute_errors(estimate, reference):
 def relative_errors(estimate, reference, delta):
     """Errors of the motion over consecutive stretches of `delta` [m] of the reference's path.
 
-    Returns (distances [m], headings [rad], pairs), one per stretch; none where the path is shorter.
+    The stretches are those of evo_rpe: from one pose at which another `delta` was complete to the next, so that
+    the first one begins `delta` behind the start. Returns (distances [m], headings [rad]), one per stretch; none
+    where the path is shorter than two.
     """
-    pairs, start, gone = [], 0, 0.0
+    marks, gone = [], 0.0
     for index, step in enumerate(reference.steps, 1):
         gone += step
         if gone >= delta:
-            pairs.append((start, index))
-            start, gone = index, 0.0
-    if not pairs:
-        return np.empty(0), np.empty(0), np.empty((0, 2), dtype=int)
-    pairs = np.array(pairs)
-    moved = motion(reference.poses[pairs[:, 0]], reference.poses[pairs[:, 1]])
-    believed = motion(estimate.poses[pairs[:, 0]], estimate.poses[pairs[:, 1]])
+            marks.append(index)
+            gone = 0.0
+    begins, ends = marks[:-1], marks[1:]
+    moved = motion(reference.poses[begins], reference.poses[ends])
+    believed = motion(estimate.poses[begins], estimate.poses[ends])
     errors = motion(moved, believed)
-    return np.hypot(errors[:, 0], errors[:, 1]), np.abs(_wrapped(errors[:, 2])), pairs
+    return np.hypot(errors[:, 0], errors[:, 1]), np.abs(_wrapped(errors[:, 2]))
 
 
 def motion(start, end):

@@ -191,7 +191,8 @@ def test_a_file_that_is_no_recording_ends_with_one_line(tmp_path, capsys, name, 
 
 def test_a_wrong_truth_topic_lists_those_that_there_are(bag, capsys):
     assert odometry_report.main([str(bag), "--truth", "truth"]) == 1
-    assert "found no topic truth; there are: /cmd_vel, /ground_truth/odom, /odom, /serial_read" in capsys.readouterr().err
+    words = "found no topic truth; there are: /cmd_vel, /ground_truth/odom, /odom, /serial_read"
+    assert words in capsys.readouterr().err
 
 
 def line(length, turn=0.0, number=101):

@@ -9,9 +9,9 @@ from pathlib import Path
 
 import yaml
 
+from robotont_driver.drives import DRIVES, PAUSE, REST
 from robotont_driver.parameters import ParameterError
 from robotont_driver.wheels import read_wheels
-from robotont_simulator.drives import DRIVES, PAUSE, REST
 from robotont_simulator.fast import FastRun
 from robotont_simulator.simulation import Simulation
 from robotont_simulator.world import World, WorldError, read_world

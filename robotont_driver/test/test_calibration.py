@@ -71,8 +71,8 @@ def umbmark(parameters, true):
     for turn in (1, -1):
         exact = tuple(path_of(square(4.0, turn))[-1])
         means.append(np.mean([
-            misfit(read_wheels(parameters), Stretch(recorded(true, square(4.0, turn), seed, TRACKED)[0], exact, TRACKED))
-            for seed in range(100, 105)], axis=0))
+            misfit(read_wheels(parameters), Stretch(counts, exact, TRACKED))
+            for counts, _ in (recorded(true, square(4.0, turn), seed, TRACKED) for seed in range(100, 105))], axis=0))
     return max(math.hypot(x, y) for x, y, _ in means)
 
 

@@ -91,7 +91,7 @@ class Report:
     def draw(self, path, title):
         """Write a PNG: path, heading, speed and error."""
         plt = pyplot()
-        with plt.rc_context(STYLE):
+        with plt.rc_context(drawing_style()):
             figure, axes = plt.subplots(2, 2, figsize=(10, 7.6), constrained_layout=True)
             figure.suptitle(title, x=0.01, ha="left", fontsize=12)
             start = self.reference.times[0]
@@ -127,6 +127,12 @@ class Report:
         other.set_ylabel("heading [°]")
         other.set_ylim(bottom=0)
         axis.legend(handles=[*axis.get_lines(), *other.get_lines()], loc="upper left")
+
+
+def drawing_style():
+    """What of STYLE this matplotlib knows."""
+    known = pyplot().rcParams
+    return {name: value for name, value in STYLE.items() if name in known}
 
 
 def pyplot():

@@ -5,7 +5,8 @@ import pytest
 
 from conftest import HERE
 
-PURE = ["command_stream", "ideal_motors", "kinematics", "limits", "odometry", "parameters", "protocol", "wheels"]
+PURE = ["calibration", "command_stream", "drives", "ideal_motors", "kinematics", "limits", "odometry", "parameters",
+        "protocol", "slip", "solvers", "trajectory", "wheel_file", "wheels"]
 FORBIDDEN = ["rospy", "roslib", "genpy", "serial", "time", "threading", "socket", "std_msgs"]
 
 

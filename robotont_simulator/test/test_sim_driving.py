@@ -125,7 +125,11 @@ def test_a_wall_stops_the_robot_and_is_noticed():
 
 def test_the_laser_sees_the_walls_where_they_are():
     run = run_in("room")
-    distances = run.simulation.scan(np.radians([0.0, 180.0, -90.0]), 20.0)
+    distances = run.simulation.scan(np.radians([0.0, 180.0, -90.0]), 0.1, 20.0)
     assert distances == pytest.approx([2.95, 0.95, 0.95], abs=0.02)
-    assert np.all(np.isinf(run_in().simulation.scan(np.radians([0.0, 90.0]), 20.0)))
-    assert np.isinf(run.simulation.scan(np.array([0.0]), 1.0)[0])
+    assert np.all(np.isinf(run_in().simulation.scan(np.radians([0.0, 90.0]), 0.1, 20.0)))
+
+
+def test_the_laser_tells_too_near_from_nothing_there():
+    scan = run_in("room").simulation.scan
+    assert scan(np.radians([0.0, 180.0]), 1.0, 2.0).tolist() == [np.inf, -np.inf]

@@ -17,11 +17,16 @@ from robotont_driver.node import OK, WARN, Health, Publisher, Rate, run_node
 from robotont_driver.odometry import WheelOdometry
 from robotont_driver.parameters import ODOM
 from robotont_driver.protocol import PacketError, parse_packet
+from robotont_driver.slip import CommandWatch, SlipDetector
+from robotont_driver.solvers import SOLVERS
 
 # Variance of z, roll and pitch (and their rates): a robot on the floor has none; filters like no zeros.
 FLAT = 1e-6
 # Where x, y and yaw stand in the 6 x 6 covariances of ROS (x, y, z, roll, pitch, yaw; row by row).
 PLANAR = [6 * row + column for row in (0, 1, 5) for column in (0, 1, 5)]
+
+# [s] Without a newer command for this long, serial_com_node and the board have stopped the robot.
+COMMAND_AGE = 0.5
 
 
 class OdomNode:
@@ -29,9 +34,19 @@ class OdomNode:
 
     def __init__(self, wheels, parameters):
         self._wheels = wheels
-        period = parameters["packet_period"]
-        self._odometry = WheelOdometry(
-            Kinematics(wheels), 1.0 / wheels.pid_frequency if period < 0 else period, parameters["wheel_noise"])
+        kinematics = Kinematics(wheels)
+        period = 1.0 / wheels.pid_frequency if parameters["packet_period"] < 0 else parameters["packet_period"]
+        noise, false_alarms = parameters["wheel_noise"], parameters["slip_false_alarms"]
+        self._odometry = WheelOdometry(kinematics, period, noise, SOLVERS[parameters["solver"]])
+        self._detector = self._watch = None  # packets of speeds (period 0) are no measurement
+        if period and wheels.amount > 3 and false_alarms:
+            self._detector = SlipDetector(
+                kinematics.matrix, wheels.metres_per_edge, noise, false_alarms, 1.0 / period)
+        if period:
+            self._watch = CommandWatch(wheels.amount, 1.0 / period)
+        self._command = None       # newest text on serial_write
+        self._commanded_at = 0.0   # [s] when it came
+        self._commanded = None     # its units
         self._lock = threading.Lock()
         self._stamped = 0  # [ns] newest stamp
         self._packets = 0
@@ -45,6 +60,8 @@ class OdomNode:
         rospy.Service("reset_odometry", Trigger, self._on_reset)
         # no queue_size: every packet counts
         rospy.Subscriber("serial_read", String, self._on_packet, tcp_nodelay=True)
+        if self._watch:
+            rospy.Subscriber("serial_write", String, self._on_command, queue_size=1, tcp_nodelay=True)
         Health("robotont", {"wheel feedback": self._report})
 
     def _prepare_messages(self, parameters):
@@ -69,11 +86,30 @@ class OdomNode:
         with self._lock:
             stamp = rospy.Time.now()
             elapsed = (stamp.to_nsec() - self._stamped) / 1e9 if self._packets else 0.0
+            if self._watch:
+                self._look_for_slip(counts)
             self._odometry.update(counts, elapsed)
             self._packets += 1
             if elapsed > 0.0 or not self._stamped:  # a stamp is used once, and never an older one
                 self._stamped = stamp.to_nsec()
                 self._publish(stamp)
+
+    def _on_command(self, message):
+        self._commanded_at = time.monotonic()
+        if message.data == self._command:
+            return
+        self._command = message.data
+        try:
+            self._commanded = parse_packet(message.data, self._wheels.amount)
+        except PacketError:
+            self._commanded = None  # serial_com_node complains of it
+
+    def _look_for_slip(self, counts):
+        """Compare the wheels with their commands and with each other; leave out those that slip."""
+        commanded = self._commanded if time.monotonic() - self._commanded_at < COMMAND_AGE else None
+        self._watch.update(counts, commanded)
+        if self._detector and self._detector.update(counts, commanded):
+            self._odometry.leave_out(self._detector.slipping)
 
     def _publish(self, stamp):
         odometry, pose = self._odometry, self._odometry.pose
@@ -86,7 +122,7 @@ class OdomNode:
         orientation.w = transform.rotation.w = math.cos(pose.yaw / 2)
         odom.twist.twist.linear.x, odom.twist.twist.linear.y, odom.twist.twist.angular.z = \
             odometry.twist.tolist()
-        fill(odom.pose.covariance, pose.covariance)
+        fill(odom.pose.covariance, odometry.pose_covariance)
         fill(odom.twist.covariance, odometry.twist_covariance)
         joints.position = odometry.wheel_angles.tolist()
         joints.velocity = odometry.wheel_rates.tolist()
@@ -108,9 +144,41 @@ class OdomNode:
                 "packets": self._packets,
                 "packets refused": self._refused,
             }
+            slipping = self._detector.slipping if self._detector else ()
+            lagging = self._watch.lagging if self._watch else ()
+            followed = self._watch.followed if self._watch else None
+            alarms = self._detector.alarms if self._detector else 0
+        values["wheels compared by"] = self._comparison()
+        values["wheels left out"] = list_wheels(slipping) or "none"
+        values["wheels left out so far"] = alarms
+        for wheel, share in enumerate(followed or ()):
+            values[f"wheel {wheel}: part of the commanded path"] = "at rest" if share is None else f"{share:.0%}"
         if rate == 0.0:
             return WARN, "no packets on serial_read: see the diagnostics of the link", values
+        if slipping:
+            return WARN, (f"{list_wheels(slipping)} disagrees with the others and is left out of the odometry: "
+                          "look for a slipping or blocked wheel, a loose coupling, an unplugged encoder"), values
+        if lagging:
+            return WARN, (f"{list_wheels(lagging)} does not turn as commanded: look for a blocked wheel, a loose "
+                          "motor or encoder cable, an empty battery" + self._warning()), values
         return OK, f"{rate:.0f} packets/s", values
+
+    def _comparison(self):
+        """What the search for slip rests on, in words."""
+        if self._detector:
+            return "each other, and command and measurement"
+        return "command and measurement only" if self._watch else "nothing (packets of speeds)"
+
+    def _warning(self):
+        """What three wheels cannot tell."""
+        if self._wheels.amount > 3:
+            return ""
+        return "; with 3 wheels only command and measurement can be compared, and the odometry goes on with all"
+
+
+def list_wheels(wheels):
+    """Wheels by index, in words; empty for none."""
+    return "wheel " + ", ".join(map(str, wheels)) if wheels else ""
 
 
 def fill(covariance, planar):

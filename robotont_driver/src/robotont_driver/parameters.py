@@ -119,8 +119,12 @@ ODOM = (
     Parameter("publish_tf", True, "whether to publish odom_frame -> base_frame; false beside an EKF"),
     Parameter("packet_period", -1.0, "time that one packet stands for; negative = 1/pidControlFrequency; "
               "0 = packets hold speeds, measure the time between them", "s"),
-    Parameter("wheel_noise", 0.01, "standard deviation of a wheel's path after 1 m, growing with the "
+    Parameter("solver", "least_squares", "step of the robot from n wheels: least_squares, or triples, the mean over "
+              "every combination of three wheels", choices=("least_squares", "triples")),
+    Parameter("wheel_noise", 0.005, "standard deviation of a wheel's path after 1 m, growing with the "
               "square root of the path", "m", minimum=0.0),
+    Parameter("slip_false_alarms", 0.1, "false alarms per hour of driving that the search for slipping wheels may "
+              "raise at most (4 or more wheels); 0 = no search", "1/h", minimum=0.0),
     Parameter("joint_prefix", "", "put before the names of the wheel joints"),
 )
 

@@ -1,4 +1,4 @@
-"""A PC and a board in one process, as fast as the machine allows: for tests, calibration and benchmarks."""
+"""A PC and a board in one process, as fast as the machine allows: for fast_drive, tests and benchmarks."""
 
 from robotont_driver.kinematics import Kinematics
 from robotont_driver.odometry import WheelOdometry
@@ -11,15 +11,16 @@ from robotont_simulator.board import SimulatedBoard
 class FastRun:
     """Drives a `Simulation` by twists, through the packets and the firmware, and keeps odometry.
 
-    counts: the list of all packets' counts. path: (time [s], odometry pose, true pose) of each period.
+    counts: the list of all packets' counts. path: (time [s], odometry pose, true pose) of each packet.
+    believed: `Wheels` that commands and odometry are computed with; None: the true ones.
     """
 
     REACH = 400  # [edges per period]
 
-    def __init__(self, simulation):
+    def __init__(self, simulation, believed=None):
         wheels = simulation.wheels
         self.simulation = simulation
-        self.kinematics = Kinematics(wheels)
+        self.kinematics = Kinematics(believed or wheels)
         self.odometry = WheelOdometry(self.kinematics, 1.0 / wheels.pid_frequency, 0.01)
         self.counts = []
         self.path = []

@@ -15,6 +15,7 @@ ROLLERS = 9            # per row, as on the 2.75 inch omni wheel
 ROW_OFFSET = 0.006     # [m] of each of the two rows from the wheel's middle
 ROLLER_PART = 0.2      # radius of a roller, in radii of the wheel
 FRICTION = 0.9         # rubber on a floor
+CONTACT = (0.005, 1.0)  # [s], damping ratio: stiff, for rollers pressed flat make the wheel smaller
 ROLLER_DAMPING = 2e-6  # [N m s] in a roller's bearing
 CAMERA = (0.11, 0.12)  # [m] before the middle, above the floor; only for the eye
 LASER_ABOVE_WHEELS = 0.092  # [m] above the top of the largest one
@@ -124,8 +125,8 @@ def _add_wheel(body, wheels, number):
                          xyaxes=(-sin, cos, 0, cos, sin, 0))
             add(roller, "joint", type="hinge", axis=(1, 0, 0), damping=ROLLER_DAMPING, armature=1e-7)
             add(roller, "geom", name=f"roller{number}_{row}_{index}", type="ellipsoid", size=(long, thick, thick),
-                mass=ROLLER_MASS, friction=(FRICTION, 0.005, 0.0001), priority=1, contype=2, conaffinity=1, condim=3,
-                group=ROLLER_GROUP)
+                mass=ROLLER_MASS, friction=(FRICTION, 0.005, 0.0001), solref=CONTACT, priority=1, contype=2,
+                conaffinity=1, condim=3, group=ROLLER_GROUP)
             add(roller, "geom", type="capsule", size=(0.9 * thick, 0.4 * long), euler=(0, math.pi / 2, 0), mass=0,
                 contype=0, conaffinity=0, group=SHOWN_GROUP, rgba=(0.22, 0.24, 0.27, 1))
 

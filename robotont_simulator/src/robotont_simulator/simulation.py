@@ -9,7 +9,7 @@ from robotont_simulator import model
 
 COAST_EFFORT = 0   # the motor driver leaves the motor open: no torque, no brake
 PUSH_DURATION = 0.3  # [s] that a push takes
-PUSH_LIFT = 0.99     # part of the robot's weight that a push takes off its wheels, as a foot or a cable does
+PUSH_LIFT = 1.0      # part of the robot's weight that a push takes off its wheels, as one who carries it does
 
 
 class Simulation:
@@ -102,8 +102,11 @@ class Simulation:
         contacts = self.data.contact.geom[:self.data.ncon]
         return bool(len(contacts) and np.any(contacts == body))
 
-    def scan(self, angles, farthest):
-        """[m] from the laser to what stands at each of the `angles` [rad] from forward; inf beyond `farthest`."""
+    def scan(self, angles, nearest, farthest):
+        """[m] from the laser to what stands at each of the `angles` [rad] from forward.
+
+        As REP 117 wants it: -inf below `nearest`, inf beyond `farthest` [m].
+        """
         yaw = self.pose()[2]
         matrix = self.data.xmat[self._body].reshape(3, 3)
         origin = self.data.xpos[self._body] + matrix[:, 2] * model.laser_height(self.wheels)
@@ -114,5 +117,7 @@ class Simulation:
         groups[model.WORLD_GROUP] = 1
         mujoco.mj_multiRay(self.mujoco_model, self.data, origin, directions.ravel(), groups, 1, self._body,
                            geoms, distances, len(angles), farthest)
-        distances[(geoms < 0) | (distances > farthest)] = math.inf
+        seen = geoms >= 0
+        distances[~seen | (distances > farthest)] = math.inf
+        distances[seen & (distances < nearest)] = -math.inf
         return distances

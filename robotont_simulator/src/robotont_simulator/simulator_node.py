@@ -34,7 +34,7 @@ SIMULATOR = (
     Parameter("scan_rate", 10.0, "scans per second; 0 = off", "Hz", minimum=0.0),
     Parameter("scan_field_of_view", 1.03, "centred on forward; 6.2831853 for all around", "rad", minimum=0.1),
     Parameter("scan_rays", 128, "measurements per scan", minimum=2),
-    Parameter("scan_nearest", 0.3, "nearer things are not seen", "m", minimum=0.0),
+    Parameter("scan_nearest", 0.3, "nearer things read -inf (REP 117)", "m", minimum=0.0),
     Parameter("scan_farthest", 4.0, "farther things are not seen", "m", minimum=0.1),
 )
 
@@ -117,11 +117,10 @@ class SimulatorNode:
         self._truth_publisher.publish(truth)
 
     def _publish_scan(self, stamp):
-        distances = self._simulation.scan(self._angles, self._parameters["scan_farthest"])
-        distances[distances < self._parameters["scan_nearest"]] = -math.inf  # REP 117: too near; a +inf is free
-        self._scan.header.stamp = stamp
-        self._scan.ranges = distances.tolist()
-        self._scan_publisher.publish(self._scan)
+        scan = self._scan
+        scan.header.stamp = stamp
+        scan.ranges = self._simulation.scan(self._angles, scan.range_min, scan.range_max).tolist()
+        self._scan_publisher.publish(scan)
 
     def _order(self, function, *arguments):
         with self._lock:

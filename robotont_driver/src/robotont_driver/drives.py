@@ -1,0 +1,48 @@
+"""Drives that show how true odometry is, as twists (v_x [m/s], v_y [m/s], omega [rad/s]), one per control period.
+
+UMBmark: J. Borenstein and L. Feng, Measurement and Correction of Systematic Odometry Errors in Mobile Robots,
+IEEE Transactions on Robotics and Automation 12 (1996).
+"""
+
+import math
+
+SPEED = 0.3      # [m/s]
+TURNING = 0.8    # [rad/s]
+PAUSE = 0.6      # [s] after each part, in which the robot comes to rest
+REST = (0.0, 0.0, 0.0)
+
+
+def square(side, frequency, clockwise=False):
+    """The UMBmark's square: four sides [m], driven forwards, and a quarter turn on the spot behind each."""
+    turn = -1.0 if clockwise else 1.0
+    for _ in range(4):
+        yield from part((SPEED, 0.0, 0.0), side / SPEED, frequency)
+        yield from part((0.0, 0.0, turn * TURNING), math.pi / 2 / TURNING, frequency)
+
+
+def spin(turns, frequency):
+    """`turns` on the spot, counterclockwise; negative: clockwise."""
+    yield from part((0.0, 0.0, math.copysign(TURNING, turns)), abs(turns) * 2 * math.pi / TURNING, frequency)
+
+
+def sideways(distance, frequency):
+    """A line to the left [m]; negative: to the right."""
+    yield from part((0.0, math.copysign(SPEED, distance), 0.0), abs(distance) / SPEED, frequency)
+
+
+def part(twist, seconds, frequency):
+    """A twist for a time in whole periods, slowed down so that the way is exact, then a pause."""
+    periods = math.ceil(seconds * frequency)
+    slower = seconds * frequency / periods if periods else 0.0
+    for _ in range(periods):
+        yield tuple(speed * slower for speed in twist)
+    for _ in range(round(PAUSE * frequency)):
+        yield REST
+
+
+DRIVES = {  # name: (what the number is, its default, twists of number and frequency)
+    "square": ("side [m]", 4.0, square),
+    "square_clockwise": ("side [m]", 4.0, lambda side, frequency: square(side, frequency, clockwise=True)),
+    "spin": ("turns", 3.0, spin),
+    "sideways": ("distance [m]", 2.0, sideways),
+}

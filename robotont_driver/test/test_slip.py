@@ -1,0 +1,230 @@
+import math
+
+import numpy as np
+import pytest
+from scipy.stats import chi2
+from simulated_wheels import PERIOD, counted, end_pose, even_wheels, mixed_drive, rolled
+
+from conftest import SHIPPED
+from robotont_driver.kinematics import Kinematics
+from robotont_driver.odometry import WheelOdometry
+from robotont_driver.slip import WINDOW, CommandWatch, SlipDetector, chi_square_limit, chi_square_tail
+from robotont_driver.wheels import read_wheels
+
+NOISE = 0.005        # [m] after 1 m, as in driver.yaml
+FALSE_ALARMS = 0.1   # [1/h]
+RATE = 1 / PERIOD
+
+
+def detector(wheels, noise=NOISE):
+    return SlipDetector(Kinematics(wheels).matrix, wheels.metres_per_edge, noise, FALSE_ALARMS, RATE)
+
+
+def drive(wheels, counts, commanded=None, detect=True):
+    """(error-free or not) odometry over counts; the detector; per packet the wheels left out."""
+    odometry = WheelOdometry(Kinematics(wheels), PERIOD, NOISE)
+    finder = detector(wheels)
+    told = []
+    for index, packet in enumerate(counts.tolist()):
+        if detect and finder.update(packet, None if commanded is None else commanded[index]):
+            odometry.leave_out(finder.slipping)
+        odometry.update(packet, PERIOD)
+        told.append(finder.slipping)
+    return odometry, finder, told
+
+
+def error(odometry, truth):
+    """[m], [rad]."""
+    pose = odometry.pose
+    return (math.hypot(pose.x - truth[0], pose.y - truth[1]),
+            abs(math.remainder(pose.yaw - truth[2], 2 * math.pi)))
+
+
+def ten_seconds(direction=0.0):
+    """A 10 s drive: a curve at 0.8 m/s, sped up and slowed down for 1 s."""
+    seconds = (np.arange(500) + 0.5) * PERIOD
+    ramp = np.clip(np.minimum(seconds, 10 - seconds), 0, 1)
+    return ramp[:, None] * (0.8 * math.cos(direction), 0.8 * math.sin(direction), 0.3)
+
+
+SLIP = slice(200, 300)  # 2 s in the middle
+
+
+@pytest.mark.parametrize("told", [True, False], ids=["commands known", "commands unknown"])
+@pytest.mark.parametrize("number, wheel", [(4, 0), (4, 1), (4, 2), (4, 3), (5, 0), (5, 2), (6, 1), (6, 5)])
+def test_a_wheel_that_slips_by_30_percent_is_named_and_left_out(number, wheel, told):
+    wheels = even_wheels(number)
+    twists = ten_seconds(0.0 if number == 4 else wheels.directions[wheel] + 0.3)
+    paths = rolled(wheels, twists)
+    assert abs(paths[SLIP, wheel]).mean() > 0.4 * PERIOD
+    slipping = paths.copy()
+    slipping[SLIP, wheel] *= 1.3  # it turns 30 % more than the floor passes by
+    counts = counted(wheels, slipping, NOISE, np.random.default_rng(number * 10 + wheel))
+    commanded = twists @ Kinematics(wheels).matrix.T / wheels.metres_per_edge * PERIOD if told else None
+    odometry, finder, named = drive(wheels, counts, commanded)
+    first = next(index for index, slipping in enumerate(named) if slipping)
+    delay = (first + 1 - SLIP.start) * PERIOD
+    assert named[first] == (wheel,)
+    assert 0 < delay <= 0.2 + 1e-9
+    assert set(named[first:SLIP.stop]) == {(wheel,)}
+    back = named.index((), first)
+    assert back - SLIP.stop <= 5 * WINDOW
+    assert finder.alarms == 1
+    truth = end_pose(twists)
+    with_detection, without = error(odometry, truth), error(drive(wheels, counts, detect=False)[0], truth)
+    print(f"n = {number}, wheel {wheel}: named after {delay:.2f} s; end pose wrong by {with_detection[0]:.3f} m, "
+          f"{math.degrees(with_detection[1]):.1f} deg; without detection {without[0]:.3f} m, "
+          f"{math.degrees(without[1]):.1f} deg")
+    assert with_detection[0] <= without[0] / 4
+    assert with_detection[1] <= without[1] / 4
+
+
+@pytest.mark.parametrize("number", [4, 5, 6])
+def test_no_false_alarm_in_ten_minutes_of_clean_driving(number):
+    wheels = even_wheels(number)
+    generator = np.random.default_rng(number)
+    twists = mixed_drive(600, generator)
+    _, finder, _ = drive(wheels, counted(wheels, rolled(wheels, twists), NOISE, generator))
+    assert finder.alarms == 0
+
+
+def test_no_false_alarm_with_parameters_that_are_a_little_wrong():
+    """Counts of wheels that differ by up to 0.5 % from the parameters, as a ruler measures them."""
+    real = even_wheels(4, wheelRadius=[0.03515, 0.03485, 0.03512, 0.035])
+    generator = np.random.default_rng(4)
+    twists = mixed_drive(120, generator)
+    _, finder, _ = drive(even_wheels(4), counted(real, rolled(real, twists), NOISE, generator))
+    assert finder.alarms == 0
+
+
+def test_the_false_alarm_rate_of_the_test_is_the_stated_one():
+    """At a rate so high that it shows: the share of packets whose window complains, against the limit's."""
+    wheels = even_wheels(4)
+    generator = np.random.default_rng(3)
+    counts = counted(wheels, rolled(wheels, mixed_drive(600, generator)), NOISE, generator)
+    finder = detector(wheels)
+    share = 0.01
+    limit = chi_square_limit(share, 1)
+    values = []
+    for packet in counts.tolist():
+        finder.update(packet)
+        values.append(finder._statistic(finder._view(())))
+    found = np.mean(np.array(values) > limit)
+    print(f"stated {share:.2%} of the windows, found {found:.2%}")
+    assert 0.002 < found <= share  # less, because wheel parameters are right here and tolerance is kept for them
+
+
+@pytest.mark.parametrize("number, wheel", [(4, 0), (4, 1), (4, 2), (4, 3), (5, 0), (5, 3), (6, 2)])
+def test_a_dead_encoder_is_named_while_the_robot_starts(number, wheel):
+    wheels = even_wheels(number)
+    twists = ten_seconds(0.0 if number == 4 else wheels.directions[wheel] + 0.3)
+    counts = counted(wheels, rolled(wheels, twists), NOISE, np.random.default_rng(number))
+    counts[:, wheel] = 0
+    commanded = twists @ Kinematics(wheels).matrix.T / wheels.metres_per_edge * PERIOD
+    commanded = np.concatenate([commanded[5:], commanded[-5:]])  # motors follow their commands 0.1 s late
+    odometry, _, named = drive(wheels, counts, commanded)
+    assert set(named) == {(), (wheel,)}
+    assert named[-1] == (wheel,)
+    assert error(odometry, end_pose(twists))[0] < 0.3
+
+
+def test_a_wheel_stays_left_out_while_the_robot_rests():
+    wheels = even_wheels(4)
+    twists = ten_seconds()[:250]
+    counts = counted(wheels, rolled(wheels, twists), NOISE)
+    counts[100:, 1] = 0
+    counts = np.concatenate([counts, np.zeros((500, 4), dtype=int)])
+    assert drive(wheels, counts)[2][-1] == (1,)
+
+
+def test_two_wheels_of_six_may_slip_at_once():
+    wheels = even_wheels(6, first=0.2)
+    twists = ten_seconds()
+    paths = rolled(wheels, twists)
+    paths[SLIP, 1] *= 0.2
+    paths[SLIP, 3] = 0
+    counts = counted(wheels, paths, NOISE)
+    odometry, _, named = drive(wheels, counts)
+    assert named[SLIP.start + WINDOW] == (1, 3)
+    assert named[-1] == ()
+    assert error(odometry, end_pose(twists))[0] < error(drive(wheels, counts, detect=False)[0], end_pose(twists))[0] / 4
+
+
+def test_wheels_that_nobody_could_spare_are_not_left_out():
+    """Three of these four stand in parallel: without the fourth, or one more, no motion could be told."""
+    wheels = read_wheels({**SHIPPED, "wheelAmount": 5, "wheelRads": [0.0, 0.0, 0.0, 2.0, 4.0]})
+    generator = np.random.default_rng(0)
+    _, finder, named = drive(wheels, generator.integers(-100, 100, (500, 5)))
+    assert finder.alarms > 0
+    assert all(3 not in left_out and 4 not in left_out for left_out in named)
+
+
+# Command and measurement
+
+WATCHED = even_wheels(3)
+
+
+def watch(counts, commanded):
+    """Per packet the wheels that do not follow."""
+    watcher = CommandWatch(3, RATE)
+    told = []
+    for packet, units in zip(counts.tolist(), commanded.tolist()):
+        watcher.update(packet, tuple(units))
+        told.append(watcher.lagging)
+    return watcher, told
+
+
+def lagged(commanded, constant=0.15):
+    """Paths [edges] of motors that follow as a lag of the first order with this time constant [s]."""
+    speed, paths = np.zeros(commanded.shape[1]), np.empty_like(commanded)
+    for index, units in enumerate(commanded):
+        speed = speed + (units - speed) * (1 - math.exp(-PERIOD / constant))
+        paths[index] = speed
+    return paths
+
+
+def commands(seconds=60.0, seed=1):
+    """Stepwise commands, units, that change every second or so, as from a keyboard."""
+    generator = np.random.default_rng(seed)
+    steps = []
+    while sum(map(len, steps)) < seconds * RATE:
+        twist = generator.uniform(-0.6, 0.6, 3) * generator.integers(0, 2, 3)
+        steps.append(np.tile(Kinematics(WATCHED).units_of_twist(twist), (generator.integers(10, 100), 1)))
+    return np.concatenate(steps)
+
+
+def test_motors_that_lag_but_follow_raise_no_alarm():
+    told = commands(600)
+    assert not any(watch(counted(WATCHED, lagged(told) * WATCHED.metres_per_edge, NOISE), told)[1])
+
+
+@pytest.mark.parametrize("wheel", range(3))
+@pytest.mark.parametrize("share", [0.0, 0.5, 1.5, -1.0])
+def test_a_wheel_that_does_not_do_as_told_is_named(wheel, share):
+    told = np.tile(Kinematics(WATCHED).units_of_twist((0.05, 0.05, 3.0)), (200, 1))
+    paths = lagged(told)
+    paths[100:, wheel] *= share
+    watcher, named = watch(counted(WATCHED, paths * WATCHED.metres_per_edge), told)
+    assert not any(named[:100])
+    first = next(index for index, wheels in enumerate(named) if wheels)
+    assert set(named[first:]) == {(wheel,)}
+    assert (first - 100) * PERIOD <= 1.3
+    assert watcher.followed[wheel] == pytest.approx(share, abs=0.05)
+
+
+def test_without_commands_there_is_nothing_to_compare():
+    watcher = CommandWatch(3, RATE)
+    for _ in range(100):
+        watcher.update((0, 0, 0), (50.0, 50.0, 50.0))
+    assert watcher.lagging == (0, 1, 2)
+    watcher.update((0, 0, 0), None)
+    assert watcher.lagging == ()
+    assert watcher.followed is None
+
+
+@pytest.mark.parametrize("degrees", range(1, 9))
+def test_chi_square_against_scipy(degrees):
+    for value in (0.1, 1.0, 5.0, 30.0):
+        assert chi_square_tail(value, degrees) == pytest.approx(chi2.sf(value, degrees), rel=1e-10)
+    for rate in (0.5, 0.05, 1e-6, 5.6e-7):
+        assert chi_square_limit(rate, degrees) == pytest.approx(chi2.isf(rate, degrees), rel=1e-9)

@@ -1,0 +1,141 @@
+"""Command line of fast_drive: known drives in the simulator without ROS, and what the odometry makes of them."""
+
+import argparse
+import csv
+import math
+import sys
+import time
+from pathlib import Path
+
+import yaml
+
+from robotont_driver.drives import DRIVES, PAUSE, REST
+from robotont_driver.parameters import ParameterError
+from robotont_driver.wheels import read_wheels
+from robotont_simulator.fast import FastRun
+from robotont_simulator.simulation import Simulation
+from robotont_simulator.world import World, WorldError, read_world
+
+
+def parse(arguments):
+    """The options."""
+    known = "\n".join(f"  {name}={default:g}  {what}" for name, (what, default, _) in DRIVES.items())
+    as_it_is = argparse.RawDescriptionHelpFormatter
+    parser = argparse.ArgumentParser(prog="fast_drive", formatter_class=as_it_is, description=(
+        "Drives the simulated robot as fast as the machine allows, without ROS, and compares odometry with truth.\n"
+        "The same seed gives the same run. Drives, each with its number and default:\n" + known))
+    parser.add_argument("drives", nargs="*", metavar="DRIVE", default=["square", "square_clockwise"],
+                        help="e.g. square, spin=-5; none: square square_clockwise (UMBmark)")
+    parser.add_argument("--wheel-params", required=True, metavar="FILE", help="wheel_params.yaml of the robot")
+    parser.add_argument("--believed", metavar="FILE", help=(
+        "wheel_params.yaml that commands and odometry use instead, to see what wrong ones do"))
+    parser.add_argument("--world", metavar="FILE", help="walls and boxes; without: an empty floor")
+    parser.add_argument("--grip", metavar="WHEEL=PART", action="append", default=[],
+                        help="part 0 to 1 of the friction that a wheel has, e.g. 0=0.02")
+    parser.add_argument("--seed", type=int, default=0, help="of everything random (default: %(default)s)")
+    parser.add_argument("--csv", metavar="FOLDER", help="write each drive's packets and true poses there")
+    options = parser.parse_args(arguments)
+    try:
+        options.drives = [read_drive(text) for text in options.drives]
+        options.grip = [read_grip(text) for text in options.grip]
+    except ValueError as error:
+        parser.error(str(error))
+    return options
+
+
+def read_drive(text):
+    """(name, number) of "name" or "name=number". Raises ValueError."""
+    name, _, number = text.partition("=")
+    if name not in DRIVES:
+        raise ValueError(f"found drive {name!r}, allowed: {', '.join(DRIVES)}")
+    what, default, _ = DRIVES[name]
+    value = float(number or default) if is_number(number or default) else math.nan
+    if not math.isfinite(value) or (name.startswith("square") and value <= 0):
+        raise ValueError(f"found {text!r}, allowed: {name}=NUMBER, its {what}")
+    return name, value
+
+
+def read_grip(text):
+    """(wheel, part) of "wheel=part". Raises ValueError."""
+    wheel, _, part = text.partition("=")
+    if not (wheel.isdigit() and is_number(part) and 0 <= float(part) <= 1):
+        raise ValueError(f"found --grip {text!r}, allowed: WHEEL=PART with a part from 0 to 1")
+    return int(wheel), float(part)
+
+
+def is_number(text):
+    """Whether float() takes it."""
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return True
+
+
+def make_run(options):
+    """A fresh robot at rest, a `FastRun`. Raises ValueError or OSError with what is wrong with a file."""
+    wheels, gear = load(options.wheel_params)
+    world = read_world(options.world) if options.world else World((), (0.0, 0.0, 0.0))
+    simulation = Simulation(wheels, gear, world, options.seed)
+    for wheel, part in options.grip:
+        if wheel >= wheels.amount:
+            raise ValueError(f"found --grip of wheel {wheel}, allowed: 0 to {wheels.amount - 1}")
+        simulation.set_grip(wheel, part)
+    run = FastRun(simulation, load(options.believed)[0] if options.believed else wheels)
+    run.hold(REST, PAUSE)
+    return run
+
+
+def load(path):
+    """(`Wheels`, gearbox ratio) of a file. Raises ValueError with all that is wrong with it, or OSError."""
+    content = yaml.safe_load(Path(path).read_text())
+    if not isinstance(content, dict):
+        raise ValueError(f"{path}: found {type(content).__name__}, allowed: wheel parameters")
+    try:
+        return read_wheels(content), content["gearboxReductionRatio"]
+    except ParameterError as error:
+        raise ValueError("\n".join(f"{path}: {fault}" for fault in error.faults)) from error
+
+
+def write_csv(run, file):
+    """Packets and true poses, as odometry_report and calibrate_wheels read them."""
+    wheels = range(run.simulation.wheels.amount)
+    with open(str(file), "w", newline="") as opened:
+        writer = csv.writer(opened)
+        writer.writerow(["time", *(f"m{wheel}" for wheel in wheels), "x", "y", "yaw"])
+        for counts, (at, _, truth) in zip(run.counts, run.path):
+            writer.writerow([f"{at:.6f}", *counts, *truth])
+
+
+def errors(run, start):
+    """(forward [m], left [m], turn [rad]) of the odometry's end minus the true one, seen from the start."""
+    believed, true = (seen_from(begin, end) for begin, end in zip(start[1:], run.path[-1][1:]))
+    return believed[0] - true[0], believed[1] - true[1], math.remainder(believed[2] - true[2], 2 * math.pi)
+
+
+def seen_from(start, pose):
+    """`pose` (x [m], y [m], yaw [rad]) in the frame of `start`."""
+    x, y = pose[0] - start[0], pose[1] - start[1]
+    cos, sin = math.cos(start[2]), math.sin(start[2])
+    return cos * x + sin * y, cos * y - sin * x, pose[2] - start[2]
+
+
+def main(arguments=None):
+    """Run; returns the exit status."""
+    options = parse(arguments)
+    try:
+        for name, number in options.drives:
+            run = make_run(options)
+            start, begun = run.path[-1], time.perf_counter()
+            run.drive(DRIVES[name][2](number, run.simulation.wheels.pid_frequency))
+            speed = (run.simulation.time - start[0]) / (time.perf_counter() - begun)
+            forward, left, turn = errors(run, start)
+            print(f"{name + f'={number:g}':22} odometry minus truth: {1000 * forward:+8.1f} mm {1000 * left:+8.1f} mm "
+                  f"{math.degrees(turn):+7.2f}°   {run.simulation.time:6.1f} s, {speed:.0f} x real time")
+            if options.csv:
+                Path(options.csv).mkdir(parents=True, exist_ok=True)
+                write_csv(run, Path(options.csv) / f"{name}.csv")
+    except (OSError, ValueError, WorldError, yaml.YAMLError) as error:
+        print(f"fast_drive: {error}", file=sys.stderr)
+        return 1
+    return 0

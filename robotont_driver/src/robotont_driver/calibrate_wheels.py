@@ -46,7 +46,8 @@ def parse(arguments):
     guide = parser.add_argument_group("guided runs (a ROS master and a robot that runs)")
     guide.add_argument("--guide", metavar="FOLDER", help="make the runs now and keep them in this folder")
     guide.add_argument("--side", type=positive, default=2.0, metavar="M", help="of the squares (default: %(default)s)")
-    guide.add_argument("--turns", type=positive, default=5.0, metavar="N", help="on the spot (default: %(default)s)")
+    guide.add_argument("--turns", type=positive, default=3.0, metavar="N",
+                       help="on the spot; few, for nobody measures whole turns (default: %(default)s)")
     guide.add_argument("--line", type=positive, default=3.0, metavar="M", help="sideways (default: %(default)s)")
     options = parser.parse_args(arguments)
     if bool(options.guide) == bool(options.runs):

@@ -261,13 +261,15 @@ def test_what_is_no_trajectory_is_refused(times, poses, words):
 
 
 PUBLISH = """
-import itertools, rospy
+import rospy
 from nav_msgs.msg import Odometry
 from std_msgs.msg import String
 rospy.init_node("publish")
 odom, truth = (rospy.Publisher(name, Odometry, queue_size=10) for name in ("odom", "truth"))
 packets = rospy.Publisher("serial_read", String, queue_size=10)
-for step in itertools.count():
+step = 0
+while not rospy.is_shutdown():
+    step += 1
     message = Odometry()
     message.header.stamp = rospy.Time.now()
     message.pose.pose.orientation.w = 1

@@ -3,6 +3,7 @@
 
 odometry_thesis.png: the thesis' way and ours on the same drive. odometry_covariance.png: where many runs end, and
 the ellipse that each of them claims. odometry_slip.png: a wheel of four that slips, with and without detection.
+calibration.png: wrong wheel parameters, and those that calibrate_wheels finds.
 """
 
 import math
@@ -16,10 +17,13 @@ PACKAGE = Path(__file__).resolve().parent
 sys.path[:0] = [str(PACKAGE / "src"), str(PACKAGE / "test")]
 
 from simulated_wheels import PERIOD, counted, even_wheels, mixed_drive, path_of, rolled, straight  # noqa: E402
+from test_calibration import taped_runs, true_of  # noqa: E402
 
+from robotont_driver.calibration import Unknowns, calibrate  # noqa: E402
+from robotont_driver.calibration_report import Run, draw, table  # noqa: E402
 from robotont_driver.kinematics import Kinematics  # noqa: E402
 from robotont_driver.odometry import WheelOdometry  # noqa: E402
-from robotont_driver.report import BLUE, GREY, INK, ORANGE, STYLE, pyplot  # noqa: E402
+from robotont_driver.report import BLUE, GREY, INK, ORANGE, drawing_style, pyplot  # noqa: E402
 from robotont_driver.slip import SlipDetector  # noqa: E402
 from robotont_driver.wheels import read_wheels  # noqa: E402
 
@@ -34,10 +38,22 @@ def main():
     folder.mkdir(parents=True, exist_ok=True)
     shipped = yaml.safe_load((PACKAGE.parent / "config" / "wheel_params.yaml").read_text())
     wheels = read_wheels(shipped)
-    with pyplot().rc_context(STYLE):
+    with pyplot().rc_context(drawing_style()):
         draw_thesis(wheels, folder / "odometry_thesis.png")
         draw_covariance(wheels, folder / "odometry_covariance.png")
         draw_slip(even_wheels(4), folder / "odometry_slip.png")
+    draw_calibration(shipped, folder / "calibration.png")
+
+
+def draw_calibration(wrong, file):
+    """Runs of a robot whose radius, distance and one angle are not the stated ones, as a tape measures them."""
+    true = true_of(wrong, 1.02, 0.97, [(1, 1.5)])
+    names = ("square", "square clockwise", "spin", "spin clockwise", "line left", "line right")
+    runs = [Run(name, whole, [whole]) for name, whole in zip(names, taped_runs(true))]
+    found = calibrate(wrong, [run.whole for run in runs], Unknowns(wrong), 0.001)
+    print(table(wrong, found, runs))
+    draw(file, wrong, found, runs)
+    print(f"{file} ({file.stat().st_size / 1000:.0f} kB)")
 
 
 def draw_thesis(wheels, file):

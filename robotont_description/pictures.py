@@ -3,15 +3,18 @@
 
 odometry_at_0_0.png and odometry_at_2_1.png: the thesis' Figures 11 and 12. odometry.png: the window as
 rviz.launch opens it, after the same drive. two_robots.png: that of rviz_two_robots.launch. robot.png and
-robot_with_5_wheels.png: the model alone.
+robot_with_5_wheels.png: the model alone. navigation.png: move_base at work in the simulated room, only where the
+navigation stack is installed.
 """
 
 import math
 import sys
 from pathlib import Path
 
+import rospkg
 import rospy
 import yaml
+from nav_msgs.msg import Odometry
 from std_srvs.srv import Trigger
 
 PACKAGE = Path(__file__).resolve().parent
@@ -23,6 +26,7 @@ from stage import Robot, Stage, save_picture, seen_from_above  # noqa: E402
 
 from harness import Master, wait_for  # noqa: E402
 
+GOAL_IN_THE_ROOM = (8, 8, 1.57)  # x [m], y [m], yaw [rad]
 GOAL = (2.0, 1.0, math.pi / 2)  # x [m], y [m], yaw [rad]
 
 
@@ -36,6 +40,7 @@ def main():
         draw_model(folder / "robot_with_5_wheels.png", ROBOTS["uneven5"])
         draw_drive(folder)
         draw_two_robots(folder / "two_robots.png")
+        draw_navigation(folder / "navigation.png")
 
 
 def draw_model(file, parameters=None):
@@ -79,6 +84,23 @@ def draw_two_robots(file):
         keep(still(stage, displays=8), file)
         for robot in robots:
             robot.close()
+
+
+def draw_navigation(file):
+    """The window of navigation while the robot is on its way to GOAL_IN_THE_ROOM; left out without move_base."""
+    if not all(package in rospkg.RosPack().list() for package in ("move_base", "amcl", "map_server")):
+        print(f"{file} stays as it is: the navigation stack is missing (ros-noetic-navigation)")
+        return
+    with Stage() as stage:
+        truth = []
+        subscriber = rospy.Subscriber("ground_truth/odom", Odometry, truth.append, queue_size=1)
+        stage.show("navigation.launch", "sim:=true", "rviz:=true", f"port:={stage.folder / 'board'}")
+        wait_for(lambda: sight.content_displays(stage.picture()) == 11, "all that RViz shows", 90.0, 0.5)
+        stage.start("rosrun", "robotont_bringup", "goto", *GOAL_IN_THE_ROOM)
+        wait_for(lambda: truth[-1].pose.pose.position.y > 3.2 and not sight.complaints(stage.picture()),
+                 "the robot on its way", 60.0, 0.2)
+        keep(stage.picture(), file)
+        subscriber.unregister()
 
 
 def still(stage, displays):

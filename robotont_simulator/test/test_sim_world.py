@@ -54,8 +54,19 @@ def test_the_map_shows_the_walls_where_the_laser_meets_them(tmp_path):
     def at(x, y):
         column = int((x - description["origin"][0]) / description["resolution"])
         return image[height - 1 - int((y - description["origin"][1]) / description["resolution"]), column]
-    assert at(0.0, 5.0) == at(10.0, 5.0) == at(4.0, 2.0) == at(7.5, 2.5) == 0
-    assert at(1.0, 1.0) == at(8.0, 8.0) == at(4.0, 4.0) == 254
+    # faces of the outer walls, of a wall within, of a box; what lies behind them; where the robot can get
+    assert at(0.05, 5.0) == at(9.95, 5.0) == at(3.95, 2.0) == at(4.05, 2.0) == at(7.1, 2.5) == at(7.9, 2.5) == 0
+    assert at(-0.1, 5.0) == at(10.1, 5.0) == at(4.0, 2.0) == at(7.5, 2.5) == at(5.0, 5.3) == 205
+    assert at(1.0, 1.0) == at(8.0, 8.0) == at(4.0, 4.0) == at(0.1, 5.0) == at(3.9, 2.0) == 254
+    # and so map_server takes them
+    occupied = [(255 - pixel) / 255 for pixel in (0, 205, 254)]
+    assert occupied[0] > description["occupied_thresh"] > occupied[1] > description["free_thresh"] > occupied[2]
+
+
+def test_a_start_within_a_wall_has_no_map():
+    world = read_world(ROOT / "config" / "worlds" / "room.yaml")
+    with pytest.raises(WorldError, match="the start \\(7.5, 2.5\\) is in a wall or a box"):
+        draw_map(world._replace(start=(7.5, 2.5, 0.0)))
 
 
 def test_make_map_from_the_command_line(tmp_path):

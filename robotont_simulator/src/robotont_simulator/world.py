@@ -66,27 +66,61 @@ def _wall(x1, y1, x2, y2):
     return Box((x1 + x2) / 2, (y1 + y2) / 2, length, WALL_THICKNESS, math.atan2(y2 - y1, x2 - x1))
 
 
-def draw_map(world, resolution=0.05, margin=0.5):
-    """(image, origin) of a world as seen by map_server: 0 occupied, 254 free, rows from the top.
+OCCUPIED, UNKNOWN, FREE = 0, 205, 254  # pixels of map_server
 
-    image: H x W of uint8, one pixel per `resolution` [m]. origin: (x, y) [m] of the lower left corner.
-    Raises WorldError for a world without anything in it.
+
+def draw_map(world, resolution=0.05, margin=0.5):
+    """(image, origin) of a world as a robot maps it that goes wherever it can from the start.
+
+    FREE where it can get, OCCUPIED the one cell of each wall where a laser's ray ends, UNKNOWN behind: within a solid
+    block amcl's likelihood field is flat, and the pose would slide into the wall by up to the wall's thickness.
+    image: H x W of uint8, one pixel per `resolution` [m], rows from the top. origin: (x, y) [m] of the lower left
+    corner; half a cell off the whole cells, so that faces at whole cells lie in the middle of a pixel.
+    Raises WorldError for a world without anything in it, and for one whose start is in a wall.
     """
     if not world.boxes:
         raise WorldError("a world without walls and boxes has no map")
     corners = np.array([corner for box in world.boxes for corner in _corners(box)])
-    low = np.floor((corners.min(axis=0) - margin) / resolution) * resolution
+    low = (np.floor((corners.min(axis=0) - margin) / resolution) - 0.5) * resolution
     size = np.ceil((corners.max(axis=0) + margin - low) / resolution).astype(int)
     x = low[0] + (np.arange(size[0]) + 0.5) * resolution
     y = low[1] + (np.arange(size[1]) + 0.5) * resolution
     x, y = np.meshgrid(x, y[::-1])
-    image = np.full(x.shape, 254, np.uint8)
+    solid = np.zeros(x.shape, bool)
     for box in world.boxes:
         cos, sin = math.cos(box.yaw), math.sin(box.yaw)
-        along = cos * (x - box.x) + sin * (y - box.y)
-        across = -sin * (x - box.x) + cos * (y - box.y)
-        image[(abs(along) <= box.length / 2) & (abs(across) <= box.width / 2)] = 0
+        along = abs(cos * (x - box.x) + sin * (y - box.y)) - box.length / 2
+        across = abs(-sin * (x - box.x) + cos * (y - box.y)) - box.width / 2
+        solid |= np.maximum(along, across) <= resolution * 1e-6
+    start = np.unravel_index(np.argmin((x - world.start[0]) ** 2 + (y - world.start[1]) ** 2), x.shape)
+    free = _reachable(start, ~solid)
+    if not free.any():
+        raise WorldError(f"the start ({world.start[0]:g}, {world.start[1]:g}) is in a wall or a box")
+    image = np.full(x.shape, UNKNOWN, np.uint8)
+    image[free] = FREE
+    image[_grown(free) & solid] = OCCUPIED
     return image, (float(low[0]), float(low[1]))
+
+
+def _reachable(start, free):
+    """Cells that can be reached from the cell `start` through `free` ones (both H x W of bool)."""
+    reached = np.zeros(free.shape, bool)
+    reached[start] = free[start]
+    amount = 0
+    while reached.sum() > amount:
+        amount = reached.sum()
+        reached = _grown(reached) & free
+    return reached
+
+
+def _grown(cells):
+    """Cells and their four neighbours."""
+    grown = cells.copy()
+    grown[1:] |= cells[:-1]
+    grown[:-1] |= cells[1:]
+    grown[:, 1:] |= cells[:, :-1]
+    grown[:, :-1] |= cells[:, 1:]
+    return grown
 
 
 def _corners(box):
@@ -106,5 +140,5 @@ def write_map(world, file, resolution=0.05):
         "# Written by make_map from the simulator's world; do not edit.\n"
         f"image: {picture.name}\nresolution: {resolution}   # [m] per pixel\n"
         f"origin: [{origin[0]:.3f}, {origin[1]:.3f}, 0.0]   # [m, m, rad] lower left corner\n"
-        "negate: 0\noccupied_thresh: 0.65\nfree_thresh: 0.25\n")
+        "negate: 0\noccupied_thresh: 0.65\nfree_thresh: 0.196   # so that grey, 205, is unknown\n")
     return description

@@ -29,7 +29,7 @@ class Rostest(pytest.Item):
         environment = {**os.environ, "ROS_IP": "127.0.0.1"}
         environment.pop("ROS_MASTER_URI", None)
         environment.pop("ROS_HOSTNAME", None)
-        result = subprocess.run(["rostest", "--text", str(self.path)], env=environment, check=False,
+        result = subprocess.run(["rostest", str(self.path)], env=environment, check=False,
                                 stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
         if result.returncode:
             raise RostestError(result.stdout)

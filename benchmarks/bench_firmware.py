@@ -18,6 +18,9 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
 SRC = ROOT / "robotont_firmware" / "src"
+sys.path.insert(0, str(ROOT / "robotont_driver" / "src"))
+
+from robotont_driver.protocol import add_checksum  # noqa: E402
 
 CLOCK = 80e6  # [Hz]
 PERIOD = 0.02  # [s]
@@ -65,17 +68,7 @@ def pack(_): sender.pack(77, controller._counts, controller._totals)
 repeat({what}, 200)
 """
 
-COMMAND = b"-120.55:119.75:-118.25;"
-
-
-def crc16(data):
-    """CRC-16/CCITT-FALSE of bytes."""
-    crc = 0xFFFF
-    for byte in data:
-        crc ^= byte << 8
-        for _ in range(8):
-            crc = (crc << 1 ^ 0x1021 if crc & 0x8000 else crc << 1) & 0xFFFF
-    return crc
+COMMAND = add_checksum("-120.55:119.75:-118.25;")
 
 
 def micropython():
@@ -113,11 +106,10 @@ def per_call(what, line, times=100):
 
 def run():
     """Return the measurements: list of dicts with name, value, unit, floor, note."""
-    command = COMMAND + b"%04X\n" % crc16(COMMAND)
     began = time.monotonic()
-    parts = {what: per_call(what, command) for what in ("receive", "speed", "pack", "controller.step")}
-    flood = per_call("controller.step", (command * 9)[:230])
-    statement = per_call("bytecodes", command) / 1000
+    parts = {what: per_call(what, COMMAND) for what in ("receive", "speed", "pack", "controller.step")}
+    flood = per_call("controller.step", (COMMAND * 9)[:230])
+    statement = per_call("bytecodes", COMMAND) / 1000
     line = LONGEST_PACKET * BYTE_TIME / PERIOD * 100
 
     def row(name, value, unit, note, floor=None, bound=""):
@@ -125,7 +117,7 @@ def run():
 
     how = "x86-64 instructions by callgrind, MicroPython unix port"
     rows = [
-        row("firmware: read one command", parts["receive"], "instructions", how + f", {len(command)} bytes"),
+        row("firmware: read one command", parts["receive"], "instructions", how + f", {len(COMMAND)} bytes"),
         row("firmware: one wheel's controller", parts["speed"], "instructions", how),
         row("firmware: write one packet", parts["pack"], "instructions", how),
         row(

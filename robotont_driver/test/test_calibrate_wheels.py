@@ -122,5 +122,5 @@ def test_the_rest_of_the_file_stays():
     new = with_values(text, {"wheelAmount": 3, "wheelRads": [1.1, 2.0, 3.0], "wheelRadius": 0.0341}, "Made.\nToday.")
     assert new == ("# Made.\n# Today.\n# mine\nwheelAmount: 3\nwheelRads: [1.1, 2.0, 3.0] # [rad]\n"
                    "wheelRadius: 0.0341   # [m] new tyres\nb: x\n")
-    with pytest.raises(ValueError, match="found no line of wheelRadius"):
+    with pytest.raises(ValueError, match="found no simple line of each of wheelRadius"):
         with_values("{wheelRadius: 1.0}", {"wheelRadius": 2.0}, "")

@@ -6,14 +6,10 @@ import re
 import sys
 from pathlib import Path
 
-import yaml
-
 from robotont_driver.calibration import Stretch, Unknowns, calibrate, stretches_of
 from robotont_driver.calibration_report import Run, draw, table, whole_of
-from robotont_driver.parameters import ParameterError
 from robotont_driver.recordings import read_recording
-from robotont_driver.wheel_file import with_values
-from robotont_driver.wheels import read_wheels
+from robotont_driver.wheel_file import read_wheel_file, with_values
 
 TRACKED = (0.002, math.radians(0.2))  # [m], [rad] what a ground truth's poses, and their stamps, may be off
 TAPED = (0.003, math.radians(0.7))    # [m], [rad] what a tape and a ruler on the floor may be off
@@ -46,7 +42,8 @@ def parse(arguments):
     guide = parser.add_argument_group("guided runs (a ROS master and a robot that runs)")
     guide.add_argument("--guide", metavar="FOLDER", help="make the runs now and keep them in this folder")
     guide.add_argument("--side", type=positive, default=2.0, metavar="M", help="of the squares (default: %(default)s)")
-    guide.add_argument("--turns", type=positive, default=5.0, metavar="N", help="on the spot (default: %(default)s)")
+    guide.add_argument("--turns", type=positive, default=3.0, metavar="N",
+                       help="on the spot; few, for nobody measures whole turns (default: %(default)s)")
     guide.add_argument("--line", type=positive, default=3.0, metavar="M", help="sideways (default: %(default)s)")
     options = parser.parse_args(arguments)
     if bool(options.guide) == bool(options.runs):
@@ -99,21 +96,14 @@ def main(arguments=None):
     options = parse(arguments)
     try:
         return run(options)
-    except ParameterError as error:
-        for fault in error.faults:
-            print(f"calibrate_wheels: {options.wheel_params}: {fault}", file=sys.stderr)
-    except (OSError, ValueError, yaml.YAMLError) as error:
+    except (OSError, ValueError) as error:
         print(f"calibrate_wheels: {error}", file=sys.stderr)
-    return 1
+        return 1
 
 
 def run(options):
     """Make or read the runs, calibrate, write and tell. Returns the exit status."""
-    text = Path(options.wheel_params).read_text()
-    given = yaml.safe_load(text)
-    if not isinstance(given, dict):
-        raise ValueError(f"{options.wheel_params}: found {type(given).__name__}, allowed: wheel parameters")
-    wheels = read_wheels(given)
+    wheels, given, text = read_wheel_file(options.wheel_params)
     unknowns = Unknowns(given, options.radius, options.distance, options.angles)
     if Path(options.output).exists() and not options.force:
         raise ValueError(f"{options.output}: exists; --force overwrites it, -o names another")
@@ -130,7 +120,6 @@ def run(options):
               "squares both ways, turns on the spot and straight lines with an end of their own do", file=sys.stderr)
     note = "Made by calibrate_wheels from " + ", ".join(each.name for each in runs) + "."
     Path(options.output).write_text(with_values(text, found.parameters, note))
-    read_wheels(yaml.safe_load(Path(options.output).read_text()))
     draw(options.picture, given, found, runs)
     print(f"\nparameters: {options.output}\npicture: {options.picture}")
     return 0

@@ -28,7 +28,7 @@ class Stretch(NamedTuple):
 
     counts: np.ndarray                   # K x n [edges]
     moved: Tuple[float, float, float]    # end seen from the start: x [m], y [m], yaw [rad], whole turns left aside
-    deviation: Tuple[float, float]       # standard deviations of `moved`: place [m], yaw [rad]
+    deviation: Tuple[float, float]       # standard deviations of start and end as measured: place [m], yaw [rad]
 
 
 class Unknowns:
@@ -160,7 +160,9 @@ def _whitening(wheels, stretch, wheel_noise):
     covariance = np.einsum("kin,kn,kjn->ij", by_wheel, variances, by_wheel)
     covariance += EDGE_VARIANCE * to_step @ to_step.T
     place, yaw = stretch.deviation
-    covariance += np.diag([place ** 2, place ** 2, yaw ** 2])
+    x, y, _ = stretch.moved
+    start = np.array((y, -x, -1.0)) * yaw  # a start that looks elsewhere than measured turns the end
+    covariance += np.diag([2 * place ** 2, 2 * place ** 2, yaw ** 2]) + np.outer(start, start)
     return np.linalg.inv(np.linalg.cholesky(covariance))
 
 

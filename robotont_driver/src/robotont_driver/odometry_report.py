@@ -5,14 +5,11 @@ import sys
 import time
 from pathlib import Path
 
-import yaml
-
 from robotont_driver.kinematics import Kinematics
-from robotont_driver.parameters import ParameterError
 from robotont_driver.recordings import Recording, RecordingError, read_recording
 from robotont_driver.report import Report
 from robotont_driver.trajectory import ALIGNMENTS, write_tum
-from robotont_driver.wheels import read_wheels
+from robotont_driver.wheel_file import read_wheel_file
 
 
 def parse(arguments):
@@ -33,7 +30,8 @@ def parse(arguments):
                              "(default: origin)")
     parser.add_argument("--delta", type=float, default=1.0, metavar="M",
                         help="stretch of path for relative errors [m] (default: %(default)s)")
-    parser.add_argument("--seconds", type=float, metavar="S", help="how long to listen to live topics")
+    parser.add_argument("--seconds", type=float, metavar="S", help=(
+        "how long to listen to live topics, from the first message on"))
     parser.add_argument("-o", "--output", default="odometry_report.png", metavar="PNG", help="default: %(default)s")
     parser.add_argument("--tum", metavar="FOLDER", help="also write reference.tum and odometry.tum for evo there")
     options = parser.parse_args(arguments)
@@ -45,7 +43,7 @@ def parse(arguments):
 def make_report(recording, options):
     """`Report` of a recording. Raises RecordingError when it lacks what is needed."""
     if options.wheel_params:
-        estimate = recording.recomputed(Kinematics(load_wheels(options.wheel_params)))
+        estimate = recording.recomputed(Kinematics(read_wheel_file(options.wheel_params)[0]))
     else:
         estimate = recording.trajectory("odometry")
         if estimate is None:
@@ -61,39 +59,39 @@ def make_report(recording, options):
     return Report(estimate, reference, named, times, recording.refused, options.align, options.delta)
 
 
-def load_wheels(path):
-    """`Wheels` of a file. Raises RecordingError with all that is wrong with it."""
-    try:
-        return read_wheels(yaml.safe_load(Path(path).read_text()))
-    except ParameterError as error:
-        raise RecordingError(f"{path}: {error}") from error
-    except (OSError, TypeError, yaml.YAMLError) as error:
-        raise RecordingError(f"{path}: {error}") from error
-
-
 def listen(topics, seconds):
-    """`Recording` of live topics, until Ctrl-C or for some seconds."""
-    import rospy  # here, for bags and CSV need no ROS
+    """`Recording` of live topics, until Ctrl-C or for some seconds from the first message on.
+
+    Raises RecordingError without a master, or when a topic of unknown type is not there.
+    """
+    import rosgraph  # here, for bags and CSV need no ROS
+    import rospy
     from geometry_msgs.msg import Twist
+    from nav_msgs.msg import Odometry
     from rostopic import get_topic_class
     from std_msgs.msg import String
 
+    if not rosgraph.is_master_online():
+        raise RecordingError(f"found no ROS master at {rosgraph.get_master_uri()}; is the robot running?")
     recording = Recording()
     rospy.init_node("odometry_report", anonymous=True, disable_signals=True)
+    types = {"odometry": Odometry, "packets": String, "commands": Twist}
     for kind, topic in topics.items():
         if not topic:
             continue
-        known = {"packets": String, "commands": Twist}.get(kind) or get_topic_class(rospy.resolve_name(topic))[0]
+        known = types.get(kind) or get_topic_class(rospy.resolve_name(topic))[0]
         if known is None:
             raise RecordingError(f"found no topic {topic}; is its node running?")
         rospy.Subscriber(topic, known, lambda message, kind=kind: recording.take(kind, rospy.get_time(), message))
     print("listening; Ctrl-C ends it and makes the report", file=sys.stderr)
-    begun = time.monotonic()
+    begun = None
     try:
-        while seconds is None or time.monotonic() - begun < seconds:
-            time.sleep(0.2)
+        while begun is None or seconds is None or time.monotonic() - begun < seconds:
+            time.sleep(0.1)
+            if begun is None and (recording.odometry or recording.packets):
+                begun = time.monotonic()
             if sys.stderr.isatty():
-                print(f"\r{time.monotonic() - begun:.0f} s, {len(recording.odometry)} poses ", end="", file=sys.stderr)
+                print(f"\r{len(recording.odometry)} poses, {len(recording.packets)} packets ", end="", file=sys.stderr)
     except KeyboardInterrupt:
         pass
     print(file=sys.stderr)

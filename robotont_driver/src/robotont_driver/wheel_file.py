@@ -1,32 +1,50 @@
-"""wheel_params.yaml as text: new values in the old lines, so that order and comments stay."""
+"""A wheel_params.yaml: read, and written anew with other values in the old lines, so that order and comments stay."""
 
 import re
+from pathlib import Path
+
+import yaml
+
+from robotont_driver.parameters import ParameterError
+from robotont_driver.wheels import read_wheels
+
+
+def read_wheel_file(path):
+    """(`Wheels`, mapping, text) of a file. Raises ValueError with all that is wrong with it, or OSError."""
+    text = Path(path).read_text()
+    try:
+        given = yaml.safe_load(text)
+    except yaml.YAMLError as error:
+        raise ValueError(f"{path}: no YAML: {error}") from error
+    if not isinstance(given, dict):
+        raise ValueError(f"{path}: found {type(given).__name__}, allowed: wheel parameters")
+    try:
+        return read_wheels(given), given, text
+    except ParameterError as error:
+        raise ValueError("\n".join(f"{path}: {fault}" for fault in error.faults)) from error
 
 
 def with_values(text, parameters, note):
     """`text` of a wheel_params.yaml with the values of `parameters` in it and a comment `note` on top.
 
-    Only keys whose value has changed are touched. A key that stands over several lines is put on one. Raises
-    ValueError when a changed key is not there.
+    Only keys whose value has changed are touched. A value that stands over several lines is put on one. Raises
+    ValueError where that cannot be done line by line (braces, anchors).
     """
-    import yaml  # here, for the nodes do not need it
-
     old = yaml.safe_load(text)
-    for key, value in parameters.items():
-        if old.get(key) != value:
-            # the value: to the comment or the end of the line; then lines that only go on with it
-            pattern = re.compile(rf"^({key}:[ \t]*)([^#\n]*?)([ \t]*#[^\n]*)?\n((?:[ \t]+[^\n]*\n|- [^\n]*\n)*)", re.M)
-            text = text if text.endswith("\n") else text + "\n"
-            found = pattern.search(text)
-            if not found:
-                raise ValueError(f"found no line of {key}")
-            comment = (" " if (found[3] or "").startswith("#") else "") + (found[3] or "")
-            text = text[:found.start()] + found[1] + written(value) + comment + "\n" + text[found.end():]
-    return "".join(f"# {line}\n" for line in note.splitlines()) + text
+    changed = {key: rounded(value) for key, value in parameters.items() if old.get(key) != value}
+    new = text if text.endswith("\n") else text + "\n"
+    for key, value in changed.items():
+        # the value: to the comment or the end of the line; then lines that only go on with it
+        found = re.search(rf"^({key}:[ \t]*)[^#\n]*?([ \t]*#[^\n]*)?\n(?:[ \t]+[^\n]*\n|- [^\n]*\n)*", new, re.M)
+        if found:
+            comment = found[2] or ""
+            apart = " " if comment.startswith("#") else ""
+            new = f"{new[:found.start()]}{found[1]}{value}{apart}{comment}\n{new[found.end():]}"
+    if yaml.safe_load(new) != {**old, **changed}:
+        raise ValueError(f"found no simple line of each of {', '.join(changed)}, allowed: KEY: VALUE")
+    return "".join(f"# {line}\n" for line in note.splitlines()) + new
 
 
-def written(value):
-    """A number or list of numbers as YAML, to a tenth of a micrometre or microradian."""
-    if isinstance(value, (list, tuple)):
-        return "[" + ", ".join(map(written, value)) + "]"
-    return repr(round(value, 7))
+def rounded(value):
+    """A number or list of numbers to a tenth of a micrometre or microradian."""
+    return [rounded(item) for item in value] if isinstance(value, (list, tuple)) else round(value, 7)

@@ -1,20 +1,17 @@
 """Command line of fast_drive: known drives in the simulator without ROS, and what the odometry makes of them."""
 
 import argparse
-import csv
 import math
 import sys
 import time
 from pathlib import Path
 
-import yaml
-
 from robotont_driver.drives import DRIVES, PAUSE, REST
-from robotont_driver.parameters import ParameterError
-from robotont_driver.wheels import read_wheels
+from robotont_driver.recordings import write_csv
+from robotont_driver.wheel_file import read_wheel_file
 from robotont_simulator.fast import FastRun
 from robotont_simulator.simulation import Simulation
-from robotont_simulator.world import World, WorldError, read_world
+from robotont_simulator.world import World, read_world
 
 
 def parse(arguments):
@@ -74,37 +71,16 @@ def is_number(text):
 
 def make_run(options):
     """A fresh robot at rest, a `FastRun`. Raises ValueError or OSError with what is wrong with a file."""
-    wheels, gear = load(options.wheel_params)
+    wheels, given, _ = read_wheel_file(options.wheel_params)
     world = read_world(options.world) if options.world else World((), (0.0, 0.0, 0.0))
-    simulation = Simulation(wheels, gear, world, options.seed)
+    simulation = Simulation(wheels, given["gearboxReductionRatio"], world, options.seed)
     for wheel, part in options.grip:
         if wheel >= wheels.amount:
             raise ValueError(f"found --grip of wheel {wheel}, allowed: 0 to {wheels.amount - 1}")
         simulation.set_grip(wheel, part)
-    run = FastRun(simulation, load(options.believed)[0] if options.believed else wheels)
+    run = FastRun(simulation, read_wheel_file(options.believed)[0] if options.believed else wheels)
     run.hold(REST, PAUSE)
     return run
-
-
-def load(path):
-    """(`Wheels`, gearbox ratio) of a file. Raises ValueError with all that is wrong with it, or OSError."""
-    content = yaml.safe_load(Path(path).read_text())
-    if not isinstance(content, dict):
-        raise ValueError(f"{path}: found {type(content).__name__}, allowed: wheel parameters")
-    try:
-        return read_wheels(content), content["gearboxReductionRatio"]
-    except ParameterError as error:
-        raise ValueError("\n".join(f"{path}: {fault}" for fault in error.faults)) from error
-
-
-def write_csv(run, file):
-    """Packets and true poses, as odometry_report and calibrate_wheels read them."""
-    wheels = range(run.simulation.wheels.amount)
-    with open(str(file), "w", newline="") as opened:
-        writer = csv.writer(opened)
-        writer.writerow(["time", *(f"m{wheel}" for wheel in wheels), "x", "y", "yaw"])
-        for counts, (at, _, truth) in zip(run.counts, run.path):
-            writer.writerow([f"{at:.6f}", *counts, *truth])
 
 
 def errors(run, start):
@@ -134,8 +110,10 @@ def main(arguments=None):
                   f"{math.degrees(turn):+7.2f}°   {run.simulation.time:6.1f} s, {speed:.0f} x real time")
             if options.csv:
                 Path(options.csv).mkdir(parents=True, exist_ok=True)
-                write_csv(run, Path(options.csv) / f"{name}.csv")
-    except (OSError, ValueError, WorldError, yaml.YAMLError) as error:
+                write_csv(Path(options.csv) / f"{name}.csv",
+                          [(at, counts) for (at, _, _), counts in zip(run.path, run.counts)],
+                          [(at, truth) for at, _, truth in run.path])
+    except (OSError, ValueError) as error:
         print(f"fast_drive: {error}", file=sys.stderr)
         return 1
     return 0

@@ -121,7 +121,8 @@ class NavigationDemandsTest(NodeTest):
             self.drive(command, lambda first=first: len(self.truth) >= first + 25, "half a second")
             speed = np.mean([speeds(message) for message in self.truth[first:]], axis=0)
             print(f"{command}: {np.round(speed, 3)}")
-            np.testing.assert_allclose(speed, command, atol=0.2 * max(map(abs, command)))
+            # a fifth of the command; a robot that starts at 0.05 m/s may turn a little meanwhile
+            np.testing.assert_array_less(np.abs(np.subtract(speed, command)), (0.01, 0.01, 0.04))
 
     def test_at_rest_the_odometry_says_so(self):
         self.assertLessEqual(PLANNER["trans_stopped_vel"], 0.05)

@@ -90,7 +90,7 @@ class OdomNodeTest(NodeTest):
             for covariance in (odom.pose.covariance, odom.twist.covariance):
                 matrix = np.reshape(covariance, (6, 6))
                 self.assertTrue(np.all(np.diag(matrix) > 0) and np.all(np.diag(matrix) < 1e3))
-                np.testing.assert_array_almost_equal_nulp(matrix, matrix.T, 16)
+                np.testing.assert_allclose(matrix, matrix.T, rtol=1e-9, atol=1e-18)
                 self.assertTrue(np.all(np.linalg.eigvalsh(matrix) > 0))
         self.assertEqual(self.joints[-1].name, ["wheel_0_joint", "wheel_1_joint", "wheel_2_joint"])
         self.assertGreater(self.odom[-1].pose.covariance[0], self.odom[0].pose.covariance[0])

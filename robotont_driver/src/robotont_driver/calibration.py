@@ -176,7 +176,10 @@ def stretches_of(times, counts, truth, seconds, deviation):
     found = []
     if len(known) > 1:
         per = max(1, round(seconds * (len(known) - 1) / max(times[known[-1]] - times[known[0]], 1e-9)))
-        marks = known[::per]
+        marks = known[:-1:per]
+        if len(marks) > 1 and known[-1] - marks[-1] < per / 2:
+            marks = marks[:-1]  # a short rest joins the stretch before it
+        marks = np.append(marks, known[-1])
         poses = np.column_stack([np.interp(times[marks], truth.times, column) for column in truth.poses.T])
         for (begin, start), (last, end) in zip(zip(marks, poses), zip(marks[1:], poses[1:])):
             part = counts[begin + 1:last + 1]

@@ -47,8 +47,13 @@ class SerialLink:
         self._thread.start()
 
     def send(self, packet):
-        """Send bytes as soon as the line takes them. Never blocks; a newer packet replaces a waiting one."""
+        """Send bytes as soon as the line takes them. Never blocks; a newer packet replaces a waiting one.
+
+        After `close` nothing is sent any more: its packet is the last one.
+        """
         with self._lock:
+            if self._closing:
+                return
             self._deadline = time.monotonic() + self._write_timeout
             if self._port is None:
                 self.unsent += 1

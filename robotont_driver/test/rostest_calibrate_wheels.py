@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 """The guide of calibrate_wheels, with a driver and a board that is not there, as a user who types answers."""
 
+import math
 import subprocess
 
 import rostest
@@ -20,23 +21,55 @@ class GuideTest(NodeTest):
         self.board = Board(str(self.processes.folder / "board"), 3)
         self.board.plug()
         self.addCleanup(self.board.__exit__)
-        odom = self.listen("odom", Odometry)
+        self.odom = odom = self.listen("odom", Odometry)
         self.processes.launch("robot.launch", f"port:={self.board.link}", "description:=false")
         wait_for(lambda: odom, "odometry")
 
+    def command(self, *arguments):
+        """Words of the command line."""
+        folder = self.processes.folder
+        return ["rosrun", "robotont_driver", "calibrate_wheels", "--guide", str(folder / "runs"), *SIZES,
+                "--wheel-params", str(WHEEL_PARAMS), "-o", str(folder / "new.yaml"),
+                "--picture", str(folder / "new.png"), *arguments]
+
     def guide(self, answers, *arguments):
         """(exit status, all that it says) of a guided calibration with these answers, one a line."""
-        folder = self.processes.folder
-        command = ["rosrun", "robotont_driver", "calibrate_wheels", "--guide", str(folder / "runs"), *SIZES,
-                   "--wheel-params", str(WHEEL_PARAMS), "-o", str(folder / "new.yaml"),
-                   "--picture", str(folder / "new.png"), *arguments]
-        done = subprocess.run(command, input="\n".join(answers).encode(), stdout=subprocess.PIPE,
+        done = subprocess.run(self.command(*arguments), input="\n".join(answers).encode(), stdout=subprocess.PIPE,
                               stderr=subprocess.STDOUT, timeout=60, check=False)
         return done.returncode, done.stdout.decode()
 
+    def place(self):
+        """(x [m], y [m], yaw [rad]) by the odometry, which is right: the board's motors are ideal."""
+        pose = self.odom[-1].pose.pose
+        return pose.position.x, pose.position.y, 2 * math.atan2(pose.orientation.z, pose.orientation.w)
+
+    def with_a_tape(self, answers, *arguments):
+        """As `guide`, but "?" measures: where the robot stands then, seen from where it stood at the last Enter."""
+        process = subprocess.Popen(self.command(*arguments), stdin=subprocess.PIPE, stdout=subprocess.PIPE,
+                                   stderr=subprocess.STDOUT)
+        output, start = "", None
+        for answer in answers:
+            asked = ""
+            while not asked.endswith(("no more runs. ", "e.g. 0.03 -0.05 2: ")):
+                byte = process.stdout.read(1).decode()
+                assert byte, output + asked
+                asked += byte
+            output += asked
+            typed = answer
+            if answer == "":
+                start = self.place()
+            elif answer == "?":
+                x, y, yaw = self.place()
+                dx, dy, cos, sin = x - start[0], y - start[1], math.cos(start[2]), math.sin(start[2])
+                typed = f"{cos * dx + sin * dy:.3f} {cos * dy - sin * dx:.3f} {math.degrees(yaw - start[2]):.1f}"
+            process.stdin.write(typed.encode() + b"\n")
+            process.stdin.flush()
+        output += process.communicate(timeout=60)[0].decode()
+        return process.returncode, output
+
     def test_a_tape_for_a_line_and_a_turn_and_a_square_left_out(self):
-        told = ["s", "s", "", "0 0 ninety", "0 0 90", "s", "", "0.0, 0.3, 0", "q"]
-        status, output = self.guide(told, "--angles", "fixed")
+        told = ["s", "s", "", "0 0 ninety", "?", "s", "", "?", "q"]
+        status, output = self.with_a_tape(told, "--angles", "fixed")
         self.assertEqual(status, 0, output)
         self.assertIn("Run 3 of 6: 0.25 turns on the spot, counterclockwise", output)
         self.assertIn("found '0 0 ninety', allowed: X,Y,YAW", output)

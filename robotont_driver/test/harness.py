@@ -11,6 +11,9 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
 
+if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:  # so a shell starts what it puts into the background
+    signal.signal(signal.SIGINT, signal.default_int_handler)  # or what is started here would not hear Ctrl-C either
+
 
 def wait_for(condition, what, timeout=20.0, period=0.005):
     """The first true value of `condition()`; AssertionError that names `what` after `timeout` [s]."""

@@ -29,7 +29,8 @@ from node_test import NodeTest
 
 PIXELS = 0.010    # [m] 3 pixels
 # Debian's RViz looks for a package that it can do without; Mesa's software GL links the maps' shader with a remark.
-HARMLESS = ("media_export", "librospack", "glsl120/indexed_8bit_image")
+# A display of RViz that subscribes anew as it opens ends a connection that has not said yet what it is for.
+HARMLESS = ("media_export", "librospack", "glsl120/indexed_8bit_image", "terminated before handshake header")
 
 
 class RvizTest(NodeTest):

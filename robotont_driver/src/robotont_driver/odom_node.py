@@ -86,13 +86,15 @@ class OdomNode:
         with self._lock:
             stamp = rospy.Time.now()
             elapsed = (stamp.to_nsec() - self._stamped) / 1e9 if self._packets else 0.0
-            if self._watch:
-                self._look_for_slip(counts)
+            if self._detector and self._detector.update(counts, self._newest_command()):
+                self._odometry.leave_out(self._detector.slipping)
             self._odometry.update(counts, elapsed)
             self._packets += 1
             if elapsed > 0.0 or not self._stamped:  # a stamp is used once, and never an older one
                 self._stamped = stamp.to_nsec()
                 self._publish(stamp)
+            if self._watch:  # the diagnostics can wait, the odometry need not
+                self._watch.update(counts, self._newest_command())
 
     def _on_command(self, message):
         self._commanded_at = time.monotonic()
@@ -104,12 +106,9 @@ class OdomNode:
         except PacketError:
             self._commanded = None  # serial_com_node complains of it
 
-    def _look_for_slip(self, counts):
-        """Compare the wheels with their commands and with each other; leave out those that slip."""
-        commanded = self._commanded if time.monotonic() - self._commanded_at < COMMAND_AGE else None
-        self._watch.update(counts, commanded)
-        if self._detector and self._detector.update(counts, commanded):
-            self._odometry.leave_out(self._detector.slipping)
+    def _newest_command(self):
+        """Units that the board follows now; None without a command that still counts."""
+        return self._commanded if time.monotonic() - self._commanded_at < COMMAND_AGE else None
 
     def _publish(self, stamp):
         odometry, pose = self._odometry, self._odometry.pose

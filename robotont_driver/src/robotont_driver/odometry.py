@@ -74,13 +74,13 @@ class WheelOdometry:
         self.period = period
         self._solver = solver
         self._metres_per_edge = np.array(wheels.metres_per_edge)
+        self._noise = wheel_noise ** 2 / self._metres_per_edge  # [edges^2 per edge], per wheel
         self.leave_out(())
         self.pose = Pose(QUANTISATION * self._edge_covariance)
         self.twist = np.zeros(3)                     # (v_x, v_y, omega) of the newest packet
         self.twist_covariance = np.zeros((3, 3))
         self.wheel_angles = np.zeros(wheels.amount)  # [rad] since the start
         self.wheel_rates = np.zeros(wheels.amount)   # [rad/s]
-        self._noise = wheel_noise ** 2 / self._metres_per_edge  # [edges^2 per edge], per wheel
         self._radians_per_edge = 2 * math.pi / wheels.edges_per_turn
         self._rate = 1.0 / period if period else wheels.pid_frequency  # [Hz] packets per second
         self._held = np.zeros(wheels.amount)
@@ -92,6 +92,10 @@ class WheelOdometry:
         self._to_step = self._solver(self.kinematics.matrix, counted) * self._metres_per_edge
         self._edge_covariance = self._to_step @ self._to_step.T  # of a step, for 1 edge^2 in every wheel
         self._end_covariance = (QUANTISATION * self._edge_covariance).tolist()
+        # n x 9: covariance of a step, row by row, that one edge of each wheel's path brings
+        columns = self._to_step.T
+        self._path_covariances = (
+            columns[:, :, None] * columns[:, None, :] * self._noise[:, None, None]).reshape(-1, 9)
 
     @property
     def pose_covariance(self):
@@ -127,7 +131,7 @@ class WheelOdometry:
 
     def _step(self, edges):
         """Step (3) that n `edges` make, and its covariance (3 x 3) by noise that grows with each wheel's path."""
-        return self._to_step @ edges, (self._to_step * (self._noise * np.abs(edges))) @ self._to_step.T
+        return self._to_step @ edges, (np.abs(edges) @ self._path_covariances).reshape(3, 3)
 
     def _move(self, edges, step, covariance):
         if edges.any():  # a robot at rest gains no uncertainty

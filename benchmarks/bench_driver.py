@@ -3,21 +3,19 @@
 import os
 import select
 import statistics
-import sys
 import threading
 import time
 import tty
 from pathlib import Path
 
+import rospy
+from geometry_msgs.msg import Twist
+from std_msgs.msg import String
+
+from robotont_driver.protocol import crc16
+from robotont_testing.harness import Master, wait_for
+
 ROOT = Path(__file__).resolve().parents[1]
-sys.path.insert(0, str(ROOT / "robotont_driver" / "test"))
-
-import rospy  # noqa: E402
-from geometry_msgs.msg import Twist  # noqa: E402
-from std_msgs.msg import String  # noqa: E402
-
-from harness import Master, wait_for  # noqa: E402
-from robotont_driver.protocol import crc16  # noqa: E402
 
 NODES = ("/driver_node", "/serial_com_node", "/odom_node")
 PERIOD = 0.02     # [s] 50 Hz

@@ -16,12 +16,10 @@ import tempfile
 import time
 from pathlib import Path
 
+from robotont_driver.protocol import add_checksum
+
 ROOT = Path(__file__).resolve().parents[1]
 SRC = ROOT / "robotont_firmware" / "src"
-sys.path.insert(0, str(ROOT / "robotont_driver" / "src"))
-
-from robotont_driver.protocol import add_checksum  # noqa: E402
-
 CLOCK = 80e6  # [Hz]
 PERIOD = 0.02  # [s]
 CYCLES = 3.0  # [cycles] of the Cortex-M4 for one x86-64 instruction of the same interpreter

@@ -1,18 +1,16 @@
 """The simulator's speed without a clock, and its share of a core in real time, beside the bare physics."""
 
-import sys
 import time
 from pathlib import Path
 
+import mujoco
+import rospy
+from bench_driver import processor_time, row
+from robot_runs import run_in
+
+from robotont_testing.harness import Master, wait_for
+
 ROOT = Path(__file__).resolve().parents[1]
-sys.path[:0] = [str(ROOT / "robotont_driver" / "test"), str(ROOT / "robotont_simulator" / "test")]
-
-import mujoco  # noqa: E402
-import rospy  # noqa: E402
-from bench_driver import processor_time, row  # noqa: E402
-from robot_runs import run_in  # noqa: E402
-
-from harness import Master, wait_for  # noqa: E402
 
 SECONDS = 20.0  # [s]
 

@@ -6,10 +6,8 @@ import os
 import signal
 import socket
 import struct
-import sys
 import time
 import xmlrpc.client
-from pathlib import Path
 
 import numpy as np
 import rosparam
@@ -22,14 +20,13 @@ from sensor_msgs.msg import JointState
 from std_msgs.msg import String
 from tf2_msgs.msg import TFMessage
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "robotont_driver" / "test"))
-
-from board import Board
-from harness import wait_for
-from node_test import ERROR, OK, WHEEL_PARAMS, NodeTest, twist
 from robotont_driver.kinematics import Kinematics
 from robotont_driver.odometry import Pose
 from robotont_driver.wheels import read_wheels
+from robotont_testing.harness import wait_for
+from robotont_testing.node_test import ERROR, OK, NodeTest, twist
+from robotont_testing.robots import WHEEL_PARAMS
+from robotont_testing.stand_in_board import Board
 
 SHIPPED = yaml.safe_load(WHEEL_PARAMS.read_text())
 UNEVEN = {

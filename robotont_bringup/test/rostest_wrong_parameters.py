@@ -1,20 +1,16 @@
 #!/usr/bin/env python3
 """A node with wrong parameters lists every fault and exits with 1; it never drives with made-up ones."""
 
-import sys
-from pathlib import Path
 
 import rosnode
 import rosparam
 import rostest
-
-sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "robotont_driver" / "test"))
-
 import yaml
 
-from harness import wait_for
-from node_test import WHEEL_PARAMS, NodeTest
 from robotont_driver.wheels import KEYS, THESIS_KEYS
+from robotont_testing.harness import wait_for
+from robotont_testing.node_test import NodeTest
+from robotont_testing.robots import WHEEL_PARAMS
 
 NODES = ("driver_node", "serial_com_node", "odom_node", "mock_serial_node")
 

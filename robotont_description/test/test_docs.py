@@ -1,7 +1,7 @@
 from test_model import ROOT
 
-from robotont_description.path_node import PATH
 from robotont_driver.parameters import markdown_rows
+from robotont_driver.path_node import PATH
 
 
 def test_the_documentation_lists_the_parameters_of_path_node():

@@ -10,19 +10,17 @@ import numpy as np
 import pytest
 import yaml
 
-sys.path.insert(0, str(Path(__file__).resolve().parent))
-
-from robots import BARE, ROBOTS, ROOT, SHIPPED
-
 from robotont_description.model import urdf
 from robotont_driver.kinematics import wheel_matrix
 from robotont_driver.parameters import ParameterError
 from robotont_driver.wheels import read_wheels
 from robotont_simulator.model import laser_height
+from robotont_testing.robots import BARE, ROBOTS, SHIPPED
 
 SOLIDS = ["body_link", "pc_link", "battery_link", "camera_link", "main_board_link"]
 PER_WHEEL = ["wheel_{}_link", "motor_{}_link", "motor_board_{}_link"]
 FRAMES = ["base_link", "base_footprint", "camera_optical_frame", "laser"]
+ROOT = Path(__file__).resolve().parents[2]
 DESCRIBE = ROOT / "robotont_description" / "scripts" / "describe"
 
 

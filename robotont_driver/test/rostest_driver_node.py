@@ -8,8 +8,8 @@ import rostest
 from geometry_msgs.msg import Twist
 from std_msgs.msg import Bool, String
 
-from harness import wait_for
-from node_test import OK, WARN, WHEEL_PARAMS, NodeTest, twist
+from robotont_testing.harness import wait_for
+from robotont_testing.node_test import OK, WARN, WHEEL_PARAMS, NodeTest, twist
 
 TASK = "driver_node: command stream"
 ZEROS = "0.00:0.00:0.00;\n"

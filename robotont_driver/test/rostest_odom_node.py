@@ -15,12 +15,12 @@ from std_msgs.msg import String
 from std_srvs.srv import Trigger
 from tf2_msgs.msg import TFMessage
 
-from harness import wait_for
-from node_test import OK, WARN, WHEEL_PARAMS, NodeTest, twist
 from robotont_driver.kinematics import Kinematics
 from robotont_driver.odometry import WheelOdometry
 from robotont_driver.protocol import format_packet
 from robotont_driver.wheels import read_wheels
+from robotont_testing.harness import wait_for
+from robotont_testing.node_test import OK, WARN, WHEEL_PARAMS, NodeTest, twist
 
 TASK = "odom_node: wheel feedback"
 

@@ -7,11 +7,11 @@ import rostest
 from nav_msgs.msg import Odometry
 from std_msgs.msg import String
 
-from harness import wait_for
-from node_test import OK, WARN, NodeTest
 from robotont_driver.kinematics import Kinematics
 from robotont_driver.protocol import format_packet
 from robotont_driver.wheels import read_wheels
+from robotont_testing.harness import wait_for
+from robotont_testing.node_test import OK, WARN, NodeTest
 
 FOUR = "odom_node: wheel feedback"
 THREE = "three/odom_node: wheel feedback"

@@ -7,9 +7,9 @@ import time
 import rostest
 from std_msgs.msg import String
 
-from board import Board
-from harness import wait_for
-from node_test import ERROR, OK, WARN, NodeTest
+from robotont_testing.harness import wait_for
+from robotont_testing.node_test import ERROR, OK, WARN, NodeTest
+from robotont_testing.stand_in_board import Board
 
 TASK = "serial_com_node: link"
 

@@ -5,13 +5,13 @@ import math
 import numpy as np
 import pytest
 from scipy.stats import chi2
-from simulated_wheels import PERIOD, counted, end_pose, even_wheels, rolled, still
 
-from conftest import SHIPPED
 from robotont_driver.kinematics import Kinematics
 from robotont_driver.odometry import WheelOdometry
 from robotont_driver.solvers import SOLVERS
 from robotont_driver.wheels import read_wheels
+from robotont_testing.robots import SHIPPED
+from robotont_testing.simulated_wheels import PERIOD, counted, end_pose, even_wheels, rolled, still
 
 RUNS = 500
 # A right model leaves its 95 % bounds with one seed of twenty (11 is one). Over 2500 runs the three cases
@@ -54,7 +54,7 @@ def bounds(runs=RUNS):
 @pytest.mark.parametrize("wheels, twists, noise, solver", [
     (SHIPPED_WHEELS, curve(0.4, 0.5), 0.005, "least_squares"),
     (SHIPPED_WHEELS, curve(0.06, 0.1), 0.005, "least_squares"),
-    (even_wheels(5), curve(0.4, 0.5), 0.005, "triples"),
+    (read_wheels(even_wheels(5)), curve(0.4, 0.5), 0.005, "triples"),
 ], ids=["fast", "slow", "triples"])
 def test_the_normalised_error_of_the_end_pose_lies_within_its_bounds(wheels, twists, noise, solver):
     errors, _ = normalised_errors(wheels, twists, noise, solver)

@@ -5,11 +5,11 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from conftest import BARE, SHIPPED
 from robotont_driver.kinematics import Kinematics, units_per_speed
 from robotont_driver.odometry import WheelOdometry
 from robotont_driver.protocol import format_packet
 from robotont_driver.wheels import ParameterError, read_wheels
+from robotont_testing.robots import BARE, SHIPPED
 
 speeds = st.floats(-3.0, 3.0)
 

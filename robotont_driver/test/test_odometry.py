@@ -4,10 +4,10 @@ import mpmath
 import numpy as np
 import pytest
 
-from conftest import SHIPPED
 from robotont_driver.kinematics import Kinematics
 from robotont_driver.odometry import LONGEST_HOLD, Pose, WheelOdometry, sinc_derivative
 from robotont_driver.wheels import read_wheels
+from robotont_testing.robots import SHIPPED
 
 KINEMATICS = Kinematics(read_wheels(SHIPPED))
 PERIOD = 0.02

@@ -2,7 +2,10 @@ import pytest
 import yaml
 
 from conftest import HERE
-from robotont_driver.parameters import DRIVER, ODOM, SERIAL_COM, ParameterError, read_parameters
+from robotont_driver.driver_node import PARAMETERS as DRIVER
+from robotont_driver.odom_node import PARAMETERS as ODOM
+from robotont_driver.parameters import ParameterError, read_parameters
+from robotont_driver.serial_com_node import PARAMETERS as SERIAL_COM
 
 TABLES = {"driver_node": DRIVER, "serial_com_node": SERIAL_COM, "odom_node": ODOM}
 

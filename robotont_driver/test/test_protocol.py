@@ -5,8 +5,6 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from board import Board, Line
-from conftest import HERE
 from robotont_driver.protocol import (
     LONGEST_LINE,
     CheckedPacket,
@@ -19,8 +17,10 @@ from robotont_driver.protocol import (
     parse_packet,
     spread,
 )
+from robotont_testing import places
+from robotont_testing.stand_in_board import Board, Line
 
-GOLDEN = json.loads((HERE / "data" / "golden_packets.json").read_text())
+GOLDEN = json.loads(places.data("golden_packets.json").read_text())
 REACH = 300
 
 

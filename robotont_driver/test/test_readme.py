@@ -3,7 +3,10 @@ import re
 import pytest
 
 from conftest import HERE
-from robotont_driver.parameters import DRIVER, ODOM, SERIAL_COM, markdown_rows
+from robotont_driver.driver_node import PARAMETERS as DRIVER
+from robotont_driver.odom_node import PARAMETERS as ODOM
+from robotont_driver.parameters import markdown_rows
+from robotont_driver.serial_com_node import PARAMETERS as SERIAL_COM
 from robotont_driver.wheels import KEYS
 
 ROOT = HERE.parents[1]

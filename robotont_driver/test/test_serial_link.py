@@ -4,10 +4,10 @@ import pty
 
 import pytest
 
-from board import Board
-from harness import wait_for
 from robotont_driver.protocol import FeedbackReader, add_checksum, format_packet
 from robotont_driver.serial_link import SerialLink, explain
+from robotont_testing.harness import wait_for
+from robotont_testing.stand_in_board import Board
 
 STOP = b"0:0:0;\n"
 

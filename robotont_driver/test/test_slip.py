@@ -3,13 +3,13 @@ import math
 import numpy as np
 import pytest
 from scipy.stats import chi2
-from simulated_wheels import PERIOD, counted, end_pose, even_wheels, mixed_drive, rolled
 
-from conftest import SHIPPED
 from robotont_driver.kinematics import Kinematics
 from robotont_driver.odometry import WheelOdometry
 from robotont_driver.slip import WINDOW, CommandWatch, SlipDetector, chi_square_limit, chi_square_tail
 from robotont_driver.wheels import read_wheels
+from robotont_testing.robots import SHIPPED
+from robotont_testing.simulated_wheels import PERIOD, counted, end_pose, even_wheels, mixed_drive, rolled
 
 NOISE = 0.005        # [m] after 1 m, as in driver.yaml
 FALSE_ALARMS = 0.1   # [1/h]
@@ -53,7 +53,7 @@ SLIP = slice(200, 300)  # 2 s in the middle
 @pytest.mark.parametrize("told", [True, False], ids=["commands known", "commands unknown"])
 @pytest.mark.parametrize("number, wheel", [(4, 0), (4, 1), (4, 2), (4, 3), (5, 0), (5, 2), (6, 1), (6, 5)])
 def test_a_wheel_that_slips_by_30_percent_is_named_and_left_out(number, wheel, told):
-    wheels = even_wheels(number)
+    wheels = read_wheels(even_wheels(number))
     twists = ten_seconds(0.0 if number == 4 else wheels.directions[wheel] + 0.3)
     paths = rolled(wheels, twists)
     assert abs(paths[SLIP, wheel]).mean() > 0.4 * PERIOD
@@ -81,7 +81,7 @@ def test_a_wheel_that_slips_by_30_percent_is_named_and_left_out(number, wheel, t
 
 @pytest.mark.parametrize("number", [4, 5, 6])
 def test_no_false_alarm_in_ten_minutes_of_clean_driving(number):
-    wheels = even_wheels(number)
+    wheels = read_wheels(even_wheels(number))
     generator = np.random.default_rng(number)
     twists = mixed_drive(600, generator)
     _, finder, _ = drive(wheels, counted(wheels, rolled(wheels, twists), NOISE, generator))
@@ -90,16 +90,16 @@ def test_no_false_alarm_in_ten_minutes_of_clean_driving(number):
 
 def test_no_false_alarm_with_parameters_that_are_a_little_wrong():
     """Counts of wheels that differ by up to 0.5 % from the parameters, as a ruler measures them."""
-    real = even_wheels(4, wheelRadius=[0.03515, 0.03485, 0.03512, 0.035])
+    real = read_wheels(even_wheels(4, wheelRadius=[0.03515, 0.03485, 0.03512, 0.035]))
     generator = np.random.default_rng(4)
     twists = mixed_drive(120, generator)
-    _, finder, _ = drive(even_wheels(4), counted(real, rolled(real, twists), NOISE, generator))
+    _, finder, _ = drive(read_wheels(even_wheels(4)), counted(real, rolled(real, twists), NOISE, generator))
     assert finder.alarms == 0
 
 
 def test_the_false_alarm_rate_of_the_test_is_the_stated_one():
     """At a rate so high that it shows: the share of packets whose window complains, against the limit's."""
-    wheels = even_wheels(4)
+    wheels = read_wheels(even_wheels(4))
     generator = np.random.default_rng(3)
     counts = counted(wheels, rolled(wheels, mixed_drive(600, generator)), NOISE, generator)
     finder = detector(wheels)
@@ -116,7 +116,7 @@ def test_the_false_alarm_rate_of_the_test_is_the_stated_one():
 
 @pytest.mark.parametrize("number, wheel", [(4, 0), (4, 1), (4, 2), (4, 3), (5, 0), (5, 3), (6, 2)])
 def test_a_dead_encoder_is_named_while_the_robot_starts(number, wheel):
-    wheels = even_wheels(number)
+    wheels = read_wheels(even_wheels(number))
     twists = ten_seconds(0.0 if number == 4 else wheels.directions[wheel] + 0.3)
     counts = counted(wheels, rolled(wheels, twists), NOISE, np.random.default_rng(number))
     counts[:, wheel] = 0
@@ -129,7 +129,7 @@ def test_a_dead_encoder_is_named_while_the_robot_starts(number, wheel):
 
 
 def test_a_wheel_stays_left_out_while_the_robot_rests():
-    wheels = even_wheels(4)
+    wheels = read_wheels(even_wheels(4))
     twists = ten_seconds()[:250]
     counts = counted(wheels, rolled(wheels, twists), NOISE)
     counts[100:, 1] = 0
@@ -138,7 +138,7 @@ def test_a_wheel_stays_left_out_while_the_robot_rests():
 
 
 def test_two_wheels_of_six_may_slip_at_once():
-    wheels = even_wheels(6, first=0.2)
+    wheels = read_wheels(even_wheels(6, first=0.2))
     twists = ten_seconds()
     paths = rolled(wheels, twists)
     paths[SLIP, 1] *= 0.2
@@ -161,7 +161,7 @@ def test_wheels_that_nobody_could_spare_are_not_left_out():
 
 # Command and measurement
 
-WATCHED = even_wheels(3)
+WATCHED = read_wheels(even_wheels(3))
 
 
 def watch(counts, commanded):

@@ -1,15 +1,15 @@
 import numpy as np
 import pytest
-from simulated_wheels import even_wheels
 
-from conftest import UNEVEN_4, UNEVEN_5
 from robotont_driver.kinematics import Kinematics, wheel_matrix
 from robotont_driver.odometry import WheelOdometry
 from robotont_driver.solvers import SOLVERS, condition, least_squares, parity, triples
 from robotont_driver.wheels import read_wheels
+from robotont_testing.robots import UNEVEN_4, UNEVEN_5
+from robotont_testing.simulated_wheels import even_wheels
 
 ROBOTS = {
-    **{f"even {number}": even_wheels(number) for number in (3, 4, 5, 6)},
+    **{f"even {number}": read_wheels(even_wheels(number)) for number in (3, 4, 5, 6)},
     "uneven 4": read_wheels(UNEVEN_4),
     "uneven 5": read_wheels(UNEVEN_5),
 }
@@ -81,7 +81,7 @@ def test_wheels_that_do_not_count_do_not_matter(solver):
 
 @pytest.mark.parametrize("solver", SOLVERS.values(), ids=SOLVERS)
 def test_odometry_with_a_wheel_left_out_and_taken_back(solver):
-    wheels = even_wheels(4)
+    wheels = read_wheels(even_wheels(4))
     kinematics = Kinematics(wheels)
     odometry = WheelOdometry(kinematics, 0.02, 0.005, solver)
     right = kinematics.units_of_twist((0.3, 0.1, 0.5))

@@ -2,9 +2,9 @@ import math
 
 import pytest
 
-from conftest import BARE, SHIPPED, UNEVEN_5
 from robotont_driver.parameters import ParameterError
 from robotont_driver.wheels import KEYS, read_wheels
+from robotont_testing.robots import BARE, SHIPPED, UNEVEN_5
 
 
 def faults_of(given):

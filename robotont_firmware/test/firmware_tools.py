@@ -9,7 +9,7 @@ PACKAGE = Path(__file__).resolve().parents[1]
 ROOT = PACKAGE.parent
 SRC = PACKAGE / "src"
 DUAL = PACKAGE / "test" / "dual"
-GOLDEN = ROOT / "robotont_driver" / "test" / "data" / "golden_packets.json"
+GOLDEN = ROOT / "robotont_testing" / "data" / "golden_packets.json"
 BOARD_FILES = sorted((SRC / "robotont_firmware").glob("*.py")) + sorted((PACKAGE / "root").glob("*.py"))
 
 

@@ -8,11 +8,10 @@ import os
 import subprocess
 import sys
 
-import pytest
 from firmware_pty import Firmware, jitter
-from firmware_tools import ROOT
 
-rospy = pytest.importorskip("rospy", reason="needs ROS 1")
+from robotont_testing.harness import Master
+from robotont_testing.robots import WHEEL_PARAMS
 
 SECONDS = float(os.environ.get("FIRMWARE_LOOP_SECONDS", "10"))
 ATTEMPTS = 3  # the bound on the period needs a machine that has time; the rest must hold at once
@@ -49,26 +48,14 @@ print(repr((counts, state)), flush=True)
 """
 
 
-def driver_harness():
-    """Import the driver's test harness (a ROS master of one's own)."""
-    sys.path.insert(0, str(ROOT / "robotont_driver" / "test"))
-    try:
-        import harness
-    finally:
-        sys.path.pop(0)
-    return harness
-
-
 def talk():
     """Return (periods, the firmware's output, counts, diagnostics) of one conversation."""
     periods = round(SECONDS * 50)
-    path = os.pathsep.join([str(ROOT / "robotont_driver" / "src"), os.environ.get("PYTHONPATH", "")])
-    with driver_harness().Master() as master, Firmware(periods) as firmware:
+    with Master() as master, Firmware(periods) as firmware:
         subprocess.run(
-            ["rosparam", "load", str(ROOT / "config" / "wheel_params.yaml")], check=True, timeout=30
+            ["rosparam", "load", str(WHEEL_PARAMS)], check=True, timeout=30
         )
-        node = ROOT / "robotont_driver" / "scripts" / "serial_com_node"
-        master.start(sys.executable, node, "_port:=" + firmware.port, PYTHONPATH=path)
+        master.node("serial_com_node", "_port:=" + firmware.port)
         listener = subprocess.Popen(
             [sys.executable, "-c", PROGRAM],
             stdin=subprocess.PIPE,

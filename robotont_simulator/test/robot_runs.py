@@ -1,23 +1,18 @@
 """What the tests of this folder share."""
 
 import math
-import sys
 from pathlib import Path
 
-import yaml
+from robotont_driver.wheels import read_wheels
+from robotont_simulator.lockstep import LockstepRun
+from robotont_simulator.simulation import Simulation
+from robotont_simulator.world import read_world
+from robotont_testing.robots import SHIPPED
 
 HERE = Path(__file__).resolve().parent
 ROOT = HERE.parents[1]
-PACKAGES = ("robotont_simulator", "robotont_driver", "robotont_firmware")
-sys.path[:0] = [str(ROOT / package / "src") for package in PACKAGES]
-
-from robotont_driver.wheels import read_wheels  # noqa: E402
-from robotont_simulator.fast import FastRun  # noqa: E402
-from robotont_simulator.simulation import Simulation  # noqa: E402
-from robotont_simulator.world import read_world  # noqa: E402
 
 GEAR = 18.75
-SHIPPED = yaml.safe_load((ROOT / "config" / "wheel_params.yaml").read_text())
 
 
 def evenly(amount):
@@ -33,6 +28,6 @@ def run_in(world="empty", wheels=3, seed=1):
     """A fresh robot in a world, at rest."""
     simulation = Simulation(read_wheels(ROBOTS[wheels]), GEAR, read_world(ROOT / "config" / "worlds" / f"{world}.yaml"),
                             seed)
-    run = FastRun(simulation)
+    run = LockstepRun(simulation)
     run.hold((0.0, 0.0, 0.0), 0.4)
     return run

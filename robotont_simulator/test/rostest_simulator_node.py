@@ -2,8 +2,6 @@
 """The unchanged driver on the simulator, through simulation.launch."""
 
 import math
-import sys
-from pathlib import Path
 
 import numpy as np
 import rospy
@@ -14,10 +12,8 @@ from sensor_msgs.msg import LaserScan
 from std_msgs.msg import Float32, Float32MultiArray
 from std_srvs.srv import SetBool
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "robotont_driver" / "test"))
-
-from harness import wait_for
-from node_test import ERROR, OK, NodeTest, twist
+from robotont_testing.harness import wait_for
+from robotont_testing.node_test import ERROR, OK, NodeTest, twist
 
 LINK = "serial_com_node: link"
 

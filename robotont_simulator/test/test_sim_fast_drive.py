@@ -7,7 +7,7 @@ import pytest
 import yaml
 from robot_runs import ROOT, SHIPPED
 
-from robotont_driver.drives import DRIVES
+from robotont_calibration.drives import DRIVES
 from robotont_simulator.fast_drive import main
 
 WHEELS = str(ROOT / "config" / "wheel_params.yaml")

@@ -22,7 +22,8 @@ def urdf(wheel_params="", prefix=""):
     when there is no such file; ModuleNotFoundError when there is no xacro.
     """
     model = Path(rospkg.RosPack().get_path("robotont_description")) / XACRO
-    path = Path(wheel_params).resolve() if wheel_params else model.parents[2] / "config" / "wheel_params.yaml"
+    path = Path(wheel_params).resolve() if wheel_params else \
+        Path(rospkg.RosPack().get_path("robotont_bringup")) / "config" / "wheel_params.yaml"
     try:
         given = yaml.safe_load(path.read_text())
     except yaml.YAMLError as error:

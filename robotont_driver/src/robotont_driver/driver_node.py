@@ -11,8 +11,21 @@ from robotont_driver.command_stream import CommandStream
 from robotont_driver.kinematics import Kinematics
 from robotont_driver.limits import Limits
 from robotont_driver.node import OK, WARN, Health, Publisher, Worker, run_node
-from robotont_driver.parameters import DRIVER
+from robotont_driver.parameters import Parameter
 from robotont_driver.protocol import format_packet
+
+PARAMETERS = (
+    Parameter("publish_rate", 20.0, "how often the newest command is repeated", "Hz", minimum=1.0),
+    Parameter("cmd_timeout", 0.5, "zeros after this long without a cmd_vel", "s", minimum=0.05),
+    Parameter("command_decimals", 2, "decimals of each wheel speed; 0 for boards that read whole units",
+              minimum=0),
+    Parameter("max_linear_speed", 0.0, "limit of the speed over ground; 0 = off", "m/s", minimum=0.0),
+    Parameter("max_angular_speed", 0.0, "limit of the turning speed; 0 = off", "rad/s", minimum=0.0),
+    Parameter("max_wheel_speed", 0.0, "limit of the fastest wheel; 0 = off", "m/s", minimum=0.0),
+    Parameter("max_linear_acceleration", 0.0, "limit of the change of speed; 0 = off", "m/s^2", minimum=0.0),
+    Parameter("max_angular_acceleration", 0.0, "limit of the change of turning speed; 0 = off", "rad/s^2",
+              minimum=0.0),
+)
 
 
 class DriverNode:
@@ -87,4 +100,4 @@ class DriverNode:
 
 def main():
     """Run driver_node."""
-    run_node("driver_node", DriverNode, DRIVER)
+    run_node("driver_node", DriverNode, PARAMETERS)

@@ -5,7 +5,6 @@ from std_msgs.msg import String
 
 from robotont_driver.ideal_motors import IdealMotors
 from robotont_driver.node import run_node
-from robotont_driver.parameters import MOCK_SERIAL
 from robotont_driver.protocol import PacketError, format_packet, parse_packet
 
 
@@ -29,4 +28,4 @@ class MockSerialNode:
 
 def main():
     """Run mock_serial_node."""
-    run_node("mock_serial_node", MockSerialNode, MOCK_SERIAL)
+    run_node("mock_serial_node", MockSerialNode, ())

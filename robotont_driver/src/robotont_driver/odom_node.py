@@ -15,7 +15,7 @@ from tf2_msgs.msg import TFMessage
 from robotont_driver.kinematics import Kinematics
 from robotont_driver.node import OK, WARN, Health, Publisher, Rate, run_node
 from robotont_driver.odometry import WheelOdometry
-from robotont_driver.parameters import ODOM
+from robotont_driver.parameters import Parameter
 from robotont_driver.protocol import PacketError, parse_packet
 from robotont_driver.slip import CommandWatch, SlipDetector
 from robotont_driver.solvers import SOLVERS
@@ -27,6 +27,22 @@ PLANAR = [6 * row + column for row in (0, 1, 5) for column in (0, 1, 5)]
 
 # [s] Without a newer command for this long, serial_com_node and the board have stopped the robot.
 COMMAND_AGE = 0.5
+
+
+PARAMETERS = (
+    Parameter("odom_frame", "odom", "frame of the pose"),
+    Parameter("base_frame", "base_link", "frame of the twist, and the child frame of the transform"),
+    Parameter("publish_tf", True, "whether to publish odom_frame -> base_frame; false beside an EKF"),
+    Parameter("packet_period", -1.0, "time that one packet stands for; negative = 1/pidControlFrequency; "
+              "0 = packets hold speeds, measure the time between them", "s"),
+    Parameter("solver", "least_squares", "step of the robot from n wheels: least_squares, or triples, the mean over "
+              "every combination of three wheels", choices=("least_squares", "triples")),
+    Parameter("wheel_noise", 0.005, "standard deviation of a wheel's path after 1 m, growing with the "
+              "square root of the path", "m", minimum=0.0),
+    Parameter("slip_false_alarms", 0.1, "false alarms per hour of driving that the search for slipping wheels may "
+              "raise at most (4 or more wheels); 0 = no search", "1/h", minimum=0.0),
+    Parameter("joint_prefix", "", "put before the names of the wheel joints"),
+)
 
 
 class OdomNode:
@@ -188,4 +204,4 @@ def fill(covariance, planar):
 
 def main():
     """Run odom_node."""
-    run_node("odom_node", OdomNode, ODOM)
+    run_node("odom_node", OdomNode, PARAMETERS)

@@ -6,9 +6,21 @@ import rospy
 from std_msgs.msg import String
 
 from robotont_driver.node import ERROR, OK, WARN, Health, Publisher, Rate, run_node
-from robotont_driver.parameters import SERIAL_COM
+from robotont_driver.parameters import Parameter
 from robotont_driver.protocol import FeedbackReader, PacketError, add_checksum, format_packet, parse_packet
 from robotont_driver.serial_link import SerialLink
+
+PARAMETERS = (
+    Parameter("port", "/dev/ttyACM0", "serial port of the board"),
+    Parameter("baudrate", 115200, "speed of the line", "baud", minimum=1),
+    Parameter("packets", "auto", "packets on the line: plain (the thesis'), checked (with CRC), or auto: "
+              "checked from the first valid checked packet on", choices=("auto", "plain", "checked")),
+    Parameter("write_timeout", 0.5, "one stop packet after this long without a serial_write", "s",
+              minimum=0.05),
+    Parameter("retry_period", 0.5, "pause between attempts to open the port", "s", minimum=0.05),
+    Parameter("max_counts_per_period", 300, "what a motor can reach in one PID period; more is taken for "
+              "an error on the line", "edges", minimum=1),
+)
 
 
 class SerialComNode:
@@ -92,4 +104,4 @@ class SerialComNode:
 
 def main():
     """Run serial_com_node."""
-    run_node("serial_com_node", SerialComNode, SERIAL_COM)
+    run_node("serial_com_node", SerialComNode, PARAMETERS)

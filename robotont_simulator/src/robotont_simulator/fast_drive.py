@@ -6,10 +6,10 @@ import sys
 import time
 from pathlib import Path
 
-from robotont_driver.drives import DRIVES, PAUSE, REST
-from robotont_driver.recordings import write_csv
+from robotont_calibration.drives import DRIVES, PAUSE, REST
+from robotont_calibration.recordings import write_csv
 from robotont_driver.wheel_file import read_wheel_file
-from robotont_simulator.fast import FastRun
+from robotont_simulator.lockstep import LockstepRun
 from robotont_simulator.simulation import Simulation
 from robotont_simulator.world import World, read_world
 
@@ -70,7 +70,7 @@ def is_number(text):
 
 
 def make_run(options):
-    """A fresh robot at rest, a `FastRun`. Raises ValueError or OSError with what is wrong with a file."""
+    """A fresh robot at rest, a `LockstepRun`. Raises ValueError or OSError with what is wrong with a file."""
     wheels, given, _ = read_wheel_file(options.wheel_params)
     world = read_world(options.world) if options.world else World((), (0.0, 0.0, 0.0))
     simulation = Simulation(wheels, given["gearboxReductionRatio"], world, options.seed)
@@ -78,7 +78,7 @@ def make_run(options):
         if wheel >= wheels.amount:
             raise ValueError(f"found --grip of wheel {wheel}, allowed: 0 to {wheels.amount - 1}")
         simulation.set_grip(wheel, part)
-    run = FastRun(simulation, read_wheel_file(options.believed)[0] if options.believed else wheels)
+    run = LockstepRun(simulation, read_wheel_file(options.believed)[0] if options.believed else wheels)
     run.hold(REST, PAUSE)
     return run
 

@@ -15,12 +15,12 @@ from robotont_driver.node import run_node
 from robotont_driver.parameters import Parameter
 from robotont_firmware import config
 from robotont_firmware.controller import Controller
-from robotont_simulator.board import SimulatedBoard
 from robotont_simulator.port import Port
+from robotont_simulator.simulated_board import SimulatedBoard
 from robotont_simulator.simulation import Simulation
 from robotont_simulator.world import World, WorldError, read_world
 
-SIMULATOR = (
+PARAMETERS = (
     Parameter("port", "/tmp/robotont", "name under which the board's serial port appears"),
     Parameter("world", "", "file of walls and boxes; empty: nothing but a floor"),
     Parameter("start_x", math.nan, "start position; nan: the world's", "m"),
@@ -168,4 +168,4 @@ def check(name, value, lowest, highest):
 
 def main():
     """Run simulator_node."""
-    run_node("simulator_node", SimulatorNode, SIMULATOR)
+    run_node("simulator_node", SimulatorNode, PARAMETERS)

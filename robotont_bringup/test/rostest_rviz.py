@@ -1,0 +1,251 @@
+#!/usr/bin/env python3
+"""RViz on a screen that is not there, a robot on a board that is not there, and eyes on the picture."""
+
+import math
+import tempfile
+from pathlib import Path
+
+import numpy as np
+import rospy
+import rostest
+import yaml
+from geometry_msgs.msg import PolygonStamped, PoseStamped, TransformStamped
+from nav_msgs.msg import OccupancyGrid
+from nav_msgs.msg import Path as PathMessage
+from rosgraph_msgs.msg import Log
+from sensor_msgs.msg import JointState, LaserScan
+from std_srvs.srv import Trigger
+from tf2_msgs.msg import TFMessage
+
+from robotont_testing import rviz_sight as sight
+from robotont_testing.harness import wait_for
+from robotont_testing.node_test import NodeTest
+from robotont_testing.robots import SHIPPED
+from robotont_testing.rviz_stage import Robot, Stage, save_picture, seen_from_above
+
+PIXELS = 0.010    # [m] 3 pixels
+# Debian's RViz looks for a package that it can do without; Mesa's software GL links the maps' shader with a remark.
+# A display of RViz that subscribes anew as it opens ends a connection that has not said yet what it is for.
+HARMLESS = ("media_export", "librospack", "glsl120/indexed_8bit_image", "terminated before handshake header")
+
+
+class RvizTest(NodeTest):
+    """Each test starts RViz as a person does, with a launch file."""
+
+    def setUp(self):
+        super().setUp()
+        self.stage = Stage()
+        self.addCleanup(self.stage.close)
+        self.log = self.stage.folder / "rviz.log"
+        self.warnings = []
+        self.listen("/rosout", Log, self._on_log)
+
+    def _on_log(self, message):
+        if message.level >= Log.WARN and not _is_harmless(message.msg):
+            self.warnings.append(f"{message.name}: {message.msg}")
+
+    def start_robot(self, *arguments):
+        robot = Robot(self.stage, *arguments)
+        self.addCleanup(robot.close)
+        return robot
+
+    def wait_to_see(self, condition, what, timeout=30.0):
+        """The value of `condition(picture)` once it is true; the last picture is kept when it never is."""
+        why = ""
+
+        def look():
+            nonlocal why
+            try:
+                return condition(self.stage.picture())
+            except (sight.UnseenError, ValueError) as error:  # ValueError: the screen is being painted
+                why = str(error)
+            return False
+        try:
+            return wait_for(look, what, timeout, 0.1)
+        except AssertionError as error:
+            file = Path(tempfile.gettempdir()) / f"robotont_{self.id()}.png"
+            save_picture(self.stage.picture(), file)
+            raise AssertionError(f"{error} {why}; see {file}\n{self.log.read_text()}") from None
+
+    def see_content(self, displays):
+        """Wait until so many displays are content and none complains."""
+        self.wait_to_see(lambda picture: sight.content_displays(picture) == displays
+                         and not sight.complaints(picture), f"{displays} displays without a complaint")
+
+    def see_at(self, x, y, rows=sight.ALL, error=PIXELS):
+        """Wait until the robot is within `error` [m] of (x, y) [m], seen from the lower left crossing."""
+        def at(picture):
+            seen = sight.position(picture, rows)
+            if math.hypot(seen[0] - x, seen[1] - y) > error:
+                raise sight.UnseenError(f"the robot is at {seen}")
+            return seen
+        return self.wait_to_see(at, f"the robot at {(x, y)}")
+
+    def check_logs(self):
+        """No node has warned, and nothing in RViz's output says so."""
+        self.assertEqual(self.warnings, [])
+        self.assertEqual([line for line in self.log.read_text().splitlines() if not _is_harmless(line)
+                          and any(word in line.lower() for word in ("warn", "error", "tf_"))], [])
+
+    def test_the_drive_of_figures_11_and_12(self):
+        robot = self.start_robot()
+        config, view = seen_from_above("odometry.rviz", self.stage.folder)
+        self.stage.show("rviz.launch", f"config:={config}", log=self.log)
+        self.see_content(5)
+        before = self.see_at(0.0, 0.0)
+        picture = self.stage.picture()
+        self.assertAlmostEqual(sight.scale(picture), view["Scale"], delta=1.0)
+        start = sight.robot_centre(picture)
+        self.assertAlmostEqual(sight.heading(picture), 0.0, delta=0.05)
+
+        robot.drive_to((2.0, 1.0, math.pi / 2))
+        after = self.see_at(before[0] + 2.0, before[1] + 1.0)
+        picture = self.stage.picture()
+        self.assertAlmostEqual(sight.heading(picture), math.pi / 2, delta=0.05)
+        # 2 m to the right and 1 m up, as x and y of a map are drawn
+        end = sight.robot_centre(picture)
+        np.testing.assert_allclose(np.subtract(end, start) / view["Scale"], (2.0, -1.0), atol=PIXELS)
+        np.testing.assert_allclose(np.subtract(after, before), robot.pose[:2], atol=PIXELS)
+        middle = [round(number) for number in np.add(start, end) / 2]
+        self.wait_to_see(lambda picture: sight.is_path(picture, *middle), "the path")
+        self.see_content(5)
+
+        rospy.ServiceProxy("reset_odometry", Trigger)()
+        self.see_at(*before)
+        self.wait_to_see(lambda picture: not sight.is_path(picture, *middle), "no path after the reset")
+        self.see_content(5)
+        self.check_logs()
+
+    def test_the_wheels_turn_with_the_joints(self):
+        robot = self.start_robot()
+        joints = self.listen("/joint_states", JointState)
+        transforms = self.listen("/tf", TFMessage)
+        robot.drive_to((0.1, 0.1, 0.3))
+        self.assertGreater(max(map(abs, joints[-1].position)), 1.0)
+
+        def angles():
+            """Angle [rad] of each wheel around its axle, which points outwards, in the newest TF."""
+            newest = {}
+            for message in list(transforms):
+                newest.update((each.child_frame_id, each.transform) for each in message.transforms)
+            found = [newest.get(f"wheel_{wheel}_link") for wheel in range(3)]
+            return [_turn_around_x(each, _outwards(each)) for each in found] if all(found) else None
+
+        def follows():
+            found = angles()
+            # positive wheels turn the shipped robot clockwise: around the axle that points outwards
+            return found and all(abs(math.remainder(angle - turn, 2 * math.pi)) < 1e-3
+                                 for angle, turn in zip(found, joints[-1].position))
+        wait_for(follows, "wheels that have turned with joint_states")
+
+    def test_the_model_alone(self):
+        self.stage.show("display.launch", log=self.log)
+        self.see_content(2)
+        self.wait_to_see(lambda picture: (picture[sight.VIEW].max(axis=2) < 100).sum() > 20000, "a robot")
+        self.check_logs()
+
+    def test_a_display_that_complains_is_seen(self):
+        config = yaml.safe_load((Path(__file__).parents[1] / "rviz" / "odometry.rviz").read_text())
+        file = self.stage.folder / "odometry.rviz"
+        file.write_text(yaml.safe_dump(config))
+        self.stage.show("rviz.launch", f"config:={file}", "fixed_frame:=nowhere", log=self.log)
+        self.wait_to_see(lambda picture: sight.complaints(picture) > 100, "complaints about a frame that is not")
+
+    def test_navigation(self):
+        self.start_robot()
+        stand_in = NavigationStandIn(self)
+        self.stage.show("rviz.launch", "view:=navigation", log=self.log)
+        wait_for(stand_in.is_heard, "RViz to subscribe")
+        timer = rospy.Timer(rospy.Duration(0.2), lambda _event: stand_in.publish())
+        self.addCleanup(timer.shutdown)
+        self.see_content(11)
+        self.check_logs()
+
+    def test_two_robots(self):
+        robots = [self.start_robot("robot1"), self.start_robot("robot2", SHIPPED)]
+        config, _ = seen_from_above("two_robots.rviz", self.stage.folder)
+        self.stage.show("rviz_two_robots.launch", f"config:={config}", log=self.log)
+        self.see_content(8)
+        height = sight.VIEW[0].stop - sight.VIEW[0].start
+        upper, lower = slice(0, height // 2), slice(height // 2, height)
+        first, second = (self.wait_to_see(lambda picture, rows=rows: sight.position(picture, rows), "a robot")
+                         for rows in (upper, lower))
+        np.testing.assert_allclose(np.subtract(first, second), (0.0, 1.0), atol=PIXELS)
+        robots[0].drive_to((1.0, 0.0, 0.0))
+        self.see_at(first[0] + 1.0, first[1], upper)
+        self.see_at(*second, lower)
+        robots[1].drive_to((1.5, 0.2, 0.0))
+        self.see_at(second[0] + 1.5, second[1] + 0.2, lower)
+        self.see_at(first[0] + 1.0, first[1], upper)
+        self.see_content(8)
+        self.check_logs()
+
+
+def _is_harmless(words):
+    return any(known in words for known in HARMLESS)
+
+
+class NavigationStandIn:
+    """Publishes what amcl, move_base and a scanner would, none of which Debian has."""
+
+    def __init__(self, test):
+        topics = {"map": OccupancyGrid, "scan": LaserScan, "move_base/current_goal": PoseStamped,
+                  "move_base/global_costmap/costmap": OccupancyGrid,
+                  "move_base/local_costmap/costmap": OccupancyGrid,
+                  "move_base/local_costmap/footprint": PolygonStamped,
+                  "move_base/NavfnROS/plan": PathMessage, "move_base/DWAPlannerROS/local_plan": PathMessage}
+        self._publishers = {topic: rospy.Publisher("/" + topic, kind, queue_size=1) for topic, kind in topics.items()}
+        self._tf = rospy.Publisher("/tf", TFMessage, queue_size=10)
+        for publisher in self._publishers.values():
+            test.addCleanup(publisher.unregister)
+        test.addCleanup(self._tf.unregister)
+
+    def is_heard(self):
+        """Whether each topic has a subscriber."""
+        return all(publisher.get_num_connections() for publisher in self._publishers.values())
+
+    def publish(self):
+        """One message on each topic."""
+        now = rospy.Time.now()
+        transform = TransformStamped(child_frame_id="odom")
+        transform.header.frame_id, transform.header.stamp = "map", now + rospy.Duration(0.3)
+        transform.transform.rotation.w = 1.0
+        self._tf.publish([transform])
+        for topic, publisher in self._publishers.items():
+            message = publisher.data_class()
+            message.header.frame_id = "laser" if topic == "scan" else "map"
+            message.header.stamp = now
+            if isinstance(message, OccupancyGrid):
+                message.info.resolution, message.info.width, message.info.height = 0.5, 8, 8
+                message.info.origin.orientation.w = 1.0
+                message.data = [0] * 56 + [100] * 8
+            elif isinstance(message, LaserScan):
+                message.angle_min, message.angle_increment, message.range_max = -1.0, 0.1, 10.0
+                message.ranges = [2.0] * 20
+            elif isinstance(message, PathMessage):
+                message.poses = [_pose(x, now) for x in (0.0, 1.0)]
+            elif isinstance(message, PoseStamped):
+                message.pose.orientation.w = 1.0
+            publisher.publish(message)
+
+
+def _pose(x, now):
+    pose = PoseStamped()
+    pose.header.frame_id, pose.header.stamp = "map", now
+    pose.pose.position.x, pose.pose.orientation.w = x, 1.0
+    return pose
+
+
+def _outwards(transform):
+    return math.atan2(transform.translation.y, transform.translation.x)
+
+
+def _turn_around_x(transform, yaw):
+    """Angle [rad] of the rotation around x that comes behind a yaw [rad]: q = q_yaw q_x."""
+    rotation = transform.rotation
+    cos, sin = math.cos(yaw / 2), math.sin(yaw / 2)
+    return 2 * math.atan2(cos * rotation.x + sin * rotation.y, cos * rotation.w + sin * rotation.z)
+
+
+if __name__ == "__main__":
+    rostest.rosrun("robotont_bringup", "rviz", RvizTest)

@@ -1,0 +1,1 @@
+"""Wheel parameters from measured runs, and odometry against the truth."""

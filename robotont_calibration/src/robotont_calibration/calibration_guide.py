@@ -1,0 +1,151 @@
+"""Guides through the runs of a calibration: says what comes, records it, drives on Enter, asks where it ended."""
+
+import sys
+import time
+from pathlib import Path
+
+import rospy
+from geometry_msgs.msg import Twist
+from rostopic import get_topic_class
+from std_msgs.msg import String
+
+from robotont_calibration.calibrate_wheels import read_end
+from robotont_calibration.drives import sideways, spin, square
+from robotont_calibration.recordings import Recording, write_csv
+
+CONNECTING = 5.0  # [s] for the driver and the robot's packets
+RESTING = 25      # packets without a count: the robot stands
+LONGEST_REST = 10.0  # [s] to wait for that
+
+
+def runs_of(options, frequency):
+    """(name, what happens, what it needs, twists) of each run."""
+    side, turns, line = options.side, options.turns, options.line
+    free = f"{side + 0.5:g} m x {side + 0.5:g} m of free floor, in front and to the "
+    return [
+        ("square", f"a square of {side:g} m, counterclockwise", free + "left", square(side, frequency)),
+        ("square_clockwise", f"a square of {side:g} m, clockwise", free + "right", square(side, frequency, True)),
+        ("spin", f"{turns:g} turns on the spot, counterclockwise", "the room it takes", spin(turns, frequency)),
+        ("spin_clockwise", f"{turns:g} turns on the spot, clockwise", "the same", spin(-turns, frequency)),
+        ("line_left", f"{line:g} m sideways to the left", f"{line + 0.5:g} m of free floor", sideways(line, frequency)),
+        ("line_right", f"{line:g} m sideways to the right", "the same, on the other side", sideways(-line, frequency)),
+    ]
+
+
+def guide(options, wheels):
+    """Make the runs; list of RUN arguments for calibrate_wheels. Nothing moves before the user says so.
+
+    Raises ValueError when no packets come or when no run was made.
+    """
+    folder = Path(options.guide)
+    folder.mkdir(parents=True, exist_ok=True)
+    rospy.init_node("calibrate_wheels", anonymous=True, disable_signals=True)
+    robot = _Robot(options, wheels)
+    made = []
+    runs = runs_of(options, wheels.pid_frequency)
+    print(f"{len(runs)} runs. Before each, mark where the robot's middle stands and where it looks, e.g. with tape.")
+    for number, (name, what, room, twists) in enumerate(runs, 1):
+        print(f"\nRun {number} of {len(runs)}: {what}. It needs {room}.")
+        answer = ask("Enter: the robot drives now. m: you move it yourself. s: leave this run out. q: no more runs. ")
+        if answer == "q":
+            break
+        if answer == "s":
+            continue
+        robot.record(twists if answer != "m" else None)
+        file = folder / f"{name}.csv"
+        made.append(str(file) + robot.save(file))
+    if not made:
+        raise ValueError("found no run to calibrate with")
+    (folder / "runs.txt").write_text("\n".join(made) + "\n")
+    print(f"\nkept: {folder}/*.csv; the same again: calibrate_wheels --wheel-params ... @{folder}/runs.txt\n")
+    return made
+
+
+def ask(question):
+    """The answer to a question, without spaces around it. Raises ValueError at the end of the input."""
+    try:
+        return input(question).strip()
+    except EOFError:
+        raise ValueError("found the end of the input, allowed: an answer") from None
+
+
+def ask_for_end():
+    """X,Y,YAW as calibrate_wheels takes it behind a file; asks again until the answer is one."""
+    while True:
+        answer = ask("Where does it stand now, seen from its mark? m forward, m to the left, degrees turned "
+                     "counterclockwise, e.g. 0.03 -0.05 2: ")
+        try:
+            read_end(answer)
+        except ValueError as error:
+            print(error)
+        else:
+            return ",".join(answer.replace(",", " ").split())
+
+
+class _Robot:
+    """The robot as this guide sees it: commands out; packets, and perhaps true poses, in."""
+
+    def __init__(self, options, wheels):
+        self._frequency = wheels.pid_frequency
+        self._recording = Recording()
+        self._command = rospy.Publisher("cmd_vel", Twist, queue_size=1, tcp_nodelay=True)
+        kinds = {"packets": (options.packets, String)}
+        if options.truth:
+            kind = get_topic_class(rospy.resolve_name(options.truth))[0]
+            if kind is None:
+                raise ValueError(f"found no topic {options.truth}; is its node running?")
+            kinds["truth"] = (options.truth, kind)
+        for name, (topic, kind) in kinds.items():
+            rospy.Subscriber(topic, kind, self._take, name, tcp_nodelay=True)
+        self._wait(lambda: len(self._recording.packets), CONNECTING, f"packets on {options.packets}")
+        self._with_truth = "truth" in kinds
+
+    def _take(self, message, kind):
+        self._recording.take(kind, rospy.get_time(), message)
+
+    def record(self, twists):
+        """Record a run: one of `twists`, driven here and stopped by Ctrl-C, or one that the user drives until Enter."""
+        self._recording.packets, self._recording.truth = [], []
+        if twists is None:
+            ask("Recording. Drive it, stop it, then press Enter. ")
+        else:
+            self._drive(list(twists))
+        self._wait(self._rests, LONGEST_REST, "a robot that stands still")
+
+    def _drive(self, twists):
+        message = Twist()
+        begin = time.monotonic()
+        try:
+            for index, (message.linear.x, message.linear.y, message.angular.z) in enumerate(twists):
+                self._command.publish(message)
+                if index % 25 == 0 and sys.stderr.isatty():
+                    print(f"\r{index / len(twists):4.0%}  Ctrl-C stops ", end="", file=sys.stderr)
+                time.sleep(max(0.0, begin + (index + 1) / self._frequency - time.monotonic()))
+        finally:
+            self._command.publish(Twist())
+        if sys.stderr.isatty():
+            print("\r100%              ", file=sys.stderr)
+
+    def _rests(self):
+        newest = self._recording.packets[-RESTING:]
+        return len(newest) == RESTING and not any(any(counts) for _, counts in newest)
+
+    def save(self, file):
+        """Write the run; returns what calibrate_wheels wants behind the file's name."""
+        packets = list(self._recording.packets)
+        if not self._with_truth:
+            write_csv(file, packets)
+            return "=" + ask_for_end()
+        truth = self._recording.trajectory("truth")
+        packets = [packet for packet in packets if truth.times[0] <= packet[0] <= truth.times[-1]]
+        poses = truth.at([at for at, _ in packets]).poses
+        write_csv(file, packets, [(at, tuple(pose)) for (at, _), pose in zip(packets, poses.tolist())])
+        return ""
+
+    @staticmethod
+    def _wait(condition, seconds, what):
+        end = time.monotonic() + seconds
+        while not condition():
+            if time.monotonic() > end:
+                raise ValueError(f"waited {seconds:g} s for {what}; is the robot running?")
+            time.sleep(0.02)

@@ -1,0 +1,120 @@
+"""Command line of odometry_report: how far odometry is from the truth, as a table and a picture."""
+
+import argparse
+import sys
+import time
+from pathlib import Path
+
+from robotont_calibration.recordings import Recording, RecordingError, read_recording
+from robotont_calibration.trajectory import ALIGNMENTS, write_tum
+from robotont_calibration.trajectory_errors import Report
+from robotont_driver.kinematics import Kinematics
+from robotont_driver.wheel_file import read_wheel_file
+
+
+def parse(arguments):
+    """The options."""
+    parser = argparse.ArgumentParser(prog="odometry_report", description=(
+        "Compares odometry with a ground truth, or without one with the commanded path: a table, a picture, "
+        "and files for evo. Reads a bag or a CSV of packets without a ROS master, or listens to live topics."))
+    parser.add_argument("recording", nargs="?", help="a .bag or .csv file; none: listen to live topics until Ctrl-C")
+    parser.add_argument("--odom", metavar="TOPIC", default="odom", help="odometry (default: %(default)s)")
+    parser.add_argument("--truth", metavar="TOPIC", help=(
+        "ground truth: nav_msgs/Odometry, geometry_msgs/PoseStamped or PoseWithCovarianceStamped"))
+    parser.add_argument("--commands", metavar="TOPIC", default="cmd_vel", help="commands (default: %(default)s)")
+    parser.add_argument("--packets", metavar="TOPIC", default="serial_read", help="packets (default: %(default)s)")
+    parser.add_argument("--wheel-params", metavar="FILE",
+                        help="compute the odometry anew, from the packets, with this wheel_params.yaml")
+    parser.add_argument("--align", choices=ALIGNMENTS, default="origin",
+                        help="lay the paths over each other at the start, as well as possible, or not "
+                             "(default: origin)")
+    parser.add_argument("--delta", type=float, default=1.0, metavar="M",
+                        help="stretch of path for relative errors [m] (default: %(default)s)")
+    parser.add_argument("--seconds", type=float, metavar="S", help=(
+        "how long to listen to live topics, from the first message on"))
+    parser.add_argument("-o", "--output", default="odometry_report.png", metavar="PNG", help="default: %(default)s")
+    parser.add_argument("--tum", metavar="FOLDER", help="also write reference.tum and odometry.tum for evo there")
+    options = parser.parse_args(arguments)
+    if not options.delta > 0:
+        parser.error(f"--delta: found {options.delta}, allowed: a number > 0 [m]")
+    return options
+
+
+def make_report(recording, options):
+    """`Report` of a recording. Raises RecordingError when it lacks what is needed."""
+    if options.wheel_params:
+        estimate = recording.recomputed(Kinematics(read_wheel_file(options.wheel_params)[0]))
+    else:
+        estimate = recording.trajectory("odometry")
+        if estimate is None:
+            raise RecordingError(
+                f"found no odometry on {options.odom}; with --wheel-params it is computed from packets")
+    reference, named = recording.trajectory("truth"), "ground truth"
+    if reference is None:
+        reference, named = recording.commanded_path(), "commanded path"
+    if reference is None:
+        raise RecordingError(
+            f"found neither a ground truth (--truth) nor commands on {options.commands} to compare with")
+    times = [at for at, _ in recording.packets]
+    return Report(estimate, reference, named, times, recording.refused, options.align, options.delta)
+
+
+def listen(topics, seconds):
+    """`Recording` of live topics, until Ctrl-C or for some seconds from the first message on.
+
+    Raises RecordingError without a master, or when a topic of unknown type is not there.
+    """
+    import rosgraph  # here, for bags and CSV need no ROS
+    import rospy
+    from geometry_msgs.msg import Twist
+    from nav_msgs.msg import Odometry
+    from rostopic import get_topic_class
+    from std_msgs.msg import String
+
+    if not rosgraph.is_master_online():
+        raise RecordingError(f"found no ROS master at {rosgraph.get_master_uri()}; is the robot running?")
+    recording = Recording()
+    rospy.init_node("odometry_report", anonymous=True, disable_signals=True)
+    types = {"odometry": Odometry, "packets": String, "commands": Twist}
+    for kind, topic in topics.items():
+        if not topic:
+            continue
+        known = types.get(kind) or get_topic_class(rospy.resolve_name(topic))[0]
+        if known is None:
+            raise RecordingError(f"found no topic {topic}; is its node running?")
+        rospy.Subscriber(topic, known, lambda message, kind=kind: recording.take(kind, rospy.get_time(), message))
+    print("listening; Ctrl-C ends it and makes the report", file=sys.stderr)
+    begun = None
+    try:
+        while begun is None or seconds is None or time.monotonic() - begun < seconds:
+            time.sleep(0.1)
+            if begun is None and (recording.odometry or recording.packets):
+                begun = time.monotonic()
+            if sys.stderr.isatty():
+                print(f"\r{len(recording.odometry)} poses, {len(recording.packets)} packets ", end="", file=sys.stderr)
+    except KeyboardInterrupt:
+        pass
+    print(file=sys.stderr)
+    return recording
+
+
+def main(arguments=None):
+    """Run; returns the exit status."""
+    options = parse(arguments)
+    topics = {"odometry": options.odom, "truth": options.truth,
+              "packets": options.packets, "commands": options.commands}
+    try:
+        recording = read_recording(options.recording, topics) if options.recording else \
+            listen(topics, options.seconds)
+        report = make_report(recording, options)
+        print(report.table())
+        report.draw(options.output, f"Odometry against {report.named}")
+        if options.tum:
+            Path(options.tum).mkdir(parents=True, exist_ok=True)
+            write_tum(str(Path(options.tum) / "reference.tum"), report.reference)
+            write_tum(str(Path(options.tum) / "odometry.tum"), report.estimate)
+    except (ValueError, OSError) as error:
+        print(f"odometry_report: {error}", file=sys.stderr)
+        return 1
+    print(f"picture: {options.output}")
+    return 0

@@ -1,0 +1,107 @@
+#!/usr/bin/env python3
+"""The guide of calibrate_wheels, with a driver and a board that is not there, as a user who types answers."""
+
+import math
+import subprocess
+
+import rostest
+import yaml
+from nav_msgs.msg import Odometry
+
+from robotont_testing.harness import wait_for
+from robotont_testing.node_test import WHEEL_PARAMS, NodeTest
+from robotont_testing.stand_in_board import Board
+
+SIZES = ("--side", "0.2", "--turns", "0.25", "--line", "0.3")
+
+
+class GuideTest(NodeTest):
+    def setUp(self):
+        super().setUp()
+        self.board = Board(str(self.processes.folder / "board"), 3)
+        self.board.plug()
+        self.addCleanup(self.board.__exit__)
+        self.odom = odom = self.listen("odom", Odometry)
+        self.processes.launch("robot.launch", f"port:={self.board.link}", "description:=false")
+        wait_for(lambda: odom, "odometry")
+
+    def command(self, *arguments):
+        """Words of the command line."""
+        folder = self.processes.folder
+        return ["rosrun", "robotont_calibration", "calibrate_wheels", "--guide", str(folder / "runs"), *SIZES,
+                "--wheel-params", str(WHEEL_PARAMS), "-o", str(folder / "new.yaml"),
+                "--picture", str(folder / "new.png"), *arguments]
+
+    def guide(self, answers, *arguments):
+        """(exit status, all that it says) of a guided calibration with these answers, one a line."""
+        done = subprocess.run(self.command(*arguments), input="\n".join(answers).encode(), stdout=subprocess.PIPE,
+                              stderr=subprocess.STDOUT, timeout=60, check=False)
+        return done.returncode, done.stdout.decode()
+
+    def place(self):
+        """(x [m], y [m], yaw [rad]) by the odometry, which is right: the board's motors are ideal."""
+        pose = self.odom[-1].pose.pose
+        return pose.position.x, pose.position.y, 2 * math.atan2(pose.orientation.z, pose.orientation.w)
+
+    def with_a_tape(self, answers, *arguments):
+        """As `guide`, but "?" measures: where the robot stands then, seen from where it stood at the last Enter."""
+        process = subprocess.Popen(self.command(*arguments), stdin=subprocess.PIPE, stdout=subprocess.PIPE,
+                                   stderr=subprocess.STDOUT)
+        output, start = "", None
+        for answer in answers:
+            asked = ""
+            while not asked.endswith(("no more runs. ", "e.g. 0.03 -0.05 2: ")):
+                byte = process.stdout.read(1).decode()
+                assert byte, output + asked
+                asked += byte
+            output += asked
+            typed = answer
+            if answer == "":
+                start = self.place()
+            elif answer == "?":
+                x, y, yaw = self.place()
+                dx, dy, cos, sin = x - start[0], y - start[1], math.cos(start[2]), math.sin(start[2])
+                typed = f"{cos * dx + sin * dy:.3f} {cos * dy - sin * dx:.3f} {math.degrees(yaw - start[2]):.1f}"
+            process.stdin.write(typed.encode() + b"\n")
+            process.stdin.flush()
+        output += process.communicate(timeout=60)[0].decode()
+        return process.returncode, output
+
+    def test_a_tape_for_a_line_and_a_turn_and_a_square_left_out(self):
+        told = ["s", "s", "", "0 0 ninety", "?", "s", "", "?", "q"]
+        status, output = self.with_a_tape(told, "--angles", "fixed")
+        self.assertEqual(status, 0, output)
+        self.assertIn("Run 3 of 6: 0.25 turns on the spot, counterclockwise", output)
+        self.assertIn("found '0 0 ninety', allowed: X,Y,YAW", output)
+        folder = self.processes.folder
+        found = yaml.safe_load((folder / "new.yaml").read_text())
+        # the board's motors are ideal, so the old parameters are right but for what the tape leaves open
+        self.assertAlmostEqual(found["wheelRadius"], 0.035, delta=0.0005)
+        self.assertAlmostEqual(found["wheelDistanceFromCenter"], 0.125, delta=0.002)
+        self.assertEqual(len((folder / "runs" / "runs.txt").read_text().split()), 2)
+        self.assertFalse(any(self.board.speeds))
+
+    def test_a_topic_that_knows_the_truth_and_a_run_by_hand(self):
+        status, output = self.guide(["s", "s", "", "s", "m", "", "q"], "--truth", "odom", "--angles", "fixed")
+        # a run in which nothing moved tells nothing
+        self.assertEqual(status, 1, output)
+        self.assertIn("found no packets with motion", output)
+        status, output = self.guide(["s", "s", "", "s", "", "q"], "--truth", "odom", "--angles", "fixed")
+        self.assertEqual(status, 0, output)
+        found = yaml.safe_load((self.processes.folder / "new.yaml").read_text())
+        self.assertAlmostEqual(found["wheelRadius"], 0.035, delta=1e-4)
+
+    def test_nothing_to_calibrate_with(self):
+        for answers, arguments, words in (
+                (["q"], (), "found no run to calibrate with"),
+                (["s"], (), "found the end of the input"),
+                (["q"], ("--truth", "nowhere"), "found no topic nowhere"),
+                (["q"], ("--packets", "nothing"), "for packets on nothing; is the robot running?")):
+            status, output = self.guide(answers, *arguments)
+            self.assertEqual(status, 1, output)
+            self.assertIn(words, output)
+            self.assertNotIn("Traceback", output)
+
+
+if __name__ == "__main__":
+    rostest.rosrun("robotont_calibration", "calibrate_wheels", GuideTest)

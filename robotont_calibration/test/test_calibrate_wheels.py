@@ -1,0 +1,126 @@
+import math
+
+import pytest
+import yaml
+
+from robotont_calibration.calibrate_wheels import main
+from robotont_calibration.recordings import write_csv
+from robotont_calibration.synthetic_runs import TAPE, TRACKED, drives, recorded, true_of
+from robotont_driver.wheel_file import with_values
+from robotont_testing.robots import SHIPPED, WHEEL_PARAMS
+from robotont_testing.simulated_wheels import PERIOD
+
+PARAMS = WHEEL_PARAMS
+TRUE = true_of(SHIPPED, 1.02, 0.97, [(1, 1.5)])
+
+
+@pytest.fixture(scope="module")
+def runs(tmp_path_factory):
+    """(RUN arguments with a tape's ends, files with a ground truth) of a robot that differs from the parameters."""
+    folder = tmp_path_factory.mktemp("runs")
+    taped, tracked = [], []
+    for number, twists in enumerate(drives()):
+        for kind, deviation in (("taped", TAPE), ("tracked", TRACKED)):
+            counts, poses = recorded(TRUE, twists, number, deviation)
+            packets = [(PERIOD * index, tuple(packet)) for index, packet in enumerate(counts.tolist(), 1)]
+            file = folder / f"{kind}_{number}.csv"
+            if kind == "taped":
+                write_csv(file, packets)
+                x, y, yaw = poses[-1]
+                taped.append(f"{file}={x:.3f},{y:.3f},{math.degrees(math.remainder(yaw, 2 * math.pi)):.1f}")
+            else:
+                write_csv(file, packets, [(at, tuple(pose)) for (at, _), pose in zip(packets, poses.tolist())])
+                tracked.append(str(file))
+    return taped, tracked
+
+
+def calibrated(folder, *arguments):
+    """Exit status and the new parameters."""
+    output = folder / "new.yaml"
+    status = main(["--wheel-params", str(PARAMS), "-o", str(output), "--picture", str(folder / "a.png"), *arguments])
+    return status, yaml.safe_load(output.read_text()) if output.exists() else None
+
+
+def test_with_a_ground_truth(runs, tmp_path, capsys):
+    status, found = calibrated(tmp_path, *runs[1])
+    assert status == 0
+    assert found["wheelRadius"] == pytest.approx(TRUE["wheelRadius"], rel=0.002)
+    assert found["wheelDistanceFromCenter"] == pytest.approx(TRUE["wheelDistanceFromCenter"], rel=0.002)
+    assert found["wheelRads"] == pytest.approx(TRUE["wheelRads"], abs=math.radians(0.1))
+    assert {key: found[key] for key in found if key not in (
+        "wheelRadius", "wheelDistanceFromCenter", "wheelRads")}.items() <= SHIPPED.items()
+    output, error = capsys.readouterr()
+    assert "wheelRads[2]" in output
+    assert "tracked 5" in output
+    assert error == ""
+    assert (tmp_path / "a.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_with_a_tape_and_arguments_from_a_file(runs, tmp_path):
+    (tmp_path / "runs.txt").write_text("\n".join(runs[0]))
+    status, found = calibrated(tmp_path, f"@{tmp_path / 'runs.txt'}")
+    assert status == 0
+    assert found["wheelRadius"] == pytest.approx(TRUE["wheelRadius"], rel=0.005)
+
+
+def test_only_what_is_asked_for_changes(runs, tmp_path):
+    _, found = calibrated(tmp_path, *runs[1], "--angles", "fixed", "--distance", "fixed", "--radius", "each")
+    assert len(set(found["wheelRadius"])) == 3
+    assert {key: found[key] for key in SHIPPED if key != "wheelRadius"} == {
+        key: SHIPPED[key] for key in SHIPPED if key != "wheelRadius"}
+
+
+def test_what_the_runs_do_not_tell_is_warned_of(runs, tmp_path, capsys):
+    status, _ = calibrated(tmp_path, runs[0][2])
+    assert status == 0
+    output, error = capsys.readouterr()
+    assert "NOT DETERMINED" in output
+    assert "warning: these runs do not determine wheelRadius" in error
+
+
+def test_no_file_is_overwritten_unasked(runs, tmp_path, capsys):
+    (tmp_path / "new.yaml").write_text("mine: 1\n")
+    status, found = calibrated(tmp_path, *runs[1])
+    assert (status, found) == (1, {"mine": 1})
+    assert "new.yaml: exists; --force overwrites it" in capsys.readouterr().err
+    assert calibrated(tmp_path, *runs[1], "--force")[1]["wheelAmount"] == 3
+
+
+@pytest.mark.parametrize("arguments, words", [
+    ([], "found neither runs nor --guide"),
+    (["--guide", "a", "b.csv"], "found --guide and recorded runs"),
+    (["nowhere.csv"], "nowhere.csv: no such file"),
+    (["{0}=1,2"], "found '1,2', allowed: X,Y,YAW of the end"),
+    (["{0}=1,2,north"], "found '1,2,north'"),
+    (["{0}"], "found no true pose"),
+    (["{0}=1,2,3", "--radius", "fixed", "--distance", "fixed", "--angles", "fixed"], "all fixed"),
+    (["--guide", "a", "--side", "-1"], "found '-1', allowed: a number > 0"),
+])
+def test_bad_input(arguments, words, runs, tmp_path, capsys):
+    file = runs[0][0].partition("=")[0]
+    with pytest.raises(SystemExit) as stop:
+        raise SystemExit(calibrated(tmp_path, *(word.format(file) for word in arguments))[0])
+    assert stop.value.code in (1, 2)
+    assert words in capsys.readouterr().err
+    assert not (tmp_path / "new.yaml").exists()
+
+
+def test_packets_of_another_robot_and_parameters_that_are_none(runs, tmp_path, capsys):
+    file = tmp_path / "four.csv"
+    write_csv(file, [(0.0, (1, 2, 3, 4))])
+    assert calibrated(tmp_path, f"{file}=0,0,0")[0] == 1
+    assert "found a packet of 4 wheels, allowed: 3" in capsys.readouterr().err
+    bad = tmp_path / "bad.yaml"
+    bad.write_text("wheelAmount: 2\n")
+    assert main(["--wheel-params", str(bad), *runs[1]]) == 1
+    assert "bad.yaml: wheelAmount: found 2" in capsys.readouterr().err
+
+
+def test_the_rest_of_the_file_stays():
+    text = ("# mine\nwheelAmount: 3\nwheelRads: # [rad]\n  - 1.0\n  - 2.0\n  - 3.0\n"
+            "wheelRadius: 0.035   # [m] new tyres\nb: x")
+    new = with_values(text, {"wheelAmount": 3, "wheelRads": [1.1, 2.0, 3.0], "wheelRadius": 0.0341}, "Made.\nToday.")
+    assert new == ("# Made.\n# Today.\n# mine\nwheelAmount: 3\nwheelRads: [1.1, 2.0, 3.0] # [rad]\n"
+                   "wheelRadius: 0.0341   # [m] new tyres\nb: x\n")
+    with pytest.raises(ValueError, match="found no simple line of each of wheelRadius"):
+        with_values("{wheelRadius: 1.0}", {"wheelRadius": 2.0}, "")

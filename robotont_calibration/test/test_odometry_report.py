@@ -1,0 +1,317 @@
+import json
+import math
+import os
+import shutil
+import subprocess
+import sys
+import xmlrpc.client
+import zipfile
+from pathlib import Path
+
+import numpy as np
+import pytest
+import rosbag
+import rospy
+from geometry_msgs.msg import Twist
+from nav_msgs.msg import Odometry
+from std_msgs.msg import String
+
+from robotont_calibration.recordings import Recording, RecordingError, read_recording, write_csv
+from robotont_calibration.trajectory import Trajectory, align, relative_errors, synchronise, timing, write_tum
+from robotont_calibration.trajectory_errors import Report
+from robotont_driver import odometry_report
+from robotont_driver.kinematics import Kinematics
+from robotont_driver.protocol import format_packet
+from robotont_driver.wheels import read_wheels
+from robotont_testing.harness import Master, free_port, wait_for
+from robotont_testing.robots import SHIPPED, WHEEL_PARAMS
+from robotont_testing.simulated_wheels import PERIOD, counted, path_of, rolled, square, straight
+
+HERE = Path(__file__).resolve().parent
+ROOT = HERE.parents[1]
+WHEELS = read_wheels(SHIPPED)
+START = 1000.0  # [s]
+PARAMS = str(WHEEL_PARAMS)
+
+
+def pose_message(time, pose):
+    message = Odometry()
+    message.header.stamp = rospy.Time.from_sec(time)
+    message.pose.pose.position.x, message.pose.pose.position.y = pose[:2]
+    message.pose.pose.orientation.z, message.pose.pose.orientation.w = math.sin(pose[2] / 2), math.cos(pose[2] / 2)
+    return message
+
+
+@pytest.fixture(scope="module")
+def drive():
+    """Twists, poses and counts of a square, with noise that shows."""
+    twists = np.concatenate([square(1.0, 1), straight(0.5, 0.7)])
+    return twists, path_of(twists), counted(WHEELS, rolled(WHEELS, twists), 0.01, np.random.default_rng(1))
+
+
+@pytest.fixture(scope="module")
+def bag(drive, tmp_path_factory):
+    """A bag of that drive: truth at 40 Hz, odometry and packets at 50 Hz, commands at 50 Hz. No master."""
+    twists, poses, counts = drive
+    path = tmp_path_factory.mktemp("bag") / "drive.bag"
+    made = Recording()
+    made.packets = [(START + PERIOD * index, tuple(packet)) for index, packet in enumerate(counts.tolist(), 1)]
+    odometry = made.recomputed(Kinematics(WHEELS))
+    times = START + PERIOD * np.arange(len(poses))
+    with rosbag.Bag(str(path), "w") as file:
+        for (time, packet), pose in zip(made.packets, odometry.poses):
+            stamp = rospy.Time.from_sec(time)
+            file.write("/serial_read", String(format_packet(packet)), stamp)
+            file.write("/odom", pose_message(time, pose), stamp)
+        for index, twist in enumerate(twists):
+            message = Twist()
+            message.linear.x, message.linear.y, message.angular.z = twist
+            file.write("/cmd_vel", message, rospy.Time.from_sec(times[index]))
+        for time in np.arange(START, times[-1], 0.025):
+            pose = [np.interp(time, times, column) for column in poses.T]
+            file.write("/ground_truth/odom", pose_message(time, pose), rospy.Time.from_sec(time))
+    return path
+
+
+def evo(name, *arguments, folder):
+    """Statistics that evo writes."""
+    program = shutil.which(name, path=str(ROOT / ".build" / "venv" / "bin"))
+    assert program, f"no {name} in .build/venv: ./robotont setup installs it"
+    results = folder / "results.zip"
+    if results.exists():
+        results.unlink()
+    environment = {**os.environ, "HOME": str(folder), "MPLBACKEND": "Agg"}  # evo writes settings into the home
+    environment.pop("PYTHONPATH", None)
+    subprocess.run([program, "tum", "reference.tum", "odometry.tum", *arguments, "--save_results", str(results),
+                    "--no_warnings"], check=True, cwd=str(folder), env=environment, stdout=subprocess.PIPE)
+    with zipfile.ZipFile(str(results)) as archive:
+        return json.loads(archive.read("stats.json").decode())
+
+
+with_evo = pytest.mark.skipif(sys.version_info < (3, 9), reason="evo's relatives need a newer numpy than Noetic's")
+
+
+@pytest.fixture(scope="module")
+def exported(bag, tmp_path_factory):
+    """(report, folder with the exported files), by the command line."""
+    folder = tmp_path_factory.mktemp("tum")
+    arguments = [str(bag), "--truth", "ground_truth/odom", "-o", str(folder / "report.png"), "--tum", str(folder),
+                 "--delta", "0.5"]
+    environment = {key: value for key, value in os.environ.items() if key != "ROS_MASTER_URI"}
+    done = subprocess.run([sys.executable, str(HERE.parent / "scripts" / "odometry_report"), *arguments],
+                          stdout=subprocess.PIPE, stderr=subprocess.STDOUT, env=environment, check=False)
+    assert done.returncode == 0, done.stdout.decode()
+    options = odometry_report.parse(arguments)
+    recording = read_recording(bag, {"odometry": "odom", "truth": "ground_truth/odom", "packets": "serial_read"})
+    return odometry_report.make_report(recording, options), folder, done.stdout.decode()
+
+
+@with_evo
+@pytest.mark.parametrize("program, arguments, number", [
+    ("evo_ape", (), "ate"),
+    ("evo_ape", ("-r", "angle_deg"), "ate_heading"),
+    ("evo_rpe", ("-d", "0.5", "-u", "m", "--pairs_from_reference"), "rpe"),
+    ("evo_rpe", ("-d", "0.5", "-u", "m", "--pairs_from_reference", "-r", "angle_deg"), "rpe_heading"),
+])
+def test_numbers_equal_those_of_evo(exported, program, arguments, number):
+    report, folder, _ = exported
+    theirs = evo(program, *arguments, folder=folder)["rmse"]
+    ours = report.figures()[number]
+    print(f"{number}: ours {ours:.9f}, {program} {theirs:.9f}, difference {abs(ours - theirs):.1e}")
+    assert ours > 1e-4
+    assert abs(ours - theirs) < 1e-6
+
+
+@with_evo
+def test_the_best_alignment_equals_that_of_evo(exported, tmp_path):
+    report, _, _ = exported
+    write_tum(str(tmp_path / "reference.tum"), report.reference)
+    write_tum(str(tmp_path / "odometry.tum"), report.estimate)
+    theirs = evo("evo_ape", "--align", folder=tmp_path)
+    best = Report(report.estimate, report.reference, "truth", alignment="best").figures()
+    assert abs(best["ate"] - theirs["rmse"]) < 1e-6
+    assert abs(best["ate_largest"] - theirs["max"]) < 1e-6
+    assert best["ate"] < report.figures()["ate"]
+
+
+def test_the_table_and_the_picture(exported):
+    report, folder, output = exported
+    for what, value in report.rows():
+        assert what in output
+        assert value in output
+    assert (folder / "report.png").read_bytes().startswith(b"\x89PNG")
+    assert "ground truth" in output
+    assert "0 missing" in output
+
+
+def test_without_a_truth_the_commanded_path_is_the_reference(bag, tmp_path, capsys):
+    assert odometry_report.main([str(bag), "-o", str(tmp_path / "a.png")]) == 0
+    output = capsys.readouterr().out
+    assert "path of the commanded path" in output
+
+
+def test_csv_with_truth_and_parameters_of_ones_own(drive, tmp_path, capsys):
+    _, poses, counts = drive
+    packets = [(PERIOD * index, tuple(packet)) for index, packet in enumerate(counts.tolist(), 1)]
+    path = tmp_path / "drive.csv"
+    write_csv(path, packets, [(time, tuple(pose)) for (time, _), pose in zip(packets, poses[1:])])
+    recording = read_recording(path, {})
+    assert [packet for _, packet in recording.packets] == [packet for _, packet in packets]
+    assert len(recording.truth) == len(packets)
+    assert odometry_report.main([str(path), "--wheel-params", PARAMS, "-o", str(tmp_path / "a.png")]) == 0
+    assert "drift per metre" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("content, words", [
+    ("", "found nothing"),
+    ("a,b,c\n", "found the heading 'a,b,c', allowed: time,m0"),
+    ("time,m0,m1\n1,2,3\n", "found the heading"),
+    ("time,m0,m1,m2\n1,2,3\n", "line 2: found '1,2,3', allowed: 4 numbers"),
+    ("# words\ntime,m0,m1,m2\n1,2,3,4\n2,2,x,4\n", "line 4"),
+    ("time,m0,m1,m2\n1,2,3,nan\n", "line 2"),
+])
+def test_a_csv_that_is_none_is_refused_with_its_place(tmp_path, content, words):
+    path = tmp_path / "a.csv"
+    path.write_text(content)
+    with pytest.raises(RecordingError, match=words):
+        read_recording(path, {})
+
+
+@pytest.mark.parametrize("name, content, words", [
+    ("missing.bag", None, "no such file"),
+    ("a.txt", "", "found a file of type '.txt', allowed: .bag, .csv"),
+    ("a.bag", "no bag", "a.bag"),
+    ("empty.bag", "", "empty.bag"),
+])
+def test_a_file_that_is_no_recording_ends_with_one_line(tmp_path, capsys, name, content, words):
+    path = tmp_path / name
+    if content is not None:
+        path.write_text(content)
+    assert odometry_report.main([str(path), "-o", str(tmp_path / "a.png")]) == 1
+    error = capsys.readouterr().err
+    assert words in error
+    assert error.count("\n") == 1
+
+
+def test_a_wrong_truth_topic_lists_those_that_there_are(bag, capsys):
+    assert odometry_report.main([str(bag), "--truth", "truth"]) == 1
+    words = "found no topic truth; there are: /cmd_vel, /ground_truth/odom, /odom, /serial_read"
+    assert words in capsys.readouterr().err
+
+
+def line(length, turn=0.0, number=101):
+    times = np.linspace(0, 10, number)
+    return Trajectory(times, np.column_stack([times / 10 * length, 0 * times, times / 10 * turn]))
+
+
+def test_known_errors_give_known_figures():
+    report = Report(line(10.1), line(10.0), "truth", alignment="none")
+    figures = report.figures()
+    assert figures["end"] == pytest.approx(0.1)
+    assert figures["per_metre"] == pytest.approx(10.0)   # [mm/m]
+    assert figures["ate_largest"] == pytest.approx(0.1)
+    assert figures["rpe"] == pytest.approx(0.01)         # per 1 m
+    spun = Report(line(1.0, 4 * math.pi + 0.2), line(1.0, 4 * math.pi), "truth", alignment="none").figures()
+    assert spun["per_turn"] == pytest.approx(math.degrees(0.1))
+    assert spun["turned"] == pytest.approx(2)
+
+
+def test_a_turned_path_is_laid_back():
+    truth = Trajectory(np.arange(5.0), [(0, 0, 0), (1, 0, 0.1), (1, 1, 0.2), (2, 1, 0.3), (2, 2, 0.4)])
+    turn = np.array(((0, -1), (1, 0)))
+    moved = truth.poses.copy()
+    moved[:, :2] = moved[:, :2] @ turn.T + (3, -1)
+    moved[:, 2] += math.pi / 2
+    for how in ("origin", "best"):
+        np.testing.assert_allclose(align(Trajectory(truth.times, moved), truth, how).poses, truth.poses, atol=1e-12)
+    with pytest.raises(ValueError, match="found alignment 'x', allowed: origin, best, none"):
+        align(truth, truth, "x")
+
+
+def test_a_path_shorter_than_a_stretch_has_no_relative_error():
+    assert len(relative_errors(line(0.5), line(0.5), 1.0)[0]) == 0
+    assert "path too short" in Report(line(0.5), line(0.5), "truth").table()
+
+
+def test_only_where_both_are_known_they_are_compared():
+    one, other = line(1.0), line(1.0)
+    later = Trajectory(other.times + 5, other.poses)
+    estimate, reference = synchronise(one, later)
+    assert (estimate.times[0], estimate.times[-1]) == (5.0, 10.0)
+    assert np.array_equal(estimate.times, reference.times)
+    with pytest.raises(ValueError, match="do not overlap in time"):
+        synchronise(one, Trajectory(other.times + 50, other.poses))
+
+
+def test_lost_messages_are_counted():
+    times = np.delete(np.arange(100) * 0.02, [10, 50, 51])
+    told = timing(times)
+    assert told.missing == 3
+    assert told.period == pytest.approx(0.02)
+    assert told.longest == pytest.approx(0.06)
+
+
+@pytest.mark.parametrize("times, poses, words", [
+    ([0.0], [(0, 0, 0)], "found 1 poses"),
+    ([0.0, 0.0], [(0, 0, 0)] * 2, "found 1 poses at different times"),
+    ([0.0, 1.0], [(0, 0, 0)], "found 2 times for 1 poses"),
+    ([0.0, 1.0], [(0, 0, 0), (0, math.nan, 0)], "not a finite number"),
+])
+def test_what_is_no_trajectory_is_refused(times, poses, words):
+    with pytest.raises(ValueError, match=words):
+        Trajectory(times, poses)
+
+
+PUBLISH = """
+import rospy
+from nav_msgs.msg import Odometry
+from std_msgs.msg import String
+rospy.init_node("publish")
+odom, truth = (rospy.Publisher(name, Odometry, queue_size=10) for name in ("odom", "truth"))
+packets = rospy.Publisher("serial_read", String, queue_size=10)
+step = 0
+while not rospy.is_shutdown():
+    step += 1
+    message = Odometry()
+    message.header.stamp = rospy.Time.now()
+    message.pose.pose.orientation.w = 1
+    for publisher, scale in ((truth, 0.01), (odom, 0.0101)):
+        message.pose.pose.position.x = scale * step
+        publisher.publish(message)
+    packets.publish("1:2:3;")
+    rospy.sleep(0.01)
+"""
+
+
+def test_live_topics(tmp_path):
+    """From running nodes: odometry, packets, and a truth whose type it finds out itself."""
+    with Master() as master:
+        master.start(sys.executable, "-c", PUBLISH)
+        topics = {"/odom", "/truth", "/serial_read"}
+        wait_for(lambda: topics <= {name for name, _ in master_topics(master)}, "the publisher")
+        log = tmp_path / "log"
+        script = HERE.parent / "scripts" / "odometry_report"
+        process = master.start(sys.executable, script, "--truth", "truth", "--seconds", "1",
+                               "-o", tmp_path / "live.png", "--tum", tmp_path / "tum", log=log)
+        wait_for(lambda: process.poll() is not None, "the report", 60.0)
+        assert process.returncode == 0, log.read_text()
+        text = log.read_text()
+        wrong = master.start(sys.executable, script, "--truth", "nowhere", log=log)
+        wait_for(lambda: wrong.poll() is not None, "its refusal", 60.0)
+        assert wrong.returncode == 1
+        assert "found no topic nowhere; is its node running?" in log.read_text()
+    assert (tmp_path / "live.png").exists()
+    assert len((tmp_path / "tum" / "odometry.tum").read_text().splitlines()) > 2
+    assert "path of the ground truth" in text
+    assert "packets refused" in text
+
+
+def master_topics(master):
+    """[(topic, type)] that someone publishes."""
+    return xmlrpc.client.ServerProxy(master.uri).getPublishedTopics("/test", "")[2]
+
+
+def test_without_a_master_live_topics_end_with_one_line(capsys, monkeypatch):
+    monkeypatch.setenv("ROS_MASTER_URI", f"http://127.0.0.1:{free_port()}")
+    assert odometry_report.main([]) == 1
+    assert "found no ROS master at" in capsys.readouterr().err

@@ -1,0 +1,1 @@
+"""The stack at work without a robot."""

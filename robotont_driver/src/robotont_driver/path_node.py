@@ -1,0 +1,76 @@
+"""The ROS side of path_node: odom in, path out."""
+
+import math
+import sys
+
+import rospy
+from geometry_msgs.msg import PoseStamped
+from nav_msgs.msg import Odometry, Path
+
+from robotont_driver.parameters import Parameter, ParameterError, read_parameters
+from robotont_driver.travelled_path import Sample, Trail
+
+PARAMETERS = (
+    Parameter("max_poses", 1000, "poses that the path keeps; the oldest go first", minimum=1),
+    Parameter("min_distance", 0.05, "between two poses of the path", "m", minimum=0.001),
+    Parameter("publish_rate", 5.0, "how often a path that has changed is published, at most", "Hz", minimum=0.1),
+)
+
+
+class PathNode:
+    """Publishes the way of the robot whenever it has become longer."""
+
+    def __init__(self, parameters):
+        self._trail = Trail(parameters["max_poses"], parameters["min_distance"])
+        self._frame = ""
+        self._changed = False
+        self._publisher = rospy.Publisher("path", Path, queue_size=1, latch=True)
+        rospy.Subscriber("odom", Odometry, self._on_odometry, queue_size=10, tcp_nodelay=True)
+        rospy.Timer(rospy.Duration(1.0 / parameters["publish_rate"]), self._publish, reset=True)
+
+    def _on_odometry(self, message):
+        self._frame = message.header.frame_id
+        if self._trail.add(sample_of(message)):
+            self._changed = True
+
+    def _publish(self, _event):
+        if self._changed:
+            self._changed = False
+            self._publisher.publish(path_of(self._frame, tuple(self._trail.poses)))
+
+
+def sample_of(message):
+    """Sample of a nav_msgs/Odometry."""
+    position, orientation = message.pose.pose.position, message.pose.pose.orientation
+    velocity = message.twist.twist.linear
+    return Sample(message.header.stamp.to_sec(), position.x, position.y,
+                  2 * math.atan2(orientation.z, orientation.w), math.hypot(velocity.x, velocity.y))
+
+
+def path_of(frame, samples):
+    """nav_msgs/Path in `frame` of samples, each pose with its own stamp; the path has the newest one's."""
+    path = Path()
+    path.header.frame_id = frame
+    for sample in samples:
+        pose = PoseStamped()
+        pose.header.frame_id = frame
+        pose.header.stamp = rospy.Time.from_sec(sample.time)
+        pose.pose.position.x, pose.pose.position.y = sample.x, sample.y
+        pose.pose.orientation.z, pose.pose.orientation.w = math.sin(sample.yaw / 2), math.cos(sample.yaw / 2)
+        path.poses.append(pose)
+    if path.poses:
+        path.header.stamp = path.poses[-1].header.stamp
+    return path
+
+
+def main():
+    """Run path_node; with wrong parameters say which and exit with 1."""
+    rospy.init_node("path_node")
+    try:
+        parameters = read_parameters(PARAMETERS, rospy.get_param("~", {}))
+    except ParameterError as error:
+        for fault in error.faults:
+            rospy.logfatal("wrong parameter %s", fault)
+        sys.exit(1)
+    PathNode(parameters)
+    rospy.spin()

@@ -1,0 +1,1 @@
+"""Goals on a map: goto, an action client of move_base."""

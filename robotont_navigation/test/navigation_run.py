@@ -1,0 +1,136 @@
+#!/usr/bin/env python3
+"""Drives the simulated robot to goals with the real move_base, as a user does, and measures by ground truth.
+
+navigation_run.py [--goal X Y YAW]... [launch arguments, e.g. localization:=fake] prints JSON: for each goal the exit
+status and last line of goto, the error of the end pose, the least distance between the robot's body and the world, and
+the fastest strafing. Needs move_base; has a ROS master of its own.
+"""
+
+import argparse
+import json
+import math
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import rospy
+import yaml
+from geometry_msgs.msg import Twist
+from nav_msgs.msg import Odometry
+
+from robotont_description.geometry import robot_radius
+from robotont_driver.wheels import read_wheels
+from robotont_simulator.world import read_world
+from robotont_testing.harness import Master, wait_for
+
+ROOT = Path(__file__).resolve().parents[2]
+
+WHEEL_PARAMS = ROOT / "config" / "wheel_params.yaml"
+GOAL_TIMEOUT = 180  # [s]
+
+
+def clearance(place, world, radius):
+    """[m] between a round robot of `radius` at (x, y) and the nearest wall or box; negative: they overlap."""
+    return min(distance_to_box(place, box) for box in world.boxes) - radius
+
+
+def distance_to_box(place, box):
+    """[m] of (x, y) from a box; 0 within."""
+    cos, sin = math.cos(box.yaw), math.sin(box.yaw)
+    dx, dy = place[0] - box.x, place[1] - box.y
+    along, across = abs(cos * dx + sin * dy) - box.length / 2, abs(cos * dy - sin * dx) - box.width / 2
+    return math.hypot(max(along, 0.0), max(across, 0.0))
+
+
+class Run:
+    """navigation.launch and what is recorded beside it."""
+
+    def __init__(self, master, arguments, wheel_params, world):
+        self.radius = robot_radius(read_wheels(yaml.safe_load(Path(wheel_params).read_text())))
+        self.world = read_world(ROOT / "config" / "worlds" / f"{world}.yaml")
+        self.log = master.folder / "log"
+        self.truth, self.commands = [], []
+        self.launch = master.launch("navigation.launch", "sim:=true", f"port:={master.folder / 'board'}",
+                                    f"wheel_params:={wheel_params}", f"world:={world}", *arguments, log=self.log)
+        rospy.init_node("navigation_run", disable_signals=True)
+        rospy.Subscriber("ground_truth/odom", Odometry, self.truth.append, tcp_nodelay=True)
+        rospy.Subscriber("cmd_vel", Twist, lambda message: self.commands.append((time.monotonic(), message)))
+        wait_for(lambda: self.truth or self.launch.poll() is not None, "the simulator", timeout=60)
+
+    def pose(self):
+        """True (x, y, yaw) of the robot."""
+        return pose(self.truth[-1])
+
+    def goto(self, x, y, yaw):
+        """Run goto and wait for its end; the figures."""
+        first, start = len(self.truth), time.monotonic()
+        first_command = len(self.commands)
+        result = subprocess.run(["rosrun", "robotont_navigation", "goto", str(x), str(y), str(yaw),
+                                 "--timeout", str(GOAL_TIMEOUT), "--wait", "60"], check=False, text=True,
+                                stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
+        duration = time.monotonic() - start
+        wait_for(lambda: standing(self.truth[-1]), "the robot to stand")
+        truth = self.truth[first:]
+        end = pose(truth[-1])
+        places = [pose(message)[:2] for message in truth]
+        speeds = [message.twist.twist.linear for message in truth]
+        return {
+            "goal": [x, y, yaw], "status": result.returncode, "words": result.stdout.strip().splitlines()[-1],
+            "seconds": round(duration, 1),
+            "way": round(sum(math.dist(one, other) for one, other in zip(places, places[1:])), 2),
+            "error_m": round(math.dist(end[:2], (x, y)), 3),
+            "error_rad": round(abs(math.remainder(end[2] - yaw, 2 * math.pi)), 3),
+            "clearance_m": round(min(clearance(place, self.world, self.radius) for place in places), 3),
+            "strafing_m_s": round(max(abs(speed.y) for speed in speeds), 3),
+            "strafed_m": round(sum(abs(speed.y) for speed in speeds) / 50, 2),
+            "fastest_m_s": round(max(math.hypot(speed.x, speed.y) for speed in speeds), 3),
+            "last_command": flat(self.commands[-1][1]) if len(self.commands) > first_command else None,
+        }
+
+
+def pose(message):
+    """(x, y, yaw) of an Odometry."""
+    place = message.pose.pose
+    return place.position.x, place.position.y, 2 * math.atan2(place.orientation.z, place.orientation.w)
+
+
+def flat(twist):
+    """[v_x, v_y, omega] of a Twist."""
+    return [round(value, 4) for value in (twist.linear.x, twist.linear.y, twist.angular.z)]
+
+
+def standing(message):
+    """Whether the robot stands."""
+    twist = message.twist.twist
+    return max(abs(twist.linear.x), abs(twist.linear.y), abs(twist.angular.z)) < 5e-3
+
+
+def main():
+    """Drive to the goals and print the figures; the exit status is that of the worst goto."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--goal", nargs=3, type=float, action="append", metavar=("X", "Y", "YAW"))
+    parser.add_argument("--world", default="room")
+    parser.add_argument("--wheel-params", default=str(WHEEL_PARAMS))
+    parser.add_argument("--log", help="copy of what the launch file printed")
+    parser.add_argument("--commands", help="file for the recorded commands of the last goal: seconds, v_x, v_y, omega")
+    options, arguments = parser.parse_known_args()
+    with Master() as master:
+        run = Run(master, arguments, options.wheel_params, options.world)
+        figures = []
+        for goal in options.goal or [[8.0, 8.0, 1.57]]:
+            run.commands.clear()
+            figures.append(run.goto(*goal))
+            print(json.dumps(figures[-1]), file=sys.stderr, flush=True)
+        if options.commands:
+            start = run.commands[0][0]
+            Path(options.commands).write_text(json.dumps(
+                [[round(when - start, 3), *flat(twist)] for when, twist in run.commands]))
+        if options.log:
+            Path(options.log).write_text(run.log.read_text())
+    print(json.dumps(figures))
+    return max(figure["status"] for figure in figures)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,61 @@
+"""What the pytest modules of this folder share: paths, launch files as roslaunch reads them, the navigation stack."""
+
+import os
+import subprocess
+import tempfile
+from functools import lru_cache
+from pathlib import Path
+from typing import Any, Dict, NamedTuple
+
+from roslaunch import substitution_args
+from roslaunch.config import load_config_default
+
+from robotont_bringup.require import missing
+from robotont_testing import places
+
+PACKAGE = Path(__file__).resolve().parents[1]
+ROOT = PACKAGE.parent
+NAVIGATION = ROOT / "config" / "navigation"
+NAVIGATION_PACKAGES = ("move_base", "map_server", "dwa_local_planner", "navfn", "clear_costmap_recovery",
+                       "rotate_recovery", "amcl", "fake_localization")
+SLAM_PACKAGES = ("gmapping", "depthimage_to_laserscan")
+
+
+def lacking(*packages):
+    """Why a test that needs ROS packages is skipped; empty when all are there."""
+    lacks = missing(packages)
+    return f"not installed: {', '.join(lacks)} (ros-noetic-navigation)" if lacks else ""
+
+
+class Launch(NamedTuple):
+    """A launch file as roslaunch reads it."""
+
+    nodes: Dict[str, str]        # full name: arguments
+    parameters: Dict[str, Any]   # full name: value
+
+
+@lru_cache(maxsize=None)
+def read_launch(file, *arguments):
+    """Launch of a launch file with arguments; the navigation stack need not be there."""
+    before = os.environ["ROS_PACKAGE_PATH"]
+    with tempfile.TemporaryDirectory() as folder:
+        for name in missing((*NAVIGATION_PACKAGES, *SLAM_PACKAGES)):
+            (Path(folder) / name).mkdir()
+            (Path(folder) / name / "package.xml").write_text(
+                f'<package format="2"><name>{name}</name><version>0.0.0</version><description>none</description>'
+                '<maintainer email="none@none.invalid">none</maintainer><license>none</license></package>')
+        os.environ["ROS_PACKAGE_PATH"] = f"{before}:{folder}"
+        substitution_args._rospack = None  # which keeps what it has once found
+        try:
+            config = load_config_default([(str(places.launch(file)), list(arguments))], None)
+        finally:
+            os.environ["ROS_PACKAGE_PATH"] = before
+            substitution_args._rospack = None
+    own = {name: param.value for name, param in config.params.items()}
+    return Launch({node.namespace + node.name: node.args for node in config.nodes}, own)
+
+
+def roslaunch(*words):
+    """A finished run of roslaunch with all that it said."""
+    return subprocess.run(["roslaunch", *map(str, words)], env={**os.environ, "ROS_IP": "127.0.0.1"}, check=False,
+                          text=True, timeout=60, stdout=subprocess.PIPE, stderr=subprocess.STDOUT)

@@ -1,0 +1,142 @@
+#!/usr/bin/env python3
+"""goto, as a user runs it, against a stand-in for move_base."""
+
+import os
+import signal
+from pathlib import Path
+
+import rostest
+from geometry_msgs.msg import Twist
+from move_base_msgs.msg import MoveBaseActionGoal
+
+from robotont_testing.harness import Processes, wait_for
+from robotont_testing.node_test import NodeTest
+
+DOUBLE = Path(__file__).resolve().parent / "move_base_double.py"
+SHARED = "/shared"  # namespace of the one stand-in that drives on until its goal is cancelled
+
+
+class GotoTest(NodeTest):
+    """Tests that end their server have a namespace of their own, so that nothing of it is left to others."""
+
+    @classmethod
+    def setUpClass(cls):
+        super().setUpClass()
+        cls.server = Processes()
+        cls.server.start(DOUBLE, f"__ns:={SHARED}", "_repeat:=true", log=cls.server.folder / "log")
+
+    @classmethod
+    def tearDownClass(cls):
+        text = (cls.server.folder / "log").read_text()
+        cls.server.close()
+        assert "Traceback" not in text, text
+
+    def setUp(self):
+        super().setUp()
+        self.use(SHARED)
+
+    def use(self, space):
+        """Watch a namespace, and run goto in it."""
+        self.space = space
+        self.commands = self.listen(space + "/cmd_vel", Twist)
+
+    def start_server(self, space, **parameters):
+        self.use(space)
+        words = [f"_{name}:={value}" for name, value in parameters.items()]
+        return self.processes.start(DOUBLE, f"__ns:={space}", *words)
+
+    def start_goto(self, *words, log="goto"):
+        self.log = self.processes.folder / log
+        words = (*words, f"__ns:={self.space}")
+        return self.processes.start("rosrun", "robotont_navigation", "goto", *words, log=self.log)
+
+    def end(self, process, timeout=30.0):
+        """(exit status, lines) of goto when it has ended."""
+        wait_for(lambda: process.poll() is not None, "the end of goto", timeout)
+        text = self.log.read_text()
+        self.assertNotIn("Traceback", text)
+        return process.returncode, text.splitlines()
+
+    def moving(self):
+        return any(message.linear.x for message in self.commands)
+
+    def test_reached(self):
+        self.use("/late")
+        goals = self.listen("/late/move_base/goal", MoveBaseActionGoal)
+        goto = self.start_goto("2", "-2.2", "1.2", "--frame", "odom")
+        wait_for(lambda: "waiting for" in self.log.read_text(), "words about waiting")
+        self.start_server("/late", hurry=4.0)
+        status, lines = self.end(goto)
+        self.assertEqual(status, 0, lines)
+        self.assertEqual(lines[:2], [f"waiting for {self.space}/move_base", "going to (2.00, -2.20, 1.20) in odom"])
+        self.assertRegex(lines[-1], r"^reached \(2.00, -2.20, 1.20\) after [23]\.\d s, within")
+        self.assertTrue(any("m and" in line and "to go" in line for line in lines[2:-1]), lines)
+        target = goals[0].goal.target_pose
+        self.assertEqual(target.header.frame_id, "odom")
+        self.assertEqual((target.pose.position.x, target.pose.position.y), (2.0, -2.2))
+        self.assertAlmostEqual(target.pose.orientation.z, 0.5646425, places=6)  # sin(0.6)
+        self.assertAlmostEqual(target.pose.orientation.w, 0.8253356, places=6)
+        self.assertEqual(len(goals), 1)
+
+    def test_move_base_gives_up(self):
+        status, lines = self.end(self.start_goto("101", "0", "0"))
+        self.assertEqual(status, 1, lines)
+        self.assertEqual(lines[-1], "move_base gave up (ABORTED): Failed to find a valid plan. "
+                                    "Even after executing recovery behaviors")
+
+    def check_interruption(self, how):
+        goto = self.start_goto("2", "2", "0")
+        wait_for(self.moving, "motion")
+        os.killpg(goto.pid, how)
+        status, lines = self.end(goto)
+        self.assertEqual(status, 130, lines)
+        self.assertEqual(lines[-1], "interrupted; the goal is cancelled")
+        wait_for(lambda: self.commands[-1] == Twist(), "a zero Twist")
+        moved = max(number for number, message in enumerate(self.commands) if message != Twist())
+        self.assertEqual(len(self.commands) - moved, 2)  # one zero Twist, and nothing after it
+
+    def test_ctrl_c_cancels(self):
+        self.check_interruption(signal.SIGINT)
+
+    def test_kill_cancels(self):
+        self.check_interruption(signal.SIGTERM)
+
+    def test_no_server(self):
+        self.use("/nowhere")
+        patient = self.start_goto("2", "2", "0", log="patient")
+        status, lines = self.end(self.start_goto("2", "2", "0", "--wait", "1"))
+        self.assertEqual(status, 3, lines)
+        self.assertEqual(lines[-1], "no /nowhere/move_base after 1 s: is navigation.launch running?")
+        self.log = self.processes.folder / "patient"
+        self.assertEqual(self.log.read_text(), "waiting for /nowhere/move_base\n")
+        os.killpg(patient.pid, signal.SIGINT)
+        status, lines = self.end(patient)
+        self.assertEqual((status, lines[-1]), (130, "interrupted"))
+
+    def test_the_server_dies(self):
+        server = self.start_server("/mortal", repeat=True)
+        goto = self.start_goto("2", "2", "0")
+        wait_for(self.moving, "motion")
+        self.processes.stop(server, signal.SIGKILL)
+        status, lines = self.end(goto)
+        self.assertEqual(status, 3, lines)
+        self.assertEqual(lines[-1], "move_base has not been heard for 3 s: has it died?")
+
+    def test_too_long(self):
+        status, lines = self.end(self.start_goto("2", "2", "0", "--timeout", "1"))
+        self.assertEqual(status, 5, lines)
+        self.assertEqual(lines[-1], "not there after 1 s; the goal is cancelled")
+
+    def test_another_goal_takes_its_place(self):
+        first = self.start_goto("2", "2", "0")
+        wait_for(self.moving, "motion")
+        second = self.start_goto("3", "3", "0", log="second")
+        self.log = self.processes.folder / "goto"
+        status, lines = self.end(first)
+        self.assertEqual(status, 4, lines)
+        self.assertIn("another goal took its place", lines[-1])
+        self.assertIsNone(second.poll())
+
+
+if __name__ == "__main__":
+    rostest.rosrun("robotont_navigation", "goto", GotoTest)

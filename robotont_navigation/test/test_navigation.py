@@ -1,0 +1,58 @@
+"""navigation.launch and goto with the real move_base on the simulator; skipped where that is missing."""
+
+import json
+import subprocess
+
+import pytest
+from navigation_tools import NAVIGATION_PACKAGES, PACKAGE, ROOT, lacking
+
+pytestmark = pytest.mark.skipif(bool(lacking(*NAVIGATION_PACKAGES)), reason=lacking(*NAVIGATION_PACKAGES) or "-")
+
+IN_THE_ROOM = ["--goal", "8", "8", "1.57"]
+THREE = [*IN_THE_ROOM, "--goal", "1", "8.5", "3.0", "--goal", "9", "1", "-1.57"]
+
+
+def drive(*arguments):
+    """Figures of navigation_run.py for each goal, once they are good."""
+    result = subprocess.run(["/usr/bin/python3", str(PACKAGE / "test" / "navigation_run.py"), *arguments], check=False,
+                            text=True, timeout=500, capture_output=True)
+    assert result.stdout, result.stderr
+    figures = json.loads(result.stdout)
+    for each in figures:
+        print(each)
+        assert each["status"] == 0, each
+        assert each["error_m"] < 0.15, each
+        assert each["error_rad"] < 0.15, each
+        assert each["clearance_m"] > 0.05, each
+        assert each["last_command"] == [0.0, 0.0, 0.0], each
+    return figures
+
+
+def test_three_goals_in_a_row():
+    figures = drive(*THREE)
+    assert len(figures) == 3
+    assert figures[0]["strafing_m_s"] > 0.2, figures[0]
+    assert figures[0]["strafed_m"] > 2.0, figures[0]
+
+
+@pytest.mark.parametrize("x, y, yaw", [(1.4, 0.7, 0.3), (0.6, 1.3, -0.3)])
+def test_from_an_initial_pose_that_is_half_a_metre_and_0_3_rad_off(x, y, yaw):
+    drive(*IN_THE_ROOM, f"initial_x:={x}", f"initial_y:={y}", f"initial_yaw:={yaw}")
+
+
+def test_with_the_truth_for_a_localization():
+    drive("--goal", "3", "3", "-3.0", "localization:=fake")
+
+
+def test_with_a_laser_all_around():
+    drive("--goal", "3", "3", "-3.0", "scan_field_of_view:=6.2831853")
+
+
+def test_with_four_wheels(tmp_path):
+    wheels = tmp_path / "wheels.yaml"
+    wheels.write_text((ROOT / "config" / "wheel_params.yaml").read_text()
+                      .replace("wheelAmount: 3", "wheelAmount: 4")
+                      .replace("wheelRads: [5.235988, 3.141593, 1.047198]", "wheelRads: [0.785, 2.356, 3.927, 5.498]"))
+    assert "wheelAmount: 4" in wheels.read_text()
+    assert "2.356" in wheels.read_text()
+    drive("--goal", "3", "3", "-3.0", "--wheel-params", str(wheels))

@@ -1,0 +1,125 @@
+"""The launch files of navigation, read as roslaunch reads them; nothing is started."""
+
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+import yaml
+from navigation_tools import NAVIGATION_PACKAGES, PACKAGE, ROOT, read_launch, roslaunch
+
+from robotont_bringup.require import is_roslaunch, missing, words
+from robotont_description.geometry import robot_radius
+from robotont_driver.wheels import read_wheels
+from robotont_simulator.world import read_world, write_map
+
+FILES = {"navigation.launch": [name for name in NAVIGATION_PACKAGES if name != "fake_localization"],
+         "slam.launch": ["gmapping"], "camera_scan.launch": ["depthimage_to_laserscan"]}
+NOISE = ("... logging to", "Checking log directory", "Press Ctrl-C", "Done checking", "\x1b]2;")
+
+
+def said(result):
+    """Lines of a run of roslaunch but for those of its start."""
+    return [line for line in result.stdout.splitlines() if line and not line.startswith(NOISE)]
+
+
+@pytest.mark.parametrize("file", FILES)
+def test_a_missing_package_is_one_line_and_no_success(tmp_path, file):
+    """The shipped file where the stack is missing; else a copy that asks for one more package."""
+    path, lacks = ROOT / "launch" / file, missing(FILES[file])
+    if not lacks:
+        lacks = ["no_such_package"]
+        before, require, after = path.read_text().partition("/require ")
+        path = tmp_path / file
+        path.write_text(before + require + after.replace(FILES[file][0], f"no_such_package {FILES[file][0]}", 1))
+    result = roslaunch(path)
+    assert len(said(result)) == 1
+    assert re.fullmatch(rf"{file} needs the ROS packages? {', '.join(lacks)}, which (is|are) missing: "
+                        r"sudo apt-get install ros-noetic-\S+ \(ROS Noetic; Debian itself has none\)", said(result)[0])
+    assert result.returncode != 0
+
+
+def test_whoever_else_reads_launch_files_lives_on():
+    """Only the command roslaunch is ended; others get an exception."""
+    code = ("import roslaunch.config; "
+            "roslaunch.config.load_config_default([], None, ['<launch><param name=\"x\" "
+            "command=\"rosrun robotont_bringup require here some_package no_such_package\"/></launch>'])")
+    result = subprocess.run([sys.executable, "-c", code], check=False, text=True, timeout=60,
+                            capture_output=True)
+    assert "here needs the ROS package no_such_package" in result.stderr
+    assert "RLException" in result.stderr
+    assert result.returncode == 1
+
+
+def test_words_of_require():
+    assert words("a.launch", ["x", "y"], "ros-noetic-z").startswith("a.launch needs the ROS packages x, y, which are")
+    assert is_roslaunch(["/usr/bin/python3", "/opt/ros/noetic/bin/roslaunch", "x"])
+    assert not is_roslaunch(["/usr/bin/python3", "/usr/bin/rostest", "roslaunch"])
+    assert missing(["robotont_bringup", "no_such_package"]) == ["no_such_package"]
+
+
+@pytest.mark.parametrize("localization, nodes", [
+    ("amcl", {"/amcl", "/map_server", "/move_base"}),
+    ("fake", {"/fake_localization", "/map_server", "/move_base"}),
+    ("none", {"/map_server", "/move_base"}),
+])
+def test_each_localization_starts_its_nodes(localization, nodes):
+    assert set(read_launch("navigation.launch", f"localization:={localization}").nodes) == nodes
+
+
+def test_sim_starts_the_robot_and_map_none_no_map_server():
+    nodes = set(read_launch("navigation.launch", "sim:=true", "map:=none").nodes)
+    assert nodes >= {"/simulator_node", "/driver_node", "/odom_node", "/robot_state_publisher", "/move_base", "/amcl"}
+    assert "/map_server" not in nodes
+
+
+def test_rviz_shows_the_view_of_navigation():
+    arguments = read_launch("navigation.launch", "rviz:=true").nodes["/rviz"]
+    assert "navigation.rviz" in arguments
+    assert "-f map" in arguments
+
+
+def test_frames_and_topics_of_a_second_robot():
+    found = read_launch("navigation.launch", "namespace:=robot2", "frame_prefix:=robot2/").parameters
+    assert found["/robot2/amcl/odom_frame_id"] == "robot2/odom"
+    assert found["/robot2/amcl/base_frame_id"] == "robot2/base_link"
+    assert found["/robot2/amcl/global_frame_id"] == found["/robot2/map_server/frame_id"] == "map"
+    assert found["/robot2/move_base/global_costmap/robot_base_frame"] == "robot2/base_link"
+    assert found["/robot2/move_base/local_costmap/robot_base_frame"] == "robot2/base_link"
+    assert found["/robot2/move_base/local_costmap/global_frame"] == "robot2/odom"
+    assert found["/robot2/move_base/global_costmap/global_frame"] == "map"
+    assert not [name for name in found if re.match(r"/(move_base|amcl|map_server)", name)]
+
+
+def test_the_footprint_is_that_of_the_wheels(tmp_path):
+    shipped = yaml.safe_load((ROOT / "config" / "wheel_params.yaml").read_text())
+    assert robot_radius(read_wheels(shipped)) == 0.15
+    large = tmp_path / "large.yaml"
+    large.write_text(yaml.safe_dump({**shipped, "wheelDistanceFromCenter": [0.2, 0.3, 0.2], "wheelRadius": 0.06}))
+    found = read_launch("navigation.launch", f"wheel_params:={large}").parameters
+    # the outer corner of the second wheel: hypot(0.3 + 0.021, 0.06) = 0.3266
+    assert found["/move_base/global_costmap/robot_radius"] == found["/move_base/local_costmap/robot_radius"] == 0.33
+
+
+def test_robot_radius_explains_wrong_wheels(tmp_path):
+    wrong = tmp_path / "wrong.yaml"
+    wrong.write_text("wheelAmount: 2")
+    result = subprocess.run([sys.executable, str(PACKAGE / "scripts" / "robot_radius"), str(wrong)], check=False,
+                            text=True, capture_output=True)
+    assert result.returncode == 1
+    assert "wheelAmount: found 2" in result.stderr
+    assert "Traceback" not in result.stderr
+
+
+def test_the_map_of_the_room_is_that_of_the_simulator(tmp_path):
+    write_map(read_world(ROOT / "config" / "worlds" / "room.yaml"), tmp_path / "room")
+    maps = ROOT / "config" / "maps"
+    for name in ("room.yaml", "room.pgm"):
+        assert (maps / name).read_bytes() == (tmp_path / name).read_bytes(), \
+            "made anew by: rosrun robotont_simulator make_map config/worlds/room.yaml config/maps/room"
+    launch = read_launch("navigation.launch")
+    assert Path(launch.nodes["/map_server"].strip("'")).resolve() == (maps / "room.yaml").resolve()
+    # amcl starts where the simulated robot does
+    start = read_world(ROOT / "config" / "worlds" / "room.yaml").start
+    assert tuple(launch.parameters[f"/amcl/initial_pose_{axis}"] for axis in "xya") == start

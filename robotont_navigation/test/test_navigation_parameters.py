@@ -1,0 +1,138 @@
+"""What navigation.launch puts on the parameter server, against the names that the navigation stack reads."""
+
+import copy
+import re
+
+import pytest
+import yaml
+from navigation_tools import NAVIGATION, PACKAGE, read_launch
+
+from robotont_testing import places
+
+KNOWN = {section: set(names) for section, names in yaml.safe_load(
+    (PACKAGE / "test" / "data" / "navigation_parameters.yaml").read_text()).items()}
+BLIND_ROTATION = "TrajectoryPlannerROS as RotateRecovery reads it"
+
+
+def read(file, *arguments):
+    """{node: tree of its parameters} of a launch file."""
+    return tree(read_launch(file, *arguments).parameters)
+
+
+def tree(flat):
+    """Nested dictionaries of {"/a/b": value}."""
+    found = {}
+    for name, value in flat.items():
+        *above, last = name.strip("/").split("/")
+        place = found
+        for part in above:
+            place = place.setdefault(part, {})
+        place[last] = value
+    return found
+
+
+def unknown(section, given, inner=()):
+    """Names in `given` that the section does not read, but for those of the inner sections."""
+    return [f"{section}: {name}" for name in given if name not in KNOWN[section] and name not in inner]
+
+
+def unknown_of_costmap(costmap):
+    """Names that no costmap and no layer of it reads."""
+    types = {plugin["name"]: plugin["type"] for plugin in costmap["plugins"]}
+    faults = unknown("costmap_2d", costmap, types)
+    for name, kind in types.items():
+        layer = costmap.get(name, {})
+        sources = layer.get("observation_sources", "").split()
+        faults += unknown(kind, layer, sources)
+        for source in sources:
+            faults += unknown("observation source", layer[source])
+    return faults
+
+
+def unknown_of_move_base(given):
+    """Names under ~move_base that nobody reads."""
+    behaviors = {behavior["name"]: behavior["type"] for behavior in given["recovery_behaviors"]}
+    planners = {given[key].split("/")[1]: given[key] for key in ("base_global_planner", "base_local_planner")}
+    costmaps = ("global_costmap", "local_costmap")
+    faults = unknown("move_base", given, (*behaviors, *planners, *costmaps, "TrajectoryPlannerROS"))
+    for name, kind in {**behaviors, **planners}.items():
+        faults += unknown(kind, given.get(name, {}))
+    faults += unknown(BLIND_ROTATION, given["TrajectoryPlannerROS"])
+    return faults + [fault for costmap in costmaps for fault in unknown_of_costmap(given[costmap])]
+
+
+def test_every_parameter_is_one_that_its_node_reads():
+    given = read("navigation.launch")
+    assert unknown_of_move_base(given["move_base"]) == []
+    assert unknown("amcl", given["amcl"]) == []
+    assert unknown("map_server", given["map_server"]) == []
+    assert unknown("fake_localization", read("navigation.launch", "localization:=fake")["fake_localization"]) == []
+    mapping = read("slam.launch", "camera:=true")
+    assert unknown("gmapping", mapping["slam_gmapping"]) == []
+    assert unknown("depthimage_to_laserscan", mapping["depthimage_to_laserscan"]) == []
+
+
+@pytest.mark.parametrize("path, wrong", [
+    (("recovery_behavior_enabled",), "recovery_behaviour_enabled"),
+    (("DWAPlannerROS", "vth_samples"), "vtheta_samples"),
+    (("DWAPlannerROS", "max_vel_theta"), "max_rot_vel"),
+    (("global_costmap", "update_frequency"), "update_frequncy"),
+    (("local_costmap", "inflation", "cost_scaling_factor"), "cost_scaling"),
+    (("local_costmap", "obstacles", "scan", "obstacle_range"), "obstacle_rage"),
+    (("forget_far_obstacles", "reset_distance"), "reset_dist"),
+    (("NavfnROS", "default_tolerance"), "tolerance"),
+])
+def test_a_misspelt_name_is_found(path, wrong):
+    given = copy.deepcopy(read("navigation.launch")["move_base"])
+    place = given
+    for part in path[:-1]:
+        place = place[part]
+    place[wrong] = place.pop(path[-1])
+    assert [fault.rpartition(": ")[2] for fault in unknown_of_move_base(given)] == [wrong]
+
+
+def test_every_name_that_has_no_good_default_is_set():
+    """Defaults of the stack that do not fit this robot: they must be overwritten, not forgotten."""
+    given = read("navigation.launch")
+    planner = given["move_base"]["DWAPlannerROS"]
+    left_out = {"cheat_factor", "global_frame_id", "sum_scores"}  # only of the debugging cloud; how scores are added
+    assert KNOWN["dwa_local_planner/DWAPlannerROS"] - set(planner) == left_out
+    assert given["move_base"]["base_local_planner"] == "dwa_local_planner/DWAPlannerROS"
+    assert given["move_base"]["recovery_behavior_enabled"] is True
+    assert {"width", "height"} <= set(given["move_base"]["local_costmap"])
+
+
+def test_the_base_may_strafe_as_fast_as_it_drives():
+    planner = read("navigation.launch")["move_base"]["DWAPlannerROS"]
+    assert planner["max_vel_y"] == -planner["min_vel_y"] == planner["max_vel_x"] == -planner["min_vel_x"] > 0
+    assert planner["vy_samples"] > 1
+    assert read("navigation.launch")["amcl"]["odom_model_type"] == "omni-corrected"
+
+
+def test_the_limits_fit_the_driver():
+    given, robot = read("navigation.launch")["move_base"], read("robot.launch", "description:=false")
+    assert robot["driver_node"]["cmd_timeout"] > 1.0 / given["controller_frequency"]
+    assert given["DWAPlannerROS"]["max_vel_trans"] < robot["driver_node"]["max_wheel_speed"]
+    for mine, other in (("acc_lim_theta", "acc_lim_theta"), ("min_in_place_vel_theta", "min_vel_theta")):
+        assert given["TrajectoryPlannerROS"][mine] == given["DWAPlannerROS"][other]
+
+
+def test_amcl_never_divides_by_a_rate_of_zero():
+    amcl = read("navigation.launch")["amcl"]
+    assert amcl["save_pose_rate"] == -1.0
+    assert amcl["gui_publish_rate"] != 0
+
+
+def test_every_number_has_a_comment():
+    for file in sorted(NAVIGATION.glob("*.yaml")):
+        lines = file.read_text().splitlines()
+        numbers = [line for line in lines if re.match(r"\s*\w+: -?[\d.]+", line)]
+        assert numbers
+        assert [line for line in numbers if "  # " not in line] == [], file
+
+
+def test_every_file_is_loaded():
+    text = "".join(places.launch(file).read_text()
+                   for file in ("navigation.launch", "slam.launch", "camera_scan.launch"))
+    for file in NAVIGATION.glob("*.yaml"):
+        assert f"$(arg params)/{file.name}" in text

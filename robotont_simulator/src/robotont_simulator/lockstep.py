@@ -1,0 +1,57 @@
+"""A PC and a board in one process, as fast as the machine allows: for fast_drive, tests and benchmarks."""
+
+from robotont_driver.kinematics import Kinematics
+from robotont_driver.odometry import WheelOdometry
+from robotont_driver.protocol import FeedbackReader, add_checksum, format_packet
+from robotont_firmware import config
+from robotont_firmware.controller import Controller
+from robotont_simulator.simulated_board import SimulatedBoard
+
+
+class LockstepRun:
+    """Drives a `Simulation` by twists, through the packets and the firmware, and keeps odometry.
+
+    counts: the list of all packets' counts. path: (time [s], odometry pose, true pose) of each packet.
+    believed: `Wheels` that commands and odometry are computed with; None: the true ones.
+    """
+
+    REACH = 400  # [edges per period]
+
+    def __init__(self, simulation, believed=None):
+        wheels = simulation.wheels
+        self.simulation = simulation
+        self.kinematics = Kinematics(believed or wheels)
+        self.odometry = WheelOdometry(self.kinematics, 1.0 / wheels.pid_frequency, 0.01)
+        self.counts = []
+        self.path = []
+        self._to_board = bytearray()
+        self._reader = FeedbackReader(wheels.amount, self.REACH)
+        self._board = SimulatedBoard(simulation, self, lambda: True, real_time=False)
+        self._controller = Controller(self._board, config, wheels.amount, "simulated")
+        self._controller.start()
+
+    def drive(self, twists):
+        """Command one twist per period, until the iterable ends; None commands nothing."""
+        for twist in twists:
+            if twist is not None:
+                packet = format_packet(self.kinematics.units_of_twist(twist).tolist(), 2)
+                self._to_board += add_checksum(packet)
+            self._controller.step(self._board.wait_tick())
+
+    def hold(self, twist, seconds):
+        """Command one twist for a time; the newest pose of the odometry and of the truth."""
+        self.drive([twist] * round(seconds * self.simulation.wheels.pid_frequency))
+        return self.path[-1][1:]
+
+    def read(self, size):
+        """The board reads."""
+        data, self._to_board = self._to_board[:size], self._to_board[size:]
+        return bytes(data)
+
+    def write(self, data):
+        """The board writes."""
+        for counts in self._reader.feed(data):
+            self.counts.append(counts)
+            self.odometry.update(counts, 0.0)
+            pose = self.odometry.pose
+            self.path.append((self.simulation.time, (pose.x, pose.y, pose.yaw), self.simulation.pose()))

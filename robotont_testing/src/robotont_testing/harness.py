@@ -1,0 +1,135 @@
+"""A ROS master of one's own, processes that end with it, and waiting for conditions."""
+
+import os
+import signal
+import socket
+import subprocess
+import tempfile
+import time
+import xmlrpc.client
+from pathlib import Path
+
+from robotont_testing import places
+
+if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:  # so a shell starts what it puts into the background
+    signal.signal(signal.SIGINT, signal.default_int_handler)  # or what is started here would not hear Ctrl-C either
+
+
+def wait_for(condition, what, timeout=20.0, period=0.005):
+    """The first true value of `condition()`; AssertionError that names `what` after `timeout` [s]."""
+    end = time.monotonic() + timeout
+    while True:
+        value = condition()
+        if value:
+            return value
+        assert time.monotonic() < end, f"waited {timeout} s in vain for {what}"
+        time.sleep(period)
+
+
+def free_port():
+    """A TCP port that nobody uses now."""
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        return probe.getsockname()[1]
+
+
+class Processes:
+    """Processes that end with the `with` block, beside the ROS master that the environment names."""
+
+    def __init__(self):
+        self._folder = tempfile.TemporaryDirectory(prefix="robotont_")
+        self._processes = []
+
+    @property
+    def folder(self):
+        """A folder that lives as long as the processes: for logs and the names of serial ports."""
+        return Path(self._folder.name)
+
+    @property
+    def uri(self):
+        """The master's address."""
+        return os.environ["ROS_MASTER_URI"].rstrip("/")
+
+    def start(self, *command, log=None, **environment):
+        """Start a process; returns its Popen. `log`: a file for all that it prints."""
+        with open(str(log or os.devnull), "wb") as output:
+            process = subprocess.Popen(
+                [str(word) for word in command], stdin=subprocess.DEVNULL, stdout=output,
+                stderr=subprocess.STDOUT, env={**os.environ, **environment}, start_new_session=True)
+        self._processes.append(process)
+        return process
+
+    def launch(self, file, *arguments, log=None):
+        """Start a shipped launch file (or one at any path) with arguments such as port:=/dev/x."""
+        port = self.uri.rpartition(":")[2]
+        return self.start("roslaunch", "-p", port, places.launch(file), *arguments, log=log)
+
+    def node(self, name, *arguments, log=None, **environment):
+        """Start a node of robotont_driver with arguments such as _port:=/dev/x."""
+        return self.start("rosrun", "robotont_driver", name, *arguments, log=log, **environment)
+
+    def pid(self, node):
+        """Process id of a node such as /odom_node."""
+        code, words, uri = xmlrpc.client.ServerProxy(self.uri).lookupNode("/harness", node)
+        assert code == 1, words
+        return xmlrpc.client.ServerProxy(uri).getPid("/harness")[2]
+
+    def stop(self, process, how=signal.SIGINT, timeout=20.0):
+        """End a process that was started here, by default as Ctrl-C does; returns its exit status."""
+        if process in self._processes:
+            self._processes.remove(process)
+        if process.poll() is None:
+            os.killpg(process.pid, how)
+            try:
+                process.wait(timeout)
+            except subprocess.TimeoutExpired:
+                os.killpg(process.pid, signal.SIGKILL)
+                process.wait()
+        return process.returncode
+
+    def close(self):
+        """End all, the newest first."""
+        for process in reversed(list(self._processes)):
+            self.stop(process)
+        self._folder.cleanup()
+
+    def __enter__(self):
+        """Nothing more to do."""
+        return self
+
+    def __exit__(self, *_):
+        """End all."""
+        self.close()
+
+
+class Master(Processes):
+    """A private ROS master on a random port; the environment of this process leads to it."""
+
+    def __init__(self, start=True):
+        super().__init__()
+        self._before = {name: os.environ.get(name) for name in ("ROS_MASTER_URI", "ROS_IP", "ROS_LOG_DIR")}
+        port = free_port()
+        os.environ.update(ROS_MASTER_URI=f"http://127.0.0.1:{port}", ROS_IP="127.0.0.1",
+                          ROS_LOG_DIR=str(self.folder))
+        if start:
+            self.start("rosmaster", "--core", "-p", port)
+            self.wait()
+
+    def wait(self):
+        """Until the master answers."""
+        wait_for(self._answers, "the ROS master")
+
+    def _answers(self):
+        try:
+            return xmlrpc.client.ServerProxy(self.uri).getPid("/harness")[0] == 1
+        except OSError:
+            return False
+
+    def close(self):
+        """End all, and forget the master."""
+        super().close()
+        for name, value in self._before.items():
+            if value is None:
+                os.environ.pop(name, None)
+            else:
+                os.environ[name] = value

@@ -1,0 +1,78 @@
+"""What the rostests share: recorded topics, commands, and the newest diagnostics."""
+
+import unittest
+from typing import ClassVar
+
+import rospy
+from diagnostic_msgs.msg import DiagnosticArray
+from geometry_msgs.msg import Twist
+
+from robotont_testing.harness import Processes, wait_for
+
+OK, WARN, ERROR = 0, 1, 2
+
+
+def twist(x=0.0, y=0.0, turn=0.0):
+    """A Twist on the floor."""
+    message = Twist()
+    message.linear.x, message.linear.y, message.angular.z = x, y, turn
+    return message
+
+
+class NodeTest(unittest.TestCase):
+    """A test beside a running ROS master."""
+
+    @classmethod
+    def setUpClass(cls):
+        """A node of its own for the test process."""
+        rospy.init_node("node_test", anonymous=True, disable_signals=True)
+
+    # Topics live as long as the test process: rospy may miss a connection that is ended and made again.
+    _publishers: ClassVar[dict] = {}
+    _subscribers: ClassVar[dict] = {}
+
+    def setUp(self):
+        """Processes that end with the test, and the newest diagnostics in `status`."""
+        self.processes = Processes()
+        self.addCleanup(self.processes.close)
+        self.status = {}
+        self.listen("/diagnostics", DiagnosticArray, self._on_diagnostics)
+
+    def _on_diagnostics(self, message):
+        for status in message.status:
+            self.status[status.name] = status
+
+    def listen(self, topic, message_type, callback=None):
+        """The list into which all messages of the topic go from now on."""
+        messages = []
+        if topic not in self._subscribers:
+            callbacks = []
+            self._subscribers[topic] = callbacks, rospy.Subscriber(
+                topic, message_type, lambda message: [call(message) for call in callbacks], tcp_nodelay=True)
+        callbacks = self._subscribers[topic][0]
+        callbacks.append(callback or messages.append)
+        self.addCleanup(callbacks.remove, callbacks[-1])
+        return messages
+
+    def publisher(self, topic, message_type, subscribers=1):
+        """A publisher that is connected to as many subscribers."""
+        if topic not in self._publishers:
+            self._publishers[topic] = rospy.Publisher(topic, message_type, queue_size=100)
+        publisher = self._publishers[topic]
+        wait_for(lambda: publisher.get_num_connections() >= subscribers, "subscribers of " + topic)
+        return publisher
+
+    def wait_for_status(self, name, level, words=""):
+        """Wait until the newest diagnostics of a task have a level, and words in the message."""
+        def told():
+            status = self.status.get(name)
+            return status is not None and status.level == level and words in status.message and status
+        try:
+            return wait_for(told, "diagnostics")
+        except AssertionError:
+            told_last = [(status.name, status.level, status.message) for status in self.status.values()]
+            raise AssertionError(f"no level {level} with {words!r} of {name!r} in {told_last}") from None
+
+    def values(self, name):
+        """The values of a task's newest diagnostics, by key."""
+        return {value.key: value.value for value in self.status[name].values}

@@ -1,0 +1,14 @@
+"""Wheel parameters of the robots that the tests build: the shipped file, the bare seven keys, uneven wheels."""
+
+import yaml
+
+from robotont_testing.places import data
+
+WHEEL_PARAMS = data("wheel_params.yaml")
+SHIPPED = yaml.safe_load(WHEEL_PARAMS.read_text())
+BARE = yaml.safe_load(data("bare_wheel_params.yaml").read_text())
+UNEVEN_4 = {**SHIPPED, "wheelAmount": 4, "wheelRads": [0.1, 1.4, 3.3, 5.0],
+            "wheelDistanceFromCenter": [0.11, 0.13, 0.12, 0.15]}
+UNEVEN_5 = {**BARE, "wheelAmount": 5, "wheelRads": [0.3, 1.2, 2.9, 3.6, 5.5],
+            "wheelRadius": [0.035, 0.036, 0.034, 0.035, 0.05], "referenceDirection": 0.4}
+ROBOTS = {"shipped": SHIPPED, "bare": BARE, "uneven4": UNEVEN_4, "uneven5": UNEVEN_5}

@@ -1,0 +1,224 @@
+"""A stand-in for the board: ideal motors behind a pseudo-terminal, with a line as bad as a test wants."""
+
+import binascii
+import os
+import random
+import select
+import threading
+import time
+import tty
+
+COMMAND_TIMEOUT = 0.5  # [s]
+
+
+def crc16(data):
+    """CRC-16/CCITT-FALSE, by the standard library: the driver has a table of its own."""
+    return binascii.crc_hqx(data, 0xFFFF)
+
+
+def speeds_of(line, wheels):
+    """Speeds [units] of a command, plain or with the right CRC behind its semicolon; None for anything else."""
+    body, semicolon, trailer = line.partition(b";")
+    if trailer.strip() and trailer.strip() != b"%04X" % crc16(body + semicolon):
+        return None
+    try:
+        speeds = [float(field) for field in body.split(b":")]
+    except ValueError:
+        return None
+    return speeds if semicolon and len(speeds) == wheels else None
+
+
+class Encoders:
+    """Wheels that turn exactly as commanded: `turned` [edges] since the start, `counted` the whole ones of them."""
+
+    def __init__(self, wheels):
+        self.turned = [0.0] * wheels
+        self.counted = [0] * wheels
+
+    def follow(self, units):
+        """Counts, n integers, of one PID period at these speeds [units]."""
+        counts = []
+        for wheel, unit in enumerate(units):
+            self.turned[wheel] += unit
+            counts.append(round(self.turned[wheel]) - self.counted[wheel])
+            self.counted[wheel] += counts[-1]
+        return counts
+
+
+class Line:
+    """What happens to the bytes that the board sends. Rates are per byte; change them at any time."""
+
+    def __init__(self, seed=1):
+        self.random = random.Random(seed)
+        self.drop = 0.0
+        self.corrupt = 0.0
+        self.double = 0.0
+        self.split = False   # write byte by byte
+        self.hold = 0        # merge: write only when so many packets wait
+        self.cut = False     # lose everything
+        self._held = []
+
+    def pass_on(self, packet):
+        """List of the byte strings to write, one after the other, for a packet."""
+        if self.cut:
+            return []
+        data = bytearray()
+        for byte in packet:
+            fate = self.random.random()
+            if fate < self.drop:
+                continue
+            if fate < self.drop + self.corrupt:
+                data.append(self.random.randrange(256))
+            elif fate < self.drop + self.corrupt + self.double:
+                data += bytes((byte, byte))
+            else:
+                data.append(byte)
+        self._held.append(bytes(data))
+        if len(self._held) <= self.hold:
+            return []
+        together, self._held = b"".join(self._held), []
+        return [bytes((byte,)) for byte in together] if self.split else [together]
+
+
+class Board:
+    """Reads commands and sends one packet per period, from a thread of its own, at the port `link`.
+
+    `heard`: (time, line) of each command line. `told`: counts of each period in which the port was open.
+    `on_period(turned)` is called with the edges that the wheels have really turned, fractions included;
+    `on_bytes(time, data)` with what the PC writes.
+    """
+
+    def __init__(self, link, wheels=3, checked=True, period=0.02, start_totals=0, banner="robotont stand-in 1"):
+        self.link = link
+        self.wheels = wheels
+        self.checked = checked
+        self.period = period
+        self.banner = banner
+        self.line = Line()
+        self.heard = []
+        self.told = []
+        self.on_period = None
+        self.on_bytes = None
+        self._start_totals = start_totals
+        self._woken, self._wake = os.pipe()
+        self._master = None
+        self._thread = None
+        self._open = False  # whether somebody has the port open
+        self.restart()
+
+    def restart(self, start_totals=None):
+        """Forget all, as after a reset: counter and totals begin anew."""
+        self.motors = Encoders(self.wheels)
+        self.offset = self._start_totals if start_totals is None else start_totals
+        self._speeds = [0.0] * self.wheels
+        self._counter = 0
+        self._commanded_at = -COMMAND_TIMEOUT
+        self._says = [f"# {self.banner}\n".encode()] if self.banner else []
+
+    def say(self, data):
+        """Put bytes on the line with the next packet."""
+        self._says.append(data)
+
+    def plug(self):
+        """Appear at the port's name."""
+        self._master, slave = os.openpty()
+        tty.setraw(slave)
+        os.set_blocking(self._master, False)
+        if os.path.islink(self.link):
+            os.unlink(self.link)
+        os.symlink(os.ttyname(slave), self.link)
+        os.close(slave)
+        self._thread = threading.Thread(target=self._run, daemon=True)
+        self._thread.start()
+
+    def unplug(self):
+        """Vanish: the port's name and the line."""
+        os.unlink(self.link)
+        os.write(self._wake, b"!")
+        self._thread.join()
+        os.close(self._master)
+        self._master = None
+
+    def __enter__(self):
+        """Plug in."""
+        self.plug()
+        return self
+
+    def __exit__(self, *_):
+        """Unplug, if not unplugged already."""
+        if self._master is not None:
+            self.unplug()
+
+    @property
+    def speeds(self):
+        """Speeds [units] that the wheels have now."""
+        return list(self._speeds)
+
+    def send(self, data):
+        """Write bytes to the line now, whatever the line does to packets; lost when nobody has the port open."""
+        try:
+            while data:
+                data = data[os.write(self._master, data):]
+        except OSError:
+            pass  # full, or closed at the other end: a real board does not wait either
+
+    def _run(self):
+        self._unfinished = b""
+        due = time.monotonic()
+        poller = select.poll()
+        poller.register(self._master, select.POLLIN)
+        poller.register(self._woken, select.POLLIN)
+        while True:
+            ready = poller.poll(max(0.0, due - time.monotonic()) * 1000)
+            now = time.monotonic()
+            if any(fd == self._woken for fd, _ in ready):
+                os.read(self._woken, 1)
+                return
+            if any(event & select.POLLIN for _, event in ready):
+                self._hear(now)
+            self._open = not any(event & select.POLLHUP for _, event in ready)
+            if not self._open:
+                time.sleep(min(0.001, self.period / 4))  # nobody has the port open; poll() would return at once
+            if now >= due:
+                due += self.period
+                self._tick(now)
+
+    def _hear(self, now):
+        try:
+            data = os.read(self._master, 4096)
+        except OSError:
+            return
+        if self.on_bytes:
+            self.on_bytes(now, data)
+        *lines, self._unfinished = (self._unfinished + data).split(b"\n")
+        for line in lines:
+            self.heard.append((now, line.decode("ascii", "replace")))
+            speeds = speeds_of(line, self.wheels)
+            if speeds is not None:
+                self._speeds = speeds
+                self._commanded_at = now
+
+    def _tick(self, now):
+        if now - self._commanded_at > COMMAND_TIMEOUT:
+            self._speeds = [0.0] * self.wheels
+        counts = self.motors.follow(self._speeds)
+        if self._open:
+            self.told.append(counts)
+        if self.on_period:
+            self.on_period(self.motors.turned)
+        for data in self._says:
+            self.send(data)
+        self._says = []
+        packet = self.packet(counts)
+        self._counter = (self._counter + 1) % 256
+        for data in self.line.pass_on(packet):
+            self.send(data)
+
+    def packet(self, counts):
+        """The feedback packet for the counts of one period."""
+        plain = ":".join(map(str, counts))
+        if not self.checked:
+            return f"{plain};\n".encode()
+        totals = "".join(":%04X" % ((total + self.offset) % 0x10000) for total in self.motors.counted)
+        body = f"{plain};{self._counter:02X}{totals}:".encode()
+        return body + b"%04X\n" % crc16(body)

@@ -141,7 +141,7 @@ def draw_slip(wheels, file):
     odometry, found, out = WheelOdometry(kinematics, PERIOD, NOISE), [(0.0, 0.0)], []
     for packet in counts.tolist():
         if finder.update(packet):
-            odometry.leave_out(finder.slipping)
+            odometry.exclude(finder.slipping)
         odometry.update(packet, PERIOD)
         found.append((odometry.pose.x, odometry.pose.y))
         out.append(bool(finder.slipping))

@@ -22,6 +22,7 @@ from tf2_msgs.msg import TFMessage
 
 from robotont_driver.kinematics import Kinematics
 from robotont_driver.odometry import Pose
+from robotont_driver.se2 import pose_of
 from robotont_driver.wheels import read_wheels
 from robotont_testing.harness import wait_for
 from robotont_testing.node_test import ERROR, OK, NodeTest, twist
@@ -70,7 +71,7 @@ class Robot:
     def pose(self):
         """(x, y, yaw) of the newest odometry."""
         pose = self.odom[-1].pose.pose
-        return pose.position.x, pose.position.y, 2 * math.atan2(pose.orientation.z, pose.orientation.w)
+        return pose_of(pose)
 
     def drive(self, speeds, until, what):
         """Command at 50 Hz until a condition holds."""

@@ -8,8 +8,10 @@ import rostest
 import yaml
 from nav_msgs.msg import Odometry
 
+from robotont_driver.se2 import pose_of
 from robotont_testing.harness import wait_for
-from robotont_testing.node_test import WHEEL_PARAMS, NodeTest
+from robotont_testing.node_test import NodeTest
+from robotont_testing.robots import WHEEL_PARAMS
 from robotont_testing.stand_in_board import Board
 
 SIZES = ("--side", "0.2", "--turns", "0.25", "--line", "0.3")
@@ -41,7 +43,7 @@ class GuideTest(NodeTest):
     def place(self):
         """(x [m], y [m], yaw [rad]) by the odometry, which is right: the board's motors are ideal."""
         pose = self.odom[-1].pose.pose
-        return pose.position.x, pose.position.y, 2 * math.atan2(pose.orientation.z, pose.orientation.w)
+        return pose_of(pose)
 
     def with_a_tape(self, answers, *arguments):
         """As `guide`, but "?" measures: where the robot stands then, seen from where it stood at the last Enter."""

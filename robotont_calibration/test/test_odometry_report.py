@@ -16,10 +16,10 @@ from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
 from std_msgs.msg import String
 
+from robotont_calibration import odometry_report
 from robotont_calibration.recordings import Recording, RecordingError, read_recording, write_csv
 from robotont_calibration.trajectory import Trajectory, align, relative_errors, synchronise, timing, write_tum
 from robotont_calibration.trajectory_errors import Report
-from robotont_driver import odometry_report
 from robotont_driver.kinematics import Kinematics
 from robotont_driver.protocol import format_packet
 from robotont_driver.wheels import read_wheels

@@ -18,9 +18,11 @@ from tf2_msgs.msg import TFMessage
 from robotont_driver.kinematics import Kinematics
 from robotont_driver.odometry import WheelOdometry
 from robotont_driver.protocol import format_packet
+from robotont_driver.se2 import pose_of
 from robotont_driver.wheels import read_wheels
 from robotont_testing.harness import wait_for
-from robotont_testing.node_test import OK, WARN, WHEEL_PARAMS, NodeTest, twist
+from robotont_testing.node_test import OK, WARN, NodeTest, twist
+from robotont_testing.robots import WHEEL_PARAMS
 
 TASK = "odom_node: wheel feedback"
 
@@ -57,7 +59,7 @@ class OdomNodeTest(NodeTest):
 
     def pose(self):
         pose = self.odom[-1].pose.pose
-        return pose.position.x, pose.position.y, 2 * math.atan2(pose.orientation.z, pose.orientation.w)
+        return pose_of(pose)
 
     def test_every_packet_makes_one_message_and_the_pose_is_that_of_the_counts(self):
         generator = random.Random(5)

@@ -31,11 +31,11 @@ def curve(speed, turn, seconds=4.0):
 def normalised_errors(wheels, twists, noise, solver="least_squares", runs=RUNS):
     """Per run: error of the end pose, squared, over its covariance (NEES); and the same for the newest twist."""
     generator = np.random.default_rng(SEED)
-    kinematics = Kinematics(wheels)
+    kinematics = Kinematics(wheels, SOLVERS[solver])
     paths, truth = rolled(wheels, twists), end_pose(twists)
     of_pose, of_twist = [], []
     for _ in range(runs):
-        odometry = WheelOdometry(kinematics, PERIOD, noise, SOLVERS[solver])
+        odometry = WheelOdometry(kinematics, PERIOD, noise)
         for counts in counted(wheels, paths, noise, generator).tolist():
             odometry.update(counts, PERIOD)
         pose = odometry.pose

@@ -4,8 +4,9 @@ import mpmath
 import numpy as np
 import pytest
 
+from robotont_driver import se2
 from robotont_driver.kinematics import Kinematics
-from robotont_driver.odometry import LONGEST_HOLD, Pose, WheelOdometry, sinc_derivative
+from robotont_driver.odometry import LONGEST_HOLD, Pose, WheelOdometry
 from robotont_driver.wheels import read_wheels
 from robotont_testing.robots import SHIPPED
 
@@ -192,4 +193,4 @@ def test_reset_goes_back_to_the_origin_and_keeps_the_wheels():
 def test_derivative_of_sinc(angle):
     expected = mpmath.diff(lambda a: mpmath.sin(a) / a if a else mpmath.mpf(1), mpmath.mpf(angle)) \
         if abs(angle) > 1e-8 else -angle / 3
-    assert sinc_derivative(angle) == pytest.approx(float(expected), abs=1e-9)
+    assert se2.sinc_derivative(angle) == pytest.approx(float(expected), abs=1e-9)

@@ -27,7 +27,7 @@ def drive(wheels, counts, commanded=None, detect=True):
     told = []
     for index, packet in enumerate(counts.tolist()):
         if detect and finder.update(packet, None if commanded is None else commanded[index]):
-            odometry.leave_out(finder.slipping)
+            odometry.exclude(finder.slipping)
         odometry.update(packet, PERIOD)
         told.append(finder.slipping)
     return odometry, finder, told

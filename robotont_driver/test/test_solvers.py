@@ -89,9 +89,9 @@ def test_odometry_with_a_wheel_left_out_and_taken_back(solver):
     wrong[2] = 0.0
     odometry.update(wrong, 0.0)
     assert np.abs(odometry.twist - (0.3, 0.1, 0.5)).max() > 0.05
-    odometry.leave_out((2,))
+    odometry.exclude((2,))
     odometry.update(wrong, 0.0)
     np.testing.assert_allclose(odometry.twist, (0.3, 0.1, 0.5), atol=1e-12)
-    odometry.leave_out(())
+    odometry.exclude(())
     odometry.update(right, 0.0)
     np.testing.assert_allclose(odometry.twist, (0.3, 0.1, 0.5), atol=1e-12)

@@ -20,6 +20,7 @@ from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
 
 from robotont_description.geometry import robot_radius
+from robotont_driver.se2 import pose_of
 from robotont_driver.wheels import read_wheels
 from robotont_simulator.world import read_world
 from robotont_testing.harness import Master, wait_for
@@ -92,7 +93,7 @@ class Run:
 def pose(message):
     """(x, y, yaw) of an Odometry."""
     place = message.pose.pose
-    return place.position.x, place.position.y, 2 * math.atan2(place.orientation.z, place.orientation.w)
+    return pose_of(place)
 
 
 def flat(twist):

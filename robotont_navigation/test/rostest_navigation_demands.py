@@ -15,6 +15,7 @@ from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
 from tf2_msgs.msg import TFMessage
 
+from robotont_driver.se2 import pose_of
 from robotont_testing import places
 from robotont_testing.harness import Processes, wait_for
 from robotont_testing.node_test import NodeTest, twist
@@ -29,7 +30,7 @@ TOLERANCE = yaml.safe_load((NAVIGATION / "costmap_common.yaml").read_text())["tr
 def pose(message):
     """(x, y, yaw) of an Odometry."""
     place = message.pose.pose
-    return place.position.x, place.position.y, 2 * math.atan2(place.orientation.z, place.orientation.w)
+    return pose_of(place)
 
 
 def speeds(message):

@@ -12,6 +12,7 @@ from sensor_msgs.msg import LaserScan
 from std_msgs.msg import Float32, Float32MultiArray
 from std_srvs.srv import SetBool
 
+from robotont_driver.se2 import pose_of
 from robotont_testing.harness import wait_for
 from robotont_testing.node_test import ERROR, OK, NodeTest, twist
 
@@ -21,7 +22,7 @@ LINK = "serial_com_node: link"
 def pose(message):
     """(x, y, yaw) of an Odometry."""
     place = message.pose.pose
-    return place.position.x, place.position.y, 2 * math.atan2(place.orientation.z, place.orientation.w)
+    return pose_of(place)
 
 
 class SimulatorNodeTest(NodeTest):

@@ -11,7 +11,9 @@ from typing import NamedTuple, Tuple
 import numpy as np
 from scipy.optimize import least_squares
 
+from robotont_driver import se2
 from robotont_driver.kinematics import Kinematics
+from robotont_driver.wheel_noise import PATH_VARIANCE, variance_per_edge
 from robotont_driver.wheels import read_wheels
 
 # How far off a parameter may be before the runs: standard deviations of the loose tie to its old value.
@@ -20,7 +22,6 @@ DISTANCE_TIE = 0.1  # part of the distance
 ANGLE_TIE = 0.2     # [rad]
 DETERMINED = 0.3    # a parameter counts as determined when the runs leave less than this part of the tie
 PASSES = 3          # fits, each with the noise along the way that the one before has found
-EDGE_VARIANCE = 1 / 6  # [edges^2] of a sum of counts: a uniform rounding error at either end
 
 
 class Stretch(NamedTuple):
@@ -120,13 +121,13 @@ def _fit(stretches, unknowns, wheel_noise, start):
 def misfit(wheels, stretch):
     """(x [m], y [m], yaw [rad]) by which the counts lead elsewhere than the robot went; yaw within half a turn."""
     difference = end_pose(wheels, stretch.counts) - stretch.moved
-    difference[2] = math.remainder(difference[2], 2 * math.pi)
+    difference[2] = se2.wrap(difference[2])
     return difference
 
 
 def end_pose(wheels, counts):
     """(x [m], y [m], yaw [rad]) of K x n counts [edges] from the origin; yaw is not wrapped."""
-    return _poses(_steps(wheels, counts))[-1]
+    return se2.path(_steps(wheels, counts))[-1]
 
 
 def _steps(wheels, counts):
@@ -134,21 +135,10 @@ def _steps(wheels, counts):
     return (counts * np.array(wheels.metres_per_edge)) @ Kinematics(wheels).inverse.T
 
 
-def _poses(steps):
-    """K x 3 poses behind each of K steps: arcs, whose chord is turned by half of the step's turn."""
-    yaw = np.cumsum(steps[:, 2])
-    half = steps[:, 2] / 2
-    chord = np.sinc(half / math.pi)
-    cos, sin = np.cos(yaw - half) * chord, np.sin(yaw - half) * chord
-    x = np.cumsum(cos * steps[:, 0] - sin * steps[:, 1])
-    y = np.cumsum(sin * steps[:, 0] + cos * steps[:, 1])
-    return np.column_stack([x, y, yaw])
-
-
 def _whitening(wheels, stretch, wheel_noise):
     """3 x 3 matrix that makes the misfit of a stretch unit noise: of the measurement, the wheels and the edges."""
     to_step = Kinematics(wheels).inverse * np.array(wheels.metres_per_edge)
-    poses = _poses(_steps(wheels, stretch.counts))
+    poses = se2.path(_steps(wheels, stretch.counts))
     cos, sin = np.cos(poses[:, 2]), np.sin(poses[:, 2])
     lever = poses[-1, :2] - poses[:, :2]  # a turn at the pose k moves the end by lever x turn
     jacobians = np.zeros((len(poses), 3, 3))  # of the end by step k, in base_link
@@ -156,9 +146,9 @@ def _whitening(wheels, stretch, wheel_noise):
     jacobians[:, 1, 0], jacobians[:, 1, 1], jacobians[:, 1, 2] = sin, cos, lever[:, 0]
     jacobians[:, 2, 2] = 1.0
     by_wheel = jacobians @ to_step  # K x 3 x n
-    variances = np.abs(stretch.counts) * (wheel_noise ** 2 / np.array(wheels.metres_per_edge))  # [edges^2]
+    variances = np.abs(stretch.counts) * variance_per_edge(wheel_noise, wheels.metres_per_edge)  # [edges^2]
     covariance = np.einsum("kin,kn,kjn->ij", by_wheel, variances, by_wheel)
-    covariance += EDGE_VARIANCE * to_step @ to_step.T
+    covariance += PATH_VARIANCE * to_step @ to_step.T
     place, yaw = stretch.deviation
     x, y, _ = stretch.moved
     start = np.array((y, -x, -1.0)) * yaw  # a start that looks elsewhere than measured turns the end
@@ -184,9 +174,7 @@ def stretches_of(times, counts, truth, seconds, deviation):
         for (begin, start), (last, end) in zip(zip(marks, poses), zip(marks[1:], poses[1:])):
             part = counts[begin + 1:last + 1]
             if part.any():
-                cos, sin = math.cos(start[2]), math.sin(start[2])
-                x, y, yaw = end - start
-                found.append(Stretch(part, (cos * x + sin * y, cos * y - sin * x, yaw), deviation))
+                found.append(Stretch(part, se2.between(start, end), deviation))
     if not found:
         raise ValueError("found no packets with motion while the true pose is known")
     return found

@@ -1,5 +1,6 @@
 """What a calibration has changed: a table, and a picture of before and after."""
 
+import functools
 import math
 from typing import NamedTuple
 
@@ -7,6 +8,7 @@ import numpy as np
 
 from robotont_calibration.calibration import Stretch, misfit
 from robotont_calibration.trajectory_errors import BLUE, GREY, INK, ORANGE, drawing_style, pyplot
+from robotont_driver import se2
 from robotont_driver.wheels import read_wheels
 
 
@@ -87,8 +89,5 @@ def draw(path, given, found, runs):
 
 def whole_of(stretches, deviation):
     """One `Stretch` of all, put together from what each one measured."""
-    x = y = yaw = 0.0
-    for _, (dx, dy, turn), _ in stretches:
-        x, y = x + math.cos(yaw) * dx - math.sin(yaw) * dy, y + math.sin(yaw) * dx + math.cos(yaw) * dy
-        yaw += turn
-    return Stretch(np.concatenate([stretch.counts for stretch in stretches]), (x, y, yaw), deviation)
+    end = functools.reduce(se2.compose, (stretch.moved for stretch in stretches), (0.0, 0.0, 0.0))
+    return Stretch(np.concatenate([stretch.counts for stretch in stretches]), end, deviation)

@@ -14,6 +14,7 @@ import numpy as np
 from robotont_calibration.trajectory import Trajectory
 from robotont_driver.odometry import LONGEST_HOLD, Pose, WheelOdometry
 from robotont_driver.protocol import PacketError, parse_packet
+from robotont_driver.se2 import yaw_of
 
 NOISE = 0.0  # these odometries need no covariance
 
@@ -49,7 +50,7 @@ class Recording:
             pose = message.pose
             pose = getattr(pose, "pose", pose)  # with covariance, or without
             q = pose.orientation
-            yaw = math.atan2(2 * (q.w * q.z + q.x * q.y), 1 - 2 * (q.y * q.y + q.z * q.z))
+            yaw = yaw_of(q)
             getattr(self, kind).append((stamp or time, (pose.position.x, pose.position.y, yaw)))
 
     def trajectory(self, kind):

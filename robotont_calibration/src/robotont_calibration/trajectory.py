@@ -9,6 +9,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from robotont_driver import se2
+
 ALIGNMENTS = ("origin", "best", "none")
 
 
@@ -98,16 +100,14 @@ def align(estimate, reference, how):
         turn = math.atan2(np.sum(ours[:, 0] * theirs[:, 1] - ours[:, 1] * theirs[:, 0]), np.sum(ours * theirs))
     else:
         raise ValueError(f"found alignment {how!r}, allowed: {', '.join(ALIGNMENTS)}")
-    poses = estimate.poses.copy()
-    poses[:, :2] = (poses[:, :2] - source) @ _rotation(turn).T + target
-    poses[:, 2] += turn
-    return Trajectory(estimate.times, poses)
+    moved = se2.between((*source, 0.0), estimate.poses.T)
+    return Trajectory(estimate.times, np.transpose(se2.compose((*target, turn), moved)))
 
 
 def absolute_errors(estimate, reference):
     """(distances [m], K; headings [rad], K, within half a turn) of two synchronised, aligned trajectories."""
     difference = estimate.poses - reference.poses
-    return np.hypot(difference[:, 0], difference[:, 1]), np.abs(_wrapped(difference[:, 2]))
+    return np.hypot(difference[:, 0], difference[:, 1]), np.abs(se2.wrap(difference[:, 2]))
 
 
 def relative_errors(estimate, reference, delta):
@@ -127,18 +127,12 @@ def relative_errors(estimate, reference, delta):
     moved = motion(reference.poses[begins], reference.poses[ends])
     believed = motion(estimate.poses[begins], estimate.poses[ends])
     errors = motion(moved, believed)
-    return np.hypot(errors[:, 0], errors[:, 1]), np.abs(_wrapped(errors[:, 2]))
+    return np.hypot(errors[:, 0], errors[:, 1]), np.abs(se2.wrap(errors[:, 2]))
 
 
 def motion(start, end):
     """K x 3 poses of `end` as seen from `start`, K x 3 each."""
-    difference = end - start
-    cos, sin = np.cos(start[:, 2]), np.sin(start[:, 2])
-    return np.column_stack([
-        cos * difference[:, 0] + sin * difference[:, 1],
-        cos * difference[:, 1] - sin * difference[:, 0],
-        difference[:, 2],
-    ])
+    return np.transpose(se2.between(start.T, end.T))
 
 
 def root_mean_square(values):
@@ -171,12 +165,3 @@ def write_tum(path, trajectory):
     with open(path, "w") as file:
         for time, (x, y, yaw) in zip(trajectory.times.tolist(), trajectory.poses.tolist()):
             file.write(f"{time:.9f} {x!r} {y!r} 0 0 0 {math.sin(yaw / 2)!r} {math.cos(yaw / 2)!r}\n")
-
-
-def _rotation(angle):
-    cos, sin = math.cos(angle), math.sin(angle)
-    return np.array(((cos, -sin), (sin, cos)))
-
-
-def _wrapped(angles):
-    return (angles + math.pi) % (2 * math.pi) - math.pi

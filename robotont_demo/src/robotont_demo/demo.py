@@ -24,6 +24,7 @@ from std_msgs.msg import Float32
 
 from robotont_driver.kinematics import Kinematics
 from robotont_driver.odometry import Pose
+from robotont_driver.se2 import pose_of, yaw_of
 from robotont_driver.wheels import read_wheels
 from robotont_testing.harness import Master, wait_for
 from robotont_testing.robots import SHIPPED
@@ -135,7 +136,7 @@ class Simulated:
     def pose(self):
         """True (x [m], y [m], yaw [rad])."""
         pose = self._truth.pose.pose
-        return pose.position.x, pose.position.y, 2 * math.atan2(pose.orientation.z, pose.orientation.w)
+        return pose_of(pose)
 
     def stands(self):
         """Whether the robot stands."""
@@ -225,7 +226,7 @@ class Demo:
     def error(self):
         """([m], [rad]) between odometry and truth, now."""
         pose, truth = self.odom[-1].pose.pose, self.robot.pose()
-        yaw = 2 * math.atan2(pose.orientation.z, pose.orientation.w)
+        yaw = yaw_of(pose.orientation)
         return (math.hypot(pose.position.x - truth[0], pose.position.y - truth[1]),
                 abs(math.remainder(yaw - truth[2], 2 * math.pi)))
 
@@ -265,7 +266,7 @@ def draw(demo, file):
     left.plot(*odom.T, color="#1f4e79", linewidth=1.6, label="odometry: odom")
     for message in demo.odom[::60]:
         pose = message.pose.pose
-        yaw = 2 * math.atan2(pose.orientation.z, pose.orientation.w)
+        yaw = yaw_of(pose.orientation)
         left.arrow(pose.position.x, pose.position.y, 0.07 * math.cos(yaw), 0.07 * math.sin(yaw), width=0.006,
                    head_width=0.03, color="#1f4e79", length_includes_head=True)
     left.plot(0, 0, "o", color="#2e7d32", markersize=8, label="start")

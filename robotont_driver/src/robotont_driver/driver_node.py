@@ -10,7 +10,7 @@ from std_msgs.msg import Bool, String
 from robotont_driver.command_stream import CommandStream
 from robotont_driver.kinematics import Kinematics
 from robotont_driver.limits import Limits
-from robotont_driver.node import OK, WARN, Health, Publisher, Worker, run_node
+from robotont_driver.node import OK, WARN, Health, ImmediatePublisher, Worker, run_node
 from robotont_driver.parameters import Parameter
 from robotont_driver.protocol import format_packet
 
@@ -39,7 +39,7 @@ class DriverNode:
         self._stream = CommandStream(self._kinematics, limits, parameters["cmd_timeout"], self._period)
         self._lock = threading.Lock()
         self._sent_at = 0.0
-        self._publisher = Publisher("serial_write", String)
+        self._publisher = ImmediatePublisher("serial_write", String)
         self._repeater = Worker(self._repeat)
         rospy.on_shutdown(self._stop)
         rospy.Subscriber("emergency_stop", Bool, self._on_emergency_stop, queue_size=1)

@@ -9,6 +9,8 @@ import math
 
 import numpy as np
 
+from robotont_driver.solvers import least_squares
+
 
 def wheel_matrix(wheels):
     """Formulas (1) and (6): n x 3, wheel speeds [m/s] = matrix @ (v_x [m/s], v_y [m/s], omega [rad/s]).
@@ -28,13 +30,18 @@ def units_per_speed(wheels):
 
 
 class Kinematics:
-    """Twist to units and back, for one set of `wheels`."""
+    """Twist to units and back, for one set of `wheels`.
 
-    def __init__(self, wheels):
+    solver: one of solvers.SOLVERS, for n > 3 wheels. excluded: indices of wheels that twists are computed without.
+    """
+
+    def __init__(self, wheels, solver=least_squares, excluded=()):
         self.wheels = wheels
-        self.matrix = wheel_matrix(wheels)             # (6)
-        self.inverse = np.linalg.pinv(self.matrix)     # (7), 3 x n: the inverse; least squares for n > 3
+        self.solver = solver
+        self.matrix = wheel_matrix(wheels)              # (6)
         self.units_per_speed = units_per_speed(wheels)  # (5)
+        included = [wheel for wheel in range(wheels.amount) if wheel not in excluded]
+        self.inverse = solver(self.matrix, included)    # (7), 3 x n; 0 in the columns of excluded wheels
 
     def wheel_speeds(self, twist):
         """Wheel speeds [m/s], n, of a twist: formula (1), v_i = R omega + |v| cos(theta_i - phi).
@@ -54,8 +61,8 @@ class Kinematics:
     def twist_of_speeds(self, speeds):
         """Twist, 3, of wheel speeds [m/s], n: formulas (9)-(11).
 
-        With more than three wheels the speeds may disagree (noise, slip); the twist is then the one
-        with the least sum of squared differences.
+        With more than three wheels the speeds may disagree (noise, slip); the solver decides: by default the
+        twist with the least sum of squared differences.
         """
         return self.inverse @ speeds
 

@@ -5,15 +5,15 @@ import threading
 import time
 
 import rospy
+import tf2_ros
 from geometry_msgs.msg import TransformStamped
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import JointState
 from std_msgs.msg import String
 from std_srvs.srv import Trigger, TriggerResponse
-from tf2_msgs.msg import TFMessage
 
 from robotont_driver.kinematics import Kinematics
-from robotont_driver.node import OK, WARN, Health, Publisher, Rate, run_node
+from robotont_driver.node import OK, WARN, Health, Rate, run_node
 from robotont_driver.odometry import WheelOdometry
 from robotont_driver.parameters import Parameter
 from robotont_driver.protocol import PacketError, parse_packet
@@ -50,10 +50,10 @@ class OdomNode:
 
     def __init__(self, wheels, parameters):
         self._wheels = wheels
-        kinematics = Kinematics(wheels)
+        kinematics = Kinematics(wheels, SOLVERS[parameters["solver"]])
         period = 1.0 / wheels.pid_frequency if parameters["packet_period"] < 0 else parameters["packet_period"]
         noise, false_alarms = parameters["wheel_noise"], parameters["slip_false_alarms"]
-        self._odometry = WheelOdometry(kinematics, period, noise, SOLVERS[parameters["solver"]])
+        self._odometry = WheelOdometry(kinematics, period, noise)
         self._detector = self._watch = None  # packets of speeds (period 0) are no measurement
         if period and wheels.amount > 3 and false_alarms:
             self._detector = SlipDetector(
@@ -69,10 +69,9 @@ class OdomNode:
         self._refused = 0
         self._rate = Rate()
         self._prepare_messages(parameters)
-        # what tf2_ros.TransformBroadcaster does, without the 5 MB and the thread that it costs
-        self._tf_publisher = Publisher("/tf", TFMessage) if parameters["publish_tf"] else None
-        self._odom_publisher = Publisher("odom", Odometry)
-        self._joint_publisher = Publisher("joint_states", JointState)
+        self._broadcaster = tf2_ros.TransformBroadcaster() if parameters["publish_tf"] else None
+        self._odom_publisher = rospy.Publisher("odom", Odometry, queue_size=10)
+        self._joint_publisher = rospy.Publisher("joint_states", JointState, queue_size=10)
         rospy.Service("reset_odometry", Trigger, self._on_reset)
         # no queue_size: every packet counts
         rospy.Subscriber("serial_read", String, self._on_packet, tcp_nodelay=True)
@@ -103,7 +102,7 @@ class OdomNode:
             stamp = rospy.Time.now()
             elapsed = (stamp.to_nsec() - self._stamped) / 1e9 if self._packets else 0.0
             if self._detector and self._detector.update(counts, self._newest_command()):
-                self._odometry.leave_out(self._detector.slipping)
+                self._odometry.exclude(self._detector.slipping)
             self._odometry.update(counts, elapsed)
             self._packets += 1
             if elapsed > 0.0 or not self._stamped:  # a stamp is used once, and never an older one
@@ -142,8 +141,8 @@ class OdomNode:
         joints.position = odometry.wheel_angles.tolist()
         joints.velocity = odometry.wheel_rates.tolist()
         self._odom_publisher.publish(odom)
-        if self._tf_publisher:
-            self._tf_publisher.publish([self._transform])
+        if self._broadcaster:
+            self._broadcaster.sendTransform(self._transform)
         self._joint_publisher.publish(joints)
 
     def _on_reset(self, _request):

@@ -1,21 +1,19 @@
 """Odometry of omni wheels on SE(2): exact steps, propagated covariance, nothing but numbers.
 
-A pose is (x [m], y [m], yaw [rad]) of base_link in the odometry frame. A step is a displacement
-(dx [m], dy [m], dyaw [rad]) in base_link, made with a constant twist.
+A pose is (x [m], y [m], yaw [rad]) of base_link in the odometry frame. A step is the integral of a constant
+twist (v_x t [m], v_y t [m], omega t [rad]) in base_link.
 """
 
 import math
 
 import numpy as np
 
-from robotont_driver.solvers import least_squares
+from robotont_driver import se2
+from robotont_driver.kinematics import Kinematics
+from robotont_driver.wheel_noise import PATH_VARIANCE, READING_VARIANCE, variance_per_edge
 
 # Variance of each coordinate before the first step: the start is known, but no filter likes a zero.
 START_VARIANCE = 1e-9
-# [edges^2] What one encoder edge hides of a wheel's angle: the variance of a uniform error of one edge.
-# Counts are differences of angles, so their errors cancel from packet to packet: of a path, however long,
-# only those of its start and of its end remain.
-QUANTISATION = 1.0 / 12.0
 # Longest time [s] that a measured speed is held: without newer packets the board itself has stopped.
 LONGEST_HOLD = 0.5
 
@@ -36,25 +34,21 @@ class Pose:
     def move(self, step, step_covariance):
         """Move by a step (3 floats) with its covariance, 3 x 3.
 
-        A constant twist makes an arc. Its chord is the step shortened by sinc(dyaw / 2) and turned by
-        half of dyaw, which is exact. Covariance: F P F' + G Q G', with the Jacobians F by the pose and
-        G by the step side by side.
+        Covariance: F P F' + G Q G', with the Jacobians F by the pose and G by the step side by side.
         """
         dx, dy, dyaw = step
         half = dyaw / 2
-        chord = sinc(half)
-        slope = sinc_derivative(half) / 2
+        chord = se2.sinc(half)
+        slope = se2.sinc_derivative(half) / 2
         cos, sin = math.cos(self.yaw + half), math.sin(self.yaw + half)
-        turned = (cos * dx - sin * dy, sin * dx + cos * dy)
-        forward, left = chord * turned[0], chord * turned[1]
+        x, y, yaw = se2.compose((self.x, self.y, self.yaw), se2.arc(step))
+        moved_x, moved_y = x - self.x, y - self.y
         jacobians = np.array((
-            (1.0, 0.0, -left, chord * cos, -chord * sin, slope * turned[0] - left / 2),
-            (0.0, 1.0, forward, chord * sin, chord * cos, slope * turned[1] + forward / 2),
+            (1.0, 0.0, -moved_y, chord * cos, -chord * sin, slope * (cos * dx - sin * dy) - moved_y / 2),
+            (0.0, 1.0, moved_x, chord * sin, chord * cos, slope * (sin * dx + cos * dy) + moved_x / 2),
             (0.0, 0.0, 1.0, 0.0, 0.0, 1.0),
         ))
-        self.x += forward
-        self.y += left
-        self.yaw = wrap(self.yaw + dyaw)
+        self.x, self.y, self.yaw = x, y, se2.wrap(yaw)
         self._both[:3, :3] = self.covariance
         self._both[3:, 3:] = step_covariance
         self.covariance = jacobians @ self._both @ jacobians.T
@@ -65,18 +59,15 @@ class WheelOdometry:
 
     period: time [s] that one packet stands for. 0: packets hold speeds, each valid until the next one.
     wheel_noise: standard deviation [m] of a wheel's path after 1 m; its variance grows with the path.
-    solver: one of solvers.SOLVERS.
     """
 
-    def __init__(self, kinematics, period, wheel_noise, solver=least_squares):
+    def __init__(self, kinematics, period, wheel_noise):
         wheels = kinematics.wheels
         self.kinematics = kinematics
         self.period = period
-        self._solver = solver
-        self._metres_per_edge = np.array(wheels.metres_per_edge)
-        self._noise = wheel_noise ** 2 / self._metres_per_edge  # [edges^2 per edge], per wheel
-        self.leave_out(())
-        self.pose = Pose(QUANTISATION * self._edge_covariance)
+        self._variance_per_edge = variance_per_edge(wheel_noise, wheels.metres_per_edge)
+        self.exclude(())
+        self.pose = Pose(READING_VARIANCE * self._edge_covariance)
         self.twist = np.zeros(3)                     # (v_x, v_y, omega) of the newest packet
         self.twist_covariance = np.zeros((3, 3))
         self.wheel_angles = np.zeros(wheels.amount)  # [rad] since the start
@@ -85,17 +76,16 @@ class WheelOdometry:
         self._rate = 1.0 / period if period else wheels.pid_frequency  # [Hz] packets per second
         self._held = np.zeros(wheels.amount)
 
-    def leave_out(self, wheels):
+    def exclude(self, wheels):
         """From now on no packet moves the robot by the counts of these `wheels` (indices)."""
-        counted = [wheel for wheel in range(self.kinematics.wheels.amount) if wheel not in wheels]
-        # 3 x n: edges to step, (8)-(11)
-        self._to_step = self._solver(self.kinematics.matrix, counted) * self._metres_per_edge
-        self._edge_covariance = self._to_step @ self._to_step.T  # of a step, for 1 edge^2 in every wheel
-        self._end_covariance = (QUANTISATION * self._edge_covariance).tolist()
-        # n x 9: covariance of a step, row by row, that one edge of each wheel's path brings
-        columns = self._to_step.T
+        self.kinematics = Kinematics(self.kinematics.wheels, self.kinematics.solver, wheels)
+        by_edge = self.kinematics.inverse * self.kinematics.wheels.metres_per_edge  # 3 x n: step by one edge of each
+        self._edge_covariance = by_edge @ by_edge.T  # of a step, for 1 edge^2 in every wheel
+        self._end_covariance = (READING_VARIANCE * self._edge_covariance).tolist()
+        # n x 9: covariance of a step, row by row, by one edge of each wheel's path
+        columns = by_edge.T
         self._path_covariances = (
-            columns[:, :, None] * columns[:, None, :] * self._noise[:, None, None]).reshape(-1, 9)
+            columns[:, :, None] * columns[:, None, :] * self._variance_per_edge[:, None, None]).reshape(-1, 9)
 
     @property
     def pose_covariance(self):
@@ -126,31 +116,18 @@ class WheelOdometry:
             self._move(held, *self._step(held))
             self._held = edges
         self.twist = step * self._rate
-        self.twist_covariance = (covariance + 2 * QUANTISATION * self._edge_covariance) * self._rate ** 2
+        self.twist_covariance = (covariance + PATH_VARIANCE * self._edge_covariance) * self._rate ** 2
         self.wheel_rates = edges * (self._radians_per_edge * self._rate)
 
     def _step(self, edges):
-        """Step (3) that n `edges` make, and its covariance (3 x 3) by noise that grows with each wheel's path."""
-        return self._to_step @ edges, (np.abs(edges) @ self._path_covariances).reshape(3, 3)
+        """Step (3,) for n encoder `edges`, and its covariance (3 x 3) by noise that grows with each wheel's path.
+
+        Edges of one PID period are units, so (8)-(11) give their twist, and that times the period the step.
+        """
+        step = self.kinematics.twist_of_units(edges) / self.kinematics.wheels.pid_frequency
+        return step, (np.abs(edges) @ self._path_covariances).reshape(3, 3)
 
     def _move(self, edges, step, covariance):
         if edges.any():  # a robot at rest gains no uncertainty
             self.pose.move(step.tolist(), covariance)
             self.wheel_angles += edges * self._radians_per_edge
-
-
-def sinc(angle):
-    """sin(angle) / angle, and 1 at 0. angle: [rad]."""
-    return math.sin(angle) / angle if angle else 1.0
-
-
-def sinc_derivative(angle):
-    """Derivative of sinc. angle: [rad]."""
-    if abs(angle) < 1e-4:
-        return -angle / 3  # the next term of the series is angle^3 / 30
-    return (math.cos(angle) - sinc(angle)) / angle
-
-
-def wrap(angle):
-    """The same angle [rad] within [-pi, pi]."""
-    return math.remainder(angle, 2 * math.pi)

@@ -8,6 +8,7 @@ from geometry_msgs.msg import PoseStamped
 from nav_msgs.msg import Odometry, Path
 
 from robotont_driver.parameters import Parameter, ParameterError, read_parameters
+from robotont_driver.se2 import yaw_of
 from robotont_driver.travelled_path import Sample, Trail
 
 PARAMETERS = (
@@ -44,7 +45,7 @@ def sample_of(message):
     position, orientation = message.pose.pose.position, message.pose.pose.orientation
     velocity = message.twist.twist.linear
     return Sample(message.header.stamp.to_sec(), position.x, position.y,
-                  2 * math.atan2(orientation.z, orientation.w), math.hypot(velocity.x, velocity.y))
+                  yaw_of(orientation), math.hypot(velocity.x, velocity.y))
 
 
 def path_of(frame, samples):

@@ -5,7 +5,7 @@ import time
 import rospy
 from std_msgs.msg import String
 
-from robotont_driver.node import ERROR, OK, WARN, Health, Publisher, Rate, run_node
+from robotont_driver.node import ERROR, OK, WARN, Health, ImmediatePublisher, Rate, run_node
 from robotont_driver.parameters import Parameter
 from robotont_driver.protocol import FeedbackReader, PacketError, add_checksum, format_packet, parse_packet
 from robotont_driver.serial_link import SerialLink
@@ -35,7 +35,7 @@ class SerialComNode:
         self._restarts = 0        # of the board, that have been told
         self._trouble_before = 0  # errors up to the last report
         self._rate = Rate()
-        self._publisher = Publisher("serial_read", String)
+        self._publisher = ImmediatePublisher("serial_read", String)
         self._link = SerialLink(
             parameters["port"], parameters["baudrate"], self._on_bytes, self._on_change,
             stop_packet=lambda: self._encode(self._stop),

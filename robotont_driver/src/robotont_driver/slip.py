@@ -13,10 +13,10 @@ from collections import deque
 import numpy as np
 
 from robotont_driver.solvers import LARGEST_CONDITION, condition, least_squares, parity
+from robotont_driver.wheel_noise import PATH_VARIANCE, variance_per_edge
 
 WINDOW = 10             # [packets with motion] that the test looks back on: 0.2 s at 50 Hz
 TOLERANCE = 0.01        # wheel parameters are taken to be right within this part of a wheel's path
-EDGE_VARIANCE = 1 / 6   # [edges^2] of any sum of counts: a rounding error of var 1/12 at either end
 PREDICTION = 0.3        # how well the motion is foreseen, as a part of it; decides only where parity cannot
 DOUBT = 6.0             # wheels whose costs differ by less (odds of 20 to 1) are almost equally suspect ...
 PATIENCE = 3            # ... which is borne for so many packets
@@ -35,7 +35,7 @@ class SlipDetector:
     def __init__(self, matrix, metres_per_edge, wheel_noise, false_alarms, frequency):
         self._matrix = np.asarray(matrix)
         self._edge = np.array(metres_per_edge)
-        self._noise = wheel_noise ** 2 / self._edge  # [edges^2 per edge]
+        self._noise = variance_per_edge(wheel_noise, self._edge)
         self._rate = min(0.5, false_alarms / (3600.0 * frequency))
         self._views = {}
         self._counts = deque(maxlen=WINDOW)
@@ -135,7 +135,7 @@ class SlipDetector:
     def _statistic(self, view, path=None):
         """Parity of a path [edges] (that of the window when None) over its covariance, chi-square distributed."""
         driven = self._path
-        variances = EDGE_VARIANCE + self._noise * np.abs(driven) + (TOLERANCE * driven) ** 2
+        variances = PATH_VARIANCE + self._noise * np.abs(driven) + (TOLERANCE * driven) ** 2
         said = view.parity @ (driven if path is None else path)
         if len(said) == 1:
             return float(said[0] ** 2 / (view.squares @ variances)[0])

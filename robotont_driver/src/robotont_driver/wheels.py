@@ -3,6 +3,8 @@
 import math
 from typing import NamedTuple, Tuple
 
+import numpy as np
+
 from robotont_driver.parameters import ParameterError, fault, is_number
 
 THESIS_KEYS = (
@@ -108,16 +110,12 @@ def can_move_every_way(wheels):
     """Whether the wheel matrix has rank 3, with some reserve.
 
     Seen from its Gram determinant, with lengths in units of the largest distance: n^3/4 for n evenly
-    placed wheels, 0 for rank 2. (Without numpy, which serial_com_node does not load.)
+    placed wheels, 0 for rank 2.
     """
     largest = max(wheels.distances)
-    rows = [(math.cos(direction), math.sin(direction), distance / largest)
-            for direction, distance in zip(wheels.directions, wheels.distances)]
-    (a, b, c), (_, d, e), (_, _, f) = [
-        [sum(row[i] * row[j] for row in rows) for j in range(3)] for i in range(3)
-    ]
-    determinant = a * (d * f - e * e) - b * (b * f - c * e) + c * (b * e - c * d)
-    return determinant > SMALLEST_DETERMINANT * len(rows) ** 3
+    rows = np.array([(math.cos(direction), math.sin(direction), distance / largest)
+                     for direction, distance in zip(wheels.directions, wheels.distances)])
+    return bool(np.linalg.det(rows.T @ rows) > SMALLEST_DETERMINANT * len(rows) ** 3)
 
 
 def _is_positive(value):

@@ -13,6 +13,7 @@ import rospy
 from actionlib_msgs.msg import GoalStatus, GoalStatusArray
 from move_base_msgs.msg import MoveBaseAction, MoveBaseGoal
 
+from robotont_driver.se2 import pose_of
 from robotont_navigation.goal import (
     INTERRUPTED,
     NOT_THERE,
@@ -89,7 +90,7 @@ class GoTo:
 
     def _on_feedback(self, feedback):
         pose = feedback.base_position.pose
-        self._pose = Goal(pose.position.x, pose.position.y, 2 * math.atan2(pose.orientation.z, pose.orientation.w))
+        self._pose = Goal(*pose_of(pose))
 
     def _on_done(self, _state, _result):
         self._ended.set()

@@ -8,6 +8,7 @@ from pathlib import Path
 
 from robotont_calibration.drives import DRIVES, PAUSE, REST
 from robotont_calibration.recordings import write_csv
+from robotont_driver import se2
 from robotont_driver.wheel_file import read_wheel_file
 from robotont_simulator.lockstep import LockstepRun
 from robotont_simulator.simulation import Simulation
@@ -85,15 +86,8 @@ def make_run(options):
 
 def errors(run, start):
     """(forward [m], left [m], turn [rad]) of the odometry's end minus the true one, seen from the start."""
-    believed, true = (seen_from(begin, end) for begin, end in zip(start[1:], run.path[-1][1:]))
-    return believed[0] - true[0], believed[1] - true[1], math.remainder(believed[2] - true[2], 2 * math.pi)
-
-
-def seen_from(start, pose):
-    """`pose` (x [m], y [m], yaw [rad]) in the frame of `start`."""
-    x, y = pose[0] - start[0], pose[1] - start[1]
-    cos, sin = math.cos(start[2]), math.sin(start[2])
-    return cos * x + sin * y, cos * y - sin * x, pose[2] - start[2]
+    believed, true = (se2.between(begin, end) for begin, end in zip(start[1:], run.path[-1][1:]))
+    return believed[0] - true[0], believed[1] - true[1], se2.wrap(believed[2] - true[2])
 
 
 def main(arguments=None):

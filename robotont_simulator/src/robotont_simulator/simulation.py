@@ -71,8 +71,8 @@ class Simulation:
 
     def pose(self):
         """Ground truth of base_link: (x [m], y [m], yaw [rad])."""
-        x, y, _, w, i, j, k = self.data.qpos[:7]
-        return float(x), float(y), math.atan2(2 * (w * k + i * j), 1 - 2 * (j * j + k * k))
+        x, y, _, w, i, j, k = self.data.qpos[:7].tolist()
+        return x, y, math.atan2(2 * (w * k + i * j), 1 - 2 * (j * j + k * k))
 
     def twist(self):
         """Ground truth in base_link: (v_x [m/s], v_y [m/s], omega [rad/s])."""

@@ -10,6 +10,7 @@ from std_msgs.msg import Bool, String
 
 from robotont_testing.harness import wait_for
 from robotont_testing.node_test import OK, WARN, NodeTest, twist
+from robotont_testing.robots import WHEEL_PARAMS
 
 TASK = "driver_node: command stream"
 ZEROS = "0.00:0.00:0.00;\n"
@@ -108,7 +109,7 @@ class DriverNodeTest(NodeTest):
 
     def test_the_last_packet_is_zeros_however_the_node_ends(self):
         for how in (signal.SIGINT, signal.SIGTERM):
-            self.processes.start("rosparam", "load", "/ending").wait()
+            self.processes.start("rosparam", "load", WHEEL_PARAMS, "/ending").wait()
             node = self.processes.node("driver_node", "__ns:=/ending")
             written = self.listen("/ending/serial_write", String)
             command = self.publisher("/ending/cmd_vel", Twist)

@@ -5,8 +5,8 @@ import pytest
 
 from conftest import HERE
 
-PURE = ["command_stream", "ideal_motors", "kinematics", "limits", "odometry", "parameters", "protocol", "se2", "slip",
-        "solvers", "travelled_path", "wheel_file", "wheel_noise", "wheels"]
+PURE = ["command_stream", "echo", "ideal_motors", "kinematics", "limits", "motor", "odometry", "parameters", "protocol",
+        "se2", "slip", "solvers", "timeouts", "travelled_path", "wheel_file", "wheel_noise", "wheels", "yaml_file"]
 FORBIDDEN = ["rospy", "roslib", "genpy", "serial", "time", "threading", "socket", "std_msgs"]
 
 

@@ -238,7 +238,7 @@ class Demo:
             ("commands published", len(self.published)),
             *self.robot.figures(self.published),
             ("packets written to the line", self.link["packets written"]),
-            ("packets published on serial_read", self.link["packets read"]),
+            ("packets published on serial_read", self.link["packets published"]),
             ("  lines spoilt on the way, and dropped", self.link["lines dropped"]),
             ("  periods repaired from the totals", self.link["periods repaired"]),
             ("end pose, odometry against truth", f"{metres * 1000:.2f} mm, {math.degrees(radians):.3f} deg"),

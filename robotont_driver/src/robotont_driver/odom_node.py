@@ -34,13 +34,14 @@ PARAMETERS = (
     Parameter("base_frame", "base_link", "frame of the twist, and the child frame of the transform"),
     Parameter("publish_tf", True, "whether to publish odom_frame -> base_frame; false beside an EKF"),
     Parameter("packet_period", -1.0, "time that one packet stands for; negative = 1/pidControlFrequency; "
-              "0 = packets hold speeds, measure the time between them", "s"),
+              "0 = packets hold speeds, measure the time between them", "s", minimum=-1.0, maximum=10.0),
     Parameter("solver", "least_squares", "step of the robot from n wheels: least_squares, or triples, the mean over "
               "every combination of three wheels", choices=("least_squares", "triples")),
     Parameter("wheel_noise", 0.005, "standard deviation of a wheel's path after 1 m, growing with the "
-              "square root of the path", "m", minimum=0.0),
+              "square root of the path", "m", minimum=0.0, maximum=1.0,
+              reason="wheels that are off by more than their path tell nothing"),
     Parameter("slip_false_alarms", 0.1, "false alarms per hour of driving that the search for slipping wheels may "
-              "raise at most (4 or more wheels); 0 = no search", "1/h", minimum=0.0),
+              "raise at most (4 or more wheels); 0 = no search", "1/h", minimum=0.0, maximum=1000.0),
     Parameter("joint_prefix", "", "put before the names of the wheel joints"),
 )
 
@@ -201,6 +202,14 @@ def fill(covariance, planar):
         covariance[index] = value
 
 
+def check(_wheels, parameters, _other):
+    """What does not fit together, in words."""
+    frames = parameters["odom_frame"], parameters["base_frame"]
+    if all(frames) and frames[0] != frames[1]:
+        return []
+    return [f"~odom_frame and ~base_frame: found {frames[0]!r} and {frames[1]!r}, allowed: two different names"]
+
+
 def main():
     """Run odom_node."""
-    run_node("odom_node", OdomNode, PARAMETERS)
+    run_node("odom_node", OdomNode, PARAMETERS, check)

@@ -1,6 +1,7 @@
 """A serial port that may come and go: bytes in without polling, newest command out without waiting."""
 
 import contextlib
+import errno
 import os
 import select
 import termios
@@ -8,6 +9,8 @@ import threading
 import time
 
 import serial
+
+from robotont_driver.port_owner import refusal
 
 READ_SIZE = 4096  # [bytes]
 
@@ -97,6 +100,7 @@ class SerialLink:
     def _run(self):
         while not self._closing:
             try:
+                check_owner(self._name)
                 with serial.Serial(self._name, self._baudrate, timeout=0, exclusive=True) as port:
                     self._opened(port)
                     try:
@@ -163,15 +167,29 @@ class SerialLink:
             os.read(self._woken, READ_SIZE)
 
 
+ADVICE = {
+    errno.EACCES: "add your user to the group dialout (sudo usermod -aG dialout $USER) and log in again",
+    errno.ENOENT: "is the board plugged in, and is this the right port?",
+    errno.EAGAIN: "another program holds it open",
+}
+
+
+class ForeignPort(OSError):
+    """A port that is somebody else's."""
+
+
+def check_owner(port):
+    """Raise ForeignPort where a port leads to somebody's terminal, or may soon."""
+    words = refusal(port)
+    if words:
+        raise ForeignPort(words)
+
+
 def explain(port, error):
     """Words for an error on opening or using a port, with what to do about it."""
-    text = str(error)
-    if "Errno 13" in text or isinstance(error, PermissionError):
-        advice = "add your user to the group dialout (sudo usermod -aG dialout $USER) and log in again"
-    elif "Errno 2]" in text:
-        advice = "is the board plugged in, and is this the right port?"
-    elif "Errno 11]" in text or "exclusively" in text:
-        advice = "another program holds it open"
-    else:
-        advice = "is the board still plugged in?"
-    return f"{port}: {text}; {advice}"
+    if isinstance(error, ForeignPort):
+        return f"{port}: {error}"
+    number = getattr(error, "errno", None)
+    advice = ADVICE.get(number, "is the board still plugged in?")
+    # pyserial's own words hold the port and the system's words twice
+    return f"{port}: {os.strerror(number).lower() if number else error}; {advice}"

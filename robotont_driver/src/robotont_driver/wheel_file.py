@@ -1,23 +1,21 @@
 """A wheel_params.yaml: read, and written anew with other values in the old lines, so that order and comments stay."""
 
 import re
-from pathlib import Path
 
 import yaml
 
 from robotont_driver.parameters import ParameterError
-from robotont_driver.wheels import read_wheels
+from robotont_driver.wheels import KEYS, read_wheels
+from robotont_driver.yaml_file import read_mapping
 
 
 def read_wheel_file(path):
-    """(`Wheels`, mapping, text) of a file. Raises ValueError with all that is wrong with it, or OSError."""
-    text = Path(path).read_text()
-    try:
-        given = yaml.safe_load(text)
-    except yaml.YAMLError as error:
-        raise ValueError(f"{path}: no YAML: {error}") from error
-    if not isinstance(given, dict):
-        raise ValueError(f"{path}: found {type(given).__name__}, allowed: wheel parameters")
+    """(`Wheels`, mapping, text) of a wheel_params.yaml.
+
+    Raises ValueError with all that is wrong with it, a line for each fault, each with the file's name; OSError where
+    it cannot be read. Everything that takes a wheel file reads it here.
+    """
+    given, text = read_mapping(path, "wheel parameters: " + ", ".join(KEYS))
     try:
         return read_wheels(given), given, text
     except ParameterError as error:

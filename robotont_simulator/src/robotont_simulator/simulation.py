@@ -13,16 +13,13 @@ PUSH_LIFT = 1.0      # part of the robot's weight that a push takes off its whee
 
 
 class Simulation:
-    """A robot with `Wheels` in a `World`. Deterministic for a seed and a sequence of calls.
+    """A robot with `Wheels` in a `World`. Deterministic for a seed and a sequence of calls."""
 
-    gear: gearbox ratio, which `Wheels` holds only together with the encoder's edges.
-    """
-
-    def __init__(self, wheels, gear, world, seed=0):
+    def __init__(self, wheels, world, seed=0):
         self.wheels = wheels
         self.world = world
         self.random = np.random.default_rng(seed)
-        self.mujoco_model = mujoco.MjModel.from_xml_string(model.build(wheels, gear, world))
+        self.mujoco_model = mujoco.MjModel.from_xml_string(model.build(wheels, world))
         self.data = mujoco.MjData(self.mujoco_model)
         self.voltage = model.VOLTAGE
         self._steps = round(1.0 / wheels.pid_frequency / model.TIMESTEP)

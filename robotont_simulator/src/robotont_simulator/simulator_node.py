@@ -11,11 +11,11 @@ from sensor_msgs.msg import LaserScan
 from std_msgs.msg import Float32, Float32MultiArray
 from std_srvs.srv import SetBool, SetBoolResponse
 
-from robotont_driver.node import run_node
+from robotont_driver.node import OK, WARN, Health, run_node
 from robotont_driver.parameters import Parameter
 from robotont_firmware import config
 from robotont_firmware.controller import Controller
-from robotont_simulator.port import Port
+from robotont_simulator.port import Port, PortError
 from robotont_simulator.simulated_board import SimulatedBoard
 from robotont_simulator.simulation import Simulation
 from robotont_simulator.world import World, WorldError, read_world
@@ -23,19 +23,19 @@ from robotont_simulator.world import World, WorldError, read_world
 PARAMETERS = (
     Parameter("port", "/tmp/robotont", "name under which the board's serial port appears"),
     Parameter("world", "", "file of walls and boxes; empty: nothing but a floor"),
-    Parameter("start_x", math.nan, "start position; nan: the world's", "m"),
-    Parameter("start_y", math.nan, "start position; nan: the world's", "m"),
-    Parameter("start_yaw", math.nan, "start direction; nan: the world's", "rad"),
-    Parameter("seed", 0, "of everything random: encoder offsets and spoilt bytes"),
-    Parameter("gearbox", 18.75, "gearboxReductionRatio of the simulated motors", minimum=1.0),
+    Parameter("start_x", math.nan, "start position; nan: the world's", "m", minimum=-1000.0, maximum=1000.0),
+    Parameter("start_y", math.nan, "start position; nan: the world's", "m", minimum=-1000.0, maximum=1000.0),
+    Parameter("start_yaw", math.nan, "start direction; nan: the world's", "rad", minimum=-1000.0, maximum=1000.0),
+    Parameter("seed", 0, "of everything random: encoder offsets and spoilt bytes", minimum=0, maximum=999999999),
     Parameter("world_frame", "map", "frame of the ground truth"),
     Parameter("base_frame", "base_link", "child frame of the ground truth"),
     Parameter("laser_frame", "laser", "frame of the scan"),
-    Parameter("scan_rate", 10.0, "scans per second; 0 = off", "Hz", minimum=0.0),
-    Parameter("scan_field_of_view", 1.03, "centred on forward; 6.2831853 for all around", "rad", minimum=0.1),
-    Parameter("scan_rays", 128, "measurements per scan", minimum=2),
-    Parameter("scan_nearest", 0.3, "nearer things read -inf (REP 117)", "m", minimum=0.0),
-    Parameter("scan_farthest", 4.0, "farther things are not seen", "m", minimum=0.1),
+    Parameter("scan_rate", 10.0, "scans per second; 0 = off", "Hz", minimum=0.0, maximum=1000.0),
+    Parameter("scan_field_of_view", 1.03, "centred on forward; 6.2831853 for all around", "rad", minimum=0.1,
+              maximum=6.2831854, reason="a whole turn"),
+    Parameter("scan_rays", 128, "measurements per scan", minimum=2, maximum=10000),
+    Parameter("scan_nearest", 0.3, "nearer things read -inf (REP 117)", "m", minimum=0.0, maximum=100.0),
+    Parameter("scan_farthest", 4.0, "farther things are not seen", "m", minimum=0.1, maximum=1000.0),
 )
 
 
@@ -45,8 +45,8 @@ class SimulatorNode:
     def __init__(self, wheels, parameters):
         self._parameters = parameters
         world = self._read_world()
-        self._simulation = Simulation(wheels, parameters["gearbox"], world, parameters["seed"])
-        self._port = Port(parameters["port"], parameters["seed"])
+        self._simulation = Simulation(wheels, world, parameters["seed"])
+        self._port = self._make_port()
         self._lock = threading.Lock()
         self._orders = []  # functions to call between two periods
         self._ticks = 0
@@ -58,12 +58,22 @@ class SimulatorNode:
         rospy.Subscriber("~wheel_grip", Float32MultiArray, self._on_wheel_grip)
         rospy.Subscriber("~push", Vector3, self._on_push)
         rospy.Subscriber("~battery", Float32, self._on_battery)
-        board = SimulatedBoard(self._simulation, self._port, self._on_tick, real_time=True)
-        self._controller = Controller(board, config, wheels.amount, "simulated")
+        self._stopping = threading.Event()
+        self._board = SimulatedBoard(self._simulation, self._port, self._on_tick, real_time=True)
+        self._late_before = 0
+        self._controller = Controller(self._board, config, wheels.amount, "simulated")
         self._thread = threading.Thread(target=self._run, daemon=True)
         rospy.on_shutdown(self._stop)
         self._thread.start()
+        Health("simulator", {"real time": self._report})
         rospy.loginfo("a board at %s", parameters["port"])
+
+    def _make_port(self):
+        try:
+            return Port(self._parameters["port"], self._parameters["seed"])
+        except PortError as error:
+            rospy.logfatal("~port: %s", error)
+            raise SystemExit(1) from None
 
     def _read_world(self):
         given = self._parameters
@@ -104,7 +114,7 @@ class SimulatorNode:
         self._publish_truth(stamp)
         if self._scan_ticks and self._ticks % self._scan_ticks == 0:
             self._publish_scan(stamp)
-        return not rospy.is_shutdown()
+        return not self._stopping.is_set()
 
     def _publish_truth(self, stamp):
         truth = self._truth
@@ -127,8 +137,14 @@ class SimulatorNode:
             self._orders.append(lambda: function(*arguments))
 
     def _on_unplug(self, request):
-        self._order(self._port.unplug if request.data else self._port.plug)
+        self._order(self._port.unplug if request.data else self._plug)
         return SetBoolResponse(success=True, message="unplugged" if request.data else "plugged in")
+
+    def _plug(self):
+        try:
+            self._port.plug()
+        except PortError as error:
+            rospy.logerr("not plugged in: %s", error)
 
     def _on_byte_errors(self, message):
         if check("byte_errors", message.data, 0.0, 1.0):
@@ -153,8 +169,18 @@ class SimulatorNode:
         if check("battery", message.data, 0.0, 17.0):
             self._order(setattr, self._simulation, "voltage", message.data)
 
+    def _report(self):
+        late = self._board.late
+        new, self._late_before = late - self._late_before, late
+        values = {"periods that began late": late, "simulated [s]": f"{self._simulation.time:.1f}"}
+        if new:
+            return WARN, f"{new} periods began late: this machine is too slow, or busy; time was left out", values
+        return OK, "in real time", values
+
     def _stop(self):
-        self._thread.join(1.0)
+        """End the loop, then the port. Called when ROS begins to shut down."""
+        self._stopping.set()
+        self._thread.join()
         self._port.unplug()
 
 
@@ -166,6 +192,13 @@ def check(name, value, lowest, highest):
     return good
 
 
+def check_together(_wheels, parameters, _other):
+    """What does not fit together, in words."""
+    nearest, farthest = parameters["scan_nearest"], parameters["scan_farthest"]
+    return [] if nearest < farthest else [
+        f"~scan_nearest and ~scan_farthest: found {nearest:g} and {farthest:g}, allowed: the nearest below the farthest"]
+
+
 def main():
     """Run simulator_node."""
-    run_node("simulator_node", SimulatorNode, PARAMETERS)
+    run_node("simulator_node", SimulatorNode, PARAMETERS, check_together)

@@ -58,7 +58,7 @@ def test_a_wrong_value_is_named(table, name, value, allowed):
 def test_every_number_has_bounds_and_its_default_lies_within(node):
     for parameter in TABLES[node]:
         if parameter.is_numeric:
-            assert parameter.minimum is not None and parameter.maximum is not None, parameter.name
+            assert None not in (parameter.minimum, parameter.maximum), parameter.name
             assert parameter.accepts(parameter.default), parameter.name
             assert not parameter.accepts(type(parameter.default)(1e10)), parameter.name
 
@@ -105,8 +105,9 @@ def test_frames_of_one_name_are_refused():
 def test_counts_in_reach_follow_from_the_wheel_file_unless_set():
     wheels = read_wheels(SHIPPED)
     assert reach(wheels, read_parameters(SERIAL_COM, {})) == 300
-    assert reach(wheels._replace(edges_per_motor_turn=4096), read_parameters(SERIAL_COM, {})) == pytest.approx(300 * 64, abs=32)
-    assert reach(wheels._replace(pid_frequency=100.0), read_parameters(SERIAL_COM, {})) == 150
+    finer, faster = wheels._replace(edges_per_motor_turn=4096), wheels._replace(pid_frequency=100.0)
+    assert reach(finer, read_parameters(SERIAL_COM, {})) == pytest.approx(300 * 64, abs=32)
+    assert reach(faster, read_parameters(SERIAL_COM, {})) == 150
     assert reach(wheels, read_parameters(SERIAL_COM, {"max_counts_per_period": 77})) == 77
     fine = wheels._replace(edges_per_motor_turn=100000, pid_frequency=1.0)
     assert "allowed: up to 32767" in check_serial_com(fine, read_parameters(SERIAL_COM, {}), lambda _, given: given)[0]

@@ -86,7 +86,7 @@ def test_packets_of_the_most_wheels_fit_into_a_line():
     """160 bytes is what the firmware reads, 256 what the driver reads."""
     command = add_checksum(format_packet([-999.999] * MOST_WHEELS, 3))
     assert len(command) <= 160 + 1
-    totals = "".join(":%04X" % 0x8000 for _ in range(MOST_WHEELS))
+    totals = ":8000" * MOST_WHEELS
     status = ":FFMMRR" + "0" * MOST_WHEELS
     assert len(format_packet([-9999] * MOST_WHEELS) + "FF" + totals + status + ":CCCC") <= LONGEST_LINE + 1
 

@@ -13,10 +13,20 @@ import numpy as np
 
 from robotont_calibration.trajectory import Trajectory
 from robotont_driver.odometry import LONGEST_HOLD, Pose, WheelOdometry
-from robotont_driver.protocol import PacketError, parse_packet
+from robotont_driver.parameters import shown
+from robotont_driver.protocol import LONGEST_LINE, PacketError, parse_packet
 from robotont_driver.se2 import yaw_of
 
 NOISE = 0.0  # these odometries need no covariance
+LONGEST_ROW = 10000    # [characters] of a CSV file
+LARGEST_NUMBER = 1e10  # in a CSV file: times are seconds since 1970
+
+TYPES = {  # of the messages on each kind of topic
+    "packets": ("std_msgs/String",),
+    "commands": ("geometry_msgs/Twist", "geometry_msgs/TwistStamped"),
+    "odometry": ("nav_msgs/Odometry", "geometry_msgs/PoseStamped", "geometry_msgs/PoseWithCovarianceStamped"),
+    "truth": ("nav_msgs/Odometry", "geometry_msgs/PoseStamped", "geometry_msgs/PoseWithCovarianceStamped"),
+}
 
 
 class RecordingError(ValueError):
@@ -31,27 +41,32 @@ class Recording:
         self.truth = []      # (x, y, yaw) of a ground truth
         self.packets = []    # counts
         self.commands = []   # (v_x, v_y, omega) of cmd_vel
-        self.refused = 0     # packets that were none
+        self.refused = 0     # malformed packets
 
     def take(self, kind, time, message):
         """Take a ROS message of a kind: odometry, truth, packets or commands."""
         if kind == "commands":
-            twist = getattr(message, "twist", message)
-            self.commands.append((time, (twist.linear.x, twist.linear.y, twist.angular.z)))
+            twist = getattr(message, "twist", message)  # with a stamp, or without
+            self._keep(self.commands, time, (twist.linear.x, twist.linear.y, twist.angular.z))
         elif kind == "packets":
             try:
-                counts = parse_packet(message.data, message.data.partition(";")[0].count(":") + 1)
+                counts = parse_packet(message.data, message.data[:LONGEST_LINE].partition(";")[0].count(":") + 1)
             except PacketError:
                 self.refused += 1
             else:
                 self.packets.append((time, counts))
         else:
             stamp = message.header.stamp.to_sec()
-            pose = message.pose
-            pose = getattr(pose, "pose", pose)  # with covariance, or without
-            q = pose.orientation
-            yaw = yaw_of(q)
-            getattr(self, kind).append((stamp or time, (pose.position.x, pose.position.y, yaw)))
+            pose = getattr(message.pose, "pose", message.pose)  # with covariance, or without
+            self._keep(getattr(self, kind), stamp or time,
+                       (pose.position.x, pose.position.y, yaw_of(pose.orientation)))
+
+    def _keep(self, values, time, value):
+        """Keep a value of finite numbers."""
+        if all(map(math.isfinite, value)):
+            values.append((time, value))
+        else:
+            self.refused += 1
 
     def trajectory(self, kind):
         """`Trajectory` of "odometry" or "truth", or None where there is none."""
@@ -124,37 +139,50 @@ def _read_bag(path, topics):
     recording = Recording()
     try:
         with rosbag.Bag(str(path)) as bag:
-            found = set(bag.get_type_and_topic_info().topics)
+            found = bag.get_type_and_topic_info().topics
             missing = topics.get("truth") and "/" + topics["truth"].lstrip("/") not in found
             if missing:
                 raise RecordingError(f"{path}: found no topic {topics['truth']}; there are: {', '.join(sorted(found))}")
+            for topic, kind in kinds.items():
+                if topic in found and found[topic].msg_type not in TYPES[kind]:
+                    raise RecordingError(f"{path}: {topic}: found {found[topic].msg_type}, "
+                                         f"allowed: {', '.join(TYPES[kind])}")
             for topic, message, time in bag.read_messages(topics=list(kinds)):
                 recording.take(kinds[topic], time.to_sec(), message)
-    except (rosbag.ROSBagException, AttributeError) as error:
-        raise RecordingError(f"{path}: {error}") from error
+    except RecordingError:
+        raise
+    except Exception as error:  # a spoilt bag can raise whatever rosbag, its decompressors and generated code raise
+        raise RecordingError(f"{path}: no bag that can be read: {type(error).__name__}: {str(error)[:200]}") from error
     return recording
 
 
 def _read_csv(path):
     recording = Recording()
-    with open(str(path), newline="") as file:
-        lines = [(number, line) for number, line in enumerate(file, 1) if line.strip() and not line.startswith("#")]
-    rows = list(zip((number for number, _ in lines), csv.reader(line for _, line in lines)))
+    try:
+        with open(str(path), newline="", encoding="utf-8") as file:
+            lines = [(number, line) for number, line in enumerate(file, 1) if line.strip() and not line.startswith("#")]
+    except UnicodeDecodeError as error:
+        raise RecordingError(f"{path}: found bytes that are no text in UTF-8, allowed: a CSV: {error.reason}") from error
+    long = next((number for number, line in lines if len(line) > LONGEST_ROW), None)
+    if long:
+        raise RecordingError(f"{path}, line {long}: found more than {LONGEST_ROW} characters, allowed: a row of numbers")
+    rows = [(number, line.rstrip("\r\n").split(",")) for number, line in lines]
     if not rows:
         raise RecordingError(f"{path}: found nothing, allowed: a heading time,m0,m1,... and packets")
     heading = [name.strip() for name in rows[0][1]]
     with_truth = heading[-3:] == ["x", "y", "yaw"]
     wheels = len(heading) - 1 - 3 * with_truth
     if wheels < 3 or heading[:wheels + 1] != ["time", *(f"m{wheel}" for wheel in range(wheels))]:
-        raise RecordingError(f"{path}: found the heading {','.join(heading)!r}, allowed: time,m0,m1,m2,... "
+        raise RecordingError(f"{path}: found the heading {shown(','.join(heading))}, allowed: time,m0,m1,m2,... "
                              "and then nothing or x,y,yaw")
     for number, row in rows[1:]:
         try:
             values = [float(field) for field in row]
         except ValueError:
             values = []
-        if len(values) != len(heading) or not all(map(math.isfinite, values)):
-            raise RecordingError(f"{path}, line {number}: found {','.join(row)!r}, allowed: {len(heading)} numbers")
+        if len(values) != len(heading) or not all(abs(value) <= LARGEST_NUMBER for value in values):
+            raise RecordingError(f"{path}, line {number}: found {shown(','.join(row))}, allowed: {len(heading)} numbers "
+                                 f"up to {LARGEST_NUMBER:g}")
         recording.packets.append((values[0], tuple(values[1:wheels + 1])))
         if with_truth:
             recording.truth.append((values[0], tuple(values[-3:])))

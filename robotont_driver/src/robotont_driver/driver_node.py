@@ -16,7 +16,8 @@ from robotont_driver.protocol import format_packet
 from robotont_driver.timeouts import PUBLISH_RATE, WRITE_TIMEOUT, check_repetition
 
 PARAMETERS = (
-    Parameter("publish_rate", PUBLISH_RATE, "how often the newest command is repeated", "Hz", minimum=5.0, maximum=200.0,
+    Parameter("publish_rate", PUBLISH_RATE, "how often the newest command is repeated", "Hz", minimum=5.0,
+              maximum=200.0,
               reason="the board stops after 0.5 s without a packet, and a line of 115200 baud carries no more"),
     Parameter("cmd_timeout", 0.5, "zeros after this long without a cmd_vel", "s", minimum=0.05, maximum=2.0,
               reason="for so long the robot drives on when its commander dies"),

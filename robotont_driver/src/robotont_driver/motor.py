@@ -6,5 +6,5 @@ RESERVE = 1.07          # for motors that are faster than their data sheet
 
 
 def counts_in_reach(wheels):
-    """Largest number of encoder edges that a motor makes in one PID period, downhill on a full battery, with reserve."""
+    """Largest number of encoder edges that a motor makes in one PID period, on a full battery, with a reserve."""
     return round(NO_LOAD_SPEED * FULL_BATTERY * RESERVE * wheels.edges_per_motor_turn / wheels.pid_frequency)

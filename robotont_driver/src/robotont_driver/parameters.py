@@ -46,12 +46,13 @@ class Parameter(NamedTuple):
         if isinstance(self.default, str):
             return "a string"
         kind = "a whole number" if isinstance(self.default, int) else "a finite number"
-        return kind + self._range() + (f" [{self.unit}]" if self.unit else "") + (f": {self.reason}" * bool(self.reason))
+        unit = f" [{self.unit}]" if self.unit else ""
+        return kind + self._range() + unit + (f": {self.reason}" if self.reason else "")
 
     def _range(self):
-        if self.minimum is None:
-            return "" if self.maximum is None else f" <= {self.maximum:.10g}"
-        return f" >= {self.minimum:.10g}" if self.maximum is None else f" from {self.minimum:.10g} to {self.maximum:.10g}"
+        if self.maximum is None:
+            return "" if self.minimum is None else f" >= {self.minimum:.10g}"
+        return f" <= {self.maximum:.10g}" if self.minimum is None else f" from {self.minimum:.10g} to {self.maximum:.10g}"
 
     def accepts(self, value):
         """Whether `value` has the type and lies within the bounds."""

@@ -15,8 +15,8 @@ PARAMETERS = (
     Parameter("max_poses", 1000, "poses that the path keeps; the oldest go first", minimum=1, maximum=100000,
               reason="every pose goes out again with each path"),
     Parameter("min_distance", 0.05, "between two poses of the path", "m", minimum=0.001, maximum=100.0),
-    Parameter("publish_rate", 5.0, "how often a path that has changed is published, at most", "Hz", minimum=0.1, maximum=100.0,
-              reason="no screen shows more"),
+    Parameter("publish_rate", 5.0, "how often a path that has changed is published, at most", "Hz", minimum=0.1,
+              maximum=100.0, reason="no screen shows more"),
 )
 
 

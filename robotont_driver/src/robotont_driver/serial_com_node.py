@@ -117,8 +117,8 @@ class SerialComNode:
         if reader.fault:
             return ERROR, "the board reports: " + reader.fault, values
         if self._echo.echoing:
-            return ERROR, ("the board sends back what it gets: it runs a REPL or another firmware (./robotont flash), or "
-                           "the line is a loop; nothing is published on serial_read"), values
+            return ERROR, ("the board sends back what it gets: it runs a REPL or another firmware (./robotont flash), "
+                           "or the line is a loop; nothing is published on serial_read"), values
         if rate == 0.0:
             return WARN, "port open, but no packets: is the firmware running, at this baudrate?", values
         if new_errors:
@@ -134,9 +134,10 @@ def reach(wheels, parameters):
 def check(wheels, parameters, other):
     """What does not fit together, or to driver_node, in words."""
     faults = check_repetition(other("driver_node/publish_rate", PUBLISH_RATE), parameters["write_timeout"])
-    if reach(wheels, parameters) > LARGEST_REACH:
-        faults.append(f"encoderEdgesPerMotorRevolution and pidControlFrequency: found {reach(wheels, parameters)} edges "
-                      f"in one PID period, allowed: up to {LARGEST_REACH}, or a ~max_counts_per_period")
+    edges = reach(wheels, parameters)
+    if edges > LARGEST_REACH:
+        faults.append(f"encoderEdgesPerMotorRevolution and pidControlFrequency: found {edges} edges in one PID period, "
+                      f"allowed: up to {LARGEST_REACH}, or a ~max_counts_per_period")
     return faults
 
 

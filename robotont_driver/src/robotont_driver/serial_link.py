@@ -174,20 +174,20 @@ ADVICE = {
 }
 
 
-class ForeignPort(OSError):
+class ForeignPortError(OSError):
     """A port that is somebody else's."""
 
 
 def check_owner(port):
-    """Raise ForeignPort where a port leads to somebody's terminal, or may soon."""
+    """Raise ForeignPortError where a port leads to somebody's terminal, or may soon."""
     words = refusal(port)
     if words:
-        raise ForeignPort(words)
+        raise ForeignPortError(words)
 
 
 def explain(port, error):
     """Words for an error on opening or using a port, with what to do about it."""
-    if isinstance(error, ForeignPort):
+    if isinstance(error, ForeignPortError):
         return f"{port}: {error}"
     number = getattr(error, "errno", None)
     advice = ADVICE.get(number, "is the board still plugged in?")

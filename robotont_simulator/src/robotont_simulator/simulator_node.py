@@ -196,7 +196,7 @@ def check_together(_wheels, parameters, _other):
     """What does not fit together, in words."""
     nearest, farthest = parameters["scan_nearest"], parameters["scan_farthest"]
     return [] if nearest < farthest else [
-        f"~scan_nearest and ~scan_farthest: found {nearest:g} and {farthest:g}, allowed: the nearest below the farthest"]
+        f"~scan_nearest and ~scan_farthest: found {nearest:g} and {farthest:g}, allowed: nearest < farthest"]
 
 
 def main():

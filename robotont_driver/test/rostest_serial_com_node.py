@@ -159,7 +159,7 @@ class SerialComNodeTest(NodeTest):
             counts = [number % 101, -(number % 67), number % 13]
             speaker.motors.counted = [old + new for old, new in zip(speaker.motors.counted, counts)]
             data = speaker.packet(counts)
-            speaker._counter = (speaker._counter + 1) % 256
+            speaker.counter = (speaker.counter + 1) % 256
             return tuple(counts), data
         sent = []
 

@@ -128,7 +128,7 @@ class Sender:
         board.motors.follow(counts)
         self.sent.append(tuple(counts))
         data = board.packet(counts)
-        board._counter = (board._counter + 1) % 256
+        board.counter = (board.counter + 1) % 256
         return data
 
 

@@ -111,7 +111,7 @@ class Board:
         self.motors = Encoders(self.wheels)
         self.offset = self._start_totals if start_totals is None else start_totals
         self._speeds = [0.0] * self.wheels
-        self._counter = 0
+        self.counter = 0
         self._commanded_at = -COMMAND_TIMEOUT
         self._says = [f"# {self.banner}\n".encode()] if self.banner else []
 
@@ -210,7 +210,7 @@ class Board:
             self.send(data)
         self._says = []
         packet = self.packet(counts)
-        self._counter = (self._counter + 1) % 256
+        self.counter = (self.counter + 1) % 256
         for data in self.line.pass_on(packet):
             self.send(data)
 
@@ -220,5 +220,5 @@ class Board:
         if not self.checked:
             return f"{plain};\n".encode()
         totals = "".join(":%04X" % ((total + self.offset) % 0x10000) for total in self.motors.counted)
-        body = f"{plain};{self._counter:02X}{totals}:".encode()
+        body = f"{plain};{self.counter:02X}{totals}:".encode()
         return body + b"%04X\n" % crc16(body)

@@ -1,4 +1,4 @@
-"""What the wheels are told to do, given what was commanded and when: time-outs, stops and limits."""
+"""The motion to carry out, given what was commanded and when: time-outs, stops and limits."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""The ROS side of goto: an action client of move_base that shows progress and ends with a status that tells."""
+"""The ROS side of goto: an action client of move_base that shows progress, and whose exit status tells the outcome."""
 
 import argparse
 import math
@@ -79,7 +79,7 @@ class GoTo:
                        self._pose, time.monotonic() - start)
 
     def cancel(self):
-        """Take the goal back; words that say whether move_base has confirmed it."""
+        """Take the goal back; returns a sentence on whether move_base has confirmed it."""
         self._client.cancel_goal()
         if self._ended.wait(CANCELLING):
             return "the goal is cancelled"

@@ -56,14 +56,22 @@ class Dialect:
         self.dropped = Counter()  # lines that were not used, by reason
         self.banner = ""         # how the board introduced itself
         self.fault = ""          # what the board says is wrong
-        self.complaint = ""      # what is wrong about this board with these wheels, though it drives
-        self.obstacle = ""       # why nothing can be sent at all
+        self.complaint = ""      # what somebody should mend, although the board can be driven
+        self.obstacle = ""       # why the board cannot be driven
         self._readings = []
+
+    @property
+    def spoken(self):
+        """The dialect that speaks: this one, unless one was recognised."""
+        return self
 
     @property
     def description(self):
         """The dialect in words, for the diagnostics."""
         return self.name
+
+    def tick(self, now):
+        """Let time pass while nothing comes."""
 
     def connect(self, now):
         """Begin a new connection: nothing is known of the board, and the first line may lack its head."""

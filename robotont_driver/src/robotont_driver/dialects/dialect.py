@@ -56,7 +56,6 @@ class Dialect:
         self.dropped = Counter()  # lines that were not used, by reason
         self.banner = ""         # how the board introduced itself
         self.fault = ""          # what the board says is wrong
-        self.complaint = ""      # what somebody should mend, although the board can be driven
         self.obstacle = ""       # why the board cannot be driven
         self._readings = []
 
@@ -69,6 +68,11 @@ class Dialect:
     def description(self):
         """The dialect in words, for the diagnostics."""
         return self.name
+
+    @property
+    def complaint(self):
+        """What somebody should mend, although the board can be driven; empty when all is well."""
+        return ""
 
     def tick(self, now):
         """Let time pass while nothing comes."""

@@ -63,6 +63,11 @@ class PoseTracker:
         self.inconsistent = 0
         self.forget()
 
+    @property
+    def pose(self):
+        """The newest trusted `PoseLine`; None before the first."""
+        return self._last
+
     def forget(self):
         """Nothing is known of the board's pose."""
         self._last = None        # newest trusted line

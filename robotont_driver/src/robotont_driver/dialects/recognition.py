@@ -98,10 +98,6 @@ class Recognised(Dialect):
             return f"heard no whole line, but bytes such as {self._kept[-SHOWN:]!r}: is the baudrate right?"
         return "port open, but not a byte from the board: is it powered, and is its firmware running?"
 
-    @complaint.setter
-    def complaint(self, words):
-        pass  # as in Dialect.__init__; here it follows from what is heard
-
     def encode(self, command):
         """Nothing while listening; a plain packet when nothing known was heard."""
         return b"" if self._quiet or self.obstacle else (command.text + "\n").encode("ascii")

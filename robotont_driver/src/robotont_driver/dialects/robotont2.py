@@ -36,7 +36,16 @@ class Robotont2(LineDialect):
         super().__init__(wheels, LineSplitter)
         self._board_wheels = BoardWheels(wheels, distance)
         self._tracker = PoseTracker(self._board_wheels, reach, self.burst)
-        self.complaint = self._board_wheels.doubt(wheels)
+
+    @property
+    def complaint(self):
+        """Wheels of the wheel file that are hardly the board's."""
+        return self._board_wheels.doubt(self.wheels)
+
+    @property
+    def board_pose(self):
+        """The newest pose that the board has told and that is trusted, a `PoseLine`; None before the first."""
+        return self._tracker.pose
 
     def connect(self, now):
         """Begin a new connection."""

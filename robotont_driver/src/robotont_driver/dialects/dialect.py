@@ -47,6 +47,7 @@ class Dialect:
     pause = 0.0    # [s] that hello and goodbye need before the next line
     hello = b""    # sent once per connection, before the first command
     goodbye = b""  # sent before the last stop
+    usb_id = ""    # "vendor:product" of the port, for the recognition; empty when unknown
 
     def __init__(self, wheels):
         self.wheels = wheels

@@ -16,15 +16,14 @@ SHOWN = 40  # characters of what was heard, in words
 class Recognised(Dialect):
     """Listens until a line decides, and from then on lets that dialect speak: see `spoken`.
 
-    make(name): a new dialect; may raise DialectError. usb_id: "vendor:product" of the port, empty when unknown.
+    make(name): a new dialect; may raise DialectError.
     Until a line decides nothing is sent; after PATIENCE plain packets are, for a board that listens in silence. No
     other board obeys them.
     """
 
-    def __init__(self, wheels, make, usb_id):
+    def __init__(self, wheels, make):
         super().__init__(wheels)
         self._make = make
-        self._usb_id = usb_id
         self._made = {}  # dialects by name: their counters outlive a connection
         self.connect(0.0)
 
@@ -71,7 +70,7 @@ class Recognised(Dialect):
             text = decode(line)
         except PacketError:
             text = None
-        name = text and recognise(text, self.wheels.amount, self._usb_id)
+        name = text and recognise(text, self.wheels.amount, self.usb_id)
         self._plain_lines = self._plain_lines + 1 if name == "plain" else 0
         if not name and line.strip():
             self._example = text or repr(line)[2:-1]

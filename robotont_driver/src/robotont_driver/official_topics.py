@@ -7,9 +7,9 @@ it there are only `range` and `battery`.
 import math
 
 import rospy
-import tf2_ros
 from geometry_msgs.msg import TransformStamped
 from sensor_msgs.msg import BatteryState, Range
+from tf2_msgs.msg import TFMessage
 
 from robotont_driver.dialects.dialect import Power, Ranges
 
@@ -76,7 +76,6 @@ class OfficialTopics:
 
     def _place_sensors(self, amount):
         """Publish where the sensors are, once."""
-        self._broadcaster = tf2_ros.StaticTransformBroadcaster()
         transforms = []
         for sensor, (distance, place, view) in enumerate(SENSORS[:amount]):
             transform = TransformStamped(child_frame_id=f"{self._sensor_prefix}{sensor}")
@@ -87,7 +86,8 @@ class OfficialTopics:
             transform.transform.rotation.z = math.sin(-view / 2)
             transform.transform.rotation.w = math.cos(-view / 2)
             transforms.append(transform)
-        self._broadcaster.sendTransform(transforms)
+        self._tf_publisher = rospy.Publisher("/tf_static", TFMessage, queue_size=1, latch=True)
+        self._tf_publisher.publish(transforms)
 
     def _on_pixel(self, message):
         self._light(message.idx, [(message.color.r, message.color.g, message.color.b)])

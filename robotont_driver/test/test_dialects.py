@@ -205,18 +205,10 @@ def test_a_square_and_a_turning_circle_end_where_the_board_says(name, base_frame
 
 def test_every_step_of_the_board_is_given_back_edge_by_edge():
     bench = Bench()
-    told = [0.0] * 3
-    update = bench.board.odometry.update
-
-    def listen(speeds):
-        for wheel, speed in enumerate(speeds):
-            told[wheel] += speed * 0.02
-        update(speeds)
-    bench.board.odometry.update = listen
     for twist in turning_circle(rate=20):
         bench.hold(twist, 0.05)
     bench.settle()
-    edges = [path / (2 * math.pi * 0.035 / 1200) for path in told]
+    edges = [path / (2 * math.pi * 0.035 / 1200) for path in bench.board.odometry.summed]
     assert [sum(column) for column in zip(*bench.counts)] == pytest.approx(edges, abs=1.0)
 
 

@@ -88,6 +88,7 @@ class OfficialOdometry:
         matrix = [(-math.sin(phi), math.cos(phi), distance) for phi in POSITIONS]
         self._inverse = np.linalg.inv(np.array(matrix)).astype(single)
         self._sin, self._cos = sin, cos
+        self.summed = [0.0] * 3  # [m] path of each rim, as far as the board has summed it
         self.reset()
 
     def reset(self):
@@ -98,6 +99,7 @@ class OfficialOdometry:
 
     def update(self, speeds):
         """Speeds [m/s] of the rims."""
+        self.summed = [path + speed * 0.02 for path, speed in zip(self.summed, speeds)]
         self.base_twist = self._inverse @ np.array(speeds, single)
         sin, cos = single(self._sin(self.pose[2])), single(self._cos(self.pose[2]))
         vx, vy, turn = self.base_twist

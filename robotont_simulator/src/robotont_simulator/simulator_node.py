@@ -15,6 +15,7 @@ from robotont_driver.node import run_node
 from robotont_driver.parameters import Parameter
 from robotont_firmware import config
 from robotont_firmware.controller import Controller
+from robotont_simulator.official_firmware import FIRMWARES, OfficialFirmware, make_simulation
 from robotont_simulator.port import Port
 from robotont_simulator.simulated_board import SimulatedBoard
 from robotont_simulator.simulation import Simulation
@@ -22,6 +23,8 @@ from robotont_simulator.world import World, WorldError, read_world
 
 PARAMETERS = (
     Parameter("port", "/tmp/robotont", "name under which the board's serial port appears"),
+    Parameter("firmware", "own", "what runs on the board: this project's firmware, or the official one of a generation",
+              choices=FIRMWARES),
     Parameter("world", "", "file of walls and boxes; empty: nothing but a floor"),
     Parameter("start_x", math.nan, "start position; nan: the world's", "m"),
     Parameter("start_y", math.nan, "start position; nan: the world's", "m"),
@@ -45,7 +48,7 @@ class SimulatorNode:
     def __init__(self, wheels, parameters):
         self._parameters = parameters
         world = self._read_world()
-        self._simulation = Simulation(wheels, parameters["gearbox"], world, parameters["seed"])
+        self._simulation = self._make_simulation(wheels, world)
         self._port = Port(parameters["port"], parameters["seed"])
         self._lock = threading.Lock()
         self._orders = []  # functions to call between two periods
@@ -58,12 +61,29 @@ class SimulatorNode:
         rospy.Subscriber("~wheel_grip", Float32MultiArray, self._on_wheel_grip)
         rospy.Subscriber("~push", Vector3, self._on_push)
         rospy.Subscriber("~battery", Float32, self._on_battery)
-        board = SimulatedBoard(self._simulation, self._port, self._on_tick, real_time=True)
-        self._controller = Controller(board, config, wheels.amount, "simulated")
+        self._firmware = self._make_firmware(wheels)
         self._thread = threading.Thread(target=self._run, daemon=True)
         rospy.on_shutdown(self._stop)
         self._thread.start()
         rospy.loginfo("a board at %s", parameters["port"])
+
+    def _make_simulation(self, wheels, world):
+        given = self._parameters
+        if given["firmware"] == "own":
+            return Simulation(wheels, given["gearbox"], world, given["seed"])
+        try:
+            return make_simulation(wheels, given["gearbox"], world, given["seed"])
+        except ValueError as error:
+            rospy.logfatal("firmware %s: %s", given["firmware"], error)
+            raise SystemExit(1) from None
+
+    def _make_firmware(self, wheels):
+        """An object with start() and run()."""
+        name = self._parameters["firmware"]
+        if name != "own":
+            return OfficialFirmware(name, self._simulation, self._port, self._on_tick)
+        board = SimulatedBoard(self._simulation, self._port, self._on_tick, real_time=True)
+        return Controller(board, config, wheels.amount, "simulated")
 
     def _read_world(self):
         given = self._parameters
@@ -90,8 +110,8 @@ class SimulatorNode:
         self._scan_ticks = max(1, round(wheels.pid_frequency / rate)) if rate else 0
 
     def _run(self):
-        self._controller.start()
-        self._controller.run()
+        self._firmware.start()
+        self._firmware.run()
 
     def _on_tick(self):
         """Between two periods: carry out orders, publish; whether to go on."""

@@ -7,7 +7,7 @@ from std_msgs.msg import String
 
 from robotont_driver.node import ERROR, OK, WARN, Health, ImmediatePublisher, Rate, run_node
 from robotont_driver.parameters import Parameter
-from robotont_driver.protocol import FeedbackReader, PacketError, add_checksum, format_packet, parse_packet
+from robotont_driver.protocol import FeedbackReader, PacketError, format_packet, parse_packet
 from robotont_driver.serial_link import SerialLink
 
 PARAMETERS = (
@@ -30,7 +30,7 @@ class SerialComNode:
         self._wheels = wheels.amount
         self._stop = format_packet([0] * wheels.amount)
         self._reader = FeedbackReader(
-            wheels.amount, parameters["max_counts_per_period"], parameters["packets"])
+            wheels.amount, parameters["max_counts_per_period"], parameters["packets"], wheels.pid_frequency)
         self._refused = 0         # messages on serial_write that are no packets
         self._restarts = 0        # of the board, that have been told
         self._trouble_before = 0  # errors up to the last report
@@ -38,11 +38,11 @@ class SerialComNode:
         self._publisher = ImmediatePublisher("serial_read", String)
         self._link = SerialLink(
             parameters["port"], parameters["baudrate"], self._on_bytes, self._on_change,
-            stop_packet=lambda: self._encode(self._stop),
+            stop_packet=lambda: self._reader.encode(self._stop),
             write_timeout=parameters["write_timeout"], retry_period=parameters["retry_period"])
-        rospy.on_shutdown(lambda: self._link.close(self._encode(self._stop)))
+        rospy.on_shutdown(lambda: self._link.close(self._reader.encode(self._stop)))
         rospy.Subscriber("serial_write", String, self._on_write, queue_size=1, tcp_nodelay=True)
-        Health(parameters["port"], {"link": self._report})
+        Health(parameters["port"], {"link": self._report, "board": self._report_board})
 
     def _on_write(self, message):
         try:
@@ -51,10 +51,9 @@ class SerialComNode:
             self._refused += 1
             rospy.logwarn_throttle(1.0, "serial_write refused: %s", error)
             return
-        self._link.send(self._encode(message.data.partition(";")[0] + ";\n"))
-
-    def _encode(self, packet):
-        return add_checksum(packet) if self._reader.checked else packet.encode("ascii")
+        if self._reader.obstacle:
+            rospy.logerr_throttle(10.0, "does not drive: %s", self._reader.obstacle)
+        self._link.send(self._reader.encode(message.data.partition(";")[0] + ";\n"))
 
     def _on_bytes(self, data):
         for counts in self._reader.feed(data):
@@ -89,17 +88,21 @@ class SerialComNode:
             "periods repaired": reader.repaired,
             "board restarts": reader.restarts,
             "reconnects": max(0, link.opened - 1),
-            "board": reader.banner or "has not introduced itself",
         }
         if link.trouble:
             return ERROR, link.trouble, values
-        if reader.fault:
-            return ERROR, "the board reports: " + reader.fault, values
         if rate == 0.0:
             return WARN, "port open, but no packets: is the firmware running, at this baudrate?", values
         if new_errors:
             return WARN, f"{new_errors} lines dropped in the last second: check cable and baudrate", values
         return OK, f"{rate:.0f} packets/s", values
+
+    def _report_board(self):
+        errors, warnings, values = self._reader.health.report()
+        if self._link.trouble:
+            return WARN, "the port is closed", values
+        level = ERROR if errors else WARN if warnings else OK
+        return level, " / ".join(errors + warnings) or "reports no fault", values
 
 
 def main():

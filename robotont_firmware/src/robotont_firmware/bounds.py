@@ -54,7 +54,8 @@ def check(config):
     gain = config.I_GAIN
     if gain != 0:
         room = LARGEST - error * MAX_PERIODS  # one more error is added before the integral is cut
-        _check(config, "I_GAIN", _unscaled((largest << 16) // room + 1, battery) + 1, _unscaled(LARGEST // error, battery))
+        least = _unscaled((largest << 16) // room + 1, battery) + 1
+        _check(config, "I_GAIN", least, _unscaled(LARGEST // error, battery))
 
 
 def at_battery(value, battery):

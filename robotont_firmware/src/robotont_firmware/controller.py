@@ -61,8 +61,9 @@ class Controller:
         self._battery_low = 0  # [periods] that the battery has been low
         self._answer_wait = 0  # [periods] until the next answer
         self._status = array("B", [0] * (_WHEELS + wheels))
-        about = "robotont_firmware {} wheels {} rate {} units edges/period profile {} reset {}".format(
-            __version__, wheels, config.RATE, config.PROFILE, reset_cause
+        about = (
+            f"robotont_firmware {__version__} wheels {wheels} rate {config.RATE} units edges/period "
+            f"profile {config.PROFILE} reset {reset_cause}"
         )
         self._banner = protocol.seal(about)
         self._answer = protocol.seal("identity " + about)

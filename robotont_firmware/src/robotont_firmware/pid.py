@@ -122,8 +122,7 @@ class Pid:
         if self._rests(setpoint, counts):
             self.reset(periods)
             return 0
-        if periods > MAX_PERIODS:
-            periods = MAX_PERIODS
+        periods = min(periods, MAX_PERIODS)
         counts = clamp(counts, MAX_COUNTS * periods)
         speed = counts << 8
         if periods > 1:
@@ -241,7 +240,7 @@ class Pid:
         speed = max(abs(setpoint), _FLOOR) * _BLIND_PART >> 8
         most = min(self._static + (self._v * speed >> 16), self._max_effort)
         torque = self._continuous if self.overloaded else self._max_torque
-        return max(0, min(effort * self._direction, min(most, torque))) * self._direction
+        return max(0, min(effort * self._direction, most, torque)) * self._direction
 
     @micropython.native
     def _warm(self, torque, periods):

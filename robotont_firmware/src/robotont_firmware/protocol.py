@@ -198,7 +198,7 @@ class Receiver:
         """Return True when line[0:length] is a command to obey, which then stands in `setpoints`."""
         self._line[length] = _NEWLINE
         first = self._line[0]
-        if first == _BANG or first == _QUESTION:
+        if first == _BANG or first == _QUESTION:  # noqa: PLR1714, SIM109 (a tuple would be allocated)
             self._read_order(length)
             return False
         end = self._read_numbers()

@@ -144,7 +144,8 @@ def test_an_order_needs_its_crc():
         for line in (whole[:-2] + b"\n", whole[:-5] + b"0000\n", order.encode() + b"\n", b"?" + whole):
             receiver = Receiver(3)
             assert feed(receiver, line) == 0
-            assert not (receiver.asked or receiver.leave), line
+            assert not receiver.asked, line
+            assert not receiver.leave, line
             assert receiver.dropped == 1
 
 

@@ -25,6 +25,8 @@ from robotont_firmware.protocol import Receiver, Sender
 
 _RX_SIZE = 256  # [bytes] more than 115200 baud bring in one period
 _FLAGS, _MISSED, _REFUSED, _WHEELS = const(0), const(1), const(2), const(3)  # places in the status
+_LAG = const(1280)  # [1/256 unit] a wheel that misses its set-point by more shows that the robot changes its motion,
+_SETTLING = const(10)  # [periods] and for so long afterwards one wheel may drag another
 UNASKED = ("power", "watchdog", "crash")  # starts after which a PC that still commands gets no motion
 
 
@@ -52,6 +54,7 @@ class Controller:
         self._setpoints = array("i", [0] * wheels)  # follows the targets at MAX_ACCELERATION
         self._max_speed = config.MAX_SPEED * 256
         self._max_change = config.MAX_ACCELERATION * 256
+        self._unsettled = 0  # [periods] until the robot may be believed to move as it should
         self._counter = 0
         self._silence = config.TIMEOUT  # [periods] since the last valid packet
         self._braking = 0  # [periods] left of the braking after a time-out
@@ -152,9 +155,14 @@ class Controller:
         """Bring the set-points nearer to the targets and let every wheel's controller act."""
         self._slew(self._max_change)
         failed = False
+        settled = self._unsettled <= 0
+        self._unsettled -= 0 if settled else periods
         for wheel in range(self._wheels):
             pid = self._pids[wheel]
-            self._board.drive(wheel, pid.step(self._setpoints[wheel], self._counts[wheel], periods))
+            setpoint = self._setpoints[wheel]
+            self._board.drive(wheel, pid.step(setpoint, self._counts[wheel], periods, settled))
+            if pid.lag > _LAG + (abs(setpoint) >> 3):
+                self._unsettled = _SETTLING
             if pid.fault != NO_FAULT:
                 self._latch(wheel, pid.fault)
                 failed = True
@@ -185,6 +193,8 @@ class Controller:
             if farthest > limit:
                 change = change * limit // farthest
             setpoints[wheel] += change
+        if farthest > _LAG:
+            self._unsettled = _SETTLING
 
     @micropython.native
     def _has_fault(self, periods):

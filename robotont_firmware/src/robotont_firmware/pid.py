@@ -21,7 +21,8 @@ _FLOOR = const(1280)  # [1/256 unit] 5 units: the least speed for which a blind 
 _BLIND_PART = const(294)  # [1/256] a blind wheel is driven for at most 1.15 times its set-point
 _ONE_EDGE = const(256)  # [1/256 unit]
 _WRONG_EDGES = const(4096)  # [1/256 edge] 16 edges backward are no tremor
-_TURNING = const(10)  # [periods] that a wheel may take to turn round after its set-point did
+_SEEN = const(3)  # [periods] of following that make an encoder credible until the wheel rests
+_GRACE = const(25)  # [periods] that others may drag a wheel while the robot changes its motion
 _GROWTH = const(2)  # [edges/period] by which a braked wheel may seem to grow faster
 
 
@@ -86,7 +87,10 @@ class Pid:
         self._speed = 0
         self._still = self._standstill
         self._direction = 0  # in which the wheel was driven last: -1, 0, 1
-        self._turning = 0  # [periods] left to turn round in
+        self._effort = 0
+        self._seen = 0  # [periods] in which the counts followed the effort
+        self._grace = 0  # [periods] that the wheel may still be dragged backwards
+        self.lag = 0  # [1/256 unit] by which a wheel that can be believed misses its reference
         self._braked = 0  # [edges/period] the least speed since braking began
         self.fault = NO_FAULT
         self._trust()
@@ -113,11 +117,12 @@ class Pid:
         return effort
 
     @micropython.native
-    def step(self, setpoint, counts, periods=1):
+    def step(self, setpoint, counts, periods=1, settled=True):
         """Return the effort for the coming period, within +-MAX_EFFORT.
 
         setpoint: wished speed [1/256 unit], within +-MAX_SPEED units. counts: edges since the last call.
-        periods: how many control periods those took; more than one when the board missed ticks.
+        periods: how many control periods those took; more than one when the board missed ticks. settled:
+        whether the robot as a whole moves as it should, so that no other wheel drags this one.
         """
         if self._rests(setpoint, counts):
             self.reset(periods)
@@ -128,8 +133,7 @@ class Pid:
         if periods > 1:
             speed = speed // periods
         error = self._reference - speed
-        self._turn(setpoint, speed, periods)
-        blind = self._doubt(speed, periods)
+        blind = self._doubt(setpoint, speed, periods, settled)
         self._advance(setpoint)
         wanted = (
             self._feed_forward(setpoint)
@@ -138,6 +142,7 @@ class Pid:
             - (self._d * (speed - self._speed) >> 16)
         )
         self._speed = speed
+        self.lag = 0 if blind else abs(error)
         if blind:
             effort = self._limit_blind(wanted, setpoint)
             self._warm(effort, periods)
@@ -147,6 +152,7 @@ class Pid:
         # Anti-windup: while a limit holds the effort, an error that would push further is not summed.
         if not ((error > 0 and wanted > effort) or (error < 0 and wanted < effort)):
             self._integrate(error * periods, self._blocked_integral if blind else self._max_integral)
+        self._effort = effort
         return effort
 
     @micropython.native
@@ -157,37 +163,41 @@ class Pid:
         return clamp(counts, MAX_COUNTS)
 
     @micropython.native
-    def _turn(self, setpoint, speed, periods):
-        """Note the direction of driving; a wheel that still turns the other way gets time to turn round."""
-        direction = 1 if setpoint > 0 else -1 if setpoint < 0 else self._direction
-        if direction != self._direction:
-            self._turning = _TURNING if speed * direction < 0 else 0
-            self._direction = direction
-            self._trust()
-        elif self._turning > 0:
-            self._turning = self._turning - periods if speed * direction < 0 else 0
-
-    @micropython.native
-    def _doubt(self, speed, periods):
+    def _doubt(self, setpoint, speed, periods, settled):
         """Return True while the counts do not show that the wheel follows; set `fault` when that lasts."""
-        if self._turning > 0:
-            return False
+        if setpoint != 0:
+            self._direction = 1 if setpoint > 0 else -1
         wished = self._reference * self._direction
         ahead = speed * self._direction
+        push = self._effort * self._direction
         # One edge now and then is what is left of an encoder with one dead channel.
         if ahead >= 0 and (ahead > _ONE_EDGE or ahead >= wished):
+            if ahead > _ONE_EDGE and push > self._static:
+                self._grace = _GRACE if self._seen >= _SEEN else 0
+                self._seen += 1 if self._seen < _SEEN else 0
             self._trust()
             return False
-        self._blind += periods
-        self._ahead = clamp(self._ahead + ahead * periods, self._blind_edges)
-        self._owed += (wished - ahead) * periods
-        if self._owed < 0:
-            self._owed = 0
-        elif self._owed > self._blind_edges:
-            self._owed = self._blind_edges
-            if self._blind >= self._blind_time:
-                self.fault = WRONG_WAY if self._ahead < -_WRONG_EDGES else NO_COUNTS
-        return ahead < 0 or ahead * 4 < wished
+        if self._effort == 0 and ahead < -_ONE_EDGE:
+            self._grace = _GRACE  # it rolled before it was driven
+        if self._grace > 0 and not settled:
+            # While the robot changes its motion the other wheels may hold or drag one that followed before.
+            self._grace -= periods
+            return self._seen < _SEEN
+        if push > self._static + (self._v * wished >> 17):  # driven as fast as half of what is wished, or faster
+            self._blind += periods
+            self._ahead = clamp(self._ahead + ahead * periods, self._blind_edges)
+            self._owed += (wished - ahead) * periods
+            if self._owed < 0:
+                self._owed = 0
+            elif self._owed > self._blind_edges:
+                self._owed = self._blind_edges
+                if self._blind >= (self._blind_time if settled else _GRACE):
+                    self.fault = WRONG_WAY if self._ahead < -_WRONG_EDGES else NO_COUNTS
+        if ahead >= 0 and ahead * 4 >= wished:
+            return False
+        if push <= 0 and self._integral * self._direction < 0:  # left over from the motion before
+            self._integral = 0
+        return True
 
     @micropython.native
     def _trust(self):

@@ -58,7 +58,7 @@ class SerialComNode:
         self._link.start()
         rospy.on_shutdown(self._close)
         rospy.Subscriber("serial_write", String, self._on_write, queue_size=1, tcp_nodelay=True)
-        Health(parameters["port"], {"link": self._report})
+        Health(parameters["port"], {"link": self._report, "board": self._report_board})
 
     def _on_write(self, message):
         try:
@@ -69,7 +69,10 @@ class SerialComNode:
             return
         now = time.monotonic()
         self._dialect.tick(now)
-        line = self._dialect.spoken.encode(command)
+        spoken = self._dialect.spoken
+        if spoken.obstacle:
+            rospy.logerr_throttle(10.0, "does not drive: %s", spoken.obstacle)
+        line = spoken.encode(command)
         if line:
             self._link.send(line)
         else:
@@ -144,14 +147,9 @@ class SerialComNode:
             "periods repaired": dialect.repaired,
             "board restarts": dialect.restarts,
             "reconnects": max(0, link.opened - 1),
-            "board": dialect.banner or "has not introduced itself",
         }
         if link.trouble:
             return ERROR, link.trouble, values
-        if dialect.obstacle:
-            return ERROR, dialect.obstacle, values
-        if dialect.fault:
-            return ERROR, "the board reports: " + dialect.fault, values
         if dialect.complaint:
             return WARN, dialect.complaint, values
         if rate == 0.0:
@@ -159,6 +157,13 @@ class SerialComNode:
         if new_errors:
             return WARN, f"{new_errors} lines dropped in the last second: check cable and baudrate", values
         return OK, f"{rate:.0f} packets/s", values
+
+    def _report_board(self):
+        errors, warnings, values = self._dialect.spoken.report_board()
+        if self._link.trouble:
+            return WARN, "the port is closed", values
+        level = ERROR if errors else WARN if warnings else OK
+        return level, " / ".join(errors + warnings) or "reports no fault", values
 
 
 def main():

@@ -75,6 +75,14 @@ class Dialect:
         """What somebody should mend, although the board can be driven; empty when all is well."""
         return ""
 
+    def report_board(self):
+        """(errors, warnings, values): what the board reports of itself; lists of sentences, and values by name.
+
+        Call it once per report of the diagnostics: it may contain what is new since the last one.
+        """
+        return [words for words in (self.obstacle, self.fault) if words], [], {
+            "board": self.banner or "has not introduced itself"}
+
     def tick(self, now):
         """Let time pass while nothing comes."""
 

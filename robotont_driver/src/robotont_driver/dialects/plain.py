@@ -1,7 +1,7 @@
 """The thesis' packets, `m0:m1:m2;`, as boards with this project's firmware or the thesis' own speak them."""
 
 from robotont_driver.dialects.dialect import Dialect
-from robotont_driver.protocol import FeedbackReader, add_checksum
+from robotont_driver.protocol import FeedbackReader
 
 
 class Plain(Dialect):
@@ -11,7 +11,7 @@ class Plain(Dialect):
 
     def __init__(self, wheels, reach):
         super().__init__(wheels)
-        self._reader = FeedbackReader(wheels.amount, reach, self.name)
+        self._reader = FeedbackReader(wheels.amount, reach, self.name, wheels.pid_frequency)
         self.dropped = self._reader.dropped
 
     def connect(self, now):
@@ -23,10 +23,13 @@ class Plain(Dialect):
         packets = self._reader.feed(data)
         reader = self._reader
         self.packets, self.repaired, self.restarts = reader.packets, reader.repaired, reader.restarts
-        self.banner, self.fault = reader.banner, reader.fault
+        self.banner, self.fault, self.obstacle = reader.banner, reader.fault, reader.obstacle
         return packets
 
+    def report_board(self):
+        """(errors, warnings, values) of the board's status, identity and notices."""
+        return self._reader.health.report()
+
     def encode(self, command):
-        """The packet as it is, with a CRC where the board is known to read one."""
-        packet = command.text + "\n"
-        return add_checksum(packet) if self._reader.checked else packet.encode("ascii")
+        """The packet as it is, with a CRC where the board is known to read one; see `FeedbackReader.encode`."""
+        return self._reader.encode(command.text + "\n")

@@ -12,15 +12,15 @@ SECOND = 1_000_000_000  # [ns]
 
 BLOCK = 50              # [packets] of each of which the earliest arrival is kept
 BLOCKS = 30             # earliest arrivals that the period is estimated from ...
-FEWEST = 3              # ... and the least number of them
+FEWEST = 2              # ... and the least number of them
 RECENT = 5              # earliest arrivals that the line touches the lowest of
 LARGEST_DRIFT = 0.02    # part by which the board's period may differ from the nominal one
 LATE = 0.75             # [periods] a packet so late ...
 STEADY = 0.5            # [periods] ... and so long after its predecessor is not one of a burst; ...
 PACKETS = 5             # ... so many of them in a row mean that packets are missing, or that the clock was set
-BURST = SECOND // 2000  # [ns] a packet so soon behind its predecessor came with it and waited for its turn
+TURN = SECOND // 2000   # [ns] a packet so soon behind its predecessor came with it, and waited for its turn ...
+BURST = SECOND // 300   # [ns] ... for no longer than this
 PAUSE = 3 * SECOND      # [ns] without packets; more than 109 periods at 50 Hz, which serial_com_node can repair
-JUMP = SECOND // 200    # [ns] the line is not lowered by more without forgetting the arrivals before
 STEP = SECOND // 200    # [ns] change of the wall clock against the steady one that is a step and no drift
 TICK = 1000             # [ns] least time between two stamps
 
@@ -76,8 +76,8 @@ class PacketClock:
     def _advance(self, arrival):
         """Move the line on to a packet that came at `arrival`."""
         gap, self._arrival = arrival - self._arrival, arrival
-        if 0 <= gap < BURST:
-            arrival = self._burst  # nothing that waits is newer than what came before it
+        if 0 <= gap < TURN and arrival - self._burst < BURST:
+            arrival = self._burst
         self._burst = arrival
         if gap < 0 or gap > PAUSE:
             self.restarts += 1
@@ -90,12 +90,9 @@ class PacketClock:
         late = arrival - self._line
         if late < 0:
             self._line = arrival  # nothing arrives before it is made
-            if late < -JUMP:
-                self._forget()
             late = 0.0
         self._notice_shift(late, gap)
-        if late < self._earliest[0]:
-            self._earliest = (late, self._number, arrival)
+        self._earliest = min(self._earliest, (self._number, arrival), key=self._residual)
         self._left -= 1
         if not self._left:
             self._fit()
@@ -114,10 +111,10 @@ class PacketClock:
 
     def _fit(self):
         """Estimate the period from the earliest arrivals, and lay the line on the newest of them."""
-        self._minima.append(self._earliest[1:])
+        self._minima.append(self._earliest)
         del self._minima[:-BLOCKS]
         if len(self._minima) >= FEWEST:
-            third = len(self._minima) // 3
+            third = (len(self._minima) + 2) // 3
             old, new = (min(part, key=self._residual) for part in (self._minima[:third], self._minima[-third:]))
             period = (new[1] - old[1]) / (new[0] - old[0])
             bound = LARGEST_DRIFT * self._nominal
@@ -127,8 +124,8 @@ class PacketClock:
         self._line = min(self._line, self._burst)
         self._begin_block()
 
-    def _residual(self, minimum):
-        number, arrival = minimum
+    def _residual(self, numbered):
+        number, arrival = numbered
         return arrival - self._period * number
 
     def _restart(self, arrival):
@@ -144,7 +141,7 @@ class PacketClock:
 
     def _begin_block(self):
         self._left = BLOCK
-        self._earliest = (float("inf"), 0, 0.0)
+        self._earliest = (0, float("inf"))  # packet number, arrival
 
     def _clock_was_set(self, arrival, step):
         """The stamps follow, backwards too."""

@@ -6,15 +6,17 @@ only then: an error of the wheel parameters must not become one of the gyro. Tur
 
 import math
 from collections import deque
+from typing import NamedTuple, Tuple
 
 import numpy as np
 
-from robotont_driver.slip import EDGE_VARIANCE, TOLERANCE, WINDOW, chi_square_limit
+from robotont_driver.slip import TOLERANCE, WINDOW, chi_square_limit
+from robotont_driver.wheel_noise import PATH_VARIANCE
 
 SECOND = 1_000_000_000  # [ns]
 
 GAP = SECOND // 10      # [ns] between two samples; across a longer one nothing is known of the turn
-HOLD = SECOND // 25     # [ns] for which the newest rate stands in for samples that are still under way
+HOLD = SECOND // 25     # [ns] for which the wheels stand in for samples that are still under way
 KEPT = 1024             # samples: more than a second of any gyro, for packets that are late
 
 FIRST_BIAS = 0.02       # [rad/s] standard deviation of the bias of a gyro of which nothing is known
@@ -48,18 +50,22 @@ class TurnIntegral:
                 self._reached = None
         self._samples.append((stamp, turn, rate))
 
-    def turned(self, stamp):
-        """[rad] from the stamp [ns] of the last call to this one; None where samples are missing."""
-        before, self._reached = self._reached, self._turn_at(stamp)
+    def turned(self, stamp, rate):
+        """[rad] from the stamp [ns] of the last call to this one; None where samples are missing.
+
+        rate: [rad/s] that is taken from the newest sample on, if that is a little older than the stamp. The next
+        call makes good what was wrong with it.
+        """
+        before, self._reached = self._reached, self._turn_at(stamp, rate)
         return None if before is None or self._reached is None else self._reached - before
 
-    def _turn_at(self, stamp):
+    def _turn_at(self, stamp, rate):
         later = None
         for sample in reversed(self._samples):
             if sample[0] <= stamp:
                 ahead = stamp - sample[0]
                 if later is None:
-                    return sample[1] + sample[2] * (ahead / SECOND) if ahead <= HOLD else None
+                    return sample[1] + rate * (ahead / SECOND) if ahead <= HOLD else None
                 return sample[1] + (later[1] - sample[1]) * (ahead / (later[0] - sample[0]))
             later = sample
         return None
@@ -81,6 +87,7 @@ class Gyro:
         self.bias = 0.0                    # [rad/s]
         self.bias_variance = FIRST_BIAS ** 2
         self.learnt = 0                    # periods of standing
+        self.learnt_part = 1.0             # of the bias' error that the newest period left
         self._still = 0                    # periods without motion of the wheels
         self._path = None                  # [edges] of each wheel while standing
         self._odd = []                     # [rad] turns of a standing robot that do not fit the bias
@@ -107,15 +114,12 @@ class Gyro:
         """[rad] that the robot turned in a period in which the gyro `measured` so much; learns while it stands."""
         self.bias_variance += self._walk
         turn = measured / self.scale - self.bias * self.period
+        self.learnt_part = 1.0
         if self.stands:
             self._learn(turn)
         else:
             self._odd = []
         return turn
-
-    def learn_factor(self):
-        """Part of the bias' error that the next turn of a standing robot leaves."""
-        return self.noise / (self.bias_variance * self.period ** 2 + self.noise)
 
     def _learn(self, turn):
         period = self.period
@@ -128,7 +132,8 @@ class Gyro:
         self._odd = []
         gain = self.bias_variance * period / variance
         self.bias += gain * turn
-        self.bias_variance *= 1 - gain * period
+        self.learnt_part = 1 - gain * period
+        self.bias_variance *= self.learnt_part
         self.learnt += 1
 
     def _learn_anew(self):
@@ -137,24 +142,27 @@ class Gyro:
             self.bias += sum(self._odd) / len(self._odd) / self.period
             self.bias_variance = FIRST_BIAS ** 2
             self.learnt = 0
+            self.learnt_part = 0.0  # this is another bias
         self._odd = []
 
 
 class TurnWatch:
     """Tells when the turn of the wheels is not that of the gyro: a wheel slips, or somebody moves the robot.
 
-    turn_per_edge: n [rad], what one edge of each wheel turns the robot by. noise: n [edges^2 per edge], growth of the
-    variance of each wheel's path. false_alarms: per hour, at `frequency` [Hz] packets per second. For n >= 3 wheels.
+    gyro: a `Gyro`. false_alarms: per hour at most. For n >= 3 wheels.
     """
 
-    def __init__(self, turn_per_edge, gyro, false_alarms, frequency):
-        self._per_edge = list(turn_per_edge)
-        self._edges = EDGE_VARIANCE * sum(turn ** 2 for turn in turn_per_edge)  # [rad^2] at both ends
+    def __init__(self, gyro, false_alarms):
         self._gyro = gyro
-        self._limit = chi_square_limit(min(0.5, false_alarms / (3600.0 * frequency)), 1)
-        self._hold = 0     # packets until the alarm ends
+        self._limit = chi_square_limit(min(0.5, false_alarms * gyro.period / 3600.0), 1)
+        self._hold = 0      # packets until the alarm ends
         self.suspects = ()  # wheels of which one slips; all of them: the robot is pushed, lifted or carried
         self.alarms = 0
+
+    def use_wheels(self, turn_per_edge):
+        """From now on one edge of each wheel turns the robot by `turn_per_edge`, n [rad]."""
+        self._per_edge = turn_per_edge
+        self._edges = PATH_VARIANCE * sum(turn ** 2 for turn in turn_per_edge)  # [rad^2] at both ends
         self.forget()
 
     def forget(self):
@@ -212,18 +220,86 @@ class TurnWatch:
         return tuple(spinning) or tuple(range(len(self._per_edge)))
 
 
-def fuse(step, covariance, turn, gyro):
-    """A step of the wheels and the gyro's turn in the same period, weighed by their covariances.
+UNCHANGED = (1.0, 1.0)  # parts of the errors of bias and scale that are left when nothing was learnt
 
-    step: (dx, dy, dyaw), its covariance 3 x 3. turn: [rad] by the `Gyro`. Returns the step (3), its covariance by what
-    is new in every period (3 x 3), and how it depends on the errors of bias [rad/s] and scale [1] (3 x 2), which
-    are the same in the periods to come: their covariance with the pose has to be kept (S. F. Schmidt, 1966).
+
+class Fused(NamedTuple):
+    """A step of wheels and gyro together."""
+
+    step: np.ndarray        # (dx [m], dy [m], dyaw [rad])
+    covariance: np.ndarray  # 3 x 3, by what is new in every period
+    wheels: np.ndarray      # 3 x 3, what is left in the step of an error of the wheels' step
+    # (how the step depends on the errors of bias [rad/s] and scale [1], 3 x 2; their variances, 2), which are the same
+    # in the periods to come, so that their covariance with the pose has to be kept (S. F. Schmidt, 1966)
+    lasting: Tuple[np.ndarray, np.ndarray]
+
+
+class GyroFusion:
+    """Weighs the turns of wheels and gyro by their covariances, and tells where both disagree.
+
+    gyro: a `Gyro`. false_alarms: of `TurnWatch`, per hour; 0: no watch. learnt: (2) parts of the errors of bias and
+    scale that the newest period left.
     """
-    column = covariance[:, 2]
-    own = column[2]
-    lasting = gyro.bias_variance * gyro.period ** 2 + gyro.scale_variance * turn ** 2
-    gain = column / (own + gyro.noise + lasting)
-    crossed = np.outer(gain, column)
-    return (step + gain * (turn - step[2]),
-            covariance - crossed - crossed.T + np.outer(gain, gain * (own + gyro.noise)),
-            np.outer(gain, (gyro.period, turn)))
+
+    def __init__(self, gyro, false_alarms):
+        self.gyro = gyro
+        self.integral = TurnIntegral()
+        self.watch = TurnWatch(gyro, false_alarms) if false_alarms else None
+        self.learnt = UNCHANGED
+        self.used = 0     # packets in which the gyro counted
+        self.missing = 0  # packets without its turn
+        self.turned = 0.0  # [rad] by the gyro since it counts, to and fro, for its calibration
+
+    def use_wheels(self, by_edge):
+        """From now on one edge of each wheel makes a step of `by_edge`, 3 x n ([m], [m], [rad])."""
+        self._by_edge = by_edge
+        if self.watch:
+            self.watch.use_wheels(by_edge[2].tolist())
+
+    def fuse(self, counts, step, covariance, stamp):
+        """`Fused` step of the period that ended at `stamp` [ns]; None where the gyro says nothing.
+
+        counts: n. step: (dx, dy, dyaw) of the wheels, its covariance 3 x 3.
+        """
+        gyro = self.gyro
+        gyro.watch_wheels(counts)
+        self.learnt = UNCHANGED
+        measured = self.integral.turned(stamp, gyro.scale * float(step[2]) / gyro.period + gyro.bias)
+        if measured is None:
+            self.missing += 1
+            if self.watch:
+                self.watch.forget()
+            return None
+        turn = gyro.turn(measured)
+        self.learnt = (gyro.learnt_part, 1.0)
+        if not gyro.ready:
+            return None
+        self.used += 1
+        self.turned += turn
+        difference = float(turn - step[2])
+        if self.watch and self.watch.update(counts, turn, difference, float(covariance[2, 2])):
+            covariance = self._doubt(covariance, difference)
+        elif gyro.stands:
+            return None  # an encoder that flickers between two edges is no reason to add up the gyro's noise
+        return self._weigh(step, covariance, turn, difference)
+
+    def _doubt(self, covariance, difference):
+        """The covariance of the wheels' step when each of the suspects may have made the `difference` [rad]."""
+        columns = self._by_edge[:, list(self.watch.suspects)]
+        columns = columns[:, columns[2] != 0.0]
+        slips = columns * (difference / columns[2])
+        return covariance + slips @ slips.T
+
+    def _weigh(self, step, covariance, turn, difference):
+        gyro = self.gyro
+        column = covariance[:, 2]
+        own = column[2]
+        variances = np.array((gyro.bias_variance, gyro.scale_variance))
+        dependence = np.array((gyro.period, turn))
+        gain = column / (own + gyro.noise + variances @ dependence ** 2)
+        kept = np.eye(3)
+        kept[:, 2] -= gain
+        return Fused(
+            step + gain * difference,
+            kept @ covariance @ kept.T + np.outer(gain, gain * gyro.noise),
+            kept, (np.outer(gain, dependence), variances))

@@ -253,6 +253,7 @@ class GyroFusion:
     def use_wheels(self, by_edge):
         """From now on one edge of each wheel makes a step of `by_edge`, 3 x n ([m], [m], [rad])."""
         self._by_edge = by_edge
+        self._readings = PATH_VARIANCE * by_edge @ by_edge[2]  # (3,) covariance of a step with its turn, by two readings
         if self.watch:
             self.watch.use_wheels(by_edge[2].tolist())
 
@@ -292,7 +293,7 @@ class GyroFusion:
 
     def _weigh(self, step, covariance, turn, difference):
         gyro = self.gyro
-        column = covariance[:, 2]
+        column = covariance[:, 2] + self._readings
         own = column[2]
         variances = np.array((gyro.bias_variance, gyro.scale_variance))
         dependence = np.array((gyro.period, turn))

@@ -1,4 +1,4 @@
-"""A gyro beside the wheels: heading, covariance, bias, gaps, and wheels that slip, with readings drawn as a BMI055's."""
+"""A gyro beside the wheels: heading, covariance, bias, gaps, wheels that slip; with readings drawn as a BMI055's."""
 
 import math
 

@@ -39,7 +39,7 @@ def bursts(times, quantiles, size=17):
 
 
 def stamps(arrivals, walls=None, clock=None):
-    """[s] stamps of packets that come at `arrivals` [s] of the steady clock; walls: [ns] the wall clock, ahead of it."""
+    """[s] stamps of packets that come at `arrivals` [s] of the steady clock; walls: [ns] how far the other is ahead."""
     clock = clock or PacketClock(PERIOD)
     given = [round(arrival * SECOND) for arrival in arrivals]
     walls = [0] * len(given) if walls is None else walls

@@ -51,7 +51,7 @@ def test_the_rate_is_rounded_down_to_what_fits_the_steps(rate, found):
 
 
 def test_errors_are_as_large_as_the_data_sheet_says():
-    rate, seconds = 250.0, 400
+    rate = 250.0
     biases, scales, averages, walks = [], [], [], []
     for seed in range(40):
         errors = ImuErrors(rate, np.random.default_rng(seed))

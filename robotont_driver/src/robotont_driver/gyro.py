@@ -250,10 +250,18 @@ class GyroFusion:
         self.missing = 0  # packets without its turn
         self.turned = 0.0  # [rad] by the gyro since it counts, to and fro, for its calibration
 
+    def add(self, stamp, rates, up):
+        """Take rates [rad/s], 3, around axes in which `up` (3) points up, at `stamp` [ns]; whether they are finite."""
+        rate = sum(a * b for a, b in zip(rates, up))
+        if not math.isfinite(rate):
+            return False
+        self.integral.add(stamp, rate)
+        return True
+
     def use_wheels(self, by_edge):
         """From now on one edge of each wheel makes a step of `by_edge`, 3 x n ([m], [m], [rad])."""
         self._by_edge = by_edge
-        self._readings = PATH_VARIANCE * by_edge @ by_edge[2]  # (3,) covariance of a step with its turn, by two readings
+        self._readings = PATH_VARIANCE * by_edge @ by_edge[2]  # (3,) of a step with its turn
         if self.watch:
             self.watch.use_wheels(by_edge[2].tolist())
 
@@ -304,3 +312,8 @@ class GyroFusion:
             step + gain * difference,
             kept @ covariance @ kept.T + np.outer(gain, gain * gyro.noise),
             kept, (np.outer(gain, dependence), variances))
+
+
+def up_in(x, y, z, w):
+    """(3,) upwards, in the axes of a device that stands on the robot as the unit quaternion x, y, z, w says."""
+    return 2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)

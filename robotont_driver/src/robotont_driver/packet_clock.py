@@ -152,6 +152,25 @@ class PacketClock:
             self._newest = None
 
 
+class ArrivalClock(PacketClock):
+    """Stamps by arrival, for packets that stand for no certain period."""
+
+    def __init__(self):
+        super().__init__(0.0)
+
+    @property
+    def drift(self):
+        """Not known."""
+        return 0.0
+
+    def _advance(self, arrival):
+        gap, self._arrival = arrival - self._arrival, arrival
+        if gap < 0:
+            self.restarts += 1
+            self._clock_was_set(self._origin + int(arrival), int(gap))
+        self._line = arrival
+
+
 def describe(seconds):
     """A duration [s] in words."""
     return f"{seconds:.3f} s" if seconds < 10 else f"{seconds:.0f} s"

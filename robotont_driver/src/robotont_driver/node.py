@@ -94,6 +94,7 @@ class Health:
     """
 
     def __init__(self, hardware, subjects):
+        self._due = threading.Event()
         self._updater = diagnostic_updater.Updater()
         self._updater.setHardwareID(hardware)
         for name, report in subjects.items():
@@ -103,7 +104,13 @@ class Health:
     def _publish(self):
         if not rospy.is_shutdown():
             self._updater.force_update()
-        return 1.0
+        self._due.wait(1.0)
+        self._due.clear()
+        return 0.0
+
+    def publish_now(self):
+        """Something has happened that should not wait for the next second."""
+        self._due.set()
 
 
 def _task(report):
@@ -117,15 +124,17 @@ def _task(report):
 
 
 class Rate:
-    """Events per second since the last look."""
+    """Events per second since the last look, or the one before where that is less than half a second ago."""
 
     def __init__(self):
         self._count = 0
         self._time = 0.0
+        self._rate = 0.0
 
     def look(self, count, now):
         """[1/s], from the total `count` of events at time `now` [s]."""
         elapsed = now - self._time
-        rate = (count - self._count) / elapsed if elapsed > 0 else 0.0
-        self._count, self._time = count, now
-        return rate
+        if elapsed >= 0.5:
+            self._rate = (count - self._count) / elapsed
+            self._count, self._time = count, now
+        return self._rate

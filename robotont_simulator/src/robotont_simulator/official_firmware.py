@@ -33,12 +33,12 @@ class SimulatedMotors:
         return [int(edges) for edges in turned]
 
 
-def make_simulation(wheels, gear, world, seed):
+def make_simulation(wheels, gear, world, seed, imu_rate=0.0):
     """`Simulation` for a board with the official firmware. Raises ValueError for wheels that it cannot have."""
     places = [math.remainder(found - wanted, 2 * math.pi) for found, wanted in zip(wheels.positions, POSITIONS)]
     if wheels.amount != 3 or wheels.rotation != 1 or max(map(abs, places)) > LARGEST_ANGLE:
         raise ValueError("found another wheel file, allowed: wheel_params_robotont2.yaml or a calibrated copy of it")
-    return Simulation(wheels._replace(pid_frequency=MOTORS_FREQUENCY), gear, world, seed)
+    return Simulation(wheels._replace(pid_frequency=MOTORS_FREQUENCY), gear, world, seed, imu_rate)
 
 
 class OfficialFirmware:
@@ -53,6 +53,7 @@ class OfficialFirmware:
         self._board = BOARDS[name](SimulatedMotors(simulation))
         self._line = line
         self._on_tick = on_tick
+        self.due = time.monotonic()  # [s] when the newest period was over
 
     def start(self):
         """Nothing to prepare."""
@@ -71,5 +72,6 @@ class OfficialFirmware:
             if data:
                 self._line.write(data)
             while going and board.now >= tick:
+                self.due = now - (board.now - tick)
                 tick += self.PERIOD
                 going = self._on_tick()

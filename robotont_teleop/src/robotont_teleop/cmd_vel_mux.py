@@ -11,12 +11,12 @@ from std_msgs.msg import Bool, String
 from std_srvs.srv import Trigger, TriggerResponse
 
 from robotont_driver.command_stream import refuse
-from robotont_driver.node import OK, WARN, Health, Publisher, Worker
+from robotont_driver.node import OK, WARN, Health, Worker
 from robotont_driver.parameters import Parameter
 from robotont_teleop.arbitration import STOP, Arbiter, Input
 from robotont_teleop.node import run_node, twist_message
 
-CMD_VEL_MUX = (
+PARAMETERS = (
     Parameter("hand_timeout", 0.3, "the robot stops after this long without a command of the hand that drives", "s",
               minimum=0.05),
     Parameter("hand_rest", 2.0, "after the last motion by hand, before the inputs below it may drive", "s", minimum=0.0),
@@ -28,6 +28,7 @@ CMD_VEL_MUX = (
               minimum=0.05),
 )
 INPUTS = ("hand", "navigation", "default")  # highest first
+PRESSED = "emergency_stop_pressed"  # parameter that outlives this node
 PUBLISHERS_PERIOD = 2.0  # [s] between two looks at who else publishes cmd_vel
 
 
@@ -43,11 +44,11 @@ class CmdVelMux:
         self._refusal = ""
         self._driver = None
         self._others = ()
-        self._publisher = Publisher("cmd_vel", Twist)
+        self._publisher = rospy.Publisher("cmd_vel", Twist, queue_size=2, tcp_nodelay=True)  # a zero and a command
         self._driven_by = rospy.Publisher("cmd_vel/driven_by", String, queue_size=1, latch=True)
         self._emergency_stop = rospy.Publisher("emergency_stop", Bool, queue_size=1, latch=True)
         self._saved = False  # what the parameter holds
-        if rospy.get_param("~emergency_stop_pressed", False):  # a mux before this one has left it
+        if rospy.get_param(PRESSED, False):  # a mux before this one has left it
             self._press(True)
         self._tell_driver()
         self._worker = Worker(self._look)
@@ -59,8 +60,7 @@ class CmdVelMux:
         self._lookout = Worker(self._look_for_others)
         Health("robotont", {"who drives": self._report})
 
-    def _on_command(self, message, name=None):
-        name, message = (message, name) if isinstance(message, str) else (name, message)
+    def _on_command(self, name, message):
         linear, angular = message.linear, message.angular
         refusal = refuse((linear.x, linear.y, linear.z), (angular.x, angular.y, angular.z))
         twist = STOP if refusal else (linear.x, linear.y, angular.z)
@@ -91,7 +91,7 @@ class CmdVelMux:
         self._tell_driver()
         if pressed != self._saved:
             self._saved = pressed
-            rospy.set_param("~emergency_stop_pressed", pressed)
+            rospy.set_param(PRESSED, pressed)
 
     def _on_give_back(self, _request):
         with self._lock:
@@ -172,4 +172,4 @@ class CmdVelMux:
 
 def main():
     """Run cmd_vel_mux."""
-    run_node("cmd_vel_mux", CmdVelMux, CMD_VEL_MUX)
+    run_node("cmd_vel_mux", CmdVelMux, PARAMETERS)

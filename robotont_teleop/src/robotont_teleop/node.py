@@ -10,10 +10,7 @@ from robotont_driver.parameters import ParameterError, read_parameters
 
 
 def read_own_parameters(table):
-    """The private parameters of this node by name; with wrong ones say which and exit with 1.
-
-    Parameters that the node itself keeps on the server (`kept`) are no concern of the table.
-    """
+    """The private parameters of this node by name; with wrong ones say which and exit with 1."""
     try:
         return read_parameters(table, rospy.get_param("~", {}))
     except ParameterError as error:

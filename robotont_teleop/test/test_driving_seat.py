@@ -110,7 +110,8 @@ def test_a_message_of_each_kind():
     for kind, fields in FIELDS.items():
         message = read_message(json.dumps({"kind": kind, **{name: 0.25 for name in fields}}))
         assert message.kind == kind
-    assert read_message('{"kind":"drive","time":12,"x":0.1,"y":-0.2,"turn":3}') == Message("drive", 12, (0.1, -0.2, 3.0))
+    found = read_message('{"kind":"drive","time":12,"x":0.1,"y":-0.2,"turn":3}')
+    assert found == Message("drive", 12, (0.1, -0.2, 3.0))
 
 
 @pytest.mark.parametrize("text", [

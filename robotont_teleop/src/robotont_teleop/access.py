@@ -27,12 +27,13 @@ def read_or_make_token(path):
     else:
         with os.fdopen(file, "w") as output:
             output.write(secrets.token_urlsafe(16) + "\n")
-    if path.stat().st_mode & 0o077:
-        raise ValueError(f"{path}: found mode {path.stat().st_mode & 0o777:o}, allowed: 600 (others could read the token)")
+    mode = path.stat().st_mode & 0o777
+    if mode & 0o077:
+        raise ValueError(f"{path}: found mode {mode:o}, allowed: 600 (others could read the token)")
     token = path.read_text().strip()
     if not 8 <= len(token) <= LONGEST_TOKEN or not token.isascii():
-        raise ValueError(f"{path}: found {len(token)} characters, allowed: 8 to {LONGEST_TOKEN} of ASCII; delete the file "
-                         "to get a new token")
+        raise ValueError(f"{path}: found {len(token)} characters, allowed: 8 to {LONGEST_TOKEN} of ASCII; delete the "
+                         "file to get a new token")
     return token
 
 

@@ -19,7 +19,8 @@ from robotont_teleop.node import run_node, twist_message
 PARAMETERS = (
     Parameter("hand_timeout", 0.3, "the robot stops after this long without a command of the hand that drives", "s",
               minimum=0.05),
-    Parameter("hand_rest", 2.0, "after the last motion by hand, before the inputs below it may drive", "s", minimum=0.0),
+    Parameter("hand_rest", 2.0, "after the last motion by hand, before the inputs below it may drive", "s",
+              minimum=0.0),
     Parameter("navigation_timeout", 0.5, "the robot stops after this long without a command of navigation", "s",
               minimum=0.05),
     Parameter("navigation_rest", 1.0, "after the last motion by navigation, before the default may drive", "s",

@@ -88,7 +88,8 @@ class GamepadTeleop:
         for code in device.active_keys():
             pad.event(EV_KEY, code, 1)
         self._name, self._trouble = device.name, ""
-        self._say(f"{device.name}, layout {layout}: hold the left shoulder button to drive, the right one for more speed")
+        self._say(f"{device.name}, layout {layout}: hold the left shoulder button to drive, the right one as well for "
+                  "more speed")
         with self._lock:
             self._pad = pad
         for event in device.read_loop():

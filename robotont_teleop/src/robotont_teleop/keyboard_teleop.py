@@ -126,7 +126,8 @@ def main():
     if not sys.stdin.isatty():
         sys.exit("keyboard_teleop: no terminal to read keys from: start it by rosrun in a terminal, not by roslaunch")
     if not rosgraph.is_master_online():
-        sys.exit(f"keyboard_teleop: no ROS master at {rosgraph.get_master_uri()}: is the robot running (./robotont sim)?")
+        sys.exit(f"keyboard_teleop: no ROS master at {rosgraph.get_master_uri()}: is the robot running? "
+                 "(./robotont sim)")
     rospy.init_node("keyboard_teleop", anonymous=True, disable_signals=True)
     for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
         signal.signal(number, _end)

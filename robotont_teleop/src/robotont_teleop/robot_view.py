@@ -276,8 +276,8 @@ class RobotView:
     def _on_map(self, message):
         info = message.info
         if not 0 < info.width * info.height <= LARGEST_MAP or len(message.data) != info.width * info.height:
-            rospy.logwarn("map of %d x %d cells with %d values is not shown; allowed: up to %d", info.width, info.height,
-                          len(message.data), LARGEST_MAP)
+            rospy.logwarn("a map of %d x %d cells with %d values is not shown; allowed: up to %d", info.width,
+                          info.height, len(message.data), LARGEST_MAP)
             return
         cells = np.array(message.data, dtype=np.int8).reshape(info.height, info.width)[::-1]
         pixels = np.full((*cells.shape, 2), UNKNOWN, dtype=np.uint8)

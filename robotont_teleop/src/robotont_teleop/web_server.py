@@ -6,6 +6,7 @@
 """
 
 import asyncio
+import contextlib
 import json
 import mimetypes
 import socket
@@ -115,10 +116,13 @@ class WebServer:
             self.robot.cancel()
         elif message.kind == "take":
             self._send(self.seat.take(page.number))
-        elif page.number != self.seat.driver:
-            page.send({"kind": "refused", "what": message.kind})
         else:
-            self._order(message)
+            if self.seat.driver is None:
+                self.seat.take(page.number)
+            if page.number == self.seat.driver:
+                self._order(message)
+            else:
+                page.send({"kind": "refused", "what": message.kind})
 
     def _order(self, message):
         """What only the page that drives may ask for."""
@@ -214,8 +218,9 @@ class _Guarded:
         host, scheme = self.request.host, self.server.settings.scheme
         sockets = f" {scheme.replace('http', 'ws')}://{host}" if self._host_allowed() else ""
         self.set_header("Content-Security-Policy",
-                        "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self'; manifest-src 'self'; "
-                        f"connect-src 'self'{sockets}; form-action 'self'; base-uri 'none'; frame-ancestors 'none'")
+                        "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' blob:; "
+                        f"manifest-src 'self'; connect-src 'self'{sockets}; form-action 'self'; base-uri 'none'; "
+                        "frame-ancestors 'none'")
         self.set_header("X-Content-Type-Options", "nosniff")
         self.set_header("X-Frame-Options", "DENY")
         self.set_header("Referrer-Policy", "no-referrer")
@@ -417,10 +422,8 @@ class PageSocket(_Guarded, tornado.websocket.WebSocketHandler):
         return self._writing is None or self._writing.done()
 
     def _write(self, text):
-        try:
+        with contextlib.suppress(tornado.websocket.WebSocketClosedError):
             self._writing = asyncio.ensure_future(_quietly(self.write_message(text)))
-        except tornado.websocket.WebSocketClosedError:
-            pass
 
     def _drop(self):
         self.server.refused += 1
@@ -430,10 +433,8 @@ class PageSocket(_Guarded, tornado.websocket.WebSocketHandler):
 
 
 async def _quietly(write):
-    try:
+    with contextlib.suppress(tornado.websocket.WebSocketClosedError, StreamClosedError):
         await write
-    except (tornado.websocket.WebSocketClosedError, StreamClosedError):
-        pass
 
 
 class _File(NamedTuple):

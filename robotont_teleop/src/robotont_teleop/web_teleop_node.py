@@ -22,11 +22,12 @@ from robotont_teleop.speeds import Speeds
 from robotont_teleop.web_server import ServerSettings, WebServer
 
 PARAMETERS = (
-    Parameter("address", "127.0.0.1", "where the page can be opened from: 127.0.0.1 = this computer only; 0.0.0.0 = the "
-              "network, with the token only"),
+    Parameter("address", "127.0.0.1", "where the page can be opened from: 127.0.0.1 = this computer only; 0.0.0.0 = "
+              "the network, with the token only"),
     Parameter("port", 8100, "of the page", minimum=0),
     Parameter("host_names", "", "further names of this computer in the page's address, separated by commas"),
-    Parameter("token_file", "", "file of the token, made at the first start; empty: robotont_teleop_token in ROS_HOME"),
+    Parameter("token_file", "", "file of the token, made at the first start; empty: robotont_teleop_token in "
+              "ROS_HOME"),
     Parameter("certificate", "", "file of a TLS certificate, for https; empty: http"),
     Parameter("certificate_key", "", "file of the certificate's private key"),
     Parameter("max_linear_speed", 0.5, "of a stick pushed to its rim", "m/s", minimum=0.01),
@@ -78,7 +79,7 @@ def host_names(given):
 
 
 def own_address():
-    """This computer's address in the network, to show it; its name where there is no network."""
+    """Address of this computer in the network, to show it; its name where there is no network."""
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
         try:
             probe.connect(("192.0.2.1", 9))  # sends nothing

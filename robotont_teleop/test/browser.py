@@ -29,7 +29,8 @@ class Browser:
         self.process = subprocess.Popen(
             [CHROMIUM, "--headless=new", "--no-sandbox", "--disable-gpu", "--no-first-run", "--remote-debugging-port=0",
              "--disable-dev-shm-usage", "--disable-background-networking", "--disable-component-update",
-             "--disable-extensions", "--hide-scrollbars=false", f"--user-data-dir={self._folder.name}", "about:blank"],
+             "--disable-extensions", "--disable-breakpad",
+             "--hide-scrollbars=false", f"--user-data-dir={self._folder.name}", "about:blank"],
             stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, start_new_session=True,
             env={name: value for name, value in os.environ.items() if name != "PYTHONPATH"})
         self._loop = asyncio.new_event_loop()
@@ -38,16 +39,20 @@ class Browser:
         self._numbers = itertools.count(1)
         self._answers = {}
         self.events = []  # (session, method, parameters)
-        port_file = Path(self._folder.name) / "DevToolsActivePort"
+        try:
+            self._connect(Path(self._folder.name) / "DevToolsActivePort")
+        except BaseException:
+            self.__exit__()
+            raise
+
+    def _connect(self, port_file):
         port, path = wait_for(lambda: port_file.exists() and len(port_file.read_text().split()) == 2
                               and port_file.read_text().split(), "the browser", timeout=PATIENCE)
-        self._socket = self._await(websocket_connect(
-            f"ws://127.0.0.1:{port}{path}", max_message_size=2 ** 28, on_message_callback=self._on_message))
 
-    def _await(self, awaitable):
-        async def run():
-            return await awaitable
-        return asyncio.run_coroutine_threadsafe(run(), self._loop).result(PATIENCE)
+        async def connect():
+            return await websocket_connect(
+                f"ws://127.0.0.1:{port}{path}", max_message_size=2 ** 28, on_message_callback=self._on_message)
+        self._socket = asyncio.run_coroutine_threadsafe(connect(), self._loop).result(PATIENCE)
 
     def _on_message(self, text):
         if text is None:
@@ -82,7 +87,7 @@ class Browser:
         page.call("Runtime.enable")
         page.call("Log.enable")
         page.call("Page.navigate", url=url)
-        wait_for(lambda: page.run("document.readyState") == "complete", "the page", timeout=PATIENCE)
+        page.wait("document.readyState == 'complete' && location.href != 'about:blank'", "the page")
         return page
 
     def kill(self):
@@ -125,7 +130,8 @@ class Page:
     def look(self, size, dark):
         width, height, ratio = size
         phone = min(width, height) < 500
-        self.call("Emulation.setDeviceMetricsOverride", width=width, height=height, deviceScaleFactor=ratio, mobile=phone)
+        self.call("Emulation.setDeviceMetricsOverride", width=width, height=height, deviceScaleFactor=ratio,
+                  mobile=phone)
         self.call("Emulation.setTouchEmulationEnabled", enabled=True, maxTouchPoints=5)
         self.call("Emulation.setEmulatedMedia",
                   features=[{"name": "prefers-color-scheme", "value": "dark" if dark else "light"}])

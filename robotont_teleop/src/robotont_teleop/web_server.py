@@ -179,12 +179,13 @@ class WebServer:
             page.feed(text, now)
 
     def _application(self):
-        return tornado.web.Application(
-            [(r"/socket", PageSocket, {"server": self}), (r"/login", LoginHandler, {"server": self}),
-             (r"/map\.png", MapHandler, {"server": self}), (r"/camera\.jpg", CameraHandler, {"server": self}),
-             (r"/(.*)", FileHandler, {"server": self})],
+        application = tornado.web.Application(
+            [(r"/socket", PageSocket), (r"/login", LoginHandler), (r"/map\.png", MapHandler),
+             (r"/camera\.jpg", CameraHandler), (r"/(.*)", FileHandler)],
             websocket_max_message_size=2 * LONGEST, websocket_ping_interval=5.0, websocket_ping_timeout=10.0,
             log_function=lambda handler: None)
+        application.web_server = self
+        return application
 
 
 class _LimitedServer(tornado.httpserver.HTTPServer):
@@ -209,9 +210,10 @@ class _Guarded:
 
     public = False
 
-    def initialize(self, server):
-        """Called by tornado."""
-        self.server = server
+    @property
+    def server(self):
+        """The WebServer."""
+        return self.application.web_server
 
     def set_default_headers(self):
         """Called by tornado: the page loads nothing from elsewhere, and nobody puts it into a frame."""
@@ -339,9 +341,8 @@ class CameraHandler(_Guarded, tornado.web.RequestHandler):
 class PageSocket(_Guarded, tornado.websocket.WebSocketHandler):
     """The connection of one open page."""
 
-    def initialize(self, server):
+    def initialize(self):
         """Called by tornado."""
-        super().initialize(server)
         self.number = None
         self.waiting = {}   # newest text of each slow kind that this page has not got yet
         self.fresh = True   # has got no status yet
@@ -404,9 +405,9 @@ class PageSocket(_Guarded, tornado.websocket.WebSocketHandler):
                 self._drop()
             return
         self._read_at = now
-        self._write(state)
-        while self.waiting and self._reads():
-            self._write(self.waiting.pop(next(iter(self.waiting))))
+        for text in (state, *self.waiting.values()):
+            self._write(text)
+        self.waiting.clear()
 
     def _refuse(self, words, at_once=False):
         self.server.refused += 1

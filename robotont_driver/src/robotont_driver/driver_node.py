@@ -47,6 +47,7 @@ class DriverNode:
         self._started = self._sent_at = time.monotonic()
         self._stalls = StallWatch(parameters["cmd_timeout"] / 2, self._started)
         self._publisher = ImmediatePublisher("serial_write", String)
+        self._limited = rospy.Publisher("cmd_vel/limited", Twist, queue_size=1, tcp_nodelay=True)
         self._repeater = Worker(self._repeat)
         rospy.on_shutdown(self._stop)
         rospy.Subscriber("emergency_stop", Bool, self._on_emergency_stop, queue_size=1)
@@ -80,8 +81,12 @@ class DriverNode:
 
     def _send(self):
         self._sent_at = time.monotonic()
-        units = self._kinematics.units_of_twist(self._stream.twist(self._sent_at))
+        twist = self._stream.twist(self._sent_at)
+        units = self._kinematics.units_of_twist(twist)
         self._publisher.publish(format_packet(units.tolist(), self._decimals))
+        limited = Twist()
+        limited.linear.x, limited.linear.y, limited.angular.z = twist
+        self._limited.publish(limited)
 
     def _repeat(self):
         """Send the newest command again when nothing went out for a period; return the time to rest."""

@@ -1,4 +1,8 @@
-"""Lets pytest run rostests: each .test file is one test, with a ROS master of its own."""
+"""Lets pytest run rostests: each .test file is one test, with a ROS master of its own.
+
+Tests whose bounds are in real time are marked `timed`, rostests by a name timed_*.test: `./robotont test` runs them
+alone, after all others.
+"""
 
 import os
 import subprocess
@@ -18,7 +22,10 @@ class RostestFile(pytest.File):
 
     def collect(self):
         """One item."""
-        yield Rostest.from_parent(self, name=self.path.stem)
+        rostest = Rostest.from_parent(self, name=self.path.stem)
+        if self.path.name.startswith("timed_"):
+            rostest.add_marker(pytest.mark.timed)
+        yield rostest
 
 
 class Rostest(pytest.Item):

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from scipy.stats import chi2
+from scipy.stats import binom, chi2
 
 from robotont_driver.kinematics import Kinematics
 from robotont_driver.odometry import WheelOdometry
@@ -14,8 +14,8 @@ from robotont_testing.robots import SHIPPED
 from robotont_testing.simulated_wheels import PERIOD, counted, end_pose, even_wheels, rolled, still
 
 RUNS = 500
-# A right model leaves its 95 % bounds with one seed of twenty (11 is one). Over 2500 runs the three cases
-# below gave 3.01, 3.06 and 3.01, with bounds of 2.90 to 3.10.
+# Part of all seeds with which a right model stays within its bounds: numpy promises no stable stream for a seed.
+CONFIDENCE = 0.999
 SEED = 7
 SHIPPED_WHEELS = read_wheels(SHIPPED)
 
@@ -47,8 +47,8 @@ def normalised_errors(wheels, twists, noise, solver="least_squares", runs=RUNS):
 
 
 def bounds(runs=RUNS):
-    """Within these lies the mean of the normalised errors of a consistent estimate, 95 % of the time."""
-    return chi2.ppf((0.025, 0.975), 3 * runs) / runs
+    """Within these lies the mean of the normalised errors of a consistent estimate, with CONFIDENCE."""
+    return chi2.interval(CONFIDENCE, 3 * runs) / np.array(runs)
 
 
 @pytest.mark.parametrize("wheels, twists, noise, solver", [
@@ -59,10 +59,12 @@ def bounds(runs=RUNS):
 def test_the_normalised_error_of_the_end_pose_lies_within_its_bounds(wheels, twists, noise, solver):
     errors, _ = normalised_errors(wheels, twists, noise, solver)
     low, high = bounds()
-    print(f"mean normalised error squared {errors.mean():.3f}, 95 % bounds {low:.3f} to {high:.3f}; "
-          f"beyond its own 95 % bound: {np.mean(errors > chi2.ppf(0.95, 3)):.1%}")
+    beyond = int(np.sum(errors > chi2.ppf(0.95, 3)))
+    print(f"mean normalised error squared {errors.mean():.3f}, bounds {low:.3f} to {high:.3f}; "
+          f"beyond its own 95 % bound: {beyond / RUNS:.1%}")
     assert low < errors.mean() < high
-    assert 0.02 < np.mean(errors > chi2.ppf(0.95, 3)) < 0.09
+    fewest, most = binom.interval(CONFIDENCE, RUNS, 0.05)
+    assert fewest <= beyond <= most
 
 
 def test_edges_alone_without_noise_on_the_way():
@@ -78,7 +80,8 @@ def test_the_normalised_error_of_the_twist_lies_near_its_expectation():
     twists = curve(0.4, 0.5, 0.4)
     _, errors = normalised_errors(SHIPPED_WHEELS, twists, 0.005)
     print(f"mean normalised error squared of the twist {errors.mean():.3f}")
-    assert 2.6 < errors.mean() < 3.4
+    low, high = bounds()
+    assert low < errors.mean() < high
 
 
 def test_the_edge_at_the_end_is_turned_with_the_robot():

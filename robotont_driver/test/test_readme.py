@@ -3,11 +3,14 @@ import re
 import pytest
 
 from conftest import HERE
+from robotont_driver import kinematics, solvers
 from robotont_driver.driver_node import PARAMETERS as DRIVER
+from robotont_driver.kinematics import Kinematics
 from robotont_driver.odom_node import PARAMETERS as ODOM
 from robotont_driver.parameters import markdown_rows
 from robotont_driver.serial_com_node import PARAMETERS as SERIAL_COM
-from robotont_driver.wheels import KEYS
+from robotont_driver.wheels import KEYS, read_wheels
+from robotont_testing.robots import SHIPPED
 
 ROOT = HERE.parents[1]
 README = (ROOT / "README.md").read_text()
@@ -23,11 +26,19 @@ def test_every_wheel_parameter_stands_in_the_readme(key):
     assert f"| `{key}` |" in README
 
 
-def test_what_the_thesis_table_names_exists():
-    table = README.partition("## From the thesis to the code")[2].partition("## Licence")[0]
-    sources = "\n".join(path.read_text() for path in ROOT.glob("robotont_*/**/*.py"))
-    files = {path.name for folder in ROOT.glob("[a-z]*") if folder.is_dir() for path in folder.rglob("*")}
-    for name in re.findall(r"`([^`]+)`", table):
-        last = re.split(r"[/.]", name)[-1]
-        is_file = name.rpartition("/")[2] in files
-        assert is_file or f"def {last}(" in sources or f"self.{last} = " in sources, name
+OBJECTS = {"Kinematics": Kinematics(read_wheels(SHIPPED)), "kinematics": kinematics, "solvers": solvers}
+THESIS_TABLE = README.partition("## From the thesis to the code")[2].partition("## Licence")[0]
+
+
+@pytest.mark.parametrize("name", sorted(set(re.findall(r"`([^`]+)`", THESIS_TABLE))))
+def test_what_the_thesis_table_names_exists(name):
+    """A file or folder of the repository, an attribute of the driver's code, or a test in a test file."""
+    if name.startswith("test_") and "." not in name:
+        tests = "\n".join(path.read_text() for path in ROOT.glob("robotont_*/test/*.py"))
+        assert f"def {name}(" in tests
+    elif re.search(r"/|\.(py|yaml|launch|md)$", name):
+        folders = [ROOT / name] if "/" in name else list(ROOT.glob(f"robotont_*/**/{name}"))
+        assert any(path.exists() for path in folders)
+    else:
+        owner, _, attribute = name.rpartition(".")
+        assert hasattr(OBJECTS[owner or "solvers"], attribute)

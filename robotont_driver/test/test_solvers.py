@@ -82,8 +82,8 @@ def test_wheels_that_do_not_count_do_not_matter(solver):
 @pytest.mark.parametrize("solver", SOLVERS.values(), ids=SOLVERS)
 def test_odometry_with_a_wheel_left_out_and_taken_back(solver):
     wheels = read_wheels(even_wheels(4))
-    kinematics = Kinematics(wheels)
-    odometry = WheelOdometry(kinematics, 0.02, 0.005, solver)
+    kinematics = Kinematics(wheels, solver)
+    odometry = WheelOdometry(kinematics, 0.02, 0.005)
     right = kinematics.units_of_twist((0.3, 0.1, 0.5))
     wrong = right.copy()
     wrong[2] = 0.0

@@ -5,6 +5,7 @@ period of each wheel. Behind them may stand `x,y,yaw` [m, m, rad]: where the rob
 Lines that start with # are comments.
 """
 
+import contextlib
 import csv
 import math
 from pathlib import Path
@@ -152,7 +153,8 @@ def _read_bag(path, topics):
     except RecordingError:
         raise
     except Exception as error:  # a spoilt bag can raise whatever rosbag, its decompressors and generated code raise
-        raise RecordingError(f"{path}: no bag that can be read: {type(error).__name__}: {str(error)[:200]}") from error
+        words = f"{type(error).__name__}: {str(error)[:200]}"
+        raise RecordingError(f"{path}: no bag that can be read: {words}") from error
     return recording
 
 
@@ -162,11 +164,8 @@ def _read_csv(path):
         with open(str(path), newline="", encoding="utf-8") as file:
             lines = [(number, line) for number, line in enumerate(file, 1) if line.strip() and not line.startswith("#")]
     except UnicodeDecodeError as error:
-        raise RecordingError(f"{path}: found bytes that are no text in UTF-8, allowed: a CSV: {error.reason}") from error
-    long = next((number for number, line in lines if len(line) > LONGEST_ROW), None)
-    if long:
-        raise RecordingError(f"{path}, line {long}: found more than {LONGEST_ROW} characters, allowed: a row of numbers")
-    rows = [(number, line.rstrip("\r\n").split(",")) for number, line in lines]
+        raise RecordingError(f"{path}: found bytes that are no text in UTF-8, allowed: a CSV") from error
+    rows = [(number, _split(path, number, line)) for number, line in lines]
     if not rows:
         raise RecordingError(f"{path}: found nothing, allowed: a heading time,m0,m1,... and packets")
     heading = [name.strip() for name in rows[0][1]]
@@ -181,12 +180,20 @@ def _read_csv(path):
         except ValueError:
             values = []
         if len(values) != len(heading) or not all(abs(value) <= LARGEST_NUMBER for value in values):
-            raise RecordingError(f"{path}, line {number}: found {shown(','.join(row))}, allowed: {len(heading)} numbers "
-                                 f"up to {LARGEST_NUMBER:g}")
+            raise RecordingError(f"{path}, line {number}: found {shown(','.join(row))}, allowed: {len(heading)} "
+                                 f"numbers up to {LARGEST_NUMBER:g}")
         recording.packets.append((values[0], tuple(values[1:wheels + 1])))
         if with_truth:
             recording.truth.append((values[0], tuple(values[-3:])))
     return recording
+
+
+def _split(path, number, line):
+    """Fields of a line. Raises RecordingError."""
+    if len(line) <= LONGEST_ROW:
+        with contextlib.suppress(csv.Error):
+            return next(csv.reader([line]))
+    raise RecordingError(f"{path}, line {number}: found {shown(line)}, allowed: a row of up to {LONGEST_ROW} characters")
 
 
 def write_csv(path, packets, truth=None):

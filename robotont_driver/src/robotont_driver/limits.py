@@ -36,16 +36,15 @@ def limit_acceleration(previous, wanted, elapsed, limits):
     """
     change = [new - old for old, new in zip(previous, wanted)]
     factor = min(
-        _factor(math.hypot(change[0], change[1]), limits.linear_acceleration * elapsed,
-                limits.linear_acceleration),
-        _factor(abs(change[2]), limits.angular_acceleration * elapsed, limits.angular_acceleration),
+        _factor(math.hypot(change[0], change[1]), limits.linear_acceleration, elapsed),
+        _factor(abs(change[2]), limits.angular_acceleration, elapsed),
     )
     if factor == 1.0:
         return tuple(wanted)
     return tuple(old + factor * step for old, step in zip(previous, change))
 
 
-def _factor(value, bound, limit=None):
-    """By how much to multiply `value` so that it is at most `bound`; 1 where the limit is off (0)."""
-    off = (bound if limit is None else limit) == 0.0
-    return 1.0 if off or value <= bound else bound / value
+def _factor(value, limit, elapsed=1.0):
+    """By how much to multiply `value` so that it is at most `limit` times `elapsed`; 1 where the limit is off (0)."""
+    bound = limit * elapsed
+    return 1.0 if limit == 0.0 or value <= bound else bound / value

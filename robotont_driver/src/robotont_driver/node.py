@@ -11,14 +11,14 @@ import diagnostic_updater
 import rospy
 from diagnostic_msgs.msg import DiagnosticStatus
 
-from robotont_driver.parameters import Parameter, ParameterError, is_number, read_parameters
+from robotont_driver.parameters import Parameter, ParameterError, fault, is_number, read_parameters
 from robotont_driver.wheels import read_wheels
 
 SEND_TIMEOUT = struct.pack("@ll", 0, 50000)  # a struct timeval: [s], [us]
 OK, WARN, ERROR = DiagnosticStatus.OK, DiagnosticStatus.WARN, DiagnosticStatus.ERROR
 
 
-# Parameters that every node has besides its own; diagnostic_updater reads this one.
+# Parameters that every node has besides its own; diagnostic_updater documents this one.
 COMMON_PARAMETERS = (
     Parameter("diagnostic_period", 1.0, "between two diagnostics", "s", minimum=0.1, maximum=60.0),
 )
@@ -36,7 +36,7 @@ def run_node(name, node_class, table, check=None):
     try:
         wheels = read_wheels(rospy.get_param(rospy.get_namespace(), {}))
     except ParameterError as error:
-        faults += [f"{fault} (wheel parameters are read from {rospy.get_namespace()})" for fault in error.faults]
+        faults += [f"{words} (wheel parameters are read from {rospy.get_namespace()})" for words in error.faults]
     try:
         parameters = private_parameters(table)
     except ParameterError as error:
@@ -54,7 +54,17 @@ def run_node(name, node_class, table, check=None):
 def private_parameters(table):
     """The node's parameters by name. Raises ParameterError."""
     given = rospy.get_param("~", {})
-    return read_parameters((*table, *COMMON_PARAMETERS), {} if given is None else given)
+    if not isinstance(given, dict):
+        raise ParameterError([fault("~", given, "parameters by name, as in `publish_rate: 20.0`: is a line missing?")])
+    return read_parameters((*table, *COMMON_PARAMETERS), {**official_parameters(table), **given})
+
+
+def own_parameters(table):
+    """The private parameters of a node that needs no wheels, by name; with wrong ones say which and exit with 1."""
+    try:
+        return private_parameters(table)
+    except ParameterError as error:
+        return refuse(error.faults)
 
 
 def parameter_of_another(name, default):
@@ -68,9 +78,15 @@ def parameter_of_another(name, default):
 
 def refuse(faults):
     """End the node because of its parameters, with a line of words for each fault."""
-    for fault in faults:
-        rospy.logfatal("wrong parameter %s", fault)
+    for words in faults:
+        rospy.logfatal("wrong parameter %s", words)
     sys.exit(1)
+
+
+def official_parameters(table):
+    """Values by our names of parameters that are given under the official driver's names."""
+    names = {parameter.name: parameter.official for parameter in table if parameter.official}
+    return {name: rospy.get_param(official) for name, official in names.items() if rospy.has_param(official)}
 
 
 class ImmediatePublisher(rospy.SubscribeListener):
@@ -116,6 +132,7 @@ class Health:
     """
 
     def __init__(self, hardware, subjects):
+        self._due = threading.Event()
         self._updater = diagnostic_updater.Updater()
         self._period = rospy.get_param("~diagnostic_period", 1.0)
         self._updater.setHardwareID(hardware)
@@ -126,7 +143,13 @@ class Health:
     def _publish(self):
         if not rospy.is_shutdown():
             self._updater.force_update()
-        return self._period
+        self._due.wait(self._period)
+        self._due.clear()
+        return 0.0
+
+    def publish_now(self):
+        """Something has happened that should not wait for the next second."""
+        self._due.set()
 
 
 def _task(report):
@@ -140,15 +163,17 @@ def _task(report):
 
 
 class Rate:
-    """Events per second since the last look."""
+    """Events per second since the last look, or the one before where that is less than half a second ago."""
 
     def __init__(self):
         self._count = 0
         self._time = 0.0
+        self._rate = 0.0
 
     def look(self, count, now):
         """[1/s], from the total `count` of events at time `now` [s]."""
         elapsed = now - self._time
-        rate = (count - self._count) / elapsed if elapsed > 0 else 0.0
-        self._count, self._time = count, now
-        return rate
+        if elapsed >= 0.5:
+            self._rate = (count - self._count) / elapsed
+            self._count, self._time = count, now
+        return self._rate

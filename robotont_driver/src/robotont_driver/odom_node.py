@@ -8,13 +8,15 @@ import rospy
 import tf2_ros
 from geometry_msgs.msg import TransformStamped
 from nav_msgs.msg import Odometry
-from sensor_msgs.msg import JointState
+from sensor_msgs.msg import Imu, JointState
 from std_msgs.msg import String
 from std_srvs.srv import Trigger, TriggerResponse
 
+from robotont_driver.gyro import LEARNING, SETTLING, Gyro, GyroFusion, up_in
 from robotont_driver.kinematics import Kinematics
 from robotont_driver.node import OK, WARN, Health, Rate, run_node
 from robotont_driver.odometry import WheelOdometry
+from robotont_driver.packet_clock import ArrivalClock, PacketClock
 from robotont_driver.parameters import Parameter
 from robotont_driver.protocol import PacketError, parse_packet
 from robotont_driver.slip import CommandWatch, SlipDetector
@@ -28,6 +30,9 @@ PLANAR = [6 * row + column for row in (0, 1, 5) for column in (0, 1, 5)]
 # [s] Without a newer command for this long, serial_com_node and the board have stopped the robot.
 COMMAND_AGE = 0.5
 
+BURST = 200  # messages that may wait: serial_com_node publishes repaired packets, and a board bursts, all at once
+RECENTLY = 10 * 1_000_000_000  # [ns] for which the diagnostics warn of a clock that was set
+LONGEST_READING = 1_000_000    # [ns] that reading two clocks may take; longer, and something came between
 
 PARAMETERS = (
     Parameter("odom_frame", "odom", "frame of the pose"),
@@ -41,7 +46,18 @@ PARAMETERS = (
               "square root of the path", "m", minimum=0.0, maximum=1.0,
               reason="wheels that are off by more than their path tell nothing"),
     Parameter("slip_false_alarms", 0.1, "false alarms per hour of driving that the search for slipping wheels may "
-              "raise at most (4 or more wheels); 0 = no search", "1/h", minimum=0.0, maximum=1000.0),
+              "raise at most (4 or more wheels, or a gyro); 0 = no search", "1/h", minimum=0.0,
+              maximum=1000.0),
+    Parameter("twist_window", 0.0, "time over which the twist is the mean; 0 = the newest packet, in which one edge is "
+              "9 mm/s", "s", minimum=0.0, maximum=2.0, reason="older speeds are no speed"),
+    Parameter("imu", "", "topic of a gyro (sensor_msgs/Imu) that takes part in the heading; empty: none"),
+    Parameter("gyro_noise", 2.5e-4, "density of the gyro's noise", "rad/s/sqrt(Hz)", minimum=1e-7, maximum=1.0),
+    Parameter("gyro_bias_drift", 1e-5, "how far the gyro's bias walks in 1 s, growing with the square root of the time",
+              "rad/s", minimum=0.0, maximum=1.0),
+    Parameter("gyro_scale", 1.0, "what the gyro says when the robot turns at 1 rad/s", "rad/s", minimum=0.5,
+              maximum=2.0, reason="a gyro that is farther off is broken"),
+    Parameter("gyro_scale_noise", 3e-4, "standard deviation of gyro_scale; about 0.01 until it is calibrated", "rad/s",
+              minimum=0.0, maximum=0.5),
     Parameter("joint_prefix", "", "put before the names of the wheel joints"),
 )
 
@@ -54,7 +70,13 @@ class OdomNode:
         kinematics = Kinematics(wheels, SOLVERS[parameters["solver"]])
         period = 1.0 / wheels.pid_frequency if parameters["packet_period"] < 0 else parameters["packet_period"]
         noise, false_alarms = parameters["wheel_noise"], parameters["slip_false_alarms"]
-        self._odometry = WheelOdometry(kinematics, period, noise)
+        self._clock = PacketClock(period) if period else ArrivalClock()
+        self._gyro = None
+        if parameters["imu"] and period:
+            self._gyro = GyroFusion(
+                Gyro(period, *(parameters["gyro_" + name] for name in ("noise", "bias_drift", "scale", "scale_noise"))),
+                false_alarms)
+        self._odometry = WheelOdometry(kinematics, period, noise, parameters["twist_window"], self._gyro)
         self._detector = self._watch = None  # packets of speeds (period 0) are no measurement
         if period and wheels.amount > 3 and false_alarms:
             self._detector = SlipDetector(
@@ -65,20 +87,24 @@ class OdomNode:
         self._commanded_at = 0.0   # [s] when it came
         self._commanded = None     # its units
         self._lock = threading.Lock()
-        self._stamped = 0  # [ns] newest stamp
+        self._arrived = None  # [ns] newest packet, on the steady clock
         self._packets = 0
         self._refused = 0
         self._rate = Rate()
         self._prepare_messages(parameters)
         self._broadcaster = tf2_ros.TransformBroadcaster() if parameters["publish_tf"] else None
-        self._odom_publisher = rospy.Publisher("odom", Odometry, queue_size=10)
-        self._joint_publisher = rospy.Publisher("joint_states", JointState, queue_size=10)
+        self._odom_publisher = rospy.Publisher("odom", Odometry, queue_size=BURST)
+        self._joint_publisher = rospy.Publisher("joint_states", JointState, queue_size=BURST)
         rospy.Service("reset_odometry", Trigger, self._on_reset)
         # no queue_size: every packet counts
         rospy.Subscriber("serial_read", String, self._on_packet, tcp_nodelay=True)
         if self._watch:
             rospy.Subscriber("serial_write", String, self._on_command, queue_size=1, tcp_nodelay=True)
-        Health("robotont", {"wheel feedback": self._report})
+        subjects = {"wheel feedback": self._report, "stamps": self._report_stamps}
+        if self._gyro:
+            self._imu = ImuInput(parameters["imu"], parameters["base_frame"], self._gyro, self._lock)
+            subjects["gyro"] = self._imu.report
+        self._health = Health("robotont", subjects)
 
     def _prepare_messages(self, parameters):
         """Messages with all that never changes; each packet fills in the rest."""
@@ -100,17 +126,34 @@ class OdomNode:
             rospy.logwarn_throttle(1.0, "serial_read refused: %s", error)
             return
         with self._lock:
-            stamp = rospy.Time.now()
-            elapsed = (stamp.to_nsec() - self._stamped) / 1e9 if self._packets else 0.0
+            arrival, now = read_clocks()
+            elapsed = 0.0 if self._arrived is None else (arrival - self._arrived) / 1e9
+            self._arrived = arrival
+            told = self._told()
+            stamp = self._clock.stamp(arrival, now)
             if self._detector and self._detector.update(counts, self._newest_command()):
                 self._odometry.exclude(self._detector.slipping)
-            self._odometry.update(counts, elapsed)
+            self._odometry.update(counts, elapsed, stamp)
             self._packets += 1
-            if elapsed > 0.0 or not self._stamped:  # a stamp is used once, and never an older one
-                self._stamped = stamp.to_nsec()
-                self._publish(stamp)
+            self._publish(rospy.Time(*divmod(stamp, 1_000_000_000)))
             if self._watch:  # the diagnostics can wait, the odometry need not
                 self._watch.update(counts, self._newest_command())
+            changed = self._told() != told
+        if changed:
+            self._tell()
+
+    def _told(self):
+        """What the diagnostics say at once when it changes."""
+        return (self._clock.event_at, self._detector.slipping if self._detector else (), self._gyro_suspects())
+
+    def _tell(self):
+        self._health.publish_now()
+        suspects = self._gyro_suspects()
+        if suspects:
+            rospy.logwarn_throttle(1.0, "%s", self._suspicion(suspects))
+
+    def _gyro_suspects(self):
+        return self._gyro.watch.suspects if self._gyro and self._gyro.watch else ()
 
     def _on_command(self, message):
         self._commanded_at = time.monotonic()
@@ -163,6 +206,7 @@ class OdomNode:
             lagging = self._watch.lagging if self._watch else ()
             followed = self._watch.followed if self._watch else None
             alarms = self._detector.alarms if self._detector else 0
+            suspects = self._gyro_suspects()
         values["wheels compared by"] = self._comparison()
         values["wheels left out"] = list_wheels(slipping) or "none"
         values["wheels left out so far"] = alarms
@@ -173,6 +217,8 @@ class OdomNode:
         if slipping:
             return WARN, (f"{list_wheels(slipping)} disagrees with the others and is left out of the odometry: "
                           "look for a slipping or blocked wheel, a loose coupling, an unplugged encoder"), values
+        if suspects:
+            return WARN, self._suspicion(suspects), values
         if lagging:
             return WARN, (f"{list_wheels(lagging)} does not turn as commanded: look for a blocked wheel, a loose "
                           "motor or encoder cable, an empty battery" + self._warning()), values
@@ -180,15 +226,123 @@ class OdomNode:
 
     def _comparison(self):
         """What the search for slip rests on, in words."""
+        if self._gyro:
+            return "the gyro, and " + ("each other, " if self._detector else "") + "command and measurement"
         if self._detector:
             return "each other, and command and measurement"
         return "command and measurement only" if self._watch else "nothing (packets of speeds)"
 
+    def _suspicion(self, suspects):
+        """What it means that wheels and gyro disagree, in words."""
+        if len(suspects) == self._wheels.amount:
+            return ("the gyro says another turn than the wheels: the robot is pushed, lifted or carried, or a wheel "
+                    "slips or is blocked")
+        names = " or ".join(f"wheel {wheel}" for wheel in suspects)
+        return f"{names} slips: the robot turns otherwise than its wheels, says the gyro"
+
+    def _report_stamps(self):
+        with self._lock:
+            clock, arrived = self._clock, self._arrived
+            values = {
+                "drift of the board's clock": f"{1e6 * clock.drift:+.0f} ppm",
+                "packets later than their number says": clock.shifts,
+                "times that the clock was set": clock.steps,
+                "restarts": clock.restarts,
+                "newest time that the clock was set": clock.event or "never",
+            }
+            recently = clock.event and arrived - clock.event_at < RECENTLY
+        if recently:
+            return WARN, clock.event + "; odometry, transforms and joint states go on with its new time", values
+        return OK, "stamps by packet number and arrival" if self._odometry.period else "stamps by arrival", values
+
     def _warning(self):
         """What three wheels cannot tell."""
-        if self._wheels.amount > 3:
+        if self._wheels.amount > 3 or self._gyro:
             return ""
         return "; with 3 wheels only command and measurement can be compared, and the odometry goes on with all"
+
+
+class ImuInput:
+    """Takes the rates of a gyro to a `GyroFusion`, once TF has said how it stands on the robot."""
+
+    def __init__(self, topic, base_frame, fusion, lock):
+        self._topic, self._base_frame, self._fusion, self._lock = topic, base_frame, fusion, lock
+        self._frame = self._up = None
+        self._buffer = self._listener = None
+        self._looked = 0.0     # [s] when TF was asked last
+        self._trouble = ""     # why TF does not say
+        self._samples = 0
+        self._refused = 0
+        self._rate = Rate()
+        rospy.Subscriber(topic, Imu, self._on_imu, queue_size=100, tcp_nodelay=True)
+
+    def _on_imu(self, message):
+        if message.header.frame_id != self._frame or self._up is None:
+            self._find(message.header.frame_id)
+        self._samples += 1
+        if self._up is None:
+            return
+        rates = message.angular_velocity
+        with self._lock:
+            good = self._fusion.add(message.header.stamp.to_nsec(), (rates.x, rates.y, rates.z), self._up)
+        self._refused += not good
+
+    def _find(self, frame):
+        """Look for the direction upwards in the gyro's frame, once a second until TF says it."""
+        if frame == self._base_frame:
+            self._frame, self._up = frame, (0.0, 0.0, 1.0)
+            return
+        if frame == self._frame and time.monotonic() - self._looked < 1.0:
+            return
+        self._frame, self._up, self._looked = frame, None, time.monotonic()
+        if self._buffer is None:
+            self._buffer = tf2_ros.Buffer()
+            self._listener = tf2_ros.TransformListener(self._buffer)
+        try:
+            rotation = self._buffer.lookup_transform(self._base_frame, frame, rospy.Time(0)).transform.rotation
+        except tf2_ros.TransformException as error:
+            self._trouble = str(error)
+            return
+        self._up = up_in(rotation.x, rotation.y, rotation.z, rotation.w)
+        self._listener.unregister()  # it stands where it stands; listening to all of /tf costs much
+        self._buffer = self._listener = None
+
+    def report(self):
+        """The gyro's task of the diagnostics."""
+        fusion, gyro = self._fusion, self._fusion.gyro
+        with self._lock:
+            rate = self._rate.look(self._samples, time.monotonic())
+            values = {
+                "samples per second": f"{rate:.1f}",
+                "samples refused": self._refused,
+                "gaps": fusion.integral.gaps,
+                "bias": f"{math.degrees(gyro.bias):+.4f} deg/s, uncertain by "
+                        f"{math.degrees(math.sqrt(gyro.bias_variance)):.4f} deg/s",
+                "turned": f"{math.degrees(fusion.turned):.2f} deg",
+                "packets with its turn": fusion.used,
+                "packets without": fusion.missing,
+                "times that wheels and gyro disagreed": fusion.watch.alarms if fusion.watch else "not watched",
+            }
+        if rate == 0.0:
+            return WARN, f"no samples on {self._topic}: the heading comes from the wheels alone", values
+        if self._up is None:
+            return WARN, (f"TF does not say how {self._frame!r} stands on {self._base_frame}: {self._trouble}; "
+                          "publish it, e.g. with static_transform_publisher"), values
+        if not gyro.ready:
+            return OK, f"let the robot stand for {SETTLING + LEARNING:g} s: the bias is learnt then", values
+        return OK, "takes part in the heading", values
+
+
+def read_clocks():
+    """(steady clock, ROS time) [ns] of one instant; simulated time is both."""
+    if not rospy.rostime.is_wallclock():
+        now = rospy.Time.now().to_nsec()
+        return now, now
+    while True:
+        steady = time.monotonic_ns()
+        now = rospy.Time.now().to_nsec()
+        if time.monotonic_ns() - steady < LONGEST_READING:
+            return steady, now
 
 
 def list_wheels(wheels):

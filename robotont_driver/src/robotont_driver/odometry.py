@@ -9,8 +9,10 @@ import math
 import numpy as np
 
 from robotont_driver import se2
+from robotont_driver.gyro import UNCHANGED
 from robotont_driver.kinematics import Kinematics
-from robotont_driver.wheel_noise import PATH_VARIANCE, READING_VARIANCE, variance_per_edge
+from robotont_driver.mean_twist import MeanTwist
+from robotont_driver.wheel_noise import READING_VARIANCE, variance_per_edge
 
 # Variance of each coordinate before the first step: the start is known, but no filter likes a zero.
 START_VARIANCE = 1e-9
@@ -27,14 +29,17 @@ class Pose:
 
     def reset(self):
         """Back to the origin."""
+        self._lasting = np.zeros((3, 2))  # covariance with errors that last: of a gyro's bias and scale
         self._both = np.zeros((6, 6))  # covariance of pose and step, which know nothing of each other
         self.x = self.y = self.yaw = 0.0
         self.covariance = self._start_covariance.copy()
 
-    def move(self, step, step_covariance):
+    def move(self, step, step_covariance, lasting=None):
         """Move by a step (3 floats) with its covariance, 3 x 3.
 
-        Covariance: F P F' + G Q G', with the Jacobians F by the pose and G by the step side by side.
+        Covariance: F P F' + G Q G', with the Jacobians F by the pose and G by the step side by side. `lasting`: where
+        the step has errors that those before and after it have, too: how it depends on them (3 x 2), and their
+        variances (2).
         """
         dx, dy, dyaw = step
         half = dyaw / 2
@@ -52,6 +57,22 @@ class Pose:
         self._both[:3, :3] = self.covariance
         self._both[3:, 3:] = step_covariance
         self.covariance = jacobians @ self._both @ jacobians.T
+        self._carry(jacobians, lasting)
+
+    def _carry(self, jacobians, lasting):
+        """Carry the covariance with lasting errors on, C <- F C + G L B, of which P gets its part."""
+        if lasting is None and not self._lasting.any():
+            return
+        before = jacobians[:, :3] @ self._lasting
+        self._lasting = before
+        if lasting is not None:
+            dependence = jacobians[:, 3:] @ lasting[0]
+            self._lasting = before + dependence * lasting[1]
+            self.covariance = self.covariance + before @ dependence.T + dependence @ self._lasting.T
+
+    def learn(self, factors):
+        """The lasting errors have become smaller, (2) to these parts of what they were."""
+        self._lasting = self._lasting * factors
 
 
 class WheelOdometry:
@@ -59,21 +80,24 @@ class WheelOdometry:
 
     period: time [s] that one packet stands for. 0: packets hold speeds, each valid until the next one.
     wheel_noise: standard deviation [m] of a wheel's path after 1 m; its variance grows with the path.
+    twist_window: [s] over which the twist is the mean; 0: that of the newest packet. gyro: a gyro.GyroFusion, or None.
     """
 
-    def __init__(self, kinematics, period, wheel_noise):
+    def __init__(self, kinematics, period, wheel_noise, twist_window=0.0, gyro=None):
         wheels = kinematics.wheels
         self.kinematics = kinematics
         self.period = period
         self._variance_per_edge = variance_per_edge(wheel_noise, wheels.metres_per_edge)
+        self._gyro = gyro
+        self._rate = 1.0 / period if period else wheels.pid_frequency  # [Hz] packets per second
+        self._mean_twist = MeanTwist(1.0 / self._rate, max(1, round(twist_window * self._rate)) if period else 1)
         self.exclude(())
         self.pose = Pose(READING_VARIANCE * self._edge_covariance)
-        self.twist = np.zeros(3)                     # (v_x, v_y, omega) of the newest packet
+        self.twist = np.zeros(3)                     # (v_x, v_y, omega)
         self.twist_covariance = np.zeros((3, 3))
         self.wheel_angles = np.zeros(wheels.amount)  # [rad] since the start
         self.wheel_rates = np.zeros(wheels.amount)   # [rad/s]
         self._radians_per_edge = 2 * math.pi / wheels.edges_per_turn
-        self._rate = 1.0 / period if period else wheels.pid_frequency  # [Hz] packets per second
         self._held = np.zeros(wheels.amount)
 
     def exclude(self, wheels):
@@ -86,6 +110,8 @@ class WheelOdometry:
         columns = by_edge.T
         self._path_covariances = (
             columns[:, :, None] * columns[:, None, :] * self._variance_per_edge[:, None, None]).reshape(-1, 9)
+        if self._gyro:
+            self._gyro.use_wheels(by_edge)
 
     @property
     def pose_covariance(self):
@@ -102,22 +128,35 @@ class WheelOdometry:
         )
         return np.add(self.pose.covariance, end)
 
-    def update(self, counts, elapsed):
+    def update(self, counts, elapsed, stamp=0):
         """Take one packet, n counts [edges per PID period], `elapsed` [s] after the one before.
 
-        `elapsed` matters only when the period is 0.
+        `elapsed` matters only when the period is 0, `stamp` [ns] only with a gyro, on whose clock it is.
         """
         edges = np.array(counts, dtype=float)
         step, covariance = self._step(edges)
-        if self.period:
+        edge_covariance = self._edge_covariance
+        if self._gyro:
+            step, covariance, edge_covariance = self._move_with_gyro(counts, edges, step, covariance, stamp)
+        elif self.period:
             self._move(edges, step, covariance)
         else:
             held = self._held * (min(max(elapsed, 0.0), LONGEST_HOLD) * self._rate)
             self._move(held, *self._step(held))
             self._held = edges
-        self.twist = step * self._rate
-        self.twist_covariance = (covariance + PATH_VARIANCE * self._edge_covariance) * self._rate ** 2
+        self.twist, self.twist_covariance = self._mean_twist.add(step, covariance, edge_covariance)
         self.wheel_rates = edges * (self._radians_per_edge * self._rate)
+
+    def _move_with_gyro(self, counts, edges, step, covariance, stamp):
+        """Move by wheels and gyro; the step, its covariance, and that which an error of an edge makes in it."""
+        fused = self._gyro.fuse(counts, step, covariance, stamp)
+        if self._gyro.learnt != UNCHANGED:
+            self.pose.learn(self._gyro.learnt)
+        if fused is None:
+            self._move(edges, step, covariance)
+            return step, covariance, self._edge_covariance
+        self._move(edges, fused.step, fused.covariance, fused.lasting)
+        return fused.step, fused.covariance, fused.wheels @ self._edge_covariance @ fused.wheels.T
 
     def _step(self, edges):
         """Step (3,) for n encoder `edges`, and its covariance (3 x 3) by noise that grows with each wheel's path.
@@ -127,7 +166,7 @@ class WheelOdometry:
         step = self.kinematics.twist_of_units(edges) / self.kinematics.wheels.pid_frequency
         return step, (np.abs(edges) @ self._path_covariances).reshape(3, 3)
 
-    def _move(self, edges, step, covariance):
-        if edges.any():  # a robot at rest gains no uncertainty
-            self.pose.move(step.tolist(), covariance)
+    def _move(self, edges, step, covariance, lasting=None):
+        if edges.any() or step.any():  # a robot at rest gains no uncertainty
+            self.pose.move(step.tolist(), covariance, lasting)
             self.wheel_angles += edges * self._radians_per_edge

@@ -2,7 +2,6 @@
 
 import difflib
 import math
-from collections.abc import Mapping
 from typing import Any, NamedTuple, Optional, Tuple
 
 LONGEST_SHOWN = 200  # characters of a found value, in words
@@ -30,6 +29,7 @@ class Parameter(NamedTuple):
     maximum: Optional[float] = None
     reason: str = ""
     choices: Tuple[str, ...] = ()
+    official: str = ""  # name in the official driver, relative to the namespace: read where ours is not given
 
     @property
     def is_numeric(self):
@@ -52,7 +52,9 @@ class Parameter(NamedTuple):
     def _range(self):
         if self.maximum is None:
             return "" if self.minimum is None else f" >= {self.minimum:.10g}"
-        return f" <= {self.maximum:.10g}" if self.minimum is None else f" from {self.minimum:.10g} to {self.maximum:.10g}"
+        if self.minimum is None:
+            return f" <= {self.maximum:.10g}"
+        return f" from {self.minimum:.10g} to {self.maximum:.10g}"
 
     def accepts(self, value):
         """Whether `value` has the type and lies within the bounds."""
@@ -111,8 +113,6 @@ def read_parameters(table, given):
 
     Raises ParameterError with every wrong value and every name that is not in the table.
     """
-    if not isinstance(given, Mapping):
-        raise ParameterError([fault("~", given, "parameters by name, as in `publish_rate: 20.0`: is a line missing?")])
     known = {parameter.name: parameter for parameter in table}
     faults = [
         fault("~" + name, given[name], parameter.allowed)

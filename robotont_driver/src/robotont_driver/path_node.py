@@ -6,8 +6,8 @@ import rospy
 from geometry_msgs.msg import PoseStamped
 from nav_msgs.msg import Odometry, Path
 
-from robotont_driver.node import private_parameters, refuse
-from robotont_driver.parameters import Parameter, ParameterError
+from robotont_driver.node import own_parameters
+from robotont_driver.parameters import Parameter
 from robotont_driver.se2 import yaw_of
 from robotont_driver.travelled_path import Sample, Trail
 
@@ -69,9 +69,5 @@ def path_of(frame, samples):
 def main():
     """Run path_node; with wrong parameters say which and exit with 1."""
     rospy.init_node("path_node")
-    try:
-        parameters = private_parameters(PARAMETERS)
-    except ParameterError as error:
-        refuse(error.faults)
-    PathNode(parameters)
+    PathNode(own_parameters(PARAMETERS))
     rospy.spin()

@@ -1,4 +1,4 @@
-"""From wheel paths to the step of the robot: two solvers for n >= 3 wheels, and what redundancy tells.
+"""From wheel paths to the step of the robot: two solvers for n >= 3 wheels, and parity checks where n > 3.
 
 All of it is linear, so a solver is a 3 x n matrix: step (dx [m], dy [m], dyaw [rad]) = matrix @ paths [m, n].
 """
@@ -15,9 +15,8 @@ LARGEST_CONDITION = 10.0
 def least_squares(matrix, wheels=None):
     """3 x n: the step with the least sum of squared differences from the paths of the `wheels`.
 
-    matrix: the n x 3 wheel matrix (6); wheels: indices of those that count, all when None. The columns of
-    the others are 0. Formulas (7), (9)-(11) where three wheels count; the best linear unbiased estimate
-    (Gauss-Markov) where more do and all are equally noisy.
+    matrix: the n x 3 wheel matrix (6); wheels: indices of those in use, all when None. Columns of excluded wheels
+    are 0. Formula (7) for three wheels; for more, with equal noise, the best linear unbiased estimate (Gauss-Markov).
     """
     wheels = _all(matrix, wheels)
     solution = np.zeros((3, len(matrix)))
@@ -29,7 +28,7 @@ def triples(matrix, wheels=None):
     """3 x n: the mean of the steps that every well-conditioned combination of three wheels gives.
 
     Arguments as in `least_squares`. The thesis' outlook 5.2.2, after P. Kallas, Probabilistic
-    Localization of a Soccer Robot (Tartu, 2013). Where no combination is well conditioned the best one counts.
+    Localization of a Soccer Robot (Tartu, 2013). Where no combination is well conditioned, the best one is used.
     """
     wheels = _all(matrix, wheels)
     combinations = [list(triple) for triple in itertools.combinations(wheels, 3)]
@@ -53,10 +52,10 @@ def condition(matrix):
 
 
 def parity(matrix, wheels=None):
-    """(m - 3) x n: what the m `wheels` that count say against each other, parity @ paths [m].
+    """(m - 3) x n: the m - 3 parity checks of the m `wheels` in use, parity @ paths [m].
 
     Zero for every motion of a robot whose wheels roll; its rows are orthonormal (the left null space of the
-    wheel matrix), so equal noise of the wheels is the same noise of every row. The others' columns are 0.
+    wheel matrix), so equal noise of the wheels is the same noise of every row. Columns of excluded wheels are 0.
     """
     wheels = _all(matrix, wheels)
     rows = np.zeros((len(wheels) - 3, len(matrix)))

@@ -4,6 +4,8 @@ import time
 
 from robotont_firmware import config
 
+LONGEST_STALL = 0.2  # [s] that is made up for; the firmware must not miss half a second of commands at once
+
 
 class SimulatedBoard:
     """What the firmware's loop takes for its hardware.
@@ -15,28 +17,30 @@ class SimulatedBoard:
 
     def __init__(self, simulation, line, on_tick, real_time):
         self.line = line
-        self.late = 0  # periods that began more than one period too late
         self._simulation = simulation
         self._on_tick = on_tick
         self._period = 1.0 / simulation.wheels.pid_frequency
-        self._due = time.monotonic() if real_time else None
+        self.due = time.monotonic() if real_time else None  # [s] when the newest period was over, on its own clock
 
     def wait_tick(self):
         """Let one period pass; 1, or 0 to end."""
         self._simulation.step()
-        if self._due is not None:
+        if self.due is not None:
             self._keep_pace()
         return 1 if self._on_tick() else 0
 
     def _keep_pace(self):
-        """Sleep until the period is over. After a stall the lost time is given up: no burst of periods."""
-        self._due += self._period
-        ahead = self._due - time.monotonic()
+        """Sleep until the period is over.
+
+        The board's periods are even, as those of a hardware timer, however late this program wakes up: after a
+        stall it catches up, or, after a long one, leaves out whole periods.
+        """
+        self.due += self._period
+        ahead = self.due - time.monotonic()
         if ahead > 0:
             time.sleep(ahead)
-        elif ahead < -self._period:
-            self.late += 1
-            self._due = time.monotonic()
+        elif ahead < -LONGEST_STALL:
+            self.due += self._period * (-ahead // self._period)
 
     def counts(self, totals):
         """Fill in the encoders' counters."""

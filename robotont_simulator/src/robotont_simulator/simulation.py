@@ -6,16 +6,21 @@ import mujoco
 import numpy as np
 
 from robotont_simulator import model
+from robotont_simulator.imu import GRAVITY, ImuErrors
 
 COAST_EFFORT = 0   # the motor driver leaves the motor open: no torque, no brake
 PUSH_DURATION = 0.3  # [s] that a push takes
-PUSH_LIFT = 1.0      # part of the robot's weight that a push takes off its wheels, as one who carries it does
+PUSH_LIFT = 1.0      # part of the robot's weight that a push takes off its wheels, as a person carrying the robot would
 
 
 class Simulation:
-    """A robot with `Wheels` in a `World`. Deterministic for a seed and a sequence of calls."""
+    """A robot with `Wheels` in a `World`. Deterministic for a seed and a sequence of calls.
 
-    def __init__(self, wheels, world, seed=0):
+    imu_rate: [Hz] of an inertial measurement unit, at most; as many whole steps of the physics as divide the period
+    lie between two readings. 0: none.
+    """
+
+    def __init__(self, wheels, world, seed=0, imu_rate=0.0):
         self.wheels = wheels
         self.world = world
         self.random = np.random.default_rng(seed)
@@ -37,6 +42,12 @@ class Simulation:
         self._efforts = np.zeros(wheels.amount)
         self._coasting = np.ones(wheels.amount, bool)
         self._push_ends = 0.0  # [s]
+        readings = max((part for part in range(1, self._steps + 1)
+                        if self._steps % part == 0 and part * wheels.pid_frequency <= imu_rate), default=0)
+        self._imu_steps = self._steps // readings if readings else 0
+        self.imu_interval = self._imu_steps * self.mujoco_model.opt.timestep  # [s] between two readings
+        self.imu_errors = ImuErrors(1 / self.imu_interval, np.random.default_rng([seed, 1])) if readings else None
+        self.imu_readings = []  # of the newest period, oldest first, as `ImuErrors.measure` returns them
         mujoco.mj_forward(self.mujoco_model, self.data)
 
     @property
@@ -55,7 +66,21 @@ class Simulation:
         self.mujoco_model.actuator_biasprm[:, 2] = np.where(self._coasting, 0.0, self._brake)
         if self.time >= self._push_ends:
             self.data.xfrc_applied[self._body] = 0.0
-        mujoco.mj_step(self.mujoco_model, self.data, self._steps)
+        if self.imu_errors is None:
+            mujoco.mj_step(self.mujoco_model, self.data, self._steps)
+        else:
+            self.imu_readings = [self._read_imu() for _ in range(self._steps // self._imu_steps)]
+
+    def _read_imu(self):
+        """Move on to the next reading of the inertial measurement unit: means since the one before, in base_link."""
+        data = self.data
+        orientation, velocity = data.qpos[3:7].copy(), data.qvel[:3].copy()
+        mujoco.mj_step(self.mujoco_model, data, self._imu_steps)
+        rotation, matrix = np.empty(3), np.empty(9)
+        mujoco.mju_subQuat(rotation, data.qpos[3:7], orientation)
+        mujoco.mju_quat2Mat(matrix, data.qpos[3:7])
+        acceleration = (data.qvel[:3] - velocity) / self.imu_interval + (0.0, 0.0, GRAVITY)
+        return self.imu_errors.measure(rotation / self.imu_interval, matrix.reshape(3, 3).T @ acceleration)
 
     def counts(self):
         """Encoder counters, n, 0..65535."""
@@ -84,7 +109,7 @@ class Simulation:
         It takes most of the weight off the wheels meanwhile, so that they slide and do not turn: the truth
         moves, the odometry does not see it.
         """
-        weight = self.mujoco_model.body_subtreemass[self._body] * 9.81
+        weight = self.mujoco_model.body_subtreemass[self._body] * GRAVITY
         self.data.xfrc_applied[self._body] = (
             x / PUSH_DURATION, y / PUSH_DURATION, PUSH_LIFT * weight, 0, 0, turn / PUSH_DURATION)
         self._push_ends = self.time + PUSH_DURATION

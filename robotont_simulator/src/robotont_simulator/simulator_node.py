@@ -2,12 +2,13 @@
 
 import math
 import threading
+import time
 
 import numpy as np
 import rospy
 from geometry_msgs.msg import Vector3
 from nav_msgs.msg import Odometry
-from sensor_msgs.msg import LaserScan
+from sensor_msgs.msg import Imu, LaserScan
 from std_msgs.msg import Float32, Float32MultiArray
 from std_srvs.srv import SetBool, SetBoolResponse
 
@@ -15,6 +16,7 @@ from robotont_driver.node import OK, WARN, Health, run_node
 from robotont_driver.parameters import Parameter
 from robotont_firmware import config
 from robotont_firmware.controller import Controller
+from robotont_simulator.official_firmware import FIRMWARES, OfficialFirmware, make_simulation
 from robotont_simulator.port import Port, PortError
 from robotont_simulator.simulated_board import SimulatedBoard
 from robotont_simulator.simulation import Simulation
@@ -22,11 +24,14 @@ from robotont_simulator.world import World, WorldError, read_world
 
 PARAMETERS = (
     Parameter("port", "/tmp/robotont", "name under which the board's serial port appears"),
+    Parameter("firmware", "own", "what runs on the board: this project's firmware, or the official one of a generation",
+              choices=FIRMWARES),
     Parameter("world", "", "file of walls and boxes; empty: nothing but a floor"),
     Parameter("start_x", math.nan, "start position; nan: the world's", "m", minimum=-1000.0, maximum=1000.0),
     Parameter("start_y", math.nan, "start position; nan: the world's", "m", minimum=-1000.0, maximum=1000.0),
     Parameter("start_yaw", math.nan, "start direction; nan: the world's", "rad", minimum=-1000.0, maximum=1000.0),
-    Parameter("seed", 0, "of everything random: encoder offsets and spoilt bytes", minimum=0, maximum=999999999),
+    Parameter("seed", 0, "of everything random: encoder offsets, spoilt bytes, errors of the gyro", minimum=0,
+              maximum=999999999),
     Parameter("world_frame", "map", "frame of the ground truth"),
     Parameter("base_frame", "base_link", "child frame of the ground truth"),
     Parameter("laser_frame", "laser", "frame of the scan"),
@@ -36,6 +41,8 @@ PARAMETERS = (
     Parameter("scan_rays", 128, "measurements per scan", minimum=2, maximum=10000),
     Parameter("scan_nearest", 0.3, "nearer things read -inf (REP 117)", "m", minimum=0.0, maximum=100.0),
     Parameter("scan_farthest", 4.0, "farther things are not seen", "m", minimum=0.1, maximum=1000.0),
+    Parameter("imu_rate", 250.0, "readings per second of gyro and accelerometer, rounded down to what fits the steps "
+              "of 2 ms; 0 = off", "Hz", minimum=0.0, maximum=500.0),
 )
 
 
@@ -45,7 +52,7 @@ class SimulatorNode:
     def __init__(self, wheels, parameters):
         self._parameters = parameters
         world = self._read_world()
-        self._simulation = Simulation(wheels, world, parameters["seed"])
+        self._simulation = self._make_simulation(wheels, world)
         self._port = self._make_port()
         self._lock = threading.Lock()
         self._orders = []  # functions to call between two periods
@@ -53,15 +60,15 @@ class SimulatorNode:
         self._prepare_messages(wheels)
         self._truth_publisher = rospy.Publisher("ground_truth/odom", Odometry, queue_size=10)
         self._scan_publisher = rospy.Publisher("scan", LaserScan, queue_size=2)
+        self._imu_publisher = rospy.Publisher("imu", Imu, queue_size=50)
         rospy.Service("~unplug", SetBool, self._on_unplug)
         rospy.Subscriber("~byte_errors", Float32, self._on_byte_errors)
         rospy.Subscriber("~wheel_grip", Float32MultiArray, self._on_wheel_grip)
         rospy.Subscriber("~push", Vector3, self._on_push)
         rospy.Subscriber("~battery", Float32, self._on_battery)
         self._stopping = threading.Event()
-        self._board = SimulatedBoard(self._simulation, self._port, self._on_tick, real_time=True)
         self._late_before = 0
-        self._controller = Controller(self._board, config, wheels.amount, "simulated")
+        self._firmware = self._make_firmware(wheels)
         self._thread = threading.Thread(target=self._run, daemon=True)
         rospy.on_shutdown(self._stop)
         self._thread.start()
@@ -74,6 +81,25 @@ class SimulatorNode:
         except PortError as error:
             rospy.logfatal("~port: %s", error)
             raise SystemExit(1) from None
+
+    def _make_simulation(self, wheels, world):
+        given = self._parameters
+        if given["firmware"] == "own":
+            return Simulation(wheels, world, given["seed"], given["imu_rate"])
+        try:
+            return make_simulation(wheels, world, given["seed"], given["imu_rate"])
+        except ValueError as error:
+            rospy.logfatal("firmware %s: %s", given["firmware"], error)
+            raise SystemExit(1) from None
+
+    def _make_firmware(self, wheels):
+        """An object with start() and run(); `_board` has `due`, when the newest period was over, and `late`."""
+        name = self._parameters["firmware"]
+        if name != "own":
+            self._board = OfficialFirmware(name, self._simulation, self._port, self._on_tick)
+            return self._board
+        self._board = SimulatedBoard(self._simulation, self._port, self._on_tick, real_time=True)
+        return Controller(self._board, config, wheels.amount, "simulated")
 
     def _read_world(self):
         given = self._parameters
@@ -98,10 +124,19 @@ class SimulatorNode:
         self._scan.header.frame_id = given["laser_frame"]
         rate = given["scan_rate"]
         self._scan_ticks = max(1, round(wheels.pid_frequency / rate)) if rate else 0
+        self._imu = Imu()
+        self._imu.header.frame_id = given["base_frame"]
+        self._imu.orientation_covariance[0] = -1.0  # it reports none
+        errors = self._simulation.imu_errors
+        if errors:
+            for covariance, deviation in (
+                    (self._imu.angular_velocity_covariance, errors.gyro_deviation),
+                    (self._imu.linear_acceleration_covariance, errors.accelerometer_deviation)):
+                covariance[:] = (deviation ** 2 * np.eye(3)).ravel()
 
     def _run(self):
-        self._controller.start()
-        self._controller.run()
+        self._firmware.start()
+        self._firmware.run()
 
     def _on_tick(self):
         """Between two periods: carry out orders, publish; whether to go on."""
@@ -110,11 +145,19 @@ class SimulatorNode:
         for order in orders:
             order()
         self._ticks += 1
-        stamp = rospy.Time.now()
+        stamp = self._stamp()
         self._publish_truth(stamp)
+        self._publish_imu(stamp)
         if self._scan_ticks and self._ticks % self._scan_ticks == 0:
             self._publish_scan(stamp)
         return not self._stopping.is_set()
+
+    def _stamp(self):
+        """When the board's newest period was over, which is a little before now; where time is simulated, now."""
+        now = rospy.Time.now()
+        if rospy.rostime.is_wallclock():
+            now -= rospy.Duration.from_sec(max(0.0, time.monotonic() - self._board.due))
+        return now
 
     def _publish_truth(self, stamp):
         truth = self._truth
@@ -125,6 +168,16 @@ class SimulatorNode:
         twist = truth.twist.twist
         twist.linear.x, twist.linear.y, twist.angular.z = self._simulation.twist()
         self._truth_publisher.publish(truth)
+
+    def _publish_imu(self, stamp):
+        """The period's readings, each with its own stamp."""
+        imu, readings = self._imu, self._simulation.imu_readings
+        for later, (rates, accelerations) in zip(range(len(readings) - 1, -1, -1), readings):
+            imu.header.stamp = stamp - rospy.Duration.from_sec(later * self._simulation.imu_interval)
+            rate, acceleration = imu.angular_velocity, imu.linear_acceleration
+            rate.x, rate.y, rate.z = rates.tolist()
+            acceleration.x, acceleration.y, acceleration.z = accelerations.tolist()
+            self._imu_publisher.publish(imu)
 
     def _publish_scan(self, stamp):
         scan = self._scan

@@ -1,0 +1,319 @@
+"""A gyro beside the wheels: its turn in each period, its bias, and what both say against each other.
+
+The gyro's rate is `scale * rate + bias + white noise`, the bias walks slowly. It is learnt while the wheels stand, and
+only then: an error of the wheel parameters must not become one of the gyro. Turns are counterclockwise, in [rad].
+"""
+
+import math
+from collections import deque
+from typing import NamedTuple, Tuple
+
+import numpy as np
+
+from robotont_driver.slip import TOLERANCE, WINDOW, chi_square_limit
+from robotont_driver.wheel_noise import PATH_VARIANCE
+
+SECOND = 1_000_000_000  # [ns]
+
+GAP = SECOND // 10      # [ns] between two samples; across a longer one nothing is known of the turn
+HOLD = SECOND // 25     # [ns] for which the wheels stand in for samples that are still under way
+KEPT = 1024             # samples: more than a second of any gyro, for packets that are late
+
+FIRST_BIAS = 0.02       # [rad/s] standard deviation of the bias of a gyro of which nothing is known
+SETTLING = 0.5          # [s] without counts until the robot counts as standing
+LEARNING = 1.0          # [s] of standing until the bias is good enough to use the gyro
+OUTLIER = 5.0           # [standard deviations] a turn beyond this while the wheels stand is no bias, ...
+RELEARN = 3.0           # [s] ... unless it goes on for so long and ...
+STEADY = 10.0           # [standard deviations] ... its rates differ by no more than this
+TIMING = 0.005          # [s] by which the times of gyro and wheels may differ
+SPINNING = 1.5          # a slipping wheel slips by at most this part of the path that it counts
+
+
+class TurnIntegral:
+    """Integral of a gyro's rates between any two instants that its samples cover."""
+
+    def __init__(self):
+        self._samples = deque(maxlen=KEPT)  # (stamp [ns], turn [rad] since the first one, rate [rad/s])
+        self._reached = None                # turn at the end of the last stretch
+        self.gaps = 0                       # times that samples were missing
+
+    def add(self, stamp, rate):
+        """Take a sample: `rate` [rad/s] at `stamp` [ns]. One that is no newer than the last begins anew."""
+        turn = 0.0
+        if self._samples:
+            last, turn, last_rate = self._samples[-1]
+            if 0 < stamp - last <= GAP:
+                turn += (last_rate + rate) / 2 * ((stamp - last) / SECOND)
+            else:
+                self.gaps += 1
+                self._samples.clear()
+                self._reached = None
+        self._samples.append((stamp, turn, rate))
+
+    def turned(self, stamp, rate):
+        """[rad] from the stamp [ns] of the last call to this one; None where samples are missing.
+
+        rate: [rad/s] that is taken from the newest sample on, if that is a little older than the stamp. The next
+        call makes good what was wrong with it.
+        """
+        before, self._reached = self._reached, self._turn_at(stamp, rate)
+        return None if before is None or self._reached is None else self._reached - before
+
+    def _turn_at(self, stamp, rate):
+        later = None
+        for sample in reversed(self._samples):
+            if sample[0] <= stamp:
+                ahead = stamp - sample[0]
+                if later is None:
+                    return sample[1] + rate * (ahead / SECOND) if ahead <= HOLD else None
+                return sample[1] + (later[1] - sample[1]) * (ahead / (later[0] - sample[0]))
+            later = sample
+        return None
+
+
+class Gyro:
+    """The bias of a gyro, and its turn in one period after the other.
+
+    period: [s] of a packet. noise: [rad/s/sqrt(Hz)] density of its white noise. bias_drift: [rad/s/sqrt(s)] walk of
+    its bias. scale: its rate for 1 rad/s; scale_noise: standard deviation of that.
+    """
+
+    def __init__(self, period, noise, bias_drift, scale=1.0, scale_noise=0.0):
+        self.period = period
+        self.scale = scale
+        self.scale_variance = (scale_noise / scale) ** 2
+        self.noise = noise ** 2 * period   # [rad^2] variance of a period's turn
+        self._walk = bias_drift ** 2 * period
+        self.bias = 0.0                    # [rad/s]
+        self.bias_variance = FIRST_BIAS ** 2
+        self.learnt = 0                    # periods of standing
+        self.learnt_part = 1.0             # of the bias' error that the newest period left
+        self._still = 0                    # periods without motion of the wheels
+        self._path = None                  # [edges] of each wheel while standing
+        self._odd = []                     # [rad] turns of a standing robot that do not fit the bias
+
+    @property
+    def ready(self):
+        """Whether the bias is known."""
+        return self.learnt * self.period >= LEARNING
+
+    @property
+    def stands(self):
+        """Whether the wheels have stood for long enough; an encoder may flicker between two edges."""
+        return self._still * self.period >= SETTLING
+
+    def watch_wheels(self, counts):
+        """Take the n counts of a period, before `turn`."""
+        path = list(counts) if self._path is None else [sum(pair) for pair in zip(self._path, counts)]
+        if max(map(abs, path)) > 1:
+            self._still, self._path = 0, [0] * len(path)
+        else:
+            self._still, self._path = self._still + 1, path
+
+    def turn(self, measured):
+        """[rad] that the robot turned in a period in which the gyro `measured` so much; learns while it stands."""
+        self.bias_variance += self._walk
+        turn = measured / self.scale - self.bias * self.period
+        self.learnt_part = 1.0
+        if self.stands:
+            self._learn(turn)
+        else:
+            self._odd = []
+        return turn
+
+    def _learn(self, turn):
+        period = self.period
+        variance = self.bias_variance * period ** 2 + self.noise
+        if turn ** 2 > OUTLIER ** 2 * variance:
+            self._odd.append(turn)
+            if len(self._odd) * period >= RELEARN:
+                self._learn_anew()
+            return
+        self._odd = []
+        gain = self.bias_variance * period / variance
+        self.bias += gain * turn
+        self.learnt_part = 1 - gain * period
+        self.bias_variance *= self.learnt_part
+        self.learnt += 1
+
+    def _learn_anew(self):
+        """Turning for so long at so steady a rate on wheels that stand is a bias that has changed."""
+        if max(self._odd) - min(self._odd) < STEADY * math.sqrt(self.noise):
+            self.bias += sum(self._odd) / len(self._odd) / self.period
+            self.bias_variance = FIRST_BIAS ** 2
+            self.learnt = 0
+            self.learnt_part = 0.0  # this is another bias
+        self._odd = []
+
+
+class TurnWatch:
+    """Tells when the turn of the wheels is not that of the gyro: a wheel slips, or somebody moves the robot.
+
+    gyro: a `Gyro`. false_alarms: per hour at most. For n >= 3 wheels.
+    """
+
+    def __init__(self, gyro, false_alarms):
+        self._gyro = gyro
+        self._limit = chi_square_limit(min(0.5, false_alarms * gyro.period / 3600.0), 1)
+        self._hold = 0      # packets until the alarm ends
+        self.suspects = ()  # wheels of which one slips; all of them: the robot is pushed, lifted or carried
+        self.alarms = 0
+
+    def use_wheels(self, turn_per_edge):
+        """From now on one edge of each wheel turns the robot by `turn_per_edge`, n [rad]."""
+        self._per_edge = turn_per_edge
+        self._edges = PATH_VARIANCE * sum(turn ** 2 for turn in turn_per_edge)  # [rad^2] at both ends
+        self.forget()
+
+    def forget(self):
+        """Begin a new window, after a gap in the gyro's samples."""
+        self._window = deque(maxlen=WINDOW)
+        self._difference = self._variance = self._turn = 0.0
+        self._path = [0] * len(self._per_edge)
+        if not self._hold:
+            self.suspects = ()
+
+    def update(self, counts, turn, difference, variance):
+        """Take one packet; whether there is an alarm.
+
+        counts: n. turn: [rad] by the gyro; difference: [rad] by which it exceeds that of the wheels; variance: [rad^2]
+        of the wheels' turn, but for the ends of the path.
+        """
+        if len(self._window) == WINDOW:
+            old_counts, old_turn, old_difference, old_variance = self._window[0]
+            self._difference -= old_difference
+            self._variance -= old_variance
+            self._turn -= old_turn
+            self._path = [path - count for path, count in zip(self._path, old_counts)]
+        self._window.append((counts, turn, difference, variance))
+        self._difference += difference
+        self._variance += variance
+        self._turn += turn
+        self._path = [path + count for path, count in zip(self._path, counts)]
+        if self._difference ** 2 > self._limit * self._expected_variance():
+            self.alarms += not self.suspects
+            self.suspects = self._suspected()
+            self._hold = WINDOW
+        elif self._hold:
+            self._hold -= 1
+            if not self._hold:
+                self.suspects = ()
+        return bool(self.suspects)
+
+    def _expected_variance(self):
+        """[rad^2] of the difference over the window, of wheels that roll."""
+        gyro, lasted = self._gyro, len(self._window) * self._gyro.period
+        faster = (self._window[-1][1] - self._window[0][1]) / gyro.period  # [rad/s]
+        return (
+            self._edges + self._variance + len(self._window) * gyro.noise
+            + sum((TOLERANCE * turn * path) ** 2 for turn, path in zip(self._per_edge, self._path))
+            + gyro.bias_variance * lasted ** 2 + gyro.scale_variance * self._turn ** 2
+            + (TIMING * faster) ** 2)
+
+    def _suspected(self):
+        """The wheels that can have slipped alone: those that counted more than they rolled, in the right direction."""
+        spinning = []
+        for wheel, (turn, path) in enumerate(zip(self._per_edge, self._path)):
+            slip = -self._difference / turn if turn else math.inf  # [edges]
+            if slip * path > 0 and abs(slip) <= SPINNING * abs(path):
+                spinning.append(wheel)
+        return tuple(spinning) or tuple(range(len(self._per_edge)))
+
+
+UNCHANGED = (1.0, 1.0)  # parts of the errors of bias and scale that are left when nothing was learnt
+
+
+class Fused(NamedTuple):
+    """A step of wheels and gyro together."""
+
+    step: np.ndarray        # (dx [m], dy [m], dyaw [rad])
+    covariance: np.ndarray  # 3 x 3, by what is new in every period
+    wheels: np.ndarray      # 3 x 3, what is left in the step of an error of the wheels' step
+    # (how the step depends on the errors of bias [rad/s] and scale [1], 3 x 2; their variances, 2), which are the same
+    # in the periods to come, so that their covariance with the pose has to be kept (S. F. Schmidt, 1966)
+    lasting: Tuple[np.ndarray, np.ndarray]
+
+
+class GyroFusion:
+    """Weighs the turns of wheels and gyro by their covariances, and tells where both disagree.
+
+    gyro: a `Gyro`. false_alarms: of `TurnWatch`, per hour; 0: no watch. learnt: (2) parts of the errors of bias and
+    scale that the newest period left.
+    """
+
+    def __init__(self, gyro, false_alarms):
+        self.gyro = gyro
+        self.integral = TurnIntegral()
+        self.watch = TurnWatch(gyro, false_alarms) if false_alarms else None
+        self.learnt = UNCHANGED
+        self.used = 0     # packets in which the gyro counted
+        self.missing = 0  # packets without its turn
+        self.turned = 0.0  # [rad] by the gyro since it counts, to and fro, for its calibration
+
+    def add(self, stamp, rates, up):
+        """Take rates [rad/s], 3, around axes in which `up` (3) points up, at `stamp` [ns]; whether they are finite."""
+        rate = sum(a * b for a, b in zip(rates, up))
+        if not math.isfinite(rate):
+            return False
+        self.integral.add(stamp, rate)
+        return True
+
+    def use_wheels(self, by_edge):
+        """From now on one edge of each wheel makes a step of `by_edge`, 3 x n ([m], [m], [rad])."""
+        self._by_edge = by_edge
+        self._readings = PATH_VARIANCE * by_edge @ by_edge[2]  # (3,) of a step with its turn
+        if self.watch:
+            self.watch.use_wheels(by_edge[2].tolist())
+
+    def fuse(self, counts, step, covariance, stamp):
+        """`Fused` step of the period that ended at `stamp` [ns]; None where the gyro says nothing.
+
+        counts: n. step: (dx, dy, dyaw) of the wheels, its covariance 3 x 3.
+        """
+        gyro = self.gyro
+        gyro.watch_wheels(counts)
+        self.learnt = UNCHANGED
+        measured = self.integral.turned(stamp, gyro.scale * float(step[2]) / gyro.period + gyro.bias)
+        if measured is None:
+            self.missing += 1
+            if self.watch:
+                self.watch.forget()
+            return None
+        turn = gyro.turn(measured)
+        self.learnt = (gyro.learnt_part, 1.0)
+        if not gyro.ready:
+            return None
+        self.used += 1
+        self.turned += turn
+        difference = float(turn - step[2])
+        if self.watch and self.watch.update(counts, turn, difference, float(covariance[2, 2])):
+            covariance = self._doubt(covariance, difference)
+        elif gyro.stands:
+            return None  # an encoder that flickers between two edges is no reason to add up the gyro's noise
+        return self._weigh(step, covariance, turn, difference)
+
+    def _doubt(self, covariance, difference):
+        """The covariance of the wheels' step when each of the suspects may have made the `difference` [rad]."""
+        columns = self._by_edge[:, list(self.watch.suspects)]
+        columns = columns[:, columns[2] != 0.0]
+        slips = columns * (difference / columns[2])
+        return covariance + slips @ slips.T
+
+    def _weigh(self, step, covariance, turn, difference):
+        gyro = self.gyro
+        column = covariance[:, 2] + self._readings
+        own = column[2]
+        variances = np.array((gyro.bias_variance, gyro.scale_variance))
+        dependence = np.array((gyro.period, turn))
+        gain = column / (own + gyro.noise + variances @ dependence ** 2)
+        kept = np.eye(3)
+        kept[:, 2] -= gain
+        return Fused(
+            step + gain * difference,
+            kept @ covariance @ kept.T + np.outer(gain, gain * gyro.noise),
+            kept, (np.outer(gain, dependence), variances))
+
+
+def up_in(x, y, z, w):
+    """(3,) upwards, in the axes of a device that stands on the robot as the unit quaternion x, y, z, w says."""
+    return 2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)

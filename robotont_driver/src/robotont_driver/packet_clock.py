@@ -1,0 +1,176 @@
+"""When a packet was made: stamps from packet numbers and arrivals, for packets that stand for one period each.
+
+The board makes packet k at a + b k on its own clock; it arrives later than that, never earlier. So the line a + b k
+is the lower envelope of the arrivals over the packet numbers. A packet is stamped by that line, not by its arrival:
+a burst, and packets that were repaired afterwards, are spread back over their periods.
+
+Compare E. Olson, A Passive Solution to the Sensor Synchronization Problem (IROS 2010), which bounds the drift b; here
+it is estimated, too.
+"""
+
+SECOND = 1_000_000_000  # [ns]
+
+BLOCK = 50              # [packets] of each of which the earliest arrival is kept
+BLOCKS = 30             # earliest arrivals that the period is estimated from ...
+FEWEST = 2              # ... and the least number of them
+RECENT = 5              # earliest arrivals that the line touches the lowest of
+LARGEST_DRIFT = 0.02    # part by which the board's period may differ from the nominal one
+LATE = 0.75             # [periods] a packet so late ...
+STEADY = 0.5            # [periods] ... and so long after its predecessor is not one of a burst; ...
+PACKETS = 5             # ... so many of them in a row mean that packets are missing, or that the clock was set
+TURN = SECOND // 2000   # [ns] a packet so soon behind its predecessor came with it, and waited for its turn ...
+BURST = SECOND // 300   # [ns] ... for no longer than this
+PAUSE = 3 * SECOND      # [ns] without packets; more than 109 periods at 50 Hz, which serial_com_node can repair
+STEP = SECOND // 200    # [ns] change of the wall clock against the steady one that is a step and no drift
+TICK = 1000             # [ns] least time between two stamps
+
+
+class PacketClock:
+    """Stamps packets of a known nominal period [s].
+
+    Counted: `restarts` (after a pause, or a steady clock that went back), `shifts` (packets that came later than
+    their number says, from some packet on), `steps` (of the wall clock). `event`: words for the newest time that the
+    clock was set, `event_at` its arrival [ns]; None when that never happened.
+    """
+
+    def __init__(self, period):
+        self._nominal = period * SECOND
+        self._period = self._nominal  # [ns] as estimated
+        self._origin = None           # [ns] arrival of the first packet; times below are relative to it
+        self._offset = 0              # [ns] wall clock minus steady clock
+        self._newest = None           # [ns] newest stamp
+        self.restarts = self.shifts = self.steps = 0
+        self.event = self.event_at = None
+
+    @property
+    def drift(self):
+        """Part by which the board's periods are longer than the nominal one."""
+        return self._period / self._nominal - 1.0
+
+    def stamp(self, arrival, now):
+        """Stamp [ns] on the wall clock of the next packet; never newer than `now`, always newer than the one before.
+
+        arrival: [ns] on a clock that nobody sets (time.monotonic). now: [ns] the wall clock at the same instant.
+        Where there is only one clock (simulated time) both are the same. After the wall clock, or the only one, went
+        back, so do the stamps; while it stands still they exceed it by `TICK` each.
+        """
+        if self._origin is None:
+            self._origin, self._offset = arrival, now - arrival
+            self._restart(0.0)
+        else:
+            self._notice_step(arrival, now)
+            self._advance(float(arrival - self._origin))
+        stamp = self._origin + int(self._line) + self._offset
+        if self._newest is not None and stamp <= self._newest:
+            stamp = self._newest + TICK
+        self._newest = stamp
+        return stamp
+
+    def _notice_step(self, arrival, now):
+        offset = now - arrival
+        step, self._offset = offset - self._offset, offset
+        if abs(step) > STEP:
+            self.steps += 1
+            self._clock_was_set(arrival, step)
+
+    def _advance(self, arrival):
+        """Move the line on to a packet that came at `arrival`."""
+        gap, self._arrival = arrival - self._arrival, arrival
+        if 0 <= gap < TURN and arrival - self._burst < BURST:
+            arrival = self._burst
+        self._burst = arrival
+        if gap < 0 or gap > PAUSE:
+            self.restarts += 1
+            if gap < 0:
+                self._clock_was_set(self._origin + int(arrival), int(gap))
+            self._restart(arrival)
+            return
+        self._number += 1
+        self._line += self._period
+        late = arrival - self._line
+        if late < 0:
+            self._line = arrival  # nothing arrives before it is made
+            late = 0.0
+        self._notice_shift(late, gap)
+        self._earliest = min(self._earliest, (self._number, arrival), key=self._residual)
+        self._left -= 1
+        if not self._left:
+            self._fit()
+
+    def _notice_shift(self, late, gap):
+        """Packets that are late by about as much, one period after the other: the line has to follow them."""
+        if late < LATE * self._period or gap < STEADY * self._period:
+            self._late_packets = 0
+            return
+        self._least_late = min(late, self._least_late) if self._late_packets else late
+        self._late_packets += 1
+        if self._late_packets == PACKETS:
+            self._line += self._least_late
+            self.shifts += 1
+            self._forget()
+
+    def _fit(self):
+        """Estimate the period from the earliest arrivals, and lay the line on the newest of them."""
+        self._minima.append(self._earliest)
+        del self._minima[:-BLOCKS]
+        if len(self._minima) >= FEWEST:
+            third = (len(self._minima) + 2) // 3
+            old, new = (min(part, key=self._residual) for part in (self._minima[:third], self._minima[-third:]))
+            period = (new[1] - old[1]) / (new[0] - old[0])
+            bound = LARGEST_DRIFT * self._nominal
+            self._period = min(max(period, self._nominal - bound), self._nominal + bound)
+        newest = min(self._minima[-RECENT:], key=self._residual)
+        self._line = newest[1] + self._period * (self._number - newest[0])
+        self._line = min(self._line, self._burst)
+        self._begin_block()
+
+    def _residual(self, numbered):
+        number, arrival = numbered
+        return arrival - self._period * number
+
+    def _restart(self, arrival):
+        self._line = self._arrival = self._burst = arrival
+        self._number = 0
+        self._forget()
+
+    def _forget(self):
+        """The arrivals so far say nothing of those to come; the period stays."""
+        self._minima = []  # (packet number, arrival) of the earliest arrival of each block
+        self._late_packets = 0
+        self._begin_block()
+
+    def _begin_block(self):
+        self._left = BLOCK
+        self._earliest = (0, float("inf"))  # packet number, arrival
+
+    def _clock_was_set(self, arrival, step):
+        """The stamps follow, backwards too."""
+        way = "back" if step < 0 else "forward"
+        self.event = f"the clock was set {way} by {describe(abs(step) / SECOND)}"
+        self.event_at = arrival
+        if step < 0:
+            self._newest = None
+
+
+class ArrivalClock(PacketClock):
+    """Stamps by arrival, for packets that stand for no certain period."""
+
+    def __init__(self):
+        super().__init__(0.0)
+
+    @property
+    def drift(self):
+        """Not known."""
+        return 0.0
+
+    def _advance(self, arrival):
+        gap, self._arrival = arrival - self._arrival, arrival
+        if gap < 0:
+            self.restarts += 1
+            self._clock_was_set(self._origin + int(arrival), int(gap))
+        self._line = arrival
+
+
+def describe(seconds):
+    """A duration [s] in words."""
+    return f"{seconds:.3f} s" if seconds < 10 else f"{seconds:.0f} s"

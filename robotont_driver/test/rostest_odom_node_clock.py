@@ -1,0 +1,82 @@
+#!/usr/bin/env python3
+"""odom_node on a simulated clock that jumps: nothing falls silent, stamps follow, the diagnostics say so."""
+
+import rospy
+import rostest
+from nav_msgs.msg import Odometry
+from rosgraph_msgs.msg import Clock
+from sensor_msgs.msg import JointState
+from std_msgs.msg import String
+from tf2_msgs.msg import TFMessage
+
+from robotont_driver.protocol import format_packet
+from robotont_testing.harness import wait_for
+from robotont_testing.node_test import OK, WARN, NodeTest
+
+TASK = "odom_node: stamps"
+PERIOD = 0.02  # [s]
+MOVE = (-10, 0, 10)
+
+
+class OdomNodeClockTest(NodeTest):
+    def setUp(self):
+        super().setUp()
+        self.odom = self.listen("odom", Odometry)
+        self.transforms = self.listen("/tf", TFMessage)
+        self.joints = self.listen("joint_states", JointState)
+        self.clock = self.publisher("/clock", Clock)
+        self.read = self.publisher("serial_read", String)
+        self.time = 5000.0
+        wait_for(lambda: self.tick() or (self.odom and self.transforms and self.joints), "odometry", period=0.02)
+        self.drive(20)
+
+    def tick(self):
+        """The clock moves on, and a packet comes."""
+        self.time += PERIOD
+        self.clock.publish(Clock(rospy.Time.from_sec(self.time)))
+        self.read.publish(format_packet(MOVE))
+
+    def drive(self, packets):
+        """Stamps [s] of the odometry of so many packets, each of which is waited for; of TF and joint states, too."""
+        for messages in (self.odom, self.transforms, self.joints):
+            messages.clear()
+        for number in range(1, packets + 1):
+            self.time += PERIOD
+            self.clock.publish(Clock(rospy.Time.from_sec(self.time)))
+            wait_for(lambda: abs(rospy.get_time() - self.time) < 1e-6, "the clock")
+            self.read.publish(format_packet(MOVE))
+            wait_for(lambda number=number: all(
+                len(messages) >= number for messages in (self.odom, self.transforms, self.joints)),
+                "odometry, transform and joint state of each packet")
+        stamps = [message.header.stamp.to_sec() for message in self.odom]
+        self.assertEqual(stamps, [message.header.stamp.to_sec() for message in self.joints])
+        self.assertEqual(stamps, [message.transforms[0].header.stamp.to_sec() for message in self.transforms])
+        return stamps
+
+    def test_the_clock_jumps(self):
+        for jump, words in ((-80.0, "the clock was set back by 80 s"), (3600.0, None), (-3600.0, "back by 3600 s"),
+                            (0.2, None), (-0.2, "back by 0.")):
+            with self.subTest(jump=jump):
+                self.time += jump
+                stamps = self.drive(20)  # of each packet, so no gap in the odometry
+                for stamp in stamps:
+                    self.assertLessEqual(stamp, self.time + 1e-3)
+                self.assertLess(abs(stamps[-1] - self.time), 0.045)
+                self.assertTrue(all(new > old for old, new in zip(stamps[2:], stamps[3:])))
+                if words:
+                    self.wait_for_status(TASK, WARN, words)
+        self.drive(round(11.0 / PERIOD))
+        self.wait_for_status(TASK, OK, "stamps by packet number and arrival")
+
+    def test_a_clock_that_stands_still_silences_nothing(self):
+        self.odom.clear()
+        for number in range(1, 31):
+            self.read.publish(format_packet(MOVE))
+            wait_for(lambda number=number: len(self.odom) >= number, "odometry")
+        stamps = [message.header.stamp for message in self.odom]
+        self.assertTrue(all(new > old for old, new in zip(stamps, stamps[1:])))
+        self.assertLess(stamps[-1].to_sec(), self.time + 1e-3)
+
+
+if __name__ == "__main__":
+    rostest.rosrun("robotont_driver", "odom_node_clock_test", OdomNodeClockTest)

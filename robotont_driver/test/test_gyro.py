@@ -1,0 +1,273 @@
+"""A gyro beside the wheels: heading, covariance, bias, gaps, wheels that slip; with readings drawn as a BMI055's."""
+
+import math
+
+import numpy as np
+import pytest
+from scipy.stats import chi2
+
+from robotont_driver import se2
+from robotont_driver.gyro import GAP, HOLD, SECOND, Gyro, GyroFusion, TurnIntegral
+from robotont_driver.kinematics import Kinematics
+from robotont_driver.odometry import WheelOdometry
+from robotont_driver.wheels import read_wheels
+from robotont_testing.robots import SHIPPED
+from robotont_testing.simulated_wheels import PERIOD, counted, even_wheels, mixed_drive, path_of, rolled, still
+
+NOISE, WALK = 2.5e-4, 1e-5  # [rad/s/sqrt(Hz)], [rad/s/sqrt(s)]
+BIAS, SCALE = 0.01, 3e-4    # standard deviations of bias [rad/s] and scale
+SAMPLES = 5                 # per period
+THREE = read_wheels(SHIPPED)
+FALSE_ALARMS = 0.1
+
+
+class Device:
+    """A gyro's readings of true turning speeds, one array of samples per period."""
+
+    def __init__(self, seed, bias=None, scale=None):
+        self.random = np.random.default_rng(seed)
+        self.bias = BIAS * self.random.standard_normal() if bias is None else bias
+        self.scale = 1 + SCALE * self.random.standard_normal() if scale is None else scale
+
+    def read(self, speed):
+        """`SAMPLES` readings [rad/s] of a period turned at `speed` [rad/s]."""
+        interval = PERIOD / SAMPLES
+        self.bias += WALK * math.sqrt(PERIOD) * self.random.standard_normal()
+        white = NOISE / math.sqrt(interval) * self.random.standard_normal(SAMPLES)
+        return self.scale * speed + self.bias + white
+
+
+class Run:
+    """Odometry of wheels and gyro along true twists."""
+
+    def __init__(self, wheels=THREE, device=None, noise=0.005, false_alarms=FALSE_ALARMS, window=0.0):
+        self.device = device or Device(0)
+        self.gyro = Gyro(PERIOD, NOISE, WALK, 1.0, SCALE)
+        self.fusion = GyroFusion(self.gyro, false_alarms)
+        self.odometry = WheelOdometry(Kinematics(wheels), PERIOD, noise, window, self.fusion)
+        self.integral = self.fusion.integral
+        self.now = 0   # [ns]
+        self.poses = []
+        self.suspects = []
+
+    def period(self, counts, speed, plugged=True):
+        step = round(PERIOD * SECOND / SAMPLES)
+        for reading in self.device.read(speed):
+            self.now += step
+            if plugged:
+                self.integral.add(self.now, reading)
+        self.odometry.update(tuple(counts), 0.0, self.now)
+        pose = self.odometry.pose
+        self.poses.append((pose.x, pose.y, pose.yaw))
+        self.suspects.append(self.fusion.watch.suspects if self.fusion.watch else ())
+
+    def drive(self, counts, twists, unplugged=()):
+        for number, (packet, twist) in enumerate(zip(counts.tolist(), twists)):
+            self.period(packet, twist[2], number not in unplugged)
+        return self
+
+    @property
+    def pose(self):
+        return self.poses[-1]
+
+
+def circles(number, speed=0.3, radius=0.25):
+    """Twists of so many circles."""
+    turn = speed / radius
+    return np.tile((speed, 0.0, turn), (round(number * 2 * math.pi / turn / PERIOD), 1))
+
+
+def with_rest(*parts, seconds=5.0):
+    return np.concatenate([still(seconds), *parts, still(0.5)])
+
+
+def heading_errors(twists, seeds, noise=0.005, wheels=THREE):
+    """(errors [rad], standard deviations [rad]) of the heading at the end, one per seed."""
+    truth = path_of(twists)[-1, 2]
+    errors, stated = [], []
+    for seed in range(seeds):
+        run = Run(wheels, Device(seed), noise)
+        run.drive(counted(wheels, rolled(wheels, twists), noise, np.random.default_rng([seed, 7])), twists)
+        errors.append(se2.wrap(run.pose[2] - truth))
+        stated.append(math.sqrt(run.odometry.pose_covariance[2, 2]))
+    return np.array(errors), np.array(stated)
+
+
+@pytest.mark.parametrize("twists, noise", [
+    (with_rest(circles(2)), 0.005),
+    (with_rest(mixed_drive(30.0, np.random.default_rng(3))), 0.005),
+    (with_rest(mixed_drive(20.0, np.random.default_rng(4)), still(5.0), mixed_drive(20.0, np.random.default_rng(5))),
+     0.01),
+], ids=["two circles", "mixed", "with a rest"])
+def test_the_heading_is_as_good_as_its_covariance_says(twists, noise):
+    """The sum of the squared normalised errors of 20 seeds within its bounds of 99.9 %; they are printed with 95 %."""
+    errors, stated = heading_errors(twists, 20, noise)
+    value = float(np.sum((errors / stated) ** 2)) / 20
+    low, high = chi2.ppf((0.0005, 0.9995), 20) / 20
+    print(f"mean normalised error squared {value:.2f}, 95 % bounds "
+          "{:.2f} to {:.2f}; ".format(*chi2.ppf((0.025, 0.975), 20) / 20)
+          + f"heading off by {np.degrees(np.sqrt(np.mean(errors ** 2))):.2f} deg rms, "
+          f"{np.degrees(np.abs(errors).max()):.2f} at most")
+    assert low < value < high
+    assert np.degrees(np.abs(errors).max()) < 1.0
+
+
+def test_wheels_alone_are_worse():
+    twists = with_rest(circles(2))
+    wheels_only = []
+    for seed in range(20):
+        odometry = WheelOdometry(Kinematics(THREE), PERIOD, 0.005)
+        for counts in counted(THREE, rolled(THREE, twists), 0.005, np.random.default_rng([seed, 7])).tolist():
+            odometry.update(counts, 0.0)
+        wheels_only.append(se2.wrap(odometry.pose.yaw - path_of(twists)[-1, 2]))
+    errors, _ = heading_errors(twists, 20)
+    assert np.std(errors) < 0.3 * np.std(wheels_only)
+
+
+def test_at_rest_the_heading_stays_and_the_bias_is_learnt():
+    run = Run(device=Device(1, bias=0.017))
+    for number in range(round(60 / PERIOD)):
+        flicker = 1 if number % 7 == 0 else -1 if number % 7 == 1 else 0  # an encoder between two edges
+        run.period((flicker, 0, 0), 0.0)
+    drift = math.degrees(run.poses[-1][2] - run.poses[round(5 / PERIOD)][2])
+    print(f"drift {drift:.5f} deg in 55 s; bias off by {run.gyro.bias - run.device.bias:.1e} rad/s, "
+          f"stated {math.sqrt(run.gyro.bias_variance):.1e}")
+    assert abs(drift) < 0.03
+    assert abs(run.gyro.bias - run.device.bias) < 4 * math.sqrt(run.gyro.bias_variance)
+    assert math.sqrt(run.gyro.bias_variance) < 1e-4
+    assert not any(run.suspects)
+
+
+def test_until_the_robot_has_stood_the_wheels_decide():
+    twists = circles(1)
+    counts = counted(THREE, rolled(THREE, twists))
+    run = Run(device=Device(1, bias=0.05)).drive(counts, twists)
+    alone = WheelOdometry(Kinematics(THREE), PERIOD, 0.005)
+    for packet in counts.tolist():
+        alone.update(packet, 0.0)
+    assert run.pose == (alone.pose.x, alone.pose.y, alone.pose.yaw)
+    np.testing.assert_array_equal(run.odometry.pose_covariance, alone.pose_covariance)
+    assert not run.gyro.ready
+
+
+def test_a_robot_that_is_turned_by_hand_is_followed_and_its_bias_kept():
+    run = Run(device=Device(2))
+    for speed, seconds in ((0.0, 5.0), (1.0, 1.0), (-0.5, 1.0), (0.0, 2.0)):
+        for _ in range(round(seconds / PERIOD)):
+            run.period((0, 0, 0), speed)
+    assert math.degrees(abs(run.pose[2] - 0.5)) < 5.0  # but for the first tenths of a second
+    assert abs(run.gyro.bias - run.device.bias) < 5e-4
+    at_once = round(5.0 / PERIOD)
+    assert not any(run.suspects[:at_once])
+    assert run.suspects[at_once + 10] == (0, 1, 2)
+    assert run.suspects[-1] == ()
+
+
+def test_a_bias_that_jumps_is_learnt_anew():
+    run = Run(device=Device(3))
+    for jump in (0.0, 0.05):
+        run.device.bias += jump
+        for _ in range(round(8.0 / PERIOD)):
+            run.period((0, 0, 0), 0.0)
+    assert abs(run.gyro.bias - run.device.bias) < 1e-3
+    assert run.gyro.ready
+    assert run.suspects[-1] == ()
+
+
+@pytest.mark.parametrize("length", [2, 3, 10, 100, 10000], ids=lambda packets: f"{packets} packets")
+def test_unplugged_the_wheels_go_on_without_a_jump(length):
+    """Against a run with the gyro all the time and one with the wheels alone, packet by packet."""
+    twists = with_rest(mixed_drive(12.0, np.random.default_rng(8)))
+    start = round(9.0 / PERIOD)
+    paths = counted(THREE, rolled(THREE, twists))
+    run = Run(device=Device(4)).drive(paths, twists, range(start, start + length))
+    truth = path_of(twists)[1:]
+    off = np.array(run.poses) - truth
+    jumps = np.abs(np.diff(off, axis=0))[start - 5:]
+    jumps[:, 2] = np.minimum(jumps[:, 2], 2 * math.pi - jumps[:, 2])
+    plain = np.abs(np.diff(off, axis=0))[300:start - 5]
+    print(f"largest change from packet to packet against the truth: {1000 * jumps[:, :2].max():.2f} mm, "
+          f"{np.degrees(jumps[:, 2].max()):.3f} deg (before: {1000 * plain[:, :2].max():.2f} mm, "
+          f"{np.degrees(plain[:, 2].max()):.3f} deg)")
+    assert 1000 * jumps[:, :2].max() < 1.0
+    assert np.degrees(jumps[:, 2].max()) < 0.1
+    assert run.fusion.missing > 0
+
+
+@pytest.mark.parametrize("wheels", [3, 4], ids=lambda number: f"{number} wheels")
+def test_clean_counts_raise_no_alarm(wheels):
+    wheels = THREE if wheels == 3 else read_wheels(even_wheels(wheels))
+    alarms = 0
+    for seed in range(4):
+        twists = with_rest(mixed_drive(60.0, np.random.default_rng(seed), speed=0.8))
+        counts = counted(wheels, rolled(wheels, twists), 0.005, np.random.default_rng([seed, 1]))
+        alarms += Run(wheels, Device(seed)).drive(counts, twists).fusion.watch.alarms
+    assert alarms == 0
+
+
+@pytest.mark.parametrize("slipping, twist", [(0, (0.3, 0.0, 0.0)), (2, (0.3, 0.0, 0.0)), (1, (0.0, 0.3, 0.0)),
+                                             (0, (0.2, 0.1, 0.5)), (2, (0.0, 0.0, 1.0))], ids=str)
+def test_a_wheel_of_three_that_slips_is_named_within_three_tenths_of_a_second(slipping, twist):
+    """It turns as commanded, but its part of the motion is not there."""
+    part = 0.5
+    commanded = np.tile(twist, (round(2.0 / PERIOD), 1))
+    paths = rolled(THREE, commanded)
+    ground = paths.copy()
+    ground[:, slipping] *= 1 - part
+    moved = (Kinematics(THREE).inverse @ ground.T).T / PERIOD
+    good = np.tile(twist, (round(1.0 / PERIOD), 1))
+    twists = np.concatenate([still(3.0), good, moved, still(1.0)])
+    counts = counted(THREE, np.concatenate([rolled(THREE, still(3.0)), rolled(THREE, good), paths,
+                                            rolled(THREE, still(1.0))]), 0.005)
+    run = Run(device=Device(5)).drive(counts, twists)
+    begins = round(4.0 / PERIOD)
+    assert not any(run.suspects[:begins])
+    named = next(number for number, suspects in enumerate(run.suspects[begins:]) if suspects)
+    truth = path_of(twists)[-1]
+    alone = WheelOdometry(Kinematics(THREE), PERIOD, 0.005)
+    for packet in counts.tolist():
+        alone.update(packet, 0.0)
+    off, wheels_off = (math.hypot(x - truth[0], y - truth[1]) for x, y in (run.pose[:2], (alone.pose.x, alone.pose.y)))
+    print(f"wheel {slipping} named as {run.suspects[begins + 25]} after {named * PERIOD:.2f} s; at the end "
+          f"{1000 * off:.0f} mm off, with the wheels alone {1000 * wheels_off:.0f} mm; heading "
+          f"{math.degrees(se2.wrap(run.pose[2] - truth[2])):.1f} deg")
+    assert named * PERIOD <= 0.3
+    assert slipping in run.suspects[begins + 25]
+    assert abs(math.degrees(se2.wrap(run.pose[2] - truth[2]))) < 5.0
+    assert off < wheels_off
+    assert run.suspects[-1] == ()
+
+
+def test_the_turn_between_any_two_instants():
+    integral = TurnIntegral()
+    times = np.arange(0, 2.0, 0.004)
+    for at in times:
+        integral.add(round(at * SECOND), math.cos(at))
+    assert integral.turned(round(0.5001 * SECOND), 0.0) is None  # there is no stretch before the first stamp
+    assert integral.turned(round(1.3 * SECOND), 0.0) == pytest.approx(math.sin(1.3) - math.sin(0.5001), abs=1e-5)
+    newest = round(times[-1] * SECOND)
+    held = integral.turned(newest + HOLD // 2, 0.25)
+    assert held == pytest.approx(math.sin(times[-1]) + 0.25 * HOLD / 2 / SECOND - math.sin(1.3), abs=1e-5)
+    assert integral.turned(newest + HOLD + 1, 0.0) is None
+    assert integral.turned(newest, 0.0) is None  # the last stretch has no end
+
+
+def test_what_was_held_wrongly_is_made_good():
+    integral = TurnIntegral()
+    total = 0.0
+    for number in range(100):
+        integral.add(number * SECOND // 100, 1.0)
+        total += integral.turned(number * SECOND // 100 + HOLD // 2, -5.0) or 0.0
+    assert total == pytest.approx(0.99, abs=1e-9)
+
+
+@pytest.mark.parametrize("stamp", [GAP + 1, -SECOND, 0], ids=["gap", "back", "twice"])
+def test_gaps_and_stamps_that_go_back_begin_anew(stamp):
+    integral = TurnIntegral()
+    integral.add(0, 1.0)
+    assert integral.turned(0, 1.0) is None
+    integral.add(stamp, 1.0)
+    assert integral.turned(stamp, 1.0) is None
+    assert integral.gaps == 1
+    integral.add(stamp + SECOND // 100, 1.0)
+    assert integral.turned(stamp + SECOND // 100, 1.0) == pytest.approx(0.01)

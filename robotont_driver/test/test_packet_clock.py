@@ -1,0 +1,212 @@
+"""Stamps against the times at which packets were made: jitter, bursts, repairs, drift, losses, clocks that are set."""
+
+import random
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from robotont_driver.packet_clock import SECOND, TICK, PacketClock
+
+PERIOD = 0.02  # [s]
+EPOCH = 1_700_000_000 * SECOND
+
+# [s] Delay from the end of a period to the callback of a node on a desktop, quantiles in per cent: measured
+# with the simulator on two cores, at work on little else, and beside two programs that took both.
+PERCENT = (0, 10, 25, 50, 75, 90, 95, 98, 99, 99.5, 99.9, 100)
+QUIET = np.array((0.57, 0.91, 1.41, 2.05, 3.34, 4.58, 5.83, 6.99, 8.04, 10.38, 13.88, 15.18)) / 1000
+BUSY = np.array((0.08, 1.68, 3.49, 6.6, 9.67, 13.51, 16.03, 17.71, 18.47, 19.89, 49.18, 57.67)) / 1000
+
+
+def made(amount, drift=0.0):
+    """[s] when each of so many packets was made; drift: by which part the board's clock is slow."""
+    return 5.0 + PERIOD * (1 + drift) * np.arange(amount)
+
+
+def delayed(times, quantiles, seed=1):
+    """[s] arrivals of packets made at `times`, in order, with delays drawn from a distribution."""
+    delays = np.interp(np.random.default_rng(seed).uniform(0, 100, len(times)), PERCENT, quantiles)
+    return np.maximum.accumulate(times + delays)
+
+
+def bursts(times, quantiles, size=17):
+    """[s] arrivals of packets that the board hands over `size` at once, with the last of them."""
+    burst = np.arange(len(times)) // size
+    last = np.minimum((burst + 1) * size - 1, len(times) - 1)
+    arrivals = delayed(times[np.unique(last)], quantiles)
+    return arrivals[burst] + np.arange(len(times)) % size * 5e-5  # one call after the other
+
+
+def stamps(arrivals, walls=None, clock=None):
+    """[s] stamps of packets that come at `arrivals` [s] of the steady clock; walls: [ns] how far the other is ahead."""
+    clock = clock or PacketClock(PERIOD)
+    given = [round(arrival * SECOND) for arrival in arrivals]
+    walls = [0] * len(given) if walls is None else walls
+    return np.array([clock.stamp(at, at + wall) for at, wall in zip(given, walls)]) / SECOND
+
+
+def errors(found, times, settled=100):
+    """(p50, p99, largest) [ms] of the distance from stamps to the true times, after `settled` packets."""
+    return np.percentile(1000 * np.abs(found - times)[settled:], (50, 99, 100))
+
+
+def judge(name, arrivals, times, settled=100, median=1.0, most=3.0):
+    """Holds stamps to the wanted figures, arrival stamps beside them."""
+    ours, theirs = errors(stamps(arrivals), times, settled), errors(arrivals, times)
+    print("{}: stamps p50 {:.2f}, p99 {:.2f}, largest {:.1f} ms; arrivals p50 {:.2f}, p99 {:.2f}, largest {:.1f} ms"
+          .format(name, *ours, *theirs))
+    assert ours[0] <= median
+    assert ours[1] <= most
+
+
+@pytest.mark.parametrize("quantiles", [QUIET, BUSY], ids=["quiet", "busy"])
+@pytest.mark.parametrize("drift", [0.0, 1e-4, -1e-4, 0.005, -0.005], ids=str)
+def test_jitter_on_a_clock_that_drifts(quantiles, drift):
+    times = made(6000, drift)
+    judge(f"drift {drift:g}", delayed(times, quantiles), times, settled=100 if abs(drift) < 1e-3 else 400)
+
+
+@pytest.mark.parametrize("drift", [0.0, 2e-4, -2e-4], ids=str)
+def test_bursts_of_17_packets_without_a_pause_between_them_are_spread_back(drift):
+    times = made(6000, drift)
+    arrivals = bursts(times, QUIET)
+    judge("bursts", arrivals, times)
+    steps = np.diff(stamps(arrivals))[100:]
+    assert steps.min() > 0.8 * PERIOD
+    assert steps.max() < 1.2 * PERIOD
+
+
+def test_repaired_packets_are_spread_back():
+    """Lines of 45 bytes with 1 byte in 1000 spoilt: what was lost comes with the next packet that is good."""
+    times = made(6000)
+    lost = np.random.default_rng(2).uniform(size=len(times)) < 1 - 0.999 ** 45
+    lost[-1] = False
+    good = np.flatnonzero(~lost)
+    arrivals = delayed(times[good[np.searchsorted(good, np.arange(len(times)))]], BUSY)
+    judge("repaired", arrivals, times)
+
+
+def test_109_repaired_packets_at_once_have_109_stamps():
+    times = made(1000)
+    arrivals = times.copy()
+    arrivals[500:609] = times[609]
+    found = stamps(arrivals)
+    np.testing.assert_allclose(found, times, atol=1e-5)
+
+
+def test_a_stalled_computer_gets_all_its_packets_afterwards():
+    times = made(3000)
+    arrivals = delayed(times, QUIET)
+    for start in (1000, 1500, 2500):
+        arrivals[start:start + 80] = arrivals[start + 80] - np.arange(80, 0, -1) * 1e-4
+    clock = PacketClock(PERIOD)
+    assert np.abs(stamps(arrivals, clock=clock) - times).max() < 5e-3
+    assert (clock.restarts, clock.shifts) == (0, 0)
+
+
+@pytest.mark.parametrize("lost", [1, 2, 7, 40])
+def test_packets_lost_unnoticed_shift_the_line_within_a_tenth_of_a_second(lost):
+    """Plain packets have no counter: those behind a lost one are one period later than their number says."""
+    times = np.delete(made(3000), slice(1000, 1000 + lost))
+    clock = PacketClock(PERIOD)
+    found = stamps(delayed(times, QUIET), clock=clock)
+    wrong = np.flatnonzero(np.abs(found - times) > 5e-3)
+    assert set(wrong) <= set(range(1000, 1006))
+    assert clock.shifts == 1
+
+
+def test_after_a_pause_it_begins_anew():
+    times = made(3000)
+    times[1500:] += 60.0
+    clock = PacketClock(PERIOD)
+    found = stamps(times, clock=clock)
+    assert np.abs(found - times).max() < 1e-5
+    assert (clock.restarts, clock.event) == (1, None)
+
+
+def test_the_drift_is_told():
+    times = made(3000, 3e-4)
+    clock = PacketClock(PERIOD)
+    stamps(delayed(times, QUIET), clock=clock)
+    assert clock.drift == pytest.approx(3e-4, abs=5e-5)
+
+
+@pytest.mark.parametrize("step", [3600.0, -3600.0, 0.2, -0.2, 0.03, -0.03], ids=str)
+def test_the_wall_clock_is_set(step):
+    """Beside a steady clock the stamps follow with the very next packet, and keep their distances."""
+    times = made(2000)
+    arrivals = delayed(times, QUIET)
+    walls = np.where(np.arange(2000) < 1000, EPOCH, EPOCH + round(step * SECOND))
+    clock = PacketClock(PERIOD)
+    found = stamps(arrivals, walls.tolist(), clock) - EPOCH / SECOND
+    expected = times + np.where(np.arange(2000) < 1000, 0.0, step)
+    assert np.abs(found - expected)[100:].max() < 3e-3
+    assert (clock.steps, clock.restarts, clock.shifts) == (1, 0, 0)
+    way = "back" if step < 0 else "forward"
+    assert clock.event == f"the clock was set {way} by " + (f"{abs(step):.0f} s" if abs(step) > 10 else
+                                                             f"{abs(step):.3f} s")
+
+
+@pytest.mark.parametrize("step, packets", [(3600.0, 0), (-3600.0, 0), (-80.0, 0), (0.2, 5), (-0.2, 0)], ids=str)
+def test_the_only_clock_is_set(step, packets):
+    """Simulated time, or a steady clock that is none: the stamps follow within so many packets."""
+    times = made(2000) + 4000.0
+    times[1000:] += step
+    clock = PacketClock(PERIOD)
+    found = stamps(delayed(times[:1000], QUIET).tolist() + delayed(times[1000:], QUIET).tolist(), clock=clock)
+    wrong = np.flatnonzero(np.abs(found - times) > 10e-3)
+    assert set(wrong) <= set(range(1000, 1000 + packets))
+    assert (clock.event is not None) == (step < 0)
+
+
+def test_a_wall_clock_that_is_slewed_is_followed_without_a_word():
+    times = made(3000)
+    walls = [EPOCH + round(5e-4 * at * SECOND) for at in times - times[0]]
+    clock = PacketClock(PERIOD)
+    found = stamps(delayed(times, QUIET), walls, clock)
+    assert np.abs(found - np.array(walls) / SECOND - times)[200:].max() < 3e-3
+    assert (clock.steps, clock.event) == (0, None)
+
+
+def test_a_coarse_simulated_clock():
+    """/clock at 10 Hz: five packets find the same time; they are spread back over it."""
+    times = made(2000)
+    found = stamps(np.floor(times * 10) / 10)
+    assert np.all(np.diff(found) > 0)
+    assert np.abs(np.diff(found)[100:] - PERIOD).max() < 1e-3
+    assert (times - found)[100:].max() < 0.12  # such a clock is late by up to a tenth of a second itself
+
+
+def test_a_clock_that_stands_still_silences_nothing():
+    clock = PacketClock(PERIOD)
+    found = [clock.stamp(SECOND, SECOND) for _ in range(100)]
+    assert found == [SECOND + number * TICK for number in range(100)]
+
+
+@given(st.lists(st.tuples(st.integers(-3 * SECOND, 3 * SECOND), st.integers(-3 * SECOND, 3 * SECOND)), max_size=300))
+def test_never_newer_than_now_and_never_older_than_the_last(moves):
+    clock = PacketClock(PERIOD)
+    arrival, wall, before = 0, EPOCH, None
+    for gap, step in moves:
+        arrival, wall = arrival + abs(gap), wall + (step if step % 5 == 0 else 0)
+        steps = clock.steps
+        stamp = clock.stamp(arrival, arrival + wall)
+        assert isinstance(stamp, int)
+        if clock.steps == steps and before is not None:
+            assert stamp > before
+            assert stamp <= max(arrival + wall, before + TICK)
+        before = stamp
+
+
+def test_any_order_of_arrivals_settles_again():
+    """Whatever happened before, 5 s later the stamps are right."""
+    for seed in range(30):
+        generator = random.Random(seed)
+        clock = PacketClock(PERIOD)
+        arrival = 0
+        for _ in range(500):
+            arrival += generator.choice((0, 1, 20, 20, 20, 50, 500, -30, 5000, -100000)) * SECOND // 1000
+            clock.stamp(arrival, arrival)
+        times = made(400) + arrival / SECOND
+        assert np.abs(stamps(times, clock=clock) - times)[250:].max() < 1e-3

@@ -1,0 +1,70 @@
+"""The simulated inertial measurement unit: true turns and accelerations, with errors as large as said."""
+
+import math
+
+import numpy as np
+import pytest
+from robot_runs import ROBOTS
+
+from robotont_driver.wheels import read_wheels
+from robotont_simulator import imu
+from robotont_simulator.imu import GRAVITY, ImuErrors
+from robotont_simulator.lockstep import LockstepRun
+from robotont_simulator.simulation import Simulation
+from robotont_simulator.world import World
+
+
+def new_simulation(imu_rate):
+    return Simulation(read_wheels(ROBOTS[3]), World((), (0.0, 0.0, 0.0)), seed=1, imu_rate=imu_rate)
+
+
+def test_readings_add_up_to_the_turn_and_weigh_the_robot():
+    simulation = new_simulation(imu_rate=250)
+    errors = simulation.imu_errors
+    errors.gyro_scale, errors.gyro_bias, errors.accelerometer_bias = 1.0, np.zeros(3), np.zeros(3)
+    run = LockstepRun(simulation)
+    rates, accelerations = [], []
+    for _ in range(150):
+        run.drive([(0.0, 0.0, 1.0)])
+        assert len(simulation.imu_readings) == 5
+        rates += [rate for rate, _ in simulation.imu_readings]
+        accelerations += [acceleration for _, acceleration in simulation.imu_readings]
+    turned = np.sum(rates, axis=0) * simulation.imu_interval
+    true = run.path[-1][2][2]
+    assert true > 2.5
+    np.testing.assert_allclose(turned, (0.0, 0.0, true), atol=5 * imu.GYRO_NOISE * math.sqrt(3.0))
+    np.testing.assert_allclose(np.mean(accelerations, axis=0), (0.0, 0.0, GRAVITY), atol=0.02)
+
+
+def test_it_does_not_change_the_physics():
+    ends = []
+    for rate in (0.0, 250.0, 100.0):
+        simulation = new_simulation(imu_rate=rate)
+        ends.append(LockstepRun(simulation).hold((0.3, 0.1, 0.5), 1.0))
+        assert len(simulation.imu_readings) == rate / 50
+    assert ends[0] == ends[1] == ends[2]
+
+
+@pytest.mark.parametrize("rate, found", [(200.0, 100.0), (1000.0, 500.0), (50.0, 50.0)])
+def test_the_rate_is_rounded_down_to_what_fits_the_steps(rate, found):
+    assert 1 / new_simulation(imu_rate=rate).imu_interval == pytest.approx(found)
+
+
+def test_errors_are_as_large_as_the_data_sheet_says():
+    rate = 250.0
+    biases, scales, averages, walks = [], [], [], []
+    for seed in range(40):
+        errors = ImuErrors(rate, np.random.default_rng(seed))
+        scales.append(errors.gyro_scale - 1)
+        biases.append(errors.gyro_bias)
+        first = errors.gyro_bias
+        readings = np.array([errors.measure(np.zeros(3), np.zeros(3))[0] for _ in range(round(rate))])
+        averages.append(readings.mean(axis=0) - first)  # over 1 s
+        if seed < 10:
+            for _ in range(round(rate * 20)):
+                errors.measure(np.zeros(3), np.zeros(3))
+            walks.append(errors.gyro_bias - first)
+    assert np.std(biases) == pytest.approx(imu.GYRO_BIAS, rel=0.3)
+    assert np.std(scales) == pytest.approx(imu.GYRO_SCALE, rel=0.5)
+    assert np.std(averages) == pytest.approx(imu.GYRO_NOISE, rel=0.3)
+    assert np.std(walks) == pytest.approx(imu.GYRO_DRIFT * math.sqrt(21), rel=0.5)

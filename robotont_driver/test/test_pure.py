@@ -5,7 +5,7 @@ import pytest
 
 from conftest import HERE
 
-PURE = ["command_stream", "ideal_motors", "kinematics", "limits", "odometry", "parameters", "protocol", "se2", "slip",
+PURE = ["command_stream", "ideal_motors", "gyro", "kinematics", "limits", "mean_twist", "odometry", "parameters", "protocol", "se2", "slip",
         "solvers", "travelled_path", "wheel_file", "wheel_noise", "wheels"]
 FORBIDDEN = ["rospy", "roslib", "genpy", "serial", "time", "threading", "socket", "std_msgs"]
 

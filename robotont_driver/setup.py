@@ -3,4 +3,4 @@
 from catkin_pkg.python_setup import generate_distutils_setup
 from setuptools import setup
 
-setup(**generate_distutils_setup(packages=["robotont_driver"], package_dir={"": "src"}))
+setup(**generate_distutils_setup(packages=["robotont_driver", "robotont_driver.dialects"], package_dir={"": "src"}))

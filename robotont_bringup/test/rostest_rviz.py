@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""RViz on a screen that is not there, a robot on a board that is not there, and eyes on the picture."""
+"""RViz on a virtual screen, a robot on a stand-in board, and checks of the picture."""
 
 import math
 import tempfile

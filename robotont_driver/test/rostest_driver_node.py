@@ -2,8 +2,11 @@
 """driver_node beside mock_serial_node."""
 
 import math
+import os
 import signal
+import time
 
+import rospy
 import rostest
 from geometry_msgs.msg import Twist
 from std_msgs.msg import Bool, String
@@ -106,6 +109,71 @@ class DriverNodeTest(NodeTest):
         self.wait_for_status(TASK, OK)
         assert set(self.packets()[before:]) == {ZEROS}
         self.drive(0.2, 0, 0, packet=FORWARD)
+
+    def start_node(self, namespace):
+        """(process, list of packets) of a driver_node in a namespace of its own."""
+        self.processes.start("rosparam", "load", WHEEL_PARAMS, namespace).wait()
+        written = self.listen(namespace + "/serial_write", String)
+        node = self.processes.node("driver_node", f"__ns:={namespace}")
+        wait_for(lambda: written, "packets")
+        return node, written
+
+    def test_repeated_releases_of_a_button_that_is_not_pressed_do_not_stop(self):
+        button = self.publisher("emergency_stop", Bool)
+        self.drive(0.2, 0, 0, packet=FORWARD)
+        before = len(self.written)
+        for _ in range(10):
+            button.publish(False)
+            self.command.publish(twist(0.2))
+            self.wait_for_packet(FORWARD)
+        assert ZEROS not in self.packets()[before:]
+        self.command.publish(twist())
+
+    def test_an_emergency_stop_survives_a_restart(self):
+        node, written = self.start_node("/restarted")
+        button = self.publisher("/restarted/emergency_stop", Bool)
+        command = self.publisher("/restarted/cmd_vel", Twist)
+        button.publish(True)
+        self.wait_for_status("restarted/" + TASK, WARN, "emergency stop")
+        self.processes.stop(node, signal.SIGKILL)
+        wait_for(lambda: not command.get_num_connections(), "the end of the node")
+        self.start_node("/restarted")
+        wait_for(command.get_num_connections, "the new node")
+        del written[:]
+        wait_for(lambda: command.publish(twist(0.2)) or len(written) > 20, "packets", period=0.05)
+        assert {message.data for message in written} == {ZEROS}
+        assert self.values("restarted/" + TASK)["emergency stop"] == "pressed"
+        wait_for(button.get_num_connections, "the button's connection")
+        button.publish(False)
+        wait_for(lambda: command.publish(twist(0.2)) or written[-1].data == FORWARD, "a driving robot", period=0.05)
+
+    def test_commands_that_waited_while_the_node_was_stopped_do_not_drive(self):
+        node, written = self.start_node("/stalled")
+        command = self.publisher("/stalled/cmd_vel", Twist)
+        wait_for(lambda: command.publish(twist(0.2)) or written[-1].data == FORWARD, "a driving robot")
+        pid = self.processes.pid("/stalled/driver_node")
+        os.kill(pid, signal.SIGSTOP)
+        end = time.monotonic() + 1.0  # longer than ~cmd_timeout
+        while time.monotonic() < end:
+            command.publish(twist(0.2))
+            time.sleep(0.02)
+        del written[:]
+        os.kill(pid, signal.SIGCONT)
+        wait_for(lambda: len(written) > 20, "packets after the stop")
+        assert {message.data for message in written} == {ZEROS}
+        wait_for(lambda: command.publish(twist(0.2)) or written[-1].data == FORWARD, "a new command drives")
+        self.processes.stop(node)
+
+    def test_a_latched_command_of_unknown_age_does_not_drive_a_node_that_starts(self):
+        latched = rospy.Publisher("/latched/cmd_vel", Twist, queue_size=1, latch=True)
+        self.addCleanup(latched.unregister)
+        latched.publish(twist(0.2))
+        _, written = self.start_node("/latched")
+        wait_for(latched.get_num_connections, "the connection")
+        self.wait_for_status("latched/" + TASK, OK)
+        assert {message.data for message in written} == {ZEROS}
+        latched.publish(twist(0.2))
+        wait_for(lambda: written[-1].data == FORWARD, "a command that is published now")
 
     def test_the_last_packet_is_zeros_however_the_node_ends(self):
         for how in (signal.SIGINT, signal.SIGTERM):

@@ -4,14 +4,16 @@
 import signal
 import time
 
+import rospy
 import rostest
 from std_msgs.msg import String
 
 from robotont_testing.harness import wait_for
 from robotont_testing.node_test import ERROR, OK, WARN, NodeTest
-from robotont_testing.stand_in_board import Board
+from robotont_testing.stand_in_board import Board, identity
 
 TASK = "serial_com_node: link"
+BOARD = "serial_com_node: board"
 
 
 def total(packets):
@@ -48,7 +50,7 @@ class SerialComNodeTest(NodeTest):
     def test_packets_go_both_ways_and_commands_are_checked_once_the_board_is(self):
         self.start()
         self.board.restart()  # a board says who it is as it starts
-        wait_for(lambda: TASK in self.status and self.values(TASK)["board"] == "robotont stand-in 1", "the banner")
+        wait_for(lambda: BOARD in self.status and self.values(BOARD)["board"] == "robotont stand-in 1", "the banner")
         self.command("10.25:-3.00:0.00;\n")
         self.assertRegex(self.heard()[-1], r"^10\.25:-3\.00:0\.00;[0-9A-F]{4}$")
         wait_for(lambda: (10, -3, 0) in self.packets(), "the counts")
@@ -103,10 +105,81 @@ class SerialComNodeTest(NodeTest):
         self.wait_for_status(TASK, WARN, "dropped in the last second")
         self.board.line.corrupt = 0.0
         self.wait_for_status(TASK, OK)
+
+    def test_every_word_of_an_old_board_is_told(self):
+        self.start()
         self.board.say(b"# fault motor 1\n")
-        self.wait_for_status(TASK, ERROR, "fault motor 1")
+        self.wait_for_status(BOARD, ERROR, "fault motor 1")
         self.board.say(b"# fault cleared\n")
-        self.wait_for_status(TASK, OK)
+        self.wait_for_status(BOARD, OK)
+        for words in ("timeout: no valid packet, motors stop", "dropped 17", "crash ValueError()"):
+            self.board.say(f"# {words}\n".encode())
+            self.wait_for_status(BOARD, WARN, words)
+            self.assertIn(words, self.values(BOARD)["board's last words"])
+
+    def start_modern(self, **about):
+        """A board with firmware 2.0, commanded at 20 Hz until the test ends."""
+        self.board.banner = None
+        self.board.identity = identity(**about)
+        self.board.restart()
+        self.start()
+        timer = rospy.Timer(rospy.Duration(0.05), lambda _: self.write.publish("5:5:5;\n"))
+        self.addCleanup(timer.shutdown)
+
+    def time_until(self, level, words):
+        """[s] until the diagnostics say so."""
+        began = time.monotonic()
+        self.wait_for_status(BOARD, level, words)
+        return time.monotonic() - began
+
+    def test_a_fault_from_before_the_connection_is_told_and_its_end_too(self):
+        self.board.faults = [0, 3, 0]
+        self.start_modern()
+        self.wait_for_status(BOARD, ERROR, "wheel 1: counts against its direction")
+        self.board.faults = [0, 0, 0]
+        self.assertLess(self.time_until(OK, "no fault"), 1.5)
+        self.board.unplug()
+        self.board.faults = [0, 0, 2]
+        self.wait_for_status(TASK, ERROR)
+        self.board.plug()
+        wait_for(lambda: self.board.heard, "the connection")
+        self.assertLess(self.time_until(ERROR, "wheel 2: no counts"), 1.5 + 0.6)  # and the pause between attempts
+        self.board.line.corrupt = 0.002
+        self.board.faults = [0, 0, 0]
+        self.assertLess(self.time_until(OK, "no fault"), 1.5)
+
+    def test_a_fault_that_comes_and_goes_between_two_reports_is_told(self):
+        self.start_modern()
+        self.wait_for_status(BOARD, OK)
+        self.board.faults = [1, 0, 0]
+        heard = len(self.read)
+        wait_for(lambda: len(self.read) > heard + 5, "packets")
+        self.board.faults = [0, 0, 0]
+        self.wait_for_status(BOARD, ERROR, "wheel 0: its motor driver")
+
+    def test_the_board_is_asked_who_it_is_at_every_connection_and_not_driven_before(self):
+        self.board.answer = lambda: None
+        self.start_modern()
+        self.wait_for_status(BOARD, WARN, "not said yet who it is")
+        self.assertNotIn("5:5:5;", "".join(self.heard()))
+        del self.board.answer
+        wait_for(lambda: "5:5:5;" in "".join(self.heard()), "commands")
+        self.wait_for_status(BOARD, OK)
+        self.assertEqual(self.values(BOARD)["board profile"], "ours")
+        self.board.unplug()
+        self.board.identity = identity(reset="watchdog")
+        self.board.plug()
+        wait_for(lambda: self.values(BOARD).get("board reset") == "watchdog", "the new answer")
+
+    def test_a_board_at_another_rate_or_with_other_wheels_is_not_driven(self):
+        self.start_modern(rate=100)
+        self.wait_for_status(BOARD, ERROR, "the board controls at 100 Hz, pidControlFrequency is 50")
+        self.assertNotIn("5:5:5;", "".join(self.heard()))
+        self.board.unplug()
+        self.board.__init__(self.board.link, wheels=4, banner=None, identity=identity(wheels=4))
+        self.board.plug()
+        self.wait_for_status(BOARD, ERROR, "the board drives 4 wheels, wheelAmount is 3")
+        self.assertNotIn("5:5:5;", "".join(self.heard()))
 
     def test_garbage_lines_without_end_and_wrong_fields_pass_nothing_and_break_nothing(self):
         self.board.say(bytes(range(256)) * 20)

@@ -111,3 +111,18 @@ def test_a_start_after_a_long_rest_is_as_slow_as_any():
     stream = make(linear_acceleration=1.0)
     drive(stream, 100.0)
     assert stream.twist(100.0)[0] <= 0.05 + 1e-12
+
+
+def test_releasing_a_button_that_is_not_pressed_stops_nothing(stream):
+    drive(stream, 1.0)
+    assert not stream.emergency_stop(False)
+    assert stream.twist(1.1) == (0.3, 0.0, 0.0)
+    assert stream.emergency_stop(True)
+    assert not stream.emergency_stop(True)
+    assert stream.emergency_stop(False)
+    assert stream.twist(1.2) == STOP
+
+
+def test_a_command_that_was_received_long_ago_does_not_drive(stream):
+    drive(stream, 1.0)
+    assert stream.twist(1.6) == STOP

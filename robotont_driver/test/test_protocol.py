@@ -7,6 +7,7 @@ from hypothesis import strategies as st
 
 from robotont_driver.protocol import (
     LONGEST_LINE,
+    QUESTION,
     CheckedPacket,
     FeedbackReader,
     LineSplitter,
@@ -49,6 +50,25 @@ class TestGolden:
         assert list(packet.counts) == vector["counts"]
         assert packet.counter == vector["counter"]
         assert list(packet.totals) == vector["totals"]
+
+    @pytest.mark.parametrize("vector", GOLDEN["feedback_with_status"], ids=lambda v: v["packet"].strip())
+    def test_feedback_with_status_is_read(self, vector):
+        packet = CheckedPacket(vector["packet"].rstrip("\n"), len(vector["counts"]))
+        assert list(packet.counts) == vector["counts"]
+        assert packet.counter == vector["counter"]
+        assert list(packet.totals) == vector["totals"]
+        status = packet.status
+        assert [status.flags, status.missed, status.refused] == [vector["flags"], vector["missed"], vector["refused"]]
+        assert list(status.wheels) == vector["faults"]
+
+    @pytest.mark.parametrize("vector", GOLDEN["texts"], ids=lambda v: v["words"])
+    def test_texts_are_read(self, vector):
+        auto = reader()
+        assert auto.feed(vector["line"].encode()) == []
+        assert list(auto.health.notices) == [vector["words"]]
+
+    def test_the_question_is_golden(self):
+        assert QUESTION.decode() == GOLDEN["orders"][0]
 
     @pytest.mark.parametrize("line", GOLDEN["bad_feedback"])
     def test_bad_feedback_is_refused(self, line):
@@ -298,6 +318,73 @@ class TestModes:
             plain = reader(mode)
             assert plain.feed(b"2:2:3;\n1:2:3;\r\n") == [(1, 2, 3)]
             assert plain.dropped == {"first line": 1}
+
+
+def modern_packet(status, counter=0, wheels=3):
+    """A resting board's packet with a status field's text, bytes."""
+    body = ":".join("0" * wheels) + f";{counter:02X}" + ":0000" * wheels + f":{status}:"
+    return body.encode() + b"%04X\n" % crc16(body.encode())
+
+
+def sealed(words):
+    line = f"# {words};".encode()
+    return line + b"%04X\n" % crc16(line)
+
+
+WHO = "robotont_firmware 2.0.0 wheels {} rate {} units edges/period profile ours reset power"
+
+
+class TestWhatTheBoardSaysOfItself:
+    def test_a_fault_stands_in_every_packet_and_ends_with_it(self):
+        auto = reader()
+        auto.feed(modern_packet("020000030"))
+        assert "wheel 1: counts against its direction" in auto.fault
+        auto.feed(modern_packet("000000000", 1))
+        assert auto.fault == ""
+        auto.feed(modern_packet("000000010", 2))
+        auto.connect()
+        assert auto.fault == "", "of a board that is not known"
+
+    def test_a_spoilt_word_is_none(self):
+        auto = reader()
+        auto.feed(modern_packet("000000000") + sealed("crash X")[:-3] + b"0\n" + b"# robotont_firmware\n")
+        assert list(auto.health.notices) == []
+        assert auto.dropped == {"checksum": 2}
+
+    def test_an_unknown_board_is_asked_and_gets_zeros(self):
+        auto = reader()
+        command = "5:5:5;\n"
+        assert auto.encode(command) == b"5:5:5;\n"
+        auto.feed(modern_packet("000000000"))
+        assert auto.encode(command) == QUESTION + add_checksum("0:0:0;\n")
+        auto.feed(sealed("identity " + WHO.format(3, 50)))
+        assert auto.encode(command) == add_checksum(command)
+        auto.connect()
+        auto.feed(modern_packet("000000000"))
+        assert auto.encode(command).startswith(QUESTION)
+
+    @pytest.mark.parametrize("wheels, rate, words", [(4, 50, "4 wheels"), (3, 100, "100 Hz")])
+    def test_another_robot_is_not_driven(self, wheels, rate, words):
+        auto = FeedbackReader(3, REACH, "auto", 50.0)
+        auto.feed(modern_packet("000000000") + sealed("identity " + WHO.format(wheels, rate)))
+        assert words in auto.obstacle
+        assert auto.encode("5:5:5;\n") == add_checksum("0:0:0;\n")
+
+    def test_two_packets_of_another_robot_tell_its_wheels(self):
+        auto = reader()
+        auto.feed(modern_packet("0000000000", 0, 4))
+        assert auto.obstacle == "", "one may be an accident"
+        assert auto.encode("5:5:5;\n") == QUESTION + add_checksum("0:0:0;\n"), "but drives nothing"
+        auto.feed(modern_packet("0000000000", 1, 4))
+        assert "4 wheels" in auto.obstacle
+        auto.feed(modern_packet("000000000", 2))
+        assert auto.obstacle == ""
+
+    def test_a_start_makes_the_board_known(self):
+        auto = reader()
+        auto.feed(sealed(WHO.format(3, 50)) + modern_packet("030000000"))
+        assert auto.encode("5:5:5;\n") == add_checksum("5:5:5;\n")
+        assert auto.health.identity.profile == "ours"
 
 
 class TestAnyBytes:

@@ -22,6 +22,7 @@ class Ends:
         self.link = SerialLink(
             str(port), 115200, lambda data: self.packets.extend(self.reader.feed(data)), self.changes.append,
             lambda: STOP, **{"write_timeout": 30.0, "retry_period": 0.05, **options})
+        self.link.start()
 
 
 @pytest.fixture

@@ -2,36 +2,51 @@
 
 import micropython
 
-from robotont_firmware import board, config
-from robotont_firmware.controller import Controller
+_CTRL_C = 3
 
 
 def main():
     """Run until the PC asks for the REPL; however it ends, the motors are off and the heap is free."""
-    if board.wants_safe_mode(config):
+    from robotont_firmware import board, config
+    from robotont_firmware.controller import Controller
+    from robotont_firmware.protocol import seal
+
+    note = board.take_note()
+    if note == board.REPL_WISHED or board.button_pressed(config):
         print("# robotont_firmware safe mode: the REPL is free")
         return
-    cause = board.reset_cause()
     hardware = board.Board(config)
     try:
-        controller = Controller(hardware, config, reset_cause=cause)
+        controller = Controller(hardware, config, reset_cause=board.reset_cause(note))
+        hardware.start()  # the REPL is off, the watchdog armed: from here on every error ends in a reset
+    except Exception:
+        hardware.stop()
+        raise
+    try:
         controller.start()
         micropython.heap_lock()
         try:
             wants_repl = controller.run()
         finally:
             micropython.heap_unlock()
-        if wants_repl:
-            hardware.write("# repl\n", 7)
-            board.restart_into_repl()
     except Exception as error:
-        # Nobody feeds the watchdog now: it resets the board and the firmware starts again.
-        line = f"# crash {error!r}\n"
+        # Nobody feeds the watchdog now: it resets the board, and the firmware starts again, and waits for
+        # a command of zeros.
+        board.leave_note(board.CRASHED)
+        line = seal(f"crash {error!r}")
         hardware.write(line, len(line))
         raise
     finally:
         hardware.stop()
+    if wants_repl:
+        line = seal("repl")
+        hardware.write(line, len(line))
+        board.restart_into_repl()
 
 
+micropython.kbd_intr(-1)  # MicroPython allows Ctrl-C anew for every file that it runs
 micropython.alloc_emergency_exception_buf(100)  # so that an error in the tick's interrupt can be told
-main()
+try:
+    main()
+finally:  # an error before the watchdog is armed ends in the REPL, with its words on the screen
+    micropython.kbd_intr(_CTRL_C)

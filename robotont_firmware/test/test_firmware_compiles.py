@@ -15,6 +15,6 @@ def test_compiles_for_the_board(path, tmp_path):
 
 def test_all_files_are_there():
     assert {path.name for path in BOARD_FILES} == {
-        "__init__.py", "board.py", "boot.py", "compat.py", "config.py",
-        "controller.py", "main.py", "pid.py", "protocol.py",
+        "__init__.py", "board.py", "boot.py", "bounds.py", "compat.py", "config.py", "controller.py",
+        "main.py", "pid.py", "protocol.py", "wiring.py", "wiring_robotont21.py",
     }  # fmt: skip

@@ -8,7 +8,7 @@ import sys
 import pytest
 from firmware_tools import DUAL, GOLDEN, SRC, tool
 
-SUITES = ["suite_protocol", "suite_pid", "suite_controller", "suite_fuzz", "suite_board"]
+SUITES = ["suite_protocol", "suite_pid", "suite_controller", "suite_faults", "suite_fuzz", "suite_board"]
 TESTS = [
     f"{suite}.{node.name}"
     for suite in SUITES

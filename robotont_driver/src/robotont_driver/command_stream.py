@@ -1,4 +1,4 @@
-"""What the wheels are told to do, given what was commanded and when: time-outs, stops and limits."""
+"""The motion to carry out, given what was commanded and when: time-outs, stops and limits."""
 
 import math
 
@@ -31,8 +31,8 @@ class CommandStream:
         self._sent = STOP
         self._sent_at = 0.0
 
-    def command(self, linear, angular, now):
-        """Take a Twist's vectors: `linear` (x, y, z) [m/s] and `angular` (x, y, z) [rad/s].
+    def command(self, linear, angular, received):
+        """Take a Twist's vectors, `linear` (x, y, z) [m/s] and `angular` (x, y, z) [rad/s], `received` at that time.
 
         Returns None, or why the command is refused; the robot then stops.
         """
@@ -45,14 +45,20 @@ class CommandStream:
         wanted = (linear[0], linear[1], angular[2])
         self._target = limit_speed(wanted, self.kinematics.wheel_speeds(wanted), self.limits)
         self.limited = self._target != wanted
-        self._received = now
+        self._received = received
         self.cut_off = False
         return None
 
-    def emergency_stop(self, stopped):
-        """Stop while true. After it only a new command moves the robot."""
-        self.stopped = bool(stopped)
-        self._target = None
+    def emergency_stop(self, pressed):
+        """Stop while pressed; after it only a new command moves the robot. Returns whether this is a change.
+
+        A release of a button that is not pressed is no change and stops nothing.
+        """
+        changed = bool(pressed) != self.stopped
+        if changed:
+            self.stopped = bool(pressed)
+            self._target = None
+        return changed
 
     def twist(self, now):
         """The twist to send at time `now`. Stops (time-out, refusal, emergency) are not slowed by limits."""

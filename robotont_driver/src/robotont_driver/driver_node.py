@@ -13,6 +13,7 @@ from robotont_driver.limits import Limits
 from robotont_driver.node import OK, WARN, Health, ImmediatePublisher, Worker, run_node
 from robotont_driver.parameters import Parameter
 from robotont_driver.protocol import format_packet
+from robotont_driver.stall_watch import StallWatch
 
 PARAMETERS = (
     Parameter("publish_rate", 20.0, "how often the newest command is repeated", "Hz", minimum=1.0),
@@ -28,6 +29,10 @@ PARAMETERS = (
 )
 
 
+PRESSED = "emergency_stop_pressed"  # parameter beside the wheels': a restarted node goes on to stand
+LATCHED_FOR = 1.0  # [s] after the start in which latched commands are those from before it
+
+
 class DriverNode:
     """Sends each command at once, repeats the newest, and stops when commands stop."""
 
@@ -37,9 +42,12 @@ class DriverNode:
         self._kinematics = Kinematics(wheels)
         limits = Limits(*(parameters["max_" + limit] for limit in Limits._fields))
         self._stream = CommandStream(self._kinematics, limits, parameters["cmd_timeout"], self._period)
+        self._stream.emergency_stop(rospy.get_param(PRESSED, False) is True)
         self._lock = threading.Lock()
-        self._sent_at = 0.0
+        self._started = self._sent_at = time.monotonic()
+        self._stalls = StallWatch(parameters["cmd_timeout"] / 2, self._started)
         self._publisher = ImmediatePublisher("serial_write", String)
+        self._limited = rospy.Publisher("cmd_vel/limited", Twist, queue_size=1, tcp_nodelay=True)
         self._repeater = Worker(self._repeat)
         rospy.on_shutdown(self._stop)
         rospy.Subscriber("emergency_stop", Bool, self._on_emergency_stop, queue_size=1)
@@ -48,28 +56,43 @@ class DriverNode:
 
     def _on_command(self, message):
         linear, angular = message.linear, message.angular
+        now = time.monotonic()
+        if now - self._started < LATCHED_FOR and message._connection_header.get("latching") == "1":
+            rospy.logwarn("a latched cmd_vel that was there before this node is of unknown age and does not drive")
+            return
         with self._lock:
             refusal = self._stream.command(
-                (linear.x, linear.y, linear.z), (angular.x, angular.y, angular.z), time.monotonic())
+                (linear.x, linear.y, linear.z), (angular.x, angular.y, angular.z), self._stalls.earliest_arrival(now))
             self._send()
         if refusal:
             rospy.logwarn_throttle(1.0, "cmd_vel refused, the robot stops: %s", refusal)
 
     def _on_emergency_stop(self, message):
         with self._lock:
-            self._stream.emergency_stop(message.data)
-            self._send()
-        rospy.logwarn("emergency stop %s", "pressed" if message.data else "released; waiting for a new cmd_vel")
+            changed = self._stream.emergency_stop(message.data)
+            if changed:
+                self._send()
+        if changed:
+            rospy.logwarn("emergency stop %s", "pressed" if message.data else "released; waiting for a new cmd_vel")
+            try:
+                rospy.set_param(PRESSED, message.data)
+            except OSError as error:  # no master: the stop holds, but a restart would not know of it
+                rospy.logerr("emergency stop not kept on the parameter server: %s", error)
 
     def _send(self):
         self._sent_at = time.monotonic()
-        units = self._kinematics.units_of_twist(self._stream.twist(self._sent_at))
+        twist = self._stream.twist(self._sent_at)
+        units = self._kinematics.units_of_twist(twist)
         self._publisher.publish(format_packet(units.tolist(), self._decimals))
+        limited = Twist()
+        limited.linear.x, limited.linear.y, limited.angular.z = twist
+        self._limited.publish(limited)
 
     def _repeat(self):
         """Send the newest command again when nothing went out for a period; return the time to rest."""
         with self._lock:
             now = time.monotonic()
+            self._stalls.tick(now)
             left = self._stream.time_left(now)
             if now - self._sent_at >= self._period or left == 0.0:
                 self._send()
@@ -91,6 +114,8 @@ class DriverNode:
                 "refused": stream.refused,
                 "time-outs": stream.timeouts,
                 "newest command limited": stream.limited,
+                "emergency stop": "pressed" if stream.stopped else "not pressed",
+                "times that this node was stopped or starved": self._stalls.stalls,
                 "age of newest command [s]": "none yet" if age is None else f"{age:.2f}",
             }
             complaint = stream.complaint()

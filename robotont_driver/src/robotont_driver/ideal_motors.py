@@ -1,8 +1,8 @@
-"""Motors that follow at once, for boards that are not there."""
+"""Motors that follow at once, for mock_serial_node."""
 
 
 class IdealMotors:
-    """Wheels that turn exactly as told; encoders that count whole edges and lose none."""
+    """Wheels that turn exactly as commanded; encoders that count whole edges and lose none."""
 
     def __init__(self, wheels):
         self.turned = [0.0] * wheels  # [edges] since the start

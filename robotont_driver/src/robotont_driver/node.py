@@ -31,7 +31,7 @@ def run_node(name, node_class, table):
     except ParameterError as error:
         faults += error.faults
     try:
-        parameters = read_parameters(table, rospy.get_param("~", {}))
+        parameters = read_parameters(table, {**official_parameters(table), **rospy.get_param("~", {})})
     except ParameterError as error:
         faults += error.faults
     if faults:
@@ -43,6 +43,12 @@ def run_node(name, node_class, table):
     gc.collect()
     gc.freeze()  # what exists now stays: the collector need not look through it while messages wait
     rospy.spin()
+
+
+def official_parameters(table):
+    """Values by our names of parameters that are given under the official driver's names."""
+    names = {parameter.name: parameter.official for parameter in table if parameter.official}
+    return {name: rospy.get_param(official) for name, official in names.items() if rospy.has_param(official)}
 
 
 class ImmediatePublisher(rospy.SubscribeListener):

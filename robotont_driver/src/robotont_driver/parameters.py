@@ -22,6 +22,7 @@ class Parameter(NamedTuple):
     unit: str = ""
     minimum: Optional[float] = None
     choices: Tuple[str, ...] = ()
+    official: str = ""  # name in the official driver, relative to the namespace: read where ours is not given
 
     @property
     def allowed(self):

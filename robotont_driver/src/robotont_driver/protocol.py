@@ -8,11 +8,15 @@ import binascii
 import re
 from collections import Counter
 
+from robotont_driver.board_status import BoardHealth, BoardStatus
+
 LONGEST_LINE = 256  # [bytes] without the newline; a longer line is dropped
 
 _NUMBER = r"-?[0-9]+(?:\.[0-9]+)?"
 _PLAIN = re.compile(rf"({_NUMBER}(?::{_NUMBER})*);")
-_TRAILER = re.compile(r"([0-9A-F]{2})((?::[0-9A-F]{4})+):([0-9A-F]{4})\Z")
+# counter, totals, status (from firmware 2.0 on; with at least 3 wheels it is longer than a total), CRC
+_TRAILER = re.compile(r"([0-9A-F]{2})((?::[0-9A-F]{4})+)(?::([0-9A-F]{9,}))?:([0-9A-F]{4})\Z")
+_SEALED = re.compile(r"#.*;[0-9A-F]{4}\Z")
 
 
 class PacketError(ValueError):
@@ -21,6 +25,14 @@ class PacketError(ValueError):
     def __init__(self, kind, text):
         super().__init__(text)
         self.kind = kind
+
+
+class ForeignPacketError(PacketError):
+    """A valid checked packet of a board with another number of `wheels`."""
+
+    def __init__(self, wheels, text):
+        super().__init__("fields", text)
+        self.wheels = wheels
 
 
 def crc16(data):
@@ -38,6 +50,9 @@ def add_checksum(packet):
     r"""The checked form, as bytes, of a plain command packet that ends with `;\\n`."""
     body = packet.rstrip("\n").encode("ascii")
     return body + b"%04X\n" % crc16(body)
+
+
+QUESTION = add_checksum("?;")  # who are you? Boards with firmware from 2.0 on answer
 
 
 def parse_packet(text, wheels):
@@ -91,7 +106,10 @@ class LineSplitter:
 
 
 class CheckedPacket:
-    """Feedback with a valid CRC: `counts` per wheel, packet `counter`, encoder `totals` modulo 2^16."""
+    """Feedback with a valid CRC: `counts` per wheel, packet `counter`, encoder `totals` modulo 2^16.
+
+    `status`: the board's BoardStatus; None from firmware before 2.0.
+    """
 
     def __init__(self, line, wheels):
         """From a line without newline. Raises PacketError."""
@@ -99,13 +117,18 @@ class CheckedPacket:
         match = _TRAILER.match(trailer)
         if not match:
             raise PacketError("trailer", f"no valid trailer in {line[:60]!r}")
-        if crc16(line[:-4].encode("ascii")) != int(match.group(3), 16):
+        counter, totals, status, checksum = match.groups()
+        if crc16(line[:-4].encode("ascii")) != int(checksum, 16):
             raise PacketError("checksum", f"wrong checksum in {line[:60]!r}")
+        self.counter = int(counter, 16)
+        self.totals = tuple(int(total, 16) for total in totals.split(":")[1:])
+        self.status = BoardStatus.parse(status) if status else None
+        if len(self.totals) != wheels:
+            found = len(self.totals)
+            raise ForeignPacketError(found, f"{found} totals instead of {wheels} in {line[:60]!r}")
         self.counts = parse_packet(body + ";", wheels)
-        self.counter = int(match.group(1), 16)
-        self.totals = tuple(int(total, 16) for total in match.group(2).split(":")[1:])
-        if len(self.totals) != wheels or not all(isinstance(count, int) for count in self.counts):
-            raise PacketError("fields", f"not {wheels} whole counts and totals in {line[:60]!r}")
+        if not all(isinstance(count, int) for count in self.counts) or (status and len(self.status.wheels) != wheels):
+            raise PacketError("fields", f"not {wheels} whole counts and faults in {line[:60]!r}")
 
     def missed_since(self, last):
         """(periods, counts per wheel) that the board sent after packet `last` and before this one.
@@ -129,11 +152,12 @@ class FeedbackReader:
 
     mode: "plain" reads the thesis' packets and ignores what stands behind the semicolon; "checked" takes
     only packets with a valid trailer; "auto" takes plain ones until the first valid checked one.
-    reach: edges that a motor can make in one period; more means an error.
+    reach: edges that a motor can make in one period; more means an error. rate: [Hz] packets per second that the
+    board should send, compared with what it says; None: not compared. `health`: what the board says of itself.
     Counted in `dropped` by kind, `packets`, `repaired` (periods), `restarts` (of the board).
     """
 
-    def __init__(self, wheels, reach, mode="auto"):
+    def __init__(self, wheels, reach, mode="auto", rate=None):
         self.wheels = wheels
         self.reach = reach
         self.mode = mode
@@ -141,13 +165,13 @@ class FeedbackReader:
         self.repaired = 0
         self.restarts = 0
         self.dropped = Counter()
-        self.banner = ""       # newest start-up banner of the board
-        self.fault = ""        # what the board says is wrong; empty when it says so, or nothing
+        self.health = BoardHealth(wheels, rate)
         self.connect()
 
     def connect(self):
         """Begin a new connection: nothing is known of the board, and the first line may lack its head."""
         self.checked = self.mode == "checked"
+        self.health.connect()
         self._splitter = LineSplitter()
         self._first = True
         self._last = None      # newest trusted checked packet
@@ -181,6 +205,10 @@ class FeedbackReader:
         if self.mode != "plain":
             try:
                 packet = CheckedPacket(text, self.wheels)
+            except ForeignPacketError as error:
+                self.checked = True
+                self.health.hear_foreign_packet(error.wheels)
+                raise
             except PacketError:
                 if self.checked or not text.endswith(";"):
                     raise
@@ -188,14 +216,41 @@ class FeedbackReader:
                 return self._read_checked(packet)
         return self._read_plain(text)
 
+    @property
+    def fault(self):
+        """What has stopped the motors, as the board says; empty when nothing has."""
+        return self.health.fault
+
+    @property
+    def obstacle(self):
+        """Why the board must not be driven; empty when it may."""
+        return self.health.obstacle
+
+    @property
+    def banner(self):
+        """The board's newest start-up banner."""
+        return self.health.banner
+
+    def encode(self, packet):
+        r"""The bytes to send for a plain command packet that ends with `;\n`, in the form that the board reads.
+
+        A board that has not said yet who it is, or that must not be driven, gets zeros instead of the command.
+        """
+        if not self.checked:
+            return packet.encode("ascii")
+        if self.health.wants_identity:
+            return QUESTION + add_checksum(format_packet([0] * self.wheels))
+        return add_checksum(format_packet([0] * self.wheels) if self.health.obstacle else packet)
+
     def _hear(self, text):
-        """Free text: a start-up banner, after which the totals begin anew, or a fault."""
-        text = text[1:].strip()
-        if text.startswith("fault"):
-            self.fault = "" if text == "fault cleared" else text
-        elif text.startswith("robotont"):
-            self.banner = text
-            self.fault = ""
+        """A line of text; after a start-up banner the totals begin anew."""
+        if _SEALED.match(text):
+            if crc16(text[:-4].encode("ascii")) != int(text[-4:], 16):
+                raise PacketError("checksum", f"wrong checksum in {text[:60]!r}")
+            text = text[:-5]
+        elif self.health.status is not None:  # this board seals what it says
+            raise PacketError("checksum", f"no checksum in {text[:60]!r}")
+        if self.health.hear_text(text[1:].strip()):
             self.restarts += self._last is not None
             self._last = self._suspect = None
 
@@ -207,6 +262,7 @@ class FeedbackReader:
         return [counts]
 
     def _read_checked(self, packet):
+        self.health.hear_packet(packet.status)
         self._check_reach(packet.counts)
         self.checked = True
         if self._last is None:

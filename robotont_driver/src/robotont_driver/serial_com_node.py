@@ -5,101 +5,165 @@ import time
 import rospy
 from std_msgs.msg import String
 
+from robotont_driver.dialects import AUTO, DISTANCE, NAMES, make_dialect
+from robotont_driver.dialects.dialect import DialectError, read_command
 from robotont_driver.node import ERROR, OK, WARN, Health, ImmediatePublisher, Rate, run_node
+from robotont_driver.official_topics import OfficialTopics
 from robotont_driver.parameters import Parameter
-from robotont_driver.protocol import FeedbackReader, PacketError, add_checksum, format_packet, parse_packet
-from robotont_driver.serial_link import SerialLink
+from robotont_driver.protocol import PacketError, format_packet
+from robotont_driver.serial_link import SerialLink, usb_id
 
 PARAMETERS = (
-    Parameter("port", "/dev/ttyACM0", "serial port of the board"),
-    Parameter("baudrate", 115200, "speed of the line", "baud", minimum=1),
-    Parameter("packets", "auto", "packets on the line: plain (the thesis'), checked (with CRC), or auto: "
-              "checked from the first valid checked packet on", choices=("auto", "plain", "checked")),
+    Parameter("port", "/dev/ttyACM0", "serial port of the board", official="serial/port"),
+    Parameter("baudrate", 115200, "speed of the line", "baud", minimum=1, official="serial/baudrate"),
+    Parameter("packets", AUTO, "what the board speaks: plain (the thesis'), checked (with CRC), robotont2, robotont3 or "
+              "robotont2018 (official firmware), or auto: recognised by what it says", choices=NAMES),
     Parameter("write_timeout", 0.5, "one stop packet after this long without a serial_write", "s",
               minimum=0.05),
     Parameter("retry_period", 0.5, "pause between attempts to open the port", "s", minimum=0.05),
     Parameter("max_counts_per_period", 300, "what a motor can reach in one PID period; more is taken for "
               "an error on the line", "edges", minimum=1),
+    Parameter("board_wheel_distance", DISTANCE, "centre to wheel as the official firmware of generations 2 and 3 has it; "
+              "0.127 in firmware from before March 2020", "m", minimum=0.01),
+    Parameter("usb_id", "", "vendor:product of the port, 0483:5740 for generation 3; empty: as the system says"),
+    Parameter("range_frame_prefix", "range_sensor_", "frames of the range sensors, before their number",
+              official="range/sensor_frame_prefix"),
+    Parameter("base_frame", "base_link", "frame in which the range sensors stand"),
 )
 
 
 class SerialComNode:
-    """Carries packets between the topics and the board, and says what the line did to them."""
+    """Carries packets between the topics and the board, in the board's dialect, and says what the line did to them."""
 
     def __init__(self, wheels, parameters):
         self._wheels = wheels.amount
-        self._stop = format_packet([0] * wheels.amount)
-        self._reader = FeedbackReader(
-            wheels.amount, parameters["max_counts_per_period"], parameters["packets"])
+        self._parameters = parameters
+        try:
+            self._dialect = make_dialect(parameters["packets"], wheels, parameters["max_counts_per_period"],
+                                         parameters["board_wheel_distance"])
+        except DialectError as error:
+            rospy.logfatal("~packets is %s, but its board cannot have these wheels: %s", parameters["packets"], error)
+            raise SystemExit(1) from None
+        self._met = None          # the dialect that was greeted
+        self._held = None         # (command, when [s]) that could not be sent before the board was recognised
         self._refused = 0         # messages on serial_write that are no packets
         self._restarts = 0        # of the board, that have been told
         self._trouble_before = 0  # errors up to the last report
         self._rate = Rate()
         self._publisher = ImmediatePublisher("serial_read", String)
         self._link = SerialLink(
-            parameters["port"], parameters["baudrate"], self._on_bytes, self._on_change,
-            stop_packet=lambda: self._encode(self._stop),
+            parameters["port"], parameters["baudrate"], self._on_bytes, self._on_change, stop_packet=self._stop_packet,
             write_timeout=parameters["write_timeout"], retry_period=parameters["retry_period"])
-        rospy.on_shutdown(lambda: self._link.close(self._encode(self._stop)))
+        self._topics = OfficialTopics(parameters["range_frame_prefix"], parameters["base_frame"], self._on_light)
+        self._link.start()
+        rospy.on_shutdown(self._close)
         rospy.Subscriber("serial_write", String, self._on_write, queue_size=1, tcp_nodelay=True)
-        Health(parameters["port"], {"link": self._report})
+        Health(parameters["port"], {"link": self._report, "board": self._report_board})
 
     def _on_write(self, message):
         try:
-            parse_packet(message.data, self._wheels)
+            command = read_command(message.data, self._wheels)
         except PacketError as error:
             self._refused += 1
             rospy.logwarn_throttle(1.0, "serial_write refused: %s", error)
             return
-        self._link.send(self._encode(message.data.partition(";")[0] + ";\n"))
+        now = time.monotonic()
+        self._dialect.tick(now)
+        spoken = self._dialect.spoken
+        if spoken.obstacle:
+            rospy.logerr_throttle(10.0, "does not drive: %s", spoken.obstacle)
+        line = spoken.encode(command)
+        if line:
+            self._link.send(line)
+        else:
+            self._held = command, now
 
-    def _encode(self, packet):
-        return add_checksum(packet) if self._reader.checked else packet.encode("ascii")
+    def _stop_packet(self):
+        self._dialect.tick(time.monotonic())
+        return self._dialect.spoken.stop()
+
+    def _close(self):
+        spoken = self._dialect.spoken
+        stop = spoken.stop() or format_packet([0] * self._wheels).encode("ascii")  # heard nothing? plain may be right
+        self._link.close(stop, spoken.goodbye, spoken.pause)
+
+    def _on_light(self, first, colours):
+        for line in self._dialect.spoken.encode_lights(first, colours):
+            self._link.add(line)
 
     def _on_bytes(self, data):
-        for counts in self._reader.feed(data):
+        dialect = self._dialect
+        for counts in dialect.feed(data, time.monotonic()):
             self._publisher.publish(format_packet(counts, 0 if isinstance(counts[0], int) else 2))
-        if self._reader.restarts > self._restarts:
-            self._restarts = self._reader.restarts
-            rospy.logwarn("the board has restarted; its encoder totals are taken afresh")
+        spoken = dialect.spoken
+        if spoken is not self._met:
+            self._meet(spoken)
+        self._topics.publish(spoken.take_readings())
+        if spoken.restarts > self._restarts:
+            rospy.logwarn("the board has restarted; its counts are taken afresh")
+        self._restarts = spoken.restarts
+
+    def _meet(self, spoken):
+        """Greet the board, once per connection, when it is known what it speaks."""
+        self._met = spoken
+        self._restarts = spoken.restarts
+        self._link.pace(spoken.pacing)
+        if spoken is self._dialect and self._parameters["packets"] == AUTO:
+            return  # still listening
+        rospy.loginfo("the board speaks %s", spoken.name)
+        if spoken.complaint:
+            rospy.logwarn("%s", spoken.complaint)
+        self._link.hurry(spoken.hello, spoken.pause)
+        held, self._held = self._held, None
+        if held and time.monotonic() - held[1] < self._parameters["write_timeout"]:
+            self._link.send(spoken.encode(held[0]))
 
     def _on_change(self, trouble):
         if trouble:
             rospy.logwarn("%s", trouble)
-        else:
-            self._reader.connect()
-            rospy.loginfo("port open")
+            return
+        rospy.loginfo("port open")
+        self._dialect.usb_id = self._parameters["usb_id"] or usb_id(self._parameters["port"])
+        self._dialect.connect(time.monotonic())
+        self._meet(self._dialect.spoken)
 
     def _report(self):
-        reader, link = self._reader, self._link
-        rate = self._rate.look(reader.packets, time.monotonic())
-        errors = sum(reader.dropped.values()) + self._refused
-        new_errors, self._trouble_before = errors - self._trouble_before, errors
+        dialect, link = self._dialect.spoken, self._link
+        rate = self._rate.look(dialect.packets, time.monotonic())
+        dropped = sum(dialect.dropped.values())
+        errors = dropped + self._refused
+        new_errors, self._trouble_before = max(0, errors - self._trouble_before), errors
         values = {
-            "packets": "checked" if reader.checked else "plain",
+            "packets": dialect.description,
             "packets read per second": f"{rate:.1f}",
-            "packets read": reader.packets,
+            "packets read": dialect.packets,
             "packets written": link.sent,
             "commands overtaken by newer ones": link.replaced,
             "commands while the port was closed": link.unsent,
             "commands refused": self._refused,
             "stops for lack of commands": link.timeouts,
-            "lines dropped": sum(reader.dropped.values()),
-            **{"lines dropped: " + kind: count for kind, count in sorted(reader.dropped.items())},
-            "periods repaired": reader.repaired,
-            "board restarts": reader.restarts,
+            "lines dropped": dropped,
+            **{"lines dropped: " + kind: count for kind, count in sorted(dialect.dropped.items())},
+            "periods repaired": dialect.repaired,
+            "board restarts": dialect.restarts,
             "reconnects": max(0, link.opened - 1),
-            "board": reader.banner or "has not introduced itself",
         }
         if link.trouble:
             return ERROR, link.trouble, values
-        if reader.fault:
-            return ERROR, "the board reports: " + reader.fault, values
+        if dialect.complaint:
+            return WARN, dialect.complaint, values
         if rate == 0.0:
             return WARN, "port open, but no packets: is the firmware running, at this baudrate?", values
         if new_errors:
             return WARN, f"{new_errors} lines dropped in the last second: check cable and baudrate", values
         return OK, f"{rate:.0f} packets/s", values
+
+    def _report_board(self):
+        errors, warnings, values = self._dialect.spoken.report_board()
+        if self._link.trouble:
+            return WARN, "the port is closed", values
+        level = ERROR if errors else WARN if warnings else OK
+        return level, " / ".join(errors + warnings) or "reports no fault", values
 
 
 def main():

@@ -1,10 +1,10 @@
-"""The path that a robot has left behind: poses some distance apart, no more than a given number."""
+"""The path that a robot has travelled: poses some distance apart, at most a given number."""
 
 import math
 from collections import deque
 from typing import NamedTuple
 
-# A step this many times as long as the speed explains, plus JUMP, is no drive: the odometry was set anew.
+# A step this many times as long as the speed explains, plus JUMP, means that the odometry was reset.
 STRETCH = 2.0
 JUMP = 0.1           # [m] more than noise and a late packet
 LONGEST_GAP = 1.0    # [s] a longer silence explains no longer step
@@ -34,7 +34,7 @@ class Trail:
     def add(self, sample):
         """Take a Sample; returns whether the path has changed.
 
-        The path starts anew where time runs backwards (a bag played again) or where the robot cannot have
+        The path starts again where time runs backwards (a bag played again) or where the robot cannot have
         driven to (a reset of the odometry, another start of its node).
         """
         if self._newest and self._is_jump(self._newest, sample):

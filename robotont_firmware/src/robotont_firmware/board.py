@@ -1,46 +1,67 @@
 """The NUCLEO-L476RG behind the board interface of robotont_firmware.controller; nothing else knows it.
 
-Everything that allocates happens in the constructor; the methods below it run with the heap locked.
+Everything that allocates happens in the constructor and in `start`; the methods below run with the heap locked.
 """
 
-import os
 from array import array
 
 import machine
 import pyb
 
-_SAFE_FLAG = "stay_in_repl"  # a file with this name keeps main.py from starting the motors once
+TIMER_CLOCK = 80000000  # [Hz]
+_FULL_SCALE = 4095  # of the analogue input, 3.3 V
+
+# A note to the next start, in a backup register of the real-time clock: it outlives every reset but a power
+# cut, costs no file system, and MicroPython itself uses none of these registers.
+_NOTE = 0x400028CC  # RTC_BKP31R
+REPL_WISHED = 0x524F4231
+CRASHED = 0x524F4232
+
+# Counter timers, for the filter registers that pyb does not reach; TIMx_CCMR1 is at 0x18 of each.
+_TIMERS = {1: 0x40012C00, 2: 0x40000000, 3: 0x40000400, 4: 0x40000800, 5: 0x40000C00, 8: 0x40013400}
+_CCMR1 = 0x18
+_FILTER = 0xF0F0  # both inputs: 8 samples at 1/32 of the clock, 3.2 us; a state lasts 100 us at 500 rpm
 
 
 def motors_off(config):
     """Drive every pin that could turn a motor low; in reset they float (hence the pull-downs)."""
-    for pin, _ in config.PWM:
-        pyb.Pin(pin, pyb.Pin.OUT_PP, value=0)
+    for wiring in config.PWM:
+        pyb.Pin(wiring[0], pyb.Pin.OUT_PP, value=0)
     for pins in config.DIRECTIONS:
         for pin in pins:
             pyb.Pin(pin, pyb.Pin.OUT_PP, value=0)
 
 
-def wants_safe_mode(config):
-    """Return True when the USER button is held or the PC asked for the REPL before this start."""
-    if pyb.Pin(config.SAFE_BUTTON, pyb.Pin.IN).value() == 0:
-        return True
-    if _SAFE_FLAG in os.listdir():
-        os.remove(_SAFE_FLAG)
-        return True
-    return False
+def take_note():
+    """Return the note that the last run left for this start, and forget it."""
+    note = machine.mem32[_NOTE]
+    machine.mem32[_NOTE] = 0
+    return note & 0xFFFFFFFF
+
+
+def leave_note(note):
+    """Leave REPL_WISHED or CRASHED for the next start."""
+    machine.mem32[_NOTE] = note
+
+
+def button_pressed(config):
+    """Return True while the USER button is held."""
+    return pyb.Pin(config.SAFE_BUTTON, pyb.Pin.IN).value() == 0
 
 
 def restart_into_repl():
     """Reset the board, which then stays in the REPL: the watchdog allows no REPL without a reset."""
-    with open(_SAFE_FLAG, "w"):
-        pass
-    os.sync()
+    leave_note(REPL_WISHED)
     machine.reset()
 
 
-def reset_cause():
-    """Return why the board started, in one word."""
+def reset_cause(note):
+    """Return why the board started, in one word; `note` is what take_note returned.
+
+    A reset by software looks like the reset button to the chip.
+    """
+    if note == CRASHED:
+        return "crash"
     causes = {
         machine.PWRON_RESET: "power",
         machine.HARD_RESET: "button",
@@ -51,34 +72,57 @@ def reset_cause():
 
 
 class Board:
-    """Claims timers, pins, the serial line and the watchdog as `config` says.
+    """Claims timers and pins as `config` says; `start` also takes the serial line and arms the watchdog.
 
-    From here on USART2 carries packets and no REPL, and the watchdog resets the board when `feed` is
-    not called within config.WATCHDOG ms.
+    Until `start` the REPL works, so that whatever is wrong with the configuration can be said.
     """
 
     def __init__(self, config):
+        motors_off(config)
         self._motors = len(config.PWM)
         self._config = config
+        self._full = config.FULL_EFFORT
         self._ticks = 0  # written by the tick's interrupt alone
         self._seen = 0
         self._latched = array("H", [0] * self._motors)
         self._encoders = [_encoder(*wiring) for wiring in config.ENCODERS]
-        motors_off(config)
+        self._backward_encoders = list(config.BACKWARD_ENCODERS)
         self._forward = [pyb.Pin(pins[0], pyb.Pin.OUT_PP) for pins in config.DIRECTIONS]
         self._backward = [pyb.Pin(pins[1], pyb.Pin.OUT_PP) for pins in config.DIRECTIONS]
-        pwm = pyb.Timer(config.PWM_TIMER, prescaler=0, period=config.FULL_EFFORT - 1)
+        divider = TIMER_CLOCK // config.PWM_FREQUENCY  # [ticks] of a PWM period
+        prescaler = divider >> 16
+        self._width = divider // (prescaler + 1)
+        timers = {}
+        for wiring in config.PWM:
+            if wiring[1] not in timers:
+                timers[wiring[1]] = pyb.Timer(wiring[1], prescaler=prescaler, period=self._width - 1)
         self._pwm = [
-            pwm.channel(channel, pyb.Timer.PWM, pin=pyb.Pin(pin), pulse_width=0)
-            for pin, channel in config.PWM
+            timers[timer].channel(channel, pyb.Timer.PWM, pin=pyb.Pin(pin), pulse_width=0)
+            for pin, timer, channel, _ in config.PWM
         ]
         self._faults = [pyb.Pin(pin, pyb.Pin.IN, pyb.Pin.PULL_UP) for pin in config.FAULTS]
-        pyb.repl_uart(None)  # also keeps a 0x03 on the line from raising KeyboardInterrupt
-        self._uart = pyb.UART(config.UART, config.BAUDRATE)
+        self._uart = None
+        if config.BATTERY_PIN is not None:
+            self._adc = pyb.ADC(pyb.Pin(config.BATTERY_PIN))
+            self.battery = self._battery  # a board that does not measure has no such method
+
+    def start(self):
+        """From here on USART2 carries packets and no REPL, ticks come, and last the watchdog is armed.
+
+        It resets the board when `feed` is not called within config.WATCHDOG ms, and nothing disarms it.
+        """
+        config = self._config
         self._on_tick = self._tick  # making the bound method in the interrupt would allocate
         self._timer = pyb.Timer(config.TICK_TIMER, freq=config.RATE)
         self._timer.callback(self._on_tick)
-        self._watchdog = machine.WDT(timeout=config.WATCHDOG)
+        repl = pyb.repl_uart()
+        pyb.repl_uart(None)  # also keeps a 0x03 on the line from raising KeyboardInterrupt
+        try:
+            self._uart = pyb.UART(config.UART, config.BAUDRATE)
+            self._watchdog = machine.WDT(timeout=config.WATCHDOG)
+        except Exception:
+            pyb.repl_uart(repl)
+            raise
 
     def _tick(self, _):
         """Latch all encoders at one moment, in the timer's interrupt."""
@@ -96,19 +140,24 @@ class Board:
         return periods
 
     def counts(self, totals):
-        """Copy the encoder counters of the latest tick, 0..65535 each."""
+        """Copy the encoder counters of the latest tick, 0..65535 each, up while the motor drives forward."""
         for motor in range(self._motors):
-            totals[motor] = self._latched[motor]
+            count = self._latched[motor]
+            totals[motor] = -count & 0xFFFF if self._backward_encoders[motor] else count
 
     def drive(self, wheel, effort):
         """Set direction and pulse width; 0 leaves both direction pins low."""
         self._forward[wheel].value(effort > 0)
         self._backward[wheel].value(effort < 0)
-        self._pwm[wheel].pulse_width(abs(effort))
+        self._pwm[wheel].pulse_width(abs(effort) * self._width // self._full)
 
     def fault(self, wheel):
         """Return True while the motor driver pulls its fault line low."""
         return self._faults[wheel].value() == 0
+
+    def _battery(self):
+        """Return the battery's voltage [mV]."""
+        return self._adc.read() * self._config.BATTERY_DIVIDER // _FULL_SCALE
 
     def read(self, buffer):
         """Read what waits, at most len(buffer) bytes; return how many."""
@@ -133,9 +182,10 @@ class Board:
 
 
 def _encoder(pin_a, pin_b, timer, function):
-    """Return a 16-bit hardware counter of every edge of both channels."""
+    """Return a 16-bit hardware counter of every edge of both channels, with the inputs' filters on."""
     for pin in (pin_a, pin_b):
         pyb.Pin(pin, pyb.Pin.AF_PP, pull=pyb.Pin.PULL_NONE, alt=function)
     counter = pyb.Timer(timer, prescaler=0, period=0xFFFF)
     counter.channel(1, pyb.Timer.ENC_AB)
+    machine.mem16[_TIMERS[timer] + _CCMR1] |= _FILTER
     return counter

@@ -1,8 +1,9 @@
-"""Every number of the firmware: timing, limits, gains and pins, with units.
+"""Every number of the firmware with its unit: timing, limits and gains here, the wiring profile in wiring.py.
 
 One *unit* is one encoder edge per control period. Three Pololu 19:1 37D motors at 12 V are assumed:
 gear 18.75, 64 edges per motor turn (1200 per wheel turn), 500 rpm without load (200 units), 5 A in stall.
-An *effort* of FULL_EFFORT is the whole battery voltage.
+An *effort* of FULL_EFFORT is the whole battery voltage. Efforts and gains are for 12 V; Pid scales them to
+BATTERY. A profile may replace any number here by one of its own with the same name.
 """
 
 # Timing. A period is 1 / RATE seconds.
@@ -10,18 +11,21 @@ WHEELS = 3
 RATE = 50  # [Hz] control periods per second, the driver's pidControlFrequency
 TIMEOUT = 24  # [periods] without a valid packet stop the motors: 0.48 to 0.5 s after the packet came
 BRAKING = 15  # [periods] after the time-out the wheels are braked for this long, then released
-NOTICE_INTERVAL = 50  # [periods] at most one notice of dropped packets in this time
-FAULT_HOLD = 25  # [periods] every fault pin must be quiet for this long before a fault can clear
+ANSWER_INTERVAL = 10  # [periods] at most one answer to "who are you" in this time
+FAULT_HOLD = 25  # [periods] a fault stands for at least this long, and the fault pins must be quiet for it
 
 # Limits.
 MAX_SPEED = 180  # [units] faster commands are scaled down, all wheels by one factor
 MAX_ACCELERATION = 10  # [units/period] of the wheel whose set-point changes most (500 units/s, 4.6 m/s^2)
-FULL_EFFORT = 4000  # [effort] 100 % PWM; also the PWM period in timer ticks (80 MHz / 20 kHz)
+FULL_EFFORT = 4000  # [effort] 100 % PWM
 MAX_EFFORT = 4000  # [effort] of the whole voltage
 MAX_TORQUE = 2000  # [effort] above the back-EMF: half of the stall current, 2.5 A
+CONTINUOUS_TORQUE = 800  # [effort] above the back-EMF: 1 A, that the motor stands for ever (rated 1.25 A)
+OVERLOAD_TIME = 75  # [periods] of MAX_TORQUE bring a cold motor to where only CONTINUOUS_TORQUE is left
 MAX_INTEGRAL = 1200  # [effort] the most that the integral part may add
-BLOCKED_INTEGRAL = 300  # [effort] the most that it may reach while the wheel does not turn although it
-BLOCKED_ERROR = 4  # [units] is this much too slow
+BLOCKED_INTEGRAL = 300  # [effort] the most that it may reach while no counts show that the wheel turns
+BLIND_TIME = 15  # [periods] without counts that show it following, and
+BLIND_EDGES = 60  # [edges] owed meanwhile (18 degrees), make a fault of a wheel
 
 # Speed controller. STATIC in effort, the gains in 1/256 effort per unit (I: per unit and period).
 STATIC = 160  # [effort] overcomes friction: 0.2 A without load, of 5 A
@@ -39,15 +43,4 @@ UART = 2
 BAUDRATE = 115200
 WATCHDOG = 300  # [ms] without a finished period: the board resets
 
-# Wiring, motor by motor; docs/firmware.md has it as a table.
-ENCODERS = (  # A pin, B pin, timer (channels 1 and 2), alternate function
-    ("PB6", "PB7", 4, 2),
-    ("PA6", "PA7", 3, 2),
-    ("PA0", "PA1", 2, 1),
-)
-PWM_TIMER = 8
-PWM = (("PC6", 1), ("PC7", 2), ("PC8", 3))  # pin, channel of PWM_TIMER (alternate function 3)
-DIRECTIONS = (("PB8", "PB9"), ("PB12", "PB13"), ("PB14", "PB15"))  # high while forward, high while backward
-FAULTS = ("PC9", "PC10", "PC11")  # low: fault (open drain, pulled up inside the chip)
-TICK_TIMER = 6
-SAFE_BUTTON = "PC13"  # USER, low while pressed
+from robotont_firmware.wiring import *  # noqa: E402, F403 (the profile: pins and electronics)

@@ -6,6 +6,7 @@ It knows the hardware only through a board object:
     counts(totals)       fill totals[wheel] with the encoder counters latched at that tick, 0..65535
     drive(wheel, effort) effort -FULL_EFFORT..FULL_EFFORT; 0 lets the wheel roll
     fault(wheel)         True while the motor driver reports a fault
+    battery()            [mV] of the motors' battery; a board that cannot measure it has no such method
     read(buffer)         read at most len(buffer) waiting bytes; return how many; never wait
     write(buffer, size)  send buffer[0:size]
     feed()               feed the watchdog
@@ -17,22 +18,28 @@ so the same loop drives the robot, the simulator and the tests. Nothing in it al
 
 from array import array
 
-from robotont_firmware import __version__
-from robotont_firmware.compat import micropython
-from robotont_firmware.pid import Pid
+from robotont_firmware import __version__, bounds, protocol
+from robotont_firmware.compat import const, micropython
+from robotont_firmware.pid import DRIVER_FAULT, NO_FAULT, OVERLOAD, Pid
 from robotont_firmware.protocol import Receiver, Sender
 
 _RX_SIZE = 256  # [bytes] more than 115200 baud bring in one period
+_FLAGS, _MISSED, _REFUSED, _WHEELS = const(0), const(1), const(2), const(3)  # places in the status
+_LAG = const(1280)  # [1/256 unit] a wheel that misses its set-point by more shows that the robot changes its motion,
+_SETTLING = const(10)  # [periods] and for so long afterwards one wheel may drag another
+UNASKED = ("power", "watchdog", "crash")  # starts after which a PC that still commands gets no motion
 
 
 class Controller:
     """Runs `wheels` wheels (default config.WHEELS) of `board` with the numbers in `config`.
 
-    reset_cause: a word for the banner. Raises ValueError when a gain of `config` is out of range.
+    reset_cause: a word for the banner. After one of UNASKED the motors stay off until a command of all
+    zeros came. Raises ValueError when a number of `config` is out of range.
     """
 
     def __init__(self, board, config, wheels=None, reset_cause="unknown"):
         wheels = wheels or config.WHEELS
+        bounds.check(config)
         self._board = board
         self._config = config
         self._wheels = wheels
@@ -47,15 +54,22 @@ class Controller:
         self._setpoints = array("i", [0] * wheels)  # follows the targets at MAX_ACCELERATION
         self._max_speed = config.MAX_SPEED * 256
         self._max_change = config.MAX_ACCELERATION * 256
+        self._unsettled = 0  # [periods] until the robot may be believed to move as it should
         self._counter = 0
         self._silence = config.TIMEOUT  # [periods] since the last valid packet
         self._braking = 0  # [periods] left of the braking after a time-out
-        self._fault_hold = 0  # [periods] until the fault pins have been quiet long enough; 0: no fault
-        self._notice_wait = 0
-        self._noticed = 0  # the receiver's count of dropped lines that the PC knows
-        banner = f"# robotont_firmware {__version__} wheels {wheels} reset {reset_cause}\n"
-        self._banner = banner.encode()
-        self._fault_lines = [f"# fault motor {wheel}\n".encode() for wheel in range(wheels)]
+        self._fault_hold = 0  # [periods] that a fault stands at least; 0: no fault
+        self._waits_for_zero = reset_cause in UNASKED
+        self._read_battery = getattr(board, "battery", None)
+        self._battery_low = 0  # [periods] that the battery has been low
+        self._answer_wait = 0  # [periods] until the next answer
+        self._status = array("B", [0] * (_WHEELS + wheels))
+        about = (
+            f"robotont_firmware {__version__} wheels {wheels} rate {config.RATE} units edges/period "
+            f"profile {config.PROFILE} reset {reset_cause}"
+        )
+        self._banner = protocol.seal(about)
+        self._answer = protocol.seal("identity " + about)
 
     def start(self):
         """Send the banner and take the encoders as they stand for the start of the count."""
@@ -81,21 +95,21 @@ class Controller:
 
     @micropython.native
     def step(self, periods):
-        """Do the work of one tick, `periods` (normally 1) after the one before."""
+        """Do the work of one period, `periods` ticks after the last one."""
         self._measure()
         self._receive(periods)
-        if self._has_fault(periods):
-            self._release_motors()
+        if self._has_fault(periods) or self._waits_for_zero:
+            self._release_motors(periods)
         elif self._silence < self._config.TIMEOUT:
-            self._drive()
+            self._drive(periods)
         else:
             self._brake(periods)
         # A tick that was missed shows as a gap in the counter; the totals tell the PC what it held.
         self._counter = (self._counter + periods) & 0xFF
-        self._board.write(
-            self._sender.buffer, self._sender.pack(self._counter - 1, self._counts, self._totals)
-        )
-        self._notice_dropped(periods)
+        self._describe(periods)
+        size = self._sender.pack(self._counter - 1, self._counts, self._totals, self._status)
+        self._board.write(self._sender.buffer, size)
+        self._introduce(periods)
 
     @micropython.native
     def _measure(self):
@@ -119,7 +133,6 @@ class Controller:
                 receiver.release()
                 self._clear(self._targets)
                 self._braking = self._config.BRAKING
-                self._say(b"# timeout: no valid packet, motors stop\n")
 
     @micropython.native
     def _take_command(self):
@@ -128,6 +141,8 @@ class Controller:
         fastest = 0
         for wheel in range(self._wheels):
             fastest = max(fastest, abs(wished[wheel]))
+        if fastest == 0:
+            self._waits_for_zero = False
         for wheel in range(self._wheels):
             target = wished[wheel]
             if fastest > self._max_speed:
@@ -136,22 +151,34 @@ class Controller:
             self._targets[wheel] = target
 
     @micropython.native
-    def _drive(self):
+    def _drive(self, periods):
         """Bring the set-points nearer to the targets and let every wheel's controller act."""
         self._slew(self._max_change)
+        failed = False
+        settled = self._unsettled <= 0
+        self._unsettled -= 0 if settled else periods
         for wheel in range(self._wheels):
-            self._board.drive(wheel, self._pids[wheel].step(self._setpoints[wheel], self._counts[wheel]))
+            pid = self._pids[wheel]
+            setpoint = self._setpoints[wheel]
+            self._board.drive(wheel, pid.step(setpoint, self._counts[wheel], periods, settled))
+            if pid.lag > _LAG + (abs(setpoint) >> 3):
+                self._unsettled = _SETTLING
+            if pid.fault != NO_FAULT:
+                self._latch(wheel, pid.fault)
+                failed = True
+        if failed:
+            self._release_motors(0)
 
     @micropython.native
     def _brake(self, periods):
-        """Stop the wheels as fast as the motors can, then let them roll: nobody is in command."""
+        """Stop the wheels as fast as the motors may, then let them roll: nobody is in command."""
         if self._braking <= 0:
-            self._release_motors()
+            self._release_motors(periods)
             return
         self._braking -= periods
         self._clear(self._setpoints)
         for wheel in range(self._wheels):
-            self._board.drive(wheel, self._pids[wheel].brake(self._counts[wheel]))
+            self._board.drive(wheel, self._pids[wheel].brake(self._counts[wheel], periods))
 
     @micropython.native
     def _slew(self, limit):
@@ -166,50 +193,84 @@ class Controller:
             if farthest > limit:
                 change = change * limit // farthest
             setpoints[wheel] += change
+        if farthest > _LAG:
+            self._unsettled = _SETTLING
 
     @micropython.native
     def _has_fault(self, periods):
-        """Return True from a fault until all pins were quiet for FAULT_HOLD and the command is all zeros.
+        """Return True from a fault until FAULT_HOLD is over, all pins quiet for it, and the command all zeros.
 
         One faulty motor stops all: the rest alone would drive the robot somewhere else.
         """
+        quiet = True
         for wheel in range(self._wheels):
             if self._board.fault(wheel):
-                if self._fault_hold == 0:
-                    self._say(self._fault_lines[wheel])
-                self._fault_hold = self._config.FAULT_HOLD
-                return True
-        if self._fault_hold > periods:
-            self._fault_hold -= periods
-        elif self._fault_hold > 0:
-            self._fault_hold = 1
-            for wheel in range(self._wheels):
-                if self._targets[wheel] != 0:
-                    return True
-            self._fault_hold = 0
-            self._say(b"# fault cleared\n")
+                self._latch(wheel, DRIVER_FAULT)
+                quiet = False
+        if quiet and self._fault_hold > 0:
+            if self._fault_hold > periods:
+                self._fault_hold -= periods
+                self._waits_for_zero = True  # a zero that came before the fault was over does not count
+            else:
+                self._fault_hold = 1
+                if not self._waits_for_zero:
+                    self._fault_hold = 0
+                    for wheel in range(self._wheels):
+                        self._status[_WHEELS + wheel] = NO_FAULT
         return self._fault_hold > 0
 
-    def _release_motors(self):
+    @micropython.native
+    def _latch(self, wheel, fault):
+        """Note a wheel's fault; the motors stay off until a command of all zeros."""
+        self._status[_WHEELS + wheel] = fault
+        self._fault_hold = self._config.FAULT_HOLD
+        self._waits_for_zero = True
+
+    @micropython.native
+    def _release_motors(self, periods):
         """Let all wheels roll and start afresh from standstill afterwards."""
         self._clear(self._setpoints)
         for wheel in range(self._wheels):
             self._board.drive(wheel, 0)
-            self._pids[wheel].reset()
+            self._pids[wheel].reset(periods)
 
     @micropython.native
-    def _notice_dropped(self, periods):
-        """Tell the PC, at most once in NOTICE_INTERVAL, how many of its lines were refused."""
-        if self._notice_wait > periods:
-            self._notice_wait -= periods
-        elif self._receiver.dropped != self._noticed:
-            self._noticed = self._receiver.dropped
-            self._notice_wait = self._config.NOTICE_INTERVAL
-            self._board.write(self._sender.buffer, self._sender.notice(b"# dropped ", self._noticed))
+    def _describe(self, periods):
+        """Bring the status field up to date."""
+        status = self._status
+        flags = 0
+        if self._silence >= self._config.TIMEOUT:
+            flags |= protocol.TIMED_OUT
+        if self._waits_for_zero:
+            flags |= protocol.WAITS_FOR_ZERO
+        if self._read_battery is not None and self._is_battery_low(periods):
+            flags |= protocol.BATTERY_IS_LOW
+        status[_FLAGS] = flags
+        status[_MISSED] = (status[_MISSED] + periods - 1) & 0xFF
+        status[_REFUSED] = self._receiver.dropped & 0xFF
+        if self._fault_hold == 0:
+            for wheel in range(self._wheels):
+                status[_WHEELS + wheel] = OVERLOAD if self._pids[wheel].overloaded else NO_FAULT
 
-    def _say(self, line):
-        self._board.write(line, len(line))
+    def _is_battery_low(self, periods):
+        """Return True when the battery has been below BATTERY_LOW for a second."""
+        if self._read_battery() >= self._config.BATTERY_LOW:
+            self._battery_low = 0
+        elif self._battery_low < self._config.RATE:
+            self._battery_low += periods
+        return self._battery_low >= self._config.RATE
 
+    @micropython.native
+    def _introduce(self, periods):
+        """Answer the PC that asked who this is."""
+        if self._answer_wait > periods:
+            self._answer_wait -= periods
+        elif self._receiver.asked:
+            self._receiver.asked = False
+            self._answer_wait = self._config.ANSWER_INTERVAL
+            self._board.write(self._answer, len(self._answer))
+
+    @micropython.native
     def _clear(self, numbers):
         for wheel in range(self._wheels):
             numbers[wheel] = 0

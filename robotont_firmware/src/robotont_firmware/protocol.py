@@ -1,9 +1,11 @@
 r"""Packets of the serial line, read and written without allocating memory.
 
 PC to board: set-points in units, `-18.90:0.00:18.90;\n` (plain) or `-18.90:0.00:18.90;1050\n` (checked).
-Board to PC: `-19:0:19;SS:E0E0:E1E1:E2E2:CCCC\n`, the edges of one period, always checked.
+Board to PC: `-19:0:19;SS:E0E0:E1E1:E2E2:FFMMRRWWW:CCCC\n`, the edges of one period, always checked.
 CCCC is the CRC-16/CCITT-FALSE of every byte before it, SS the packet counter, EEEE each encoder's total
-modulo 2^16, all in upper-case hexadecimal.
+modulo 2^16, all in upper-case hexadecimal. FFMMRRWWW is the board's status: flags, missed ticks and refused
+lines modulo 256, and one digit per wheel: what is wrong with it (robotont_firmware.pid).
+Text for people, too: `# words;CCCC\n`. The PC may ask `?;CCCC\n` (who are you) and `!repl;CCCC\n`.
 
 Numbers are integers in 1/256 unit. Every intermediate value stays below 2^30 in magnitude, where the
 board's small integers end and MicroPython would start to allocate.
@@ -16,8 +18,14 @@ from robotont_firmware.compat import const, micropython, ptr8, ptr16, ptr32
 LINE_SIZE = const(160)  # [bytes] the longest line that is read, without its newline
 MAX_UNITS = const(999)  # the largest whole part of a command; clearly more than any motor reaches
 
+# Flags of the status field.
+TIMED_OUT = const(1)  # no valid command for TIMEOUT: the motors are off
+WAITS_FOR_ZERO = const(2)  # after a fault, or a start that nobody asked for: a command of all zeros is needed
+BATTERY_IS_LOW = const(4)
+
 _NEWLINE = const(10)
 _BANG = const(33)
+_QUESTION = const(63)
 _MINUS = const(45)
 _DOT = const(46)
 _ZERO = const(48)
@@ -29,6 +37,7 @@ _COUNTER_MASK = const(0x1FFFFFFF)
 _FRACTION_SCALE = const(1000000)  # six decimals are read exactly, further ones are skipped
 
 _LEAVE = b"!repl;"  # with a valid CRC: stop the motors and give the line to MicroPython's REPL
+_ASK = b"?;"  # with a valid CRC: say who you are
 
 
 def _crc_table():
@@ -54,6 +63,12 @@ def crc16(data, end: int) -> int:
     for at in range(end):
         crc = ((crc & 0xFF) << 8) ^ table[(crc >> 8) ^ byte[at]]
     return crc
+
+
+def seal(words):
+    """Return `# words` as a line with its CRC, bytes. Allocates: for start-up and the end."""
+    line = f"# {words};".encode()
+    return line + b"%04X\n" % crc16(line, len(line))
 
 
 @micropython.viper
@@ -136,7 +151,8 @@ class Receiver:
 
     `setpoints`: the newest valid command, one integer in 1/256 unit per wheel, rounded to nearest.
     `dropped`: lines refused since the start (modulo 2^29). `checked`: see above.
-    `leave`: a valid `!repl;CCCC` came, so the PC wants the REPL.
+    `leave`: a valid `!repl;CCCC` came, so the PC wants the REPL. `asked`: a valid `?;CCCC` came; whoever
+    answers sets it back.
     """
 
     def __init__(self, wheels):
@@ -144,6 +160,7 @@ class Receiver:
         self.dropped = 0
         self.checked = False
         self.leave = False
+        self.asked = False
         self._scratch = array("i", [0] * wheels)
         self._wheels = wheels
         self._line = bytearray(LINE_SIZE + 1)  # one more for the newline, which ends every scan
@@ -180,8 +197,9 @@ class Receiver:
     def _read_line(self, length):
         """Return True when line[0:length] is a command to obey, which then stands in `setpoints`."""
         self._line[length] = _NEWLINE
-        if self._line[0] == _BANG:
-            self._read_leave(length)
+        first = self._line[0]
+        if first == _BANG or first == _QUESTION:  # noqa: PLR1714, SIM109 (a tuple would be allocated)
+            self._read_order(length)
             return False
         end = self._read_numbers()
         if end > 0 and self._trailer_allows(end, length):
@@ -193,17 +211,24 @@ class Receiver:
     def _drop(self):
         self.dropped = (self.dropped + 1) & _COUNTER_MASK
 
-    def _read_leave(self, length):
-        """Set `leave` when the line is `!repl;` with its CRC."""
-        line = self._line
-        for at in range(len(_LEAVE)):
-            if line[at] != _LEAVE[at]:
-                self._drop()
-                return
-        if length == len(_LEAVE) + 4 and self._read_hex(len(_LEAVE)) == crc16(line, len(_LEAVE)):
+    def _read_order(self, length):
+        """Set `leave` or `asked` when the line is one of them with its CRC."""
+        if self._is_order(_LEAVE, length):
             self.leave = True
+        elif self._is_order(_ASK, length):
+            self.asked = True
         else:
             self._drop()
+
+    def _is_order(self, order, length):
+        """Return True when the line is `order` and its CRC."""
+        end = len(order)
+        if length != end + 4:
+            return False
+        for at in range(end):
+            if self._line[at] != order[at]:
+                return False
+        return self._read_hex(end) == crc16(self._line, end)
 
     @micropython.native
     def _trailer_allows(self, end, length):
@@ -243,47 +268,44 @@ class Receiver:
 
 
 class Sender:
-    """Writes feedback packets and notices into one buffer, made once.
+    """Writes feedback packets into one buffer, made once.
 
-    `buffer[0:length]` is what to send, where `length` is what `pack` or `notice` returned.
+    `buffer[0:length]` is what to send, where `length` is what `pack` returned.
     """
 
     def __init__(self, wheels):
-        self.buffer = bytearray(32 + 12 * wheels)
+        self.buffer = bytearray(40 + 13 * wheels)
         self._wheels = wheels
 
     @micropython.native
-    def pack(self, counter, counts, totals):
+    def pack(self, counter, counts, totals, status):
         """Write a feedback packet; return its length [bytes].
 
         counter: packet counter, its low 8 bits are sent. counts: edges of this period, one integer per
-        wheel, within +-32768. totals: each encoder's total, 0..65535.
+        wheel, within +-32768. totals: each encoder's total, 0..65535. status: flags, missed ticks, refused
+        lines (low 8 bits of each are sent), then each wheel's fault, 0..15.
         """
         buffer = self.buffer
+        wheels = self._wheels
         at = 0
-        for wheel in range(self._wheels):
+        for wheel in range(wheels):
             if wheel > 0:
                 buffer[at] = _COLON
                 at += 1
             at = put_decimal(buffer, at, counts[wheel])
         buffer[at] = _SEMICOLON
         at = put_hex(buffer, at + 1, counter, 2)
-        for wheel in range(self._wheels):
+        for wheel in range(wheels):
             buffer[at] = _COLON
             at = put_hex(buffer, at + 1, totals[wheel], 4)
         buffer[at] = _COLON
         at += 1
+        for index in range(3):
+            at = put_hex(buffer, at, status[index], 2)
+        for wheel in range(wheels):
+            at = put_hex(buffer, at, status[3 + wheel], 1)
+        buffer[at] = _COLON
+        at += 1
         at = put_hex(buffer, at, crc16(buffer, at), 4)
-        buffer[at] = _NEWLINE
-        return at + 1
-
-    def notice(self, text, number):
-        """Write text (ASCII bytes, at most 24) and an integer as a line of its own; return its length."""
-        buffer = self.buffer
-        at = 0
-        for byte in text:
-            buffer[at] = byte
-            at += 1
-        at = put_decimal(buffer, at, number)
         buffer[at] = _NEWLINE
         return at + 1

@@ -71,9 +71,12 @@ def checked(body):
 class Robot:
     """A controller on a simulated board."""
 
-    def __init__(self, wheels=3, settings=None, **motor):
+    def __init__(self, wheels=3, settings=None, cause="test", battery_mv=None, **motor):
         self.board = SimBoard([SimMotor(**motor) for _ in range(wheels)])
-        self.controller = Controller(self.board, settings or config, wheels, "test")
+        if battery_mv is not None:
+            self.board.battery_mv = battery_mv
+            self.board.battery = lambda: self.board.battery_mv
+        self.controller = Controller(self.board, settings or config, wheels, cause)
         self.controller.start()
 
     def send(self, body):
@@ -98,10 +101,18 @@ class Robot:
                     (
                         [int(count) for count in counts.split(b":")],
                         int(fields[0], 16),
-                        [int(total, 16) for total in fields[1:-1]],
+                        [int(total, 16) for total in fields[1:-2]],
                     )
                 )
+                self.status = fields[-2].decode()
         return found
+
+    def newest(self):
+        """Return (flags, ticks missed, lines refused, [fault of each wheel]) of the newest packet."""
+        self.board.sent = self.board.sent[self.board.sent.rfind(b"\n", 0, -1) + 1 :]
+        self.packets()
+        text = self.status
+        return int(text[:2], 16), int(text[2:4], 16), int(text[4:6], 16), [int(digit, 16) for digit in text[6:]]
 
     def efforts(self):
         return list(self.board._next)

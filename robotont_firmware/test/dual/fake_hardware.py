@@ -1,12 +1,12 @@
 """Stand-ins for `pyb` and `machine` that remember what was done and refuse what the chip cannot do."""
 
-import os
 import sys
 
 # Alternate functions of the STM32L476's timer pins that the board could use (its data sheet, table 17).
 TIMER_PINS = {
     ("PB6", 2): (4, 1), ("PB7", 2): (4, 2), ("PA6", 2): (3, 1), ("PA7", 2): (3, 2),
     ("PA0", 1): (2, 1), ("PA1", 1): (2, 2), ("PC6", 3): (8, 1), ("PC7", 3): (8, 2), ("PC8", 3): (8, 3),
+    ("PB4", 2): (3, 1), ("PB5", 2): (3, 2), ("PA8", 1): (1, 1), ("PA9", 1): (1, 2), ("PB14", 14): (15, 1),
 }  # fmt: skip
 
 log = []
@@ -34,11 +34,12 @@ class Pin:
 
 
 class Channel:
-    def __init__(self, width):
+    def __init__(self, timer, width):
+        self.timer = timer
         self.width = width
 
     def pulse_width(self, width):
-        assert 0 <= width <= 4000
+        assert 0 <= width <= self.timer.period + 1
         self.width = width
 
 
@@ -58,9 +59,10 @@ class Timer:
     def channel(self, number, mode, pin=None, pulse_width=None):
         if mode == Timer.PWM:
             functions = [alt for name, alt in TIMER_PINS if name == pin.name]
-            assert (self.number, number) in [TIMER_PINS[(pin.name, alt)] for alt in functions], pin.name
-            pins[pin.name] = [Pin.AF_PP, 3, None]
-        self.channels[number] = (mode, Channel(pulse_width))
+            matching = [alt for alt in functions if TIMER_PINS[(pin.name, alt)] == (self.number, number)]
+            assert matching, pin.name
+            pins[pin.name] = [Pin.AF_PP, matching[0], None]
+        self.channels[number] = (mode, Channel(self, pulse_width))
         return self.channels[number][1]
 
     def counter(self):
@@ -95,8 +97,29 @@ class UART:
         self.outbox += data
 
 
+class ADC:
+    value = 0
+
+    def __init__(self, pin):
+        self.pin = pin
+
+    def read(self):
+        return ADC.value
+
+
+class Memory(dict):
+    """Registers that read 0 until they are written."""
+
+    def __getitem__(self, address):
+        return self.get(address, 0)
+
+
 class WDT:
+    broken = False
+
     def __init__(self, timeout):
+        if WDT.broken:
+            raise OSError("no watchdog")
         log.append(f"watchdog {timeout}")
 
     def feed(self):
@@ -108,12 +131,14 @@ class Reset(Exception):  # noqa: N818
 
 
 class Pyb:
-    Pin, Timer, UART = Pin, Timer, UART
+    Pin, Timer, UART, ADC = Pin, Timer, UART, ADC
     on_wait = None
 
     @staticmethod
-    def repl_uart(uart):
-        log.append(f"repl_uart {uart}")
+    def repl_uart(*uart):
+        if not uart:
+            return "before"
+        log.append(f"repl_uart {uart[0]}")
 
     @staticmethod
     def wfi():
@@ -124,6 +149,8 @@ class Machine:
     PWRON_RESET, HARD_RESET, WDT_RESET, SOFT_RESET = 1, 2, 3, 0
     WDT = WDT
     cause = 3
+    mem16 = Memory()  # the chip's registers
+    mem32 = Memory()
 
     @staticmethod
     def reset_cause():
@@ -133,16 +160,6 @@ class Machine:
     def reset():
         log.append("reset")
         raise Reset
-
-
-class Os:
-    """MicroPython's os on the board; the unix port has no sync."""
-
-    listdir, remove = os.listdir, os.remove
-
-    @staticmethod
-    def sync():
-        log.append("sync")
 
 
 class Micropython:
@@ -160,20 +177,26 @@ class Micropython:
     def alloc_emergency_exception_buf(_):
         pass
 
+    @staticmethod
+    def kbd_intr(character):
+        log.append(f"kbd_intr {character}")
+
 
 def install():
     """Make main.py and board.py find these."""
     sys.modules["pyb"] = Pyb
     sys.modules["machine"] = Machine
-    sys.modules["os"] = Os
     sys.modules["micropython"] = Micropython
 
 
 def reset():
-    """Forget everything, as a real reset would."""
+    """Forget everything but the backup registers, as a real reset would."""
     log.clear()
     levels.clear()
     pins.clear()
     Timer.all.clear()
     Machine.cause = 3
+    Machine.mem16.clear()
     Pyb.on_wait = None
+    WDT.broken = False
+    UART.last = None

@@ -8,8 +8,14 @@ MICRO = 1000000
 PERIOD = 20  # [ms]
 
 
+GOOD, UNPLUGGED, REVERSED, HALF = "good", "unplugged", "reversed", "half"  # HALF: one channel is dead
+
+
 class SimMotor:
-    """tau: [ms]. friction: [units] of speed that it costs. battery: [%] of 12 V."""
+    """tau: [ms]. friction: [units] of speed that it costs. battery: [%] of 12 V.
+
+    blocked: nothing turns it. powered: current reaches it. encoder: GOOD, UNPLUGGED, REVERSED or HALF.
+    """
 
     def __init__(self, tau=60, friction=8, battery=100, full_effort=4000, no_load=208):
         self.tau = tau
@@ -17,13 +23,20 @@ class SimMotor:
         self.per_effort = no_load * MICRO * battery // 100 // full_effort
         self.full_effort = full_effort
         self.blocked = False
+        self.powered = True
+        self.encoder = GOOD
         self.effort = 0
         self.speed = 0
         self.position = 0  # [millionths of an edge]
+        self.counted = 0  # [millionths of an edge] what of that reaches the board
 
     def total(self):
-        """Return the encoder's total [edges]."""
-        return self.position // MICRO
+        """Return the encoder's total [edges] as the board counts it."""
+        return self.counted // MICRO
+
+    def current(self):
+        """Return the motor's current in [effort], whose 4000 are 5 A."""
+        return self.effort - self.speed * self.full_effort // (208 * MICRO) if self.powered else 0
 
     def drive(self, effort):
         """Set the voltage; more than the battery has is cut off."""
@@ -38,7 +51,7 @@ class SimMotor:
         if self.blocked:
             self.speed = 0
             return
-        pull = self.per_effort * self.effort - self.speed
+        pull = self.per_effort * self.effort - self.speed if self.powered else -self.speed // 8
         if self.speed == 0:
             if abs(pull) <= self.friction:
                 return
@@ -49,6 +62,12 @@ class SimMotor:
         # Friction stops a wheel but never turns it round.
         self.speed = 0 if speed * direction < 0 else speed
         self.position += self.speed // PERIOD
+        if self.encoder == REVERSED:
+            self.counted -= self.speed // PERIOD
+        elif self.encoder == HALF:  # there and back again, one edge
+            self.counted = self.counted // (2 * MICRO) * (2 * MICRO) + self.position // MICRO % 2 * MICRO
+        elif self.encoder != UNPLUGGED:
+            self.counted += self.speed // PERIOD
 
 
 class SimBoard:

@@ -1,22 +1,29 @@
 """board.py, boot.py and main.py on stand-ins for the hardware modules."""
 
-import os
 import sys
 
 import fake_hardware
-from dual_tools import Locked, checked  # it needs the real heap lock, so it comes before the stand-ins
-from fake_hardware import UART, Machine, Pyb, Reset, Timer, levels, log, pins
+from dual_tools import Config, Locked, checked  # it needs the real heap lock, so it comes before the stand-ins
+from fake_hardware import ADC, UART, WDT, Machine, Pyb, Reset, Timer, levels, log, pins
 
 fake_hardware.install()
 
-from robotont_firmware import board, config  # noqa: E402
+from robotont_firmware import board, config, wiring_robotont21  # noqa: E402
 
 ROOT = sys.path[1] + "/../root/"  # the runner puts src/ second
 
 
 def make():
     fake_hardware.reset()
-    return board.Board(config)
+    made = board.Board(config)
+    made.start()
+    return made
+
+
+def robotont21():
+    """Return the configuration as it is when the profile robotont21 is on the board."""
+    names = [name for name in dir(wiring_robotont21) if name[0].isupper()]
+    return Config(**{name: getattr(wiring_robotont21, name) for name in names})
 
 
 def start(name):
@@ -31,6 +38,8 @@ def test_encoders():
         counter = Timer.all[timer]
         assert counter.period == 0xFFFF
         assert counter.channels[1][0] == Timer.ENC_AB
+        filters = {2: 0x40000018, 3: 0x40000418, 4: 0x40000818}[timer]
+        assert Machine.mem16[filters] == 0xF0F0, "both inputs filtered"
         counter.count = 1000 * index + 7
     assert [pins[name][:2] for name in ("PB6", "PB7", "PA6", "PA7", "PA0", "PA1")] == [
         ["af", 2],
@@ -141,12 +150,14 @@ def test_button_means_safe_mode():
     assert not [line for line in log if line.startswith("watchdog")]
 
 
-def run_main(lines):
-    """Run main.py with some bytes on the line until it ends; return what it sent."""
+def run_main(lines, look=None):
+    """Run main.py with some bytes on the line until it ends; return what it sent and the error."""
     fake_hardware.reset()
     lines = [bytearray(line) for line in lines]
 
     def wait():
+        if look:
+            look()
         UART.last.inbox += lines.pop(0)
         timer = Timer.all[config.TICK_TIMER]
         timer.handler(timer)
@@ -160,35 +171,141 @@ def run_main(lines):
 
 
 def test_main_gives_the_repl_when_asked():
-    try:
-        sent, error = run_main([b"", checked("30:30:30"), b"", checked("!repl")])
-        assert isinstance(error, Reset), repr(error)
-        assert log[-1] == "reset"
-        lines = sent.split(b"\n")
-        assert lines[0].startswith(b"# robotont_firmware ")
-        assert lines[0].endswith(b" wheels 3 reset watchdog")
-        assert lines[1] == b"0:0:0;00:0000:0000:0000:1C8B"
-        assert b"# repl\n" in sent
-        assert motor_pins_are_low()
-        assert board._SAFE_FLAG in os.listdir()
-        fake_hardware.reset()
-        start("main.py")  # stays in the REPL once
-        assert Timer.all == {}
-        assert board._SAFE_FLAG not in os.listdir()
-    finally:
-        if board._SAFE_FLAG in os.listdir():
-            os.remove(board._SAFE_FLAG)
+    sent, error = run_main([b"", checked("0:0:0"), checked("30:30:30"), b"", checked("!repl")])
+    assert isinstance(error, Reset), repr(error)
+    assert log.index("reset") > log.index("heap_unlock")
+    lines = sent.split(b"\n")
+    assert lines[0].startswith(b"# robotont_firmware ")
+    assert b" wheels 3 rate 50 units edges/period profile ours reset watchdog;" in lines[0]
+    assert lines[1].startswith(b"0:0:0;00:0000:0000:0000:030000000:")
+    assert lines[-2] + b"\n" == checked("# repl"), lines
+    assert motor_pins_are_low()
+    fake_hardware.reset()
+    start("main.py")  # stays in the REPL once
+    assert Timer.all == {}
+    sent, error = run_main([checked("!repl")])
+    assert b"# robotont_firmware " in sent, "and only once"
+    board.take_note()
 
 
 def test_main_stops_the_motors_when_it_crashes():
-    sent, error = run_main([checked("30:30:30"), b"", b""])  # then the stand-in's list is empty
+    sent, error = run_main([checked("0:0:0"), checked("30:30:30"), b""])  # then the stand-in's list is empty
     assert isinstance(error, IndexError)
     assert log.index("heap_lock") < log.index("heap_unlock")
     assert motor_pins_are_low()
-    assert b"# crash IndexError" in sent
+    last = sent.split(b"\n")[-2]
+    assert last.startswith(b"# crash IndexError")
+    assert checked(last.decode().rsplit(";", 1)[0]) == last + b"\n"
+
+
+def test_after_a_crash_a_zero_command_comes_first():
+    run_main([b""])
+    Machine.cause = 2  # a reset by software looks like the button, were it not for the note
+    commands = [checked("30:30:30")] * 30 + [checked("0:0:0")] + [checked("30:30:30")] * 2
+    levels_seen = []
+    sent, _ = run_main(commands, lambda: levels_seen.append(levels.get("PB8")))
+    assert b" reset crash;" in sent
+    assert not any(levels_seen[:31]), "the PC's command still stood"
+    assert levels_seen[-1]
+
+
+def test_ctrl_c_is_off_until_the_repl_is_free():
+    for name in ("boot.py", "main.py"):
+        fake_hardware.reset()
+        levels["PC13"] = 0
+        start(name)
+        assert log[0] == "kbd_intr -1", name
+    assert log[-1] == "kbd_intr 3"
+
+
+def test_a_wrong_configuration_leaves_the_repl_and_no_watchdog():
+    before = config.P_GAIN
+    config.P_GAIN = 1 << 29
+    try:
+        fake_hardware.reset()
+        try:
+            start("main.py")
+            words = "it started"
+        except ValueError as error:
+            words = str(error)
+        assert "config.P_GAIN: found 536870912, allowed: " in words
+    finally:
+        config.P_GAIN = before
+    assert not [line for line in log if line.startswith(("watchdog", "repl_uart"))], log
+    assert motor_pins_are_low()
+
+
+def test_an_error_while_starting_gives_the_repl_back():
+    fake_hardware.reset()
+    WDT.broken = True
+    try:
+        start("main.py")
+        raise AssertionError("it started")
+    except OSError:
+        pass
+    assert log.index("repl_uart None") < log.index("repl_uart before")
+    assert motor_pins_are_low()
+
+
+def test_the_watchdog_is_armed_last():
+    make()
+    assert log[-1].startswith("watchdog")
 
 
 def test_reset_causes():
     for cause, word in ((1, "power"), (2, "button"), (3, "watchdog"), (0, "soft"), (4, "other")):
         Machine.cause = cause
-        assert board.reset_cause() == word
+        assert board.reset_cause(0) == word
+        assert board.reset_cause(board.CRASHED) == "crash"
+
+
+def test_a_note_is_read_once():
+    board.leave_note(board.REPL_WISHED)
+    fake_hardware.reset()
+    assert board.take_note() == board.REPL_WISHED
+    assert board.take_note() == 0
+
+
+def test_boot_has_the_pins_of_the_profile():
+    fake_hardware.reset()
+    start("boot.py")
+    held = set(pins)
+    assert held == {wiring[0] for wiring in config.PWM} | {pin for pair in config.DIRECTIONS for pin in pair}
+
+
+def test_boot_needs_no_other_file():
+    with open(ROOT + "boot.py") as file:
+        assert "robotont_firmware" not in file.read().split('"""', 2)[2]
+
+
+def test_profile_robotont21():
+    settings = robotont21()
+    fake_hardware.reset()
+    made = board.Board(settings)
+    made.start()
+    for timer, channel in ((8, 1), (15, 1), (4, 1)):
+        assert Timer.all[timer].period == 7999, "10 kHz at 80 MHz"
+        assert Timer.all[timer].channels[channel][0] == Timer.PWM
+    with Locked():
+        made.drive(1, 1000)
+    assert Timer.all[15].channels[1][1].width == 2000, "a quarter"
+    assert (levels["PB1"], levels["PB15"]) == (1, 0)
+    Timer.all[1].count = 5
+    made._on_tick(None)
+    totals = [None] * 3
+    made.counts(totals)
+    assert totals == [0, 0, 65531], "counts down while the motor drives forward"
+    used = [wiring[0] for wiring in settings.PWM] + list(settings.FAULTS)
+    used += [pin for pair in settings.DIRECTIONS for pin in pair]
+    used += [pin for wiring in settings.ENCODERS for pin in wiring[:2]]
+    assert len(set(used)) == 18
+
+
+def test_battery():
+    assert not hasattr(make(), "battery"), "not measured"
+    fake_hardware.reset()
+    measuring = board.Board(Config(BATTERY_PIN="PC0", BATTERY_DIVIDER=20475))
+    ADC.value = 2400
+    with Locked():
+        voltage = measuring.battery()
+    assert voltage == 12000

@@ -4,6 +4,9 @@ from dual_tools import Config, Locked, Robot, checked
 
 from robotont_firmware import __version__, config
 from robotont_firmware.controller import Controller
+from robotont_firmware.protocol import TIMED_OUT, WAITS_FOR_ZERO
+
+ABOUT = f"robotont_firmware {__version__} wheels {{}} rate 50 units edges/period profile ours reset test"
 
 
 def mean_speeds(robot, periods, command):
@@ -14,8 +17,32 @@ def mean_speeds(robot, periods, command):
 
 def test_banner_comes_first():
     robot = Robot(wheels=4)
-    banner = (f"# robotont_firmware {__version__} wheels 4 reset test\n").encode()
-    assert robot.board.sent == banner
+    assert robot.board.sent == checked(f"# {ABOUT}".format(4))
+
+
+def test_says_who_it_is_whenever_it_is_asked():
+    robot = Robot()
+    answer = checked(f"# identity {ABOUT}".format(3))
+    for _ in range(3):
+        robot.board.inbox += checked("?")
+        robot.tick(config.ANSWER_INTERVAL)
+    assert robot.board.sent.count(answer) == 3
+    for _ in range(config.ANSWER_INTERVAL * 2):
+        robot.board.inbox += checked("?")
+        robot.tick(1)
+    assert robot.board.sent.count(answer) == 5, "answers must not fill the line"
+    robot.board.inbox += b"?;0000\n?\n"
+    robot.tick(30)
+    assert robot.board.sent.count(answer) == 6, "one of before was still due, and none of these"
+
+
+def test_asking_keeps_no_motor_alive():
+    robot = Robot()
+    robot.tick(40, "30:30:30")
+    for _ in range(80):
+        robot.board.inbox += checked("?")
+        robot.tick(1)
+    assert robot.efforts() == [0, 0, 0]
 
 
 def test_wheels_follow_a_checked_command():
@@ -43,7 +70,7 @@ def test_counters_pass_their_overflow_both_ways():
     for start in (65530, 5):
         robot = Robot()
         for motor in robot.board.motors:
-            motor.position = start * 1000000
+            motor.position = motor.counted = start * 1000000
         robot.controller.start()  # the board starts with encoders that do not stand at zero
         robot.board.sent = b""
         robot.tick(60, "40:-40:0")
@@ -67,17 +94,17 @@ def test_missed_tick_shows_as_a_gap():
 def test_timeout_stops_the_motors_and_a_command_starts_them_again():
     robot = Robot()
     robot.tick(40, "30:30:30")
-    robot.board.sent = b""
     robot.tick(config.TIMEOUT - 10)  # the last command came 9 periods ago
-    assert b"# timeout" not in robot.board.sent
     assert robot.packets()[-1][0][0] > 25
+    assert robot.newest()[0] == 0
     robot.tick(1)
-    assert robot.board.sent.count(b"# timeout") == 1
+    assert robot.newest()[0] == TIMED_OUT
     robot.tick(50)
-    assert robot.board.sent.count(b"# timeout") == 1
+    assert robot.newest()[0] == TIMED_OUT
     assert robot.packets()[-1][0] == [0, 0, 0]
     assert robot.efforts() == [0, 0, 0]
     robot.tick(50, "30:30:30")
+    assert robot.newest()[0] == 0
     assert robot.packets()[-1][0][0] > 25
 
 
@@ -85,8 +112,8 @@ def test_after_the_timeout_the_wheels_are_braked_at_once_and_then_released():
     robot = Robot()
     robot.tick(40, "60:-60:30")
     robot.tick(config.TIMEOUT - 9)  # the last command came 9 periods ago: now it is too old
-    assert robot.efforts()[0] < -1000
-    assert robot.efforts()[1] > 1000
+    assert robot.efforts()[0] < -500
+    assert robot.efforts()[1] > 500
     robot.tick(8)
     assert max([abs(count) for count in robot.packets()[-1][0]]) <= 3
     robot.tick(config.BRAKING)
@@ -123,14 +150,13 @@ def test_fault_stops_all_until_quiet_and_zeroed():
     robot.board.faults[1] = True
     robot.tick(1, "30:30:30")
     assert robot.efforts() == [0, 0, 0]
-    assert robot.board.sent.count(b"# fault motor 1\n") == 1
     robot.tick(60, "30:30:30")
     robot.board.faults[1] = False
     robot.tick(60, "30:30:30")
     assert robot.efforts() == [0, 0, 0], "a command that still stands must not start the robot"
-    assert robot.board.sent.count(b"# fault motor") == 1
+    assert robot.newest()[0] == WAITS_FOR_ZERO
     robot.tick(5, "0:0:0")
-    assert robot.board.sent.count(b"# fault cleared\n") == 1
+    assert robot.newest()[0] == 0
     robot.tick(50, "30:30:30")
     assert robot.packets()[-1][0][0] > 25
 
@@ -141,10 +167,11 @@ def test_fault_hold_outlasts_a_flicker():
     robot.board.faults[2] = True
     robot.tick(1, "0:0:0")
     robot.board.faults[2] = False
-    robot.tick(config.FAULT_HOLD - 1, "0:0:0")
-    assert b"# fault cleared" not in robot.board.sent
-    robot.tick(1, "0:0:0")
-    assert robot.board.sent.count(b"# fault cleared\n") == 1
+    for _ in range(config.FAULT_HOLD - 1):
+        robot.tick(1, "0:0:0")
+        assert robot.newest()[0] == WAITS_FOR_ZERO
+    robot.tick(2, "0:0:0")
+    assert robot.newest()[0] == 0
 
 
 def test_too_fast_keeps_the_direction():
@@ -176,15 +203,6 @@ def test_effort_limit():
         robot.tick(1, "150:-150:150")
         assert max([abs(effort) for effort in robot.efforts()]) <= 1000
     assert max([abs(effort) for effort in robot.efforts()]) == 1000
-
-
-def test_dropped_lines_are_told_at_most_once_a_second():
-    robot = Robot()
-    for _ in range(110):
-        robot.board.inbox += b"nonsense\n" + checked("0:0:0")
-        robot.tick(1)
-    notices = [line for line in robot.board.sent.split(b"\n") if line.startswith(b"# dropped")]
-    assert notices == [b"# dropped 1", b"# dropped 51", b"# dropped 101"], notices
 
 
 def test_run_ends_with_the_motors_off():

@@ -2,7 +2,7 @@
 
 from dual_tools import Locked, checked, crc_slow, golden
 
-from robotont_firmware.protocol import LINE_SIZE, Receiver, Sender, crc16, put_decimal, put_hex
+from robotont_firmware.protocol import LINE_SIZE, Receiver, Sender, crc16, put_decimal, put_hex, seal
 
 
 def feed(receiver, data):
@@ -69,10 +69,11 @@ def test_bad_numbers_with_a_right_crc():
 
 
 def test_feedback_golden():
-    for vector in golden()["feedback"]:
+    for vector in golden()["feedback_with_status"]:
         sender = Sender(len(vector["counts"]))
+        status = [vector["flags"], vector["missed"], vector["refused"]] + vector["faults"]
         with Locked():
-            length = sender.pack(vector["counter"], vector["counts"], vector["totals"])
+            length = sender.pack(vector["counter"], vector["counts"], vector["totals"], status)
         assert bytes(sender.buffer[:length]).decode() == vector["packet"]
 
 
@@ -80,13 +81,14 @@ def test_longest_feedback_fits():
     for wheels in (3, 8):
         sender = Sender(wheels)
         with Locked():
-            length = sender.pack(255, LONGEST[wheels], TOTALS[wheels])
+            length = sender.pack(255, LONGEST[wheels], TOTALS[wheels], STATUS[wheels])
         line = bytes(sender.buffer[:length])
         assert line.endswith(b"%04X\n" % crc_slow(line[:-5]))
 
 
 LONGEST = {3: [-32768] * 3, 8: [-32768] * 8}
 TOTALS = {3: [65535] * 3, 8: [65535] * 8}
+STATUS = {3: [255] * 3 + [15] * 3, 8: [255] * 3 + [15] * 8}
 
 
 def test_plain_is_refused_after_checked_until_release():
@@ -136,6 +138,17 @@ def test_every_decimal_rounds_to_nearest():
     assert list(receiver.setpoints) == [255, 256, 256000]
 
 
+def test_an_order_needs_its_crc():
+    for order in ("!repl", "?"):
+        whole = checked(order)
+        for line in (whole[:-2] + b"\n", whole[:-5] + b"0000\n", order.encode() + b"\n", b"?" + whole):
+            receiver = Receiver(3)
+            assert feed(receiver, line) == 0
+            assert not receiver.asked, line
+            assert not receiver.leave, line
+            assert receiver.dropped == 1
+
+
 def test_leave_needs_its_crc():
     for line, leaves in (
         (checked("!repl"), True),
@@ -163,8 +176,15 @@ def test_decimal_and_hex():
         assert bytes(buffer[:end]) == b"%04X" % (value & 0xFFFF)
 
 
-def test_notice():
-    sender = Sender(3)
-    with Locked():
-        length = sender.notice(b"# dropped ", 1073741823)
-    assert bytes(sender.buffer[:length]) == b"# dropped 1073741823\n"
+def test_texts_golden():
+    for vector in golden()["texts"]:
+        assert seal(vector["words"]).decode() == vector["line"]
+
+
+def test_orders_golden():
+    for line in golden()["orders"]:
+        receiver = Receiver(3)
+        assert feed(receiver, line.encode()) == 0
+        assert receiver.asked == line.startswith("?"), line
+        assert receiver.leave == line.startswith("!"), line
+        assert receiver.dropped == 0

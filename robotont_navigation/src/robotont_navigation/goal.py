@@ -1,4 +1,4 @@
-"""A place to go to and how far it is, in plain numbers and words; knows no ROS."""
+"""A place to go to and how far it is, in plain numbers and words, without ROS."""
 
 import math
 from typing import NamedTuple
@@ -27,17 +27,17 @@ class Outcome(NamedTuple):
 
 
 def read_coordinate(text):
-    """[m] from text; raises ValueError that says what was found and what is allowed."""
+    """[m] from text; raises ValueError with what was found and what is allowed."""
     return _number(text, FARTHEST, f"a number from -{FARTHEST:g} to {FARTHEST:g} [m]")
 
 
 def read_yaw(text):
-    """[rad] from text; raises ValueError that says what was found and what is allowed."""
+    """[rad] from text; raises ValueError with what was found and what is allowed."""
     return _number(text, FULL_TURN + 1e-3, "a number from -6.28 to 6.28 [rad], not degrees")
 
 
 def read_seconds(text):
-    """[s] >= 0 from text; raises ValueError that says what was found and what is allowed."""
+    """[s] >= 0 from text; raises ValueError with what was found and what is allowed."""
     seconds = _number(text, 1e6, "a number from 0 to 1000000 [s]")
     if seconds < 0:
         raise ValueError(f"found {text.strip()!r}, allowed: a number from 0 to 1000000 [s]")

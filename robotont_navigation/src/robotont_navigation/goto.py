@@ -1,4 +1,4 @@
-"""The ROS side of goto: an action client of move_base that shows progress and ends with a status that tells."""
+"""The ROS side of goto: an action client of move_base that shows progress, and whose exit status tells the outcome."""
 
 import argparse
 import math
@@ -36,16 +36,21 @@ EXIT_STATUS = """exit status: 0 reached; 1 move_base gave up; 2 wrong arguments;
 
 
 class GoTo:
-    """Sends one goal and watches it."""
+    """Sends a goal and watches it; the next one replaces it."""
 
     def __init__(self, frame, show):
         self._frame = frame
         self._show = show
         self._pose = None
         self._ended = threading.Event()
-        self._heard = time.monotonic()
+        self._heard = -math.inf
         self._client = actionlib.SimpleActionClient("move_base", MoveBaseAction)
         rospy.Subscriber("move_base/status", GoalStatusArray, self._on_status, queue_size=1)
+
+    @property
+    def answers(self):
+        """Whether move_base has been heard lately."""
+        return time.monotonic() - self._heard <= SILENCE
 
     def wait_for_server(self, timeout):
         """Whether move_base answers within `timeout` [s]."""
@@ -63,6 +68,8 @@ class GoTo:
         target.pose.position.x, target.pose.position.y = goal.x, goal.y
         target.pose.orientation.z, target.pose.orientation.w = math.sin(goal.yaw / 2), math.cos(goal.yaw / 2)
         start = self._heard = time.monotonic()
+        self._pose = None
+        self._ended.clear()
         self._client.send_goal(message, done_cb=self._on_done, feedback_cb=self._on_feedback)
         try:
             while not self._ended.wait(0.1):
@@ -79,7 +86,7 @@ class GoTo:
                        self._pose, time.monotonic() - start)
 
     def cancel(self):
-        """Take the goal back; words that say whether move_base has confirmed it."""
+        """Take the goal back; returns a sentence on whether move_base has confirmed it."""
         self._client.cancel_goal()
         if self._ended.wait(CANCELLING):
             return "the goal is cancelled"

@@ -10,7 +10,7 @@ from robotont_simulator.imu import GRAVITY, ImuErrors
 
 COAST_EFFORT = 0   # the motor driver leaves the motor open: no torque, no brake
 PUSH_DURATION = 0.3  # [s] that a push takes
-PUSH_LIFT = 1.0      # part of the robot's weight that a push takes off its wheels, as one who carries it does
+PUSH_LIFT = 1.0      # part of the robot's weight that a push takes off its wheels, as a person carrying the robot would
 
 
 class Simulation:

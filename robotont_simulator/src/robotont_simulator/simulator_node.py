@@ -16,6 +16,7 @@ from robotont_driver.node import run_node
 from robotont_driver.parameters import Parameter
 from robotont_firmware import config
 from robotont_firmware.controller import Controller
+from robotont_simulator.official_firmware import FIRMWARES, OfficialFirmware, make_simulation
 from robotont_simulator.port import Port
 from robotont_simulator.simulated_board import SimulatedBoard
 from robotont_simulator.simulation import Simulation
@@ -25,6 +26,8 @@ LONGEST_READING = 1e-3  # [s] that reading two clocks may take; longer, and some
 
 PARAMETERS = (
     Parameter("port", "/tmp/robotont", "name under which the board's serial port appears"),
+    Parameter("firmware", "own", "what runs on the board: this project's firmware, or the official one of a generation",
+              choices=FIRMWARES),
     Parameter("world", "", "file of walls and boxes; empty: nothing but a floor"),
     Parameter("start_x", math.nan, "start position; nan: the world's", "m"),
     Parameter("start_y", math.nan, "start position; nan: the world's", "m"),
@@ -50,8 +53,7 @@ class SimulatorNode:
     def __init__(self, wheels, parameters):
         self._parameters = parameters
         world = self._read_world()
-        self._simulation = Simulation(
-            wheels, parameters["gearbox"], world, parameters["seed"], parameters["imu_rate"])
+        self._simulation = self._make_simulation(wheels, world)
         self._port = Port(parameters["port"], parameters["seed"])
         self._lock = threading.Lock()
         self._orders = []  # functions to call between two periods
@@ -65,12 +67,30 @@ class SimulatorNode:
         rospy.Subscriber("~wheel_grip", Float32MultiArray, self._on_wheel_grip)
         rospy.Subscriber("~push", Vector3, self._on_push)
         rospy.Subscriber("~battery", Float32, self._on_battery)
-        self._board = SimulatedBoard(self._simulation, self._port, self._on_tick, real_time=True)
-        self._controller = Controller(self._board, config, wheels.amount, "simulated")
+        self._firmware = self._make_firmware(wheels)
         self._thread = threading.Thread(target=self._run, daemon=True)
         rospy.on_shutdown(self._stop)
         self._thread.start()
         rospy.loginfo("a board at %s", parameters["port"])
+
+    def _make_simulation(self, wheels, world):
+        given = self._parameters
+        if given["firmware"] == "own":
+            return Simulation(wheels, given["gearbox"], world, given["seed"], given["imu_rate"])
+        try:
+            return make_simulation(wheels, given["gearbox"], world, given["seed"], given["imu_rate"])
+        except ValueError as error:
+            rospy.logfatal("firmware %s: %s", given["firmware"], error)
+            raise SystemExit(1) from None
+
+    def _make_firmware(self, wheels):
+        """An object with start() and run(); `_board` has `due`, when the newest period was over."""
+        name = self._parameters["firmware"]
+        if name != "own":
+            self._board = OfficialFirmware(name, self._simulation, self._port, self._on_tick)
+            return self._board
+        self._board = SimulatedBoard(self._simulation, self._port, self._on_tick, real_time=True)
+        return Controller(self._board, config, wheels.amount, "simulated")
 
     def _read_world(self):
         given = self._parameters
@@ -106,8 +126,8 @@ class SimulatorNode:
                 covariance[:] = (deviation ** 2 * np.eye(3)).ravel()
 
     def _run(self):
-        self._controller.start()
-        self._controller.run()
+        self._firmware.start()
+        self._firmware.run()
 
     def _on_tick(self):
         """Between two periods: carry out orders, publish; whether to go on."""

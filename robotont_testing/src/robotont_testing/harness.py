@@ -9,7 +9,7 @@ import time
 import xmlrpc.client
 from pathlib import Path
 
-from robotont_testing import places
+from robotont_testing import lifeline, places
 
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:  # so a shell starts what it puts into the background
     signal.signal(signal.SIGINT, signal.default_int_handler)  # or what is started here would not hear Ctrl-C either
@@ -34,10 +34,10 @@ def free_port():
 
 
 class Processes:
-    """Processes that end with the `with` block, beside the ROS master that the environment names."""
+    """Processes beside the ROS master that the environment names; they end with the `with` block or this process."""
 
     def __init__(self):
-        self._folder = tempfile.TemporaryDirectory(prefix="robotont_")
+        self._folder = tempfile.TemporaryDirectory(dir=str(lifeline.hold()))
         self._processes = []
 
     @property

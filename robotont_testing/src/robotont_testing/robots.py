@@ -1,11 +1,13 @@
-"""Wheel parameters of the robots that the tests build: the shipped file, the bare seven keys, uneven wheels."""
+"""Wheel parameters of the robots that the tests build: the shipped files, the bare seven keys, uneven wheels."""
 
 import yaml
 
 from robotont_testing.places import data
 
 WHEEL_PARAMS = data("wheel_params.yaml")
+ROBOTONT2_PARAMS = data("wheel_params_robotont2.yaml")
 SHIPPED = yaml.safe_load(WHEEL_PARAMS.read_text())
+ROBOTONT2 = yaml.safe_load(ROBOTONT2_PARAMS.read_text())
 BARE = yaml.safe_load(data("bare_wheel_params.yaml").read_text())
 UNEVEN_4 = {**SHIPPED, "wheelAmount": 4, "wheelRads": [0.1, 1.4, 3.3, 5.0],
             "wheelDistanceFromCenter": [0.11, 0.13, 0.12, 0.15]}

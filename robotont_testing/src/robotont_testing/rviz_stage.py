@@ -1,4 +1,4 @@
-"""RViz on a screen that is not there, and a robot that is not there to look at. For tests and pictures."""
+"""RViz on a virtual screen, and a robot on a stand-in board to look at. For tests and pictures."""
 
 import math
 import os
@@ -59,7 +59,7 @@ class Stage(Processes):
 
 
 class Robot:
-    """robot.launch on a board that is not there. `pose`: (x [m], y [m], yaw [rad]) of the newest odom."""
+    """robot.launch on a stand-in board. `pose`: (x [m], y [m], yaw [rad]) of the newest odom."""
 
     def __init__(self, stage, namespace="", parameters=None):
         prefix = namespace + "/" if namespace else ""

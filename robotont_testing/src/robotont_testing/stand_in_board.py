@@ -28,6 +28,17 @@ def speeds_of(line, wheels):
     return speeds if semicolon and len(speeds) == wheels else None
 
 
+def sealed(words):
+    """The line of text `words` with its CRC, as boards with firmware from 2.0 on send it."""
+    line = f"# {words};".encode()
+    return line + b"%04X\n" % crc16(line)
+
+
+def identity(wheels=3, rate=50, reset="power"):
+    """Words with which a board with firmware 2.0 introduces itself."""
+    return f"robotont_firmware 2.0.0 wheels {wheels} rate {rate} units edges/period profile ours reset {reset}"
+
+
 class Encoders:
     """Wheels that turn exactly as commanded: `turned` [edges] since the start, `counted` the whole ones of them."""
 
@@ -86,14 +97,21 @@ class Board:
     `heard`: (time, line) of each command line. `told`: counts of each period in which the port was open.
     `on_period(turned)` is called with the edges that the wheels have really turned, fractions included;
     `on_bytes(time, data)` with what the PC writes.
+
+    `identity`: words with which the board introduces itself when asked; with them its packets carry a status
+    (`flags`, `missed`, `refused`, and `faults` per wheel) and its text a CRC, as from firmware 2.0 on.
     """
 
-    def __init__(self, link, wheels=3, checked=True, period=0.02, start_totals=0, banner="robotont stand-in 1"):
+    def __init__(self, link, wheels=3, checked=True, period=0.02, start_totals=0, banner="robotont stand-in 1",
+                 identity=None):
         self.link = link
         self.wheels = wheels
         self.checked = checked
         self.period = period
         self.banner = banner
+        self.identity = identity
+        self.flags = self.missed = self.refused = 0
+        self.faults = [0] * wheels
         self.line = Line()
         self.heard = []
         self.told = []
@@ -113,7 +131,9 @@ class Board:
         self._speeds = [0.0] * self.wheels
         self.counter = 0
         self._commanded_at = -COMMAND_TIMEOUT
-        self._says = [f"# {self.banner}\n".encode()] if self.banner else []
+        self._says = []
+        if self.banner:
+            self._says.append(sealed(self.banner) if self.identity else f"# {self.banner}\n".encode())
 
     def say(self, data):
         """Put bytes on the line with the next packet."""
@@ -192,11 +212,20 @@ class Board:
             self.on_bytes(now, data)
         *lines, self._unfinished = (self._unfinished + data).split(b"\n")
         for line in lines:
+            if line == b"?;%04X" % crc16(b"?;"):
+                self.answer()
+                continue
             self.heard.append((now, line.decode("ascii", "replace")))
             speeds = speeds_of(line, self.wheels)
             if speeds is not None:
                 self._speeds = speeds
                 self._commanded_at = now
+
+    def answer(self):
+        """Say who the board is; the line may spoil the answer as it spoils packets."""
+        if self.identity:
+            for data in self.line.pass_on(sealed("identity " + self.identity)):
+                self.send(data)
 
     def _tick(self, now):
         if now - self._commanded_at > COMMAND_TIMEOUT:
@@ -220,5 +249,9 @@ class Board:
         if not self.checked:
             return f"{plain};\n".encode()
         totals = "".join(":%04X" % ((total + self.offset) % 0x10000) for total in self.motors.counted)
-        body = f"{plain};{self.counter:02X}{totals}:".encode()
+        status = ""
+        if self.identity:
+            faults = "".join(f"{fault:X}" for fault in self.faults)
+            status = f":{self.flags:02X}{self.missed % 256:02X}{self.refused % 256:02X}{faults}"
+        body = f"{plain};{self.counter:02X}{totals}{status}:".encode()
         return body + b"%04X\n" % crc16(body)

@@ -1,0 +1,105 @@
+"""Faults in mid-drive over the real processes, and the table of what they did: ./robotont test --faults."""
+
+import os
+import signal
+from typing import Callable, NamedTuple, Optional
+
+import pytest
+import rospy
+from fault_rig import HEADING, Rig
+from std_msgs.msg import Bool, String
+
+from robotont_testing.harness import Master, wait_for
+
+pytestmark = pytest.mark.faults
+
+STOP = 0.65      # [s] the chain's time-outs, and the sampling of the board's wheels
+RECOVERY = 3.0   # [s] for a process that has to start again
+
+
+class Fault(NamedTuple):
+    """What is done, for how long, how it ends, and what is allowed to happen."""
+
+    name: str
+    begin: Callable
+    end: Callable = lambda rig: None
+    seconds: float = 2.0
+    stops: Optional[bool] = None  # whether the robot has to stand meanwhile; None: it may
+    recovery: float = 1.5         # [s] at most from the end to the next motion
+    loses: bool = False           # whether counts may be lost, if somebody says so
+
+
+def spoil(**rates):
+    """Set rates of the line from the board."""
+    def begin(rig):
+        for name, rate in rates.items():
+            setattr(rig.board.line, name, rate)
+    return begin
+
+
+def clean(rig):
+    """A line without faults again."""
+    spoil(drop=0.0, corrupt=0.0, double=0.0, split=False, hold=0, cut=False)(rig)
+
+
+def send(node, how):
+    """Send a signal to a node."""
+    return lambda rig: os.kill(rig.processes.pid("/" + node), how)
+
+
+def publish(topic, kind, value):
+    """Publish one message."""
+    def begin(rig):
+        publisher = rospy.Publisher(topic, kind, queue_size=1)
+        wait_for(publisher.get_num_connections, "the subscriber of " + topic)
+        publisher.publish(value)
+        publisher.unregister()
+    return begin
+
+
+def replug(rig):
+    """The board comes back under the same name and another device."""
+    rig.board.plug()
+
+
+NODES = ("driver_node", "serial_com_node", "odom_node")
+FAULTS = [
+    Fault("1 % of the board's bytes corrupted", spoil(corrupt=0.01), clean, stops=False),
+    Fault("1 % of the board's bytes dropped", spoil(drop=0.01), clean, stops=False),
+    Fault("1 % of the board's bytes doubled", spoil(double=0.01), clean, stops=False),
+    Fault("packets held back, eight at once", spoil(hold=7), clean, stops=False),
+    Fault("everything from the board lost", spoil(cut=True), clean, stops=False),
+    Fault("cable pulled, back as another device", lambda rig: rig.board.unplug(), replug, stops=True),
+    Fault("board restarts in mid-drive", lambda rig: rig.board.restart(), seconds=1.0, loses=True),
+    *(Fault(f"{node} killed (-9)", send(node, signal.SIGKILL), seconds=4.0, stops=node != "odom_node" or False,
+            recovery=RECOVERY, loses=node != "driver_node") for node in NODES),
+    *(Fault(f"{node} stopped (SIGSTOP)", send(node, signal.SIGSTOP), send(node, signal.SIGCONT),
+            stops=node != "odom_node") for node in NODES),
+    Fault("no packets: text on serial_write", publish("serial_write", String, "hello"), stops=None),
+    Fault("emergency stop", publish("emergency_stop", Bool, True), publish("emergency_stop", Bool, False), stops=True),
+]
+ROWS = []
+
+
+@pytest.fixture(scope="module")
+def rig():
+    with Master() as master:
+        rospy.init_node("faults", disable_signals=True)
+        rig = Rig(master)
+        yield rig
+        rig.close()
+    print("\n" + "\n".join([HEADING, *map(str, ROWS)]))
+
+
+@pytest.mark.parametrize("fault", FAULTS, ids=[fault.name for fault in FAULTS])
+def test_a_fault_stops_the_robot_and_goes_by_without_help(rig, fault):
+    row = rig.suffer(fault)
+    ROWS.append(row)
+    if fault.stops:
+        assert row.stop is not None, row
+        assert row.stop <= STOP, row
+    if fault.stops is False:
+        assert row.stop is None, row
+    if row.recovery is not None:
+        assert row.recovery <= fault.recovery, row
+    assert row.lost == 0 or (fault.loses and row.named_by), row

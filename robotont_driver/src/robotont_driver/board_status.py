@@ -1,0 +1,208 @@
+"""What the board says of itself: the status in every packet, its identity, its words; in words for people.
+
+See docs/protocol.md. The status travels under the CRC of every checked packet, so it can neither be lost nor go
+stale. Boards with firmware from before 2.0 have no status; they said faults once, in text.
+"""
+
+import re
+from collections import deque
+from typing import NamedTuple, Tuple
+
+TIMED_OUT, WAITS_FOR_ZERO, BATTERY_LOW = 1, 2, 4  # flags
+NO_FAULT, DRIVER_FAULT, NO_COUNTS, WRONG_WAY, OVERLOAD = range(5)  # what is wrong with a wheel
+
+OFF = "; all motors are off until a command of zeros"
+FAULTS = {
+    DRIVER_FAULT: "wheel {}: its motor driver reports a fault (too much current, heat, or no supply)" + OFF,
+    NO_COUNTS: "wheel {}: no counts although it is driven: encoder unplugged, motor without current, or wheel "
+               "blocked" + OFF,
+    WRONG_WAY: "wheel {}: counts against its direction: encoder or motor leads reversed" + OFF,
+}
+NOTICES_KEPT = 8
+_IDENTITY = re.compile(
+    r"robotont_firmware (?P<version>\S+) wheels (?P<wheels>\d{1,3}) rate (?P<rate>\d{1,5}) units (?P<units>\S+) "
+    r"profile (?P<profile>\S+) reset (?P<reset>\S+)\Z")
+
+
+class BoardStatus(NamedTuple):
+    """The status field of one packet."""
+
+    flags: int                # TIMED_OUT, WAITS_FOR_ZERO, BATTERY_LOW
+    missed: int               # ticks that the board missed, modulo 256
+    refused: int              # lines that the board refused, modulo 256
+    wheels: Tuple[int, ...]   # one of NO_FAULT .. OVERLOAD per wheel
+
+    @classmethod
+    def parse(cls, text):
+        """From the field's hexadecimal text FFMMRRW..."""
+        return cls(*(int(text[at:at + 2], 16) for at in (0, 2, 4)), tuple(int(digit, 16) for digit in text[6:]))
+
+    @property
+    def fault(self):
+        """Words for what stopped the motors; empty when nothing did."""
+        return " / ".join(_words_of_fault(fault, wheel) for wheel, fault in enumerate(self.wheels)
+                          if fault not in (NO_FAULT, OVERLOAD))
+
+    @property
+    def complaints(self):
+        """List of words for what somebody should look after although the robot drives."""
+        words = [f"wheel {wheel} works too hard (stalled, or overloaded): its motor's current is limited"
+                 for wheel, fault in enumerate(self.wheels) if fault == OVERLOAD]
+        if self.flags & BATTERY_LOW:
+            words.append("the battery is low: charge it")
+        if self.flags & WAITS_FOR_ZERO and not self.fault:
+            words.append("the board waits for a command of zeros: it was started by nobody, or a fault has just ended")
+        elif self.flags & TIMED_OUT:
+            words.append("no valid commands reach the board: its motors are off")
+        return words
+
+
+def _words_of_fault(fault, wheel):
+    return FAULTS.get(fault, "wheel {}: fault " + str(fault) + ", which this driver is too old for" + OFF).format(wheel)
+
+
+class Identity(NamedTuple):
+    """Which firmware a board has, and for which robot."""
+
+    version: str
+    wheels: int
+    rate: int     # [Hz] control periods per second
+    units: str
+    profile: str  # wiring profile
+    reset: str    # why the board started last
+
+    @classmethod
+    def parse(cls, words):
+        """From the words of a banner, or of the answer to `?;`; None when they are no identity."""
+        match = _IDENTITY.match(words)
+        if not match:
+            return None
+        fields = match.groupdict()
+        return cls(**{**fields, "wheels": int(fields["wheels"]), "rate": int(fields["rate"])})
+
+    def obstacle(self, wheels, rate):
+        """Why this board cannot be driven with that many wheels at that rate [Hz]; empty when it can."""
+        faults = []
+        if self.wheels != wheels:
+            faults.append(f"the board drives {self.wheels} wheels, wheelAmount is {wheels}")
+        if rate is not None and abs(self.rate - rate) > 1e-6:
+            faults.append(f"the board controls at {self.rate} Hz, pidControlFrequency is {rate:g}")
+        if self.units != "edges/period":
+            faults.append(f"the board counts in {self.units}, this driver in edges/period")
+        return "; ".join(faults)
+
+
+class BoardHealth:
+    """Gathers what a board says of itself, for a robot of `wheels` wheels at `rate` [Hz] (None: not compared).
+
+    `status`: newest BoardStatus; None from boards that send none. `identity`: None until it is known.
+    `fault`: what has stopped the motors, in words. `obstacle`: why the board must not be driven.
+    """
+
+    def __init__(self, wheels, rate=None):
+        self._wheels = wheels
+        self._rate = rate
+        self._missed = 0    # ticks missed and lines refused, on this connection
+        self._refused = 0
+        self._reported = (0, 0)
+        self.notices = deque(maxlen=NOTICES_KEPT)  # newest words of the board
+        self._news = []     # words since the last report
+        self.banner = ""
+        self.connect()
+
+    def connect(self):
+        """Begin a new connection: nothing is known of the board."""
+        self.status = None
+        self.identity = None
+        self._told_fault = ""   # by a board without status
+        self._foreign = 0       # number of wheels in the board's packets, when it is another one than ours
+        self._suspect = 0       # the same, of the newest such packet
+        self._fleeting = ""     # a fault that no report has shown yet
+        self._shown = ""
+
+    @property
+    def fault(self):
+        """What has stopped the motors, in words; empty when nothing has."""
+        return self.status.fault if self.status is not None else self._told_fault
+
+    @property
+    def obstacle(self):
+        """Why the board must not be driven, in words; empty when it may."""
+        if self.identity:
+            return self.identity.obstacle(self._wheels, self._rate)
+        return f"the board drives {self._foreign} wheels, wheelAmount is {self._wheels}" if self._foreign else ""
+
+    @property
+    def wants_identity(self):
+        """Whether the board is one that answers, and has not."""
+        return self.identity is None and (self.status is not None or bool(self._suspect))
+
+    def hear_packet(self, status):
+        """A packet of this robot's board, with its BoardStatus; None from firmware before 2.0."""
+        self._foreign = self._suspect = 0
+        if status is None:
+            return
+        if self.status is not None:
+            self._missed += (status.missed - self.status.missed) % 256
+            self._refused += (status.refused - self.status.refused) % 256
+        self.status = status
+        self._note_fault()
+
+    def hear_foreign_packet(self, wheels):
+        """A whole packet of a board with that many wheels; the CRC lets one spoilt packet in 65 536 pass."""
+        self._foreign, self._suspect = (wheels if wheels == self._suspect else 0), wheels
+
+    def hear_text(self, words):
+        """A line of text. Returns whether it says that the board has just started."""
+        self.notices.append(words)
+        self._news.append(words)
+        del self._news[:-NOTICES_KEPT]
+        if words.startswith("identity "):
+            self.identity = Identity.parse(words[len("identity "):])
+            return False
+        if words.startswith("fault"):
+            self._told_fault = "" if words == "fault cleared" else words
+            self._note_fault()
+        if not words.startswith("robotont"):
+            return False
+        self.banner = words
+        self.connect()
+        self.identity = Identity.parse(words)
+        return True
+
+    def _note_fault(self):
+        fault = self.fault
+        if fault and fault != self._shown:
+            self._fleeting = fault
+
+    def report(self):
+        """(errors, warnings, values) for the diagnostics; call it once per report, for it says what was new.
+
+        errors, warnings: lists of words. A fault that came and went since the last report is in this one.
+        """
+        fault = self.fault
+        errors = [words for words in (self.obstacle, fault) if words]
+        if self._fleeting and not fault:
+            errors.append("over again: " + self._fleeting)
+        self._fleeting, self._shown = "", fault
+        warnings = list(self.status.complaints) if self.status else []
+        missed, refused = self._missed - self._reported[0], self._refused - self._reported[1]
+        self._reported = (self._missed, self._refused)
+        if missed > 0:
+            warnings.append(f"the board missed {missed} ticks")
+        if refused > 0:
+            warnings.append(f"the board refused {refused} lines: check cable and baudrate")
+        news, self._news = self._news, []
+        warnings += [f"the board says: {words}" for words in news if not words.startswith(("identity", "robotont"))]
+        if self.wants_identity:
+            warnings.append("the board has not said yet who it is: it is not driven until then")
+        return errors, warnings, self._values()
+
+    def _values(self):
+        values = {"board": self.banner or "has not introduced itself", "board's last words": " | ".join(self.notices)}
+        if self.identity:
+            values.update({"board " + name: value for name, value in self.identity._asdict().items()})
+        if self.status:
+            values.update({"ticks missed": self._missed, "lines refused by the board": self._refused,
+                           "faults of the wheels": ":".join(map(str, self.status.wheels))})
+        return values

@@ -1,0 +1,29 @@
+"""Dialects: what the boards of Robotont speak, each a pure module behind the same small interface.
+
+dialect: the interface. plain, checked: this project's own packets. robotont2, robotont3, robotont2018: the official
+firmware of each generation. recognition: which one it is, from what the board says. docs/dialects.md
+"""
+
+from robotont_driver.dialects.board_wheels import DISTANCE
+from robotont_driver.dialects.checked import Checked
+from robotont_driver.dialects.plain import Plain
+from robotont_driver.dialects.recognition import Recognised
+from robotont_driver.dialects.robotont2 import Robotont2
+from robotont_driver.dialects.robotont3 import Robotont3
+from robotont_driver.dialects.robotont2018 import Robotont2018
+
+AUTO = "auto"
+NAMES = (AUTO, Plain.name, Checked.name, Robotont2.name, Robotont3.name, Robotont2018.name)
+
+
+def make_dialect(name, wheels, reach, board_distance=DISTANCE):
+    """The dialect of a name out of NAMES for `Wheels`. Raises DialectError when its board cannot have such wheels.
+
+    reach: edges that a motor can make in one period; more is taken for an error. board_distance: [m] from centre to
+    wheel, as the official firmware believes.
+    """
+    if name == AUTO:
+        return Recognised(wheels, lambda found: make_dialect(found, wheels, reach, board_distance))
+    if name in (Robotont2.name, Robotont3.name):
+        return (Robotont2 if name == Robotont2.name else Robotont3)(wheels, reach, board_distance)
+    return {Plain.name: Plain, Checked.name: Checked, Robotont2018.name: Robotont2018}[name](wheels, reach)

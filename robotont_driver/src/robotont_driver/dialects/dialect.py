@@ -1,0 +1,156 @@
+"""What every dialect offers, and the values that pass between it and serial_com_node."""
+
+from collections import Counter
+from typing import NamedTuple, Tuple
+
+from robotont_driver.protocol import PacketError, parse_packet
+
+
+class Command(NamedTuple):
+    """A command as it stands on the topic serial_write."""
+
+    units: Tuple[float, ...]  # one per wheel
+    text: str                 # the same as a plain packet, without newline
+
+
+class Ranges(NamedTuple):
+    """Distances [m] that the board's range sensors measured, by sensor."""
+
+    distances: Tuple[float, ...]
+
+
+class Power(NamedTuple):
+    """State of the battery as the board measured it."""
+
+    voltage: float  # [V]
+    current: float  # [A] drawn; NaN: not measured
+
+
+class DialectError(ValueError):
+    """A dialect that cannot drive these wheels: what was found and what is allowed."""
+
+
+def read_command(text, wheels):
+    """The `Command` in a message; what stands behind its semicolon is left out. Raises PacketError."""
+    return Command(parse_packet(text, wheels), text.partition(";")[0] + ";")
+
+
+class Dialect:
+    """What one kind of board speaks: bytes in, counts and readings out; commands in, bytes out.
+
+    Pure: times `now` [s] are the caller's, from any clock that never goes back. A subclass sets the constants
+    and defines `read_line` or `feed`, and `encode`.
+    """
+
+    name = ""
+    pacing = 0.0   # [s] least time between the beginnings of two lines to the board; 0: none is needed
+    pause = 0.0    # [s] that hello and goodbye need before the next line
+    hello = b""    # sent once per connection, before the first command
+    goodbye = b""  # sent before the last stop
+    usb_id = ""    # "vendor:product" of the port, for the recognition; empty when unknown
+
+    def __init__(self, wheels):
+        self.wheels = wheels
+        self.packets = 0         # count tuples handed out
+        self.repaired = 0        # of these, how many stand for periods whose lines were lost
+        self.restarts = 0        # of the board
+        self.dropped = Counter()  # lines that were not used, by reason
+        self.banner = ""         # how the board introduced itself
+        self.fault = ""          # what the board says is wrong
+        self.obstacle = ""       # why the board cannot be driven
+        self._readings = []
+
+    @property
+    def spoken(self):
+        """The dialect that speaks: this one, unless one was recognised."""
+        return self
+
+    @property
+    def description(self):
+        """The dialect in words, for the diagnostics."""
+        return self.name
+
+    @property
+    def complaint(self):
+        """What somebody should mend, although the board can be driven; empty when all is well."""
+        return ""
+
+    def report_board(self):
+        """(errors, warnings, values): what the board reports of itself; lists of sentences, and values by name.
+
+        Call it once per report of the diagnostics: it may contain what is new since the last one.
+        """
+        return [words for words in (self.obstacle, self.fault) if words], [], {
+            "board": self.banner or "has not introduced itself"}
+
+    def tick(self, now):
+        """Let time pass while nothing comes."""
+
+    def connect(self, now):
+        """Begin a new connection: nothing is known of the board, and the first line may lack its head."""
+
+    def feed(self, data, now):
+        """List of count tuples (ints, one per wheel), one per PID period, that `data` completes.
+
+        No data can raise out of it.
+        """
+        raise NotImplementedError
+
+    def encode(self, command):
+        """Bytes of one line for a `Command`; empty while nothing may be sent."""
+        raise NotImplementedError
+
+    def encode_lights(self, first, colours):
+        """List of lines (bytes) that colour the lights `first`, `first` + 1, ...; colours: (r, g, b), 0..255.
+
+        Empty where the board has no lights.
+        """
+        return []
+
+    def take_readings(self):
+        """List of `Ranges` and `Power` that came since the last call."""
+        readings, self._readings = self._readings, []
+        return readings
+
+    def stop(self):
+        """Bytes of the line that stops all wheels."""
+        return self.encode(Command((0,) * self.wheels.amount, ":".join("0" * self.wheels.amount) + ";"))
+
+
+class LineDialect(Dialect):
+    """A dialect of text lines: `read_line(text, now)` gets each and may raise PacketError."""
+
+    def __init__(self, wheels, splitter):
+        super().__init__(wheels)
+        self._make_splitter = splitter
+        self._splitter = splitter()
+
+    def connect(self, now):
+        """Begin a new connection."""
+        self._splitter = self._make_splitter()
+
+    def feed(self, data, now):
+        """List of count tuples that `data` completes."""
+        packets = []
+        overlong = self._splitter.overlong
+        for line in self._splitter.feed(data):
+            try:
+                packets += self.read_line(decode(line), now)
+            except PacketError as error:
+                self.dropped[error.kind] += 1
+        if self._splitter.overlong > overlong:
+            self.dropped["overlong"] += self._splitter.overlong - overlong
+        self.packets += len(packets)
+        return packets
+
+    def read_line(self, text, now):
+        """List of count tuples that the line completes. Raises PacketError."""
+        raise NotImplementedError
+
+
+def decode(line):
+    """The text of a line (bytes), without carriage returns at its ends. Raises PacketError."""
+    try:
+        return line.decode("ascii").strip("\r")
+    except UnicodeDecodeError:
+        raise PacketError("not ascii", "bytes outside ASCII") from None

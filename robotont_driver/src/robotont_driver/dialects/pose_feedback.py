@@ -1,0 +1,206 @@
+"""Poses that a board has integrated, `ODOM:x:y:yaw:vx:vy:turn`, back into counts of its wheels.
+
+The board moves its pose once per period by `speed * 0.02 s`, turned by the yaw *before* the step, so the wheels' paths
+can be had back exactly. The pose is cumulative: a lost line loses no distance. Nothing but the twist in the same line
+guards a line against noise: a step of the pose must be the twist times the period.
+"""
+
+import math
+import re
+from typing import NamedTuple
+
+from robotont_driver.dialects.board_wheels import PERIOD
+from robotont_driver.protocol import PacketError
+
+_FLOAT = r"(-?(?:0|[1-9][0-9]{0,8})\.[0-9]{6})"  # what C's %f prints
+_ODOM = re.compile("ODOM:" + ":".join([_FLOAT] * 6))
+_NOT_FINITE = re.compile(r"ODOM:.*(nan|inf)", re.IGNORECASE)
+
+PRINTED = 2e-6        # [m, rad] two roundings to six decimals, and as much again
+SINGLE = 1.5e-7       # relative error of the board's single-precision pose
+SMALLEST_EDGES = 1.0  # [edges per period] slower than this, speed says nothing of time
+
+
+class PoseLine(NamedTuple):
+    """One line of feedback. The twist is that of the newest period, in base_link or in the odometry frame."""
+
+    x: float     # [m]
+    y: float     # [m]
+    yaw: float   # [rad] not wrapped
+    vx: float    # [m/s]
+    vy: float    # [m/s]
+    turn: float  # [rad/s]
+
+
+ORIGIN = PoseLine(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+
+
+def parse_pose(text):
+    """`PoseLine` of a line without its end. Raises PacketError."""
+    match = _ODOM.fullmatch(text)
+    if match:
+        return PoseLine(*map(float, match.groups()))
+    if _NOT_FINITE.match(text):
+        raise PacketError("not finite", f"a number that is none, in {text[:60]!r}")
+    if text.count(":") != 6:
+        raise PacketError("fields", "{} fields instead of 6 in {!r}".format(text.count(":"), text[:60]))
+    raise PacketError("number", f"not six numbers as the board prints them, in {text[:60]!r}")
+
+
+class PoseTracker:
+    """Lines in, counts per period out; lines that do not fit are held until the next one confirms them.
+
+    wheels: `BoardWheels`. reach: edges that a wheel can make in one period. burst: lines that may come at once.
+    Counted: `repaired` periods, `restarts`, and `inconsistent` lines that were dropped.
+    """
+
+    def __init__(self, wheels, reach, burst):
+        self._wheels = wheels
+        self._reach = reach
+        self._burst = burst
+        self.repaired = 0
+        self.restarts = 0
+        self.inconsistent = 0
+        self.forget()
+
+    @property
+    def pose(self):
+        """The newest trusted `PoseLine`; None before the first."""
+        return self._last
+
+    def forget(self):
+        """Nothing is known of the board's pose."""
+        self._last = None        # newest trusted line
+        self._suspect = None     # a line that does not follow from it: noise, or lines were lost, or a restart
+        self._last_at = 0.0      # [s] when `_last` came
+        self._suspect_at = 0.0
+        self._frames = (IN_BASE, IN_ODOM)  # in which the twist may be given; one, as soon as that is clear
+        self._speed = [0.0] * 3  # [edges] of the newest period
+        self._rest = [0.0] * 3   # [edges] parts of edges that no packet has carried yet
+
+    def restart(self, now):
+        """The board says that it begins anew: its pose is the origin."""
+        self.restarts += self._last is not None
+        self._begin(ORIGIN, now)
+
+    def _begin(self, line, now):
+        """Take a line as the first of a board that has restarted; what the motors have made stays counted."""
+        rest = self._rest
+        self.forget()
+        self._rest = rest
+        self._last, self._last_at = line, now
+
+    def update(self, line, now):
+        """List of count tuples, one per period, that a `PoseLine` completes. Raises PacketError."""
+        if self._wheels.most_edges(line.vx * PERIOD, line.vy * PERIOD, line.turn * PERIOD) > self._reach:
+            raise PacketError("reach", f"more than {self._reach} edges in one period")
+        before = ORIGIN if self._last is None else self._last
+        if self._fits(before, line):
+            self._drop_suspect()
+            return self._advance(before, line, now)
+        suspect = self._suspect
+        if suspect is not None and self._fits(suspect, line):
+            self._suspect = None
+            return self._bridge(suspect, self._suspect_at) + self._advance(suspect, line, now)
+        self._drop_suspect()
+        self._suspect, self._suspect_at = line, now
+        return []
+
+    def _drop_suspect(self):
+        if self._suspect is not None:
+            self.inconsistent += 1
+            self._suspect = None
+
+    def _fits(self, before, line):
+        """Whether the pose has moved from `before` to `line` by the twist of `line` in one period."""
+        turned = abs(line.yaw - before.yaw - line.turn * PERIOD) <= tolerance(line.yaw)
+        return turned and any(frame.fits(before, line) for frame in self._frames)
+
+    def _advance(self, before, line, now):
+        """One period from `before` to `line`."""
+        fitting = tuple(frame for frame in self._frames if frame.fits(before, line))
+        if len(fitting) == 1:
+            self._frames = fitting
+        self._last, self._last_at = line, now
+        self._speed = self._wheels.edges(body_step(before, line, 1))
+        return self._share(self._speed, 1)
+
+    def _bridge(self, line, now):
+        """From the last trusted line to one that the next has confirmed."""
+        last, last_at = self._last, self._last_at
+        if last is None:
+            return []
+        periods_at_most = max(1, round((now - last_at) / PERIOD)) + self._burst
+        edges = self._wheels.edges(body_step(last, line, 1))
+        if self._fits(ORIGIN, line):
+            self.restarts += 1
+            self._begin(ORIGIN, now)
+            return self._advance(ORIGIN, line, now)
+        if max(map(abs, edges)) > self._reach * periods_at_most:
+            self.restarts += 1
+            self._begin(line, now)
+            return []
+        after = self._wheels.edges((*self._frames[0].path(line), line.turn * PERIOD))
+        pace = max((abs(old) + abs(new)) / 2 for old, new in zip(self._speed, after))
+        periods = round(max(map(abs, edges)) / max(pace, SMALLEST_EDGES))
+        periods = max(1, min(periods, periods_at_most))
+        self.repaired += periods - 1
+        return self._share(self._wheels.edges(body_step(last, line, periods)), periods)
+
+    def _share(self, edges, periods):
+        """Whole counts of `edges`, evenly over the periods; the remainder is carried to the next packet."""
+        packets = []
+        for _ in range(periods):
+            due = [rest + edge / periods for rest, edge in zip(self._rest, edges)]
+            counts = tuple(map(round, due))
+            self._rest = [edge - count for edge, count in zip(due, counts)]
+            packets.append(counts)
+        return packets
+
+
+def tolerance(value):
+    """How far [m, rad] a coordinate may be from where it should be."""
+    return PRINTED + SINGLE * abs(value)
+
+
+class _Frame:
+    """The frame in which a board gives the linear velocity of its twist."""
+
+    def __init__(self, turned):
+        self._turned = turned
+
+    def path(self, line):
+        """(forward, left) [m] in base_link that the velocity makes in one period."""
+        vx, vy = line.vx * PERIOD, line.vy * PERIOD
+        return (vx, vy) if self._turned else rotate(vx, vy, -line.yaw)
+
+    def fits(self, before, line):
+        """Whether x and y have moved from `before` to `line` by the velocity."""
+        dx, dy = line.vx * PERIOD, line.vy * PERIOD
+        if self._turned:
+            dx, dy = rotate(dx, dy, before.yaw)
+        return abs(line.x - before.x - dx) <= tolerance(line.x) and abs(line.y - before.y - dy) <= tolerance(line.y)
+
+
+IN_BASE = _Frame(turned=True)   # from firmware 2.1.3 on
+IN_ODOM = _Frame(turned=False)  # up to firmware 2.1.2
+
+
+def body_step(before, line, periods):
+    """(forward [m], left [m], turn [rad]) in base_link, the sum of equal steps that the board has made in `periods`.
+
+    The board turns each step by the yaw before it, so n equal steps with a turn d in all add up to the step turned by
+    d (n - 1) / 2n and shortened by sin(d / 2) / (n sin(d / 2n)). For one period nothing of that remains.
+    """
+    turn = line.yaw - before.yaw
+    dx, dy = rotate(line.x - before.x, line.y - before.y, -before.yaw - turn * (periods - 1) / (2 * periods))
+    if periods > 1 and 0 < abs(turn) < math.pi:
+        longer = periods * math.sin(turn / (2 * periods)) / math.sin(turn / 2)
+        dx, dy = longer * dx, longer * dy
+    return dx, dy, turn
+
+
+def rotate(x, y, angle):
+    """(x, y) turned by an angle [rad]."""
+    cos, sin = math.cos(angle), math.sin(angle)
+    return cos * x - sin * y, sin * x + cos * y

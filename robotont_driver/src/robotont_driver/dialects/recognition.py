@@ -1,0 +1,124 @@
+"""Which dialect a board speaks, from what it says."""
+
+from robotont_driver.dialects import robotont2018
+from robotont_driver.dialects.dialect import Dialect, DialectError, decode
+from robotont_driver.dialects.pose_feedback import parse_pose
+from robotont_driver.dialects.robotont2 import BANNER
+from robotont_driver.dialects.robotont3 import USB_ID
+from robotont_driver.protocol import CheckedPacket, LineSplitter, PacketError, parse_packet
+
+PATIENCE = 1.0  # [s] of listening before a board that has said nothing known gets plain packets
+OWN_BANNER = "# robotont_firmware"
+LONGEST_KEPT = 4096  # [bytes] kept for the dialect that they may turn out to belong to
+SHOWN = 40  # characters of what was heard, in words
+
+
+class Recognised(Dialect):
+    """Listens until a line decides, and from then on lets that dialect speak: see `spoken`.
+
+    make(name): a new dialect; may raise DialectError.
+    Until a line decides nothing is sent; after PATIENCE plain packets are, for a board that listens in silence. No
+    other board obeys them.
+    """
+
+    def __init__(self, wheels, make):
+        super().__init__(wheels)
+        self._make = make
+        self._made = {}  # dialects by name: their counters outlive a connection
+        self.connect(0.0)
+
+    @property
+    def spoken(self):
+        """The dialect that was recognised; this one until then."""
+        return self._dialect or self
+
+    @property
+    def description(self):
+        """What is being done, in words."""
+        return "listening" if self._quiet else "plain, because nothing known was heard"
+
+    def connect(self, now):
+        """Begin a new connection: it may lead to another board."""
+        self._dialect = None
+        self._since = now
+        self._quiet = True      # whether it is too early to send anything
+        self._splitter = LineSplitter()
+        self._kept = b""        # newest bytes
+        self._example = ""      # newest line that no dialect has
+        self._plain_lines = 0   # in a row: one alone may be a checked packet that has lost its trailer
+        self.obstacle = ""
+
+    def tick(self, now):
+        """Lose patience, when it is time."""
+        self._quiet = self._quiet and now - self._since < PATIENCE
+
+    def feed(self, data, now):
+        """List of count tuples, those that led to the recognition included."""
+        self.tick(now)
+        if self._dialect is not None:
+            return self._dialect.feed(data, now)
+        self._kept = (self._kept + data)[-LONGEST_KEPT:]
+        name = next(filter(None, map(self._decide, self._splitter.feed(data))), None)
+        if name is None or not self._begin(name, now):
+            return []
+        data, self._kept = self._kept, b""
+        return self._dialect.feed(data, now)
+
+    def _decide(self, line):
+        """Name of the dialect that a line proves, or None."""
+        try:
+            text = decode(line)
+        except PacketError:
+            text = None
+        name = text and recognise(text, self.wheels.amount, self.usb_id)
+        self._plain_lines = self._plain_lines + 1 if name == "plain" else 0
+        if not name and line.strip():
+            self._example = text or repr(line)[2:-1]
+        return None if name == "plain" and self._plain_lines < 2 else name
+
+    def _begin(self, name, now):
+        """Let the dialect speak; whether it can, with these wheels."""
+        try:
+            if name not in self._made:
+                self._made[name] = self._make(name)
+        except DialectError as error:
+            self.obstacle = f"the board speaks {name}, but cannot have the wheels of the wheel file: {error}"
+            return False
+        self._dialect = self._made[name]
+        self._dialect.connect(now)
+        return True
+
+    @property
+    def complaint(self):
+        """What was heard, or that nothing was."""
+        if self._example:
+            return f"nobody here speaks this: {self._example[:SHOWN]!r}; is it the right port, at the right baudrate?"
+        if self._kept:
+            return f"heard no whole line, but bytes such as {self._kept[-SHOWN:]!r}: is the baudrate right?"
+        return "port open, but not a byte from the board: is it powered, and is its firmware running?"
+
+    def encode(self, command):
+        """Nothing while listening; a plain packet when nothing known was heard."""
+        return b"" if self._quiet or self.obstacle else (command.text + "\n").encode("ascii")
+
+
+def recognise(text, wheels, usb_id):
+    """Name of the dialect that a whole line (text without its end) belongs to, or None."""
+    if text.startswith(OWN_BANNER) or passes(CheckedPacket, text, wheels):
+        return "checked"
+    if text == BANNER or passes(parse_pose, text):
+        return "robotont3" if usb_id == USB_ID else "robotont2"
+    if robotont2018.is_line(text):
+        return "robotont2018"
+    if text.endswith(";") and passes(parse_packet, text, wheels):
+        return "plain"
+    return None
+
+
+def passes(parse, *arguments):
+    """Whether a call does not raise PacketError."""
+    try:
+        parse(*arguments)
+    except PacketError:
+        return False
+    return True

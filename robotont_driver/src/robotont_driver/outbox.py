@@ -1,0 +1,63 @@
+"""What waits for the serial line: of commands only the newest, and no faster than the board can take lines."""
+
+from collections import deque
+
+LONGEST_QUEUE = 64  # lines of no hurry, beyond which the oldest are given up
+
+
+class Outbox:
+    """Lines that wait to be written. Pure: times `now` [s] are the caller's.
+
+    pacing: [s] least time between the beginnings of two lines. In this order: lines that `hurry`, the newest command
+    that was `put`, lines `added` when there is room.
+    """
+
+    def __init__(self):
+        self.pacing = 0.0
+        self.replaced = 0  # commands that a newer one overtook before they were written
+        self.clear()
+
+    def clear(self):
+        """Forget all that waits; the line is free."""
+        self._hurried = deque()  # (line, pause behind it)
+        self._command = b""
+        self._added = deque(maxlen=LONGEST_QUEUE)
+        self._free_at = 0.0      # [s] from when on a line may be written
+
+    def __bool__(self):
+        """Whether anything waits."""
+        return bool(self._hurried or self._command or self._added)
+
+    def hurry(self, line, pause):
+        """A line (bytes) that goes before all commands and needs a pause [s] behind it."""
+        if line:
+            self._hurried.append((line, pause))
+
+    def put(self, command):
+        """A command (bytes), which replaces one that still waits."""
+        self.replaced += bool(self._command)
+        self._command = command
+
+    def add(self, line):
+        """A line (bytes) that can wait until no command does."""
+        self._added.append(line)
+
+    def take(self, now):
+        """The line to write now; empty when there is none, or it is too early."""
+        if now < self._free_at:
+            return b""
+        pause = self.pacing
+        if self._hurried:
+            line, pause = self._hurried.popleft()
+        elif self._command:
+            line, self._command = self._command, b""
+        elif self._added:
+            line = self._added.popleft()
+        else:
+            return b""
+        self._free_at = now + pause
+        return line
+
+    def wait(self, now):
+        """[s] until the next line may be written; None when none waits."""
+        return max(0.0, self._free_at - now) if self else None

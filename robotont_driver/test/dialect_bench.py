@@ -1,0 +1,108 @@
+"""A PC and one of Robotont's boards on a virtual clock: commands, pacing, noise, odometry, without ROS or a port."""
+
+import math
+import random
+
+from robotont_driver.dialects import make_dialect
+from robotont_driver.dialects.dialect import Command
+from robotont_driver.kinematics import Kinematics
+from robotont_driver.odometry import WheelOdometry
+from robotont_driver.outbox import Outbox
+from robotont_driver.protocol import format_packet
+from robotont_driver.wheels import read_wheels
+from robotont_testing.dc_motors import Motors
+from robotont_testing.official_boards import BOARDS
+from robotont_testing.robots import ROBOTONT2
+
+REACH = 300
+REPEAT = 0.05  # [s] after which driver_node repeats a command
+STEP = 0.001   # [s]
+
+
+def official_wheels(**keys):
+    """`Wheels` of wheel_params_robotont2.yaml."""
+    return read_wheels({**ROBOTONT2, **keys})
+
+
+class Bench:
+    """One PC, one board. `pass_on(data)` may spoil what the board sends."""
+
+    def __init__(self, name="robotont2", packets=None, wheels=None, **board):
+        self.wheels = wheels or official_wheels()
+        self.kinematics = Kinematics(self.wheels)
+        self.motors = Motors()
+        self.board = BOARDS[name](self.motors, **board)
+        self.dialect = make_dialect(packets or name, self.wheels, REACH)
+        self.dialect.connect(0.0)
+        self.odometry = WheelOdometry(self.kinematics, 0.02, 0.005)
+        self.outbox = Outbox()
+        self.outbox.pacing = self.dialect.pacing
+        self.pass_on = lambda data: data
+        self.now = 0.0
+        self.counts = []
+        self.sent = []   # (time, line)
+        self._command = None
+        self._repeat_at = math.inf
+        self.outbox.hurry(self.dialect.hello, self.dialect.pause)
+
+    def command(self, twist):
+        """A command as driver_node and serial_com_node would pass it on."""
+        units = self.kinematics.units_of_twist(twist).tolist()
+        text = format_packet(units, 2).rstrip("\n")
+        self._command = Command(tuple(map(float, text.rstrip(";").split(":"))), text)
+        self._send()
+
+    def _send(self):
+        self._repeat_at = self.now + REPEAT
+        line = self.dialect.encode(self._command)
+        if line:
+            self.outbox.put(line)
+
+    def run(self, seconds, step=STEP):
+        """Let time pass."""
+        for _ in range(round(seconds / step)):
+            self.now += step
+            if self.now >= self._repeat_at:
+                self._send()
+            line = self.outbox.take(self.now)
+            if line:
+                self.sent.append((self.now, line))
+                self.board.receive(line, self.now)
+            self.hear(self.board.advance(self.now))
+
+    def hear(self, data):
+        """Bytes from the board, as the line passes them on."""
+        data = self.pass_on(data)
+        if data:
+            for counts in self.dialect.feed(data, self.now):
+                self.counts.append(counts)
+                self.odometry.update(counts, 0.0)
+
+    def hold(self, twist, seconds):
+        """Command one twist for a time."""
+        self.command(twist)
+        self.run(seconds)
+
+    def pose(self):
+        """(x, y, yaw) of the odometry."""
+        pose = self.odometry.pose
+        return pose.x, pose.y, pose.yaw
+
+    def settle(self, seconds=1.5):
+        """Stop and let every line arrive."""
+        self.hold((0.0, 0.0, 0.0), seconds)
+
+
+class LineNoise:
+    """Loses a share of whole lines, replaces a share of bytes."""
+
+    def __init__(self, lines=0.0, bytes_=0.0, seed=1):
+        self._lines, self._bytes = lines, bytes_
+        self._random = random.Random(seed)
+        self._rest = b""
+
+    def __call__(self, data):
+        """What is left of `data`."""
+        *lines, self._rest = (self._rest + data).split(b"\n")
+        kept = b"".join(line + b"\n" for line in lines if self._random.random() >= self._lines)
+        return bytes(self._random.randrange(256) if self._random.random() < self._bytes else byte for byte in kept)

@@ -1,0 +1,82 @@
+import pytest
+
+from robotont_driver.board_status import BoardHealth, BoardStatus, Identity
+
+WHO = "robotont_firmware 2.0.0 wheels 3 rate 50 units edges/period profile ours reset power"
+
+
+def health(*texts):
+    made = BoardHealth(3, 50.0)
+    for text in texts:
+        made.hear_packet(BoardStatus.parse(text))
+    return made
+
+
+@pytest.mark.parametrize("text, words", [
+    ("000000100", "wheel 0: its motor driver reports a fault"),
+    ("000000020", "wheel 1: no counts although it is driven"),
+    ("000000003", "wheel 2: counts against its direction"),
+    ("000000023", "wheel 1: no counts although it is driven"),
+    ("00000000F", "wheel 2: fault 15"),
+])
+def test_each_fault_has_words(text, words):
+    errors, _, values = health(text).report()
+    assert words in errors[-1]
+    assert "until a command of zeros" in errors[-1]
+    assert values["faults of the wheels"] == ":".join(str(int(digit, 16)) for digit in text[6:])
+
+
+@pytest.mark.parametrize("text, words", [
+    ("000000004", "wheel 2 works too hard"),
+    ("040000000", "battery is low"),
+    ("020000000", "waits for a command of zeros"),
+    ("010000000", "no valid commands reach the board"),
+])
+def test_each_complaint_has_words(text, words):
+    made = health(text)
+    made.hear_text(WHO)
+    made.hear_packet(BoardStatus.parse(text))
+    made.report()
+    errors, warnings, _ = made.report()
+    assert errors == []
+    assert len(warnings) == 1
+    assert words in warnings[0]
+
+
+def test_ticks_and_refusals_are_counted_past_their_overflow():
+    made = health("00FEFF000", "000203000")
+    _, warnings, values = made.report()
+    assert "the board missed 4 ticks" in warnings
+    assert "the board refused 4 lines: check cable and baudrate" in warnings
+    assert (values["ticks missed"], values["lines refused by the board"]) == (4, 4)
+    assert not [words for words in made.report()[1] if "ticks" in words or "lines" in words]
+
+
+def test_a_fault_is_reported_once_although_it_is_over():
+    made = health("020000200", "000000000")
+    assert "over again: wheel 0" in made.report()[0][0]
+    assert made.report()[0] == []
+    made.hear_packet(BoardStatus.parse("020000200"))
+    assert made.report()[0] == [made.fault]
+    made.hear_packet(BoardStatus.parse("000000000"))
+    assert made.report()[0] == [], "it was seen while it stood"
+
+
+def test_what_the_board_says_is_reported_once():
+    made = BoardHealth(3)
+    made.hear_text("crash ValueError()")
+    _, warnings, values = made.report()
+    assert warnings == ["the board says: crash ValueError()"]
+    assert values["board's last words"] == "crash ValueError()"
+    assert made.report()[1] == []
+
+
+def test_identity():
+    known = Identity.parse(WHO)
+    assert known == ("2.0.0", 3, 50, "edges/period", "ours", "power")
+    assert known.obstacle(3, 50.0) == ""
+    assert known.obstacle(4, 40.0) == ("the board drives 3 wheels, wheelAmount is 4; "
+                                       "the board controls at 50 Hz, pidControlFrequency is 40")
+    assert "in turns" in known._replace(units="turns").obstacle(3, 50.0)
+    for words in ("", WHO + " more", WHO + "\n", WHO.replace("3", "three"), "robotont_firmware 1.0.0 wheels 3"):
+        assert Identity.parse(words) is None

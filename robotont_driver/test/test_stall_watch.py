@@ -1,0 +1,34 @@
+from robotont_driver.stall_watch import SETTLING, StallWatch
+
+
+def ticked(until, start=0.0, period=0.05):
+    watch = StallWatch(0.25, start)
+    for tick in range(1, round((until - start) / period) + 1):
+        watch.tick(start + tick * period)
+    return watch
+
+
+def test_a_message_arrives_when_it_is_handled():
+    assert ticked(10.0).earliest_arrival(10.01) == 10.01
+    assert ticked(10.0).stalls == 0
+
+
+def test_after_a_gap_messages_may_be_as_old_as_its_beginning():
+    watch = ticked(10.0)
+    assert watch.earliest_arrival(15.0) == 10.0
+    assert watch.earliest_arrival(15.0 + 0.9 * SETTLING) == 10.0
+    assert watch.stalls == 1
+
+
+def test_when_the_queues_are_empty_messages_are_new_again():
+    watch = ticked(10.0)
+    watch.tick(15.0)
+    now = 15.0 + 1.1 * SETTLING
+    assert watch.earliest_arrival(now) == now
+
+
+def test_a_gap_that_a_message_notices_first():
+    watch = ticked(10.0)
+    assert watch.earliest_arrival(12.0) == 10.0
+    watch.tick(12.001)
+    assert watch.earliest_arrival(12.002) == 10.0

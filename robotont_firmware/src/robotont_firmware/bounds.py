@@ -1,0 +1,79 @@
+"""What the numbers of a configuration may be, so that no product outgrows the board's small integers.
+
+MicroPython's small integers on the board are 31 bits, sign included; one more bit and it allocates a big
+integer, which the locked heap refuses with a MemoryError: in mid-drive, not at start-up. So everything is
+checked before the motors are given free. The tests run the loop at these limits on an emulated Cortex-M.
+"""
+
+from robotont_firmware.protocol import MAX_UNITS
+
+LARGEST = 0x3FFFFFFF  # the largest small integer
+MOTOR_VOLTAGE = 12000  # [mV] at which the gains of config.py hold
+MAX_COUNTS = 400  # [edges/period] twice the motor's reach; a larger difference is no speed
+MAX_PERIODS = 16  # [periods] the most missed ticks that a step makes up for; the watchdog comes before
+
+_RANGES = (  # name, least, most; what depends on other numbers is added in `check`
+    ("WHEELS", 3, 8),
+    ("RATE", 1, 1000),
+    ("TIMEOUT", 1, 1000),
+    ("BRAKING", 0, 1000),
+    ("FAULT_HOLD", 1, 1000),
+    ("ANSWER_INTERVAL", 1, 1000),
+    ("BATTERY", 6000, 30000),
+    ("BATTERY_LOW", 0, 30000),
+    ("MAX_SPEED", 1, LARGEST // ((MAX_UNITS + 1) * 256) // 16),  # 262: a command is scaled down
+    ("FULL_EFFORT", 1, 10000),
+    ("FOLLOW", 1, 256),  # more would swing around the set-point
+    ("STANDSTILL", 1, 1000),
+    ("BLIND_TIME", 1, 1000),
+    ("BLIND_EDGES", 1, 2000),
+    ("OVERLOAD_TIME", 1, 200),
+)
+
+
+def check(config):
+    """Raise ValueError, with what was found and what is allowed, for the first number that is out of range."""
+    for name, least, most in _RANGES:
+        _check(config, name, least, most)
+    full, speed, battery = config.FULL_EFFORT, config.MAX_SPEED * 256, config.BATTERY
+    error = MAX_COUNTS * 256 + speed
+    _check(config, "MAX_ACCELERATION", 1, LARGEST // (2 * speed * 256))  # all set-points move by one fraction
+    for name in ("STATIC", "MAX_EFFORT", "MAX_TORQUE", "CONTINUOUS_TORQUE"):
+        _check(config, name, 0, full)
+    for name, factor in (
+        ("SPEED_GAIN", MAX_COUNTS * 256),
+        ("P_GAIN", error),
+        ("D_GAIN", 2 * MAX_COUNTS * 256),
+        ("BRAKE_GAIN", MAX_COUNTS),
+    ):
+        _check(config, name, 0, _unscaled(LARGEST // factor, battery))
+    _check(config, "LEAD", 0, LARGEST // (2 * speed))
+    for name in ("MAX_INTEGRAL", "BLOCKED_INTEGRAL"):
+        _check(config, name, 0, _unscaled(LARGEST >> 16, battery))
+    largest = at_battery(max(config.MAX_INTEGRAL, config.BLOCKED_INTEGRAL), battery)
+    gain = config.I_GAIN
+    if gain != 0:
+        room = LARGEST - error * MAX_PERIODS  # one more error is added before the integral is cut
+        least = _unscaled((largest << 16) // room + 1, battery) + 1
+        _check(config, "I_GAIN", least, _unscaled(LARGEST // error, battery))
+
+
+def at_battery(value, battery):
+    """Return a gain or an effort of config.py for a battery of `battery` mV: more volts, less duty."""
+    return value * MOTOR_VOLTAGE // battery
+
+
+def integral_for(effort, gain):
+    """Return the sum of errors [1/256 unit * period] whose integral part is `effort`."""
+    return 0 if gain == 0 else (effort << 16) // gain
+
+
+def _unscaled(value, battery):
+    """Return the largest value that `at_battery` brings to at most `value`."""
+    return value * battery // MOTOR_VOLTAGE
+
+
+def _check(config, name, least, most):
+    value = getattr(config, name)
+    if type(value) is not int or not least <= value <= most:
+        raise ValueError(f"config.{name}: found {value!r}, allowed: a whole number from {least} to {most}")

@@ -1,0 +1,26 @@
+"""Wiring profile "ours": a NUCLEO-L476RG wired as docs/firmware.md says. This is NOT how Robotont is wired.
+
+`./robotont flash --profile NAME` copies wiring_NAME.py to the board as wiring.py. A profile is all that
+depends on the electronics; motor by motor, in the order of the packets' fields.
+"""
+
+PROFILE = "ours"
+DESCRIPTION = "wired by hand as docs/firmware.md says; not a Robotont as it was built"
+
+BATTERY = 12000  # [mV] of a full battery: scales the feed-forward, the gains and the torque limits
+BATTERY_PIN = None  # analogue input behind a divider, or None: not measured
+BATTERY_DIVIDER = 0  # [mV] of battery at which that input stands at its full scale (3.3 V)
+BATTERY_LOW = 10500  # [mV] below this for a second the battery is low
+
+ENCODERS = (  # A pin, B pin, timer (channels 1 and 2), alternate function
+    ("PB6", "PB7", 4, 2),
+    ("PA6", "PA7", 3, 2),
+    ("PA0", "PA1", 2, 1),
+)
+BACKWARD_ENCODERS = (False, False, False)  # counts down while the motor drives forward
+PWM_FREQUENCY = 20000  # [Hz]
+PWM = (("PC6", 8, 1, 3), ("PC7", 8, 2, 3), ("PC8", 8, 3, 3))  # pin, timer, channel, alternate function
+DIRECTIONS = (("PB8", "PB9"), ("PB12", "PB13"), ("PB14", "PB15"))  # high while forward, high while backward
+FAULTS = ("PC9", "PC10", "PC11")  # low: fault (open drain, pulled up inside the chip)
+TICK_TIMER = 6
+SAFE_BUTTON = "PC13"  # USER, low while pressed

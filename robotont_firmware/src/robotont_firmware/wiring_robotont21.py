@@ -1,0 +1,32 @@
+"""Wiring profile "robotont21": Robotont 2.0 and 2.1 (Nucleo shield 1.3) with four encoder wires moved.
+
+Read from the shield's schematic and the official firmware, never tried on a robot. The shield leads some
+encoder channels to pins without a timer's encoder input, so four wires must be moved, docs/firmware.md
+says where to; all other pins are the official ones. Order and signs are the official ones too: motors at
+60, 180 and 300 degrees, positive counterclockwise (config/wheel_params_robotont2.yaml). Should a sign be
+wrong, the first command stops with the words that the wheel counts against its direction.
+"""
+
+PROFILE = "robotont21"
+DESCRIPTION = "Robotont 2.0/2.1, shield 1.3, with FOUR ENCODER WIRES MOVED"
+
+BATTERY = 16800  # [mV] 4S LiPo, full, on motors for 12 V: scales the feed-forward, the gains and the torque limits
+BATTERY_PIN = None  # the shield measures it on another board
+BATTERY_DIVIDER = 0
+BATTERY_LOW = 13200  # [mV] 3.3 V a cell
+
+MAX_EFFORT = 1000  # [effort] 25 % duty, the official limit
+MAX_SPEED = 33  # [units] 0.3 m/s, the official limit
+
+ENCODERS = (  # A pin, B pin, timer (channels 1 and 2), alternate function
+    ("PA0", "PA1", 2, 1),  # A moved from PC5, B from PA12
+    ("PB4", "PB5", 3, 2),  # B moved from PB13
+    ("PA8", "PA9", 1, 1),  # A moved from PC7
+)
+BACKWARD_ENCODERS = (True, True, True)  # counts down while the motor drives forward
+PWM_FREQUENCY = 10000  # [Hz] the most that MC33887 drivers follow
+PWM = (("PC6", 8, 1, 3), ("PB14", 15, 1, 14), ("PB6", 4, 1, 2))  # pin, timer, channel, alternate function
+DIRECTIONS = (("PC9", "PC8"), ("PB1", "PB15"), ("PA7", "PB12"))  # high while forward (DIR2), backward (DIR1)
+FAULTS = ("PA6", "PB3", "PB2")  # low: fault
+TICK_TIMER = 6
+SAFE_BUTTON = "PC13"  # USER, low while pressed

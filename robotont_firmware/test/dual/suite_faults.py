@@ -1,0 +1,262 @@
+"""What breaks on a robot, on simulated motors: the motors stop, nothing runs away, and the status says why."""
+
+from dual_tools import Config, Locked, Robot
+from sim_motor import GOOD, HALF, REVERSED, UNPLUGGED
+
+from robotont_firmware import config
+from robotont_firmware.pid import DRIVER_FAULT, NO_COUNTS, OVERLOAD, WRONG_WAY, Pid
+from robotont_firmware.protocol import BATTERY_IS_LOW, TIMED_OUT, WAITS_FOR_ZERO
+
+MICRO = 1000000
+SHARES = (1, -1, 0.5)  # of the speed that each wheel gets, turned round so that every wheel gets each
+
+
+def command(wheel, units):
+    """Return a command that gives `wheel` that speed, and the others theirs."""
+    shares = [SHARES[(index - wheel) % 3] for index in range(3)]
+    return ":".join([f"{share * units:.2f}" for share in shares])
+
+
+def lead_on(robot, wheel, units, periods=80, until_off=True):
+    """Command at 20 Hz; return (seconds until all motors are off, or None, fastest speed of the wheel [units])."""
+    fastest = 0
+    for period in range(periods):
+        if period % 3 == 0:
+            robot.send(command(wheel, units))
+        robot.tick(1)
+        fastest = max(fastest, abs(robot.board.motors[wheel].speed) / MICRO)
+        if until_off and robot.efforts() == [0, 0, 0]:
+            return (period + 1) / config.RATE, fastest
+    return None, fastest
+
+
+def broken_encoder(kind, units, wheel, driving):
+    """Return what `lead_on` returns when an encoder breaks at rest, or while driving, and the robot."""
+    robot = Robot()
+    if driving:
+        lead_on(robot, wheel, units, until_off=False)
+    robot.board.motors[wheel].encoder = kind
+    return lead_on(robot, wheel, units), robot
+
+
+def test_a_broken_encoder_stops_all_within_half_a_second_and_never_runs_away():
+    slowest, highest = 0, 0
+    for kind, fault in ((UNPLUGGED, NO_COUNTS), (REVERSED, WRONG_WAY), (HALF, NO_COUNTS)):
+        for units in (5, 7.5, 10, 20, 50, 80, 120, 150, -5, -150):
+            for wheel in range(3):
+                for driving in (False, True):
+                    (seconds, fastest), robot = broken_encoder(kind, units, wheel, driving)
+                    case = kind, units, wheel, driving
+                    assert seconds is not None, case
+                    assert seconds <= 0.5, (case, seconds)
+                    assert fastest <= 1.3 * abs(units), (case, fastest)
+                    flags, _, _, faults = robot.newest()
+                    assert faults == [fault if index == wheel else 0 for index in range(3)], (case, faults)
+                    assert flags == WAITS_FOR_ZERO
+                    slowest, highest = max(slowest, seconds), max(highest, fastest / abs(units))
+    return f"off within {slowest:.2f} s, at most {highest:.2f} times the commanded speed"
+
+
+def test_slower_than_5_units_a_wheel_without_encoder_creeps_and_stops():
+    for kind in (UNPLUGGED, REVERSED):
+        for units in (1, 2, 3, 4):
+            (seconds, fastest), _ = broken_encoder(kind, units, 1, False)
+            assert seconds <= 1.3, (kind, units, seconds)
+            assert fastest <= 6.5, (kind, units, fastest)
+
+
+def test_a_latched_fault_waits_for_a_zero_that_comes_after_it():
+    (_, _), robot = broken_encoder(UNPLUGGED, 50, 1, True)
+    robot.board.motors[1].encoder = GOOD
+    robot.tick(2, "0:0:0")  # a zero at once: the fault has not stood long enough to be seen
+    robot.tick(60, command(1, 50))
+    assert robot.efforts() == [0, 0, 0]
+    assert robot.newest()[3] == [0, NO_COUNTS, 0]
+    robot.tick(3, "0:0:0")
+    assert robot.newest()[0] == 0
+    assert robot.newest()[3] == [0, 0, 0]
+    robot.tick(60, command(1, 50))
+    assert robot.efforts()[1] > 0
+
+
+def test_a_motor_without_current_is_named():
+    robot = Robot()
+    robot.board.motors[2].powered = False
+    seconds, _ = lead_on(robot, 2, 50)
+    assert seconds <= 0.5
+    assert robot.newest()[3] == [0, 0, NO_COUNTS]
+
+
+def test_silence_with_a_reversed_encoder_accelerates_nothing():
+    for units in (5, 48, 150, -48):
+        for reversed_at in range(config.TIMEOUT - 3, config.TIMEOUT + 10):
+            robot = Robot()
+            lead_on(robot, 0, units, until_off=False)
+            robot.send(command(0, units))  # the last one before the silence
+            before = 0
+            for period in range(config.TIMEOUT + config.BRAKING + 5):
+                if period == reversed_at:
+                    robot.board.motors[0].encoder = REVERSED
+                robot.tick(1)
+                speed = abs(robot.board.motors[0].speed) / MICRO
+                # Reversed while it is still driven it may be a little faster; the brake accelerates nothing.
+                bound = abs(units) + 0.5 if period > config.TIMEOUT else 1.3 * abs(units)
+                assert speed <= max(bound, before), (units, reversed_at, period, speed)
+                before = speed
+            assert robot.efforts() == [0, 0, 0]
+
+
+def test_the_brake_obeys_the_current_limit():
+    for units in (20, 60, 150, -150):
+        robot = Robot()
+        lead_on(robot, 0, units, until_off=False)
+        currents = []
+        for _ in range(config.TIMEOUT + config.BRAKING):
+            robot.tick(1)
+            currents.append(abs(robot.board.motors[0].current()))
+        # The speed falls within a period by up to a third, and the effort is for the period's beginning.
+        assert max(currents) <= config.MAX_TORQUE * 1.1, (units, max(currents))
+        assert robot.newest()[0] == TIMED_OUT
+        assert abs(robot.board.motors[0].speed) < 2 * MICRO
+
+
+def test_a_wheel_that_turns_is_no_fault():
+    for units in (0.1, 0.5, 1, 3, 17, 150):
+        for motor in ({}, {"tau": 160}, {"friction": 12}):
+            robot = Robot(**motor)
+            for turn in range(6):  # there and back: the wheel turns round later than its set-point
+                lead_on(robot, 0, units if turn % 2 else -units, 40, until_off=False)
+                faults = [fault for fault in robot.newest()[3] if fault != OVERLOAD]  # at 150 units, heavily laden
+                assert faults == [0, 0, 0] or (units == 150 and not any(faults)), (units, motor, turn, faults)
+
+
+def test_a_blocked_wheel_gets_no_current_for_long():
+    robot = Robot()
+    lead_on(robot, 1, 100, until_off=False)
+    robot.board.motors[1].blocked = True
+    robot.board.motors[1].speed = 0
+    currents = []
+    for period in range(150):
+        if period % 3 == 0:
+            robot.send(command(1, 100))
+        robot.tick(1)
+        currents.append(abs(robot.board.motors[1].current()))
+    assert max(currents) <= config.MAX_TORQUE * 1.6  # one period with the effort from before
+    assert robot.newest()[3] == [0, NO_COUNTS, 0]
+    assert sum(currents[100:]) == 0
+
+
+class Jammed:
+    """A wheel that something slows to a few edges a period, whatever the effort."""
+
+    def __init__(self):
+        self.pid = Pid(config)
+
+    def run(self, periods, units=100, edges=4):
+        """Return the torque of every period [effort]."""
+        torques = []
+        for _ in range(periods):
+            with Locked():
+                effort = self.pid.step(units * 256, edges)
+            torques.append(effort - 19 * edges)
+        return torques
+
+
+def test_a_wheel_that_hardly_turns_keeps_its_continuous_current_only():
+    wheel = Jammed()
+    torques = wheel.run(400)
+    assert torques[20] > 1900
+    assert wheel.pid.overloaded
+    assert wheel.pid.fault == 0
+    mean = sum(torques[100:]) / 300  # after 2 s
+    assert mean <= config.CONTINUOUS_TORQUE, mean
+    assert config.CONTINUOUS_TORQUE <= 1000, "1.25 A, the motor's continuous rating"
+    wheel.run(100, 0, 0)  # cools
+    assert not wheel.pid.overloaded
+    return f"mean torque after 2 s: {mean:.0f} of 4000"
+
+
+def test_an_overload_is_in_the_status_and_goes_away():
+    robot = Robot()
+    robot.controller._pids[2]._heat = robot.controller._pids[2]._max_heat + 60000
+    robot.tick(1, "0:0:0")
+    assert robot.newest()[3] == [0, 0, OVERLOAD]
+    robot.tick(60, "0:0:0")
+    assert robot.newest()[3] == [0, 0, 0]
+
+
+def test_a_driver_fault_is_in_every_packet_and_clears():
+    robot = Robot()
+    robot.tick(40, "30:30:30")
+    robot.board.faults[1] = True
+    robot.tick(1, "30:30:30")
+    assert robot.efforts() == [0, 0, 0]
+    for _ in range(5):
+        robot.tick(20, "30:30:30")
+        assert robot.newest()[3] == [0, DRIVER_FAULT, 0]
+    robot.board.faults[1] = False
+    robot.tick(60, "30:30:30")
+    assert robot.newest()[3] == [0, DRIVER_FAULT, 0]
+    robot.tick(3, "0:0:0")
+    assert robot.newest()[3] == [0, 0, 0]
+
+
+def test_after_a_start_that_nobody_asked_for_a_zero_comes_first():
+    for cause in ("watchdog", "crash", "power"):
+        robot = Robot(cause=cause)
+        robot.tick(50, "30:30:30")
+        assert robot.efforts() == [0, 0, 0], cause
+        assert robot.newest()[0] == WAITS_FOR_ZERO
+        robot.tick(3, "0:0:0")
+        robot.tick(20, "30:30:30")
+        assert robot.efforts()[0] > 0
+    robot = Robot(cause="button")
+    robot.tick(20, "30:30:30")
+    assert robot.efforts()[0] > 0
+
+
+def test_missed_ticks_are_divided_out_of_the_speed():
+    for skip in (2, 3):
+        robot = Robot()
+        lead_on(robot, 0, 50, until_off=False)
+        speeds = []
+        for period in range(100):
+            if period % 3 == 0:
+                robot.send(command(0, 50))
+            robot.board.skip = skip
+            robot.tick(1)
+            speeds.append(robot.board.motors[0].speed / MICRO)
+        mean = sum(speeds[20:]) / 80
+        assert abs(mean - 50) < 0.5, (skip, mean)
+        missed = robot.newest()[1]
+        assert missed == 100 * (skip - 1) & 0xFF, missed
+
+
+def test_refused_commands_are_counted_in_the_status():
+    robot = Robot()
+    robot.board.inbox += b"nonsense\n30:30\n"
+    robot.tick(1)
+    assert robot.newest()[2] == 2
+
+
+def test_a_low_battery_is_told_after_a_second():
+    robot = Robot(settings=Config(BATTERY_LOW=10500), battery_mv=12000)
+    robot.tick(60, "0:0:0")
+    assert robot.newest()[0] == 0
+    robot.board.battery_mv = 10000
+    robot.tick(40, "0:0:0")
+    assert robot.newest()[0] == 0, "a dip under load is no empty battery"
+    robot.tick(20, "0:0:0")
+    assert robot.newest()[0] == BATTERY_IS_LOW
+    robot.board.battery_mv = 12000
+    robot.tick(1, "0:0:0")
+    assert robot.newest()[0] == 0
+
+
+def test_a_fuller_battery_gets_less_duty():
+    for battery in (12000, 14800, 16800):
+        robot = Robot(settings=Config(BATTERY=battery), battery=battery // 120)
+        lead_on(robot, 0, 50, 100, until_off=False)
+        pid = robot.controller._pids[0]
+        assert abs(robot.board.motors[0].speed / MICRO - 50) < 1.5
+        assert abs(pid._integral * pid._i >> 16) < 60, "the feed-forward fits by itself"

@@ -1,0 +1,77 @@
+"""Robotont's boards with the official firmware on the simulated robot, instead of this project's own."""
+
+import math
+import time
+
+from robotont_simulator.simulation import Simulation
+from robotont_testing.official_boards import BOARDS, POSITIONS
+
+FIRMWARES = ("own", "robotont2", "robotont3", "robotont2018")
+MOTORS_FREQUENCY = 100  # [Hz] the physics moves on in periods of the fastest control, 10 ms
+LOOK = 0.005            # [s] between two looks at the serial port
+LONGEST_STALL = 0.1     # [s] of time that is made up for; what the computer loses beyond that is given up
+LARGEST_ANGLE = 0.1     # [rad] by which a wheel may be elsewhere than the board believes
+
+
+class SimulatedMotors:
+    """The motors and encoders of a `Simulation` for a board of official_boards."""
+
+    def __init__(self, simulation):
+        self._simulation = simulation
+        self._period = 1.0 / simulation.wheels.pid_frequency
+        self._before = simulation.counts()
+
+    def turn(self, efforts, seconds):
+        """Let time pass with efforts from -1 to 1; edges, integers, that the encoders have counted in it."""
+        for motor, effort in enumerate(efforts):
+            self._simulation.drive(motor, effort)
+        for _ in range(round(seconds / self._period)):
+            self._simulation.step()
+        counts = self._simulation.counts()
+        turned = (counts - self._before + 0x8000) % 0x10000 - 0x8000
+        self._before = counts
+        return [int(edges) for edges in turned]
+
+
+def make_simulation(wheels, gear, world, seed, imu_rate=0.0):
+    """`Simulation` for a board with the official firmware. Raises ValueError for wheels that it cannot have."""
+    places = [math.remainder(found - wanted, 2 * math.pi) for found, wanted in zip(wheels.positions, POSITIONS)]
+    if wheels.amount != 3 or wheels.rotation != 1 or max(map(abs, places)) > LARGEST_ANGLE:
+        raise ValueError("found another wheel file, allowed: wheel_params_robotont2.yaml or a calibrated copy of it")
+    return Simulation(wheels._replace(pid_frequency=MOTORS_FREQUENCY), gear, world, seed, imu_rate)
+
+
+class OfficialFirmware:
+    """Runs a board of official_boards in real time: `line` has read(size) and write(bytes), the board's end.
+
+    on_tick(): called every 20 ms; returns whether to go on.
+    """
+
+    PERIOD = 0.02  # [s]
+
+    def __init__(self, name, simulation, line, on_tick):
+        self._board = BOARDS[name](SimulatedMotors(simulation))
+        self._line = line
+        self._on_tick = on_tick
+        self.due = time.monotonic()  # [s] when the newest period was over
+
+    def start(self):
+        """Nothing to prepare."""
+
+    def run(self):
+        """Serve until `on_tick` says no."""
+        board, before, tick = self._board, time.monotonic(), self.PERIOD
+        going = True
+        while going:
+            time.sleep(max(0.0, before + LOOK - time.monotonic()))
+            now = time.monotonic()
+            passed, before = min(now - before, LONGEST_STALL), now
+            for line in self._line.read(4096).splitlines(keepends=True):
+                board.receive(line, board.now)
+            data = board.advance(board.now + passed)
+            if data:
+                self._line.write(data)
+            while going and board.now >= tick:
+                self.due = now - (board.now - tick)
+                tick += self.PERIOD
+                going = self._on_tick()

@@ -1,0 +1,82 @@
+"""The official firmware on the simulated robot, driven through the dialects, on the simulator's own clock."""
+
+import math
+
+import pytest
+
+from robotont_driver.dialects import make_dialect
+from robotont_driver.dialects.dialect import read_command
+from robotont_driver.kinematics import Kinematics
+from robotont_driver.odometry import WheelOdometry
+from robotont_driver.outbox import Outbox
+from robotont_driver.protocol import format_packet
+from robotont_driver.wheels import read_wheels
+from robotont_simulator.official_firmware import SimulatedMotors, make_simulation
+from robotont_simulator.world import World
+from robotont_testing.official_boards import BOARDS
+from robotont_testing.robots import ROBOTONT2, SHIPPED
+
+FLOOR = World((), (0.0, 0.0, 0.0))
+PERIOD = 0.02  # [s]
+
+
+class Drive:
+    """A PC and a board with the official firmware on a simulated robot."""
+
+    def __init__(self, name):
+        wheels = read_wheels(ROBOTONT2)
+        self.simulation = make_simulation(wheels, 18.75, FLOOR, 1)
+        self.board = BOARDS[name](SimulatedMotors(self.simulation))
+        self.kinematics = Kinematics(wheels)
+        self.odometry = WheelOdometry(self.kinematics, PERIOD, 0.008)
+        self.dialect = make_dialect(name, wheels, 300)
+        self.outbox = Outbox()
+        self.outbox.pacing = self.dialect.pacing
+        self.now = 0.0
+
+    def hold(self, twist, seconds):
+        """Command a twist at 50 Hz."""
+        text = format_packet(self.kinematics.units_of_twist(twist).tolist(), 3)
+        for _ in range(round(seconds / PERIOD)):
+            self.outbox.put(self.dialect.encode(read_command(text, 3)))
+            self.now += PERIOD
+            line = self.outbox.take(self.now)
+            if line:
+                self.board.receive(line, self.now)
+            for counts in self.dialect.feed(self.board.advance(self.now), self.now):
+                self.odometry.update(counts, PERIOD)
+
+    def errors(self):
+        """Distance [m] and angle [rad] to the truth: of this driver's odometry, and of the board's own pose."""
+        x, y, yaw = self.simulation.pose()
+        pose, told = self.odometry.pose, self.dialect.board_pose
+        return [(math.hypot(a - x, b - y), abs(math.remainder(c - yaw, 2 * math.pi)))
+                for a, b, c in ((pose.x, pose.y, pose.yaw), (told.x, told.y, told.yaw))]
+
+
+@pytest.mark.parametrize("name", ["robotont2", "robotont3"])
+def test_a_square_and_a_turning_circle_against_the_truth(name):
+    drive = Drive(name)
+    drive.hold((0, 0, 0), 1.0)
+    for x, y in ((0.2, 0), (0, 0.2), (-0.2, 0), (0, -0.2)):
+        drive.hold((x, y, 0), 5.0)
+    drive.hold((0, 0, 0), 1.5)
+    square = drive.errors()
+    turn = 2 * math.pi / 15
+    for step in range(750):
+        angle = 2 * turn * step * PERIOD
+        drive.hold((0.15 * math.cos(angle), 0.15 * math.sin(angle), -turn), PERIOD)
+    drive.hold((0, 0, 0), 1.5)
+    circle = drive.errors()
+    print(name, [[f"{1000 * metres:.1f} mm {math.degrees(radians):.2f} deg" for metres, radians in errors]
+                 for errors in (square, circle)])
+    for ours, boards in (square, circle):
+        assert ours[0] < 0.03 and ours[1] < math.radians(3)
+        assert ours[0] < boards[0] + 0.002  # never worse than the official algorithm on the same bytes
+    assert drive.board.swallowed == [] and drive.board.inversions == 0
+    assert abs(drive.simulation.pose()[2] + 2 * math.pi - 2 * math.pi) < 0.5
+
+
+def test_the_official_board_needs_its_own_wheels():
+    with pytest.raises(ValueError, match="wheel_params_robotont2"):
+        make_simulation(read_wheels(SHIPPED), 18.75, FLOOR, 0)

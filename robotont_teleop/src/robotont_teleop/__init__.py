@@ -1,0 +1,1 @@
+"""Driving by hand: which command drives, and the keyboard, gamepad and web page that send them."""

@@ -1,0 +1,119 @@
+"""Who may open the page: token, cookie, Host and Origin; knows no network and no clock."""
+
+import hashlib
+import hmac
+import ipaddress
+import os
+import secrets
+from pathlib import Path
+from urllib.parse import urlsplit
+
+LOCAL_NAMES = ("localhost", "127.0.0.1", "::1")
+ATTEMPTS, ATTEMPTS_PERIOD = 5, 60.0  # wrong tokens within [s], after which none is looked at
+LONGEST_TOKEN = 128
+
+
+def read_or_make_token(path):
+    """The token in a file, which is made with mode 0600 where there is none.
+
+    Raises OSError, or ValueError when others may read the file or it holds no token.
+    """
+    path = Path(path)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    try:
+        file = os.open(str(path), os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600)
+    except FileExistsError:
+        pass
+    else:
+        with os.fdopen(file, "w") as output:
+            output.write(secrets.token_urlsafe(16) + "\n")
+    mode = path.stat().st_mode & 0o777
+    if mode & 0o077:
+        raise ValueError(f"{path}: found mode {mode:o}, allowed: 600 (others could read the token)")
+    token = path.read_text().strip()
+    if not 8 <= len(token) <= LONGEST_TOKEN or not token.isascii():
+        raise ValueError(f"{path}: found {len(token)} characters, allowed: 8 to {LONGEST_TOKEN} of ASCII; delete the "
+                         "file to get a new token")
+    return token
+
+
+class Access:
+    """Decides by token and cookie. `token`: None lets everybody in (for 127.0.0.1 only)."""
+
+    def __init__(self, token):
+        self._token = token
+        self._failures = []  # [s] times of wrong tokens
+
+    @property
+    def needs_token(self):
+        """Whether one has to log in."""
+        return self._token is not None
+
+    @property
+    def cookie(self):
+        """What a browser keeps after it has shown the token; of no use to find the token."""
+        return hmac.new((self._token or "").encode(), b"robotont_teleop cookie", hashlib.sha256).hexdigest()
+
+    def knows(self, cookie):
+        """Whether a browser with this cookie (text, or None) may come in."""
+        return not self.needs_token or _same(cookie or "", self.cookie)
+
+    def log_in(self, token, now):
+        """"in", "wrong" or "later", for a token that somebody shows at time `now` [s]."""
+        self._failures = [time for time in self._failures if now - time < ATTEMPTS_PERIOD]
+        if len(self._failures) >= ATTEMPTS:
+            return "later"
+        if self.needs_token and _same(token, self._token):
+            return "in"
+        self._failures.append(now)
+        return "wrong"
+
+
+def _same(one, other):
+    """Whether two texts are equal, in a time that does not depend on where they differ."""
+    return hmac.compare_digest(one.encode("utf-8", "replace"), other.encode("utf-8", "replace"))
+
+
+def host_allowed(host, own_address, names):
+    """Whether a Host header names this server: by the address that the connection came to, or by one of its `names`.
+
+    A foreign name there means that somebody else's DNS leads browsers here (DNS rebinding). The port does not matter:
+    a tunnel may change it.
+    """
+    name = _host_name(host)
+    if name is None:
+        return False
+    try:
+        address = ipaddress.ip_address(name)
+        own = ipaddress.ip_address(own_address.partition("%")[0])
+    except ValueError:
+        return name in names or (name in LOCAL_NAMES and _is_loopback(own_address))
+    own = getattr(own, "ipv4_mapped", None) or own
+    return address == own or name in names or (address.is_loopback and own.is_loopback)
+
+
+def origin_allowed(origin, scheme, host):
+    """Whether an Origin header (None when there is none) is that of the page which this Host serves."""
+    return bool(origin) and bool(host) and origin.lower() == f"{scheme}://{host}".lower()
+
+
+def is_loopback_address(address):
+    """Whether a server at this address can be reached from this computer only."""
+    return address == "localhost" or _is_loopback(address)
+
+
+def _is_loopback(address):
+    try:
+        return ipaddress.ip_address(address.partition("%")[0]).is_loopback
+    except ValueError:
+        return False
+
+
+def _host_name(host):
+    """The name in a Host header, without its port; None when it is malformed."""
+    if not host or any(sign in host for sign in "/@?#\\ "):
+        return None
+    try:
+        return urlsplit("//" + host).hostname
+    except ValueError:
+        return None

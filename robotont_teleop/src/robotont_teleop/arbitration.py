@@ -1,0 +1,150 @@
+"""Which of several senders of commands drives the robot; knows no ROS and no clock.
+
+A twist is (v_x [m/s], v_y [m/s], omega [rad/s]). Times [s] are the caller's, from any clock that never goes back.
+"""
+
+from typing import NamedTuple
+
+STOP = (0.0, 0.0, 0.0)
+NOBODY, EMERGENCY_STOP = "nobody", "emergency stop"
+LOCK_PERIOD = 0.2  # [s] between two zeros during an emergency stop, for receivers that start meanwhile
+
+
+class Input(NamedTuple):
+    """A sender of commands."""
+
+    name: str
+    timeout: float  # [s] silence after which the robot stops
+    rest: float     # [s] after its last motion during which no input below it drives
+
+
+class _State:
+    """What an input has sent."""
+
+    def __init__(self, settings):
+        self.name, self.timeout = settings.name, settings.timeout
+        self.hold = max(settings.rest, settings.timeout)  # [s] how long one motion claims the robot
+        self.twist = STOP
+        self.received = None  # [s] time of the newest command
+        self.moved = None     # [s] time of the newest command with motion; None = no claim
+        self.barred = False   # has to stop once before it may drive
+
+    def moving(self, now):
+        """Whether it asks for motion now."""
+        return self.twist != STOP and self.received is not None and now - self.received < self.timeout
+
+    def claims(self, now):
+        """Whether it may drive now, or rests with the robot still its own."""
+        return self.moved is not None and now - self.moved < self.hold
+
+
+class Arbiter:
+    """The highest input that moves drives; each method returns the twists to send, in this order.
+
+    An input takes the robot with its first command other than zero, and keeps it until its `rest` has passed since
+    its last motion. Zeros of an input that does not drive are ignored, so that an idle sender holds up nobody. An
+    emergency stop takes the robot from all of them; an input that still asks for motion at its release has to stop
+    once, by a zero or by silence, before it drives: releasing never moves the robot.
+    """
+
+    def __init__(self, inputs):
+        self._states = [_State(settings) for settings in inputs]  # highest first
+        self._by_name = {state.name: state for state in self._states}
+        self._driver = None
+        self._sent = STOP
+        self._lock_sent = 0.0
+        self.locked = False
+        self.timeouts = 0  # times that a moving robot was stopped because its driver fell silent
+
+    @property
+    def driver(self):
+        """Name of the input that drives, NOBODY or EMERGENCY_STOP."""
+        if self.locked:
+            return EMERGENCY_STOP
+        return self._driver.name if self._driver else NOBODY
+
+    def waiting(self, now):
+        """Names of the inputs that ask for motion and do not get it."""
+        return [state.name for state in self._states
+                if state.moving(now) and (self.locked or state is not self._driver)]
+
+    def barred(self, now):
+        """Names of the inputs that have to stop once before they drive."""
+        return [state.name for state in self._states if state.barred and state.moving(now)]
+
+    def command(self, name, twist, now):
+        """Take a command of an input; the time-outs that were due before it come first."""
+        due = self.look(now)
+        state = self._by_name[name]
+        if twist == STOP or state.received is None or now - state.received >= state.timeout:
+            state.barred = False
+        state.twist, state.received = tuple(twist), now
+        if self.locked or state.barred:
+            return due
+        if twist != STOP:
+            state.moved = now
+        due += self._choose(now)
+        if state is self._driver:
+            due.append(state.twist)
+            self._sent = state.twist
+        return due
+
+    def emergency_stop(self, pressed, now):
+        """Lock while pressed."""
+        pressed = bool(pressed)
+        if pressed == self.locked:
+            return []
+        self.locked = pressed
+        for state in self._states:
+            state.moved = None
+            state.barred = state.moving(now)
+        self._driver = None
+        return self._stop_lock(now) if pressed else []
+
+    def give_back(self, now):
+        """On request: the driver's rest ends now, and inputs that had to stop first may drive at their next command."""
+        if self._driver:
+            self._driver.moved = None
+        for state in self._states:
+            state.barred = False
+        return self._choose(now)
+
+    def look(self, now):
+        """What the time that has passed makes due."""
+        if self.locked:
+            return self._stop_lock(now) if now - self._lock_sent >= LOCK_PERIOD else []
+        driver = self._driver
+        due = []
+        if driver and self._sent != STOP and now - driver.received >= driver.timeout:
+            self.timeouts += 1
+            due = self._stop()
+        return due + self._choose(now)
+
+    def time_left(self, now):
+        """[s] until `look` may have something to do; None when only a message can change anything."""
+        if self.locked:
+            return max(0.0, self._lock_sent + LOCK_PERIOD - now)
+        if not self._driver:
+            return None
+        ends = [self._driver.moved + self._driver.hold]
+        if self._sent != STOP:
+            ends.append(self._driver.received + self._driver.timeout)
+        return max(0.0, min(ends) - now)
+
+    def _choose(self, now):
+        """Give the robot to the highest input that claims it; a zero lies between two drivers."""
+        driver = next((state for state in self._states if state.claims(now)), None)
+        if self.locked or driver is self._driver:
+            return []
+        self._driver = driver
+        return self._stop()
+
+    def _stop(self):
+        if self._sent == STOP:
+            return []
+        self._sent = STOP
+        return [STOP]
+
+    def _stop_lock(self, now):
+        self._sent, self._lock_sent = STOP, now
+        return [STOP]

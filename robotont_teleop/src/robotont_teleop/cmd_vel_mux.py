@@ -1,0 +1,176 @@
+"""The ROS side of cmd_vel_mux: commands of several senders in, one cmd_vel out."""
+
+import threading
+import time
+from functools import partial
+
+import rosgraph
+import rospy
+from geometry_msgs.msg import Twist
+from std_msgs.msg import Bool, String
+from std_srvs.srv import Trigger, TriggerResponse
+
+from robotont_driver.command_stream import refuse
+from robotont_driver.node import OK, WARN, Health, Worker
+from robotont_driver.parameters import Parameter
+from robotont_teleop.arbitration import STOP, Arbiter, Input
+from robotont_teleop.node import run_node, twist_message
+
+PARAMETERS = (
+    Parameter("hand_timeout", 0.3, "the robot stops after this long without a command of the hand that drives", "s",
+              minimum=0.05),
+    Parameter("hand_rest", 2.0, "after the last motion by hand, before the inputs below it may drive", "s",
+              minimum=0.0),
+    Parameter("navigation_timeout", 0.5, "the robot stops after this long without a command of navigation", "s",
+              minimum=0.05),
+    Parameter("navigation_rest", 1.0, "after the last motion by navigation, before the default may drive", "s",
+              minimum=0.0),
+    Parameter("default_timeout", 0.5, "the robot stops after this long without a command of the default", "s",
+              minimum=0.05),
+)
+INPUTS = ("hand", "navigation", "default")  # highest first
+PRESSED = "emergency_stop_pressed"  # parameter that outlives this node
+PUBLISHERS_PERIOD = 2.0  # [s] between two looks at who else publishes cmd_vel
+
+
+class CmdVelMux:
+    """Lets the highest input drive, and keeps the state of the emergency stop for whoever starts later."""
+
+    def __init__(self, parameters):
+        self._arbiter = Arbiter([
+            Input(name, parameters[name + "_timeout"], parameters.get(name + "_rest", 0.0)) for name in INPUTS])
+        self._lock = threading.Lock()
+        self._commands = dict.fromkeys(INPUTS, 0)
+        self._refused = 0
+        self._refusal = ""
+        self._driver = None
+        self._others = ()
+        self._publisher = rospy.Publisher("cmd_vel", Twist, queue_size=2, tcp_nodelay=True)  # a zero and a command
+        self._driven_by = rospy.Publisher("cmd_vel/driven_by", String, queue_size=1, latch=True)
+        self._emergency_stop = rospy.Publisher("emergency_stop", Bool, queue_size=1, latch=True)
+        self._saved = False  # what the parameter holds
+        if rospy.get_param(PRESSED, False):  # a mux before this one has left it
+            self._press(True)
+        self._tell_driver()
+        self._worker = Worker(self._look)
+        rospy.on_shutdown(self._stop)
+        rospy.Subscriber("emergency_stop", Bool, self._on_emergency_stop, queue_size=1, tcp_nodelay=True)
+        for name in INPUTS:
+            rospy.Subscriber("cmd_vel/" + name, Twist, partial(self._on_command, name), queue_size=1, tcp_nodelay=True)
+        rospy.Service("~give_back", Trigger, self._on_give_back)
+        self._lookout = Worker(self._look_for_others)
+        Health("robotont", {"who drives": self._report})
+
+    def _on_command(self, name, message):
+        linear, angular = message.linear, message.angular
+        refusal = refuse((linear.x, linear.y, linear.z), (angular.x, angular.y, angular.z))
+        twist = STOP if refusal else (linear.x, linear.y, angular.z)
+        with self._lock:
+            self._commands[name] += 1
+            before = self._arbiter.driver
+            self._send(self._arbiter.command(name, twist, time.monotonic()))
+            changed = before != self._arbiter.driver
+            if refusal:
+                self._refused += 1
+                self._refusal = f"cmd_vel/{name}: {refusal}"
+        if changed:
+            self._tell_driver()
+        self._worker.wake()
+        if refusal:
+            rospy.logwarn_throttle(1.0, "cmd_vel/%s refused: %s", name, refusal)
+
+    def _on_emergency_stop(self, message):
+        if message._connection_header.get("callerid") != rospy.get_name():
+            self._press(message.data)
+            self._worker.wake()
+
+    def _press(self, pressed):
+        """Lock or unlock; then say it again, latched, so that nodes that start later hear it."""
+        with self._lock:
+            self._send(self._arbiter.emergency_stop(pressed, time.monotonic()))
+        self._emergency_stop.publish(pressed)
+        self._tell_driver()
+        if pressed != self._saved:
+            self._saved = pressed
+            rospy.set_param(PRESSED, pressed)
+
+    def _on_give_back(self, _request):
+        with self._lock:
+            self._send(self._arbiter.give_back(time.monotonic()))
+            driver = self._arbiter.driver
+        self._tell_driver()
+        return TriggerResponse(success=True, message=f"{driver} drives")
+
+    def _look(self):
+        """Whatever silence makes due; returns the time to rest."""
+        with self._lock:
+            now = time.monotonic()
+            self._send(self._arbiter.look(now))
+            left = self._arbiter.time_left(now)
+        self._tell_driver()
+        return left
+
+    def _send(self, twists):
+        for twist in twists:
+            self._publisher.publish(twist_message(twist))
+
+    def _tell_driver(self):
+        with self._lock:
+            driver = self._arbiter.driver
+            if driver == self._driver:
+                return
+            self._driver = driver
+            self._driven_by.publish(driver)
+        rospy.loginfo("drives: %s", driver)
+
+    def _look_for_others(self):
+        """Find other publishers of cmd_vel; returns the time to rest."""
+        try:
+            publishers, _, _ = rosgraph.Master(rospy.get_name()).getSystemState()
+        except (OSError, rosgraph.MasterException):
+            return PUBLISHERS_PERIOD  # the master is gone; the robot is not
+        topic = rospy.resolve_name("cmd_vel")
+        nodes = {node for name, names in publishers if name == topic for node in names}
+        others = tuple(sorted(nodes - {rospy.get_name()}))
+        if others and others != self._others:
+            rospy.logwarn("%s publish%s straight to %s, past this mux: let them publish on cmd_vel/navigation or "
+                          "cmd_vel/default (e.g. rosrun ... cmd_vel:=cmd_vel/default)",
+                          " and ".join(others), "" if len(others) > 1 else "es", topic)
+        self._others = others
+        return PUBLISHERS_PERIOD
+
+    def _stop(self):
+        with self._lock:
+            if self._arbiter.driver in INPUTS:
+                self._send([STOP])
+
+    def _report(self):
+        now = time.monotonic()
+        with self._lock:
+            arbiter = self._arbiter
+            driver, waiting, barred = arbiter.driver, arbiter.waiting(now), arbiter.barred(now)
+            values = {
+                "drives": driver,
+                "wait": ", ".join(waiting) or "nobody",
+                **{f"commands of {name}": count for name, count in self._commands.items()},
+                "commands refused": self._refused,
+                "stops because a driver fell silent": arbiter.timeouts,
+                "other publishers of cmd_vel": ", ".join(self._others) or "none",
+            }
+            refusal, self._refusal = self._refusal, ""
+            locked = arbiter.locked
+        if locked:
+            return WARN, "emergency stop: publish false on emergency_stop to release it", values
+        if self._others:
+            return WARN, f"{', '.join(self._others)} also on cmd_vel: commands may mix; use cmd_vel/default", values
+        if refusal:
+            return WARN, "command refused: " + refusal, values
+        if barred:
+            return WARN, (f"{', '.join(barred)} must stop once after the emergency stop before driving; or call "
+                          f"{rospy.get_name()}/give_back"), values
+        return OK, f"drives: {driver}", values
+
+
+def main():
+    """Run cmd_vel_mux."""
+    run_node("cmd_vel_mux", CmdVelMux, PARAMETERS)

@@ -1,0 +1,110 @@
+"""Which of the open pages drives, and which of its commands may go out; knows no network, no ROS and no clock.
+
+Times [s] are the server's, from a clock that never goes back. A page cannot be believed about time: its clock may be
+wrong and its messages late. So each command carries the newest server time that its page had seen, and the command's
+age is what has passed since then: the way to the page, the page's own delay, and the way back.
+"""
+
+from robotont_teleop.speeds import STOP
+
+CLOCK_RESOLUTION = 0.001  # [s] of the times in messages
+
+
+class DrivingSeat:
+    """One page drives, any number of pages watch."""
+
+    def __init__(self, speeds, oldest, dead_man):
+        self._speeds = speeds      # Speeds that no command exceeds
+        self._oldest = oldest      # [s] an older command is dropped
+        self._dead_man = dead_man  # [s] without a command the robot stops
+        self.driver = None         # the page that drives
+        self._moving_since = None  # [s] time of the newest command with motion, None when at rest
+        self._hands_off = False    # whether the sticks must be let go before they drive again
+        self.dropped = 0           # commands that came too late
+        self.foreign = 0           # commands of pages that do not drive
+        self.timeouts = 0          # stops because a moving page fell silent
+
+    @property
+    def hands_off(self):
+        """Whether the driver has to let go of the sticks before they drive again."""
+        return self._hands_off
+
+    def take(self, page):
+        """Let a page drive; the twist to send, or None. The page before has lost the robot, wherever its sticks are."""
+        if page == self.driver:
+            return None
+        self.driver = page
+        self._hands_off = False
+        return self._rest()
+
+    def leave(self, page):
+        """A page is gone; the twist to send, or None."""
+        if page != self.driver:
+            return None
+        self.driver = None
+        return self._rest()
+
+    def command(self, page, seen, twist, now):
+        """Take a command of a page that had seen server time `seen`; the twist to send, or None.
+
+        A free seat is taken by the first page that asks for motion.
+        """
+        age = now - seen
+        if not -CLOCK_RESOLUTION <= age <= self._oldest:
+            self.dropped += 1
+            return None
+        if self.driver is None and twist != STOP:
+            self.driver, self._hands_off = page, False
+        if page != self.driver:
+            self.foreign += 1
+            return None
+        if twist == STOP:
+            self._hands_off = False
+            self._moving_since = None
+            return STOP
+        if self._hands_off:
+            return None
+        self._moving_since = now
+        return self._speeds.within(twist)
+
+    def stop(self):
+        """After an emergency stop the sticks have to be let go first."""
+        self._hands_off = self._moving_since is not None or self._hands_off
+        self._moving_since = None
+
+    def look(self, now):
+        """STOP when the driver has fallen silent while moving, else None."""
+        if self._moving_since is None or now - self._moving_since < self._dead_man:
+            return None
+        self.timeouts += 1
+        self._hands_off = True
+        return self._rest()
+
+    def time_left(self, now):
+        """[s] until the dead-man's time is over; None at rest."""
+        return None if self._moving_since is None else max(0.0, self._moving_since + self._dead_man - now)
+
+    def _rest(self):
+        if self._moving_since is None:
+            return None
+        self._moving_since = None
+        return STOP
+
+
+class MessageRate:
+    """Counts messages against a rate [1/s] with a reserve of one second; `take` says whether one more is within it."""
+
+    def __init__(self, rate):
+        self._rate = rate
+        self._left = rate
+        self._time = None
+
+    def take(self, now):
+        """Whether a message at time `now` [s] may pass."""
+        if self._time is not None:
+            self._left = min(self._rate, self._left + (now - self._time) * self._rate)
+        self._time = now
+        if self._left < 1.0:
+            return False
+        self._left -= 1.0
+        return True

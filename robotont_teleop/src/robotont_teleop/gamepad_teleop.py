@@ -1,0 +1,142 @@
+"""Drives the robot by a gamepad on Linux' event devices."""
+
+import threading
+import time
+
+import evdev
+import rospy
+
+from robotont_driver.node import OK, WARN, Health, Worker
+from robotont_driver.parameters import Parameter
+from robotont_teleop.gamepad import EV_ABS, EV_KEY, LAYOUTS, Gamepad, layout_for
+from robotont_teleop.hand_output import HandOutput
+from robotont_teleop.node import run_node
+from robotont_teleop.speeds import STOP, Speeds
+
+PARAMETERS = (
+    Parameter("device", "auto", "such as /dev/input/event7; auto: the first that is a gamepad"),
+    Parameter("layout", "auto", "where sticks and buttons are", choices=("auto", *LAYOUTS)),
+    Parameter("linear_speed", 0.3, "of the left stick at its rim", "m/s", minimum=0.01),
+    Parameter("angular_speed", 1.0, "of the right stick at its rim", "rad/s", minimum=0.01),
+    Parameter("fast_linear_speed", 0.8, "with the fast button", "m/s", minimum=0.01),
+    Parameter("fast_angular_speed", 2.0, "with the fast button", "rad/s", minimum=0.01),
+    Parameter("dead_zone", 0.12, "part of a stick's way that counts as its middle", minimum=0.0),
+    Parameter("publish_rate", 20.0, "of commands while the robot is driven", "Hz", minimum=5.0),
+    Parameter("retry_period", 0.5, "between two looks for the gamepad", "s", minimum=0.05),
+)
+
+
+class GamepadTeleop:
+    """Opens the gamepad whenever it is there; drives while its dead-man button is held."""
+
+    def __init__(self, parameters, devices=evdev):
+        self._parameters = parameters
+        self._devices = devices  # list_devices() and InputDevice(path), as evdev has them
+        self._output = HandOutput()
+        self._lock = threading.Lock()
+        self._pad = None
+        self._name, self._trouble = "", "looking for a gamepad"
+        self._told = None
+        rospy.on_shutdown(self._let_go)
+        self._repeater = Worker(self._repeat)
+        self._reader = Worker(self._read)
+        Health("robotont", {"gamepad": self._report})
+
+    def _read(self):
+        """Take a gamepad's events until it is unplugged; returns the time to rest before the next look for one."""
+        device = None
+        try:
+            device, layout = self._find()
+            if device is None:
+                self._say(self._trouble)
+            else:
+                self._take_events(device, layout)
+        except OSError as error:
+            self._trouble = f"gamepad {self._name}: {error.strerror or error}"
+            self._say(self._trouble)
+        finally:
+            self._let_go()
+            if device is not None:
+                device.close()
+        return self._parameters["retry_period"]
+
+    def _find(self):
+        """(device, name of its layout), or (None, None) with the reason in `_trouble`. Raises OSError."""
+        wanted, named = self._parameters["device"], self._parameters["layout"]
+        self._trouble = "no gamepad found: plug one in; is this user in group input?"
+        for path in self._devices.list_devices() if wanted == "auto" else [wanted]:
+            device = self._devices.InputDevice(path)
+            layout = layout_for(_codes(device))
+            if layout and named != "auto":
+                layout = named
+            if layout:
+                return device, layout
+            device.close()
+            if wanted != "auto":
+                self._trouble = f"{wanted} has not the sticks and buttons of any layout: {', '.join(LAYOUTS)}"
+        return None, None
+
+    def _take_events(self, device, layout):
+        given = self._parameters
+        axes = dict(device.capabilities().get(EV_ABS, ()))
+        slow = Speeds(given["linear_speed"], given["angular_speed"])
+        fast = Speeds(given["fast_linear_speed"], given["fast_angular_speed"])
+        pad = Gamepad(LAYOUTS[layout], {code: (info.min, info.max) for code, info in axes.items()}, slow, fast,
+                      min(0.9, given["dead_zone"]))
+        for code, info in axes.items():
+            pad.event(EV_ABS, code, info.value)
+        for code in device.active_keys():
+            pad.event(EV_KEY, code, 1)
+        self._name, self._trouble = device.name, ""
+        self._say(f"{device.name}, layout {layout}: hold the left shoulder button to drive, the right one as well for "
+                  "more speed")
+        with self._lock:
+            self._pad = pad
+        for event in device.read_loop():
+            with self._lock:
+                stop = pad.event(event.type, event.code, event.value)
+                if stop:
+                    self._output.emergency_stop(stop == "stop")
+                self._send()
+
+    def _send(self):
+        """The command of now: at once when it changes."""
+        twist = self._pad.twist if self._pad else STOP
+        if twist != self._output.sent:
+            self._output.send(twist)
+
+    def _repeat(self):
+        """Send the command again while it is not zero; a stick that is held still has no events."""
+        with self._lock:
+            if self._pad and self._pad.twist != STOP:
+                self._output.send(self._pad.twist)
+        return 1.0 / self._parameters["publish_rate"]
+
+    def _let_go(self):
+        with self._lock:
+            self._pad = None
+            if self._output.sent != STOP:
+                self._output.send(STOP)
+        time.sleep(0.02)  # rospy sends from a thread of its own
+
+    def _say(self, words):
+        if words != self._told:
+            self._told = words
+            rospy.loginfo("%s", words)
+
+    def _report(self):
+        with self._lock:
+            values = {"gamepad": self._name or "none yet", "sent": self._output.sent,
+                      "listeners": self._output.listeners}
+            plugged = self._pad is not None
+        return (OK, self._name, values) if plugged else (WARN, self._trouble, values)
+
+
+def _codes(device):
+    capabilities = device.capabilities()
+    return {EV_KEY: set(capabilities.get(EV_KEY, ())), EV_ABS: {code for code, _ in capabilities.get(EV_ABS, ())}}
+
+
+def main():
+    """Run gamepad_teleop."""
+    run_node("gamepad_teleop", GamepadTeleop, PARAMETERS)

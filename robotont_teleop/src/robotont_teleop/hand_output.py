@@ -1,0 +1,81 @@
+"""Where commands by hand go, and what comes back: shared by keyboard_teleop and gamepad_teleop."""
+
+import time
+
+import rosgraph
+import rospy
+from geometry_msgs.msg import Twist
+from nav_msgs.msg import Odometry
+from std_msgs.msg import Bool, String
+
+from robotont_teleop.arbitration import EMERGENCY_STOP
+from robotont_teleop.node import twist_message
+from robotont_teleop.speeds import STOP
+
+HAND, DIRECT = "cmd_vel/hand", "cmd_vel"
+
+
+class HandOutput:
+    """Publishes commands for the mux, or straight on cmd_vel where no mux runs when it starts."""
+
+    def __init__(self):
+        self.topic = HAND if self._is_subscribed(HAND) else DIRECT
+        self._command = rospy.Publisher(self.topic, Twist, queue_size=1, tcp_nodelay=True)
+        self._emergency_stop = rospy.Publisher("emergency_stop", Bool, queue_size=5, tcp_nodelay=True)
+        self._driven_by, self._stopped = "", False
+        self._velocity, self._heard = STOP, -1e9
+        self.sent = STOP
+        rospy.Subscriber("odom", Odometry, self._on_odometry, queue_size=1)
+        rospy.Subscriber("cmd_vel/driven_by", String, self._on_driven_by, queue_size=1)
+        rospy.Subscriber("emergency_stop", Bool, self._on_stop, queue_size=1)
+
+    def send(self, twist):
+        """Publish (v_x [m/s], v_y [m/s], omega [rad/s])."""
+        self.sent = twist
+        self._command.publish(twist_message(twist))
+
+    def emergency_stop(self, pressed):
+        """Press or release it; pressing also stops by an ordinary command."""
+        self._emergency_stop.publish(pressed)
+        if pressed:
+            self.send(STOP)
+
+    @property
+    def stopped(self):
+        """Whether the emergency stop is pressed."""
+        return self._driven_by == EMERGENCY_STOP if self._driven_by else self._stopped
+
+    @property
+    def listeners(self):
+        """Words about who gets the commands."""
+        count = self._command.get_num_connections()
+        if not count:
+            return f"nobody listens to {rospy.resolve_name(self.topic)}"
+        return f"{count} listen to {rospy.resolve_name(self.topic)}" + \
+            (f", drives: {self._driven_by}" if self._driven_by else "")
+
+    @property
+    def connected(self):
+        """Whether anybody gets the commands."""
+        return self._command.get_num_connections() > 0
+
+    @property
+    def velocity(self):
+        """(v_x, v_y, omega) of the odometry, or None when there is none."""
+        return self._velocity if time.monotonic() - self._heard < 1.0 else None
+
+    def _on_odometry(self, message):
+        twist = message.twist.twist
+        self._velocity, self._heard = (twist.linear.x, twist.linear.y, twist.angular.z), time.monotonic()
+
+    def _on_driven_by(self, message):
+        self._driven_by = message.data
+
+    def _on_stop(self, message):
+        self._stopped = message.data
+
+    @staticmethod
+    def _is_subscribed(topic):
+        _, subscribers, _ = rosgraph.Master(rospy.get_name()).getSystemState()
+        name = rospy.resolve_name(topic)
+        return any(subscribed == name for subscribed, _ in subscribers)

@@ -1,0 +1,156 @@
+"""Drives the robot by the keys of a terminal."""
+
+import os
+import select
+import signal
+import sys
+import termios
+import time
+import tty
+
+import rosgraph
+import rospy
+
+from robotont_driver.parameters import Parameter
+from robotont_teleop.hand_output import HandOutput
+from robotont_teleop.keys import EMERGENCY_STOP, QUIT, RELEASE, HeldKeys, split_keys
+from robotont_teleop.node import read_own_parameters
+from robotont_teleop.speeds import STOP, Speeds
+
+PARAMETERS = (
+    Parameter("linear_speed", 0.3, "at the start", "m/s", minimum=0.01),
+    Parameter("angular_speed", 1.0, "at the start", "rad/s", minimum=0.01),
+    Parameter("max_linear_speed", 1.0, "that keys can reach", "m/s", minimum=0.01),
+    Parameter("max_angular_speed", 3.0, "that keys can reach", "rad/s", minimum=0.01),
+    Parameter("first_hold", 0.75, "how long one press drives; longer than the keyboard's delay before it repeats", "s",
+              minimum=0.1),
+    Parameter("repeat_hold", 0.3, "how long a held key drives on after its last repeat", "s", minimum=0.1),
+    Parameter("publish_rate", 20.0, "of commands while the robot is driven", "Hz", minimum=5.0),
+)
+SHOW_PERIOD = 0.1  # [s] between two lines
+HELP = """\
+hold to drive              speed                  the robot stops when no key is held
+  q  w  e   turn, ahead      +  -  all
+  a  s  d   strafe, back     r  f  driving        space    emergency stop
+  arrows    drive and turn   t  g  turning        U        release it
+keys add up (a, then q: strafe and turn); the opposite key stops first, then reverses
+Ctrl-C or Esc: end"""
+
+
+class KeyboardTeleop:
+    """Reads keys from file descriptor `terminal`, publishes, and shows a line on standard output."""
+
+    def __init__(self, parameters, terminal):
+        self._terminal = terminal
+        self._period = 1.0 / parameters["publish_rate"]
+        self._keys = HeldKeys(
+            Speeds(parameters["linear_speed"], parameters["angular_speed"]),
+            Speeds(parameters["max_linear_speed"], parameters["max_angular_speed"]),
+            parameters["first_hold"], parameters["repeat_hold"])
+        self._output = HandOutput()
+        self._rest = ""
+        self._shown = 0.0
+        self._sent_at = 0.0
+
+    def run(self):
+        """Drive until a key, a signal or the end of the terminal ends it; why, in words. Never raises OSError."""
+        try:
+            while not rospy.is_shutdown():
+                for key in self._read():
+                    if key in QUIT:
+                        return "ended by key"
+                    self._take(key)
+                self._send()
+                self._show()
+            return "ROS has shut down"
+        except OSError:
+            return "the terminal is gone"
+        finally:
+            self.stop()
+
+    def stop(self):
+        """Zero, in case that it is the last that goes out."""
+        if not rospy.is_shutdown():
+            self._output.send(STOP)
+            self._output.send(STOP)
+            time.sleep(0.05)  # rospy sends from a thread of its own
+
+    def _read(self):
+        """Keys that have come within one period; raises OSError when there is no terminal any more."""
+        if not select.select([self._terminal], [], [], self._period)[0]:
+            return []
+        data = os.read(self._terminal, 256)
+        if not data:
+            raise OSError("end of the terminal")
+        keys, self._rest = split_keys(self._rest + data.decode("ascii", "ignore"))
+        return keys
+
+    def _take(self, key):
+        if key == EMERGENCY_STOP:
+            self._keys.release()
+            self._output.emergency_stop(True)
+        elif key == RELEASE:
+            self._keys.release()
+            self._output.emergency_stop(False)
+        elif not self._output.stopped:
+            self._keys.press(key, time.monotonic())
+
+    def _send(self):
+        """The command of now: at once when it changes, repeated while it is not zero."""
+        now = time.monotonic()
+        twist = STOP if self._output.stopped else self._keys.twist(now)
+        if twist != self._output.sent or (twist != STOP and now - self._sent_at >= 0.5 * self._period):
+            self._sent_at = now
+            self._output.send(twist)
+
+    def _show(self):
+        now = time.monotonic()
+        if now - self._shown < SHOW_PERIOD:
+            return
+        self._shown = now
+        output = self._output
+        words = "EMERGENCY STOP, U releases it" if output.stopped else _words(output.sent)
+        robot = "no odometry" if output.velocity is None else _words(output.velocity)
+        line = (f"speed {self._keys.speeds.linear:.2f} m/s {self._keys.speeds.angular:.2f} rad/s | sent {words} | "
+                f"robot {robot} | {output.listeners}")
+        columns = os.get_terminal_size(sys.stdout.fileno()).columns if sys.stdout.isatty() else 0
+        print(f"\r{line[:columns - 1] if columns > 1 else line}\x1b[K", end="", flush=True)
+
+
+def _words(twist):
+    return "{:+.2f} {:+.2f} {:+.2f}".format(*(value + 0.0 for value in twist))
+
+
+def main():
+    """Run keyboard_teleop; the terminal is left as it was."""
+    if not sys.stdin.isatty():
+        sys.exit("keyboard_teleop: no terminal to read keys from: start it by rosrun in a terminal, not by roslaunch")
+    if not rosgraph.is_master_online():
+        sys.exit(f"keyboard_teleop: no ROS master at {rosgraph.get_master_uri()}: is the robot running? "
+                 "(./robotont sim)")
+    rospy.init_node("keyboard_teleop", anonymous=True, disable_signals=True)
+    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+        signal.signal(number, _end)
+    terminal = sys.stdin.fileno()
+    before = termios.tcgetattr(terminal)
+    teleop = KeyboardTeleop(read_own_parameters(PARAMETERS), terminal)
+    why = "ended"
+    try:
+        tty.setcbreak(terminal)
+        print(HELP, flush=True)
+        why = teleop.run()
+    except KeyboardInterrupt:
+        teleop.stop()
+        why = "ended by signal"
+    finally:
+        signal.signal(signal.SIGHUP, signal.SIG_IGN)
+        try:
+            termios.tcsetattr(terminal, termios.TCSADRAIN, before)
+            print(f"\n{why}; the robot is told to stop", flush=True)
+        except (OSError, termios.error):  # no terminal any more
+            sys.stdout = open(os.devnull, "w")  # noqa: SIM115  what is still in its buffer has nowhere to go
+        rospy.signal_shutdown(why)
+
+
+def _end(_number, _frame):
+    raise KeyboardInterrupt

@@ -1,0 +1,60 @@
+"""What a page may send: one JSON object per message, every field checked; knows no network."""
+
+import json
+from typing import NamedTuple, Optional, Tuple
+
+LONGEST = 512          # [bytes] of one message
+LARGEST_SPEED = 100.0  # [m/s, rad/s] a larger number is a fault of the sender
+LARGEST_TIME = 2 ** 53  # [ms] what a browser can count to
+FARTHEST = 1000.0      # [m] of a goal
+
+FIELDS = {  # kind: largest absolute value of each field
+    "drive": {"time": LARGEST_TIME, "x": LARGEST_SPEED, "y": LARGEST_SPEED, "turn": LARGEST_SPEED},
+    "ping": {"time": LARGEST_TIME},
+    "goal": {"x": FARTHEST, "y": FARTHEST},
+    "take": {}, "stop": {}, "release": {}, "cancel": {}, "give_back": {}, "reset_odometry": {},
+}
+
+
+class MessageError(ValueError):
+    """A message that is not one of ours; says what was found and what is allowed."""
+
+
+class Message(NamedTuple):
+    """One message of a page."""
+
+    kind: str
+    time: Optional[float] = None  # [ms] drive: the newest server time that the page has seen; ping: the page's own
+    values: Tuple[float, ...] = ()  # drive: (v_x [m/s], v_y [m/s], omega [rad/s]); goal: (x [m], y [m])
+
+
+def read_message(text):
+    """Message of a text; raises MessageError and nothing else, whatever the text is."""
+    if not isinstance(text, str):
+        raise MessageError("found bytes, allowed: text")
+    if len(text.encode("utf-8", "replace")) > LONGEST:
+        raise MessageError(f"found {len(text)} characters, allowed: {LONGEST} bytes")
+    try:
+        fields = json.loads(text, parse_constant=_refuse_constant)
+    except (ValueError, RecursionError) as error:
+        raise MessageError(f"no JSON: {error}") from None
+    kind = fields.pop("kind", None) if isinstance(fields, dict) else None
+    if not isinstance(kind, str) or kind not in FIELDS:
+        raise MessageError(f"found kind {kind!r}, allowed: {', '.join(FIELDS)}")
+    allowed = FIELDS[kind]
+    if set(fields) != set(allowed):
+        raise MessageError(f"{kind}: found {sorted(fields)}, allowed: {sorted(allowed)}")
+    for name, value in fields.items():
+        _check_number(kind, name, value, allowed[name])
+    values = tuple(float(fields[name]) for name in ("x", "y", "turn") if name in allowed)
+    return Message(kind, fields.get("time"), values)
+
+
+def _check_number(kind, name, value, largest):
+    number = isinstance(value, (int, float)) and not isinstance(value, bool)
+    if not number or not -largest <= value <= largest:
+        raise MessageError(f"{kind}: found {name} {value!r:.40}, allowed: a number from {-largest:g} to {largest:g}")
+
+
+def _refuse_constant(name):
+    raise ValueError(f"found {name}")

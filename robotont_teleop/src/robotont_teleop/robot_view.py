@@ -1,0 +1,341 @@
+"""What the web pages see of the robot, and what they can make it do: the ROS side, without any network of its own."""
+
+import io
+import math
+import threading
+import time
+from concurrent.futures import ThreadPoolExecutor
+
+import numpy as np
+import rosgraph
+import rospy
+import tf2_ros
+from actionlib_msgs.msg import GoalID
+from diagnostic_msgs.msg import DiagnosticArray
+from geometry_msgs.msg import Twist
+from nav_msgs.msg import OccupancyGrid, Odometry
+from PIL import Image
+from sensor_msgs.msg import BatteryState, CompressedImage, LaserScan, Range
+from std_msgs.msg import Bool, String
+from std_srvs.srv import Trigger
+
+from robotont_driver.kinematics import Kinematics
+from robotont_driver.node import Worker
+from robotont_driver.protocol import PacketError, parse_packet
+from robotont_navigation.goal import Goal
+from robotont_navigation.goto import GoTo
+from robotont_teleop.arbitration import EMERGENCY_STOP
+from robotont_teleop.node import twist_message
+
+MAP_FRAME = "map"
+STALE = 1.0             # [s] a value that has not come for so long is not shown
+STALE_LIGHT = 5.0       # [s] the same for diagnostics, which come once per second
+SLOW_PERIOD = 0.2       # [s] between two looks at transforms
+MEASURED_PACKETS = 5    # over which the measured wheel speeds are averaged
+SCAN_PERIOD, SCAN_RAYS = 0.2, 180  # [s] between two scans for the pages, rays at most
+CAMERA_LOOK = 2.0       # [s] between two looks at whether there is a camera
+LIGHTS, LONGEST_WORDS, RANGES = 24, 200, 16
+LARGEST_MAP = 4000 * 4000  # [cells]
+OCCUPIED, FREE, UNKNOWN = (130, 255), (130, 36), (0, 0)  # (grey, opacity): seen on light and on dark ground alike
+NEVER = -math.inf
+
+
+class RobotView:
+    """The newest of everything. What pages call never waits: calls that may take long have a thread of their own."""
+
+    def __init__(self, wheels, camera_topic):
+        self._kinematics = Kinematics(wheels)
+        self._camera_topic = camera_topic
+        self._lock = threading.Lock()
+        self._newest = {}      # name: (time [s], value) of what becomes stale
+        self._lights = {}      # name: (time [s], level, words)
+        self._board = ""
+        self._ranges = {}      # frame: (time [s], distance [m] or None)
+        self._counts = []      # of the newest packets
+        self._scan, self._scan_at = None, NEVER
+        self._map, self._map_picture = None, None
+        self._picture = None   # (number, JPEG) of the camera
+        self._has_camera, self._camera = False, None
+        self._map_to_odom, self._laser = None, {}
+        self._frames = None    # (odom frame, base frame)
+        self._driven_by, self._stopped = "", None
+        self._note = {"number": 0, "words": "", "good": True}
+        self._goal = None      # {"x", "y", "words"} while it is pursued
+        self._calls = ThreadPoolExecutor(max_workers=4)
+        self._transforms = tf2_ros.Buffer()
+        self._listener = tf2_ros.TransformListener(self._transforms)
+        self._goto = GoTo(MAP_FRAME, self._show_progress)
+        self._publish(camera_topic)
+        self._slow_worker = Worker(self._look_at_transforms)
+        self._camera_worker = Worker(self._look_for_camera)
+
+    def _publish(self, camera_topic):
+        self._command = rospy.Publisher("cmd_vel/hand", Twist, queue_size=1, tcp_nodelay=True)
+        self._emergency_stop = rospy.Publisher("emergency_stop", Bool, queue_size=5, tcp_nodelay=True)
+        self._cancel = rospy.Publisher("move_base/cancel", GoalID, queue_size=5, tcp_nodelay=True)
+        self._reset = rospy.ServiceProxy("reset_odometry", Trigger)
+        self._give_back = rospy.ServiceProxy("cmd_vel_mux/give_back", Trigger)
+        for topic, kind, callback in (
+                ("odom", Odometry, self._on_odometry), ("cmd_vel/limited", Twist, self._on_limited),
+                ("serial_write", String, self._on_commanded), ("serial_read", String, self._on_counts),
+                ("/diagnostics", DiagnosticArray, self._on_diagnostics), ("emergency_stop", Bool, self._on_stop),
+                ("cmd_vel/driven_by", String, self._on_driven_by), ("battery", BatteryState, self._on_battery),
+                ("range", Range, self._on_range), ("scan", LaserScan, self._on_scan),
+                ("map", OccupancyGrid, self._on_map)):
+            rospy.Subscriber(topic, kind, callback, queue_size=1 if topic != "/diagnostics" else 50)
+
+    # What the pages make it do
+
+    def send(self, twist):
+        """A command by hand, (v_x [m/s], v_y [m/s], omega [rad/s])."""
+        self._command.publish(twist_message(twist))
+
+    def emergency_stop(self, pressed):
+        """Press or release the emergency stop."""
+        self._emergency_stop.publish(pressed)
+
+    def cancel(self):
+        """Take back every goal, whoever has sent it."""
+        self._cancel.publish(GoalID())
+
+    def goal(self, x, y):
+        """Send the robot to (x, y) [m] on the map; it looks in the end as it looks now."""
+        pose = self._pose()
+        yaw = pose[2] if pose and self._map_to_odom else 0.0
+        self._calls.submit(self._pursue, Goal(x, y, yaw))
+
+    def give_back(self):
+        """Let navigation drive now."""
+        self._calls.submit(self._call, self._give_back, "give back")
+
+    def reset_odometry(self):
+        """Let the pose start anew."""
+        self._calls.submit(self._call, self._reset, "reset odometry")
+
+    def _pursue(self, goal):
+        own = {"x": goal.x, "y": goal.y, "words": ""}
+        with self._lock:
+            self._goal = own
+        outcome = self._goto.go(goal, 0.0)
+        if self._goal is own:  # else another goal has taken its place, and tells its own end
+            self._goal = None
+            self._say(outcome.words, outcome.status == 0)
+
+    def _show_progress(self, words):
+        with self._lock:
+            if self._goal:
+                self._goal["words"] = words
+
+    def _call(self, service, what):
+        try:
+            answer = service()
+            self._say(f"{what}: {answer.message or 'done'}", answer.success)
+        except rospy.ServiceException as error:
+            self._say(f"{what}: {error}", False)
+
+    def _say(self, words, good):
+        with self._lock:
+            self._note = {"number": self._note["number"] + 1, "words": words[:LONGEST_WORDS], "good": good}
+
+    # What the pages see
+
+    def state(self):
+        """What changes all the time, for JSON."""
+        with self._lock:
+            return {
+                "pose": _rounded(self._pose(), 4), "velocity": _rounded(self._fresh("velocity"), 3),
+                "limited": _rounded(self._fresh("limited"), 3), "commanded": _rounded(self._fresh("commanded"), 3),
+                "measured": _rounded(self._measured(), 3), "driven_by": self._driven_by, "stopped": self._is_stopped(),
+            }
+
+    def status(self):
+        """What changes rarely, for JSON."""
+        now = time.monotonic()
+        with self._lock:
+            lights = [{"name": name, "level": level if now - at < STALE_LIGHT else 3, "words": words}
+                      for name, (at, level, words) in sorted(self._lights.items())]
+            return {
+                "frame": MAP_FRAME if self._map_to_odom else (self._frames or ("",))[0],
+                "lights": lights[:LIGHTS], "board": self._board, "battery": self._fresh("battery", STALE_LIGHT),
+                "ranges": [value for _, (at, value) in sorted(self._ranges.items()) if now - at < STALE][:RANGES],
+                "map": self._map, "camera": self._has_camera, "navigation": self._goto.answers, "goal": self._goal,
+                "note": self._note,
+            }
+
+    def scan(self):
+        """The newest scan for JSON, or None."""
+        return self._scan if time.monotonic() - self._scan_at < STALE else None
+
+    def map_picture(self):
+        """PNG of the map, or None."""
+        return self._map_picture
+
+    def camera_picture(self):
+        """(number, JPEG), or None; asking for the first time starts the camera's subscription."""
+        with self._lock:
+            if self._camera is None and self._has_camera:
+                self._camera = rospy.Subscriber(self._camera_topic, CompressedImage, self._on_picture, queue_size=1,
+                                                buff_size=2 ** 22)
+            return self._picture
+
+    def _pose(self):
+        """(x, y, yaw) on the map where there is one, else of the odometry; None when it is not known."""
+        pose = self._fresh("pose")
+        return _compose(self._map_to_odom, pose) if pose and self._map_to_odom else pose
+
+    def _measured(self):
+        if self._fresh("counts") is None:
+            return None
+        return self._kinematics.speeds_of_units(np.mean(self._counts, axis=0)).tolist()
+
+    def _is_stopped(self):
+        return self._driven_by == EMERGENCY_STOP if self._driven_by else bool(self._stopped)
+
+    def _fresh(self, name, within=STALE):
+        at, value = self._newest.get(name, (NEVER, None))
+        return value if time.monotonic() - at < within else None
+
+    def _keep(self, **values):
+        now = time.monotonic()
+        with self._lock:
+            for name, value in values.items():
+                self._newest[name] = (now, value)
+
+    # What comes from the robot
+
+    def _on_odometry(self, message):
+        self._frames = (message.header.frame_id, message.child_frame_id)
+        position, twist = message.pose.pose.position, message.twist.twist
+        self._keep(pose=(position.x, position.y, _yaw(message.pose.pose.orientation)),
+                   velocity=(twist.linear.x, twist.linear.y, twist.angular.z))
+
+    def _on_limited(self, message):
+        self._keep(limited=(message.linear.x, message.linear.y, message.angular.z))
+
+    def _on_commanded(self, message):
+        units = self._units(message.data)
+        if units is not None:
+            self._keep(commanded=self._kinematics.speeds_of_units(units).tolist())
+
+    def _on_counts(self, message):
+        counts = self._units(message.data)
+        if counts is not None:
+            self._keep(counts=True)
+            with self._lock:
+                self._counts = [*self._counts[1 - MEASURED_PACKETS:], counts]
+
+    def _units(self, packet):
+        try:
+            return parse_packet(packet, self._kinematics.wheels.amount)
+        except PacketError:
+            return None
+
+    def _on_diagnostics(self, message):
+        now = time.monotonic()
+        with self._lock:
+            for status in message.status[:4 * LIGHTS]:
+                name = status.name.lstrip("/")[:80]
+                self._lights[name] = (now, status.level[0] if isinstance(status.level, bytes) else int(status.level),
+                                      status.message[:LONGEST_WORDS])
+                self._board = next((value.value[:80] for value in status.values if value.key == "board"), self._board)
+            for name in [name for name, light in self._lights.items() if now - light[0] > 12 * STALE_LIGHT]:
+                del self._lights[name]
+
+    def _on_stop(self, message):
+        self._stopped = message.data
+
+    def _on_driven_by(self, message):
+        self._driven_by = message.data
+
+    def _on_battery(self, message):
+        charge = message.percentage
+        self._keep(battery={"voltage": _finite(message.voltage, 1), "charge": _finite(charge, 2)})
+
+    def _on_range(self, message):
+        distance = message.range if message.min_range <= message.range <= message.max_range else None
+        with self._lock:
+            if message.header.frame_id in self._ranges or len(self._ranges) < RANGES:
+                self._ranges[message.header.frame_id] = (time.monotonic(), _finite(distance, 2))
+
+    def _on_scan(self, message):
+        now = time.monotonic()
+        laser = self._laser.get(message.header.frame_id)
+        if laser is None:
+            self._laser.setdefault(message.header.frame_id, None)
+            return
+        if now - self._scan_at < SCAN_PERIOD:
+            return
+        step = max(1, math.ceil(len(message.ranges) / SCAN_RAYS))
+        ranges = [round(value, 2) if message.range_min <= value <= message.range_max else None
+                  for value in message.ranges[::step]]
+        number = self._scan["number"] + 1 if self._scan else 1
+        self._scan = {"number": number, "from": _rounded(laser, 3), "first": round(message.angle_min, 4),
+                      "step": round(message.angle_increment * step, 5), "ranges": ranges}
+        self._scan_at = now
+
+    def _on_map(self, message):
+        info = message.info
+        if not 0 < info.width * info.height <= LARGEST_MAP or len(message.data) != info.width * info.height:
+            rospy.logwarn("a map of %d x %d cells with %d values is not shown; allowed: up to %d", info.width,
+                          info.height, len(message.data), LARGEST_MAP)
+            return
+        cells = np.array(message.data, dtype=np.int8).reshape(info.height, info.width)[::-1]
+        pixels = np.full((*cells.shape, 2), UNKNOWN, dtype=np.uint8)
+        pixels[cells >= 0] = FREE
+        pixels[cells >= 50] = OCCUPIED
+        output = io.BytesIO()
+        Image.fromarray(pixels, "LA").save(output, "PNG")
+        origin = info.origin
+        with self._lock:
+            self._map_picture = output.getvalue()
+            self._map = {"number": (self._map or {"number": 0})["number"] + 1,
+                         "width": info.width * info.resolution, "height": info.height * info.resolution,
+                         "origin": [origin.position.x, origin.position.y, _yaw(origin.orientation)]}
+
+    def _on_picture(self, message):
+        if message.data[:2] == b"\xff\xd8":  # JPEG
+            with self._lock:
+                self._picture = ((self._picture or (0,))[0] + 1, bytes(message.data))
+
+    def _look_at_transforms(self):
+        if self._frames:
+            odom, base = self._frames
+            self._map_to_odom = self._transform(MAP_FRAME, odom)
+            for frame in tuple(self._laser):
+                self._laser[frame] = self._transform(base, frame)
+        return SLOW_PERIOD
+
+    def _transform(self, target, source):
+        """(x, y, yaw) of frame `source` in frame `target`, or None."""
+        try:
+            transform = self._transforms.lookup_transform(target, source, rospy.Time(0)).transform
+        except (tf2_ros.TransformException, rospy.ROSException):
+            return None
+        return transform.translation.x, transform.translation.y, _yaw(transform.rotation)
+
+    def _look_for_camera(self):
+        try:
+            publishers, _, _ = rosgraph.Master(rospy.get_name()).getSystemState()
+        except (OSError, rosgraph.MasterException):
+            return CAMERA_LOOK
+        topic = rospy.resolve_name(self._camera_topic)
+        self._has_camera = any(name == topic for name, _ in publishers)
+        return CAMERA_LOOK
+
+
+def _yaw(quaternion):
+    return math.remainder(2 * math.atan2(quaternion.z, quaternion.w), 2 * math.pi)
+
+
+def _compose(first, second):
+    x, y, yaw = first
+    return (x + math.cos(yaw) * second[0] - math.sin(yaw) * second[1],
+            y + math.sin(yaw) * second[0] + math.cos(yaw) * second[1], yaw + second[2])
+
+
+def _rounded(values, decimals):
+    return None if values is None else [round(value, decimals) if math.isfinite(value) else None for value in values]
+
+
+def _finite(value, decimals):
+    return round(value, decimals) if value is not None and math.isfinite(value) else None

@@ -1,0 +1,169 @@
+"""The node of the web page: parameters, token, address; then the server and the robot's view are brought together."""
+
+import asyncio
+import gc
+import os
+import socket
+import ssl
+import sys
+from pathlib import Path
+
+import qrcode
+import rospkg
+import rospy
+
+from robotont_driver.node import OK, WARN, Health
+from robotont_driver.parameters import Parameter, ParameterError
+from robotont_driver.wheels import read_wheels
+from robotont_teleop.access import Access, is_loopback_address, read_or_make_token
+from robotont_teleop.node import read_own_parameters
+from robotont_teleop.robot_view import RobotView
+from robotont_teleop.speeds import Speeds
+from robotont_teleop.web_server import ServerSettings, WebServer
+
+PARAMETERS = (
+    Parameter("address", "127.0.0.1", "where the page can be opened from: 127.0.0.1 = this computer only; 0.0.0.0 = "
+              "the network, with the token only"),
+    Parameter("port", 8100, "of the page", minimum=0),
+    Parameter("host_names", "", "further names of this computer in the page's address, separated by commas"),
+    Parameter("token_file", "", "file of the token, made at the first start; empty: robotont_teleop_token in "
+              "ROS_HOME"),
+    Parameter("certificate", "", "file of a TLS certificate, for https; empty: http"),
+    Parameter("certificate_key", "", "file of the certificate's private key"),
+    Parameter("max_linear_speed", 0.5, "of a stick pushed to its rim", "m/s", minimum=0.01),
+    Parameter("max_angular_speed", 2.0, "of a stick pushed to its rim", "rad/s", minimum=0.01),
+    Parameter("state_rate", 20.0, "of the state that open pages get", "Hz", minimum=1.0),
+    Parameter("oldest_command", 0.2, "commands that reach the server later are dropped", "s", minimum=0.02),
+    Parameter("dead_man", 0.3, "the robot stops after this long without a command of the page that drives it", "s",
+              minimum=0.05),
+    Parameter("max_pages", 16, "open at once", minimum=1),
+    Parameter("max_connections", 64, "open at once", minimum=4),
+    Parameter("camera", "camera/color/image_raw/compressed", "topic of the camera's JPEG pictures"),
+)
+
+
+class SetUpError(Exception):
+    """Why the page cannot be served; says what was found and what is allowed."""
+
+
+def make_access(parameters):
+    """(Access, token or None): the token only where others than this computer can connect. Raises SetUpError."""
+    if is_loopback_address(parameters["address"]):
+        return Access(None), None
+    home = os.environ.get("ROS_HOME") or str(Path.home() / ".ros")
+    path = parameters["token_file"] or str(Path(home) / "robotont_teleop_token")
+    try:
+        token = read_or_make_token(path)
+    except (OSError, ValueError) as error:
+        raise SetUpError(f"~token_file: {error}") from None
+    return Access(token), token
+
+
+def make_tls(certificate, key):
+    """ssl.SSLContext, or None without a certificate. Raises SetUpError."""
+    if not certificate:
+        return None
+    context = ssl.create_default_context(ssl.Purpose.CLIENT_AUTH)
+    try:
+        context.load_cert_chain(certificate, key or None)
+    except (OSError, ssl.SSLError) as error:
+        raise SetUpError(f"~certificate {certificate}, ~certificate_key {key}: {error}") from None
+    return context
+
+
+def host_names(given):
+    """Names under which browsers may come: those given, separated by commas, and this computer's."""
+    own = socket.gethostname().lower()
+    names = {own, own.partition(".")[0] + ".local", *(name.strip().lower() for name in given.split(","))}
+    return tuple(sorted(names - {""}))
+
+
+def own_address():
+    """Address of this computer in the network, to show it; its name where there is no network."""
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+        try:
+            probe.connect(("192.0.2.1", 9))  # sends nothing
+            return probe.getsockname()[0]
+        except OSError:
+            return socket.gethostname()
+
+
+def invitation(url, token):
+    """Lines for the terminal: the page's address, how to get in, and how to drive without a browser."""
+    lines = [f"drive the robot in a browser: {url}",
+             "or by keys, in a second terminal: ./robotont keys   (rosrun robotont_teleop keyboard_teleop)"]
+    if token:
+        code = qrcode.QRCode(border=2)
+        code.add_data(f"{url}#token={token}")  # what stands behind # is sent to no server and written to no log
+        code.make()
+        rows = code.get_matrix()
+        rows += [[False] * len(rows[0])] * (len(rows) % 2)
+        blocks = {(True, True): " ", (True, False): "▄", (False, True): "▀", (False, False): "█"}
+        lines += ["", *("".join(blocks[pair] for pair in zip(upper, lower))
+                        for upper, lower in zip(rows[::2], rows[1::2])), "", f"token, asked for once: {token}"]
+    return lines
+
+
+async def serve(robot, access, token, parameters):
+    """Serve until ROS shuts down."""
+    tls = make_tls(parameters["certificate"], parameters["certificate_key"])
+    scheme = "https" if tls else "http"
+    speeds = Speeds(parameters["max_linear_speed"], parameters["max_angular_speed"])
+    settings = ServerSettings(
+        names=host_names(parameters["host_names"]), scheme=scheme, rate=parameters["state_rate"],
+        oldest=parameters["oldest_command"], dead_man=parameters["dead_man"], max_pages=parameters["max_pages"],
+        max_connections=parameters["max_connections"], speeds=speeds)
+    folder = Path(rospkg.RosPack().get_path("robotont_teleop")) / "web"
+    server = WebServer(robot, access, settings, folder)
+    address, port = parameters["address"], parameters["port"]
+    try:
+        port = server.listen(address, port, tls)
+    except OSError as error:
+        raise SetUpError(f"~address {address}, ~port {port}: {error.strerror or error}; choose another one, e.g. "
+                         f"web_port:={port + 1}. By keys: ./robotont keys") from None
+    shown = own_address() if address in ("", "0.0.0.0", "::") else address
+    for line in invitation(f"{scheme}://{f'[{shown}]' if ':' in shown else shown}:{port}/", token):
+        print(line, flush=True)  # not to the log: the token is for this terminal
+    Health("robotont", {"web page": lambda: report(server)})
+    gc.collect()
+    gc.freeze()  # what exists now stays: the collector need not look through it while commands wait
+    ended = asyncio.Event()
+    loop = asyncio.get_running_loop()
+    rospy.on_shutdown(lambda: loop.call_soon_threadsafe(ended.set))
+    if not rospy.is_shutdown():
+        await ended.wait()
+    await server.close()
+
+
+def report(server):
+    """(level, words, values) for the diagnostics."""
+    seat = server.seat
+    values = {
+        "open pages": len(server.pages),
+        "page that drives": seat.driver or "none",
+        "commands sent": server.commands,
+        "commands dropped because they came late": seat.dropped,
+        "commands of pages that do not drive": seat.foreign,
+        "stops because the page fell silent": seat.timeouts,
+        "messages and requests refused": server.refused,
+    }
+    if seat.hands_off:
+        return WARN, "the page that drives fell silent or the robot was stopped: let go of the sticks once", values
+    return OK, f"{len(server.pages)} pages open", values
+
+
+def main():
+    """Run web_teleop_node; with wrong parameters say which and exit with 1."""
+    rospy.init_node("web_teleop_node")
+    parameters = read_own_parameters(PARAMETERS)
+    try:
+        wheels = read_wheels(rospy.get_param(rospy.get_namespace(), {}))
+        access, token = make_access(parameters)
+        asyncio.run(serve(RobotView(wheels, parameters["camera"]), access, token, parameters))
+    except ParameterError as error:
+        for fault in error.faults:
+            rospy.logfatal("wrong parameter %s (wheel parameters are read from %s)", fault, rospy.get_namespace())
+        sys.exit(1)
+    except SetUpError as error:
+        rospy.logfatal("%s", error)
+        sys.exit(1)

@@ -1,0 +1,190 @@
+"""Chromium without a window, by its own DevTools protocol: pages, fingers, keys, screenshots."""
+
+import asyncio
+import base64
+import itertools
+import json
+import os
+import shutil
+import signal
+import subprocess
+import tempfile
+import threading
+from pathlib import Path
+
+from tornado.websocket import websocket_connect
+
+from robotont_testing.harness import wait_for
+
+CHROMIUM = shutil.which("chromium")
+PATIENCE = 30.0  # [s] for an answer of the browser
+PHONE, PHONE_LYING, DESKTOP = (390, 844, 3), (844, 390, 3), (1280, 800, 1)  # width, height [px], pixel ratio
+
+
+class Browser:
+    """A browser with a profile of its own; ends with the `with` block."""
+
+    def __init__(self):
+        self._folder = tempfile.TemporaryDirectory(prefix="robotont_browser_", ignore_cleanup_errors=True)
+        self.process = subprocess.Popen(
+            [CHROMIUM, "--headless=new", "--no-sandbox", "--disable-gpu", "--no-first-run", "--remote-debugging-port=0",
+             "--disable-dev-shm-usage", "--disable-background-networking", "--disable-component-update",
+             "--disable-extensions", "--disable-breakpad",
+             "--hide-scrollbars=false", f"--user-data-dir={self._folder.name}", "about:blank"],
+            stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, start_new_session=True,
+            env={name: value for name, value in os.environ.items() if name != "PYTHONPATH"})
+        self._loop = asyncio.new_event_loop()
+        self._thread = threading.Thread(target=self._loop.run_forever, daemon=True)
+        self._thread.start()
+        self._numbers = itertools.count(1)
+        self._answers = {}
+        self.events = []  # (session, method, parameters)
+        try:
+            self._connect(Path(self._folder.name) / "DevToolsActivePort")
+        except BaseException:
+            self.__exit__()
+            raise
+
+    def _connect(self, port_file):
+        port, path = wait_for(lambda: port_file.exists() and len(port_file.read_text().split()) == 2
+                              and port_file.read_text().split(), "the browser", timeout=PATIENCE)
+
+        async def connect():
+            return await websocket_connect(
+                f"ws://127.0.0.1:{port}{path}", max_message_size=2 ** 28, on_message_callback=self._on_message)
+        self._socket = asyncio.run_coroutine_threadsafe(connect(), self._loop).result(PATIENCE)
+
+    def _on_message(self, text):
+        if text is None:
+            return
+        message = json.loads(text)
+        if "id" in message:
+            self._answers.pop(message["id"]).set_result(message)
+        else:
+            self.events.append((message.get("sessionId"), message["method"], message["params"]))
+
+    def call(self, method, session=None, **parameters):
+        """The result of a method of the protocol; AssertionError when the browser refuses it."""
+        async def send():
+            number = next(self._numbers)
+            self._answers[number] = answer = self._loop.create_future()
+            message = {"id": number, "method": method, "params": parameters}
+            await self._socket.write_message(json.dumps({**message, "sessionId": session} if session else message))
+            return await answer
+        answer = asyncio.run_coroutine_threadsafe(send(), self._loop).result(PATIENCE)
+        assert "error" not in answer, (method, answer["error"])
+        return answer["result"]
+
+    def page(self, url, size=DESKTOP, dark=False, language=None):
+        """Open a Page, with fingers where it is as small as a phone."""
+        target = self.call("Target.createTarget", url="about:blank")["targetId"]
+        session = self.call("Target.attachToTarget", targetId=target, flatten=True)["sessionId"]
+        page = Page(self, target, session)
+        page.look(size, dark)
+        if language:
+            page.call("Emulation.setUserAgentOverride", userAgent="", acceptLanguage=language)
+        page.call("Page.enable")
+        page.call("Runtime.enable")
+        page.call("Log.enable")
+        page.call("Page.navigate", url=url)
+        page.wait("document.readyState == 'complete' && location.href != 'about:blank'", "the page")
+        return page
+
+    def kill(self):
+        """End every process of the browser at once, as a crash does."""
+        os.killpg(self.process.pid, signal.SIGKILL)
+        self.process.wait()
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        if self.process.poll() is None:
+            self.kill()
+        self._loop.call_soon_threadsafe(self._loop.stop)
+        self._thread.join()
+        self._folder.cleanup()
+
+
+class Page:
+    """One tab."""
+
+    def __init__(self, browser, target, session):
+        self._browser = browser
+        self._target = target
+        self._session = session
+        self._fingers = {}
+
+    def call(self, method, **parameters):
+        return self._browser.call(method, self._session, **parameters)
+
+    def run(self, script):
+        """The value of JavaScript in the page; awaits promises."""
+        result = self.call("Runtime.evaluate", expression=script, returnByValue=True, awaitPromise=True)
+        assert "exceptionDetails" not in result, result["exceptionDetails"]
+        return result["result"].get("value")
+
+    def wait(self, script, what, timeout=PATIENCE):
+        return wait_for(lambda: self.run(script), what, timeout, period=0.02)
+
+    def look(self, size, dark):
+        width, height, ratio = size
+        phone = min(width, height) < 500
+        self.call("Emulation.setDeviceMetricsOverride", width=width, height=height, deviceScaleFactor=ratio,
+                  mobile=phone)
+        self.call("Emulation.setTouchEmulationEnabled", enabled=True, maxTouchPoints=5)
+        self.call("Emulation.setEmulatedMedia",
+                  features=[{"name": "prefers-color-scheme", "value": "dark" if dark else "light"}])
+
+    def box(self, selector):
+        """(left, top, width, height) of an element [px]."""
+        return tuple(self.run(f"(() => {{const b = document.querySelector({selector!r}).getBoundingClientRect();"
+                              "return [b.x, b.y, b.width, b.height]})()"))
+
+    def finger(self, number, selector, right=0.0, up=0.0):
+        """Put finger `number` on an element, or move it there: a part of its half width from its middle."""
+        left, top, width, height = self.box(selector)
+        place = {"x": left + width / 2 * (1 + right), "y": top + height / 2 - width / 2 * up, "id": number}
+        kind = "touchMove" if number in self._fingers else "touchStart"
+        self._fingers[number] = place
+        self._touch(kind)
+
+    def lift(self, *numbers):
+        """Lift fingers; all without numbers."""
+        for number in numbers or tuple(self._fingers):
+            self._fingers.pop(number, None)
+        self._touch("touchEnd")
+
+    def cancel_fingers(self):
+        """As when the system takes the screen away from the page."""
+        self._fingers.clear()
+        self._touch("touchCancel")
+
+    def _touch(self, kind):
+        points = [] if kind == "touchCancel" else list(self._fingers.values())
+        self.call("Input.dispatchTouchEvent", type=kind, touchPoints=points)
+
+    def tap(self, selector):
+        self.run(f"document.querySelector({selector!r}).click()")
+
+    def key(self, code, down):
+        self.call("Input.dispatchKeyEvent", type="rawKeyDown" if down else "keyUp", code=code)
+
+    def text(self, selector):
+        return self.run(f"document.querySelector({selector!r}).textContent.trim()")
+
+    def screenshot(self, path):
+        Path(path).write_bytes(base64.b64decode(self.call("Page.captureScreenshot", format="png")["data"]))
+
+    def complaints(self):
+        """What the browser has complained about: exceptions, refused resources, accessibility of the policy."""
+        found = []
+        for session, method, parameters in self._browser.events:
+            if session == self._session and method == "Runtime.exceptionThrown":
+                found.append(parameters["exceptionDetails"])
+            if session == self._session and method == "Log.entryAdded" and parameters["entry"]["level"] == "error":
+                found.append(parameters["entry"]["text"])
+        return found
+
+    def close(self):
+        self._browser.call("Target.closeTarget", targetId=self._target)

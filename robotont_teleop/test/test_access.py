@@ -1,0 +1,97 @@
+"""Token, cookie, Host and Origin."""
+
+import stat
+
+import pytest
+
+from robotont_teleop.access import (
+    ATTEMPTS,
+    Access,
+    host_allowed,
+    is_loopback_address,
+    origin_allowed,
+    read_or_make_token,
+)
+
+
+def test_a_token_is_made_once_for_its_owner_only(tmp_path):
+    path = tmp_path / "folder" / "token"
+    token = read_or_make_token(path)
+    assert len(token) >= 20
+    assert stat.S_IMODE(path.stat().st_mode) == 0o600
+    assert read_or_make_token(path) == token
+
+
+def test_a_token_that_others_can_read_is_refused(tmp_path):
+    path = tmp_path / "token"
+    read_or_make_token(path)
+    path.chmod(0o644)
+    with pytest.raises(ValueError, match="found mode 644, allowed: 600"):
+        read_or_make_token(path)
+
+
+def test_an_empty_token_is_refused(tmp_path):
+    path = tmp_path / "token"
+    path.touch(0o600)
+    with pytest.raises(ValueError, match="found 0 characters"):
+        read_or_make_token(path)
+
+
+def test_the_right_token_and_its_cookie_come_in():
+    access = Access("secret-secret")
+    assert access.log_in("secret-secret", 0.0) == "in"
+    assert access.knows(access.cookie)
+    assert "secret-secret" not in access.cookie
+    assert Access("secret-secret").knows(access.cookie), "a restart of the server must not ask again"
+    assert not Access("another-secret").knows(access.cookie)
+
+
+@pytest.mark.parametrize("cookie", [None, "", "secret-secret", "ä", "0" * 64])
+def test_wrong_cookies_stay_out(cookie):
+    assert not Access("secret-secret").knows(cookie)
+
+
+def test_guessing_is_slow():
+    access = Access("secret-secret")
+    for _ in range(ATTEMPTS):
+        assert access.log_in("wrong", 10.0) == "wrong"
+    assert access.log_in("secret-secret", 11.0) == "later"
+    assert access.log_in("secret-secret", 71.0) == "in"
+
+
+def test_without_a_token_everybody_is_in():
+    assert Access(None).knows(None)
+
+
+@pytest.mark.parametrize("host, own, names, allowed", [
+    ("127.0.0.1:8100", "127.0.0.1", (), True),
+    ("localhost:8100", "127.0.0.1", (), True),
+    ("localhost:9999", "127.0.0.1", (), True),
+    ("[::1]:8100", "::1", (), True),
+    ("localhost", "192.168.1.5", (), False),
+    ("192.168.1.5:8100", "192.168.1.5", (), True),
+    ("192.168.1.5:8100", "::ffff:192.168.1.5", (), True),
+    ("192.168.1.6:8100", "192.168.1.5", (), False),
+    ("robot.local:8100", "192.168.1.5", ("robot.local",), True),
+    ("ROBOT.local:8100", "192.168.1.5", ("robot.local",), True),
+    ("evil.example:8100", "127.0.0.1", ("robot.local",), False),
+    ("localhost.evil.example", "127.0.0.1", (), False),
+    ("localhost@evil.example", "127.0.0.1", (), False),
+    ("", "127.0.0.1", (), False),
+    (None, "127.0.0.1", (), False),
+    ("[::1", "127.0.0.1", (), False),
+])
+def test_hosts(host, own, names, allowed):
+    assert host_allowed(host, own, names) is allowed
+
+
+@pytest.mark.parametrize("origin, allowed", [
+    ("http://localhost:8100", True), ("https://localhost:8100", False), ("http://localhost", False),
+    ("http://evil.example", False), ("null", False), ("", False), (None, False)])
+def test_origins(origin, allowed):
+    assert origin_allowed(origin, "http", "localhost:8100") is allowed
+
+
+def test_addresses_that_only_this_computer_reaches():
+    assert [is_loopback_address(address) for address in ("127.0.0.1", "localhost", "::1", "0.0.0.0", "", "10.0.0.1")] \
+        == [True, True, True, False, False, False]

@@ -1,0 +1,159 @@
+"""Who drives, in virtual time."""
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from robotont_teleop.arbitration import EMERGENCY_STOP, NOBODY, STOP, Arbiter, Input
+
+HAND, NAVIGATION, DEFAULT = (0.1, 0.0, 0.0), (0.0, 0.2, 0.0), (0.0, 0.0, 0.3)
+INPUTS = (Input("hand", 0.3, 2.0), Input("navigation", 0.5, 1.0), Input("default", 0.5, 0.0))
+
+
+@pytest.fixture
+def arbiter():
+    return Arbiter(INPUTS)
+
+
+def test_nobody_drives_at_first(arbiter):
+    assert arbiter.driver == NOBODY
+    assert arbiter.look(0.0) == []
+    assert arbiter.time_left(0.0) is None
+
+
+def test_a_command_goes_straight_through(arbiter):
+    assert arbiter.command("default", DEFAULT, 1.0) == [DEFAULT]
+    assert arbiter.driver == "default"
+
+
+def test_the_hand_takes_over_at_once_with_a_zero_between(arbiter):
+    arbiter.command("navigation", NAVIGATION, 1.0)
+    assert arbiter.command("hand", HAND, 1.05) == [STOP, HAND]
+    assert arbiter.driver == "hand"
+    assert arbiter.command("navigation", NAVIGATION, 1.1) == []
+    assert arbiter.waiting(1.1) == ["navigation"]
+
+
+def test_the_hand_gives_back_after_its_rest(arbiter):
+    arbiter.command("hand", HAND, 0.0)
+    assert arbiter.command("hand", STOP, 0.1) == [STOP]
+    for step in range(1, 20):
+        assert arbiter.command("navigation", NAVIGATION, 0.1 + step / 10 - 0.05) == []
+    assert arbiter.time_left(1.9) == pytest.approx(0.1)
+    assert arbiter.look(2.0) == []  # the robot stands already
+    assert arbiter.driver == "navigation"
+    assert arbiter.command("navigation", NAVIGATION, 2.05) == [NAVIGATION]
+
+
+def test_the_hand_gives_back_on_request(arbiter):
+    arbiter.command("hand", HAND, 0.0)
+    arbiter.command("navigation", NAVIGATION, 0.1)
+    assert arbiter.give_back(0.2) == [STOP]
+    assert arbiter.command("navigation", NAVIGATION, 0.25) == [NAVIGATION]
+
+
+def test_zeros_of_an_idle_hand_hold_up_nobody(arbiter):
+    arbiter.command("navigation", NAVIGATION, 0.0)
+    assert arbiter.command("hand", STOP, 0.1) == []
+    assert arbiter.command("navigation", NAVIGATION, 0.2) == [NAVIGATION]
+    assert arbiter.driver == "navigation"
+
+
+def test_zeros_of_a_resting_hand_do_not_prolong_its_rest(arbiter):
+    arbiter.command("hand", HAND, 0.0)
+    for step in range(1, 40):
+        arbiter.command("hand", STOP, step * 0.05)
+    arbiter.command("navigation", NAVIGATION, 2.0)
+    assert arbiter.driver == "navigation"
+
+
+def test_silence_stops_the_robot_once(arbiter):
+    arbiter.command("hand", HAND, 0.0)
+    assert arbiter.time_left(0.1) == pytest.approx(0.2)
+    assert arbiter.look(0.29) == []
+    assert arbiter.look(0.3) == [STOP]
+    assert arbiter.look(0.31) == []
+    assert (arbiter.driver, arbiter.timeouts) == ("hand", 1)
+    assert arbiter.look(2.0) == []
+    assert arbiter.driver == NOBODY
+
+
+def test_an_emergency_stop_locks_at_once_and_goes_on_saying_so(arbiter):
+    arbiter.command("hand", HAND, 0.0)
+    assert arbiter.emergency_stop(True, 0.1) == [STOP]
+    assert arbiter.driver == EMERGENCY_STOP
+    assert arbiter.command("hand", HAND, 0.2) == []
+    assert arbiter.look(0.25) == []
+    assert arbiter.look(0.301) == [STOP]
+    assert arbiter.waiting(0.3) == ["hand"]
+
+
+def test_a_heartbeat_of_the_emergency_stop_changes_nothing(arbiter):
+    arbiter.command("hand", HAND, 0.0)
+    assert arbiter.emergency_stop(False, 0.1) == []
+    assert arbiter.driver == "hand"
+
+
+@pytest.mark.parametrize("name", ["hand", "navigation", "default"])
+def test_releasing_the_emergency_stop_moves_nothing(arbiter, name):
+    arbiter.emergency_stop(True, 0.0)
+    arbiter.command(name, HAND, 0.1)
+    assert arbiter.emergency_stop(False, 0.2) == []
+    assert arbiter.command(name, HAND, 0.25) == []
+    assert arbiter.barred(0.25) == [name]
+    assert arbiter.command(name, STOP, 0.3) == []
+    assert arbiter.command(name, HAND, 0.35) == [HAND]
+
+
+def test_after_an_emergency_stop_silence_counts_as_a_stop(arbiter):
+    arbiter.emergency_stop(True, 0.0)
+    arbiter.command("navigation", NAVIGATION, 0.1)
+    arbiter.emergency_stop(False, 0.2)
+    assert arbiter.command("navigation", NAVIGATION, 0.8) == [NAVIGATION]
+
+
+def test_a_request_lets_navigation_go_on_after_an_emergency_stop(arbiter):
+    arbiter.emergency_stop(True, 0.0)
+    arbiter.command("navigation", NAVIGATION, 0.1)
+    arbiter.emergency_stop(False, 0.2)
+    assert arbiter.give_back(0.25) == []
+    assert arbiter.command("navigation", NAVIGATION, 0.3) == [NAVIGATION]
+
+
+TWISTS = {"hand": HAND, "navigation": NAVIGATION, "default": DEFAULT}
+EVENTS = st.lists(st.tuples(
+    st.floats(0.0, 0.7), st.sampled_from(["hand", "navigation", "default", "press", "release", "give back", "look"]),
+    st.booleans()), max_size=60)
+
+
+@given(EVENTS)
+def test_whatever_happens_drivers_do_not_mix_and_silence_stops(events):
+    arbiter, now, sent, pressed = Arbiter(INPUTS), 0.0, [], False
+    received = {}
+    for pause, kind, moving in events:
+        end = now + pause
+        while True:  # as the node does: look whenever something may be due
+            left = arbiter.time_left(now)
+            if left is None or now + left > end:
+                break
+            now += left + 1e-9
+            sent += arbiter.look(now)
+        now = end
+        if kind in TWISTS:
+            due = arbiter.command(kind, TWISTS[kind] if moving else STOP, now)
+            received[kind] = now
+        elif kind in ("press", "release"):
+            pressed = kind == "press"
+            due = arbiter.emergency_stop(pressed, now)
+            assert set(due) <= {STOP}
+        else:
+            due = arbiter.look(now) if kind == "look" else arbiter.give_back(now)
+            assert set(due) <= {STOP}
+        if pressed:
+            assert set(due) <= {STOP}
+        sent += due
+        for before, after in zip(sent, sent[1:]):
+            assert STOP in (before, after) or before == after, "two drivers without a zero between them"
+        if sent and sent[-1] != STOP:
+            name = next(name for name, twist in TWISTS.items() if twist == sent[-1])
+            assert now - received[name] <= 0.5, "a driver that is silent"

@@ -1,0 +1,140 @@
+"""The page's commands, in virtual time."""
+
+import json
+import math
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from robotont_teleop.driving_seat import DrivingSeat, MessageRate
+from robotont_teleop.messages import FIELDS, LONGEST, Message, MessageError, read_message
+from robotont_teleop.speeds import STOP, Speeds, without_dead_zone
+
+LARGEST = Speeds(0.5, 2.0)
+FORWARD = (0.3, 0.0, 0.0)
+
+
+@pytest.fixture
+def seat():
+    return DrivingSeat(LARGEST, oldest=0.2, dead_man=0.3)
+
+
+def test_the_first_page_that_moves_drives(seat):
+    assert seat.command("one", 10.0, FORWARD, 10.05) == FORWARD
+    assert seat.driver == "one"
+
+
+def test_others_watch_until_they_take_over(seat):
+    seat.command("one", 10.0, FORWARD, 10.05)
+    assert seat.command("two", 10.05, FORWARD, 10.06) is None
+    assert seat.command("two", 10.05, STOP, 10.06) is None
+    assert seat.take("two") == STOP
+    assert seat.command("one", 10.1, FORWARD, 10.11) is None
+    assert seat.command("two", 10.1, FORWARD, 10.12) == FORWARD
+    assert seat.foreign == 3
+
+
+def test_a_zero_takes_no_free_seat(seat):
+    assert seat.command("one", 10.0, STOP, 10.0) is None
+    assert seat.driver is None
+
+
+def test_a_late_command_is_dropped_whatever_it_is(seat):
+    assert seat.command("one", 10.0, FORWARD, 10.21) is None
+    assert seat.command("one", 10.0, STOP, 10.21) is None
+    assert seat.dropped == 2
+
+
+def test_a_time_that_the_server_has_not_sent_yet_is_refused(seat):
+    assert seat.command("one", 11.0, FORWARD, 10.0) is None
+    assert seat.dropped == 1
+
+
+def test_silence_stops_and_the_sticks_must_be_let_go(seat):
+    seat.command("one", 10.0, FORWARD, 10.0)
+    assert seat.time_left(10.1) == pytest.approx(0.2)
+    assert seat.look(10.29) is None
+    assert seat.look(10.3) == STOP
+    assert seat.look(10.31) is None
+    assert seat.time_left(10.31) is None
+    assert seat.command("one", 10.4, FORWARD, 10.4) is None
+    assert seat.hands_off
+    assert seat.command("one", 10.5, STOP, 10.5) == STOP
+    assert seat.command("one", 10.6, FORWARD, 10.6) == FORWARD
+
+
+def test_a_page_that_closes_stops(seat):
+    seat.command("one", 10.0, FORWARD, 10.0)
+    assert seat.leave("two") is None
+    assert seat.leave("one") == STOP
+    assert seat.driver is None
+
+
+def test_after_an_emergency_stop_held_sticks_do_not_drive(seat):
+    seat.command("one", 10.0, FORWARD, 10.0)
+    seat.stop()
+    assert seat.command("one", 10.05, FORWARD, 10.05) is None
+    seat.command("one", 10.1, STOP, 10.1)
+    assert seat.command("one", 10.15, FORWARD, 10.15) == FORWARD
+
+
+def test_a_stalled_line_delivers_nothing_old(seat):
+    seat.command("one", 10.0, FORWARD, 10.0)
+    assert seat.look(10.3) == STOP
+    for step in range(60):  # what queued up in 3 s arrives at once
+        assert seat.command("one", 10.0 + step * 0.05, FORWARD, 13.0) is None
+
+
+def test_no_command_exceeds_the_speeds_and_all_keep_their_direction(seat):
+    v_x, v_y, omega = seat.command("one", 10.0, (3.0, 4.0, -1.0), 10.0)
+    assert (v_x, v_y, omega) == pytest.approx((0.3, 0.4, -0.1))
+
+
+def test_rate_of_messages():
+    rate = MessageRate(100.0)
+    assert sum(rate.take(10.0) for _ in range(1000)) == 100
+    assert sum(rate.take(10.5) for _ in range(1000)) == 50
+
+
+def test_speeds_of_sticks():
+    assert LARGEST.twist(1, 0, 0) == (0.5, 0.0, 0.0)
+    assert math.hypot(*LARGEST.twist(1, 1, 0)[:2]) == pytest.approx(0.5)
+    assert LARGEST.twist(0, 0, -3) == (0.0, 0.0, -2.0)
+    assert without_dead_zone(0.1, 0.0, 0.1) == (0.0, 0.0)
+    assert without_dead_zone(0.0, -1.0, 0.1) == pytest.approx((0.0, -1.0))
+    assert math.hypot(*without_dead_zone(0.101, 0.0, 0.1)) < 0.01
+
+
+def test_a_message_of_each_kind():
+    for kind, fields in FIELDS.items():
+        message = read_message(json.dumps({"kind": kind, **{name: 0.25 for name in fields}}))
+        assert message.kind == kind
+    found = read_message('{"kind":"drive","time":12,"x":0.1,"y":-0.2,"turn":3}')
+    assert found == Message("drive", 12, (0.1, -0.2, 3.0))
+
+
+@pytest.mark.parametrize("text", [
+    "", "null", "[]", "{}", '{"kind":"fly"}', '{"kind":["drive"]}', '{"kind":"stop","now":1}', '{"kind":"drive"}',
+    '{"kind":"drive","time":1,"x":NaN,"y":0,"turn":0}', '{"kind":"drive","time":1,"x":Infinity,"y":0,"turn":0}',
+    '{"kind":"drive","time":1,"x":1e999,"y":0,"turn":0}', '{"kind":"drive","time":1,"x":"1","y":0,"turn":0}',
+    '{"kind":"drive","time":1,"x":true,"y":0,"turn":0}', '{"kind":"drive","time":null,"x":0,"y":0,"turn":0}',
+    '{"kind":"drive","time":1,"x":1' + 400 * "0" + ',"y":0,"turn":0}', "[" * LONGEST, " " * (LONGEST + 1), b"{}",
+    "\ud800",
+])
+def test_messages_that_are_refused(text):
+    with pytest.raises(MessageError):
+        read_message(text)
+
+
+@given(st.one_of(st.text(), st.recursive(
+    st.none() | st.booleans() | st.floats() | st.integers() | st.text(),
+    lambda inner: st.lists(inner, max_size=2) | st.dictionaries(
+        st.sampled_from(["kind", "time", "x", "y", "turn"]), inner | st.sampled_from(list(FIELDS))), max_leaves=6
+).map(json.dumps)))
+def test_whatever_comes_is_a_message_or_refused(text):
+    try:
+        message = read_message(text)
+    except MessageError:
+        return
+    assert all(math.isfinite(value) for value in message.values)

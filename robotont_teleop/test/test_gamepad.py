@@ -1,0 +1,80 @@
+"""Events of gamepads to twists."""
+
+import pytest
+
+from robotont_teleop.gamepad import (
+    ABS_RX,
+    ABS_X,
+    ABS_Y,
+    ABS_Z,
+    BTN_EAST,
+    BTN_START,
+    BTN_TL,
+    BTN_TR,
+    EV_ABS,
+    EV_KEY,
+    LAYOUTS,
+    Gamepad,
+    layout_for,
+)
+from robotont_teleop.speeds import STOP, Speeds
+
+XBOX = LAYOUTS["xbox"]
+
+
+@pytest.fixture
+def pad():
+    ranges = {ABS_X: (-32768, 32767), ABS_Y: (-32768, 32767), ABS_RX: (0, 255)}
+    gamepad = Gamepad(XBOX, ranges, Speeds(0.2, 1.0), Speeds(0.5, 2.0), dead_zone=0.1)
+    gamepad.event(EV_ABS, ABS_RX, 128)
+    return gamepad
+
+
+def test_nothing_moves_without_the_dead_man_button(pad):
+    pad.event(EV_ABS, ABS_Y, -32768)
+    assert pad.twist == STOP
+
+
+def test_both_sticks_at_once(pad):
+    pad.event(EV_KEY, BTN_TL, 1)
+    pad.event(EV_ABS, ABS_X, -32768)
+    pad.event(EV_ABS, ABS_RX, 0)
+    assert pad.twist == pytest.approx((0.0, 0.2, 1.0), abs=1e-4)
+    pad.event(EV_KEY, BTN_TR, 1)
+    assert pad.twist == pytest.approx((0.0, 0.5, 2.0), abs=1e-4)
+    pad.event(EV_KEY, BTN_TL, 0)
+    assert pad.twist == STOP
+
+
+def test_a_stick_that_was_deflected_before_the_button_must_be_let_go(pad):
+    pad.event(EV_ABS, ABS_Y, -32768)
+    pad.event(EV_KEY, BTN_TL, 1)
+    assert pad.twist == STOP
+    pad.event(EV_ABS, ABS_Y, 0)
+    pad.event(EV_ABS, ABS_Y, -32768)
+    assert pad.twist[0] == pytest.approx(0.2)
+
+
+def test_the_middle_is_a_zone(pad):
+    pad.event(EV_KEY, BTN_TL, 1)
+    pad.event(EV_ABS, ABS_X, 2000)
+    pad.event(EV_ABS, ABS_Y, -2000)
+    assert pad.twist == STOP
+
+
+def test_emergency_stop(pad):
+    assert pad.event(EV_KEY, BTN_EAST, 1) == "stop"
+    assert pad.event(EV_KEY, BTN_EAST, 0) is None
+    assert pad.event(EV_KEY, BTN_START, 1) == "release"
+
+
+@pytest.mark.parametrize("name", LAYOUTS)
+def test_layouts_are_recognised(name):
+    layout = LAYOUTS[name]
+    axes = {layout.move_x, layout.move_y, layout.turn}
+    found = layout_for({EV_ABS: axes | {ABS_Z}, EV_KEY: set(layout) - axes})
+    assert LAYOUTS[found] == layout
+
+
+def test_a_mouse_is_no_gamepad():
+    assert layout_for({EV_KEY: {0x110}}) is None

@@ -1,0 +1,87 @@
+"""Held keys, in virtual time."""
+
+import math
+
+import pytest
+
+from robotont_teleop.keys import MOVES, SPEED_KEYS, HeldKeys, split_keys
+from robotont_teleop.speeds import STOP, Speeds
+
+SPEEDS = Speeds(0.3, 1.0)
+
+
+@pytest.fixture
+def keys():
+    return HeldKeys(SPEEDS, Speeds(0.5, 2.0), first=0.75, repeat=0.3)
+
+
+@pytest.mark.parametrize("key, twist", [
+    ("w", (0.3, 0, 0)), ("s", (-0.3, 0, 0)), ("a", (0, 0.3, 0)), ("d", (0, -0.3, 0)), ("q", (0, 0, 1)),
+    ("e", (0, 0, -1)), ("up", (0.3, 0, 0)), ("down", (-0.3, 0, 0)), ("left", (0, 0, 1)), ("right", (0, 0, -1))])
+def test_every_movement_key(keys, key, twist):
+    assert keys.press(key, 1.0)
+    assert keys.twist(1.0) == twist
+
+
+def test_all_movement_keys_are_tested():
+    assert len(MOVES) == 10
+
+
+def test_other_keys_mean_nothing(keys):
+    assert not keys.press("z", 1.0)
+    assert keys.twist(1.0) == STOP
+
+
+def test_a_tap_outlasts_the_delay_before_a_keyboard_repeats(keys):
+    keys.press("w", 1.0)
+    assert keys.twist(1.74) != STOP
+    assert keys.twist(1.75) == STOP
+
+
+def test_a_held_key_stops_soon_after_its_release(keys):
+    keys.press("w", 1.0)
+    for step in range(10):
+        keys.press("w", 1.66 + step * 0.04)
+    assert keys.twist(2.3) != STOP
+    assert keys.twist(1.66 + 0.36 + 0.301) == STOP
+
+
+def test_a_diagonal_is_no_faster(keys):
+    keys.press("w", 1.0)
+    keys.press("a", 1.1)
+    assert math.hypot(*keys.twist(1.2)[:2]) == pytest.approx(0.3)
+
+
+def test_strafing_and_turning_together(keys):
+    keys.press("a", 1.0)
+    keys.press("q", 1.3)
+    for step in range(10):
+        keys.press("q", 1.9 + step * 0.04)
+    assert keys.twist(2.3) == (0.0, 0.3, 1.0)
+
+
+def test_the_opposite_key_stops_and_then_reverses(keys):
+    keys.press("w", 1.0)
+    keys.press("s", 1.1)
+    assert keys.twist(1.1) == STOP
+    keys.press("s", 1.2)
+    assert keys.twist(1.2) == (-0.3, 0.0, 0.0)
+
+
+def test_speeds(keys):
+    for key in SPEED_KEYS:
+        assert keys.press(key, 1.0)
+    assert keys.speeds.linear == pytest.approx(0.33)
+    for _ in range(20):
+        keys.press("+", 1.0)
+    assert keys.speeds == Speeds(0.5, 2.0)
+    for _ in range(200):
+        keys.press("-", 1.0)
+    assert keys.speeds == pytest.approx((0.005, 0.02))
+
+
+@pytest.mark.parametrize("text, keys_, rest", [
+    ("w", ["w"], ""), ("ww ", ["w", "w", " "], ""), ("\x1b[A\x1b[D", ["up", "left"], ""), ("\x1bOC", ["right"], ""),
+    ("\x1b", ["\x1b"], ""), ("\x1b[", [], "\x1b["), ("\x1b[1;5A", ["other"], ""), ("\x1b[3~w", ["other", "w"], "")])
+def test_keys_of_a_terminal(text, keys_, rest):
+    assert split_keys(text) == (keys_, rest)

@@ -1,0 +1,272 @@
+"""The server against browsers that mean well and others: who comes in, what moves the robot."""
+
+import json
+import socket
+import time
+
+import pytest
+from tornado.httpclient import HTTPClientError
+from web_client import Served
+
+from robotont_teleop.speeds import STOP
+from robotont_teleop.web_server import WRONG_MESSAGES
+from robotont_testing.harness import wait_for
+
+TOKEN = "the-token-of-this-test"
+
+
+@pytest.fixture
+def served():
+    with Served() as server:
+        yield server
+
+
+@pytest.fixture
+def guarded():
+    with Served(TOKEN) as server:
+        yield server
+
+
+def ready(served, **who):
+    page = served.page(**who)
+    wait_for(lambda: {"hello", "state", "status"} <= set(page.messages), "the first messages")
+    return page
+
+
+def test_a_page_drives_and_its_silence_stops(served):
+    page = ready(served)
+    page.drive(0.3, 0.1, -1.0)
+    wait_for(lambda: served.robot.sent, "the command")
+    start = time.monotonic()
+    wait_for(lambda: served.robot.sent[-1] == STOP, "the stop")
+    assert time.monotonic() - start < 0.35
+    assert served.robot.sent == [(0.3, 0.1, -1.0), STOP]
+    page.drive(0.3)
+    wait_for(lambda: page.messages["state"]["hands_off"], "the state")
+    assert served.robot.sent[-1] == STOP
+
+
+def test_a_page_that_closes_stops(served):
+    page = ready(served)
+    page.drive(0.3)
+    wait_for(lambda: served.robot.sent, "the command")
+    page.close()
+    wait_for(lambda: served.robot.sent[-1] == STOP, "the stop")
+    assert served.server.seat.timeouts == 0
+
+
+def test_old_commands_are_dropped(served):
+    page = ready(served)
+    page.drive(0.3, time=page.time - 250)
+    page.drive(0.3, time=page.time + 60000)
+    wait_for(lambda: served.server.seat.dropped == 2, "the commands")
+    assert not served.robot.sent
+
+
+def test_one_drives_and_the_others_watch(served):
+    one, two = ready(served), ready(served)
+    one.drive(0.3)
+    wait_for(lambda: served.robot.sent, "the command")
+    two.drive(-0.3)
+    two.send({"kind": "reset_odometry"})
+    wait_for(lambda: "refused" in two.messages, "the refusal")
+    assert (-0.3, 0.0, 0.0) not in served.robot.sent
+    two.send({"kind": "take"})
+    wait_for(lambda: one.messages["state"]["driver"] == two.messages["hello"]["page"], "the new driver")
+    two.drive(-0.2)
+    wait_for(lambda: (-0.2, 0.0, 0.0) in served.robot.sent, "the command")
+    assert served.robot.sent[1] == STOP
+
+
+def test_everybody_may_stop_but_only_the_driver_releases(served):
+    one, two = ready(served), ready(served)
+    one.drive(0.3)
+    two.send({"kind": "stop"})
+    wait_for(lambda: ("emergency_stop", True) in served.robot.orders, "the stop")
+    assert ("cancel",) in served.robot.orders
+    two.send({"kind": "release"})
+    wait_for(lambda: "refused" in two.messages, "the refusal")
+    one.send({"kind": "release"})
+    wait_for(lambda: ("emergency_stop", False) in served.robot.orders, "the release")
+
+
+def test_orders(served):
+    page = ready(served)
+    page.send({"kind": "goal", "x": 1.0, "y": -2.5}, {"kind": "cancel"}, {"kind": "give_back"},
+              {"kind": "reset_odometry"}, {"kind": "ping", "time": 12.5})
+    wait_for(lambda: "pong" in page.messages, "the answer")
+    assert served.robot.orders == [("goal", 1.0, -2.5), ("cancel",), ("give_back",), ("reset_odometry",)]
+    assert page.messages["pong"]["time"] == 12.5
+
+
+# Who comes in
+
+def test_without_a_token_one_gets_the_login_page_only(guarded):
+    status, _, body = guarded.request("GET", "/")
+    assert (status, b'name="token"' in body, b'id="stop"' in body) == (401, True, False)
+    for path in ("/map.png", "/camera.jpg"):
+        assert guarded.request("GET", path)[0] == 401
+    with pytest.raises(HTTPClientError) as refusal:
+        guarded.page()
+    assert refusal.value.code == 401
+
+
+def test_wrong_tokens_and_too_many_of_them(guarded):
+    origin = f"http://127.0.0.1:{guarded.port}"
+    for _ in range(5):
+        assert guarded.request("POST", "/login", "token=wrong", Origin=origin)[0] == 401
+    assert guarded.request("POST", "/login", "token=" + TOKEN, Origin=origin)[0] == 429
+
+
+def test_the_token_gives_a_cookie_that_opens(guarded):
+    origin = f"http://127.0.0.1:{guarded.port}"
+    form = {"Content_Type": "application/x-www-form-urlencoded"}
+    status, headers, _ = guarded.request("POST", "/login", "token=" + TOKEN, Origin=origin, **form)
+    cookie = headers["Set-Cookie"]
+    assert status == 303
+    assert all(word in cookie for word in ("HttpOnly", "SameSite=Strict", "Path=/"))
+    assert TOKEN not in str(headers)
+    value = cookie.partition(";")[0].partition("=")[2]
+    assert b'id="stop"' in guarded.request("GET", "/", Cookie="robotont_teleop=" + value)[2]
+    assert ready(guarded, cookie=value)
+    with pytest.raises(HTTPClientError) as refusal:
+        guarded.page(cookie=value[:-1] + "x")
+    assert refusal.value.code == 401
+
+
+def test_a_token_in_the_address_opens_nothing(guarded):
+    assert guarded.request("GET", "/?token=" + TOKEN)[0] == 401
+
+
+def test_foreign_origins(served, guarded):
+    for origin in (None, "null", "http://evil.example", f"https://127.0.0.1:{served.port}", "http://127.0.0.1:1"):
+        with pytest.raises(HTTPClientError) as refusal:
+            served.page(origin=origin)
+        assert refusal.value.code == 403
+    assert guarded.request("POST", "/login", "token=" + TOKEN, Origin="http://evil.example")[0] == 403
+    assert guarded.request("POST", "/login", "token=" + TOKEN)[0] == 403
+
+
+def test_foreign_hosts(served):
+    for host in ("evil.example", f"evil.example:{served.port}", "192.168.1.1", "localhost.evil.example"):
+        assert served.request("GET", "/", Host=host)[0] == 403
+        with pytest.raises(HTTPClientError) as refusal:
+            served.page(host=host)
+        assert refusal.value.code == 403
+    for host in ("localhost", "robot.local:8100", "127.0.0.1"):
+        assert served.request("GET", "/", Host=host)[0] == 200
+
+
+def test_headers(served):
+    _, headers, _ = served.request("GET", "/")
+    policy = headers["Content-Security-Policy"]
+    assert policy.startswith("default-src 'none'; script-src 'self';")
+    assert "unsafe" not in policy
+    assert "frame-ancestors 'none'" in policy
+    assert headers["X-Content-Type-Options"] == "nosniff"
+    assert "Server" not in headers
+
+
+@pytest.mark.parametrize("path", ["/../setup.py", "/..%2fsetup.py", "/web/", "/app.py", "/%00", "//etc/passwd", "/test",
+                                  "/" + "a" * 4000])
+def test_no_other_files(served, path):
+    assert served.request("GET", path)[0] == 404
+
+
+def test_other_methods_and_large_requests(served):
+    assert served.request("POST", "/", "x")[0] == 405
+    assert served.request("DELETE", "/app.js")[0] == 405
+    origin = f"http://127.0.0.1:{served.port}"
+    try:
+        status = served.request("POST", "/login", "token=" + "x" * 100_000, Origin=origin)[0]
+    except OSError:
+        status = 400  # closed before it had been sent
+    assert status == 400
+    assert served.request("GET", "/")[0] == 200
+
+
+# What comes in
+
+@pytest.mark.parametrize("text, code", [
+    ("x" * 5000, 1009), (b"\xff\xfe", 1008), ("{", 1008), ("[" * 400, 1008), ('{"kind":"shutdown"}', 1008),
+    ('{"kind":"drive","time":1,"x":NaN,"y":0,"turn":0}', 1008),
+    ('{"kind":"drive","time":1,"x":1e999,"y":0,"turn":0}', 1008)])
+def test_malformed_messages_move_nothing_and_end_the_page(served, text, code):
+    page = ready(served)
+    for _ in range(WRONG_MESSAGES):
+        page.send(text)
+    wait_for(lambda: page.closed, "the end")
+    assert page.close_code in (code, None if code == 1009 else code)
+    assert not served.robot.sent
+    assert ready(served)
+
+
+def test_a_message_with_nan_is_refused_with_words(served):
+    page = ready(served)
+    page.send(f'{{"kind":"drive","time":{page.time},"x":NaN,"y":0,"turn":0}}')
+    wait_for(lambda: "error" in page.messages, "the refusal")
+    assert "NaN" in page.messages["error"]["words"]
+    assert not served.robot.sent
+
+
+def test_a_thousand_messages_at_once_end_the_page_and_stop_the_robot(served):
+    page = ready(served)
+    page.drive(0.3)
+    wait_for(lambda: served.robot.moved, "motion")
+    page.send(*[json.dumps({"kind": "drive", "time": page.time, "x": 0.3, "y": 0, "turn": 0})] * 1000)
+    wait_for(lambda: page.closed, "the end")
+    assert page.close_code == 1008
+    assert served.robot.sent[-1] == STOP
+    assert len(served.robot.sent) <= 110
+    assert ready(served)
+
+
+def test_two_hundred_connections(served):
+    page = ready(served)
+    sockets = [socket.create_connection(("127.0.0.1", served.port)) for _ in range(200)]
+    seen = page.states
+    wait_for(lambda: page.states > seen + 3, "states for the page that is open")
+    page.drive(0.2)
+    wait_for(lambda: served.robot.moved, "its command")
+    for connection in sockets:
+        connection.close()
+    wait_for(lambda: served.request("GET", "/app.js")[0] == 200, "an answer")
+
+
+def test_too_many_pages(served):
+    pages = [ready(served) for _ in range(8)]
+    with pytest.raises(HTTPClientError) as refusal:
+        served.page()
+    assert refusal.value.code == 503
+    pages[0].close()
+    wait_for(lambda: len(served.server.pages) == 7, "the end of a page")
+    assert ready(served)
+
+
+def test_a_slow_reader_holds_up_nobody_and_is_closed(served, monkeypatch):
+    monkeypatch.setattr("robotont_teleop.web_server.SLOWEST_READER", 0.5)
+    state = served.robot.state()
+    monkeypatch.setattr(served.robot, "state", lambda: {**state, "board": "x" * 20000})
+    good = ready(served)
+    slow = socket.create_connection(("127.0.0.1", served.port))
+    slow.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
+    host = f"127.0.0.1:{served.port}"
+    slow.sendall((f"GET /socket HTTP/1.1\r\nHost: {host}\r\nOrigin: http://{host}\r\nUpgrade: websocket\r\n"
+                  "Connection: Upgrade\r\nSec-WebSocket-Version: 13\r\n"
+                  "Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n\r\n").encode())
+    wait_for(lambda: len(served.server.pages) == 2, "the second page")
+    seen = good.states
+    wait_for(lambda: len(served.server.pages) == 1, "the end of the slow page")
+    assert good.states > seen + 5
+    slow.close()
+
+
+def test_eight_viewers_get_the_state_at_its_rate(served):
+    pages = [ready(served) for _ in range(8)]
+    before = [page.states for page in pages]
+    start = time.monotonic()
+    wait_for(lambda: pages[0].states >= before[0] + 20, "states")
+    elapsed = time.monotonic() - start
+    for page, count in zip(pages, before):
+        assert page.states - count >= 15
+    assert elapsed > 0.8

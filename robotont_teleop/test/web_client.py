@@ -1,0 +1,154 @@
+"""A server of the page in this process with a robot that only writes down, and a rude client."""
+
+import asyncio
+import contextlib
+import http.client
+import json
+import threading
+from pathlib import Path
+
+from tornado.httpclient import HTTPRequest
+from tornado.websocket import websocket_connect
+
+from robotont_teleop.access import Access
+from robotont_teleop.speeds import STOP, Speeds
+from robotont_teleop.web_server import ServerSettings, WebServer
+
+WEB = Path(__file__).resolve().parents[1] / "web"
+PATIENCE = 10.0  # [s]
+SETTINGS = ServerSettings(names=("robot.local",), scheme="http", rate=20.0, oldest=0.2, dead_man=0.3, max_pages=8,
+                          max_connections=40, speeds=Speeds(0.5, 2.0))
+
+
+class NotedRobot:
+    """Stands in for RobotView: writes down what it is asked for."""
+
+    def __init__(self):
+        self.sent = []
+        self.orders = []
+
+    def send(self, twist):
+        self.sent.append(twist)
+
+    def __getattr__(self, name):
+        if name not in ("emergency_stop", "goal", "cancel", "give_back", "reset_odometry"):
+            raise AttributeError(name)
+        return lambda *values: self.orders.append((name, *values))
+
+    @property
+    def moved(self):
+        """Whether it was ever asked for motion."""
+        return any(twist != STOP for twist in self.sent)
+
+    def state(self):
+        return {"pose": [0.0, 0.0, 0.0], "velocity": None, "limited": None, "commanded": None, "measured": None,
+                "driven_by": "nobody", "stopped": False}
+
+    def status(self):
+        return {"frame": "odom", "lights": [], "board": "", "battery": None, "ranges": [], "map": None,
+                "camera": False, "navigation": False, "goal": None, "note": {"number": 0, "words": "", "good": True}}
+
+    def scan(self):
+        return None
+
+    def map_picture(self):
+        return b"\x89PNG"
+
+    def camera_picture(self):
+        return None
+
+
+class Served:
+    """The server in a thread of its own, for a `with` block."""
+
+    def __init__(self, token=None, **settings):
+        self.robot = NotedRobot()
+        self.access = Access(token)
+        self._settings = SETTINGS._replace(**settings)
+        self.loop = asyncio.new_event_loop()
+        self._thread = threading.Thread(target=self.loop.run_forever, daemon=True)
+
+    def __enter__(self):
+        self._thread.start()
+
+        async def start():
+            self.server = WebServer(self.robot, self.access, self._settings, WEB)
+            self.port = self.server.listen("127.0.0.1", 0)
+        self.do(start())
+        return self
+
+    def __exit__(self, *_):
+        self.do(self.server.close())
+        self.loop.call_soon_threadsafe(self.loop.stop)
+        self._thread.join()
+
+    def do(self, coroutine):
+        """The result of a coroutine in the server's loop."""
+        return asyncio.run_coroutine_threadsafe(coroutine, self.loop).result(PATIENCE)
+
+    def request(self, method, path, body=None, **headers):
+        """(status, headers, body) of a request; header names with _ for -."""
+        connection = http.client.HTTPConnection("127.0.0.1", self.port, timeout=PATIENCE)
+        with contextlib.closing(connection):
+            connection.request(method, path, body, {name.replace("_", "-"): value for name, value in headers.items()})
+            answer = connection.getresponse()
+            return answer.status, answer.headers, answer.read()
+
+    def page(self, origin="", host="", cookie=None):
+        """An open page (OpenPage); raises tornado.httpclient.HTTPClientError when it is refused."""
+        url = f"ws://127.0.0.1:{self.port}/socket"
+        headers = {"Origin": origin or f"http://{host or f'127.0.0.1:{self.port}'}"} if origin is not None else {}
+        if host:
+            headers["Host"] = host
+        if cookie:
+            headers["Cookie"] = f"robotont_teleop={cookie}"
+        page = OpenPage(self)
+
+        async def connect():
+            return await websocket_connect(HTTPRequest(url, headers=headers), on_message_callback=page.take)
+        page.socket = self.do(connect())
+        return page
+
+
+class OpenPage:
+    """What a page would be: the newest state, and messages."""
+
+    def __init__(self, served):
+        self._served = served
+        self.socket = None
+        self.messages = {}  # newest of each kind
+        self.states = 0
+        self.closed = False
+
+    def take(self, text):
+        if text is None:
+            self.closed = True
+            return
+        message = json.loads(text)
+        self.messages[message["kind"]] = message
+        self.states += message["kind"] == "state"
+
+    @property
+    def time(self):
+        """The newest server time [ms]."""
+        return self.messages["state"]["time"]
+
+    @property
+    def close_code(self):
+        return self.socket.close_code
+
+    def send(self, *texts):
+        async def write():
+            for text in texts:
+                await self.socket.write_message(text if isinstance(text, (str, bytes)) else json.dumps(text),
+                                                binary=isinstance(text, bytes))
+        with contextlib.suppress(Exception):  # the server may have closed it, as it should
+            self._served.do(write())
+
+    def drive(self, x=0.0, y=0.0, turn=0.0, time=None):
+        self.send({"kind": "drive", "time": self.time if time is None else time, "x": x, "y": y, "turn": turn})
+
+    def close(self):
+        async def close():
+            self.socket.close()
+        self._served.do(close())

@@ -1,0 +1,175 @@
+// What the hands ask for: two sticks on the screen, keys, a gamepad. A position is {ahead, left, turn}, each from -1 to 1.
+const KEYS = {
+  KeyW: ["ahead", 1], KeyS: ["ahead", -1], KeyA: ["left", 1], KeyD: ["left", -1], KeyQ: ["turn", 1], KeyE: ["turn", -1],
+  ArrowUp: ["ahead", 1], ArrowDown: ["ahead", -1], ArrowLeft: ["turn", 1], ArrowRight: ["turn", -1],
+};
+const DEAD_ZONE = 0.12;           // of a gamepad's stick
+const SHOULDERS = [4, 5];         // either must be held: the dead-man button (standard mapping of the Gamepad API)
+const EAST = 1;                   // emergency stop
+
+const clamp = (value) => Math.min(1, Math.max(-1, value));
+
+export class Hands {
+  // changed(): called when the position may have changed; stop(): the emergency stop's keys and button
+  constructor(changed, stop) {
+    this.changed = changed;
+    this.sticks = {move: [0, 0], turn: [0, 0]};
+    this.keys = new Set();
+    this.pad = {ahead: 0, left: 0, turn: 0};
+    this.padStop = false;
+    this.padCentred = false;
+    this.makeStick("move", true);
+    this.makeStick("turn", false);
+    this.listenToKeys(stop);
+    this.listenToGamepads(stop);
+    for (const [target, event] of [[window, "blur"], [window, "pagehide"], [document, "visibilitychange"],
+      [document, "freeze"]]) {
+      target.addEventListener(event, () => (event !== "visibilitychange" || document.hidden) && this.letGo());
+    }
+  }
+
+  get position() {
+    const held = {ahead: 0, left: 0, turn: 0};
+    for (const key of this.keys) {
+      held[KEYS[key][0]] += KEYS[key][1];
+    }
+    let ahead = this.sticks.move[1] + held.ahead + this.pad.ahead;
+    let left = -this.sticks.move[0] + held.left + this.pad.left;
+    const length = Math.max(1, Math.hypot(ahead, left)); // a diagonal is no faster
+    ahead /= length;
+    left /= length;
+    return {ahead, left, turn: clamp(-this.sticks.turn[0] + held.turn + this.pad.turn)};
+  }
+
+  get still() {
+    const {ahead, left, turn} = this.position;
+    return ahead === 0 && left === 0 && turn === 0;
+  }
+
+  // Everything is let go of, whatever is still held.
+  letGo() {
+    this.keys.clear();
+    this.pad = {ahead: 0, left: 0, turn: 0};
+    this.padCentred = false;
+    for (const name of Object.keys(this.sticks)) {
+      this.release(name);
+    }
+    this.changed();
+  }
+
+  makeStick(name, both) {
+    const stick = document.getElementById(name);
+    const knob = stick.querySelector(".knob");
+    this[name] = {pointer: null, knob};
+    const move = (event) => {
+      const box = stick.getBoundingClientRect();
+      const reach = (box.width - knob.offsetWidth) / 2;
+      let x = (event.clientX - box.left - box.width / 2) / reach;
+      let y = both ? (box.top + box.height / 2 - event.clientY) / reach : 0;
+      const length = Math.max(1, Math.hypot(x, y));
+      x /= length;
+      y /= length;
+      this.sticks[name] = Math.hypot(x, y) < 0.06 ? [0, 0] : [x, y];
+      knob.style.transform = `translate(${x * reach}px, ${-y * reach}px)`;
+      this.changed();
+    };
+    stick.addEventListener("pointerdown", (event) => {
+      if (this[name].pointer !== null || event.button !== 0) {
+        return;
+      }
+      event.preventDefault();
+      this[name].pointer = event.pointerId;
+      stick.classList.add("held");
+      try {
+        stick.setPointerCapture(event.pointerId);
+      } catch {
+        // the pointer is gone already: its end comes next
+      }
+      move(event);
+    });
+    stick.addEventListener("pointermove", (event) => event.pointerId === this[name].pointer && move(event));
+    for (const end of ["pointerup", "pointercancel", "lostpointercapture"]) {
+      stick.addEventListener(end, (event) => {
+        if (event.pointerId === this[name].pointer) {
+          this.release(name);
+          this.changed();
+        }
+      });
+    }
+    stick.addEventListener("contextmenu", (event) => event.preventDefault());
+  }
+
+  release(name) {
+    this[name].pointer = null;
+    this.sticks[name] = [0, 0];
+    this[name].knob.style.transform = "";
+    document.getElementById(name).classList.remove("held");
+  }
+
+  listenToKeys(stop) {
+    window.addEventListener("keydown", (event) => {
+      const writes = event.target.closest?.("input, select, textarea");
+      if (event.code === "Escape" || (event.code === "Space" && !event.target.closest?.("button, select"))) {
+        event.preventDefault();
+        this.letGo();
+        stop();
+      } else if (KEYS[event.code] && !writes && !event.ctrlKey && !event.metaKey && !event.altKey) {
+        event.preventDefault();
+        if (!event.repeat && !this.keys.has(event.code)) {
+          this.keys.add(event.code);
+          this.changed();
+        }
+      }
+    });
+    window.addEventListener("keyup", (event) => this.keys.delete(event.code) && this.changed());
+    // a button that was clicked does not keep the space bar from being the emergency stop
+    window.addEventListener("pointerup", () => setTimeout(() => {
+      if (document.activeElement instanceof HTMLButtonElement) {
+        document.activeElement.blur();
+      }
+    }));
+  }
+
+  listenToGamepads(stop) {
+    let polls = false;
+    const poll = () => {
+      const pad = navigator.getGamepads().find((found) => found?.connected && found.mapping === "standard");
+      polls = Boolean(pad) && !document.hidden;
+      this.takeGamepad(pad, stop);
+      if (polls) {
+        requestAnimationFrame(poll);
+      }
+    };
+    const start = () => {
+      if (!polls) {
+        poll();
+      }
+    };
+    window.addEventListener("gamepadconnected", start);
+    window.addEventListener("gamepaddisconnected", start);
+    document.addEventListener("visibilitychange", start);
+  }
+
+  takeGamepad(pad, stop) {
+    const pressed = Boolean(pad?.buttons[EAST]?.pressed);
+    if (pressed && !this.padStop) {
+      stop();
+    }
+    this.padStop = pressed;
+    const held = pad && SHOULDERS.some((button) => pad.buttons[button]?.pressed);
+    const [x, y, turn] = pad ? [0, 1, 2].map((axis) => outsideDeadZone(pad.axes[axis] || 0)) : [0, 0, 0];
+    const centred = x === 0 && y === 0 && turn === 0;
+    this.padCentred = Boolean(held) && (this.padCentred || centred); // deflected before the button: moves nothing
+    const now = this.padCentred ? {ahead: 0 - y, left: 0 - x, turn: 0 - turn} : {ahead: 0, left: 0, turn: 0};
+    const before = this.pad;
+    this.pad = now;
+    if (now.ahead !== before.ahead || now.left !== before.left || now.turn !== before.turn) {
+      this.changed();
+    }
+  }
+}
+
+function outsideDeadZone(value) {
+  const size = Math.abs(value);
+  return size <= DEAD_ZONE ? 0 : Math.sign(value) * Math.min(1, (size - DEAD_ZONE) / (1 - DEAD_ZONE));
+}

@@ -1,0 +1,28 @@
+// Sends the token once; the server answers with a cookie that no script can read.
+import {setLanguage, text, chosenLanguage} from "./texts.js";
+
+setLanguage(chosenLanguage());
+const form = document.getElementById("form");
+const answer = document.getElementById("answer");
+
+async function logIn(token) {
+  const response = await fetch("login", {method: "POST", body: new URLSearchParams({token}), redirect: "manual"});
+  if (response.type === "opaqueredirect" || response.ok) {
+    location.replace("./");
+    return;
+  }
+  answer.textContent = text(response.status === 429 ? "token_later" : "token_wrong");
+  answer.hidden = false;
+}
+
+form.addEventListener("submit", (event) => {
+  event.preventDefault();
+  logIn(form.elements.token.value.trim());
+});
+
+// The QR code carries the token behind #, which browsers send to no server.
+const shown = new URLSearchParams(location.hash.slice(1)).get("token");
+if (shown) {
+  history.replaceState(null, "", location.pathname);
+  logIn(shown);
+}

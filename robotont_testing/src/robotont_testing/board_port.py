@@ -1,0 +1,84 @@
+"""A board with a virtual clock behind a pseudo-terminal, in real time."""
+
+import os
+import select
+import threading
+import time
+import tty
+
+from robotont_testing.stand_in_board import Line
+
+
+class BoardPort:
+    """Runs a board of official_boards at the port `link`, from a thread of its own. `make(now)` gives a fresh board.
+
+    `line`: what happens to the bytes that the board sends. `heard`: (time, bytes) of each write of the PC.
+    """
+
+    def __init__(self, link, make):
+        self.link = link
+        self.line = Line()
+        self.heard = []
+        self._make = make
+        self.board = make(time.monotonic())
+        self._woken, self._wake = os.pipe()
+        self._master = None
+        self._thread = None
+
+    def restart(self):
+        """As the reset button does."""
+        self.board = self._make(time.monotonic())
+
+    def plug(self):
+        """Appear at the port's name."""
+        self._master, slave = os.openpty()
+        tty.setraw(slave)
+        os.set_blocking(self._master, False)
+        if os.path.islink(self.link):
+            os.unlink(self.link)
+        os.symlink(os.ttyname(slave), self.link)
+        os.close(slave)
+        self._thread = threading.Thread(target=self._run, daemon=True)
+        self._thread.start()
+
+    def unplug(self):
+        """Vanish, if not vanished already: the port's name and the line."""
+        if self._master is None:
+            return
+        os.unlink(self.link)
+        os.write(self._wake, b"!")
+        self._thread.join()
+        os.close(self._master)
+        self._master = None
+
+    def _run(self):
+        poller = select.poll()
+        poller.register(self._master, select.POLLIN)
+        poller.register(self._woken, select.POLLIN)
+        while True:
+            ready = poller.poll(max(0.0, self.board.next_event - time.monotonic()) * 1000)
+            if any(descriptor == self._woken for descriptor, _ in ready):
+                os.read(self._woken, 1)
+                return
+            now = time.monotonic()
+            if any(event & select.POLLIN for _, event in ready):
+                data = self._read()
+                self.heard.append((now, data))
+                self.board.receive(data, now)
+            elif any(event & select.POLLHUP for _, event in ready):
+                time.sleep(0.001)  # nobody has the port open; poll() returns at once
+            self._write(self.board.advance(now))
+
+    def _read(self):
+        try:
+            return os.read(self._master, 4096)
+        except OSError:
+            return b""
+
+    def _write(self, data):
+        for part in self.line.pass_on(data) if data else []:
+            try:
+                while part:
+                    part = part[os.write(self._master, part):]
+            except OSError:
+                pass  # full, or closed at the other end: a real board does not wait either

@@ -1,0 +1,146 @@
+# shellcheck shell=bash
+# Sourced by ./robotont: what is missing is installed, and the workspace is built. ROOT: the repository.
+# WORK: all that this makes lies there.
+
+# Packages of a list in setup/, without comments.
+listed() {
+    sed 's/#.*//' "$ROOT/setup/$1.txt" | tr -s '[:space:]' '\n' | sed '/^$/d'
+}
+
+# Folder of a ROS 1 in /opt/ros; nothing where there is none.
+opt_ros() {
+    local distribution
+    for distribution in noetic one; do
+        if [ -f "/opt/ros/$distribution/setup.bash" ]; then
+            echo "/opt/ros/$distribution"
+            return
+        fi
+    done
+}
+
+# The distribution's packages that this project needs.
+wanted_packages() {
+    case $(opt_ros) in
+        "") listed debian ;;
+        /opt/ros/one) listed noetic | sed 's/^ros-noetic-/ros-one-/' ;;
+        *) listed noetic ;;
+    esac
+}
+
+as_root() {
+    if [ "$(id -u)" = 0 ]; then
+        "$@"
+    elif command -v sudo >/dev/null; then
+        sudo "$@"
+    else
+        fail "these packages need root or sudo: $*"
+    fi
+}
+
+install_packages() {
+    local missing=()
+    while read -r package; do
+        dpkg-query -W -f '${Status}' "$package" 2>/dev/null | grep -q 'ok installed' || missing+=("$package")
+    done < <(wanted_packages)
+    [ ${#missing[@]} = 0 ] && return
+    command -v apt-get >/dev/null || fail "install these packages by hand: ${missing[*]}"
+    echo "installing ${#missing[@]} packages: ${missing[*]}"
+    as_root apt-get update -qq
+    as_root env DEBIAN_FRONTEND=noninteractive apt-get install -qq -y --no-install-recommends "${missing[@]}" \
+        >"$WORK/apt.log" 2>&1 || { tail -20 "$WORK/apt.log" >&2; fail "apt-get failed; see $WORK/apt.log"; }
+}
+
+install_venv() {
+    if ! "$WORK/venv/bin/python" -m pip --version >"$WORK/pip.log" 2>&1; then
+        rm -rf "$WORK/venv" "$WORK/venv.new"
+        /usr/bin/python3 -m venv --system-site-packages "$WORK/venv.new"
+        mv "$WORK/venv.new" "$WORK/venv"  # whole or not at all, whenever this is interrupted
+    fi
+    echo "installing Python packages into $WORK/venv"
+    "$WORK/venv/bin/python" -m pip install -q --disable-pip-version-check -r "$ROOT/setup/requirements.txt" \
+        >"$WORK/pip.log" 2>&1 || { tail -20 "$WORK/pip.log" >&2; fail "pip failed; see $WORK/pip.log"; }
+}
+
+# What setup depends on; the same text means that nothing is to be done.
+setup_state() {
+    opt_ros
+    cat "$ROOT"/setup/*.txt
+}
+
+setup() {
+    if [ ! -f "$WORK/setup.done" ] || [ "$(cat "$WORK/setup.done")" != "$(setup_state)" ]; then
+        install_packages
+        install_venv
+        setup_state >"$WORK/setup.done"
+    fi
+}
+
+# This workspace only, whatever the caller has sourced.
+environment() {
+    unset CMAKE_PREFIX_PATH ROS_PACKAGE_PATH PYTHONPATH PYTHONHOME VIRTUAL_ENV
+    export PATH=/usr/bin:$PATH ROS_HOME=$WORK/ros RUFF_CACHE_DIR=$WORK/ruff HYPOTHESIS_STORAGE_DIRECTORY=$WORK/hypothesis
+    local ros site
+    ros=$(opt_ros)
+    set +u
+    # shellcheck disable=SC1090,SC1091
+    [ -z "$ros" ] || . "$ros/setup.bash"
+    # shellcheck disable=SC1091
+    [ ! -f "$WORK/devel/setup.bash" ] || . "$WORK/devel/setup.bash"
+    set -u
+    # last, so that it hides nothing: what the distribution lacks (MuJoCo) for nodes that /usr/bin/python3 runs
+    for site in "$WORK"/venv/lib/python3*/site-packages; do
+        PYTHONPATH=${PYTHONPATH:+$PYTHONPATH:}$site
+    done
+    export PYTHONPATH
+}
+
+build() {
+    environment
+    if [ ! -f "$WORK/build/Makefile" ]; then
+        cmake -S "$ROOT" -B "$WORK/build" -DPYTHON_EXECUTABLE=/usr/bin/python3 \
+            -DCATKIN_DEVEL_PREFIX="$WORK/devel" -DCMAKE_INSTALL_PREFIX="$WORK/install" \
+            >"$WORK/cmake.log" 2>&1 || { tail -20 "$WORK/cmake.log" >&2; fail "cmake failed; see $WORK/cmake.log"; }
+    fi
+    make -C "$WORK/build" >"$WORK/make.log" 2>&1 ||
+        { tail -20 "$WORK/make.log" >&2; fail "make failed; see $WORK/make.log"; }
+    environment
+}
+
+# The folder for all that is made, or words that say why there can be none.
+make_work_folder() {
+    case $ROOT:$WORK in
+        *[[:space:]\;\'\"\\\$\`\&\#\(\)]* | *:*:*)
+            fail "catkin and roslaunch cannot work in a folder with a space or one of : ; ' \" \\ \$ \` & # ( ) in its name:
+  $ROOT
+  $WORK
+move the clone to another folder, or rename this one"
+            ;;
+    esac
+    if ! mkdir -p "$WORK" 2>/dev/null || [ ! -w "$WORK" ] || { [ -e "$WORK/lock" ] && [ ! -w "$WORK/lock" ]; }; then
+        fail "$WORK cannot be written to; take another folder for what is built:
+  ROBOTONT_WORK=~/.cache/robotont ./robotont ..."
+    fi
+}
+
+# A clone that was moved or copied has the paths of its old place in all that was built.
+forget_another_place() {
+    local place
+    place=$(cat "$WORK/place" 2>/dev/null || echo "$ROOT $WORK")
+    if [ "$place" != "$ROOT $WORK" ]; then
+        echo "moved or copied from ${place% *}: built anew"
+        rm -rf "$WORK/build" "$WORK/devel" "$WORK/install" "$WORK/venv" "$WORK/setup.done"
+    fi
+    echo "$ROOT $WORK" >"$WORK/place"
+    touch "$WORK/CATKIN_IGNORE"  # no other workspace shall look in here for packages
+}
+
+# One at a time: two runs in the same clone must not set up the same folder at once.
+prepare() {
+    make_work_folder
+    exec 9>"$WORK/lock"
+    flock 9
+    forget_another_place
+    setup
+    build
+    exec 9>&-
+}

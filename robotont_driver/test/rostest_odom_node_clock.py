@@ -58,7 +58,7 @@ class OdomNodeClockTest(NodeTest):
                             (0.2, None), (-0.2, "back by 0.")):
             with self.subTest(jump=jump):
                 self.time += jump
-                stamps = self.drive(20)  # of each packet, so no gap in the odometry
+                stamps = self.drive(30)  # of each packet, so no gap in the odometry
                 for stamp in stamps:
                     self.assertLessEqual(stamp, self.time + 1e-3)
                 self.assertLess(abs(stamps[-1] - self.time), 0.045)

@@ -106,14 +106,22 @@ def test_a_stalled_computer_gets_all_its_packets_afterwards():
 
 
 @pytest.mark.parametrize("lost", [1, 2, 7, 40])
-def test_packets_lost_unnoticed_shift_the_line_within_a_tenth_of_a_second(lost):
+def test_packets_lost_unnoticed_shift_the_line_within_half_a_second(lost):
     """Plain packets have no counter: those behind a lost one are one period later than their number says."""
     times = np.delete(made(3000), slice(1000, 1000 + lost))
     clock = PacketClock(PERIOD)
     found = stamps(delayed(times, QUIET), clock=clock)
     wrong = np.flatnonzero(np.abs(found - times) > 5e-3)
-    assert set(wrong) <= set(range(1000, 1006))
+    assert set(wrong) <= set(range(1000, 1025))
     assert clock.shifts == 1
+
+
+def test_a_board_that_leaves_out_periods_is_followed():
+    """A simulator on a computer that is too slow: two tenths of a second missing in each second."""
+    kept = np.arange(6000) % 50 < 40
+    times = made(6000)[kept]
+    found = stamps(delayed(times, QUIET))
+    assert np.abs(found - times).max() < 0.45
 
 
 def test_after_a_pause_it_begins_anew():
@@ -148,7 +156,7 @@ def test_the_wall_clock_is_set(step):
                                                              f"{abs(step):.3f} s")
 
 
-@pytest.mark.parametrize("step, packets", [(3600.0, 0), (-3600.0, 0), (-80.0, 0), (0.2, 5), (-0.2, 0)], ids=str)
+@pytest.mark.parametrize("step, packets", [(3600.0, 0), (-3600.0, 0), (-80.0, 0), (0.2, 25), (-0.2, 0)], ids=str)
 def test_the_only_clock_is_set(step, packets):
     """Simulated time, or a steady clock that is none: the stamps follow within so many packets."""
     times = made(2000) + 4000.0

@@ -16,7 +16,7 @@ from robotont_driver.wheel_noise import PATH_VARIANCE
 SECOND = 1_000_000_000  # [ns]
 
 GAP = SECOND // 10      # [ns] between two samples; across a longer one nothing is known of the turn
-HOLD = SECOND // 25     # [ns] for which the wheels stand in for samples that are still under way
+HOLD = SECOND * 3 // 10  # [ns] for which the wheels stand in for samples that are still under way
 KEPT = 1024             # samples: more than a second of any gyro, for packets that are late
 
 FIRST_BIAS = 0.02       # [rad/s] standard deviation of the bias of a gyro of which nothing is known
@@ -26,14 +26,16 @@ OUTLIER = 5.0           # [standard deviations] a turn beyond this while the whe
 RELEARN = 3.0           # [s] ... unless it goes on for so long and ...
 STEADY = 10.0           # [standard deviations] ... its rates differ by no more than this
 TIMING = 0.005          # [s] by which the times of gyro and wheels may differ
-SPINNING = 1.5          # a slipping wheel slips by at most this part of the path that it counts
+SLIPPING = 1.5          # a wheel slips by at most this part of its path
+BRAKING = 0.8           # a wheel brakes when the newer half of its path is shorter than this part of the older
 
 
 class TurnIntegral:
-    """Integral of a gyro's rates between any two instants that its samples cover."""
+    """Integral of a gyro's rates from one stamp to the next."""
 
     def __init__(self):
         self._samples = deque(maxlen=KEPT)  # (stamp [ns], turn [rad] since the first one, rate [rad/s])
+        self._wheels = deque(maxlen=KEPT)   # (stamp [ns], turn [rad] of the wheels up to then)
         self._reached = None                # turn at the end of the last stretch
         self.gaps = 0                       # times that samples were missing
 
@@ -50,25 +52,40 @@ class TurnIntegral:
                 self._reached = None
         self._samples.append((stamp, turn, rate))
 
-    def turned(self, stamp, rate):
+    def turned(self, stamp, wheels):
         """[rad] from the stamp [ns] of the last call to this one; None where samples are missing.
 
-        rate: [rad/s] that is taken from the newest sample on, if that is a little older than the stamp. The next
-        call makes good what was wrong with it.
+        wheels: [rad] that the gyro should have measured, say the wheels. That stands in for samples that are still
+        under way; when these have come, the next call makes good what was wrong with it.
         """
-        before, self._reached = self._reached, self._turn_at(stamp, rate)
+        if self._wheels and stamp <= self._wheels[-1][0]:
+            self._wheels.clear()  # the clock was set
+        self._wheels.append((stamp, (self._wheels[-1][1] if self._wheels else 0.0) + wheels))
+        before, self._reached = self._reached, self._turn_at(stamp)
         return None if before is None or self._reached is None else self._reached - before
 
-    def _turn_at(self, stamp, rate):
-        later = None
-        for sample in reversed(self._samples):
-            if sample[0] <= stamp:
-                ahead = stamp - sample[0]
-                if later is None:
-                    return sample[1] + rate * (ahead / SECOND) if ahead <= HOLD else None
-                return sample[1] + (later[1] - sample[1]) * (ahead / (later[0] - sample[0]))
-            later = sample
-        return None
+    def _turn_at(self, stamp):
+        if not self._samples:
+            return None
+        newest = self._samples[-1]
+        if stamp <= newest[0]:
+            return interpolate(self._samples, stamp)
+        since = interpolate(self._wheels, newest[0])
+        if since is None or stamp - newest[0] > HOLD:
+            return None
+        return newest[1] + self._wheels[-1][1] - since
+
+
+def interpolate(samples, stamp):
+    """Value at `stamp` of (stamp, value, ...) in order of time; None where they do not reach so far back."""
+    later = None
+    for sample in reversed(samples):
+        if sample[0] <= stamp:
+            if later is None:
+                return sample[1]
+            return sample[1] + (later[1] - sample[1]) * ((stamp - sample[0]) / (later[0] - sample[0]))
+        later = sample
+    return None
 
 
 class Gyro:
@@ -211,13 +228,17 @@ class TurnWatch:
             + (TIMING * faster) ** 2)
 
     def _suspected(self):
-        """The wheels that can have slipped alone: those that counted more than they rolled, in the right direction."""
-        spinning = []
+        """The wheels that can have slipped alone: that turn too fast, or, when they brake, too slowly."""
+        suspects = []
+        half = len(self._window) // 2
         for wheel, (turn, path) in enumerate(zip(self._per_edge, self._path)):
-            slip = -self._difference / turn if turn else math.inf  # [edges]
-            if slip * path > 0 and abs(slip) <= SPINNING * abs(path):
-                spinning.append(wheel)
-        return tuple(spinning) or tuple(range(len(self._per_edge)))
+            slip = -self._difference / turn if turn else math.inf  # [edges] more than the wheel rolled
+            older = sum(packet[0][wheel] for packet in list(self._window)[:half])
+            brakes = abs(path - older) < BRAKING * abs(older)
+            longest = SLIPPING * max(abs(path), 2 * abs(older) if brakes else 0)
+            if abs(slip) <= longest and (slip * older < 0 if brakes else slip * path > 0):
+                suspects.append(wheel)
+        return tuple(suspects) or tuple(range(len(self._per_edge)))
 
 
 UNCHANGED = (1.0, 1.0)  # parts of the errors of bias and scale that are left when nothing was learnt
@@ -273,7 +294,7 @@ class GyroFusion:
         gyro = self.gyro
         gyro.watch_wheels(counts)
         self.learnt = UNCHANGED
-        measured = self.integral.turned(stamp, gyro.scale * float(step[2]) / gyro.period + gyro.bias)
+        measured = self.integral.turned(stamp, gyro.scale * (float(step[2]) + gyro.bias * gyro.period))
         if measured is None:
             self.missing += 1
             if self.watch:

@@ -15,9 +15,10 @@ BLOCKS = 30             # earliest arrivals that the period is estimated from ..
 FEWEST = 2              # ... and the least number of them
 RECENT = 5              # earliest arrivals that the line touches the lowest of
 LARGEST_DRIFT = 0.02    # part by which the board's period may differ from the nominal one
-LATE = 0.75             # [periods] a packet so late ...
-STEADY = 0.5            # [periods] ... and so long after its predecessor is not one of a burst; ...
-PACKETS = 5             # ... so many of them in a row mean that packets are missing, or that the clock was set
+LATE = 0.75             # [periods] packets all later than this, ...
+SPREAD = 1.0            # [periods] ... by about as much, ...
+PACKETS = 25            # ... so many of them in a row, mean that packets are missing
+CATCHING_UP = 0.8       # of its periods; a block that comes in less time is a queue that gets shorter
 TURN = SECOND // 2000   # [ns] a packet so soon behind its predecessor came with it, and waited for its turn ...
 BURST = SECOND // 300   # [ns] ... for no longer than this
 PAUSE = 3 * SECOND      # [ns] without packets; more than 109 periods at 50 Hz, which serial_com_node can repair
@@ -91,26 +92,35 @@ class PacketClock:
         if late < 0:
             self._line = arrival  # nothing arrives before it is made
             late = 0.0
-        self._notice_shift(late, gap)
+        self._notice_shift(late)
         self._earliest = min(self._earliest, (self._number, arrival), key=self._residual)
         self._left -= 1
         if not self._left:
             self._fit()
 
-    def _notice_shift(self, late, gap):
-        """Packets that are late by about as much, one period after the other: the line has to follow them."""
-        if late < LATE * self._period or gap < STEADY * self._period:
-            self._late_packets = 0
+    def _notice_shift(self, late):
+        """Packets that are late by a period, one after the other: packets are missing, and the line has to follow."""
+        if late < LATE * self._period:
+            self._late = []
             return
-        self._least_late = min(late, self._least_late) if self._late_packets else late
-        self._late_packets += 1
-        if self._late_packets == PACKETS:
-            self._line += self._least_late
-            self.shifts += 1
-            self._forget()
+        self._late.append(late)
+        if max(self._late) - min(self._late) > SPREAD * self._period:
+            self._late = [late]
+        elif len(self._late) == PACKETS:
+            self._shift(min(self._late))
+
+    def _shift(self, late):
+        self._line += late
+        self.shifts += 1
+        self._forget()
 
     def _fit(self):
         """Estimate the period from the earliest arrivals, and lay the line on the newest of them."""
+        number, arrival = self._earliest
+        late = arrival - self._line + self._period * (self._number - number)
+        if late > LATE * self._period and self._arrival - self._begun > CATCHING_UP * BLOCK * self._period:
+            self._shift(late)
+            return
         self._minima.append(self._earliest)
         del self._minima[:-BLOCKS]
         if len(self._minima) >= FEWEST:
@@ -136,11 +146,12 @@ class PacketClock:
     def _forget(self):
         """The arrivals so far say nothing of those to come; the period stays."""
         self._minima = []  # (packet number, arrival) of the earliest arrival of each block
-        self._late_packets = 0
+        self._late = []    # [ns] by which packets in a row were late
         self._begin_block()
 
     def _begin_block(self):
         self._left = BLOCK
+        self._begun = self._arrival
         self._earliest = (0, float("inf"))  # packet number, arrival
 
     def _clock_was_set(self, arrival, step):

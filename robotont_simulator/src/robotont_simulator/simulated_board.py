@@ -4,7 +4,7 @@ import time
 
 from robotont_firmware import config
 
-LONGEST_STALL = 0.2  # [s] that is made up for; the firmware must not miss half a second of commands at once
+LONGEST_STALL = 0.4  # [s] that is made up for; the firmware must not miss half a second of commands at once
 
 
 class SimulatedBoard:

@@ -22,6 +22,8 @@ from robotont_simulator.simulated_board import SimulatedBoard
 from robotont_simulator.simulation import Simulation
 from robotont_simulator.world import World, WorldError, read_world
 
+LONGEST_READING = 1e-3  # [s] that reading two clocks may take; longer, and something came between
+
 PARAMETERS = (
     Parameter("port", "/tmp/robotont", "name under which the board's serial port appears"),
     Parameter("firmware", "own", "what runs on the board: this project's firmware, or the official one of a generation",
@@ -154,10 +156,12 @@ class SimulatorNode:
 
     def _stamp(self):
         """When the board's newest period was over, which is a little before now; where time is simulated, now."""
-        now = rospy.Time.now()
-        if rospy.rostime.is_wallclock():
-            now -= rospy.Duration.from_sec(max(0.0, time.monotonic() - self._board.due))
-        return now
+        if not rospy.rostime.is_wallclock():
+            return rospy.Time.now()
+        while True:
+            steady, now = time.monotonic(), rospy.Time.now()
+            if time.monotonic() - steady < LONGEST_READING:
+                return now - rospy.Duration.from_sec(max(0.0, steady - self._board.due))
 
     def _publish_truth(self, stamp):
         truth = self._truth

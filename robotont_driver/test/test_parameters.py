@@ -4,6 +4,7 @@ import yaml
 from conftest import HERE
 from robotont_driver.driver_node import PARAMETERS as DRIVER
 from robotont_driver.odom_node import PARAMETERS as ODOM
+from robotont_driver.dialects import NAMES
 from robotont_driver.parameters import ParameterError, read_parameters
 from robotont_driver.serial_com_node import PARAMETERS as SERIAL_COM
 
@@ -27,8 +28,8 @@ def test_a_whole_number_serves_as_a_number():
     (DRIVER, "cmd_timeout", float("nan"), "a finite number >= 0.05 [s]"),
     (DRIVER, "command_decimals", 1.5, "a whole number >= 0"),
     (DRIVER, "command_decimals", True, "a whole number >= 0"),
-    (SERIAL_COM, "packets", "checksum", "one of auto, plain, checked"),
-    (SERIAL_COM, "packets", [], "one of auto, plain, checked"),
+    (SERIAL_COM, "packets", "checksum", "one of " + ", ".join(NAMES)),
+    (SERIAL_COM, "packets", [], "one of " + ", ".join(NAMES)),
     (SERIAL_COM, "port", 5, "a text"),
     (ODOM, "publish_tf", "yes", "true or false"),
     (ODOM, "publish_tf", 1, "true or false"),

@@ -30,8 +30,9 @@ COMMAND_AGE = 0.5
 
 
 PARAMETERS = (
-    Parameter("odom_frame", "odom", "frame of the pose"),
-    Parameter("base_frame", "base_link", "frame of the twist, and the child frame of the transform"),
+    Parameter("odom_frame", "odom", "frame of the pose", official="odom/frame"),
+    Parameter("base_frame", "base_link", "frame of the twist, and the child frame of the transform",
+              official="odom/child_frame"),
     Parameter("publish_tf", True, "whether to publish odom_frame -> base_frame; false beside an EKF"),
     Parameter("packet_period", -1.0, "time that one packet stands for; negative = 1/pidControlFrequency; "
               "0 = packets hold speeds, measure the time between them", "s"),
@@ -41,6 +42,8 @@ PARAMETERS = (
               "square root of the path", "m", minimum=0.0),
     Parameter("slip_false_alarms", 0.1, "false alarms per hour of driving that the search for slipping wheels may "
               "raise at most (4 or more wheels); 0 = no search", "1/h", minimum=0.0),
+    Parameter("joint_names", "", "names of the wheel joints in the wheel file's order, between blanks; empty: "
+              "wheel_0_joint, ..."),
     Parameter("joint_prefix", "", "put before the names of the wheel joints"),
 )
 
@@ -86,8 +89,7 @@ class OdomNode:
         self._transform = TransformStamped(child_frame_id=parameters["base_frame"])
         self._transform.header.frame_id = parameters["odom_frame"]
         self._joints = JointState(name=[
-            "{}wheel_{}_joint".format(parameters["joint_prefix"], wheel) for wheel in range(self._wheels.amount)
-        ])
+            parameters["joint_prefix"] + name for name in joint_names(parameters["joint_names"], self._wheels.amount)])
         for covariance in (self._odom.pose.covariance, self._odom.twist.covariance):
             covariance[:] = [FLAT if index % 7 == 0 else 0.0 for index in range(36)]
 
@@ -188,6 +190,15 @@ class OdomNode:
         if self._wheels.amount > 3:
             return ""
         return "; with 3 wheels only command and measurement can be compared, and the odometry goes on with all"
+
+
+def joint_names(given, wheels):
+    """Names of the wheels' joints: those `given` between blanks, or wheel_0_joint, ...; exits with words when too few."""
+    names = given.split() or [f"wheel_{wheel}_joint" for wheel in range(wheels)]
+    if len(names) != wheels:
+        rospy.logfatal("wrong parameter ~joint_names: found %r, allowed: %d names between blanks", given, wheels)
+        raise SystemExit(1)
+    return names
 
 
 def list_wheels(wheels):

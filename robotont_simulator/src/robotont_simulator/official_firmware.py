@@ -54,6 +54,11 @@ class OfficialFirmware:
         self._line = line
         self._on_tick = on_tick
 
+    @property
+    def dead(self):
+        """What has killed the board's processor; empty while it lives."""
+        return self._board.dead
+
     def start(self):
         """Nothing to prepare."""
 

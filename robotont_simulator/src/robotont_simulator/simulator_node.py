@@ -81,6 +81,7 @@ class SimulatorNode:
         """An object with start() and run()."""
         name = self._parameters["firmware"]
         if name != "own":
+            self._port.spoil_commands = False  # one spoilt field can kill the official firmware
             return OfficialFirmware(name, self._simulation, self._port, self._on_tick)
         board = SimulatedBoard(self._simulation, self._port, self._on_tick, real_time=True)
         return Controller(board, config, wheels.amount, "simulated")
@@ -119,6 +120,8 @@ class SimulatorNode:
             orders, self._orders = self._orders, []
         for order in orders:
             order()
+        if getattr(self._firmware, "dead", ""):
+            rospy.logerr_throttle(10.0, "the board is dead: %s", self._firmware.dead)
         self._ticks += 1
         stamp = rospy.Time.now()
         self._publish_truth(stamp)

@@ -147,7 +147,8 @@ def test_the_robots_nodes_announce_themselves_wrongly(machines):
         assert "(10.77.0.1 if they run beside the master)" in fault
     with node(machines, "laptop", "teleop", ROS_IP=LAPTOP):
         assert the_fault(check(machines, "robot", ROS_IP="127.0.0.1")).startswith(
-            "wrong ROS_IP/ROS_HOSTNAME: ROS_IP=127.0.0.1 is 127.0.0.1, where other machines' nodes find only themselves")
+            "wrong ROS_IP/ROS_HOSTNAME: ROS_IP=127.0.0.1 is 127.0.0.1, where other machines' nodes find only "
+            "themselves")
 
 
 def test_clocks_apart(machines):

@@ -150,10 +150,11 @@ class NetworkCheck:
             address = found[host]
             if address is None:
                 self._say(FAULT, f"unresolvable name: {names} can be found at {host!r} only, which this machine cannot "
-                                 f"resolve: start them with ROS_IP=THEIR_ADDRESS, or add 'ADDRESS {host}' to /etc/hosts")
+                                 f"resolve: start them with ROS_IP=THEIR_ADDRESS, or add 'ADDRESS {host}' "
+                                 "to /etc/hosts")
             elif probes.is_loopback(address) and not master_is_here:
-                self._say(FAULT, f"wrong ROS_IP/ROS_HOSTNAME: {names} call{_s(names)} the machine {host!r}, which is "
-                                 f"every machine's own: start them with ROS_IP=THEIR_ADDRESS "
+                self._say(FAULT, f"wrong ROS_IP/ROS_HOSTNAME: {names} call{_s(names)} the machine {host!r}, which "
+                                 f"is every machine's own: start them with ROS_IP=THEIR_ADDRESS "
                                  f"({master} if they run beside the master)")
         away = [node for node in nodes if found[node.host] and not probes.is_loopback(found[node.host])
                 and not probes.is_own(found[node.host])]
@@ -177,8 +178,8 @@ class NetworkCheck:
                              f"ufw allow from {mine} (ROS 1 needs all TCP ports above 1023)")
         else:
             self._say(FAULT, f"one-way traffic, or wrong ROS_IP/ROS_HOSTNAME there: {names} registered as "
-                             f"{address}, where nothing answers: on that machine, export ROS_IP=ITS_ADDRESS; if that is {address}, "
-                             f"sudo ufw allow from {probes.own_address_towards(address)}")
+                             f"{address}, where nothing answers: on that machine, export ROS_IP=ITS_ADDRESS; if that is "
+                             f"{address}, sudo ufw allow from {probes.own_address_towards(address)}")
 
     # this machine, as others see it
 

@@ -177,8 +177,8 @@ class NetworkCheck:
             self._say(FAULT, f"firewall: {host} answers, but not at the ports of {names}: on that machine, sudo "
                              f"ufw allow from {mine} (ROS 1 needs all TCP ports above 1023)")
         else:
-            self._say(FAULT, f"one-way traffic, or wrong ROS_IP/ROS_HOSTNAME there: {names} registered as "
-                             f"{address}, where nothing answers: on that machine, export ROS_IP=ITS_ADDRESS; if that is "
+            self._say(FAULT, f"one-way traffic, or wrong ROS_IP/ROS_HOSTNAME there: {names} registered as {address}, "
+                             f"where nothing answers: on that machine, export ROS_IP=ITS_ADDRESS; if that is "
                              f"{address}, sudo ufw allow from {probes.own_address_towards(address)}")
 
     # this machine, as others see it

@@ -10,7 +10,7 @@ import math
 from typing import NamedTuple, Tuple
 
 import numpy as np
-from scipy.optimize import least_squares, minimize_scalar
+from scipy.optimize import least_squares, minimize, minimize_scalar
 
 from robotont_driver import se2
 from robotont_driver.kinematics import Kinematics
@@ -23,10 +23,14 @@ DISTANCE_TIE = 0.1   # part of the distance
 ANGLE_TIE = 0.2      # [rad]
 POINT_TIE = 0.3      # [m]
 DETERMINED = 0.3     # a parameter counts as determined when the runs leave less than this part of the tie
-PASSES = 4           # fits, each with the noise along the way that the one before has found
-NOISE_TIE = math.log(3)  # how far off the wheels' noise may be before the runs: a factor, as a logarithm
+PASSES = 3           # fits, each with the noise along the way that the one before has found
+NOISE_TIE = np.log((3.0, 1.5))  # by what factors the wheels' noise and the measurement's may be off before the runs
+SLIP = 0.0005        # how much parameters differ from drive to drive, to begin with: a share, [rad]
+SLIP_TIE = math.log(5.0)        # by what factor that may be off before the runs
+POINT_SLIP = 0.1     # [m] by which the point differs from drive to drive where lengths differ by their whole
 OUTLYING = 3.0       # a run with errors this many times as large as the noise explains loses weight
 TURNING = math.radians(30)  # stretches that end with another heading than this tell where the measured point is
+STEP = 1e-6          # of a value, for derivatives
 ALIKE = 0.1          # runs whose wheels' paths differ by less than this part of them repeat the same drive
 
 
@@ -137,7 +141,9 @@ class Calibration(NamedTuple):
     values: np.ndarray          # as in Unknowns.parameters, then the point where it was looked for
     covariance: np.ndarray      # of the values
     undetermined: Tuple[str, ...]  # names of what the runs say little or nothing of
-    wheel_noise: float          # [m] after 1 m that explains what remains
+    wheel_noise: float          # [m] after 1 m, which grows with the root of the way and explains what remains,
+    measured: float             # together with so many times the stated deviation of the measurement
+    slip: float                 # by how much parameters differ from drive to drive: a share of lengths, [rad]
     outlying: Tuple[str, ...]   # names of runs that lost weight
 
     @property
@@ -146,8 +152,10 @@ class Calibration(NamedTuple):
         return np.sqrt(np.diag(self.covariance))
 
 
-def calibrate(given, runs, unknowns, wheel_noise):
+def calibrate(given, runs, unknowns, wheel_noise, near=None):
     """`Calibration` from `Run`s.
+
+    near: a `Calibration` of the same unknowns from almost the same runs, to begin with its values and noise.
 
     given: mapping with the keys of wheel_params.yaml, the old values. wheel_noise: standard deviation [m]
     of a wheel's path after 1 m, roughly; the runs tell it better. Raises ParameterError for wrong old values,
@@ -155,36 +163,103 @@ def calibrate(given, runs, unknowns, wheel_noise):
     """
     if not runs:
         raise ValueError("found no run to calibrate with")
-    values, noise = np.zeros(len(unknowns.names)), wheel_noise
-    weights = np.ones(len(runs))
-    for _ in range(PASSES):
+    values, weights = np.zeros(len(unknowns.names)) if near is None else near.values, np.ones(len(runs))
+    for _ in range(PASSES if near is None else 1):
         wheels, point = read_wheels(unknowns.parameters(values)), unknowns.point(values)
-        parts = [_covariances(wheels, run) for run in runs]
+        spreads = [_spread(wheels, run) for run in runs]
         left = [misfits(wheels, run, point) for run in runs]
-        noise = _likely_noise(runs, parts, left, weights, wheel_noise)
-        whiten = [_whitening(part, noise) * math.sqrt(weight) for part, weight in zip(parts, weights)]
+        noise = _likely_noise(runs, spreads, left, weights, (wheel_noise, 1.0))
+        whiten = [np.linalg.inv(np.linalg.cholesky(spread.at(noise))) * math.sqrt(weight * _share(run))
+                  for run, spread, weight in zip(runs, spreads, weights)]
         found = _fit(runs, unknowns, whiten, values)
         values = found.x
         weights = weights * _trust(runs, found.fun)
-    covariance = _covariance(runs, unknowns, found)
+    for _ in range(2 if near is None else 1):
+        groups = _linear(runs, unknowns, whiten, values)
+        slip = _likely_slip(groups, unknowns)
+        values, covariance, _ = _mixed(groups, unknowns, slip)
     deviations = np.sqrt(np.diag(covariance))
     undetermined = tuple(
         name for name, open_, tie in zip(unknowns.names, deviations, unknowns.ties) if open_ > DETERMINED * tie)
     outlying = tuple(run.name for run, weight in zip(runs, weights) if weight < 0.99)
     return Calibration(unknowns.parameters(values), unknowns.point(values), tuple(unknowns.names), values, covariance,
-                       undetermined, noise, outlying)
+                       undetermined, *noise.tolist(), slip, outlying)
+
+
+def _residuals(runs, unknowns, whiten):
+    """Function of the values: what is left of each stretch (3 numbers) in standard deviations."""
+
+    def left(values):
+        wheels, point = read_wheels(unknowns.parameters(values)), unknowns.point(values)
+        return np.concatenate([np.einsum("lij,lj->li", matrix, misfits(wheels, run, point)).ravel()
+                               for run, matrix in zip(runs, whiten)])
+    return left
 
 
 def _fit(runs, unknowns, whiten, start):
     """Scipy's result: least squares of all misfits and ties."""
+    left = _residuals(runs, unknowns, whiten)
+    return least_squares(lambda values: np.concatenate([left(values), values / unknowns.ties]), start,
+                         x_scale=unknowns.ties, ftol=1e-5)
 
-    def left(values):
-        """What is left of each stretch (3 numbers) in standard deviations, and the ties."""
-        wheels, point = read_wheels(unknowns.parameters(values)), unknowns.point(values)
-        return np.concatenate([
-            *(np.einsum("lij,lj->li", matrix, misfits(wheels, run, point)).ravel()
-              for run, matrix in zip(runs, whiten)), values / unknowns.ties])
-    return least_squares(left, start, x_scale=unknowns.ties)
+
+def _linear(runs, unknowns, whiten, values):
+    """(H, b) of each group of repeats at `values`: the curvature, and what pulls the values: its minimum is H^-1 b."""
+    left = _residuals(runs, unknowns, whiten)
+    now = left(values)
+    jacobian = np.column_stack([(left(values + step) - now) / STEP for step in STEP * np.eye(len(values))])
+    slices = _slices(runs)
+    groups = []
+    for group in repeats(runs):
+        rows = np.concatenate([np.arange(slices[index].start, slices[index].stop) for index in group])
+        part = jacobian[rows]
+        groups.append((part.T @ part, part.T @ (part @ values - now[rows])))
+    return groups
+
+
+def _mixed(groups, unknowns, slip):
+    """(values, covariance, likelihood) when each drive has parameters of its own, by `slip` around the common ones.
+
+    A random-effects model: a group whose curvature is H and pull b says H^-1 b with the covariance H^-1 + D.
+    likelihood: twice its negative logarithm, but for a constant.
+    """
+    own = _own(unknowns, slip)
+    unit = np.eye(len(own))
+    information, pull, unlikely = np.diag(unknowns.ties ** -2), np.zeros(len(own)), 0.0
+    for curvature, towards in groups:
+        shrink = np.linalg.inv(unit + curvature @ own)
+        information, pull = information + shrink @ curvature, pull + shrink @ towards
+        unlikely -= towards @ own @ shrink @ towards + np.linalg.slogdet(shrink)[1]
+    covariance = np.linalg.inv(information)
+    values = covariance @ pull
+    return values, covariance, unlikely - pull @ values + np.linalg.slogdet(information)[1]
+
+
+def _likely_slip(groups, unknowns):
+    """By how much the parameters differ from drive to drive, likeliest, loosely tied to SLIP."""
+    found = minimize_scalar(
+        lambda logarithm: _mixed(groups, unknowns, math.exp(logarithm))[2]
+        + ((logarithm - math.log(SLIP)) / SLIP_TIE) ** 2, bounds=np.log((1e-6, 0.1)), method="bounded")
+    return math.exp(found.x)
+
+
+def information(run, unknowns, found):
+    """P x P information that a further `Run` would add to the `Calibration` found, with its noise and slip."""
+    noise = (found.wheel_noise, found.measured)
+    whiten = [np.linalg.inv(np.linalg.cholesky(_spread(read_wheels(found.parameters), run).at(noise)))]
+    (curvature, _), = _linear([run], unknowns, whiten, found.values)
+    own = _own(unknowns, found.slip)
+    return np.linalg.inv(np.eye(len(own)) + curvature @ own) @ curvature
+
+
+def _own(unknowns, slip):
+    """P x P covariance of one drive's parameters around the common ones."""
+    return np.diag((slip * np.where(np.char.startswith(unknowns.names, "point"), POINT_SLIP, 1.0)) ** 2)
+
+
+def _share(run):
+    """How many independent stretches each one stands for: half overlapping ones share their errors."""
+    return 0.5 if len(run.stretches) > 1 else 1.0
 
 
 def _slices(runs):
@@ -197,33 +272,6 @@ def _trust(runs, left):
     """Factor of each run's weight: below 1 where its errors are far beyond those that the noise explains."""
     sizes = np.array([np.sqrt(np.mean(left[part] ** 2)) for part in _slices(runs)])
     return np.minimum(1.0, (OUTLYING / np.maximum(sizes, 1e-9)) ** 2)
-
-
-def _covariance(runs, unknowns, found):
-    """Covariance of the values: what noise explains, and more where different drives disagree more than that.
-
-    Overlapping stretches share their errors, by the share of the way that they have in common.
-    """
-    ties = np.diag(unknowns.ties ** -2)
-    curvatures, scores, pulls = [], [], []
-    for run, part in zip(runs, _slices(runs)):
-        jacobian, left = found.jac[part], found.fun[part]
-        begins, ends = run.marks[run.stretches].T
-        common = np.minimum.outer(ends, ends) - np.maximum.outer(begins, begins)
-        shared = np.maximum(common, 0) / np.sqrt(np.outer(ends - begins, ends - begins))
-        stacked = jacobian.reshape(len(run.stretches), 3, -1)
-        curvatures.append(jacobian.T @ jacobian)
-        scores.append(np.einsum("lik,lm,mij->kj", stacked, shared, stacked))
-        pulls.append(jacobian.T @ left)
-    inverse = np.linalg.inv(sum(curvatures) + ties)
-    covariance = inverse @ (sum(scores) + ties) @ inverse
-    disagreement, expected = 0.0, 0.0
-    for group in repeats(runs):
-        curvature, score, pull = (sum(each[index] for index in group) for each in (curvatures, scores, pulls))
-        disagreement += pull @ inverse @ pull
-        expected += np.trace(inverse @ (score - 2 * curvature @ inverse @ score + curvature @ covariance @ curvature))
-    scale = disagreement / expected if expected > 1e-3 * len(inverse) else 1.0
-    return covariance * max(1.0, scale)
 
 
 def repeats(runs):
@@ -291,13 +339,25 @@ def steps_of(wheels, counts):
     return (counts * np.array(wheels.metres_per_edge)) @ Kinematics(wheels).inverse.T
 
 
-def _covariances(wheels, run):
-    """(L x 3 x 3 of each misfit per square of the wheel noise, L x 3 x 3 of the measurement and the edges)."""
+class _Spread(NamedTuple):
+    """Covariances of the misfits of a run's stretches, L x 3 x 3 each."""
+
+    wandering: np.ndarray  # of uneven floor, per square of the wheel noise: grows with the way
+    measured: np.ndarray   # of the measurement as stated
+    edges: np.ndarray      # of the quantisation
+
+    def at(self, noise):
+        """Their sum with (wheel noise [m] after 1 m, factor of the measurement's deviation)."""
+        return noise[0] ** 2 * self.wandering + noise[1] ** 2 * self.measured + self.edges
+
+
+def _spread(wheels, run):
+    """`_Spread` of a run, along the way that the odometry with these wheels makes of it."""
     to_step = Kinematics(wheels).inverse * np.array(wheels.metres_per_edge)
     poses = np.vstack([np.zeros(3), se2.path(steps_of(wheels, run.counts))])
     variances = np.abs(run.counts) * variance_per_edge(1.0, wheels.metres_per_edge)  # [edges^2]
     place, turned = run.deviation
-    by_wheels, others = [], []
+    wandering, measured = [], []
     for (begin, end), (x, y, _) in zip(run.marks[run.stretches], run.moved):
         part = _seen(np.broadcast_to(poses[begin], (end - begin, 3)), poses[begin + 1:end + 1])
         cos, sin = np.cos(part[:, 2]), np.sin(part[:, 2])
@@ -307,34 +367,26 @@ def _covariances(wheels, run):
         jacobians[:, 1, 0], jacobians[:, 1, 1], jacobians[:, 1, 2] = sin, cos, lever[:, 0]
         jacobians[:, 2, 2] = 1.0
         by_wheel = jacobians @ to_step  # K x 3 x n
-        weighted = by_wheel * variances[begin:end, None, :]
-        by_wheels.append(np.tensordot(weighted, by_wheel, axes=((0, 2), (0, 2))))
+        wandering.append(np.tensordot(by_wheel * variances[begin:end, None, :], by_wheel, axes=((0, 2), (0, 2))))
         start = np.array((y, -x, -1.0)) * turned  # a start that looks elsewhere than measured turns the end
-        others.append(PATH_VARIANCE * to_step @ to_step.T + np.outer(start, start)
-                      + np.diag([2 * place ** 2, 2 * place ** 2, turned ** 2]))
-    return np.array(by_wheels), np.array(others)
+        measured.append(np.outer(start, start) + np.diag([2 * place ** 2, 2 * place ** 2, turned ** 2]))
+    edges = np.broadcast_to(PATH_VARIANCE * to_step @ to_step.T, (len(measured), 3, 3))
+    return _Spread(np.array(wandering), np.array(measured), edges)
 
 
-def _whitening(parts, noise):
-    """L x 3 x 3 matrices that make the misfits of stretches unit noise."""
-    by_wheels, others = parts
-    return np.linalg.inv(np.linalg.cholesky(noise ** 2 * by_wheels + others))
-
-
-def _likely_noise(runs, parts, left, weights, expected):
-    """[m] after 1 m: the wheels' noise that makes what is left likeliest, loosely tied to what was `expected`."""
-    by_wheels = np.concatenate([part[0] for part in parts])
-    others = np.concatenate([part[1] for part in parts])
+def _likely_noise(runs, spreads, left, weights, expected):
+    """(wheel noise, factor of the measurement's deviation) that makes what is `left` likeliest, tied to `expected`."""
+    spread = _Spread(*(np.concatenate(parts) for parts in zip(*spreads)))
     left = np.concatenate(left)
     weight = np.concatenate([np.full(len(run.stretches), each) for run, each in zip(runs, weights)])
-    alone = np.concatenate([np.full(len(run.stretches), 0.5 if len(run.stretches) > 1 else 1.0) for run in runs])
+    alone = np.concatenate([np.full(len(run.stretches), _share(run)) for run in runs])
+    middle = np.log(expected)
 
-    def unlikely(logarithm):
-        """Twice the negative logarithm of the likelihood; half of it for stretches that overlap by half."""
-        covariances = math.exp(2 * logarithm) * by_wheels + others
+    def unlikely(logarithms):
+        """Twice the negative logarithm of the likelihood."""
+        covariances = spread.at(np.exp(logarithms))
         squares = np.einsum("li,lij,lj->l", left, np.linalg.inv(covariances), left)
         numbers = np.linalg.slogdet(covariances)[1] + weight * squares
-        return float(np.sum(alone * numbers)) + ((logarithm - math.log(expected)) / NOISE_TIE) ** 2
-    middle = math.log(expected)
-    found = minimize_scalar(unlikely, bounds=(middle - 5, middle + 5), method="bounded")
-    return math.exp(found.x)
+        return float(np.sum(alone * numbers) + np.sum(((logarithms - middle) / NOISE_TIE) ** 2))
+    found = minimize(unlikely, middle, method="Nelder-Mead", options={"xatol": 0.02, "fatol": 0.01, "maxiter": 100})
+    return np.exp(found.x)

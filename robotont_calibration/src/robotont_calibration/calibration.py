@@ -96,7 +96,8 @@ class Unknowns:
         self._distances = {"common": 1, "fixed": 0}[distance]
         self._angles = {"each": amount, "fixed": 0}[angles]
         self._point = None if point == "free" else tuple(point)
-        points = 2 if self._point is None else 0
+        self.free_point = self._point is None
+        points = 2 if self.free_point else 0
         self.names = [
             *(["wheelRadius"] if self._radii == 1 else [f"wheelRadius[{wheel}]" for wheel in range(self._radii)]),
             *["wheelDistanceFromCenter"][:self._distances],
@@ -186,28 +187,72 @@ def calibrate(given, runs, unknowns, wheel_noise, near=None):
                        undetermined, *noise.tolist(), slip, outlying)
 
 
-def _residuals(runs, unknowns, whiten):
-    """Function of the values: what is left of each stretch (3 numbers) in standard deviations."""
+def _residuals(runs, unknowns, whiten, values):
+    """What is left of each stretch (3 numbers), of all runs, in standard deviations."""
+    wheels, point = read_wheels(unknowns.parameters(values)), unknowns.point(values)
+    return np.concatenate([np.einsum("lij,lj->li", matrix, misfits(wheels, run, point)).ravel()
+                           for run, matrix in zip(runs, whiten)])
 
-    def left(values):
-        wheels, point = read_wheels(unknowns.parameters(values)), unknowns.point(values)
-        return np.concatenate([np.einsum("lij,lj->li", matrix, misfits(wheels, run, point)).ravel()
-                               for run, matrix in zip(runs, whiten)])
-    return left
+
+def _slopes(runs, unknowns, whiten, values):
+    """Derivatives of `_residuals` by the values."""
+    wheels, point = read_wheels(unknowns.parameters(values)), unknowns.point(values)
+    by_value = np.stack([(_edge_steps(unknowns, values + step) - _edge_steps(unknowns, values - step)) / (2 * STEP)
+                         for step in STEP * np.eye(len(values))], axis=-1)  # 3 x n x P
+    return np.concatenate([
+        np.einsum("lij,ljp->lip", matrix, _slopes_of_misfits(wheels, run, point, by_value, unknowns.free_point))
+        .reshape(-1, len(values)) for run, matrix in zip(runs, whiten)])
+
+
+def _edge_steps(unknowns, values):
+    """3 x n step of the robot per edge of each wheel."""
+    wheels = read_wheels(unknowns.parameters(values))
+    return Kinematics(wheels).inverse * np.array(wheels.metres_per_edge)
+
+
+def _slopes_of_misfits(wheels, run, point, by_value, free_point):
+    """L x 3 x P derivatives of `misfits`, given those of the robot's step per edge, 3 x n x P.
+
+    A step that differs moves each later pose, and turns it about where the step was: about its middle.
+    """
+    poses = np.vstack([np.zeros(3), se2.path(steps_of(wheels, run.counts))])
+    x, y, yaw = ((poses[1:] + poses[:-1]) / 2).T
+    lift = np.zeros((len(x), 3, 3))
+    lift[:, 0, 0] = lift[:, 1, 1] = np.cos(yaw)
+    lift[:, 1, 0] = np.sin(yaw)
+    lift[:, 0, 1] = -lift[:, 1, 0]
+    lift[:, 0, 2], lift[:, 1, 2], lift[:, 2, 2] = y, -x, 1.0
+    moved = (lift[:, :, :, None] * run.counts[:, None, None, :]).reshape(len(x), -1)
+    sums = np.cumsum(np.vstack([np.zeros(moved.shape[1]), moved]), axis=0)[run.marks]
+    along = np.tensordot(sums.reshape(len(run.marks), 3, 3, -1), by_value, axes=((2, 3), (0, 1)))  # M x 3 x P
+    poses = poses[run.marks]
+    cos, sin = np.cos(poses[:, 2]), np.sin(poses[:, 2])
+    places = np.transpose(se2.compose(poses.T, (*point, 0.0)))
+    along[:, 0] -= places[:, 1, None] * along[:, 2]
+    along[:, 1] += places[:, 0, None] * along[:, 2]
+    if free_point:
+        along[:, :2, -2:] += np.moveaxis(np.array(((cos, -sin), (sin, cos))), 2, 0)
+    begins, ends = run.stretches.T
+    seen = _seen(places[begins], places[ends])
+    cos, sin = cos[begins, None], sin[begins, None]
+    change = along[ends] - along[begins]
+    turned = along[begins, 2]
+    return np.stack([cos * change[:, 0] + sin * change[:, 1] + seen[:, 1, None] * turned,
+                     cos * change[:, 1] - sin * change[:, 0] - seen[:, 0, None] * turned, change[:, 2]], axis=1)
 
 
 def _fit(runs, unknowns, whiten, start):
     """Scipy's result: least squares of all misfits and ties."""
-    left = _residuals(runs, unknowns, whiten)
-    return least_squares(lambda values: np.concatenate([left(values), values / unknowns.ties]), start,
-                         x_scale=unknowns.ties, ftol=1e-5)
+    ties = np.diag(1 / unknowns.ties)
+    return least_squares(
+        lambda values: np.concatenate([_residuals(runs, unknowns, whiten, values), values / unknowns.ties]), start,
+        jac=lambda values: np.vstack([_slopes(runs, unknowns, whiten, values), ties]),
+        x_scale=unknowns.ties, ftol=1e-5)
 
 
 def _linear(runs, unknowns, whiten, values):
     """(H, b) of each group of repeats at `values`: the curvature, and what pulls the values: its minimum is H^-1 b."""
-    left = _residuals(runs, unknowns, whiten)
-    now = left(values)
-    jacobian = np.column_stack([(left(values + step) - now) / STEP for step in STEP * np.eye(len(values))])
+    now, jacobian = (function(runs, unknowns, whiten, values) for function in (_residuals, _slopes))
     slices = _slices(runs)
     groups = []
     for group in repeats(runs):

@@ -40,7 +40,6 @@ def guide(options, wheels):
     folder = Path(options.guide)
     folder.mkdir(parents=True, exist_ok=True)
     rospy.init_node("calibrate_wheels", anonymous=True, disable_signals=True)
-    robot = _Robot(options, wheels)
     made = []
     runs = runs_of(options, wheels.pid_frequency)
     print(f"{len(runs)} runs. Before each, mark where the robot's middle stands and where it looks, e.g. with tape.")

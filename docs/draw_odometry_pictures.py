@@ -12,8 +12,8 @@ from pathlib import Path
 
 import numpy as np
 
-from robotont_calibration.calibration import Unknowns, calibrate
 from robotont_calibration.calibrate_wheels import WHEEL_NOISE
+from robotont_calibration.calibration import Unknowns, calibrate
 from robotont_calibration.calibration_report import draw, table
 from robotont_calibration.synthetic_runs import taped_runs, true_of
 from robotont_calibration.trajectory_errors import BLUE, GREY, INK, ORANGE, drawing_style, pyplot

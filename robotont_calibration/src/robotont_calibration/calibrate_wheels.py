@@ -45,7 +45,7 @@ def parse(arguments):
         "what the measured poses are of: free (looked for), fixed (the robot's middle), or X,Y in base_link [m] "
         "(default: free where the runs turn)"))
     parser.add_argument("--format", choices=FORMATS, default="auto",
-                        help="of the recordings: by their names, or runs of the OptiOdom data set (default: %(default)s)")
+                        help="of recordings: by their names, or runs of the OptiOdom data set (default: %(default)s)")
     parser.add_argument("--truth", metavar="TOPIC", help="ground truth in bags, or while guiding")
     parser.add_argument("--packets", metavar="TOPIC", default="serial_read", help="default: %(default)s")
     guide = parser.add_argument_group("guided runs (a ROS master and a robot that runs)")

@@ -352,7 +352,7 @@ def misfits(wheels, run, point=(0.0, 0.0)):
 
 
 def poses_at_marks(wheels, run, point=(0.0, 0.0)):
-    """M x 3 poses of the measured point at the marks, of the odometry that begins at the origin; yaw is not wrapped."""
+    """M x 3 poses of the measured point at the marks, of odometry that begins at the origin; yaw is not wrapped."""
     poses = np.vstack([np.zeros(3), se2.path(steps_of(wheels, run.counts))])[run.marks]
     return np.transpose(se2.compose(poses.T, (*point, 0.0)))
 

@@ -8,9 +8,10 @@ from robotont_calibration.calibration import end_misfit, errors_along
 from robotont_calibration.trajectory_errors import BLUE, GREY, INK, ORANGE, drawing_style, pyplot
 from robotont_driver.wheels import read_wheels
 
-SAME_THING = ("The point is where in base_link the measured poses are taken: marker, laser or camera. A distance for "
-              "each wheel and a point\nare the same thing: a point off the middle looks like wheels at unequal distances, "
-              "so only one of the two can be looked for.")
+SAME_THING = """\
+The point is where in base_link the measured poses are taken: marker, laser or camera. A distance for each wheel and
+a point are the same thing: a point off the middle looks like wheels at unequal distances, so only one of the two can
+be looked for."""
 
 
 def table(given, found, runs, blind=None):

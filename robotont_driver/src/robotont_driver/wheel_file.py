@@ -40,7 +40,7 @@ def with_values(text, parameters, note):
         raise ValueError(f"found a file that cannot be written anew with its comments: {error}") from error
     if found != {**old, **changed}:
         wrong = [key for key in {**old, **changed} if found.get(key) != {**old, **changed}[key]]
-        raise ValueError(f"found a file that does not read back with new values of {', '.join(wrong)}, allowed: KEY: VALUE")
+        raise ValueError(f"found a file that reads back with another {', '.join(wrong)}, allowed: KEY: VALUE")
     return new
 
 

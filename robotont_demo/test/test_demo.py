@@ -11,14 +11,14 @@ from PIL import Image
 from robotont_demo.demo import parse
 from robotont_demo.picture import draw
 from robotont_demo.recording import Standstill, TimedPoses, Track, distances, end_error
-from robotont_demo.scenario import PERIOD, SPEED, commanded_path, plan
+from robotont_demo.scenario import PERIOD, commanded_path, plan
 
 
 def test_the_plan_is_a_square_and_a_circle_with_one_turn_at_one_speed():
-    steps = plan()
+    steps = plan(0.4)
     path = commanded_path(steps)
     np.testing.assert_allclose(path[[0, 125, 250, 375, 500]], [(0, 0), (1, 0), (1, 1), (0, 1), (0, 0)], atol=1e-9)
-    np.testing.assert_allclose([math.hypot(*step.twist[:2]) for step in steps], SPEED)
+    np.testing.assert_allclose([math.hypot(*step.twist[:2]) for step in steps], 0.4)
     np.testing.assert_allclose(sum(step.twist[2] * PERIOD for step in steps), -2 * math.pi)
     circle = path[500:]
     centre = (circle.max(0) + circle.min(0)) / 2

@@ -3,6 +3,9 @@
 CSV: a heading `time,m0,m1,...` and then one line per packet: time [s] and the counts [edges] of one PID
 period of each wheel. Behind them may stand `x,y,yaw` [m, m, rad]: where the robot really was after it.
 Lines that start with # are comments.
+
+OptiOdom (R. B. Sousa et al., Journal of Intelligent & Robotic Systems 105, 39 (2022)) is a public data set of real
+robots with three and four omni wheels, and with others; its runs are read as they are.
 """
 
 import contextlib
@@ -18,6 +21,7 @@ from robotont_driver.parameters import shown
 from robotont_driver.protocol import LONGEST_LINE, PacketError, parse_packet
 from robotont_driver.se2 import yaw_of
 
+FORMATS = ("auto", "optiodom")
 NOISE = 0.0  # these odometries need no covariance
 LONGEST_ROW = 10000    # [characters] of a CSV file
 LARGEST_NUMBER = 1e10  # in a CSV file: times are seconds since 1970
@@ -118,14 +122,18 @@ class Recording:
         return Trajectory(times, poses)
 
 
-def read_recording(path, topics):
+def read_recording(path, topics, form="auto"):
     """`Recording` of a .bag or .csv file. topics: {kind: topic}, with kinds as in `Recording.take`.
+
+    form: one of FORMATS; "optiodom" is a run of the data set OptiOdom as it is published.
 
     Topics match with or without a leading slash. Raises RecordingError when the file cannot be read.
     """
     path = Path(path)
     if not path.is_file():
         raise RecordingError(f"{path}: no such file")
+    if form == "optiodom":
+        return _read_optiodom(path)
     if path.suffix == ".csv":
         return _read_csv(path)
     if path.suffix == ".bag":
@@ -175,13 +183,7 @@ def _read_csv(path):
         raise RecordingError(f"{path}: found the heading {shown(','.join(heading))}, allowed: time,m0,m1,m2,... "
                              "and then nothing or x,y,yaw")
     for number, row in rows[1:]:
-        try:
-            values = [float(field) for field in row]
-        except ValueError:
-            values = []
-        if len(values) != len(heading) or not all(abs(value) <= LARGEST_NUMBER for value in values):
-            raise RecordingError(f"{path}, line {number}: found {shown(','.join(row))}, allowed: {len(heading)} "
-                                 f"numbers up to {LARGEST_NUMBER:g}")
+        values = _numbers(path, number, row, len(heading))
         recording.packets.append((values[0], tuple(values[1:wheels + 1])))
         if with_truth:
             recording.truth.append((values[0], tuple(values[-3:])))
@@ -194,6 +196,30 @@ def _split(path, number, line):
         with contextlib.suppress(csv.Error):
             return next(csv.reader([line]))
     raise RecordingError(f"{path}, line {number}: found {shown(line)}, allowed: a row of up to {LONGEST_ROW} characters")
+
+
+def _read_optiodom(path):
+    """`Recording` of lines without a heading: time [s], x [m], y [m], yaw [rad], counts [edges] of each wheel."""
+    recording = Recording()
+    with open(str(path), newline="", encoding="utf-8-sig") as file:
+        for number, line in enumerate(file, 1):
+            row = _split(path, number, line)
+            time, x, y, yaw, *counts = _numbers(path, number, row, max(len(row), 7))
+            recording.packets.append((time, tuple(counts)))
+            recording.truth.append((time, (x, y, yaw)))
+    return recording
+
+
+def _numbers(path, number, row, amount):
+    """The numbers of a line. Raises RecordingError unless there are so many, all finite."""
+    try:
+        values = [float(field) for field in row]
+    except ValueError:
+        values = []
+    if len(values) != amount or not all(abs(value) <= LARGEST_NUMBER for value in values):
+        raise RecordingError(f"{path}, line {number}: found {shown(','.join(row))}, allowed: {amount} numbers up to "
+                             f"{LARGEST_NUMBER:g}")
+    return values
 
 
 def write_csv(path, packets, truth=None):

@@ -1,7 +1,8 @@
 """The robots that the demo drives. Each starts the stack behind a line that spoils bytes, and records its truth.
 
-`name` in words; `SPEED` [m/s] of its drive; `LARGEST_ERROR` ([m], [rad]) that the odometry may have at the end; `truth` a Track; `log` the file of
-what the stack prints; `figures(commands)` rows for the closing table that only this robot can give.
+`name` in words; `SPEED` [m/s] of its drive; `LARGEST_ERROR` ([m], [rad]) that the odometry may have at the end;
+`truth` a Track; `log` the file of what the stack prints; `figures(commands)` rows for the closing table that only this
+robot can give.
 """
 
 import math

@@ -22,6 +22,7 @@ LASER_ABOVE_WHEELS = 0.092  # [m] above the top of the largest one
 
 # Pololu 37D motors at 12 V, seen at the motor's own shaft.
 VOLTAGE = 12.0         # [V]
+STALL_CURRENT = 5.0    # [A]
 NO_LOAD = 982.0        # [rad/s] 500 rpm behind the 18.75:1 gearbox
 STALL = 0.0315         # [N m] 0.59 N m behind the gearbox
 GEAR_FRICTION = 0.04   # part of the stall torque that the gearbox costs

@@ -8,6 +8,8 @@ import numpy as np
 from robotont_simulator import model
 
 COAST_EFFORT = 0   # the motor driver leaves the motor open: no torque, no brake
+GOOD, UNPLUGGED, REVERSED = "good", "unplugged", "reversed"  # what an encoder can be
+JAMMED = 50.0      # [N m] friction of a wheel that something holds: more than any motor
 PUSH_DURATION = 0.3  # [s] that a push takes
 PUSH_LIFT = 1.0      # part of the robot's weight that a push takes off its wheels, as a person carrying the robot would
 
@@ -30,13 +32,19 @@ class Simulation:
         self._body = self.mujoco_model.body("base_link").id
         self._angle_at = [int(self.mujoco_model.joint(f"wheel{wheel}").qposadr[0]) for wheel in range(wheels.amount)]
         self._brake = self.mujoco_model.actuator_biasprm[:, 2].copy()
+        self._gains = self.mujoco_model.actuator_gainprm[:, 0].copy()
         self._rollers = [
             [geom for geom in range(self.mujoco_model.ngeom)
              if (self.mujoco_model.geom(geom).name or "").startswith(f"roller{wheel}_")]
             for wheel in range(wheels.amount)
         ]
         # encoders start anywhere
-        self._offset = self.random.integers(0, 0x10000, wheels.amount)
+        self._counters = self.random.integers(0, 0x10000, wheels.amount)
+        self._edges = np.zeros(wheels.amount, int)  # since the start, as the wheels turned
+        self._encoders = np.ones(wheels.amount, int)  # 1, 0 unplugged, -1 reversed
+        self._powered = np.ones(wheels.amount, bool)
+        self._dofs = [int(self.mujoco_model.joint(f"wheel{wheel}").dofadr[0]) for wheel in range(wheels.amount)]
+        self._frictions = self.mujoco_model.dof_frictionloss[self._dofs].copy()
         self._efforts = np.zeros(wheels.amount)
         self._coasting = np.ones(wheels.amount, bool)
         self._push_ends = 0.0  # [s]
@@ -54,16 +62,18 @@ class Simulation:
 
     def step(self):
         """One PID period."""
-        self.data.ctrl[:] = self._efforts * (self.voltage / model.VOLTAGE)
-        self.mujoco_model.actuator_biasprm[:, 2] = np.where(self._coasting, 0.0, self._brake)
+        self.data.ctrl[:] = np.where(self._powered, self._efforts * (self.voltage / model.VOLTAGE), 0.0)
+        self.mujoco_model.actuator_biasprm[:, 2] = np.where(self._coasting | ~self._powered, 0.0, self._brake)
         if self.time >= self._push_ends:
             self.data.xfrc_applied[self._body] = 0.0
         mujoco.mj_step(self.mujoco_model, self.data, self._steps)
+        edges = np.floor(self.wheel_angles() * self.wheels.edges_per_turn / (2 * math.pi)).astype(int)
+        self._counters = (self._counters + self._encoders * (edges - self._edges)) % 0x10000
+        self._edges = edges
 
     def counts(self):
         """Encoder counters, n, 0..65535."""
-        edges = np.floor(self.wheel_angles() * self.wheels.edges_per_turn / (2 * math.pi)).astype(int)
-        return (edges + self._offset) % 0x10000
+        return self._counters
 
     def wheel_angles(self):
         """[rad] that each wheel has turned."""
@@ -95,6 +105,24 @@ class Simulation:
     def set_grip(self, wheel, part):
         """Make a wheel slippery: `part` (0..1) of the normal friction."""
         self.mujoco_model.geom_friction[self._rollers[wheel], 0] = max(model.FRICTION * part, 1e-3)
+
+    def set_encoder(self, wheel, state):
+        """Make an encoder GOOD, UNPLUGGED or REVERSED."""
+        self._encoders[wheel] = {GOOD: 1, UNPLUGGED: 0, REVERSED: -1}[state]
+
+    def set_motor(self, wheel, powered):
+        """Connect or disconnect a motor's current: without it the wheel rolls."""
+        self._powered[wheel] = powered
+
+    def set_jam(self, wheel, jammed):
+        """Hold a wheel fast, or let it go."""
+        self.mujoco_model.dof_frictionloss[self._dofs[wheel]] = JAMMED if jammed else self._frictions[wheel]
+
+    def currents(self):
+        """[A] that each motor draws, n."""
+        speeds = self.data.qvel[self._dofs]
+        return model.STALL_CURRENT * np.where(
+            self._coasting | ~self._powered, 0.0, self.data.ctrl - speeds * (-self._brake / self._gains))
 
     def touches(self):
         """Whether the body touches a wall or a box."""

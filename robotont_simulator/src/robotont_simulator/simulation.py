@@ -118,11 +118,18 @@ class Simulation:
         """Hold a wheel fast, or let it go."""
         self.mujoco_model.dof_frictionloss[self._dofs[wheel]] = JAMMED if jammed else self._frictions[wheel]
 
+    def wheel_speeds(self):
+        """[rad/s] of each wheel, n."""
+        return self.data.qvel[self._dofs]
+
+    def driven(self):
+        """Whether the board drives any motor."""
+        return bool(np.any(self._efforts))
+
     def currents(self):
         """[A] that each motor draws, n."""
-        speeds = self.data.qvel[self._dofs]
-        return model.STALL_CURRENT * np.where(
-            self._coasting | ~self._powered, 0.0, self.data.ctrl - speeds * (-self._brake / self._gains))
+        emf = self.wheel_speeds() * -self._brake / self._gains  # part of the nominal voltage
+        return model.STALL_CURRENT * np.where(self._coasting | ~self._powered, 0.0, self.data.ctrl - emf)
 
     def touches(self):
         """Whether the body touches a wall or a box."""

@@ -8,17 +8,15 @@ import rospy
 from geometry_msgs.msg import Vector3
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import LaserScan
-from std_msgs.msg import Float32, Float32MultiArray
-from std_srvs.srv import SetBool, SetBoolResponse
+from std_msgs.msg import Float32, Float32MultiArray, Int8MultiArray
+from std_srvs.srv import SetBool, SetBoolResponse, Trigger, TriggerResponse
 
 from robotont_driver.node import run_node
 from robotont_driver.parameters import Parameter
-from robotont_firmware import config
-from robotont_firmware.controller import Controller
 from robotont_simulator.official_firmware import FIRMWARES, OfficialFirmware, make_simulation
 from robotont_simulator.port import Port
-from robotont_simulator.simulated_board import SimulatedBoard
-from robotont_simulator.simulation import Simulation
+from robotont_simulator.simulated_board import SimulatedBoard, SimulatedFirmware
+from robotont_simulator.simulation import GOOD, REVERSED, UNPLUGGED, Simulation
 from robotont_simulator.world import World, WorldError, read_world
 
 PARAMETERS = (
@@ -61,6 +59,10 @@ class SimulatorNode:
         rospy.Subscriber("~wheel_grip", Float32MultiArray, self._on_wheel_grip)
         rospy.Subscriber("~push", Vector3, self._on_push)
         rospy.Subscriber("~battery", Float32, self._on_battery)
+        rospy.Subscriber("~encoders", Int8MultiArray, self._on_encoders)
+        rospy.Subscriber("~motors", Int8MultiArray, self._on_motors)
+        rospy.Subscriber("~jam", Int8MultiArray, self._on_jam)
+        rospy.Service("~brown_out", Trigger, self._on_brown_out)
         self._firmware = self._make_firmware(wheels)
         self._thread = threading.Thread(target=self._run, daemon=True)
         rospy.on_shutdown(self._stop)
@@ -83,7 +85,7 @@ class SimulatorNode:
         if name != "own":
             return OfficialFirmware(name, self._simulation, self._port, self._on_tick)
         board = SimulatedBoard(self._simulation, self._port, self._on_tick, real_time=True)
-        return Controller(board, config, wheels.amount, "simulated")
+        return SimulatedFirmware(board)
 
     def _read_world(self):
         given = self._parameters
@@ -156,12 +158,38 @@ class SimulatorNode:
 
     def _on_wheel_grip(self, message):
         """One part (0..1) of the normal friction per wheel."""
-        if len(message.data) != self._simulation.wheels.amount:
-            rospy.logwarn("~wheel_grip: found %d numbers, allowed: %d", len(message.data),
-                          self._simulation.wheels.amount)
-        elif all(check("wheel_grip", grip, 0.0, 1.0) for grip in message.data):
-            for wheel, grip in enumerate(message.data):
-                self._order(self._simulation.set_grip, wheel, grip)
+        self._order_for_wheels("wheel_grip", message.data, 0, 1, self._simulation.set_grip)
+
+    def _on_encoders(self, message):
+        """Per wheel 1: good, 0: unplugged, -1: counts backwards."""
+        states = {1: GOOD, 0: UNPLUGGED, -1: REVERSED}
+        self._order_for_wheels("encoders", message.data, -1, 1,
+                               lambda wheel, value: self._simulation.set_encoder(wheel, states[value]))
+
+    def _on_motors(self, message):
+        """Per wheel 1: connected, 0: gets no current."""
+        self._order_for_wheels("motors", message.data, 0, 1,
+                               lambda wheel, value: self._simulation.set_motor(wheel, bool(value)))
+
+    def _on_jam(self, message):
+        """Per wheel 1: held fast, 0: free."""
+        self._order_for_wheels("jam", message.data, 0, 1,
+                               lambda wheel, value: self._simulation.set_jam(wheel, bool(value)))
+
+    def _order_for_wheels(self, name, values, lowest, highest, function):
+        """Call function(wheel, value) for each wheel, between two periods."""
+        if len(values) != self._simulation.wheels.amount:
+            rospy.logwarn("~%s: found %d numbers, allowed: %d", name, len(values), self._simulation.wheels.amount)
+        elif all(check(name, value, lowest, highest) for value in values):
+            for wheel, value in enumerate(values):
+                self._order(function, wheel, value)
+
+    def _on_brown_out(self, _request):
+        """Let the board's supply break down for half a second."""
+        if not isinstance(self._firmware, SimulatedFirmware):
+            return TriggerResponse(success=False, message="only with ~firmware own")
+        self._order(self._firmware.fail)
+        return TriggerResponse(success=True, message="the board starts anew in half a second")
 
     def _on_push(self, message):
         """An impulse: x, y [N s] along the world's axes, z [N m s] around the vertical."""

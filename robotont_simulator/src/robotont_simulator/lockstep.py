@@ -4,9 +4,8 @@ from robotont_driver.kinematics import Kinematics
 from robotont_driver.motor import counts_in_reach
 from robotont_driver.odometry import WheelOdometry
 from robotont_driver.protocol import FeedbackReader, add_checksum, format_packet
-from robotont_firmware import config
 from robotont_firmware.controller import Controller
-from robotont_simulator.simulated_board import SimulatedBoard
+from robotont_simulator.simulated_board import SimulatedBoard, configuration
 
 
 class LockstepRun:
@@ -26,8 +25,13 @@ class LockstepRun:
         self._to_board = bytearray()
         self._reader = FeedbackReader(wheels.amount, counts_in_reach(wheels))
         self._board = SimulatedBoard(simulation, self, lambda: True, real_time=False)
-        self._controller = Controller(self._board, config, wheels.amount, "simulated")
+        self._controller = Controller(self._board, configuration(wheels), wheels.amount, "simulated")
         self._controller.start()
+
+    @property
+    def status(self):
+        """The newest BoardStatus."""
+        return self._reader.health.status
 
     def drive(self, twists):
         """Command one twist per period, until the iterable ends; None commands nothing."""

@@ -9,17 +9,15 @@ import rospy
 from geometry_msgs.msg import Vector3
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import Imu, LaserScan
-from std_msgs.msg import Float32, Float32MultiArray
-from std_srvs.srv import SetBool, SetBoolResponse
+from std_msgs.msg import Float32, Float32MultiArray, Int8MultiArray
+from std_srvs.srv import SetBool, SetBoolResponse, Trigger, TriggerResponse
 
 from robotont_driver.node import OK, WARN, Health, run_node
 from robotont_driver.parameters import Parameter
-from robotont_firmware import config
-from robotont_firmware.controller import Controller
 from robotont_simulator.official_firmware import FIRMWARES, OfficialFirmware, make_simulation
 from robotont_simulator.port import Port, PortError
-from robotont_simulator.simulated_board import SimulatedBoard
-from robotont_simulator.simulation import Simulation
+from robotont_simulator.simulated_board import SimulatedBoard, SimulatedFirmware
+from robotont_simulator.simulation import GOOD, REVERSED, UNPLUGGED, Simulation
 from robotont_simulator.world import World, WorldError, read_world
 
 LONGEST_READING = 1e-3  # [s] that reading two clocks may take; longer, and something came between
@@ -70,6 +68,10 @@ class SimulatorNode:
         rospy.Subscriber("~battery", Float32, self._on_battery)
         self._stopping = threading.Event()
         self._late_before = 0
+        rospy.Subscriber("~encoders", Int8MultiArray, self._on_encoders)
+        rospy.Subscriber("~motors", Int8MultiArray, self._on_motors)
+        rospy.Subscriber("~jam", Int8MultiArray, self._on_jam)
+        rospy.Service("~brown_out", Trigger, self._on_brown_out)
         self._firmware = self._make_firmware(wheels)
         self._thread = threading.Thread(target=self._run, daemon=True)
         rospy.on_shutdown(self._stop)
@@ -102,7 +104,7 @@ class SimulatorNode:
             self._board = OfficialFirmware(name, self._simulation, self._port, self._on_tick)
             return self._board
         self._board = SimulatedBoard(self._simulation, self._port, self._on_tick, real_time=True)
-        return Controller(self._board, config, wheels.amount, "simulated")
+        return SimulatedFirmware(self._board)
 
     def _read_world(self):
         given = self._parameters
@@ -212,12 +214,38 @@ class SimulatorNode:
 
     def _on_wheel_grip(self, message):
         """One part (0..1) of the normal friction per wheel."""
-        if len(message.data) != self._simulation.wheels.amount:
-            rospy.logwarn("~wheel_grip: found %d numbers, allowed: %d", len(message.data),
-                          self._simulation.wheels.amount)
-        elif all(check("wheel_grip", grip, 0.0, 1.0) for grip in message.data):
-            for wheel, grip in enumerate(message.data):
-                self._order(self._simulation.set_grip, wheel, grip)
+        self._order_for_wheels("wheel_grip", message.data, 0, 1, self._simulation.set_grip)
+
+    def _on_encoders(self, message):
+        """Per wheel 1: good, 0: unplugged, -1: counts backwards."""
+        states = {1: GOOD, 0: UNPLUGGED, -1: REVERSED}
+        self._order_for_wheels("encoders", message.data, -1, 1,
+                               lambda wheel, value: self._simulation.set_encoder(wheel, states[value]))
+
+    def _on_motors(self, message):
+        """Per wheel 1: connected, 0: gets no current."""
+        self._order_for_wheels("motors", message.data, 0, 1,
+                               lambda wheel, value: self._simulation.set_motor(wheel, bool(value)))
+
+    def _on_jam(self, message):
+        """Per wheel 1: held fast, 0: free."""
+        self._order_for_wheels("jam", message.data, 0, 1,
+                               lambda wheel, value: self._simulation.set_jam(wheel, bool(value)))
+
+    def _order_for_wheels(self, name, values, lowest, highest, function):
+        """Call function(wheel, value) for each wheel, between two periods."""
+        if len(values) != self._simulation.wheels.amount:
+            rospy.logwarn("~%s: found %d numbers, allowed: %d", name, len(values), self._simulation.wheels.amount)
+        elif all(check(name, value, lowest, highest) for value in values):
+            for wheel, value in enumerate(values):
+                self._order(function, wheel, value)
+
+    def _on_brown_out(self, _request):
+        """Let the board's supply break down for half a second."""
+        if not isinstance(self._firmware, SimulatedFirmware):
+            return TriggerResponse(success=False, message="only with ~firmware own")
+        self._order(self._firmware.fail)
+        return TriggerResponse(success=True, message="the board starts anew in half a second")
 
     def _on_push(self, message):
         """An impulse: x, y [N s] along the world's axes, z [N m s] around the vertical."""
@@ -232,9 +260,9 @@ class SimulatorNode:
     def _report(self):
         late = self._board.late
         new, self._late_before = late - self._late_before, late
-        values = {"periods that began late": late, "simulated [s]": f"{self._simulation.time:.1f}"}
+        values = {"stalls after which time was left out": late, "simulated [s]": f"{self._simulation.time:.1f}"}
         if new:
-            return WARN, f"{new} periods began late: this machine is too slow, or busy; time was left out", values
+            return WARN, f"{new} stalls after which time was left out: this machine is too slow, or busy", values
         return OK, "in real time", values
 
     def _stop(self):

@@ -34,7 +34,7 @@ PARAMETERS = (
     Parameter("max_angular_speed", 2.0, "of a stick pushed to its rim", "rad/s", minimum=0.01),
     Parameter("state_rate", 20.0, "of the state that open pages get", "Hz", minimum=1.0),
     Parameter("oldest_command", 0.2, "commands that reach the server later are dropped", "s", minimum=0.02),
-    Parameter("dead_man", 0.3, "the robot stops after this long without a command of the page that drives it", "s",
+    Parameter("dead_man", 0.25, "the robot stops after this long without a command of the page that drives it", "s",
               minimum=0.05),
     Parameter("max_pages", 16, "open at once", minimum=1),
     Parameter("max_connections", 64, "open at once", minimum=4),

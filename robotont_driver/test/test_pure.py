@@ -8,8 +8,8 @@ from conftest import HERE
 DIALECTS = ["dialects." + name for name in ("board_wheels", "checked", "dialect", "plain", "pose_feedback",
                                             "recognition", "robotont2", "robotont2018", "robotont3")]
 PURE = [*DIALECTS, "command_stream", "echo", "ideal_motors", "kinematics", "limits", "motor", "odometry", "outbox",
-        "parameters", "protocol", "se2", "slip", "solvers", "stall_watch", "timeouts", "travelled_path", "wheel_file",
-        "wheel_noise", "wheels", "yaml_file"]
+        "parameters", "protocol", "scan_sectors", "se2", "slip", "solvers", "stall_watch", "timeouts", "travelled_path",
+        "wheel_file", "wheel_noise", "wheels", "yaml_file"]
 FORBIDDEN = ["rospy", "roslib", "genpy", "serial", "time", "threading", "socket", "std_msgs"]
 
 

@@ -27,32 +27,35 @@ from robotont_driver.odometry import Pose
 from robotont_driver.se2 import pose_of, yaw_of
 from robotont_driver.wheels import read_wheels
 from robotont_testing.harness import Master, wait_for
-from robotont_testing.robots import SHIPPED
+from robotont_testing.robots import ROBOTONT2, SHIPPED
 from robotont_testing.stand_in_board import Board
 
 PERIOD = 0.02                        # [s] between commands
 SPEED = 0.4                          # [m/s]
+OFFICIAL_SPEED = 0.2                 # [m/s] the official firmware allows each wheel 0.3 m/s
 SIDE, RADIUS = 1.0, 0.5              # [m]
 
 
-def plan():
-    """Yields (leg, twist) for each period: a square without turning, then a circle with one turn."""
-    side = round(SIDE / SPEED / PERIOD)
+def plan(speed):
+    """Yields (leg, twist) for each period: a square without turning, then a circle with one turn. speed: [m/s]."""
+    side = round(SIDE / speed / PERIOD)
     for leg, (x, y) in (("forward", (1, 0)), ("left", (0, 1)), ("back", (-1, 0)), ("right", (0, -1))):
         for _ in range(side):
-            yield f"square, {leg}", (x * SPEED, y * SPEED, 0.0)
-    circle = round(2 * math.pi * RADIUS / SPEED / PERIOD)
+            yield f"square, {leg}", (x * speed, y * speed, 0.0)
+    circle = round(2 * math.pi * RADIUS / speed / PERIOD)
     turn = 2 * math.pi / (circle * PERIOD)
     for step in range(circle):
         # straight on in the room while the robot turns the other way: the direction goes round twice
-        yield "circle, turning", (SPEED * math.cos(2 * turn * step * PERIOD),
-                                  SPEED * math.sin(2 * turn * step * PERIOD), -turn)
+        yield "circle, turning", (speed * math.cos(2 * turn * step * PERIOD),
+                                  speed * math.sin(2 * turn * step * PERIOD), -turn)
 
 
 class Ideal:
     """A board with ideal motors. Truth: the path that the wheels really make, fractions of edges included."""
 
     name = "a board with ideal motors"
+    wheel_params = SHIPPED
+    speed = SPEED
     LARGEST_ERROR = (1e-3, math.radians(0.1))  # [m], [rad] at the end
 
     def __init__(self, master, kinematics, bad_bytes):
@@ -112,6 +115,9 @@ class Simulated:
     """The simulator. Truth: where its robot stands; wheels slip a little, and the odometry cannot know."""
 
     name = "the simulator"
+    wheel_params = SHIPPED
+    speed = SPEED
+    firmware = "own"
     LARGEST_ERROR = (0.03, math.radians(2.0))  # [m], [rad] at the end
 
     def __init__(self, master, _kinematics, bad_bytes):
@@ -120,7 +126,7 @@ class Simulated:
         self._truth = None
         self._bad_bytes = bad_bytes
         self.log = master.folder / "log"
-        master.launch("simulation.launch", f"port:={master.folder / 'board'}", log=self.log)
+        master.launch("simulation.launch", f"port:={master.folder / 'board'}", f"firmware:={self.firmware}", log=self.log)
 
     def connect(self):
         """Listen to the ground truth, spoil the line."""
@@ -145,7 +151,9 @@ class Simulated:
 
     def distances(self, odom):
         """[mm] of odometry messages from the true place at the same time."""
-        x, y = (np.interp([seconds(message) for message in odom], self._times, axis) for axis in np.array(self.path).T)
+        path = np.array(self.path)  # a copy: the subscriber's thread goes on adding, first to the times
+        times = self._times[:len(path)]
+        x, y = (np.interp([seconds(message) for message in odom], times, axis) for axis in path.T)
         return 1000 * np.hypot(*(places(odom) - np.column_stack([x, y])).T)
 
     def figures(self, _published):
@@ -154,6 +162,26 @@ class Simulated:
 
     def close(self):
         """Nothing to close."""
+
+
+class Robotont2(Simulated):
+    """The simulator with the official firmware of generation 2, which sums every second encoder window only."""
+
+    name = "the simulator with the official firmware of generation 2"
+    firmware = "robotont2"
+    wheel_params = ROBOTONT2
+    speed = OFFICIAL_SPEED
+    LARGEST_ERROR = (0.06, math.radians(5.0))  # [m], [rad] at the end
+
+
+class Robotont3(Robotont2):
+    """The same of generation 3, which sends in bursts: between two of them the odometry stands still."""
+
+    name = "the simulator with the official firmware of generation 3"
+    firmware = "robotont3"
+
+
+KINDS = {"own": Simulated, "robotont2": Robotont2, "robotont3": Robotont3}
 
 
 def places(odom):
@@ -170,7 +198,7 @@ class Demo:
     """The stack, the robot and all that is recorded."""
 
     def __init__(self, master, kind, bad_bytes):
-        wheels = read_wheels(SHIPPED)
+        wheels = read_wheels(kind.wheel_params)
         self.kinematics = Kinematics(wheels)
         self.robot = kind(master, self.kinematics, bad_bytes)
         self.published = []
@@ -195,7 +223,7 @@ class Demo:
     def drive(self):
         """Follow the plan, then stop and wait until every count has arrived."""
         wait_for(lambda: self.odom and self.robot.path and self.publisher.get_num_connections(), "the stack")
-        legs = list(plan())
+        legs = list(plan(self.robot.speed))
         due = time.monotonic()
         for number, (leg, speeds) in enumerate(legs, 1):
             self.command(speeds)
@@ -295,10 +323,12 @@ def main():
     parser.add_argument("--bad-bytes", type=float, default=0.001, metavar="RATE",
                         help="share of the board's bytes that the line spoils [%(default)s]")
     parser.add_argument("--ideal", action="store_true", help="ideal motors instead of the simulator")
+    parser.add_argument("--firmware", choices=KINDS, default="own",
+                        help="what runs on the simulated board: this project's firmware or an official one [%(default)s]")
     options = parser.parse_args()
     if not 0.0 <= options.bad_bytes <= 0.05:
         parser.error(f"--bad-bytes: found {options.bad_bytes}, allowed: 0 to 0.05")
-    kind = Ideal if options.ideal else Simulated
+    kind = Ideal if options.ideal else KINDS[options.firmware]
     print(f"driving {kind.name}: a square of 1 m, then a circle while turning")
     with Master() as master:
         demo = Demo(master, kind, options.bad_bytes)

@@ -35,8 +35,9 @@ RECENTLY = 10 * 1_000_000_000  # [ns] for which the diagnostics warn of a clock 
 LONGEST_READING = 1_000_000    # [ns] that reading two clocks may take; longer, and something came between
 
 PARAMETERS = (
-    Parameter("odom_frame", "odom", "frame of the pose"),
-    Parameter("base_frame", "base_link", "frame of the twist, and the child frame of the transform"),
+    Parameter("odom_frame", "odom", "frame of the pose", official="odom/frame"),
+    Parameter("base_frame", "base_link", "frame of the twist, and the child frame of the transform",
+              official="odom/child_frame"),
     Parameter("publish_tf", True, "whether to publish odom_frame -> base_frame; false beside an EKF"),
     Parameter("packet_period", -1.0, "time that one packet stands for; negative = 1/pidControlFrequency; "
               "0 = packets hold speeds, measure the time between them", "s", minimum=-1.0, maximum=10.0),
@@ -58,6 +59,8 @@ PARAMETERS = (
               maximum=2.0, reason="a gyro that is farther off is broken"),
     Parameter("gyro_scale_noise", 3e-4, "standard deviation of gyro_scale; about 0.01 until it is calibrated", "rad/s",
               minimum=0.0, maximum=0.5),
+    Parameter("joint_names", "", "names of the wheel joints in the wheel file's order, between blanks; empty: "
+              "wheel_0_joint, ..."),
     Parameter("joint_prefix", "", "put before the names of the wheel joints"),
 )
 
@@ -113,8 +116,7 @@ class OdomNode:
         self._transform = TransformStamped(child_frame_id=parameters["base_frame"])
         self._transform.header.frame_id = parameters["odom_frame"]
         self._joints = JointState(name=[
-            "{}wheel_{}_joint".format(parameters["joint_prefix"], wheel) for wheel in range(self._wheels.amount)
-        ])
+            parameters["joint_prefix"] + name for name in joint_names(parameters["joint_names"], self._wheels.amount)])
         for covariance in (self._odom.pose.covariance, self._odom.twist.covariance):
             covariance[:] = [FLAT if index % 7 == 0 else 0.0 for index in range(36)]
 
@@ -343,6 +345,15 @@ def read_clocks():
         now = rospy.Time.now().to_nsec()
         if time.monotonic_ns() - steady < LONGEST_READING:
             return steady, now
+
+
+def joint_names(given, wheels):
+    """Names of the wheels' joints: those `given` between blanks, or wheel_0_joint, ...; exits with words when too few."""
+    names = given.split() or [f"wheel_{wheel}_joint" for wheel in range(wheels)]
+    if len(names) != wheels:
+        rospy.logfatal("wrong parameter ~joint_names: found %r, allowed: %d names between blanks", given, wheels)
+        raise SystemExit(1)
+    return names
 
 
 def list_wheels(wheels):

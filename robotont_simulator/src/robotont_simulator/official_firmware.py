@@ -56,6 +56,11 @@ class OfficialFirmware:
         self.due = time.monotonic()  # [s] when the newest period was over
         self.late = 0  # stalls after which time was left out
 
+    @property
+    def dead(self):
+        """What has killed the board's processor; empty while it lives."""
+        return self._board.dead
+
     def start(self):
         """Nothing to prepare."""
 

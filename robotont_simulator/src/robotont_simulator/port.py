@@ -16,8 +16,11 @@ class PortError(OSError):
 class Port:
     """A serial port under the name `link`; plugged in from the start.
 
-    byte_errors: rate of bytes that are replaced by random ones, both ways.
+    byte_errors: rate of bytes that are replaced by random ones, both ways, or only from the board to the PC where
+    `spoil_commands` is false.
     """
+
+    spoil_commands = True
 
     def __init__(self, link, seed=0):
         self.link = link
@@ -88,7 +91,8 @@ class Port:
         if not self.plugged or not select.select([self._master], [], [], 0)[0]:
             return b""
         try:
-            return self._spoil(os.read(self._master, size))
+            data = os.read(self._master, size)
+            return self._spoil(data) if self.spoil_commands else data
         except OSError:  # nobody has the port open
             return b""
 

@@ -96,6 +96,7 @@ class SimulatorNode:
         """An object with start() and run(); `_board` has `due`, when the newest period was over, and `late`."""
         name = self._parameters["firmware"]
         if name != "own":
+            self._port.spoil_commands = False  # one spoilt field can kill the official firmware
             self._board = OfficialFirmware(name, self._simulation, self._port, self._on_tick)
             return self._board
         self._board = SimulatedBoard(self._simulation, self._port, self._on_tick, real_time=True)
@@ -144,6 +145,8 @@ class SimulatorNode:
             orders, self._orders = self._orders, []
         for order in orders:
             order()
+        if getattr(self._firmware, "dead", ""):
+            rospy.logerr_throttle(10.0, "the board is dead: %s", self._firmware.dead)
         self._ticks += 1
         stamp = self._stamp()
         self._publish_truth(stamp)

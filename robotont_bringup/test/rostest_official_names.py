@@ -15,6 +15,7 @@ from robotont_testing.dc_motors import Motors
 from robotont_testing.harness import wait_for
 from robotont_testing.node_test import NodeTest, twist
 from robotont_testing.official_boards import Robotont2Board
+from robotont_testing.rviz_stage import Stage
 
 BRINGUP = """<launch>
   <arg name="__ns" default=""/>
@@ -87,9 +88,9 @@ class OfficialNamesTest(NodeTest):
         for node in ("driver_node", "odom_node"):
             if rospy.has_param("/" + node):
                 rospy.delete_param("/" + node)
-        # RViz needs a display: its end must not end the others
-        self.processes.start("roslaunch", "--skip-log-check", file, DISPLAY="", log=self.processes.folder / "log",
-                             QT_QPA_PLATFORM="offscreen")
+        stage = Stage()  # RViz needs a screen, and its end ends the others
+        self.addCleanup(stage.close)
+        stage.show(file, log=self.processes.folder / "log")
         command = self.publisher("/cmd_vel", Twist)
 
         def driven():

@@ -126,7 +126,8 @@ class Simulated:
         self._truth = None
         self._bad_bytes = bad_bytes
         self.log = master.folder / "log"
-        master.launch("simulation.launch", f"port:={master.folder / 'board'}", f"firmware:={self.firmware}", log=self.log)
+        master.launch("simulation.launch", f"port:={master.folder / 'board'}", f"firmware:={self.firmware}",
+                      log=self.log)
 
     def connect(self):
         """Listen to the ground truth, spoil the line."""
@@ -324,7 +325,7 @@ def main():
                         help="share of the board's bytes that the line spoils [%(default)s]")
     parser.add_argument("--ideal", action="store_true", help="ideal motors instead of the simulator")
     parser.add_argument("--firmware", choices=KINDS, default="own",
-                        help="what runs on the simulated board: this project's firmware or an official one [%(default)s]")
+                        help="what the simulated board runs: this project's firmware or an official one [%(default)s]")
     options = parser.parse_args()
     if not 0.0 <= options.bad_bytes <= 0.05:
         parser.error(f"--bad-bytes: found {options.bad_bytes}, allowed: 0 to 0.05")

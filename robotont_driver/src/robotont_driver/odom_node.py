@@ -348,7 +348,9 @@ def read_clocks():
 
 
 def joint_names(given, wheels):
-    """Names of the wheels' joints: those `given` between blanks, or wheel_0_joint, ...; exits with words when too few."""
+    """Names of the joints: those `given` between blanks, or wheel_0_joint, ...; exits with words when their number is
+    not that of the wheels.
+    """
     names = given.split() or [f"wheel_{wheel}_joint" for wheel in range(wheels)]
     if len(names) != wheels:
         rospy.logfatal("wrong parameter ~joint_names: found %r, allowed: %d names between blanks", given, wheels)

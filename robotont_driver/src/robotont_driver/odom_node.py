@@ -348,8 +348,9 @@ def read_clocks():
 
 
 def joint_names(given, wheels):
-    """Names of the joints: those `given` between blanks, or wheel_0_joint, ...; exits with words when their number is
-    not that of the wheels.
+    """Names of the joints: those `given` between blanks, or wheel_0_joint, ...
+
+    Exits with words when there are not as many as wheels.
     """
     names = given.split() or [f"wheel_{wheel}_joint" for wheel in range(wheels)]
     if len(names) != wheels:

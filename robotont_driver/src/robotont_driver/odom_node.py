@@ -345,8 +345,13 @@ def read_clocks():
         now = rospy.Time.now().to_nsec()
         if time.monotonic_ns() - steady < LONGEST_READING:
             return steady, now
+
+
 def joint_names(given, wheels):
-    """Names of the wheels' joints: those `given` between blanks, or wheel_0_joint, ...; exits with words when too few."""
+    """Names of the joints: those `given` between blanks, or wheel_0_joint, ...
+
+    Exits with words when there are not as many as wheels.
+    """
     names = given.split() or [f"wheel_{wheel}_joint" for wheel in range(wheels)]
     if len(names) != wheels:
         rospy.logfatal("wrong parameter ~joint_names: found %r, allowed: %d names between blanks", given, wheels)

@@ -75,15 +75,15 @@ class Browser:
         assert "error" not in answer, (method, answer["error"])
         return answer["result"]
 
-    def page(self, url, size=DESKTOP, dark=False, language=None):
-        """Open a Page, with fingers where it is as small as a phone."""
+    def page(self, url, size=DESKTOP, dark=False, language="en", script=""):
+        """Open a Page; `script` runs before those of the page."""
         target = self.call("Target.createTarget", url="about:blank")["targetId"]
         session = self.call("Target.attachToTarget", targetId=target, flatten=True)["sessionId"]
         page = Page(self, target, session)
         page.look(size, dark)
-        if language:
-            page.call("Emulation.setUserAgentOverride", userAgent="", acceptLanguage=language)
         page.call("Page.enable")
+        page.call("Page.addScriptToEvaluateOnNewDocument", source=f"""{script}
+            Object.defineProperty(navigator, 'languages', {{get: () => ['{language}']}});""")
         page.call("Runtime.enable")
         page.call("Log.enable")
         page.call("Page.navigate", url=url)
@@ -149,11 +149,11 @@ class Page:
         self._fingers[number] = place
         self._touch(kind)
 
-    def lift(self, *numbers):
-        """Lift fingers; all without numbers."""
-        for number in numbers or tuple(self._fingers):
-            self._fingers.pop(number, None)
-        self._touch("touchEnd")
+    def lift(self):
+        """Lift all fingers."""
+        if self._fingers:
+            self._fingers.clear()
+            self._touch("touchEnd")
 
     def cancel_fingers(self):
         """As when the system takes the screen away from the page."""

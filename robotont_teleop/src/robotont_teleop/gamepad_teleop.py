@@ -38,8 +38,8 @@ class GamepadTeleop:
         self._name, self._trouble = "", "looking for a gamepad"
         self._told = None
         rospy.on_shutdown(self._let_go)
-        self._repeater = Worker(self._repeat)
-        self._reader = Worker(self._read)
+        Worker(self._repeat)
+        Worker(self._read)
         Health("robotont", {"gamepad": self._report})
 
     def _read(self):

@@ -15,7 +15,7 @@ from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
 from stalling_proxy import StallingProxy
 
-from robotont_testing.harness import free_port, wait_for
+from robotont_testing.harness import Processes, free_port, wait_for
 from robotont_testing.node_test import NodeTest
 
 STANDS = 0.02     # [m/s] slower than this is standing
@@ -42,6 +42,9 @@ class WebTeleopTest(NodeTest):
                          tcp_nodelay=True)
         rospy.Subscriber("cmd_vel", Twist, lambda message: cls.commands.append((time.time(), _values(message))),
                          tcp_nodelay=True)
+        cls.robot = Processes()
+        cls.robot.launch("simulation.launch", f"port:={cls.robot.folder / 'robotont'}")
+        wait_for(lambda: cls.truth, "the simulator", timeout=60)
         cls.port = free_port()
         cls.proxy = StallingProxy(cls.port)
         cls.browser = Browser()
@@ -50,6 +53,7 @@ class WebTeleopTest(NodeTest):
     def tearDownClass(cls):
         cls.browser.__exit__()
         cls.proxy.close()
+        cls.robot.close()
 
     @classmethod
     def _on_truth(cls, message):
@@ -60,7 +64,6 @@ class WebTeleopTest(NodeTest):
         rospy.set_param("/web_teleop_node/port", self.port)
         self.log = self.processes.folder / "web.log"
         self.server = self.start_server()
-        wait_for(lambda: self.truth, "the simulator")
 
     def start_server(self):
         server = self.processes.start("rosrun", "robotont_teleop", "web_teleop_node", log=self.log)

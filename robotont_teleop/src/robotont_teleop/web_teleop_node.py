@@ -34,7 +34,7 @@ PARAMETERS = (
     Parameter("state_rate", 20.0, "of the state that open pages get", "Hz", minimum=1.0, maximum=200.0),
     Parameter("oldest_command", 0.2, "commands that reach the server later are dropped", "s", minimum=0.02, maximum=2.0,
               reason="older commands surprise"),
-    Parameter("dead_man", 0.3, "the robot stops after this long without a command of the page that drives it", "s",
+    Parameter("dead_man", 0.25, "the robot stops after this long without a command of the page that drives it", "s",
               minimum=0.05, maximum=2.0,
               reason="for so long the robot drives on when the page dies"),
     Parameter("max_pages", 16, "open at once", minimum=1, maximum=1000),

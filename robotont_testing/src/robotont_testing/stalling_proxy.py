@@ -36,6 +36,7 @@ class StallingProxy:
         self._sockets.clear()
 
     def close(self):
+        """End all connections, and accept no more."""
         self._listener.close()
         self.flow()
         self.cut()

@@ -7,7 +7,6 @@ The simulated robot drives in the room, on the map of the room, as a thumb on ea
 import math
 import socket
 import sys
-import time
 from pathlib import Path
 
 import rospy
@@ -26,7 +25,8 @@ PICTURES = (  # name, size, dark
     ("teleop_phone_light", (*PHONE[:2], 2), False), ("teleop_phone_dark", (*PHONE[:2], 2), True),
     ("teleop_phone_lying", (*PHONE_LYING[:2], 2), True),
     ("teleop_desktop_light", DESKTOP, False), ("teleop_desktop_dark", DESKTOP, True))
-THUMBS = ((0.1, 0.75, 0.5), (-0.5, 0.5, -0.6))  # left stick right and up, right stick right
+THUMBS = (0.0, 0.6, -0.35)  # left stick right and up, right stick right: a circle that stays clear of the walls
+WAY = 1.1             # [m] for each picture
 
 
 def main():
@@ -46,8 +46,7 @@ def main():
         for name, size, dark in PICTURES:
             page = browser.page(f"http://127.0.0.1:{port}/", size, dark)
             page.wait("document.querySelectorAll('#lights li').length >= 5", "the robot's health", timeout=60)
-            for right, up, turn in THUMBS:
-                drive(page, poses, right, up, turn)
+            drive(page, poses)
             page.screenshot(folder / f"{name}.png")
             page.lift()
             page.close()
@@ -59,18 +58,20 @@ def answers(port):
         return probe.connect_ex(("127.0.0.1", port)) == 0
 
 
-def drive(page, poses, right, up, turn):
-    """Hold both sticks until the robot has gone a way; let go first where the page asks for it."""
-    start, way = len(poses), 0.45  # [m]
+def drive(page, poses):
+    """Hold both sticks until the robot has gone WAY; let go first where the page asks for it."""
+    start = len(poses)
 
     def gone():
         if "Let go" in page.text("#message"):
             page.lift()
-        page.finger(1, "#move", right, up)
-        page.finger(2, "#turn", turn)
-        return math.hypot(poses[-1].x - poses[start - 1].x, poses[-1].y - poses[start - 1].y) > way
+        if not page.touched:
+            right, up, turn = THUMBS
+            page.finger(1, "#move", right, up)
+            page.finger(2, "#turn", turn)
+        way = poses[start - 1:]
+        return sum(math.hypot(after.x - before.x, after.y - before.y) for before, after in zip(way, way[1:])) > WAY
     wait_for(gone, "the drive", period=0.1, timeout=60)
-    time.sleep(0.2)
 
 
 def show_map():

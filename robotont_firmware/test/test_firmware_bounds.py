@@ -185,7 +185,7 @@ def test_the_loop_stays_in_bounds(watched, extreme):
     from dual_tools import Config, checked
 
     # at the limits that robotont_firmware.bounds sets; test_firmware_qemu.py has every number at its own
-    edges = {"MAX_SPEED": 262, "MAX_ACCELERATION": 31, "FOLLOW": 256} if extreme else {}
+    edges = {"MAX_SPEED": 262, "MAX_ACCELERATION": 31, "FOLLOW": 256, "P_GAIN": 6335} if extreme else {}
     config = Config(**edges)
     modules.bounds.check(config)
 

@@ -1,0 +1,63 @@
+"""What a command of ./robotont has started ends with it, whatever ends it, and leaves no temporary files."""
+
+import contextlib
+import os
+import signal
+import subprocess
+import uuid
+from pathlib import Path
+
+import pytest
+
+from robotont_testing.harness import free_port, wait_for
+
+ROBOTONT = Path(__file__).resolve().parents[2] / "robotont"
+COMMANDS = {  # arguments, and programs that run when the command is in the middle of its work
+    "demo": (["--picture", "{folder}/demo.png"], {"rosmaster", "serial_com_node", "simulator_node"}),
+    "bench": (["driver"], {"rosmaster", "serial_com_node", "odom_node"}),
+    "pictures": (["{folder}"], {"rosmaster", "Xvfb", "rviz"}),
+    "sim": (["port:={folder}/board"], {"rosmaster", "serial_com_node", "simulator_node"}),
+}
+ENDINGS = [("demo", "SIGTERM"), ("demo", "SIGHUP"), ("demo", "SIGKILL"), ("bench", "SIGINT"), ("bench", "SIGTERM"),
+           ("pictures", "SIGTERM"), ("sim", "SIGKILL")]
+
+
+def programs(mark):
+    """{process id: set of the names in its command line} of the processes that were started with `mark`."""
+    found = {}
+    for folder in Path("/proc").iterdir():
+        with contextlib.suppress(OSError):
+            if folder.name.isdigit() and mark.encode() in (folder / "environ").read_bytes():
+                words = (folder / "cmdline").read_bytes().split(b"\0")
+                found[int(folder.name)] = {Path(os.fsdecode(word)).name for word in words}
+    return found
+
+
+@pytest.mark.parametrize("command, ending", ENDINGS)
+def test_nothing_is_left(command, ending, tmp_path):
+    arguments, in_the_middle = COMMANDS[command]
+    temporary, mark = tmp_path / "tmp", "TEST_MARK=" + uuid.uuid4().hex
+    temporary.mkdir()
+    environment = {**os.environ, "TMPDIR": str(temporary), "ROS_MASTER_URI": f"http://127.0.0.1:{free_port()}",
+                   **dict([mark.split("=")])}
+    environment.pop("DISPLAY", None)
+    with open(str(tmp_path / "output"), "wb") as output:
+        process = subprocess.Popen([str(ROBOTONT), command, *(word.format(folder=tmp_path) for word in arguments)],
+                                   env=environment, stdin=subprocess.DEVNULL, stdout=output, stderr=output,
+                                   start_new_session=True)
+    try:
+        wait_for(lambda: in_the_middle <= set().union(*programs(mark).values()), f"the middle of {command}", 60.0, 0.1)
+        if ending in ("SIGINT", "SIGHUP"):  # a terminal sends these to all of its foreground processes
+            os.killpg(process.pid, getattr(signal, ending))
+        else:
+            os.kill(process.pid, getattr(signal, ending))
+        process.wait(20.0)
+        wait_for(lambda: not programs(mark), f"the end of {programs(mark)}", 20.0, 0.1)
+    finally:
+        for left in programs(mark):
+            with contextlib.suppress(OSError):
+                os.kill(left, signal.SIGKILL)
+        process.wait()
+    assert list(temporary.iterdir()) == []
+    if ending == "SIGINT":
+        assert "Traceback" not in (tmp_path / "output").read_text()

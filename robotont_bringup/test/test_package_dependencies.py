@@ -1,0 +1,151 @@
+"""Each package.xml declares what its package uses, and packages use only what stands below them."""
+
+import ast
+import importlib.util
+import re
+import sysconfig
+from pathlib import Path
+from xml.etree import ElementTree
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+ORDER = ["robotont_testing", "robotont_firmware", "robotont_driver", "robotont_description", "robotont_calibration",
+         "robotont_simulator", "robotont_navigation", "robotont_teleop", "robotont_bringup", "robotont_demo"]
+PACKAGES = [name for name in ORDER if (ROOT / name / "package.xml").exists()]
+ROSDEP_KEYS = {  # of modules that are no ROS packages
+    "PIL": "python3-pil", "evdev": "python3-evdev", "hypothesis": "python3-hypothesis",
+    "matplotlib": "python3-matplotlib", "mpmath": "python3-mpmath", "mujoco": "python3-mujoco-pip",
+    "numpy": "python3-numpy", "pytest": "python3-pytest", "qrcode": "python3-qrcode", "rospkg": "python3-rospkg",
+    "scipy": "python3-scipy", "serial": "python3-serial", "tornado": "python3-tornado", "yaml": "python3-yaml",
+}
+ON_THE_BOARD = {"machine", "micropython", "pyb", "stm"}  # modules of MicroPython
+# What a robot needs to drive: nothing for drawing, calibrating, recording or testing.
+ON_A_ROBOT = {"diagnostic_msgs", "diagnostic_updater", "geometry_msgs", "nav_msgs", "python3-numpy", "python3-serial",
+              "python3-yaml", "rospy", "sensor_msgs", "std_msgs", "std_srvs", "tf2_ros"}
+
+
+def declared(package, *kinds):
+    """Names in package.xml under some kinds of tags, e.g. exec_depend."""
+    root = ElementTree.parse(str(ROOT / package / "package.xml")).getroot()
+    return {tag.text for kind in kinds for tag in root.findall(kind)}
+
+
+def at_run_time(package):
+    return declared(package, "exec_depend", "depend")
+
+
+def python_files(package, folders):
+    """Modules and scripts, with or without .py."""
+    for folder in folders:
+        for file in (ROOT / package / folder).rglob("*"):
+            if file.suffix == ".py" or (file.is_file() and not file.suffix and file.read_bytes().startswith(b"#!/usr/bin/env py")):
+                yield file
+
+
+def imported(package, folders):
+    """{top-level module: one file that imports it}, but for the standard library and the package's own."""
+    own = {file.stem for file in python_files(package, ["test"])} | {package, "conftest"}
+    modules = {}
+    for file in python_files(package, folders):
+        for node in ast.walk(ast.parse(file.read_text())):
+            names = [alias.name for alias in node.names] if isinstance(node, ast.Import) else \
+                [node.module] if isinstance(node, ast.ImportFrom) and not node.level else []
+            modules.update({name.split(".")[0]: file.relative_to(ROOT) for name in names})
+    return {name: file for name, file in modules.items() if name not in own and not is_standard(name)}
+
+
+def is_standard(name):
+    """Whether a module belongs to Python itself."""
+    if name in ON_THE_BOARD:
+        return True
+    found = importlib.util.find_spec(name)
+    if found is None:
+        return False
+    place = found.origin or ""
+    return place in ("built-in", "frozen") or \
+        (place.startswith(sysconfig.get_path("stdlib")) and "-packages" not in place)
+
+
+def key(module):
+    """What package.xml says for a module."""
+    return ROSDEP_KEYS.get(module, module)
+
+
+def launched(package, pattern):
+    """{ROS package: file} in $(find ...) and pkg="..."; not those that the file's `require` asks for first."""
+    packages = {}
+    for folder in (ROOT / package).iterdir():
+        for file in sorted(folder.resolve().rglob(pattern)) if folder.is_dir() else ():
+            text = file.read_text()
+            demanded = re.search(r'/require\s+([^"]*)', text)
+            names = set(re.findall(r"\$\(find (\w+)\)", text)) | set(re.findall(r'pkg="(\w+)"', text))
+            packages.update({name: file.relative_to(ROOT) for name in names - {package}
+                             - set(demanded.group(1).split() if demanded else ())})
+    return packages
+
+
+@pytest.mark.parametrize("package", PACKAGES)
+def test_what_a_package_uses_is_declared(package):
+    used = {**imported(package, ["src", "scripts", "root"]), **launched(package, "*.launch")}
+    undeclared = {key(name): str(file) for name, file in used.items() if key(name) not in at_run_time(package)}
+    assert not undeclared, f"{package}/package.xml lacks <exec_depend> of what these files use"
+
+
+@pytest.mark.parametrize("package", PACKAGES)
+def test_what_tests_use_is_declared(package):
+    used = {**imported(package, ["test"]), **launched(package, "*.test")}
+    known = at_run_time(package) | declared(package, "test_depend")
+    undeclared = {key(name): str(file) for name, file in used.items() if key(name) not in known}
+    assert not undeclared, f"{package}/package.xml lacks <test_depend> of what these files use"
+    if list((ROOT / package / "test").glob("*.test")):
+        assert "rostest" in known
+
+
+@pytest.mark.parametrize("package", PACKAGES)
+def test_no_module_is_declared_in_vain(package):
+    """Of the keys that stand for modules; other packages are programs, plug-ins and messages."""
+    used = {key(name) for name in imported(package, ["src", "scripts", "root"])}
+    assert at_run_time(package) & set(ROSDEP_KEYS.values()) <= used
+
+
+@pytest.mark.parametrize("package", PACKAGES)
+def test_a_package_uses_only_what_stands_below_it(package):
+    below = set(ORDER[:ORDER.index(package)])
+    used = (at_run_time(package) | set(imported(package, ["src", "scripts"])) | set(launched(package, "*.launch")))
+    assert {name for name in used if name in ORDER} <= below
+
+
+def test_no_cycle_not_even_through_tests():
+    above = {package: declared(package, "exec_depend", "depend", "build_depend", "test_depend") & set(ORDER)
+             for package in PACKAGES}
+    while above:
+        free = [package for package, needs in above.items() if not needs & set(above)]
+        assert free, f"a cycle among {above}"
+        for package in free:
+            del above[package]
+
+
+def test_a_robot_gets_nothing_that_it_does_not_need():
+    assert at_run_time("robotont_driver") <= ON_A_ROBOT
+
+
+def test_all_packages_have_their_place():
+    assert {file.parent.name for file in ROOT.glob("robotont_*/package.xml")} <= set(ORDER)
+
+
+@pytest.mark.parametrize("file", sorted((ROOT / "launch").glob("*.launch")), ids=lambda file: file.name)
+def test_a_launch_file_that_needs_more_than_bringup_asks_first(file):
+    """The first tag with an effect is `require`, and it names every package that robotont_bringup does not bring."""
+    brought, stack = {"robotont_bringup"}, ["robotont_bringup"]
+    while stack:
+        more = {name for name in at_run_time(stack.pop()) if name not in brought}
+        brought |= more
+        stack += [name for name in more if name in ORDER]
+    missing = set(re.findall(r'pkg="(\w+)"', file.read_text())) - brought
+    if not missing:
+        return
+    first = next(tag for tag in ElementTree.parse(str(file)).getroot() if tag.tag != "arg")
+    assert "/require " in first.get("command", ""), f"{file.name} starts nodes of {missing}"
+    asked = first.get("command").split()
+    assert missing - set(asked) <= {"amcl", "fake_localization"}  # of which an argument chooses one

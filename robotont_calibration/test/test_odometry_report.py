@@ -191,7 +191,7 @@ def test_a_topic_with_other_messages_is_refused(tmp_path, kind):
     path = tmp_path / "other.bag"
     with rosbag.Bag(str(path), "w") as file:
         file.write("topic", UInt8MultiArray(), rospy.Time(1))
-    with pytest.raises(RecordingError, match="/topic: found std_msgs/UInt8MultiArray, allowed: "):
+    with pytest.raises(RecordingError, match=topic: found std_msgs/UInt8MultiArray, allowed: "):
         read_recording(path, {kind: "topic"})
 
 
@@ -213,7 +213,7 @@ def test_a_bag_that_is_spoilt_ends_with_words(bag, tmp_path):
     whole = bytearray(Path(str(bag)).read_bytes())
     generator = random.Random(1)
     path = tmp_path / "spoilt.bag"
-    for _ in range(60):
+    for _ in range(15):
         spoilt = bytearray(whole)
         for _ in range(generator.choice((1, 10, 1000))):
             spoilt[generator.randrange(len(spoilt))] = generator.randrange(256)

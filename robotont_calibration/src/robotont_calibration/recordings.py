@@ -149,15 +149,15 @@ def _read_bag(path, topics):
     try:
         with rosbag.Bag(str(path)) as bag:
             found = bag.get_type_and_topic_info().topics
-            missing = topics.get("truth") and "/" + topics["truth"].lstrip("/") not in found
-            if missing:
+            wanted = {topic: kinds["/" + topic.lstrip("/")] for topic in found if "/" + topic.lstrip("/") in kinds}
+            if topics.get("truth") and "truth" not in wanted.values():
                 raise RecordingError(f"{path}: found no topic {topics['truth']}; there are: {', '.join(sorted(found))}")
-            for topic, kind in kinds.items():
-                if topic in found and found[topic].msg_type not in TYPES[kind]:
+            for topic, kind in wanted.items():
+                if found[topic].msg_type not in TYPES[kind]:
                     raise RecordingError(f"{path}: {topic}: found {found[topic].msg_type}, "
                                          f"allowed: {', '.join(TYPES[kind])}")
-            for topic, message, time in bag.read_messages(topics=list(kinds)):
-                recording.take(kinds[topic], time.to_sec(), message)
+            for topic, message, time in bag.read_messages(topics=list(wanted)) if wanted else ():
+                recording.take(wanted[topic], time.to_sec(), message)
     except RecordingError:
         raise
     except Exception as error:  # a spoilt bag can raise whatever rosbag, its decompressors and generated code raise

@@ -60,6 +60,7 @@ class Ideal:
         self._turned = np.zeros(kinematics.wheels.amount)
         self._pose = Pose()
         self.path = [(0.0, 0.0)]
+        self._times = [time.time()]
         self.arrivals = []
         self.board = Board(str(master.folder / "board"))
         self.board.line.corrupt = bad_bytes
@@ -81,9 +82,8 @@ class Ideal:
         return not any(self.board.speeds)
 
     def distances(self, odom):
-        """[mm] of odometry messages from the true path; messages and periods have no common clock."""
-        path = np.array(self.path)
-        return [1000 * np.min(np.hypot(*(path - place).T)) for place in places(odom)]
+        """[mm] of odometry messages from the true place at the same time."""
+        return distances(odom, self._times, self.path)
 
     def figures(self, published):
         """Rows that only this board can give."""
@@ -105,6 +105,7 @@ class Ideal:
         turned = np.array(turned)
         self._pose.move((self._to_step @ (turned - self._turned)).tolist(), np.zeros((3, 3)))
         self._turned = turned
+        self._times.append(time.time())
         self.path.append((self._pose.x, self._pose.y))
 
 
@@ -145,8 +146,7 @@ class Simulated:
 
     def distances(self, odom):
         """[mm] of odometry messages from the true place at the same time."""
-        x, y = (np.interp([seconds(message) for message in odom], self._times, axis) for axis in np.array(self.path).T)
-        return 1000 * np.hypot(*(places(odom) - np.column_stack([x, y])).T)
+        return distances(odom, self._times, self.path)
 
     def figures(self, _published):
         """Rows that only the simulator can give: none."""
@@ -159,6 +159,13 @@ class Simulated:
 def places(odom):
     """N x 2, [m], of odometry messages."""
     return np.array([(message.pose.pose.position.x, message.pose.pose.position.y) for message in odom])
+
+
+def distances(odom, times, path):
+    """N, [mm], of odometry messages from a path (K x 2 [m]) at the same `times` (K [s])."""
+    number = min(len(times), len(path))  # a subscriber's thread may be adding to both
+    x, y = (np.interp([seconds(message) for message in odom], times[:number], axis) for axis in np.array(path[:number]).T)
+    return 1000 * np.hypot(*(places(odom) - np.column_stack([x, y])).T)
 
 
 def seconds(message):
@@ -273,8 +280,9 @@ def draw(demo, file):
     left.set_aspect("equal", adjustable="datalim")
     left.set(xlabel="x [m]", ylabel="y [m]", title="A square, then a circle while turning")
     left.legend(loc="upper center", bbox_to_anchor=(0.5, -0.13), ncol=4, fontsize=8, frameon=False)
-    distance = demo.robot.distances(list(demo.odom))
-    right.plot(np.arange(len(distance)) * PERIOD, distance, color="#1f4e79", linewidth=0.9)
+    messages = list(demo.odom)
+    times = np.array([seconds(message) for message in messages])
+    right.plot(times - times[0], demo.robot.distances(messages), color="#1f4e79", linewidth=0.9)
     right.axhline(allowed, color="#9e9e9e", linestyle=":", label="allowed at the end")
     right.set(xlabel="time [s]", ylabel="distance from the truth [mm]", ylim=(0, 1.1 * allowed),
               title="Odometry against truth")

@@ -12,8 +12,9 @@ from pathlib import Path
 
 import numpy as np
 
+from robotont_calibration.calibrate_wheels import WHEEL_NOISE
 from robotont_calibration.calibration import Unknowns, calibrate
-from robotont_calibration.calibration_report import Run, draw, table
+from robotont_calibration.calibration_report import draw, table
 from robotont_calibration.synthetic_runs import taped_runs, true_of
 from robotont_calibration.trajectory_errors import BLUE, GREY, INK, ORANGE, drawing_style, pyplot
 from robotont_driver.kinematics import Kinematics
@@ -45,8 +46,8 @@ def draw_calibration(wrong, file):
     """Runs of a robot whose radius, distance and one angle are not the stated ones, as a tape measures them."""
     true = true_of(wrong, 1.02, 0.97, [(1, 1.5)])
     names = ("square", "square clockwise", "spin", "spin clockwise", "line left", "line right")
-    runs = [Run(name, whole, [whole]) for name, whole in zip(names, taped_runs(true))]
-    found = calibrate(wrong, [run.whole for run in runs], Unknowns(wrong), 0.001)
+    runs = taped_runs(true, names=names)
+    found = calibrate(wrong, runs, Unknowns(wrong), WHEEL_NOISE)
     print(table(wrong, found, runs))
     draw(file, wrong, found, runs)
     print(f"{file} ({file.stat().st_size / 1000:.0f} kB)")

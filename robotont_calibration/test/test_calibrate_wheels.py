@@ -1,4 +1,7 @@
+import json
 import math
+import re
+from pathlib import Path
 
 import pytest
 import yaml
@@ -94,6 +97,8 @@ def test_no_file_is_overwritten_unasked(runs, tmp_path, capsys):
     (["{0}=1,2,north"], "found '1,2,north'"),
     (["{0}"], "found no true pose"),
     (["{0}=1,2,3", "--radius", "fixed", "--distance", "fixed", "--angles", "fixed"], "all fixed"),
+    (["{0}=1,2,3", "--point", "1"], "found '1', allowed: free, fixed or X,Y [m]"),
+    (["{0}=1,2,3", "--format", "optiodom"], "line 1: found 'time,m0,m1,m2', allowed: 7 numbers"),
     (["--guide", "a", "--side", "-1"], "found '-1', allowed: a number > 0"),
 ])
 def test_bad_input(arguments, words, runs, tmp_path, capsys):
@@ -116,11 +121,50 @@ def test_packets_of_another_robot_and_parameters_that_are_none(runs, tmp_path, c
     assert "bad.yaml: wheelAmount: found 2" in capsys.readouterr().err
 
 
-def test_the_rest_of_the_file_stays():
-    text = ("# mine\nwheelAmount: 3\nwheelRads: # [rad]\n  - 1.0\n  - 2.0\n  - 3.0\n"
-            "wheelRadius: 0.035   # [m] new tyres\nb: x")
+def test_what_cannot_be_written_is_refused_before_anything_else(runs, tmp_path, capsys):
+    odd = tmp_path / "odd.yaml"
+    odd.write_text(PARAMS.read_text().replace("wheelRadius: ", "wheelRadius: 0.04\nwheelRadius: "))
+    assert main(["--wheel-params", str(odd), "-o", str(tmp_path / "new.yaml"), *runs[1]]) == 1
+    assert "cannot be written anew" in capsys.readouterr().err
+    assert not (tmp_path / "new.yaml").exists()
+
+
+def test_a_real_robot(tmp_path, capsys):
+    """An excerpt of OptiOdom: the point is found, the error falls, and runs left out are better, too."""
+    folder = Path(__file__).parent / "data" / "optiodom"
+    output = tmp_path / "new.yaml"
+    assert main(["--wheel-params", str(folder / "wheel_params.yaml"), "-o", str(output), "--format", "optiodom",
+                 "--picture", str(tmp_path / "a.png"), *map(str, sorted(folder.glob("*_?.csv")))]) == 0
+    text = capsys.readouterr().out
+    print(text)
+    assert "A distance for each wheel and a point" in text
+    x, y = (float(re.search(rf"point {axis} +m +[-\d.]+ +([-\d.]+)", text)[1]) for axis in "xy")
+    assert (x, y) == (pytest.approx(-0.03, abs=0.008), pytest.approx(-0.031, abs=0.008))
+    before, after, blind = (float(place) for place in re.findall(r"([\d.]+) mm", text[text.index("mean "):])[:3])
+    assert after < 0.5 * before
+    assert blind < 0.8 * before
+    assert yaml.safe_load(output.read_text())["wheelRadius"] == pytest.approx(0.051 * 0.96, rel=0.02)
+
+
+@pytest.mark.parametrize("dump", [
+    lambda given: yaml.safe_dump(given),
+    lambda given: yaml.safe_dump(given, default_flow_style=True),
+    lambda given: yaml.safe_dump(given, indent=4, explicit_start=True, sort_keys=False),
+    lambda given: "# mine\n" + json.dumps(given),
+    lambda given: PARAMS.read_text(),
+], ids=["block", "flow", "document start", "JSON", "shipped"])
+def test_any_style_of_yaml_reads_back(dump):
+    values = {**SHIPPED, "wheelRads": [-2.62, 1.5, 0.5], "wheelRadius": [0.03, 0.04, 0.05]}
+    new = with_values(dump(SHIPPED), values, "Made.")
+    assert yaml.safe_load(new) == values
+    assert new.startswith("# Made.\n")
+
+
+def test_comments_order_and_style_stay():
+    text = ("# mine\nwheelAmount: 3\nwheelRads: # [rad]\n  - 1.0  # front\n  - 2.0\n  - 3.0\n"
+            "wheelRadius: 0.035   # [m] new tyres\nb: x\n")
     new = with_values(text, {"wheelAmount": 3, "wheelRads": [1.1, 2.0, 3.0], "wheelRadius": 0.0341}, "Made.\nToday.")
-    assert new == ("# Made.\n# Today.\n# mine\nwheelAmount: 3\nwheelRads: [1.1, 2.0, 3.0] # [rad]\n"
-                   "wheelRadius: 0.0341   # [m] new tyres\nb: x\n")
-    with pytest.raises(ValueError, match="found no simple line of each of wheelRadius"):
-        with_values("{wheelRadius: 1.0}", {"wheelRadius": 2.0}, "")
+    assert new == ("# Made.\n# Today.\n# mine\nwheelAmount: 3\nwheelRads: # [rad]\n  - 1.1  # front\n  - 2.0\n  - 3.0\n"
+                   "wheelRadius: 0.0341  # [m] new tyres\nb: x\n")
+    with pytest.raises(ValueError, match="cannot be written anew"):
+        with_values("wheelRadius: 1.0\nwheelRadius: 1.0\n", {"wheelRadius": 2.0}, "")

@@ -1,6 +1,8 @@
+import contextlib
 import json
 import math
 import os
+import random
 import shutil
 import subprocess
 import sys
@@ -14,7 +16,7 @@ import rosbag
 import rospy
 from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
-from std_msgs.msg import String
+from std_msgs.msg import String, UInt8MultiArray
 
 from robotont_calibration import odometry_report
 from robotont_calibration.recordings import Recording, RecordingError, read_recording, write_csv
@@ -169,12 +171,54 @@ def test_csv_with_truth_and_parameters_of_ones_own(drive, tmp_path, capsys):
     ("time,m0,m1,m2\n1,2,3\n", "line 2: found '1,2,3', allowed: 4 numbers"),
     ("# words\ntime,m0,m1,m2\n1,2,3,4\n2,2,x,4\n", "line 4"),
     ("time,m0,m1,m2\n1,2,3,nan\n", "line 2"),
-])
+    ("time,m0,m1,m2\n1,2,3,4\n1,2," + "9" * 400 + ",4\n", "line 3: found '1,2,999.*numbers up to 1e"),
+    ("time,m0,m1,m2\n1,2,3," + "4" * 200000 + "\n", "line 2: found '1,2,3,444.*a row of up to 10000 characters"),
+    ("m" * 200000, "line 1: found 'mmm"),
+    (b"# f\xfcr\ntime,m0,m1,m2\n", "no text in UTF-8"),
+    (bytes(range(256)), "no text in UTF-8"),
+    (b"time,m0,m1,m2\n1,2,\x00,4\n", "line 2"),
+], ids=lambda value: repr(value)[:30])
 def test_a_csv_that_is_none_is_refused_with_its_place(tmp_path, content, words):
     path = tmp_path / "a.csv"
-    path.write_text(content)
-    with pytest.raises(RecordingError, match=words):
+    path.write_bytes(content if isinstance(content, bytes) else content.encode())
+    with pytest.raises(RecordingError, match=words) as raised:
         read_recording(path, {})
+    assert len(str(raised.value)) < 600
+
+
+@pytest.mark.parametrize("kind", ["packets", "commands", "odometry", "truth"])
+def test_a_topic_with_other_messages_is_refused(tmp_path, kind):
+    path = tmp_path / "other.bag"
+    with rosbag.Bag(str(path), "w") as file:
+        file.write("topic", UInt8MultiArray(), rospy.Time(1))
+    with pytest.raises(RecordingError, match="/topic: found std_msgs/UInt8MultiArray, allowed: "):
+        read_recording(path, {kind: "topic"})
+
+
+def test_malformed_packets_and_poses_in_a_bag_are_counted(tmp_path):
+    path = tmp_path / "malformed.bag"
+    packets = ["1:2:3;\n", "9" * 400 + ":0:0;\n", "9" * 10 ** 6, "1" * 310 + ".0:0:0;\n", "nan:0:0;\n", ":" * 10 ** 5, ""]
+    with rosbag.Bag(str(path), "w") as file:
+        for packet in packets:
+            file.write("packets", String(packet), rospy.Time(1))
+        file.write("odom", pose_message(1.0, (math.nan, 0.0, 0.0)), rospy.Time(1))
+    recording = read_recording(path, {"packets": "packets", "odometry": "odom"})
+    assert recording.packets == [(1.0, (1, 2, 3))]
+    assert recording.odometry == []
+    assert recording.refused == len(packets)
+
+
+def test_a_bag_that_is_spoilt_ends_with_words(bag, tmp_path):
+    whole = bytearray(Path(str(bag)).read_bytes())
+    generator = random.Random(1)
+    path = tmp_path / "spoilt.bag"
+    for _ in range(60):
+        spoilt = bytearray(whole)
+        for _ in range(generator.choice((1, 10, 1000))):
+            spoilt[generator.randrange(len(spoilt))] = generator.randrange(256)
+        path.write_bytes(spoilt[:generator.choice((len(spoilt), generator.randrange(len(spoilt))))])
+        with contextlib.suppress(RecordingError):  # anything else fails the test
+            read_recording(path, {"packets": "serial_read", "odometry": "odom", "truth": "ground_truth/odom"})
 
 
 @pytest.mark.parametrize("name, content, words", [
@@ -265,7 +309,7 @@ def test_what_is_no_trajectory_is_refused(times, poses, words):
 PUBLISH = """
 import rospy
 from nav_msgs.msg import Odometry
-from std_msgs.msg import String
+from std_msgs.msg import String, UInt8MultiArray
 rospy.init_node("publish")
 odom, truth = (rospy.Publisher(name, Odometry, queue_size=10) for name in ("odom", "truth"))
 packets = rospy.Publisher("serial_read", String, queue_size=10)

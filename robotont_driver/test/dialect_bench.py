@@ -4,11 +4,10 @@ import math
 import random
 
 from robotont_driver.dialects import make_dialect
-from robotont_driver.dialects.dialect import Command
 from robotont_driver.kinematics import Kinematics
 from robotont_driver.odometry import WheelOdometry
 from robotont_driver.outbox import Outbox
-from robotont_driver.protocol import format_packet
+from robotont_driver.protocol import format_packet, parse_packet
 from robotont_driver.wheels import read_wheels
 from robotont_testing.dc_motors import Motors
 from robotont_testing.official_boards import BOARDS
@@ -48,8 +47,7 @@ class Bench:
     def command(self, twist):
         """A command as driver_node and serial_com_node would pass it on."""
         units = self.kinematics.units_of_twist(twist).tolist()
-        text = format_packet(units, 2).rstrip("\n")
-        self._command = Command(tuple(map(float, text.rstrip(";").split(":"))), text)
+        self._command = parse_packet(format_packet(units, 2), self.wheels.amount)
         self._send()
 
     def _send(self):

@@ -6,15 +6,15 @@ import os
 import random
 
 import pytest
-
 from dialect_bench import REACH, Bench, LineNoise, official_wheels
+
 from robotont_driver.dialects import NAMES, make_dialect
 from robotont_driver.dialects.board_wheels import BoardWheels
-from robotont_driver.dialects.dialect import Command, DialectError, Power, Ranges, read_command
+from robotont_driver.dialects.dialect import DialectError, Power, Ranges
 from robotont_driver.dialects.pose_feedback import IN_BASE, IN_ODOM, ORIGIN, PoseLine, body_step, parse_pose
 from robotont_driver.dialects.robotont2 import Robotont2
 from robotont_driver.kinematics import Kinematics
-from robotont_driver.protocol import PacketError, format_packet
+from robotont_driver.protocol import Packet, PacketError, format_packet, parse_packet
 from robotont_driver.wheels import read_wheels
 from robotont_testing.robots import BARE, SHIPPED, UNEVEN_4
 
@@ -32,7 +32,7 @@ def turning_circle(seconds=12.0, speed=0.15, turns=1, rate=50):
 
 def command_of(wheels, twist):
     units = Kinematics(wheels).units_of_twist(twist).tolist()
-    return read_command(format_packet(units, 6), 3)
+    return parse_packet(format_packet(units, 6), 3)
 
 
 def board_pose(bench):
@@ -354,8 +354,8 @@ def test_ranges_and_power():
 def test_june_2018():
     wheels = official_wheels()
     dialect = make_dialect("robotont2018", wheels, REACH)
-    assert dialect.encode(Command((20.0, -30.6, 0.0), "")) == b"10:-15:0\r"
-    assert dialect.encode(Command((400.0, -200.0, 0.0), "")) == b"100:-50:0\r"
+    assert dialect.encode(Packet((20.0, -30.6, 0.0), "")) == b"10:-15:0\r"
+    assert dialect.encode(Packet((400.0, -200.0, 0.0), "")) == b"100:-50:0\r"
     assert dialect.stop() == b"0:0:0\r"
     bench = Bench("robotont2018")
     bench.hold((0.2, 0, 0), 3.0)

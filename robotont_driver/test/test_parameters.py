@@ -3,11 +3,23 @@ import yaml
 
 from conftest import HERE
 from robotont_driver.driver_node import PARAMETERS as DRIVER
+from robotont_driver.driver_node import check as check_driver
+from robotont_driver.node import COMMON_PARAMETERS
 from robotont_driver.odom_node import PARAMETERS as ODOM
-from robotont_driver.parameters import ParameterError, read_parameters
+from robotont_driver.odom_node import check as check_odom
+from robotont_driver.parameters import ParameterError, read_parameters, shown
+from robotont_driver.path_node import PARAMETERS as PATH
 from robotont_driver.serial_com_node import PARAMETERS as SERIAL_COM
+from robotont_driver.serial_com_node import check as check_serial_com
+from robotont_driver.serial_com_node import reach
+from robotont_driver.timeouts import check_repetition
+from robotont_driver.wheels import read_wheels
+from robotont_testing.robots import SHIPPED
 
-TABLES = {"driver_node": DRIVER, "serial_com_node": SERIAL_COM, "odom_node": ODOM}
+TIMEOUT = "a finite number from 0.05 to 2 [s]: for so long the robot drives on when its commander dies"
+DECIMALS = "a whole number from 0 to 3: with more, the packets of many wheels do not fit into a line"
+TABLES = {"driver_node": DRIVER, "serial_com_node": SERIAL_COM, "odom_node": ODOM, "path_node": PATH,
+          "every node": COMMON_PARAMETERS}
 
 
 def test_defaults_are_used_and_have_the_right_type():
@@ -22,21 +34,77 @@ def test_a_whole_number_serves_as_a_number():
 
 
 @pytest.mark.parametrize("table, name, value, allowed", [
-    (DRIVER, "cmd_timeout", -1.0, "a finite number >= 0.05 [s]"),
-    (DRIVER, "cmd_timeout", "0.5", "a finite number >= 0.05 [s]"),
-    (DRIVER, "cmd_timeout", float("nan"), "a finite number >= 0.05 [s]"),
-    (DRIVER, "command_decimals", 1.5, "a whole number >= 0"),
-    (DRIVER, "command_decimals", True, "a whole number >= 0"),
-    (SERIAL_COM, "packets", "checksum", "one of auto, plain, checked"),
-    (SERIAL_COM, "packets", [], "one of auto, plain, checked"),
-    (SERIAL_COM, "port", 5, "a text"),
+    (DRIVER, "cmd_timeout", -1.0, TIMEOUT),
+    (DRIVER, "cmd_timeout", "0.5", TIMEOUT),
+    (DRIVER, "cmd_timeout", float("nan"), TIMEOUT),
+    (DRIVER, "cmd_timeout", 500, TIMEOUT),  # milliseconds
+    (DRIVER, "cmd_timeout", 10 ** 400, TIMEOUT),
+    (DRIVER, "command_decimals", 1.5, DECIMALS),
+    (DRIVER, "command_decimals", 60, DECIMALS),
+    (DRIVER, "command_decimals", True, DECIMALS),
+    (SERIAL_COM, "packets", "checksum", "one of auto, plain, checked, robotont2, robotont3, robotont2018"),
+    (SERIAL_COM, "packets", [], "one of auto, plain, checked, robotont2, robotont3, robotont2018"),
+    (SERIAL_COM, "port", 5, "a string"),
     (ODOM, "publish_tf", "yes", "true or false"),
     (ODOM, "publish_tf", 1, "true or false"),
 ])
 def test_a_wrong_value_is_named(table, name, value, allowed):
     with pytest.raises(ParameterError) as raised:
         read_parameters(table, {name: value})
-    assert raised.value.faults == [f"~{name}: found {value!r}, allowed: {allowed}"]
+    assert raised.value.faults == [f"~{name}: found {shown(value)}, allowed: {allowed}"]
+
+
+@pytest.mark.parametrize("node", TABLES)
+def test_every_number_has_bounds_and_its_default_lies_within(node):
+    for parameter in TABLES[node]:
+        if parameter.is_numeric:
+            assert None not in (parameter.minimum, parameter.maximum), parameter.name
+            assert parameter.accepts(parameter.default), parameter.name
+            assert not parameter.accepts(type(parameter.default)(1e10)), parameter.name
+
+
+@pytest.mark.parametrize("value", [
+    10 ** 100000, [10 ** 100000], "x" * 10 ** 6, [1] * 10 ** 6, [[[1] * 1000] * 1000] * 1000, {"a": ["b" * 10 ** 6]},
+], ids=["int", "int in a list", "string", "list", "lists", "mapping"])
+def test_whatever_was_found_is_shown_in_a_few_words(value):
+    assert 3 < len(shown(value)) < 300
+
+
+def test_lists_in_lists_are_shown_however_deep_they_are():
+    value = []
+    for _ in range(100000):
+        value = [value]
+    assert shown(value) == "a list of 1 items"
+    while value:  # or freeing it would go as deep
+        value = value[0]
+
+
+@pytest.mark.parametrize("rate, timeout, good", [
+    (20.0, 0.5, True), (20.0, 0.1, True), (20.0, 0.09, False), (5.0, 0.4, True), (5.0, 0.3, False),
+])
+def test_packets_are_repeated_within_the_time_out_of_the_next_node(rate, timeout, good):
+    assert (check_repetition(rate, timeout) == []) == good
+    others = {"serial_com_node/write_timeout": timeout, "driver_node/publish_rate": rate}
+    assert (check_driver(None, {"publish_rate": rate}, others.get) == []) == good
+    parameters = read_parameters(SERIAL_COM, {"write_timeout": timeout})
+    assert (check_serial_com(read_wheels(SHIPPED), parameters, others.get) == []) == good
+
+
+def test_frames_of_one_name_are_refused():
+    parameters = read_parameters(ODOM, {"odom_frame": "base_link"})
+    assert "two different names" in check_odom(None, parameters, None)[0]
+    assert check_odom(None, read_parameters(ODOM, {}), None) == []
+
+
+def test_counts_in_reach_follow_from_the_wheel_file_unless_set():
+    wheels = read_wheels(SHIPPED)
+    assert reach(wheels, read_parameters(SERIAL_COM, {})) == 300
+    finer, faster = wheels._replace(edges_per_motor_turn=4096), wheels._replace(pid_frequency=100.0)
+    assert reach(finer, read_parameters(SERIAL_COM, {})) == pytest.approx(300 * 64, abs=32)
+    assert reach(faster, read_parameters(SERIAL_COM, {})) == 150
+    assert reach(wheels, read_parameters(SERIAL_COM, {"max_counts_per_period": 77})) == 77
+    fine = wheels._replace(edges_per_motor_turn=100000, pid_frequency=1.0)
+    assert "allowed: up to 32767" in check_serial_com(fine, read_parameters(SERIAL_COM, {}), lambda _, given: given)[0]
 
 
 def test_a_misspelt_name_is_not_silently_ignored():
@@ -52,6 +120,6 @@ def test_all_faults_come_together():
 
 def test_the_shipped_file_is_valid():
     shipped = yaml.safe_load((HERE.parents[1] / "config" / "driver.yaml").read_text())
-    assert set(shipped) == set(TABLES)
+    assert set(shipped) <= set(TABLES)
     for node, given in shipped.items():
         read_parameters(TABLES[node], given)

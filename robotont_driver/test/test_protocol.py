@@ -11,6 +11,7 @@ from robotont_driver.protocol import (
     CheckedPacket,
     FeedbackReader,
     LineSplitter,
+    Packet,
     PacketError,
     add_checksum,
     crc16,
@@ -98,13 +99,32 @@ class TestPlainPackets:
         ("1:2:nan;", "number", "'nan'"), ("1:2:inf;", "number", "'inf'"), ("1:2:1e3;", "number", "'1e3'"),
         ("1:2:+3;", "number", "'+3'"), ("1:2: 3;", "number", "' 3'"), ("1:2:1_0;", "number", "'1_0'"),
         ("1:2:3.;", "number", "'3.'"), ("1:2:.5;", "number", "'.5'"), ("1:2:--3;", "number", "'--3'"),
-        ("1:2:٣;", "number", "'٣'"), (";", "number", "''"), ("x1:2:3;", "number", "'x1'"),
-    ])
+        ("1:2:٣;", "number", "'٣'"),
+        ("1:2:12345678;", "number", "'12345678' is not a number of up to 7 digits"),
+        ("1:2:0.1234567890;", "number", "'0.1234567890'"),
+        ("1:2:" + "9" * 200 + ";", "number", ""), ("1" * 310 + ".0:0:0;", "overlong", "317 characters"),
+        ("9" * 10 ** 6, "overlong", "1000000 characters, allowed: a line of 256"),
+        (";", "number", "''"), ("x1:2:3;", "number", "'x1'"),
+    ], ids=lambda value: repr(value)[:30])
     def test_what_is_no_packet_is_explained(self, text, kind, words):
         with pytest.raises(PacketError) as raised:
             parse_packet(text, 3)
         assert raised.value.kind == kind
         assert words in str(raised.value)
+
+
+    @pytest.mark.parametrize("text, values, whole", [
+        ("0:10.75:-10.75;\n", (0, 10.75, -10.75), False), ("1:-2:3;", (1, -2, 3), True),
+        ("1:2:3;00:0001:0002:0003:0000\n", (1, 2, 3), True), ("0.00:0:0;rest", (0, 0, 0), False),
+    ])
+    def test_a_packet_is_its_values_and_keeps_its_text(self, text, values, whole):
+        packet = parse_packet(text, 3)
+        assert packet == values
+        assert packet.text == text.partition(";")[0] + ";\n"
+        assert packet.is_whole == whole
+
+    def test_counts_become_the_packet_that_writes_them(self):
+        assert Packet((1, -2, 3)).text == "1:-2:3;\n"
 
 
 class TestLineSplitter:
@@ -312,6 +332,20 @@ class TestModes:
 
     def test_checked_never_takes_a_plain_packet(self):
         assert reader("checked").feed(b"\n1:2:3;\n") == []
+
+    def test_decimals_are_no_counts_unless_asked_for(self):
+        strict = reader("plain")
+        assert strict.feed(b"\n1:2.5:3;\n1:2:3.0;\n1:2:3;\n") == [(1, 2, 3)]
+        assert strict.dropped == {"decimals": 2}
+        lenient = FeedbackReader(3, REACH, "plain", decimals=True)
+        assert [packet.text for packet in lenient.feed(b"\n0:10.75:-10.75;\n")] == ["0:10.75:-10.75;\n"]
+
+    @pytest.mark.parametrize("mode", ["plain", "auto"])
+    def test_numbers_without_end_are_dropped(self, mode):
+        plain = reader(mode)
+        for digits in (8, 250, 310, 5000):
+            assert plain.feed(b"\n" + b"1" * digits + b".0:0:0;\n" + b"-" + b"9" * digits + b":0:0;\n") == []
+        assert plain.feed(b"1:2:3;\n") == [(1, 2, 3)]
 
     def test_the_first_line_may_lack_its_head(self):
         for mode in ("plain", "auto"):

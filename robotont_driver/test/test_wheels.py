@@ -3,7 +3,8 @@ import math
 import pytest
 
 from robotont_driver.parameters import ParameterError
-from robotont_driver.wheels import KEYS, read_wheels
+from robotont_driver.protocol import LONGEST_LINE, add_checksum, format_packet
+from robotont_driver.wheels import KEYS, MOST_WHEELS, read_wheels
 from robotont_testing.robots import BARE, SHIPPED, UNEVEN_5
 
 
@@ -45,13 +46,17 @@ def test_a_missing_key_is_named(key):
 
 @pytest.mark.parametrize("key, value", [
     ("wheelAmount", 2), ("wheelAmount", 3.0), ("wheelAmount", "3"), ("wheelAmount", True), ("wheelAmount", None),
-    ("wheelAmount", 4), ("wheelAmount", -3),
+    ("wheelAmount", 4), ("wheelAmount", -3), ("wheelAmount", 17), ("wheelAmount", 2147483647),
     ("wheelRads", [0.0, 1.0]), ("wheelRads", [0.0, 1.0, "x"]), ("wheelRads", [0.0, 1.0, math.nan]),
     ("wheelRads", 1.0), ("wheelRads", [0.0, 2.0, math.inf]), ("wheelRads", []), ("wheelRads", {}),
+    ("wheelRads", [0.0, 2.0, 1e300]),
     ("wheelRads", [0.0, 0.0, 0.0]), ("wheelRads", [1.0, 1.0 + math.pi, 1.0]),
     ("wheelDistanceFromCenter", 0), ("wheelDistanceFromCenter", [0.1, 0.1]),
     ("wheelDistanceFromCenter", [0.1, 0.1, -0.1]), ("wheelDistanceFromCenter", "0.125"),
     ("wheelRadius", -0.035), ("wheelRadius", math.nan), ("wheelRadius", math.inf), ("wheelRadius", True),
+    ("wheelRadius", 35), ("wheelDistanceFromCenter", 125),  # millimetres
+    ("gearboxReductionRatio", 1e300), ("encoderEdgesPerMotorRevolution", 10 ** 9), ("pidControlFrequency", 1e9),
+    ("pidControlFrequency", 1e-300),
     ("gearboxReductionRatio", 0.0), ("gearboxReductionRatio", [18.75]),
     ("encoderEdgesPerMotorRevolution", 64.5), ("encoderEdgesPerMotorRevolution", 0),
     ("pidControlFrequency", 0), ("pidControlFrequency", "50 Hz"),
@@ -66,6 +71,24 @@ def test_a_wrong_value_is_named_with_what_was_found(key, value):
         value = SHIPPED["wheelRads"]
     assert len(named) == 1
     assert f"found {value!r}, allowed: " in named[0]
+
+
+@pytest.mark.parametrize("given", [5, None, "wheels", [1, 2]])
+def test_what_is_no_mapping_is_explained(given):
+    assert faults_of(given) == [f"wheel parameters: found {given!r}, allowed: parameters by name: {', '.join(KEYS)}"]
+
+
+def test_huge_values_are_not_printed():
+    assert len("\n".join(faults_of({**SHIPPED, "wheelRads": [0.1] * 10 ** 6, "wheelAmount": 10 ** 5000}))) < 1000
+
+
+def test_packets_of_the_most_wheels_fit_into_a_line():
+    """160 bytes is what the firmware reads, 256 what the driver reads."""
+    command = add_checksum(format_packet([-999.999] * MOST_WHEELS, 3))
+    assert len(command) <= 160 + 1
+    totals = ":8000" * MOST_WHEELS
+    status = ":FFMMRR" + "0" * MOST_WHEELS
+    assert len(format_packet([-9999] * MOST_WHEELS) + "FF" + totals + status + ":CCCC") <= LONGEST_LINE + 1
 
 
 def test_every_fault_is_listed_at_once():

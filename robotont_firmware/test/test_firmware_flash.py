@@ -1,14 +1,19 @@
 """scripts/flash against a pseudo-terminal and a stand-in for mpremote with a folder for the board's files."""
 
+import ast
+import contextlib
 import importlib.machinery
 import importlib.util
+import io
 import os
 import pty
+import select
 import shutil
 import stat
 import sys
 import threading
 import tty
+import types
 
 import pytest
 from firmware_pty import checked
@@ -37,7 +42,11 @@ elif action == "reset":
 class FakeBoard:
     """Answers on a pseudo-terminal: `# repl` when asked rightly, its banner after a reset."""
 
-    def __init__(self, folder, banner=b"# robotont_firmware 9.9.9 wheels 3 reset soft\n"):
+    def __init__(self, folder, says=(), banner=b"# robotont_firmware 9.9.9 wheels 3 reset soft\n"):
+        self.says = says  # lines, one every 20 ms until it is asked for the REPL
+        self.profile = "ours"
+        self.heard = b""
+        self.gone = False
         self.files = folder / "board"
         self.files.mkdir()
         (self.files / "main.py").write_text("old")
@@ -51,13 +60,25 @@ class FakeBoard:
         fake.write_text(FAKE.format(python=sys.executable, board=str(self.files), port=self.port))
         fake.chmod(fake.stat().st_mode | stat.S_IEXEC)
         self.program = str(fake)
+        os.set_blocking(self.master, False)
         threading.Thread(target=self._listen, daemon=True).start()
         threading.Thread(target=self._wait_for_reset, daemon=True).start()
 
     def _listen(self):
-        heard = b""
-        while checked("!repl") not in heard:
-            heard += os.read(self.master, 100)
+        turn = 0
+        while checked("!repl") not in self.heard and not self.gone:
+            if select.select([self.master], [], [], 0.02)[0]:
+                self.heard += os.read(self.master, 100)
+            elif self.says:
+                with contextlib.suppress(BlockingIOError):  # nobody reads: a real board does not wait either
+                    os.write(self.master, self.says[turn % len(self.says)])
+                turn += 1
+            if checked("?") in self.heard and self.profile:
+                about = f"# identity robotont_firmware 2.0.0 wheels 3 profile {self.profile} reset power"
+                os.write(self.master, checked(about))
+                self.profile = ""
+        if self.gone:
+            return
         self.asked = True
         os.write(self.master, b"0:0:0;00:0000:0000:0000:1C8B\n# repl\n# robotont_firmware safe mode\n")
 
@@ -88,7 +109,9 @@ def flash():
 def board(tmp_path, flash, monkeypatch):
     board = FakeBoard(tmp_path)
     monkeypatch.setattr(flash, "tool", lambda name: board.program if name == "mpremote" else tool(name))
-    return board
+    monkeypatch.setattr(flash, "LISTENING", 0.2)
+    yield board
+    board.gone = True
 
 
 def run(flash, monkeypatch, *arguments):
@@ -96,11 +119,108 @@ def run(flash, monkeypatch, *arguments):
     return flash.main()
 
 
+def flash_ours(flash, monkeypatch, board):
+    return run(flash, monkeypatch, "--port", board.port, "--profile", "ours", "--yes")
+
+
+OFFICIAL = {
+    "2018": [b"Setpoints 0:0:0\r\nEncoders 1:2:3\r\n\r\n"],
+    "2": [b"ODOM:0.000000:0.000000:0.000000:0.000000:0.000000:0.000000\r\n"],
+    "2, starting": [b"**** MAIN ****\r\n"],
+    "2, ranges": [b"RANGE:1:2:3:4:5:6:7:8:9:10:11:12\r\n"],
+    "3": [b"BATSTATE:12.1:5.0:0.0:15.2\n", b"ODOM:nan:0.0:0.0:0.0:0.0:0.0\r\n"],
+    "thesis": [b"0:-12:13;\n"],
+    "2, with noise": [b"\xff\x00\xf0\n", b"ODOM:0.1:0.2:0.3:0.0:0.0:0.0\r\n"],
+}
+
+
+@pytest.mark.parametrize("generation", OFFICIAL)
+def test_a_robot_with_official_firmware_is_refused_and_nothing_written(flash, board, monkeypatch, capsys, generation):
+    board.says = OFFICIAL[generation]
+    assert flash_ours(flash, monkeypatch, board) == 1
+    words = capsys.readouterr().err
+    assert "needs no flashing" in words
+    assert "roslaunch robotont_bringup robot.launch port:=" + board.port in words
+    assert board.heard == b""
+    assert not os.path.exists(str(board.files) + ".log"), "mpremote was called"
+
+
+def test_a_board_that_says_something_unknown_is_refused_and_nothing_written(flash, board, monkeypatch, capsys):
+    board.says = [b"Hello, world\r\n", b"\x83\xf1\n"]
+    assert flash_ours(flash, monkeypatch, board) == 1
+    assert "no firmware known here" in capsys.readouterr().err
+    assert board.heard == b""
+
+
+def test_generation_3_is_known_by_its_usb_number(flash, board, monkeypatch, capsys):
+    entry = types.SimpleNamespace(device=board.port, vid=0x0483, pid=0x5740)
+    monkeypatch.setattr(flash.list_ports, "comports", lambda: [entry])
+    assert flash_ours(flash, monkeypatch, board) == 1
+    assert "generation 3" in capsys.readouterr().err
+    assert board.heard == b""
+
+
+@pytest.mark.parametrize("answer", ["", "yes", "robotont21"])
+def test_nothing_is_written_without_the_right_answer(flash, board, monkeypatch, capsys, answer):
+    monkeypatch.setattr("builtins.input", lambda question: answer)
+    assert run(flash, monkeypatch, "--port", board.port, "--profile", "ours") == 1
+    shown = capsys.readouterr()
+    assert "Wiring profile ours" in shown.out
+    assert "PB6, PB7" in shown.out
+    assert "Nothing was written" in shown.err
+    assert board.heard == b""
+
+
+def test_without_a_terminal_it_must_be_said_with_yes(flash, board, monkeypatch, capsys):
+    monkeypatch.setattr("sys.stdin", io.StringIO(""))
+    assert run(flash, monkeypatch, "--port", board.port, "--profile", "ours") == 1
+    assert "--yes" in capsys.readouterr().err
+
+
+def test_a_board_that_does_not_say_its_profile_needs_one(flash, board, monkeypatch, capsys):
+    for arguments in ((), ("--profile", "theirs")):
+        assert run(flash, monkeypatch, "--port", board.port, "--yes", *arguments) == 1
+        words = capsys.readouterr().err
+        assert "--profile" in words
+        assert "ours" in words
+        assert "FOUR ENCODER WIRES MOVED" in words
+    assert board.heard == b""
+
+
+@pytest.mark.parametrize("packet", [b"0:0:0;00:0000:0000:0000:1C8B\n", b"0:0:0;00:0000:0000:0000:030000000:FBCF\n"])
+def test_our_own_firmware_keeps_its_profile(flash, board, monkeypatch, capsys, packet):
+    board.says = [packet]
+    board.profile = "robotont21"
+    assert run(flash, monkeypatch, "--port", board.port, "--yes") == 0
+    assert "Wiring profile robotont21" in capsys.readouterr().out
+    wiring = (board.files / "robotont_firmware" / "wiring.py").read_text()
+    assert 'PROFILE = "robotont21"' in wiring
+
+
+def test_another_profile_than_the_boards_is_told(flash, board, monkeypatch, capsys):
+    board.says = [b"0:0:0;00:0000:0000:0000:030000000:FBCF\n"]
+    board.profile = "robotont21"
+    monkeypatch.setattr("builtins.input", lambda question: "")
+    assert run(flash, monkeypatch, "--port", board.port, "--profile", "ours") == 1
+    assert "the board has the profile robotont21 now" in capsys.readouterr().out
+
+
+def test_boot_gets_the_pins_of_the_profile(flash, board, monkeypatch):
+    assert run(flash, monkeypatch, "--port", board.port, "--profile", "robotont21", "--yes") == 0
+    boot = (board.files / "boot.py").read_text()
+    names = flash.runpy.run_path(str(board.files / "robotont_firmware" / "wiring.py"))
+    pins = {pwm[0] for pwm in names["PWM"]} | {pin for pair in names["DIRECTIONS"] for pin in pair}
+    line = next(line for line in boot.splitlines() if line.startswith("MOTOR_PINS"))
+    assert set(ast.literal_eval(line.split(" = ")[1])) == pins
+
+
 def test_flashes_everything_and_prints_the_banner(flash, board, monkeypatch, capsys):
-    assert run(flash, monkeypatch, "--port", board.port) == 0
+    assert flash_ours(flash, monkeypatch, board) == 0
     assert board.asked
     assert capsys.readouterr().out.endswith("# robotont_firmware 9.9.9 wheels 3 reset soft\n")
     for path in BOARD_FILES:
+        if path.name.startswith("wiring_"):
+            continue  # another robot's
         there = board.files / ("" if path.name in ("boot.py", "main.py") else "robotont_firmware") / path.name
         assert there.read_bytes() == path.read_bytes()
     log = board.log()
@@ -110,7 +230,7 @@ def test_flashes_everything_and_prints_the_banner(flash, board, monkeypatch, cap
 
 def test_half_a_copy_leaves_no_main(flash, board, monkeypatch, capsys):
     monkeypatch.setattr(flash, "mpremote", _failing(flash.mpremote, flash.FlashError))
-    assert run(flash, monkeypatch, "--port", board.port) == 1
+    assert flash_ours(flash, monkeypatch, board) == 1
     assert not (board.files / "main.py").exists()
     assert "pulled out" in capsys.readouterr().err
 
@@ -126,7 +246,7 @@ def _failing(real, error):
 
 def test_says_how_to_install_micropython(flash, board, monkeypatch, capsys):
     open(str(board.files) + ".broken", "w").close()
-    assert run(flash, monkeypatch, "--port", board.port) == 1
+    assert flash_ours(flash, monkeypatch, board) == 1
     words = capsys.readouterr().err
     assert "No MicroPython answers on " + board.port in words
     assert "st-flash" in words
@@ -136,7 +256,7 @@ def test_says_how_to_install_micropython(flash, board, monkeypatch, capsys):
 
 def test_says_when_the_board_stays_silent(flash, board, monkeypatch, capsys):
     monkeypatch.setattr(flash, "restart", lambda port: None)
-    assert run(flash, monkeypatch, "--port", board.port) == 1
+    assert flash_ours(flash, monkeypatch, board) == 1
     assert "does not introduce itself" in capsys.readouterr().err
 
 
@@ -159,7 +279,7 @@ def test_says_why_the_port_does_not_open(flash, board, monkeypatch, capsys, numb
         raise flash.serial.SerialException(number, "refused")
 
     monkeypatch.setattr(flash.serial, "Serial", refuse)
-    assert run(flash, monkeypatch, "--port", board.port) == 1
+    assert flash_ours(flash, monkeypatch, board) == 1
     assert words in capsys.readouterr().err
 
 

@@ -12,8 +12,6 @@ from robotont_testing.robots import SHIPPED
 HERE = Path(__file__).resolve().parent
 ROOT = HERE.parents[1]
 
-GEAR = 18.75
-
 
 def evenly(amount):
     """Parameters of a robot with this many wheels, evenly placed, in the shipped robot's size."""
@@ -26,8 +24,7 @@ ROBOTS = {3: SHIPPED, 4: evenly(4), 5: evenly(5)}
 
 def run_in(world="empty", wheels=3, seed=1):
     """A fresh robot in a world, at rest."""
-    simulation = Simulation(read_wheels(ROBOTS[wheels]), GEAR, read_world(ROOT / "config" / "worlds" / f"{world}.yaml"),
-                            seed)
+    simulation = Simulation(read_wheels(ROBOTS[wheels]), read_world(ROOT / "config" / "worlds" / f"{world}.yaml"), seed)
     run = LockstepRun(simulation)
     run.hold((0.0, 0.0, 0.0), 0.4)
     return run

@@ -9,14 +9,15 @@ import rostest
 from geometry_msgs.msg import Twist, Vector3
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import LaserScan
-from std_msgs.msg import Float32, Float32MultiArray
-from std_srvs.srv import SetBool
+from std_msgs.msg import Float32, Float32MultiArray, Int8MultiArray
+from std_srvs.srv import SetBool, Trigger
 
 from robotont_driver.se2 import pose_of
 from robotont_testing.harness import wait_for
-from robotont_testing.node_test import ERROR, OK, NodeTest, twist
+from robotont_testing.node_test import ERROR, OK, WARN, NodeTest, twist
 
 LINK = "serial_com_node: link"
+BOARD = "serial_com_node: board"
 
 
 def pose(message):
@@ -96,6 +97,42 @@ class SimulatorNodeTest(NodeTest):
         start = pose(self.truth[-1])
         push.publish(Vector3(0.0, 3.0, 0.0))
         wait_for(lambda: pose(self.truth[-1])[1] - start[1] > 0.05, "the push")
+
+    def wheels_fault(self, topic, values, words, level=ERROR):
+        """Drive with a fault until the diagnostics name it; then mend it, and stop until they are content."""
+        fault = self.fault(topic, Int8MultiArray)
+        good = [1, 1, 1] if topic != "jam" else [0, 0, 0]
+        fault.publish(Int8MultiArray(data=values))
+        self.drive((0.3, 0.0, 0.0), lambda: self.says(level, words), words)
+        fault.publish(Int8MultiArray(data=good))
+        self.drive((0.0, 0.0, 0.0), lambda: self.says(OK, "no fault"), "the end of it")
+
+    def says(self, level, words):
+        status = self.status.get(BOARD)
+        return status is not None and status.level == level and words in status.message
+
+    def test_the_diagnostics_name_what_breaks(self):
+        self.start()
+        self.drive((0.0, 0.0, 0.0), lambda: self.says(OK, "no fault"), "a good start")
+        self.wheels_fault("encoders", [0, 1, 1], "wheel 0: no counts although it is driven: encoder unplugged")
+        self.wheels_fault("encoders", [1, 1, -1], "wheel 2: counts against its direction: encoder or motor leads rev")
+        self.wheels_fault("motors", [1, 1, 0], "wheel 2: ")
+        self.wheels_fault("jam", [1, 0, 0], "wheel 0")
+        battery = self.fault("battery", Float32)
+        battery.publish(9.0)
+        self.drive((0.0, 0.0, 0.0), lambda: self.says(WARN, "the battery is low"), "the battery")
+        battery.publish(12.0)
+        self.drive((0.0, 0.0, 0.0), lambda: self.says(OK, "no fault"), "a good battery")
+
+    def test_after_a_brown_out_the_robot_waits_for_zeros(self):
+        self.start()
+        self.drive((0.3, 0.0, 0.0), lambda: self.truth[-1].twist.twist.linear.x > 0.25, "motion")
+        self.assertTrue(rospy.ServiceProxy("simulator_node/brown_out", Trigger)().success)
+        self.drive((0.3, 0.0, 0.0), lambda: self.says(WARN, "waits for a command of zeros"), "the waiting")
+        self.assertEqual(self.values(BOARD)["board reset"], "power")
+        self.assertLess(abs(self.truth[-1].twist.twist.linear.x), 0.02)
+        self.drive((0.0, 0.0, 0.0), lambda: self.says(OK, "no fault"), "the end of it")
+        self.drive((0.3, 0.0, 0.0), lambda: self.truth[-1].twist.twist.linear.x > 0.25, "motion again")
 
     def test_the_laser_in_the_room(self):
         self.start("world:=room")

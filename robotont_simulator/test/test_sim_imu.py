@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from robot_runs import GEAR, ROBOTS
+from robot_runs import ROBOTS
 
 from robotont_driver.wheels import read_wheels
 from robotont_simulator import imu
@@ -15,7 +15,7 @@ from robotont_simulator.world import World
 
 
 def new_simulation(imu_rate):
-    return Simulation(read_wheels(ROBOTS[3]), GEAR, World((), (0.0, 0.0, 0.0)), seed=1, imu_rate=imu_rate)
+    return Simulation(read_wheels(ROBOTS[3]), World((), (0.0, 0.0, 0.0)), seed=1, imu_rate=imu_rate)
 
 
 def test_readings_add_up_to_the_turn_and_weigh_the_robot():

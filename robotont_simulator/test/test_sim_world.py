@@ -22,24 +22,43 @@ def test_the_shipped_worlds_leave_room_for_the_robot_at_the_start(file):
 
 
 @pytest.mark.parametrize("content, words", [
-    ("walls: [[0, 0, 1]]", "walls: found [0, 0, 1], allowed: lists of 4 finite numbers"),
+    ("walls: [[0, 0, 1]]", "walls: found [0, 0, 1], allowed: lists of 4 numbers"),
     ("boxes: [[0, 0, 1, .nan, 0]]", "boxes: found"),
     ("boxes: [[0, 0, -1, 1, 0]]", "length and width > 0"),
     ("start: here", "start: found 'here'"),
-    ("wall: []", "found wall, allowed: walls, boxes and start"),
-    ("[]", "allowed: walls, boxes and start"),
-    ("- 1", "found list"),
-])
+    ("wall: []", "found 'wall', allowed: walls, boxes and start"),
+    ("[]", "found [], allowed: walls, boxes and start"),
+    ("- 1", "found [1]"),
+    ("walls: 5", "walls: found 5, allowed: a list of lists of 4 numbers"),
+    ("walls: {a: 1}", "walls: found {'a': 1}"),
+    ("boxes: [[0, 0, 1, 1, 1e400]]", "boxes: found"),
+    ("boxes: [[0, 0, 1e300, 1, 0]]", "numbers up to 1000"),
+    ("walls:\n\t- [0, 0, 1, 1]", "no YAML: "),
+    ("walls: [", "no YAML: "),
+    ("start: 2026-13-45", "month"),
+    ("? [a]\n: 1", "no YAML: "),
+    (b"# W\xe4nde\nwalls: []", "found the byte 0xe4 in line 1, allowed: text in UTF-8"),
+    (bytes(range(256)), "allowed: text in UTF-8"),
+    ("walls: " + "[" * 5000, "more than 20 lists within each other"),
+    ("walls: " + "[" * 5000 + "]" * 5000, "more than 20 lists within each other"),
+    ("a: &a [1, 1]\nwalls: [*a, *a]", "found an alias (*a) in line 2"),
+    ("walls: [" + "[0, 0, 1, 1], " * 20000 + "]", "more than 100000 bytes"),
+    ("walls: [[0, 0, 1, " + "9" * 5000 + "]]", "world.yaml: "),
+], ids=lambda value: repr(value)[:40])
 def test_a_wrong_file_is_explained(tmp_path, content, words):
     file = tmp_path / "world.yaml"
-    file.write_text(content)
-    if content == "[]":
-        assert read_world(file).boxes == ()  # an empty file is an empty world
-        return
+    file.write_bytes(content if isinstance(content, bytes) else content.encode())
     with pytest.raises(WorldError) as raised:
         read_world(file)
     assert words in str(raised.value)
     assert str(file) in str(raised.value)
+
+
+@pytest.mark.parametrize("content", ["", "# nothing but a comment\n", "walls:\nboxes: []\n"])
+def test_an_empty_file_is_an_empty_world(tmp_path, content):
+    file = tmp_path / "world.yaml"
+    file.write_text(content)
+    assert read_world(file).boxes == ()
 
 
 def test_the_map_shows_the_walls_where_the_laser_meets_them(tmp_path):

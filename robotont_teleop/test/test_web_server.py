@@ -13,6 +13,7 @@ from robotont_teleop.web_server import WRONG_MESSAGES
 from robotont_testing.harness import wait_for
 
 TOKEN = "the-token-of-this-test"
+FORM = {"Content_Type": "application/x-www-form-urlencoded"}
 
 
 @pytest.fixture
@@ -114,14 +115,13 @@ def test_without_a_token_one_gets_the_login_page_only(guarded):
 def test_wrong_tokens_and_too_many_of_them(guarded):
     origin = f"http://127.0.0.1:{guarded.port}"
     for _ in range(5):
-        assert guarded.request("POST", "/login", "token=wrong", Origin=origin)[0] == 401
-    assert guarded.request("POST", "/login", "token=" + TOKEN, Origin=origin)[0] == 429
+        assert guarded.request("POST", "/login", "token=wrong", Origin=origin, **FORM)[0] == 401
+    assert guarded.request("POST", "/login", "token=" + TOKEN, Origin=origin, **FORM)[0] == 429
 
 
 def test_the_token_gives_a_cookie_that_opens(guarded):
     origin = f"http://127.0.0.1:{guarded.port}"
-    form = {"Content_Type": "application/x-www-form-urlencoded"}
-    status, headers, _ = guarded.request("POST", "/login", "token=" + TOKEN, Origin=origin, **form)
+    status, headers, _ = guarded.request("POST", "/login", "token=" + TOKEN, Origin=origin, **FORM)
     cookie = headers["Set-Cookie"]
     assert status == 303
     assert all(word in cookie for word in ("HttpOnly", "SameSite=Strict", "Path=/"))
@@ -143,8 +143,8 @@ def test_foreign_origins(served, guarded):
         with pytest.raises(HTTPClientError) as refusal:
             served.page(origin=origin)
         assert refusal.value.code == 403
-    assert guarded.request("POST", "/login", "token=" + TOKEN, Origin="http://evil.example")[0] == 403
-    assert guarded.request("POST", "/login", "token=" + TOKEN)[0] == 403
+    assert guarded.request("POST", "/login", "token=" + TOKEN, Origin="http://evil.example", **FORM)[0] == 403
+    assert guarded.request("POST", "/login", "token=" + TOKEN, **FORM)[0] == 403
 
 
 def test_foreign_hosts(served):

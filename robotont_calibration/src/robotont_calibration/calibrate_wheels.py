@@ -6,15 +6,18 @@ import re
 import sys
 from pathlib import Path
 
-from robotont_calibration.calibration import Stretch, Unknowns, calibrate, stretches_of
-from robotont_calibration.calibration_report import Run, draw, table, whole_of
-from robotont_calibration.recordings import read_recording
+from robotont_calibration.arguments import point, positive
+from robotont_calibration.calibration import Unknowns, calibrate, taped_run, tracked_run, turns
+from robotont_calibration.calibration_report import draw, table
+from robotont_calibration.cross_validation import WORTH, left_out, next_run
+from robotont_calibration.recordings import FORMATS, read_recording
 from robotont_driver.wheel_file import read_wheel_file, with_values
 
 TRACKED = (0.002, math.radians(0.2))  # [m], [rad] what a ground truth's poses, and their stamps, may be off
 TAPED = (0.003, math.radians(0.7))    # [m], [rad] what a tape and a ruler on the floor may be off
-SECONDS = 2.0                         # [s] of a stretch of a run whose true pose is known all the way
-WHEEL_NOISE = 0.001                   # [m] after 1 m, to begin with; the table tells what the runs really have
+SECONDS = 5.0                         # [s] of a stretch of a run whose true pose is known all the way
+WHEEL_NOISE = 0.003                   # [m] after 1 m, to begin with; the table tells what the runs really have
+NOWHERE = (0.0, 0.0)                  # [m] the measured point where nothing else is said: the robot's middle
 
 
 def parse(arguments):
@@ -33,10 +36,16 @@ def parse(arguments):
                         help="default: %(default)s")
     parser.add_argument("--force", action="store_true", help="overwrite the output")
     parser.add_argument("--picture", default="calibration.png", metavar="PNG", help="default: %(default)s")
-    parser.add_argument("--radius", choices=("common", "each", "fixed"), default="common",
-                        help="one factor for all wheels, a radius for each, or as it is (default: %(default)s)")
+    parser.add_argument("--radius", choices=("auto", "common", "each", "fixed"), default="auto",
+                        help="one factor for all wheels, a radius for each, as it is, or auto: a radius for each where "
+                             "that makes runs better that were left out (default: %(default)s)")
     parser.add_argument("--distance", choices=("common", "fixed"), default="common", help="default: %(default)s")
     parser.add_argument("--angles", choices=("each", "fixed"), default="each", help="default: %(default)s")
+    parser.add_argument("--point", type=point, metavar="POINT", help=(
+        "what the measured poses are of: free (looked for), fixed (the robot's middle), or X,Y in base_link [m] "
+        "(default: free where the runs turn)"))
+    parser.add_argument("--format", choices=FORMATS, default="auto",
+                        help="of recordings: by their names, or runs of the OptiOdom data set (default: %(default)s)")
     parser.add_argument("--truth", metavar="TOPIC", help="ground truth in bags, or while guiding")
     parser.add_argument("--packets", metavar="TOPIC", default="serial_read", help="default: %(default)s")
     guide = parser.add_argument_group("guided runs (a ROS master and a robot that runs)")
@@ -52,31 +61,18 @@ def parse(arguments):
     return options
 
 
-def positive(text):
-    """A number > 0. Raises ArgumentTypeError."""
-    try:
-        value = float(text)
-    except ValueError:
-        value = math.nan
-    if not 0 < value < math.inf:
-        raise argparse.ArgumentTypeError(f"found {text!r}, allowed: a number > 0")
-    return value
-
-
-def read_run(text, wheels, topics):
+def read_run(text, wheels, topics, form="auto"):
     """`Run` of FILE or FILE=X,Y,YAW. Raises ValueError or OSError with what is wrong with it."""
     file, _, end = text.partition("=")
-    recording = read_recording(file, topics)
+    recording = read_recording(file, topics, form)
     times, counts = recording.counts(wheels)
     name = Path(file).stem.replace("_", " ")
     if end:
-        whole = Stretch(counts, read_end(end), TAPED)
-        return Run(name, whole, [whole])
+        return taped_run(name, counts, read_end(end), TAPED)
     truth = recording.trajectory("truth")
     if truth is None:
         raise ValueError(f"{file}: found no true pose, allowed: a ground truth, or {file}=X,Y,YAW with the end")
-    stretches = stretches_of(times, counts, truth, SECONDS, TRACKED)
-    return Run(name, whole_of(stretches, TRACKED), stretches)
+    return tracked_run(name, times, counts, truth, SECONDS, TRACKED)
 
 
 def read_end(text):
@@ -104,22 +100,50 @@ def main(arguments=None):
 def run(options):
     """Make or read the runs, calibrate, write and tell. Returns the exit status."""
     wheels, given, text = read_wheel_file(options.wheel_params)
-    unknowns = Unknowns(given, options.radius, options.distance, options.angles)
+    unknowns_of(options, given, options.point or "free", options.radius)
     if Path(options.output).exists() and not options.force:
         raise ValueError(f"{options.output}: exists; --force overwrites it, -o names another")
+    with_values(text, given, "")  # refuses now, rather than behind the runs, what could not be written
     if options.guide:
         from robotont_calibration.calibration_guide import guide  # here, for recorded runs need no ROS
 
         options.runs = guide(options, wheels)
     topics = {"truth": options.truth, "packets": options.packets}
-    runs = [read_run(recorded, wheels, topics) for recorded in options.runs]
-    found = calibrate(given, [stretch for each in runs for stretch in each.stretches], unknowns, WHEEL_NOISE)
-    print(table(given, found, runs))
+    runs = [read_run(recorded, wheels, topics, options.format) for recorded in options.runs]
+    unknowns, found, blind = choose(options, given, runs)
+    print(table(given, found, runs, blind))
     for name in found.undetermined:
         print(f"warning: these runs do not determine {name}: it stays near its old value; "
               "squares both ways, turns on the spot and straight lines with an end of their own do", file=sys.stderr)
+    for name in found.outlying:
+        print(f"warning: {name} disagrees with the other runs and counts less; bumped, or measured wrongly?",
+              file=sys.stderr)
+    advice = next_run(found, unknowns, TAPED)
+    if advice:
+        print(f"\nnext: {advice.name}. Of all runs this would tell most: the error expected of the parameters, at the "
+              f"end of such drives,\nfalls from {1000 * advice.now:.0f} to {1000 * advice.then:.0f} mm.")
     note = "Made by calibrate_wheels from " + ", ".join(each.name for each in runs) + "."
     Path(options.output).write_text(with_values(text, found.parameters, note))
     draw(options.picture, given, found, runs)
     print(f"\nparameters: {options.output}\npicture: {options.picture}")
     return 0
+
+
+def unknowns_of(options, given, where, radius):
+    """`Unknowns` by the options, with a measured point as in `Unknowns` and a way to take the radii."""
+    return Unknowns(given, "common" if radius == "auto" else radius, options.distance, options.angles, where)
+
+
+def choose(options, given, runs):
+    """(`Unknowns`, `Calibration`, `LeftOut` or None) by the options, and by runs left out where they leave it open."""
+    where = options.point or ("free" if turns(runs) else NOWHERE)
+    best = None
+    for radius in ("common", "each") if options.radius == "auto" else (options.radius,):
+        unknowns = unknowns_of(options, given, where, radius)
+        found = calibrate(given, runs, unknowns, WHEEL_NOISE)
+        blind = left_out(given, runs, unknowns, WHEEL_NOISE, found)
+        if best is None or blind.place < WORTH * best[2].place:
+            best = unknowns, found, blind
+        if blind is None:
+            break
+    return best

@@ -40,25 +40,37 @@ def guide(options, wheels):
     folder = Path(options.guide)
     folder.mkdir(parents=True, exist_ok=True)
     rospy.init_node("calibrate_wheels", anonymous=True, disable_signals=True)
-    robot = _Robot(options, wheels)
     made = []
     runs = runs_of(options, wheels.pid_frequency)
     print(f"{len(runs)} runs. Before each, mark where the robot's middle stands and where it looks, e.g. with tape.")
+    robot = _Robot(options, wheels)
     for number, (name, what, room, twists) in enumerate(runs, 1):
         print(f"\nRun {number} of {len(runs)}: {what}. It needs {room}.")
-        answer = ask("Enter: the robot drives now. m: you move it yourself. s: leave this run out. q: no more runs. ")
-        if answer == "q":
+        try:
+            run = _one_run(robot, folder / f"{name}.csv", list(twists))
+        except KeyboardInterrupt:  # Ctrl-C at a question
+            print()
             break
-        if answer == "s":
-            continue
-        robot.record(twists if answer != "m" else None)
-        file = folder / f"{name}.csv"
-        made.append(str(file) + robot.save(file))
+        if run == "q":
+            break
+        if run != "s":
+            made.append(run)
+            (folder / "runs.txt").write_text("\n".join(made) + "\n")  # now: whatever comes, this run is kept
     if not made:
         raise ValueError("found no run to calibrate with")
-    (folder / "runs.txt").write_text("\n".join(made) + "\n")
     print(f"\nkept: {folder}/*.csv; the same again: calibrate_wheels --wheel-params ... @{folder}/runs.txt\n")
     return made
+
+
+def _one_run(robot, file, twists):
+    """RUN argument of a run that was made and kept in a file; "s" to leave it out, "q" to end."""
+    while True:
+        answer = ask("Enter: the robot drives now. m: you move it yourself. s: leave this run out. q: no more runs. ")
+        if answer in ("q", "s"):
+            return answer
+        if robot.record(twists if answer != "m" else None):
+            return str(file) + robot.save(file)
+        print("\nStopped by Ctrl-C. This run does not count; put the robot back on its mark.")
 
 
 def ask(question):
@@ -104,13 +116,23 @@ class _Robot:
         self._recording.take(kind, rospy.get_time(), message)
 
     def record(self, twists):
-        """Record a run: one of `twists`, driven here and stopped by Ctrl-C, or one that the user drives until Enter."""
+        """Record a run: one of `twists`, driven here, or one that the user drives until Enter.
+
+        False when Ctrl-C stopped the robot. Raises ValueError when nothing listens to the commands.
+        """
+        if twists is not None:
+            self._wait(self._command.get_num_connections, CONNECTING,
+                       f"a node that takes commands on {self._command.resolved_name}")
         self._recording.packets, self._recording.truth = [], []
         if twists is None:
             ask("Recording. Drive it, stop it, then press Enter. ")
         else:
-            self._drive(list(twists))
+            try:
+                self._drive(twists)
+            except KeyboardInterrupt:
+                return False
         self._wait(self._rests, LONGEST_REST, "a robot that stands still")
+        return True
 
     def _drive(self, twists):
         message = Twist()

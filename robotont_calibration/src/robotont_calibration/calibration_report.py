@@ -1,56 +1,57 @@
 """What a calibration has changed: a table, and a picture of before and after."""
 
-import functools
 import math
-from typing import NamedTuple
 
 import numpy as np
 
-from robotont_calibration.calibration import Stretch, misfit
+from robotont_calibration.calibration import end_misfit, errors_along
 from robotont_calibration.trajectory_errors import BLUE, GREY, INK, ORANGE, drawing_style, pyplot
-from robotont_driver import se2
 from robotont_driver.wheels import read_wheels
 
-
-class Run(NamedTuple):
-    """A recorded run: its name, all of it as one stretch, and the stretches that the calibration uses."""
-
-    name: str
-    whole: Stretch
-    stretches: list
+SAME_THING = """\
+The point is where in base_link the measured poses are taken: marker, laser or camera. A distance for each wheel and
+a point are the same thing: a point off the middle looks like wheels at unequal distances, so only one of the two can
+be looked for."""
 
 
-def table(given, found, runs):
-    """Text: each parameter before and after with its uncertainty, and each run's end error before and after.
+def table(given, found, runs, blind=None):
+    """Text: each parameter before and after with its uncertainty, and each run's errors.
 
-    given: mapping with the old parameters. found: `Calibration`.
+    given: mapping with the old parameters. found: `Calibration`. blind: `LeftOut` of the runs, where there is one.
     """
-    lines = [f"{'parameter':24} {'before':>10} {'after':>10}   standard deviation"]
+    lines = [f"{'parameter':24} {'unit':4} {'before':>10} {'after':>10} {'change':>10} {'std. dev.':>10}"]
     for name, value, deviation in zip(found.names, found.values, found.deviations):
         key, _, index = name.rstrip("]").partition("[")
-        before, after = (pick(parameters[key], index) for parameters in (given, found.parameters))
-        unit = "rad" if key == "wheelRads" else "m"
-        change, spread = (f"{math.degrees(value):+.3f}°", f"{math.degrees(deviation):.3f}°") if unit == "rad" else \
-            (f"{value:+.3%}", f"{deviation:.3%}")
-        lines.append(f"{name:24} {before:10.6f} {after:10.6f}   {spread} [{unit}], changed by {change}"
+        if key.startswith("point"):
+            unit, before, after = "m", 0.0, value
+            change, spread = f"{1000 * value:+.1f} mm", f"{1000 * deviation:.1f} mm"
+        else:
+            before, after = (pick(parameters[key], index) for parameters in (given, found.parameters))
+            unit, change, spread = ("rad", f"{math.degrees(value):+.3f}°", f"{math.degrees(deviation):.3f}°") \
+                if key == "wheelRads" else ("m", f"{value:+.3%}", f"{deviation:.3%}")
+        lines.append(f"{name:24} {unit:4} {before:10.6f} {after:10.6f} {change:>10} {spread:>10}"
                      + ("   NOT DETERMINED by these runs" if name in found.undetermined else ""))
-    lines.append(f"{'wheel_noise':24} {'':10} {found.wheel_noise:10.4f}   [m] after 1 m, for config/driver.yaml")
-    lines += ["", f"{'error at the end':24} {'before':>18} {'after':>18}"]
-    for run in runs:
-        before, after = (ends(parameters, run) for parameters in (given, found.parameters))
-        lines.append(f"{run.name:24} {words(before):>18} {words(after):>18}")
+    lines.append(f"{'wheel_noise':24} {'m':4} {'':10} {found.wheel_noise:10.4f}   after 1 m, for config/driver.yaml")
+    lines.append(f"{'slip':24} {'':4} {'':10} {found.slip:10.2%}   by which parameters differ from drive to drive")
+    if "point x" in found.names:
+        lines += ["", SAME_THING]
+    lines += ["", "error of place along each run (root of the mean square) and of heading at its end", "",
+              f"{'run':24} {'before':>18} {'after':>18}" + (f" {'if left out':>18}" if blind else "")]
+    errors = [[errors_along(read_wheels(parameters), run, found.point) for run in runs]
+              for parameters in (given, found.parameters)]
+    if blind:
+        errors.append(list(zip(blind.places, blind.yaws)))
+    rows = [run.name for run in runs], *errors
+    lines += [f"{name:24} " + " ".join(f"{words(error):>18}" for error in row) for name, *row in zip(*rows)]
+    lines.append(f"{'mean':24} " + " ".join(f"{words(np.mean(column, axis=0)):>18}" for column in errors))
+    if blind:
+        lines += ["", "if left out: with parameters that were found without that run and without its repeats"]
     return "\n".join(lines)
 
 
 def pick(value, index):
     """The number at an index (text, perhaps empty) of a number or list; the mean of a list without one."""
     return float(np.mean(value)) if not index or not isinstance(value, (list, tuple)) else value[int(index)]
-
-
-def ends(parameters, run):
-    """(place [m], yaw [rad]) by which the odometry with these parameters misses the end of a run."""
-    x, y, yaw = misfit(read_wheels(parameters), run.whole)
-    return math.hypot(x, y), abs(yaw)
 
 
 def words(error):
@@ -69,7 +70,7 @@ def draw(path, given, found, runs):
         for label, parameters, colour, shift in (
                 ("before", given, ORANGE, 0.19), ("after", found.parameters, BLUE, -0.19)):
             wheels = read_wheels(parameters)
-            missed = np.array([misfit(wheels, run.whole) for run in runs])
+            missed = np.array([end_misfit(wheels, run, found.point) for run in runs])
             places.plot(1000 * missed[:, 0], 1000 * missed[:, 1], "o", color=colour, label=label, markersize=7)
             turns.barh(rows + shift, np.degrees(missed[:, 2]), 0.34, color=colour, label=label)
         places.plot(0, 0, "+", color=INK, markersize=14, markeredgewidth=1.5, label="truth")
@@ -85,9 +86,3 @@ def draw(path, given, found, runs):
         turns.set(title="Heading", xlabel="turned too far [°]")
         figure.savefig(str(path))
         plt.close(figure)
-
-
-def whole_of(stretches, deviation):
-    """One `Stretch` of all, put together from what each one measured."""
-    end = functools.reduce(se2.compose, (stretch.moved for stretch in stretches), (0.0, 0.0, 0.0))
-    return Stretch(np.concatenate([stretch.counts for stretch in stretches]), end, deviation)

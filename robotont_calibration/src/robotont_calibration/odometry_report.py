@@ -5,9 +5,13 @@ import sys
 import time
 from pathlib import Path
 
-from robotont_calibration.recordings import Recording, RecordingError, read_recording
-from robotont_calibration.trajectory import ALIGNMENTS, write_tum
+import numpy as np
+
+from robotont_calibration.arguments import coordinates
+from robotont_calibration.recordings import FORMATS, Recording, RecordingError, read_recording
+from robotont_calibration.trajectory import ALIGNMENTS, Trajectory, write_tum
 from robotont_calibration.trajectory_errors import Report
+from robotont_driver import se2
 from robotont_driver.kinematics import Kinematics
 from robotont_driver.wheel_file import read_wheel_file
 
@@ -25,6 +29,10 @@ def parse(arguments):
     parser.add_argument("--packets", metavar="TOPIC", default="serial_read", help="packets (default: %(default)s)")
     parser.add_argument("--wheel-params", metavar="FILE",
                         help="compute the odometry anew, from the packets, with this wheel_params.yaml")
+    parser.add_argument("--point", type=coordinates, default=(0.0, 0.0), metavar="X,Y", help=(
+        "which point of base_link the ground truth is of [m], as calibrate_wheels finds it (default: its middle)"))
+    parser.add_argument("--format", choices=FORMATS, default="auto",
+                        help="of the recording: by its name, or a run of the OptiOdom data set (default: %(default)s)")
     parser.add_argument("--align", choices=ALIGNMENTS, default="origin",
                         help="lay the paths over each other at the start, as well as possible, or not "
                              "(default: origin)")
@@ -50,7 +58,9 @@ def make_report(recording, options):
             raise RecordingError(
                 f"found no odometry on {options.odom}; with --wheel-params it is computed from packets")
     reference, named = recording.trajectory("truth"), "ground truth"
-    if reference is None:
+    if reference is not None:
+        estimate = Trajectory(estimate.times, np.transpose(se2.compose(estimate.poses.T, (*options.point, 0.0))))
+    else:
         reference, named = recording.commanded_path(), "commanded path"
     if reference is None:
         raise RecordingError(
@@ -104,7 +114,7 @@ def main(arguments=None):
     topics = {"odometry": options.odom, "truth": options.truth,
               "packets": options.packets, "commands": options.commands}
     try:
-        recording = read_recording(options.recording, topics) if options.recording else \
+        recording = read_recording(options.recording, topics, options.format) if options.recording else \
             listen(topics, options.seconds)
         report = make_report(recording, options)
         print(report.table())

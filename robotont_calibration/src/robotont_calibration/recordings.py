@@ -3,8 +3,12 @@
 CSV: a heading `time,m0,m1,...` and then one line per packet: time [s] and the counts [edges] of one PID
 period of each wheel. Behind them may stand `x,y,yaw` [m, m, rad]: where the robot really was after it.
 Lines that start with # are comments.
+
+OptiOdom (R. B. Sousa et al., Journal of Intelligent & Robotic Systems 105, 39 (2022)) is a public data set of real
+robots with three and four omni wheels, and with others; its runs are read as they are.
 """
 
+import contextlib
 import csv
 import math
 from pathlib import Path
@@ -14,10 +18,21 @@ import numpy as np
 from robotont_calibration.trajectory import Trajectory
 from robotont_driver.odometry import LONGEST_HOLD, Pose, WheelOdometry
 from robotont_driver.packet_clock import SECOND, PacketClock
-from robotont_driver.protocol import PacketError, parse_packet
+from robotont_driver.parameters import shown
+from robotont_driver.protocol import LONGEST_LINE, PacketError, parse_packet
 from robotont_driver.se2 import yaw_of
 
+FORMATS = ("auto", "optiodom")
 NOISE = 0.0  # these odometries need no covariance
+LONGEST_ROW = 10000    # [characters] of a CSV file
+LARGEST_NUMBER = 1e10  # in a CSV file: times are seconds since 1970
+
+TYPES = {  # of the messages on each kind of topic
+    "packets": ("std_msgs/String",),
+    "commands": ("geometry_msgs/Twist", "geometry_msgs/TwistStamped"),
+    "odometry": ("nav_msgs/Odometry", "geometry_msgs/PoseStamped", "geometry_msgs/PoseWithCovarianceStamped"),
+    "truth": ("nav_msgs/Odometry", "geometry_msgs/PoseStamped", "geometry_msgs/PoseWithCovarianceStamped"),
+}
 
 
 class RecordingError(ValueError):
@@ -33,27 +48,32 @@ class Recording:
         self.packets = []    # counts
         self.stamped = False  # whether the packets' times are when they were made, not when they came
         self.commands = []   # (v_x, v_y, omega) of cmd_vel
-        self.refused = 0     # packets that were none
+        self.refused = 0     # malformed packets
 
     def take(self, kind, time, message):
         """Take a ROS message of a kind: odometry, truth, packets or commands."""
         if kind == "commands":
-            twist = getattr(message, "twist", message)
-            self.commands.append((time, (twist.linear.x, twist.linear.y, twist.angular.z)))
+            twist = getattr(message, "twist", message)  # with a stamp, or without
+            self._keep(self.commands, time, (twist.linear.x, twist.linear.y, twist.angular.z))
         elif kind == "packets":
             try:
-                counts = parse_packet(message.data, message.data.partition(";")[0].count(":") + 1)
+                counts = parse_packet(message.data, message.data[:LONGEST_LINE].partition(";")[0].count(":") + 1)
             except PacketError:
                 self.refused += 1
             else:
                 self.packets.append((time, counts))
         else:
             stamp = message.header.stamp.to_sec()
-            pose = message.pose
-            pose = getattr(pose, "pose", pose)  # with covariance, or without
-            q = pose.orientation
-            yaw = yaw_of(q)
-            getattr(self, kind).append((stamp or time, (pose.position.x, pose.position.y, yaw)))
+            pose = getattr(message.pose, "pose", message.pose)  # with covariance, or without
+            self._keep(getattr(self, kind), stamp or time,
+                       (pose.position.x, pose.position.y, yaw_of(pose.orientation)))
+
+    def _keep(self, values, time, value):
+        """Keep a value of finite numbers."""
+        if all(map(math.isfinite, value)):
+            values.append((time, value))
+        else:
+            self.refused += 1
 
     def trajectory(self, kind):
         """`Trajectory` of "odometry" or "truth", or None where there is none."""
@@ -115,14 +135,18 @@ def stamps_of(arrivals, period):
     return np.array([clock.stamp(at, at) for at in (round(arrival * SECOND) for arrival in arrivals.tolist())]) / SECOND
 
 
-def read_recording(path, topics):
+def read_recording(path, topics, form="auto"):
     """`Recording` of a .bag or .csv file. topics: {kind: topic}, with kinds as in `Recording.take`.
+
+    form: one of FORMATS; "optiodom" is a run of the data set OptiOdom as it is published.
 
     Topics match with or without a leading slash. Raises RecordingError when the file cannot be read.
     """
     path = Path(path)
     if not path.is_file():
         raise RecordingError(f"{path}: no such file")
+    if form == "optiodom":
+        return _read_optiodom(path)
     if path.suffix == ".csv":
         return _read_csv(path)
     if path.suffix == ".bag":
@@ -137,42 +161,80 @@ def _read_bag(path, topics):
     recording = Recording()
     try:
         with rosbag.Bag(str(path)) as bag:
-            found = set(bag.get_type_and_topic_info().topics)
+            found = bag.get_type_and_topic_info().topics
             missing = topics.get("truth") and "/" + topics["truth"].lstrip("/") not in found
             if missing:
                 raise RecordingError(f"{path}: found no topic {topics['truth']}; there are: {', '.join(sorted(found))}")
+            for topic, kind in kinds.items():
+                if topic in found and found[topic].msg_type not in TYPES[kind]:
+                    raise RecordingError(f"{path}: {topic}: found {found[topic].msg_type}, "
+                                         f"allowed: {', '.join(TYPES[kind])}")
             for topic, message, time in bag.read_messages(topics=list(kinds)):
                 recording.take(kinds[topic], time.to_sec(), message)
-    except (rosbag.ROSBagException, AttributeError) as error:
-        raise RecordingError(f"{path}: {error}") from error
+    except RecordingError:
+        raise
+    except Exception as error:  # a spoilt bag can raise whatever rosbag, its decompressors and generated code raise
+        words = f"{type(error).__name__}: {str(error)[:200]}"
+        raise RecordingError(f"{path}: no bag that can be read: {words}") from error
     return recording
 
 
 def _read_csv(path):
     recording = Recording()
     recording.stamped = True
-    with open(str(path), newline="") as file:
-        lines = [(number, line) for number, line in enumerate(file, 1) if line.strip() and not line.startswith("#")]
-    rows = list(zip((number for number, _ in lines), csv.reader(line for _, line in lines)))
+    try:
+        with open(str(path), newline="", encoding="utf-8") as file:
+            lines = [(number, line) for number, line in enumerate(file, 1) if line.strip() and not line.startswith("#")]
+    except UnicodeDecodeError as error:
+        raise RecordingError(f"{path}: found bytes that are no text in UTF-8, allowed: a CSV") from error
+    rows = [(number, _split(path, number, line)) for number, line in lines]
     if not rows:
         raise RecordingError(f"{path}: found nothing, allowed: a heading time,m0,m1,... and packets")
     heading = [name.strip() for name in rows[0][1]]
     with_truth = heading[-3:] == ["x", "y", "yaw"]
     wheels = len(heading) - 1 - 3 * with_truth
     if wheels < 3 or heading[:wheels + 1] != ["time", *(f"m{wheel}" for wheel in range(wheels))]:
-        raise RecordingError(f"{path}: found the heading {','.join(heading)!r}, allowed: time,m0,m1,m2,... "
+        raise RecordingError(f"{path}: found the heading {shown(','.join(heading))}, allowed: time,m0,m1,m2,... "
                              "and then nothing or x,y,yaw")
     for number, row in rows[1:]:
-        try:
-            values = [float(field) for field in row]
-        except ValueError:
-            values = []
-        if len(values) != len(heading) or not all(map(math.isfinite, values)):
-            raise RecordingError(f"{path}, line {number}: found {','.join(row)!r}, allowed: {len(heading)} numbers")
+        values = _numbers(path, number, row, len(heading))
         recording.packets.append((values[0], tuple(values[1:wheels + 1])))
         if with_truth:
             recording.truth.append((values[0], tuple(values[-3:])))
     return recording
+
+
+def _split(path, number, line):
+    """Fields of a line. Raises RecordingError."""
+    if len(line) <= LONGEST_ROW:
+        with contextlib.suppress(csv.Error):
+            return next(csv.reader([line]))
+    raise RecordingError(f"{path}, line {number}: found {shown(line)}, allowed: a row of up to {LONGEST_ROW} characters")
+
+
+def _read_optiodom(path):
+    """`Recording` of lines without a heading: time [s], x [m], y [m], yaw [rad], counts [edges] of each wheel."""
+    recording = Recording()
+    recording.stamped = True
+    with open(str(path), newline="", encoding="utf-8-sig") as file:
+        for number, line in enumerate(file, 1):
+            row = _split(path, number, line)
+            time, x, y, yaw, *counts = _numbers(path, number, row, max(len(row), 7))
+            recording.packets.append((time, tuple(counts)))
+            recording.truth.append((time, (x, y, yaw)))
+    return recording
+
+
+def _numbers(path, number, row, amount):
+    """The numbers of a line. Raises RecordingError unless there are so many, all finite."""
+    try:
+        values = [float(field) for field in row]
+    except ValueError:
+        values = []
+    if len(values) != amount or not all(abs(value) <= LARGEST_NUMBER for value in values):
+        raise RecordingError(f"{path}, line {number}: found {shown(','.join(row))}, allowed: {amount} numbers up to "
+                             f"{LARGEST_NUMBER:g}")
+    return values
 
 
 def write_csv(path, packets, truth=None):

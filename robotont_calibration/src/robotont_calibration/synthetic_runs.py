@@ -4,8 +4,9 @@ import math
 
 import numpy as np
 
-from robotont_calibration.calibration import Stretch, stretches_of
+from robotont_calibration.calibration import taped_run, tracked_run
 from robotont_calibration.trajectory import Trajectory
+from robotont_driver import se2
 from robotont_driver.wheels import read_wheels
 from robotont_testing.simulated_wheels import PERIOD, counted, path_of, rolled, spin, square, straight
 
@@ -29,34 +30,33 @@ def drives():
             straight(0, 3.0), straight(0, -3.0)]
 
 
-def recorded(parameters, twists, seed, deviation):
-    """(counts, K x 3 measured poses) of a robot with these parameters."""
+def recorded(parameters, twists, seed, deviation, noise=NOISE, point=(0.0, 0.0)):
+    """(counts, K x 3 measured poses of a point of base_link, from where it begins) of a robot with these parameters."""
     wheels = read_wheels(parameters)
     generator = np.random.default_rng(seed)
-    counts = counted(wheels, rolled(wheels, twists), NOISE, generator)
-    poses = path_of(twists)[1:]
+    counts = counted(wheels, rolled(wheels, twists), noise, generator)
+    poses = path_of(twists)[1:].T
+    poses = np.transpose(se2.between((*point, 0.0), se2.compose(poses, (*point, 0.0))))
     place, yaw = deviation
     return counts, poses + generator.standard_normal(poses.shape) * (place, place, yaw)
 
 
-def tracked_runs(parameters, seed=0):
-    """Stretches of all runs with a ground truth."""
+def tracked_runs(parameters, seed=0, noise=NOISE, point=(0.0, 0.0), times=1):
+    """`Run`s with a ground truth: each drive so many times."""
     found = []
-    for index, twists in enumerate(drives()):
-        counts, poses = recorded(parameters, twists, seed + index, TRACKED)
-        times = PERIOD * np.arange(1, len(counts) + 1)
-        found += stretches_of(times, counts, Trajectory(times, poses), 2.0, TRACKED)
+    for index, twists in enumerate(drives() * times):
+        counts, poses = recorded(parameters, twists, seed + index, TRACKED, noise, point)
+        stamps = PERIOD * np.arange(1, len(counts) + 1)
+        found.append(tracked_run(str(index), stamps, counts, Trajectory(stamps, poses), 5.0, TRACKED))
     return found
 
 
-def taped_runs(parameters, seed=0):
-    """Stretches of all runs with ends measured by tape only; the start, too, is a little off its mark."""
+def taped_runs(parameters, seed=0, noise=NOISE, names=None):
+    """`Run`s with ends measured by tape only; the start, too, is a little off its mark."""
     found = []
     for index, twists in enumerate(drives()):
-        counts, poses = recorded(parameters, twists, seed + index, TAPE)
-        x, y, yaw = poses[-1]
+        counts, poses = recorded(parameters, twists, seed + index, TAPE, noise)
         along, across, turn = np.random.default_rng(seed + index + 500).standard_normal(3) * (TAPE[0], *TAPE)
-        moved = (math.cos(turn) * x + math.sin(turn) * y + along, math.cos(turn) * y - math.sin(turn) * x + across,
-                 yaw - turn)
-        found.append(Stretch(counts, moved, TAPE))
+        x, y, yaw = se2.between((0.0, 0.0, turn), poses[-1])
+        found.append(taped_run(names[index] if names else str(index), counts, (x + along, y + across, yaw), TAPE))
     return found

@@ -16,7 +16,8 @@ FAULTS = {
     DRIVER_FAULT: "wheel {}: its motor driver reports a fault (too much current, heat, or no supply)" + OFF,
     NO_COUNTS: "wheel {}: no counts although it is driven: encoder unplugged, motor without current, or wheel "
                "blocked" + OFF,
-    WRONG_WAY: "wheel {}: counts against its direction: encoder or motor leads reversed" + OFF,
+    WRONG_WAY: "wheel {}: counts against its direction: encoder or motor leads reversed, or motor without current and "
+               "dragged" + OFF,
 }
 NOTICES_KEPT = 8
 _IDENTITY = re.compile(

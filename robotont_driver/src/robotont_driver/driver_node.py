@@ -11,21 +11,29 @@ from robotont_driver.command_stream import CommandStream
 from robotont_driver.kinematics import Kinematics
 from robotont_driver.limits import Limits
 from robotont_driver.node import OK, WARN, Health, ImmediatePublisher, Worker, run_node
+from robotont_driver.outages import OutageWatch
 from robotont_driver.parameters import Parameter
 from robotont_driver.protocol import format_packet
 from robotont_driver.stall_watch import StallWatch
+from robotont_driver.timeouts import PUBLISH_RATE, WRITE_TIMEOUT, check_repetition
 
 PARAMETERS = (
-    Parameter("publish_rate", 20.0, "how often the newest command is repeated", "Hz", minimum=1.0),
-    Parameter("cmd_timeout", 0.5, "zeros after this long without a cmd_vel", "s", minimum=0.05),
+    Parameter("publish_rate", PUBLISH_RATE, "how often the newest command is repeated", "Hz", minimum=5.0,
+              maximum=200.0,
+              reason="the board stops after 0.5 s without a packet, and a line of 115200 baud carries no more"),
+    Parameter("cmd_timeout", 0.5, "zeros after this long without a cmd_vel", "s", minimum=0.05, maximum=2.0,
+              reason="for so long the robot drives on when its commander dies"),
     Parameter("command_decimals", 2, "decimals of each wheel speed; 0 for boards that read whole units",
-              minimum=0),
-    Parameter("max_linear_speed", 0.0, "limit of the speed over ground; 0 = off", "m/s", minimum=0.0),
-    Parameter("max_angular_speed", 0.0, "limit of the turning speed; 0 = off", "rad/s", minimum=0.0),
-    Parameter("max_wheel_speed", 0.0, "limit of the fastest wheel; 0 = off", "m/s", minimum=0.0),
-    Parameter("max_linear_acceleration", 0.0, "limit of the change of speed; 0 = off", "m/s^2", minimum=0.0),
+              minimum=0, maximum=3, reason="with more, the packets of many wheels do not fit into a line"),
+    Parameter("max_linear_speed", 0.0, "limit of the speed over ground; 0 = off", "m/s", minimum=0.0,
+              maximum=100.0),
+    Parameter("max_angular_speed", 0.0, "limit of the turning speed; 0 = off", "rad/s", minimum=0.0,
+              maximum=100.0),
+    Parameter("max_wheel_speed", 0.0, "limit of the fastest wheel; 0 = off", "m/s", minimum=0.0, maximum=100.0),
+    Parameter("max_linear_acceleration", 0.0, "limit of the change of speed; 0 = off", "m/s^2", minimum=0.0,
+              maximum=1000.0),
     Parameter("max_angular_acceleration", 0.0, "limit of the change of turning speed; 0 = off", "rad/s^2",
-              minimum=0.0),
+              minimum=0.0, maximum=1000.0),
 )
 
 
@@ -50,8 +58,9 @@ class DriverNode:
         self._limited = rospy.Publisher("cmd_vel/limited", Twist, queue_size=1, tcp_nodelay=True)
         self._repeater = Worker(self._repeat)
         rospy.on_shutdown(self._stop)
-        rospy.Subscriber("emergency_stop", Bool, self._on_emergency_stop, queue_size=1)
-        rospy.Subscriber("cmd_vel", Twist, self._on_command, queue_size=1, tcp_nodelay=True)
+        emergency_stop = rospy.Subscriber("emergency_stop", Bool, self._on_emergency_stop, queue_size=1)
+        cmd_vel = rospy.Subscriber("cmd_vel", Twist, self._on_command, queue_size=1, tcp_nodelay=True)
+        OutageWatch(newest=[cmd_vel], every=[emergency_stop])
         Health("robotont", {"command stream": self._report})
 
     def _on_command(self, message):
@@ -123,6 +132,11 @@ class DriverNode:
         return (WARN, complaint, values) if complaint else (OK, waiting, values)
 
 
+def check(_wheels, parameters, other):
+    """What does not fit to serial_com_node, in words."""
+    return check_repetition(parameters["publish_rate"], other("serial_com_node/write_timeout", WRITE_TIMEOUT))
+
+
 def main():
     """Run driver_node."""
-    run_node("driver_node", DriverNode, PARAMETERS)
+    run_node("driver_node", DriverNode, PARAMETERS, check)

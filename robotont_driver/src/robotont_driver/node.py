@@ -11,17 +11,24 @@ import diagnostic_updater
 import rospy
 from diagnostic_msgs.msg import DiagnosticStatus
 
-from robotont_driver.parameters import ParameterError, read_parameters
+from robotont_driver.parameters import Parameter, ParameterError, fault, is_number, read_parameters
 from robotont_driver.wheels import read_wheels
 
 SEND_TIMEOUT = struct.pack("@ll", 0, 50000)  # a struct timeval: [s], [us]
 OK, WARN, ERROR = DiagnosticStatus.OK, DiagnosticStatus.WARN, DiagnosticStatus.ERROR
 
 
-def run_node(name, node_class, table):
+# Parameters that every node has besides its own; diagnostic_updater documents this one.
+COMMON_PARAMETERS = (
+    Parameter("diagnostic_period", 1.0, "between two diagnostics", "s", minimum=0.1, maximum=60.0),
+)
+
+
+def run_node(name, node_class, table, check=None):
     """Start the node and serve until ROS shuts down; with wrong parameters say which and exit with 1.
 
-    node_class is called with the wheels and the dictionary of private parameters.
+    node_class is called with the wheels and the dictionary of private parameters. check(wheels, parameters, other)
+    returns a list of what does not fit together, in words; other(name, default) is a parameter of another node.
     """
     rospy.init_node(name)
     faults = []
@@ -29,20 +36,51 @@ def run_node(name, node_class, table):
     try:
         wheels = read_wheels(rospy.get_param(rospy.get_namespace(), {}))
     except ParameterError as error:
-        faults += error.faults
+        faults += [f"{words} (wheel parameters are read from {rospy.get_namespace()})" for words in error.faults]
     try:
-        parameters = read_parameters(table, {**official_parameters(table), **rospy.get_param("~", {})})
+        parameters = private_parameters(table)
     except ParameterError as error:
         faults += error.faults
+    if check and not faults:
+        faults = check(wheels, parameters, parameter_of_another)
     if faults:
-        for fault in faults:
-            rospy.logfatal("wrong parameter %s (wheel parameters are read from %s)",
-                           fault, rospy.get_namespace())
-        sys.exit(1)
+        refuse(faults)
     node_class(wheels, parameters)
     gc.collect()
     gc.freeze()  # what exists now stays: the collector need not look through it while messages wait
     rospy.spin()
+
+
+def private_parameters(table):
+    """The node's parameters by name. Raises ParameterError."""
+    given = rospy.get_param("~", {})
+    if not isinstance(given, dict):
+        raise ParameterError([fault("~", given, "parameters by name, as in `publish_rate: 20.0`: is a line missing?")])
+    return read_parameters((*table, *COMMON_PARAMETERS), {**official_parameters(table), **given})
+
+
+def own_parameters(table):
+    """The private parameters of a node that needs no wheels, by name; with wrong ones say which and exit with 1."""
+    try:
+        return private_parameters(table)
+    except ParameterError as error:
+        return refuse(error.faults)
+
+
+def parameter_of_another(name, default):
+    """A number on the parameter server, by a name relative to the namespace, such as driver_node/publish_rate.
+
+    The default where there is none; what is no number is for the other node to refuse.
+    """
+    value = rospy.get_param(name, default)
+    return value if is_number(value) else default
+
+
+def refuse(faults):
+    """End the node because of its parameters, with a line of words for each fault."""
+    for words in faults:
+        rospy.logfatal("wrong parameter %s", words)
+    sys.exit(1)
 
 
 def official_parameters(table):
@@ -88,7 +126,7 @@ class Worker(threading.Thread):
 
 
 class Health:
-    """Publishes /diagnostics at 1 Hz, one task per subject (REP 107).
+    """Publishes /diagnostics every ~diagnostic_period (1 s), one task per subject (REP 107).
 
     `subjects` maps a name to a function that returns (level, words, {key: value}).
     """
@@ -96,6 +134,7 @@ class Health:
     def __init__(self, hardware, subjects):
         self._due = threading.Event()
         self._updater = diagnostic_updater.Updater()
+        self._period = rospy.get_param("~diagnostic_period", 1.0)
         self._updater.setHardwareID(hardware)
         for name, report in subjects.items():
             self._updater.add(name, _task(report))
@@ -104,7 +143,7 @@ class Health:
     def _publish(self):
         if not rospy.is_shutdown():
             self._updater.force_update()
-        self._due.wait(1.0)
+        self._due.wait(self._period)
         self._due.clear()
         return 0.0
 

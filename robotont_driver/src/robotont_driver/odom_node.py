@@ -35,26 +35,32 @@ RECENTLY = 10 * 1_000_000_000  # [ns] for which the diagnostics warn of a clock 
 LONGEST_READING = 1_000_000    # [ns] that reading two clocks may take; longer, and something came between
 
 PARAMETERS = (
-    Parameter("odom_frame", "odom", "frame of the pose"),
-    Parameter("base_frame", "base_link", "frame of the twist, and the child frame of the transform"),
+    Parameter("odom_frame", "odom", "frame of the pose", official="odom/frame"),
+    Parameter("base_frame", "base_link", "frame of the twist, and the child frame of the transform",
+              official="odom/child_frame"),
     Parameter("publish_tf", True, "whether to publish odom_frame -> base_frame; false beside an EKF"),
     Parameter("packet_period", -1.0, "time that one packet stands for; negative = 1/pidControlFrequency; "
-              "0 = packets hold speeds, measure the time between them", "s"),
+              "0 = packets hold speeds, measure the time between them", "s", minimum=-1.0, maximum=10.0),
     Parameter("solver", "least_squares", "step of the robot from n wheels: least_squares, or triples, the mean over "
               "every combination of three wheels", choices=("least_squares", "triples")),
     Parameter("wheel_noise", 0.005, "standard deviation of a wheel's path after 1 m, growing with the "
-              "square root of the path", "m", minimum=0.0),
+              "square root of the path", "m", minimum=0.0, maximum=1.0,
+              reason="wheels that are off by more than their path tell nothing"),
     Parameter("slip_false_alarms", 0.1, "false alarms per hour of driving that the search for slipping wheels may "
-              "raise at most (4 or more wheels, or a gyro); 0 = no search", "1/h", minimum=0.0),
+              "raise at most (4 or more wheels, or a gyro); 0 = no search", "1/h", minimum=0.0,
+              maximum=1000.0),
     Parameter("twist_window", 0.0, "time over which the twist is the mean; 0 = the newest packet, in which one edge is "
-              "9 mm/s", "s", minimum=0.0),
+              "9 mm/s", "s", minimum=0.0, maximum=2.0, reason="older speeds are no speed"),
     Parameter("imu", "", "topic of a gyro (sensor_msgs/Imu) that takes part in the heading; empty: none"),
-    Parameter("gyro_noise", 2.5e-4, "density of the gyro's noise", "rad/s/sqrt(Hz)", minimum=1e-7),
+    Parameter("gyro_noise", 2.5e-4, "density of the gyro's noise", "rad/s/sqrt(Hz)", minimum=1e-7, maximum=1.0),
     Parameter("gyro_bias_drift", 1e-5, "how far the gyro's bias walks in 1 s, growing with the square root of the time",
-              "rad/s", minimum=0.0),
-    Parameter("gyro_scale", 1.0, "what the gyro says when the robot turns at 1 rad/s", "rad/s", minimum=0.5),
+              "rad/s", minimum=0.0, maximum=1.0),
+    Parameter("gyro_scale", 1.0, "what the gyro says when the robot turns at 1 rad/s", "rad/s", minimum=0.5,
+              maximum=2.0, reason="a gyro that is farther off is broken"),
     Parameter("gyro_scale_noise", 3e-4, "standard deviation of gyro_scale; about 0.01 until it is calibrated", "rad/s",
-              minimum=0.0),
+              minimum=0.0, maximum=0.5),
+    Parameter("joint_names", "", "names of the wheel joints in the wheel file's order, between blanks; empty: "
+              "wheel_0_joint, ..."),
     Parameter("joint_prefix", "", "put before the names of the wheel joints"),
 )
 
@@ -110,8 +116,7 @@ class OdomNode:
         self._transform = TransformStamped(child_frame_id=parameters["base_frame"])
         self._transform.header.frame_id = parameters["odom_frame"]
         self._joints = JointState(name=[
-            "{}wheel_{}_joint".format(parameters["joint_prefix"], wheel) for wheel in range(self._wheels.amount)
-        ])
+            parameters["joint_prefix"] + name for name in joint_names(parameters["joint_names"], self._wheels.amount)])
         for covariance in (self._odom.pose.covariance, self._odom.twist.covariance):
             covariance[:] = [FLAT if index % 7 == 0 else 0.0 for index in range(36)]
 
@@ -340,6 +345,13 @@ def read_clocks():
         now = rospy.Time.now().to_nsec()
         if time.monotonic_ns() - steady < LONGEST_READING:
             return steady, now
+def joint_names(given, wheels):
+    """Names of the wheels' joints: those `given` between blanks, or wheel_0_joint, ...; exits with words when too few."""
+    names = given.split() or [f"wheel_{wheel}_joint" for wheel in range(wheels)]
+    if len(names) != wheels:
+        rospy.logfatal("wrong parameter ~joint_names: found %r, allowed: %d names between blanks", given, wheels)
+        raise SystemExit(1)
+    return names
 
 
 def list_wheels(wheels):
@@ -353,6 +365,14 @@ def fill(covariance, planar):
         covariance[index] = value
 
 
+def check(_wheels, parameters, _other):
+    """What does not fit together, in words."""
+    frames = parameters["odom_frame"], parameters["base_frame"]
+    if all(frames) and frames[0] != frames[1]:
+        return []
+    return [f"~odom_frame and ~base_frame: found {frames[0]!r} and {frames[1]!r}, allowed: two different names"]
+
+
 def main():
     """Run odom_node."""
-    run_node("odom_node", OdomNode, PARAMETERS)
+    run_node("odom_node", OdomNode, PARAMETERS, check)

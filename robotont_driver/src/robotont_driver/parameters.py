@@ -4,6 +4,8 @@ import difflib
 import math
 from typing import Any, NamedTuple, Optional, Tuple
 
+LONGEST_SHOWN = 200  # characters of a found value, in words
+
 
 class ParameterError(ValueError):
     """Parameters that cannot be used. `faults` lists every one: name, what was found, what is allowed."""
@@ -14,15 +16,25 @@ class ParameterError(ValueError):
 
 
 class Parameter(NamedTuple):
-    """One parameter of a node: its type is the type of its default."""
+    """One parameter of a node: its type is the type of its default.
+
+    A number has a `minimum` and a `maximum` (both allowed), and the `reason` for whichever is not plain.
+    """
 
     name: str
     default: Any
     meaning: str
     unit: str = ""
     minimum: Optional[float] = None
+    maximum: Optional[float] = None
+    reason: str = ""
     choices: Tuple[str, ...] = ()
     official: str = ""  # name in the official driver, relative to the namespace: read where ours is not given
+
+    @property
+    def is_numeric(self):
+        """Whether its values are numbers."""
+        return isinstance(self.default, (int, float)) and not isinstance(self.default, bool)
 
     @property
     def allowed(self):
@@ -32,36 +44,74 @@ class Parameter(NamedTuple):
         if isinstance(self.default, bool):
             return "true or false"
         if isinstance(self.default, str):
-            return "a text"
+            return "a string"
         kind = "a whole number" if isinstance(self.default, int) else "a finite number"
-        bound = "" if self.minimum is None else f" >= {self.minimum:g}"
-        return kind + bound + (f" [{self.unit}]" if self.unit else "")
+        unit = f" [{self.unit}]" if self.unit else ""
+        return kind + self._range() + unit + (f": {self.reason}" if self.reason else "")
+
+    def _range(self):
+        if self.maximum is None:
+            return "" if self.minimum is None else f" >= {self.minimum:.10g}"
+        if self.minimum is None:
+            return f" <= {self.maximum:.10g}"
+        return f" from {self.minimum:.10g} to {self.maximum:.10g}"
 
     def accepts(self, value):
         """Whether `value` has the type and lies within the bounds."""
         if self.choices:
             return value in self.choices
-        if isinstance(self.default, (bool, str)):
+        if not self.is_numeric:
             return isinstance(value, type(self.default))
         if isinstance(self.default, int) and not isinstance(value, int):
             return False
-        return is_number(value) and (self.minimum is None or value >= self.minimum)
+        return is_number(value) and (self.minimum is None or value >= self.minimum) \
+            and (self.maximum is None or value <= self.maximum)
 
 
 def is_number(value):
     """Whether `value` is a finite int or float (a bool is not a number)."""
-    return isinstance(value, (int, float)) and not isinstance(value, bool) and math.isfinite(value)
+    try:
+        return isinstance(value, (int, float)) and not isinstance(value, bool) and math.isfinite(value)
+    except OverflowError:  # an int beyond every float
+        return False
 
 
 def fault(name, found, allowed):
     """Words for one wrong parameter."""
-    return f"{name}: found {found!r}, allowed: {allowed}"
+    return f"{name}: found {shown(found)}, allowed: {allowed}"
+
+
+def shown(value):
+    """A value as Python writes it, of bounded length; it may be anything that a file or a message can hold."""
+    if isinstance(value, int) and value.bit_length() > 4 * LONGEST_SHOWN:  # str() of a huge int takes minutes
+        return f"a whole number of about {value.bit_length() * 0.30103:.0f} digits"
+    if isinstance(value, (str, bytes)):
+        value = value[:LONGEST_SHOWN + 1]
+    elif isinstance(value, (list, tuple, dict)) and _extent(value, LONGEST_SHOWN) > LONGEST_SHOWN:
+        return f"a {type(value).__name__} of {len(value)} items"
+    text = repr(value)
+    return text if len(text) <= LONGEST_SHOWN else text[:LONGEST_SHOWN] + "..."
+
+
+def _extent(value, limit):
+    """Number of items in nested lists and mappings; counting ends beyond `limit`."""
+    waiting, count = [value], 0
+    while waiting and count <= limit:
+        item = waiting.pop()
+        count += 1
+        if isinstance(item, int) and item.bit_length() > 4 * LONGEST_SHOWN:
+            return limit + 1
+        if isinstance(item, (list, tuple, dict)):
+            if len(item) > limit:
+                return limit + 1
+            waiting.extend(item.values() if isinstance(item, dict) else item)
+    return count
 
 
 def read_parameters(table, given):
     """Values by name: what is `given` (a mapping), else the default.
 
-    Raises ParameterError with every wrong value and every name that the table does not know.
+    Raises ParameterError with every wrong value and every name that is not in the table.
     """
     known = {parameter.name: parameter for parameter in table}
     faults = [
@@ -84,6 +134,6 @@ def markdown_rows(table):
 
 
 def _unknown(name, known):
-    near = difflib.get_close_matches(name, known, n=1)
-    hint = f"did you mean ~{near[0]}?" if near else "this node knows " + ", ".join(sorted(known))
-    return f"~{name}: no such parameter; {hint}"
+    near = difflib.get_close_matches(name[:100], known, n=1)
+    hint = f"did you mean ~{near[0]}?" if near else "this node has " + ", ".join(sorted(known))
+    return f"~{name[:100]}: no such parameter; {hint}"

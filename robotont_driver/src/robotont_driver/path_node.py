@@ -1,20 +1,22 @@
 """The ROS side of path_node: odom in, path out."""
 
 import math
-import sys
 
 import rospy
 from geometry_msgs.msg import PoseStamped
 from nav_msgs.msg import Odometry, Path
 
-from robotont_driver.parameters import Parameter, ParameterError, read_parameters
+from robotont_driver.node import own_parameters
+from robotont_driver.parameters import Parameter
 from robotont_driver.se2 import yaw_of
 from robotont_driver.travelled_path import Sample, Trail
 
 PARAMETERS = (
-    Parameter("max_poses", 1000, "poses that the path keeps; the oldest go first", minimum=1),
-    Parameter("min_distance", 0.05, "between two poses of the path", "m", minimum=0.001),
-    Parameter("publish_rate", 5.0, "how often a path that has changed is published, at most", "Hz", minimum=0.1),
+    Parameter("max_poses", 1000, "poses that the path keeps; the oldest go first", minimum=1, maximum=100000,
+              reason="every pose goes out again with each path"),
+    Parameter("min_distance", 0.05, "between two poses of the path", "m", minimum=0.001, maximum=100.0),
+    Parameter("publish_rate", 5.0, "how often a path that has changed is published, at most", "Hz", minimum=0.1,
+              maximum=100.0, reason="no screen shows more"),
 )
 
 
@@ -67,11 +69,5 @@ def path_of(frame, samples):
 def main():
     """Run path_node; with wrong parameters say which and exit with 1."""
     rospy.init_node("path_node")
-    try:
-        parameters = read_parameters(PARAMETERS, rospy.get_param("~", {}))
-    except ParameterError as error:
-        for fault in error.faults:
-            rospy.logfatal("wrong parameter %s", fault)
-        sys.exit(1)
-    PathNode(parameters)
+    PathNode(own_parameters(PARAMETERS))
     rospy.spin()

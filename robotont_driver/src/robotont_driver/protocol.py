@@ -12,7 +12,8 @@ from robotont_driver.board_status import BoardHealth, BoardStatus
 
 LONGEST_LINE = 256  # [bytes] without the newline; a longer line is dropped
 
-_NUMBER = r"-?[0-9]+(?:\.[0-9]+)?"
+# far more than any motor makes, and few enough digits for every sum and square to stay finite
+_NUMBER = r"-?[0-9]{1,7}(?:\.[0-9]{1,9})?"
 _PLAIN = re.compile(rf"({_NUMBER}(?::{_NUMBER})*);")
 # counter, totals, status (from firmware 2.0 on; with at least 3 wheels it is longer than a total), CRC
 _TRAILER = re.compile(r"([0-9A-F]{2})((?::[0-9A-F]{4})+)(?::([0-9A-F]{9,}))?:([0-9A-F]{4})\Z")
@@ -55,16 +56,34 @@ def add_checksum(packet):
 QUESTION = add_checksum("?;")  # who are you? Boards with firmware from 2.0 on answer
 
 
-def parse_packet(text, wheels):
-    """Values [units], floats or ints as written, of a plain packet; what stands behind `;` is not read.
+class Packet(tuple):
+    r"""The values [units] of a plain packet, one per wheel, and its `text`, `m0:m1:...;\\n`, which writes them."""
 
-    Raises PacketError when there is no semicolon, a field is not a number, or there are not `wheels` fields.
+    def __new__(cls, values, text=None):
+        """From values; without a text, that of the values as whole numbers."""
+        packet = super().__new__(cls, values)
+        packet.text = format_packet(packet) if text is None else text
+        return packet
+
+    @property
+    def is_whole(self):
+        """Whether all values are written without decimals."""
+        return "." not in self.text
+
+
+def parse_packet(text, wheels):
+    """The `Packet` of `wheels` values at the head of a text; what stands behind `;` is not read.
+
+    Raises PacketError when the text is longer than a line, there is no semicolon, a field is not a number (or one
+    of too many digits), or there are not `wheels` fields.
     """
+    if len(text) > LONGEST_LINE + 1:
+        raise PacketError("overlong", f"{len(text)} characters, allowed: a line of {LONGEST_LINE}; {text[:40]!r}...")
     match = _PLAIN.match(text)
     fields = match.group(1).split(":") if match else ()
     if len(fields) != wheels:
         raise _explain(text, wheels)
-    return tuple(float(field) if "." in field else int(field) for field in fields)
+    return Packet([float(field) if "." in field else int(field) for field in fields], match.group() + "\n")
 
 
 def _explain(text, wheels):
@@ -74,7 +93,7 @@ def _explain(text, wheels):
         return PacketError("fields", f"no semicolon in {text[:40]!r}")
     for field in body.split(":"):
         if not re.fullmatch(_NUMBER, field):
-            return PacketError("number", f"{field[:20]!r} is not a number, in {text[:40]!r}")
+            return PacketError("number", f"{field[:20]!r} is not a number of up to 7 digits, in {text[:40]!r}")
     return PacketError(
         "fields", "{} fields instead of {} in {!r}".format(body.count(":") + 1, wheels, text[:40]))
 
@@ -148,19 +167,21 @@ class CheckedPacket:
 
 
 class FeedbackReader:
-    """Bytes from the board in, counts per PID period out; nothing on the line can raise out of it.
+    """Bytes from the board in, counts (`Packet`) per PID period out; nothing on the line can raise out of it.
 
     mode: "plain" reads the thesis' packets and ignores what stands behind the semicolon; "checked" takes
     only packets with a valid trailer; "auto" takes plain ones until the first valid checked one.
     reach: edges that a motor can make in one period; more means an error. rate: [Hz] packets per second that the
-    board should send, compared with what it says; None: not compared. `health`: what the board says of itself.
-    Counted in `dropped` by kind, `packets`, `repaired` (periods), `restarts` (of the board).
+    board should send, compared with what it says; None: not compared. decimals: whether plain packets may have
+    decimals; encoders count whole edges, so usually such a packet is an echo of a command. `health`: what the board
+    says of itself. Counted in `dropped` by kind, `packets`, `repaired` (periods), `restarts` (of the board).
     """
 
-    def __init__(self, wheels, reach, mode="auto", rate=None):
+    def __init__(self, wheels, reach, mode="auto", rate=None, decimals=False):
         self.wheels = wheels
         self.reach = reach
         self.mode = mode
+        self.decimals = decimals
         self.packets = 0
         self.repaired = 0
         self.restarts = 0
@@ -178,7 +199,7 @@ class FeedbackReader:
         self._suspect = None   # a checked packet that does not continue `_last`: an error, or a restart
 
     def feed(self, data):
-        """List of count tuples, one per PID period, that `data` completes; missed periods included."""
+        """List of `Packet`, one per PID period, that `data` completes; missed periods included."""
         packets = []
         overlong = self._splitter.overlong
         for line in self._splitter.feed(data):
@@ -258,6 +279,8 @@ class FeedbackReader:
         if self._first:
             raise PacketError("first line", "the head of the first line may be missing")
         counts = parse_packet(text, self.wheels)
+        if not (self.decimals or counts.is_whole):
+            raise PacketError("decimals", f"counts with decimals in {text[:40]!r}")
         self._check_reach(counts)
         return [counts]
 
@@ -305,11 +328,11 @@ class FeedbackReader:
 
 
 def spread(counts, periods):
-    """`counts` (ints, one per wheel) as evenly as whole numbers allow over `periods`: a list of tuples.
+    """`counts` (ints, one per wheel) as evenly as whole numbers allow over `periods`: a list of `Packet`.
 
     The sums over the list are the counts.
     """
     return [
-        tuple(count * (period + 1) // periods - count * period // periods for count in counts)
+        Packet(count * (period + 1) // periods - count * period // periods for count in counts)
         for period in range(periods)
     ]

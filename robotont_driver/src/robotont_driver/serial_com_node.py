@@ -6,25 +6,34 @@ import rospy
 from std_msgs.msg import String
 
 from robotont_driver.dialects import AUTO, DISTANCE, NAMES, make_dialect
-from robotont_driver.dialects.dialect import DialectError, read_command
+from robotont_driver.dialects.dialect import DialectError
+from robotont_driver.motor import counts_in_reach
 from robotont_driver.node import ERROR, OK, WARN, Health, ImmediatePublisher, Rate, run_node
 from robotont_driver.official_topics import OfficialTopics
 from robotont_driver.parameters import Parameter
-from robotont_driver.protocol import PacketError, format_packet
+from robotont_driver.protocol import PacketError, format_packet, parse_packet
 from robotont_driver.serial_link import SerialLink, usb_id
+from robotont_driver.timeouts import PUBLISH_RATE, WRITE_TIMEOUT, check_repetition
+
+LARGEST_REACH = 0x7FFF  # [edges] what the 16 bits of a packet's totals can tell
 
 PARAMETERS = (
     Parameter("port", "/dev/ttyACM0", "serial port of the board", official="serial/port"),
-    Parameter("baudrate", 115200, "speed of the line", "baud", minimum=1, official="serial/baudrate"),
-    Parameter("packets", AUTO, "what the board speaks: plain (the thesis'), checked (with CRC), robotont2, robotont3 or "
-              "robotont2018 (official firmware), or auto: recognised by what it says", choices=NAMES),
-    Parameter("write_timeout", 0.5, "one stop packet after this long without a serial_write", "s",
-              minimum=0.05),
-    Parameter("retry_period", 0.5, "pause between attempts to open the port", "s", minimum=0.05),
-    Parameter("max_counts_per_period", 300, "what a motor can reach in one PID period; more is taken for "
-              "an error on the line", "edges", minimum=1),
-    Parameter("board_wheel_distance", DISTANCE, "centre to wheel as the official firmware of generations 2 and 3 has it; "
-              "0.127 in firmware from before March 2020", "m", minimum=0.01),
+    Parameter("baudrate", 115200, "speed of the line", "baud", minimum=1200, maximum=4000000,
+              reason="no serial port is faster", official="serial/baudrate"),
+    Parameter("packets", AUTO, "what the board speaks: plain (the thesis'), checked (with CRC), robotont2, robotont3 "
+              "or robotont2018 (official firmware), or auto: recognised by what it says", choices=NAMES),
+    Parameter("decimal_counts", False, "whether the board's plain packets may hold decimals; else such a packet is "
+              "taken for an echo of a command"),
+    Parameter("write_timeout", WRITE_TIMEOUT, "one stop packet after this long without a serial_write", "s",
+              minimum=0.05, maximum=2.0, reason="for so long the robot drives on when driver_node dies"),
+    Parameter("retry_period", 0.5, "pause between attempts to open the port", "s", minimum=0.05, maximum=60.0,
+              reason="a board that is back should not wait longer"),
+    Parameter("max_counts_per_period", 0, "what a motor can reach in one PID period, more is taken for an error on "
+              "the line; 0 = from the wheel parameters, for a motor of 9375 rpm", "edges", minimum=0,
+              maximum=LARGEST_REACH, reason="the totals in a packet have 16 bits"),
+    Parameter("board_wheel_distance", DISTANCE, "centre to wheel as the official firmware of generations 2 and 3 has "
+              "it; 0.127 in firmware from before March 2020", "m", minimum=0.01, maximum=10.0),
     Parameter("usb_id", "", "vendor:product of the port, 0483:5740 for generation 3; empty: as the system says"),
     Parameter("range_frame_prefix", "range_sensor_", "frames of the range sensors, before their number",
               official="range/sensor_frame_prefix"),
@@ -39,14 +48,14 @@ class SerialComNode:
         self._wheels = wheels.amount
         self._parameters = parameters
         try:
-            self._dialect = make_dialect(parameters["packets"], wheels, parameters["max_counts_per_period"],
-                                         parameters["board_wheel_distance"])
+            self._dialect = make_dialect(parameters["packets"], wheels, reach(wheels, parameters),
+                                         parameters["board_wheel_distance"], parameters["decimal_counts"])
         except DialectError as error:
             rospy.logfatal("~packets is %s, but its board cannot have these wheels: %s", parameters["packets"], error)
             raise SystemExit(1) from None
         self._met = None          # the dialect that was greeted
         self._held = None         # (command, when [s]) that could not be sent before the board was recognised
-        self._refused = 0         # messages on serial_write that are no packets
+        self._refused = 0         # malformed messages on serial_write
         self._restarts = 0        # of the board, that have been told
         self._trouble_before = 0  # errors up to the last report
         self._rate = Rate()
@@ -62,7 +71,7 @@ class SerialComNode:
 
     def _on_write(self, message):
         try:
-            command = read_command(message.data, self._wheels)
+            command = parse_packet(message.data, self._wheels)
         except PacketError as error:
             self._refused += 1
             rospy.logwarn_throttle(1.0, "serial_write refused: %s", error)
@@ -93,8 +102,8 @@ class SerialComNode:
 
     def _on_bytes(self, data):
         dialect = self._dialect
-        for counts in dialect.feed(data, time.monotonic()):
-            self._publisher.publish(format_packet(counts, 0 if isinstance(counts[0], int) else 2))
+        for packet in dialect.feed(data, time.monotonic()):
+            self._publisher.publish(packet.text)
         spoken = dialect.spoken
         if spoken is not self._met:
             self._meet(spoken)
@@ -129,14 +138,16 @@ class SerialComNode:
 
     def _report(self):
         dialect, link = self._dialect.spoken, self._link
-        rate = self._rate.look(dialect.packets, time.monotonic())
+        read = dialect.packets - dialect.repaired
+        rate = self._rate.look(read, time.monotonic())
         dropped = sum(dialect.dropped.values())
         errors = dropped + self._refused
         new_errors, self._trouble_before = max(0, errors - self._trouble_before), errors
         values = {
             "packets": dialect.description,
             "packets read per second": f"{rate:.1f}",
-            "packets read": dialect.packets,
+            "packets read": read,
+            "packets published": dialect.packets,
             "packets written": link.sent,
             "commands overtaken by newer ones": link.replaced,
             "commands while the port was closed": link.unsent,
@@ -166,6 +177,21 @@ class SerialComNode:
         return level, " / ".join(errors + warnings) or "reports no fault", values
 
 
+def reach(wheels, parameters):
+    """[edges] that a motor can make in one PID period."""
+    return parameters["max_counts_per_period"] or counts_in_reach(wheels)
+
+
+def check(wheels, parameters, other):
+    """What does not fit together, or to driver_node, in words."""
+    faults = check_repetition(other("driver_node/publish_rate", PUBLISH_RATE), parameters["write_timeout"])
+    edges = reach(wheels, parameters)
+    if edges > LARGEST_REACH:
+        faults.append(f"encoderEdgesPerMotorRevolution and pidControlFrequency: found {edges} edges in one PID period, "
+                      f"allowed: up to {LARGEST_REACH}, or a ~max_counts_per_period")
+    return faults
+
+
 def main():
     """Run serial_com_node."""
-    run_node("serial_com_node", SerialComNode, PARAMETERS)
+    run_node("serial_com_node", SerialComNode, PARAMETERS, check)

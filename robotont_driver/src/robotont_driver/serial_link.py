@@ -1,6 +1,7 @@
 """A serial port that may come and go: bytes in without polling, newest command out without waiting."""
 
 import contextlib
+import errno
 import fcntl
 import os
 import select
@@ -12,9 +13,15 @@ import time
 import serial
 
 from robotont_driver.outbox import Outbox
+from robotont_driver.port_owner import refusal
 
 READ_SIZE = 4096    # [bytes]
 FULL_LINE = 0.005   # [s] after which a driver that still holds bytes is looked at again
+ADVICE = {
+    errno.EACCES: "add your user to the group dialout (sudo usermod -aG dialout $USER) and log in again",
+    errno.ENOENT: "is the board plugged in, and is this the right port?",
+    errno.EAGAIN: "another program holds it open",
+}
 
 
 class SerialLink:
@@ -138,6 +145,7 @@ class SerialLink:
     def _run(self):
         while not self._closing:
             try:
+                check_owner(self._name)
                 with serial.Serial(self._name, self._baudrate, timeout=0, exclusive=True) as port:
                     self._opened(port)
                     try:
@@ -236,15 +244,22 @@ def read_text(file):
         return stream.read().strip()
 
 
+class ForeignPortError(OSError):
+    """A port that is somebody else's."""
+
+
+def check_owner(port):
+    """Raise ForeignPortError where a port leads to somebody's terminal, or may soon."""
+    words = refusal(port)
+    if words:
+        raise ForeignPortError(words)
+
+
 def explain(port, error):
     """Words for an error on opening or using a port, with what to do about it."""
-    text = str(error)
-    if "Errno 13" in text or isinstance(error, PermissionError):
-        advice = "add your user to the group dialout (sudo usermod -aG dialout $USER) and log in again"
-    elif "Errno 2]" in text:
-        advice = "is the board plugged in, and is this the right port?"
-    elif "Errno 11]" in text or "exclusively" in text:
-        advice = "another program holds it open"
-    else:
-        advice = "is the board still plugged in?"
-    return f"{port}: {text}; {advice}"
+    if isinstance(error, ForeignPortError):
+        return f"{port}: {error}"
+    number = getattr(error, "errno", None)
+    advice = ADVICE.get(number, "is the board still plugged in?")
+    # pyserial's own words hold the port and the system's words twice
+    return f"{port}: {os.strerror(number).lower() if number else error}; {advice}"

@@ -1,23 +1,22 @@
-"""A wheel_params.yaml: read, and written anew with other values in the old lines, so that order and comments stay."""
+"""A wheel_params.yaml: read, and written anew with other values, so that order, comments and style stay."""
 
+import io
 import re
-from pathlib import Path
 
 import yaml
 
 from robotont_driver.parameters import ParameterError
-from robotont_driver.wheels import read_wheels
+from robotont_driver.wheels import KEYS, read_wheels
+from robotont_driver.yaml_file import read_mapping
 
 
 def read_wheel_file(path):
-    """(`Wheels`, mapping, text) of a file. Raises ValueError with all that is wrong with it, or OSError."""
-    text = Path(path).read_text()
-    try:
-        given = yaml.safe_load(text)
-    except yaml.YAMLError as error:
-        raise ValueError(f"{path}: no YAML: {error}") from error
-    if not isinstance(given, dict):
-        raise ValueError(f"{path}: found {type(given).__name__}, allowed: wheel parameters")
+    """(`Wheels`, mapping, text) of a wheel_params.yaml.
+
+    Raises ValueError with all that is wrong with it, a line for each fault, each with the file's name; OSError where
+    it cannot be read. Everything that takes a wheel file reads it here.
+    """
+    given, text = read_mapping(path, "wheel parameters: " + ", ".join(KEYS))
     try:
         return read_wheels(given), given, text
     except ParameterError as error:
@@ -27,22 +26,55 @@ def read_wheel_file(path):
 def with_values(text, parameters, note):
     """`text` of a wheel_params.yaml with the values of `parameters` in it and a comment `note` on top.
 
-    Only keys whose value has changed are touched. A value that stands over several lines is put on one. Raises
-    ValueError where that cannot be done line by line (braces, anchors).
+    Only values that have changed are touched: comments, order and style (lists in brackets or one item a line) stay.
+    Raises ValueError rather than return what does not read back as exactly these values.
     """
     old = yaml.safe_load(text)
     changed = {key: rounded(value) for key, value in parameters.items() if old.get(key) != value}
-    new = text if text.endswith("\n") else text + "\n"
-    for key, value in changed.items():
-        # the value: to the comment or the end of the line; then lines that only go on with it
-        found = re.search(rf"^({key}:[ \t]*)[^#\n]*?([ \t]*#[^\n]*)?\n(?:[ \t]+[^\n]*\n|- [^\n]*\n)*", new, re.M)
-        if found:
-            comment = found[2] or ""
-            apart = " " if comment.startswith("#") else ""
-            new = f"{new[:found.start()]}{found[1]}{value}{apart}{comment}\n{new[found.end():]}"
-    if yaml.safe_load(new) != {**old, **changed}:
-        raise ValueError(f"found no simple line of each of {', '.join(changed)}, allowed: KEY: VALUE")
-    return "".join(f"# {line}\n" for line in note.splitlines()) + new
+    new = "".join(f"# {line}\n" for line in note.splitlines()) + _replaced(text, changed)
+    try:
+        found = yaml.safe_load(new)
+    except yaml.YAMLError as error:
+        raise ValueError(f"found a file that cannot be written anew with its comments: {error}") from error
+    if found != {**old, **changed}:
+        wrong = [key for key in {**old, **changed} if found.get(key) != {**old, **changed}[key]]
+        raise ValueError(f"found a file that reads back with another {', '.join(wrong)}, allowed: KEY: VALUE")
+    return new
+
+
+def _replaced(text, changed):
+    """`text` with other values of some keys. Raises ValueError where it is no plain YAML."""
+    from ruamel.yaml import YAML  # here, for the robot only reads the file
+    from ruamel.yaml.error import YAMLError
+
+    document = YAML()
+    document.preserve_quotes = True
+    document.width = 4096  # long lists stay on their line
+    dash = re.search(r"^( *)- ", text, re.MULTILINE)
+    document.indent(mapping=2, sequence=2 + len(dash[1]) if dash else 2, offset=len(dash[1]) if dash else 0)
+    stream = io.StringIO()
+    try:
+        data = document.load(text)
+        for key, value in changed.items():
+            before = data.get(key)
+            if isinstance(value, list) and isinstance(before, list) and len(value) == len(before):
+                for index, item in enumerate(value):  # one by one, for comments and style belong to the list
+                    before[index] = item
+            else:
+                data[key] = _in_brackets(value) if isinstance(value, list) else value
+        document.dump(data, stream)
+    except YAMLError as error:
+        raise ValueError(f"found a file that cannot be written anew with its comments: {error}") from error
+    return stream.getvalue()
+
+
+def _in_brackets(items):
+    """A list that is written on one line."""
+    from ruamel.yaml.comments import CommentedSeq
+
+    made = CommentedSeq(items)
+    made.fa.set_flow_style()
+    return made
 
 
 def rounded(value):

@@ -1,6 +1,7 @@
 """The wheels and the drive train: the thesis' seven keys (Figure 4, Table 1) and two of our own."""
 
 import math
+from collections.abc import Mapping
 from typing import NamedTuple, Tuple
 
 import numpy as np
@@ -17,6 +18,13 @@ THESIS_KEYS = (
     "pidControlFrequency",
 )
 KEYS = (*THESIS_KEYS, "referenceDirection", "positiveRotation")
+MOST_WHEELS = 16           # their packets fit into a line: 160 bytes to the board, 256 bytes from it
+# Beyond any robot; a larger value is a slip of the pen (millimetres, degrees).
+LARGEST_ANGLE = 1000.0     # [rad]
+LARGEST_LENGTH = 10.0      # [m]
+LARGEST_GEAR = 10000.0     # motor turns per wheel turn
+MOST_EDGES = 100000        # encoder edges per motor turn
+LARGEST_FREQUENCY = 1000.0  # [Hz] PID periods per second
 SMALLEST_DETERMINANT = 1e-6  # per n^3; below it some motion needs wheels hundreds of times as fast
 ROTATIONS = {"counterclockwise": 1, "clockwise": -1}
 
@@ -28,7 +36,8 @@ class Wheels(NamedTuple):
     distances: Tuple[float, ...]   # [m] centre of the robot to the wheel's contact point
     radii: Tuple[float, ...]       # [m]
     rotation: int                  # body rotation when all wheels turn positive: +1 counterclockwise, -1
-    edges_per_turn: float          # encoder edges per turn of a wheel
+    gear: float                    # motor turns per turn of a wheel
+    edges_per_motor_turn: int      # encoder edges per turn of a motor
     pid_frequency: float           # [Hz] PID periods per second
 
     @property
@@ -42,6 +51,11 @@ class Wheels(NamedTuple):
         return tuple(direction - self.rotation * math.pi / 2 for direction in self.directions)
 
     @property
+    def edges_per_turn(self):
+        """Encoder edges per turn of a wheel."""
+        return self.gear * self.edges_per_motor_turn
+
+    @property
     def metres_per_edge(self):
         """[m] path of each wheel's rim per encoder edge."""
         return tuple(2 * math.pi * radius / self.edges_per_turn for radius in self.radii)
@@ -51,9 +65,12 @@ def read_wheels(given):
     """`Wheels` from a mapping with the keys of wheel_params.yaml; other keys are not looked at.
 
     Raises ParameterError with every fault at once: a missing key, a wrong type or length, a value
-    that is not finite or not positive, fewer than 3 wheels, wheels that cannot move the robot in
-    every direction (wheel matrix of rank < 3). There are no defaults for the thesis' keys.
+    that is not finite, not positive or beyond any robot, fewer than 3 wheels or more than packets can
+    hold, wheels that cannot move the robot in every direction (wheel matrix of rank < 3). There are no
+    defaults for the thesis' keys.
     """
+    if not isinstance(given, Mapping):
+        raise ParameterError([fault("wheel parameters", given, "parameters by name: " + ", ".join(KEYS))])
     faults = []
 
     def check(key, valid, allowed):
@@ -63,7 +80,8 @@ def read_wheels(given):
         faults.append(fault(key, given.get(key, "nothing"), allowed))
         return None
 
-    amount = check("wheelAmount", lambda v: _is_whole(v) and v >= 3, "a whole number >= 3")
+    amount = check("wheelAmount", lambda v: _is_whole(v) and 3 <= v <= MOST_WHEELS,
+                   f"a whole number from 3 to {MOST_WHEELS}, the wheels whose packets fit into a line")
     several = "wheelAmount" if amount is None else str(amount)
 
     def is_list(value, valid):
@@ -71,21 +89,28 @@ def read_wheels(given):
         return isinstance(value, (list, tuple)) and len(value) == (amount or len(value)) \
             and all(map(valid, value))
 
+    def is_length(value):
+        """Whether `value` is a length that a robot can have."""
+        return _is_positive(value) and value <= LARGEST_LENGTH
+
     def check_per_wheel(key, unit):
         """One positive number per wheel, given as a list or as one number for all."""
-        value = check(key, lambda v: _is_positive(v) or is_list(v, _is_positive),
-                      f"a finite number > 0 [{unit}], or a list of {several} of them")
+        value = check(key, lambda v: is_length(v) or is_list(v, is_length),
+                      f"a number > 0 and <= {LARGEST_LENGTH:g} [{unit}], or a list of {several} of them")
         return value if isinstance(value, (list, tuple)) else [value] * (amount or 0)
 
-    rads = check("wheelRads", lambda v: is_list(v, is_number),
-                 f"a list of {several} finite numbers [rad]")
+    rads = check("wheelRads", lambda v: is_list(v, _is_angle),
+                 f"a list of {several} finite numbers up to {LARGEST_ANGLE:g} [rad]")
     distances = check_per_wheel("wheelDistanceFromCenter", "m")
     radii = check_per_wheel("wheelRadius", "m")
-    gear = check("gearboxReductionRatio", _is_positive, "a finite number > 0")
-    edges = check("encoderEdgesPerMotorRevolution", _is_whole, "a whole number > 0")
-    frequency = check("pidControlFrequency", _is_positive, "a finite number > 0 [Hz]")
+    gear = check("gearboxReductionRatio", lambda v: _is_positive(v) and v <= LARGEST_GEAR,
+                 f"a number > 0 and <= {LARGEST_GEAR:g}")
+    edges = check("encoderEdgesPerMotorRevolution", lambda v: _is_whole(v) and v <= MOST_EDGES,
+                  f"a whole number from 1 to {MOST_EDGES}")
+    frequency = check("pidControlFrequency", lambda v: _is_positive(v) and 1 <= v <= LARGEST_FREQUENCY,
+                      f"a number from 1 to {LARGEST_FREQUENCY:g} [Hz]")
     given = {"referenceDirection": 0.0, "positiveRotation": "counterclockwise", **given}
-    reference = check("referenceDirection", is_number, "a finite number [rad]")
+    reference = check("referenceDirection", _is_angle, f"a finite number up to {LARGEST_ANGLE:g} [rad]")
     rotation = check("positiveRotation", lambda v: isinstance(v, str) and v in ROTATIONS,
                      " or ".join(sorted(ROTATIONS)))
     if faults:
@@ -96,7 +121,8 @@ def read_wheels(given):
         distances=tuple(map(float, distances)),
         radii=tuple(map(float, radii)),
         rotation=ROTATIONS[rotation],
-        edges_per_turn=float(gear * edges),
+        gear=float(gear),
+        edges_per_motor_turn=edges,
         pid_frequency=float(frequency),
     )
     if not can_move_every_way(wheels):
@@ -120,6 +146,10 @@ def can_move_every_way(wheels):
 
 def _is_positive(value):
     return is_number(value) and value > 0
+
+
+def _is_angle(value):
+    return is_number(value) and abs(value) <= LARGEST_ANGLE
 
 
 def _is_whole(value):

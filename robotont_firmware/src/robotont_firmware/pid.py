@@ -179,8 +179,9 @@ class Pid:
             return False
         if self._effort == 0 and ahead < -_ONE_EDGE:
             self._grace = _GRACE  # it rolled before it was driven
-        if self._grace > 0 and not settled:
-            # While the robot changes its motion the other wheels may hold or drag one that followed before.
+        if self._grace > 0 and self._blind == 0 and (not settled or self._grace < _GRACE):
+            # While the robot changes its motion the other wheels may hold or drag one that followed before. One that
+            # stops following while the robot moves as it should gets no grace, whatever that does to the others.
             self._grace -= periods
             return self._seen < _SEEN
         if push > self._static + (self._v * wished >> 17):  # driven as fast as half of what is wished, or faster

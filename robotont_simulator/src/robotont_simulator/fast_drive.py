@@ -30,7 +30,7 @@ def parse(arguments):
     parser.add_argument("--world", metavar="FILE", help="walls and boxes; without: an empty floor")
     parser.add_argument("--grip", metavar="WHEEL=PART", action="append", default=[],
                         help="part 0 to 1 of the friction that a wheel has, e.g. 0=0.02")
-    parser.add_argument("--seed", type=int, default=0, help="of everything random (default: %(default)s)")
+    parser.add_argument("--seed", type=seed, default=0, help="of everything random (default: %(default)s)")
     parser.add_argument("--csv", metavar="FOLDER", help="write each drive's packets and true poses there")
     options = parser.parse_args(arguments)
     try:
@@ -61,6 +61,13 @@ def read_grip(text):
     return int(wheel), float(part)
 
 
+def seed(text):
+    """A whole number >= 0. Raises ArgumentTypeError."""
+    if not (text.isascii() and text.isdigit() and len(text) < 10):
+        raise argparse.ArgumentTypeError(f"found {text[:40]!r}, allowed: a whole number of up to 9 digits")
+    return int(text)
+
+
 def is_number(text):
     """Whether float() takes it."""
     try:
@@ -72,14 +79,18 @@ def is_number(text):
 
 def make_run(options):
     """A fresh robot at rest, a `LockstepRun`. Raises ValueError or OSError with what is wrong with a file."""
-    wheels, given, _ = read_wheel_file(options.wheel_params)
+    wheels = read_wheel_file(options.wheel_params)[0]
+    believed = read_wheel_file(options.believed)[0] if options.believed else wheels
+    if believed.amount != wheels.amount:
+        raise ValueError(f"{options.believed}: found {believed.amount} wheels, allowed: {wheels.amount}, as in "
+                         f"{options.wheel_params}")
     world = read_world(options.world) if options.world else World((), (0.0, 0.0, 0.0))
-    simulation = Simulation(wheels, given["gearboxReductionRatio"], world, options.seed)
+    simulation = Simulation(wheels, world, options.seed)
     for wheel, part in options.grip:
         if wheel >= wheels.amount:
             raise ValueError(f"found --grip of wheel {wheel}, allowed: 0 to {wheels.amount - 1}")
         simulation.set_grip(wheel, part)
-    run = LockstepRun(simulation, read_wheel_file(options.believed)[0] if options.believed else wheels)
+    run = LockstepRun(simulation, believed)
     run.hold(REST, PAUSE)
     return run
 

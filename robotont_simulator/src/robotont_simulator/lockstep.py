@@ -1,11 +1,11 @@
 """A PC and a board in one process, as fast as the machine allows: for fast_drive, tests and benchmarks."""
 
 from robotont_driver.kinematics import Kinematics
+from robotont_driver.motor import counts_in_reach
 from robotont_driver.odometry import WheelOdometry
 from robotont_driver.protocol import FeedbackReader, add_checksum, format_packet
-from robotont_firmware import config
 from robotont_firmware.controller import Controller
-from robotont_simulator.simulated_board import SimulatedBoard
+from robotont_simulator.simulated_board import SimulatedBoard, configuration
 
 
 class LockstepRun:
@@ -15,8 +15,6 @@ class LockstepRun:
     believed: `Wheels` that commands and odometry are computed with; None: the true ones.
     """
 
-    REACH = 400  # [edges per period]
-
     def __init__(self, simulation, believed=None):
         wheels = simulation.wheels
         self.simulation = simulation
@@ -25,10 +23,15 @@ class LockstepRun:
         self.counts = []
         self.path = []
         self._to_board = bytearray()
-        self._reader = FeedbackReader(wheels.amount, self.REACH)
+        self._reader = FeedbackReader(wheels.amount, counts_in_reach(wheels))
         self._board = SimulatedBoard(simulation, self, lambda: True, real_time=False)
-        self._controller = Controller(self._board, config, wheels.amount, "simulated")
+        self._controller = Controller(self._board, configuration(wheels), wheels.amount, "simulated")
         self._controller.start()
+
+    @property
+    def status(self):
+        """The newest BoardStatus."""
+        return self._reader.health.status
 
     def drive(self, twists):
         """Command one twist per period, until the iterable ends; None commands nothing."""

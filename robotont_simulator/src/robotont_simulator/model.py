@@ -3,6 +3,7 @@
 import math
 from xml.etree import ElementTree
 
+from robotont_driver.motor import NO_LOAD_SPEED
 from robotont_simulator.world import HEIGHT
 
 TIMESTEP = 0.002       # [s]
@@ -22,7 +23,8 @@ LASER_ABOVE_WHEELS = 0.092  # [m] above the top of the largest one
 
 # Pololu 37D motors at 12 V, seen at the motor's own shaft.
 VOLTAGE = 12.0         # [V]
-NO_LOAD = 982.0        # [rad/s] 500 rpm behind the 18.75:1 gearbox
+NO_LOAD = 2 * math.pi * NO_LOAD_SPEED  # [rad/s]
+STALL_CURRENT = 5.0    # [A]
 STALL = 0.0315         # [N m] 0.59 N m behind the gearbox
 GEAR_FRICTION = 0.04   # part of the stall torque that the gearbox costs
 ROTOR_INERTIA = 1.2e-6  # [kg m^2]
@@ -40,8 +42,8 @@ def laser_height(wheels):
     return 2 * max(wheels.radii) + LASER_ABOVE_WHEELS
 
 
-def build(wheels, gear, world):
-    """MJCF text for `Wheels`, the gearbox ratio and a `World`. base_link stands on the floor below the centre."""
+def build(wheels, world):
+    """MJCF text for `Wheels` and a `World`. base_link stands on the floor below the centre."""
     root = ElementTree.Element("mujoco", model="robotont")
     add(root, "compiler", angle="radian", autolimits="true")
     # elliptic cones and the stiffness ratio keep rollers from creeping sideways
@@ -67,13 +69,13 @@ def build(wheels, gear, world):
     _add_robot(scene, wheels, world.start)
     actuators = add(root, "actuator")
     for number in range(wheels.amount):
-        stall, speed = STALL * gear, NO_LOAD / gear / (1 - GEAR_FRICTION)
+        stall, speed = STALL * wheels.gear, NO_LOAD / wheels.gear / (1 - GEAR_FRICTION)
         add(actuators, "general", name=f"motor{number}", joint=f"wheel{number}", ctrlrange=(-2, 2),
             gainprm=(stall,), biastype="affine", biasprm=(0, 0, -stall / speed))
     for joint in root.iter("joint"):
         if joint.get("name", "").startswith("wheel"):
-            joint.set("frictionloss", text(STALL * gear * GEAR_FRICTION))
-            joint.set("armature", text(ROTOR_INERTIA * gear ** 2))
+            joint.set("frictionloss", text(STALL * wheels.gear * GEAR_FRICTION))
+            joint.set("armature", text(ROTOR_INERTIA * wheels.gear ** 2))
     return ElementTree.tostring(root, encoding="unicode")
 
 

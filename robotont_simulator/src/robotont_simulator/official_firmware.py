@@ -33,12 +33,12 @@ class SimulatedMotors:
         return [int(edges) for edges in turned]
 
 
-def make_simulation(wheels, gear, world, seed, imu_rate=0.0):
+def make_simulation(wheels, world, seed, imu_rate=0.0):
     """`Simulation` for a board with the official firmware. Raises ValueError for wheels that it cannot have."""
     places = [math.remainder(found - wanted, 2 * math.pi) for found, wanted in zip(wheels.positions, POSITIONS)]
     if wheels.amount != 3 or wheels.rotation != 1 or max(map(abs, places)) > LARGEST_ANGLE:
         raise ValueError("found another wheel file, allowed: wheel_params_robotont2.yaml or a calibrated copy of it")
-    return Simulation(wheels._replace(pid_frequency=MOTORS_FREQUENCY), gear, world, seed, imu_rate)
+    return Simulation(wheels._replace(pid_frequency=MOTORS_FREQUENCY), world, seed, imu_rate)
 
 
 class OfficialFirmware:
@@ -54,6 +54,12 @@ class OfficialFirmware:
         self._line = line
         self._on_tick = on_tick
         self.due = time.monotonic()  # [s] when the newest period was over
+        self.late = 0  # stalls after which time was left out
+
+    @property
+    def dead(self):
+        """What has killed the board's processor; empty while it lives."""
+        return self._board.dead
 
     def start(self):
         """Nothing to prepare."""
@@ -65,6 +71,7 @@ class OfficialFirmware:
         while going:
             time.sleep(max(0.0, before + LOOK - time.monotonic()))
             now = time.monotonic()
+            self.late += now - before > LONGEST_STALL
             passed, before = min(now - before, LONGEST_STALL), now
             for line in self._line.read(4096).splitlines(keepends=True):
                 board.receive(line, board.now)

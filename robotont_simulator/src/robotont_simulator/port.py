@@ -6,12 +6,21 @@ import random
 import select
 import tty
 
+from robotont_driver import port_owner
+
+
+class PortError(OSError):
+    """A name that no port can have: what was found, what is allowed."""
+
 
 class Port:
     """A serial port under the name `link`; plugged in from the start.
 
-    byte_errors: rate of bytes that are replaced by random ones, both ways.
+    byte_errors: rate of bytes that are replaced by random ones, both ways, or only from the board to the PC where
+    `spoil_commands` is false.
     """
+
+    spoil_commands = True
 
     def __init__(self, link, seed=0):
         self.link = link
@@ -26,28 +35,54 @@ class Port:
         return self._master is not None
 
     def plug(self):
-        """Appear. Raises OSError when the name is taken by something else than a link of an earlier run."""
+        """Appear. Raises PortError when the name cannot be used, or belongs to somebody else."""
         if self.plugged:
             return
-        if os.path.islink(self.link) and not os.path.exists(self.link):
-            os.unlink(self.link)  # left behind by a simulator that was killed
-        master, slave = os.openpty()
-        tty.setraw(slave)
         try:
-            os.symlink(os.ttyname(slave), self.link)
+            self._make_room()
+            self._master = self._make_line()
+        except OSError as error:
+            if isinstance(error, PortError):
+                raise
+            raise PortError(f"{self.link!r}: {os.strerror(error.errno).lower()}; allowed: a new name in a folder "
+                            "that you may write to") from None
+
+    def _make_room(self):
+        """Remove what a simulator that was killed has left behind."""
+        if not os.path.lexists(self.link):
+            return
+        if not os.path.islink(self.link):
+            raise PortError(f"{self.link}: found something that is no link, allowed: a new name")
+        owner, device = port_owner.read_owner(self.link), os.readlink(self.link)
+        if owner and owner.device == device:
+            if owner.lives:
+                raise PortError(f"{self.link}: is the port of process {owner.pid}, which still runs; end it, or "
+                                "choose another name")
+        elif os.path.exists(self.link):
+            raise PortError(f"{self.link}: leads to {device} and is no link of a simulator; remove it, or choose "
+                            "another name")
+        port_owner.remove(self.link)
+
+    def _make_line(self):
+        """The board's end of a new pseudo-terminal, whose other end has the name."""
+        master, slave = os.openpty()
+        try:
+            tty.setraw(slave)
+            device = os.ttyname(slave)
+            os.symlink(device, self.link)
+            port_owner.sign(self.link, device)
         except OSError:
             os.close(master)
             raise
         finally:
             os.close(slave)
         os.set_blocking(master, False)
-        self._master = master
+        return master
 
     def unplug(self):
         """Vanish, name and line."""
         if self.plugged:
-            with contextlib.suppress(FileNotFoundError):
-                os.unlink(self.link)
+            port_owner.remove(self.link)
             os.close(self._master)
             self._master = None
 
@@ -56,7 +91,8 @@ class Port:
         if not self.plugged or not select.select([self._master], [], [], 0)[0]:
             return b""
         try:
-            return self._spoil(os.read(self._master, size))
+            data = os.read(self._master, size)
+            return self._spoil(data) if self.spoil_commands else data
         except OSError:  # nobody has the port open
             return b""
 

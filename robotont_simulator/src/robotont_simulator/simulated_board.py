@@ -1,8 +1,47 @@
 """The firmware's board interface over the simulation; see robotont_firmware.controller."""
 
 import time
+import types
 
 from robotont_firmware import config
+from robotont_firmware.controller import Controller
+
+DARK = 25  # [periods] that a board without power and then starting does nothing
+
+
+def configuration(wheels):
+    """The firmware's configuration, for the rate of `Wheels`, as an object with its numbers as attributes."""
+    numbers = {name: value for name, value in vars(config).items() if name.isupper()}
+    return types.SimpleNamespace(**{**numbers, "RATE": round(wheels.pid_frequency), "PROFILE": "simulated"})
+
+
+class SimulatedFirmware:
+    """The firmware on a `SimulatedBoard`, with its starts."""
+
+    def __init__(self, board):
+        self._board = board
+        self._make("simulated")
+
+    def _make(self, cause):
+        wheels = self._board.wheels
+        self._controller = Controller(self._board, configuration(wheels), wheels.amount, cause)
+
+    def start(self):
+        """Say who it is."""
+        self._controller.start()
+
+    def fail(self):
+        """Let the board's supply break down at the end of this period."""
+        self._board.power_failed = True
+
+    def run(self):
+        """Run until the simulation ends, through every failure of the board's supply."""
+        while not self._controller.run() and self._board.power_failed:
+            for _ in range(DARK):
+                self._board.wait_tick()
+            self._board.power_returns()
+            self._make("power")
+            self.start()
 
 LONGEST_STALL = 0.4  # [s] that is made up for; the firmware must not miss half a second of commands at once
 
@@ -17,17 +56,30 @@ class SimulatedBoard:
 
     def __init__(self, simulation, line, on_tick, real_time):
         self.line = line
+        self.late = 0  # stalls after which time was left out
+        self.power_failed = False
         self._simulation = simulation
         self._on_tick = on_tick
         self._period = 1.0 / simulation.wheels.pid_frequency
         self.due = time.monotonic() if real_time else None  # [s] when the newest period was over, on its own clock
+
+    @property
+    def wheels(self):
+        """The `Wheels` of the simulated robot."""
+        return self._simulation.wheels
+
+    def power_returns(self):
+        """Supply the board again; what came on the line meanwhile is lost."""
+        self.power_failed = False
+        while self.line.read(4096):
+            pass
 
     def wait_tick(self):
         """Let one period pass; 1, or 0 to end."""
         self._simulation.step()
         if self.due is not None:
             self._keep_pace()
-        return 1 if self._on_tick() else 0
+        return 1 if self._on_tick() and not self.power_failed else 0
 
     def _keep_pace(self):
         """Sleep until the period is over.
@@ -40,6 +92,7 @@ class SimulatedBoard:
         if ahead > 0:
             time.sleep(ahead)
         elif ahead < -LONGEST_STALL:
+            self.late += 1
             self.due += self._period * (-ahead // self._period)
 
     def counts(self, totals):
@@ -54,6 +107,10 @@ class SimulatedBoard:
     def fault(self, _wheel):
         """No motor driver, no fault."""
         return False
+
+    def battery(self):
+        """[mV] of the battery."""
+        return round(self._simulation.voltage * 1000)
 
     def read(self, buffer):
         """Read what waits on the line."""

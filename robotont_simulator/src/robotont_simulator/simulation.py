@@ -9,6 +9,8 @@ from robotont_simulator import model
 from robotont_simulator.imu import GRAVITY, ImuErrors
 
 COAST_EFFORT = 0   # the motor driver leaves the motor open: no torque, no brake
+GOOD, UNPLUGGED, REVERSED = "good", "unplugged", "reversed"  # what an encoder can be
+JAMMED = 50.0      # [N m] friction of a wheel that something holds: more than any motor
 PUSH_DURATION = 0.3  # [s] that a push takes
 PUSH_LIFT = 1.0      # part of the robot's weight that a push takes off its wheels, as a person carrying the robot would
 
@@ -16,16 +18,15 @@ PUSH_LIFT = 1.0      # part of the robot's weight that a push takes off its whee
 class Simulation:
     """A robot with `Wheels` in a `World`. Deterministic for a seed and a sequence of calls.
 
-    gear: gearbox ratio, which `Wheels` holds only together with the encoder's edges. imu_rate: [Hz] of an inertial
-    measurement unit, at most; as many whole steps of the physics as divide the period lie between two readings.
-    0: none.
+    imu_rate: [Hz] of an inertial measurement unit, at most; as many whole steps of the physics as divide the period
+    lie between two readings. 0: none.
     """
 
-    def __init__(self, wheels, gear, world, seed=0, imu_rate=0.0):
+    def __init__(self, wheels, world, seed=0, imu_rate=0.0):
         self.wheels = wheels
         self.world = world
         self.random = np.random.default_rng(seed)
-        self.mujoco_model = mujoco.MjModel.from_xml_string(model.build(wheels, gear, world))
+        self.mujoco_model = mujoco.MjModel.from_xml_string(model.build(wheels, world))
         self.data = mujoco.MjData(self.mujoco_model)
         self.voltage = model.VOLTAGE
         self._steps = round(1.0 / wheels.pid_frequency / model.TIMESTEP)
@@ -33,13 +34,19 @@ class Simulation:
         self._body = self.mujoco_model.body("base_link").id
         self._angle_at = [int(self.mujoco_model.joint(f"wheel{wheel}").qposadr[0]) for wheel in range(wheels.amount)]
         self._brake = self.mujoco_model.actuator_biasprm[:, 2].copy()
+        self._gains = self.mujoco_model.actuator_gainprm[:, 0].copy()
         self._rollers = [
             [geom for geom in range(self.mujoco_model.ngeom)
              if (self.mujoco_model.geom(geom).name or "").startswith(f"roller{wheel}_")]
             for wheel in range(wheels.amount)
         ]
         # encoders start anywhere
-        self._offset = self.random.integers(0, 0x10000, wheels.amount)
+        self._counters = self.random.integers(0, 0x10000, wheels.amount)
+        self._edges = np.zeros(wheels.amount, int)  # since the start, as the wheels turned
+        self._encoders = np.ones(wheels.amount, int)  # 1, 0 unplugged, -1 reversed
+        self._powered = np.ones(wheels.amount, bool)
+        self._dofs = [int(self.mujoco_model.joint(f"wheel{wheel}").dofadr[0]) for wheel in range(wheels.amount)]
+        self._frictions = self.mujoco_model.dof_frictionloss[self._dofs].copy()
         self._efforts = np.zeros(wheels.amount)
         self._coasting = np.ones(wheels.amount, bool)
         self._push_ends = 0.0  # [s]
@@ -63,14 +70,17 @@ class Simulation:
 
     def step(self):
         """One PID period."""
-        self.data.ctrl[:] = self._efforts * (self.voltage / model.VOLTAGE)
-        self.mujoco_model.actuator_biasprm[:, 2] = np.where(self._coasting, 0.0, self._brake)
+        self.data.ctrl[:] = np.where(self._powered, self._efforts * (self.voltage / model.VOLTAGE), 0.0)
+        self.mujoco_model.actuator_biasprm[:, 2] = np.where(self._coasting | ~self._powered, 0.0, self._brake)
         if self.time >= self._push_ends:
             self.data.xfrc_applied[self._body] = 0.0
         if self.imu_errors is None:
             mujoco.mj_step(self.mujoco_model, self.data, self._steps)
         else:
             self.imu_readings = [self._read_imu() for _ in range(self._steps // self._imu_steps)]
+        edges = np.floor(self.wheel_angles() * self.wheels.edges_per_turn / (2 * math.pi)).astype(int)
+        self._counters = (self._counters + self._encoders * (edges - self._edges)) % 0x10000
+        self._edges = edges
 
     def _read_imu(self):
         """Move on to the next reading of the inertial measurement unit: means since the one before, in base_link."""
@@ -85,8 +95,7 @@ class Simulation:
 
     def counts(self):
         """Encoder counters, n, 0..65535."""
-        edges = np.floor(self.wheel_angles() * self.wheels.edges_per_turn / (2 * math.pi)).astype(int)
-        return (edges + self._offset) % 0x10000
+        return self._counters
 
     def wheel_angles(self):
         """[rad] that each wheel has turned."""
@@ -118,6 +127,31 @@ class Simulation:
     def set_grip(self, wheel, part):
         """Make a wheel slippery: `part` (0..1) of the normal friction."""
         self.mujoco_model.geom_friction[self._rollers[wheel], 0] = max(model.FRICTION * part, 1e-3)
+
+    def set_encoder(self, wheel, state):
+        """Make an encoder GOOD, UNPLUGGED or REVERSED."""
+        self._encoders[wheel] = {GOOD: 1, UNPLUGGED: 0, REVERSED: -1}[state]
+
+    def set_motor(self, wheel, powered):
+        """Connect or disconnect a motor's current: without it the wheel rolls."""
+        self._powered[wheel] = powered
+
+    def set_jam(self, wheel, jammed):
+        """Hold a wheel fast, or let it go."""
+        self.mujoco_model.dof_frictionloss[self._dofs[wheel]] = JAMMED if jammed else self._frictions[wheel]
+
+    def wheel_speeds(self):
+        """[rad/s] of each wheel, n."""
+        return self.data.qvel[self._dofs]
+
+    def driven(self):
+        """Whether the board drives any motor."""
+        return bool(np.any(self._efforts))
+
+    def currents(self):
+        """[A] that each motor draws, n."""
+        emf = self.wheel_speeds() * -self._brake / self._gains  # part of the nominal voltage
+        return model.STALL_CURRENT * np.where(self._coasting | ~self._powered, 0.0, self.data.ctrl - emf)
 
     def touches(self):
         """Whether the body touches a wall or a box."""

@@ -9,17 +9,15 @@ import rospy
 from geometry_msgs.msg import Vector3
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import Imu, LaserScan
-from std_msgs.msg import Float32, Float32MultiArray
-from std_srvs.srv import SetBool, SetBoolResponse
+from std_msgs.msg import Float32, Float32MultiArray, Int8MultiArray
+from std_srvs.srv import SetBool, SetBoolResponse, Trigger, TriggerResponse
 
-from robotont_driver.node import run_node
+from robotont_driver.node import OK, WARN, Health, run_node
 from robotont_driver.parameters import Parameter
-from robotont_firmware import config
-from robotont_firmware.controller import Controller
 from robotont_simulator.official_firmware import FIRMWARES, OfficialFirmware, make_simulation
-from robotont_simulator.port import Port
-from robotont_simulator.simulated_board import SimulatedBoard
-from robotont_simulator.simulation import Simulation
+from robotont_simulator.port import Port, PortError
+from robotont_simulator.simulated_board import SimulatedBoard, SimulatedFirmware
+from robotont_simulator.simulation import GOOD, REVERSED, UNPLUGGED, Simulation
 from robotont_simulator.world import World, WorldError, read_world
 
 LONGEST_READING = 1e-3  # [s] that reading two clocks may take; longer, and something came between
@@ -29,21 +27,22 @@ PARAMETERS = (
     Parameter("firmware", "own", "what runs on the board: this project's firmware, or the official one of a generation",
               choices=FIRMWARES),
     Parameter("world", "", "file of walls and boxes; empty: nothing but a floor"),
-    Parameter("start_x", math.nan, "start position; nan: the world's", "m"),
-    Parameter("start_y", math.nan, "start position; nan: the world's", "m"),
-    Parameter("start_yaw", math.nan, "start direction; nan: the world's", "rad"),
-    Parameter("seed", 0, "of everything random: encoder offsets, spoilt bytes, errors of the gyro"),
-    Parameter("gearbox", 18.75, "gearboxReductionRatio of the simulated motors", minimum=1.0),
+    Parameter("start_x", math.nan, "start position; nan: the world's", "m", minimum=-1000.0, maximum=1000.0),
+    Parameter("start_y", math.nan, "start position; nan: the world's", "m", minimum=-1000.0, maximum=1000.0),
+    Parameter("start_yaw", math.nan, "start direction; nan: the world's", "rad", minimum=-1000.0, maximum=1000.0),
+    Parameter("seed", 0, "of everything random: encoder offsets, spoilt bytes, errors of the gyro", minimum=0,
+              maximum=999999999),
     Parameter("world_frame", "map", "frame of the ground truth"),
     Parameter("base_frame", "base_link", "child frame of the ground truth"),
     Parameter("laser_frame", "laser", "frame of the scan"),
-    Parameter("scan_rate", 10.0, "scans per second; 0 = off", "Hz", minimum=0.0),
-    Parameter("scan_field_of_view", 1.03, "centred on forward; 6.2831853 for all around", "rad", minimum=0.1),
-    Parameter("scan_rays", 128, "measurements per scan", minimum=2),
-    Parameter("scan_nearest", 0.3, "nearer things read -inf (REP 117)", "m", minimum=0.0),
-    Parameter("scan_farthest", 4.0, "farther things are not seen", "m", minimum=0.1),
+    Parameter("scan_rate", 10.0, "scans per second; 0 = off", "Hz", minimum=0.0, maximum=1000.0),
+    Parameter("scan_field_of_view", 1.03, "centred on forward; 6.2831853 for all around", "rad", minimum=0.1,
+              maximum=6.2831854, reason="a whole turn"),
+    Parameter("scan_rays", 128, "measurements per scan", minimum=2, maximum=10000),
+    Parameter("scan_nearest", 0.3, "nearer things read -inf (REP 117)", "m", minimum=0.0, maximum=100.0),
+    Parameter("scan_farthest", 4.0, "farther things are not seen", "m", minimum=0.1, maximum=1000.0),
     Parameter("imu_rate", 250.0, "readings per second of gyro and accelerometer, rounded down to what fits the steps "
-              "of 2 ms; 0 = off", "Hz", minimum=0.0),
+              "of 2 ms; 0 = off", "Hz", minimum=0.0, maximum=500.0),
 )
 
 
@@ -54,7 +53,7 @@ class SimulatorNode:
         self._parameters = parameters
         world = self._read_world()
         self._simulation = self._make_simulation(wheels, world)
-        self._port = Port(parameters["port"], parameters["seed"])
+        self._port = self._make_port()
         self._lock = threading.Lock()
         self._orders = []  # functions to call between two periods
         self._ticks = 0
@@ -67,30 +66,45 @@ class SimulatorNode:
         rospy.Subscriber("~wheel_grip", Float32MultiArray, self._on_wheel_grip)
         rospy.Subscriber("~push", Vector3, self._on_push)
         rospy.Subscriber("~battery", Float32, self._on_battery)
+        self._stopping = threading.Event()
+        self._late_before = 0
+        rospy.Subscriber("~encoders", Int8MultiArray, self._on_encoders)
+        rospy.Subscriber("~motors", Int8MultiArray, self._on_motors)
+        rospy.Subscriber("~jam", Int8MultiArray, self._on_jam)
+        rospy.Service("~brown_out", Trigger, self._on_brown_out)
         self._firmware = self._make_firmware(wheels)
         self._thread = threading.Thread(target=self._run, daemon=True)
         rospy.on_shutdown(self._stop)
         self._thread.start()
+        Health("simulator", {"real time": self._report})
         rospy.loginfo("a board at %s", parameters["port"])
+
+    def _make_port(self):
+        try:
+            return Port(self._parameters["port"], self._parameters["seed"])
+        except PortError as error:
+            rospy.logfatal("~port: %s", error)
+            raise SystemExit(1) from None
 
     def _make_simulation(self, wheels, world):
         given = self._parameters
         if given["firmware"] == "own":
-            return Simulation(wheels, given["gearbox"], world, given["seed"], given["imu_rate"])
+            return Simulation(wheels, world, given["seed"], given["imu_rate"])
         try:
-            return make_simulation(wheels, given["gearbox"], world, given["seed"], given["imu_rate"])
+            return make_simulation(wheels, world, given["seed"], given["imu_rate"])
         except ValueError as error:
             rospy.logfatal("firmware %s: %s", given["firmware"], error)
             raise SystemExit(1) from None
 
     def _make_firmware(self, wheels):
-        """An object with start() and run(); `_board` has `due`, when the newest period was over."""
+        """An object with start() and run(); `_board` has `due`, when the newest period was over, and `late`."""
         name = self._parameters["firmware"]
         if name != "own":
+            self._port.spoil_commands = False  # one spoilt field can kill the official firmware
             self._board = OfficialFirmware(name, self._simulation, self._port, self._on_tick)
             return self._board
         self._board = SimulatedBoard(self._simulation, self._port, self._on_tick, real_time=True)
-        return Controller(self._board, config, wheels.amount, "simulated")
+        return SimulatedFirmware(self._board)
 
     def _read_world(self):
         given = self._parameters
@@ -135,13 +149,15 @@ class SimulatorNode:
             orders, self._orders = self._orders, []
         for order in orders:
             order()
+        if getattr(self._firmware, "dead", ""):
+            rospy.logerr_throttle(10.0, "the board is dead: %s", self._firmware.dead)
         self._ticks += 1
         stamp = self._stamp()
         self._publish_truth(stamp)
         self._publish_imu(stamp)
         if self._scan_ticks and self._ticks % self._scan_ticks == 0:
             self._publish_scan(stamp)
-        return not rospy.is_shutdown()
+        return not self._stopping.is_set()
 
     def _stamp(self):
         """When the board's newest period was over, which is a little before now; where time is simulated, now."""
@@ -183,8 +199,14 @@ class SimulatorNode:
             self._orders.append(lambda: function(*arguments))
 
     def _on_unplug(self, request):
-        self._order(self._port.unplug if request.data else self._port.plug)
+        self._order(self._port.unplug if request.data else self._plug)
         return SetBoolResponse(success=True, message="unplugged" if request.data else "plugged in")
+
+    def _plug(self):
+        try:
+            self._port.plug()
+        except PortError as error:
+            rospy.logerr("not plugged in: %s", error)
 
     def _on_byte_errors(self, message):
         if check("byte_errors", message.data, 0.0, 1.0):
@@ -192,12 +214,38 @@ class SimulatorNode:
 
     def _on_wheel_grip(self, message):
         """One part (0..1) of the normal friction per wheel."""
-        if len(message.data) != self._simulation.wheels.amount:
-            rospy.logwarn("~wheel_grip: found %d numbers, allowed: %d", len(message.data),
-                          self._simulation.wheels.amount)
-        elif all(check("wheel_grip", grip, 0.0, 1.0) for grip in message.data):
-            for wheel, grip in enumerate(message.data):
-                self._order(self._simulation.set_grip, wheel, grip)
+        self._order_for_wheels("wheel_grip", message.data, 0, 1, self._simulation.set_grip)
+
+    def _on_encoders(self, message):
+        """Per wheel 1: good, 0: unplugged, -1: counts backwards."""
+        states = {1: GOOD, 0: UNPLUGGED, -1: REVERSED}
+        self._order_for_wheels("encoders", message.data, -1, 1,
+                               lambda wheel, value: self._simulation.set_encoder(wheel, states[value]))
+
+    def _on_motors(self, message):
+        """Per wheel 1: connected, 0: gets no current."""
+        self._order_for_wheels("motors", message.data, 0, 1,
+                               lambda wheel, value: self._simulation.set_motor(wheel, bool(value)))
+
+    def _on_jam(self, message):
+        """Per wheel 1: held fast, 0: free."""
+        self._order_for_wheels("jam", message.data, 0, 1,
+                               lambda wheel, value: self._simulation.set_jam(wheel, bool(value)))
+
+    def _order_for_wheels(self, name, values, lowest, highest, function):
+        """Call function(wheel, value) for each wheel, between two periods."""
+        if len(values) != self._simulation.wheels.amount:
+            rospy.logwarn("~%s: found %d numbers, allowed: %d", name, len(values), self._simulation.wheels.amount)
+        elif all(check(name, value, lowest, highest) for value in values):
+            for wheel, value in enumerate(values):
+                self._order(function, wheel, value)
+
+    def _on_brown_out(self, _request):
+        """Let the board's supply break down for half a second."""
+        if not isinstance(self._firmware, SimulatedFirmware):
+            return TriggerResponse(success=False, message="only with ~firmware own")
+        self._order(self._firmware.fail)
+        return TriggerResponse(success=True, message="the board starts anew in half a second")
 
     def _on_push(self, message):
         """An impulse: x, y [N s] along the world's axes, z [N m s] around the vertical."""
@@ -209,8 +257,18 @@ class SimulatorNode:
         if check("battery", message.data, 0.0, 17.0):
             self._order(setattr, self._simulation, "voltage", message.data)
 
+    def _report(self):
+        late = self._board.late
+        new, self._late_before = late - self._late_before, late
+        values = {"stalls after which time was left out": late, "simulated [s]": f"{self._simulation.time:.1f}"}
+        if new:
+            return WARN, f"{new} stalls after which time was left out: this machine is too slow, or busy", values
+        return OK, "in real time", values
+
     def _stop(self):
-        self._thread.join(1.0)
+        """End the loop, then the port. Called when ROS begins to shut down."""
+        self._stopping.set()
+        self._thread.join()
         self._port.unplug()
 
 
@@ -222,6 +280,13 @@ def check(name, value, lowest, highest):
     return good
 
 
+def check_together(_wheels, parameters, _other):
+    """What does not fit together, in words."""
+    nearest, farthest = parameters["scan_nearest"], parameters["scan_farthest"]
+    return [] if nearest < farthest else [
+        f"~scan_nearest and ~scan_farthest: found {nearest:g} and {farthest:g}, allowed: nearest < farthest"]
+
+
 def main():
     """Run simulator_node."""
-    run_node("simulator_node", SimulatorNode, PARAMETERS)
+    run_node("simulator_node", SimulatorNode, PARAMETERS, check_together)

@@ -5,10 +5,13 @@ from pathlib import Path
 from typing import NamedTuple, Tuple
 
 import numpy as np
-import yaml
+
+from robotont_driver.parameters import fault, is_number, shown
+from robotont_driver.yaml_file import read_mapping
 
 WALL_THICKNESS = 0.1  # [m]
 HEIGHT = 0.4          # [m] of walls and boxes
+LARGEST_NUMBER = 1000.0  # [m] or [rad] in a world file
 
 
 class Box(NamedTuple):
@@ -38,14 +41,15 @@ def read_world(file):
     Its keys, each optional, in m and rad: `walls`, a list of [x1, y1, x2, y2]; `boxes`, a list of
     [x, y, length, width, yaw]; `start`, [x, y, yaw].
     """
-    content = yaml.safe_load(Path(str(file)).read_text()) or {}
-    if not isinstance(content, dict):
-        raise WorldError(f"{file}: found {type(content).__name__}, allowed: walls, boxes and start")
+    try:
+        content, _ = read_mapping(file, "walls, boxes and start")
+    except ValueError as error:
+        raise WorldError(str(error)) from None
     unknown = set(content) - {"walls", "boxes", "start"}
     if unknown:
-        raise WorldError(f"{file}: found {', '.join(sorted(map(str, unknown)))}, allowed: walls, boxes and start")
-    walls = [_wall(*_numbers(file, "walls", wall, 4)) for wall in content.get("walls") or ()]
-    boxes = [Box(*_numbers(file, "boxes", box, 5)) for box in content.get("boxes") or ()]
+        raise WorldError(f"{file}: found {', '.join(sorted(map(shown, unknown)))}, allowed: walls, boxes and start")
+    walls = [_wall(*wall) for wall in _lists(file, content, "walls", 4)]
+    boxes = [Box(*box) for box in _lists(file, content, "boxes", 5)]
     for box in boxes:
         if box.length <= 0 or box.width <= 0:
             raise WorldError(f"{file}: boxes: found {list(box)}, allowed: length and width > 0 [m]")
@@ -53,11 +57,19 @@ def read_world(file):
     return World(tuple(walls + boxes), tuple(start))
 
 
+def _lists(file, content, key, count):
+    """The lists of `count` numbers under a key; none where it is missing or empty."""
+    values = content.get(key) or []
+    if not isinstance(values, list):
+        raise WorldError(fault(f"{file}: {key}", values, f"a list of lists of {count} numbers"))
+    return [_numbers(file, key, value, count) for value in values]
+
+
 def _numbers(file, key, values, count):
     good = isinstance(values, list) and len(values) == count and all(
-        isinstance(value, (int, float)) and not isinstance(value, bool) and math.isfinite(value) for value in values)
+        is_number(value) and abs(value) <= LARGEST_NUMBER for value in values)
     if not good:
-        raise WorldError(f"{file}: {key}: found {values!r}, allowed: lists of {count} finite numbers")
+        raise WorldError(fault(f"{file}: {key}", values, f"lists of {count} numbers up to {LARGEST_NUMBER:g}"))
     return [float(value) for value in values]
 
 

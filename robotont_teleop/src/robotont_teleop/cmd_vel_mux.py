@@ -11,6 +11,7 @@ from std_msgs.msg import Bool, String
 from std_srvs.srv import Trigger, TriggerResponse
 
 from robotont_driver.command_stream import refuse
+from robotont_driver.driver_node import PRESSED
 from robotont_driver.node import OK, WARN, Health, Worker
 from robotont_driver.parameters import Parameter
 from robotont_teleop.arbitration import STOP, Arbiter, Input
@@ -18,18 +19,21 @@ from robotont_teleop.node import run_node, twist_message
 
 PARAMETERS = (
     Parameter("hand_timeout", 0.3, "the robot stops after this long without a command of the hand that drives", "s",
-              minimum=0.05),
+              minimum=0.05, maximum=2.0,
+              reason="for so long the robot drives on when the hand's node dies"),
     Parameter("hand_rest", 2.0, "after the last motion by hand, before the inputs below it may drive", "s",
-              minimum=0.0),
+              minimum=0.0, maximum=60.0),
     Parameter("navigation_timeout", 0.5, "the robot stops after this long without a command of navigation", "s",
-              minimum=0.05),
+              minimum=0.05, maximum=2.0,
+              reason="for so long the robot drives on when navigation dies"),
     Parameter("navigation_rest", 1.0, "after the last motion by navigation, before the default may drive", "s",
-              minimum=0.0),
+              minimum=0.0, maximum=60.0),
     Parameter("default_timeout", 0.5, "the robot stops after this long without a command of the default", "s",
-              minimum=0.05),
+              minimum=0.05, maximum=2.0,
+              reason="for so long the robot drives on when the default's node dies"),
 )
 INPUTS = ("hand", "navigation", "default")  # highest first
-PRESSED = "emergency_stop_pressed"  # parameter that outlives this node
+LOOK_PERIOD = 0.02       # [s] between two looks at who has fallen silent, at most
 PUBLISHERS_PERIOD = 2.0  # [s] between two looks at who else publishes cmd_vel
 
 
@@ -49,16 +53,16 @@ class CmdVelMux:
         self._driven_by = rospy.Publisher("cmd_vel/driven_by", String, queue_size=1, latch=True)
         self._emergency_stop = rospy.Publisher("emergency_stop", Bool, queue_size=1, latch=True)
         self._saved = False  # what the parameter holds
-        if rospy.get_param(PRESSED, False):  # a mux before this one has left it
+        if rospy.get_param(PRESSED, False) is True:  # a mux before this one has left it
             self._press(True)
         self._tell_driver()
-        self._worker = Worker(self._look)
+        Worker(self._look)
         rospy.on_shutdown(self._stop)
         rospy.Subscriber("emergency_stop", Bool, self._on_emergency_stop, queue_size=1, tcp_nodelay=True)
         for name in INPUTS:
             rospy.Subscriber("cmd_vel/" + name, Twist, partial(self._on_command, name), queue_size=1, tcp_nodelay=True)
         rospy.Service("~give_back", Trigger, self._on_give_back)
-        self._lookout = Worker(self._look_for_others)
+        Worker(self._look_for_others)
         Health("robotont", {"who drives": self._report})
 
     def _on_command(self, name, message):
@@ -75,14 +79,12 @@ class CmdVelMux:
                 self._refusal = f"cmd_vel/{name}: {refusal}"
         if changed:
             self._tell_driver()
-        self._worker.wake()
         if refusal:
             rospy.logwarn_throttle(1.0, "cmd_vel/%s refused: %s", name, refusal)
 
     def _on_emergency_stop(self, message):
         if message._connection_header.get("callerid") != rospy.get_name():
             self._press(message.data)
-            self._worker.wake()
 
     def _press(self, pressed):
         """Lock or unlock; then say it again, latched, so that nodes that start later hear it."""
@@ -92,7 +94,10 @@ class CmdVelMux:
         self._tell_driver()
         if pressed != self._saved:
             self._saved = pressed
-            rospy.set_param(PRESSED, pressed)
+            try:
+                rospy.set_param(PRESSED, pressed)
+            except OSError as error:  # no master: the stop holds, but a restart would not know of it
+                rospy.logerr("emergency stop not kept on the parameter server: %s", error)
 
     def _on_give_back(self, _request):
         with self._lock:
@@ -108,7 +113,7 @@ class CmdVelMux:
             self._send(self._arbiter.look(now))
             left = self._arbiter.time_left(now)
         self._tell_driver()
-        return left
+        return LOOK_PERIOD if left is None else min(left, LOOK_PERIOD)
 
     def _send(self, twists):
         for twist in twists:

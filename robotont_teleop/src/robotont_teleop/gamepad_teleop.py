@@ -16,13 +16,13 @@ from robotont_teleop.speeds import STOP, Speeds
 PARAMETERS = (
     Parameter("device", "auto", "such as /dev/input/event7; auto: the first that is a gamepad"),
     Parameter("layout", "auto", "where sticks and buttons are", choices=("auto", *LAYOUTS)),
-    Parameter("linear_speed", 0.3, "of the left stick at its rim", "m/s", minimum=0.01),
-    Parameter("angular_speed", 1.0, "of the right stick at its rim", "rad/s", minimum=0.01),
-    Parameter("fast_linear_speed", 0.8, "with the fast button", "m/s", minimum=0.01),
-    Parameter("fast_angular_speed", 2.0, "with the fast button", "rad/s", minimum=0.01),
-    Parameter("dead_zone", 0.12, "part of a stick's way that counts as its middle", minimum=0.0),
-    Parameter("publish_rate", 20.0, "of commands while the robot is driven", "Hz", minimum=5.0),
-    Parameter("retry_period", 0.5, "between two looks for the gamepad", "s", minimum=0.05),
+    Parameter("linear_speed", 0.3, "of the left stick at its rim", "m/s", minimum=0.01, maximum=100.0),
+    Parameter("angular_speed", 1.0, "of the right stick at its rim", "rad/s", minimum=0.01, maximum=100.0),
+    Parameter("fast_linear_speed", 0.8, "with the fast button", "m/s", minimum=0.01, maximum=100.0),
+    Parameter("fast_angular_speed", 2.0, "with the fast button", "rad/s", minimum=0.01, maximum=100.0),
+    Parameter("dead_zone", 0.12, "part of a stick's way that counts as its middle", minimum=0.0, maximum=0.9),
+    Parameter("publish_rate", 20.0, "of commands while the robot is driven", "Hz", minimum=5.0, maximum=200.0),
+    Parameter("retry_period", 0.5, "between two looks for the gamepad", "s", minimum=0.05, maximum=60.0),
 )
 
 
@@ -38,8 +38,8 @@ class GamepadTeleop:
         self._name, self._trouble = "", "looking for a gamepad"
         self._told = None
         rospy.on_shutdown(self._let_go)
-        self._repeater = Worker(self._repeat)
-        self._reader = Worker(self._read)
+        Worker(self._repeat)
+        Worker(self._read)
         Health("robotont", {"gamepad": self._report})
 
     def _read(self):

@@ -11,21 +11,23 @@ import tty
 import rosgraph
 import rospy
 
+from robotont_driver.node import own_parameters
 from robotont_driver.parameters import Parameter
 from robotont_teleop.hand_output import HandOutput
 from robotont_teleop.keys import EMERGENCY_STOP, QUIT, RELEASE, HeldKeys, split_keys
-from robotont_teleop.node import read_own_parameters
 from robotont_teleop.speeds import STOP, Speeds
 
 PARAMETERS = (
-    Parameter("linear_speed", 0.3, "at the start", "m/s", minimum=0.01),
-    Parameter("angular_speed", 1.0, "at the start", "rad/s", minimum=0.01),
-    Parameter("max_linear_speed", 1.0, "that keys can reach", "m/s", minimum=0.01),
-    Parameter("max_angular_speed", 3.0, "that keys can reach", "rad/s", minimum=0.01),
+    Parameter("linear_speed", 0.3, "at the start", "m/s", minimum=0.01, maximum=100.0),
+    Parameter("angular_speed", 1.0, "at the start", "rad/s", minimum=0.01, maximum=100.0),
+    Parameter("max_linear_speed", 1.0, "that keys can reach", "m/s", minimum=0.01, maximum=100.0),
+    Parameter("max_angular_speed", 3.0, "that keys can reach", "rad/s", minimum=0.01, maximum=100.0),
     Parameter("first_hold", 0.75, "how long one press drives; longer than the keyboard's delay before it repeats", "s",
-              minimum=0.1),
-    Parameter("repeat_hold", 0.3, "how long a held key drives on after its last repeat", "s", minimum=0.1),
-    Parameter("publish_rate", 20.0, "of commands while the robot is driven", "Hz", minimum=5.0),
+              minimum=0.1, maximum=2.0,
+              reason="for so long one press drives"),
+    Parameter("repeat_hold", 0.3, "how long a held key drives on after its last repeat", "s", minimum=0.1, maximum=2.0,
+              reason="for so long the robot drives on after the key"),
+    Parameter("publish_rate", 20.0, "of commands while the robot is driven", "Hz", minimum=5.0, maximum=200.0),
 )
 SHOW_PERIOD = 0.1  # [s] between two lines
 HELP = """\
@@ -133,7 +135,7 @@ def main():
         signal.signal(number, _end)
     terminal = sys.stdin.fileno()
     before = termios.tcgetattr(terminal)
-    teleop = KeyboardTeleop(read_own_parameters(PARAMETERS), terminal)
+    teleop = KeyboardTeleop(own_parameters(PARAMETERS), terminal)
     why = "ended"
     try:
         tty.setcbreak(terminal)

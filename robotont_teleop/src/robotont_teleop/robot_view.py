@@ -66,8 +66,8 @@ class RobotView:
         self._listener = tf2_ros.TransformListener(self._transforms)
         self._goto = GoTo(MAP_FRAME, self._show_progress)
         self._publish(camera_topic)
-        self._slow_worker = Worker(self._look_at_transforms)
-        self._camera_worker = Worker(self._look_for_camera)
+        Worker(self._look_at_transforms)
+        Worker(self._look_for_camera)
 
     def _publish(self, camera_topic):
         self._command = rospy.Publisher("cmd_vel/hand", Twist, queue_size=1, tcp_nodelay=True)

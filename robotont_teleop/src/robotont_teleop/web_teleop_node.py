@@ -12,11 +12,10 @@ import qrcode
 import rospkg
 import rospy
 
-from robotont_driver.node import OK, WARN, Health
+from robotont_driver.node import OK, WARN, Health, own_parameters
 from robotont_driver.parameters import Parameter, ParameterError
 from robotont_driver.wheels import read_wheels
 from robotont_teleop.access import Access, is_loopback_address, read_or_make_token
-from robotont_teleop.node import read_own_parameters
 from robotont_teleop.robot_view import RobotView
 from robotont_teleop.speeds import Speeds
 from robotont_teleop.web_server import ServerSettings, WebServer
@@ -24,20 +23,22 @@ from robotont_teleop.web_server import ServerSettings, WebServer
 PARAMETERS = (
     Parameter("address", "127.0.0.1", "where the page can be opened from: 127.0.0.1 = this computer only; 0.0.0.0 = "
               "the network, with the token only"),
-    Parameter("port", 8100, "of the page", minimum=0),
+    Parameter("port", 8100, "of the page", minimum=0, maximum=65535),
     Parameter("host_names", "", "further names of this computer in the page's address, separated by commas"),
     Parameter("token_file", "", "file of the token, made at the first start; empty: robotont_teleop_token in "
               "ROS_HOME"),
     Parameter("certificate", "", "file of a TLS certificate, for https; empty: http"),
     Parameter("certificate_key", "", "file of the certificate's private key"),
-    Parameter("max_linear_speed", 0.5, "of a stick pushed to its rim", "m/s", minimum=0.01),
-    Parameter("max_angular_speed", 2.0, "of a stick pushed to its rim", "rad/s", minimum=0.01),
-    Parameter("state_rate", 20.0, "of the state that open pages get", "Hz", minimum=1.0),
-    Parameter("oldest_command", 0.2, "commands that reach the server later are dropped", "s", minimum=0.02),
-    Parameter("dead_man", 0.3, "the robot stops after this long without a command of the page that drives it", "s",
-              minimum=0.05),
-    Parameter("max_pages", 16, "open at once", minimum=1),
-    Parameter("max_connections", 64, "open at once", minimum=4),
+    Parameter("max_linear_speed", 0.5, "of a stick pushed to its rim", "m/s", minimum=0.01, maximum=100.0),
+    Parameter("max_angular_speed", 2.0, "of a stick pushed to its rim", "rad/s", minimum=0.01, maximum=100.0),
+    Parameter("state_rate", 20.0, "of the state that open pages get", "Hz", minimum=1.0, maximum=200.0),
+    Parameter("oldest_command", 0.2, "commands that reach the server later are dropped", "s", minimum=0.02, maximum=2.0,
+              reason="older commands surprise"),
+    Parameter("dead_man", 0.25, "the robot stops after this long without a command of the page that drives it", "s",
+              minimum=0.05, maximum=2.0,
+              reason="for so long the robot drives on when the page dies"),
+    Parameter("max_pages", 16, "open at once", minimum=1, maximum=1000),
+    Parameter("max_connections", 64, "open at once", minimum=4, maximum=10000),
     Parameter("camera", "camera/color/image_raw/compressed", "topic of the camera's JPEG pictures"),
 )
 
@@ -155,7 +156,7 @@ def report(server):
 def main():
     """Run web_teleop_node; with wrong parameters say which and exit with 1."""
     rospy.init_node("web_teleop_node")
-    parameters = read_own_parameters(PARAMETERS)
+    parameters = own_parameters(PARAMETERS)
     try:
         wheels = read_wheels(rospy.get_param(rospy.get_namespace(), {}))
         access, token = make_access(parameters)

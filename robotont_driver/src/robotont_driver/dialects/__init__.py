@@ -16,14 +16,16 @@ AUTO = "auto"
 NAMES = (AUTO, Plain.name, Checked.name, Robotont2.name, Robotont3.name, Robotont2018.name)
 
 
-def make_dialect(name, wheels, reach, board_distance=DISTANCE):
+def make_dialect(name, wheels, reach, board_distance=DISTANCE, decimals=False):
     """The dialect of a name out of NAMES for `Wheels`. Raises DialectError when its board cannot have such wheels.
 
     reach: edges that a motor can make in one period; more is taken for an error. board_distance: [m] from centre to
-    wheel, as the official firmware believes.
+    wheel, as the official firmware believes. decimals: whether counts in plain packets may have decimals.
     """
     if name == AUTO:
-        return Recognised(wheels, lambda found: make_dialect(found, wheels, reach, board_distance))
+        return Recognised(wheels, lambda found: make_dialect(found, wheels, reach, board_distance, decimals))
     if name in (Robotont2.name, Robotont3.name):
         return (Robotont2 if name == Robotont2.name else Robotont3)(wheels, reach, board_distance)
-    return {Plain.name: Plain, Checked.name: Checked, Robotont2018.name: Robotont2018}[name](wheels, reach)
+    if name == Robotont2018.name:
+        return Robotont2018(wheels, reach)
+    return (Plain if name == Plain.name else Checked)(wheels, reach, decimals)

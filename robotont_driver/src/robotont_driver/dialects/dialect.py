@@ -3,14 +3,7 @@
 from collections import Counter
 from typing import NamedTuple, Tuple
 
-from robotont_driver.protocol import PacketError, parse_packet
-
-
-class Command(NamedTuple):
-    """A command as it stands on the topic serial_write."""
-
-    units: Tuple[float, ...]  # one per wheel
-    text: str                 # the same as a plain packet, without newline
+from robotont_driver.protocol import Packet, PacketError
 
 
 class Ranges(NamedTuple):
@@ -28,11 +21,6 @@ class Power(NamedTuple):
 
 class DialectError(ValueError):
     """A dialect that cannot drive these wheels: what was found and what is allowed."""
-
-
-def read_command(text, wheels):
-    """The `Command` in a message; what stands behind its semicolon is left out. Raises PacketError."""
-    return Command(parse_packet(text, wheels), text.partition(";")[0] + ";")
 
 
 class Dialect:
@@ -90,14 +78,14 @@ class Dialect:
         """Begin a new connection: nothing is known of the board, and the first line may lack its head."""
 
     def feed(self, data, now):
-        """List of count tuples (ints, one per wheel), one per PID period, that `data` completes.
+        """List of `Packet` of whole counts, one per PID period, that `data` completes.
 
         No data can raise out of it.
         """
         raise NotImplementedError
 
     def encode(self, command):
-        """Bytes of one line for a `Command`; empty while nothing may be sent."""
+        """Bytes of one line for a command, a `Packet`; empty while nothing may be sent."""
         raise NotImplementedError
 
     def encode_lights(self, first, colours):
@@ -114,7 +102,7 @@ class Dialect:
 
     def stop(self):
         """Bytes of the line that stops all wheels."""
-        return self.encode(Command((0,) * self.wheels.amount, ":".join("0" * self.wheels.amount) + ";"))
+        return self.encode(Packet([0] * self.wheels.amount))
 
 
 class LineDialect(Dialect):
@@ -130,7 +118,7 @@ class LineDialect(Dialect):
         self._splitter = self._make_splitter()
 
     def feed(self, data, now):
-        """List of count tuples that `data` completes."""
+        """List of `Packet` that `data` completes."""
         packets = []
         overlong = self._splitter.overlong
         for line in self._splitter.feed(data):
@@ -144,7 +132,7 @@ class LineDialect(Dialect):
         return packets
 
     def read_line(self, text, now):
-        """List of count tuples that the line completes. Raises PacketError."""
+        """List of `Packet` that the line completes. Raises PacketError."""
         raise NotImplementedError
 
 

@@ -1,7 +1,11 @@
 """The thesis' packets, `m0:m1:m2;`, as boards with this project's firmware or the thesis' own speak them."""
 
 from robotont_driver.dialects.dialect import Dialect
+from robotont_driver.echo import EchoWatch
 from robotont_driver.protocol import FeedbackReader
+
+ECHO = ("the board sends back what it gets: it runs a REPL or another firmware (./robotont flash), or the line is a "
+        "loop; nothing is published on serial_read")
 
 
 class Plain(Dialect):
@@ -9,19 +13,29 @@ class Plain(Dialect):
 
     name = "plain"
 
-    def __init__(self, wheels, reach):
+    def __init__(self, wheels, reach, decimals=False):
         super().__init__(wheels)
-        self._reader = FeedbackReader(wheels.amount, reach, self.name, wheels.pid_frequency)
+        self._reader = FeedbackReader(wheels.amount, reach, self.name, wheels.pid_frequency, decimals)
+        self._echo = EchoWatch()
         self.dropped = self._reader.dropped
 
     def connect(self, now):
         """Begin a new connection."""
         self._reader.connect()
+        self._echo.connect()
+
+    @property
+    def complaint(self):
+        """Whether the board is none, in words."""
+        return ECHO if self._echo.echoing else ""
 
     def feed(self, data, now):
-        """List of count tuples that `data` completes, missed periods included."""
-        packets = self._reader.feed(data)
+        """List of `Packet` that `data` completes, missed periods included; none from a board that sends an echo."""
         reader = self._reader
+        packets = reader.feed(data)
+        if not reader.checked:  # no echo is a checked packet of counts
+            self._echo.received(data)
+            packets = [] if self._echo.echoing else packets
         self.packets, self.repaired, self.restarts = reader.packets, reader.repaired, reader.restarts
         self.banner, self.fault, self.obstacle = reader.banner, reader.fault, reader.obstacle
         return packets
@@ -32,4 +46,6 @@ class Plain(Dialect):
 
     def encode(self, command):
         """The packet as it is, with a CRC where the board is known to read one; see `FeedbackReader.encode`."""
-        return self._reader.encode(command.text + "\n")
+        line = self._reader.encode(command.text)
+        self._echo.sent(line)
+        return line

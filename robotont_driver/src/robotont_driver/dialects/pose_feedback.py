@@ -10,7 +10,7 @@ import re
 from typing import NamedTuple
 
 from robotont_driver.dialects.board_wheels import PERIOD
-from robotont_driver.protocol import PacketError
+from robotont_driver.protocol import Packet, PacketError
 
 _FLOAT = r"(-?(?:0|[1-9][0-9]{0,8})\.[0-9]{6})"  # what C's %f prints
 _ODOM = re.compile("ODOM:" + ":".join([_FLOAT] * 6))
@@ -91,7 +91,7 @@ class PoseTracker:
         self._last, self._last_at = line, now
 
     def update(self, line, now):
-        """List of count tuples, one per period, that a `PoseLine` completes. Raises PacketError."""
+        """List of `Packet`, one per period, that a `PoseLine` completes. Raises PacketError."""
         if self._wheels.most_edges(line.vx * PERIOD, line.vy * PERIOD, line.turn * PERIOD) > self._reach:
             raise PacketError("reach", f"more than {self._reach} edges in one period")
         before = ORIGIN if self._last is None else self._last
@@ -152,7 +152,7 @@ class PoseTracker:
         packets = []
         for _ in range(periods):
             due = [rest + edge / periods for rest, edge in zip(self._rest, edges)]
-            counts = tuple(map(round, due))
+            counts = Packet(map(round, due))
             self._rest = [edge - count for edge, count in zip(due, counts)]
             packets.append(counts)
         return packets

@@ -9,8 +9,45 @@ from robotont_driver.protocol import CheckedPacket, LineSplitter, PacketError, p
 
 PATIENCE = 1.0  # [s] of listening before a board that has said nothing known gets plain packets
 OWN_BANNER = "# robotont_firmware"
-LONGEST_KEPT = 4096  # [bytes] kept for the dialect that they may turn out to belong to
+LONGEST_KEPT = 4096  # [bytes]
 SHOWN = 40  # characters of what was heard, in words
+
+
+class Listener:
+    """Names the dialect of what it hears. wheels: their number. usb_id: "vendor:product" of the port, if known."""
+
+    def __init__(self, wheels, usb_id=""):
+        self._wheels = wheels
+        self._usb_id = usb_id
+        self._splitter = LineSplitter()
+        self._newest = b""      # bytes
+        self._example = ""      # newest line that no dialect has
+        self._plain_lines = 0   # in a row: one alone may be a checked packet that has lost its trailer
+
+    def feed(self, data):
+        """Name of the dialect that a line among the new bytes proves; None while none does."""
+        self._newest = (self._newest + data)[-SHOWN:]
+        return next(filter(None, map(self._decide, self._splitter.feed(data))), None)
+
+    def _decide(self, line):
+        try:
+            text = decode(line)
+        except PacketError:
+            text = ""
+        name = recognise(text, self._wheels, self._usb_id)
+        self._plain_lines = self._plain_lines + 1 if name == "plain" else 0
+        if name is None and line.strip():
+            self._example = text or repr(line)[2:-1]
+        return None if name == "plain" and self._plain_lines < 2 else name
+
+    @property
+    def heard(self):
+        """What was heard, in words, and what that may mean."""
+        if self._example:
+            return f"nobody here speaks this: {self._example[:SHOWN]!r}; is it the right port, at the right baudrate?"
+        if self._newest:
+            return f"heard no whole line, but bytes such as {self._newest!r}: is the baudrate right?"
+        return "port open, but not a byte from the board: is it powered, and is its firmware running?"
 
 
 class Recognised(Dialect):
@@ -37,15 +74,18 @@ class Recognised(Dialect):
         """What is being done, in words."""
         return "listening" if self._quiet else "plain, because nothing known was heard"
 
+    @property
+    def complaint(self):
+        """What was heard, or that nothing was."""
+        return self._listener.heard
+
     def connect(self, now):
         """Begin a new connection: it may lead to another board."""
         self._dialect = None
         self._since = now
-        self._quiet = True      # whether it is too early to send anything
-        self._splitter = LineSplitter()
-        self._kept = b""        # newest bytes
-        self._example = ""      # newest line that no dialect has
-        self._plain_lines = 0   # in a row: one alone may be a checked packet that has lost its trailer
+        self._quiet = True  # whether it is too early to send anything
+        self._listener = Listener(self.wheels.amount, self.usb_id)
+        self._kept = b""    # newest bytes, for the dialect that they may turn out to belong to
         self.obstacle = ""
 
     def tick(self, now):
@@ -53,28 +93,16 @@ class Recognised(Dialect):
         self._quiet = self._quiet and now - self._since < PATIENCE
 
     def feed(self, data, now):
-        """List of count tuples, those that led to the recognition included."""
+        """List of `Packet`, those that led to the recognition included."""
         self.tick(now)
         if self._dialect is not None:
             return self._dialect.feed(data, now)
         self._kept = (self._kept + data)[-LONGEST_KEPT:]
-        name = next(filter(None, map(self._decide, self._splitter.feed(data))), None)
+        name = self._listener.feed(data)
         if name is None or not self._begin(name, now):
             return []
         data, self._kept = self._kept, b""
         return self._dialect.feed(data, now)
-
-    def _decide(self, line):
-        """Name of the dialect that a line proves, or None."""
-        try:
-            text = decode(line)
-        except PacketError:
-            text = None
-        name = text and recognise(text, self.wheels.amount, self.usb_id)
-        self._plain_lines = self._plain_lines + 1 if name == "plain" else 0
-        if not name and line.strip():
-            self._example = text or repr(line)[2:-1]
-        return None if name == "plain" and self._plain_lines < 2 else name
 
     def _begin(self, name, now):
         """Let the dialect speak; whether it can, with these wheels."""
@@ -88,18 +116,9 @@ class Recognised(Dialect):
         self._dialect.connect(now)
         return True
 
-    @property
-    def complaint(self):
-        """What was heard, or that nothing was."""
-        if self._example:
-            return f"nobody here speaks this: {self._example[:SHOWN]!r}; is it the right port, at the right baudrate?"
-        if self._kept:
-            return f"heard no whole line, but bytes such as {self._kept[-SHOWN:]!r}: is the baudrate right?"
-        return "port open, but not a byte from the board: is it powered, and is its firmware running?"
-
     def encode(self, command):
         """Nothing while listening; a plain packet when nothing known was heard."""
-        return b"" if self._quiet or self.obstacle else (command.text + "\n").encode("ascii")
+        return b"" if self._quiet or self.obstacle else command.text.encode("ascii")
 
 
 def recognise(text, wheels, usb_id):

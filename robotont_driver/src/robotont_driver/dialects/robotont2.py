@@ -54,7 +54,7 @@ class Robotont2(LineDialect):
         self.banner = ""
 
     def feed(self, data, now):
-        """List of count tuples that `data` completes, those of lost lines included."""
+        """List of `Packet` that `data` completes, those of lost lines included."""
         packets = super().feed(data, now)
         tracker = self._tracker
         self.repaired, self.restarts = tracker.repaired, tracker.restarts
@@ -63,7 +63,7 @@ class Robotont2(LineDialect):
         return packets
 
     def read_line(self, text, now):
-        """List of count tuples that the line completes. Raises PacketError."""
+        """List of `Packet` that the line completes. Raises PacketError."""
         if text.startswith("ODOM:"):
             return self._tracker.update(parse_pose(text), now)
         if text == BANNER:
@@ -83,7 +83,7 @@ class Robotont2(LineDialect):
 
     def encode(self, command):
         """`MS:` with the rim speeds, all shortened by one factor to what the board allows; `RS:0:0:0` to stand."""
-        speeds = self._board_wheels.board_speeds(command.units)
+        speeds = self._board_wheels.board_speeds(command)
         largest = max(map(abs, speeds))
         if largest < STANDING:
             return STOP

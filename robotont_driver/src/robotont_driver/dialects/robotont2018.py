@@ -3,7 +3,7 @@
 import re
 
 from robotont_driver.dialects.dialect import DialectError, LineDialect
-from robotont_driver.protocol import LineSplitter, PacketError
+from robotont_driver.protocol import LineSplitter, Packet, PacketError
 
 WHEELS = 3
 WINDOW = 0.01     # [s] in which the board counts edges; of every two windows or more it tells one
@@ -46,7 +46,7 @@ class Robotont2018(LineDialect):
         self._written = 0
 
     def read_line(self, text, now):
-        """List of count tuples that the line completes. Raises PacketError."""
+        """List of `Packet` that the line completes. Raises PacketError."""
         self._written += len(text) + 2
         match = _ENCODERS.fullmatch(text)
         if match:
@@ -63,13 +63,13 @@ class Robotont2018(LineDialect):
     def _share(self, edges):
         """Whole counts of `edges`; the remainder is carried to the next packet."""
         due = [rest + edge for rest, edge in zip(self._rest, edges)]
-        counts = tuple(map(round, due))
+        counts = Packet(map(round, due))
         self._rest = [edge - count for edge, count in zip(due, counts)]
         return counts
 
     def encode(self, command):
         """Setpoints [edges per window], whole numbers, all shortened by one factor to the board's full scale."""
-        setpoints = [unit * WINDOW / PERIOD for unit in command.units]
+        setpoints = [unit * WINDOW / PERIOD for unit in command]
         factor = min(1.0, FASTEST / max(1.0, *map(abs, setpoints)))
         return "{}:{}:{}\r".format(*(round(setpoint * factor) for setpoint in setpoints)).encode()
 

@@ -75,15 +75,15 @@ class Browser:
         assert "error" not in answer, (method, answer["error"])
         return answer["result"]
 
-    def page(self, url, size=DESKTOP, dark=False, language=None):
-        """Open a Page, with fingers where it is as small as a phone."""
+    def page(self, url, size=DESKTOP, dark=False, language="en", script=""):
+        """Open a Page; `script` runs before those of the page."""
         target = self.call("Target.createTarget", url="about:blank")["targetId"]
         session = self.call("Target.attachToTarget", targetId=target, flatten=True)["sessionId"]
         page = Page(self, target, session)
         page.look(size, dark)
-        if language:
-            page.call("Emulation.setUserAgentOverride", userAgent="", acceptLanguage=language)
         page.call("Page.enable")
+        page.call("Page.addScriptToEvaluateOnNewDocument", source=f"""{script}
+            Object.defineProperty(navigator, 'languages', {{get: () => ['{language}']}});""")
         page.call("Runtime.enable")
         page.call("Log.enable")
         page.call("Page.navigate", url=url)
@@ -116,6 +116,7 @@ class Page:
         self._fingers = {}
 
     def call(self, method, **parameters):
+        """The result of a method of the protocol for this tab."""
         return self._browser.call(method, self._session, **parameters)
 
     def run(self, script):
@@ -125,9 +126,11 @@ class Page:
         return result["result"].get("value")
 
     def wait(self, script, what, timeout=PATIENCE):
+        """The first true value of a script; AssertionError that names `what` after `timeout` [s]."""
         return wait_for(lambda: self.run(script), what, timeout, period=0.02)
 
     def look(self, size, dark):
+        """Be a screen of a `size` (width, height [px], pixel ratio); `dark`: of somebody who likes it dark."""
         width, height, ratio = size
         phone = min(width, height) < 500
         self.call("Emulation.setDeviceMetricsOverride", width=width, height=height, deviceScaleFactor=ratio,
@@ -149,11 +152,16 @@ class Page:
         self._fingers[number] = place
         self._touch(kind)
 
-    def lift(self, *numbers):
-        """Lift fingers; all without numbers."""
-        for number in numbers or tuple(self._fingers):
-            self._fingers.pop(number, None)
-        self._touch("touchEnd")
+    @property
+    def touched(self):
+        """Whether a finger is on the screen."""
+        return bool(self._fingers)
+
+    def lift(self):
+        """Lift all fingers."""
+        if self._fingers:
+            self._fingers.clear()
+            self._touch("touchEnd")
 
     def cancel_fingers(self):
         """As when the system takes the screen away from the page."""
@@ -165,15 +173,19 @@ class Page:
         self.call("Input.dispatchTouchEvent", type=kind, touchPoints=points)
 
     def tap(self, selector):
+        """Click an element."""
         self.run(f"document.querySelector({selector!r}).click()")
 
     def key(self, code, down):
+        """Press or release a key, such as KeyW."""
         self.call("Input.dispatchKeyEvent", type="rawKeyDown" if down else "keyUp", code=code)
 
     def text(self, selector):
+        """What an element says."""
         return self.run(f"document.querySelector({selector!r}).textContent.trim()")
 
     def screenshot(self, path):
+        """Save a PNG."""
         Path(path).write_bytes(base64.b64decode(self.call("Page.captureScreenshot", format="png")["data"]))
 
     def complaints(self):
@@ -187,4 +199,5 @@ class Page:
         return found
 
     def close(self):
+        """Close the tab."""
         self._browser.call("Target.closeTarget", targetId=self._target)

@@ -1,0 +1,64 @@
+"""Calibration on a real robot: how far its odometry is from the truth on drives that it was not fitted on.
+
+The data set is OptiOdom (https://github.com/sousarbarb/optiodom, folder data/omni3), a robot with three omni wheels
+tracked by OptiTrack. OPTIODOM=FOLDER names that folder; without it there is nothing to measure. The joystick drives
+are what is judged by: nothing is ever fitted or chosen on them.
+"""
+
+import math
+import os
+from pathlib import Path
+
+import numpy as np
+from bench_driver import row
+
+from robotont_calibration.calibrate_wheels import SECONDS, TRACKED, WHEEL_NOISE
+from robotont_calibration.calibration import Unknowns, calibrate, errors_along, tracked_run
+from robotont_calibration.recordings import read_recording
+from robotont_driver.wheel_file import read_wheel_file
+from robotont_driver.wheels import read_wheels
+
+ROOT = Path(__file__).resolve().parents[1]
+NOMINAL = ROOT / "robotont_calibration" / "test" / "data" / "optiodom" / "wheel_params.yaml"
+SETS = {"circles": ("circular/221220201701", "circular/221220201750"),
+        "squares": ("square/221220201934", "square/221220201953"),
+        "joystick": ("joystick/221220202228", "joystick/221220202235")}
+MOST = {"joystick": "<= 55"}  # [mm]
+
+
+def runs_of(folder, name):
+    """`Run`s of one of SETS."""
+    wheels = read_wheel_file(NOMINAL)[0]
+    runs = []
+    for part in SETS[name]:
+        for file in sorted((folder / part).glob("*_run-[0-9][0-9].csv")):
+            recording = read_recording(file, {}, "optiodom")
+            times, counts = recording.counts(wheels)
+            runs.append(tracked_run(file.stem, times, counts, recording.trajectory("truth"), SECONDS, TRACKED))
+    return runs
+
+
+def bench_splits():
+    """Rows of the error on sets that were not fitted, for each choice of what is."""
+    folder = os.environ.get("OPTIODOM")
+    if not folder:
+        return [row("calibration on OptiOdom", None, "mm", note="OPTIODOM=FOLDER/data/omni3 is not set")]
+    given = read_wheel_file(NOMINAL)[1]
+    runs = {name: runs_of(Path(folder), name) for name in SETS}
+    rows = []
+    for fitted in ((), ("circles",), ("squares",), ("circles", "squares")):
+        for radius in ("common", "each") if fitted else ("common",):
+            parameters, point = given, (0.0, 0.0)
+            if fitted:
+                unknowns = Unknowns(given, radius, point="free")
+                found = calibrate(given, [run for name in fitted for run in runs[name]], unknowns, WHEEL_NOISE)
+                parameters, point = found.parameters, found.point
+            for unseen in runs.keys() - set(fitted):
+                errors = np.mean([errors_along(read_wheels(parameters), run, point) for run in runs[unseen]], axis=0)
+                rows.append(row(f"{' + '.join(fitted) or 'nominal'} ({radius} radius) -> {unseen}", 1000 * errors[0],
+                                "mm", bound=MOST.get(unseen, "") if len(fitted) == 2 and radius == "common" else "",
+                                note=f"heading at the end {math.degrees(errors[1]):.1f} deg"))
+    return rows
+
+
+PARTS = (bench_splits,)

@@ -1,0 +1,106 @@
+#!/usr/bin/env python3
+"""Makes docs/pictures of the page for driving by hand anew: draw_teleop_pictures.py [FOLDER]. Needs Chromium.
+
+The simulated robot drives in the room, on the map of the room, as a thumb on each stick commands it.
+"""
+
+import math
+import socket
+import sys
+from pathlib import Path
+
+import rospy
+import tf2_ros
+import yaml
+from geometry_msgs.msg import TransformStamped
+from nav_msgs.msg import OccupancyGrid, Odometry
+from PIL import Image
+
+from robotont_testing import places
+from robotont_testing.browser import DESKTOP, PHONE, PHONE_LYING, Browser
+from robotont_testing.harness import Master, free_port, wait_for
+
+START = (1.0, 1.0)  # [m] of the simulated robot on the map of the room
+PICTURES = (  # name, size, dark
+    ("teleop_phone_light", (*PHONE[:2], 2), False), ("teleop_phone_dark", (*PHONE[:2], 2), True),
+    ("teleop_phone_lying", (*PHONE_LYING[:2], 2), True),
+    ("teleop_desktop_light", DESKTOP, False), ("teleop_desktop_dark", DESKTOP, True))
+THUMBS = (0.0, 0.6, -0.35)  # left stick right and up, right stick right: a circle that stays clear of the walls
+WAY = 1.1             # [m] for each picture
+
+
+def main():
+    """Make all pictures, in docs/pictures or in the folder that the command line names."""
+    folder = Path(sys.argv[1]) if len(sys.argv) > 1 else Path(__file__).resolve().parent / "pictures"
+    folder.mkdir(parents=True, exist_ok=True)
+    with Master() as master, Browser() as browser:
+        rospy.init_node("pictures", disable_signals=True)
+        _held = show_map(), show_start()
+        port = free_port()
+        poses = []
+        rospy.Subscriber("odom", Odometry, lambda message: poses.append(message.pose.pose.position), queue_size=1)
+        master.launch("simulation.launch", "world:=room", f"port:={master.folder / 'robotont'}", "teleop:=true",
+                      f"web_port:={port}")
+        wait_for(lambda: poses, "odometry", timeout=60)
+        wait_for(lambda: answers(port), "the page", timeout=60)
+        for name, size, dark in PICTURES:
+            page = browser.page(f"http://127.0.0.1:{port}/", size, dark)
+            page.wait("document.querySelectorAll('#lights li').length >= 5", "the robot's health", timeout=60)
+            drive(page, poses)
+            page.screenshot(folder / f"{name}.png")
+            page.lift()
+            page.close()
+
+
+def answers(port):
+    """Whether the page's server is there."""
+    with socket.socket() as probe:
+        return probe.connect_ex(("127.0.0.1", port)) == 0
+
+
+def drive(page, poses):
+    """Hold both sticks until the robot has gone WAY; let go first where the page asks for it."""
+    start = len(poses)
+
+    def gone():
+        if "Let go" in page.text("#message"):
+            page.lift()
+        if not page.touched:
+            right, up, turn = THUMBS
+            page.finger(1, "#move", right, up)
+            page.finger(2, "#turn", turn)
+        way = poses[start - 1:]
+        return sum(math.hypot(after.x - before.x, after.y - before.y) for before, after in zip(way, way[1:])) > WAY
+    wait_for(gone, "the drive", period=0.1, timeout=60)
+
+
+def show_map():
+    """Publish the map of the room as map_server does; keep what is returned."""
+    description = yaml.safe_load(places.config("maps/room.yaml").read_text())
+    picture = Image.open(places.config("maps/room.yaml").parent / description["image"]).transpose(
+        Image.FLIP_TOP_BOTTOM)
+    message = OccupancyGrid()
+    message.header.frame_id = "map"
+    message.info.resolution = description["resolution"]
+    message.info.width, message.info.height = picture.size
+    message.info.origin.position.x, message.info.origin.position.y = description["origin"][:2]
+    message.info.origin.orientation.w = 1.0
+    message.data = [100 if grey < 100 else 0 if grey > 230 else -1 for grey in picture.tobytes()]
+    publisher = rospy.Publisher("map", OccupancyGrid, queue_size=1, latch=True)
+    publisher.publish(message)
+    return publisher
+
+
+def show_start():
+    """Publish where the odometry starts on the map; keep what is returned."""
+    transform = TransformStamped(child_frame_id="odom")
+    transform.header.frame_id = "map"
+    transform.transform.translation.x, transform.transform.translation.y = START
+    transform.transform.rotation.w = 1.0
+    broadcaster = tf2_ros.StaticTransformBroadcaster()
+    broadcaster.sendTransform(transform)
+    return broadcaster
+
+
+if __name__ == "__main__":
+    main()

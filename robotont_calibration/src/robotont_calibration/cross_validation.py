@@ -1,0 +1,108 @@
+"""How good a calibration is on runs that it has not seen, and which run would improve it most."""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from robotont_calibration import drives
+from robotont_calibration.calibration import (
+    Run,
+    calibrate,
+    errors_along,
+    information,
+    poses_at_marks,
+    repeats,
+    taped_run,
+)
+from robotont_driver.kinematics import Kinematics
+from robotont_driver.wheels import read_wheels
+
+WORTH = 0.95     # more radii are taken when they leave less than this part of the error on runs left out
+LITTLE = 0.9     # another run is recommended when it leaves less than this part of the expected error
+STEP = 1e-5      # of a value, for derivatives
+
+
+class LeftOut(NamedTuple):
+    """Errors of each run with parameters that were found without it and its repeats."""
+
+    places: np.ndarray  # [m] root of the mean square along each run, or at its end
+    yaws: np.ndarray    # [rad] at its end
+
+    @property
+    def place(self):
+        """[m] mean over the runs."""
+        return float(self.places.mean())
+
+    @property
+    def yaw(self):
+        """[rad] mean over the runs."""
+        return float(self.yaws.mean())
+
+
+def left_out(given, runs, unknowns, wheel_noise, found):
+    """`LeftOut` of runs, or None where they all repeat one drive. found: `Calibration` from all of them.
+
+    Runs that repeat a drive are left out together, for they share what is special about it.
+    """
+    groups = repeats(runs)
+    if len(groups) < 2:
+        return None
+    places, yaws = np.empty(len(runs)), np.empty(len(runs))
+    for group in groups:
+        others = [run for index, run in enumerate(runs) if index not in group]
+        blind = calibrate(given, others, unknowns, wheel_noise, near=found)
+        wheels = read_wheels(blind.parameters)
+        for index in group:
+            places[index], yaws[index] = errors_along(wheels, runs[index], blind.point)
+    return LeftOut(places, yaws)
+
+
+class Recommendation(NamedTuple):
+    """The run that would tell most."""
+
+    name: str      # of the drive, in words
+    now: float     # [m] expected error at the end of the drives, of parameters alone
+    then: float    # [m] the same with another such run
+
+
+def next_run(found, unknowns, deviation, side=2.0, turns=3.25, line=3.0):
+    """`Recommendation`, or None where no single run would improve much.
+
+    found: `Calibration`. unknowns: those that it was made with. deviation: place [m] and yaw [rad] of a measured end.
+    Judged by the root mean square of the place over all these drives that the parameters' uncertainty makes.
+    """
+    wheels = read_wheels(found.parameters)
+    candidates = [
+        (f"a square of {side:g} m, counterclockwise", drives.square(side, wheels.pid_frequency)),
+        (f"a square of {side:g} m, clockwise", drives.square(side, wheels.pid_frequency, clockwise=True)),
+        (f"{turns:g} turns on the spot, counterclockwise", drives.spin(turns, wheels.pid_frequency)),
+        (f"{turns:g} turns on the spot, clockwise", drives.spin(-turns, wheels.pid_frequency)),
+        (f"{line:g} m sideways to the left", drives.sideways(line, wheels.pid_frequency)),
+        (f"{line:g} m sideways to the right", drives.sideways(-line, wheels.pid_frequency)),
+    ]
+    runs = [(name, _ideal_run(name, wheels, twists, deviation)) for name, twists in candidates]
+    slopes = [_slope_of_end(unknowns, found.values, run) for _, run in runs]
+
+    def expected(covariance):
+        return math.sqrt(np.mean([np.trace(slope @ covariance @ slope.T) for slope in slopes]))
+    now = expected(found.covariance)
+    known = np.linalg.inv(found.covariance)
+    then, name = min((expected(np.linalg.inv(known + information(run, unknowns, found))), name) for name, run in runs)
+    return Recommendation(name, now, then) if then < LITTLE * now else None
+
+
+def _ideal_run(name, wheels, twists, deviation):
+    """`Run` of a robot that drives exactly these twists, measured at its end."""
+    counts = np.array(list(twists)) @ Kinematics(wheels).matrix.T / np.array(wheels.metres_per_edge) \
+        / wheels.pid_frequency
+    run = taped_run(name, counts, (0.0, 0.0, 0.0), deviation)
+    return Run(*run[:3], poses_at_marks(wheels, run), *run[4:])
+
+
+def _slope_of_end(unknowns, values, run):
+    """2 x P derivatives of the odometry's place at the end of a run by the values."""
+    def end(at):
+        return poses_at_marks(read_wheels(unknowns.parameters(at)), run)[-1, :2]
+    return np.column_stack([(end(values + step) - end(values - step)) / (2 * STEP)
+                            for step in STEP * np.eye(len(values))])

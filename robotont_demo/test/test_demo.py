@@ -1,0 +1,97 @@
+"""The demo's parts without ROS: its plan, what it records, its comparison, its picture, its command line."""
+
+import math
+import sys
+import threading
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from robotont_demo.demo import parse
+from robotont_demo.picture import draw
+from robotont_demo.recording import Standstill, TimedPoses, Track, distances, end_error
+from robotont_demo.scenario import PERIOD, commanded_path, plan
+
+
+def test_the_plan_is_a_square_and_a_circle_with_one_turn_at_one_speed():
+    steps = plan(0.4)
+    path = commanded_path(steps)
+    np.testing.assert_allclose(path[[0, 125, 250, 375, 500]], [(0, 0), (1, 0), (1, 1), (0, 1), (0, 0)], atol=1e-9)
+    np.testing.assert_allclose([math.hypot(*step.twist[:2]) for step in steps], 0.4)
+    np.testing.assert_allclose(sum(step.twist[2] * PERIOD for step in steps), -2 * math.pi)
+    circle = path[500:]
+    centre = (circle.max(0) + circle.min(0)) / 2
+    np.testing.assert_allclose(np.hypot(*(circle - centre).T), 0.5, atol=0.01)
+    np.testing.assert_allclose(circle[-1], circle[0], atol=0.01)
+
+
+def test_a_snapshot_is_whole_while_another_thread_records():
+    """Every stamp has its pose, however the two threads take turns."""
+    track = Track()
+    thread = threading.Thread(target=lambda: [track.add(number, (number, 2 * number, 3 * number))
+                                              for number in range(3000)])
+    interval = sys.getswitchinterval()
+    sys.setswitchinterval(1e-6)
+    thread.start()
+    try:
+        while thread.is_alive():
+            stamps, poses = track.snapshot()
+            assert len(stamps) == len(poses)
+            np.testing.assert_array_equal(poses, np.outer(stamps, (1, 2, 3)))
+    finally:
+        sys.setswitchinterval(interval)
+        thread.join()
+    assert len(track) == 3000
+
+
+def test_a_snapshot_does_not_change():
+    track = Track()
+    assert track.snapshot().poses.shape == (0, 3)
+    track.add(1.0, (1.0, 2.0, 3.0))
+    before = track.snapshot()
+    track.add(2.0, (4.0, 5.0, 6.0))
+    assert len(before.stamps) == 1
+    assert len(track) == 2
+
+
+def test_poses_are_compared_at_the_stamps_of_the_odometry():
+    truth = TimedPoses(np.array([10.0, 12.0, 13.0]), np.array([(0, 0, 0), (2, 0, 0), (2, 1, 0)], float))
+    odometry = TimedPoses(np.array([11.0, 12.5, 14.0]), np.array([(1, 0.3, 0), (2, 0.5, 0), (2.3, 1.4, 0)]))
+    np.testing.assert_allclose(distances(odometry, truth), [0.3, 0.0, 0.5], atol=1e-12)
+
+
+def test_the_error_at_the_end_is_modulo_full_turns():
+    metres, radians = end_error(TimedPoses(np.zeros(1), np.array([(3.0, 4.0, 3.1)])),
+                                TimedPoses(np.zeros(1), np.array([(0.0, 0.0, -3.1)])))
+    assert metres == 5.0
+    assert radians == pytest.approx(2 * math.pi - 6.2)
+
+
+def test_standstill_needs_five_joint_states_with_the_same_angles():
+    class Recorder:
+        joints = 0, ()
+    recorder = Recorder()
+    standstill = Standstill(recorder)
+    for joints, expected in (((4, ()), False), ((5, (1.0,)), False), ((9, (1.0,)), False), ((10, (1.0,)), True)):
+        recorder.joints = joints
+        assert standstill.reached() is expected
+
+
+def test_the_picture_is_drawn(tmp_path):
+    truth = TimedPoses(np.arange(100.0), np.column_stack([np.arange(100.0), np.zeros(100), np.zeros(100)]))
+    draw(truth.poses[:, :2], truth, truth, 0.03, tmp_path / "demo.png")
+    with Image.open(str(tmp_path / "demo.png")) as picture:
+        assert picture.size == (1210, 572)
+        assert len(picture.convert("RGB").getcolors(1 << 20)) > 20
+
+
+@pytest.mark.parametrize("words, complaint", [
+    (["--bad-bytes", "0.2"], "--bad-bytes: found 0.2, allowed: 0 to 0.05"),
+    (["--picture", "/no/such/folder/demo.png"], "No such file or directory: '/no/such/folder/demo.png'"),
+])
+def test_wrong_options_are_refused_before_the_drive(words, complaint, capsys):
+    with pytest.raises(SystemExit) as end:
+        parse(words)
+    assert end.value.code == 2
+    assert complaint in capsys.readouterr().err

@@ -1,0 +1,77 @@
+import pytest
+
+from robotont_driver.echo import EchoWatch
+from robotont_driver.ideal_motors import IdealMotors
+from robotont_driver.protocol import add_checksum, format_packet
+
+
+def commands(number, decimals=2):
+    """Packets that are each another one than the one before."""
+    return [format_packet([10 + step % 7, -step % 5, 0.25 * step], decimals) for step in range(number)]
+
+
+@pytest.mark.parametrize("decimals", [0, 2])
+@pytest.mark.parametrize("pieces", [1, 7, 1000])
+@pytest.mark.parametrize("prompt", [b"", b">>> "])
+def test_an_echo_is_recognised(decimals, pieces, prompt):
+    watch = EchoWatch()
+    for packet in commands(12, decimals):
+        line = packet.encode()
+        watch.sent(line)
+        back = prompt + line.rstrip() + b"\r\n" + (b"SyntaxError: invalid syntax\r\n" if prompt else b"")
+        for at in range(0, len(back), pieces):
+            watch.received(back[at:at + pieces])
+    assert watch.echoing
+
+
+def test_an_echo_of_zeros_with_decimals_is_recognised():
+    watch = EchoWatch()
+    for _ in range(4):
+        assert not watch.echoing
+        watch.sent(b"0.00:0.00:0.00;\n")
+        watch.received(b"0.00:0.00:0.00;\n")
+    assert watch.echoing
+
+
+def test_an_echo_of_checked_commands_is_recognised():
+    watch = EchoWatch()
+    for _ in range(4):
+        watch.sent(add_checksum("5:5:5;\n"))
+        watch.received(add_checksum("5:5:5;\n"))
+    assert watch.echoing
+
+
+def test_counts_that_are_as_commanded_are_no_echo():
+    """Ideal motors at a constant speed, whole units, a packet for each command: the worst case."""
+    watch, motors = EchoWatch(), IdealMotors(3)
+    for _ in range(500):
+        watch.sent(b"19:0:-19;\n")
+        watch.received(format_packet(motors.follow((19, 0, -19))).encode())
+        assert not watch.echoing
+
+
+def test_a_board_that_answers_faster_than_it_is_commanded_is_no_echo():
+    watch, motors = EchoWatch(), IdealMotors(3)
+    for packet in commands(200, decimals=0):
+        watch.sent(packet.encode())
+        for _ in range(2):
+            watch.received(format_packet(motors.follow(map(int, packet[:-2].split(":")))).encode())
+    assert not watch.echoing
+
+
+def test_a_robot_at_rest_is_no_echo():
+    watch = EchoWatch()
+    for _ in range(100):
+        watch.sent(b"0:0:0;\n")
+        watch.received(b"0:0:0;\n")
+    assert not watch.echoing
+
+
+def test_an_echo_that_ends_is_forgotten():
+    watch = EchoWatch()
+    for packet in commands(10):
+        watch.sent(packet.encode())
+        watch.received(packet.encode())
+    assert watch.echoing
+    watch.received(b"3:3:3;\n")
+    assert not watch.echoing

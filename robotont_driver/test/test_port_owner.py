@@ -1,0 +1,109 @@
+import contextlib
+import os
+import pty
+import signal
+import subprocess
+import sys
+import time
+
+import pytest
+
+from robotont_driver import port_owner
+from robotont_driver.serial_link import explain
+from robotont_testing.harness import wait_for
+
+OWNER = """
+import os, sys, time
+from robotont_driver import port_owner
+master, slave = os.openpty()
+os.symlink(os.ttyname(slave), sys.argv[1])
+port_owner.sign(sys.argv[1], os.ttyname(slave))
+os.close(slave)
+print("ready", flush=True)
+time.sleep(100)
+"""
+
+
+@pytest.fixture
+def owner(tmp_path):
+    """A process with a signed link, `tmp_path / "port"`."""
+    process = subprocess.Popen([sys.executable, "-c", OWNER, str(tmp_path / "port")], stdout=subprocess.PIPE)
+    process.stdout.readline()
+    yield process
+    process.kill()
+    process.wait()
+    process.stdout.close()
+
+
+@contextlib.contextmanager
+def shell_on(slave):
+    """A process whose controlling terminal is this pseudo-terminal, as a shell in a new window."""
+    pid = os.fork()
+    if pid == 0:
+        try:
+            os.setsid()
+            os.close(os.open(os.ttyname(slave), os.O_RDWR))
+            time.sleep(100)
+        finally:
+            os._exit(0)
+    try:
+        wait_for(lambda: port_owner.session_of(os.ttyname(slave)), "the shell")
+        yield pid
+    finally:
+        os.kill(pid, signal.SIGKILL)
+        os.waitpid(pid, 0)
+
+
+def test_the_port_of_a_living_owner_may_be_opened(tmp_path, owner):
+    assert port_owner.read_owner(tmp_path / "port").lives
+    assert port_owner.refusal(str(tmp_path / "port")) == ""
+
+
+def test_a_port_whose_owner_was_killed_is_refused_whoever_has_the_terminal_now(tmp_path, owner):
+    device = os.readlink(str(tmp_path / "port"))
+    owner.kill()
+    owner.wait()
+    others = []
+    while not os.path.exists(device):  # the kernel gives the name away again
+        others.append(pty.openpty())
+    assert f"left behind by process {owner.pid}" in port_owner.refusal(str(tmp_path / "port"))
+    for other in others:
+        for end in other:
+            os.close(end)
+
+
+def test_a_killed_owner_that_nobody_waits_for_is_dead(tmp_path, owner):
+    owner.kill()
+    wait_for(lambda: not port_owner.read_owner(tmp_path / "port").lives, "the end of a zombie")
+
+
+def test_the_terminal_of_a_session_is_refused(tmp_path):
+    master, slave = pty.openpty()
+    link = tmp_path / "port"
+    link.symlink_to(os.ttyname(slave))
+    assert port_owner.refusal(str(link)) == ""  # nobody's terminal: a stand-in without a marker
+    with shell_on(slave) as pid:
+        for name in (str(link), os.ttyname(slave)):
+            assert port_owner.refusal(name) == (f"leads to {os.ttyname(slave)}, the terminal of process {pid}; choose "
+                                                "another port, or remove the link")
+    assert port_owner.refusal(str(link)) == ""
+    os.close(slave)
+    os.close(master)
+
+
+@pytest.mark.parametrize("text", ["", "1 2", "a b c", "1 2 3 4", "-1 0 /dev/pts/0"])
+def test_a_marker_that_is_none(tmp_path, text):
+    port_owner.marker(tmp_path / "port").write_text(text)
+    owner = port_owner.read_owner(tmp_path / "port")
+    assert owner is None or not owner.lives
+
+
+def test_real_ports_and_missing_ones_are_not_looked_at(tmp_path):
+    for name in ("/dev/ttyACM0", "/dev/null", str(tmp_path / "missing"), ""):
+        assert port_owner.refusal(name) == ""
+
+
+def test_words_of_the_system_come_once():
+    error = OSError(2, "could not open port /dev/x: [Errno 2] No such file or directory: '/dev/x'")
+    assert explain("/dev/x", error) == \
+        "/dev/x: no such file or directory; is the board plugged in, and is this the right port?"

@@ -1,0 +1,122 @@
+"""The last minute of recorded messages, in bag files of a second each that survive kill -9 and a loss of power.
+
+Each file is written whole under another name, flushed to the disk, and only then renamed: what is called .bag is
+complete and opens with stock rosbag. Every start of the recorder begins a folder of its own, so that a restart does not
+overwrite what led to it.
+"""
+
+import contextlib
+import os
+import shutil
+import time
+from collections import deque
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Mapping, NamedTuple
+
+import genpy
+import rosbag
+
+UNFINISHED = ".writing"
+
+
+class Record(NamedTuple):
+    """One message as it came over the line: time of its arrival [s], serialised bytes, and its connection's header."""
+
+    topic: str
+    time: float
+    data: bytes
+    header: Mapping[str, str]
+
+
+class BlackBox:
+    """Writes records into a folder and keeps the newest ones.
+
+    keep: age [s] beyond which this run's files are deleted; limit: size [bytes] of all runs together; runs: how many
+    are kept, this one included. Raises OSError where the folder cannot be written.
+    """
+
+    def __init__(self, folder, keep=60.0, limit=64_000_000, runs=4):
+        self._keep = keep
+        self._limit = limit // runs
+        folder = Path(folder)
+        folder.mkdir(parents=True, exist_ok=True)
+        old = runs_in(folder)
+        for run in old[:max(0, len(old) - (runs - 1))]:
+            shutil.rmtree(run)
+        number = int(old[-1].name.split("_")[1]) + 1 if old else 1
+        self.folder = folder / f"run_{number:06d}_{time.strftime('%Y-%m-%dT%H-%M-%SZ', time.gmtime())}"
+        self.folder.mkdir()
+        _flush_folder(folder)
+        self._files = deque()  # (time of the end, size, path), the oldest first
+        self._number = 0
+
+    def write(self, records, now):
+        """Keep these records, at monotonic time `now` [s]; all are on the disk afterwards. Raises OSError."""
+        self._forget(now)
+        if not records:
+            return
+        self._number += 1
+        path = self.folder / f"{self._number:06d}.bag"
+        unfinished = Path(str(path) + UNFINISHED)
+        try:
+            write_bag(unfinished, records)
+            with open(unfinished, "rb+") as file:
+                os.fsync(file.fileno())
+            os.rename(unfinished, path)
+        except OSError:
+            with contextlib.suppress(FileNotFoundError):
+                unfinished.unlink()
+            self._drop_oldest()  # makes room when the disk is full
+            raise
+        _flush_folder(self.folder)
+        self._files.append((now, path.stat().st_size, path))
+
+    def _forget(self, now):
+        while self._files and (self._files[0][0] < now - self._keep
+                               or sum(size for _, size, _ in self._files) > self._limit):
+            self._drop_oldest()
+
+    def _drop_oldest(self):
+        if self._files:
+            self._files.popleft()[2].unlink()
+
+
+def runs_in(folder):
+    """Folders of the recorder's runs, the oldest first."""
+    return sorted(path for path in Path(folder).glob("run_*_*") if path.name.split("_")[1].isdigit())
+
+
+def bags_of(run):
+    """Complete bag files of a run, the oldest first."""
+    return sorted(Path(run).glob("*.bag"))
+
+
+def write_bag(path, records):
+    """Write a bag file of Records."""
+    with rosbag.Bag(str(path), "w") as bag:
+        for record in records:
+            header = record.header
+            kind = SimpleNamespace(_md5sum=header["md5sum"], _full_text=header["message_definition"])
+            bag.write(record.topic, (header["type"], record.data, header["md5sum"], kind),
+                      genpy.Time.from_sec(record.time), raw=True)
+
+
+def merge(bags, output):
+    """Write the messages of several bag files into one; returns their number."""
+    count = 0
+    with rosbag.Bag(str(output), "w", compression=rosbag.Compression.BZ2) as merged:
+        for path in bags:
+            with rosbag.Bag(str(path)) as bag:
+                for topic, message, stamp in bag.read_messages(raw=True):
+                    merged.write(topic, message, stamp, raw=True)
+                    count += 1
+    return count
+
+
+def _flush_folder(folder):
+    handle = os.open(str(folder), os.O_RDONLY)
+    try:
+        os.fsync(handle)
+    finally:
+        os.close(handle)

@@ -1,0 +1,179 @@
+"""What one machine can find out about another through sockets alone, each within a given time."""
+
+import errno
+import http.client
+import os
+import socket
+import struct
+import threading
+import time
+import xmlrpc.client
+from calendar import timegm
+from email.utils import parsedate
+
+OPEN, REFUSED, SILENT, NO_ROUTE = "open", "refused", "silent", "no route"  # outcomes of `reach`
+OTHER_PORTS = (22, 80, 443, 9)  # asked only to see whether a host is there at all
+
+
+def in_time(work, timeout, *arguments):
+    """(True, result) of `work(*arguments)`, or (False, None) after `timeout` [s]; it then goes on in the background.
+
+    Raises what `work` raises.
+    """
+    answer = []
+
+    def run():
+        try:
+            answer.append((work(*arguments), None))
+        except Exception as error:
+            answer.append((None, error))
+    thread = threading.Thread(target=run, daemon=True)
+    thread.start()
+    thread.join(timeout)
+    if not answer:
+        return False, None
+    result, error = answer[0]
+    if error:
+        raise error
+    return True, result
+
+
+def all_in_time(work, arguments, timeout):
+    """[result] of `work(argument)` for each argument, all at once; None where it took longer than `timeout` [s]."""
+    results = [None] * len(arguments)
+
+    def run(index, argument):
+        results[index] = work(argument)
+    threads = [threading.Thread(target=run, args=pair, daemon=True) for pair in enumerate(arguments)]
+    end = time.monotonic() + timeout
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join(max(0.0, end - time.monotonic()))
+    return list(results)
+
+
+def resolve(host, timeout):
+    """IPv4 address, a string, of a host name; None when the name has none, or the answer takes too long."""
+    try:
+        found, addresses = in_time(socket.getaddrinfo, timeout, host, None, socket.AF_INET, socket.SOCK_STREAM)
+    except (OSError, UnicodeError):
+        return None
+    return addresses[0][4][0] if found else None
+
+
+def is_loopback(address):
+    """Whether an IPv4 address means the machine itself to whoever uses it."""
+    return address.startswith("127.")
+
+
+def is_own(address):
+    """Whether an IPv4 address belongs to this machine."""
+    with socket.socket() as probe:
+        try:
+            probe.bind((address, 0))
+        except OSError:
+            return False
+        return True
+
+
+def own_address_towards(address):
+    """Own address on the way to another one; None without a route. Sends nothing."""
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+        try:
+            probe.connect((address, 9))
+        except OSError:
+            return None
+        return probe.getsockname()[0]
+
+
+def reach(address, port, timeout):
+    """What happens to a TCP connection: OPEN, REFUSED, SILENT (no answer), or NO_ROUTE."""
+    try:
+        socket.create_connection((address, port), timeout).close()
+    except ConnectionRefusedError:
+        return REFUSED
+    except socket.timeout:
+        return SILENT
+    except OSError as error:
+        # a host on the same network that is not there gives EHOSTUNREACH after a while, a rejecting firewall at once
+        return NO_ROUTE if error.errno == errno.ENETUNREACH else SILENT
+    return OPEN
+
+
+def is_there(address, timeout):
+    """Whether a host answers anything at all: a ping, or any of a few ports, be it with a refusal."""
+    def asked(port):
+        return ping(address, timeout) if port is None else reach(address, port, timeout) in {OPEN, REFUSED}
+    return any(all_in_time(asked, (None, *OTHER_PORTS), timeout + 0.1))
+
+
+def ping(address, timeout):
+    """Whether a host answers an ICMP echo; False, too, where this user may not send one."""
+    for kind in (socket.SOCK_DGRAM, socket.SOCK_RAW):
+        try:
+            with socket.socket(socket.AF_INET, kind, socket.IPPROTO_ICMP) as probe:
+                probe.settimeout(timeout)
+                body = struct.pack("!BBHHH", 8, 0, 0, os.getpid() & 0xFFFF, 1)
+                high, low = sum(body[0::2]), sum(body[1::2])
+                total = (high << 8) + low
+                total = (total & 0xFFFF) + (total >> 16)
+                probe.sendto(body[:2] + struct.pack("!H", ~total & 0xFFFF) + body[4:], (address, 0))
+                end = time.monotonic() + timeout
+                while time.monotonic() < end:
+                    data, (sender, _) = probe.recvfrom(1024)
+                    reply = data[20:] if kind == socket.SOCK_RAW else data
+                    if sender == address and reply[:1] == b"\0":
+                        return True
+        except PermissionError:
+            continue
+        except OSError:
+            return False
+    return False
+
+
+class _Transport(xmlrpc.client.Transport):
+    def __init__(self, timeout):
+        super().__init__()
+        self._timeout = timeout
+
+    def make_connection(self, host):
+        connection = super().make_connection(host)
+        connection.timeout = self._timeout
+        return connection
+
+
+def remote(uri, timeout):
+    """An XML-RPC proxy each of whose answers may take `timeout` [s]; calls raise OSError or xmlrpc.client.Error."""
+    return xmlrpc.client.ServerProxy(uri, transport=_Transport(timeout))
+
+
+_QUESTION = xmlrpc.client.dumps(("/robotont_network",), "getPid")  # which master and nodes answer without a log line
+
+
+def clock_difference(address, port, duration=1.1, period=0.03):
+    """(difference, uncertainty) [s] of the clock behind an HTTP server to this machine's; positive: theirs is ahead.
+
+    Every answer of Python's HTTP server (rosmaster, rospy) has a `Date` in whole seconds. A date d in an answer asked
+    for at t0 and had at t1 bounds the difference to [d - t1, d + 1 - t0]; the second's tick within `duration` [s] makes
+    these bounds narrow. None where no answer has a date (roscpp's have none).
+    """
+    low, high = float("-inf"), float("inf")
+    end = time.monotonic() + duration
+    start = time.time() - time.monotonic()  # steady: this machine's clock may step meanwhile
+    while time.monotonic() < end:
+        before = time.monotonic() + start
+        connection = http.client.HTTPConnection(address, port, timeout=max(0.1, end - time.monotonic()))
+        try:
+            connection.request("POST", "/RPC2", _QUESTION, {"Content-Type": "text/xml"})
+            date = parsedate(connection.getresponse().getheader("Date", ""))
+        except (OSError, http.client.HTTPException):
+            return None
+        finally:
+            connection.close()
+        if date is None:
+            return None
+        after = time.monotonic() + start
+        low, high = max(low, timegm(date) - after), min(high, timegm(date) + 1.0 - before)
+        time.sleep(period)
+    return (low + high) / 2, abs(high - low) / 2

@@ -1,0 +1,94 @@
+"""The ROS side of the black box: what goes over the topics, kept for the minute before something went wrong."""
+
+import sys
+import threading
+import time
+
+import rospy
+
+from robotont_driver.node import ERROR, OK, WARN, Health, Worker
+from robotont_driver.parameters import Parameter, ParameterError, read_parameters
+from robotont_operations.black_box import BlackBox, Record
+
+PARAMETERS = (
+    Parameter("folder", "/var/lib/robotont/black_box", "where the files are kept"),
+    Parameter("topics", "cmd_vel cmd_vel/hand cmd_vel/navigation cmd_vel/default emergency_stop serial_write "
+              "serial_read odom /diagnostics /rosout", "what is recorded, separated by blanks"),
+    Parameter("keep", 60.0, "how long this run's messages are kept", "s", minimum=1.0),
+    Parameter("period", 1.0, "time between two files, each flushed to the disk: what a loss of power may cost", "s",
+              minimum=0.1),
+    Parameter("limit", 64, "size of all files together", "MB", minimum=4),
+    Parameter("runs", 4, "runs of the recorder whose files are kept, the present one included", minimum=1),
+)
+WAITING = 8_000_000  # [bytes] that may wait for the disk
+
+
+class RecorderNode:
+    """Gathers messages and hands them to the black box once a period."""
+
+    def __init__(self, parameters):
+        self._box = BlackBox(parameters["folder"], parameters["keep"], parameters["limit"] * 1_000_000,
+                             parameters["runs"])
+        self._period = parameters["period"]
+        self._lock = threading.Lock()
+        self._writing = threading.Lock()
+        self._records = []
+        self._size = 0
+        self._written = self._dropped = 0
+        self._trouble = ""
+        for topic in parameters["topics"].split():
+            rospy.Subscriber(topic, rospy.AnyMsg, self._on_message, rospy.resolve_name(topic), tcp_nodelay=True)
+        rospy.on_shutdown(self._write)
+        Worker(self._work)
+        Health("robotont", {"black box": self._report})
+        rospy.loginfo("recording to %s", self._box.folder)
+
+    def _on_message(self, message, topic):
+        record = Record(topic, time.time(), message._buff, message._connection_header)
+        with self._lock:
+            if self._size > WAITING:
+                self._dropped += 1
+                return
+            self._records.append(record)
+            self._size += len(record.data)
+
+    def _work(self):
+        begun = time.monotonic()
+        self._write()
+        return max(0.0, begun + self._period - time.monotonic())
+
+    def _write(self):
+        with self._writing:
+            with self._lock:
+                records, self._records, self._size = self._records, [], 0
+            try:
+                self._box.write(records, time.monotonic())
+                self._written += len(records)
+                self._trouble = ""
+            except OSError as error:
+                self._dropped += len(records)
+                self._trouble = f"cannot write to {self._box.folder}: {error.strerror}: free space there"
+                rospy.logerr_throttle(60.0, "%s", self._trouble)
+
+    def _report(self):
+        values = {"messages kept": self._written, "messages lost": self._dropped, "folder": self._box.folder}
+        if self._trouble:
+            return ERROR, self._trouble, values
+        if self._dropped:
+            return WARN, f"{self._dropped} messages lost: is the disk too slow?", values
+        return OK, "recording", values
+
+
+def main():
+    """Run recorder_node."""
+    rospy.init_node("recorder_node")
+    try:
+        RecorderNode(read_parameters(PARAMETERS, rospy.get_param("~", {})))
+    except ParameterError as error:
+        for fault in error.faults:
+            rospy.logfatal("wrong parameter %s", fault)
+        sys.exit(1)
+    except OSError as error:
+        rospy.logfatal("cannot record: %s: set ~folder to one that this user may write to", error)
+        sys.exit(1)
+    rospy.spin()

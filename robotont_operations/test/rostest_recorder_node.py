@@ -1,0 +1,93 @@
+#!/usr/bin/env python3
+"""recorder_node beside a stream of messages: ended by force, and by Ctrl-C."""
+
+import os
+import signal
+import subprocess
+import threading
+import time
+
+import rosbag
+import rostest
+from geometry_msgs.msg import Twist
+from nav_msgs.msg import Odometry
+from std_msgs.msg import String
+
+from robotont_operations.black_box import bags_of, runs_in
+from robotont_testing.harness import wait_for
+from robotont_testing.node_test import OK, NodeTest, twist
+
+
+class RecorderNodeTest(NodeTest):
+    def setUp(self):
+        super().setUp()
+        self.folder = self.processes.folder / "black_box"
+        self.log = self.processes.folder / "recorder.log"
+        self.recorder = self.processes.start(
+            "rosrun", "robotont_operations", "recorder_node", f"_folder:={self.folder}", log=self.log)
+        self.read = self.publisher("serial_read", String)
+        self.odom = self.publisher("odom", Odometry)
+        self.command = self.publisher("cmd_vel", Twist)
+        self.sent = []
+        self.streaming = True
+        stream = threading.Thread(target=self._stream)
+        stream.start()
+
+        def end():
+            self.streaming = False
+            stream.join()
+        self.addCleanup(end)
+
+    def _stream(self):
+        while self.streaming:
+            self.read.publish(f"{len(self.sent)}:0:0;\n")
+            self.odom.publish(Odometry())
+            self.command.publish(twist(0.1))
+            self.sent.append(time.time())
+            time.sleep(0.02)
+
+    def packets(self):
+        """Numbers of the packets in all bags of the newest run."""
+        found = []
+        for path in bags_of(runs_in(self.folder)[-1]):
+            with rosbag.Bag(str(path)) as bag:
+                found += [int(message.data.split(":")[0]) for _, message, _ in bag.read_messages("/serial_read")]
+        return found
+
+    def test_killed_by_force_all_but_the_last_second_opens_with_stock_rosbag(self):
+        wait_for(lambda: len(self.sent) > 400, "a stream")
+        os.killpg(self.recorder.pid, signal.SIGKILL)
+        killed = time.time()
+        self.recorder.wait()
+        run = runs_in(self.folder)[-1]
+        info = subprocess.run(["rosbag", "info", *map(str, bags_of(run))], check=True, capture_output=True, text=True)
+        for topic in ("/serial_read", "/odom", "/cmd_vel", "/diagnostics"):
+            self.assertIn(topic, info.stdout)
+        self.assertNotIn("unindexed", info.stdout + info.stderr)
+        packets = self.packets()
+        self.assertEqual(packets, list(range(packets[0], packets[-1] + 1)))  # none missing in between
+        self.assertLess(packets[0], 5)
+        self.assertGreater(self.sent[packets[-1]], killed - 1.2)  # a period, and the time that writing takes
+
+    def test_ended_by_ctrl_c_nothing_is_missing(self):
+        wait_for(lambda: len(self.sent) > 100, "a stream")
+        self.wait_for_status("recorder_node: black box", OK)
+        self.streaming = False
+        wait_for(lambda: self.sent[-1] < time.time() - 0.1, "the end of the stream")
+        self.assertEqual(self.processes.stop(self.recorder), 0)
+        packets = self.packets()
+        self.assertEqual(packets, list(range(packets[0], len(self.sent))))
+        self.assertFalse([path for path in self.folder.rglob("*") if path.name.endswith(".writing")])
+
+    def test_a_folder_that_cannot_be_written_is_one_clear_line(self):
+        log = self.processes.folder / "wrong.log"
+        wrong = self.processes.start("rosrun", "robotont_operations", "recorder_node", "__name:=wrong",
+                                     "_folder:=/proc/black_box", log=log)
+        wait_for(lambda: wrong.poll() is not None, "the end")
+        self.assertEqual(wrong.returncode, 1)
+        self.assertIn("cannot record", log.read_text())
+        self.assertNotIn("Traceback", log.read_text())
+
+
+if __name__ == "__main__":
+    rostest.rosrun("robotont_operations", "recorder_node_test", RecorderNodeTest)

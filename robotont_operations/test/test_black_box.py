@@ -1,0 +1,107 @@
+"""The black box on files: what it keeps, what it deletes, and what a loss of power leaves of it."""
+
+import os
+import shutil
+import subprocess
+
+import pytest
+import rosbag
+from std_msgs.msg import String
+
+from robotont_operations.black_box import BlackBox, Record, bags_of, merge, runs_in
+
+HEADER = {"type": String._type, "md5sum": String._md5sum, "message_definition": String._full_text}
+
+
+def record(second, text="0:0:0;\n"):
+    data = text.encode()
+    return Record("/serial_read", 1000.0 + second, len(data).to_bytes(4, "little") + data, HEADER)
+
+
+def messages(bags):
+    found = []
+    for path in bags:
+        with rosbag.Bag(str(path)) as bag:
+            found += [(topic, message.data, stamp.to_sec()) for topic, message, stamp in bag.read_messages()]
+    return found
+
+
+def test_each_file_opens_and_the_oldest_go(tmp_path):
+    box = BlackBox(tmp_path, keep=60.0)
+    for second in range(100):
+        box.write([record(second, f"{second};"), record(second + 0.5, f"{second}.5;")], now=float(second))
+    bags = bags_of(box.folder)
+    assert len(bags) == 61
+    assert messages(bags)[0] == ("/serial_read", "39;", 1039.0)
+    assert messages(bags)[-1] == ("/serial_read", "99.5;", 1099.5)
+
+
+def test_the_disk_is_bounded(tmp_path):
+    box = BlackBox(tmp_path, keep=1e9, limit=2_000_000, runs=4)
+    for second in range(60):
+        box.write([record(second, "x" * 50_000)], now=float(second))
+    size = sum(path.stat().st_size for path in tmp_path.rglob("*") if path.is_file())
+    assert 400_000 < size <= 500_000 + 60_000
+    assert messages(bags_of(box.folder))[-1][2] == 1059.0
+
+
+def test_a_restart_keeps_what_led_to_it(tmp_path):
+    for run in range(6):
+        box = BlackBox(tmp_path, runs=3)
+        box.write([record(run, f"run {run}")], now=0.0)
+    assert [messages(bags_of(run))[0][1] for run in runs_in(tmp_path)] == ["run 3", "run 4", "run 5"]
+
+
+def test_merged_into_one(tmp_path):
+    box = BlackBox(tmp_path)
+    for second in range(10):
+        box.write([record(second)], now=float(second))
+    assert merge(bags_of(box.folder), tmp_path / "all.bag") == 10
+    assert [stamp for _, _, stamp in messages([tmp_path / "all.bag"])] == [1000.0 + second for second in range(10)]
+
+
+def test_a_full_disk_makes_room_and_says_so(tmp_path, monkeypatch):
+    box = BlackBox(tmp_path)
+    for second in range(3):
+        box.write([record(second)], now=float(second))
+    with monkeypatch.context() as full:
+        full.setattr(os, "fsync", lambda _: (_ for _ in ()).throw(OSError(28, "No space left on device")))
+        with pytest.raises(OSError, match="No space"):
+            box.write([record(3)], now=3.0)
+    assert len(list(box.folder.iterdir())) == 2
+    box.write([record(4)], now=4.0)
+    assert len(messages(bags_of(box.folder))) == 3
+
+
+def sudo_free(*command):
+    done = subprocess.run([str(word) for word in command], check=False, capture_output=True, text=True)
+    if done.returncode:
+        pytest.skip(f"no loop device here: {done.stderr.strip()}")
+
+
+def test_what_a_loss_of_power_leaves(tmp_path):
+    """On a disk of its own, whose image is copied as it is, with whatever the kernel has not written yet missing."""
+    if os.getuid() != 0:
+        pytest.skip("needs root to mount a disk image")
+    disk, after, folder = tmp_path / "disk", tmp_path / "after", tmp_path / "mounted"
+    folder.mkdir()
+    with open(disk, "wb") as file:
+        file.truncate(32_000_000)
+    sudo_free("mkfs.ext4", "-q", disk)
+    sudo_free("mount", "-o", "loop", disk, folder)
+    try:
+        box = BlackBox(folder)
+        for second in range(20):
+            box.write([record(second + part / 100) for part in range(100)], now=float(second))
+        (folder / "not_flushed").write_bytes(b"x" * 1000)
+        shutil.copy(disk, after)  # the power is lost here
+    finally:
+        subprocess.run(["umount", str(folder)], check=True)
+    sudo_free("mount", "-o", "loop", after, folder)
+    try:
+        assert not (folder / "not_flushed").exists() or not (folder / "not_flushed").read_bytes()
+        run = runs_in(folder)[-1]
+        assert len(messages(bags_of(run))) == 2000
+        subprocess.run(["rosbag", "info", *map(str, bags_of(run))], check=True, stdout=subprocess.DEVNULL)
+    finally:
+        subprocess.run(["umount", str(folder)], check=True)

@@ -1,0 +1,178 @@
+"""The network check on two machines out of namespaces: each fault, seen from either side, in one line within 5 s."""
+
+import os
+import shutil
+import time
+from contextlib import contextmanager
+
+import pytest
+
+from robotont_testing import places
+from robotont_testing.harness import wait_for
+from robotont_testing.two_machines import ADDRESSES, NoNamespacesError, TwoMachines
+
+ROBOT, LAPTOP = ADDRESSES["robot"], ADDRESSES["laptop"]
+MASTER = {"ROS_MASTER_URI": f"http://{ROBOT}:11311"}
+NODE = "import rospy, sys; rospy.init_node(sys.argv[1]); rospy.Publisher('x', rospy.AnyMsg, queue_size=1); rospy.spin()"
+
+
+@pytest.fixture(scope="module")
+def machines():
+    for name in ("ROS_IP", "ROS_HOSTNAME", "ROS_MASTER_URI"):
+        os.environ.pop(name, None)
+    try:
+        two = TwoMachines()
+    except NoNamespacesError as error:
+        pytest.skip(str(error))
+    with two:
+        two.on("robot", "rosmaster", "--core", "-p", "11311", ROS_IP=ROBOT, ROS_LOG_DIR=str(two.folder), **MASTER)
+        wait_for(lambda: "answers" in check(two, "robot", ROS_IP=ROBOT).stdout, "the master")
+        yield two
+
+
+def check(machines, name, **environment):
+    """Run the check on a machine; it must take at most 5 s, whatever is wrong."""
+    script = places.package("robotont_operations") / "scripts/network"
+    before = time.monotonic()
+    done = machines.run(name, "/usr/bin/python3", script, **{**MASTER, **environment})
+    assert time.monotonic() - before <= 5.0
+    assert not done.stderr
+    return done
+
+
+def faults(done):
+    found = [line.split(None, 1)[1] for line in done.stdout.splitlines() if line.startswith("FAULT")]
+    assert done.returncode == bool(found), done.stdout
+    return found
+
+
+def the_fault(done):
+    """The only fault told."""
+    found = faults(done)
+    assert len(found) == 1, done.stdout
+    return found[0]
+
+
+@contextmanager
+def node(machines, name, called, code=NODE, **environment):
+    """A rospy node on a machine, until the end of the block."""
+    log = machines.folder / (called + ".log")
+    process = machines.on(name, "/usr/bin/python3", "-c", code, called, log=log,
+                          ROS_LOG_DIR=str(machines.folder), **{**MASTER, **environment})
+    try:
+        wait_for(lambda: "/" + called in machines.run("robot", "rosnode", "list", **MASTER).stdout or
+                 process.poll() is not None, "the node", period=0.2)
+        assert process.poll() is None, log.read_text()
+        yield
+    finally:
+        machines.stop(process)
+
+
+@contextmanager
+def firewall(machines, name, rule):
+    if not shutil.which("nft"):
+        pytest.skip("no nft: sudo apt-get install nftables")
+    machines.drop(name, rule)
+    try:
+        yield
+    finally:
+        machines.open_firewall(name)
+
+
+def test_nothing_is_wrong(machines):
+    with node(machines, "robot", "talker", ROS_IP=ROBOT), node(machines, "laptop", "teleop", ROS_IP=LAPTOP):
+        for name, address, other in (("laptop", LAPTOP, "/talker on 10.77.0.1"),
+                                     ("robot", ROBOT, "/teleop on 10.77.0.2")):
+            done = check(machines, name, ROS_IP=address)
+            assert not faults(done), done.stdout
+            assert other in done.stdout
+            assert "agrees within" in done.stdout
+
+
+@pytest.mark.parametrize("environment, kind, remedy", [
+    ({"ROS_IP": "10.77.0.99"}, "wrong ROS_IP/ROS_HOSTNAME: ROS_IP=10.77.0.99", "export ROS_IP=10.77.0.2"),
+    ({"ROS_IP": "127.0.0.1"}, "wrong ROS_IP/ROS_HOSTNAME: ROS_IP=127.0.0.1", "export ROS_IP=10.77.0.2"),
+    ({"ROS_HOSTNAME": "localhost"}, "wrong ROS_IP/ROS_HOSTNAME: ROS_HOSTNAME=localhost", "unset ROS_HOSTNAME"),
+    ({"ROS_HOSTNAME": "nobody.local"}, "wrong ROS_IP/ROS_HOSTNAME: ROS_HOSTNAME=nobody.local", "unset ROS_HOSTNAME"),
+    ({"ROS_HOSTNAME": "robot", "ROS_IP": LAPTOP}, "wrong ROS_IP/ROS_HOSTNAME: ROS_HOSTNAME=robot",
+     "unset ROS_HOSTNAME"),
+    ({"ROS_MASTER_URI": "http://robto:11311"}, "unresolvable name: this machine finds no address of 'robto'",
+     "/etc/hosts"),
+    ({"ROS_MASTER_URI": "robot:11311"}, "wrong ROS_MASTER_URI", "export ROS_MASTER_URI=http://"),
+    ({"ROS_MASTER_URI": f"http://{ROBOT}:11399"},
+     "master unreachable: 10.77.0.1 answers, but nobody listens at port 11399", "start the robot's stack"),
+    ({"ROS_MASTER_URI": "http://10.77.0.77:11311"}, "master unreachable: no answer from 10.77.0.77", "ping 10.77.0.77"),
+    ({"ROS_MASTER_URI": "http://10.99.0.1:11311"}, "master unreachable: this machine has no way to 10.99.0.1", "cable"),
+])
+def test_wrong_settings_on_the_laptop(machines, environment, kind, remedy):
+    fault = the_fault(check(machines, "laptop", **{"ROS_IP": LAPTOP, **environment}))
+    assert fault.startswith(kind)
+    assert remedy in fault
+
+
+def test_a_name_that_the_robot_cannot_resolve(machines):
+    machines.hosts("robot", "127.0.0.1 localhost\n10.77.0.1 robot\n")
+    with node(machines, "laptop", "named", ROS_HOSTNAME="laptop"):
+        fault = the_fault(check(machines, "laptop"))
+        assert fault.startswith("wrong ROS_IP/ROS_HOSTNAME: the master's machine does not reach this one as 'laptop'")
+        assert "export ROS_IP=10.77.0.2" in fault
+        fault = the_fault(check(machines, "robot", ROS_IP=ROBOT))
+        assert fault.startswith("unresolvable name: /named can be found at 'laptop' only")
+
+
+def test_the_robots_firewall(machines):
+    with firewall(machines, "robot", "tcp dport 11311"):
+        assert the_fault(check(machines, "laptop", ROS_IP=LAPTOP)).startswith(
+            "firewall: 10.77.0.1 answers, but not at port 11311: on that machine, sudo ufw allow from 10.77.0.2")
+    with node(machines, "robot", "behind", ROS_IP=ROBOT), \
+            firewall(machines, "robot", "tcp dport 11312-65535 ct state new"):
+        assert the_fault(check(machines, "laptop", ROS_IP=LAPTOP)).startswith(
+            "firewall: 10.77.0.1 answers, but not at the ports of /behind")
+
+
+def test_one_way_traffic(machines):
+    with node(machines, "laptop", "deaf", ROS_IP=LAPTOP), firewall(machines, "laptop", "ct state new"):
+        fault = the_fault(check(machines, "laptop", ROS_IP=LAPTOP))
+        assert fault.startswith("one-way traffic: this machine reaches 10.77.0.1, but not the other way round")
+        assert "on this machine, sudo ufw allow from 10.77.0.1" in fault
+        fault = the_fault(check(machines, "robot", ROS_IP=ROBOT))
+        assert fault.startswith("one-way traffic, or wrong ROS_IP/ROS_HOSTNAME there: /deaf registered as 10.77.0.2")
+        assert "sudo ufw allow from 10.77.0.1" in fault
+
+
+def test_the_robots_nodes_announce_themselves_wrongly(machines):
+    with node(machines, "robot", "inward", ROS_HOSTNAME="localhost"):
+        fault = the_fault(check(machines, "laptop", ROS_IP=LAPTOP))
+        assert fault.startswith("wrong ROS_IP/ROS_HOSTNAME: /inward calls the machine 'localhost'")
+        assert "(10.77.0.1 if they run beside the master)" in fault
+    with node(machines, "laptop", "teleop", ROS_IP=LAPTOP):
+        assert the_fault(check(machines, "robot", ROS_IP="127.0.0.1")).startswith(
+            "wrong ROS_IP/ROS_HOSTNAME: ROS_IP=127.0.0.1 is 127.0.0.1, where other machines' nodes find only "
+            "themselves")
+
+
+def test_clocks_apart(machines):
+    with node(machines, "laptop", "late", code="import time; now = time.time; time.time = lambda: now() - 3\n" + NODE,
+              ROS_IP=LAPTOP):
+        fault = the_fault(check(machines, "robot", ROS_IP=ROBOT))
+        assert fault.startswith("clocks apart: that of 10.77.0.2 is 3.0 s behind this machine's")
+        assert "chrony" in fault
+
+
+@pytest.mark.parametrize("carrier", [False, True])
+def test_the_cable_is_out(machines, carrier):
+    machines.cut(carrier)
+    try:
+        fault = the_fault(check(machines, "laptop", ROS_IP=LAPTOP))
+        assert fault.startswith("master unreachable: ")
+        assert "cable" in fault
+    finally:
+        machines.mend()
+    wait_for(lambda: not faults(check(machines, "laptop", ROS_IP=LAPTOP)), "the end of the fault")
+
+
+def test_the_robot_keeps_to_itself(machines):
+    done = check(machines, "robot", ROS_IP="127.0.0.1")
+    assert not faults(done)
+    assert "this machine keeps to itself" in done.stdout
+    assert "install-robot --network" in done.stdout

@@ -1,0 +1,89 @@
+import os
+import pty
+import subprocess
+import sys
+
+import pytest
+
+from robotont_simulator.port import Port, PortError
+
+OWNER = """
+import sys, time
+from robotont_simulator.port import Port
+port = Port(sys.argv[1])
+print("ready", flush=True)
+time.sleep(100)
+"""
+
+
+@pytest.fixture
+def simulator(tmp_path):
+    """Another simulator's process, whose port is `tmp_path / "port"`."""
+    process = subprocess.Popen([sys.executable, "-c", OWNER, str(tmp_path / "port")], stdout=subprocess.PIPE)
+    process.stdout.readline()
+    yield process
+    process.kill()
+    process.wait()
+    process.stdout.close()
+
+
+def test_the_port_of_a_running_simulator_is_not_taken(tmp_path, simulator):
+    device = os.readlink(str(tmp_path / "port"))
+    with pytest.raises(PortError, match=f"is the port of process {simulator.pid}, which still runs"):
+        Port(str(tmp_path / "port"))
+    assert os.readlink(str(tmp_path / "port")) == device
+
+
+def test_the_link_of_a_killed_simulator_is_replaced_whoever_has_the_terminal_now(tmp_path, simulator):
+    device = os.readlink(str(tmp_path / "port"))
+    simulator.kill()
+    simulator.wait()
+    others = []
+    while not os.path.exists(device):  # the kernel gives the name away again
+        others.append(pty.openpty())
+    port = Port(str(tmp_path / "port"))
+    assert os.readlink(port.link) != device
+    port.unplug()
+    assert list(tmp_path.iterdir()) == []
+    for other in others:
+        for end in other:
+            os.close(end)
+
+
+def test_a_link_to_something_else_is_left_alone(tmp_path):
+    master, slave = pty.openpty()
+    (tmp_path / "port").symlink_to(os.ttyname(slave))
+    with pytest.raises(PortError, match="is no link of a simulator"):
+        Port(str(tmp_path / "port"))
+    assert os.readlink(str(tmp_path / "port")) == os.ttyname(slave)
+    os.close(slave)
+    os.close(master)
+
+
+def test_a_dangling_link_is_replaced(tmp_path):
+    (tmp_path / "port").symlink_to("/dev/pts/99999")
+    Port(str(tmp_path / "port")).unplug()
+
+
+@pytest.mark.parametrize("name, words", [
+    ("missing/port", "no such file or directory"), ("", "no such file"), ("folder", "found something that is no link"),
+    ("file", "found something that is no link"), ("file/port", "not a directory"), ("x" * 300, "too long"),
+])
+def test_a_name_that_no_port_can_have_is_explained(tmp_path, name, words):
+    (tmp_path / "folder").mkdir()
+    (tmp_path / "file").write_text("")
+    with pytest.raises(PortError) as raised:
+        Port(str(tmp_path / name) if name else "")
+    assert words in str(raised.value)
+    assert "allowed: " in str(raised.value)
+    assert len(os.listdir(str(tmp_path))) == 2
+
+
+def test_unplugged_and_plugged_in_again(tmp_path):
+    port = Port(str(tmp_path / "port"))
+    for _ in range(3):
+        port.unplug()
+        assert list(tmp_path.iterdir()) == []
+        port.plug()
+        assert os.path.exists(port.link)
+    port.unplug()

@@ -1,0 +1,86 @@
+"""What breaks on the simulated robot: the firmware stops it within 0.6 s, nothing runs away, no stall heats a motor."""
+
+import math
+import random
+
+import numpy as np
+import pytest
+from robot_runs import run_in
+
+from robotont_driver.board_status import DRIVER_FAULT, NO_COUNTS, OVERLOAD, WRONG_WAY
+from robotont_simulator.simulation import REVERSED, UNPLUGGED
+
+UNIT = 2 * math.pi / 1200 * 50  # [rad/s] of a wheel
+CONTINUOUS = 1.25  # [A] that the motor stands for ever: a quarter of its stall current
+
+
+def along(run, wheel, units):
+    """The twist straight on along a wheel's direction in which it makes that many units."""
+    direction = run.simulation.wheels.directions[wheel]
+    speed = units * UNIT * run.simulation.wheels.radii[wheel]
+    return speed * math.cos(direction), speed * math.sin(direction), 0.0
+
+
+def drive_on(run, wheel, twist, seconds):
+    """([s] until all motors are off or None, fastest speed [units] and current [A] of the wheel, per period)."""
+    off, speeds, currents = None, [], []
+    for period in range(round(seconds * 50)):
+        run.drive([twist])
+        speeds.append(abs(run.simulation.wheel_speeds()[wheel]) / UNIT)
+        currents.append(abs(run.simulation.currents()[wheel]))
+        if off is None and not run.simulation.driven():
+            off = (period + 1) / 50
+    return off, speeds, currents
+
+
+@pytest.mark.parametrize("units", [5, 20, 50, 100, 150, -50])
+@pytest.mark.parametrize("wheel", [0, 1, 2])
+@pytest.mark.parametrize("state, fault", [(UNPLUGGED, NO_COUNTS), (REVERSED, WRONG_WAY)])
+def test_an_encoder_that_breaks(state, fault, wheel, units):
+    for driving in (False, True):
+        run = run_in()
+        twist = along(run, wheel, units)
+        if driving:
+            run.hold(twist, 1.5)
+        run.simulation.set_encoder(wheel, state)
+        off, speeds, _ = drive_on(run, wheel, twist, 1.0)
+        print(f"off after {off} s, at most {max(speeds) / abs(units):.2f} of the commanded speed")
+        assert off is not None
+        assert off <= 0.6
+        assert max(speeds) <= 1.3 * abs(units)
+        assert run.status.wheels == tuple(fault if other == wheel else 0 for other in range(3))
+
+
+@pytest.mark.parametrize("units", [20, 50, 150])
+def test_a_wheel_that_is_jammed_does_not_heat_its_motor(units):
+    run = run_in()
+    twist = along(run, 1, units)
+    run.hold(twist, 1.0)
+    run.simulation.set_jam(1, True)
+    _, _, currents = drive_on(run, 1, twist, 6.0)
+    mean = float(np.mean(currents[100:]))
+    print(f"mean current after 2 s: {mean:.2f} A")
+    assert mean < CONTINUOUS
+    assert run.status.wheels[1] in (NO_COUNTS, OVERLOAD)
+
+
+def test_silence_with_a_reversed_encoder_accelerates_nothing():
+    run = run_in()
+    twist = along(run, 0, 48)
+    run.hold(twist, 1.5)
+    run.simulation.set_encoder(0, REVERSED)
+    _, speeds, _ = drive_on(run, 0, None, 1.5)
+    assert max(speeds) <= 1.1 * 48
+    assert run.status.wheels == (WRONG_WAY, 0, 0)
+    assert max(np.diff(speeds[20:])) < 0.5, "it rolls out"
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+def test_wild_driving_is_no_fault(seed):
+    """Sharp turns, reversals, and wheels that others drag."""
+    run, rng = run_in(), random.Random(seed)
+    for leg in range(80):
+        speed = rng.choice((0.01, 0.03, 0.1, 0.3, 0.6, 1.2))
+        twist = (rng.uniform(-speed, speed), rng.uniform(-speed, speed), 6 * rng.uniform(-speed, speed))
+        run.hold(twist, rng.choice((0.1, 0.3, 0.8)))
+        assert not {DRIVER_FAULT, NO_COUNTS, WRONG_WAY} & set(run.status.wheels), (leg, twist)

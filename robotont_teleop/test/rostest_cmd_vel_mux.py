@@ -1,0 +1,208 @@
+#!/usr/bin/env python3
+"""cmd_vel_mux with driver_node behind it: what is on the wire, and what outlives a restart."""
+
+import itertools
+import math
+import threading
+import time
+
+import rospy
+import rostest
+from geometry_msgs.msg import Twist
+from std_msgs.msg import Bool, String
+from std_srvs.srv import Trigger
+
+from robotont_testing.harness import wait_for
+from robotont_testing.node_test import OK, WARN, NodeTest, twist
+
+HAND, NAVIGATION, DEFAULT = (0.1, 0.0, 0.0), (0.0, 0.2, 0.0), (0.0, 0.0, 0.3)
+STOP = (0.0, 0.0, 0.0)
+STOPPED = "0.00:0.00:0.00;\n"
+
+
+class Sender:
+    """Sends a command at 20 Hz while `command` is one."""
+
+    def __init__(self, publisher):
+        self._publisher = publisher
+        self.command = None
+        self.alive = True
+        self._thread = threading.Thread(target=self._run, daemon=True)
+        self._thread.start()
+
+    def _run(self):
+        while self.alive:
+            if self.command is not None:
+                self._publisher.publish(twist(*self.command))
+            time.sleep(0.05)
+
+    def send(self, command):
+        """Send it now, and then again and again; None: nothing more."""
+        self.command = command
+        if command is not None:
+            self._publisher.publish(twist(*command))
+
+    def close(self):
+        self.alive = False
+        self._thread.join()
+
+
+class Wire:
+    """What goes on `serial_write`, `cmd_vel` and `cmd_vel/driven_by` of a namespace, and what is sent to its mux."""
+
+    def __init__(self, namespace=""):
+        self.packets = []   # (time [s], packet)
+        self.commands = []
+        self.drivers = []
+        rospy.Subscriber(namespace + "/serial_write", String,
+                         lambda message: self.packets.append((time.monotonic(), message.data)), tcp_nodelay=True)
+        rospy.Subscriber(namespace + "/cmd_vel", Twist, lambda message: self.commands.append(
+            (message.linear.x, message.linear.y, message.angular.z)), tcp_nodelay=True)
+        rospy.Subscriber(namespace + "/cmd_vel/driven_by", String, lambda message: self.drivers.append(message.data))
+        self.emergency_stop = rospy.Publisher(namespace + "/emergency_stop", Bool, queue_size=5, tcp_nodelay=True)
+        publishers = {name: rospy.Publisher(f"{namespace}/cmd_vel/{name}", Twist, queue_size=5, tcp_nodelay=True)
+                      for name in ("hand", "navigation", "default")}
+        self.senders = {name: Sender(publisher) for name, publisher in publishers.items()}
+        wait_for(lambda: all(publisher.get_num_connections() for publisher in publishers.values()), "cmd_vel_mux")
+        wait_for(lambda: self.emergency_stop.get_num_connections() >= 2, "both nodes")
+        wait_for(lambda: self.packets and self.drivers, "both nodes")
+
+    def send(self, **commands):
+        for name, command in commands.items():
+            self.senders[name].send(command)
+
+    def driven_by(self, name):
+        wait_for(lambda: self.drivers[-1] == name, f"{name} driving")
+
+    def moving(self):
+        wait_for(lambda: self.packets[-1][1] != STOPPED, "motion")
+
+    def let_go_and_drive(self):
+        """By hand, as somebody who holds the stick while it should be let go first."""
+        commands = itertools.cycle((STOP, HAND))
+        wait_for(lambda: self.send(hand=next(commands)) or self.packets[-1][1] != STOPPED, "motion", period=0.06)
+        self.send(hand=HAND)
+
+    def stopped_after(self, start):
+        """Time [s] of the first stop that is sent after `start`."""
+        return wait_for(lambda: next((at for at, packet in self.packets if at > start and packet == STOPPED), None),
+                        "the stop")
+
+    def press(self, pressed):
+        """Press or release the emergency stop; returns the time [s]."""
+        now = time.monotonic()
+        self.emergency_stop.publish(pressed)
+        return now
+
+
+class CmdVelMuxTest(NodeTest):
+    @classmethod
+    def setUpClass(cls):
+        super().setUpClass()
+        cls.wire = Wire()
+
+    def setUp(self):
+        super().setUp()
+        self.addCleanup(self.wire.send, hand=None, navigation=None, default=None)
+        self.wire.press(False)
+        self.wire.driven_by("nobody")
+
+    def test_the_hand_takes_over_from_navigation_and_gives_back(self):
+        before = len(self.wire.commands)
+        self.wire.send(navigation=NAVIGATION)
+        self.wire.driven_by("navigation")
+        self.wire.send(hand=HAND)
+        self.wire.driven_by("hand")
+        wait_for(lambda: self.wire.commands[-1] == HAND, "the hand's command")
+        self.wire.send(hand=None)
+        self.wire.driven_by("navigation")
+        wait_for(lambda: self.wire.commands[-1] == NAVIGATION, "navigation's command")
+        commands = self.wire.commands[before:]
+        changes = [after for before, after in zip([STOP, *commands], commands) if after != before]
+        self.assertEqual(changes, [NAVIGATION, STOP, HAND, STOP, NAVIGATION])
+        self.assertEqual(self.wire.drivers[-3:], ["navigation", "hand", "navigation"])
+
+    def test_the_hand_gives_back_on_request(self):
+        self.wire.send(navigation=NAVIGATION, hand=HAND)
+        self.wire.driven_by("hand")
+        wait_for(lambda: "cmd_vel_mux: who drives" in self.status
+                 and self.values("cmd_vel_mux: who drives")["wait"] == "navigation", "navigation")
+        self.wire.send(hand=None)
+        answer = rospy.ServiceProxy("cmd_vel_mux/give_back", Trigger)()
+        self.assertEqual((answer.success, answer.message), (True, "navigation drives"))
+
+    def test_silence_stops_whoever_drives(self):
+        for name, command in (("hand", HAND), ("navigation", NAVIGATION), ("default", DEFAULT)):
+            self.wire.send(**{name: command})
+            wait_for(lambda command=command: self.wire.commands and self.wire.commands[-1] == command, name)
+            self.wire.send(**{name: None})
+            wait_for(lambda: self.wire.commands[-1] == STOP, "the stop")
+        self.wire.driven_by("nobody")
+
+    def test_an_emergency_stop_is_on_the_wire_at_once_and_outlives_both_nodes(self):
+        nodes = {name: self.processes.start("rosrun", package, name, "__ns:=/restarted") for name, package in
+                 (("driver_node", "robotont_driver"), ("cmd_vel_mux", "robotont_teleop"))}
+        wire = Wire("/restarted")
+        for sender in wire.senders.values():
+            self.addCleanup(sender.close)
+        wire.send(hand=HAND)
+        wire.moving()
+        stop = wire.stopped_after(wire.press(True))
+        wire.driven_by("emergency stop")
+        for name, package, task in (("driver_node", "robotont_driver", "command stream"),
+                                    ("cmd_vel_mux", "robotont_teleop", "who drives")):
+            self.processes.stop(nodes[name])
+            self.status.clear()
+            self.processes.start("rosrun", package, name, "__ns:=/restarted")
+            self.wait_for_status(f"restarted/{name}: {task}", WARN, "emergency stop")
+            seen = len(wire.packets)
+            wait_for(lambda seen=seen: len(wire.packets) > seen + 5, "packets")
+        self.assertEqual({packet for at, packet in wire.packets if at >= stop}, {STOPPED})
+        wait_for(lambda: wire.emergency_stop.get_num_connections() >= 2, "both nodes")
+        wire.press(False)
+        wire.driven_by("nobody")
+        seen = len(wire.packets)
+        wait_for(lambda: len(wire.packets) > seen + 5, "packets")
+        self.assertEqual({packet for _, packet in wire.packets[seen:]}, {STOPPED}, "the hand has not let go yet")
+        wire.let_go_and_drive()
+
+    def test_the_zero_of_each_lock_is_on_the_wire_within_50_ms(self):
+        wire, delays = self.wire, []
+        for _ in range(10):
+            wire.let_go_and_drive()
+            pressed = wire.press(True)
+            delays.append(wire.stopped_after(pressed) - pressed)
+            wire.driven_by("emergency stop")
+            wire.press(False)
+            wire.driven_by("nobody")
+        self.assertLess(max(delays), 0.05, delays)
+
+    def test_straight_publishers_still_drive_and_are_named(self):
+        direct = self.publisher("cmd_vel", Twist, subscribers=2)
+        wait_for(lambda: direct.publish(twist(0.2)) or self.wire.packets[-1][1] == "-18.90:0.00:18.90;\n", "motion",
+                 period=0.05)
+        words = self.wait_for_status("cmd_vel_mux: who drives", WARN, "cmd_vel").message
+        self.assertIn(rospy.get_name(), words)
+        self._publishers.pop("cmd_vel").unregister()
+        self.wait_for_status("cmd_vel_mux: who drives", OK)
+
+    def test_commands_that_no_robot_can_do_are_refused_and_stop(self):
+        for x, z in ((math.nan, 0.0), (math.inf, 0.0), (0.1, 1.0)):
+            self.wire.send(hand=HAND)
+            wait_for(lambda: self.wire.commands and self.wire.commands[-1] == HAND, "motion")
+            self.wire.send(hand=None)
+            message = twist(x)
+            message.linear.z = z
+            seen = len(self.wire.commands)
+            self.publisher("cmd_vel/hand", Twist).publish(message)
+            wait_for(lambda seen=seen: STOP in self.wire.commands[seen:], "the stop")
+        self.assertTrue(all(math.isfinite(value) for command in self.wire.commands for value in command))
+
+    def test_the_limited_command_is_told(self):
+        limited = self.listen("cmd_vel/limited", Twist)
+        self.wire.send(hand=(0.6, 0.0, 0.0))
+        wait_for(lambda: limited and abs(limited[-1].linear.x - 0.3) < 1e-9, "the limited command")
+
+
+if __name__ == "__main__":
+    rostest.rosrun("robotont_teleop", "cmd_vel_mux_test", CmdVelMuxTest)

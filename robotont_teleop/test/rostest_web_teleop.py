@@ -1,0 +1,282 @@
+#!/usr/bin/env python3
+"""The page in a real browser, with the whole stack on the simulator behind it: what the fingers do, the robot does."""
+
+import itertools
+import json
+import math
+import sys
+import time
+from importlib import resources
+
+import rospy
+import rostest
+from geometry_msgs.msg import Twist
+from nav_msgs.msg import Odometry
+
+from robotont_testing.browser import CHROMIUM, DESKTOP, PHONE, PHONE_LYING, Browser
+from robotont_testing.harness import Processes, free_port, wait_for
+from robotont_testing.node_test import NodeTest
+from robotont_testing.stalling_proxy import StallingProxy
+
+STANDS = 0.02     # [m/s] slower than this is standing
+STOPS_IN = 0.5    # [s]
+OLDEST = 0.2      # [s]
+STALL = 3.0       # [s]
+OPEN = "document.getElementById('app').dataset.state === 'open'"
+LOG_SENT = """window.sent = [];
+const send = WebSocket.prototype.send;
+WebSocket.prototype.send = function (text) {
+  window.sent.push([performance.timeOrigin + performance.now(), text]);
+  send.call(this, text);
+};"""
+CONTROLS = ("#move", "#turn", "#stop", "#cap", "#closer", "#farther", "#driver", "#round_trip")
+
+
+class WebTeleopTest(NodeTest):
+    @classmethod
+    def setUpClass(cls):
+        super().setUpClass()
+        cls.truth, cls.hand, cls.commands = [], [], []
+        rospy.Subscriber("ground_truth/odom", Odometry, cls._on_truth, tcp_nodelay=True)
+        rospy.Subscriber("cmd_vel/hand", Twist, lambda message: cls.hand.append((time.time(), _values(message))),
+                         tcp_nodelay=True)
+        rospy.Subscriber("cmd_vel", Twist, lambda message: cls.commands.append((time.time(), _values(message))),
+                         tcp_nodelay=True)
+        cls.robot = Processes()
+        cls.robot.launch("simulation.launch", f"port:={cls.robot.folder / 'robotont'}")
+        wait_for(lambda: cls.truth, "the simulator", timeout=60)
+        cls.port = free_port()
+        cls.proxy = StallingProxy(cls.port)
+        cls.browser = Browser()
+
+    @classmethod
+    def tearDownClass(cls):
+        cls.browser.__exit__()
+        cls.proxy.close()
+        cls.robot.close()
+
+    @classmethod
+    def _on_truth(cls, message):
+        cls.truth.append((time.monotonic(), _values(message.twist.twist)))
+
+    def setUp(self):
+        super().setUp()
+        rospy.set_param("/web_teleop_node/port", self.port)
+        self.log = self.processes.folder / "web.log"
+        self.server = self.start_server()
+
+    def start_server(self):
+        server = self.processes.start("rosrun", "robotont_teleop", "web_teleop_node", log=self.log)
+        wait_for(lambda: "drive the robot in a browser" in self.log.read_text(), "the server")
+        return server
+
+    def open(self, size=PHONE, dark=False, **options):
+        page = self.browser.page(f"http://127.0.0.1:{self.proxy.port}/", size, dark, script=LOG_SENT, **options)
+        page.wait(OPEN, "the connection")
+        page.wait("document.querySelectorAll('#lights li').length >= 5", "the robot's health")
+        return page
+
+    def speed(self):
+        """Of the robot [m/s], and how fast its rim turns around."""
+        _, (x, y, turn) = self.truth[-1]
+        return math.hypot(x, y) + 0.15 * abs(turn)
+
+    def stops_after(self, act, what):
+        """Carry out `act`; the robot must stand within STOPS_IN from then on."""
+        seen = len(self.truth)
+        start = time.monotonic()
+        act()
+        wait_for(lambda: self.speed() < STANDS, f"the stop after {what}", timeout=5)
+        moving = [at - start for at, (x, y, turn) in self.truth[seen:] if math.hypot(x, y) + 0.15 * abs(turn) >= STANDS]
+        self.assertLess(max(moving, default=0.0), STOPS_IN, what)
+        print(f"stands {max(moving, default=0.0):.2f} s after {what}", flush=True)
+
+    def drive_on(self, page, right=0.2, up=0.6, turn=0.4):
+        """Both thumbs on the sticks, until the robot drives; let go and take them again when the page asks for it."""
+        def drives():
+            if "Let go" in page.text("#message"):
+                page.lift()
+            if not page.touched:
+                page.finger(1, "#move", right, up)
+                page.finger(2, "#turn", turn)
+            return self.speed() > 0.1
+        wait_for(drives, "motion", period=0.05)
+
+    def test_both_sticks_at_once_move_the_robot_as_commanded(self):
+        page = self.open()
+        page.run("document.getElementById('cap').value = 80")
+        self.drive_on(page, 0.35, 0.35, -0.4)
+        wait_for(lambda: self.commands[-1][1][2] > 0.3, "the turn's command")
+        wanted = self.commands[-1][1]
+        self.assertGreater(wanted[0], 0.1)
+        self.assertLess(wanted[1], -0.1)
+        wait_for(lambda: all(abs(real - want) < 0.03 + 0.1 * abs(want) for real, want in
+                             zip(self.truth[-1][1], wanted)), "the commanded motion")
+        self.assertEqual(page.text("#driver"), "You drive")
+        page.screenshot(self.processes.folder / "driving.png")
+        self.stops_after(page.lift, "letting go")
+        self.assertEqual(page.complaints(), [])
+        page.close()
+
+    def test_whatever_happens_to_the_page_the_robot_stops(self):
+        for what, act in (
+                ("letting go", lambda page: page.lift()),
+                ("pointercancel", lambda page: page.cancel_fingers()),
+                ("losing the focus", lambda page: page.run("window.dispatchEvent(new Event('blur'))")),
+                ("freezing", lambda page: page.call("Page.setWebLifecycleState", state="frozen")),
+                ("a cut connection", lambda page: self.proxy.cut()),
+                ("closing", lambda page: page.close()),
+                ("killing the browser", lambda page: self.browser.kill())):
+            page = self.open()
+            self.drive_on(page)
+            self.stops_after(lambda act=act, page=page: act(page), what)
+            if what not in ("closing", "killing the browser"):
+                page.close()
+        type(self).browser.__exit__()
+        type(self).browser = Browser()
+
+    def test_a_stalled_connection_stops_and_delivers_nothing_old(self):
+        for directions in (("up",), ("down",), ("up", "down")):
+            page = self.open()
+            self.drive_on(page)
+            self.stops_after(lambda directions=directions: self.proxy.stall(*directions), f"a stall {directions}")
+            end = time.monotonic() + STALL
+            positions = itertools.cycle((0.1, 0.2, 0.3, 0.4))
+            while time.monotonic() < end:  # the thumb goes on, so that every command is another one
+                page.finger(1, "#move", next(positions), 0.5)
+                self.assertLess(self.speed(), STANDS)
+            seen = len(self.hand)
+            self.proxy.flow()
+            wait_for(lambda page=page: page.run("performance.now()") and not page.run(
+                "document.getElementById('message').hidden"), "words for the driver")
+            page.wait("document.getElementById('message').textContent.includes('Let go')", "the request to let go")
+            self.assertFalse([command for _, command in self.hand[seen:] if any(command)], "sticks were not let go")
+            page.lift()
+            page.wait("document.getElementById('message').hidden", "the end of that request")
+            self.drive_on(page)
+            self.stops_after(page.lift, "letting go")
+            self.assert_none_is_old(page)
+            page.close()
+
+    def assert_none_is_old(self, page):
+        """Every command that reached the mux had left the page at most OLDEST before."""
+        sent = [(at / 1000.0, json.loads(text)) for at, text in page.run("window.sent")]
+        drives = [(at, (message["x"], message["y"], message["turn"])) for at, message in sent
+                  if message["kind"] == "drive"]
+        start = drives[0][0]
+        for received, command in self.hand:
+            if received >= start and any(command):
+                ages = [received - at for at, values in drives if at <= received + 0.005 and
+                        all(abs(one - other) < 1e-6 for one, other in zip(values, command))]
+                self.assertTrue(ages, f"a command that the page never sent: {command}")
+                self.assertLessEqual(min(ages), OLDEST)
+
+    def test_stop_is_quick_and_stays_over_a_restart_of_the_server(self):
+        page = self.open()
+        self.drive_on(page)
+        seen = len(self.commands)
+        start = time.time()
+        page.run("document.getElementById('stop').click()")
+        at = wait_for(lambda: next((at for at, command in self.commands[seen:] if not any(command)), None), "the stop")
+        self.assertLess(at - start, 0.1)
+        self.stops_after(lambda: None, "STOP")
+        page.wait("!document.getElementById('stopped').hidden", "words about the stop")
+        seen = len(self.commands)
+        self.processes.stop(self.server)
+        page.wait(f"!({OPEN})", "the end of the connection")
+        self.log.write_text("")
+        self.start_server()
+        page.wait(OPEN, "the new connection")
+        page.wait("!document.getElementById('stopped').hidden", "words about the stop")
+        page.lift()
+        page.finger(1, "#move", 0.0, 0.6)
+        page.wait("window.sent.slice(-3).every(([, text]) => text.includes('drive'))", "commands of the page")
+        self.assertFalse([command for _, command in self.commands[seen:] if any(command)])
+        page.lift()
+        page.finger(3, "#release")
+        page.wait("document.getElementById('stopped').hidden", "the release")
+        page.lift()
+        self.drive_on(page)
+        self.stops_after(page.lift, "letting go")
+        page.close()
+
+    def test_two_pages_one_drives(self):
+        one, two = self.open(), self.open(DESKTOP)
+        one.call("Page.bringToFront")
+        self.drive_on(one)
+        two.wait("document.getElementById('driver').textContent === 'Another page drives'", "words about the driver")
+        seen = len(self.truth)
+        two.tap("#take")
+        two.wait("document.getElementById('driver').textContent === 'You drive'", "the take-over")
+        one.wait("!document.getElementById('take').hidden", "the button to take over")
+        wait_for(lambda: self.speed() < STANDS, "the stop")
+        self.assertGreater(len(self.truth), seen)
+        two.call("Page.bringToFront")
+        two.key("KeyA", down=True)
+        two.key("KeyQ", down=True)
+        wait_for(lambda: self.truth[-1][1][1] > 0.1 and self.truth[-1][1][2] > 0.3, "strafing and turning by keys")
+        self.stops_after(lambda: (two.key("KeyA", down=False), two.key("KeyQ", down=False)), "keys")
+        one.close()
+        two.close()
+
+    def test_from_stick_to_cmd_vel(self):
+        page = self.open()
+        self.drive_on(page, turn=0.0)
+        seen = len(self.commands)
+        for step in range(200):
+            page.finger(1, "#move", 0.1 + 0.003 * (step % 100), 0.3)
+            time.sleep(0.01)
+        page.lift()
+        wait_for(lambda: not any(self.commands[-1][1]), "the stop")
+        sent = {}
+        for at, text in page.run("window.sent"):
+            message = json.loads(text)
+            if message["kind"] == "drive":
+                sent.setdefault((message["x"], message["y"], message["turn"]), at / 1000.0)
+        delays = sorted(at - sent[command] for at, command in self.commands[seen:]
+                        if command in sent and at - sent[command] < 1.0)
+        self.assertGreater(len(delays), 50)
+        p50, p99 = delays[len(delays) // 2], delays[int(len(delays) * 0.99)]
+        print(f"from the page to cmd_vel: p50 {1000 * p50:.1f} ms, p99 {1000 * p99:.1f} ms", flush=True)
+        self.assertLess(p50, 0.010)
+        self.assertLess(p99, 0.040)
+        page.close()
+
+    def test_it_looks_right_and_everybody_can_use_it(self):
+        axe = (resources.files("axe_core_python") if sys.version_info >= (3, 9) else None)
+        script = (axe / "axe.min.js").read_text()
+        for size in (PHONE, PHONE_LYING, DESKTOP):
+            for dark, language in ((False, "de"), (True, "et")):
+                page = self.open(size, dark, language=language)
+                self.assertEqual(page.run("document.documentElement.lang"), language)
+                self.assert_no_overlap(page, size)
+                if size == PHONE:
+                    page.tap("#details")
+                page.run(script)
+                found = page.run("axe.run().then(result => result.violations.map(v => [v.id, v.impact, "
+                                 "v.nodes.map(n => n.target.join(' ')).join(', ')]))")
+                self.assertFalse([violation for violation in found if violation[1] in ("serious", "critical")])
+                self.assertEqual(page.complaints(), [])
+                page.close()
+
+    def assert_no_overlap(self, page, size):
+        width, height, _ = size
+        self.assertTrue(page.run("document.documentElement.scrollWidth <= innerWidth && "
+                                 "document.documentElement.scrollHeight <= innerHeight"), "scroll bars")
+        boxes = {control: page.box(control) for control in CONTROLS}
+        for control, (left, top, wide, high) in boxes.items():
+            inside = left >= 0 and top >= 0 and left + wide <= width and top + high <= height and wide * high > 0
+            self.assertTrue(inside, (size, control, boxes[control]))
+        for one, other in itertools.combinations(CONTROLS, 2):
+            (a, b, c, d), (e, f, g, h) = boxes[one], boxes[other]
+            self.assertFalse(a < e + g and e < a + c and b < f + h and f < b + d, (size, one, other))
+
+
+def _values(twist):
+    return twist.linear.x, twist.linear.y, twist.angular.z
+
+
+if __name__ == "__main__":
+    if CHROMIUM is None:
+        print("no chromium: the tests of the page in a browser are left out", file=sys.stderr)
+    rostest.rosrun("robotont_teleop", "web_teleop_test", WebTeleopTest)

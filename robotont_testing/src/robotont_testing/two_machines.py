@@ -1,0 +1,112 @@
+"""A robot and a laptop with a cable between them, out of Linux namespaces (without root where users may make them)."""
+
+import os
+import shutil
+import subprocess
+
+from robotont_testing.harness import Processes, wait_for
+
+ADDRESSES = {"robot": "10.77.0.1", "laptop": "10.77.0.2"}
+HOSTS = "127.0.0.1 localhost\n10.77.0.1 robot\n10.77.0.2 laptop\n"
+TOOLS = ("unshare", "nsenter", "ip")
+
+
+class NoNamespacesError(Exception):
+    """Namespaces cannot be made here; holds the reason."""
+
+
+class TwoMachines(Processes):
+    """Each machine has a network, a host name, /etc/hosts and /etc/resolv.conf of its own; the rest they share.
+
+    They reach each other through a switch, whose ports lose their carrier when the cable is cut. No name server
+    answers.
+    Raises NoNamespacesError with the reason.
+    """
+
+    def __init__(self):
+        super().__init__()
+        lacking = [tool for tool in TOOLS if not shutil.which(tool)]
+        if lacking:
+            raise NoNamespacesError("these commands are missing: " + ", ".join(lacking))
+        self._pids = {}
+        self._enter = ["-U", "--preserve-credentials"] if os.getuid() else []
+        try:
+            self._make()
+        except (subprocess.CalledProcessError, AssertionError) as error:
+            self.close()
+            raise NoNamespacesError(f"no namespaces here: {getattr(error, 'stderr', '') or error}".strip()) from None
+
+    def _make(self):
+        self._hold("switch", ["unshare", *(["--user", "--map-root-user"] if os.getuid() else [])])
+        self._ip("switch", "link add bridge type bridge")
+        self._ip("switch", "link set bridge up")
+        for name, address in ADDRESSES.items():
+            self._hold(name, [*self._inside("switch"), "unshare"])
+            self._ip("switch", f"link add {name} type veth peer name eth0 netns {self._pids[name]}")
+            self._ip("switch", f"link set {name} master bridge up")
+            self._ip(name, "link set lo up")
+            self._ip(name, f"address add {address}/24 dev eth0")
+            self._ip(name, "link set eth0 up")
+            self.check(name, "hostname", name)
+            for file, text in (("hosts", HOSTS), ("resolv.conf", f"nameserver {address[:-1]}9\n")):
+                own = self.folder / f"{file}.{name}"
+                own.write_text(text)
+                self.check(name, "mount", "--bind", own, f"/etc/{file}")
+        wait_for(lambda: self.run("laptop", "ip", "-o", "link", "show", "eth0", "up").stdout.count("LOWER_UP"),
+                 "the carrier of the laptop's cable")
+
+    def _hold(self, name, unshare):
+        ready = self.folder / (name + ".ready")
+        holder = self.start(*unshare, "--net", "--mount", "--uts", "sh", "-c", f"echo $$ >{ready}; exec sleep infinity",
+                            log=self.folder / (name + ".log"))
+        wait_for(lambda: holder.poll() is not None or (ready.exists() and ready.read_text().strip()), "a namespace")
+        if holder.poll() is not None:
+            raise AssertionError((self.folder / (name + ".log")).read_text())
+        self._pids[name] = int(ready.read_text())
+
+    def _inside(self, name):
+        return ["nsenter", "--target", str(self._pids[name]), *self._enter, "--net", "--mount", "--uts", "--"]
+
+    def _ip(self, name, words):
+        self.check(name, "ip", *words.split())
+
+    def on(self, name, *command, log=None, **environment):
+        """Start a process on a machine; returns its Popen."""
+        return self.start(*self._inside(name), *command, log=log, **environment)
+
+    def run(self, name, *command, timeout=60.0, **environment):
+        """Run a command on a machine to its end; a CompletedProcess with what it printed."""
+        words = [*self._inside(name), *map(str, command)]
+        return subprocess.run(words, env={**os.environ, **environment}, timeout=timeout, check=False, text=True,
+                              stdin=subprocess.DEVNULL, capture_output=True)
+
+    def check(self, name, *command):
+        """As `run`; raises subprocess.CalledProcessError when the command fails."""
+        done = self.run(name, *command)
+        done.check_returncode()
+        return done
+
+    def hosts(self, name, text):
+        """Replace a machine's /etc/hosts."""
+        (self.folder / f"hosts.{name}").write_text(text)
+
+    def cut(self, carrier=False):
+        """Cut the cable; with `carrier` the machines do not notice, as when a Wi-Fi loses them."""
+        for port in ["bridge"] if carrier else ADDRESSES:
+            self._ip("switch", f"link set {port} down")
+
+    def mend(self):
+        """Mend the cable."""
+        for port in ("bridge", *ADDRESSES):
+            self._ip("switch", f"link set {port} up")
+
+    def drop(self, name, rule):
+        """A firewall on a machine that drops what a rule of nftables (of its input) matches. Needs nft."""
+        for words in ("add table inet firewall",
+                      "add chain inet firewall input { type filter hook input priority 0 ; }",
+                      f"add rule inet firewall input {rule} drop"):
+            self.check(name, "nft", *words.split())
+
+    def open_firewall(self, name):
+        """Remove what `drop` has put there."""
+        self.check(name, "nft", "delete", "table", "inet", "firewall")

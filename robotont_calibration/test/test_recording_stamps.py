@@ -20,7 +20,8 @@ def largest_error(stamped):
     arrivals = np.maximum.accumulate(times + np.random.default_rng(1).uniform(0.0, 0.03, len(times)))
     recording = Recording()
     recording.stamped = stamped
-    recording.packets = [(at, tuple(counts)) for at, counts in zip(arrivals, counted(WHEELS, rolled(WHEELS, twists)).tolist())]
+    counts = counted(WHEELS, rolled(WHEELS, twists)).tolist()
+    recording.packets = [(at, tuple(packet)) for at, packet in zip(arrivals, counts)]
     truth = Trajectory(np.concatenate([[0.0], times]), path_of(twists))
     return 1000 * Report(recording.recomputed(Kinematics(WHEELS)), truth, "truth").distances.max()
 

@@ -14,7 +14,6 @@ from robotont_description.model import urdf
 from robotont_driver.kinematics import wheel_matrix
 from robotont_driver.parameters import ParameterError
 from robotont_driver.wheels import read_wheels
-from robotont_simulator.model import laser_height
 from robotont_testing.robots import BARE, ROBOTS, SHIPPED
 
 SOLIDS = ["body_link", "pc_link", "battery_link", "camera_link", "main_board_link"]
@@ -115,11 +114,6 @@ def test_shipped_wheels_are_front_right_back_front_left():
     assert places[0][0] > 0 > places[0][1]
     assert places[1][0] < 0
     assert places[2].min() > 0
-
-
-def test_the_laser_is_where_the_simulator_measures_from(model, parameters):
-    place = (0.0, 0.0, laser_height(read_wheels(parameters)))
-    np.testing.assert_allclose(model.poses["laser"][:3, 3], place, rtol=0, atol=1e-9)
 
 
 def test_all_parts_are_there(model, parameters):

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Launch files, frames, joints and parameters under the official stack's names, on a board with the official firmware."""
+"""Launch files, frames, joints and parameters under the official stack's names, on an official board."""
 
 import math
 

@@ -19,7 +19,8 @@ ROSDEP_KEYS = {  # of modules that are no ROS packages
     "PIL": "python3-pil", "evdev": "python3-evdev", "hypothesis": "python3-hypothesis",
     "matplotlib": "python3-matplotlib", "mpmath": "python3-mpmath", "mujoco": "python3-mujoco-pip",
     "numpy": "python3-numpy", "pytest": "python3-pytest", "qrcode": "python3-qrcode", "rospkg": "python3-rospkg",
-    "ruamel": "python3-ruamel.yaml", "scipy": "python3-scipy", "serial": "python3-serial", "tornado": "python3-tornado", "yaml": "python3-yaml",
+    "ruamel": "python3-ruamel.yaml", "scipy": "python3-scipy", "serial": "python3-serial",
+    "tornado": "python3-tornado", "yaml": "python3-yaml",
 }
 ON_THE_BOARD = {"machine", "micropython", "pyb", "stm"}  # modules of MicroPython
 # What a robot needs to drive: nothing for drawing, calibrating, recording or testing.
@@ -126,7 +127,7 @@ def test_no_module_is_declared_in_vain(package):
 @pytest.mark.parametrize("package", PACKAGES)
 def test_a_package_uses_only_what_stands_below_it(package):
     below = set(ORDER[:ORDER.index(package)])
-    used = (at_run_time(package) | set(imported(package, "src", "scripts", "root")) | set(launched(package, "*.launch")))
+    used = at_run_time(package) | set(imported(package, "src", "scripts", "root")) | set(launched(package, "*.launch"))
     assert {name for name in used if name in ORDER} <= below
 
 

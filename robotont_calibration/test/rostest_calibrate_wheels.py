@@ -2,6 +2,8 @@
 """The guide of calibrate_wheels, with a driver and a board that is not there, as a user who types answers."""
 
 import math
+import os
+import signal
 import subprocess
 
 import rostest
@@ -92,6 +94,31 @@ class GuideTest(NodeTest):
         self.assertEqual(status, 0, output)
         found = yaml.safe_load((self.processes.folder / "new.yaml").read_text())
         self.assertAlmostEqual(found["wheelRadius"], 0.035, delta=1e-4)
+
+    def test_ctrl_c_stops_the_robot_and_keeps_the_runs_made(self):
+        process = subprocess.Popen(self.command("--truth", "odom", "--angles", "fixed"), stdin=subprocess.PIPE,
+                                   stdout=subprocess.PIPE, stderr=subprocess.STDOUT, start_new_session=True)
+        process.stdin.write(b"s\ns\n\n\n")  # a spin that is made, and one that is to be stopped
+        process.stdin.flush()
+        kept = self.processes.folder / "runs" / "runs.txt"
+        wait_for(kept.exists, "the first spin", timeout=20.0)
+        wait_for(lambda: any(self.board.speeds), "the second spin")
+        os.killpg(process.pid, signal.SIGINT)
+        wait_for(lambda: not any(self.board.speeds), "a robot that stands", timeout=2.0)
+        output = process.communicate(b"q\n", timeout=60)[0].decode()
+        self.assertIn("Stopped by Ctrl-C. This run does not count", output)
+        self.assertNotIn("Traceback", output)
+        self.assertEqual(process.returncode, 0, output)
+        self.assertEqual(len(kept.read_text().split()), 1)
+
+    def test_a_robot_that_nobody_drives(self):
+        folder = self.processes.folder
+        done = subprocess.run(self.command("--packets", "/serial_read"), input=b"\n", stdout=subprocess.PIPE,
+                              stderr=subprocess.STDOUT, timeout=60, check=False,
+                              env={**os.environ, "ROS_NAMESPACE": "elsewhere"})
+        self.assertEqual(done.returncode, 1)
+        self.assertIn("for a node that takes commands on /elsewhere/cmd_vel", done.stdout.decode())
+        self.assertFalse((folder / "runs" / "runs.txt").exists())
 
     def test_nothing_to_calibrate_with(self):
         for answers, arguments, words in (

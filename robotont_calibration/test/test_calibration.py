@@ -94,7 +94,7 @@ def test_a_tape_will_do():
 
 @pytest.mark.parametrize("make, point", [
     (lambda true, seed: taped_runs(true, seed), ()),
-    (lambda true, seed: tracked_runs(true, seed, DOUBLED, MARKER), MARKER),
+    pytest.param(lambda true, seed: tracked_runs(true, seed, DOUBLED, MARKER), MARKER, marks=pytest.mark.long),
 ], ids=["by tape", "tracked, doubled noise, a point off the middle"])
 def test_stated_uncertainties_are_the_ones_that_there_are(make, point):
     """Over 40 calibrations, errors over stated deviations have a root mean square of about one."""

@@ -197,7 +197,8 @@ def test_a_topic_with_other_messages_is_refused(tmp_path, kind):
 
 def test_malformed_packets_and_poses_in_a_bag_are_counted(tmp_path):
     path = tmp_path / "malformed.bag"
-    packets = ["1:2:3;\n", "9" * 400 + ":0:0;\n", "9" * 10 ** 6, "1" * 310 + ".0:0:0;\n", "nan:0:0;\n", ":" * 10 ** 5, ""]
+    packets = ["1:2:3;\n", "9" * 400 + ":0:0;\n", "9" * 10 ** 6, "1" * 310 + ".0:0:0;\n", "nan:0:0;\n",
+               ":" * 10 ** 5, ""]
     with rosbag.Bag(str(path), "w") as file:
         for packet in packets:
             file.write("packets", String(packet), rospy.Time(1))

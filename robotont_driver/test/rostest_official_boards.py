@@ -33,12 +33,10 @@ class OfficialBoardsTest(NodeTest):
         super().setUp()
         for name, value in ROBOTONT2.items():
             rosparam.set_param("/" + name, str(value))
-        for name, value in SHIPPED.items():  # keys that the other file has not
-            if name not in ROBOTONT2:
-                rospy.delete_param("/" + name) if rospy.has_param("/" + name) else None
-        for name in ("/serial", "/serial_com_node"):
-            if rospy.has_param(name):
-                rospy.delete_param(name)
+        other_keys = [key for key in SHIPPED if key not in ROBOTONT2]
+        for name in (*other_keys, "serial", "serial_com_node"):
+            if rospy.has_param("/" + name):
+                rospy.delete_param("/" + name)
         self.read = self.listen("serial_read", String)
         self.log = self.processes.folder / "log"
 
@@ -80,7 +78,8 @@ class OfficialBoardsTest(NodeTest):
         self.stand()
         board = self.port.board
         # the board sums every second window: what it told is what we published
-        wait_for(lambda: max(abs(got - true) for got, true in zip(self.counted(), board_edges(board))) <= 1, "every count")
+        wait_for(lambda: max(abs(got - true) for got, true in zip(self.counted(), board_edges(board))) <= 1,
+                 "every count")
         self.assertEqual(board.swallowed, [])
         self.assertEqual(board.inversions, 0)
         starts = [at for at, _ in self.port.heard]
@@ -165,7 +164,8 @@ class OfficialBoardsTest(NodeTest):
         self.assertIn("cannot have these wheels", self.log.read_text())
 
     def test_official_parameters_are_read_where_ours_are_not_given(self):
-        self.port = BoardPort(str(self.processes.folder / "board"), lambda now: BOARDS["robotont2"](Motors(), start=now))
+        self.port = BoardPort(str(self.processes.folder / "board"),
+                              lambda now: BOARDS["robotont2"](Motors(), start=now))
         self.addCleanup(self.port.unplug)
         self.port.plug()
         rospy.set_param("/serial", {"port": self.port.link, "baudrate": 115200})

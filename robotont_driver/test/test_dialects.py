@@ -95,7 +95,8 @@ def test_any_order_and_sign_of_the_same_wheels_gives_the_same_line(order, positi
 def test_the_shipped_wheel_file_is_understood_and_doubted():
     dialect = Robotont2(read_wheels(SHIPPED), REACH)
     assert dialect.encode(command_of(read_wheels(SHIPPED), (0.2, 0, 0))) == b"MS:-0.1732:0.0000:0.1732\n"
-    assert "0.125 m" in dialect.complaint and "0.145 m" in dialect.complaint
+    assert "0.125 m" in dialect.complaint
+    assert "0.145 m" in dialect.complaint
     assert not Robotont2(official_wheels(wheelDistanceFromCenter=0.1472), REACH).complaint
 
 
@@ -200,7 +201,8 @@ def test_a_square_and_a_turning_circle_end_where_the_board_says(name, base_frame
     bench.settle()
     assert_near(bench.pose(), bench.dialect.board_pose, 1e-3, 1e-3)
     assert abs(bench.dialect.board_pose.yaw + 2 * math.pi) < 0.5  # it has really turned
-    assert not bench.dialect.dropped and not bench.dialect.restarts
+    assert not bench.dialect.dropped
+    assert not bench.dialect.restarts
 
 
 def test_every_step_of_the_board_is_given_back_edge_by_edge():

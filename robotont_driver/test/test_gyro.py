@@ -7,7 +7,7 @@ import pytest
 from scipy.stats import chi2
 
 from robotont_driver import se2
-from robotont_driver.gyro import GAP, HOLD, SECOND, Gyro, GyroFusion, TurnIntegral
+from robotont_driver.gyro import GAP, SECOND, Gyro, GyroFusion, TurnIntegral
 from robotont_driver.kinematics import Kinematics
 from robotont_driver.odometry import WheelOdometry
 from robotont_driver.wheels import read_wheels

@@ -70,9 +70,11 @@ def test_a_square_and_a_turning_circle_against_the_truth(name):
     print(name, [[f"{1000 * metres:.1f} mm {math.degrees(radians):.2f} deg" for metres, radians in errors]
                  for errors in (square, circle)])
     for ours, boards in (square, circle):
-        assert ours[0] < 0.03 and ours[1] < math.radians(3)
+        assert ours[0] < 0.03
+        assert ours[1] < math.radians(3)
         assert ours[0] < boards[0] + 0.002  # never worse than the official algorithm on the same bytes
-    assert drive.board.swallowed == [] and drive.board.inversions == 0
+    assert drive.board.swallowed == []
+    assert drive.board.inversions == 0
 
 
 def test_the_official_board_needs_its_own_wheels():

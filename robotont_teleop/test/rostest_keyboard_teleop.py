@@ -7,6 +7,7 @@ import pty
 import signal
 import subprocess
 import threading
+import time
 
 import rospy
 import rostest
@@ -18,6 +19,7 @@ from robotont_testing.harness import wait_for
 from robotont_testing.node_test import NodeTest
 
 STOP = (0.0, 0.0, 0.0)
+HOLD = 2.0  # [s] that one press lasts: what stops sooner has another reason
 KEYS = {"w": (0.3, 0, 0), "s": (-0.3, 0, 0), "a": (0, 0.3, 0), "d": (0, -0.3, 0), "q": (0, 0, 1), "e": (0, 0, -1),
         "\x1b[A": (0.3, 0, 0), "\x1b[B": (-0.3, 0, 0), "\x1b[C": (0, 0, -1), "\x1b[D": (0, 0, 1)}
 
@@ -77,8 +79,11 @@ class KeyboardTeleopTest(NodeTest):
         wait_for(lambda: self.hand and all(abs(one - other) < 1e-9 for one, other in zip(self.hand[-1], twist)), what)
 
     def moves(self, terminal, key="w"):
+        """Press a key, and wait for its command; returns the time [s] of the press."""
+        pressed = time.monotonic()
         terminal.type(key)
         wait_for(lambda: self.hand and self.hand[-1] != STOP, "motion")
+        return pressed
 
     def test_every_key_drives_and_letting_go_stops(self):
         terminal = self.start("_first_hold:=0.4")
@@ -126,10 +131,11 @@ class KeyboardTeleopTest(NodeTest):
         self.moves(terminal)
 
     def ends(self, act, what):
-        terminal = self.start("_first_hold:=30.0")
-        self.moves(terminal)
+        terminal = self.start(f"_first_hold:={HOLD}")
+        pressed = self.moves(terminal)
         act(terminal)
         self.newest_is(STOP, f"the stop after {what}")
+        self.assertLess(time.monotonic() - pressed, HOLD, what)
         terminal.process.wait(20)
         self.assertNotIn("Traceback", terminal.shown)
 
@@ -143,11 +149,12 @@ class KeyboardTeleopTest(NodeTest):
 
     def test_killed_it_is_stopped_by_the_mux(self):
         commands = self.listen("cmd_vel", Twist)
-        terminal = self.start("_first_hold:=30.0")
-        self.moves(terminal)
+        terminal = self.start(f"_first_hold:={HOLD}")
+        pressed = self.moves(terminal)
         wait_for(lambda: commands and commands[-1].linear.x > 0, "motion")
         terminal.end()
         wait_for(lambda: commands[-1].linear.x == 0.0, "the stop")
+        self.assertLess(time.monotonic() - pressed, HOLD)
 
     def test_without_a_terminal_it_says_so(self):
         result = subprocess.run(["rosrun", "robotont_teleop", "keyboard_teleop"], stdin=subprocess.DEVNULL, check=False,

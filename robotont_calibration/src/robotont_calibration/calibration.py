@@ -170,13 +170,13 @@ def calibrate(given, runs, unknowns, wheel_noise, near=None):
         spreads = [_spread(wheels, run) for run in runs]
         left = [misfits(wheels, run, point) for run in runs]
         noise = _likely_noise(runs, spreads, left, weights, (wheel_noise, 1.0))
-        whiten = [np.linalg.inv(np.linalg.cholesky(spread.at(noise))) * math.sqrt(weight * _share(run))
-                  for run, spread, weight in zip(runs, spreads, weights)]
+        whiten = [np.linalg.inv(np.linalg.cholesky(spread.at(noise))) * math.sqrt(weight)
+                  for spread, weight in zip(spreads, weights)]
         found = _fit(runs, unknowns, whiten, values)
         values = found.x
         weights = weights * _trust(runs, found.fun)
     for _ in range(2 if near is None else 1):
-        groups = _linear(runs, unknowns, whiten, values)
+        groups = _linear(runs, unknowns, whiten, values, noise)
         slip = _likely_slip(groups, unknowns)
         values, covariance, _ = _mixed(groups, unknowns, slip)
     deviations = np.sqrt(np.diag(covariance))
@@ -250,16 +250,58 @@ def _fit(runs, unknowns, whiten, start):
         x_scale=unknowns.ties, ftol=1e-5)
 
 
-def _linear(runs, unknowns, whiten, values):
-    """(H, b) of each group of repeats at `values`: the curvature, and what pulls the values: its minimum is H^-1 b."""
+def _linear(runs, unknowns, whiten, values, noise):
+    """(H, b) of each group of repeats at `values`: the information, and what pulls the values: they tend to H^-1 b."""
     now, jacobian = (function(runs, unknowns, whiten, values) for function in (_residuals, _slopes))
+    wheels = read_wheels(unknowns.parameters(values))
     slices = _slices(runs)
     groups = []
     for group in repeats(runs):
-        rows = np.concatenate([np.arange(slices[index].start, slices[index].stop) for index in group])
-        part = jacobian[rows]
-        groups.append((part.T @ part, part.T @ (part @ values - now[rows])))
+        curvature, pull, scatter = 0.0, 0.0, 0.0
+        for index in group:
+            part = jacobian[slices[index]]
+            curvature = curvature + part.T @ part
+            pull = pull + part.T @ (part @ values - now[slices[index]])
+            scatter = scatter + _scatter(wheels, runs[index], part, whiten[index], noise)
+        # Overlapping stretches share their errors, so the curvature is not yet the information.
+        back = curvature @ np.linalg.pinv(scatter, rcond=1e-10, hermitian=True)
+        groups.append((back @ curvature, back @ pull))
     return groups
+
+
+def _scatter(wheels, run, jacobian, whiten, noise):
+    """P x P covariance of what pulls the values, from the errors of each packet and of each measured pose."""
+    to_step = Kinematics(wheels).inverse * np.array(wheels.metres_per_edge)
+    poses = np.vstack([np.zeros(3), se2.path(steps_of(wheels, run.counts))])
+    pulls = np.swapaxes(jacobian.reshape(len(run.stretches), 3, -1), 1, 2) @ whiten  # L x P x 3, by a misfit
+    by_packet = np.zeros((len(run.counts), jacobian.shape[1], wheels.amount))
+    by_mark = np.zeros((len(run.marks), jacobian.shape[1], 3))
+    for pull, (first, last), moved in zip(pulls, run.stretches, run.moved):
+        begin, end = run.marks[first], run.marks[last]
+        by_packet[begin:end] += pull @ _by_step(poses, begin, end) @ to_step
+        cos, sin = math.cos(run.poses[first, 2]), math.sin(run.poses[first, 2])
+        by_end = np.array(((cos, sin, 0.0), (-sin, cos, 0.0), (0.0, 0.0, 1.0)))
+        by_begin = -by_end + np.outer((moved[1], -moved[0], 0.0), (0.0, 0.0, 1.0))
+        by_mark[first] += pull @ by_begin
+        by_mark[last] += pull @ by_end
+    variances = noise[0] ** 2 * np.abs(run.counts) * variance_per_edge(1.0, wheels.metres_per_edge)
+    place, turned = noise[1] * np.array(run.deviation)
+    packets = np.tensordot(by_packet * variances[:, None, :], by_packet, axes=((0, 2), (0, 2)))
+    marks = np.tensordot(by_mark * np.array((place, place, turned)) ** 2, by_mark, axes=((0, 2), (0, 2)))
+    edges = np.einsum("lpi,ij,lqj->pq", pulls, PATH_VARIANCE * to_step @ to_step.T, pulls)
+    return packets + marks + edges
+
+
+def _by_step(poses, begin, end):
+    """K x 3 x 3 derivatives of the motion from one of the poses to another by each step between them."""
+    part = _seen(np.broadcast_to(poses[begin], (end - begin, 3)), poses[begin + 1:end + 1])
+    lever = part[-1, :2] - part[:, :2]  # a turn at the pose k moves the end by lever x turn
+    jacobians = np.zeros((len(part), 3, 3))
+    jacobians[:, 0, 0] = jacobians[:, 1, 1] = np.cos(part[:, 2])
+    jacobians[:, 1, 0] = np.sin(part[:, 2])
+    jacobians[:, 0, 1] = -jacobians[:, 1, 0]
+    jacobians[:, 0, 2], jacobians[:, 1, 2], jacobians[:, 2, 2] = -lever[:, 1], lever[:, 0], 1.0
+    return jacobians
 
 
 def _mixed(groups, unknowns, slip):
@@ -292,7 +334,7 @@ def information(run, unknowns, found):
     """P x P information that a further `Run` would add to the `Calibration` found, with its noise and slip."""
     noise = (found.wheel_noise, found.measured)
     whiten = [np.linalg.inv(np.linalg.cholesky(_spread(read_wheels(found.parameters), run).at(noise)))]
-    (curvature, _), = _linear([run], unknowns, whiten, found.values)
+    (curvature, _), = _linear([run], unknowns, whiten, found.values, noise)
     own = _own(unknowns, found.slip)
     return np.linalg.inv(np.eye(len(own)) + curvature @ own) @ curvature
 
@@ -358,7 +400,7 @@ def poses_at_marks(wheels, run, point=(0.0, 0.0)):
 
 
 def errors_along(wheels, run, point=(0.0, 0.0)):
-    """(place [m], root of the mean square over the marks; yaw [rad] at the last) of the odometry from the first mark."""
+    """(place [m], root of the mean square over the marks; yaw [rad] at the last) by which the odometry is wrong."""
     poses = poses_at_marks(wheels, run, point)
     start = np.zeros(len(poses), dtype=int)
     left = (_seen(poses[start], poses) - _seen(run.poses[start], run.poses))[1:]
@@ -404,14 +446,7 @@ def _spread(wheels, run):
     place, turned = run.deviation
     wandering, measured = [], []
     for (begin, end), (x, y, _) in zip(run.marks[run.stretches], run.moved):
-        part = _seen(np.broadcast_to(poses[begin], (end - begin, 3)), poses[begin + 1:end + 1])
-        cos, sin = np.cos(part[:, 2]), np.sin(part[:, 2])
-        lever = part[-1, :2] - part[:, :2]  # a turn at the pose k moves the end by lever x turn
-        jacobians = np.zeros((len(part), 3, 3))  # of the end by step k, in base_link
-        jacobians[:, 0, 0], jacobians[:, 0, 1], jacobians[:, 0, 2] = cos, -sin, -lever[:, 1]
-        jacobians[:, 1, 0], jacobians[:, 1, 1], jacobians[:, 1, 2] = sin, cos, lever[:, 0]
-        jacobians[:, 2, 2] = 1.0
-        by_wheel = jacobians @ to_step  # K x 3 x n
+        by_wheel = _by_step(poses, begin, end) @ to_step  # K x 3 x n
         wandering.append(np.tensordot(by_wheel * variances[begin:end, None, :], by_wheel, axes=((0, 2), (0, 2))))
         start = np.array((y, -x, -1.0)) * turned  # a start that looks elsewhere than measured turns the end
         measured.append(np.outer(start, start) + np.diag([2 * place ** 2, 2 * place ** 2, turned ** 2]))

@@ -195,7 +195,8 @@ def _split(path, number, line):
     if len(line) <= LONGEST_ROW:
         with contextlib.suppress(csv.Error):
             return next(csv.reader([line]))
-    raise RecordingError(f"{path}, line {number}: found {shown(line)}, allowed: a row of up to {LONGEST_ROW} characters")
+    raise RecordingError(
+        f"{path}, line {number}: found {shown(line)}, allowed: a row of up to {LONGEST_ROW} characters")
 
 
 def _read_optiodom(path):

@@ -5,12 +5,12 @@ import sys
 from pathlib import Path
 
 import rospkg
-import yaml
 
-from robotont_driver.parameters import ParameterError
-from robotont_driver.wheels import read_wheels
+from robotont_description.geometry import shipped_wheel_file
+from robotont_driver.wheel_file import read_wheel_file
 
 XACRO = Path("urdf") / "robotont.urdf.xacro"
+USAGE = "usage: describe [wheel_params:=FILE] [prefix:=robot1/] [official:=true]   prints the URDF"
 
 
 def urdf(wheel_params="", prefix="", official="false"):
@@ -19,18 +19,13 @@ def urdf(wheel_params="", prefix="", official="false"):
     wheel_params: path of a wheel_params.yaml; empty: the repository's config/wheel_params.yaml.
     prefix: put before the names of all links and joints.
     official: "true" for the chassis of Robotont as delivered, with the official names of frames and joints.
-    Raises ParameterError with every fault of the wheel parameters, as the driver's nodes do; OSError
-    when there is no such file; ModuleNotFoundError when there is no xacro.
+    Raises ValueError with every fault of the wheel file; OSError where it cannot be read; ModuleNotFoundError when
+    there is no xacro.
     """
     model = Path(rospkg.RosPack().get_path("robotont_description")) / XACRO
     shipped = "wheel_params_robotont2.yaml" if official == "true" else "wheel_params.yaml"
-    path = Path(wheel_params).resolve() if wheel_params else \
-        Path(rospkg.RosPack().get_path("robotont_bringup")) / "config" / shipped
-    try:
-        given = yaml.safe_load(path.read_text())
-    except yaml.YAMLError as error:
-        raise ParameterError([f"{path}: no YAML: {error}"]) from error
-    read_wheels(given if isinstance(given, dict) else {})  # the driver's own check, before anything is drawn
+    path = Path(wheel_params or shipped_wheel_file(shipped)).resolve()
+    read_wheel_file(path)  # the driver's own check, before anything is drawn
     document = find_xacro().process_file(str(model), mappings={
         "wheel_params": str(path), "prefix": prefix, "official": official})
     return document.toprettyxml(indent="  ")
@@ -53,16 +48,16 @@ def find_xacro():
 
 def main():
     """Print the URDF; name:=value arguments as in launch files. Exit status 1 with words when it fails."""
+    if {"-h", "--help"} & set(sys.argv[1:]):
+        print(USAGE)
+        return
     arguments = dict(argument.split(":=", 1) for argument in sys.argv[1:] if ":=" in argument)
     unknown = [word for word in sys.argv[1:] if word.split(":=")[0] not in ("wheel_params", "prefix", "official")]
     try:
         if unknown:
-            raise ParameterError([f"describe: no such argument {' '.join(unknown)}; "
-                                  "it knows wheel_params:=FILE, prefix:=TEXT and official:=true"])
+            raise ValueError(f"no such argument {' '.join(unknown)}\n{USAGE}")
         print(urdf(**arguments))
-    except ParameterError as error:
-        sys.exit("\n".join("wrong parameter " + fault for fault in error.faults))
-    except OSError as error:
-        sys.exit(f"no wheel parameters: {error}")
+    except (OSError, ValueError) as error:
+        sys.exit(f"describe: {error}")
     except ModuleNotFoundError as error:
-        sys.exit(f"{error}: run ./robotont setup, or on Noetic apt-get install ros-noetic-xacro")
+        sys.exit(f"describe: {error}: run ./robotont setup, or on Noetic apt-get install ros-noetic-xacro")

@@ -10,7 +10,7 @@ from std_msgs.msg import Bool, String
 from robotont_driver.command_stream import CommandStream
 from robotont_driver.kinematics import Kinematics
 from robotont_driver.limits import Limits
-from robotont_driver.node import OK, WARN, Health, ImmediatePublisher, Worker, run_node
+from robotont_driver.node import OK, WARN, Health, ImmediatePublisher, Worker, robot_name, run_node
 from robotont_driver.outages import OutageWatch
 from robotont_driver.parameters import Parameter
 from robotont_driver.protocol import format_packet
@@ -61,7 +61,7 @@ class DriverNode:
         emergency_stop = rospy.Subscriber("emergency_stop", Bool, self._on_emergency_stop, queue_size=1)
         cmd_vel = rospy.Subscriber("cmd_vel", Twist, self._on_command, queue_size=1, tcp_nodelay=True)
         OutageWatch(newest=[cmd_vel], every=[emergency_stop])
-        Health("robotont", {"command stream": self._report})
+        Health(robot_name(), {"command stream": self._report})
 
     def _on_command(self, message):
         linear, angular = message.linear, message.angular

@@ -152,6 +152,11 @@ class Health:
         self._due.set()
 
 
+def robot_name():
+    """The hardware id of a robot's diagnostics: its namespace, or "robotont" without one."""
+    return rospy.get_namespace().strip("/") or "robotont"
+
+
 def _task(report):
     def run(status):
         level, words, values = report()

@@ -14,7 +14,7 @@ from std_srvs.srv import Trigger, TriggerResponse
 
 from robotont_driver.gyro import LEARNING, SETTLING, Gyro, GyroFusion, up_in
 from robotont_driver.kinematics import Kinematics
-from robotont_driver.node import OK, WARN, Health, Rate, run_node
+from robotont_driver.node import OK, WARN, Health, Rate, robot_name, run_node
 from robotont_driver.odometry import WheelOdometry
 from robotont_driver.packet_clock import ArrivalClock, PacketClock
 from robotont_driver.parameters import Parameter
@@ -107,7 +107,7 @@ class OdomNode:
         if self._gyro:
             self._imu = ImuInput(parameters["imu"], parameters["base_frame"], self._gyro, self._lock)
             subjects["gyro"] = self._imu.report
-        self._health = Health("robotont", subjects)
+        self._health = Health(robot_name(), subjects)
 
     def _prepare_messages(self, parameters):
         """Messages with all that never changes; each packet fills in the rest."""
@@ -345,8 +345,13 @@ def read_clocks():
         now = rospy.Time.now().to_nsec()
         if time.monotonic_ns() - steady < LONGEST_READING:
             return steady, now
+
+
 def joint_names(given, wheels):
-    """Names of the wheels' joints: those `given` between blanks, or wheel_0_joint, ...; exits with words when too few."""
+    """Names of the joints: those `given` between blanks, or wheel_0_joint, ...
+
+    Exits with words when there are not as many as wheels.
+    """
     names = given.split() or [f"wheel_{wheel}_joint" for wheel in range(wheels)]
     if len(names) != wheels:
         rospy.logfatal("wrong parameter ~joint_names: found %r, allowed: %d names between blanks", given, wheels)

@@ -6,8 +6,8 @@ import math
 def sectors(ranges, nearest, farthest):
     """((minimum, mean) [m] of the right, the centre and the left third) of a scan from right to left.
 
-    Too near (-inf, or below `nearest`) counts as `nearest`, nothing seen (inf, or beyond) as `farthest` [m]; NaN does not
-    count. A third without any number is `farthest`.
+    Too near (-inf, or below `nearest`) counts as `nearest`, nothing seen (inf, or beyond) as `farthest` [m]; NaN does
+    not count. A third without any number is `farthest`.
     """
     third = len(ranges) / 3
     bounds = [round(third * part) for part in range(4)]

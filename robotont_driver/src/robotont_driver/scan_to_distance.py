@@ -27,8 +27,8 @@ def main():
     try:
         from robotont_msgs.msg import LaserScanSplit
     except ImportError:
-        rospy.logfatal("scan_to_distance publishes robotont_msgs/LaserScanSplit: put the official package robotont_msgs "
-                       "(https://github.com/robotont/robotont_msgs) into the workspace and build it")
+        rospy.logfatal("scan_to_distance publishes robotont_msgs/LaserScanSplit: put the official package "
+                       "robotont_msgs (https://github.com/robotont/robotont_msgs) into the workspace and build it")
         raise SystemExit(1) from None
     ScanToDistance(LaserScanSplit)
     rospy.spin()

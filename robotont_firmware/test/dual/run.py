@@ -3,6 +3,7 @@
 Prints one line per test, `ok NAME` or `FAIL NAME reason`, and what a test returns as `value NAME ...`.
 """
 
+import gc
 import sys
 
 sys.path.insert(0, sys.argv[1])
@@ -20,6 +21,7 @@ def run(suite):
     for name in sorted(dir(module)):
         if name.startswith("test_"):
             full = suite + "." + name
+            gc.collect()  # the board's heap is small
             try:
                 value = getattr(module, name)()
             except Exception as error:

@@ -103,7 +103,8 @@ class NetworkCheck:
             return None
         if outcome == probes.REFUSED:
             return (f"master unreachable: {where} answers, but nobody listens at port {port}: start the robot's stack "
-                    "there; if it runs, it keeps to itself (ROS_IP=127.0.0.1): ./robotont install-robot --network")
+                    "there; if it runs, it keeps to itself (ROS_IP=127.0.0.1): ./robotont install-robot "
+                    "--network ADDRESS")
         if outcome == probes.NO_ROUTE:
             return (f"master unreachable: this machine has no way to {where}: plug in the cable or join the robot's "
                     "Wi-Fi, then look at 'ip address'")
@@ -207,7 +208,7 @@ class NetworkCheck:
                              f"find only themselves: {remedy}")
         elif probes.is_loopback(address):
             self._say(NOTE, f"this machine keeps to itself: its nodes announce {self._announced} ({address}), which "
-                            "no other machine can use; on a robot ./robotont install-robot --network opens it")
+                            "no other machine can use; on a robot ./robotont install-robot --network ADDRESS opens it")
             return False
         else:
             self._say(GOOD, f"this machine announces {self._announced}")

@@ -3,6 +3,7 @@
 import math
 from xml.etree import ElementTree
 
+from robotont_description.geometry import lower_plate_radius, robot_radius
 from robotont_driver.motor import NO_LOAD_SPEED
 from robotont_simulator.world import HEIGHT
 
@@ -19,7 +20,6 @@ FRICTION = 0.9         # rubber on a floor
 CONTACT = (0.005, 1.0)  # [s], damping ratio: stiff, for rollers pressed flat make the wheel smaller
 ROLLER_DAMPING = 2e-6  # [N m s] in a roller's bearing
 CAMERA = (0.11, 0.12)  # [m] before the middle, above the floor; only for the eye
-LASER_ABOVE_WHEELS = 0.092  # [m] above the top of the largest one
 
 # Pololu 37D motors at 12 V, seen at the motor's own shaft.
 VOLTAGE = 12.0         # [V]
@@ -30,16 +30,6 @@ GEAR_FRICTION = 0.04   # part of the stall torque that the gearbox costs
 ROTOR_INERTIA = 1.2e-6  # [kg m^2]
 
 WORLD_GROUP, BODY_GROUP, SHOWN_GROUP, ROLLER_GROUP = 0, 1, 2, 3  # ROLLER_GROUP is what touches; it is not shown
-
-
-def robot_radius(wheels):
-    """[m] of the round body: to the outer side of the farthest wheel."""
-    return max(wheels.distances) + 0.025
-
-
-def laser_height(wheels):
-    """[m] of the frame `laser` above base_link, as in robotont_description."""
-    return 2 * max(wheels.radii) + LASER_ABOVE_WHEELS
 
 
 def build(wheels, world):
@@ -86,7 +76,7 @@ def _add_robot(scene, wheels, start):
     add(body, "freejoint", name="base")
     add(body, "geom", name="body", type="cylinder", size=(radius, BODY_HEIGHT / 2),
         pos=(0, 0, CLEARANCE + BODY_HEIGHT / 2), mass=BODY_MASS, contype=2, conaffinity=1, group=ROLLER_GROUP)
-    _add_looks(body, min(wheels.distances) - 0.012)
+    _add_looks(body, lower_plate_radius(wheels))
     for number in range(wheels.amount):
         _add_wheel(body, wheels, number)
 

@@ -5,6 +5,7 @@ import math
 import mujoco
 import numpy as np
 
+from robotont_description.geometry import laser_height
 from robotont_simulator import model
 from robotont_simulator.imu import GRAVITY, ImuErrors
 
@@ -166,7 +167,7 @@ class Simulation:
         """
         yaw = self.pose()[2]
         matrix = self.data.xmat[self._body].reshape(3, 3)
-        origin = self.data.xpos[self._body] + matrix[:, 2] * model.laser_height(self.wheels)
+        origin = self.data.xpos[self._body] + matrix[:, 2] * laser_height(self.wheels)
         directions = np.column_stack([np.cos(angles + yaw), np.sin(angles + yaw), np.zeros(len(angles))])
         distances = np.empty(len(angles))
         geoms = np.empty(len(angles), np.int32)

@@ -125,7 +125,8 @@ class SimulatorNode:
         self._angles = np.linspace(-field / 2, field / 2, rays, endpoint=field < 2 * math.pi - 1e-6)
         self._scan = LaserScan(
             angle_min=self._angles[0], angle_max=self._angles[-1], angle_increment=self._angles[1] - self._angles[0],
-            range_min=given["scan_nearest"], range_max=given["scan_farthest"])
+            range_min=given["scan_nearest"], range_max=given["scan_farthest"],
+            scan_time=1.0 / given["scan_rate"] if given["scan_rate"] else 0.0)
         self._scan.header.frame_id = given["laser_frame"]
         rate = given["scan_rate"]
         self._scan_ticks = max(1, round(wheels.pid_frequency / rate)) if rate else 0

@@ -150,7 +150,7 @@ def report(server):
     }
     if seat.hands_off:
         return WARN, "the page that drives fell silent or the robot was stopped: let go of the sticks once", values
-    return OK, f"{len(server.pages)} pages open", values
+    return OK, f"open pages: {len(server.pages)}", values
 
 
 def main():

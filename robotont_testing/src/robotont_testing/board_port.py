@@ -76,9 +76,9 @@ class BoardPort:
             return b""
 
     def _write(self, data):
-        for part in self.line.pass_on(data) if data else []:
-            try:
-                while part:
-                    part = part[os.write(self._master, part):]
-            except OSError:
-                pass  # full, or closed at the other end: a real board does not wait either
+        left = b"".join(self.line.pass_on(data)) if data else b""
+        try:
+            while left:
+                left = left[os.write(self._master, left):]
+        except OSError:
+            pass  # full, or closed at the other end: a real board does not wait either

@@ -1,7 +1,7 @@
 """Robotont's boards with the official firmware, made from its grammar byte for byte, traps included.
 
-Each runs on a virtual clock: `receive(data, now)` is one write of the PC, `advance(now)` lets time pass and returns what
-the board has sent meanwhile. The motors are an object with `turn(efforts, seconds)` -> counted edges. Nothing here
+Each runs on a virtual clock: `receive(data, now)` is one write of the PC, `advance(now)` lets time pass and returns
+what the board has sent meanwhile. The motors are an object with `turn(efforts, seconds)` -> counted edges. Nothing here
 knows the driver's code. What happens to commands is kept: `executed`, `swallowed`, `inversions`.
 """
 

@@ -1,0 +1,42 @@
+from robotont_driver.outbox import LONGEST_QUEUE, Outbox
+
+
+def test_of_commands_only_the_newest_waits():
+    outbox = Outbox()
+    outbox.put(b"one")
+    outbox.put(b"two")
+    assert outbox.replaced == 1
+    assert outbox.take(0.0) == b"two"
+    assert outbox.take(0.0) == b""
+    assert not outbox
+
+
+def test_lines_keep_their_distance_in_time():
+    outbox = Outbox()
+    outbox.pacing = 0.03
+    outbox.put(b"one")
+    assert outbox.take(1.0) == b"one"
+    outbox.put(b"two")
+    assert outbox.take(1.029) == b""
+    assert abs(outbox.wait(1.02) - 0.01) < 1e-9
+    assert outbox.take(1.03) == b"two"
+    assert outbox.wait(1.04) is None
+
+
+def test_a_line_in_a_hurry_goes_first_and_has_its_own_pause():
+    outbox = Outbox()
+    outbox.put(b"command")
+    outbox.add(b"light")
+    outbox.hurry(b"stop", 0.1)
+    outbox.hurry(b"", 5.0)  # nothing to say, nothing to wait for
+    assert [outbox.take(0.0), outbox.take(0.05), outbox.take(0.1), outbox.take(0.1)] == \
+        [b"stop", b"", b"command", b"light"]
+
+
+def test_what_can_wait_does_not_pile_up():
+    outbox = Outbox()
+    for number in range(2 * LONGEST_QUEUE):
+        outbox.add(b"%d" % number)
+    assert outbox.take(0.0) == b"%d" % LONGEST_QUEUE
+    outbox.clear()
+    assert outbox.take(0.0) == b""

@@ -1,0 +1,149 @@
+"""Runs on the emulated board with one instruction a nanosecond: what one period costs, in instructions.
+
+The peripherals are stand-ins that do nothing, so that board.py's own work is counted and the chip's is not.
+"""
+
+import gc
+import sys
+import time
+
+
+class Nothing:
+    """Any peripheral: calling it or its methods does nothing."""
+
+    count = 0
+
+    def __init__(self, *_, **__):
+        pass
+
+    def counter(self):
+        Nothing.count += 40
+        return Nothing.count & 0xFFFF
+
+    def value(self, *_):
+        return 1
+
+    def channel(self, *_, **__):
+        return self
+
+    def pulse_width(self, _):
+        pass
+
+    callback = pulse_width
+
+    def feed(self):
+        pass
+
+    def write(self, _, __):
+        pass
+
+    def any(self):
+        return len(LINE)
+
+    def readinto(self, buffer, size):
+        for at in range(size):  # the chip copies this in C
+            buffer[at] = LINE[at]
+        return size
+
+
+class Pyb:
+    Pin = Timer = UART = Nothing
+    repl_uart = print
+
+
+class Machine:
+    WDT = Nothing
+    mem16 = {}  # noqa: RUF012
+
+    @staticmethod
+    def reset_cause():
+        return 0
+
+
+class Memory(dict):
+    def __getitem__(self, address):
+        return 0
+
+
+for name in ("IN", "OUT_PP", "AF_PP", "PULL_NONE", "PULL_UP", "ENC_AB", "PWM"):
+    setattr(Nothing, name, 0)
+Machine.mem16 = Memory()
+sys.modules["pyb"], sys.modules["machine"] = Pyb, Machine
+
+from robotont_firmware import board, config  # noqa: E402
+from robotont_firmware.controller import Controller  # noqa: E402
+
+LINE = bytearray(b"-120.55:119.75:-118.25;")
+from robotont_firmware.protocol import crc16  # noqa: E402
+
+LINE += b"%04X\n" % crc16(LINE, len(LINE))
+TIMES = 200
+
+
+def instructions(function):
+    """Instructions of one call, the loop's own left out."""
+    gc.collect()
+    start = time.ticks_us()
+    for _ in range(TIMES):
+        function(1)
+    middle = time.ticks_us()
+    for _ in range(TIMES):
+        nothing(1)
+    end = time.ticks_us()
+    return (time.ticks_diff(middle, start) - time.ticks_diff(end, middle)) * 1000 // TIMES
+
+
+def nothing(_):
+    pass
+
+
+class Bare:
+    """A board that costs nothing itself."""
+
+    def __init__(self):
+        self.total = 0
+
+    def counts(self, totals):
+        self.total = (self.total + 119) & 0xFFFF
+        for wheel in range(3):
+            totals[wheel] = self.total
+
+    def drive(self, wheel, effort):
+        pass
+
+    def fault(self, wheel):
+        return False
+
+    def read(self, buffer):
+        buffer[: len(LINE)] = LINE
+        return len(LINE)
+
+    def write(self, buffer, size):
+        pass
+
+
+def make(hardware):
+    made = Controller(hardware, config)
+    made.start()
+    return made
+
+
+bare = make(Bare())
+print("whole period without board.py", instructions(bare.step))
+print("read one command", instructions(lambda _: bare._receiver.feed(LINE, len(LINE))))
+print("one wheel's controller", instructions(lambda _: bare._pids[0].step(30720, 119, 1, True)))
+print("write one packet", instructions(lambda _: bare._sender.pack(77, bare._counts, bare._totals, bare._status)))
+hardware = board.Board(config)
+hardware.start()
+whole = make(hardware)
+
+
+def period(_):
+    hardware._tick(None)
+    hardware.wait_tick()
+    whole.step(1)
+    hardware.feed()
+
+
+print("whole period with board.py on stand-ins", instructions(period))
+print("free heap", gc.mem_free())

@@ -1,0 +1,67 @@
+"""The suites, the limits of the configuration and the cost of a period, on an emulated Cortex-M."""
+
+import re
+
+import pytest
+from firmware_qemu import make_rom, needs_qemu, run
+from firmware_tools import PACKAGE, ROOT
+from test_firmware_suites import SUITES, results
+
+PROGRAMS = sorted((PACKAGE / "test" / "qemu").glob("*.py"))
+CLOCK = 80e6  # [Hz]
+PERIOD = 0.02  # [s]
+CYCLES = 3.0  # [cycles] of one instruction, flash wait states included: a pessimistic assumption
+BYTE_TIME = 10 / 115200  # [s]
+PACKET = len("-180:-180:-180;SS:E0E0:E1E1:E2E2:FFMMRRWWW:CCCC\\n")
+
+pytestmark = needs_qemu
+
+
+@pytest.fixture(scope="module")
+def rom(tmp_path_factory):
+    return make_rom(tmp_path_factory.mktemp("qemu"), PROGRAMS)
+
+
+@pytest.mark.parametrize("suite", SUITES)
+def test_suite_on_the_emulated_board(rom, suite):
+    arguments = f"sys.argv.extend(['', '/rom/src', '/rom/golden.json', {suite!r}])"
+    output = run(rom, f"{arguments}\nimport run", timeout=1500)
+    print(output)
+    assert "FAIL" not in output
+    expected = {test for test in results("micropython")[0] if test.startswith(suite + ".")}
+    assert {line[3:] for line in output.splitlines() if line.startswith("ok ")} == expected
+    values = dict(line.split(" ", 2)[1:] for line in output.splitlines() if line.startswith("value "))
+    if "suite_fuzz.test_a_million_bytes" in expected:
+        same = results("micropython")[1]["suite_fuzz.test_a_million_bytes"]
+        assert values["suite_fuzz.test_a_million_bytes"] == same
+
+
+def test_at_its_limits_no_number_outgrows_31_bits(rom):
+    output = run(rom, "import at_the_limits", timeout=1500)
+    print(output)
+    assert "FAIL" not in output
+    assert [line for line in output.splitlines() if line.startswith("ok")] == [
+        "ok the lock can fail", "ok alone", "ok up MAX_SPEED", "ok down MAX_SPEED"]  # fmt: skip
+
+
+def counted(rom):
+    """Instructions by what was counted."""
+    output = run(rom, "import count_period", count=True)
+    return {name: int(number) for name, number in re.findall(r"^(.*) (\d+)$", output, flags=re.MULTILINE)}
+
+
+def test_a_period_takes_less_than_half_of_its_time(rom):
+    costs = counted(rom)
+    print(costs)
+    share = costs["whole period with board.py on stand-ins"] * CYCLES / CLOCK / PERIOD + PACKET * BYTE_TIME / PERIOD
+    print(f"{100 * share:.0f} % of the period")
+    assert share <= 0.5
+    assert costs["free heap"] > 20000
+
+
+def test_the_documentation_says_what_was_counted(rom):
+    text = (ROOT / "docs" / "firmware.md").read_text(encoding="utf-8")
+    for name, number in counted(rom).items():
+        row = re.search(rf"^\| {re.escape(name)} \| ([0-9 ]+) \|$", text, flags=re.MULTILINE)
+        assert row, name
+        assert int(row.group(1).replace(" ", "")) == pytest.approx(number, rel=0.03), name

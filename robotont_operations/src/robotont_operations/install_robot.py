@@ -1,0 +1,106 @@
+"""./robotont install-robot: the services that start Robotont at boot, and names for its boards."""
+
+import argparse
+import os
+import re
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import rospkg
+
+from robotont_operations.installation import STATE, UNITS, install, installation, remove, unreadable
+
+AFTER_INSTALL = (("systemd-sysusers",), ("udevadm", "control", "--reload"),
+                 ("udevadm", "trigger", "--subsystem-match=tty"), ("systemctl", "daemon-reload"),
+                 ("systemctl", "restart", *UNITS))
+BEFORE_REMOVAL = (("systemctl", "stop", *reversed(UNITS)),)
+AFTER_REMOVAL = (("userdel", "robotont"), ("udevadm", "control", "--reload"), ("systemctl", "daemon-reload"))
+
+
+def run(commands):
+    """Run commands one after the other; a failure is told, and does not end the rest. Returns whether all went well."""
+    good = True
+    for command in commands:
+        print("  " + " ".join(command))
+        if not shutil.which(command[0]):
+            print(f"install-robot: {command[0]} is missing: run it later", file=sys.stderr)
+            good = False
+        elif subprocess.run(command, check=False).returncode:
+            print(f"install-robot: failed: {' '.join(command)}", file=sys.stderr)
+            good = False
+    return good
+
+
+def parse_arguments():
+    """Options of the command line."""
+    def address(text):
+        if not re.fullmatch(r"[A-Za-z0-9.-]+", text):
+            raise argparse.ArgumentTypeError(f"found {text!r}, allowed: an IP address or a host name")
+        return text
+    parser = argparse.ArgumentParser(
+        prog="install-robot", description="Install services that start Robotont at boot, without any network, under a "
+        "user of their own; udev rules that name its boards /dev/robotont and /dev/robotont_SERIALNUMBER; black box.")
+    parser.add_argument("--remove", action="store_true", help="remove all of it again, the black boxes too")
+    parser.add_argument("--dry-run", action="store_true", help="only say what would be done")
+    parser.add_argument("--root", default="/", metavar="DIR",
+                        help="install into a file system at DIR, such as an image, and start nothing [%(default)s]")
+    parser.add_argument("--network", type=address, metavar="ADDRESS",
+                        help="let other machines use the robot under this address of its (docs/network.md: "
+                        "there is no password); default: the robot keeps to itself")
+    return parser.parse_args()
+
+
+def main():
+    """Run install-robot; returns the exit status."""
+    options = parse_arguments()
+    live = Path(options.root).resolve() == Path("/")
+    try:
+        return _remove(options, live) if options.remove else _install(options, live)
+    except PermissionError as error:
+        print(f"install-robot: {error.filename} may not be written: sudo ./robotont install-robot", file=sys.stderr)
+    except OSError as error:
+        print(f"install-robot: {error}", file=sys.stderr)
+    return 1
+
+
+def _install(options, live):
+    packages = rospkg.RosPack()
+    own, bringup = Path(packages.get_path("robotont_operations")), Path(packages.get_path("robotont_bringup"))
+    used = [part for name in ("CMAKE_PREFIX_PATH", "ROS_PACKAGE_PATH", "PYTHONPATH")
+            for part in os.environ.get(name, "").split(":") if os.path.isdir(part)]
+    closed = unreadable(used)
+    if closed:
+        print(f"install-robot: the services' user may not enter {closed}: sudo chmod o+x {closed}, "
+              "or move the workspace to /opt", file=sys.stderr)
+        return 1
+    what = installation(own / "install", sorted((bringup / "udev").glob("*.rules")), os.environ,
+                        options.network or "")
+    commands = AFTER_INSTALL if live else ()
+    if options.dry_run:
+        print(f"would write, under {options.root}:")
+        names = [*what.files, *(f"{name} -> {target}" for name, target in what.links)]
+    else:
+        print(f"written, under {options.root}:")
+        names = install(what, options.root)
+    for name in names:
+        print("  " + name)
+    if options.dry_run:
+        if commands:
+            print("would run:", *(" ".join(command) for command in commands), sep="\n  ")
+        return 0
+    return 0 if run(commands) else 1
+
+
+def _remove(options, live):
+    if options.dry_run:
+        print(f"would remove, under {options.root}: what etc/robotont/installed lists; {STATE} with the black boxes")
+        return 0
+    good = run(BEFORE_REMOVAL) if live else True
+    gone = remove(options.root)
+    if not gone:
+        print(f"install-robot: nothing is installed under {options.root}", file=sys.stderr)
+        return 1
+    print(f"removed, under {options.root}:", *gone, sep="\n  ")
+    return 0 if (not live or run(AFTER_REMOVAL)) and good else 1

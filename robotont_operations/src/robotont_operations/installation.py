@@ -1,0 +1,124 @@
+"""What is installed on a robot: files under a root folder, listed so that they can be removed to the last one."""
+
+import os
+import re
+import shutil
+from pathlib import Path
+from typing import Mapping, NamedTuple, Tuple
+
+UNITS = ("robotont-master.service", "robotont.service", "robotont-recorder.service")
+LIST = "etc/robotont/installed"    # every file and folder that the installation made, by their paths under the root
+STATE = "var/lib/robotont"         # black boxes; made by systemd
+KEPT = "etc/robotont/robot.conf"   # the user's own, not overwritten
+ROS_VARIABLES = ("CMAKE_PREFIX_PATH", "LD_LIBRARY_PATH", "PYTHONPATH", "ROS_DISTRO", "ROS_ETC_DIR",
+                 "ROS_PACKAGE_PATH", "ROS_PYTHON_VERSION", "ROS_ROOT", "ROS_VERSION")
+NETWORK_ONLINE = "Wants=network-online.target\nAfter=network-online.target\n"
+
+
+class Installation(NamedTuple):
+    """Texts by path under the root, and links (path under the root, target)."""
+
+    files: Mapping[str, str]
+    links: Tuple[Tuple[str, str], ...]
+
+
+def installation(templates, udev_rules, environment, address=""):
+    """The Installation of a robot.
+
+    templates: folder of the units; udev_rules: paths of the rules; environment: that of a shell with the workspace
+    sourced; address: IP address or host name under which other machines find the robot, "" for none.
+    """
+    templates = Path(templates)
+    files = {f"etc/udev/rules.d/{path.name}": path.read_text() for path in map(Path, udev_rules)}
+    for unit in UNITS:
+        text = (templates / unit).read_text()
+        files["etc/systemd/system/" + unit] = text.replace("@NETWORK@", NETWORK_ONLINE if address else "")
+    files["etc/sysusers.d/robotont.conf"] = (templates / "sysusers.conf").read_text()
+    files["etc/robotont/python_logging.conf"] = (templates / "python_logging.conf").read_text()
+    files[KEPT] = (templates / "robot.conf").read_text()
+    files["etc/robotont/environment"] = environment_file(environment, address)
+    links = tuple((f"etc/systemd/system/multi-user.target.wants/{unit}", f"/etc/systemd/system/{unit}")
+                  for unit in UNITS)
+    return Installation(files, links)
+
+
+def environment_file(environment, address):
+    """Text of the units' environment: the workspace that was sourced, a master, and who may reach it."""
+    host = address or "127.0.0.1"
+    variables = {name: environment[name] for name in ROS_VARIABLES if environment.get(name)}
+    prefixes = variables.get("CMAKE_PREFIX_PATH", "").split(":")
+    variables["PATH"] = ":".join([prefix + "/bin" for prefix in prefixes if prefix] + ["/usr/local/bin:/usr/bin:/bin"])
+    variables["ROS_MASTER_URI"] = f"http://{host}:11311"
+    variables["ROS_HOSTNAME" if re.search("[a-zA-Z]", host) else "ROS_IP"] = host
+    variables["ROS_HOME"] = "/" + STATE
+    variables["ROS_PYTHON_LOG_CONFIG_FILE"] = "/etc/robotont/python_logging.conf"
+    variables["PYTHONUNBUFFERED"] = "1"
+    head = "# Written by ./robotont install-robot: run it again when the workspace has moved.\n"
+    return head + "".join(f'{name}="{value}"\n' for name, value in sorted(variables.items()))
+
+
+def install(what, root):
+    """Write an Installation under `root`; returns the paths under it that were written. Raises OSError."""
+    root = Path(root)
+    root.mkdir(parents=True, exist_ok=True)
+    made = _listed(root)
+
+    def make_folder(path):
+        if not path.exists():
+            make_folder(path.parent)
+            path.mkdir()
+            path.chmod(0o755)
+            made.append(str(path.relative_to(root)))
+    written = []
+    for name, text in what.files.items():
+        path = root / name
+        if name == KEPT and path.exists():
+            continue
+        make_folder(path.parent)
+        path.write_text(text)
+        path.chmod(0o644)
+        written.append(name)
+    for name, target in what.links:
+        path = root / name
+        make_folder(path.parent)
+        if path.is_symlink():
+            path.unlink()
+        path.symlink_to(target)
+        written.append(name)
+    lines = dict.fromkeys((*made, *written, *(name for name in what.files if (root / name).exists()), LIST))
+    (root / LIST).write_text("".join(line + "\n" for line in lines))
+    return written
+
+
+def remove(root):
+    """Delete what `install` has made, and the black boxes; returns the paths under `root` that are gone."""
+    root = Path(root)
+    listed = _listed(root)
+    gone = []
+    for name in sorted(listed, key=lambda name: name.count("/"), reverse=True):
+        path = root / name
+        if path.is_symlink() or path.is_file():
+            path.unlink()
+        elif path.is_dir() and not any(path.iterdir()):
+            path.rmdir()
+        else:
+            continue  # somebody has deleted it before, or has put something else into the folder
+        gone.append(name)
+    if listed and (root / STATE).exists():
+        shutil.rmtree(root / STATE)
+        gone.append(STATE)
+    return gone
+
+
+def _listed(root):
+    path = root / LIST
+    return path.read_text().splitlines() if path.exists() else []
+
+
+def unreadable(paths):
+    """The first folder on the way to one of the paths into which not every user may go; None if all may be read."""
+    for path in map(Path, paths):
+        for folder in (*reversed(path.resolve().parents), path.resolve()):
+            if folder.is_dir() and not os.stat(str(folder)).st_mode & 0o001:
+                return folder
+    return None

@@ -1,0 +1,41 @@
+import math
+import subprocess
+import sys
+
+import pytest
+import yaml
+from robot_runs import ROOT
+
+from robotont_description.geometry import robot_radius
+from robotont_driver.wheels import read_wheels
+from robotont_simulator.simulation import Simulation
+from robotont_simulator.world import World
+from robotont_testing.robots import ROBOTS
+
+
+@pytest.mark.parametrize("name", ROBOTS)
+def test_the_simulated_body_is_as_large_as_the_model_and_the_footprint(name, tmp_path):
+    wheels = read_wheels(ROBOTS[name])
+    model = Simulation(wheels, World((), (0.0, 0.0, 0.0))).mujoco_model
+    assert model.geom("body").size[0] == pytest.approx(robot_radius(wheels))
+    file = tmp_path / "wheel_params.yaml"
+    file.write_text(yaml.safe_dump(ROBOTS[name]))
+    script = ROOT / "robotont_description" / "scripts" / "robot_radius"  # navigation.launch makes the footprint with it
+    printed = subprocess.run([sys.executable, str(script), str(file)], check=True, stdout=subprocess.PIPE)
+    assert float(printed.stdout) == robot_radius(wheels)
+
+
+@pytest.mark.parametrize("gear", [9.0, 18.75, 50.0])
+def test_the_motors_have_the_gearbox_of_the_wheel_file(gear):
+    """Lifted off the floor, a wheel turns as fast as the motor without load behind that gearbox."""
+    wheels = read_wheels({**ROBOTS["shipped"], "gearboxReductionRatio": gear})
+    simulation = Simulation(wheels, World((), (0.0, 0.0, 0.0)))
+    simulation.mujoco_model.opt.gravity[:] = 0.0
+    simulation.data.qpos[2] += 0.2
+    for wheel in range(3):
+        simulation.drive(wheel, 1.0)
+    for _ in range(150):
+        before = simulation.wheel_angles().copy()
+        simulation.step()
+    turns = (simulation.wheel_angles() - before) * wheels.pid_frequency / (2 * math.pi)
+    assert turns == pytest.approx([156.25 / gear] * 3, rel=0.03)

@@ -61,6 +61,7 @@ class WebTeleopTest(NodeTest):
 
     def setUp(self):
         super().setUp()
+        self.addCleanup(self.proxy.flow)
         rospy.set_param("/web_teleop_node/port", self.port)
         self.log = self.processes.folder / "web.log"
         self.server = self.start_server()
@@ -92,7 +93,7 @@ class WebTeleopTest(NodeTest):
         print(f"stands {max(moving, default=0.0):.2f} s after {what}", flush=True)
 
     def drive_on(self, page, right=0.2, up=0.6, turn=0.4, until=None):
-        """Both thumbs on the sticks until it drives, or `until`; let go and take them again when the page asks for it."""
+        """Both thumbs on the sticks until it drives, or `until`; let go and take them again when the page says so."""
         def drives():
             if "Let go" in page.text("#message"):
                 page.lift()

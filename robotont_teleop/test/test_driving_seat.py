@@ -64,6 +64,12 @@ def test_silence_stops_and_the_sticks_must_be_let_go(seat):
     assert seat.command("one", 10.6, FORWARD, 10.6) == FORWARD
 
 
+def test_the_dead_mans_time_counts_from_what_the_page_has_seen(seat):
+    seat.command("one", 10.0, FORWARD, 10.19)  # the way to the page stalls: it goes on with the last time it has
+    assert seat.time_left(10.19) == pytest.approx(0.11)
+    assert seat.look(10.301) == STOP
+
+
 def test_a_page_that_closes_stops(seat):
     seat.command("one", 10.0, FORWARD, 10.0)
     assert seat.leave("two") is None

@@ -62,8 +62,8 @@ def test_two_circles_with_twenty_seeds():
         assert run.fusion.watch.alarms == 0
     errors, stated = np.array(errors), np.array(stated)
     value = float(np.mean((errors / stated) ** 2))
-    print(f"heading after two circles: {np.sqrt(np.mean(errors ** 2)):.2f} deg rms, {np.abs(errors).max():.2f} at most, "
-          f"stated {stated.mean():.2f}; wheels alone {np.abs(alone).max():.2f}")
+    print(f"heading after two circles: {np.sqrt(np.mean(errors ** 2)):.2f} deg rms, {np.abs(errors).max():.2f} at "
+          f"most, stated {stated.mean():.2f}; wheels alone {np.abs(alone).max():.2f}")
     print("mean normalised error squared {:.2f}, 95 % bounds {:.2f} to {:.2f}".format(
         value, *chi2.ppf((0.025, 0.975), SEEDS) / SEEDS))
     low, high = chi2.ppf((0.0005, 0.9995), SEEDS) / SEEDS
@@ -82,8 +82,8 @@ def test_a_wheel_of_three_without_grip_is_named(wheel, twist):
     turned = next(index for index, angle in enumerate(yaw) if abs(angle - yaw[0]) > math.radians(1.0))
     named = next(index for index, suspects in enumerate(run.suspects[start:]) if suspects)
     wheels_alone = math.degrees(se2.wrap(run.odometry.pose.yaw - run.simulation.pose()[2]))
-    print(f"wheel {wheel} named {run.suspects[start + named]} {(named - turned) / 50:+.2f} s after the robot had turned "
-          f"by 1 degree, {named / 50:.2f} s after the command")
+    print(f"wheel {wheel} named {run.suspects[start + named]} {(named - turned) / 50:+.2f} s after the robot had "
+          f"turned by 1 degree, {named / 50:.2f} s after the command")
     print(f"heading {run.off:+.1f} deg, wheels alone {wheels_alone:+.1f}")
     assert (named - turned) / 50 <= 0.3
     assert wheel in run.suspects[start + named]

@@ -4,7 +4,7 @@ import json
 import math
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from robotont_teleop.driving_seat import DrivingSeat, MessageRate
@@ -133,6 +133,7 @@ def test_messages_that_are_refused(text):
         read_message(text)
 
 
+@settings(max_examples=50, deadline=None)
 @given(st.one_of(st.text(), st.recursive(
     st.none() | st.booleans() | st.floats() | st.integers() | st.text(),
     lambda inner: st.lists(inner, max_size=2) | st.dictionaries(

@@ -18,6 +18,12 @@ PERIOD = 0.02  # [s]
 MOVE = (-10, 0, 10)
 
 
+def newest(messages):
+    """[s] stamp of the last message."""
+    last = messages[-1]
+    return (last.transforms[0] if isinstance(last, TFMessage) else last).header.stamp.to_sec()
+
+
 class OdomNodeClockTest(NodeTest):
     def setUp(self):
         super().setUp()
@@ -27,7 +33,11 @@ class OdomNodeClockTest(NodeTest):
         self.clock = self.publisher("/clock", Clock)
         self.read = self.publisher("serial_read", String)
         self.time = 5000.0
-        wait_for(lambda: self.tick() or (self.odom and self.transforms and self.joints), "odometry", period=0.02)
+        topics = (self.odom, self.transforms, self.joints)
+        wait_for(lambda: self.tick() or all(topics), "odometry", period=0.02)
+        # what is under way must not be taken for answers of the test: in order, so the last one says that all are here
+        self.tick()
+        wait_for(lambda: all(newest(messages) > self.time - PERIOD / 2 for messages in topics), "the newest packet's")
         self.drive(20)
 
     def tick(self):

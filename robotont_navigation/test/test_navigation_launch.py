@@ -86,8 +86,8 @@ def test_the_footprint_is_that_of_the_wheels(tmp_path):
 def test_robot_radius_explains_wrong_wheels(tmp_path):
     wrong = tmp_path / "wrong.yaml"
     wrong.write_text("wheelAmount: 2")
-    result = subprocess.run([sys.executable, str(ROOT / "robotont_description" / "scripts" / "robot_radius"), str(wrong)], check=False,
-                            text=True, capture_output=True)
+    script = ROOT / "robotont_description" / "scripts" / "robot_radius"
+    result = subprocess.run([sys.executable, str(script), str(wrong)], check=False, text=True, capture_output=True)
     assert result.returncode == 1
     assert "wheelAmount: found 2" in result.stderr
     assert "Traceback" not in result.stderr

@@ -11,7 +11,8 @@ from robotont_testing.harness import free_port, wait_for
 
 ROOT = Path(__file__).resolve().parents[2]
 NEEDS_THE_STACK = {"navigation.launch": "move_base", "slam.launch": "gmapping",
-                   "camera_scan.launch": "depthimage_to_laserscan"}
+                   "camera_scan.launch": "depthimage_to_laserscan",
+                   "robot_localization.launch": "robot_localization"}
 TOOLS = {"robotont_calibration": ["calibrate_wheels", "odometry_report"],
          "robotont_demo": ["demo"],
          "robotont_description": ["describe", "robot_radius"],

@@ -118,6 +118,13 @@ def test_what_tests_use_is_declared(package):
 
 
 @pytest.mark.parametrize("package", PACKAGES)
+def test_what_cmake_needs_is_configured_first(package):
+    """catkin takes the order of packages from build and test dependencies only: an exec_depend comes too late."""
+    needed = set(re.findall(r"find_package\((robotont_\w+)", (ROOT / package / "CMakeLists.txt").read_text()))
+    assert needed <= declared(package, "depend", "build_depend", "test_depend")
+
+
+@pytest.mark.parametrize("package", PACKAGES)
 def test_no_module_is_declared_in_vain(package):
     """Of the keys that stand for modules; other packages are programs, plug-ins and messages."""
     used = {key(name) for name in imported(package, "src", "scripts", "root")}

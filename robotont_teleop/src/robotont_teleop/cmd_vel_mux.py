@@ -13,6 +13,7 @@ from std_srvs.srv import Trigger, TriggerResponse
 from robotont_driver.command_stream import refuse
 from robotont_driver.driver_node import PRESSED
 from robotont_driver.node import OK, WARN, Health, Worker
+from robotont_driver.outages import OutageWatch
 from robotont_driver.parameters import Parameter
 from robotont_teleop.arbitration import STOP, Arbiter, Input
 from robotont_teleop.node import run_node, twist_message
@@ -58,9 +59,11 @@ class CmdVelMux:
         self._tell_driver()
         Worker(self._look)
         rospy.on_shutdown(self._stop)
-        rospy.Subscriber("emergency_stop", Bool, self._on_emergency_stop, queue_size=1, tcp_nodelay=True)
-        for name in INPUTS:
-            rospy.Subscriber("cmd_vel/" + name, Twist, partial(self._on_command, name), queue_size=1, tcp_nodelay=True)
+        emergency_stop = rospy.Subscriber(
+            "emergency_stop", Bool, self._on_emergency_stop, queue_size=1, tcp_nodelay=True)
+        inputs = [rospy.Subscriber("cmd_vel/" + name, Twist, partial(self._on_command, name), queue_size=1,
+                                   tcp_nodelay=True) for name in INPUTS]
+        OutageWatch(newest=inputs, every=[emergency_stop])
         rospy.Service("~give_back", Trigger, self._on_give_back)
         Worker(self._look_for_others)
         Health("robotont", {"who drives": self._report})

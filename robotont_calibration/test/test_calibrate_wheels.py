@@ -9,7 +9,7 @@ import yaml
 from robotont_calibration.calibrate_wheels import main
 from robotont_calibration.recordings import write_csv
 from robotont_calibration.synthetic_runs import TAPE, TRACKED, drives, recorded, true_of
-from robotont_driver.wheel_file import with_values
+from robotont_calibration.wheel_file_writer import with_values
 from robotont_testing.robots import SHIPPED, WHEEL_PARAMS
 from robotont_testing.simulated_wheels import PERIOD
 

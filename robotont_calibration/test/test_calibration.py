@@ -5,6 +5,7 @@ import math
 import numpy as np
 import pytest
 
+from robotont_calibration import calibration
 from robotont_calibration.calibration import (
     Unknowns,
     calibrate,
@@ -111,14 +112,14 @@ def test_stated_uncertainties_are_the_ones_that_there_are(make, point):
 
 
 def test_a_point_off_the_middle_and_doubled_noise():
-    """UMBmark's systematic error is cut by 98 %, and the point found within 2 mm."""
+    """UMBmark's systematic error is cut by 96 %: thirty such noisy runs tell no more. The point within 2 mm."""
     true = true_of(SHIPPED, 1.02, 0.97, [(1, 1.5)])
     found = calibrate(SHIPPED, tracked_runs(true, 7, DOUBLED, MARKER, times=5), Unknowns(SHIPPED, point="free"), 0.003)
     before, after = umbmark(SHIPPED, true, 0.0), umbmark(found.parameters, true, 0.0)
     off = math.hypot(*np.subtract(found.point, MARKER))
     print(f"UMBmark {1000 * before:.0f} mm before, {1000 * after:.0f} mm after; point {1000 * off:.1f} mm off, "
           f"stated {1000 * found.deviations[-2:]} mm")
-    assert after < 0.02 * before
+    assert after < 0.04 * before
     assert off < 0.002
 
 
@@ -132,6 +133,17 @@ def test_a_point_that_is_kept_where_it_is_not_bends_the_parameters():
     assert worst[1] > 3 * worst[0]
     assert given.point == MARKER
     assert "point x" not in given.names
+
+
+def test_derivatives_are_those_of_differences():
+    unknowns, runs = Unknowns(SHIPPED, "each", point="free"), tracked_runs(SHIPPED, 3, DOUBLED, MARKER)[:3]
+    whiten = [np.broadcast_to(np.eye(3), (len(run.stretches), 3, 3)) for run in runs]
+    values = 0.01 * np.random.default_rng(0).standard_normal(len(unknowns.names))
+    steps = 1e-6 * np.eye(len(values))
+    differences = np.column_stack([
+        (calibration._residuals(runs, unknowns, whiten, values + step)
+         - calibration._residuals(runs, unknowns, whiten, values - step)) / 2e-6 for step in steps])
+    np.testing.assert_allclose(calibration._slopes(runs, unknowns, whiten, values), differences, atol=1e-4)
 
 
 def test_an_outlying_run_loses_its_weight():

@@ -107,7 +107,7 @@ class Pc:
             assert crc16(line[:-4]) == int(line[-4:], 16), line
             counts, fields = line.split(b";")
             fields = fields.split(b":")
-            found.append((moment, list(map(int, counts.split(b":"))), int(fields[0], 16), fields[1:-1]))
+            found.append((moment, list(map(int, counts.split(b":"))), int(fields[0], 16), fields[1:-2]))
         return found
 
 

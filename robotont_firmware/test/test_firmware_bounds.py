@@ -96,6 +96,7 @@ def watched(monkeypatch):
         source = (SRC / "robotont_firmware" / (name + ".py")).read_text()
         setattr(modules, name, instrument(source, name, watch, "robotont_firmware"))
     modules.config = __import__("robotont_firmware.config").config
+    modules.bounds = __import__("robotont_firmware.bounds").bounds
     yield watch, modules
     for name in [name for name in sys.modules if name.split(".")[0] == "robotont_firmware"]:
         del sys.modules[name]
@@ -136,8 +137,7 @@ def test_packets_stay_in_bounds(watched):
         receiver.feed(data, len(data))
     sender = modules.protocol.Sender(3)
     for value in (-32768, 32767):
-        sender.pack(255, [value] * 3, [65535] * 3)
-    sender.notice(b"# dropped ", BOUND - 1)
+        sender.pack(255, [value] * 3, [65535] * 3, [255] * 6)
     assert watch.largest > 1 << 26  # the fraction's rounding was reached
 
 
@@ -179,9 +179,15 @@ def test_control_stays_in_bounds(watched, extreme):
     assert watch.largest > 1 << 27
 
 
-def test_the_loop_stays_in_bounds(watched):
+@pytest.mark.parametrize("extreme", [False, True])
+def test_the_loop_stays_in_bounds(watched, extreme):
     watch, modules = watched
-    from dual_tools import checked
+    from dual_tools import Config, checked
+
+    # at the limits that robotont_firmware.bounds sets; test_firmware_qemu.py has every number at its own
+    edges = {"MAX_SPEED": 262, "MAX_ACCELERATION": 31, "FOLLOW": 256, "P_GAIN": 6335} if extreme else {}
+    config = Config(**edges)
+    modules.bounds.check(config)
 
     rng = random.Random(3)
 
@@ -193,7 +199,7 @@ def test_the_loop_stays_in_bounds(watched):
                 totals[wheel] = rng.choice((0, 0x7FFF, 0x8000, 0xFFFF))
 
         def drive(self, wheel, effort):
-            assert abs(effort) <= modules.config.MAX_EFFORT
+            assert abs(effort) <= config.MAX_EFFORT
 
         def fault(self, wheel):
             return rng.random() < 0.01
@@ -208,7 +214,7 @@ def test_the_loop_stays_in_bounds(watched):
         def write(self, buffer, size):
             pass
 
-    controller = modules.controller.Controller(WildBoard(), modules.config)
+    controller = modules.controller.Controller(WildBoard(), config)
     controller.start()
     for _ in range(1000):
         controller.step(rng.choice((1, 1, 2, 0xFFFF)))

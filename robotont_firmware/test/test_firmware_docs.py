@@ -1,7 +1,9 @@
-"""The wiring table of docs/firmware.md is the wiring of config.py; its example lines are the firmware's."""
+"""The wiring table of docs/firmware.md is the wiring of the profile; its example lines are the firmware's."""
 
-import importlib.util
+import importlib
 import re
+import runpy
+import sys
 
 from firmware_pty import checked
 from firmware_tools import PACKAGE, ROOT, SRC
@@ -15,10 +17,11 @@ ROWS = [
 
 
 def config():
-    spec = importlib.util.spec_from_file_location("config", str(SRC / "robotont_firmware" / "config.py"))
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
+    sys.path.insert(0, str(SRC))
+    try:
+        return importlib.import_module("robotont_firmware.config")
+    finally:
+        sys.path.remove(str(SRC))
 
 
 def test_wiring_table():
@@ -26,12 +29,12 @@ def test_wiring_table():
     expected = set()
     for motor in range(wiring.WHEELS):
         pin_a, pin_b, timer, function = wiring.ENCODERS[motor]
-        pwm, channel = wiring.PWM[motor]
+        pwm, pwm_timer, channel, pwm_function = wiring.PWM[motor]
         forward, backward = wiring.DIRECTIONS[motor]
         expected |= {
             (str(motor), "encoder A", pin_a, f"TIM{timer} channel 1", f"AF{function}"),
             (str(motor), "encoder B", pin_b, f"TIM{timer} channel 2", f"AF{function}"),
-            (str(motor), "PWM", pwm, f"TIM{wiring.PWM_TIMER} channel {channel}", "AF3"),
+            (str(motor), "PWM", pwm, f"TIM{pwm_timer} channel {channel}", f"AF{pwm_function}"),
             (str(motor), "forward", forward, "", ""),
             (str(motor), "backward", backward, "", ""),
             (str(motor), "fault", wiring.FAULTS[motor], "", ""),
@@ -39,6 +42,20 @@ def test_wiring_table():
     assert {(row[0], row[1], row[2], row[4], row[5]) for row in ROWS} == expected
     pins = [row[2] for row in ROWS]
     assert len(set(pins)) == len(pins), "a pin is used twice"
+
+
+def test_moved_wires():
+    moved = re.findall(r"^\| M(\d) \(\d+°\) \| ([AB]) \| (\w+) \| (\w+) \|$", TEXT, flags=re.MULTILINE)
+    assert len(moved) == 4
+    wiring = runpy.run_path(str(SRC / "robotont_firmware" / "wiring_robotont21.py"))
+    for motor, channel, _, pin in moved:
+        assert wiring["ENCODERS"][int(motor)]["AB".index(channel)] == pin
+
+
+def test_question():
+    line = checked("?").decode().strip()
+    assert f"`{line}`" in TEXT
+    assert line in (PACKAGE / "scripts" / "flash").read_text()
 
 
 def test_repl_line():

@@ -7,10 +7,10 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any, Dict, NamedTuple
 
+import rospkg
 from roslaunch import substitution_args
 from roslaunch.config import load_config_default
 
-from robotont_bringup.require import missing
 from robotont_testing import places
 
 PACKAGE = Path(__file__).resolve().parents[1]
@@ -19,6 +19,12 @@ NAVIGATION = ROOT / "config" / "navigation"
 NAVIGATION_PACKAGES = ("move_base", "map_server", "dwa_local_planner", "navfn", "clear_costmap_recovery",
                        "rotate_recovery", "amcl", "fake_localization")
 SLAM_PACKAGES = ("gmapping", "depthimage_to_laserscan")
+
+
+def missing(packages):
+    """Those of the ROS packages that are not installed."""
+    known = rospkg.RosPack().list()
+    return [package for package in packages if package not in known]
 
 
 def lacking(*packages):

@@ -61,6 +61,7 @@ class WebTeleopTest(NodeTest):
 
     def setUp(self):
         super().setUp()
+        self.addCleanup(self.proxy.flow)
         rospy.set_param("/web_teleop_node/port", self.port)
         self.log = self.processes.folder / "web.log"
         self.server = self.start_server()
@@ -91,27 +92,26 @@ class WebTeleopTest(NodeTest):
         self.assertLess(max(moving, default=0.0), STOPS_IN, what)
         print(f"stands {max(moving, default=0.0):.2f} s after {what}", flush=True)
 
-    def drive_on(self, page, right=0.2, up=0.6, turn=0.4):
-        """Both thumbs on the sticks, until the robot drives; let go and take them again when the page asks for it."""
+    def drive_on(self, page, right=0.2, up=0.6, turn=0.4, until=None):
+        """Both thumbs on the sticks until it drives, or `until`; let go and take them again when the page says so."""
         def drives():
             if "Let go" in page.text("#message"):
                 page.lift()
             if not page.touched:
                 page.finger(1, "#move", right, up)
                 page.finger(2, "#turn", turn)
-            return self.speed() > 0.1
+            return until() if until else self.speed() > 0.1
         wait_for(drives, "motion", period=0.05)
 
     def test_both_sticks_at_once_move_the_robot_as_commanded(self):
         page = self.open()
         page.run("document.getElementById('cap').value = 80")
-        self.drive_on(page, 0.35, 0.35, -0.4)
-        wait_for(lambda: self.commands[-1][1][2] > 0.3, "the turn's command")
-        wanted = self.commands[-1][1]
-        self.assertGreater(wanted[0], 0.1)
-        self.assertLess(wanted[1], -0.1)
-        wait_for(lambda: all(abs(real - want) < 0.03 + 0.1 * abs(want) for real, want in
-                             zip(self.truth[-1][1], wanted)), "the commanded motion")
+
+        def as_commanded():
+            wanted, real = self.commands[-1][1], self.truth[-1][1]
+            return wanted[0] > 0.1 and wanted[1] < -0.1 and wanted[2] > 0.3 and all(
+                abs(one - other) < 0.03 + 0.1 * abs(other) for one, other in zip(real, wanted))
+        self.drive_on(page, 0.35, 0.35, -0.4, until=as_commanded)
         self.assertEqual(page.text("#driver"), "You drive")
         page.screenshot(self.processes.folder / "driving.png")
         self.stops_after(page.lift, "letting go")
@@ -144,7 +144,7 @@ class WebTeleopTest(NodeTest):
             positions = itertools.cycle((0.1, 0.2, 0.3, 0.4))
             while time.monotonic() < end:  # the thumb goes on, so that every command is another one
                 page.finger(1, "#move", next(positions), 0.5)
-                self.assertLess(self.speed(), STANDS)
+                self.assertLess(self.speed(), 2 * STANDS)  # it may still swing a little
             seen = len(self.hand)
             self.proxy.flow()
             wait_for(lambda page=page: page.run("performance.now()") and not page.run(
@@ -228,13 +228,14 @@ class WebTeleopTest(NodeTest):
             time.sleep(0.01)
         page.lift()
         wait_for(lambda: not any(self.commands[-1][1]), "the stop")
-        sent = {}
+        sent = {}  # times [s] at which the page sent a command; it repeats commands
         for at, text in page.run("window.sent"):
             message = json.loads(text)
             if message["kind"] == "drive":
-                sent.setdefault((message["x"], message["y"], message["turn"]), at / 1000.0)
-        delays = sorted(at - sent[command] for at, command in self.commands[seen:]
-                        if command in sent and at - sent[command] < 1.0)
+                sent.setdefault((message["x"], message["y"], message["turn"]), []).append(at / 1000.0)
+        delays = sorted(at - max(before) for at, before in (
+            (at, [time for time in sent.get(command, ()) if time <= at]) for at, command in self.commands[seen:])
+            if before)
         self.assertGreater(len(delays), 50)
         p50, p99 = delays[len(delays) // 2], delays[int(len(delays) * 0.99)]
         print(f"from the page to cmd_vel: p50 {1000 * p50:.1f} ms, p99 {1000 * p99:.1f} ms", flush=True)

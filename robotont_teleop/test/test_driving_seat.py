@@ -4,7 +4,7 @@ import json
 import math
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from robotont_teleop.driving_seat import DrivingSeat, MessageRate
@@ -62,6 +62,12 @@ def test_silence_stops_and_the_sticks_must_be_let_go(seat):
     assert seat.hands_off
     assert seat.command("one", 10.5, STOP, 10.5) == STOP
     assert seat.command("one", 10.6, FORWARD, 10.6) == FORWARD
+
+
+def test_the_dead_mans_time_counts_from_what_the_page_has_seen(seat):
+    seat.command("one", 10.0, FORWARD, 10.19)  # the way to the page stalls: it goes on with the last time it has
+    assert seat.time_left(10.19) == pytest.approx(0.11)
+    assert seat.look(10.301) == STOP
 
 
 def test_a_page_that_closes_stops(seat):
@@ -127,6 +133,7 @@ def test_messages_that_are_refused(text):
         read_message(text)
 
 
+@settings(max_examples=50, deadline=None)
 @given(st.one_of(st.text(), st.recursive(
     st.none() | st.booleans() | st.floats() | st.integers() | st.text(),
     lambda inner: st.lists(inner, max_size=2) | st.dictionaries(

@@ -5,7 +5,7 @@ import {chosenLanguage, setLanguage, text} from "./texts.js";
 import {View} from "./view.js";
 
 const REPEAT = 40;      // [ms] between two commands while the hands hold something
-const SOONEST = 8;      // [ms] between two commands when they move
+const SOONEST = 16;     // [ms] between two commands when they move
 const HOLD = 1000;      // [ms] that the release of the emergency stop takes
 const NOTE = 6000;      // [ms] that the robot's answers are shown
 const $ = (id) => document.getElementById(id);
@@ -62,6 +62,9 @@ function command() {
     return;
   }
   moving = !hands.still;
+  if (moving && (link.stalled || (drives() && state.hands_off))) {
+    return; // the server would drop it; in a stall it would only queue up
+  }
   const cap = $("cap").value / 100;
   const {ahead, left, turn} = hands.position;
   sentAt = performance.now();

@@ -1,17 +1,13 @@
-"""Ends a launch file with one clear line where ROS packages are missing.
+"""Checks for a launch file that the ROS packages it starts are there, before anything is started.
 
-A launch file calls it in the first of its tags, `<param command="...">`, before anything is started. roslaunch itself
-cannot end with words of one's own: a missing package behind $(find ...) prints all folders of ROS_PACKAGE_PATH, an
-exception comes with the XML around it, a node with pkg="..." is only left out, and a required node ends roslaunch
-with status 0. So this program prints the line and ends the roslaunch that asked, which has started nothing yet.
-Whoever reads launch files in another way (rostest, roslaunch's Python API) gets its exception.
+A launch file calls it in its first tag, `<param name="..." command="$(find robotont_bringup)/require ..."/>`. Where
+packages are missing it prints one line that says which and how to get them, and exits with 1; roslaunch then ends with
+an error of its own, which names the command. Without it roslaunch leaves out a node whose package is missing and goes
+on, or prints all folders of ROS_PACKAGE_PATH.
 """
 
 import argparse
-import os
-import signal
 import sys
-from pathlib import Path
 
 import rospkg
 
@@ -22,39 +18,23 @@ def missing(packages, paths=None):
     return [package for package in packages if package not in known]
 
 
-def words(launch_file, packages, debian_package):
+def words(launch_file, packages, debian_package=None):
     """One line that says which packages a launch file lacks, and how to get them."""
     several = len(packages) > 1
+    remedy = f"sudo apt-get install {debian_package} (ROS Noetic; Debian itself has none)" if debian_package else \
+        f"build {'them' if several else 'it'} in this workspace"
     return (f"{launch_file} needs the ROS package{'s' if several else ''} {', '.join(packages)}, "
-            f"which {'are' if several else 'is'} missing: sudo apt-get install {debian_package} "
-            "(ROS Noetic; Debian itself has none)")
-
-
-def is_roslaunch(command_line):
-    """Whether a process' command line (a list of words) is that of the command roslaunch."""
-    return any(Path(word).name == "roslaunch" for word in command_line[:2])
-
-
-def command_line_of(process):
-    """Words of a process' command line; none when it has ended."""
-    try:
-        return [os.fsdecode(word) for word in Path(f"/proc/{process}/cmdline").read_bytes().split(b"\0")]
-    except OSError:
-        return []
+            f"which {'are' if several else 'is'} missing: {remedy}")
 
 
 def main():
-    """Print "true" when all packages are there; else the line, end a calling roslaunch, and exit with 1."""
+    """Print "true" when all packages are there; else the line on stderr, and exit with 1."""
     parser = argparse.ArgumentParser(description="Check that ROS packages are there; used by launch files.")
     parser.add_argument("launch_file", help="who asks")
-    parser.add_argument("debian_package", help="what installs them")
+    parser.add_argument("--debian", metavar="PACKAGE", help="what installs them; without: packages of this repository")
     parser.add_argument("packages", nargs="+", help="ROS packages")
     options = parser.parse_args()
     lacking = missing(options.packages)
-    if not lacking:
-        print("true")
-        return
-    print(words(options.launch_file, lacking, options.debian_package), file=sys.stderr, flush=True)
-    if is_roslaunch(command_line_of(os.getppid())):
-        os.kill(os.getppid(), signal.SIGTERM)
-    sys.exit(1)
+    if lacking:
+        sys.exit(words(options.launch_file, lacking, options.debian))
+    print("true")

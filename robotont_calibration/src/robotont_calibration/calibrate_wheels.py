@@ -11,7 +11,8 @@ from robotont_calibration.calibration import Unknowns, calibrate, taped_run, tra
 from robotont_calibration.calibration_report import draw, table
 from robotont_calibration.cross_validation import WORTH, left_out, next_run
 from robotont_calibration.recordings import FORMATS, read_recording
-from robotont_driver.wheel_file import read_wheel_file, with_values
+from robotont_calibration.wheel_file_writer import with_values
+from robotont_driver.wheel_file import read_wheel_file
 
 TRACKED = (0.002, math.radians(0.2))  # [m], [rad] what a ground truth's poses, and their stamps, may be off
 TAPED = (0.003, math.radians(0.7))    # [m], [rad] what a tape and a ruler on the floor may be off

@@ -17,6 +17,7 @@ import numpy as np
 
 from robotont_calibration.trajectory import Trajectory
 from robotont_driver.odometry import LONGEST_HOLD, Pose, WheelOdometry
+from robotont_driver.packet_clock import SECOND, PacketClock
 from robotont_driver.parameters import shown
 from robotont_driver.protocol import LONGEST_LINE, PacketError, parse_packet
 from robotont_driver.se2 import yaw_of
@@ -45,6 +46,7 @@ class Recording:
         self.odometry = []   # (x, y, yaw) that odom_node published
         self.truth = []      # (x, y, yaw) of a ground truth
         self.packets = []    # counts
+        self.stamped = False  # whether the packets' times are when they were made, not when they came
         self.commands = []   # (v_x, v_y, omega) of cmd_vel
         self.refused = 0     # malformed packets
 
@@ -89,8 +91,13 @@ class Recording:
         return np.array([time for time, _ in self.packets]), np.array([counts for _, counts in self.packets])
 
     def recomputed(self, kinematics):
-        """`Trajectory` of the odometry that these packets make with other parameters, from the origin."""
+        """`Trajectory` of the odometry that these packets make with other parameters, from the origin.
+
+        At the stamps that odom_node would give them, not those of the packets' arrival.
+        """
         times, counts = self.counts(kinematics.wheels)
+        if not self.stamped:
+            times = stamps_of(times, 1.0 / kinematics.wheels.pid_frequency)
         odometry = WheelOdometry(kinematics, 1.0 / kinematics.wheels.pid_frequency, NOISE)
         poses = []
         for packet in counts.tolist():
@@ -120,6 +127,12 @@ class Recording:
                 times.append(following - 1e-6)
                 poses.append(poses[-1])
         return Trajectory(times, poses)
+
+
+def stamps_of(arrivals, period):
+    """[s] when packets of a `period` [s] were made that came at `arrivals` [s], as odom_node stamps them."""
+    clock = PacketClock(period)
+    return np.array([clock.stamp(at, at) for at in (round(arrival * SECOND) for arrival in arrivals.tolist())]) / SECOND
 
 
 def read_recording(path, topics, form="auto"):
@@ -168,6 +181,7 @@ def _read_bag(path, topics):
 
 def _read_csv(path):
     recording = Recording()
+    recording.stamped = True
     try:
         with open(str(path), newline="", encoding="utf-8") as file:
             lines = [(number, line) for number, line in enumerate(file, 1) if line.strip() and not line.startswith("#")]
@@ -202,6 +216,7 @@ def _split(path, number, line):
 def _read_optiodom(path):
     """`Recording` of lines without a heading: time [s], x [m], y [m], yaw [rad], counts [edges] of each wheel."""
     recording = Recording()
+    recording.stamped = True
     with open(str(path), newline="", encoding="utf-8-sig") as file:
         for number, line in enumerate(file, 1):
             row = _split(path, number, line)

@@ -38,12 +38,12 @@ def robot_radius(wheels):
 
 
 def upper_plate_radius(wheels):
-    """Radius of the plate [m]."""
+    """[m] of the plate above the wheels."""
     return max(sizes()["plate_radius"], min(wheels.distances))
 
 
 def lower_plate_radius(wheels):
-    """Radius of the plate [m]."""
+    """[m] of the plate between the wheels."""
     free = min(wheels.distances) - wheel_width(max(wheels.radii)) / 2 - sizes()["beside_wheels"]
     return max(sizes()["smallest_plate"], free)
 

@@ -8,11 +8,13 @@ import rospy
 import tf2_ros
 from geometry_msgs.msg import TransformStamped
 from nav_msgs.msg import Odometry
-from sensor_msgs.msg import Imu, JointState
+from sensor_msgs.msg import JointState
 from std_msgs.msg import String
 from std_srvs.srv import Trigger, TriggerResponse
 
-from robotont_driver.gyro import LEARNING, SETTLING, Gyro, GyroFusion, up_in
+from robotont_driver.clocks import read_clocks
+from robotont_driver.gyro import Gyro, GyroFusion
+from robotont_driver.imu_input import ImuInput
 from robotont_driver.kinematics import Kinematics
 from robotont_driver.node import OK, WARN, Health, Rate, robot_name, run_node
 from robotont_driver.odometry import WheelOdometry
@@ -32,7 +34,6 @@ COMMAND_AGE = 0.5
 
 BURST = 200  # messages that may wait: serial_com_node publishes repaired packets, and a board bursts, all at once
 RECENTLY = 10 * 1_000_000_000  # [ns] for which the diagnostics warn of a clock that was set
-LONGEST_READING = 1_000_000    # [ns] that reading two clocks may take; longer, and something came between
 
 PARAMETERS = (
     Parameter("odom_frame", "odom", "frame of the pose", official="odom/frame"),
@@ -262,89 +263,6 @@ class OdomNode:
         if self._wheels.amount > 3 or self._gyro:
             return ""
         return "; with 3 wheels only command and measurement can be compared, and the odometry goes on with all"
-
-
-class ImuInput:
-    """Takes the rates of a gyro to a `GyroFusion`, once TF has said how it stands on the robot."""
-
-    def __init__(self, topic, base_frame, fusion, lock):
-        self._topic, self._base_frame, self._fusion, self._lock = topic, base_frame, fusion, lock
-        self._frame = self._up = None
-        self._buffer = self._listener = None
-        self._looked = 0.0     # [s] when TF was asked last
-        self._trouble = ""     # why TF does not say
-        self._samples = 0
-        self._refused = 0
-        self._rate = Rate()
-        rospy.Subscriber(topic, Imu, self._on_imu, queue_size=100, tcp_nodelay=True)
-
-    def _on_imu(self, message):
-        if message.header.frame_id != self._frame or self._up is None:
-            self._find(message.header.frame_id)
-        self._samples += 1
-        if self._up is None:
-            return
-        rates = message.angular_velocity
-        with self._lock:
-            good = self._fusion.add(message.header.stamp.to_nsec(), (rates.x, rates.y, rates.z), self._up)
-        self._refused += not good
-
-    def _find(self, frame):
-        """Look for the direction upwards in the gyro's frame, once a second until TF says it."""
-        if frame == self._base_frame:
-            self._frame, self._up = frame, (0.0, 0.0, 1.0)
-            return
-        if frame == self._frame and time.monotonic() - self._looked < 1.0:
-            return
-        self._frame, self._up, self._looked = frame, None, time.monotonic()
-        if self._buffer is None:
-            self._buffer = tf2_ros.Buffer()
-            self._listener = tf2_ros.TransformListener(self._buffer)
-        try:
-            rotation = self._buffer.lookup_transform(self._base_frame, frame, rospy.Time(0)).transform.rotation
-        except tf2_ros.TransformException as error:
-            self._trouble = str(error)
-            return
-        self._up = up_in(rotation.x, rotation.y, rotation.z, rotation.w)
-        self._listener.unregister()  # it stands where it stands; listening to all of /tf costs much
-        self._buffer = self._listener = None
-
-    def report(self):
-        """The gyro's task of the diagnostics."""
-        fusion, gyro = self._fusion, self._fusion.gyro
-        with self._lock:
-            rate = self._rate.look(self._samples, time.monotonic())
-            values = {
-                "samples per second": f"{rate:.1f}",
-                "samples refused": self._refused,
-                "gaps": fusion.integral.gaps,
-                "bias": f"{math.degrees(gyro.bias):+.4f} deg/s, uncertain by "
-                        f"{math.degrees(math.sqrt(gyro.bias_variance)):.4f} deg/s",
-                "turned": f"{math.degrees(fusion.turned):.2f} deg",
-                "packets with its turn": fusion.used,
-                "packets without": fusion.missing,
-                "times that wheels and gyro disagreed": fusion.watch.alarms if fusion.watch else "not watched",
-            }
-        if rate == 0.0:
-            return WARN, f"no samples on {self._topic}: the heading comes from the wheels alone", values
-        if self._up is None:
-            return WARN, (f"TF does not say how {self._frame!r} stands on {self._base_frame}: {self._trouble}; "
-                          "publish it, e.g. with static_transform_publisher"), values
-        if not gyro.ready:
-            return OK, f"let the robot stand for {SETTLING + LEARNING:g} s: the bias is learnt then", values
-        return OK, "takes part in the heading", values
-
-
-def read_clocks():
-    """(steady clock, ROS time) [ns] of one instant; simulated time is both."""
-    if not rospy.rostime.is_wallclock():
-        now = rospy.Time.now().to_nsec()
-        return now, now
-    while True:
-        steady = time.monotonic_ns()
-        now = rospy.Time.now().to_nsec()
-        if time.monotonic_ns() - steady < LONGEST_READING:
-            return steady, now
 
 
 def joint_names(given, wheels):

@@ -13,8 +13,9 @@ from robotont_firmware.protocol import crc16
 
 TUNED = (
     "MAX_SPEED", "MAX_ACCELERATION", "FULL_EFFORT", "MAX_EFFORT", "MAX_TORQUE", "CONTINUOUS_TORQUE", "OVERLOAD_TIME",
-    "MAX_INTEGRAL", "BLOCKED_INTEGRAL", "BLIND_TIME", "BLIND_EDGES", "STATIC", "SPEED_GAIN", "P_GAIN", "I_GAIN", "D_GAIN",
-    "BRAKE_GAIN", "FOLLOW", "LEAD", "STANDSTILL", "BATTERY", "BATTERY_LOW", "TIMEOUT", "BRAKING", "FAULT_HOLD",
+    "MAX_INTEGRAL", "BLOCKED_INTEGRAL", "BLIND_TIME", "BLIND_EDGES", "STATIC", "SPEED_GAIN", "P_GAIN", "I_GAIN",
+    "D_GAIN", "BRAKE_GAIN", "FOLLOW", "LEAD", "STANDSTILL", "BATTERY", "BATTERY_LOW", "TIMEOUT", "BRAKING",
+    "FAULT_HOLD",
 )  # fmt: skip
 
 
@@ -55,8 +56,10 @@ def command(values):
 
 
 LINES = [
-    command(values)
-    for values in (("0", "0", "0"), ("999.999", "-999.999", "999.999"), ("-999.999", "999.999", "0.004"), ("3", "-3", "0"))
+    command(["0", "0", "0"]),
+    command(["999.999", "-999.999", "999.999"]),
+    command(["-999.999", "999.999", "0.004"]),
+    command(["3", "-3", "0"]),
 ]
 JUMPS = (0, 150, 0xFF00, 0x7FFF, 0x8000, 400, 0xFE70, 1)
 

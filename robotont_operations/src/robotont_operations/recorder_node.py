@@ -6,7 +6,7 @@ import time
 
 import rospy
 
-from robotont_driver.node import ERROR, OK, WARN, Health, Worker
+from robotont_driver.node import ERROR, OK, WARN, Health, Worker, robot_name
 from robotont_driver.parameters import Parameter, ParameterError, read_parameters
 from robotont_operations.black_box import BlackBox, Record
 
@@ -42,7 +42,7 @@ class RecorderNode:
             rospy.Subscriber(topic, rospy.AnyMsg, self._on_message, rospy.resolve_name(topic), tcp_nodelay=True)
         rospy.on_shutdown(self._write)
         Worker(self._work)
-        Health("robotont", {"black box": self._report})
+        Health(robot_name(), {"black box": self._report})
         rospy.loginfo("recording to %s", self._box.folder)
 
     def _on_message(self, message, topic):

@@ -2,7 +2,6 @@
 
 import math
 import threading
-import time
 
 import numpy as np
 import rospy
@@ -12,6 +11,7 @@ from sensor_msgs.msg import Imu, LaserScan
 from std_msgs.msg import Float32, Float32MultiArray, Int8MultiArray
 from std_srvs.srv import SetBool, SetBoolResponse, Trigger, TriggerResponse
 
+from robotont_driver.clocks import read_clocks
 from robotont_driver.node import OK, WARN, Health, run_node
 from robotont_driver.parameters import Parameter
 from robotont_simulator.official_firmware import FIRMWARES, OfficialFirmware, make_simulation
@@ -19,8 +19,6 @@ from robotont_simulator.port import Port, PortError
 from robotont_simulator.simulated_board import SimulatedBoard, SimulatedFirmware
 from robotont_simulator.simulation import GOOD, REVERSED, UNPLUGGED, Simulation
 from robotont_simulator.world import World, WorldError, read_world
-
-LONGEST_READING = 1e-3  # [s] that reading two clocks may take; longer, and something came between
 
 PARAMETERS = (
     Parameter("port", "/tmp/robotont", "name under which the board's serial port appears"),
@@ -164,10 +162,8 @@ class SimulatorNode:
         """When the board's newest period was over, which is a little before now; where time is simulated, now."""
         if not rospy.rostime.is_wallclock():
             return rospy.Time.now()
-        while True:
-            steady, now = time.monotonic(), rospy.Time.now()
-            if time.monotonic() - steady < LONGEST_READING:
-                return now - rospy.Duration.from_sec(max(0.0, steady - self._board.due))
+        steady, now = read_clocks()
+        return rospy.Time(nsecs=now - max(0, steady - round(1e9 * self._board.due)))
 
     def _publish_truth(self, stamp):
         truth = self._truth

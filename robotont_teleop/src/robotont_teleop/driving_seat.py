@@ -16,9 +16,9 @@ class DrivingSeat:
     def __init__(self, speeds, oldest, dead_man):
         self._speeds = speeds      # Speeds that no command exceeds
         self._oldest = oldest      # [s] an older command is dropped
-        self._dead_man = dead_man  # [s] without a command the robot stops
+        self._dead_man = dead_man  # [s] after the server time that its newest command has seen the robot stops
         self.driver = None         # the page that drives
-        self._moving_since = None  # [s] time of the newest command with motion, None when at rest
+        self._moving_since = None  # [s] server time that the newest command with motion has seen, None when at rest
         self._hands_off = False    # whether the sticks must be let go before they drive again
         self.dropped = 0           # commands that came too late
         self.foreign = 0           # commands of pages that do not drive
@@ -64,7 +64,7 @@ class DrivingSeat:
             return STOP
         if self._hands_off:
             return None
-        self._moving_since = now
+        self._moving_since = seen  # not when it came: a stall of either way counts from its first moment
         return self._speeds.within(twist)
 
     def stop(self):

@@ -1,0 +1,152 @@
+"""Installed into an empty prefix, and out of reach of the source tree, everything starts."""
+
+import os
+import signal
+import subprocess
+from pathlib import Path
+
+import pytest
+
+from robotont_testing.harness import free_port, wait_for
+
+ROOT = Path(__file__).resolve().parents[2]
+NEEDS_THE_STACK = {"navigation.launch": "move_base", "slam.launch": "gmapping",
+                   "camera_scan.launch": "depthimage_to_laserscan",
+                   "robot_localization.launch": "robot_localization"}
+TOOLS = {"robotont_calibration": ["calibrate_wheels", "odometry_report"],
+         "robotont_demo": ["demo"],
+         "robotont_description": ["describe", "robot_radius"],
+         "robotont_firmware": ["flash"],
+         "robotont_navigation": ["goto"],
+         "robotont_simulator": ["fast_drive", "make_map", "show_model"]}
+BOARD = """
+import sys, time
+from robotont_testing.stand_in_board import Board
+with Board(sys.argv[1]):
+    time.sleep(300)
+"""
+PARSE = """
+import sys
+from roslaunch.config import load_config_default
+for file in sys.argv[1:]:
+    try:
+        nodes = load_config_default([file], None).nodes
+        print(file, 'nodes', *(node.namespace + node.name for node in nodes), flush=True)
+    except Exception as error:
+        print(file, type(error).__name__, str(error).splitlines()[0], flush=True)
+"""
+
+
+@pytest.fixture(scope="module")
+def prefix(tmp_path_factory):
+    """The whole repository, installed as `catkin_make install` does it, without tests."""
+    folder = tmp_path_factory.mktemp("installed")
+    options = {"CMAKE_INSTALL_PREFIX": folder / "prefix", "CATKIN_DEVEL_PREFIX": folder / "devel",
+               "CATKIN_ENABLE_TESTING": "OFF", "PYTHON_EXECUTABLE": "/usr/bin/python3"}
+    environment = {name: value for name, value in os.environ.items() if name != "CMAKE_PREFIX_PATH"}
+    opt = next((path for path in ("/opt/ros/noetic", "/opt/ros/one") if Path(path).exists()), None)
+    if opt:
+        environment["CMAKE_PREFIX_PATH"] = opt
+    definitions = [f"-D{key}={value}" for key, value in options.items()]
+    for command in (["cmake", "-S", ROOT, "-B", folder / "build", *definitions],
+                    ["cmake", "--build", folder / "build", "--target", "install"]):
+        done = subprocess.run([str(word) for word in command], env=environment, check=False, text=True,
+                              stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
+        assert done.returncode == 0, done.stdout
+    return folder / "prefix"
+
+
+@pytest.fixture(scope="module")
+def installed(prefix):
+    """The environment of somebody who has sourced the prefix, and whose python has what Debian lacks."""
+    kept = {name: os.environ[name] for name in ("HOME", "TMPDIR", "ROBOTONT_LIFELINE") if name in os.environ}
+    sourced = subprocess.run(["bash", "-c", f". '{prefix}/setup.bash' && env -0"], check=True,
+                             env={**kept, "PATH": "/usr/bin:/bin"}, stdout=subprocess.PIPE, cwd="/").stdout
+    environment = dict(os.fsdecode(setting).split("=", 1) for setting in sourced.split(b"\0") if b"=" in setting)
+    sites = [path for path in os.environ["PYTHONPATH"].split(":") if path.endswith("site-packages")]
+    environment["PYTHONPATH"] = ":".join([environment["PYTHONPATH"], *sites])
+    port = free_port()
+    environment.update(ROS_MASTER_URI=f"http://127.0.0.1:{port}", ROS_IP="127.0.0.1",
+                       ROS_LOG_DIR=str(prefix.parent / "log"))
+    return environment
+
+
+def run(installed, *words, timeout=120.0):
+    """A finished program of the install space, started far from the source tree."""
+    return subprocess.run([str(word) for word in words], env=installed, cwd="/", check=False, text=True,
+                          stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, timeout=timeout)
+
+
+def test_the_source_tree_is_out_of_reach(prefix, installed):
+    for name in ("ROS_PACKAGE_PATH", "PYTHONPATH", "PATH", "CMAKE_PREFIX_PATH", "LD_LIBRARY_PATH"):
+        paths = installed.get(name, "").split(":")
+        assert not [path for path in paths if path.startswith(str(ROOT)) and not path.endswith("site-packages")]
+    for file in prefix.rglob("*"):
+        if file.is_file() and file.suffix != ".pyc":
+            assert os.fsencode(ROOT) not in file.read_bytes(), f"{file} leads back to the source tree"
+    packages = sorted(file.parent.name for file in ROOT.glob("robotont_*/package.xml"))
+    assert sorted(file.parent.name for file in prefix.glob("share/robotont_*/package.xml")) == packages
+
+
+def test_no_file_is_left_out(prefix):
+    """What packages keep outside src/, scripts/ and test/ is all data that something opens."""
+    for package in ROOT.glob("robotont_*/package.xml"):
+        for folder in package.parent.iterdir():
+            if folder.is_dir() and folder.name not in ("src", "test", "scripts", "cmake", "__pycache__"):
+                for file in folder.resolve().rglob("*"):
+                    place = prefix / "share" / package.parent.name / folder.name / file.relative_to(folder.resolve())
+                    assert file.is_dir() or file.suffix == ".pyc" or place.exists(), f"{place} is not installed"
+
+
+def test_every_launch_file_parses(prefix, installed):
+    files = sorted(map(str, (prefix / "share").glob("robotont_*/launch/*.launch")))
+    assert len(files) >= len(list((ROOT / "launch").glob("*.launch")))
+    lines = run(installed, "python3", "-c", PARSE, *files, timeout=300.0).stdout
+    found = dict(line.split(maxsplit=1) for line in lines.splitlines() if line.startswith("/"))
+    packages = run(installed, "rospack", "list-names").stdout.split()
+    for file in files:
+        name = Path(file).name
+        if NEEDS_THE_STACK.get(name, "rospy") in packages:
+            assert found[file].split()[0] == "nodes", lines
+        else:
+            assert found[file].startswith("RLException"), lines
+            assert f"{name} needs the ROS package" in lines
+
+
+def test_every_tool_starts(prefix, installed):
+    for package, names in TOOLS.items():
+        for name in names:
+            result = run(installed, prefix / "lib" / package / name, "-h")
+            assert result.returncode == 0, f"{name}: {result.stdout}"
+            assert "usage:" in result.stdout, name
+    for package in prefix.glob("lib/robotont_*"):
+        for program in package.iterdir():
+            assert os.access(str(program), os.X_OK), program
+
+
+def test_tools_find_the_shipped_configuration(installed):
+    assert "<robot" in run(installed, "rosrun", "robotont_description", "describe").stdout
+    assert float(run(installed, "rosrun", "robotont_description", "robot_radius").stdout) == 0.15
+
+
+@pytest.mark.parametrize("file", ["robot.launch", "simulation.launch"])
+def test_odometry_comes(file, installed, tmp_path):
+    """From robot.launch on a stand-in board, and from simulation.launch."""
+    port = tmp_path / "board"
+    processes = []
+
+    def start(*words):
+        with open(str(tmp_path / f"output{len(processes)}"), "wb") as output:
+            processes.append(subprocess.Popen([str(word) for word in words], env=installed, cwd="/", stdout=output,
+                                              stderr=output, stdin=subprocess.DEVNULL, start_new_session=True))
+    try:
+        if file == "robot.launch":
+            start("python3", "-c", BOARD, port)
+        start("roslaunch", "robotont_bringup", file, f"port:={port}")
+        wait_for(lambda: run(installed, "rostopic", "list").returncode == 0, "the ROS master", 60.0, 0.2)
+        odometry = run(installed, "rostopic", "echo", "-n", "1", "odom/child_frame_id", timeout=60.0)
+        assert "base_link" in odometry.stdout, (tmp_path / f"output{len(processes) - 1}").read_text()
+    finally:
+        for process in reversed(processes):
+            os.killpg(process.pid, signal.SIGINT)
+            process.wait(30.0)

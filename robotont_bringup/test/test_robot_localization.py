@@ -1,0 +1,68 @@
+"""config/robot_localization.yaml and its launch file against what the filter reads; the filter need not be there."""
+
+import re
+from pathlib import Path
+from xml.etree import ElementTree
+
+import pytest
+import yaml
+
+from robotont_testing import places
+
+DATA = Path(__file__).resolve().parent / "data"
+KNOWN = yaml.safe_load((DATA / "robot_localization_parameters.yaml").read_text())
+CONFIG = places.config("robot_localization.yaml")
+GIVEN = yaml.safe_load(CONFIG.read_text())["ekf_odom"]
+STATES = ("x", "y", "z", "roll", "pitch", "yaw", "vx", "vy", "vz", "vroll", "vpitch", "vyaw", "ax", "ay", "az")
+
+
+def launch(file):
+    return ElementTree.parse(str(places.launch(file))).getroot()
+
+
+def unknown(given):
+    """Names that the filter does not read."""
+    def is_known(name):
+        match = re.fullmatch(r"(odom|imu)\d+(_\w+)?", name)
+        return (match.group(2) or "") in KNOWN[match.group(1)] if match else name in KNOWN["filter"]
+    return [name for name in given if not is_known(name)]
+
+
+def taken(sensor):
+    return {state for state, used in zip(STATES, GIVEN[sensor + "_config"]) if used}
+
+
+def test_every_parameter_is_one_that_the_filter_reads():
+    node = launch("robot_localization.launch").find(".//node[@type='ekf_localization_node']")
+    assert node.get("name") in yaml.safe_load(CONFIG.read_text())
+    assert unknown([*GIVEN, *(param.get("name") for param in node.iter("param"))]) == []
+
+
+@pytest.mark.parametrize("name", ["odom0_conf", "two_d", "imu0_remove_gravity", "odom_config", "publish_transform"])
+def test_a_misspelt_name_is_found(name):
+    assert unknown([name]) == [name]
+
+
+def test_what_is_taken_of_each_message():
+    assert taken("odom0") == {"vx", "vy", "vyaw"}  # speeds alone: the pose is their sum
+    assert taken("imu0") == {"vyaw"}
+    assert all(len(GIVEN[sensor + "_config"]) == len(STATES) for sensor in ("odom0", "imu0"))
+
+
+def test_the_process_noise_is_a_covariance():
+    noise = GIVEN["process_noise_covariance"]
+    rows = [noise[15 * row:15 * row + 15] for row in range(15)]
+    assert len(noise) == 15 * 15
+    assert all(isinstance(value, (int, float)) for value in noise)  # 1e-4 without a point would be a string
+    assert all((value > 0) if row == column else value == 0
+               for row, values in enumerate(rows) for column, value in enumerate(values))
+
+
+def test_the_frames_are_those_of_the_driver_and_only_one_publishes_the_transform():
+    assert GIVEN["publish_tf"] is True
+    assert GIVEN["world_frame"] == GIVEN["odom_frame"] == "odom"
+    assert GIVEN["two_d_mode"] is True
+    for file in ("robot.launch", "simulation.launch"):
+        assert launch(file).find("arg[@name='publish_tf']").get("default") == "true"
+    switch = launch("robot.launch").find(".//node[@type='odom_node']/param[@name='publish_tf']")
+    assert (switch.get("unless"), switch.get("value")) == ("$(arg publish_tf)", "false")

@@ -1,0 +1,132 @@
+"""./robotont where it does not stand as it should: another folder's name, rights, half a setup; and its help."""
+
+import os
+import shutil
+import subprocess
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+COMMANDS = ["demo", "sim", "keys", "rviz", "test", "bench", "flash", "pictures", "lint", "shell", "build", "setup"]
+
+
+def clone(folder):
+    """A copy of the script and of what it reads, without git, and nothing built."""
+    folder.mkdir(parents=True)
+    for name in ("robotont", "ruff.toml", "CMakeLists.txt"):
+        shutil.copy(str(ROOT / name), str(folder))
+    for name in ("setup", "launch", "robotont_testing"):
+        shutil.copytree(str(ROOT / name), str(folder / name))
+    return folder
+
+
+def robotont(folder, *arguments, **environment):
+    return subprocess.run([str(folder / "robotont"), *arguments], env={**os.environ, **environment}, check=False,
+                          text=True, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
+                          timeout=120)
+
+
+def functions(folder, script, **environment):
+    """Run bash with the functions of setup/workspace.bash, and with no package manager."""
+    head = (f"set -euo pipefail; ROOT='{folder}'; WORK='{folder}/.build'; fail() {{ echo \"$*\"; exit 1; }}; "
+            f". '{folder}/setup/workspace.bash'; install_packages() {{ :; }}; ")
+    return subprocess.run(["bash", "-c", head + script], env={**os.environ, **environment}, check=False, text=True,
+                          stdout=subprocess.PIPE, stderr=subprocess.STDOUT, timeout=120)
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_every_command_answers_h(command, tmp_path):
+    """Nothing built: without its own help, which would need a setup."""
+    result = robotont(ROOT, command, "-h", ROBOTONT_WORK=str(tmp_path / "nothing"))
+    assert result.returncode == 0
+    assert result.stdout.startswith(f"./robotont {command}: ")
+    assert not (tmp_path / "nothing").exists()
+
+
+def test_an_unknown_command_lists_those_that_there_are():
+    result = robotont(ROOT, "fly")
+    assert result.returncode == 1
+    assert all(f"\n  {command} " in result.stdout for command in COMMANDS)
+    assert "no such command: fly" in result.stdout
+
+
+@pytest.mark.parametrize("name", ["my robot", "a;b", "it's", "a&b", "a:b"])
+def test_a_folder_that_catkin_cannot_work_in_is_refused(name, tmp_path):
+    folder = clone(tmp_path / name)
+    result = robotont(folder, "build")
+    assert result.returncode == 1
+    assert f"  {folder}\n" in result.stdout
+    assert "move the clone to another folder" in result.stdout
+    assert not (folder / ".build").exists()
+
+
+def test_a_clone_that_one_may_only_read_asks_for_another_folder(tmp_path):
+    folder = clone(tmp_path / "clone")
+    (folder / ".build").write_text("a file where the folder would be: root may write everywhere else")
+    result = robotont(folder, "build")
+    assert result.returncode == 1
+    assert f"{folder}/.build cannot be written to" in result.stdout
+    assert "ROBOTONT_WORK=" in result.stdout
+
+
+def test_nobody_else_may_write_what_is_built(tmp_path):
+    folder = clone(tmp_path / "clone")
+    script = f"umask 000; exec '{folder}/robotont' build"
+    (folder / "setup" / "debian.txt").write_text("")
+    (folder / "setup" / "noetic.txt").write_text("")
+    (folder / "setup" / "requirements.txt").write_text("")
+    (folder / "CMakeLists.txt").write_text("cmake_minimum_required(VERSION 3.10)\nproject(none NONE)\n")
+    result = subprocess.run(["bash", "-c", script], check=False, text=True, timeout=120, stdin=subprocess.DEVNULL,
+                            stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
+    assert result.returncode == 0, result.stdout
+    made = [path for path in (folder / ".build").rglob("*") if not path.is_symlink()]
+    assert folder / ".build" / "lock" in made
+    assert not [path for path in made if path.stat().st_mode & 0o022]
+
+
+def test_half_a_virtual_environment_is_made_anew(tmp_path):
+    folder = clone(tmp_path / "clone")
+    (folder / "setup" / "requirements.txt").write_text("")
+    venv = folder / ".build" / "venv"
+    (venv / "bin").mkdir(parents=True)
+    (venv / "bin" / "python").symlink_to("/usr/bin/python3")  # as when it was interrupted before pip came
+    (venv / "pyvenv.cfg").write_text("home = /usr/bin\ninclude-system-site-packages = false\n")
+    result = functions(folder, "install_venv")
+    assert result.returncode == 0, result.stdout
+    assert subprocess.run([str(venv / "bin" / "python"), "-m", "pip", "--version"], check=False,
+                          stdout=subprocess.DEVNULL).returncode == 0
+
+
+def test_an_interrupted_virtual_environment_is_not_taken_for_one(tmp_path):
+    folder = clone(tmp_path / "clone")
+    (folder / ".build" / "venv.new").mkdir(parents=True)
+    (folder / ".build" / "venv.new" / "half").write_text("")
+    (folder / "setup" / "requirements.txt").write_text("")
+    assert functions(folder, "install_venv").returncode == 0
+    assert not (folder / ".build" / "venv" / "half").exists()
+
+
+@pytest.mark.parametrize("how", ["moved", "copied"])
+def test_a_clone_in_another_place_is_built_anew(how, tmp_path):
+    first, second = clone(tmp_path / "first"), tmp_path / "second"
+    prepare = "make_work_folder; forget_another_place"
+    assert functions(first, prepare).stdout == ""
+    for name in ("build", "devel", "venv"):
+        (first / ".build" / name).mkdir()
+        (first / ".build" / name / "of_first").write_text("")
+    assert functions(first, prepare).stdout == ""
+    assert len(list((first / ".build").glob("*/of_first"))) == 3
+    shutil.copytree(str(first), str(second))
+    if how == "moved":
+        shutil.rmtree(str(first))
+    assert f"moved or copied from {first}: built anew" in functions(second, prepare).stdout
+    assert not list((second / ".build").glob("*/of_first"))
+
+
+def test_lint_needs_no_git_and_leaves_what_is_built_alone():
+    text = (ROOT / "robotont").read_text() + (ROOT / "setup" / "workspace.bash").read_text()
+    assert "git " not in text.replace("git-", "")
+    result = subprocess.run([str(Path(os.environ["PYTHONPATH"].split(":")[-1]).parents[2] / "bin" / "ruff"), "check",
+                             "--show-files", str(ROOT)], check=True, text=True, stdout=subprocess.PIPE)
+    assert not [line for line in result.stdout.splitlines() if ".build" in line]

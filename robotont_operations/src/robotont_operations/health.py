@@ -1,0 +1,61 @@
+"""From nodes and diagnostics to the table that ./robotont status shows."""
+
+import re
+from typing import NamedTuple
+
+OK, WARN, ERROR, STALE = 0, 1, 2, 3  # levels of diagnostic_msgs/DiagnosticStatus
+WORDS = ("ok", "warning", "ERROR", "SILENT")
+NODES = ("driver_node", "serial_com_node", "odom_node")  # without which no robot drives
+SUBJECTS = ("who drives", "command stream", "link", "board", "wheel feedback", "black box")  # in the table's order
+
+
+class Row(NamedTuple):
+    """A line of the table."""
+
+    level: int
+    subject: str
+    words: str
+
+
+def table(alive, statuses):
+    """Rows of the table.
+
+    alive: {node name: whether it answers} of all that the master lists; statuses: {name: (level, words, {key: value})}
+    of the newest diagnostics, whose names are "NODE: SUBJECT".
+    """
+    rows = []
+    robots = sorted({re.sub(r"[^/]+$", "", node) for node in alive if node.rpartition("/")[2] in NODES}) or ["/"]
+    for robot in robots:
+        name = robot.strip("/")
+        missing = [node for node in NODES if robot + node not in alive]
+        silent = sorted(node for node, answers in alive.items() if node.startswith(robot) and not answers)
+        faults = [f"{node} is not running" for node in missing] + [f"{node} does not answer" for node in silent]
+        told = [(_subject(full), *status) for full, status in statuses.items()
+                if f"/{full}".startswith(robot) and not _belongs_to_another(full, robot, robots)]
+        label = f"{name}: " if name else ""
+        running = sum(node.startswith(robot) for node in alive)
+        rows.append(Row(ERROR if faults else OK, label + "nodes", "; ".join(faults) or f"{running} running"))
+        board = [values["board"] for subject, _, _, values in told if "board" in values and subject == "link"]
+        if not any(subject == "board" for subject, *_ in told):
+            told += [("board", OK, text, {}) for text in board]
+        order = {subject: place for place, subject in enumerate(SUBJECTS)}
+        for subject, level, words, _ in sorted(told, key=lambda one: (order.get(one[0], len(order)), one[0])):
+            rows.append(Row(level, label + subject, words))
+        for node, subject in (("serial_com_node", "link"), ("driver_node", "command stream"),
+                              ("odom_node", "wheel feedback")):
+            if alive.get(robot + node) and not any(one[0] == subject for one in told):
+                rows.append(Row(STALE, label + subject, f"{node} says nothing on /diagnostics"))
+    return rows
+
+
+def worst(rows):
+    """Exit status: 0 all well, 1 a warning, 2 an error or silence."""
+    return min(max(row.level for row in rows), ERROR)
+
+
+def _subject(full):
+    return full.partition(": ")[2] or full
+
+
+def _belongs_to_another(full, robot, robots):
+    return any(f"/{full}".startswith(other) for other in robots if other != robot and other.startswith(robot))

@@ -1,0 +1,30 @@
+"""Takes secrets out of what is handed to somebody else."""
+
+import re
+
+LEFT_OUT = "(left out)"
+_NAME = r"[\w.-]*(?:password|passwd|passphrase|secret|token|api_?key|private_?key|credential|psk|pin_code)[\w.-]*"
+_SECRET_NAME = re.compile(_NAME, re.IGNORECASE)
+_ASSIGNMENT = re.compile(rf"(?P<name>{_NAME}[\"']?\s*[=:]\s*)(?P<value>\"[^\"]*\"|'[^']*'|[^\s&,;}}\]]+)",
+                         re.IGNORECASE)
+_BEARER = re.compile(r"(?P<name>(?:bearer|basic)\s+)[\w.~+/=-]{8,}", re.IGNORECASE)
+_LOGIN = re.compile(r"(?P<name>\w+://[^\s/:@]*):[^\s/@]+@")
+_KEY = re.compile(r"-----BEGIN [A-Z ]*PRIVATE KEY-----.*?-----END [A-Z ]*PRIVATE KEY-----", re.DOTALL)
+
+
+def clean_text(text):
+    """The text with passwords, tokens and keys replaced."""
+    text = _KEY.sub(LEFT_OUT, text)
+    text = _ASSIGNMENT.sub(rf"\g<name>{LEFT_OUT}", text)
+    text = _BEARER.sub(rf"\g<name>{LEFT_OUT}", text)
+    return _LOGIN.sub(rf"\g<name>:{LEFT_OUT}@", text)
+
+
+def clean_parameters(value):
+    """Parameters (dictionaries, lists, plain values) with the secret ones replaced."""
+    if isinstance(value, dict):
+        return {name: LEFT_OUT if _SECRET_NAME.fullmatch(str(name)) and not isinstance(entry, (dict, bool))
+                else clean_parameters(entry) for name, entry in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [clean_parameters(entry) for entry in value]
+    return clean_text(value) if isinstance(value, str) else value

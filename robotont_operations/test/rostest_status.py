@@ -1,0 +1,87 @@
+#!/usr/bin/env python3
+"""status and report beside the real stack."""
+
+import os
+import signal
+import subprocess
+import tarfile
+
+import rosbag
+import rospy
+import rostest
+
+from robotont_operations.black_box import bags_of, runs_in
+from robotont_testing import places
+from robotont_testing.harness import wait_for
+from robotont_testing.node_test import OK, NodeTest
+from robotont_testing.stand_in_board import Board
+
+
+class StatusTest(NodeTest):
+    def setUp(self):
+        super().setUp()
+        self.board = Board(str(self.processes.folder / "board"))
+        self.board.plug()
+        self.addCleanup(self.board.__exit__)
+        self.processes.launch("robot.launch", f"port:={self.board.link}", "description:=false")
+        self.wait_for_status("serial_com_node: link", OK)
+        self.wait_for_status("odom_node: wheel feedback", OK)
+
+    def run_tool(self, name, *arguments, **environment):
+        script = places.package("robotont_operations") / "scripts" / name
+        return subprocess.run(["/usr/bin/python3", script, *map(str, arguments)], check=False, text=True,
+                              capture_output=True, env={**os.environ, **environment})
+
+    def test_status_from_well_to_dead(self):
+        done = self.run_tool("status")
+        self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+        for words in ("nodes", "link", "board", "command stream"):
+            self.assertIn(words, done.stdout)
+        self.assertNotIn("\033", done.stdout)  # colours are for terminals
+        self.board.unplug()
+        self.wait_for_status("serial_com_node: link", 2)
+        done = self.run_tool("status")
+        self.assertEqual(done.returncode, 2, done.stdout)
+        self.assertRegex(done.stdout, "ERROR +link")
+        odom_node = self.processes.pid("/odom_node")
+        os.kill(odom_node, signal.SIGSTOP)
+        try:
+            done = self.run_tool("status")
+        finally:
+            os.kill(odom_node, signal.SIGCONT)
+        self.assertIn("/odom_node does not answer", done.stdout)
+        done = self.run_tool("status", ROS_MASTER_URI="http://127.0.0.1:9")
+        self.assertEqual(done.returncode, 3)
+        self.assertIn("no ROS master", done.stderr)
+        self.board.plug()
+
+    def test_report(self):
+        rospy.set_param("/web_teleop/token", "hunter22")
+        folder = self.processes.folder / "black_box"
+        self.processes.launch("recorder.launch", f"folder:={folder}")
+        wait_for(lambda: folder.exists() and runs_in(folder) and bags_of(runs_in(folder)[0]), "the black box")
+        logs = self.processes.folder / "logs"
+        logs.mkdir()
+        (logs / "web.log").write_text("open http://robot/?token=hunter22\nwheels turn\n")
+        output = self.processes.folder / "out.tar.gz"
+        done = self.run_tool("report", "--output", output, "--black-box", folder, ROS_LOG_DIR=str(logs))
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertEqual(output.stat().st_mode & 0o777, 0o600)
+        unpacked = self.processes.folder / "unpacked"
+        with tarfile.open(str(output)) as archive:
+            archive.extractall(str(unpacked))
+        root = unpacked / "out"
+        self.assertIn("wheelRads", (root / "ros/parameters.yaml").read_text())
+        self.assertIn("/odom_node", (root / "ros/graph.yaml").read_text())
+        self.assertIn("robotont_driver", (root / "versions/stack.txt").read_text())
+        self.assertIn("wheels turn", (root / "logs/ros/web.log").read_text())
+        bags = list((root / "black_box").glob("*.bag"))
+        with rosbag.Bag(str(bags[0])) as bag:
+            self.assertIn("/serial_read", bag.get_type_and_topic_info()[1])
+        for path in root.rglob("*"):
+            if path.is_file():
+                self.assertNotIn(b"hunter22", path.read_bytes(), path)
+
+
+if __name__ == "__main__":
+    rostest.rosrun("robotont_operations", "status_test", StatusTest)

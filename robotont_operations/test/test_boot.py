@@ -1,0 +1,224 @@
+"""install-robot: what it installs is valid, starts at boot without a network, and is removed to the last file."""
+
+import contextlib
+import os
+import re
+import shutil
+import subprocess
+from pathlib import Path
+
+import pytest
+import rosbag
+
+from robotont_operations.black_box import bags_of, runs_in
+from robotont_testing import places
+from robotont_testing.harness import Processes, wait_for
+from robotont_testing.stand_in_board import Board
+
+UNITS = ("robotont-master.service", "robotont.service", "robotont-recorder.service")
+BOOT = """[Unit]
+Wants=systemd-journald.service systemd-sysusers.service robotont-watch.service {units}
+"""
+WATCH = """[Unit]
+After=robotont-master.service
+[Service]
+EnvironmentFile=/etc/robotont/environment
+Environment=ROS_HOME=/tmp
+ExecStart=/usr/bin/env python3 -c "import rospy, time; from nav_msgs.msg import Odometry; rospy.init_node('watch'); \\
+    rospy.wait_for_message('odom', Odometry); open('/shared/odom', 'w').write(str(time.time()))"
+"""
+CGROUPS = ("/sys/fs/cgroup/unified", "/sys/fs/cgroup")
+
+
+def install_robot(*arguments):
+    script = places.package("robotont_operations") / "scripts/install_robot"
+    return subprocess.run(["/usr/bin/python3", script, *map(str, arguments)], check=False, text=True,
+                          capture_output=True)
+
+
+def files(root):
+    return sorted(str(path.relative_to(root)) for path in Path(root).rglob("*"))
+
+
+def need(*tools):
+    lacking = [tool for tool in tools if not shutil.which(tool)]
+    if lacking:
+        pytest.skip("these commands are missing: " + ", ".join(lacking))
+
+
+def test_dry_run_writes_nothing(tmp_path):
+    done = install_robot("--root", tmp_path / "root", "--dry-run")
+    assert done.returncode == 0
+    assert "etc/systemd/system/robotont.service" in done.stdout
+    assert not files(tmp_path)
+
+
+def test_removal_leaves_no_file(tmp_path):
+    (tmp_path / "etc/systemd/system").mkdir(parents=True)
+    (tmp_path / "etc/systemd/system/other.service").write_text("[Service]\nExecStart=/bin/true\n")
+    before = files(tmp_path)
+    for _ in range(2):
+        assert install_robot("--root", tmp_path).returncode == 0
+    (tmp_path / "var/lib/robotont/black_box").mkdir(parents=True)  # as systemd and the recorder do
+    assert install_robot("--root", tmp_path, "--remove").returncode == 0
+    assert [name for name in files(tmp_path) if name not in before] in ([], ["var", "var/lib"])
+    again = install_robot("--root", tmp_path, "--remove")
+    assert again.returncode == 1
+    assert "nothing is installed" in again.stderr
+
+
+def test_the_users_own_settings_are_kept(tmp_path):
+    install_robot("--root", tmp_path)
+    (tmp_path / "etc/robotont/robot.conf").write_text("ROBOTONT_PORT=/dev/robotont_42\n")
+    install_robot("--root", tmp_path, "--network", "10.0.0.7")
+    assert (tmp_path / "etc/robotont/robot.conf").read_text() == "ROBOTONT_PORT=/dev/robotont_42\n"
+    environment = (tmp_path / "etc/robotont/environment").read_text()
+    assert 'ROS_IP="10.0.0.7"' in environment
+    assert 'ROS_MASTER_URI="http://10.0.0.7:11311"' in environment
+    assert "network-online" in (tmp_path / "etc/systemd/system/robotont-master.service").read_text()
+    install_robot("--root", tmp_path)
+    assert 'ROS_IP="127.0.0.1"' in (tmp_path / "etc/robotont/environment").read_text()
+    assert "network-online" not in (tmp_path / "etc/systemd/system/robotont-master.service").read_text()
+
+
+def test_units_are_valid(tmp_path):
+    need("systemd-analyze")
+    install_robot("--root", tmp_path)
+    units = [str(tmp_path / "etc/systemd/system" / unit) for unit in UNITS]
+    done = subprocess.run(["systemd-analyze", "verify", *units], check=False, text=True, capture_output=True)
+    # it also reads the units of this machine, whose faults are not ours
+    assert not [line for line in done.stderr.splitlines() if "robotont" in line], done.stderr
+    assert done.returncode == 0, done.stderr
+
+
+def usb_port(sys, port, serial, name, minor):
+    """Put a board's serial port into a tree like /sys; returns the device's path in it."""
+    usb = sys / f"devices/pci0000:00/0000:00:14.0/usb1/{port}"
+    tty = usb / f"{port}:1.2/tty/{name}"
+    tty.mkdir(parents=True)
+    for device, attributes in (
+            (usb, {"idVendor": "0483", "idProduct": "374b", "serial": serial, "busnum": "1", "devnum": str(minor + 2),
+                   "uevent": "DEVTYPE=usb_device\nDRIVER=usb\n"}),
+            (usb / f"{port}:1.2", {"bInterfaceNumber": "02", "uevent": "DEVTYPE=usb_interface\nDRIVER=cdc_acm\n"}),
+            (tty, {"dev": f"166:{minor}", "uevent": f"MAJOR=166\nMINOR={minor}\nDEVNAME={name}\n"})):
+        for key, value in attributes.items():
+            (device / key).write_text(value if key == "uevent" else value + "\n")
+    for folder, device in (("bus/usb", usb), ("bus/usb", usb / f"{port}:1.2"), ("class/tty", tty)):
+        (sys / folder).mkdir(parents=True, exist_ok=True)
+        (device / "subsystem").symlink_to(sys / folder)
+    (sys / "class/tty" / name).symlink_to(tty)
+    return tty.relative_to(sys)
+
+
+def udev_answers(tmp_path, sys, device):
+    """What udev would do with a device of such a tree, by the rules that are installed."""
+    # links inside the tree are absolute: made in the place where they will be seen
+    done = subprocess.run(
+        ["unshare", "--mount", "sh", "-c", f"mount -t tmpfs none /sys && cp -a {sys}/. /sys/ && "
+         f"find /sys -type l | while read link; do to=$(readlink $link); ln -sfn /sys${{to#{sys}}} $link; done && "
+         f"mount --bind {tmp_path}/root/etc/udev/rules.d /etc/udev/rules.d && "
+         "mount -t tmpfs none /run && mount -t tmpfs none /dev && mknod /dev/null c 1 3 && "  # where it makes the links
+         f"SYSTEMD_DEVICE_VERIFY_SYSFS=0 udevadm test --action=add /sys/{device}"],
+        check=False, text=True, capture_output=True)
+    return done.stdout + done.stderr
+
+
+def test_two_boards_keep_their_names_when_they_change_ports(tmp_path):
+    need("udevadm", "unshare")
+    if os.getuid() != 0:
+        pytest.skip("needs root to show udev other devices")
+    install_robot("--root", tmp_path / "root")
+    for turn, ports in enumerate((("1-1", "1-2"), ("1-2", "1-1"))):
+        sys = tmp_path / f"sys{turn}"
+        for minor, (port, serial) in enumerate(zip(ports, ("0669FF31", "0670AA42"))):
+            device = usb_port(sys, port, serial, f"ttyACM{(minor + turn) % 2}", minor)
+            told = udev_answers(tmp_path, sys, device)
+            if "DEVPATH" not in told:
+                pytest.skip("udev does not take a stand-in for /sys here: " + told[-300:])
+            assert not re.search(r"6[01]-robotont.*:\d+.*(Invalid|Unknown|Failed|ignoring)", told), told
+            links = re.search("DEVLINKS=(.*)", told)
+            assert links, told
+            assert set(links.group(1).split()) == {"/dev/robotont", f"/dev/robotont_{serial}"}
+            assert "MODE 0660" in told, told
+            assert re.search("GROUP [0-9]+", told), told
+            assert "ID_MM_DEVICE_IGNORE=1" in told, told
+            assert "ID_MM_PORT_IGNORE=1" in told, told
+
+
+@pytest.mark.timed
+def test_boot_without_network_to_the_first_odometry(tmp_path):
+    need("unshare", "systemctl", "journalctl")
+    if os.getuid() != 0 or not os.path.exists("/lib/systemd/systemd"):
+        pytest.skip("needs root and systemd to boot")
+    hierarchy = next((Path(path) for path in CGROUPS if os.path.exists(path + "/cgroup.procs")), None)
+    if hierarchy is None or not os.access(str(hierarchy), os.W_OK):
+        pytest.skip("no writable cgroup2 hierarchy here")
+    tree = tmp_path / "tree"
+    install_robot("--root", tree)
+    (tree / "etc/robotont/robot.conf").write_text(
+        "ROBOTONT_PORT=/shared/board\nROBOTONT_ARGUMENTS=\n"
+        "ROBOTONT_RECORDER_ARGUMENTS=folder:=/shared/black_box\n")
+    (tree / "etc/systemd/system/boot.target").write_text(BOOT.format(units=" ".join(UNITS)))
+    (tree / "etc/systemd/system/robotont-watch.service").write_text(WATCH)
+    machine = tmp_path / "machine"
+    shared = machine / "shared"
+    shared.mkdir(parents=True)
+    shared.chmod(0o777)  # the services' user writes there
+    for folder in (tmp_path, *tmp_path.parents[:2]):
+        folder.chmod(0o755)
+    group = hierarchy / f"robotont_boot_{os.getpid()}"
+    group.mkdir()
+    with Board(str(shared / "board")) as board, Processes() as processes:
+        os.chmod(os.path.realpath(board.link), 0o666)
+        log = tmp_path / "boot.log"
+        try:
+            booted = processes.start(
+                "sh", "-c", f"echo $$ >{group}/cgroup.procs; exec unshare --mount --pid --net --uts --ipc --cgroup "
+                f"--fork --kill-child sh {Path(__file__).parent}/boot_machine.sh {machine} {tree} boot.target", log=log)
+            wait_for(lambda: (shared / "booted").exists() or booted.poll() is not None, "systemd")
+            if booted.poll() is not None:
+                pytest.skip("systemd does not start in a namespace here: " + log.read_text().strip())
+            try:
+                wait_for(lambda: (shared / "odom").exists() and (shared / "odom").read_text(), "odometry", timeout=60)
+            except AssertionError as error:
+                raise AssertionError(f"{error}\n{journal(shared)}") from None
+            seconds = float((shared / "odom").read_text()) - float((shared / "booted").read_text())
+            owner = process_user("driver_node", group)
+            bags = wait_for(lambda: [bag for run in runs_in(shared / "black_box") for bag in bags_of(run)],
+                            "a file of the black box", timeout=60)
+            with rosbag.Bag(str(bags[0])) as bag:
+                assert bag.get_message_count() > 0
+        finally:
+            processes.stop(booted, 9)
+            wait_for(lambda: not remaining(group), "the end of what was booted")
+            wait_for(lambda: removed(group), "the end of the control group")
+    print(f"booted to the first odometry in {seconds:.1f} s")
+    assert owner != 0
+    assert seconds <= 10.0, journal(shared)
+
+
+def journal(shared):
+    """What the booted machine has logged."""
+    return subprocess.run(["journalctl", "-D", str(shared / "journal"), "--no-pager", "-o", "short-monotonic",
+                           "-u", "robotont*"], check=False, text=True, capture_output=True).stdout
+
+
+def remaining(group):
+    return [pid for folder, _, _ in os.walk(str(group))
+            for pid in (Path(folder) / "cgroup.procs").read_text().split()]
+
+
+def removed(group):
+    """Whether the control group and those in it are gone; the kernel needs a moment after their last process."""
+    for folder, _, _ in os.walk(str(group), topdown=False):
+        with contextlib.suppress(OSError):
+            os.rmdir(folder)
+    return not group.exists()
+
+
+def process_user(name, group):
+    """User id of a process of the booted machine, by its script's name."""
+    for pid in remaining(group):
+        if re.search(rf"/{name}\0", Path(f"/proc/{pid}/cmdline").read_text()):
+            return os.stat(f"/proc/{pid}").st_uid
+    raise AssertionError(f"no {name} among {remaining(group)}")

@@ -1,0 +1,43 @@
+"""The table of ./robotont status from nodes and diagnostics."""
+
+from robotont_operations.health import ERROR, OK, STALE, WARN, Row, table, worst
+
+ALL = {"/driver_node": True, "/serial_com_node": True, "/odom_node": True}
+FINE = {
+    "odom_node: wheel feedback": (OK, "50 packets/s", {}),
+    "serial_com_node: link": (OK, "50 packets/s", {"board": "robotont_firmware 1.0.0"}),
+    "driver_node: command stream": (OK, "following cmd_vel", {}),
+}
+
+
+def test_all_is_well():
+    rows = table(ALL, FINE)
+    assert rows == [Row(OK, "nodes", "3 running"), Row(OK, "command stream", "following cmd_vel"),
+                    Row(OK, "link", "50 packets/s"), Row(OK, "board", "robotont_firmware 1.0.0"),
+                    Row(OK, "wheel feedback", "50 packets/s")]
+    assert worst(rows) == 0
+
+
+def test_a_warning():
+    assert worst(table(ALL, {**FINE, "serial_com_node: link": (WARN, "3 lines dropped", {})})) == 1
+
+
+def test_nodes_that_are_missing_silent_or_say_nothing():
+    rows = table({"/driver_node": True, "/serial_com_node": False}, {})
+    assert rows[0] == Row(ERROR, "nodes", "odom_node is not running; /serial_com_node does not answer")
+    assert Row(STALE, "command stream", "driver_node says nothing on /diagnostics") in rows
+    assert worst(rows) == 2
+
+
+def test_no_robot_at_all():
+    assert table({}, {})[0].level == ERROR
+
+
+def test_two_robots():
+    alive = {f"/{robot}{node}": True for robot in ("robot1", "robot2") for node in ALL}
+    told = {f"{robot}{name}": status for robot in ("robot1/", "robot2/") for name, status in FINE.items()}
+    told["robot2/serial_com_node: link"] = ERROR, "unplugged", {}
+    rows = table(alive, told)
+    assert Row(ERROR, "robot2: link", "unplugged") in rows
+    assert Row(OK, "robot1: link", "50 packets/s") in rows
+    assert len(rows) == 9

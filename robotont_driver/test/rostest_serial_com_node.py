@@ -29,6 +29,13 @@ class SerialComNodeTest(NodeTest):
         self.board = Board(str(self.processes.folder / "board"), start_totals=0xFF00)
         self.addCleanup(self.board.__exit__)
         self.log = self.processes.folder / "log"
+        self.addCleanup(self.forget_parameters)
+
+    @staticmethod
+    def forget_parameters():
+        """What one test gives its node would else stay on the parameter server for the next one's."""
+        if rospy.has_param("serial_com_node"):
+            rospy.delete_param("serial_com_node")
 
     def start(self, *arguments, plug=True):
         if plug:

@@ -44,7 +44,7 @@ class WrongParametersTest(NodeTest):
         self.assertEqual(status, 1, log)
         for key in KEYS:
             self.assertIn(f"{key}: found '?', allowed: ", log)
-        self.assertIn("~cmd_timeout: found -1, allowed: a finite number >= 0.05 [s]", log)
+        self.assertIn("~cmd_timeout: found -1, allowed: a finite number from 0.05 to 2 [s]: for so long the", log)
         self.assertIn("did you mean ~publish_rate?", log)
 
     def test_each_node_checks_its_own_parameters(self):
@@ -58,6 +58,38 @@ class WrongParametersTest(NodeTest):
             status, log = self.run_node(node, good, argument)
             self.assertEqual(status, 1, log)
             self.assertIn(words, log)
+
+    def test_numbers_beyond_reason_are_refused_with_the_reason(self):
+        good = yaml.safe_load(WHEEL_PARAMS.read_text())
+        for node, wrong in (
+            ("driver_node", {
+                "_cmd_timeout:=500": "drives on when its commander dies", "_publish_rate:=1e6": "from 5 to 200 [Hz]",
+                "_command_decimals:=60": "a whole number from 0 to 3",
+                "_diagnostic_period:=0": "~diagnostic_period: found 0, allowed: a finite number from"}),
+            ("serial_com_node", {
+                "_write_timeout:=1e10": "drives on when driver_node dies", "_retry_period:=1e10": "from 0.05 to 60 [s]"}),
+        ):
+            status, log = self.run_node(node, {**good, "wheelAmount": 2147483647}, *wrong)
+            self.assertEqual(status, 1, log)
+            for words in (*wrong.values(), "wheelAmount: found 2147483647, allowed: a whole number from 3 to 16"):
+                self.assertIn(words, log)
+            self.assertNotIn("Traceback", log)
+
+    def test_a_value_where_parameters_should_be(self):
+        good = yaml.safe_load(WHEEL_PARAMS.read_text())
+        for node in ("driver_node", "path_node"):
+            status, log = self.run_node(node, {**good, node: 20.0})
+            self.assertEqual(status, 1, log)
+            self.assertIn("~: found 20.0, allowed: parameters by name", log)
+            self.assertNotIn("Traceback", log)
+
+    def test_nodes_are_checked_against_each_other(self):
+        good = yaml.safe_load(WHEEL_PARAMS.read_text())
+        for node, own, other in (("driver_node", "_publish_rate:=5.0", {"serial_com_node": {"write_timeout": 0.3}}),
+                                 ("serial_com_node", "_write_timeout:=0.3", {"driver_node": {"publish_rate": 5.0}})):
+            status, log = self.run_node(node, {**good, **other}, own)
+            self.assertEqual(status, 1, log)
+            self.assertIn("found a packet every 0.2 s and a stop after 0.3 s without one", log)
 
     def test_wheels_that_cannot_move_the_robot(self):
         good = yaml.safe_load(WHEEL_PARAMS.read_text())

@@ -191,7 +191,7 @@ def test_a_topic_with_other_messages_is_refused(tmp_path, kind):
     path = tmp_path / "other.bag"
     with rosbag.Bag(str(path), "w") as file:
         file.write("topic", UInt8MultiArray(), rospy.Time(1))
-    with pytest.raises(RecordingError, match="/topic: found std_msgs/UInt8MultiArray, allowed: "):
+    with pytest.raises(RecordingError, match="topic: found std_msgs/UInt8MultiArray, allowed: "):
         read_recording(path, {kind: "topic"})
 
 

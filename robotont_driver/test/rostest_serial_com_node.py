@@ -6,6 +6,7 @@ import time
 
 import rospy
 import rostest
+from diagnostic_msgs.msg import DiagnosticArray
 from std_msgs.msg import String
 
 from robotont_testing.harness import wait_for
@@ -64,6 +65,46 @@ class SerialComNodeTest(NodeTest):
         self.command("10.25:-3.00:0.00;\n")
         self.assertEqual(self.heard()[-1], "10.25:-3.00:0.00;")
         wait_for(lambda: (10, -3, 0) in self.packets(), "the counts")
+
+    def test_diagnostics_come_as_often_as_asked_for(self):
+        self.board.plug()
+        self.node = self.processes.node(
+            "serial_com_node", f"_port:={self.board.link}", "_diagnostic_period:=0.1", log=self.log)
+        reports = []
+        self.listen("/diagnostics", DiagnosticArray, lambda message: reports.append(time.monotonic()))
+        wait_for(lambda: len(reports) > 20, "reports")
+        intervals = sorted(after - before for before, after in zip(reports, reports[1:]))
+        self.assertLess(intervals[len(intervals) // 2], 0.5)
+
+    def test_an_echo_is_named_and_moves_nothing(self):
+        self.board.line.cut = True
+        self.board.on_bytes = lambda _, data: self.board.send(data)
+        self.board.plug()
+        self.node = self.processes.node(
+            "serial_com_node", f"_port:={self.board.link}", "_packets:=plain", log=self.log)
+        self.write = self.publisher("serial_write", String)
+        wait_for(lambda: self.write.publish("10.25:-3.00:0.00;\n") or (
+            TASK in self.status and "sends back what it gets" in self.status[TASK].message), "the words", period=0.05)
+        self.assertEqual([packet for packet in self.read if packet.data != "0:0:0;\n"], [])
+
+    def test_decimals_are_passed_on_as_written_where_they_are_asked_for(self):
+        self.board.line.cut = True
+        self.board.plug()
+        self.node = self.processes.node("serial_com_node", f"_port:={self.board.link}", "_packets:=plain",
+                                        "_decimal_counts:=true", log=self.log)
+        wait_for(lambda: self.board.send(b"0:10.75:-10.75;\n") or self.read, "packets", period=0.05)
+        self.assertEqual({message.data for message in self.read}, {"0:10.75:-10.75;\n"})
+
+    def test_endless_numbers_are_refused_by_their_length(self):
+        self.start()
+        begun = time.monotonic()
+        for number, text in enumerate(("9" * 5000 + ":0:0;\n", "9" * 200000, "1" * 1000000 + ".0:0:0;\n"), 1):
+            self.write.publish(text)
+            wait_for(lambda number=str(number): TASK in self.status
+                     and self.values(TASK)["commands refused"] == number, "the diagnostics")
+        self.assertLess(time.monotonic() - begun, 15.0)  # a number of 200 kB took 17 s, and 1 MB minutes
+        self.command("7:7:7;\n")
+        self.assertNotIn("Traceback", self.log.read_text())
 
     def test_a_command_that_is_no_packet_does_not_reach_the_board(self):
         self.start()

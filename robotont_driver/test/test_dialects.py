@@ -393,7 +393,7 @@ def own_talk(checked, seconds):
         counts = [period % 7, -period % 5, 3]
         board.motors.counted = [total + count for total, count in zip(board.motors.counted, counts)]
         talked.append((period * 0.02, board.packet(counts)))
-        board._counter = (board._counter + 1) % 256
+        board.counter = (board.counter + 1) % 256
     return talked
 
 

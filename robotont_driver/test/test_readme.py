@@ -1,6 +1,7 @@
 import re
 
 import pytest
+import yaml
 
 from conftest import HERE
 from robotont_driver import kinematics, solvers
@@ -19,6 +20,12 @@ README = (ROOT / "README.md").read_text()
 @pytest.mark.parametrize("row", [row for table in (DRIVER, SERIAL_COM, ODOM) for row in markdown_rows(table)])
 def test_every_parameter_stands_in_the_readme_as_it_is_in_the_code(row):
     assert row in README
+
+
+def test_the_example_of_another_robot_is_a_whole_file():
+    example = README.partition("## Another robot, with n wheels")[2].partition("\n## ")[0]
+    lines = [line[4:] for line in example.splitlines() if line.startswith("    ")]
+    assert read_wheels(yaml.safe_load("\n".join(lines))).amount == 4
 
 
 @pytest.mark.parametrize("key", KEYS)

@@ -34,5 +34,5 @@ mkdir -p "$folder/shared/journal" "$root/var/log/journal" "$root/etc/systemd/jou
 mount --bind "$folder/shared/journal" "$root/var/log/journal"
 printf '[Journal]\nStorage=persistent\n' >"$root/etc/systemd/journald.conf.d/test.conf"
 date +%s.%N >"$folder/shared/booted"
-exec unshare --cgroup chroot "$root" /usr/bin/env -i container=robotont PATH=/usr/bin:/usr/sbin:/bin:/sbin \
+exec chroot "$root" /usr/bin/env -i container=robotont PATH=/usr/bin:/usr/sbin:/bin:/sbin \
     /lib/systemd/systemd --system "--unit=$unit" --log-level=info --show-status=false

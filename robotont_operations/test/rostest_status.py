@@ -35,7 +35,7 @@ class StatusTest(NodeTest):
     def test_status_from_well_to_dead(self):
         done = self.run_tool("status")
         self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
-        for words in ("nodes", "link", "robotont stand-in 1", "command stream"):
+        for words in ("nodes", "link", "board", "command stream"):
             self.assertIn(words, done.stdout)
         self.assertNotIn("\033", done.stdout)  # colours are for terminals
         self.board.unplug()

@@ -1,5 +1,6 @@
 """install-robot: what it installs is valid, starts at boot without a network, and is removed to the last file."""
 
+import contextlib
 import os
 import re
 import shutil
@@ -90,6 +91,60 @@ def test_units_are_valid(tmp_path):
     assert done.returncode == 0, done.stderr
 
 
+def usb_port(sys, port, serial, name, minor):
+    """Put a board's serial port into a tree like /sys; returns the device's path in it."""
+    usb = sys / f"devices/pci0000:00/0000:00:14.0/usb1/{port}"
+    tty = usb / f"{port}:1.2/tty/{name}"
+    tty.mkdir(parents=True)
+    for device, attributes in (
+            (usb, {"idVendor": "0483", "idProduct": "374b", "serial": serial, "busnum": "1", "devnum": str(minor + 2),
+                   "uevent": "DEVTYPE=usb_device\nDRIVER=usb\n"}),
+            (usb / f"{port}:1.2", {"bInterfaceNumber": "02", "uevent": "DEVTYPE=usb_interface\nDRIVER=cdc_acm\n"}),
+            (tty, {"dev": f"166:{minor}", "uevent": f"MAJOR=166\nMINOR={minor}\nDEVNAME={name}\n"})):
+        for key, value in attributes.items():
+            (device / key).write_text(value if key == "uevent" else value + "\n")
+    for folder, device in (("bus/usb", usb), ("bus/usb", usb / f"{port}:1.2"), ("class/tty", tty)):
+        (sys / folder).mkdir(parents=True, exist_ok=True)
+        (device / "subsystem").symlink_to(sys / folder)
+    (sys / "class/tty" / name).symlink_to(tty)
+    return tty.relative_to(sys)
+
+
+def udev_answers(tmp_path, sys, device):
+    """What udev would do with a device of such a tree, by the rules that are installed."""
+    # links inside the tree are absolute: made in the place where they will be seen
+    done = subprocess.run(
+        ["unshare", "--mount", "sh", "-c", f"mount -t tmpfs none /sys && cp -a {sys}/. /sys/ && "
+         f"find /sys -type l | while read link; do to=$(readlink $link); ln -sfn /sys${{to#{sys}}} $link; done && "
+         f"mount --bind {tmp_path}/root/etc/udev/rules.d /etc/udev/rules.d && "
+         "mount -t tmpfs none /run && mount -t tmpfs none /dev && mknod /dev/null c 1 3 && "  # where it makes the links
+         f"SYSTEMD_DEVICE_VERIFY_SYSFS=0 udevadm test --action=add /sys/{device}"],
+        check=False, text=True, capture_output=True)
+    return done.stdout + done.stderr
+
+
+def test_two_boards_keep_their_names_when_they_change_ports(tmp_path):
+    need("udevadm", "unshare")
+    if os.getuid() != 0:
+        pytest.skip("needs root to show udev other devices")
+    install_robot("--root", tmp_path / "root")
+    for turn, ports in enumerate((("1-1", "1-2"), ("1-2", "1-1"))):
+        sys = tmp_path / f"sys{turn}"
+        for minor, (port, serial) in enumerate(zip(ports, ("0669FF31", "0670AA42"))):
+            device = usb_port(sys, port, serial, f"ttyACM{(minor + turn) % 2}", minor)
+            told = udev_answers(tmp_path, sys, device)
+            if "DEVPATH" not in told:
+                pytest.skip("udev does not take a stand-in for /sys here: " + told[-300:])
+            assert not re.search(r"6[01]-robotont.*:\d+.*(Invalid|Unknown|Failed|ignoring)", told), told
+            links = re.search("DEVLINKS=(.*)", told)
+            assert links, told
+            assert set(links.group(1).split()) == {"/dev/robotont", f"/dev/robotont_{serial}"}
+            assert "MODE 0660" in told, told
+            assert re.search("GROUP [0-9]+", told), told
+            assert "ID_MM_DEVICE_IGNORE=1" in told, told
+            assert "ID_MM_PORT_IGNORE=1" in told, told
+
+
 @pytest.mark.timed
 def test_boot_without_network_to_the_first_odometry(tmp_path):
     need("unshare", "systemctl", "journalctl")
@@ -118,8 +173,8 @@ def test_boot_without_network_to_the_first_odometry(tmp_path):
         log = tmp_path / "boot.log"
         try:
             booted = processes.start(
-                "sh", "-c", f"echo $$ >{group}/cgroup.procs; exec unshare --mount --pid --net --uts --ipc --fork "
-                f"--kill-child sh {Path(__file__).parent}/boot_machine.sh {machine} {tree} boot.target", log=log)
+                "sh", "-c", f"echo $$ >{group}/cgroup.procs; exec unshare --mount --pid --net --uts --ipc --cgroup "
+                f"--fork --kill-child sh {Path(__file__).parent}/boot_machine.sh {machine} {tree} boot.target", log=log)
             wait_for(lambda: (shared / "booted").exists() or booted.poll() is not None, "systemd")
             if booted.poll() is not None:
                 pytest.skip("systemd does not start in a namespace here: " + log.read_text().strip())
@@ -136,8 +191,7 @@ def test_boot_without_network_to_the_first_odometry(tmp_path):
         finally:
             processes.stop(booted, 9)
             wait_for(lambda: not remaining(group), "the end of what was booted")
-            for folder, _, _ in os.walk(str(group), topdown=False):
-                os.rmdir(folder)
+            wait_for(lambda: removed(group), "the end of the control group")
     print(f"booted to the first odometry in {seconds:.1f} s")
     assert owner != 0
     assert seconds <= 10.0, journal(shared)
@@ -152,6 +206,14 @@ def journal(shared):
 def remaining(group):
     return [pid for folder, _, _ in os.walk(str(group))
             for pid in (Path(folder) / "cgroup.procs").read_text().split()]
+
+
+def removed(group):
+    """Whether the control group and those in it are gone; the kernel needs a moment after their last process."""
+    for folder, _, _ in os.walk(str(group), topdown=False):
+        with contextlib.suppress(OSError):
+            os.rmdir(folder)
+    return not group.exists()
 
 
 def process_user(name, group):

@@ -2,10 +2,13 @@
 """The unchanged driver on the simulator, through simulation.launch."""
 
 import math
+import time
 
 import numpy as np
+import rosparam
 import rospy
 import rostest
+import yaml
 from geometry_msgs.msg import Twist, Vector3
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import LaserScan
@@ -15,6 +18,7 @@ from std_srvs.srv import SetBool, Trigger
 from robotont_driver.se2 import pose_of
 from robotont_testing.harness import wait_for
 from robotont_testing.node_test import ERROR, OK, WARN, NodeTest, twist
+from robotont_testing.robots import WHEEL_PARAMS
 
 LINK = "serial_com_node: link"
 BOARD = "serial_com_node: board"
@@ -142,6 +146,35 @@ class SimulatorNodeTest(NodeTest):
         self.assertEqual(len(scan.ranges), 128)
         self.assertAlmostEqual(scan.ranges[64], 2.95, delta=0.02)
         self.assertAlmostEqual(scan.angle_max, 1.03 / 2, delta=1e-3)
+
+    def simulator(self, port, *arguments):
+        """A simulator_node without the driver; its process and log."""
+        log = self.processes.folder / "simulator.log"
+        return self.processes.start("rosrun", "robotont_simulator", "simulator_node", f"_port:={port}", *arguments,
+                                    log=log), log
+
+    def test_ctrl_c_ends_it_at_once_and_leaves_nothing(self):
+        rosparam.upload_params("/", yaml.safe_load(WHEEL_PARAMS.read_text()))
+        port = self.processes.folder / "alone"
+        process, log = self.simulator(port, "__name:=alone")
+        wait_for(lambda: "a board at" in log.read_text(), "the board", timeout=30)
+        self.wait_for_status("alone: real time", OK)
+        begun = time.monotonic()
+        self.processes.stop(process)
+        self.assertLess(time.monotonic() - begun, 1.0)  # it waited that long for a thread that waited for it
+        self.assertEqual([path.name for path in self.processes.folder.glob("alone*")], [])
+        self.assertNotIn("Traceback", log.read_text())
+
+    def test_names_that_no_port_can_have(self):
+        rosparam.upload_params("/", yaml.safe_load(WHEEL_PARAMS.read_text()))
+        folder = self.processes.folder
+        for port, words in ((folder, "found something that is no link"), (folder / "missing" / "port", "no such file"),
+                            ("''", "no such file")):
+            process, log = self.simulator(port, "__name:=refused")
+            wait_for(lambda process=process: process.poll() is not None, "the end", timeout=30)
+            self.assertEqual(process.returncode, 1)
+            self.assertIn(words, log.read_text())
+            self.assertNotIn("Traceback", log.read_text())
 
     def test_a_world_that_is_not_there(self):
         log = self.processes.folder / "log"

@@ -11,6 +11,7 @@ from robotont_calibration.drives import DRIVES
 from robotont_simulator.fast_drive import main
 
 WHEELS = str(ROOT / "config" / "wheel_params.yaml")
+FOUR = str(ROOT / "robotont_testing" / "data" / "four_wheels.yaml")
 ROOM = str(ROOT / "config" / "worlds" / "room.yaml")
 
 
@@ -75,6 +76,7 @@ def test_packets_and_truth_are_written(tmp_path):
     (["--grip", "3=0.5"], "found --grip of wheel 3, allowed: 0 to 2"),
     (["--world", "nowhere.yaml"], "nowhere.yaml"),
     (["--believed", ROOM], "room.yaml: wheelAmount: found 'nothing'"),
+    (["--believed", FOUR], "found 4 wheels, allowed: 3, as in"),
 ])
 def test_bad_input(arguments, words, capsys):
     with pytest.raises(SystemExit) as stop:

@@ -10,7 +10,7 @@ fake_hardware.install()
 
 from robotont_firmware import board, config, wiring_robotont21  # noqa: E402
 
-ROOT = sys.path[1] + "/../root/"  # the runner puts src/ second
+ROOT = sys.path[1].rsplit("/", 1)[0] + "/root/"  # the runner puts src/ second
 
 
 def make():

@@ -1,5 +1,8 @@
 """One wheel's controller on a simulated motor: the bounds that docs/firmware.md promises."""
 
+import gc
+from array import array
+
 from dual_tools import Config, Locked
 from sim_motor import PERIOD, SimMotor
 
@@ -19,8 +22,9 @@ class Bench:
         self.setpoint = 0
         self.effort = 0
         self.last = 0
-        self.speeds = []
-        self.counts = []
+        gc.collect()  # the emulated board's heap is small
+        self.speeds = array("f")
+        self.counts = array("h")
 
     def run(self, units, periods):
         target = round(units * 256)
@@ -114,7 +118,7 @@ def test_no_windup_after_a_blocked_wheel_is_released():
             bench.motor.blocked = True
             bench.run(units, 100)
             bench.motor.blocked = False
-            bench.speeds = []
+            bench.speeds = array("f")
             bench.run(units, 100)
             over, settled = max(bench.speeds) - units, settling(bench.speeds, units)
             assert over <= 12, (units, motor, over)

@@ -36,7 +36,8 @@ def table(alive, statuses):
         running = sum(node.startswith(robot) for node in alive)
         rows.append(Row(ERROR if faults else OK, label + "nodes", "; ".join(faults) or f"{running} running"))
         board = [values["board"] for subject, _, _, values in told if "board" in values and subject == "link"]
-        told += [("board", OK, text, {}) for text in board]
+        if not any(subject == "board" for subject, *_ in told):
+            told += [("board", OK, text, {}) for text in board]
         order = {subject: place for place, subject in enumerate(SUBJECTS)}
         for subject, level, words, _ in sorted(told, key=lambda one: (order.get(one[0], len(order)), one[0])):
             rows.append(Row(level, label + subject, words))

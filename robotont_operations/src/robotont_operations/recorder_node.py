@@ -6,7 +6,7 @@ import time
 
 import rospy
 
-from robotont_driver.node import ERROR, OK, WARN, Health, Worker
+from robotont_driver.node import ERROR, OK, WARN, Health, Worker, robot_name
 from robotont_driver.parameters import Parameter, ParameterError, read_parameters
 from robotont_operations.black_box import BlackBox, Record
 
@@ -14,11 +14,13 @@ PARAMETERS = (
     Parameter("folder", "/var/lib/robotont/black_box", "where the files are kept"),
     Parameter("topics", "cmd_vel cmd_vel/hand cmd_vel/navigation cmd_vel/default emergency_stop serial_write "
               "serial_read odom /diagnostics /rosout", "what is recorded, separated by blanks"),
-    Parameter("keep", 60.0, "how long this run's messages are kept", "s", minimum=1.0),
+    Parameter("keep", 60.0, "how long this run's messages are kept", "s", minimum=1.0, maximum=3600.0,
+              reason="more does not fit into memory"),
     Parameter("period", 1.0, "time between two files, each flushed to the disk: what a loss of power may cost", "s",
-              minimum=0.1),
-    Parameter("limit", 64, "size of all files together", "MB", minimum=4),
-    Parameter("runs", 4, "runs of the recorder whose files are kept, the present one included", minimum=1),
+              minimum=0.1, maximum=60.0),
+    Parameter("limit", 64, "size of all files together", "MB", minimum=4, maximum=100000),
+    Parameter("runs", 4, "runs of the recorder whose files are kept, the present one included", minimum=1,
+              maximum=1000),
 )
 WAITING = 8_000_000  # [bytes] that may wait for the disk
 
@@ -40,7 +42,7 @@ class RecorderNode:
             rospy.Subscriber(topic, rospy.AnyMsg, self._on_message, rospy.resolve_name(topic), tcp_nodelay=True)
         rospy.on_shutdown(self._write)
         Worker(self._work)
-        Health("robotont", {"black box": self._report})
+        Health(robot_name(), {"black box": self._report})
         rospy.loginfo("recording to %s", self._box.folder)
 
     def _on_message(self, message, topic):

@@ -25,13 +25,14 @@ def nodes_alive(master):
     """{node: whether it answers} of all nodes that the master lists. Raises OSError, rosgraph.MasterException."""
     names = sorted({name for kind in master.getSystemState() for _, names in kind for name in names})
     names = [name for name in names if not name.startswith((CALLER, "/rosout"))]
+    uris = [master.lookupNode(name) for name in names]
 
-    def answers(name):
+    def answers(uri):
         try:
-            return probes.remote(master.lookupNode(name), 1.0).getPid(CALLER)[0] == 1
-        except (OSError, xmlrpc.client.Error, rosgraph.MasterException):
+            return probes.remote(uri, 1.0).getPid(CALLER)[0] == 1
+        except (OSError, xmlrpc.client.Error):
             return False
-    return dict(zip(names, (bool(answer) for answer in probes.all_in_time(answers, names, 1.5))))
+    return dict(zip(names, map(bool, probes.all_in_time(answers, uris, 1.5))))
 
 
 def newest_diagnostics(duration):

@@ -5,7 +5,7 @@ from robotont_driver.dialects.dialect import Dialect, DialectError, decode
 from robotont_driver.dialects.pose_feedback import parse_pose
 from robotont_driver.dialects.robotont2 import BANNER
 from robotont_driver.dialects.robotont3 import USB_ID
-from robotont_driver.protocol import CheckedPacket, LineSplitter, PacketError, parse_packet
+from robotont_driver.protocol import CheckedPacket, ForeignPacketError, LineSplitter, PacketError, parse_packet
 
 PATIENCE = 1.0  # [s] of listening before a board that has said nothing known gets plain packets
 OWN_BANNER = "# robotont_firmware"
@@ -123,7 +123,7 @@ class Recognised(Dialect):
 
 def recognise(text, wheels, usb_id):
     """Name of the dialect that a whole line (text without its end) belongs to, or None."""
-    if text.startswith(OWN_BANNER) or passes(CheckedPacket, text, wheels):
+    if text.startswith(OWN_BANNER) or is_checked(text, wheels):
         return "checked"
     if text == BANNER or passes(parse_pose, text):
         return "robotont3" if usb_id == USB_ID else "robotont2"
@@ -132,6 +132,17 @@ def recognise(text, wheels, usb_id):
     if text.endswith(";") and passes(parse_packet, text, wheels):
         return "plain"
     return None
+
+
+def is_checked(text, wheels):
+    """Whether a line is a packet with a valid checksum, be it of a board with another number of wheels."""
+    try:
+        CheckedPacket(text, wheels)
+    except ForeignPacketError:
+        return True
+    except PacketError:
+        return False
+    return True
 
 
 def passes(parse, *arguments):

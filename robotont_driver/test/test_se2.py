@@ -67,3 +67,10 @@ def test_wrap_keeps_the_angle_modulo_full_turns(angle):
     for wrapped in (se2.wrap(angle), se2.wrap(np.array([angle]))[0]):
         assert abs(wrapped) <= math.pi + 1e-12
         assert math.remainder(wrapped - angle, 2 * math.pi) == pytest.approx(0.0, abs=1e-9)
+
+
+@given(POSE, ANGLE)
+def test_an_arc_seen_from_a_frame_in_which_it_starts_turned(motion, heading):
+    _, _, turn = se2.arc(motion)
+    expected = se2.compose((0.0, 0.0, heading), se2.arc(motion))
+    assert se2.arc(motion, heading) == pytest.approx((*expected[:2], turn), abs=1e-9)

@@ -29,7 +29,7 @@ class Pose:
 
     def reset(self):
         """Back to the origin."""
-        self._lasting = np.zeros((3, 2))  # covariance with errors that last: of a gyro's bias and scale
+        self._lasting = None  # 3 x 2: covariance with errors that last, of a gyro's bias and scale
         self._both = np.zeros((6, 6))  # covariance of pose and step, which know nothing of each other
         self.x = self.y = self.yaw = 0.0
         self.covariance = self._start_covariance.copy()
@@ -46,14 +46,13 @@ class Pose:
         chord = se2.sinc(half)
         slope = se2.sinc_derivative(half) / 2
         cos, sin = math.cos(self.yaw + half), math.sin(self.yaw + half)
-        x, y, yaw = se2.compose((self.x, self.y, self.yaw), se2.arc(step))
-        moved_x, moved_y = x - self.x, y - self.y
+        moved_x, moved_y, _ = se2.arc(step, self.yaw)
         jacobians = np.array((
             (1.0, 0.0, -moved_y, chord * cos, -chord * sin, slope * (cos * dx - sin * dy) - moved_y / 2),
             (0.0, 1.0, moved_x, chord * sin, chord * cos, slope * (sin * dx + cos * dy) + moved_x / 2),
             (0.0, 0.0, 1.0, 0.0, 0.0, 1.0),
         ))
-        self.x, self.y, self.yaw = x, y, se2.wrap(yaw)
+        self.x, self.y, self.yaw = self.x + moved_x, self.y + moved_y, se2.wrap(self.yaw + dyaw)
         self._both[:3, :3] = self.covariance
         self._both[3:, 3:] = step_covariance
         self.covariance = jacobians @ self._both @ jacobians.T
@@ -61,8 +60,10 @@ class Pose:
 
     def _carry(self, jacobians, lasting):
         """Carry the covariance with lasting errors on, C <- F C + G L B, of which P gets its part."""
-        if lasting is None and not self._lasting.any():
+        if lasting is None and self._lasting is None:
             return
+        if self._lasting is None:
+            self._lasting = np.zeros((3, 2))
         before = jacobians[:, :3] @ self._lasting
         self._lasting = before
         if lasting is not None:
@@ -72,7 +73,8 @@ class Pose:
 
     def learn(self, factors):
         """The lasting errors have become smaller, (2) to these parts of what they were."""
-        self._lasting = self._lasting * factors
+        if self._lasting is not None:
+            self._lasting = self._lasting * factors
 
 
 class WheelOdometry:

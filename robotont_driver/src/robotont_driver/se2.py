@@ -25,15 +25,15 @@ def between(start, end):
     return cos * x + sin * y, cos * y - sin * x, turn
 
 
-def arc(motion):
+def arc(motion, heading=0.0):
     """The displacement that a constant twist makes, given its integral (v_x t [m], v_y t [m], omega t [rad]).
 
     The exponential map of SE(2): an arc, whose chord is the motion shortened by sinc(turn / 2) and turned by
-    half of the turn.
+    half of the turn. heading: yaw [rad] at its start, in the frame in which the displacement is wanted.
     """
     forward, left, turn = motion
     half = turn / 2
-    cos, sin = cos_sin(half)
+    cos, sin = cos_sin(heading + half)
     chord = sinc(half)
     return chord * (cos * forward - sin * left), chord * (sin * forward + cos * left), turn
 

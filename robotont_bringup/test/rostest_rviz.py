@@ -20,6 +20,7 @@ from tf2_msgs.msg import TFMessage
 from robotont_testing import rviz_sight as sight
 from robotont_testing.harness import wait_for
 from robotont_testing.node_test import NodeTest
+from robotont_testing.places import package
 from robotont_testing.robots import SHIPPED
 from robotont_testing.rviz_stage import Robot, Stage, save_picture, seen_from_above
 
@@ -145,7 +146,7 @@ class RvizTest(NodeTest):
         self.check_logs()
 
     def test_a_display_that_complains_is_seen(self):
-        config = yaml.safe_load((Path(__file__).parents[1] / "rviz" / "odometry.rviz").read_text())
+        config = yaml.safe_load((package("robotont_description") / "rviz" / "odometry.rviz").read_text())
         file = self.stage.folder / "odometry.rviz"
         file.write_text(yaml.safe_dump(config))
         self.stage.show("rviz.launch", f"config:={file}", "fixed_frame:=nowhere", log=self.log)

@@ -157,7 +157,7 @@ class OfficialBoardsTest(NodeTest):
         rosparam.set_param("/wheelRads", "[0.0, 2.094395, 4.18879]")
         self.start(plug=False)
         self.port.plug()
-        self.wait_for_status(TASK, ERROR, "wheelRads: found wheels at")
+        self.wait_for_status("serial_com_node: board", ERROR, "wheelRads: found wheels at")
         self.processes.stop(self.node)
         forced = self.processes.node("serial_com_node", "_packets:=robotont2", log=self.log)
         self.assertEqual(forced.wait(20), 1)

@@ -65,7 +65,7 @@ class PathNodeTest(NodeTest):
                                     log=log)
         self.assertEqual(node.wait(20), 1)
         words = log.read_text()
-        self.assertIn("~max_poses: found 0, allowed: a whole number >= 1", words)
+        self.assertIn("~max_poses: found 0, allowed: a whole number from 1 to 100000", words)
         self.assertIn("~max_pose: no such parameter; did you mean ~max_poses?", words)
 
 

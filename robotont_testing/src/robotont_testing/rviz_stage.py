@@ -79,7 +79,7 @@ class Robot:
         self._command = rospy.Publisher(f"/{prefix}cmd_vel", Twist, queue_size=1, tcp_nodelay=True)
         rospy.Subscriber(f"/{prefix}odom", Odometry, self._on_odometry, tcp_nodelay=True)
         self._stage = stage
-        self._launch = stage.launch("robot.launch", f"port:={self.board.link}", *self.arguments)
+        self._launch = stage.launch("robot.launch", f"port:={self.board.link}", "mux:=false", *self.arguments)
         wait_for(lambda: self.pose, "odometry of " + name)
 
     def _on_odometry(self, message):

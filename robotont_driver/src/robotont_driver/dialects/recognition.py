@@ -76,7 +76,9 @@ class Recognised(Dialect):
 
     @property
     def complaint(self):
-        """What was heard, or that nothing was."""
+        """What was heard, or that nothing was; empty when the obstacle explains it."""
+        if self.obstacle:
+            return ""
         return self._listener.heard
 
     def connect(self, now):

@@ -1,4 +1,4 @@
-"""Synthetic drives for tests: what encoders count while a robot really moves, with noise, slip and truth."""
+"""Synthetic drives for tests: encoder counts of a moving robot, with noise, slip and truth."""
 
 import math
 
@@ -81,7 +81,7 @@ def profile(length, speed, acceleration):
 
 
 def mixed_drive(seconds, generator, speed=0.5):
-    """Twists of a drive that keeps changing: speeds and turns drawn anew every 2 s, reached with 1 m/s^2."""
+    """Twists of a drive that keeps changing: speeds and turns redrawn every 2 s, reached with 1 m/s^2."""
     target = np.zeros(3)
     now = np.zeros(3)
     twists = np.empty((round(seconds / PERIOD), 3))

@@ -67,7 +67,8 @@ class WrongParametersTest(NodeTest):
                 "_command_decimals:=60": "a whole number from 0 to 3",
                 "_diagnostic_period:=0": "~diagnostic_period: found 0, allowed: a finite number from"}),
             ("serial_com_node", {
-                "_write_timeout:=1e10": "drives on when driver_node dies", "_retry_period:=1e10": "from 0.05 to 60 [s]"}),
+                "_write_timeout:=1e10": "drives on when driver_node dies",
+                "_retry_period:=1e10": "from 0.05 to 60 [s]"}),
         ):
             status, log = self.run_node(node, {**good, "wheelAmount": 2147483647}, *wrong)
             self.assertEqual(status, 1, log)

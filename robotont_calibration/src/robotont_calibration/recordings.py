@@ -173,7 +173,7 @@ def _read_bag(path, topics):
                 recording.take(wanted[topic], time.to_sec(), message)
     except RecordingError:
         raise
-    except Exception as error:  # a spoilt bag can raise whatever rosbag, its decompressors and generated code raise
+    except Exception as error:  # a corrupt bag can raise whatever rosbag, its decompressors and generated code raise
         words = f"{type(error).__name__}: {str(error)[:200]}"
         raise RecordingError(f"{path}: no bag that can be read: {words}") from error
     return recording

@@ -98,7 +98,7 @@ class SimulatorNode:
         """An object with start() and run(); `_board` has `due`, when the newest period was over, and `late`."""
         name = self._parameters["firmware"]
         if name != "own":
-            self._port.spoil_commands = False  # one spoilt field can kill the official firmware
+            self._port.spoil_commands = False  # one corrupted field can kill the official firmware
             self._board = OfficialFirmware(name, self._simulation, self._port, self._on_tick)
             return self._board
         self._board = SimulatedBoard(self._simulation, self._port, self._on_tick, real_time=True)

@@ -28,8 +28,8 @@ def counted(wheels, paths, noise=0.0, generator=None):
     noise: standard deviation [m] of a path after 1 m. The encoders start anywhere within an edge.
     """
     generator = generator or np.random.default_rng(0)
-    spoilt = paths + noise * np.sqrt(np.abs(paths)) * generator.standard_normal(paths.shape)
-    angle = generator.uniform(0, 1, paths.shape[1]) + np.cumsum(spoilt / np.array(wheels.metres_per_edge), axis=0)
+    noisy = paths + noise * np.sqrt(np.abs(paths)) * generator.standard_normal(paths.shape)
+    angle = generator.uniform(0, 1, paths.shape[1]) + np.cumsum(noisy / np.array(wheels.metres_per_edge), axis=0)
     return np.diff(np.floor(angle), axis=0, prepend=np.zeros((1, paths.shape[1]))).astype(int)
 
 

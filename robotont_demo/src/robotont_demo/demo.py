@@ -71,7 +71,7 @@ def figures(link, error, allowed):
     return [
         ("packets written to the line", link["packets written"]),
         ("packets published on serial_read", link["packets published"]),
-        ("  lines spoilt on the way, and dropped", link["lines dropped"]),
+        ("  lines corrupted on the way, and dropped", link["lines dropped"]),
         ("  periods repaired from the totals", link["periods repaired"]),
         ("end pose, odometry against truth", f"{error[0] * 1000:.2f} mm, {math.degrees(error[1]):.3f} deg"),
         ("  allowed", f"{allowed[0] * 1000:g} mm, {math.degrees(allowed[1]):g} deg"),

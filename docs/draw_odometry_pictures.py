@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Makes the pictures of docs/odometry.md anew: pictures.py [FOLDER]. Needs no robot, monitor or ROS.
+"""Draws the pictures of docs/odometry.md: draw_odometry_pictures.py [FOLDER]. Needs no robot, monitor or ROS.
 
 odometry_thesis.png: the thesis' way and ours on the same drive. odometry_covariance.png: where many runs end, and
 the ellipse that each of them claims. odometry_slip.png: a wheel of four that slips, with and without detection.
@@ -171,7 +171,7 @@ def draw_slip(wheels, file):
 
 
 def lagged(twists):
-    """What motors make of commanded twists, K x 3: a lag of the first order with the time constant LAG."""
+    """Response of the motors to commanded twists, K x 3: a lag of the first order with the time constant LAG."""
     now, made = np.zeros(3), np.empty_like(twists)
     for index, twist in enumerate(twists):
         now = now + (twist - now) * (1 - math.exp(-PERIOD / LAG))
@@ -211,7 +211,7 @@ def ellipse(odometry):
 
 
 def save(figure, file):
-    """Write a PNG and say so."""
+    """Write a PNG and print its path."""
     figure.savefig(str(file))
     pyplot().close(figure)
     print(f"{file} ({file.stat().st_size / 1000:.0f} kB)")

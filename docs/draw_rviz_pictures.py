@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Makes docs/pictures of the model and of RViz anew: pictures.py [FOLDER]. Needs no robot, monitor or ROS master.
+"""Draws the pictures of the model and of RViz: draw_rviz_pictures.py [FOLDER]. Needs no robot, monitor or ROS master.
 
 odometry_at_0_0.png and odometry_at_2_1.png: the thesis' Figures 11 and 12. odometry.png: the window as
 rviz.launch opens it, after the same drive. two_robots.png: that of rviz_two_robots.launch. robot.png and
@@ -83,7 +83,7 @@ def draw_two_robots(file):
 
 
 def draw_navigation(file):
-    """The window of navigation while the robot is on its way to GOAL_IN_THE_ROOM; left out without move_base."""
+    """The window of navigation while the robot is on its way to GOAL_IN_THE_ROOM; omitted without move_base."""
     if not all(package in rospkg.RosPack().list() for package in ("move_base", "amcl", "map_server")):
         print(f"{file} stays as it is: the navigation stack is missing (ros-noetic-navigation)")
         return
@@ -115,7 +115,7 @@ def still(stage, displays):
 
 
 def keep(picture, file):
-    """Save it and say so."""
+    """Save it and print its path."""
     save_picture(picture, file)
     print(f"{file} ({file.stat().st_size / 1000:.0f} kB)")
 

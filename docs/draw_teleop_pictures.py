@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Makes docs/pictures of the page for driving by hand anew: draw_teleop_pictures.py [FOLDER]. Needs Chromium.
+"""Draws the pictures of the page for driving by hand: draw_teleop_pictures.py [FOLDER]. Needs Chromium.
 
 The simulated robot drives in the room, on the map of the room, as a thumb on each stick commands it.
 """

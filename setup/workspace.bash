@@ -1,5 +1,5 @@
 # shellcheck shell=bash
-# Sourced by ./robotont: what is missing is installed, and the workspace is built. ROOT: the repository.
+# Sourced by ./robotont: missing packages are installed, and the workspace is built. ROOT: the repository.
 # WORK: all that this makes lies there.
 
 # Packages of a list in setup/, without comments.
@@ -61,7 +61,7 @@ install_venv() {
         >"$WORK/pip.log" 2>&1 || { tail -20 "$WORK/pip.log" >&2; fail "pip failed; see $WORK/pip.log"; }
 }
 
-# What setup depends on; the same text means that nothing is to be done.
+# Inputs of setup; an unchanged value means that nothing is to be done.
 setup_state() {
     opt_ros
     cat "$ROOT"/setup/*.txt
@@ -106,7 +106,7 @@ build() {
     environment
 }
 
-# The folder for all that is made, or words that say why there can be none.
+# The folder for all build products, or a message why there can be none.
 make_work_folder() {
     case $ROOT:$WORK in
         *[[:space:]\;\'\"\\\$\`\&\#\(\)]* | *:*:*)
@@ -117,7 +117,7 @@ move the clone to another folder, or rename this one"
             ;;
     esac
     if ! mkdir -p "$WORK" 2>/dev/null || [ ! -w "$WORK" ] || { [ -e "$WORK/lock" ] && [ ! -w "$WORK/lock" ]; }; then
-        fail "$WORK cannot be written to; take another folder for what is built:
+        fail "$WORK cannot be written to; take another folder for the build:
   ROBOTONT_WORK=~/.cache/robotont ./robotont ..."
     fi
 }
@@ -127,7 +127,7 @@ forget_another_place() {
     local place
     place=$(cat "$WORK/place" 2>/dev/null || echo "$ROOT $WORK")
     if [ "$place" != "$ROOT $WORK" ]; then
-        echo "moved or copied from ${place% *}: built anew"
+        echo "moved or copied from ${place% *}: rebuilt"
         rm -rf "$WORK/build" "$WORK/devel" "$WORK/install" "$WORK/venv" "$WORK/setup.done"
     fi
     echo "$ROOT $WORK" >"$WORK/place"

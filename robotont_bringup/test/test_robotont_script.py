@@ -120,7 +120,7 @@ def test_a_clone_in_another_place_is_built_anew(how, tmp_path):
     shutil.copytree(str(first), str(second))
     if how == "moved":
         shutil.rmtree(str(first))
-    assert f"moved or copied from {first}: built anew" in functions(second, prepare).stdout
+    assert f"moved or copied from {first}: rebuilt" in functions(second, prepare).stdout
     assert not list((second / ".build").glob("*/of_first"))
 
 

@@ -125,12 +125,12 @@ def test_what_cannot_be_written_is_refused_before_anything_else(runs, tmp_path, 
     odd = tmp_path / "odd.yaml"
     odd.write_text(PARAMS.read_text().replace("wheelRadius: ", "wheelRadius: 0.04\nwheelRadius: "))
     assert main(["--wheel-params", str(odd), "-o", str(tmp_path / "new.yaml"), *runs[1]]) == 1
-    assert "cannot be written anew" in capsys.readouterr().err
+    assert "cannot be rewritten" in capsys.readouterr().err
     assert not (tmp_path / "new.yaml").exists()
 
 
 def test_a_real_robot(tmp_path, capsys):
-    """An excerpt of OptiOdom: the point is found, the error falls, and runs left out are better, too."""
+    """An excerpt of OptiOdom: the point is found, the error falls, and held-out runs are better, too."""
     folder = Path(__file__).parent / "data" / "optiodom"
     output = tmp_path / "new.yaml"
     assert main(["--wheel-params", str(folder / "wheel_params.yaml"), "-o", str(output), "--format", "optiodom",
@@ -166,5 +166,5 @@ def test_comments_order_and_style_stay():
     new = with_values(text, {"wheelAmount": 3, "wheelRads": [1.1, 2.0, 3.0], "wheelRadius": 0.0341}, "Made.\nToday.")
     assert new == ("# Made.\n# Today.\n# mine\nwheelAmount: 3\nwheelRads: # [rad]\n  - 1.1  # front\n  - 2.0\n  - 3.0\n"
                    "wheelRadius: 0.0341  # [m] new tyres\nb: x\n")
-    with pytest.raises(ValueError, match="cannot be written anew"):
+    with pytest.raises(ValueError, match="cannot be rewritten"):
         with_values("wheelRadius: 1.0\nwheelRadius: 1.0\n", {"wheelRadius": 2.0}, "")

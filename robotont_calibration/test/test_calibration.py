@@ -18,7 +18,7 @@ from robotont_calibration.calibration import (
     tracked_run,
     turns,
 )
-from robotont_calibration.cross_validation import left_out, next_run
+from robotont_calibration.cross_validation import cross_validate, next_run
 from robotont_calibration.synthetic_runs import (
     NOISE,
     TAPE,
@@ -162,10 +162,10 @@ def test_runs_left_out_together_repeat_the_same_drive():
     runs = taped_runs(SHIPPED) + taped_runs(SHIPPED, 50)
     assert repeats(runs) == [[index, index + 6] for index in range(6)]
     found = calibrate(SHIPPED, runs, Unknowns(SHIPPED), 0.003)
-    blind = left_out(SHIPPED, runs, Unknowns(SHIPPED), 0.003, found)
+    blind = cross_validate(SHIPPED, runs, Unknowns(SHIPPED), 0.003, found)
     fitted = np.mean([errors_along(read_wheels(found.parameters), run)[0] for run in runs])
     assert fitted < blind.place < 10 * fitted
-    assert left_out(SHIPPED, [runs[0], runs[6]], Unknowns(SHIPPED), 0.003, found) is None
+    assert cross_validate(SHIPPED, [runs[0], runs[6]], Unknowns(SHIPPED), 0.003, found) is None
 
 
 def test_the_run_that_would_tell_most_does():

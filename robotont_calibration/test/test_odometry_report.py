@@ -174,8 +174,8 @@ def test_csv_with_truth_and_parameters_of_ones_own(drive, tmp_path, capsys):
     ("time,m0,m1,m2\n1,2,3,4\n1,2," + "9" * 400 + ",4\n", "line 3: found '1,2,999.*numbers up to 1e"),
     ("time,m0,m1,m2\n1,2,3," + "4" * 200000 + "\n", "line 2: found '1,2,3,444.*a row of up to 10000 characters"),
     ("m" * 200000, "line 1: found 'mmm"),
-    (b"# f\xfcr\ntime,m0,m1,m2\n", "no text in UTF-8"),
-    (bytes(range(256)), "no text in UTF-8"),
+    (b"# f\xfcr\ntime,m0,m1,m2\n", "not UTF-8"),
+    (bytes(range(256)), "not UTF-8"),
     (b"time,m0,m1,m2\n1,2,\x00,4\n", "line 2"),
 ], ids=lambda value: repr(value)[:30])
 def test_a_csv_that_is_none_is_refused_with_its_place(tmp_path, content, words):

@@ -258,9 +258,9 @@ class SerialComNodeTest(NodeTest):
         self.board.period = 0.001
         self.start()
         self.command("33.3:-21.7:5.5;\n")
-        before = len(self.board.told)
+        before = len(self.board.reported)
         self.board.line.corrupt = self.board.line.drop = self.board.line.double = 0.01 / 3
-        wait_for(lambda: self.write.publish("33.3:-21.7:5.5;\n") or len(self.board.told) > before + 5000,
+        wait_for(lambda: self.write.publish("33.3:-21.7:5.5;\n") or len(self.board.reported) > before + 5000,
                  "5000 packets", period=0.1)
         self.board.line.corrupt = self.board.line.drop = self.board.line.double = 0.0
         wait_for(lambda: self.board.speeds == [0.0] * 3, "the stop")
@@ -303,8 +303,8 @@ class SerialComNodeTest(NodeTest):
         self.start()
         self.command("10:10:10;\n")
         wait_for(lambda: self.heard()[-1].startswith("0:0:0;"), "the stop")
-        heard, told = len(self.board.heard), len(self.board.told)
-        wait_for(lambda: len(self.board.told) > told + 60, "more than a second")
+        heard, told = len(self.board.heard), len(self.board.reported)
+        wait_for(lambda: len(self.board.reported) > told + 60, "more than a second")
         self.assertEqual(len(self.board.heard), heard)
 
     def test_the_last_packet_is_a_stop_however_the_node_ends(self):

@@ -19,7 +19,7 @@ from robotont_driver.wheels import read_wheels
 from robotont_testing.robots import BARE, SHIPPED, UNEVEN_4
 
 SQUARE = ((0.2, 0, 0), (0, 0.2, 0), (-0.2, 0, 0), (0, -0.2, 0))
-FUZZED_LINES = int(os.environ.get("FUZZED_LINES", "100000"))  # docs/dialects.md states the figure of 1000000
+FUZZED_LINES = int(os.environ.get("FUZZED_LINES", "100000"))  # docs/dialects.md states the figure of 100000
 
 
 def turning_circle(seconds=12.0, speed=0.15, turns=1, rate=50):

@@ -159,8 +159,8 @@ def test_silence_sends_one_stop_packet(port, ends):
         wait_for(lambda: heard(board) == ["0:0:0;"], "the stop after opening")
         end.link.send(b"10:10:10;\n")
         wait_for(lambda: heard(board)[1:] == ["10:10:10;", "0:0:0;"], "the stop after the command")
-        told = len(board.told)
-        wait_for(lambda: len(board.told) > told + 15, "a while")
+        told = len(board.reported)
+        wait_for(lambda: len(board.reported) > told + 15, "a while")
         assert len(board.heard) == 3
         assert end.link.timeouts == 2
 

@@ -73,7 +73,7 @@ def test_progress_says_how_far_it_is():
      "move_base gave up (ABORTED): Failed to find a valid plan; 5.00 m and 0.00 rad were left"),
     ("REJECTED", "", None, GAVE_UP, "move_base gave up (REJECTED): no reason given"),
     ("LOST", "", None, GAVE_UP, "move_base gave up (LOST): no reason given"),
-    ("PREEMPTED", "", None, REPLACED, "cancelled by somebody else, or another goal took its place, after 31.2 s"),
+    ("PREEMPTED", "", None, REPLACED, "cancelled by another client, or another goal took its place, after 31.2 s"),
 ])
 def test_every_end_has_a_status_and_words(state, text, pose, status, words):
     assert outcome(state, text, GOAL, pose, 31.2) == (status, words)

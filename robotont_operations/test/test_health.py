@@ -25,7 +25,7 @@ def test_a_warning():
 def test_nodes_that_are_missing_silent_or_say_nothing():
     rows = table({"/driver_node": True, "/serial_com_node": False}, {})
     assert rows[0] == Row(ERROR, "nodes", "odom_node is not running; /serial_com_node does not answer")
-    assert Row(STALE, "command stream", "driver_node says nothing on /diagnostics") in rows
+    assert Row(STALE, "command stream", "driver_node publishes nothing on /diagnostics") in rows
     assert worst(rows) == 2
 
 

@@ -47,7 +47,7 @@ def faults(done):
 
 
 def the_fault(done):
-    """The only fault told."""
+    """The only reported fault."""
     found = faults(done)
     assert len(found) == 1, done.stdout
     return found[0]
@@ -100,7 +100,7 @@ def test_nothing_is_wrong(machines):
      "/etc/hosts"),
     ({"ROS_MASTER_URI": "robot:11311"}, "wrong ROS_MASTER_URI", "export ROS_MASTER_URI=http://"),
     ({"ROS_MASTER_URI": f"http://{ROBOT}:11399"},
-     "master unreachable: 10.77.0.1 answers, but nobody listens at port 11399", "start the robot's stack"),
+     "master unreachable: 10.77.0.1 answers, but no process listens at port 11399", "start the robot's stack"),
     ({"ROS_MASTER_URI": "http://10.77.0.77:11311"}, "master unreachable: no answer from 10.77.0.77", "ping 10.77.0.77"),
     ({"ROS_MASTER_URI": "http://10.99.0.1:11311"}, "master unreachable: this machine has no way to 10.99.0.1", "cable"),
 ])

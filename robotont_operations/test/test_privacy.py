@@ -13,7 +13,7 @@ from robotont_operations.privacy import clean_parameters, clean_text
 def test_secrets_are_left_out(text):
     cleaned = clean_text(f"before {text} after")
     assert "hunter22" not in cleaned
-    assert "(left out)" in cleaned
+    assert "(removed)" in cleaned
     assert cleaned.startswith("before ")
     assert cleaned.endswith(" after")
 
@@ -27,4 +27,4 @@ def test_the_rest_stays(text):
 def test_parameters():
     given = {"web": {"token": "hunter22", "port": 8080, "users": [{"password": 22}]}, "use_token": True}
     assert clean_parameters(given) == {
-        "web": {"token": "(left out)", "port": 8080, "users": [{"password": "(left out)"}]}, "use_token": True}
+        "web": {"token": "(removed)", "port": 8080, "users": [{"password": "(removed)"}]}, "use_token": True}

@@ -40,15 +40,15 @@ def test_an_empty_token_is_refused(tmp_path):
 def test_the_right_token_and_its_cookie_come_in():
     access = Access("secret-secret")
     assert access.log_in("secret-secret", 0.0) == "in"
-    assert access.knows(access.cookie)
+    assert access.admits(access.cookie)
     assert "secret-secret" not in access.cookie
-    assert Access("secret-secret").knows(access.cookie), "a restart of the server must not ask again"
-    assert not Access("another-secret").knows(access.cookie)
+    assert Access("secret-secret").admits(access.cookie), "a restart of the server must not ask again"
+    assert not Access("another-secret").admits(access.cookie)
 
 
 @pytest.mark.parametrize("cookie", [None, "", "secret-secret", "ä", "0" * 64])
 def test_wrong_cookies_stay_out(cookie):
-    assert not Access("secret-secret").knows(cookie)
+    assert not Access("secret-secret").admits(cookie)
 
 
 def test_guessing_is_slow():
@@ -60,7 +60,7 @@ def test_guessing_is_slow():
 
 
 def test_without_a_token_everybody_is_in():
-    assert Access(None).knows(None)
+    assert Access(None).admits(None)
 
 
 @pytest.mark.parametrize("host, own, names, allowed", [

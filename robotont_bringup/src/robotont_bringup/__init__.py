@@ -1,1 +1,1 @@
-"""What the launch files and the command line need beside the nodes: goals, the robot's size, missing packages."""
+"""Helpers of the launch files: the check for missing packages."""

@@ -1,8 +1,8 @@
 """Checks for a launch file that the ROS packages it starts are there, before anything is started.
 
 A launch file calls it in its first tag, `<param name="..." command="$(find robotont_bringup)/require ..."/>`. Where
-packages are missing it prints one line that says which and how to get them, and exits with 1; roslaunch then ends with
-an error of its own, which names the command. Without it roslaunch leaves out a node whose package is missing and goes
+packages are missing it prints one line that names them and how to get them, and exits with 1; roslaunch then ends with
+an error of its own, which names the command. Without it roslaunch omits a node whose package is missing and goes
 on, or prints all folders of ROS_PACKAGE_PATH.
 """
 
@@ -14,12 +14,12 @@ import rospkg
 
 def missing(packages, paths=None):
     """Those of the packages that are in no folder of `paths` (default: ROS_PACKAGE_PATH), in their order."""
-    known = set(rospkg.RosPack(paths).list())
-    return [package for package in packages if package not in known]
+    installed = set(rospkg.RosPack(paths).list())
+    return [package for package in packages if package not in installed]
 
 
 def words(launch_file, packages, debian_package=None):
-    """One line that says which packages a launch file lacks, and how to get them."""
+    """One line with the packages that a launch file lacks, and how to get them."""
     several = len(packages) > 1
     remedy = f"sudo apt-get install {debian_package} (ROS Noetic; Debian itself has none)" if debian_package else \
         f"build {'them' if several else 'it'} in this workspace"

@@ -9,16 +9,16 @@ from pathlib import Path
 from robotont_calibration.arguments import point, positive
 from robotont_calibration.calibration import Unknowns, calibrate, taped_run, tracked_run, turns
 from robotont_calibration.calibration_report import draw, table
-from robotont_calibration.cross_validation import WORTH, left_out, next_run
+from robotont_calibration.cross_validation import WORTH, cross_validate, next_run
 from robotont_calibration.recordings import FORMATS, read_recording
 from robotont_calibration.wheel_file_writer import with_values
 from robotont_driver.wheel_file import read_wheel_file
 
-TRACKED = (0.002, math.radians(0.2))  # [m], [rad] what a ground truth's poses, and their stamps, may be off
-TAPED = (0.003, math.radians(0.7))    # [m], [rad] what a tape and a ruler on the floor may be off
+TRACKED = (0.002, math.radians(0.2))  # [m], [rad] error of a ground truth's poses, and of their stamps
+TAPED = (0.003, math.radians(0.7))    # [m], [rad] error of a tape and a ruler on the floor
 SECONDS = 5.0                         # [s] of a stretch of a run whose true pose is known all the way
-WHEEL_NOISE = 0.003                   # [m] after 1 m, to begin with; the table tells what the runs really have
-NOWHERE = (0.0, 0.0)                  # [m] the measured point where nothing else is said: the robot's middle
+WHEEL_NOISE = 0.003                   # [m] after 1 m, to begin with; the table shows the estimate from the runs
+NOWHERE = (0.0, 0.0)                  # [m] the default measured point: the robot's middle
 
 
 def parse(arguments):
@@ -26,10 +26,10 @@ def parse(arguments):
     parser = argparse.ArgumentParser(
         prog="calibrate_wheels", fromfile_prefix_chars="@",
         description="Finds wheelRadius, wheelDistanceFromCenter and wheelRads from runs whose true end is known, and "
-                    "writes them to a new file. With --guide it says which runs to make, records them, and asks where "
-                    "the robot stands after each.",
+                    "writes them to a new file. With --guide it announces each run, records it, and asks where "
+                    "the robot stands after it.",
         epilog="A RUN is a .csv or .bag with a ground truth (columns x,y,yaw; --truth), or FILE=X,Y,YAW with the end "
-               "as measured with a tape: [m] forward and left of the start, [degrees] turned, whole turns left aside. "
+               "as measured with a tape: [m] forward and left of the start, [degrees] turned, modulo full turns. "
                "@FILE reads arguments from a file, one a line.")
     parser.add_argument("runs", nargs="*", metavar="RUN", help="recorded runs")
     parser.add_argument("--wheel-params", required=True, metavar="FILE", help="wheel_params.yaml to begin with")
@@ -39,21 +39,21 @@ def parse(arguments):
     parser.add_argument("--picture", default="calibration.png", metavar="PNG", help="default: %(default)s")
     parser.add_argument("--radius", choices=("auto", "common", "each", "fixed"), default="auto",
                         help="one factor for all wheels, a radius for each, as it is, or auto: a radius for each where "
-                             "that makes runs better that were left out (default: %(default)s)")
+                             "that lowers the error of held-out runs (default: %(default)s)")
     parser.add_argument("--distance", choices=("common", "fixed"), default="common", help="default: %(default)s")
     parser.add_argument("--angles", choices=("each", "fixed"), default="each", help="default: %(default)s")
     parser.add_argument("--point", type=point, metavar="POINT", help=(
-        "what the measured poses are of: free (looked for), fixed (the robot's middle), or X,Y in base_link [m] "
+        "the measured point: free (estimated), fixed (the robot's middle), or X,Y in base_link [m] "
         "(default: free where the runs turn)"))
     parser.add_argument("--format", choices=FORMATS, default="auto",
                         help="of recordings: by their names, or runs of the OptiOdom data set (default: %(default)s)")
     parser.add_argument("--truth", metavar="TOPIC", help="ground truth in bags, or while guiding")
     parser.add_argument("--packets", metavar="TOPIC", default="serial_read", help="default: %(default)s")
-    guide = parser.add_argument_group("guided runs (a ROS master and a robot that runs)")
+    guide = parser.add_argument_group("guided runs (a ROS master and a running robot)")
     guide.add_argument("--guide", metavar="FOLDER", help="make the runs now and keep them in this folder")
     guide.add_argument("--side", type=positive, default=2.0, metavar="M", help="of the squares (default: %(default)s)")
     guide.add_argument("--turns", type=positive, default=3.0, metavar="N",
-                       help="on the spot; few, for nobody measures whole turns (default: %(default)s)")
+                       help="on the spot; keep it small: whole turns cannot be measured (default: %(default)s)")
     guide.add_argument("--line", type=positive, default=3.0, metavar="M", help="sideways (default: %(default)s)")
     options = parser.parse_args(arguments)
     if bool(options.guide) == bool(options.runs):
@@ -99,7 +99,7 @@ def main(arguments=None):
 
 
 def run(options):
-    """Make or read the runs, calibrate, write and tell. Returns the exit status."""
+    """Make or read the runs, calibrate, write and report. Returns the exit status."""
     wheels, given, text = read_wheel_file(options.wheel_params)
     unknowns_of(options, given, options.point or "free", options.radius)
     if Path(options.output).exists() and not options.force:
@@ -121,8 +121,9 @@ def run(options):
               file=sys.stderr)
     advice = next_run(found, unknowns, TAPED)
     if advice:
-        print(f"\nnext: {advice.name}. Of all runs this would tell most: the error expected of the parameters, at the "
-              f"end of such drives,\nfalls from {1000 * advice.now:.0f} to {1000 * advice.then:.0f} mm.")
+        print(f"\nnext: {advice.name}. Of all runs this one is the most informative: the error expected of "
+              f"the parameters, at the end of such drives,\nfalls from {1000 * advice.now:.0f} to "
+              f"{1000 * advice.then:.0f} mm.")
     note = "Made by calibrate_wheels from " + ", ".join(each.name for each in runs) + "."
     Path(options.output).write_text(with_values(text, found.parameters, note))
     draw(options.picture, given, found, runs)
@@ -136,13 +137,13 @@ def unknowns_of(options, given, where, radius):
 
 
 def choose(options, given, runs):
-    """(`Unknowns`, `Calibration`, `LeftOut` or None) by the options, and by runs left out where they leave it open."""
+    """(`Unknowns`, `Calibration`, `HeldOut` or None) by the options, and by held-out runs where they leave it open."""
     where = options.point or ("free" if turns(runs) else NOWHERE)
     best = None
     for radius in ("common", "each") if options.radius == "auto" else (options.radius,):
         unknowns = unknowns_of(options, given, where, radius)
         found = calibrate(given, runs, unknowns, WHEEL_NOISE)
-        blind = left_out(given, runs, unknowns, WHEEL_NOISE, found)
+        blind = cross_validate(given, runs, unknowns, WHEEL_NOISE, found)
         if best is None or blind.place < WORTH * best[2].place:
             best = unknowns, found, blind
         if blind is None:

@@ -1,9 +1,9 @@
-"""Wheel parameters from recorded runs, by non-linear least squares over where the counts lead.
+"""Wheel parameters from recorded runs, by non-linear least squares on the motion that the counts give.
 
-A run is a list of packets and where the robot was at some of them. Stretches of it are compared: what the counts
-make of each one with some parameters, and how the measured point of the robot really moved meanwhile, in units of
-what the measurement and the wheels' noise explain. Each parameter also keeps near its old value, loosely: where the
-runs say nothing of it, it stays.
+A run is a list of packets and the robot's poses at some of them. Its stretches are compared: the motion computed from
+the counts with given parameters, and the true motion of the measured point, in standard deviations of the measurement
+and of the wheels' noise. Each parameter is also tied loosely to its old value: one that the runs do not determine
+stays there.
 """
 
 import math
@@ -29,18 +29,18 @@ SLIP = 0.0005        # how much parameters differ from drive to drive, to begin 
 SLIP_TIE = math.log(5.0)        # by what factor that may be off before the runs
 POINT_SLIP = 0.1     # [m] by which the point differs from drive to drive where lengths differ by their whole
 OUTLYING = 3.0       # a run with errors this many times as large as the noise explains loses weight
-TURNING = math.radians(30)  # stretches that end with another heading than this tell where the measured point is
+TURNING = math.radians(30)  # stretches that end with a heading change above this determine the measured point
 STEP = 1e-6          # of a value, for derivatives
 ALIKE = 0.1          # runs whose wheels' paths differ by less than this part of them repeat the same drive
 
 
 class Run(NamedTuple):
-    """A recorded run: what the wheels counted, where the robot was at some packets, and which stretches count."""
+    """A recorded run: the wheels' counts, the robot's poses at some packets, and the stretches that are compared."""
 
     name: str
     counts: np.ndarray             # K x n [edges]
     marks: np.ndarray              # M rising numbers of packets that had come when a pose was measured
-    poses: np.ndarray              # M x 3 measured there: x [m], y [m], yaw [rad], whole turns left aside
+    poses: np.ndarray              # M x 3 measured there: x [m], y [m], yaw [rad], modulo full turns
     deviation: Tuple[float, float]  # standard deviations of each as measured: place [m], yaw [rad]
     stretches: np.ndarray          # L x 2 indices of marks: begin and end
 
@@ -61,14 +61,14 @@ def tracked_run(name, times, counts, truth, seconds, deviation):
     """`Run` of which the truth is known all the way, in half overlapping stretches of about so many `seconds`.
 
     times: K [s] of the packets, rising; counts: K x n; truth: `Trajectory`. Only where the truth is known. Stretches
-    without motion are left out. Raises ValueError when nothing is left.
+    without motion are excluded. Raises ValueError when nothing is left.
     """
-    known = np.flatnonzero((times >= truth.times[0]) & (times <= truth.times[-1]))
+    tracked = np.flatnonzero((times >= truth.times[0]) & (times <= truth.times[-1]))
     stretches = []
-    if len(known) > 1:
-        duration = times[known[-1]] - times[known[0]]
+    if len(tracked) > 1:
+        duration = times[tracked[-1]] - times[tracked[0]]
         amount = max(1, round(4 * duration / seconds))  # quarters of a stretch
-        marks = np.unique(np.linspace(known[0], known[-1], amount + 1).round().astype(int))
+        marks = np.unique(np.linspace(tracked[0], tracked[-1], amount + 1).round().astype(int))
         length = min(4, len(marks) - 1)
         begins = np.unique(np.append(np.arange(0, len(marks) - length, 2), len(marks) - 1 - length))
         counts = np.asarray(counts)
@@ -134,14 +134,14 @@ def _scaled(value, factors):
 
 
 class Calibration(NamedTuple):
-    """What `calibrate` found."""
+    """Result of `calibrate`."""
 
     parameters: dict            # with the keys of wheel_params.yaml
     point: Tuple[float, float]  # [m] in base_link, which the measured poses are of
-    names: Tuple[str, ...]      # of what was looked for
+    names: Tuple[str, ...]      # of the estimated values
     values: np.ndarray          # as in Unknowns.parameters, then the point where it was looked for
     covariance: np.ndarray      # of the values
-    undetermined: Tuple[str, ...]  # names of what the runs say little or nothing of
+    undetermined: Tuple[str, ...]  # names of values that the runs hardly determine
     wheel_noise: float          # [m] after 1 m, which grows with the root of the way and explains what remains,
     measured: float             # together with so many times the stated deviation of the measurement
     slip: float                 # by how much parameters differ from drive to drive: a share of lengths, [rad]
@@ -159,7 +159,7 @@ def calibrate(given, runs, unknowns, wheel_noise, near=None):
     near: a `Calibration` of the same unknowns from almost the same runs, to begin with its values and noise.
 
     given: mapping with the keys of wheel_params.yaml, the old values. wheel_noise: standard deviation [m]
-    of a wheel's path after 1 m, roughly; the runs tell it better. Raises ParameterError for wrong old values,
+    of a wheel's path after 1 m, roughly; it is estimated from the runs. Raises ParameterError for wrong old values,
     ValueError without runs.
     """
     if not runs:
@@ -188,7 +188,7 @@ def calibrate(given, runs, unknowns, wheel_noise, near=None):
 
 
 def _residuals(runs, unknowns, whiten, values):
-    """What is left of each stretch (3 numbers), of all runs, in standard deviations."""
+    """Residuals of each stretch (3 numbers), of all runs, in standard deviations."""
     wheels, point = read_wheels(unknowns.parameters(values)), unknowns.point(values)
     return np.concatenate([np.einsum("lij,lj->li", matrix, misfits(wheels, run, point)).ravel()
                            for run, matrix in zip(runs, whiten)])
@@ -251,7 +251,7 @@ def _fit(runs, unknowns, whiten, start):
 
 
 def _linear(runs, unknowns, whiten, values, noise):
-    """(H, b) of each group of repeats at `values`: the information, and what pulls the values: they tend to H^-1 b."""
+    """(H, b) of each group of repeats at `values`: the information, and the pull on the values: they tend to H^-1 b."""
     now, jacobian = (function(runs, unknowns, whiten, values) for function in (_residuals, _slopes))
     wheels = read_wheels(unknowns.parameters(values))
     slices = _slices(runs)
@@ -270,7 +270,7 @@ def _linear(runs, unknowns, whiten, values, noise):
 
 
 def _scatter(wheels, run, jacobian, whiten, noise):
-    """P x P covariance of what pulls the values, from the errors of each packet and of each measured pose."""
+    """P x P covariance of the pull on the values, from the errors of each packet and of each measured pose."""
     to_step = Kinematics(wheels).inverse * np.array(wheels.metres_per_edge)
     poses = np.vstack([np.zeros(3), se2.path(steps_of(wheels, run.counts))])
     pulls = np.swapaxes(jacobian.reshape(len(run.stretches), 3, -1), 1, 2) @ whiten  # L x P x 3, by a misfit
@@ -307,7 +307,7 @@ def _by_step(poses, begin, end):
 def _mixed(groups, unknowns, slip):
     """(values, covariance, likelihood) when each drive has parameters of its own, by `slip` around the common ones.
 
-    A random-effects model: a group whose curvature is H and pull b says H^-1 b with the covariance H^-1 + D.
+    A random-effects model: a group whose curvature is H and pull b estimates H^-1 b with the covariance H^-1 + D.
     likelihood: twice its negative logarithm, but for a constant.
     """
     own = _own(unknowns, slip)
@@ -377,7 +377,7 @@ def repeats(runs):
 
 
 def turns(runs):
-    """Whether the runs turn enough between measured poses to tell where the measured point is."""
+    """Whether the runs turn enough between measured poses to determine the measured point."""
     return any(np.abs(se2.wrap(run.moved[:, 2])).max() > TURNING for run in runs)
 
 
@@ -455,7 +455,7 @@ def _spread(wheels, run):
 
 
 def _likely_noise(runs, spreads, left, weights, expected):
-    """(wheel noise, factor of the measurement's deviation) that makes what is `left` likeliest, tied to `expected`."""
+    """Likeliest (wheel noise, factor of the measurement's deviation) for the residuals `left`, tied to `expected`."""
     spread = _Spread(*(np.concatenate(parts) for parts in zip(*spreads)))
     left = np.concatenate(left)
     weight = np.concatenate([np.full(len(run.stretches), each) for run, each in zip(runs, weights)])

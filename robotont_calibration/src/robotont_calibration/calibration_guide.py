@@ -1,4 +1,4 @@
-"""Guides through the runs of a calibration: says what comes, records it, drives on Enter, asks where it ended."""
+"""Guides through the runs of a calibration: announces each, drives it on Enter, records it, asks where it ended."""
 
 import sys
 import time
@@ -19,7 +19,7 @@ LONGEST_REST = 10.0  # [s] to wait for that
 
 
 def runs_of(options, frequency):
-    """(name, what happens, what it needs, twists) of each run."""
+    """(name, description, required space, twists) of each run."""
     side, turns, line = options.side, options.turns, options.line
     free = f"{side + 0.5:g} m x {side + 0.5:g} m of free floor, in front and to the "
     return [
@@ -33,7 +33,7 @@ def runs_of(options, frequency):
 
 
 def guide(options, wheels):
-    """Make the runs; list of RUN arguments for calibrate_wheels. Nothing moves before the user says so.
+    """Make the runs; list of RUN arguments for calibrate_wheels. Nothing moves before the user confirms.
 
     Raises ValueError when no packets come or when no run was made.
     """
@@ -63,9 +63,9 @@ def guide(options, wheels):
 
 
 def _one_run(robot, file, twists):
-    """RUN argument of a run that was made and kept in a file; "s" to leave it out, "q" to end."""
+    """RUN argument of a run that was made and kept in a file; "s" to skip it, "q" to end."""
     while True:
-        answer = ask("Enter: the robot drives now. m: you move it yourself. s: leave this run out. q: no more runs. ")
+        answer = ask("Enter: the robot drives now. m: you move it yourself. s: skip this run. q: no more runs. ")
         if answer in ("q", "s"):
             return answer
         if robot.record(twists if answer != "m" else None):
@@ -95,7 +95,7 @@ def ask_for_end():
 
 
 class _Robot:
-    """The robot as this guide sees it: commands out; packets, and perhaps true poses, in."""
+    """Interface to the robot: publishes commands; records packets and, optionally, true poses."""
 
     def __init__(self, options, wheels):
         self._frequency = wheels.pid_frequency
@@ -153,7 +153,7 @@ class _Robot:
         return len(newest) == RESTING and not any(any(counts) for _, counts in newest)
 
     def save(self, file):
-        """Write the run; returns what calibrate_wheels wants behind the file's name."""
+        """Write the run; returns the suffix that calibrate_wheels expects after the file's name."""
         packets = list(self._recording.packets)
         if not self._with_truth:
             write_csv(file, packets)

@@ -1,4 +1,4 @@
-"""What a calibration has changed: a table, and a picture of before and after."""
+"""The result of a calibration: a table, and a picture of before and after."""
 
 import math
 
@@ -17,7 +17,7 @@ be looked for."""
 def table(given, found, runs, blind=None):
     """Text: each parameter before and after with its uncertainty, and each run's errors.
 
-    given: mapping with the old parameters. found: `Calibration`. blind: `LeftOut` of the runs, where there is one.
+    given: mapping with the old parameters. found: `Calibration`. blind: `HeldOut` of the runs, where there is one.
     """
     lines = [f"{'parameter':24} {'unit':4} {'before':>10} {'after':>10} {'change':>10} {'std. dev.':>10}"]
     for name, value, deviation in zip(found.names, found.values, found.deviations):
@@ -36,7 +36,7 @@ def table(given, found, runs, blind=None):
     if "point x" in found.names:
         lines += ["", SAME_THING]
     lines += ["", "error of place along each run (root of the mean square) and of heading at its end", "",
-              f"{'run':24} {'before':>18} {'after':>18}" + (f" {'if left out':>18}" if blind else "")]
+              f"{'run':24} {'before':>18} {'after':>18}" + (f" {'held out':>18}" if blind else "")]
     errors = [[errors_along(read_wheels(parameters), run, found.point) for run in runs]
               for parameters in (given, found.parameters)]
     if blind:
@@ -45,12 +45,12 @@ def table(given, found, runs, blind=None):
     lines += [f"{name:24} " + " ".join(f"{words(error):>18}" for error in row) for name, *row in zip(*rows)]
     lines.append(f"{'mean':24} " + " ".join(f"{words(np.mean(column, axis=0)):>18}" for column in errors))
     if blind:
-        lines += ["", "if left out: with parameters that were found without that run and without its repeats"]
+        lines += ["", "held out: with parameters that were estimated without that run and without its repeats"]
     return "\n".join(lines)
 
 
 def pick(value, index):
-    """The number at an index (text, perhaps empty) of a number or list; the mean of a list without one."""
+    """The number at an index (a string, perhaps empty) of a number or list; the mean of a list without one."""
     return float(np.mean(value)) if not index or not isinstance(value, (list, tuple)) else value[int(index)]
 
 

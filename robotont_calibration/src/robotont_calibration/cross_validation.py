@@ -1,4 +1,4 @@
-"""How good a calibration is on runs that it has not seen, and which run would improve it most."""
+"""How good a calibration is on runs that it was not fitted to, and the run that would improve it most."""
 
 import math
 from typing import NamedTuple
@@ -18,12 +18,12 @@ from robotont_calibration.calibration import (
 from robotont_driver.kinematics import Kinematics
 from robotont_driver.wheels import read_wheels
 
-WORTH = 0.95     # more radii are taken when they leave less than this part of the error on runs left out
+WORTH = 0.95     # more radii are taken when they leave less than this part of the error on held-out runs
 LITTLE = 0.9     # another run is recommended when it leaves less than this part of the expected error
 STEP = 1e-5      # of a value, for derivatives
 
 
-class LeftOut(NamedTuple):
+class HeldOut(NamedTuple):
     """Errors of each run with parameters that were found without it and its repeats."""
 
     places: np.ndarray  # [m] root of the mean square along each run, or at its end
@@ -40,10 +40,10 @@ class LeftOut(NamedTuple):
         return float(self.yaws.mean())
 
 
-def left_out(given, runs, unknowns, wheel_noise, found):
-    """`LeftOut` of runs, or None where they all repeat one drive. found: `Calibration` from all of them.
+def cross_validate(given, runs, unknowns, wheel_noise, found):
+    """`HeldOut` of runs, or None where they all repeat one drive. found: `Calibration` from all of them.
 
-    Runs that repeat a drive are left out together, for they share what is special about it.
+    Runs that repeat a drive are held out together, because they share the parameters of that drive.
     """
     groups = repeats(runs)
     if len(groups) < 2:
@@ -55,13 +55,13 @@ def left_out(given, runs, unknowns, wheel_noise, found):
         wheels = read_wheels(blind.parameters)
         for index in group:
             places[index], yaws[index] = errors_along(wheels, runs[index], blind.point)
-    return LeftOut(places, yaws)
+    return HeldOut(places, yaws)
 
 
 class Recommendation(NamedTuple):
-    """The run that would tell most."""
+    """The most informative next run."""
 
-    name: str      # of the drive, in words
+    name: str      # of the drive, for display
     now: float     # [m] expected error at the end of the drives, of parameters alone
     then: float    # [m] the same with another such run
 
@@ -87,8 +87,8 @@ def next_run(found, unknowns, deviation, side=2.0, turns=3.25, line=3.0):
     def expected(covariance):
         return math.sqrt(np.mean([np.trace(slope @ covariance @ slope.T) for slope in slopes]))
     now = expected(found.covariance)
-    known = np.linalg.inv(found.covariance)
-    then, name = min((expected(np.linalg.inv(known + information(run, unknowns, found))), name) for name, run in runs)
+    prior = np.linalg.inv(found.covariance)
+    then, name = min((expected(np.linalg.inv(prior + information(run, unknowns, found))), name) for name, run in runs)
     return Recommendation(name, now, then) if then < LITTLE * now else None
 
 

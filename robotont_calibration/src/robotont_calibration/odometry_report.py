@@ -28,7 +28,7 @@ def parse(arguments):
     parser.add_argument("--commands", metavar="TOPIC", default="cmd_vel", help="commands (default: %(default)s)")
     parser.add_argument("--packets", metavar="TOPIC", default="serial_read", help="packets (default: %(default)s)")
     parser.add_argument("--wheel-params", metavar="FILE",
-                        help="compute the odometry anew, from the packets, with this wheel_params.yaml")
+                        help="recompute the odometry from the packets, with this wheel_params.yaml")
     parser.add_argument("--point", type=coordinates, default=(0.0, 0.0), metavar="X,Y", help=(
         "which point of base_link the ground truth is of [m], as calibrate_wheels finds it (default: its middle)"))
     parser.add_argument("--format", choices=FORMATS, default="auto",
@@ -72,7 +72,7 @@ def make_report(recording, options):
 def listen(topics, seconds):
     """`Recording` of live topics, until Ctrl-C or for some seconds from the first message on.
 
-    Raises RecordingError without a master, or when a topic of unknown type is not there.
+    Raises RecordingError without a master, or when a topic of unknown type does not exist.
     """
     import rosgraph  # here, for bags and CSV need no ROS
     import rospy
@@ -89,10 +89,11 @@ def listen(topics, seconds):
     for kind, topic in topics.items():
         if not topic:
             continue
-        known = types.get(kind) or get_topic_class(rospy.resolve_name(topic))[0]
-        if known is None:
+        message_type = types.get(kind) or get_topic_class(rospy.resolve_name(topic))[0]
+        if message_type is None:
             raise RecordingError(f"found no topic {topic}; is its node running?")
-        rospy.Subscriber(topic, known, lambda message, kind=kind: recording.take(kind, rospy.get_time(), message))
+        rospy.Subscriber(topic, message_type,
+                         lambda message, kind=kind: recording.take(kind, rospy.get_time(), message))
     print("listening; Ctrl-C ends it and makes the report", file=sys.stderr)
     begun = None
     try:

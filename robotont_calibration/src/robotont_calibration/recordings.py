@@ -40,7 +40,7 @@ class RecordingError(ValueError):
 
 
 class Recording:
-    """What was recorded, in lists of (time [s], value): poses, packets (tuples of counts), twists."""
+    """A recording, in lists of (time [s], value): poses, packets (tuples of counts), twists."""
 
     def __init__(self):
         self.odometry = []   # (x, y, yaw) that odom_node published
@@ -173,7 +173,7 @@ def _read_bag(path, topics):
                 recording.take(wanted[topic], time.to_sec(), message)
     except RecordingError:
         raise
-    except Exception as error:  # a spoilt bag can raise whatever rosbag, its decompressors and generated code raise
+    except Exception as error:  # a corrupt bag can raise whatever rosbag, its decompressors and generated code raise
         words = f"{type(error).__name__}: {str(error)[:200]}"
         raise RecordingError(f"{path}: no bag that can be read: {words}") from error
     return recording
@@ -186,7 +186,7 @@ def _read_csv(path):
         with open(str(path), newline="", encoding="utf-8") as file:
             lines = [(number, line) for number, line in enumerate(file, 1) if line.strip() and not line.startswith("#")]
     except UnicodeDecodeError as error:
-        raise RecordingError(f"{path}: found bytes that are no text in UTF-8, allowed: a CSV") from error
+        raise RecordingError(f"{path}: found bytes that are not UTF-8, allowed: a CSV") from error
     rows = [(number, _split(path, number, line)) for number, line in lines]
     if not rows:
         raise RecordingError(f"{path}: found nothing, allowed: a heading time,m0,m1,... and packets")

@@ -16,7 +16,7 @@ TAPE = (0.002, math.radians(0.5))     # [m], [rad] a tape's and a ruler's
 
 
 def true_of(wrong, radius=1.0, distance=1.0, angles=()):
-    """Parameters of the real robot, for `wrong` ones: what they are larger by, in parts and in degrees."""
+    """Parameters of the real robot, for `wrong` ones: their excess, as fractions and in degrees."""
     rads = list(wrong["wheelRads"])
     for wheel, degrees in angles:
         rads[wheel] -= math.radians(degrees)

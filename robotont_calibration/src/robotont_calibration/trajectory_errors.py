@@ -26,7 +26,7 @@ STYLE = {
 class Report:
     """An estimate against a reference, both `Trajectory`, and the packets' stamps [s].
 
-    named: what the reference is. alignment: one of trajectory.ALIGNMENTS. delta: [m] stretch for relative errors.
+    named: name of the reference. alignment: one of trajectory.ALIGNMENTS. delta: [m] stretch for relative errors.
     """
 
     def __init__(self, estimate, reference, named, packet_times=(), refused=0, alignment="origin", delta=1.0):
@@ -73,17 +73,17 @@ class Report:
         ]
         for what, times in (("odometry", self.estimate.times), ("packets", self.packet_times)):
             if len(times) > 1:
-                told = timing(times)
-                rows.append((what, f"{told.messages} at {told.rate:.1f}/s, {told.missing} missing"))
+                found = timing(times)
+                rows.append((what, f"{found.messages} at {found.rate:.1f}/s, {found.missing} missing"))
                 rows.append((f"{what}: time between two", (
-                    f"{1000 * told.period:.1f} ms, 99 % within ±{1000 * told.jitter:.1f} ms, "
-                    f"longest {1000 * told.longest:.0f} ms")))
+                    f"{1000 * found.period:.1f} ms, 99 % within ±{1000 * found.jitter:.1f} ms, "
+                    f"longest {1000 * found.longest:.0f} ms")))
         if len(self.packet_times):
             rows.append(("packets refused", str(self.refused)))
         return rows
 
     def table(self):
-        """The rows as text."""
+        """The rows as a string."""
         rows = self.rows()
         width = max(len(what) for what, _ in rows)
         return "\n".join(f"{what.ljust(width)}  {value}" for what, value in rows)
@@ -130,9 +130,9 @@ class Report:
 
 
 def drawing_style():
-    """What of STYLE this matplotlib knows."""
-    known = pyplot().rcParams
-    return {name: value for name, value in STYLE.items() if name in known}
+    """The entries of STYLE that this matplotlib supports."""
+    supported = pyplot().rcParams
+    return {name: value for name, value in STYLE.items() if name in supported}
 
 
 def pyplot():

@@ -1,4 +1,4 @@
-"""A wheel_params.yaml written anew with other values, so that order, comments and style stay."""
+"""Rewrites a wheel_params.yaml with other values; order, comments and style stay."""
 
 import io
 import re
@@ -13,7 +13,7 @@ def with_values(text, parameters, note):
     """`text` of a wheel_params.yaml with the values of `parameters` in it and a comment `note` on top.
 
     Only values that have changed are touched: comments, order and style (lists in brackets or one item a line) stay.
-    Raises ValueError rather than return what does not read back as exactly these values.
+    Raises ValueError rather than return a file that does not read back as exactly these values.
     """
     old = yaml.safe_load(text)
     changed = {key: rounded(value) for key, value in parameters.items() if old.get(key) != value}
@@ -21,7 +21,7 @@ def with_values(text, parameters, note):
     try:
         found = yaml.safe_load(new)
     except yaml.YAMLError as error:
-        raise ValueError(f"found a file that cannot be written anew with its comments: {error}") from error
+        raise ValueError(f"found a file that cannot be rewritten with its comments: {error}") from error
     if found != {**old, **changed}:
         wrong = [key for key in {**old, **changed} if found.get(key) != {**old, **changed}[key]]
         raise ValueError(f"found a file that reads back with another {', '.join(wrong)}, allowed: KEY: VALUE")
@@ -47,7 +47,7 @@ def _replaced(text, changed):
                 data[key] = _in_brackets(value) if isinstance(value, list) else value
         document.dump(data, stream)
     except YAMLError as error:
-        raise ValueError(f"found a file that cannot be written anew with its comments: {error}") from error
+        raise ValueError(f"found a file that cannot be rewritten with its comments: {error}") from error
     return stream.getvalue()
 
 

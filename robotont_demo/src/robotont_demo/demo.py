@@ -22,7 +22,7 @@ from robotont_testing.harness import Master
 
 
 def parse(words):
-    """The options; exits with status 2 and words when they are wrong."""
+    """The options; exits with status 2 and a message when they are wrong."""
     parser = argparse.ArgumentParser(prog="demo", description=__doc__.splitlines()[0])
     parser.add_argument("--picture", type=Path, default="demo.png", help="where to put the picture [%(default)s]")
     parser.add_argument("--bad-bytes", type=float, default=0.001, metavar="RATE",
@@ -53,7 +53,7 @@ def run(options):
         try:
             drive(steps, commander, robot, recorder)
         except AssertionError as error:
-            raise AssertionError(f"{error}; the stack said:\n{robot.log.read_text()}") from None
+            raise AssertionError(f"{error}; output of the stack:\n{robot.log.read_text()}") from None
         recorder.end()
         robot.close()
     odometry, truth = recorder.odometry.snapshot(), robot.truth.snapshot()
@@ -71,7 +71,7 @@ def figures(link, error, allowed):
     return [
         ("packets written to the line", link["packets written"]),
         ("packets published on serial_read", link["packets published"]),
-        ("  lines spoilt on the way, and dropped", link["lines dropped"]),
+        ("  lines corrupted on the way, and dropped", link["lines dropped"]),
         ("  periods repaired from the totals", link["periods repaired"]),
         ("end pose, odometry against truth", f"{error[0] * 1000:.2f} mm, {math.degrees(error[1]):.3f} deg"),
         ("  allowed", f"{allowed[0] * 1000:g} mm, {math.degrees(allowed[1]):g} deg"),

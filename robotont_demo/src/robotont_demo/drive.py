@@ -35,7 +35,7 @@ class Commander:
 
 
 def drive(steps, commander, robot, recorder):
-    """Follow the Steps, then stop; AssertionError that names what does not happen."""
+    """Follow the Steps, then stop; AssertionError that names the missing event."""
     wait_for(lambda: len(recorder.odometry) and len(robot.truth) and commander.connected(), "the stack", timeout=60.0)
     follow(steps, commander)
     wait_for(lambda: commander.stop() or robot.stands(), "the robot to stop", period=PERIOD)

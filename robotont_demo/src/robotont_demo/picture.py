@@ -43,7 +43,7 @@ def draw_paths(axes, commanded, odometry, truth):
 
 
 def draw_distances(axes, odometry, truth, allowed):
-    """Over time, with what is allowed at the end."""
+    """Over time, with the bound at the end."""
     distance = 1000 * distances(odometry, truth)
     axes.plot(odometry.stamps - odometry.stamps[0], distance, color=ODOMETRY, linewidth=0.9)
     axes.axhline(1000 * allowed, color="#9e9e9e", linestyle=":", label="allowed at the end")

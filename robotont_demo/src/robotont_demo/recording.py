@@ -1,4 +1,4 @@
-"""What is recorded on the way, and the odometry compared with the truth by the stamps of both."""
+"""The recorded topics, and the odometry compared with the truth by the stamps of both."""
 
 import threading
 from typing import NamedTuple

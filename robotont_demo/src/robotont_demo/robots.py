@@ -1,7 +1,7 @@
 """The robots that the demo drives. Each starts the stack behind a line that spoils bytes, and records its truth.
 
-`name` in words; `SPEED` [m/s] of its drive; `LARGEST_ERROR` ([m], [rad]) that the odometry may have at the end;
-`truth` a Track; `log` the file of what the stack prints; `figures(commands)` rows for the closing table that only this
+`name` for display; `SPEED` [m/s] of its drive; `LARGEST_ERROR` ([m], [rad]) that the odometry may have at the end;
+`truth` a Track; `log` the file with the stack's output; `figures(commands)` rows for the closing table that only this
 robot can give.
 """
 
@@ -91,7 +91,7 @@ class IdealMotors:
         self._to_motion = kinematics.inverse * np.array(kinematics.wheels.metres_per_edge)
         self._turned = np.zeros(kinematics.wheels.amount)
         self._pose = 0.0, 0.0, 0.0
-        self._arrivals = []  # [s] monotonic, of what the PC writes
+        self._arrivals = []  # [s] monotonic, of the PC's writes
         self._board = Board(str(master.folder / "board"))
         self._board.line.corrupt = bad_bytes
         self._board.on_period = self._on_period
@@ -120,7 +120,7 @@ class IdealMotors:
         median, late = np.percentile(1000 * (arrivals[first] - sent), (50, 99))
         return [
             ("packets to the board", len(self._board.heard)),
-            ("packets from the board", len(self._board.told)),
+            ("packets from the board", len(self._board.reported)),
             ("command to board, median", f"{median:.2f} ms"),
             ("command to board, 99 %", f"{late:.2f} ms"),
         ]

@@ -1,4 +1,4 @@
-"""What the demo drives: a square without turning, then a circle with one turn the other way. Knows no ROS."""
+"""The demo's drive: a square without turning, then a circle with one turn the other way. Free of ROS."""
 
 import math
 from typing import NamedTuple, Tuple

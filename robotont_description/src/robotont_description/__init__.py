@@ -1,1 +1,1 @@
-"""What a person sees of Robotont: its model and its path."""
+"""Visualisation of Robotont: its model and its geometry."""

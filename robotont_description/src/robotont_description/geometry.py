@@ -55,7 +55,7 @@ def laser_height(wheels):
 
 
 def shipped_wheel_file(name="wheel_params.yaml"):
-    """Path of a wheel file that robotont_bringup ships. Raises OSError where the package is not there."""
+    """Path of a wheel file that robotont_bringup ships. Raises OSError where the package is not installed."""
     try:
         return Path(rospkg.RosPack().get_path("robotont_bringup")) / "config" / name
     except rospkg.ResourceNotFound:
@@ -63,7 +63,7 @@ def shipped_wheel_file(name="wheel_params.yaml"):
 
 
 def main():
-    """Print the radius [m]; exit status 1 with words when the wheel parameters are wrong."""
+    """Print the radius [m]; exit status 1 and a message when the wheel parameters are wrong."""
     parser = argparse.ArgumentParser(description="Print the radius of the robot's round footprint [m].")
     parser.add_argument("wheel_params", nargs="?", help="wheel_params.yaml [config/wheel_params.yaml]")
     options = parser.parse_args()

@@ -14,7 +14,7 @@ USAGE = "usage: describe [wheel_params:=FILE] [prefix:=robot1/] [official:=true]
 
 
 def urdf(wheel_params="", prefix="", official="false"):
-    """The model as URDF text.
+    """The model as a URDF string.
 
     wheel_params: path of a wheel_params.yaml; empty: the repository's config/wheel_params.yaml.
     prefix: put before the names of all links and joints.
@@ -47,7 +47,7 @@ def find_xacro():
 
 
 def main():
-    """Print the URDF; name:=value arguments as in launch files. Exit status 1 with words when it fails."""
+    """Print the URDF; name:=value arguments as in launch files. Exit status 1 and a message when it fails."""
     if {"-h", "--help"} & set(sys.argv[1:]):
         print(USAGE)
         return

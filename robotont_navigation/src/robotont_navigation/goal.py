@@ -1,4 +1,4 @@
-"""A place to go to and how far it is, in plain numbers and words, without ROS."""
+"""A place to go to and how far it is, in plain numbers and strings, without ROS."""
 
 import math
 from typing import NamedTuple
@@ -27,17 +27,17 @@ class Outcome(NamedTuple):
 
 
 def read_coordinate(text):
-    """[m] from text; raises ValueError with what was found and what is allowed."""
+    """[m] from a string; raises ValueError with the found and the allowed values."""
     return _number(text, FARTHEST, f"a number from -{FARTHEST:g} to {FARTHEST:g} [m]")
 
 
 def read_yaw(text):
-    """[rad] from text; raises ValueError with what was found and what is allowed."""
+    """[rad] from a string; raises ValueError with the found and the allowed values."""
     return _number(text, FULL_TURN + 1e-3, "a number from -6.28 to 6.28 [rad], not degrees")
 
 
 def read_seconds(text):
-    """[s] >= 0 from text; raises ValueError with what was found and what is allowed."""
+    """[s] >= 0 from a string; raises ValueError with the found and the allowed values."""
     seconds = _number(text, 1e6, "a number from 0 to 1000000 [s]")
     if seconds < 0:
         raise ValueError(f"found {text.strip()!r}, allowed: a number from 0 to 1000000 [s]")
@@ -74,9 +74,9 @@ def remaining(pose, goal):
 
 
 def progress(pose, goal, elapsed):
-    """Words about a robot at `pose`, None where nothing is known, `elapsed` [s] after it was sent to `goal`."""
+    """Progress message for a robot at `pose` (None: unknown), `elapsed` [s] after it was sent to `goal`."""
     if pose is None:
-        return f"{elapsed:4.0f} s  waiting for move_base to say where the robot is"
+        return f"{elapsed:4.0f} s  waiting for move_base to report the robot's pose"
     distance, turn = remaining(pose, goal)
     return f"{elapsed:4.0f} s  at {Goal(*pose)}, {distance:.2f} m and {turn:.2f} rad to go"
 
@@ -89,6 +89,6 @@ def outcome(state, text, goal, pose, elapsed):
     if state == "SUCCEEDED":
         return Outcome(DONE, f"reached {goal} after {elapsed:.1f} s" + (f", within {left}" if left else ""))
     if state in ("PREEMPTED", "RECALLED"):
-        return Outcome(REPLACED, f"cancelled by somebody else, or another goal took its place, after {elapsed:.1f} s")
+        return Outcome(REPLACED, f"cancelled by another client, or another goal took its place, after {elapsed:.1f} s")
     reason = text.strip().rstrip(".") or "no reason given"
     return Outcome(GAVE_UP, f"move_base gave up ({state}): {reason}" + (f"; {left} were left" if left else ""))

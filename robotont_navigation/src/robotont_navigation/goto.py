@@ -1,4 +1,4 @@
-"""The ROS side of goto: an action client of move_base that shows progress, and whose exit status tells the outcome."""
+"""The ROS side of goto: an action client of move_base that shows progress, and whose exit status is the outcome."""
 
 import argparse
 import math
@@ -125,7 +125,7 @@ class Display:
 
 
 def _argument(read):
-    """`read` for argparse, which shows the words of its own error only."""
+    """`read` for argparse, which shows the message of its own error only."""
     def parse(text):
         try:
             return read(text)
@@ -135,7 +135,7 @@ def _argument(read):
 
 
 def parse_arguments(words):
-    """Options of the command line; exits with status 2 and words when it is wrong."""
+    """Options of the command line; exits with status 2 and a message when it is wrong."""
     parser = argparse.ArgumentParser(prog="goto", description="Send the robot to a place on the map by move_base.",
                                      epilog=EXIT_STATUS, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("x", type=_argument(read_coordinate), help="[m]")

@@ -1,6 +1,6 @@
 """The last minute of recorded messages, in bag files of a second each that survive kill -9 and a loss of power.
 
-Each file is written whole under another name, flushed to the disk, and only then renamed: what is called .bag is
+Each file is written whole under another name, flushed to the disk, and only then renamed: a file named .bag is
 complete and opens with stock rosbag. Every start of the recorder begins a folder of its own, so that a restart does not
 overwrite what led to it.
 """

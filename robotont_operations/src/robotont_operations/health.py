@@ -30,21 +30,21 @@ def table(alive, statuses):
         missing = [node for node in NODES if robot + node not in alive]
         silent = sorted(node for node, answers in alive.items() if node.startswith(robot) and not answers)
         faults = [f"{node} is not running" for node in missing] + [f"{node} does not answer" for node in silent]
-        told = [(_subject(full), *status) for full, status in statuses.items()
+        tasks = [(_subject(full), *status) for full, status in statuses.items()
                 if f"/{full}".startswith(robot) and not _belongs_to_another(full, robot, robots)]
         label = f"{name}: " if name else ""
         running = sum(node.startswith(robot) for node in alive)
         rows.append(Row(ERROR if faults else OK, label + "nodes", "; ".join(faults) or f"{running} running"))
-        board = [values["board"] for subject, _, _, values in told if "board" in values and subject == "link"]
-        if not any(subject == "board" for subject, *_ in told):
-            told += [("board", OK, text, {}) for text in board]
+        board = [values["board"] for subject, _, _, values in tasks if "board" in values and subject == "link"]
+        if not any(subject == "board" for subject, *_ in tasks):
+            tasks += [("board", OK, text, {}) for text in board]
         order = {subject: place for place, subject in enumerate(SUBJECTS)}
-        for subject, level, words, _ in sorted(told, key=lambda one: (order.get(one[0], len(order)), one[0])):
+        for subject, level, words, _ in sorted(tasks, key=lambda one: (order.get(one[0], len(order)), one[0])):
             rows.append(Row(level, label + subject, words))
         for node, subject in (("serial_com_node", "link"), ("driver_node", "command stream"),
                               ("odom_node", "wheel feedback")):
-            if alive.get(robot + node) and not any(one[0] == subject for one in told):
-                rows.append(Row(STALE, label + subject, f"{node} says nothing on /diagnostics"))
+            if alive.get(robot + node) and not any(one[0] == subject for one in tasks):
+                rows.append(Row(STALE, label + subject, f"{node} publishes nothing on /diagnostics"))
     return rows
 
 

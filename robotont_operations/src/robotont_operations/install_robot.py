@@ -20,7 +20,7 @@ AFTER_REMOVAL = (("userdel", "robotont"), ("udevadm", "control", "--reload"), ("
 
 
 def run(commands):
-    """Run commands one after the other; a failure is told, and does not end the rest. Returns whether all went well."""
+    """Run commands one after the other; a failure is reported, the rest still runs. Returns whether all succeeded."""
     good = True
     for command in commands:
         print("  " + " ".join(command))
@@ -43,7 +43,7 @@ def parse_arguments():
         prog="install-robot", description="Install services that start Robotont at boot, without any network, under a "
         "user of their own; udev rules that name its boards /dev/robotont and /dev/robotont_SERIALNUMBER; black box.")
     parser.add_argument("--remove", action="store_true", help="remove all of it again, the black boxes too")
-    parser.add_argument("--dry-run", action="store_true", help="only say what would be done")
+    parser.add_argument("--dry-run", action="store_true", help="only show what would be done")
     parser.add_argument("--root", default="/", metavar="DIR",
                         help="install into a file system at DIR, such as an image, and start nothing [%(default)s]")
     parser.add_argument("--network", type=address, metavar="ADDRESS",

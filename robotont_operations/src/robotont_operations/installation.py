@@ -1,4 +1,4 @@
-"""What is installed on a robot: files under a root folder, listed so that they can be removed to the last one."""
+"""Installation on a robot: files under a root folder, listed so that they can be removed to the last one."""
 
 import os
 import re
@@ -16,7 +16,7 @@ NETWORK_ONLINE = "Wants=network-online.target\nAfter=network-online.target\n"
 
 
 class Installation(NamedTuple):
-    """Texts by path under the root, and links (path under the root, target)."""
+    """Contents of files by path under the root, and links (path under the root, target)."""
 
     files: Mapping[str, str]
     links: Tuple[Tuple[str, str], ...]
@@ -43,7 +43,7 @@ def installation(templates, udev_rules, environment, address=""):
 
 
 def environment_file(environment, address):
-    """Text of the units' environment: the workspace that was sourced, a master, and who may reach it."""
+    """Contents of the units' environment file: the workspace that was sourced, a master, and who may reach it."""
     host = address or "127.0.0.1"
     variables = {name: environment[name] for name in ROS_VARIABLES if environment.get(name)}
     prefixes = variables.get("CMAKE_PREFIX_PATH", "").split(":")
@@ -102,7 +102,7 @@ def remove(root):
         elif path.is_dir() and not any(path.iterdir()):
             path.rmdir()
         else:
-            continue  # somebody has deleted it before, or has put something else into the folder
+            continue  # already deleted, or the folder holds other files
         gone.append(name)
     if listed and (root / STATE).exists():
         shutil.rmtree(root / STATE)

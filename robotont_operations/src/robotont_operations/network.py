@@ -1,4 +1,4 @@
-"""Finds out in 5 s why two machines of one ROS 1 system do not hear each other, and says what to do about it."""
+"""Finds out in 5 s why two machines of one ROS 1 system do not hear each other, and shows the remedy."""
 
 import argparse
 import os
@@ -23,14 +23,14 @@ RPC_ERRORS = (OSError, xmlrpc.client.Error)
 
 
 class Finding(NamedTuple):
-    """One line: its level, GOOD, NOTE or FAULT, and words; those of a fault end with the remedy."""
+    """One line: its level, GOOD, NOTE or FAULT, and a message; that of a fault ends with the remedy."""
 
     level: str
     words: str
 
 
 class Node(NamedTuple):
-    """A node of the system: its name, and where it says that it listens."""
+    """A node of the system: its name, and its announced address."""
 
     name: str
     host: str
@@ -75,7 +75,7 @@ class NetworkCheck:
     # the master
 
     def _find_master(self):
-        """Address of a master that answers, or None once the fault is told."""
+        """Address of a master that answers, or None once the fault is reported."""
         self._uri = self._environment.get("ROS_MASTER_URI", "").rstrip("/") or "http://localhost:11311"
         try:
             host, port = urlsplit(self._uri).hostname, urlsplit(self._uri).port
@@ -97,13 +97,13 @@ class NetworkCheck:
         return address
 
     def _unreachable(self, where, address, port):
-        """Words when no connection to the master's port comes about; else None."""
+        """A message when no connection to the master's port is possible; else None."""
         outcome = probes.reach(address, port, self._left(1.2))
         if outcome == probes.OPEN:
             return None
         if outcome == probes.REFUSED:
-            return (f"master unreachable: {where} answers, but nobody listens at port {port}: start the robot's stack "
-                    "there; if it runs, it keeps to itself (ROS_IP=127.0.0.1): ./robotont install-robot "
+            return (f"master unreachable: {where} answers, but no process listens at port {port}: start the robot's "
+                    "stack there; if it runs, it keeps to itself (ROS_IP=127.0.0.1): ./robotont install-robot "
                     "--network ADDRESS")
         if outcome == probes.NO_ROUTE:
             return (f"master unreachable: this machine has no way to {where}: plug in the cable or join the robot's "
@@ -115,7 +115,7 @@ class NetworkCheck:
                 f"ping {address}")
 
     def _no_master(self, where, port):
-        """Words when what answers is no ROS master; else None."""
+        """A message when the answer is not that of a ROS master; else None."""
         try:
             code, words, _ = probes.remote(self._uri, self._left(1.0)).getPid(CALLER)
         except RPC_ERRORS as error:
@@ -142,7 +142,7 @@ class NetworkCheck:
     # the nodes of other machines
 
     def _check_nodes(self, nodes, master, master_is_here):
-        """{node: address} of the nodes on other machines that answer; tells what keeps the rest from it."""
+        """{node: address} of the nodes on other machines that answer; reports the reason for the rest."""
         hosts = sorted({node.host for node in nodes})
         timeout = self._left(1.2)
         found = dict(zip(hosts, probes.all_in_time(lambda host: probes.resolve(host, timeout), hosts, timeout + 0.1)))

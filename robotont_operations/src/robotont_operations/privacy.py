@@ -1,8 +1,8 @@
-"""Takes secrets out of what is handed to somebody else."""
+"""Removes secrets from data that is handed to others."""
 
 import re
 
-LEFT_OUT = "(left out)"
+REMOVED = "(removed)"
 _NAME = r"[\w.-]*(?:password|passwd|passphrase|secret|token|api_?key|private_?key|credential|psk|pin_code)[\w.-]*"
 _SECRET_NAME = re.compile(_NAME, re.IGNORECASE)
 _ASSIGNMENT = re.compile(rf"(?P<name>{_NAME}[\"']?\s*[=:]\s*)(?P<value>\"[^\"]*\"|'[^']*'|[^\s&,;}}\]]+)",
@@ -13,17 +13,17 @@ _KEY = re.compile(r"-----BEGIN [A-Z ]*PRIVATE KEY-----.*?-----END [A-Z ]*PRIVATE
 
 
 def clean_text(text):
-    """The text with passwords, tokens and keys replaced."""
-    text = _KEY.sub(LEFT_OUT, text)
-    text = _ASSIGNMENT.sub(rf"\g<name>{LEFT_OUT}", text)
-    text = _BEARER.sub(rf"\g<name>{LEFT_OUT}", text)
-    return _LOGIN.sub(rf"\g<name>:{LEFT_OUT}@", text)
+    """The string with passwords, tokens and keys replaced."""
+    text = _KEY.sub(REMOVED, text)
+    text = _ASSIGNMENT.sub(rf"\g<name>{REMOVED}", text)
+    text = _BEARER.sub(rf"\g<name>{REMOVED}", text)
+    return _LOGIN.sub(rf"\g<name>:{REMOVED}@", text)
 
 
 def clean_parameters(value):
     """Parameters (dictionaries, lists, plain values) with the secret ones replaced."""
     if isinstance(value, dict):
-        return {name: LEFT_OUT if _SECRET_NAME.fullmatch(str(name)) and not isinstance(entry, (dict, bool))
+        return {name: REMOVED if _SECRET_NAME.fullmatch(str(name)) and not isinstance(entry, (dict, bool))
                 else clean_parameters(entry) for name, entry in value.items()}
     if isinstance(value, (list, tuple)):
         return [clean_parameters(entry) for entry in value]

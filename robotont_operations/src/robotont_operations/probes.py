@@ -1,4 +1,4 @@
-"""What one machine can find out about another through sockets alone, each within a given time."""
+"""Probes of one machine by another through sockets alone, each within a given time."""
 
 import errno
 import http.client
@@ -18,7 +18,7 @@ OTHER_PORTS = (22, 80, 443, 9)  # asked only to see whether a host is there at a
 def in_time(work, timeout, *arguments):
     """(True, result) of `work(*arguments)`, or (False, None) after `timeout` [s]; it then goes on in the background.
 
-    Raises what `work` raises.
+    Passes on the exceptions of `work`.
     """
     answer = []
 
@@ -88,7 +88,7 @@ def own_address_towards(address):
 
 
 def reach(address, port, timeout):
-    """What happens to a TCP connection: OPEN, REFUSED, SILENT (no answer), or NO_ROUTE."""
+    """Result of a TCP connection attempt: OPEN, REFUSED, SILENT (no answer), or NO_ROUTE."""
     try:
         socket.create_connection((address, port), timeout).close()
     except ConnectionRefusedError:
@@ -96,7 +96,7 @@ def reach(address, port, timeout):
     except socket.timeout:
         return SILENT
     except OSError as error:
-        # a host on the same network that is not there gives EHOSTUNREACH after a while, a rejecting firewall at once
+        # an absent host on the same network gives EHOSTUNREACH after a while, a rejecting firewall at once
         return NO_ROUTE if error.errno == errno.ENETUNREACH else SILENT
     return OPEN
 

@@ -1,4 +1,4 @@
-"""The ROS side of the black box: what goes over the topics, kept for the minute before something went wrong."""
+"""The ROS side of the black box: the messages of the last minute before a fault."""
 
 import sys
 import threading

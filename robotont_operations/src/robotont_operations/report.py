@@ -42,20 +42,20 @@ COMMANDS = {
 
 
 class Report:
-    """Gathers files in a folder; what cannot be had is told in `notes`, never an error."""
+    """Gathers files in a folder; missing ones are listed in `notes`, never an error."""
 
     def __init__(self, folder):
         self._folder = Path(folder)
         self.notes = []
 
     def text(self, name, text):
-        """Add a text without its secrets."""
+        """Add a string, with its secrets removed."""
         path = self._folder / name
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text(clean_text(text), "utf-8")
 
     def commands(self):
-        """What the system says of itself."""
+        """Output of the system's own commands."""
         for name, command in COMMANDS.items():
             try:
                 done = subprocess.run(command, check=False, text=True, errors="replace", stdin=subprocess.DEVNULL,
@@ -91,7 +91,7 @@ class Report:
         self.text("ros/parameters.yaml", yaml.safe_dump(clean_parameters(parameters)))
 
     def settings(self):
-        """What install-robot has put into /etc, and the user has changed there."""
+        """The files of install-robot in /etc, with the user's changes."""
         for path in sorted(Path("/etc/robotont").glob("*")) if Path("/etc/robotont").is_dir() else ():
             try:
                 self.text(f"settings/{path.name}", path.read_text("utf-8", "replace"))
@@ -148,7 +148,7 @@ def parse_arguments():
     folder = next(parameter.default for parameter in PARAMETERS if parameter.name == "folder")
     parser = argparse.ArgumentParser(
         prog="report", description="Pack the black box, versions, parameters and logs for whoever is asked for help. "
-        "Passwords, tokens and keys are left out; look into the archive before you hand it on.")
+        "Passwords, tokens and keys are removed; look into the archive before you hand it on.")
     parser.add_argument("--output", type=archive, metavar="FILE.tar.gz",
                         help="default: robotont_report_TIME.tar.gz in this folder")
     parser.add_argument("--black-box", default=folder, metavar="FOLDER", help="of recorder_node [%(default)s]")

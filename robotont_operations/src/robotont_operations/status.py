@@ -1,4 +1,4 @@
-"""./robotont status: what runs, what the board says, who drives, and what is wrong, in one short table."""
+"""./robotont status: running nodes, state of the board, active input and faults, in one short table."""
 
 import argparse
 import contextlib
@@ -36,7 +36,7 @@ def nodes_alive(master):
 
 
 def newest_diagnostics(duration):
-    """{name: (level, words, {key: value})} of what comes on /diagnostics within `duration` [s]."""
+    """{name: (level, words, {key: value})} of the messages on /diagnostics within `duration` [s]."""
     statuses = {}
 
     def on_diagnostics(message):
@@ -66,7 +66,7 @@ def main():
     with contextlib.suppress(OSError, xmlrpc.client.Error):
         answered, _ = probes.in_time(probes.remote(uri, 2.0).getPid, 2.5, CALLER)
     if not answered:
-        print(f"status: no ROS master at {uri}: is the robot's stack running? ./robotont network says more",
+        print(f"status: no ROS master at {uri}: is the robot's stack running? see ./robotont network",
               file=sys.stderr)
         return NO_MASTER
     rospy.init_node(CALLER[1:], anonymous=True, disable_signals=True)
@@ -79,5 +79,5 @@ def main():
     show(rows)
     status = worst(rows)
     if status not in {OK, WARN}:
-        print("\n./robotont report packs what somebody needs who is to help")
+        print("\n./robotont report packs an archive for fault diagnosis by others")
     return status

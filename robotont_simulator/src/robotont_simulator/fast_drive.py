@@ -1,4 +1,4 @@
-"""Command line of fast_drive: known drives in the simulator without ROS, and what the odometry makes of them."""
+"""Command line of fast_drive: standard drives in the simulator without ROS, and the odometry's error on them."""
 
 import argparse
 import math
@@ -17,11 +17,11 @@ from robotont_simulator.world import World, read_world
 
 def parse(arguments):
     """The options."""
-    known = "\n".join(f"  {name}={default:g}  {what}" for name, (what, default, _) in DRIVES.items())
+    available = "\n".join(f"  {name}={default:g}  {what}" for name, (what, default, _) in DRIVES.items())
     as_it_is = argparse.RawDescriptionHelpFormatter
     parser = argparse.ArgumentParser(prog="fast_drive", formatter_class=as_it_is, description=(
         "Drives the simulated robot as fast as the machine allows, without ROS, and compares odometry with truth.\n"
-        "The same seed gives the same run. Drives, each with its number and default:\n" + known))
+        "The same seed gives the same run. Drives, each with its number and default:\n" + available))
     parser.add_argument("drives", nargs="*", metavar="DRIVE", default=["square", "square_clockwise"],
                         help="e.g. square, spin=-5; none: square square_clockwise (UMBmark)")
     parser.add_argument("--wheel-params", required=True, metavar="FILE", help="wheel_params.yaml of the robot")
@@ -78,7 +78,7 @@ def is_number(text):
 
 
 def make_run(options):
-    """A fresh robot at rest, a `LockstepRun`. Raises ValueError or OSError with what is wrong with a file."""
+    """A fresh robot at rest, a `LockstepRun`. Raises ValueError or OSError for a wrong file."""
     wheels = read_wheel_file(options.wheel_params)[0]
     believed = read_wheel_file(options.believed)[0] if options.believed else wheels
     if believed.amount != wheels.amount:

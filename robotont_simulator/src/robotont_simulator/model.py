@@ -29,11 +29,11 @@ STALL = 0.0315         # [N m] 0.59 N m behind the gearbox
 GEAR_FRICTION = 0.04   # part of the stall torque that the gearbox costs
 ROTOR_INERTIA = 1.2e-6  # [kg m^2]
 
-WORLD_GROUP, BODY_GROUP, SHOWN_GROUP, ROLLER_GROUP = 0, 1, 2, 3  # ROLLER_GROUP is what touches; it is not shown
+WORLD_GROUP, BODY_GROUP, SHOWN_GROUP, ROLLER_GROUP = 0, 1, 2, 3  # ROLLER_GROUP makes contact; it is not shown
 
 
 def build(wheels, world):
-    """MJCF text for `Wheels` and a `World`. base_link stands on the floor below the centre."""
+    """MJCF string for `Wheels` and a `World`. base_link stands on the floor below the centre."""
     root = ElementTree.Element("mujoco", model="robotont")
     add(root, "compiler", angle="radian", autolimits="true")
     # elliptic cones and the stiffness ratio keep rollers from creeping sideways
@@ -82,7 +82,7 @@ def _add_robot(scene, wheels, start):
 
 
 def _add_looks(body, radius):
-    """What a person sees: two plates, the computer, the battery and the camera in front. Weighs nothing."""
+    """Visual parts: two plates, the computer, the battery and the camera in front. Weighs nothing."""
     def show(**attributes):
         add(body, "geom", contype=0, conaffinity=0, mass=0, group=SHOWN_GROUP, **attributes)
     for height in (CLEARANCE, CLEARANCE + 0.07):
@@ -124,7 +124,7 @@ def _add_wheel(body, wheels, number):
 
 
 def add(parent, tag, **attributes):
-    """A child element; numbers and sequences become text."""
+    """A child element; numbers and sequences become strings."""
     return ElementTree.SubElement(parent, tag, {name: text(value) for name, value in attributes.items()})
 
 

@@ -54,18 +54,18 @@ class OfficialFirmware:
         self._line = line
         self._on_tick = on_tick
         self.due = time.monotonic()  # [s] when the newest period was over
-        self.late = 0  # stalls after which time was left out
+        self.late = 0  # stalls after which time was skipped
 
     @property
     def dead(self):
-        """What has killed the board's processor; empty while it lives."""
+        """Cause of the board's halt; empty while it runs."""
         return self._board.dead
 
     def start(self):
         """Nothing to prepare."""
 
     def run(self):
-        """Serve until `on_tick` says no."""
+        """Serve until `on_tick` returns false."""
         board, before, tick = self._board, time.monotonic(), self.PERIOD
         going = True
         while going:

@@ -1,4 +1,4 @@
-"""The board's end of a pseudo-terminal that can be unplugged and that spoils bytes when told to."""
+"""The board's end of a pseudo-terminal that can be unplugged and that corrupts bytes on request."""
 
 import contextlib
 import os
@@ -10,7 +10,7 @@ from robotont_driver import port_owner
 
 
 class PortError(OSError):
-    """A name that no port can have: what was found, what is allowed."""
+    """A name that no port can have: found and allowed values."""
 
 
 class Port:
@@ -35,7 +35,7 @@ class Port:
         return self._master is not None
 
     def plug(self):
-        """Appear. Raises PortError when the name cannot be used, or belongs to somebody else."""
+        """Appear. Raises PortError when the name cannot be used, or belongs to another process."""
         if self.plugged:
             return
         try:
@@ -48,7 +48,7 @@ class Port:
                             "that you may write to") from None
 
     def _make_room(self):
-        """Remove what a simulator that was killed has left behind."""
+        """Remove the leftovers of a killed simulator."""
         if not os.path.lexists(self.link):
             return
         if not os.path.islink(self.link):
@@ -93,11 +93,11 @@ class Port:
         try:
             data = os.read(self._master, size)
             return self._spoil(data) if self.spoil_commands else data
-        except OSError:  # nobody has the port open
+        except OSError:  # no process has the port open
             return b""
 
     def write(self, data):
-        """Send bytes to the PC; lost while unplugged, or when nobody reads."""
+        """Send bytes to the PC; lost while unplugged, or when no process reads."""
         if self.plugged:
             with contextlib.suppress(OSError):
                 os.write(self._master, self._spoil(data))

@@ -27,7 +27,7 @@ class SimulatedFirmware:
         self._controller = Controller(self._board, configuration(wheels), wheels.amount, cause)
 
     def start(self):
-        """Say who it is."""
+        """Identify itself."""
         self._controller.start()
 
     def fail(self):
@@ -47,7 +47,7 @@ LONGEST_STALL = 0.4  # [s] that is made up for; the firmware must not miss half 
 
 
 class SimulatedBoard:
-    """What the firmware's loop takes for its hardware.
+    """Stand-in for the hardware of the firmware's loop.
 
     line: an object with read(size) -> bytes and write(bytes), the board's end of the serial line.
     on_tick(): called once per period, after the physics; returns whether to go on.
@@ -56,7 +56,7 @@ class SimulatedBoard:
 
     def __init__(self, simulation, line, on_tick, real_time):
         self.line = line
-        self.late = 0  # stalls after which time was left out
+        self.late = 0  # stalls after which time was skipped
         self.power_failed = False
         self._simulation = simulation
         self._on_tick = on_tick
@@ -69,7 +69,7 @@ class SimulatedBoard:
         return self._simulation.wheels
 
     def power_returns(self):
-        """Supply the board again; what came on the line meanwhile is lost."""
+        """Supply the board again; bytes received meanwhile are lost."""
         self.power_failed = False
         while self.line.read(4096):
             pass
@@ -85,7 +85,7 @@ class SimulatedBoard:
         """Sleep until the period is over.
 
         The board's periods are even, as those of a hardware timer, however late this program wakes up: after a
-        stall it catches up, or, after a long one, leaves out whole periods.
+        stall it catches up, or, after a long one, skips whole periods.
         """
         self.due += self._period
         ahead = self.due - time.monotonic()
@@ -113,7 +113,7 @@ class SimulatedBoard:
         return round(self._simulation.voltage * 1000)
 
     def read(self, buffer):
-        """Read what waits on the line."""
+        """Read the waiting bytes."""
         data = self.line.read(len(buffer))
         buffer[:len(data)] = data
         return len(data)

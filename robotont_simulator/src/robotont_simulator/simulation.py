@@ -10,7 +10,7 @@ from robotont_simulator import model
 from robotont_simulator.imu import GRAVITY, ImuErrors
 
 COAST_EFFORT = 0   # the motor driver leaves the motor open: no torque, no brake
-GOOD, UNPLUGGED, REVERSED = "good", "unplugged", "reversed"  # what an encoder can be
+GOOD, UNPLUGGED, REVERSED = "good", "unplugged", "reversed"  # states of an encoder
 JAMMED = 50.0      # [N m] friction of a wheel that something holds: more than any motor
 PUSH_DURATION = 0.3  # [s] that a push takes
 PUSH_LIFT = 1.0      # part of the robot's weight that a push takes off its wheels, as a person carrying the robot would

@@ -98,7 +98,7 @@ class SimulatorNode:
         """An object with start() and run(); `_board` has `due`, when the newest period was over, and `late`."""
         name = self._parameters["firmware"]
         if name != "own":
-            self._port.spoil_commands = False  # one spoilt field can kill the official firmware
+            self._port.spoil_commands = False  # one corrupted field can kill the official firmware
             self._board = OfficialFirmware(name, self._simulation, self._port, self._on_tick)
             return self._board
         self._board = SimulatedBoard(self._simulation, self._port, self._on_tick, real_time=True)
@@ -242,7 +242,7 @@ class SimulatorNode:
         if not isinstance(self._firmware, SimulatedFirmware):
             return TriggerResponse(success=False, message="only with ~firmware own")
         self._order(self._firmware.fail)
-        return TriggerResponse(success=True, message="the board starts anew in half a second")
+        return TriggerResponse(success=True, message="the board restarts in half a second")
 
     def _on_push(self, message):
         """An impulse: x, y [N s] along the world's axes, z [N m s] around the vertical."""
@@ -257,9 +257,9 @@ class SimulatorNode:
     def _report(self):
         late = self._board.late
         new, self._late_before = late - self._late_before, late
-        values = {"stalls after which time was left out": late, "simulated [s]": f"{self._simulation.time:.1f}"}
+        values = {"stalls after which time was skipped": late, "simulated [s]": f"{self._simulation.time:.1f}"}
         if new:
-            return WARN, f"{new} stalls after which time was left out: this machine is too slow, or busy", values
+            return WARN, f"{new} stalls after which time was skipped: this machine is too slow, or busy", values
         return OK, "in real time", values
 
     def _stop(self):
@@ -270,7 +270,7 @@ class SimulatorNode:
 
 
 def check(name, value, lowest, highest):
-    """Whether a number may be used; if not, say so."""
+    """Whether a number may be used; if not, log why."""
     good = lowest <= value <= highest
     if not good:
         rospy.logwarn("~%s: found %s, allowed: %g to %g", name, value, lowest, highest)
@@ -278,7 +278,7 @@ def check(name, value, lowest, highest):
 
 
 def check_together(_wheels, parameters, _other):
-    """What does not fit together, in words."""
+    """Description of conflicting parameters."""
     nearest, farthest = parameters["scan_nearest"], parameters["scan_farthest"]
     return [] if nearest < farthest else [
         f"~scan_nearest and ~scan_farthest: found {nearest:g} and {farthest:g}, allowed: nearest < farthest"]

@@ -25,14 +25,14 @@ class Box(NamedTuple):
 
 
 class World(NamedTuple):
-    """What stands around the robot, and where the robot starts."""
+    """Obstacles around the robot, and its start."""
 
     boxes: Tuple[Box, ...]
     start: Tuple[float, float, float]  # x [m], y [m], yaw [rad]
 
 
 class WorldError(ValueError):
-    """A world file that cannot be used; says what was found and what is allowed."""
+    """A world file that cannot be used; states the found and the allowed values."""
 
 
 def read_world(file):

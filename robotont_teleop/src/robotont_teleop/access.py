@@ -1,4 +1,4 @@
-"""Who may open the page: token, cookie, Host and Origin; knows no network and no clock."""
+"""Who may open the page: token, cookie, Host and Origin; free of network and clock."""
 
 import hashlib
 import hmac
@@ -51,15 +51,15 @@ class Access:
 
     @property
     def cookie(self):
-        """What a browser keeps after it has shown the token; of no use to find the token."""
+        """Value that a browser keeps once it has shown the token; the token cannot be derived from it."""
         return hmac.new((self._token or "").encode(), b"robotont_teleop cookie", hashlib.sha256).hexdigest()
 
-    def knows(self, cookie):
-        """Whether a browser with this cookie (text, or None) may come in."""
+    def admits(self, cookie):
+        """Whether a browser with this cookie (a string, or None) may come in."""
         return not self.needs_token or _same(cookie or "", self.cookie)
 
     def log_in(self, token, now):
-        """"in", "wrong" or "later", for a token that somebody shows at time `now` [s]."""
+        """"in", "wrong" or "later", for a token shown at time `now` [s]."""
         self._failures = [time for time in self._failures if now - time < ATTEMPTS_PERIOD]
         if len(self._failures) >= ATTEMPTS:
             return "later"
@@ -70,14 +70,14 @@ class Access:
 
 
 def _same(one, other):
-    """Whether two texts are equal, in a time that does not depend on where they differ."""
+    """Whether two strings are equal, in a time that does not depend on where they differ."""
     return hmac.compare_digest(one.encode("utf-8", "replace"), other.encode("utf-8", "replace"))
 
 
 def host_allowed(host, own_address, names):
     """Whether a Host header names this server: by the address that the connection came to, or by one of its `names`.
 
-    A foreign name there means that somebody else's DNS leads browsers here (DNS rebinding). The port does not matter:
+    A foreign name there means that a foreign DNS server leads browsers here (DNS rebinding). The port does not matter:
     a tunnel may change it.
     """
     name = _host_name(host)

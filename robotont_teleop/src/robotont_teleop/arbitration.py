@@ -1,4 +1,4 @@
-"""Which of several senders of commands drives the robot; knows no ROS and no clock.
+"""Which of several senders of commands drives the robot; free of ROS and clock.
 
 A twist is (v_x [m/s], v_y [m/s], omega [rad/s]). Times [s] are the caller's, from any clock that never goes back.
 """
@@ -19,7 +19,7 @@ class Input(NamedTuple):
 
 
 class _State:
-    """What an input has sent."""
+    """State of an input."""
 
     def __init__(self, settings):
         self.name, self.timeout = settings.name, settings.timeout
@@ -42,7 +42,7 @@ class Arbiter:
     """The highest input that moves drives; each method returns the twists to send, in this order.
 
     An input takes the robot with its first command other than zero, and keeps it until its `rest` has passed since
-    its last motion. Zeros of an input that does not drive are ignored, so that an idle sender holds up nobody. An
+    its last motion. Zeros of an input that does not drive are ignored, so that an idle sender blocks no other. An
     emergency stop takes the robot from all of them; an input that still asks for motion at its release has to stop
     once, by a zero or by silence, before it drives: releasing never moves the robot.
     """
@@ -110,7 +110,7 @@ class Arbiter:
         return self._choose(now)
 
     def look(self, now):
-        """What the time that has passed makes due."""
+        """The actions that have become due by the passage of time."""
         if self.locked:
             return self._stop_lock(now) if now - self._lock_sent >= LOCK_PERIOD else []
         driver = self._driver

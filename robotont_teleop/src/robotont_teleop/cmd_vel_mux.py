@@ -53,7 +53,7 @@ class CmdVelMux:
         self._publisher = rospy.Publisher("cmd_vel", Twist, queue_size=2, tcp_nodelay=True)  # a zero and a command
         self._driven_by = rospy.Publisher("cmd_vel/driven_by", String, queue_size=1, latch=True)
         self._emergency_stop = rospy.Publisher("emergency_stop", Bool, queue_size=1, latch=True)
-        self._saved = False  # what the parameter holds
+        self._saved = False  # value of the parameter
         if rospy.get_param(PRESSED, False) is True:  # a mux before this one has left it
             self._press(True)
         self._tell_driver()
@@ -90,7 +90,7 @@ class CmdVelMux:
             self._press(message.data)
 
     def _press(self, pressed):
-        """Lock or unlock; then say it again, latched, so that nodes that start later hear it."""
+        """Lock or unlock; then repeat the state, latched, for nodes that start later."""
         with self._lock:
             self._send(self._arbiter.emergency_stop(pressed, time.monotonic()))
         self._emergency_stop.publish(pressed)
@@ -99,7 +99,7 @@ class CmdVelMux:
             self._saved = pressed
             try:
                 rospy.set_param(PRESSED, pressed)
-            except OSError as error:  # no master: the stop holds, but a restart would not know of it
+            except OSError as error:  # no master: the stop holds, but would not survive a restart
                 rospy.logerr("emergency stop not kept on the parameter server: %s", error)
 
     def _on_give_back(self, _request):

@@ -1,8 +1,8 @@
-"""Which of the open pages drives, and which of its commands may go out; knows no network, no ROS and no clock.
+"""Which of the open pages drives, and which of its commands may go out; free of network, ROS and clock.
 
 Times [s] are the server's, from a clock that never goes back. A page cannot be believed about time: its clock may be
 wrong and its messages late. So each command carries the newest server time that its page had seen, and the command's
-age is what has passed since then: the way to the page, the page's own delay, and the way back.
+age is the time since then: the way to the page, the page's own delay, and the way back.
 """
 
 from robotont_teleop.speeds import STOP
@@ -92,7 +92,7 @@ class DrivingSeat:
 
 
 class MessageRate:
-    """Counts messages against a rate [1/s] with a reserve of one second; `take` says whether one more is within it."""
+    """Counts messages against a rate [1/s] with a reserve of one second; `take`: whether one more is within it."""
 
     def __init__(self, rate):
         self._rate = rate

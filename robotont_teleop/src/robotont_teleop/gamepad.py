@@ -1,4 +1,4 @@
-"""What the events of a gamepad mean, by named layouts; knows no ROS, no device and no clock.
+"""Interprets the events of a gamepad, by named layouts; free of ROS, device and clock.
 
 Codes are those of Linux' input-event-codes.h, which evdev names in the same way.
 """

@@ -36,7 +36,7 @@ class GamepadTeleop:
         self._lock = threading.Lock()
         self._pad = None
         self._name, self._trouble = "", "looking for a gamepad"
-        self._told = None
+        self._last_logged = None
         rospy.on_shutdown(self._let_go)
         Worker(self._repeat)
         Worker(self._read)
@@ -120,8 +120,8 @@ class GamepadTeleop:
         time.sleep(0.02)  # rospy sends from a thread of its own
 
     def _say(self, words):
-        if words != self._told:
-            self._told = words
+        if words != self._last_logged:
+            self._last_logged = words
             rospy.loginfo("%s", words)
 
     def _report(self):

@@ -1,4 +1,4 @@
-"""Where commands by hand go, and what comes back: shared by keyboard_teleop and gamepad_teleop."""
+"""Where commands by hand go, and the feedback: shared by keyboard_teleop and gamepad_teleop."""
 
 import time
 
@@ -47,10 +47,10 @@ class HandOutput:
 
     @property
     def listeners(self):
-        """Words about who gets the commands."""
+        """Description of the receivers of the commands."""
         count = self._command.get_num_connections()
         if not count:
-            return f"nobody listens to {rospy.resolve_name(self.topic)}"
+            return f"no node listens to {rospy.resolve_name(self.topic)}"
         return f"{count} listen to {rospy.resolve_name(self.topic)}" + \
             (f", drives: {self._driven_by}" if self._driven_by else "")
 

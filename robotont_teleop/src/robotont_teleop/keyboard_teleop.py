@@ -55,7 +55,7 @@ class KeyboardTeleop:
         self._sent_at = 0.0
 
     def run(self):
-        """Drive until a key, a signal or the end of the terminal ends it; why, in words. Never raises OSError."""
+        """Drive until a key, a signal or the end of the terminal ends it; returns the reason. Never raises OSError."""
         try:
             while not rospy.is_shutdown():
                 for key in self._read():
@@ -148,9 +148,9 @@ def main():
         signal.signal(signal.SIGHUP, signal.SIG_IGN)
         try:
             termios.tcsetattr(terminal, termios.TCSADRAIN, before)
-            print(f"\n{why}; the robot is told to stop", flush=True)
+            print(f"\n{why}; stopping the robot", flush=True)
         except (OSError, termios.error):  # no terminal any more
-            sys.stdout = open(os.devnull, "w")  # noqa: SIM115  what is still in its buffer has nowhere to go
+            sys.stdout = open(os.devnull, "w")  # noqa: SIM115  discards the rest of its buffer
         rospy.signal_shutdown(why)
 
 

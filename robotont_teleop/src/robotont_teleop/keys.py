@@ -1,6 +1,6 @@
-"""What held keys of a terminal mean; knows no ROS, no terminal and no clock.
+"""Interprets held keys of a terminal; free of ROS, terminal and clock.
 
-A terminal sends a key when it goes down and again and again while it is held, but says nothing when it goes up, and of
+A terminal sends a key when it goes down and again and again while it is held, but nothing when it goes up, and of
 several held keys it repeats the last one only. So a movement lasts until keys stop coming: `first` [s] after a key
 that has just gone down (longer than the keyboard's delay before it repeats), `repeat` [s] after one that repeats. Keys
 of different axes add up: while any movement key is held, all that were set go on. The opposite key stops its axis
@@ -66,7 +66,7 @@ class HeldKeys:
 
 
 def split_keys(text):
-    """Names of the keys in what a terminal sent, and the rest that may be the start of one more."""
+    """Names of the keys in a terminal's input, and the rest that may be the start of one more."""
     keys = []
     while text:
         if text[:2] in ("\x1b[", "\x1bO"):

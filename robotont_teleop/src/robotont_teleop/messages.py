@@ -1,11 +1,11 @@
-"""What a page may send: one JSON object per message, every field checked; knows no network."""
+"""The messages of a page: one JSON object each, every field checked; free of network."""
 
 import json
 from typing import NamedTuple, Optional, Tuple
 
 LONGEST = 512          # [bytes] of one message
 LARGEST_SPEED = 100.0  # [m/s, rad/s] a larger number is a fault of the sender
-LARGEST_TIME = 2 ** 53  # [ms] what a browser can count to
+LARGEST_TIME = 2 ** 53  # [ms] largest integer of a browser
 FARTHEST = 1000.0      # [m] of a goal
 
 FIELDS = {  # kind: largest absolute value of each field
@@ -17,7 +17,7 @@ FIELDS = {  # kind: largest absolute value of each field
 
 
 class MessageError(ValueError):
-    """A message that is not one of ours; says what was found and what is allowed."""
+    """A message that is not one of ours; states the found and the allowed values."""
 
 
 class Message(NamedTuple):
@@ -29,7 +29,7 @@ class Message(NamedTuple):
 
 
 def read_message(text):
-    """Message of a text; raises MessageError and nothing else, whatever the text is."""
+    """Message of a string; raises MessageError and nothing else, whatever the string is."""
     if not isinstance(text, str):
         raise MessageError("found bytes, allowed: text")
     if len(text.encode("utf-8", "replace")) > LONGEST:

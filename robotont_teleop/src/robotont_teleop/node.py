@@ -1,4 +1,4 @@
-"""What the nodes of this package share."""
+"""Code shared by the nodes of this package."""
 
 import gc
 

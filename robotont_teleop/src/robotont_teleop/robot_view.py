@@ -1,4 +1,4 @@
-"""What the web pages see of the robot, and what they can make it do: the ROS side, without any network of its own."""
+"""State of the robot for the web pages, and their commands: the ROS side, without any network of its own."""
 
 import io
 import math
@@ -41,13 +41,13 @@ NEVER = -math.inf
 
 
 class RobotView:
-    """The newest of everything. What pages call never waits: calls that may take long have a thread of their own."""
+    """The newest of everything. Calls by pages never wait: those that may take long have a thread of their own."""
 
     def __init__(self, wheels, camera_topic):
         self._kinematics = Kinematics(wheels)
         self._camera_topic = camera_topic
         self._lock = threading.Lock()
-        self._newest = {}      # name: (time [s], value) of what becomes stale
+        self._newest = {}      # name: (time [s], value) of values that become stale
         self._lights = {}      # name: (time [s], level, words)
         self._board = ""
         self._ranges = {}      # frame: (time [s], distance [m] or None)
@@ -84,7 +84,7 @@ class RobotView:
                 ("map", OccupancyGrid, self._on_map)):
             rospy.Subscriber(topic, kind, callback, queue_size=1 if topic != "/diagnostics" else 50)
 
-    # What the pages make it do
+    # Commands of the pages
 
     def send(self, twist):
         """A command by hand, (v_x [m/s], v_y [m/s], omega [rad/s])."""
@@ -109,7 +109,7 @@ class RobotView:
         self._calls.submit(self._call, self._give_back, "give back")
 
     def reset_odometry(self):
-        """Let the pose start anew."""
+        """Reset the pose."""
         self._calls.submit(self._call, self._reset, "reset odometry")
 
     def _pursue(self, goal):
@@ -117,7 +117,7 @@ class RobotView:
         with self._lock:
             self._goal = own
         outcome = self._goto.go(goal, 0.0)
-        if self._goal is own:  # else another goal has taken its place, and tells its own end
+        if self._goal is own:  # else another goal has taken its place, and reports its own end
             self._goal = None
             self._say(outcome.words, outcome.status == 0)
 
@@ -137,10 +137,10 @@ class RobotView:
         with self._lock:
             self._note = {"number": self._note["number"] + 1, "words": words[:LONGEST_WORDS], "good": good}
 
-    # What the pages see
+    # State for the pages
 
     def state(self):
-        """What changes all the time, for JSON."""
+        """Fast-changing state, for JSON."""
         with self._lock:
             return {
                 "pose": _rounded(self._pose(), 4), "velocity": _rounded(self._fresh("velocity"), 3),
@@ -149,7 +149,7 @@ class RobotView:
             }
 
     def status(self):
-        """What changes rarely, for JSON."""
+        """Slow-changing state, for JSON."""
         now = time.monotonic()
         with self._lock:
             lights = [{"name": name, "level": level if now - at < STALE_LIGHT else 3, "words": words}
@@ -179,7 +179,7 @@ class RobotView:
             return self._picture
 
     def _pose(self):
-        """(x, y, yaw) on the map where there is one, else of the odometry; None when it is not known."""
+        """(x, y, yaw) on the map where there is one, else of the odometry; None when it is unknown."""
         pose = self._fresh("pose")
         return _compose(self._map_to_odom, pose) if pose and self._map_to_odom else pose
 
@@ -201,7 +201,7 @@ class RobotView:
             for name, value in values.items():
                 self._newest[name] = (now, value)
 
-    # What comes from the robot
+    # Input from the robot
 
     def _on_odometry(self, message):
         self._frames = (message.header.frame_id, message.child_frame_id)

@@ -1,4 +1,4 @@
-"""From the position of sticks and keys to a twist, for every way of driving by hand; knows no ROS.
+"""From the position of sticks and keys to a twist, for every way of driving by hand; free of ROS.
 
 Positions are fractions from -1 to 1, in the robot's axes: forward, left, counterclockwise (REP 103).
 """
@@ -10,7 +10,7 @@ STOP = (0.0, 0.0, 0.0)
 
 
 class Speeds(NamedTuple):
-    """What a fully deflected stick stands for."""
+    """Speeds of a fully deflected stick."""
 
     linear: float   # [m/s]
     angular: float  # [rad/s]

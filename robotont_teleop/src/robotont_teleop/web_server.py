@@ -1,6 +1,6 @@
-"""The web server of the page: who comes in, what comes in, and the newest state out. It knows no ROS.
+"""The web server of the page: logins and messages in, the newest state out. Free of ROS.
 
-`robot` (RobotView in web_teleop_node) is what the pages see and move: `send(twist)`, `emergency_stop(pressed)`,
+`robot` (RobotView in web_teleop_node) is the robot of the pages: `send(twist)`, `emergency_stop(pressed)`,
 `goal(x, y)`, `cancel()`, `give_back()`, `reset_odometry()`, which never wait, and `state()`, `status()`, `scan()`,
 `map_picture()`, `camera_picture()`.
 """
@@ -37,7 +37,7 @@ NOT_OURS, TOO_MANY = 1008, 1013  # close codes (RFC 6455): policy violation, try
 
 
 class ServerSettings(NamedTuple):
-    """What a user may set."""
+    """Settings of the user."""
 
     names: Tuple[str, ...]  # host names under which browsers may come, beside the address itself
     scheme: str             # http or https
@@ -125,7 +125,7 @@ class WebServer:
                 page.send({"kind": "refused", "what": message.kind})
 
     def _order(self, message):
-        """What only the page that drives may ask for."""
+        """Requests that only the driving page may make."""
         if message.kind == "release":
             self.robot.emergency_stop(False)
         elif message.kind == "goal":
@@ -216,7 +216,7 @@ class _Guarded:
         return self.application.web_server
 
     def set_default_headers(self):
-        """Called by tornado: the page loads nothing from elsewhere, and nobody puts it into a frame."""
+        """Called by tornado: the page loads nothing from elsewhere, and no other site may frame it."""
         host, scheme = self.request.host, self.server.settings.scheme
         sockets = f" {scheme.replace('http', 'ws')}://{host}" if self._host_allowed() else ""
         self.set_header("Content-Security-Policy",
@@ -246,14 +246,14 @@ class _Guarded:
         self.finish(f"{status_code} {self._reason}\n")
 
     def log_exception(self, kind, error, trace):
-        """Called by tornado; what a browser does wrong is not worth a traceback."""
+        """Called by tornado; a browser's mistakes are not worth a traceback."""
         if not isinstance(error, (tornado.web.HTTPError, StreamClosedError)):
             super().log_exception(kind, error, trace)
 
     @property
     def authorised(self):
         """Whether the browser has shown the token before."""
-        return self.server.access.knows(self.get_cookie(COOKIE))
+        return self.server.access.admits(self.get_cookie(COOKIE))
 
     @property
     def origin_allowed(self):
@@ -344,7 +344,7 @@ class PageSocket(_Guarded, tornado.websocket.WebSocketHandler):
     def initialize(self):
         """Called by tornado."""
         self.number = None
-        self.waiting = {}   # newest text of each slow kind that this page has not got yet
+        self.waiting = {}   # newest message of each slow kind that this page has not got yet
         self.fresh = True   # has got no status yet
         self._rate = MessageRate(MESSAGES_PER_SECOND)
         self._wrong = 0

@@ -44,7 +44,7 @@ PARAMETERS = (
 
 
 class SetUpError(Exception):
-    """Why the page cannot be served; says what was found and what is allowed."""
+    """The page cannot be served; states the found and the allowed values."""
 
 
 def make_access(parameters):
@@ -95,7 +95,7 @@ def invitation(url, token):
              "or by keys, in a second terminal: ./robotont keys   (rosrun robotont_teleop keyboard_teleop)"]
     if token:
         code = qrcode.QRCode(border=2)
-        code.add_data(f"{url}#token={token}")  # what stands behind # is sent to no server and written to no log
+        code.add_data(f"{url}#token={token}")  # the part after # is sent to no server and written to no log
         code.make()
         rows = code.get_matrix()
         rows += [[False] * len(rows[0])] * (len(rows) % 2)
@@ -154,7 +154,7 @@ def report(server):
 
 
 def main():
-    """Run web_teleop_node; with wrong parameters say which and exit with 1."""
+    """Run web_teleop_node; with wrong parameters print them and exit with 1."""
     rospy.init_node("web_teleop_node")
     parameters = own_parameters(PARAMETERS)
     try:

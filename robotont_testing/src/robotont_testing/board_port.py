@@ -12,7 +12,7 @@ from robotont_testing.stand_in_board import Line
 class BoardPort:
     """Runs a board of official_boards at the port `link`, from a thread of its own. `make(now)` gives a fresh board.
 
-    `line`: what happens to the bytes that the board sends. `heard`: (time, bytes) of each write of the PC.
+    `line`: faults of the line on the bytes that the board sends. `heard`: (time, bytes) of each write of the PC.
     """
 
     def __init__(self, link, make):
@@ -66,7 +66,7 @@ class BoardPort:
                 self.heard.append((now, data))
                 self.board.receive(data, now)
             elif any(event & select.POLLHUP for _, event in ready):
-                time.sleep(0.001)  # nobody has the port open; poll() returns at once
+                time.sleep(0.001)  # no process has the port open; poll() returns at once
             self._write(self.board.advance(now))
 
     def _read(self):

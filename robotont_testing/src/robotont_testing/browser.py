@@ -130,7 +130,7 @@ class Page:
         return wait_for(lambda: self.run(script), what, timeout, period=0.02)
 
     def look(self, size, dark):
-        """Be a screen of a `size` (width, height [px], pixel ratio); `dark`: of somebody who likes it dark."""
+        """Be a screen of a `size` (width, height [px], pixel ratio); `dark`: with a dark colour scheme."""
         width, height, ratio = size
         phone = min(width, height) < 500
         self.call("Emulation.setDeviceMetricsOverride", width=width, height=height, deviceScaleFactor=ratio,
@@ -181,7 +181,7 @@ class Page:
         self.call("Input.dispatchKeyEvent", type="rawKeyDown" if down else "keyUp", code=code)
 
     def text(self, selector):
-        """What an element says."""
+        """Text of an element."""
         return self.run(f"document.querySelector({selector!r}).textContent.trim()")
 
     def screenshot(self, path):
@@ -189,7 +189,7 @@ class Page:
         Path(path).write_bytes(base64.b64decode(self.call("Page.captureScreenshot", format="png")["data"]))
 
     def complaints(self):
-        """What the browser has complained about: exceptions, refused resources, accessibility of the policy."""
+        """Complaints of the browser: exceptions, refused resources, accessibility of the policy."""
         found = []
         for session, method, parameters in self._browser.events:
             if session == self._session and method == "Runtime.exceptionThrown":

@@ -1,4 +1,4 @@
-"""Three geared motors with encoders, simple enough to know exactly where they have gone."""
+"""Three geared motors with encoders, simple enough that their exact positions are known."""
 
 import math
 

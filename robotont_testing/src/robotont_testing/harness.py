@@ -11,8 +11,8 @@ from pathlib import Path
 
 from robotont_testing import lifeline, places
 
-if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:  # so a shell starts what it puts into the background
-    signal.signal(signal.SIGINT, signal.default_int_handler)  # or what is started here would not hear Ctrl-C either
+if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:  # a shell's background processes start so
+    signal.signal(signal.SIGINT, signal.default_int_handler)  # else processes started here would ignore Ctrl-C too
 
 
 def wait_for(condition, what, timeout=20.0, period=0.005):
@@ -27,7 +27,7 @@ def wait_for(condition, what, timeout=20.0, period=0.005):
 
 
 def free_port():
-    """A TCP port that nobody uses now."""
+    """A TCP port that is free now."""
     with socket.socket() as probe:
         probe.bind(("127.0.0.1", 0))
         return probe.getsockname()[1]

@@ -1,4 +1,4 @@
-"""What a process starts ends with it, whatever ended it: its end, Ctrl-C, SIGTERM, a closed terminal, SIGKILL.
+"""Ends the children of a process with it, whatever ended it: its end, Ctrl-C, SIGTERM, a closed terminal, SIGKILL.
 
 A program holds a lifeline by `hold()`; a shell script by `lifeline.py PID FOLDER &` with its own process id and
 `export ROBOTONT_LIFELINE=FOLDER`. Either way there is a folder for temporary files, and a keeper: a small process that
@@ -46,7 +46,7 @@ def holding(folder):
     found = []
     for entry in Path("/proc").iterdir():
         if entry.name.isdigit() and int(entry.name) != os.getpid():
-            with contextlib.suppress(OSError):  # it has ended, or is somebody else's
+            with contextlib.suppress(OSError):  # it has ended, or belongs to another user
                 for setting in (entry / "environ").read_bytes().split(b"\0"):
                     name, _, value = setting.partition(b"=")
                     if name == VARIABLE.encode() and folder in os.fsdecode(value).split(":"):
@@ -75,7 +75,7 @@ def end_all(folder):
 
 
 def keep(holder, folder):
-    """Sleep until the process `holder`, this one's parent, is dead; then end what it left and remove the folder."""
+    """Sleep until the process `holder`, this one's parent, is dead; then end its children and remove the folder."""
     signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT, signal.SIGTERM, signal.SIGHUP})
     ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, signal.SIGTERM)
     while os.getppid() == holder:  # it is also sent when only the thread ends that has started this process

@@ -1,4 +1,4 @@
-"""What the rostests share: recorded topics, commands, and the newest diagnostics."""
+"""Base of the rostests: recorded topics, commands, and the newest diagnostics."""
 
 import unittest
 from typing import ClassVar
@@ -64,14 +64,14 @@ class NodeTest(unittest.TestCase):
 
     def wait_for_status(self, name, level, words=""):
         """Wait until the newest diagnostics of a task have a level, and words in the message."""
-        def told():
+        def matching():
             status = self.status.get(name)
             return status is not None and status.level == level and words in status.message and status
         try:
-            return wait_for(told, "diagnostics")
+            return wait_for(matching, "diagnostics")
         except AssertionError:
-            told_last = [(status.name, status.level, status.message) for status in self.status.values()]
-            raise AssertionError(f"no level {level} with {words!r} of {name!r} in {told_last}") from None
+            newest = [(status.name, status.level, status.message) for status in self.status.values()]
+            raise AssertionError(f"no level {level} with {words!r} of {name!r} in {newest}") from None
 
     def values(self, name):
         """The values of a task's newest diagnostics, by key."""

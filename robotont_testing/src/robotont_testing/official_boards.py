@@ -1,8 +1,8 @@
 """Robotont's boards with the official firmware, made from its grammar byte for byte, traps included.
 
 Each runs on a virtual clock: `receive(data, now)` is one write of the PC, `advance(now)` lets time pass and returns
-what the board has sent meanwhile. The motors are an object with `turn(efforts, seconds)` -> counted edges. Nothing here
-knows the driver's code. What happens to commands is kept: `executed`, `swallowed`, `inversions`.
+the bytes that the board has sent meanwhile. The motors are an object with `turn(efforts, seconds)` -> counted
+edges. Nothing here uses the driver's code. The fate of commands is recorded: `executed`, `swallowed`, `inversions`.
 """
 
 import math
@@ -38,7 +38,7 @@ class Board:
     def __init__(self, motors, start=0.0):
         self.motors = motors
         self.now = start
-        self.dead = ""        # what has killed the processor
+        self.dead = ""        # cause of the processor's halt
         self.executed = []    # (time, line) of every command that was obeyed
         self.swallowed = []   # (time, line) of every whole line that was not
         self.inversions = 0   # times that of two lines the older won
@@ -235,7 +235,7 @@ class Robotont2Board(Board):
 
 
 class TransferBuffer:
-    """What generation 3 does with USB transfers: the buffer is never cleared, and a message may hold stale bytes."""
+    """USB transfers of generation 3: the buffer is never cleared, and a message may hold stale bytes."""
 
     def __init__(self):
         self.data = bytearray(4096)

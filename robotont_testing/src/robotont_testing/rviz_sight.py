@@ -1,4 +1,4 @@
-"""What can be seen in a picture of RViz: the grid, the robot on it, the path, complaints of displays.
+"""Reads a picture of RViz: the grid, the robot on it, the path, complaints of displays.
 
 Pictures are height x width x 3 integers of 0 to 255: red, green, blue. The colours are those of
 rviz/*.rviz and urdf/shapes.xacro in RViz's light, as they look from straight above.

@@ -28,7 +28,7 @@ class Stage(Processes):
     def __init__(self):
         super().__init__()
         number = self.folder / "display"
-        # The server takes a free display and says which. Its picture lies in a file.
+        # The server takes a free display and reports its number. Its picture lies in a file.
         self.start("Xvfb", "-displayfd", "1", "-screen", "0", f"{WIDTH}x{HEIGHT}x24", "+extension", "GLX",
                    "-nolisten", "tcp", "-nocursor", "-fbdir", self.folder, log=number)
         self._screen = {
@@ -50,7 +50,7 @@ class Stage(Processes):
                     os.environ[name] = value
 
     def picture(self):
-        """What the screen shows: HEIGHT x WIDTH x 3 integers of 0 to 255: red, green, blue."""
+        """Picture of the screen: HEIGHT x WIDTH x 3 integers of 0 to 255: red, green, blue."""
         data = (self.folder / "Xvfb_screen0").read_bytes()
         header = struct.unpack(">25I", data[:100])  # of an X window dump
         start = header[0] + 12 * header[19]         # behind the header and the colour map

@@ -1,4 +1,4 @@
-"""Synthetic drives for tests: what encoders count while a robot really moves, with noise, slip and truth."""
+"""Synthetic drives for tests: encoder counts of a moving robot, with noise, slip and truth."""
 
 import math
 
@@ -28,8 +28,8 @@ def counted(wheels, paths, noise=0.0, generator=None):
     noise: standard deviation [m] of a path after 1 m. The encoders start anywhere within an edge.
     """
     generator = generator or np.random.default_rng(0)
-    spoilt = paths + noise * np.sqrt(np.abs(paths)) * generator.standard_normal(paths.shape)
-    angle = generator.uniform(0, 1, paths.shape[1]) + np.cumsum(spoilt / np.array(wheels.metres_per_edge), axis=0)
+    noisy = paths + noise * np.sqrt(np.abs(paths)) * generator.standard_normal(paths.shape)
+    angle = generator.uniform(0, 1, paths.shape[1]) + np.cumsum(noisy / np.array(wheels.metres_per_edge), axis=0)
     return np.diff(np.floor(angle), axis=0, prepend=np.zeros((1, paths.shape[1]))).astype(int)
 
 
@@ -81,7 +81,7 @@ def profile(length, speed, acceleration):
 
 
 def mixed_drive(seconds, generator, speed=0.5):
-    """Twists of a drive that keeps changing: speeds and turns drawn anew every 2 s, reached with 1 m/s^2."""
+    """Twists of a drive that keeps changing: speeds and turns redrawn every 2 s, reached with 1 m/s^2."""
     target = np.zeros(3)
     now = np.zeros(3)
     twists = np.empty((round(seconds / PERIOD), 3))

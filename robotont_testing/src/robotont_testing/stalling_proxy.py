@@ -19,12 +19,12 @@ class StallingProxy:
         threading.Thread(target=self._accept, daemon=True).start()
 
     def stall(self, *directions):
-        """Forward nothing any more; what comes waits."""
+        """Forward nothing any more; incoming data waits."""
         for direction in directions or self._flows:
             self._flows[direction].clear()
 
     def flow(self):
-        """Forward what waits, and go on."""
+        """Forward the waiting data, and go on."""
         for event in self._flows.values():
             event.set()
 

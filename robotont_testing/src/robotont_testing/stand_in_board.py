@@ -29,13 +29,13 @@ def speeds_of(line, wheels):
 
 
 def sealed(words):
-    """The line of text `words` with its CRC, as boards with firmware from 2.0 on send it."""
+    """The text line `words` with its CRC, as boards with firmware from 2.0 on send it."""
     line = f"# {words};".encode()
     return line + b"%04X\n" % crc16(line)
 
 
 def identity(wheels=3, rate=50, reset="power"):
-    """Words with which a board with firmware 2.0 introduces itself."""
+    """Identity string of a board with firmware 2.0."""
     return f"robotont_firmware 2.0.0 wheels {wheels} rate {rate} units edges/period profile ours reset {reset}"
 
 
@@ -57,7 +57,7 @@ class Encoders:
 
 
 class Line:
-    """What happens to the bytes that the board sends. Rates are per byte; change them at any time."""
+    """Faults of the line on the bytes that the board sends. Rates are per byte; change them at any time."""
 
     def __init__(self, seed=1):
         self.random = random.Random(seed)
@@ -94,11 +94,11 @@ class Line:
 class Board:
     """Reads commands and sends one packet per period, from a thread of its own, at the port `link`.
 
-    `heard`: (time, line) of each command line. `told`: counts of each period in which the port was open.
+    `heard`: (time, line) of each command line. `reported`: counts of each period in which the port was open.
     `on_period(turned)` is called with the edges that the wheels have really turned, fractions included;
-    `on_bytes(time, data)` with what the PC writes.
+    `on_bytes(time, data)` with the PC's bytes.
 
-    `identity`: words with which the board introduces itself when asked; with them its packets carry a status
+    `identity`: string with which the board identifies itself when asked; with it its packets carry a status
     (`flags`, `missed`, `refused`, and `faults` per wheel) and its text a CRC, as from firmware 2.0 on.
     """
 
@@ -114,18 +114,18 @@ class Board:
         self.faults = [0] * wheels
         self.line = Line()
         self.heard = []
-        self.told = []
+        self.reported = []
         self.on_period = None
         self.on_bytes = None
         self._start_totals = start_totals
         self._woken, self._wake = os.pipe()
         self._master = None
         self._thread = None
-        self._open = False  # whether somebody has the port open
+        self._open = False  # whether a process has the port open
         self.restart()
 
     def restart(self, start_totals=None):
-        """Forget all, as after a reset: counter and totals begin anew."""
+        """Forget all, as after a reset: counter and totals restart."""
         self.motors = Encoders(self.wheels)
         self.offset = self._start_totals if start_totals is None else start_totals
         self._speeds = [0.0] * self.wheels
@@ -175,7 +175,7 @@ class Board:
         return list(self._speeds)
 
     def send(self, data):
-        """Write bytes to the line now, whatever the line does to packets; lost when nobody has the port open."""
+        """Write bytes to the line now, whatever the line does to packets; lost when no process has the port open."""
         try:
             while data:
                 data = data[os.write(self._master, data):]
@@ -198,7 +198,7 @@ class Board:
                 self._hear(now)
             self._open = not any(event & select.POLLHUP for _, event in ready)
             if not self._open:
-                time.sleep(min(0.001, self.period / 4))  # nobody has the port open; poll() would return at once
+                time.sleep(min(0.001, self.period / 4))  # no process has the port open; poll() would return at once
             if now >= due:
                 due += self.period
                 self._tick(now)
@@ -222,7 +222,7 @@ class Board:
                 self._commanded_at = now
 
     def answer(self):
-        """Say who the board is; the line may spoil the answer as it spoils packets."""
+        """Send the board's identity; the line may corrupt the answer as it corrupts packets."""
         if self.identity:
             for data in self.line.pass_on(sealed("identity " + self.identity)):
                 self.send(data)
@@ -232,7 +232,7 @@ class Board:
             self._speeds = [0.0] * self.wheels
         counts = self.motors.follow(self._speeds)
         if self._open:
-            self.told.append(counts)
+            self.reported.append(counts)
         if self.on_period:
             self.on_period(self.motors.turned)
         for data in self._says:

@@ -75,7 +75,7 @@ class TwoMachines(Processes):
         return self.start(*self._inside(name), *command, log=log, **environment)
 
     def run(self, name, *command, timeout=60.0, **environment):
-        """Run a command on a machine to its end; a CompletedProcess with what it printed."""
+        """Run a command on a machine to its end; a CompletedProcess with its output."""
         words = [*self._inside(name), *map(str, command)]
         return subprocess.run(words, env={**os.environ, **environment}, timeout=timeout, check=False, text=True,
                               stdin=subprocess.DEVNULL, capture_output=True)
@@ -108,5 +108,5 @@ class TwoMachines(Processes):
             self.check(name, "nft", *words.split())
 
     def open_firewall(self, name):
-        """Remove what `drop` has put there."""
+        """Remove the rules of `drop`."""
         self.check(name, "nft", "delete", "table", "inet", "firewall")

@@ -10,7 +10,8 @@ import pytest
 from robotont_testing.harness import free_port, wait_for
 
 ROOT = Path(__file__).resolve().parents[2]
-NEEDS_THE_STACK = {"diagnostics.launch": "diagnostic_aggregator", "navigation.launch": "move_base", "slam.launch": "gmapping",
+NEEDS_THE_STACK = {"navigation.launch": "move_base", "slam.launch": "gmapping",
+                   "diagnostics.launch": "diagnostic_aggregator",
                    "camera_scan.launch": "depthimage_to_laserscan",
                    "robot_localization.launch": "robot_localization"}
 TOOLS = {"robotont_calibration": ["calibrate_wheels", "odometry_report"],

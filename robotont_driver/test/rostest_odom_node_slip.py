@@ -56,8 +56,8 @@ class OdomNodeSlipTest(NodeTest):
         self.assertAlmostEqual(self.odom[-1].twist.twist.angular.z, 0.0, delta=0.03)
         status = self.wait_for_words(FOUR, WARN, "wheel 2 ", lambda: self.drive("/", units, wrong, 5))
         values = {value.key: value.value for value in status.values}
-        self.assertEqual(values["wheels left out"], "wheel 2")
-        self.assertEqual(values["wheels left out so far"], "1")
+        self.assertEqual(values["wheels excluded"], "wheel 2")
+        self.assertEqual(values["wheels excluded so far"], "1")
         self.assertIn("each other", values["wheels compared by"])
         self.wait_for_words(FOUR, OK, "packets/s", lambda: self.drive("/", units, right, 5))
 

@@ -163,7 +163,7 @@ class SerialComNodeTest(NodeTest):
         for words in ("timeout: no valid packet, motors stop", "dropped 17", "crash ValueError()"):
             self.board.say(f"# {words}\n".encode())
             self.wait_for_status(BOARD, WARN, words)
-            self.assertIn(words, self.values(BOARD)["board's last words"])
+            self.assertIn(words, self.values(BOARD)["board's newest messages"])
 
     def start_modern(self, **about):
         """A board with firmware 2.0, commanded at 20 Hz until the test ends."""
@@ -208,7 +208,7 @@ class SerialComNodeTest(NodeTest):
     def test_the_board_is_asked_who_it_is_at_every_connection_and_not_driven_before(self):
         self.board.answer = lambda: None
         self.start_modern()
-        self.wait_for_status(BOARD, WARN, "not said yet who it is")
+        self.wait_for_status(BOARD, WARN, "not identified itself yet")
         self.assertNotIn("5:5:5;", "".join(self.heard()))
         del self.board.answer
         wait_for(lambda: "5:5:5;" in "".join(self.heard()), "commands")

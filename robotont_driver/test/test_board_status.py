@@ -66,8 +66,8 @@ def test_what_the_board_says_is_reported_once():
     made = BoardHealth(3)
     made.hear_text("crash ValueError()")
     _, warnings, values = made.report()
-    assert warnings == ["the board says: crash ValueError()"]
-    assert values["board's last words"] == "crash ValueError()"
+    assert warnings == ["the board reports: crash ValueError()"]
+    assert values["board's newest messages"] == "crash ValueError()"
     assert made.report()[1] == []
 
 

@@ -21,7 +21,7 @@ def detector(wheels, noise=NOISE):
 
 
 def drive(wheels, counts, commanded=None, detect=True):
-    """(error-free or not) odometry over counts; the detector; per packet the wheels left out."""
+    """(error-free or not) odometry over counts; the detector; per packet the wheels excluded."""
     odometry = WheelOdometry(Kinematics(wheels), PERIOD, NOISE)
     finder = detector(wheels)
     told = []

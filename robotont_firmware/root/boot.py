@@ -1,4 +1,4 @@
-"""First thing after a reset: motors off, whatever comes next. Needs no other file of the file system.
+"""First thing after a reset: motors off, whatever comes next. Needs no other file.
 
 `./robotont flash` puts the wiring profile's pins here; a test compares them with the profile.
 """

@@ -30,7 +30,7 @@ def main():
         finally:
             micropython.heap_unlock()
     except Exception as error:
-        # Nobody feeds the watchdog now: it resets the board, and the firmware starts again, and waits for
+        # The watchdog is no longer fed: it resets the board, and the firmware starts again, and waits for
         # a command of zeros.
         board.leave_note(board.CRASHED)
         line = seal(f"crash {error!r}")
@@ -44,9 +44,9 @@ def main():
         board.restart_into_repl()
 
 
-micropython.kbd_intr(-1)  # MicroPython allows Ctrl-C anew for every file that it runs
-micropython.alloc_emergency_exception_buf(100)  # so that an error in the tick's interrupt can be told
+micropython.kbd_intr(-1)  # MicroPython allows Ctrl-C again for every file that it runs
+micropython.alloc_emergency_exception_buf(100)  # so that an error in the tick's interrupt can be reported
 try:
     main()
-finally:  # an error before the watchdog is armed ends in the REPL, with its words on the screen
+finally:  # an error before the watchdog is armed ends in the REPL, with its message on the screen
     micropython.kbd_intr(_CTRL_C)

@@ -64,11 +64,11 @@ def _answer(process, timeout):
     """Return what the raw REPL answers: OK, output, an end mark, errors, and another one."""
     timer = threading.Timer(timeout, process.kill)
     timer.start()
-    heard = b""
-    while heard.count(b"\x04") < 2:
+    received = b""
+    while received.count(b"\x04") < 2:
         byte = process.stdout.read(1)
         if not byte:
-            raise AssertionError(f"no answer in {timeout} s: {heard[-2000:]!r}")
-        heard += byte
+            raise AssertionError(f"no answer in {timeout} s: {received[-2000:]!r}")
+        received += byte
     timer.cancel()
-    return heard.split(b">OK", 1)[1].replace(b"\x04", b"").decode("utf-8", "replace").replace("\r\n", "\n")
+    return received.split(b">OK", 1)[1].replace(b"\x04", b"").decode("utf-8", "replace").replace("\r\n", "\n")

@@ -42,10 +42,10 @@ elif action == "reset":
 class FakeBoard:
     """Answers on a pseudo-terminal: `# repl` when asked rightly, its banner after a reset."""
 
-    def __init__(self, folder, says=(), banner=b"# robotont_firmware 9.9.9 wheels 3 reset soft\n"):
-        self.says = says  # lines, one every 20 ms until it is asked for the REPL
+    def __init__(self, folder, output=(), banner=b"# robotont_firmware 9.9.9 wheels 3 reset soft\n"):
+        self.output = output  # lines, one every 20 ms until it is asked for the REPL
         self.profile = "ours"
-        self.heard = b""
+        self.received = b""
         self.gone = False
         self.files = folder / "board"
         self.files.mkdir()
@@ -66,14 +66,14 @@ class FakeBoard:
 
     def _listen(self):
         turn = 0
-        while checked("!repl") not in self.heard and not self.gone:
+        while checked("!repl") not in self.received and not self.gone:
             if select.select([self.master], [], [], 0.02)[0]:
-                self.heard += os.read(self.master, 100)
-            elif self.says:
-                with contextlib.suppress(BlockingIOError):  # nobody reads: a real board does not wait either
-                    os.write(self.master, self.says[turn % len(self.says)])
+                self.received += os.read(self.master, 100)
+            elif self.output:
+                with contextlib.suppress(BlockingIOError):  # no reader: a real board does not wait either
+                    os.write(self.master, self.output[turn % len(self.output)])
                 turn += 1
-            if checked("?") in self.heard and self.profile:
+            if checked("?") in self.received and self.profile:
                 about = f"# identity robotont_firmware 2.0.0 wheels 3 profile {self.profile} reset power"
                 os.write(self.master, checked(about))
                 self.profile = ""
@@ -85,9 +85,9 @@ class FakeBoard:
     def _wait_for_reset(self):
         with open(str(self.files) + ".reset") as fifo:
             fifo.read()
-        self._say_until_heard()
+        self._send_until_received()
 
-    def _say_until_heard(self):
+    def _send_until_received(self):
         for _ in range(100):  # opening the port throws away what was there before
             os.write(self.master, self.banner)
             threading.Event().wait(0.05)
@@ -136,28 +136,28 @@ OFFICIAL = {
 
 @pytest.mark.parametrize("generation", OFFICIAL)
 def test_a_robot_with_official_firmware_is_refused_and_nothing_written(flash, board, monkeypatch, capsys, generation):
-    board.says = OFFICIAL[generation]
+    board.output = OFFICIAL[generation]
     assert flash_ours(flash, monkeypatch, board) == 1
-    words = capsys.readouterr().err
-    assert "needs no flashing" in words
-    assert "roslaunch robotont_bringup robot.launch port:=" + board.port in words
-    assert board.heard == b""
+    message = capsys.readouterr().err
+    assert "needs no flashing" in message
+    assert "roslaunch robotont_bringup robot.launch port:=" + board.port in message
+    assert board.received == b""
     assert not os.path.exists(str(board.files) + ".log"), "mpremote was called"
 
 
-def test_a_board_that_says_something_unknown_is_refused_and_nothing_written(flash, board, monkeypatch, capsys):
-    board.says = [b"Hello, world\r\n", b"\x83\xf1\n"]
+def test_a_board_with_unknown_output_is_refused_and_nothing_written(flash, board, monkeypatch, capsys):
+    board.output = [b"Hello, world\r\n", b"\x83\xf1\n"]
     assert flash_ours(flash, monkeypatch, board) == 1
     assert "no firmware known here" in capsys.readouterr().err
-    assert board.heard == b""
+    assert board.received == b""
 
 
-def test_generation_3_is_known_by_its_usb_number(flash, board, monkeypatch, capsys):
+def test_generation_3_is_recognised_by_its_usb_number(flash, board, monkeypatch, capsys):
     entry = types.SimpleNamespace(device=board.port, vid=0x0483, pid=0x5740)
     monkeypatch.setattr(flash.list_ports, "comports", lambda: [entry])
     assert flash_ours(flash, monkeypatch, board) == 1
     assert "generation 3" in capsys.readouterr().err
-    assert board.heard == b""
+    assert board.received == b""
 
 
 @pytest.mark.parametrize("answer", ["", "yes", "robotont21"])
@@ -168,28 +168,28 @@ def test_nothing_is_written_without_the_right_answer(flash, board, monkeypatch, 
     assert "Wiring profile ours" in shown.out
     assert "PB6, PB7" in shown.out
     assert "Nothing was written" in shown.err
-    assert board.heard == b""
+    assert board.received == b""
 
 
-def test_without_a_terminal_it_must_be_said_with_yes(flash, board, monkeypatch, capsys):
+def test_without_a_terminal_it_must_be_confirmed_with_yes(flash, board, monkeypatch, capsys):
     monkeypatch.setattr("sys.stdin", io.StringIO(""))
     assert run(flash, monkeypatch, "--port", board.port, "--profile", "ours") == 1
     assert "--yes" in capsys.readouterr().err
 
 
-def test_a_board_that_does_not_say_its_profile_needs_one(flash, board, monkeypatch, capsys):
+def test_a_board_that_does_not_report_its_profile_needs_one(flash, board, monkeypatch, capsys):
     for arguments in ((), ("--profile", "theirs")):
         assert run(flash, monkeypatch, "--port", board.port, "--yes", *arguments) == 1
-        words = capsys.readouterr().err
-        assert "--profile" in words
-        assert "ours" in words
-        assert "FOUR ENCODER WIRES MOVED" in words
-    assert board.heard == b""
+        message = capsys.readouterr().err
+        assert "--profile" in message
+        assert "ours" in message
+        assert "FOUR ENCODER WIRES MOVED" in message
+    assert board.received == b""
 
 
 @pytest.mark.parametrize("packet", [b"0:0:0;00:0000:0000:0000:1C8B\n", b"0:0:0;00:0000:0000:0000:030000000:FBCF\n"])
 def test_our_own_firmware_keeps_its_profile(flash, board, monkeypatch, capsys, packet):
-    board.says = [packet]
+    board.output = [packet]
     board.profile = "robotont21"
     assert run(flash, monkeypatch, "--port", board.port, "--yes") == 0
     assert "Wiring profile robotont21" in capsys.readouterr().out
@@ -197,8 +197,8 @@ def test_our_own_firmware_keeps_its_profile(flash, board, monkeypatch, capsys, p
     assert 'PROFILE = "robotont21"' in wiring
 
 
-def test_another_profile_than_the_boards_is_told(flash, board, monkeypatch, capsys):
-    board.says = [b"0:0:0;00:0000:0000:0000:030000000:FBCF\n"]
+def test_another_profile_than_the_boards_is_reported(flash, board, monkeypatch, capsys):
+    board.output = [b"0:0:0;00:0000:0000:0000:030000000:FBCF\n"]
     board.profile = "robotont21"
     monkeypatch.setattr("builtins.input", lambda question: "")
     assert run(flash, monkeypatch, "--port", board.port, "--profile", "ours") == 1
@@ -244,23 +244,23 @@ def _failing(real, error):
     return mpremote
 
 
-def test_says_how_to_install_micropython(flash, board, monkeypatch, capsys):
+def test_explains_how_to_install_micropython(flash, board, monkeypatch, capsys):
     open(str(board.files) + ".broken", "w").close()
     assert flash_ours(flash, monkeypatch, board) == 1
-    words = capsys.readouterr().err
-    assert "No MicroPython answers on " + board.port in words
-    assert "st-flash" in words
-    assert "NUCLEO_L476RG" in words
-    assert "USER" in words
+    message = capsys.readouterr().err
+    assert "No MicroPython answers on " + board.port in message
+    assert "st-flash" in message
+    assert "NUCLEO_L476RG" in message
+    assert "USER" in message
 
 
-def test_says_when_the_board_stays_silent(flash, board, monkeypatch, capsys):
+def test_reports_when_the_board_stays_silent(flash, board, monkeypatch, capsys):
     monkeypatch.setattr(flash, "restart", lambda port: None)
     assert flash_ours(flash, monkeypatch, board) == 1
     assert "does not introduce itself" in capsys.readouterr().err
 
 
-def test_says_when_there_is_no_port(flash, monkeypatch, capsys):
+def test_reports_when_there_is_no_port(flash, monkeypatch, capsys):
     assert run(flash, monkeypatch, "--port", "/dev/no_such_port") == 1
     assert "There is no /dev/no_such_port" in capsys.readouterr().err
     monkeypatch.setattr(flash.glob, "glob", lambda pattern: [])
@@ -273,17 +273,17 @@ def test_says_when_there_is_no_port(flash, monkeypatch, capsys):
     assert "Choose one with --port" in capsys.readouterr().err
 
 
-@pytest.mark.parametrize(("number", "words"), [(13, "dialout"), (16, "in use"), (5, "does not open")])
-def test_says_why_the_port_does_not_open(flash, board, monkeypatch, capsys, number, words):
+@pytest.mark.parametrize(("number", "message"), [(13, "dialout"), (16, "in use"), (5, "does not open")])
+def test_reports_why_the_port_does_not_open(flash, board, monkeypatch, capsys, number, message):
     def refuse(*_, **__):
         raise flash.serial.SerialException(number, "refused")
 
     monkeypatch.setattr(flash.serial, "Serial", refuse)
     assert flash_ours(flash, monkeypatch, board) == 1
-    assert words in capsys.readouterr().err
+    assert message in capsys.readouterr().err
 
 
-def test_says_what_does_not_compile(flash, tmp_path):
+def test_reports_what_does_not_compile(flash, tmp_path):
     bad = tmp_path / "bad.py"
     bad.write_text("def (")
     with pytest.raises(flash.FlashError, match=r"bad\.py does not compile"):

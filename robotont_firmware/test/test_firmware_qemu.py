@@ -59,7 +59,7 @@ def test_a_period_takes_less_than_half_of_its_time(rom):
     assert costs["free heap"] > 20000
 
 
-def test_the_documentation_says_what_was_counted(rom):
+def test_the_documentation_states_what_was_counted(rom):
     text = (ROOT / "docs" / "firmware.md").read_text(encoding="utf-8")
     for name, number in counted(rom).items():
         row = re.search(rf"^\| {re.escape(name)} \| ([0-9 ]+) \|$", text, flags=re.MULTILINE)

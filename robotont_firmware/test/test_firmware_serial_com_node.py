@@ -23,14 +23,14 @@ from diagnostic_msgs.msg import DiagnosticArray
 rospy.init_node("listener")
 counts, state = [], {}
 
-def heard(message):
+def on_packet(message):
     counts.append([int(count) for count in message.data.split(";")[0].split(":")])
 
 def health(message):
     for status in message.status:
         state.update((value.key, value.value) for value in status.values)
 
-rospy.Subscriber("serial_read", String, heard, queue_size=100, tcp_nodelay=True)
+rospy.Subscriber("serial_read", String, on_packet, queue_size=100, tcp_nodelay=True)
 rospy.Subscriber("diagnostics", DiagnosticArray, health)
 publisher = rospy.Publisher("serial_write", String, queue_size=1, tcp_nodelay=True)
 while not publisher.get_num_connections():

@@ -1,7 +1,7 @@
-"""What the board says of itself: the status in every packet, its identity, its words; in words for people.
+"""What the board reports about itself: the status in every packet, its identity and its messages, as readable text.
 
 See docs/protocol.md. The status travels under the CRC of every checked packet, so it can neither be lost nor go
-stale. Boards with firmware from before 2.0 have no status; they said faults once, in text.
+stale. Boards with firmware before 2.0 have no status; they report each fault once, as text.
 """
 
 import re
@@ -40,25 +40,25 @@ class BoardStatus(NamedTuple):
 
     @property
     def fault(self):
-        """Words for what stopped the motors; empty when nothing did."""
-        return " / ".join(_words_of_fault(fault, wheel) for wheel, fault in enumerate(self.wheels)
+        """Description of the fault that stopped the motors; empty without one."""
+        return " / ".join(_describe_fault(fault, wheel) for wheel, fault in enumerate(self.wheels)
                           if fault not in (NO_FAULT, OVERLOAD))
 
     @property
     def complaints(self):
-        """List of words for what somebody should look after although the robot drives."""
-        words = [f"wheel {wheel} works too hard (stalled, or overloaded): its motor's current is limited"
-                 for wheel, fault in enumerate(self.wheels) if fault == OVERLOAD]
+        """List of warnings: conditions that need attention although the robot can drive."""
+        warnings = [f"wheel {wheel} works too hard (stalled, or overloaded): its motor's current is limited"
+                    for wheel, fault in enumerate(self.wheels) if fault == OVERLOAD]
         if self.flags & BATTERY_LOW:
-            words.append("the battery is low: charge it")
+            warnings.append("the battery is low: charge it")
         if self.flags & WAITS_FOR_ZERO and not self.fault:
-            words.append("the board waits for a command of zeros: it was started by nobody, or a fault has just ended")
+            warnings.append("the board waits for a command of zeros: it restarted by itself, or a fault has just ended")
         elif self.flags & TIMED_OUT:
-            words.append("no valid commands reach the board: its motors are off")
-        return words
+            warnings.append("no valid commands reach the board: its motors are off")
+        return warnings
 
 
-def _words_of_fault(fault, wheel):
+def _describe_fault(fault, wheel):
     return FAULTS.get(fault, "wheel {}: fault " + str(fault) + ", which this driver is too old for" + OFF).format(wheel)
 
 
@@ -73,9 +73,9 @@ class Identity(NamedTuple):
     reset: str    # why the board started last
 
     @classmethod
-    def parse(cls, words):
-        """From the words of a banner, or of the answer to `?;`; None when they are no identity."""
-        match = _IDENTITY.match(words)
+    def parse(cls, text):
+        """From a banner, or the answer to `?;`; None when the text is not an identity."""
+        match = _IDENTITY.match(text)
         if not match:
             return None
         fields = match.groupdict()
@@ -94,10 +94,10 @@ class Identity(NamedTuple):
 
 
 class BoardHealth:
-    """Gathers what a board says of itself, for a robot of `wheels` wheels at `rate` [Hz] (None: not compared).
+    """Collects what a board reports about itself, for a robot of `wheels` wheels at `rate` [Hz] (None: not compared).
 
     `status`: newest BoardStatus; None from boards that send none. `identity`: None until it is known.
-    `fault`: what has stopped the motors, in words. `obstacle`: why the board must not be driven.
+    `fault`: description of what has stopped the motors. `obstacle`: why the board must not be driven.
     """
 
     def __init__(self, wheels, rate=None):
@@ -106,16 +106,16 @@ class BoardHealth:
         self._missed = 0    # ticks missed and lines refused, on this connection
         self._refused = 0
         self._reported = (0, 0)
-        self.notices = deque(maxlen=NOTICES_KEPT)  # newest words of the board
-        self._news = []     # words since the last report
+        self.notices = deque(maxlen=NOTICES_KEPT)  # newest messages of the board
+        self._news = []     # messages since the last report
         self.banner = ""
         self.connect()
 
     def connect(self):
-        """Begin a new connection: nothing is known of the board."""
+        """Begin a new connection: forget all about the board."""
         self.status = None
         self.identity = None
-        self._told_fault = ""   # by a board without status
+        self._text_fault = ""   # of a board without status
         self._foreign = 0       # number of wheels in the board's packets, when it is another one than ours
         self._suspect = 0       # the same, of the newest such packet
         self._fleeting = ""     # a fault that no report has shown yet
@@ -123,19 +123,19 @@ class BoardHealth:
 
     @property
     def fault(self):
-        """What has stopped the motors, in words; empty when nothing has."""
-        return self.status.fault if self.status is not None else self._told_fault
+        """Description of what has stopped the motors; empty when nothing has."""
+        return self.status.fault if self.status is not None else self._text_fault
 
     @property
     def obstacle(self):
-        """Why the board must not be driven, in words; empty when it may."""
+        """Why the board must not be driven; empty when it may."""
         if self.identity:
             return self.identity.obstacle(self._wheels, self._rate)
         return f"the board drives {self._foreign} wheels, wheelAmount is {self._wheels}" if self._foreign else ""
 
     @property
     def wants_identity(self):
-        """Whether the board is one that answers, and has not."""
+        """Whether the board is able to identify itself and has not done so yet."""
         return self.identity is None and (self.status is not None or bool(self._suspect))
 
     def hear_packet(self, status):
@@ -153,22 +153,22 @@ class BoardHealth:
         """A whole packet of a board with that many wheels; the CRC lets one spoilt packet in 65 536 pass."""
         self._foreign, self._suspect = (wheels if wheels == self._suspect else 0), wheels
 
-    def hear_text(self, words):
-        """A line of text. Returns whether it says that the board has just started."""
-        self.notices.append(words)
-        self._news.append(words)
+    def hear_text(self, text):
+        """Take a line of text. Returns whether it is the banner of a board that has just started."""
+        self.notices.append(text)
+        self._news.append(text)
         del self._news[:-NOTICES_KEPT]
-        if words.startswith("identity "):
-            self.identity = Identity.parse(words[len("identity "):])
+        if text.startswith("identity "):
+            self.identity = Identity.parse(text[len("identity "):])
             return False
-        if words.startswith("fault"):
-            self._told_fault = "" if words == "fault cleared" else words
+        if text.startswith("fault"):
+            self._text_fault = "" if text == "fault cleared" else text
             self._note_fault()
-        if not words.startswith("robotont"):
+        if not text.startswith("robotont"):
             return False
-        self.banner = words
+        self.banner = text
         self.connect()
-        self.identity = Identity.parse(words)
+        self.identity = Identity.parse(text)
         return True
 
     def _note_fault(self):
@@ -177,12 +177,12 @@ class BoardHealth:
             self._fleeting = fault
 
     def report(self):
-        """(errors, warnings, values) for the diagnostics; call it once per report, for it says what was new.
+        """(errors, warnings, values) for the diagnostics, since the last call: call it once per report.
 
-        errors, warnings: lists of words. A fault that came and went since the last report is in this one.
+        errors, warnings: lists of messages. A fault that came and went since the last report is in this one.
         """
         fault = self.fault
-        errors = [words for words in (self.obstacle, fault) if words]
+        errors = [message for message in (self.obstacle, fault) if message]
         if self._fleeting and not fault:
             errors.append("over again: " + self._fleeting)
         self._fleeting, self._shown = "", fault
@@ -194,13 +194,13 @@ class BoardHealth:
         if refused > 0:
             warnings.append(f"the board refused {refused} lines: check cable and baudrate")
         news, self._news = self._news, []
-        warnings += [f"the board says: {words}" for words in news if not words.startswith(("identity", "robotont"))]
+        warnings += [f"the board reports: {text}" for text in news if not text.startswith(("identity", "robotont"))]
         if self.wants_identity:
-            warnings.append("the board has not said yet who it is: it is not driven until then")
+            warnings.append("the board has not identified itself yet: it is not driven until then")
         return errors, warnings, self._values()
 
     def _values(self):
-        values = {"board": self.banner or "has not introduced itself", "board's last words": " | ".join(self.notices)}
+        values = {"board": self.banner or "no banner received", "board's newest messages": " | ".join(self.notices)}
         if self.identity:
             values.update({"board " + name: value for name, value in self.identity._asdict().items()})
         if self.status:

@@ -75,7 +75,7 @@ class CommandStream:
         return self._sent
 
     def time_left(self, now):
-        """[s] until the newest command times out, or None when there is none to obey."""
+        """[s] until the newest command times out, or None without a valid command."""
         return None if self._target is None else max(0.0, self._received + self.timeout - now)
 
     def age(self, now):
@@ -83,7 +83,7 @@ class CommandStream:
         return None if self._received is None else now - self._received
 
     def complaint(self):
-        """What keeps the robot from following commands, in words; empty when all is well."""
+        """Why the robot does not follow commands; empty when it does."""
         if self.stopped:
             return "emergency stop: publish false on emergency_stop to release it"
         if self._refusal:

@@ -37,7 +37,7 @@ PARAMETERS = (
 )
 
 
-PRESSED = "emergency_stop_pressed"  # parameter beside the wheels': a restarted node goes on to stand
+PRESSED = "emergency_stop_pressed"  # parameter in the namespace of the wheels': a restarted node stays stopped
 LATCHED_FOR = 1.0  # [s] after the start in which latched commands are those from before it
 
 
@@ -85,7 +85,7 @@ class DriverNode:
             rospy.logwarn("emergency stop %s", "pressed" if message.data else "released; waiting for a new cmd_vel")
             try:
                 rospy.set_param(PRESSED, message.data)
-            except OSError as error:  # no master: the stop holds, but a restart would not know of it
+            except OSError as error:  # no master: the stop stays in force, but a restarted node would not find it
                 rospy.logerr("emergency stop not kept on the parameter server: %s", error)
 
     def _send(self):
@@ -133,7 +133,7 @@ class DriverNode:
 
 
 def check(_wheels, parameters, other):
-    """What does not fit to serial_com_node, in words."""
+    """List of conflicts with serial_com_node's parameters."""
     return check_repetition(parameters["publish_rate"], other("serial_com_node/write_timeout", WRITE_TIMEOUT))
 
 

@@ -6,13 +6,13 @@ from robotont_driver.protocol import LineSplitter
 
 SENT_KEPT = 100   # newest lines to the board that an echo may still be of
 CERTAIN = 4       # lines that came back, before it is called an echo
-ZEROS = b"0:;-"    # all that a packet of counts holds while the robot is at rest
+ZEROS = b"0:;-"    # all characters of a packet of counts while the robot is at rest
 
 
 class EchoWatch:
-    """Compares lines from the board with the newest lines to it. Bytes in, a verdict out; pure.
+    """Compares lines from the board with the newest lines to it. Bytes in, a decision out; pure.
 
-    Counts may happen to be those that were commanded. So a line is a witness only where it cannot be a packet of
+    Counts may happen to be those that were commanded. So a line is evidence only where it cannot be a packet of
     counts (decimals, a command's trailer), or where it is another one than the line that came back before it: motors
     do not follow at once. A packet of counts that was not commanded like that clears the board of the suspicion.
     """
@@ -43,7 +43,7 @@ class EchoWatch:
 
     def _judge(self, line):
         if b";" not in line or not line.strip(ZEROS):
-            return  # words, or a robot at rest: both are no witness
+            return  # text, or a robot at rest: neither is evidence
         original = next((sent for sent in self._sent if line.endswith(sent)), None)  # a REPL puts a prompt before it
         if original is None:
             self._witnesses = 0

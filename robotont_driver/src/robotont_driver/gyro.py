@@ -1,4 +1,4 @@
-"""A gyro beside the wheels: its turn in each period, its bias, and what both say against each other.
+"""Fusion of a gyro with the wheels: its turn in each period, its bias, and the disagreement of both.
 
 The gyro's rate is `scale * rate + bias + white noise`, the bias walks slowly. It is learnt while the wheels stand, and
 only then: an error of the wheel parameters must not become one of the gyro. Turns are counterclockwise, in [rad].
@@ -15,14 +15,14 @@ from robotont_driver.wheel_noise import PATH_VARIANCE
 
 SECOND = 1_000_000_000  # [ns]
 
-GAP = SECOND // 10      # [ns] between two samples; across a longer one nothing is known of the turn
-HOLD = SECOND * 3 // 10  # [ns] for which the wheels stand in for samples that are still under way
+GAP = SECOND // 10      # [ns] between two samples; across a longer one the turn is unknown
+HOLD = SECOND * 3 // 10  # [ns] for which the wheels replace samples that have not arrived yet
 KEPT = 1024             # samples: more than a second of any gyro, for packets that are late
 
-FIRST_BIAS = 0.02       # [rad/s] standard deviation of the bias of a gyro of which nothing is known
+FIRST_BIAS = 0.02       # [rad/s] standard deviation of the bias of an unknown gyro
 SETTLING = 0.5          # [s] without counts until the robot counts as standing
 LEARNING = 1.0          # [s] of standing until the bias is good enough to use the gyro
-OUTLIER = 5.0           # [standard deviations] a turn beyond this while the wheels stand is no bias, ...
+OUTLIER = 5.0           # [standard deviations] a larger turn while the wheels stand is not bias, ...
 RELEARN = 3.0           # [s] ... unless it goes on for so long and ...
 STEADY = 10.0           # [standard deviations] ... its rates differ by no more than this
 TIMING = 0.005          # [s] by which the times of gyro and wheels may differ
@@ -40,7 +40,7 @@ class TurnIntegral:
         self.gaps = 0                       # times that samples were missing
 
     def add(self, stamp, rate):
-        """Take a sample: `rate` [rad/s] at `stamp` [ns]. One that is no newer than the last begins anew."""
+        """Take a sample: `rate` [rad/s] at `stamp` [ns]. A sample not newer than the last one restarts the integral."""
         turn = 0.0
         if self._samples:
             last, turn, last_rate = self._samples[-1]
@@ -55,8 +55,8 @@ class TurnIntegral:
     def turned(self, stamp, wheels):
         """[rad] from the stamp [ns] of the last call to this one; None where samples are missing.
 
-        wheels: [rad] that the gyro should have measured, say the wheels. That stands in for samples that are still
-        under way; when these have come, the next call makes good what was wrong with it.
+        wheels: [rad] that the gyro should have measured according to the wheels. It replaces samples that have not
+        arrived yet; once they have, the next call corrects its error.
         """
         if self._wheels and stamp <= self._wheels[-1][0]:
             self._wheels.clear()  # the clock was set
@@ -104,14 +104,14 @@ class Gyro:
         self.bias = 0.0                    # [rad/s]
         self.bias_variance = FIRST_BIAS ** 2
         self.learnt = 0                    # periods of standing
-        self.learnt_part = 1.0             # of the bias' error that the newest period left
+        self.learnt_part = 1.0             # of the bias' error that remained after the newest period
         self._still = 0                    # periods without motion of the wheels
         self._path = None                  # [edges] of each wheel while standing
         self._odd = []                     # [rad] turns of a standing robot that do not fit the bias
 
     @property
     def ready(self):
-        """Whether the bias is known."""
+        """Whether the bias has been estimated."""
         return self.learnt * self.period >= LEARNING
 
     @property
@@ -144,7 +144,7 @@ class Gyro:
         if turn ** 2 > OUTLIER ** 2 * variance:
             self._odd.append(turn)
             if len(self._odd) * period >= RELEARN:
-                self._learn_anew()
+                self._relearn()
             return
         self._odd = []
         gain = self.bias_variance * period / variance
@@ -153,8 +153,8 @@ class Gyro:
         self.bias_variance *= self.learnt_part
         self.learnt += 1
 
-    def _learn_anew(self):
-        """Turning for so long at so steady a rate on wheels that stand is a bias that has changed."""
+    def _relearn(self):
+        """A steady turn for RELEARN while the wheels stand means that the bias has changed."""
         if max(self._odd) - min(self._odd) < STEADY * math.sqrt(self.noise):
             self.bias += sum(self._odd) / len(self._odd) / self.period
             self.bias_variance = FIRST_BIAS ** 2
@@ -164,7 +164,7 @@ class Gyro:
 
 
 class TurnWatch:
-    """Tells when the turn of the wheels is not that of the gyro: a wheel slips, or somebody moves the robot.
+    """Detects when the turn of the wheels is not that of the gyro: a wheel slips, or the robot is moved from outside.
 
     gyro: a `Gyro`. false_alarms: per hour at most. For n >= 3 wheels.
     """
@@ -241,25 +241,25 @@ class TurnWatch:
         return tuple(suspects) or tuple(range(len(self._per_edge)))
 
 
-UNCHANGED = (1.0, 1.0)  # parts of the errors of bias and scale that are left when nothing was learnt
+UNCHANGED = (1.0, 1.0)  # factors on the errors of bias and scale of a period without learning
 
 
 class Fused(NamedTuple):
     """A step of wheels and gyro together."""
 
     step: np.ndarray        # (dx [m], dy [m], dyaw [rad])
-    covariance: np.ndarray  # 3 x 3, by what is new in every period
-    wheels: np.ndarray      # 3 x 3, what is left in the step of an error of the wheels' step
+    covariance: np.ndarray  # 3 x 3, of the errors that are independent from period to period
+    wheels: np.ndarray      # 3 x 3, sensitivity of the step to an error of the wheels' step
     # (how the step depends on the errors of bias [rad/s] and scale [1], 3 x 2; their variances, 2), which are the same
     # in the periods to come, so that their covariance with the pose has to be kept (S. F. Schmidt, 1966)
     lasting: Tuple[np.ndarray, np.ndarray]
 
 
 class GyroFusion:
-    """Weighs the turns of wheels and gyro by their covariances, and tells where both disagree.
+    """Weighs the turns of wheels and gyro by their covariances, and detects disagreement.
 
-    gyro: a `Gyro`. false_alarms: of `TurnWatch`, per hour; 0: no watch. learnt: (2) parts of the errors of bias and
-    scale that the newest period left.
+    gyro: a `Gyro`. false_alarms: of `TurnWatch`, per hour; 0: no watch. learnt: (2) factors by which the newest
+    period reduced the errors of bias and scale.
     """
 
     def __init__(self, gyro, false_alarms):
@@ -280,14 +280,14 @@ class GyroFusion:
         return True
 
     def use_wheels(self, by_edge):
-        """From now on one edge of each wheel makes a step of `by_edge`, 3 x n ([m], [m], [rad])."""
+        """From now on one edge of each wheel moves the robot by `by_edge`, 3 x n ([m], [m], [rad])."""
         self._by_edge = by_edge
         self._readings = PATH_VARIANCE * by_edge @ by_edge[2]  # (3,) of a step with its turn
         if self.watch:
             self.watch.use_wheels(by_edge[2].tolist())
 
     def fuse(self, counts, step, covariance, stamp):
-        """`Fused` step of the period that ended at `stamp` [ns]; None where the gyro says nothing.
+        """`Fused` step of the period that ended at `stamp` [ns]; None without a turn of the gyro.
 
         counts: n. step: (dx, dy, dyaw) of the wheels, its covariance 3 x 3.
         """
@@ -336,5 +336,5 @@ class GyroFusion:
 
 
 def up_in(x, y, z, w):
-    """(3,) upwards, in the axes of a device that stands on the robot as the unit quaternion x, y, z, w says."""
+    """Upward direction (3,) in the axes of a device with the orientation x, y, z, w (unit quaternion) on the robot."""
     return 2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)

@@ -6,7 +6,7 @@ class IdealMotors:
 
     def __init__(self, wheels):
         self.turned = [0.0] * wheels  # [edges] since the start
-        self.counted = [0] * wheels   # [edges] the same as the encoders see it
+        self.counted = [0] * wheels   # [edges] the same as counted by the encoders
 
     def follow(self, units):
         """Counts, one per wheel, of one PID period in which each wheel keeps its speed [units]."""

@@ -1,4 +1,4 @@
-"""The ROS side of a gyro: its samples, how it stands on the robot, and its part of the diagnostics."""
+"""The ROS side of a gyro: its samples, its orientation on the robot, and its part of the diagnostics."""
 
 import math
 import time
@@ -12,14 +12,14 @@ from robotont_driver.node import OK, WARN, Rate
 
 
 class ImuInput:
-    """Takes the rates of a gyro to a `GyroFusion`, once TF has said how it stands on the robot."""
+    """Takes the rates of a gyro to a `GyroFusion`, once TF has its orientation on the robot."""
 
     def __init__(self, topic, base_frame, fusion, lock):
         self._topic, self._base_frame, self._fusion, self._lock = topic, base_frame, fusion, lock
         self._frame = self._up = None
         self._buffer = self._listener = None
         self._looked = 0.0     # [s] when TF was asked last
-        self._trouble = ""     # why TF does not say
+        self._trouble = ""     # why TF has no transform
         self._samples = 0
         self._refused = 0
         self._rate = Rate()
@@ -37,7 +37,7 @@ class ImuInput:
         self._refused += not good
 
     def _find(self, frame):
-        """Look for the direction upwards in the gyro's frame, once a second until TF says it."""
+        """Look for the direction upwards in the gyro's frame, once a second until TF has it."""
         if frame == self._base_frame:
             self._frame, self._up = frame, (0.0, 0.0, 1.0)
             return
@@ -53,7 +53,7 @@ class ImuInput:
             self._trouble = str(error)
             return
         self._up = up_in(rotation.x, rotation.y, rotation.z, rotation.w)
-        self._listener.unregister()  # it stands where it stands; listening to all of /tf costs much
+        self._listener.unregister()  # the gyro is fixed to the robot; listening to all of /tf is costly
         self._buffer = self._listener = None
 
     def report(self):
@@ -75,7 +75,7 @@ class ImuInput:
         if rate == 0.0:
             return WARN, f"no samples on {self._topic}: the heading comes from the wheels alone", values
         if self._up is None:
-            return WARN, (f"TF does not say how {self._frame!r} stands on {self._base_frame}: {self._trouble}; "
+            return WARN, (f"TF has no transform from {self._frame!r} to {self._base_frame}: {self._trouble}; "
                           "publish it, e.g. with static_transform_publisher"), values
         if not gyro.ready:
             return OK, f"let the robot stand for {SETTLING + LEARNING:g} s: the bias is learnt then", values

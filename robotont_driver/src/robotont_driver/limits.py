@@ -15,7 +15,7 @@ class Limits(NamedTuple):
 
 
 def limit_speed(twist, wheel_speeds, limits):
-    """`twist` (v_x, v_y, omega), shortened by one factor until every speed limit holds.
+    """`twist` (v_x, v_y, omega), scaled by one factor so that every speed limit is kept.
 
     `wheel_speeds` [m/s] are those of the twist; they shrink by the same factor.
     """

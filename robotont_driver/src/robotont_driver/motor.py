@@ -1,4 +1,4 @@
-"""The motor that a robot is taken to have, where its wheel file does not say: Pololu 37D, 12 V."""
+"""The motor that is assumed where the wheel file names none: Pololu 37D, 12 V."""
 
 NO_LOAD_SPEED = 156.25  # [1/s] turns of the motor's own shaft without load at 12 V: 500 rpm behind a gearbox of 18.75
 FULL_BATTERY = 1.4      # 4-cell LiPo, 16.8 V, over 12 V

@@ -25,10 +25,10 @@ COMMON_PARAMETERS = (
 
 
 def run_node(name, node_class, table, check=None):
-    """Start the node and serve until ROS shuts down; with wrong parameters say which and exit with 1.
+    """Start the node and serve until ROS shuts down; list wrong parameters, if any, and exit with 1.
 
     node_class is called with the wheels and the dictionary of private parameters. check(wheels, parameters, other)
-    returns a list of what does not fit together, in words; other(name, default) is a parameter of another node.
+    returns a list of conflicts between parameters; other(name, default) is a parameter of another node.
     """
     rospy.init_node(name)
     faults = []
@@ -36,7 +36,7 @@ def run_node(name, node_class, table, check=None):
     try:
         wheels = read_wheels(rospy.get_param(rospy.get_namespace(), {}))
     except ParameterError as error:
-        faults += [f"{words} (wheel parameters are read from {rospy.get_namespace()})" for words in error.faults]
+        faults += [f"{message} (wheel parameters are read from {rospy.get_namespace()})" for message in error.faults]
     try:
         parameters = private_parameters(table)
     except ParameterError as error:
@@ -60,7 +60,7 @@ def private_parameters(table):
 
 
 def own_parameters(table):
-    """The private parameters of a node that needs no wheels, by name; with wrong ones say which and exit with 1."""
+    """The private parameters of a node that needs no wheels, by name; lists wrong ones, if any, and exits with 1."""
     try:
         return private_parameters(table)
     except ParameterError as error:
@@ -70,16 +70,16 @@ def own_parameters(table):
 def parameter_of_another(name, default):
     """A number on the parameter server, by a name relative to the namespace, such as driver_node/publish_rate.
 
-    The default where there is none; what is no number is for the other node to refuse.
+    The default where there is none, or none that is a number: the other node refuses that.
     """
     value = rospy.get_param(name, default)
     return value if is_number(value) else default
 
 
 def refuse(faults):
-    """End the node because of its parameters, with a line of words for each fault."""
-    for words in faults:
-        rospy.logfatal("wrong parameter %s", words)
+    """End the node because of its parameters, with a line for each fault."""
+    for message in faults:
+        rospy.logfatal("wrong parameter %s", message)
     sys.exit(1)
 
 
@@ -128,7 +128,7 @@ class Worker(threading.Thread):
 class Health:
     """Publishes /diagnostics every ~diagnostic_period (1 s), one task per subject (REP 107).
 
-    `subjects` maps a name to a function that returns (level, words, {key: value}).
+    `subjects` maps a name to a function that returns (level, message, {key: value}).
     """
 
     def __init__(self, hardware, subjects):
@@ -159,8 +159,8 @@ def robot_name():
 
 def _task(report):
     def run(status):
-        level, words, values = report()
-        status.summary(level, words)
+        level, message, values = report()
+        status.summary(level, message)
         for key, value in values.items():
             status.add(key, str(value))
         return status

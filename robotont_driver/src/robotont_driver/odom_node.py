@@ -33,20 +33,20 @@ PLANAR = [6 * row + column for row in (0, 1, 5) for column in (0, 1, 5)]
 COMMAND_AGE = 0.5
 
 BURST = 200  # messages that may wait: serial_com_node publishes repaired packets, and a board bursts, all at once
-RECENTLY = 10 * 1_000_000_000  # [ns] for which the diagnostics warn of a clock that was set
+RECENTLY = 10 * 1_000_000_000  # [ns] for which the diagnostics warn that the clock was set
 
 PARAMETERS = (
     Parameter("odom_frame", "odom", "frame of the pose", official="odom/frame"),
     Parameter("base_frame", "base_link", "frame of the twist, and the child frame of the transform",
               official="odom/child_frame"),
-    Parameter("publish_tf", True, "whether to publish odom_frame -> base_frame; false beside an EKF"),
+    Parameter("publish_tf", True, "whether to publish odom_frame -> base_frame; false with an EKF"),
     Parameter("packet_period", -1.0, "time that one packet stands for; negative = 1/pidControlFrequency; "
-              "0 = packets hold speeds, measure the time between them", "s", minimum=-1.0, maximum=10.0),
+              "0 = packets contain speeds, measure the time between them", "s", minimum=-1.0, maximum=10.0),
     Parameter("solver", "least_squares", "step of the robot from n wheels: least_squares, or triples, the mean over "
               "every combination of three wheels", choices=("least_squares", "triples")),
     Parameter("wheel_noise", 0.005, "standard deviation of a wheel's path after 1 m, growing with the "
               "square root of the path", "m", minimum=0.0, maximum=1.0,
-              reason="wheels that are off by more than their path tell nothing"),
+              reason="wheels whose error exceeds their path measure nothing"),
     Parameter("slip_false_alarms", 0.1, "false alarms per hour of driving that the search for slipping wheels may "
               "raise at most (4 or more wheels, or a gyro); 0 = no search", "1/h", minimum=0.0,
               maximum=1000.0),
@@ -56,7 +56,7 @@ PARAMETERS = (
     Parameter("gyro_noise", 2.5e-4, "density of the gyro's noise", "rad/s/sqrt(Hz)", minimum=1e-7, maximum=1.0),
     Parameter("gyro_bias_drift", 1e-5, "how far the gyro's bias walks in 1 s, growing with the square root of the time",
               "rad/s", minimum=0.0, maximum=1.0),
-    Parameter("gyro_scale", 1.0, "what the gyro says when the robot turns at 1 rad/s", "rad/s", minimum=0.5,
+    Parameter("gyro_scale", 1.0, "rate that the gyro reports when the robot turns at 1 rad/s", "rad/s", minimum=0.5,
               maximum=2.0, reason="a gyro that is farther off is broken"),
     Parameter("gyro_scale_noise", 3e-4, "standard deviation of gyro_scale; about 0.01 until it is calibrated", "rad/s",
               minimum=0.0, maximum=0.5),
@@ -132,7 +132,7 @@ class OdomNode:
             arrival, now = read_clocks()
             elapsed = 0.0 if self._arrived is None else (arrival - self._arrived) / 1e9
             self._arrived = arrival
-            told = self._told()
+            alarms = self._alarms()
             stamp = self._clock.stamp(arrival, now)
             if self._detector and self._detector.update(counts, self._newest_command()):
                 self._odometry.exclude(self._detector.slipping)
@@ -141,15 +141,15 @@ class OdomNode:
             self._publish(rospy.Time(*divmod(stamp, 1_000_000_000)))
             if self._watch:  # the diagnostics can wait, the odometry need not
                 self._watch.update(counts, self._newest_command())
-            changed = self._told() != told
+            changed = self._alarms() != alarms
         if changed:
-            self._tell()
+            self._report_change()
 
-    def _told(self):
-        """What the diagnostics say at once when it changes."""
+    def _alarms(self):
+        """State whose changes the diagnostics report at once."""
         return (self._clock.event_at, self._detector.slipping if self._detector else (), self._gyro_suspects())
 
-    def _tell(self):
+    def _report_change(self):
         self._health.publish_now()
         suspects = self._gyro_suspects()
         if suspects:
@@ -169,7 +169,7 @@ class OdomNode:
             self._commanded = None  # serial_com_node complains of it
 
     def _newest_command(self):
-        """Units that the board follows now; None without a command that still counts."""
+        """Units that the board follows now; None without a command that is still valid."""
         return self._commanded if time.monotonic() - self._commanded_at < COMMAND_AGE else None
 
     def _publish(self, stamp):
@@ -211,14 +211,14 @@ class OdomNode:
             alarms = self._detector.alarms if self._detector else 0
             suspects = self._gyro_suspects()
         values["wheels compared by"] = self._comparison()
-        values["wheels left out"] = list_wheels(slipping) or "none"
-        values["wheels left out so far"] = alarms
+        values["wheels excluded"] = list_wheels(slipping) or "none"
+        values["wheels excluded so far"] = alarms
         for wheel, share in enumerate(followed or ()):
             values[f"wheel {wheel}: part of the commanded path"] = "at rest" if share is None else f"{share:.0%}"
         if rate == 0.0:
             return WARN, "no packets on serial_read: see the diagnostics of the link", values
         if slipping:
-            return WARN, (f"{list_wheels(slipping)} disagrees with the others and is left out of the odometry: "
+            return WARN, (f"{list_wheels(slipping)} disagrees with the others and is excluded from the odometry: "
                           "look for a slipping or blocked wheel, a loose coupling, an unplugged encoder"), values
         if suspects:
             return WARN, self._suspicion(suspects), values
@@ -228,7 +228,7 @@ class OdomNode:
         return OK, f"{rate:.0f} packets/s", values
 
     def _comparison(self):
-        """What the search for slip rests on, in words."""
+        """The comparisons that the search for slip is based on."""
         if self._gyro:
             return "the gyro, and " + ("each other, " if self._detector else "") + "command and measurement"
         if self._detector:
@@ -236,19 +236,19 @@ class OdomNode:
         return "command and measurement only" if self._watch else "nothing (packets of speeds)"
 
     def _suspicion(self, suspects):
-        """What it means that wheels and gyro disagree, in words."""
+        """Message about a disagreement of wheels and gyro."""
         if len(suspects) == self._wheels.amount:
-            return ("the gyro says another turn than the wheels: the robot is pushed, lifted or carried, or a wheel "
-                    "slips or is blocked")
+            return ("the gyro measures another turn than the wheels: the robot is pushed, lifted or carried, or a "
+                    "wheel slips or is blocked")
         names = " or ".join(f"wheel {wheel}" for wheel in suspects)
-        return f"{names} slips: the robot turns otherwise than its wheels, says the gyro"
+        return f"{names} slips: the gyro measures another turn than the wheels"
 
     def _report_stamps(self):
         with self._lock:
             clock, arrived = self._clock, self._arrived
             values = {
                 "drift of the board's clock": f"{1e6 * clock.drift:+.0f} ppm",
-                "packets later than their number says": clock.shifts,
+                "packets later than their number implies": clock.shifts,
                 "times that the clock was set": clock.steps,
                 "restarts": clock.restarts,
                 "newest time that the clock was set": clock.event or "never",
@@ -259,7 +259,7 @@ class OdomNode:
         return OK, "stamps by packet number and arrival" if self._odometry.period else "stamps by arrival", values
 
     def _warning(self):
-        """What three wheels cannot tell."""
+        """Hint that three wheels have no redundancy; empty where there is some."""
         if self._wheels.amount > 3 or self._gyro:
             return ""
         return "; with 3 wheels only command and measurement can be compared, and the odometry goes on with all"
@@ -268,7 +268,7 @@ class OdomNode:
 def joint_names(given, wheels):
     """Names of the joints: those `given` between blanks, or wheel_0_joint, ...
 
-    Exits with words when there are not as many as wheels.
+    Exits with a message when their number is not that of the wheels.
     """
     names = given.split() or [f"wheel_{wheel}_joint" for wheel in range(wheels)]
     if len(names) != wheels:
@@ -278,7 +278,7 @@ def joint_names(given, wheels):
 
 
 def list_wheels(wheels):
-    """Wheels by index, in words; empty for none."""
+    """Wheels by index, as text; empty for none."""
     return "wheel " + ", ".join(map(str, wheels)) if wheels else ""
 
 
@@ -289,7 +289,7 @@ def fill(covariance, planar):
 
 
 def check(_wheels, parameters, _other):
-    """What does not fit together, in words."""
+    """List of conflicts between parameters."""
     frames = parameters["odom_frame"], parameters["base_frame"]
     if all(frames) and frames[0] != frames[1]:
         return []

@@ -14,14 +14,14 @@ from robotont_driver.kinematics import Kinematics
 from robotont_driver.mean_twist import MeanTwist
 from robotont_driver.wheel_noise import READING_VARIANCE, variance_per_edge
 
-# Variance of each coordinate before the first step: the start is known, but no filter likes a zero.
+# Variance of each coordinate before the first step: the start is exact, but filters need a positive variance.
 START_VARIANCE = 1e-9
-# Longest time [s] that a measured speed is held: without newer packets the board itself has stopped.
+# Longest time [s] for which a measured speed stays valid: without newer packets the board itself has stopped.
 LONGEST_HOLD = 0.5
 
 
 class Pose:
-    """A pose and its covariance, moved step by step. start_covariance: 3 x 3 at the origin, beside START_VARIANCE."""
+    """A pose and its covariance, moved step by step. start_covariance: 3 x 3 at the origin, added to START_VARIANCE."""
 
     def __init__(self, start_covariance=0.0):
         self._start_covariance = START_VARIANCE * np.eye(3) + start_covariance
@@ -30,7 +30,7 @@ class Pose:
     def reset(self):
         """Back to the origin."""
         self._lasting = None  # 3 x 2: covariance with errors that last, of a gyro's bias and scale
-        self._both = np.zeros((6, 6))  # covariance of pose and step, which know nothing of each other
+        self._both = np.zeros((6, 6))  # joint covariance of pose and step, which are independent
         self.x = self.y = self.yaw = 0.0
         self.covariance = self._start_covariance.copy()
 
@@ -38,7 +38,7 @@ class Pose:
         """Move by a step (3 floats) with its covariance, 3 x 3.
 
         Covariance: F P F' + G Q G', with the Jacobians F by the pose and G by the step side by side. `lasting`: where
-        the step has errors that those before and after it have, too: how it depends on them (3 x 2), and their
+        the step shares errors with those before and after it: its sensitivity to them (3 x 2), and their
         variances (2).
         """
         dx, dy, dyaw = step
@@ -59,7 +59,7 @@ class Pose:
         self._carry(jacobians, lasting)
 
     def _carry(self, jacobians, lasting):
-        """Carry the covariance with lasting errors on, C <- F C + G L B, of which P gets its part."""
+        """Propagate the covariance with the lasting errors, C <- F C + G L B, and add its part to P."""
         if lasting is None and self._lasting is None:
             return
         if self._lasting is None:
@@ -72,7 +72,7 @@ class Pose:
             self.covariance = self.covariance + before @ dependence.T + dependence @ self._lasting.T
 
     def learn(self, factors):
-        """The lasting errors have become smaller, (2) to these parts of what they were."""
+        """Scale the lasting errors by (2) factors, as they have been estimated better."""
         if self._lasting is not None:
             self._lasting = self._lasting * factors
 
@@ -80,7 +80,7 @@ class Pose:
 class WheelOdometry:
     """Counts of the wheels in; pose, twist, their covariances and the wheels' angles out.
 
-    period: time [s] that one packet stands for. 0: packets hold speeds, each valid until the next one.
+    period: time [s] that one packet stands for. 0: packets contain speeds, each valid until the next one.
     wheel_noise: standard deviation [m] of a wheel's path after 1 m; its variance grows with the path.
     twist_window: [s] over which the twist is the mean; 0: that of the newest packet. gyro: a gyro.GyroFusion, or None.
     """
@@ -117,7 +117,7 @@ class WheelOdometry:
 
     @property
     def pose_covariance(self):
-        """3 x 3 covariance of the pose: what was gathered on the way, and the edge that each wheel is in."""
+        """3 x 3 covariance of the pose: accumulated on the way, plus the quantisation of the newest reading."""
         (xx, xy, xa), (_, yy, ya), (_, _, aa) = self._end_covariance
         cos, sin = math.cos(self.pose.yaw), math.sin(self.pose.yaw)
         across = (xx - yy) * cos * sin + xy * (cos * cos - sin * sin)
@@ -150,7 +150,7 @@ class WheelOdometry:
         self.wheel_rates = edges * (self._radians_per_edge * self._rate)
 
     def _move_with_gyro(self, counts, edges, step, covariance, stamp):
-        """Move by wheels and gyro; the step, its covariance, and that which an error of an edge makes in it."""
+        """Move by wheels and gyro; the step, its covariance, and its covariance for 1 edge^2 in every wheel."""
         fused = self._gyro.fuse(counts, step, covariance, stamp)
         if self._gyro.learnt != UNCHANGED:
             self.pose.learn(self._gyro.learnt)

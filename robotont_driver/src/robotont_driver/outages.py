@@ -1,6 +1,6 @@
-"""Hears publishers on other machines again at once when the network between them comes back.
+"""Reconnects to publishers on other machines at once when the network between them comes back.
 
-After an outage of T seconds TCP sends again only up to T seconds later, for it doubles its pause with every vain
+After an outage of T seconds TCP sends again only up to T seconds later, for it doubles its pause with every failed
 attempt: after 30 s without Wi-Fi a robot would stand for up to another 30 s. A new connection needs a fraction of a
 second.
 """
@@ -20,17 +20,17 @@ ANSWER_WITHIN = 0.4  # [s] or a machine counts as out of reach
 
 
 class OutageWatch:
-    """Connects subscribers anew to publishers of machines that were out of reach and are back.
+    """Connects subscribers again to publishers of machines that were out of reach and are back.
 
-    `newest`: subscribers of commands; what waits in their old connections is too old and dropped. `every`: subscribers
-    none of whose messages may be lost, such as an emergency stop's; their old connections still deliver, late.
+    `newest`: subscribers of commands; data that waits in their old connections is too old and dropped. `every`:
+    subscribers that may lose no message, such as an emergency stop's; their old connections still deliver, late.
     """
 
     def __init__(self, newest=(), every=()):
         self._newest = [subscriber.impl for subscriber in newest]
         self._every = [subscriber.impl for subscriber in every]
         self._addresses = {}  # address of each publisher's machine by URI; None: this machine
-        self._received = {}   # bytes had from each connection
+        self._received = {}   # bytes received from each connection
         self._lost = set()    # URIs of machines out of reach
         Worker(self._look)
 
@@ -40,14 +40,14 @@ class OutageWatch:
         for topic in (*self._newest, *self._every):
             for connection in topic.connections:
                 if not connection.endpoint_id.startswith("http"):
-                    continue  # an old one, kept for what it may still deliver
-                heard = connection.stat_bytes != self._received.get(connection)
+                    continue  # an old one, kept for the messages that it may still deliver
+                active = connection.stat_bytes != self._received.get(connection)
                 self._received[connection] = connection.stat_bytes
-                if heard:
+                if active:
                     self._lost.discard(connection.endpoint_id)
                 else:
                     silent.add(connection.endpoint_id)
-        self._received = {connection: had for connection, had in self._received.items() if not connection.done}
+        self._received = {connection: amount for connection, amount in self._received.items() if not connection.done}
         probes = [threading.Thread(target=self._probe, args=(uri,), daemon=True) for uri in silent]
         for probe in probes:
             probe.start()
@@ -97,5 +97,5 @@ def _address_elsewhere(host):
     except socket.gaierror:
         return None
     except OSError:
-        return address  # nothing here has this address
+        return address  # no interface of this machine has this address
     return None

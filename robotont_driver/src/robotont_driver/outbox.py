@@ -1,8 +1,8 @@
-"""What waits for the serial line: of commands only the newest, and no faster than the board can take lines."""
+"""Lines that wait for the serial line: of commands only the newest, and no faster than the board can take lines."""
 
 from collections import deque
 
-LONGEST_QUEUE = 64  # lines of no hurry, beyond which the oldest are given up
+LONGEST_QUEUE = 64  # lines of low priority, beyond which the oldest are dropped
 
 
 class Outbox:
@@ -25,7 +25,7 @@ class Outbox:
         self._free_at = 0.0      # [s] from when on a line may be written
 
     def __bool__(self):
-        """Whether anything waits."""
+        """Whether any line waits."""
         return bool(self._hurried or self._command or self._added)
 
     def hurry(self, line, pause):

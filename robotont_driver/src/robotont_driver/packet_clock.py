@@ -30,8 +30,8 @@ class PacketClock:
     """Stamps packets of a known nominal period [s].
 
     Counted: `restarts` (after a pause, or a steady clock that went back), `shifts` (packets that came later than
-    their number says, from some packet on), `steps` (of the wall clock). `event`: words for the newest time that the
-    clock was set, `event_at` its arrival [ns]; None when that never happened.
+    their number implies, from some packet on), `steps` (of the wall clock). `event`: description of the newest time
+    that the clock was set, `event_at` its arrival [ns]; None when that never happened.
     """
 
     def __init__(self, period):
@@ -51,7 +51,7 @@ class PacketClock:
     def stamp(self, arrival, now):
         """Stamp [ns] on the wall clock of the next packet; never newer than `now`, always newer than the one before.
 
-        arrival: [ns] on a clock that nobody sets (time.monotonic). now: [ns] the wall clock at the same instant.
+        arrival: [ns] on a clock that is never set (time.monotonic). now: [ns] the wall clock at the same instant.
         Where there is only one clock (simulated time) both are the same. After the wall clock, or the only one, went
         back, so do the stamps; while it stands still they exceed it by `TICK` each.
         """
@@ -144,7 +144,7 @@ class PacketClock:
         self._forget()
 
     def _forget(self):
-        """The arrivals so far say nothing of those to come; the period stays."""
+        """Discard the arrivals so far, which no longer predict those to come; keep the period."""
         self._minima = []  # (packet number, arrival) of the earliest arrival of each block
         self._late = []    # [ns] by which packets in a row were late
         self._begin_block()
@@ -171,7 +171,7 @@ class ArrivalClock(PacketClock):
 
     @property
     def drift(self):
-        """Not known."""
+        """Unknown: 0."""
         return 0.0
 
     def _advance(self, arrival):
@@ -183,5 +183,5 @@ class ArrivalClock(PacketClock):
 
 
 def describe(seconds):
-    """A duration [s] in words."""
+    """A duration [s] as text."""
     return f"{seconds:.3f} s" if seconds < 10 else f"{seconds:.0f} s"

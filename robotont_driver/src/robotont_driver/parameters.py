@@ -4,7 +4,7 @@ import difflib
 import math
 from typing import Any, NamedTuple, Optional, Tuple
 
-LONGEST_SHOWN = 200  # characters of a found value, in words
+LONGEST_SHOWN = 200  # characters of a found value in messages
 
 
 class ParameterError(ValueError):
@@ -18,7 +18,7 @@ class ParameterError(ValueError):
 class Parameter(NamedTuple):
     """One parameter of a node: its type is the type of its default.
 
-    A number has a `minimum` and a `maximum` (both allowed), and the `reason` for whichever is not plain.
+    A number has a `minimum` and a `maximum` (both allowed), and the `reason` for a bound that is not obvious.
     """
 
     name: str
@@ -38,7 +38,7 @@ class Parameter(NamedTuple):
 
     @property
     def allowed(self):
-        """What a valid value is, in words."""
+        """Description of the valid values."""
         if self.choices:
             return "one of " + ", ".join(self.choices)
         if isinstance(self.default, bool):
@@ -77,12 +77,12 @@ def is_number(value):
 
 
 def fault(name, found, allowed):
-    """Words for one wrong parameter."""
+    """Message about one wrong parameter."""
     return f"{name}: found {shown(found)}, allowed: {allowed}"
 
 
 def shown(value):
-    """A value as Python writes it, of bounded length; it may be anything that a file or a message can hold."""
+    """A value as Python writes it, of bounded length; it may be anything that a file or a message can contain."""
     if isinstance(value, int) and value.bit_length() > 4 * LONGEST_SHOWN:  # str() of a huge int takes minutes
         return f"a whole number of about {value.bit_length() * 0.30103:.0f} digits"
     if isinstance(value, (str, bytes)):
@@ -109,7 +109,7 @@ def _extent(value, limit):
 
 
 def read_parameters(table, given):
-    """Values by name: what is `given` (a mapping), else the default.
+    """Values by name: the `given` ones (a mapping), else the defaults.
 
     Raises ParameterError with every wrong value and every name that is not in the table.
     """

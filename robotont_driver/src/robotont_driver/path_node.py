@@ -67,7 +67,7 @@ def path_of(frame, samples):
 
 
 def main():
-    """Run path_node; with wrong parameters say which and exit with 1."""
+    """Run path_node; list wrong parameters, if any, and exit with 1."""
     rospy.init_node("path_node")
     PathNode(own_parameters(PARAMETERS))
     rospy.spin()

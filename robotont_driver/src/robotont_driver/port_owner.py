@@ -1,7 +1,7 @@
-"""Whose a pseudo-terminal is: a marker beside the link of a simulated port, and a look before a port is opened.
+"""Ownership of a pseudo-terminal: a marker file beside the link of a simulated port, and a check before opening one.
 
 The kernel gives the name of a pseudo-terminal whose owner has died to the next terminal window. A link that such an
-owner left behind leads into somebody's shell.
+owner left behind leads into a user's shell.
 """
 
 import contextlib
@@ -31,14 +31,14 @@ def marker(link):
 
 
 def sign(link, device):
-    """Write the marker that says that `link` to `device` is this process' own. Raises OSError."""
+    """Write the marker which shows that this process owns `link` to `device`. Raises OSError."""
     new = Path(f"{marker(link)}.{os.getpid()}")
     new.write_text(f"{os.getpid()} {start_of(os.getpid())} {device}\n")
     os.replace(str(new), str(marker(link)))
 
 
 def read_owner(link):
-    """`Owner` of a link; None where no readable marker stands beside it."""
+    """`Owner` of a link; None without a readable marker beside it."""
     try:
         pid, started, device = marker(link).read_text().split()
         return Owner(int(pid), int(started), device)
@@ -54,9 +54,9 @@ def remove(link):
 
 
 def refusal(port):
-    """Why a port must not be opened, in words, with what to do about it; empty when it may be.
+    """Why a port must not be opened, with advice; empty when it may be.
 
-    Only pseudo-terminals are looked at: one whose owner has died, and the terminal of a session.
+    Only pseudo-terminals are checked: one whose owner has died, and the terminal of a session.
     """
     device = os.path.realpath(port)
     if not device.startswith(TERMINALS):

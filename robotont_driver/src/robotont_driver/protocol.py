@@ -1,7 +1,7 @@
-"""Packets on the serial line: written, read, checked, and completed where the line lost some.
+"""Packets on the serial line: written, read, checked, and repaired where the line lost some.
 
 See docs/protocol.md. A command is plain (`m0:m1:m2;`) or checked (with a CRC behind the semicolon);
-so is the feedback of the board, whose checked trailer also holds a counter and the encoder totals.
+so is the feedback of the board, whose checked trailer also contains a counter and the encoder totals.
 """
 
 import binascii
@@ -12,7 +12,7 @@ from robotont_driver.board_status import BoardHealth, BoardStatus
 
 LONGEST_LINE = 256  # [bytes] without the newline; a longer line is dropped
 
-# far more than any motor makes, and few enough digits for every sum and square to stay finite
+# far more than any motor can make, and few enough digits for every sum and square to stay finite
 _NUMBER = r"-?[0-9]{1,7}(?:\.[0-9]{1,9})?"
 _PLAIN = re.compile(rf"({_NUMBER}(?::{_NUMBER})*);")
 # counter, totals, status (from firmware 2.0 on; with at least 3 wheels it is longer than a total), CRC
@@ -53,14 +53,14 @@ def add_checksum(packet):
     return body + b"%04X\n" % crc16(body)
 
 
-QUESTION = add_checksum("?;")  # who are you? Boards with firmware from 2.0 on answer
+QUESTION = add_checksum("?;")  # asks for the identity, which boards with firmware from 2.0 on send
 
 
 class Packet(tuple):
     r"""The values [units] of a plain packet, one per wheel, and its `text`, `m0:m1:...;\\n`, which writes them."""
 
     def __new__(cls, values, text=None):
-        """From values; without a text, that of the values as whole numbers."""
+        """From values; without `text` they are written as whole numbers."""
         packet = super().__new__(cls, values)
         packet.text = format_packet(packet) if text is None else text
         return packet
@@ -72,9 +72,9 @@ class Packet(tuple):
 
 
 def parse_packet(text, wheels):
-    """The `Packet` of `wheels` values at the head of a text; what stands behind `;` is not read.
+    """The `Packet` of `wheels` values at the start of a string; anything behind `;` is ignored.
 
-    Raises PacketError when the text is longer than a line, there is no semicolon, a field is not a number (or one
+    Raises PacketError when the string is longer than a line, there is no semicolon, a field is not a number (or one
     of too many digits), or there are not `wheels` fields.
     """
     if len(text) > LONGEST_LINE + 1:
@@ -169,12 +169,12 @@ class CheckedPacket:
 class FeedbackReader:
     """Bytes from the board in, counts (`Packet`) per PID period out; nothing on the line can raise out of it.
 
-    mode: "plain" reads the thesis' packets and ignores what stands behind the semicolon; "checked" takes
+    mode: "plain" reads the thesis' packets and ignores everything behind the semicolon; "checked" takes
     only packets with a valid trailer; "auto" takes plain ones until the first valid checked one.
     reach: edges that a motor can make in one period; more means an error. rate: [Hz] packets per second that the
-    board should send, compared with what it says; None: not compared. decimals: whether plain packets may have
-    decimals; encoders count whole edges, so usually such a packet is an echo of a command. `health`: what the board
-    says of itself. Counted in `dropped` by kind, `packets`, `repaired` (periods), `restarts` (of the board).
+    board should send, compared with its identity; None: not compared. decimals: whether plain packets may have
+    decimals; encoders count whole edges, so usually such a packet is an echo of a command. `health`: the board's own
+    reports. Counted in `dropped` by kind, `packets`, `repaired` (periods), `restarts` (of the board).
     """
 
     def __init__(self, wheels, reach, mode="auto", rate=None, decimals=False):
@@ -190,7 +190,7 @@ class FeedbackReader:
         self.connect()
 
     def connect(self):
-        """Begin a new connection: nothing is known of the board, and the first line may lack its head."""
+        """Begin a new connection: forget all about the board; its first line may be incomplete."""
         self.checked = self.mode == "checked"
         self.health.connect()
         self._splitter = LineSplitter()
@@ -221,7 +221,7 @@ class FeedbackReader:
         if not text:
             return []
         if text.startswith("#"):
-            self._hear(text)
+            self._read_text(text)
             return []
         if self.mode != "plain":
             try:
@@ -239,7 +239,7 @@ class FeedbackReader:
 
     @property
     def fault(self):
-        """What has stopped the motors, as the board says; empty when nothing has."""
+        """Description of what has stopped the motors, as the board reports it; empty when nothing has."""
         return self.health.fault
 
     @property
@@ -255,7 +255,7 @@ class FeedbackReader:
     def encode(self, packet):
         r"""The bytes to send for a plain command packet that ends with `;\n`, in the form that the board reads.
 
-        A board that has not said yet who it is, or that must not be driven, gets zeros instead of the command.
+        A board that has not identified itself yet, or that must not be driven, gets zeros instead of the command.
         """
         if not self.checked:
             return packet.encode("ascii")
@@ -263,13 +263,13 @@ class FeedbackReader:
             return QUESTION + add_checksum(format_packet([0] * self.wheels))
         return add_checksum(format_packet([0] * self.wheels) if self.health.obstacle else packet)
 
-    def _hear(self, text):
-        """A line of text; after a start-up banner the totals begin anew."""
+    def _read_text(self, text):
+        """Take a line of text; after a start-up banner the totals start again."""
         if _SEALED.match(text):
             if crc16(text[:-4].encode("ascii")) != int(text[-4:], 16):
                 raise PacketError("checksum", f"wrong checksum in {text[:60]!r}")
             text = text[:-5]
-        elif self.health.status is not None:  # this board seals what it says
+        elif self.health.status is not None:  # this board adds a checksum to its text
             raise PacketError("checksum", f"no checksum in {text[:60]!r}")
         if self.health.hear_text(text[1:].strip()):
             self.restarts += self._last is not None
@@ -277,7 +277,7 @@ class FeedbackReader:
 
     def _read_plain(self, text):
         if self._first:
-            raise PacketError("first line", "the head of the first line may be missing")
+            raise PacketError("first line", "the first line may be incomplete")
         counts = parse_packet(text, self.wheels)
         if not (self.decimals or counts.is_whole):
             raise PacketError("decimals", f"counts with decimals in {text[:40]!r}")
@@ -313,7 +313,7 @@ class FeedbackReader:
     def _follows(self, packet, last):
         """Whether the motors can have made the counts that are missing between `last` and `packet`.
 
-        Beyond 2^15 edges the totals modulo 2^16 no longer tell how many are missing.
+        Beyond 2^15 edges the totals modulo 2^16 no longer determine how many are missing.
         """
         periods, counts = packet.missed_since(last)
         bound = self.reach * periods

@@ -15,15 +15,15 @@ from robotont_driver.protocol import PacketError, format_packet, parse_packet
 from robotont_driver.serial_link import SerialLink, usb_id
 from robotont_driver.timeouts import PUBLISH_RATE, WRITE_TIMEOUT, check_repetition
 
-LARGEST_REACH = 0x7FFF  # [edges] what the 16 bits of a packet's totals can tell
+LARGEST_REACH = 0x7FFF  # [edges] what the 16 bits of a packet's totals can represent
 
 PARAMETERS = (
     Parameter("port", "/dev/ttyACM0", "serial port of the board", official="serial/port"),
     Parameter("baudrate", 115200, "speed of the line", "baud", minimum=1200, maximum=4000000,
               reason="no serial port is faster", official="serial/baudrate"),
-    Parameter("packets", AUTO, "what the board speaks: plain (the thesis'), checked (with CRC), robotont2, robotont3 "
-              "or robotont2018 (official firmware), or auto: recognised by what it says", choices=NAMES),
-    Parameter("decimal_counts", False, "whether the board's plain packets may hold decimals; else such a packet is "
+    Parameter("packets", AUTO, "dialect of the board: plain (the thesis'), checked (with CRC), robotont2, robotont3 "
+              "or robotont2018 (official firmware), or auto: recognised from its output", choices=NAMES),
+    Parameter("decimal_counts", False, "whether the board's plain packets may contain decimals; else such a packet is "
               "taken for an echo of a command"),
     Parameter("write_timeout", WRITE_TIMEOUT, "one stop packet after this long without a serial_write", "s",
               minimum=0.05, maximum=2.0, reason="for so long the robot drives on when driver_node dies"),
@@ -34,7 +34,7 @@ PARAMETERS = (
               maximum=LARGEST_REACH, reason="the totals in a packet have 16 bits"),
     Parameter("board_wheel_distance", DISTANCE, "centre to wheel as the official firmware of generations 2 and 3 has "
               "it; 0.127 in firmware from before March 2020", "m", minimum=0.01, maximum=10.0),
-    Parameter("usb_id", "", "vendor:product of the port, 0483:5740 for generation 3; empty: as the system says"),
+    Parameter("usb_id", "", "vendor:product of the port, 0483:5740 for generation 3; empty: as the system reports it"),
     Parameter("range_frame_prefix", "range_sensor_", "frames of the range sensors, before their number",
               official="range/sensor_frame_prefix"),
     Parameter("base_frame", "base_link", "frame in which the range sensors stand"),
@@ -42,7 +42,7 @@ PARAMETERS = (
 
 
 class SerialComNode:
-    """Carries packets between the topics and the board, in the board's dialect, and says what the line did to them."""
+    """Carries packets between the topics and the board, in the board's dialect, and reports errors on the line."""
 
     def __init__(self, wheels, parameters):
         self._wheels = wheels.amount
@@ -56,7 +56,7 @@ class SerialComNode:
         self._met = None          # the dialect that was greeted
         self._held = None         # (command, when [s]) that could not be sent before the board was recognised
         self._refused = 0         # malformed messages on serial_write
-        self._restarts = 0        # of the board, that have been told
+        self._restarts = 0        # of the board, already reported
         self._trouble_before = 0  # errors up to the last report
         self._rate = Rate()
         self._publisher = ImmediatePublisher("serial_read", String)
@@ -93,7 +93,7 @@ class SerialComNode:
 
     def _close(self):
         spoken = self._dialect.spoken
-        stop = spoken.stop() or format_packet([0] * self._wheels).encode("ascii")  # heard nothing? plain may be right
+        stop = spoken.stop() or format_packet([0] * self._wheels).encode("ascii")  # no dialect yet: plain may be right
         self._link.close(stop, spoken.goodbye, spoken.pause)
 
     def _on_light(self, first, colours):
@@ -109,11 +109,11 @@ class SerialComNode:
             self._meet(spoken)
         self._topics.publish(spoken.take_readings())
         if spoken.restarts > self._restarts:
-            rospy.logwarn("the board has restarted; its counts are taken afresh")
+            rospy.logwarn("the board has restarted; its counts start again")
         self._restarts = spoken.restarts
 
     def _meet(self, spoken):
-        """Greet the board, once per connection, when it is known what it speaks."""
+        """Greet the board, once per connection, when its dialect has been recognised."""
         self._met = spoken
         self._restarts = spoken.restarts
         self._link.pace(spoken.pacing)
@@ -183,7 +183,7 @@ def reach(wheels, parameters):
 
 
 def check(wheels, parameters, other):
-    """What does not fit together, or to driver_node, in words."""
+    """List of conflicts between parameters, or with those of driver_node."""
     faults = check_repetition(other("driver_node/publish_rate", PUBLISH_RATE), parameters["write_timeout"])
     edges = reach(wheels, parameters)
     if edges > LARGEST_REACH:

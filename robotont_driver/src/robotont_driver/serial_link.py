@@ -16,7 +16,7 @@ from robotont_driver.outbox import Outbox
 from robotont_driver.port_owner import refusal
 
 READ_SIZE = 4096    # [bytes]
-FULL_LINE = 0.005   # [s] after which a driver that still holds bytes is looked at again
+FULL_LINE = 0.005   # [s] after which a driver that still has bytes to send is checked again
 ADVICE = {
     errno.EACCES: "add your user to the group dialout (sudo usermod -aG dialout $USER) and log in again",
     errno.ENOENT: "is the board plugged in, and is this the right port?",
@@ -28,7 +28,7 @@ class SerialLink:
     """Keeps a serial port open, in one thread, and survives whatever happens to it.
 
     received(data): called with bytes as they come. changed(trouble): called once per change, with None
-    when the port is open and with words when it is not; both are called from the link's thread.
+    when the port is open and with a message when it is not; both are called from the link's thread.
     stop_packet() gives the bytes that are sent once when nothing was sent for `write_timeout` [s]; it may give none.
     Lines are never joined in one write, and with `pace` no line follows another too soon.
     """
@@ -87,7 +87,7 @@ class SerialLink:
                 self._queue(self._outbox.put, packet)
 
     def hurry(self, line, pause):
-        """Send a line before all packets, and nothing else for `pause` [s]."""
+        """Send a line before all packets, then nothing for `pause` [s]."""
         self._send_line(self._outbox.hurry, line, pause)
 
     def add(self, line):
@@ -151,7 +151,7 @@ class SerialLink:
                     try:
                         self._serve(port)
                     finally:
-                        with self._lock:  # nobody may write to a descriptor that is closed, or opened by others
+                        with self._lock:  # no thread may write to a descriptor that is closed, or opened by others
                             self._port = None
             except (OSError, ValueError, termios.error) as error:  # pyserial's own errors are OSErrors
                 self._lost(explain(self._name, error))
@@ -239,27 +239,27 @@ def usb_id(port):
 
 
 def read_text(file):
-    """What a small file holds, without white space around it."""
+    """Contents of a small file, without surrounding white space."""
     with open(file, encoding="ascii") as stream:
         return stream.read().strip()
 
 
 class ForeignPortError(OSError):
-    """A port that is somebody else's."""
+    """A port that belongs to another process."""
 
 
 def check_owner(port):
-    """Raise ForeignPortError where a port leads to somebody's terminal, or may soon."""
-    words = refusal(port)
-    if words:
-        raise ForeignPortError(words)
+    """Raise ForeignPortError where a port leads to a user's terminal, or may soon."""
+    reason = refusal(port)
+    if reason:
+        raise ForeignPortError(reason)
 
 
 def explain(port, error):
-    """Words for an error on opening or using a port, with what to do about it."""
+    """Message about an error on opening or using a port, with advice."""
     if isinstance(error, ForeignPortError):
         return f"{port}: {error}"
     number = getattr(error, "errno", None)
     advice = ADVICE.get(number, "is the board still plugged in?")
-    # pyserial's own words hold the port and the system's words twice
+    # pyserial's own message contains the port and the system's message twice
     return f"{port}: {os.strerror(number).lower() if number else error}; {advice}"

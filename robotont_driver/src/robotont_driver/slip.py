@@ -1,4 +1,4 @@
-"""Wheels that slip, are blocked or count nothing: found by parity checks, and against the command.
+"""Wheels that slip, are blocked or count nothing: detected by parity checks, and by comparison with the command.
 
 With n > 3 wheels the counts are redundant: the wheel matrix J leaves n - 3 combinations of them (parity checks)
 that are zero while every wheel rolls. A chi-square test compares them with their noise over a short window. With
@@ -17,11 +17,11 @@ from robotont_driver.wheel_noise import PATH_VARIANCE, variance_per_edge
 
 WINDOW = 10             # [packets with motion] that the test looks back on: 0.2 s at 50 Hz
 TOLERANCE = 0.01        # wheel parameters are taken to be right within this part of a wheel's path
-PREDICTION = 0.3        # how well the motion is foreseen, as a part of it; decides only where parity cannot
+PREDICTION = 0.3        # relative error of the predicted motion; decides only where parity cannot
 DOUBT = 6.0             # wheels whose costs differ by less (odds of 20 to 1) are almost equally suspect ...
-PATIENCE = 3            # ... which is borne for so many packets
-CLEAR = 0.05            # a left-out wheel comes back when clean counts would look worse this often ...
-PROVEN = 0.3            # ... and a slip of this part of its path would have been seen
+PATIENCE = 3            # ... which is tolerated for so many packets
+CLEAR = 0.05            # an excluded wheel is included again when clean counts would look worse this often ...
+PROVEN = 0.3            # ... and a slip of this part of its path would have been detected
 
 
 class SlipDetector:
@@ -43,13 +43,13 @@ class SlipDetector:
         self._path = np.zeros(len(matrix))   # [edges] over the window
         self._good = deque(maxlen=WINDOW)    # such paths while there was no complaint
         self._doubts = 0                     # packets for which two wheels have been almost equally suspect
-        self.slipping = ()                   # indices of the wheels that are left out, ascending
-        self.alarms = 0                      # how many times a wheel was left out
+        self.slipping = ()                   # indices of the excluded wheels, ascending
+        self.alarms = 0                      # how many times a wheel was excluded
 
     def update(self, counts, commanded=None):
         """Take one packet: n counts, and the n units commanded for it (None: unknown).
 
-        Returns whether `slipping` has changed. A packet of a robot at rest holds no information and is ignored.
+        Returns whether `slipping` has changed. A packet of a robot at rest contains no information and is ignored.
         """
         counts = np.array(counts, dtype=float)
         if not counts.any():
@@ -85,7 +85,7 @@ class SlipDetector:
             cost, wheels = suspects[0]
             view = self._view(wheels)
             if view.limit is None or self._statistic(view) <= view.limit:
-                # where the rest is not redundant, waiting would not tell more
+                # where the rest is not redundant, waiting would add no information
                 doubtful = view.limit is not None and len(suspects) > 1 and suspects[1][0] - cost < DOUBT
                 self._doubts += 1
                 if not doubtful or self._doubts > PATIENCE:
@@ -101,7 +101,7 @@ class SlipDetector:
         for wheel in self.slipping:
             rest = tuple(other for other in self.slipping if other != wheel)
             view = self._view(rest)
-            # path of this wheel that follows from the others; whether a slip of a part of it would have shown
+            # path of this wheel that follows from the others; whether a slip of a part of it would have been detected
             expected = self._matrix[wheel] @ (self._view(self.slipping).solution @ (self._path * self._edge))
             slip = np.zeros(len(self._path))
             slip[wheel] = PROVEN * expected / self._edge[wheel]
@@ -150,7 +150,7 @@ class SlipDetector:
         return float(checks @ np.linalg.solve((view.parity * variances) @ view.parity.T, checks))
 
     def _can_spare(self, wheels):
-        """Whether the others still tell every motion apart."""
+        """Whether the other wheels still determine every motion."""
         return condition(self._matrix[self._view(wheels).wheels]) <= LARGEST_CONDITION
 
     def _view(self, excluded):
@@ -197,7 +197,7 @@ class CommandWatch:
         self.lagging = ()     # indices of the wheels that do not follow their command
 
     def update(self, counts, commanded):
-        """Take one packet: n counts and the n units commanded for it (None: unknown, begins anew)."""
+        """Take one packet: n counts and the n units commanded for it (None: unknown, starts again)."""
         if commanded is None:
             if self._last is not None:
                 self._blocks.clear()

@@ -44,7 +44,7 @@ SOLVERS = {"least_squares": least_squares, "triples": triples}
 def condition(matrix):
     """Ratio of the greatest to the least singular value of wheel-matrix rows, turning taken at the wheels.
 
-    Infinite where the wheels cannot tell every motion apart.
+    Infinite where the wheels do not determine every motion.
     """
     scaled = matrix / (1.0, 1.0, np.abs(matrix[:, 2]).mean())
     values = np.linalg.svd(scaled, compute_uv=False)

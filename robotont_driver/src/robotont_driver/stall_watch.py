@@ -1,4 +1,4 @@
-"""When a process was stopped or starved: how old messages may be that it only now gets to see.
+"""Detects that a process was stopped or starved, and how old messages may be that it handles only now.
 
 A stopped process (SIGSTOP, a computer that swaps) does not notice that time passes. The messages that waited for it
 in its sockets look new when it goes on. This watch notices the gap between two of its ticks, and from then on, until

@@ -19,7 +19,7 @@ THESIS_KEYS = (
 )
 KEYS = (*THESIS_KEYS, "referenceDirection", "positiveRotation")
 MOST_WHEELS = 16           # their packets fit into a line: 160 bytes to the board, 256 bytes from it
-# Beyond any robot; a larger value is a slip of the pen (millimetres, degrees).
+# Beyond any robot; a larger value is a mistake (millimetres, degrees).
 LARGEST_ANGLE = 1000.0     # [rad]
 LARGEST_LENGTH = 10.0      # [m]
 LARGEST_GEAR = 10000.0     # motor turns per wheel turn
@@ -62,11 +62,11 @@ class Wheels(NamedTuple):
 
 
 def read_wheels(given):
-    """`Wheels` from a mapping with the keys of wheel_params.yaml; other keys are not looked at.
+    """`Wheels` from a mapping with the keys of wheel_params.yaml; other keys are ignored.
 
     Raises ParameterError with every fault at once: a missing key, a wrong type or length, a value
     that is not finite, not positive or beyond any robot, fewer than 3 wheels or more than packets can
-    hold, wheels that cannot move the robot in every direction (wheel matrix of rank < 3). There are no
+    contain, wheels that cannot move the robot in every direction (wheel matrix of rank < 3). There are no
     defaults for the thesis' keys.
     """
     if not isinstance(given, Mapping):

@@ -1,4 +1,4 @@
-"""Command line of which_robot: listens to a board and says which launch line drives it. Needs no ROS master."""
+"""Command line of which_robot: listens to a board and prints the launch line that drives it. Needs no ROS master."""
 
 import argparse
 import select
@@ -20,7 +20,7 @@ LINES = {
 
 
 def listen(port, baudrate, seconds):
-    """(dialect's name or None, what was heard in words). Sends nothing. Raises OSError."""
+    """(dialect's name or None, description of the received data). Sends nothing. Raises OSError."""
     listener = Listener(wheels=3, usb_id=usb_id(port))
     with serial.Serial(port, baudrate, timeout=0, exclusive=True) as line:
         end = time.monotonic() + seconds
@@ -40,12 +40,12 @@ def main(arguments=None):
     parser.add_argument("--seconds", type=float, default=2 * PATIENCE, help="how long to listen [%(default)s]")
     options = parser.parse_args(arguments)
     try:
-        name, heard = listen(options.port, options.baudrate, options.seconds)
+        name, received = listen(options.port, options.baudrate, options.seconds)
     except (OSError, ValueError) as error:
         print(f"which_robot: {explain(options.port, error)}", file=sys.stderr)
         return 1
     if name is None:
-        print(f"which_robot: {options.port}: {heard}", file=sys.stderr)
+        print(f"which_robot: {options.port}: {received}", file=sys.stderr)
         return 1
     print(f"the board speaks {name}; start it with\n  {LINES[name].format(options.port)}")
     return 0

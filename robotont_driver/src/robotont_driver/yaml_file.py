@@ -1,4 +1,4 @@
-"""Files of YAML that people write by hand: read with bounds, and with words for whatever is wrong with them."""
+"""Files of YAML that people write by hand: read with bounds, and with a message for every error in them."""
 
 import yaml
 
@@ -9,9 +9,9 @@ DEEPEST = 20           # lists within lists
 
 
 def read_mapping(path, allowed):
-    """(mapping, text) of a YAML file that holds one, or nothing; allowed: what it should hold, in words.
+    """(mapping, text) of a YAML file that contains one, or nothing; allowed: description of what it should contain.
 
-    Raises ValueError with what is wrong with it: no UTF-8, no YAML, too large or too deep, aliases, no mapping. Raises
+    Raises ValueError with the error: no UTF-8, no YAML, too large or too deep, aliases, no mapping. Raises
     OSError where it cannot be read.
     """
     with open(str(path), "rb") as file:
@@ -29,7 +29,7 @@ def read_mapping(path, allowed):
         content = yaml.safe_load(text)
     except yaml.YAMLError as error:
         raise ValueError(f"{path}: no YAML: {error}") from None
-    except (ValueError, OverflowError) as error:  # numbers and dates that are none, such as 2026-13-45
+    except (ValueError, OverflowError) as error:  # malformed numbers and dates, such as 2026-13-45
         raise ValueError(f"{path}: {error}") from None
     if content is None:
         content = {}
@@ -39,7 +39,7 @@ def read_mapping(path, allowed):
 
 
 def _check_structure(text):
-    """Raise ValueError for what would outgrow memory or stack before anybody could look at it."""
+    """Raise ValueError for content that would exceed memory or stack before it could be checked."""
     depth = 0
     for event in yaml.parse(text, yaml.SafeLoader):
         if isinstance(event, yaml.AliasEvent):

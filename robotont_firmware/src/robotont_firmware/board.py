@@ -1,4 +1,4 @@
-"""The NUCLEO-L476RG behind the board interface of robotont_firmware.controller; nothing else knows it.
+"""The NUCLEO-L476RG behind the board interface of robotont_firmware.controller; no other module depends on it.
 
 Everything that allocates happens in the constructor and in `start`; the methods below run with the heap locked.
 """
@@ -72,9 +72,9 @@ def reset_cause(note):
 
 
 class Board:
-    """Claims timers and pins as `config` says; `start` also takes the serial line and arms the watchdog.
+    """Claims timers and pins as in `config`; `start` also takes the serial line and arms the watchdog.
 
-    Until `start` the REPL works, so that whatever is wrong with the configuration can be said.
+    Until `start` the REPL works, so that an error in the configuration can be reported.
     """
 
     def __init__(self, config):

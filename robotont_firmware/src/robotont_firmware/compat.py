@@ -1,4 +1,4 @@
-"""MicroPython's names for compiling to machine code, and what stands for them on CPython.
+"""MicroPython's names for compiling to machine code, and their replacements on CPython.
 
 `@micropython.native` and `@micropython.viper` compile a function when it is loaded; viper's integers are
 machine words and `ptr8`, `ptr16`, `ptr32` reach into a buffer directly. On CPython they all do nothing.
@@ -36,6 +36,6 @@ except ImportError:
         return numbers
 
 else:
-    ptr8 = ptr16 = ptr32 = None  # viper knows them by name
+    ptr8 = ptr16 = ptr32 = None  # viper recognises them by name
 
 const = micropython.const

@@ -11,7 +11,7 @@ WHEELS = 3
 RATE = 50  # [Hz] control periods per second, the driver's pidControlFrequency
 TIMEOUT = 24  # [periods] without a valid packet stop the motors: 0.48 to 0.5 s after the packet came
 BRAKING = 15  # [periods] after the time-out the wheels are braked for this long, then released
-ANSWER_INTERVAL = 10  # [periods] at most one answer to "who are you" in this time
+ANSWER_INTERVAL = 10  # [periods] at most one answer to a request for the identity in this time
 FAULT_HOLD = 25  # [periods] a fault stands for at least this long, and the fault pins must be quiet for it
 
 # Limits.

@@ -1,6 +1,6 @@
 """The firmware's loop: counts in, commands in, efforts out, packet out, once per period.
 
-It knows the hardware only through a board object:
+It reaches the hardware only through a board object:
 
     wait_tick()          wait for the next period; return how many began since the last call, 0 to end
     counts(totals)       fill totals[wheel] with the encoder counters latched at that tick, 0..65535
@@ -54,7 +54,7 @@ class Controller:
         self._setpoints = array("i", [0] * wheels)  # follows the targets at MAX_ACCELERATION
         self._max_speed = config.MAX_SPEED * 256
         self._max_change = config.MAX_ACCELERATION * 256
-        self._unsettled = 0  # [periods] until the robot may be believed to move as it should
+        self._unsettled = 0  # [periods] until the robot is assumed to move as it should
         self._counter = 0
         self._silence = config.TIMEOUT  # [periods] since the last valid packet
         self._braking = 0  # [periods] left of the braking after a time-out
@@ -104,7 +104,7 @@ class Controller:
             self._drive(periods)
         else:
             self._brake(periods)
-        # A tick that was missed shows as a gap in the counter; the totals tell the PC what it held.
+        # A tick that was missed shows as a gap in the counter; the totals give the PC the missing counts.
         self._counter = (self._counter + periods) & 0xFF
         self._describe(periods)
         size = self._sender.pack(self._counter - 1, self._counts, self._totals, self._status)
@@ -171,7 +171,7 @@ class Controller:
 
     @micropython.native
     def _brake(self, periods):
-        """Stop the wheels as fast as the motors may, then let them roll: nobody is in command."""
+        """Stop the wheels as fast as the motors may, then let them roll: no commands arrive."""
         if self._braking <= 0:
             self._release_motors(periods)
             return
@@ -262,7 +262,7 @@ class Controller:
 
     @micropython.native
     def _introduce(self, periods):
-        """Answer the PC that asked who this is."""
+        """Answer the PC's request for the identity."""
         if self._answer_wait > periods:
             self._answer_wait -= periods
         elif self._receiver.asked:

@@ -1,4 +1,4 @@
-"""Speed controller of one wheel in fixed-point integers: feed-forward, PI(D), limits, and its own doubts.
+"""Speed controller of one wheel in fixed-point integers: feed-forward, PI(D), limits, and fault detection.
 
 Speeds are in 1/256 unit, gains in 1/256 effort per unit, so a product carries 2^16 and is shifted back.
 Every intermediate value stays below 2^30 in magnitude; robotont_firmware.bounds refuses what could break that.
@@ -40,13 +40,13 @@ class Pid:
     """One wheel. `config` holds the gains and limits that robotont_firmware.config describes.
 
     The set-point passes through a first-order model of how the wheel is able to follow; the feed-forward
-    drives the wheel along it, and P and I only see what the wheel does differently. So a step does not
+    drives the wheel along it, and P and I only act on the difference from it. So a step does not
     charge the integral, and the sum of the errors, hence the distance, still comes out exact.
 
     P and I are only as good as the encoder. While the counts do not show that the wheel follows it is
     *blind*: driven forward by at most what turns a free wheel at 1.15 times the set-point, so that a wheel
     without an encoder does not run away. When that has lasted for BLIND_TIME and the wheel owes BLIND_EDGES,
-    `fault` says which of NO_COUNTS and WRONG_WAY it is, until `reset`.
+    `fault` is NO_COUNTS or WRONG_WAY until `reset`.
 
     `overloaded`: the motor had more than its continuous current for so long that only that is left.
 
@@ -81,7 +81,7 @@ class Pid:
 
     @micropython.native
     def reset(self, periods=1):
-        """Forget the past: no integral, no doubts, motor off (and cooling) until the next set-point other than 0."""
+        """Forget the past: no integral, no suspicion, motor off (and cooling) until the next set-point other than 0."""
         self._integral = 0  # sum of errors [1/256 unit * period]
         self._reference = 0  # the speed that the wheel should have at the end of the period [1/256 unit]
         self._speed = 0
@@ -90,7 +90,7 @@ class Pid:
         self._effort = 0
         self._seen = 0  # [periods] in which the counts followed the effort
         self._grace = 0  # [periods] that the wheel may still be dragged backwards
-        self.lag = 0  # [1/256 unit] by which a wheel that can be believed misses its reference
+        self.lag = 0  # [1/256 unit] by which a wheel with a credible encoder misses its reference
         self._braked = 0  # [edges/period] the least speed since braking began
         self.fault = NO_FAULT
         self._trust()
@@ -100,8 +100,8 @@ class Pid:
     def brake(self, counts, periods=1):
         """Return the effort that stops a wheel with `counts` edges in the past periods, within the current limit.
 
-        Only a wheel that turns as it was driven is braked: with a reversed or missing encoder, or one that
-        says that braking makes the wheel faster, it rolls.
+        Only a wheel that turns as it was driven is braked: with a reversed or missing encoder, or one
+        whose counts grow while braking, it rolls.
         """
         ahead = self._per_period(counts, periods) * self._direction
         if ahead <= 0 or (self._braked > 0 and ahead > self._braked + _GROWTH):
@@ -120,7 +120,7 @@ class Pid:
     def step(self, setpoint, counts, periods=1, settled=True):
         """Return the effort for the coming period, within +-MAX_EFFORT.
 
-        setpoint: wished speed [1/256 unit], within +-MAX_SPEED units. counts: edges since the last call.
+        setpoint: wanted speed [1/256 unit], within +-MAX_SPEED units. counts: edges since the last call.
         periods: how many control periods those took; more than one when the board missed ticks. settled:
         whether the robot as a whole moves as it should, so that no other wheel drags this one.
         """
@@ -184,7 +184,7 @@ class Pid:
             # stops following while the robot moves as it should gets no grace, whatever that does to the others.
             self._grace -= periods
             return self._seen < _SEEN
-        if push > self._static + (self._v * wished >> 17):  # driven as fast as half of what is wished, or faster
+        if push > self._static + (self._v * wished >> 17):  # driven for half of the reference or more
             self._blind += periods
             self._ahead = clamp(self._ahead + ahead * periods, self._blind_edges)
             self._owed += (wished - ahead) * periods

@@ -5,7 +5,7 @@ Board to PC: `-19:0:19;SS:E0E0:E1E1:E2E2:FFMMRRWWW:CCCC\n`, the edges of one per
 CCCC is the CRC-16/CCITT-FALSE of every byte before it, SS the packet counter, EEEE each encoder's total
 modulo 2^16, all in upper-case hexadecimal. FFMMRRWWW is the board's status: flags, missed ticks and refused
 lines modulo 256, and one digit per wheel: what is wrong with it (robotont_firmware.pid).
-Text for people, too: `# words;CCCC\n`. The PC may ask `?;CCCC\n` (who are you) and `!repl;CCCC\n`.
+Readable text, too: `# text;CCCC\n`. The PC may send `?;CCCC\n` (asks for the identity) and `!repl;CCCC\n`.
 
 Numbers are integers in 1/256 unit. Every intermediate value stays below 2^30 in magnitude, where the
 board's small integers end and MicroPython would start to allocate.
@@ -20,7 +20,7 @@ MAX_UNITS = const(999)  # the largest whole part of a command; clearly more than
 
 # Flags of the status field.
 TIMED_OUT = const(1)  # no valid command for TIMEOUT: the motors are off
-WAITS_FOR_ZERO = const(2)  # after a fault, or a start that nobody asked for: a command of all zeros is needed
+WAITS_FOR_ZERO = const(2)  # after a fault, or a start that was not requested: a command of all zeros is needed
 BATTERY_IS_LOW = const(4)
 
 _NEWLINE = const(10)
@@ -37,7 +37,7 @@ _COUNTER_MASK = const(0x1FFFFFFF)
 _FRACTION_SCALE = const(1000000)  # six decimals are read exactly, further ones are skipped
 
 _LEAVE = b"!repl;"  # with a valid CRC: stop the motors and give the line to MicroPython's REPL
-_ASK = b"?;"  # with a valid CRC: say who you are
+_ASK = b"?;"  # with a valid CRC: asks for the identity
 
 
 def _crc_table():
@@ -65,9 +65,9 @@ def crc16(data, end: int) -> int:
     return crc
 
 
-def seal(words):
-    """Return `# words` as a line with its CRC, bytes. Allocates: for start-up and the end."""
-    line = f"# {words};".encode()
+def seal(text):
+    """Return `# text` as a line with its CRC, bytes. Allocates: for start-up and the end."""
+    line = f"# {text};".encode()
     return line + b"%04X\n" % crc16(line, len(line))
 
 
@@ -151,8 +151,8 @@ class Receiver:
 
     `setpoints`: the newest valid command, one integer in 1/256 unit per wheel, rounded to nearest.
     `dropped`: lines refused since the start (modulo 2^29). `checked`: see above.
-    `leave`: a valid `!repl;CCCC` came, so the PC wants the REPL. `asked`: a valid `?;CCCC` came; whoever
-    answers sets it back.
+    `leave`: a valid `!repl;CCCC` came, so the PC wants the REPL. `asked`: a valid `?;CCCC` came; to be
+    cleared with the answer.
     """
 
     def __init__(self, wheels):

@@ -1,11 +1,11 @@
-"""Wiring profile "ours": a NUCLEO-L476RG wired as docs/firmware.md says. This is NOT how Robotont is wired.
+"""Wiring profile "ours": a NUCLEO-L476RG wired as in docs/firmware.md. This is NOT how Robotont is wired.
 
 `./robotont flash --profile NAME` copies wiring_NAME.py to the board as wiring.py. A profile is all that
 depends on the electronics; motor by motor, in the order of the packets' fields.
 """
 
 PROFILE = "ours"
-DESCRIPTION = "wired by hand as docs/firmware.md says; not a Robotont as it was built"
+DESCRIPTION = "wired by hand as in docs/firmware.md; not a Robotont as it was built"
 
 BATTERY = 12000  # [mV] of a full battery: scales the feed-forward, the gains and the torque limits
 BATTERY_PIN = None  # analogue input behind a divider, or None: not measured

@@ -225,10 +225,10 @@ def test_a_wrong_configuration_leaves_the_repl_and_no_watchdog():
         fake_hardware.reset()
         try:
             start("main.py")
-            words = "it started"
+            outcome = "it started"
         except ValueError as error:
-            words = str(error)
-        assert "config.P_GAIN: found 536870912, allowed: " in words
+            outcome = str(error)
+        assert "config.P_GAIN: found 536870912, allowed: " in outcome
     finally:
         config.P_GAIN = before
     assert not [line for line in log if line.startswith(("watchdog", "repl_uart"))], log

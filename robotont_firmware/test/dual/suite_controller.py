@@ -20,7 +20,7 @@ def test_banner_comes_first():
     assert robot.board.sent == checked(f"# {ABOUT}".format(4))
 
 
-def test_says_who_it_is_whenever_it_is_asked():
+def test_identifies_itself_whenever_it_is_asked():
     robot = Robot()
     answer = checked(f"# identity {ABOUT}".format(3))
     for _ in range(3):
@@ -118,7 +118,7 @@ def test_after_the_timeout_the_wheels_are_braked_at_once_and_then_released():
     robot.tick(8)
     assert max([abs(count) for count in robot.packets()[-1][0]]) <= 3
     robot.tick(config.BRAKING)
-    robot.board.motors[0].speed = 50 * 1000000  # somebody turns the wheel: nobody resists
+    robot.board.motors[0].speed = 50 * 1000000  # a person turns the wheel: the motor does not resist
     robot.tick(1)
     assert robot.efforts() == [0, 0, 0]
 

@@ -1,4 +1,4 @@
-"""What breaks on a robot, on simulated motors: the motors stop, nothing runs away, and the status says why."""
+"""What breaks on a robot, on simulated motors: the motors stop, nothing runs away, and the status states why."""
 
 from dual_tools import Config, Locked, Robot
 from sim_motor import GOOD, HALF, REVERSED, UNPLUGGED
@@ -239,7 +239,7 @@ def test_refused_commands_are_counted_in_the_status():
     assert robot.newest()[2] == 2
 
 
-def test_a_low_battery_is_told_after_a_second():
+def test_a_low_battery_is_reported_after_a_second():
     robot = Robot(settings=Config(BATTERY_LOW=10500), battery_mv=12000)
     robot.tick(60, "0:0:0")
     assert robot.newest()[0] == 0

@@ -65,7 +65,7 @@ TIMES = 200
 
 
 def instructions(function):
-    """Instructions of one call, the loop's own left out."""
+    """Instructions of one call, the loop's own excluded."""
     gc.collect()
     start = time.ticks_us()
     for _ in range(TIMES):

@@ -1,7 +1,7 @@
-"""Dialects: what the boards of Robotont speak, each a pure module behind the same small interface.
+"""Dialects: the serial protocols of the boards of Robotont, each a pure module behind the same small interface.
 
 dialect: the interface. plain, checked: this project's own packets. robotont2, robotont3, robotont2018: the official
-firmware of each generation. recognition: which one it is, from what the board says. docs/dialects.md
+firmware of each generation. recognition: identifies the dialect from the board's output. See docs/dialects.md
 """
 
 from robotont_driver.dialects.board_wheels import DISTANCE
@@ -20,7 +20,7 @@ def make_dialect(name, wheels, reach, board_distance=DISTANCE, decimals=False):
     """The dialect of a name out of NAMES for `Wheels`. Raises DialectError when its board cannot have such wheels.
 
     reach: edges that a motor can make in one period; more is taken for an error. board_distance: [m] from centre to
-    wheel, as the official firmware believes. decimals: whether counts in plain packets may have decimals.
+    wheel, as the official firmware assumes it. decimals: whether counts in plain packets may have decimals.
     """
     if name == AUTO:
         return Recognised(wheels, lambda found: make_dialect(found, wheels, reach, board_distance, decimals))

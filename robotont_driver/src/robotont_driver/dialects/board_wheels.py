@@ -53,10 +53,10 @@ class BoardWheels:
                 "has them, in any order")
 
     def doubt(self, wheels):
-        """Words for wheels that stand at another distance than the board believes; empty when they do not."""
+        """Warning about wheels at another distance than the board assumes; empty when they agree."""
         for distance in wheels.distances:
             if abs(distance / DISTANCE - 1) > CALIBRATED:
-                return (f"the wheel file says {distance:g} m from centre to wheel, the board's wheels stand at "
+                return (f"the wheel file has {distance:g} m from centre to wheel, the board assumes "
                         f"{DISTANCE:g} m: turns will be wrong; start with generation:=2 or 3, or "
                         "wheel_params_robotont2.yaml")
         return ""

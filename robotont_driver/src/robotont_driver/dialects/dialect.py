@@ -24,7 +24,7 @@ class DialectError(ValueError):
 
 
 class Dialect:
-    """What one kind of board speaks: bytes in, counts and readings out; commands in, bytes out.
+    """The serial protocol of one kind of board: bytes in, counts and readings out; commands in, bytes out.
 
     Pure: times `now` [s] are the caller's, from any clock that never goes back. A subclass sets the constants
     and defines `read_line` or `feed`, and `encode`.
@@ -43,39 +43,39 @@ class Dialect:
         self.repaired = 0        # of these, how many stand for periods whose lines were lost
         self.restarts = 0        # of the board
         self.dropped = Counter()  # lines that were not used, by reason
-        self.banner = ""         # how the board introduced itself
-        self.fault = ""          # what the board says is wrong
+        self.banner = ""         # newest start-up banner of the board
+        self.fault = ""          # that the board reports
         self.obstacle = ""       # why the board cannot be driven
         self._readings = []
 
     @property
     def spoken(self):
-        """The dialect that speaks: this one, unless one was recognised."""
+        """The dialect in use: this one, unless another was recognised."""
         return self
 
     @property
     def description(self):
-        """The dialect in words, for the diagnostics."""
+        """The dialect as the diagnostics show it."""
         return self.name
 
     @property
     def complaint(self):
-        """What somebody should mend, although the board can be driven; empty when all is well."""
+        """A warning about a board that can be driven nevertheless; empty when all is well."""
         return ""
 
     def report_board(self):
-        """(errors, warnings, values): what the board reports of itself; lists of sentences, and values by name.
+        """(errors, warnings, values): what the board reports about itself; lists of sentences, and values by name.
 
         Call it once per report of the diagnostics: it may contain what is new since the last one.
         """
-        return [words for words in (self.obstacle, self.fault) if words], [], {
-            "board": self.banner or "has not introduced itself"}
+        return [message for message in (self.obstacle, self.fault) if message], [], {
+            "board": self.banner or "no banner received"}
 
     def tick(self, now):
-        """Let time pass while nothing comes."""
+        """Advance the time while no data arrives."""
 
     def connect(self, now):
-        """Begin a new connection: nothing is known of the board, and the first line may lack its head."""
+        """Begin a new connection: forget all about the board; its first line may be incomplete."""
 
     def feed(self, data, now):
         """List of `Packet` of whole counts, one per PID period, that `data` completes.

@@ -1,4 +1,4 @@
-"""The thesis' packets, `m0:m1:m2;`, as boards with this project's firmware or the thesis' own speak them."""
+"""The thesis' packets, `m0:m1:m2;`, as boards with this project's firmware or the thesis' own use them."""
 
 from robotont_driver.dialects.dialect import Dialect
 from robotont_driver.echo import EchoWatch
@@ -26,7 +26,7 @@ class Plain(Dialect):
 
     @property
     def complaint(self):
-        """Whether the board is none, in words."""
+        """A warning when the line returns an echo instead of packets; empty otherwise."""
         return ECHO if self._echo.echoing else ""
 
     def feed(self, data, now):
@@ -45,7 +45,7 @@ class Plain(Dialect):
         return self._reader.health.report()
 
     def encode(self, command):
-        """The packet as it is, with a CRC where the board is known to read one; see `FeedbackReader.encode`."""
+        """The packet as it is, with a CRC where the board reads one; see `FeedbackReader.encode`."""
         line = self._reader.encode(command.text)
         self._echo.sent(line)
         return line

@@ -1,8 +1,8 @@
 """Poses that a board has integrated, `ODOM:x:y:yaw:vx:vy:turn`, back into counts of its wheels.
 
 The board moves its pose once per period by `speed * 0.02 s`, turned by the yaw *before* the step, so the wheels' paths
-can be had back exactly. The pose is cumulative: a lost line loses no distance. Nothing but the twist in the same line
-guards a line against noise: a step of the pose must be the twist times the period.
+can be recovered exactly. The pose is cumulative: a lost line loses no distance. Nothing but the twist in the same line
+protects a line against noise: a step of the pose must be the twist times the period.
 """
 
 import math
@@ -18,7 +18,7 @@ _NOT_FINITE = re.compile(r"ODOM:.*(nan|inf)", re.IGNORECASE)
 
 PRINTED = 2e-6        # [m, rad] two roundings to six decimals, and as much again
 SINGLE = 1.5e-7       # relative error of the board's single-precision pose
-SMALLEST_EDGES = 1.0  # [edges per period] slower than this, speed says nothing of time
+SMALLEST_EDGES = 1.0  # [edges per period] slower than this, the speed gives no estimate of the elapsed periods
 
 
 class PoseLine(NamedTuple):
@@ -41,14 +41,14 @@ def parse_pose(text):
     if match:
         return PoseLine(*map(float, match.groups()))
     if _NOT_FINITE.match(text):
-        raise PacketError("not finite", f"a number that is none, in {text[:60]!r}")
+        raise PacketError("not finite", f"a number that is not finite, in {text[:60]!r}")
     if text.count(":") != 6:
         raise PacketError("fields", "{} fields instead of 6 in {!r}".format(text.count(":"), text[:60]))
     raise PacketError("number", f"not six numbers as the board prints them, in {text[:60]!r}")
 
 
 class PoseTracker:
-    """Lines in, counts per period out; lines that do not fit are held until the next one confirms them.
+    """Lines in, counts per period out; an inconsistent line is kept until the next one confirms it.
 
     wheels: `BoardWheels`. reach: edges that a wheel can make in one period. burst: lines that may come at once.
     Counted: `repaired` periods, `restarts`, and `inconsistent` lines that were dropped.
@@ -69,17 +69,17 @@ class PoseTracker:
         return self._last
 
     def forget(self):
-        """Nothing is known of the board's pose."""
+        """Forget the board's pose."""
         self._last = None        # newest trusted line
         self._suspect = None     # a line that does not follow from it: noise, or lines were lost, or a restart
         self._last_at = 0.0      # [s] when `_last` came
         self._suspect_at = 0.0
         self._frames = (IN_BASE, IN_ODOM)  # in which the twist may be given; one, as soon as that is clear
         self._speed = [0.0] * 3  # [edges] of the newest period
-        self._rest = [0.0] * 3   # [edges] parts of edges that no packet has carried yet
+        self._rest = [0.0] * 3   # [edges] fractions of edges that no packet has contained yet
 
     def restart(self, now):
-        """The board says that it begins anew: its pose is the origin."""
+        """The board reports a restart: its pose is the origin again."""
         self.restarts += self._last is not None
         self._begin(ORIGIN, now)
 
@@ -170,7 +170,7 @@ class _Frame:
         self._turned = turned
 
     def path(self, line):
-        """(forward, left) [m] in base_link that the velocity makes in one period."""
+        """Displacement (forward, left) [m] in base_link by the velocity in one period."""
         vx, vy = line.vx * PERIOD, line.vy * PERIOD
         return (vx, vy) if self._turned else rotate(vx, vy, -line.yaw)
 

@@ -1,4 +1,4 @@
-"""Which dialect a board speaks, from what it says."""
+"""Recognises a board's dialect from its output."""
 
 from robotont_driver.dialects import robotont2018
 from robotont_driver.dialects.dialect import Dialect, DialectError, decode
@@ -7,21 +7,21 @@ from robotont_driver.dialects.robotont2 import BANNER
 from robotont_driver.dialects.robotont3 import USB_ID
 from robotont_driver.protocol import CheckedPacket, ForeignPacketError, LineSplitter, PacketError, parse_packet
 
-PATIENCE = 1.0  # [s] of listening before a board that has said nothing known gets plain packets
+PATIENCE = 1.0  # [s] of listening before a board of unknown dialect gets plain packets
 OWN_BANNER = "# robotont_firmware"
 LONGEST_KEPT = 4096  # [bytes]
-SHOWN = 40  # characters of what was heard, in words
+SHOWN = 40  # characters of the received data in messages
 
 
 class Listener:
-    """Names the dialect of what it hears. wheels: their number. usb_id: "vendor:product" of the port, if known."""
+    """Names the dialect of received data. wheels: their number. usb_id: "vendor:product" of the port, if known."""
 
     def __init__(self, wheels, usb_id=""):
         self._wheels = wheels
         self._usb_id = usb_id
         self._splitter = LineSplitter()
         self._newest = b""      # bytes
-        self._example = ""      # newest line that no dialect has
+        self._example = ""      # newest line that belongs to no dialect
         self._plain_lines = 0   # in a row: one alone may be a checked packet that has lost its trailer
 
     def feed(self, data):
@@ -42,20 +42,20 @@ class Listener:
 
     @property
     def heard(self):
-        """What was heard, in words, and what that may mean."""
+        """Description of the data received so far, and of its possible cause."""
         if self._example:
-            return f"nobody here speaks this: {self._example[:SHOWN]!r}; is it the right port, at the right baudrate?"
+            return f"line of no known dialect: {self._example[:SHOWN]!r}; is it the right port, at the right baudrate?"
         if self._newest:
-            return f"heard no whole line, but bytes such as {self._newest!r}: is the baudrate right?"
-        return "port open, but not a byte from the board: is it powered, and is its firmware running?"
+            return f"no complete line received, only bytes such as {self._newest!r}: is the baudrate right?"
+        return "port open, but no data from the board: is it powered, and is its firmware running?"
 
 
 class Recognised(Dialect):
-    """Listens until a line decides, and from then on lets that dialect speak: see `spoken`.
+    """Listens until a line identifies the dialect, and uses that one from then on: see `spoken`.
 
     make(name): a new dialect; may raise DialectError.
-    Until a line decides nothing is sent; after PATIENCE plain packets are, for a board that listens in silence. No
-    other board obeys them.
+    Until then nothing is sent; after PATIENCE plain packets are, for a board that only receives. No other board
+    follows them.
     """
 
     def __init__(self, wheels, make):
@@ -71,12 +71,12 @@ class Recognised(Dialect):
 
     @property
     def description(self):
-        """What is being done, in words."""
-        return "listening" if self._quiet else "plain, because nothing known was heard"
+        """The state of the recognition, for the diagnostics."""
+        return "listening" if self._quiet else "plain, because no dialect was recognised"
 
     @property
     def complaint(self):
-        """What was heard, or that nothing was; empty when the obstacle explains it."""
+        """Description of the data received so far; empty when the obstacle explains it."""
         if self.obstacle:
             return ""
         return self._listener.heard
@@ -91,7 +91,7 @@ class Recognised(Dialect):
         self.obstacle = ""
 
     def tick(self, now):
-        """Lose patience, when it is time."""
+        """End the silence when PATIENCE is over."""
         self._quiet = self._quiet and now - self._since < PATIENCE
 
     def feed(self, data, now):
@@ -107,7 +107,7 @@ class Recognised(Dialect):
         return self._dialect.feed(data, now)
 
     def _begin(self, name, now):
-        """Let the dialect speak; whether it can, with these wheels."""
+        """Use the dialect from now on; returns whether its board can have these wheels."""
         try:
             if name not in self._made:
                 self._made[name] = self._make(name)
@@ -119,7 +119,7 @@ class Recognised(Dialect):
         return True
 
     def encode(self, command):
-        """Nothing while listening; a plain packet when nothing known was heard."""
+        """Nothing while listening; a plain packet when no dialect was recognised."""
         return b"" if self._quiet or self.obstacle else command.text.encode("ascii")
 
 

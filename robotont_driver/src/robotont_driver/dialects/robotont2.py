@@ -39,12 +39,12 @@ class Robotont2(LineDialect):
 
     @property
     def complaint(self):
-        """Wheels of the wheel file that are hardly the board's."""
+        """A warning when the wheel file's wheels do not match the board's; empty otherwise."""
         return self._board_wheels.doubt(self.wheels)
 
     @property
     def board_pose(self):
-        """The newest pose that the board has told and that is trusted, a `PoseLine`; None before the first."""
+        """The newest trusted pose that the board has reported, a `PoseLine`; None before the first."""
         return self._tracker.pose
 
     def connect(self, now):
@@ -82,7 +82,7 @@ class Robotont2(LineDialect):
         return []
 
     def encode(self, command):
-        """`MS:` with the rim speeds, all shortened by one factor to what the board allows; `RS:0:0:0` to stand."""
+        """`MS:` with the rim speeds, all scaled by one factor to the board's limit; `RS:0:0:0` at rest."""
         speeds = self._board_wheels.board_speeds(command)
         largest = max(map(abs, speeds))
         if largest < STANDING:

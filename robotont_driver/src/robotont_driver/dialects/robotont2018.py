@@ -6,7 +6,7 @@ from robotont_driver.dialects.dialect import DialectError, LineDialect
 from robotont_driver.protocol import LineSplitter, Packet, PacketError
 
 WHEELS = 3
-WINDOW = 0.01     # [s] in which the board counts edges; of every two windows or more it tells one
+WINDOW = 0.01     # [s] in which the board counts edges; it reports one of every two windows or more
 PERIOD = 0.02     # [s] that the board waits after it has written its lines
 BYTE = 10 / 115200  # [s] that it takes to write one byte
 FASTEST = 100     # [edges per window] the board's full scale
@@ -37,7 +37,7 @@ class Robotont2018(LineDialect):
             raise DialectError(f"pidControlFrequency: found {wheels.pid_frequency:g}, allowed: {1 / PERIOD:g} [Hz], "
                                "the rate of the board's feedback")
         self._reach = reach
-        self._rest = [0.0] * WHEELS  # [edges] parts of edges that no packet has carried yet
+        self._rest = [0.0] * WHEELS  # [edges] fractions of edges that no packet has contained yet
         self._written = 0            # bytes that the board has written since the newest counts
 
     def connect(self, now):
@@ -68,7 +68,7 @@ class Robotont2018(LineDialect):
         return counts
 
     def encode(self, command):
-        """Setpoints [edges per window], whole numbers, all shortened by one factor to the board's full scale."""
+        """Setpoints [edges per window], whole numbers, all scaled by one factor to the board's full scale."""
         setpoints = [unit * WINDOW / PERIOD for unit in command]
         factor = min(1.0, FASTEST / max(1.0, *map(abs, setpoints)))
         return "{}:{}:{}\r".format(*(round(setpoint * factor) for setpoint in setpoints)).encode()

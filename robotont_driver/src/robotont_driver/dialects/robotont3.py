@@ -20,5 +20,5 @@ class Robotont3(Robotont2):
     burst = 18
 
     def encode_lights(self, first, colours):
-        """None: a line that the firmware reads otherwise can halt it."""
+        """None: a line that the firmware interprets differently can halt it."""
         return []

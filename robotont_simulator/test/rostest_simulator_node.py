@@ -107,7 +107,12 @@ class SimulatorNodeTest(NodeTest):
         fault = self.fault(topic, Int8MultiArray)
         good = [1, 1, 1] if topic != "jam" else [0, 0, 0]
         fault.publish(Int8MultiArray(data=values))
-        self.drive((0.3, 0.0, 0.0), lambda: self.says(level, words), words)
+        try:
+            self.drive((0.3, 0.0, 0.0), lambda: self.says(level, words), words)
+        except AssertionError:
+            status = self.status.get(BOARD)
+            raise AssertionError(f"no {words!r} but {status and (status.level, status.message)}, wheels turn "
+                                 f"{self.odom[-1].twist.twist.linear.x:.2f} m/s") from None
         fault.publish(Int8MultiArray(data=good))
         self.drive((0.0, 0.0, 0.0), lambda: self.says(OK, "no fault"), "the end of it")
 

@@ -17,6 +17,11 @@ def pytest_collect_file(file_path, parent):
     return None
 
 
+def pytest_collection_modifyitems(items):
+    """Rostests first: they mostly wait, and other tests can run meanwhile."""
+    items.sort(key=lambda item: not isinstance(item, Rostest))
+
+
 class RostestFile(pytest.File):
     """A launch file that rostest runs."""
 

@@ -49,6 +49,7 @@ class GyroRun(LockstepRun):
         return math.degrees(se2.wrap(self.with_gyro.pose.yaw - self.simulation.pose()[2]))
 
 
+@pytest.mark.long
 def test_two_circles_with_twenty_seeds():
     errors, stated, alone = [], [], []
     for seed in range(SEEDS):

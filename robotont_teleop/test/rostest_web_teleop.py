@@ -113,7 +113,6 @@ class WebTeleopTest(NodeTest):
                 abs(one - other) < 0.03 + 0.1 * abs(other) for one, other in zip(real, wanted))
         self.drive_on(page, 0.35, 0.35, -0.4, until=as_commanded)
         self.assertEqual(page.text("#driver"), "You drive")
-        page.screenshot(self.processes.folder / "driving.png")
         self.stops_after(page.lift, "letting go")
         self.assertEqual(page.complaints(), [])
         page.close()

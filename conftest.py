@@ -17,17 +17,13 @@ def pytest_collect_file(file_path, parent):
     return None
 
 
-def pytest_collection_modifyitems(items):
-    """Rostests first: they mostly wait, and other tests can run meanwhile."""
-    items.sort(key=lambda item: not isinstance(item, Rostest))
-
-
 class RostestFile(pytest.File):
     """A launch file that rostest runs."""
 
     def collect(self):
         """One item."""
         rostest = Rostest.from_parent(self, name=self.path.stem)
+        rostest.add_marker(pytest.mark.rostest)
         if self.path.name.startswith("timed_"):
             rostest.add_marker(pytest.mark.timed)
         yield rostest

@@ -30,6 +30,9 @@ def with_values(text, parameters, note):
 
 def _replaced(text, changed):
     """`text` with other values of some keys. Raises ValueError where it is no plain YAML."""
+    # comments on top stay as they are: ruamel.yaml 0.17 cannot dump them before a mapping in braces
+    head = re.match(r"(?:[ \t]*(?:#[^\n]*)?\n)*", text)[0]
+    text = text[len(head):]
     document = YAML()
     document.preserve_quotes = True
     document.width = 4096  # long lists stay on their line
@@ -48,7 +51,7 @@ def _replaced(text, changed):
         document.dump(data, stream)
     except YAMLError as error:
         raise ValueError(f"found a file that cannot be rewritten with its comments: {error}") from error
-    return stream.getvalue()
+    return head + stream.getvalue()
 
 
 def _in_brackets(items):

@@ -51,8 +51,8 @@ def test_nothing_is_left(command, ending, tmp_path):
             os.killpg(process.pid, getattr(signal, ending))
         else:
             os.kill(process.pid, getattr(signal, ending))
-        process.wait(20.0)
-        wait_for(lambda: not programs(mark), f"the end of {programs(mark)}", 20.0, 0.1)
+        process.wait(60.0)
+        wait_for(lambda: not programs(mark), f"the end of {programs(mark)}", 60.0, 0.1)
     finally:
         for left in programs(mark):
             with contextlib.suppress(OSError):

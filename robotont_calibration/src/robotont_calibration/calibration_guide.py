@@ -4,6 +4,7 @@ import sys
 import time
 from pathlib import Path
 
+import numpy as np
 import rospy
 from geometry_msgs.msg import Twist
 from rostopic import get_topic_class
@@ -11,7 +12,7 @@ from std_msgs.msg import String
 
 from robotont_calibration.calibrate_wheels import read_end
 from robotont_calibration.drives import sideways, spin, square
-from robotont_calibration.recordings import Recording, write_csv
+from robotont_calibration.recordings import Recording, stamps_of, write_csv
 
 CONNECTING = 5.0  # [s] for the driver and the robot's packets
 RESTING = 25      # packets without a count: the robot stands
@@ -154,7 +155,9 @@ class _Robot:
 
     def save(self, file):
         """Write the run; returns the suffix that calibrate_wheels expects after the file's name."""
-        packets = list(self._recording.packets)
+        arrivals, counts = zip(*self._recording.packets)
+        # truth and packets on one clock: an arrival on a busy machine is up to tens of milliseconds late
+        packets = list(zip(stamps_of(np.array(arrivals), 1.0 / self._frequency).tolist(), counts))
         if not self._with_truth:
             write_csv(file, packets)
             return "=" + ask_for_end()

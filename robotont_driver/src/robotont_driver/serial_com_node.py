@@ -81,7 +81,8 @@ class SerialComNode:
         spoken = self._dialect.spoken
         if spoken.obstacle:
             rospy.logerr_throttle(10.0, "does not drive: %s", spoken.obstacle)
-        line = spoken.encode(command)
+        # a command must not reach the board before its greeting, which the link's thread is about to send
+        line = spoken.encode(command) if spoken is self._met else b""
         if line:
             self._link.send(line)
         else:
@@ -89,7 +90,8 @@ class SerialComNode:
 
     def _stop_packet(self):
         self._dialect.tick(time.monotonic())
-        return self._dialect.spoken.stop()
+        spoken = self._dialect.spoken
+        return spoken.stop() if spoken is self._met else b""
 
     def _close(self):
         spoken = self._dialect.spoken
@@ -114,21 +116,23 @@ class SerialComNode:
 
     def _meet(self, spoken):
         """Greet the board, once per connection, when its dialect has been recognised."""
-        self._met = spoken
         self._restarts = spoken.restarts
         self._link.pace(spoken.pacing)
         if spoken is self._dialect and self._parameters["packets"] == AUTO:
+            self._met = spoken
             return  # still listening
         rospy.loginfo("the board speaks %s", spoken.name)
         if spoken.complaint:
             rospy.logwarn("%s", spoken.complaint)
         self._link.hurry(spoken.hello, spoken.pause)
+        self._met = spoken
         held, self._held = self._held, None
         if held and time.monotonic() - held[1] < self._parameters["write_timeout"]:
             self._link.send(spoken.encode(held[0]))
 
     def _on_change(self, trouble):
         if trouble:
+            self._met = None
             rospy.logwarn("%s", trouble)
             return
         rospy.loginfo("port open")

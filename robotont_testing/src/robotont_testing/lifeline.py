@@ -23,6 +23,7 @@ VARIABLE = "ROBOTONT_LIFELINE"  # the folders of all holders above a process, se
 PR_SET_PDEATHSIG = 1            # of linux/prctl.h
 
 # How the processes are asked, and for how long [s] each time before the next way
+ATTEMPTS = 20  # to remove the folder
 FAREWELLS = ((signal.SIGINT, 8.0), (signal.SIGTERM, 2.0), (signal.SIGKILL, 2.0))
 
 _held = None  # (process id, folder): a forked process is no holder
@@ -82,7 +83,11 @@ def keep(holder, folder):
         signal.sigwait({signal.SIGTERM})
     if not end_all(folder):
         print(f"still running after {holder}: {holding(folder)}", file=sys.stderr)
-    shutil.rmtree(folder, ignore_errors=True)
+    for _ in range(ATTEMPTS):
+        shutil.rmtree(folder, ignore_errors=True)
+        if not Path(folder).exists():
+            break
+        time.sleep(0.05)  # a process that was just ending has written another file
 
 
 if __name__ == "__main__":

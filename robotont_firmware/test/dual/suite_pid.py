@@ -32,7 +32,7 @@ class Bench:
             self.motor.run(LATENCY)
             self.motor.drive(self.effort)
             self.motor.run(PERIOD - LATENCY)
-            total = self.motor.total()
+            total = self.motor.counted
             counts = total - self.last
             self.last = total
             with Locked():

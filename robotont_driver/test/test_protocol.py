@@ -393,9 +393,10 @@ class TestWhatTheBoardSaysOfItself:
 
     def test_a_spoilt_word_is_none(self):
         auto = reader()
-        auto.feed(modern_packet("000000000") + sealed("crash X")[:-3] + b"0\n" + b"# robotont_firmware\n")
+        auto.feed(modern_packet("000000000") + sealed("crash X").replace(b"X", b"Y"))
+        auto.feed(sealed("crash X")[:-3] + b"0\n" + b"# robotont_firmware\n")
         assert list(auto.health.notices) == []
-        assert auto.dropped == {"checksum": 2}
+        assert auto.dropped == {"checksum": 3}
 
     def test_an_unknown_board_is_asked_and_gets_zeros(self):
         auto = reader()

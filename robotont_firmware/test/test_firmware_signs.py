@@ -14,12 +14,12 @@ CHANNELS = {"PA0": 1, "PA1": 2, "PB4": 1, "PB5": 2, "PA8": 1, "PA9": 2}  # of th
 
 
 def official_count(levels):
-    """Sum of what the official firmware's decoder (mbed's QEI, X4) makes of the levels: old B differs from new A: down."""
+    """Sum of what the official firmware's decoder (mbed's QEI, X4) counts: down when old B differs from new A."""
     return sum(-1 if before[1] != now[0] else 1 for before, now in zip(levels, levels[1:]))
 
 
 def timer_count(levels):
-    """Sum of what a timer of the STM32 makes of (channel 1, channel 2), on both edges of both (its reference manual)."""
+    """Sum of what a timer of the STM32 counts on both edges of (channel 1, channel 2), by its reference manual."""
     total = 0
     for before, now in zip(levels, levels[1:]):
         if before[0] != now[0]:

@@ -8,7 +8,8 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
-COMMANDS = ["demo", "sim", "keys", "rviz", "test", "bench", "flash", "pictures", "lint", "shell", "build", "setup"]
+COMMANDS = ["demo", "sim", "keys", "rviz", "test", "bench", "wheels", "flash", "pictures", "lint", "shell", "build",
+            "setup"]
 
 
 def clone(folder):

@@ -255,6 +255,18 @@ class TestCheckedFeedback:
         assert checked.feed(sender.packet([REACH + 1, 0, 0])) == []
         assert checked.dropped == {"reach": 1}
 
+    def test_the_edges_of_missed_ticks_in_one_packet_are_counted_once(self):
+        sender, checked = Sender(), reader()
+        checked.feed(sender.packet())
+        sender.board.counter += 2  # two ticks missed: the board puts the edges of three periods into one packet
+        assert checked.feed(sender.packet([REACH - 1, 1 - REACH, 0]) + sender.packet([9, 9, 9]))[-1] == (9, 9, 9)
+        sender.board.counter += 2
+        assert checked.feed(sender.packet([2 * REACH, 0, 0])) == [], "more than a motor can make in one period"
+        read = checked.feed(sender.packet([5, 5, 5]))
+        assert [sum(wheel) for wheel in zip(*read)] == [2 * REACH + 5, 5, 5], "made up for from the totals"
+        assert len(read) == 4
+        assert checked.restarts == 0
+
     def test_faults_are_heard_and_forgotten(self):
         checked = reader()
         checked.feed(b"# fault motor 1\n")
@@ -381,9 +393,10 @@ class TestWhatTheBoardSaysOfItself:
 
     def test_a_spoilt_word_is_none(self):
         auto = reader()
-        auto.feed(modern_packet("000000000") + sealed("crash X")[:-3] + b"0\n" + b"# robotont_firmware\n")
+        auto.feed(modern_packet("000000000") + sealed("crash X").replace(b"X", b"Y"))
+        auto.feed(sealed("crash X")[:-3] + b"0\n" + b"# robotont_firmware\n")
         assert list(auto.health.notices) == []
-        assert auto.dropped == {"checksum": 2}
+        assert auto.dropped == {"checksum": 3}
 
     def test_an_unknown_board_is_asked_and_gets_zeros(self):
         auto = reader()

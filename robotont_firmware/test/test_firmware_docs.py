@@ -24,6 +24,19 @@ def config():
         sys.path.remove(str(SRC))
 
 
+def test_leads_with_which_robot_needs_what():
+    """Nobody may take the wiring `ours` for Robotont's, or flash a robot that needs no flashing."""
+    lead = TEXT.split("\n## ")[1]
+    assert lead.startswith("Which robot do you have?")
+    rows = [line for line in lead.splitlines() if line.startswith("| ")][1:]
+    assert "as it was built | **Flash nothing.**" in rows[0]
+    for path in sorted((SRC / "robotont_firmware").glob("wiring*.py")):
+        profile = runpy.run_path(str(path))["PROFILE"]
+        assert [row for row in rows if f"`./robotont flash --profile {profile}`" in row], profile
+    assert "**The wiring `ours` is not Robotont's.**" in lead
+    assert "flash nothing" in (ROOT / "README.md").read_text(encoding="utf-8")
+
+
 def test_wiring_table():
     wiring = config()
     expected = set()

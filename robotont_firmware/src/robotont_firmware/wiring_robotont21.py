@@ -23,7 +23,7 @@ ENCODERS = (  # A pin, B pin, timer (channels 1 and 2), alternate function
     ("PB4", "PB5", 3, 2),  # B moved from PB13
     ("PA8", "PA9", 1, 1),  # A moved from PC7
 )
-BACKWARD_ENCODERS = (True, True, True)  # counts down while the motor drives forward
+BACKWARD_ENCODERS = (False, False, False)  # A leads B while the motor drives forward: see docs/firmware.md
 PWM_FREQUENCY = 10000  # [Hz] the most that MC33887 drivers follow
 PWM = (("PC6", 8, 1, 3), ("PB14", 15, 1, 14), ("PB6", 4, 1, 2))  # pin, timer, channel, alternate function
 DIRECTIONS = (("PC9", "PC8"), ("PB1", "PB15"), ("PA7", "PB12"))  # high while forward (DIR2), backward (DIR1)

@@ -57,7 +57,7 @@ class PtyBoard:
 
     def counts(self, totals):
         for wheel in range(len(self.motors)):
-            totals[wheel] = self.motors[wheel].total() & 0xFFFF
+            totals[wheel] = self.motors[wheel].counted & 0xFFFF
 
     def drive(self, wheel, effort):
         self.motors[wheel].drive(effort)

@@ -1,14 +1,19 @@
-"""A DC motor with gear and encoder in integers, so that it moves alike on both interpreters.
+"""A DC motor with gear and encoder in integers, so that it moves alike on all interpreters.
 
 First order: the speed approaches what the voltage allows with time constant `tau`; Coulomb friction takes
-its share and holds the wheel at rest. Speeds in millionths of a unit, one step is 1 ms.
+its share and holds the wheel at rest. Speeds in millionths of a unit, one step is 1 ms. Every number stays
+below 2^30 in magnitude, and the steps are compiled to machine code, so that the emulated board keeps up.
 """
 
-MICRO = 1000000
-PERIOD = 20  # [ms]
+from robotont_firmware.compat import const, micropython
 
+MICRO = const(1000000)
+PERIOD = const(20)  # [ms]
 
-GOOD, UNPLUGGED, REVERSED, HALF = "good", "unplugged", "reversed", "half"  # HALF: one channel is dead
+GOOD = const(0)  # encoders
+UNPLUGGED = const(1)
+REVERSED = const(2)
+HALF = const(3)  # one channel is dead
 
 
 class SimMotor:
@@ -20,54 +25,57 @@ class SimMotor:
     def __init__(self, tau=60, friction=8, battery=100, full_effort=4000, no_load=208):
         self.tau = tau
         self.friction = friction * MICRO
-        self.per_effort = no_load * MICRO * battery // 100 // full_effort
+        self.per_effort = no_load * MICRO // full_effort * battery // 100
         self.full_effort = full_effort
         self.blocked = False
         self.powered = True
         self.encoder = GOOD
         self.effort = 0
         self.speed = 0
-        self.position = 0  # [millionths of an edge]
-        self.counted = 0  # [millionths of an edge] what of that reaches the board
-
-    def total(self):
-        """Return the encoder's total [edges] as the board counts it."""
-        return self.counted // MICRO
+        self.turned = 0  # [edges] that the wheel turned
+        self.counted = 0  # [edges] of those that reach the board
+        self._turned_part = self._counted_part = 0  # [millionths of an edge] 0..999999, on top of them
 
     def current(self):
         """Return the motor's current in [effort], whose 4000 are 5 A."""
-        return self.effort - self.speed * self.full_effort // (208 * MICRO) if self.powered else 0
+        return self.effort - self.speed // (208 * MICRO // self.full_effort) if self.powered else 0
 
     def drive(self, effort):
         """Set the voltage; more than the battery has is cut off."""
         self.effort = max(-self.full_effort, min(self.full_effort, effort))
 
-    def run(self, milliseconds):
+    @micropython.viper
+    def run(self, milliseconds: int):
         """Let time pass."""
-        for _ in range(milliseconds):
-            self._millisecond()
-
-    def _millisecond(self):
+        speed = int(self.speed)
+        turned, turned_part = int(self.turned), int(self._turned_part)
+        counted, counted_part = int(self.counted), int(self._counted_part)
+        tau, friction = int(self.tau), int(self.friction)
+        drive = int(self.per_effort) * int(self.effort)
+        powered, encoder = int(self.powered), int(self.encoder)
         if self.blocked:
-            self.speed = 0
-            return
-        pull = self.per_effort * self.effort - self.speed if self.powered else -self.speed // 8
-        if self.speed == 0:
-            if abs(pull) <= self.friction:
-                return
-            direction = 1 if pull > 0 else -1
-        else:
-            direction = 1 if self.speed > 0 else -1
-        speed = self.speed + (pull - direction * self.friction) // self.tau
-        # Friction stops a wheel but never turns it round.
-        self.speed = 0 if speed * direction < 0 else speed
-        self.position += self.speed // PERIOD
-        if self.encoder == REVERSED:
-            self.counted -= self.speed // PERIOD
-        elif self.encoder == HALF:  # there and back again, one edge
-            self.counted = self.counted // (2 * MICRO) * (2 * MICRO) + self.position // MICRO % 2 * MICRO
-        elif self.encoder != UNPLUGGED:
-            self.counted += self.speed // PERIOD
+            speed = milliseconds = 0
+        for _ in range(milliseconds):
+            pull = drive - speed if powered else (0 - speed) // 8
+            if speed == 0 and pull <= friction and pull >= 0 - friction:
+                break
+            direction = 1 if speed > 0 or (speed == 0 and pull > 0) else -1
+            speed += (pull - direction * friction) // tau
+            if speed * direction < 0:  # friction stops a wheel but never turns it round
+                speed = 0
+            step = speed // PERIOD
+            turned_part += step
+            turned += turned_part // MICRO
+            turned_part -= turned_part // MICRO * MICRO
+            if encoder == HALF:  # there and back again, one edge
+                counted = counted // 2 * 2 + (turned & 1)
+            elif encoder != UNPLUGGED:
+                counted_part += 0 - step if encoder == REVERSED else step
+                counted += counted_part // MICRO
+                counted_part -= counted_part // MICRO * MICRO
+        self.speed = speed
+        self.turned, self._turned_part = turned, turned_part
+        self.counted, self._counted_part = counted, counted_part
 
 
 class SimBoard:
@@ -106,7 +114,7 @@ class SimBoard:
 
     def counts(self, totals):
         for index in range(len(self.motors)):
-            totals[index] = self.motors[index].total() & 0xFFFF
+            totals[index] = self.motors[index].counted & 0xFFFF
 
     def drive(self, wheel, effort):
         self._next[wheel] = effort

@@ -294,11 +294,23 @@ def test_profile_robotont21():
     made._on_tick(None)
     totals = [None] * 3
     made.counts(totals)
-    assert totals == [0, 0, 65531], "counts down while the motor drives forward"
+    assert totals == [0, 0, 5], "counts up while the motor drives forward"
     used = [wiring[0] for wiring in settings.PWM] + list(settings.FAULTS)
     used += [pin for pair in settings.DIRECTIONS for pin in pair]
     used += [pin for wiring in settings.ENCODERS for pin in wiring[:2]]
     assert len(set(used)) == 18
+
+
+def test_backward_encoders():
+    fake_hardware.reset()
+    made = board.Board(Config(BACKWARD_ENCODERS=(False, True, False)))
+    for timer in (4, 3, 2):
+        Timer.all[timer].count = 5
+    made._tick(None)
+    totals = [None] * 3
+    with Locked():
+        made.counts(totals)
+    assert totals == [5, 65531, 5]
 
 
 def test_battery():

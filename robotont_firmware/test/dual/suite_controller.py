@@ -10,9 +10,9 @@ ABOUT = f"robotont_firmware {__version__} wheels {{}} rate 50 units edges/period
 
 
 def mean_speeds(robot, periods, command):
-    before = [motor.total() for motor in robot.board.motors]
+    before = [motor.counted for motor in robot.board.motors]
     robot.tick(periods, command)
-    return [(motor.total() - start) / periods for motor, start in zip(robot.board.motors, before)]
+    return [(motor.counted - start) / periods for motor, start in zip(robot.board.motors, before)]
 
 
 def test_banner_comes_first():
@@ -71,14 +71,14 @@ def test_counters_pass_their_overflow_both_ways():
     for start in (65530, 5):
         robot = Robot()
         for motor in robot.board.motors:
-            motor.position = motor.counted = start * 1000000
+            motor.turned = motor.counted = start
         robot.controller.start()  # the board starts with encoders that do not stand at zero
         robot.board.sent = b""
         robot.tick(60, "40:-40:0")
         packets = robot.packets()
         assert packets[0][0] == [0, 0, 0]
         assert all(abs(count) < 60 for packet in packets for count in packet[0])
-        assert sum([packet[0][0] for packet in packets]) == robot.board.motors[0].total() - start
+        assert sum([packet[0][0] for packet in packets]) == robot.board.motors[0].counted - start
 
 
 def test_missed_tick_shows_as_a_gap():
@@ -89,7 +89,7 @@ def test_missed_tick_shows_as_a_gap():
     robot.tick(1)
     packets = robot.packets()
     assert [packet[1] for packet in packets[-3:]] == [19, 22, 23]
-    assert sum([packet[0][0] for packet in packets]) == robot.board.motors[0].total()
+    assert sum([packet[0][0] for packet in packets]) == robot.board.motors[0].counted
 
 
 def test_timeout_stops_the_motors_and_a_command_starts_them_again():

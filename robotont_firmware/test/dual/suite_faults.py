@@ -8,6 +8,7 @@ from robotont_firmware.pid import DRIVER_FAULT, NO_COUNTS, OVERLOAD, WRONG_WAY, 
 from robotont_firmware.protocol import BATTERY_IS_LOW, TIMED_OUT, WAITS_FOR_ZERO
 
 MICRO = 1000000
+STEADY = 45  # [periods] from rest to a steady drive; a command was sent 2 periods before
 SHARES = (1, -1, 0.5)  # of the speed that each wheel gets, turned round so that every wheel gets each
 
 
@@ -23,6 +24,7 @@ def lead_on(robot, wheel, units, periods=80, until_off=True):
     for period in range(periods):
         if period % 3 == 0:
             robot.send(command(wheel, units))
+        robot.board.sent = b""  # the emulated board's heap is small
         robot.tick(1)
         fastest = max(fastest, abs(robot.board.motors[wheel].speed) / MICRO)
         if until_off and robot.efforts() == [0, 0, 0]:
@@ -34,7 +36,7 @@ def broken_encoder(kind, units, wheel, driving):
     """Return what `lead_on` returns when an encoder breaks at rest, or while driving, and the robot."""
     robot = Robot()
     if driving:
-        lead_on(robot, wheel, units, until_off=False)
+        lead_on(robot, wheel, units, STEADY, until_off=False)
     robot.board.motors[wheel].encoder = kind
     return lead_on(robot, wheel, units), robot
 
@@ -91,7 +93,7 @@ def test_silence_with_a_reversed_encoder_accelerates_nothing():
     for units in (5, 48, 150, -48):
         for reversed_at in range(config.TIMEOUT - 3, config.TIMEOUT + 10):
             robot = Robot()
-            lead_on(robot, 0, units, until_off=False)
+            lead_on(robot, 0, units, STEADY, until_off=False)
             robot.send(command(0, units))  # the last one before the silence
             before = 0
             for period in range(config.TIMEOUT + config.BRAKING + 5):
@@ -223,6 +225,7 @@ def test_missed_ticks_are_divided_out_of_the_speed():
         for period in range(100):
             if period % 3 == 0:
                 robot.send(command(0, 50))
+            robot.board.sent = b""  # the emulated board's heap is small
             robot.board.skip = skip
             robot.tick(1)
             speeds.append(robot.board.motors[0].speed / MICRO)

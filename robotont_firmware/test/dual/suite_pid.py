@@ -7,6 +7,7 @@ from dual_tools import Config, Locked
 from sim_motor import PERIOD, SimMotor
 
 from robotont_firmware import config
+from robotont_firmware.controller import Controller
 from robotont_firmware.pid import MAX_COUNTS, Pid
 
 STEP = config.MAX_ACCELERATION * 256
@@ -32,7 +33,7 @@ class Bench:
             self.motor.run(LATENCY)
             self.motor.drive(self.effort)
             self.motor.run(PERIOD - LATENCY)
-            total = self.motor.total()
+            total = self.motor.counted
             counts = total - self.last
             self.last = total
             with Locked():
@@ -192,6 +193,23 @@ def test_gains_out_of_range_are_refused():
             except ValueError:
                 continue
             raise AssertionError(name)
+
+
+def test_numbers_whose_products_outgrow_31_bits_are_refused():
+    for changes in (
+        {"FOLLOW": 513},
+        {"MAX_ACCELERATION": 46},  # times MAX_SPEED
+        {"MAX_SPEED": 263, "MAX_ACCELERATION": 1, "P_GAIN": 5000},
+        {"OVERLOAD_TIME": 201},
+        {"I_GAIN": 1},  # so large an integral
+    ):
+        try:
+            Controller(None, Config(**changes))
+            words = "accepted"
+        except ValueError as error:
+            words = str(error)
+        named = [name for name in changes if words.startswith("config." + name + ": found ")]
+        assert named, (changes, words)
 
 
 def test_impossible_counts_do_not_upset_it():

@@ -1,0 +1,69 @@
+import pytest
+
+from conftest import HERE
+from robotont_driver.turned_wheels import TurnedWheels, main
+from robotont_driver.wheel_file import read_wheel_file
+from robotont_testing.board_port import BoardPort
+from robotont_testing.dc_motors import Motors
+from robotont_testing.official_boards import BOARDS
+from robotont_testing.stand_in_board import Board
+
+CONFIG = HERE.parents[1] / "config"
+OURS, OFFICIAL = CONFIG / "wheel_params.yaml", CONFIG / "wheel_params_robotont2.yaml"
+
+
+@pytest.fixture
+def turned():
+    return TurnedWheels(read_wheel_file(str(OFFICIAL))[0])
+
+
+def test_a_wheel_is_shown_once_per_step_with_its_place_and_direction(turned):
+    lines = [line for _ in range(100) for line in turned.add((0, -1, 0))]
+    assert lines == ["wheel 1 (at 180 degrees): backward, -15 degrees in all"]
+    assert turned.add((0, -100, 0)) == ["wheel 1 (at 180 degrees): backward, -60 degrees in all"]
+    assert turned.add((0, 100, 0)) == ["wheel 1 (at 180 degrees): forward, -30 degrees in all"]
+    assert turned.add((0, 0, 200)) == ["wheel 2 (at 300 degrees): forward, +60 degrees in all"]
+    assert turned.verdict == "less than 30 degrees: wheel 0"
+
+
+@pytest.mark.parametrize("path, turn", [(OFFICIAL, "counterclockwise"), (OURS, "clockwise")])
+def test_a_robot_that_was_turned_on_the_floor_shows_whether_the_signs_fit(path, turn):
+    wheels = read_wheel_file(str(path))[0]
+    for counts, words in (
+        ((300, 310, 290), f"all wheels turned as if the robot had been turned {turn}"),
+        ((300, -310, 290), "disagree about the robot's rotation: wheel 0 forward, wheel 1 backward, wheel 2 forward"),
+    ):
+        turned = TurnedWheels(wheels)
+        turned.add(counts)
+        assert words in turned.verdict
+
+
+def test_our_own_board_is_watched_and_hears_nothing(tmp_path, capsys):
+    with Board(str(tmp_path / "board")) as board:
+        follow = board.motors.follow
+        board.motors.follow = lambda _: follow([20, -20, 20])  # a hand turns them: the board is not commanded
+        assert main([board.link, "--wheel-params", str(OURS), "--seconds", "1.5"]) == 0
+        assert board.heard == []
+    shown = capsys.readouterr().out.splitlines()
+    assert shown[0].endswith("turned clockwise, all its wheels must count forward. Ctrl-C ends it.")
+    assert "wheel 0 (at 300 degrees): forward, +18 degrees in all" in shown  # three packets, as -18 of wheel 1
+    assert shown[-1] == ("the wheels disagree about the robot's rotation: wheel 0 forward, wheel 1 backward, "
+                         "wheel 2 forward")
+
+
+def test_an_official_board_is_watched_too(tmp_path, capsys):
+    port = BoardPort(str(tmp_path / "board"), lambda now: BOARDS["robotont2"](Motors(), start=now))
+    port.plug()
+    try:
+        assert main([port.link, "--wheel-params", str(OFFICIAL), "--seconds", "1.0"]) == 0
+    finally:
+        port.unplug()
+    assert "less than 30 degrees: wheel 0, 1, 2" in capsys.readouterr().out
+    assert port.heard == []
+
+
+def test_a_missing_port_and_a_wrong_wheel_file(tmp_path, capsys):
+    assert main([str(tmp_path / "nothing"), "--wheel-params", str(OURS)]) == 1
+    assert "plugged in" in capsys.readouterr().err
+    assert main(["/dev/null", "--wheel-params", str(tmp_path / "none.yaml")]) == 1
+    assert "none.yaml" in capsys.readouterr().err

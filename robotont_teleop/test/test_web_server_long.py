@@ -24,7 +24,7 @@ def test_a_day_of_commands_takes_no_memory():
     tracemalloc.start()
     for number in range(DAY):
         now = number * 0.04
-        text = f'{{"kind":"drive","time":{1000 * now:.1f},"x":{0.001 * (number % 300)},"y":0,"turn":0}}'
+        text = f'{{"kind":"drive","time":{1000 * now:.1f},"x":{0.001 * (1 + number % 300)},"y":0,"turn":0}}'
         message = read_message(text)
         seat.command(1, message.time / 1000.0, message.values, now)
         if number == 1000:

@@ -5,6 +5,7 @@ import contextlib
 import http.client
 import json
 import threading
+import time
 from pathlib import Path
 
 from tornado.httpclient import HTTPRequest
@@ -26,14 +27,23 @@ class NotedRobot:
     def __init__(self):
         self.sent = []
         self.orders = []
+        self.stopped, self.pressed_at = False, 0.0
 
     def send(self, twist):
         self.sent.append(twist)
 
     def __getattr__(self, name):
-        if name not in ("emergency_stop", "goal", "cancel", "give_back", "reset_odometry"):
+        if name not in ("goal", "cancel", "give_back", "reset_odometry"):
             raise AttributeError(name)
         return lambda *values: self.orders.append((name, *values))
+
+    def press_emergency_stop(self):
+        self.orders.append(("press",))
+        self.stopped, self.pressed_at = True, time.monotonic()
+
+    def release_emergency_stop(self):
+        self.orders.append(("release",))
+        self.stopped = False
 
     @property
     def moved(self):
@@ -42,7 +52,7 @@ class NotedRobot:
 
     def state(self):
         return {"pose": [0.0, 0.0, 0.0], "velocity": None, "limited": None, "commanded": None, "measured": None,
-                "driven_by": "nobody", "stopped": False}
+                "driven_by": "nobody", "stopped": self.stopped}
 
     def status(self):
         return {"frame": "odom", "lights": [], "board": "", "battery": None, "ranges": [], "map": None,
@@ -147,6 +157,9 @@ class OpenPage:
 
     def drive(self, x=0.0, y=0.0, turn=0.0, time=None):
         self.send({"kind": "drive", "time": self.time if time is None else time, "x": x, "y": y, "turn": turn})
+
+    def order(self, kind, time=None, **fields):
+        self.send({"kind": kind, "time": self.time if time is None else time, **fields})
 
     def close(self):
         async def close():

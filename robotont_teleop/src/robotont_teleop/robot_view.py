@@ -25,7 +25,7 @@ from robotont_navigation.goal import Goal
 from robotont_navigation.goto import GoTo
 from robotont_teleop.emergency_stop import EmergencyStop
 from robotont_teleop.node import twist_message
-from robotont_teleop.requests import NewestGoal, ServiceRequest
+from robotont_teleop.robot_requests import NewestGoal, ServiceRequest
 from robotont_teleop.speeds import STOP
 
 MAP_FRAME = "map"
@@ -168,7 +168,8 @@ class RobotView:
                 "frame": MAP_FRAME if self._map_to_odom else (self._frames or ("",))[0],
                 "lights": lights[:LIGHTS], "board": self._board, "battery": self._fresh("battery", STALE_LIGHT),
                 "ranges": [value for _, (at, value) in sorted(self._ranges.items()) if now - at < STALE][:RANGES],
-                "map": self._map, "camera": self._has_camera, "navigation": self._goto.answers, "goal": self._goal.shown,
+                "map": self._map, "camera": self._has_camera,
+                "navigation": self._goto.answers, "goal": self._goal.shown,
                 "note": self._note,
             }
 

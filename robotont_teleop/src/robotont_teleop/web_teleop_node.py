@@ -66,10 +66,15 @@ def make_tls(certificate, key):
         return None
     context = ssl.create_default_context(ssl.Purpose.CLIENT_AUTH)
     try:
-        context.load_cert_chain(certificate, key or None)
-    except (OSError, ssl.SSLError) as error:
+        context.load_cert_chain(certificate, key or None, password=_refuse_password)
+    except (OSError, ValueError) as error:  # ssl.SSLError is an OSError
         raise SetUpError(f"~certificate {certificate}, ~certificate_key {key}: {error}") from None
     return context
+
+
+def _refuse_password():
+    """Called for an encrypted key; else OpenSSL would ask for it on the terminal, and wait."""
+    raise ValueError("the key is encrypted; allowed: one without a password (openssl pkey -in KEY -out PLAIN_KEY)")
 
 
 def host_names(given):
@@ -131,9 +136,13 @@ async def serve(robot, access, token, parameters):
     ended = asyncio.Event()
     loop = asyncio.get_running_loop()
     rospy.on_shutdown(lambda: loop.call_soon_threadsafe(ended.set))
+    ends = [loop.create_task(ended.wait()), loop.create_task(server.ended())]
     if not rospy.is_shutdown():
-        await ended.wait()
+        await asyncio.wait(ends, return_when=asyncio.FIRST_COMPLETED)
     await server.close()
+    for end in ends:
+        if end.done() and not end.cancelled():
+            end.result()  # raises what ended it
 
 
 def report(server):

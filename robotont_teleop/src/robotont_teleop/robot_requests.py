@@ -1,4 +1,4 @@
-"""Requests of a page that take their time: goals for navigation and calls of services; none is ever carried out late."""
+"""Requests of a page that take their time, goals and calls of services; none is ever carried out late."""
 
 import threading
 

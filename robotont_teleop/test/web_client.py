@@ -68,32 +68,24 @@ class NotedRobot:
         return None
 
 
-class Served:
-    """The server in a thread of its own, for a `with` block."""
+class Client:
+    """Opens pages as a browser would, in a loop of its own; for a `with` block."""
 
-    def __init__(self, token=None, **settings):
-        self.robot = NotedRobot()
-        self.access = Access(token)
-        self._settings = SETTINGS._replace(**settings)
+    def __init__(self, port=None):
+        self.port = port
         self.loop = asyncio.new_event_loop()
         self._thread = threading.Thread(target=self.loop.run_forever, daemon=True)
 
     def __enter__(self):
         self._thread.start()
-
-        async def start():
-            self.server = WebServer(self.robot, self.access, self._settings, WEB)
-            self.port = self.server.listen("127.0.0.1", 0)
-        self.do(start())
         return self
 
     def __exit__(self, *_):
-        self.do(self.server.close())
         self.loop.call_soon_threadsafe(self.loop.stop)
         self._thread.join()
 
     def do(self, coroutine):
-        """The result of a coroutine in the server's loop."""
+        """The result of a coroutine in the loop."""
         return asyncio.run_coroutine_threadsafe(coroutine, self.loop).result(PATIENCE)
 
     def request(self, method, path, body=None, **headers):
@@ -120,11 +112,34 @@ class Served:
         return page
 
 
+class Served(Client):
+    """The server in the same loop as its clients, for a `with` block."""
+
+    def __init__(self, token=None, **settings):
+        super().__init__()
+        self.robot = NotedRobot()
+        self.access = Access(token)
+        self._settings = SETTINGS._replace(**settings)
+
+    def __enter__(self):
+        super().__enter__()
+
+        async def start():
+            self.server = WebServer(self.robot, self.access, self._settings, WEB)
+            self.port = self.server.listen("127.0.0.1", 0)
+        self.do(start())
+        return self
+
+    def __exit__(self, *_):
+        self.do(self.server.close())
+        super().__exit__()
+
+
 class OpenPage:
     """What a page would be: the newest state, and messages."""
 
-    def __init__(self, served):
-        self._served = served
+    def __init__(self, client):
+        self._client = client
         self.socket = None
         self.messages = {}  # newest of each kind
         self.states = 0
@@ -153,7 +168,7 @@ class OpenPage:
                 await self.socket.write_message(text if isinstance(text, (str, bytes)) else json.dumps(text),
                                                 binary=isinstance(text, bytes))
         with contextlib.suppress(Exception):  # the server may have closed it, as it should
-            self._served.do(write())
+            self._client.do(write())
 
     def drive(self, x=0.0, y=0.0, turn=0.0, time=None):
         self.send({"kind": "drive", "time": self.time if time is None else time, "x": x, "y": y, "turn": turn})
@@ -164,4 +179,4 @@ class OpenPage:
     def close(self):
         async def close():
             self.socket.close()
-        self._served.do(close())
+        self._client.do(close())

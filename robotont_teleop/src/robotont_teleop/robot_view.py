@@ -14,7 +14,7 @@ from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import Twist
 from nav_msgs.msg import OccupancyGrid, Odometry
 from PIL import Image
-from sensor_msgs.msg import BatteryState, CompressedImage, LaserScan, Range
+from sensor_msgs.msg import BatteryState, LaserScan, Range
 from std_msgs.msg import String
 from std_srvs.srv import Trigger
 
@@ -23,6 +23,7 @@ from robotont_driver.node import Worker
 from robotont_driver.protocol import PacketError, parse_packet
 from robotont_navigation.goal import Goal
 from robotont_navigation.goto import GoTo
+from robotont_teleop.camera import Camera
 from robotont_teleop.emergency_stop import EmergencyStop
 from robotont_teleop.node import twist_message
 from robotont_teleop.robot_requests import NewestGoal, ServiceRequest
@@ -35,7 +36,6 @@ SLOW_PERIOD = 0.2       # [s] between two looks at transforms
 MEASURED_PACKETS = 5    # over which the measured wheel speeds are averaged
 SCAN_PERIOD, SCAN_RAYS = 0.2, 180  # [s] between two scans for the pages, rays at most
 CAMERA_LOOK = 2.0       # [s] between two looks at whether there is a camera
-CAMERA_REST = 10.0      # [s] after the last request for a picture, until the camera is not listened to any more
 LIGHTS, LONGEST_WORDS, RANGES = 24, 200, 16
 LARGEST_MAP = 4000 * 4000  # [cells]
 OCCUPIED, FREE, UNKNOWN = (130, 255), (130, 36), (0, 0)  # (grey, opacity): seen on light and on dark ground alike
@@ -47,7 +47,6 @@ class RobotView:
 
     def __init__(self, wheels, camera_topic):
         self._kinematics = Kinematics(wheels)
-        self._camera_topic = camera_topic
         self._lock = threading.Lock()
         self._newest = {}      # name: (time [s], value) of values that become stale
         self._lights = {}      # name: (time [s], level, words)
@@ -56,8 +55,7 @@ class RobotView:
         self._counts = []      # of the newest packets
         self._scan, self._scan_at = None, NEVER
         self._map, self._map_picture = None, None
-        self._picture, self._picture_at = None, NEVER  # (number, JPEG) of the camera
-        self._has_camera, self._camera, self._camera_wanted = False, None, NEVER
+        self._camera = Camera(camera_topic)
         self._map_to_odom, self._laser = None, {}
         self._frames = None    # (odom frame, base frame)
         self._driven_by = ""
@@ -168,7 +166,7 @@ class RobotView:
                 "frame": MAP_FRAME if self._map_to_odom else (self._frames or ("",))[0],
                 "lights": lights[:LIGHTS], "board": self._board, "battery": self._fresh("battery", STALE_LIGHT),
                 "ranges": [value for _, (at, value) in sorted(self._ranges.items()) if now - at < STALE][:RANGES],
-                "map": self._map, "camera": self._has_camera,
+                "map": self._map, "camera": self._camera.present,
                 "navigation": self._goto.answers, "goal": self._goal.shown,
                 "note": self._note,
             }
@@ -182,14 +180,8 @@ class RobotView:
         return self._map_picture
 
     def camera_picture(self):
-        """(number, JPEG) of now, or None. The camera is listened to as long as somebody asks for its pictures."""
-        now = time.monotonic()
-        with self._lock:
-            self._camera_wanted = now
-            if self._camera is None and self._has_camera:
-                self._camera = rospy.Subscriber(self._camera_topic, CompressedImage, self._on_picture, queue_size=1,
-                                                buff_size=2 ** 22)
-            return self._picture if now - self._picture_at < STALE else None
+        """(number, JPEG) of now, or None."""
+        return self._camera.picture()
 
     def _pose(self):
         """(x, y, yaw) on the map where there is one, else of the odometry; None when it is unknown."""
@@ -305,12 +297,6 @@ class RobotView:
                          "width": info.width * info.resolution, "height": info.height * info.resolution,
                          "origin": place}
 
-    def _on_picture(self, message):
-        if message.data[:2] == b"\xff\xd8":  # JPEG
-            with self._lock:
-                self._picture = ((self._picture or (0,))[0] + 1, bytes(message.data))
-                self._picture_at = time.monotonic()
-
     def _look_at_transforms(self):
         if self._frames:
             odom, base = self._frames
@@ -332,12 +318,7 @@ class RobotView:
             publishers, _, _ = rosgraph.Master(rospy.get_name()).getSystemState()
         except (OSError, rosgraph.MasterException):
             return CAMERA_LOOK
-        topic = rospy.resolve_name(self._camera_topic)
-        self._has_camera = any(name == topic for name, _ in publishers)
-        with self._lock:
-            if self._camera is not None and time.monotonic() - self._camera_wanted > CAMERA_REST:
-                self._camera.unregister()
-                self._camera = None
+        self._camera.look({name for name, _ in publishers})
         return CAMERA_LOOK
 
 

@@ -59,7 +59,8 @@ def imported(package, *folders):
             names = [alias.name for alias in node.names] if isinstance(node, ast.Import) else \
                 [node.module] if isinstance(node, ast.ImportFrom) and not node.level else []
             modules.update({name.split(".")[0]: file.relative_to(ROOT) for name in names})
-    return {name: file for name, file in modules.items() if name not in own | WHERE_INSTALLED | NO_KEY and not is_standard(name)}
+    known = own | WHERE_INSTALLED | NO_KEY
+    return {name: file for name, file in modules.items() if name not in known and not is_standard(name)}
 
 
 @lru_cache(maxsize=None)

@@ -368,6 +368,16 @@ def test_a_slow_reader_holds_up_nobody_and_is_closed(served, monkeypatch):
     slow.close()
 
 
+@pytest.mark.timed
+def test_eight_viewers_at_20_hz_take_a_quarter_of_a_core_at_most(served):
+    pages = [ready(served) for _ in range(8)]
+    seen, before, start = pages[0].states, time.process_time(), time.monotonic()
+    wait_for(lambda: pages[0].states >= seen + 100, "states", period=0.1)
+    share = (time.process_time() - before) / (time.monotonic() - start)
+    print(f"server and its eight clients in one process: {100 * share:.0f} % of a core")
+    assert share < 0.25
+
+
 def test_eight_viewers_get_the_state_at_its_rate(served):
     pages = [ready(served) for _ in range(8)]
     before = [page.states for page in pages]

@@ -1,10 +1,13 @@
 """Lets pytest run rostests: each .test file is one test, with a ROS master of its own.
 
+A comment such as <!-- needs: chromium, /dev/uinput --> names programs and files without which a .test file is skipped.
 Tests whose bounds are in real time are marked `timed`, rostests by a name timed_*.test: `./robotont test` runs them
 alone, after all others.
 """
 
 import os
+import re
+import shutil
 import subprocess
 
 import pytest
@@ -34,6 +37,9 @@ class Rostest(pytest.Item):
 
     def runtest(self):
         """Run it; all that it prints is shown when it fails."""
+        for need in _needs(self.path.read_text()):
+            if not (shutil.which(need) or os.access(need, os.W_OK)):
+                pytest.skip(f"{self.name}: no {need}")
         environment = {**os.environ, "ROS_IP": "127.0.0.1"}
         environment.pop("ROS_MASTER_URI", None)
         environment.pop("ROS_HOSTNAME", None)
@@ -51,6 +57,12 @@ class Rostest(pytest.Item):
     def reportinfo(self):
         """Where it stands."""
         return self.path, None, "rostest " + self.name
+
+
+def _needs(text):
+    """Programs and files that the comment "needs: ..." of a .test file names."""
+    comment = re.search(r"<!-- needs: (.*?) -->", text)
+    return comment[1].split(", ") if comment else []
 
 
 class RostestError(Exception):

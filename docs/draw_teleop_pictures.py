@@ -25,7 +25,7 @@ PICTURES = (  # name, size, dark
     ("teleop_phone_light", (*PHONE[:2], 2), False), ("teleop_phone_dark", (*PHONE[:2], 2), True),
     ("teleop_phone_lying", (*PHONE_LYING[:2], 2), True),
     ("teleop_desktop_light", DESKTOP, False), ("teleop_desktop_dark", DESKTOP, True))
-THUMBS = (0.0, 0.6, -0.35)  # left stick right and up, right stick right: a circle that stays clear of the walls
+THUMBS = (0.12, 0.4, -0.3)  # left stick right and up, right stick right: a circle that stays clear of the walls
 WAY = 1.1             # [m] for each picture
 
 
@@ -72,6 +72,8 @@ def drive(page, poses):
         way = poses[start - 1:]
         return sum(math.hypot(after.x - before.x, after.y - before.y) for before, after in zip(way, way[1:])) > WAY
     wait_for(gone, "the drive", period=0.1, timeout=60)
+    wait_for(lambda: gone() and float(page.text("#speed")) > 0.1 and not page.text("#message"), "a picture in motion",
+             period=0.05)
 
 
 def show_map():

@@ -1,79 +1,170 @@
 #!/usr/bin/env python3
-"""gamepad_teleop on events as the kernel writes them, through a pipe that stands in for the device file.
+"""gamepad_teleop on a pad that the kernel makes (uinput), and on a recorded one where it makes none, as in containers.
 
-/dev/uinput is not there in most containers; evdev's own reader and event format are used all the same.
+The recorded pad is a pipe with the kernel's event format, read by evdev's own reader: groups of events that end with a
+report, SYN_DROPPED when events were lost, ENODEV when it is unplugged.
 """
 
-import contextlib
 import os
 import struct
 import time
-from types import SimpleNamespace
+import unittest
 
+import evdev
 import rospy
 import rostest
-from evdev import AbsInfo, InputEvent
+from evdev import AbsInfo
+from evdev.eventio import EventIO
 from geometry_msgs.msg import Twist
 from std_msgs.msg import Bool
 
 from robotont_driver.parameters import read_parameters
-from robotont_teleop.gamepad import ABS_RX, ABS_X, ABS_Y, BTN_EAST, BTN_START, BTN_TL, BTN_TR, EV_ABS, EV_KEY
+from robotont_teleop.gamepad import (
+    ABS_RX,
+    ABS_X,
+    ABS_Y,
+    BTN_EAST,
+    BTN_START,
+    BTN_TL,
+    BTN_TR,
+    EV_ABS,
+    EV_KEY,
+    EV_SYN,
+    SYN_DROPPED,
+    SYN_REPORT,
+)
 from robotont_teleop.gamepad_teleop import PARAMETERS, GamepadTeleop
 from robotont_testing.harness import wait_for
 from robotont_testing.node_test import OK, WARN, NodeTest
 
 STOP = (0.0, 0.0, 0.0)
+UINPUT = "/dev/uinput"
 EVENT = struct.Struct("llHHi")  # struct input_event: seconds, microseconds, type, code, value
 PATH = "/dev/input/event99"
+NAME = "pad of this test"
+AXIS = AbsInfo(value=0, min=-32768, max=32767, fuzz=16, flat=128, resolution=0)
+CAPABILITIES = {EV_KEY: [BTN_TL, BTN_TR, BTN_EAST, BTN_START], EV_ABS: [(ABS_X, AXIS), (ABS_Y, AXIS), (ABS_RX, AXIS)]}
 
 
-class PipedPad:
+class RecordedDevice(EventIO):
+    """What evdev.InputDevice is of a real one: its events come through a pipe, its state from `pad`."""
+
+    name = NAME
+
+    def __init__(self, pad, fd):
+        self._pad = pad
+        self.fd = fd
+        os.set_blocking(fd, False)
+
+    def fileno(self):
+        return self.fd
+
+    def read(self):
+        """As the kernel's: ENODEV when it is unplugged."""
+        events = tuple(super().read())
+        if not events:
+            raise OSError(19, "No such device")
+        return iter(events)
+
+    def capabilities(self):
+        return CAPABILITIES
+
+    def absinfo(self, code):
+        return AXIS._replace(value=self._pad.axes[code])
+
+    def active_keys(self):
+        return sorted(self._pad.keys)
+
+    def close(self):
+        os.close(self.fd)
+
+
+class RecordedPad:
     """Devices as evdev shows them: one pad while it is plugged in."""
 
     def __init__(self):
-        self.plugged = False
+        self.axes, self.keys = {}, set()
         self._write = None
 
     def plug(self):
-        self.plugged = True
+        self.axes, self.keys = dict.fromkeys((ABS_X, ABS_Y, ABS_RX), 0), set()
+        self._read, self._write = os.pipe()
 
     def unplug(self):
-        self.plugged = False
-        os.close(self._write)
+        if self._write is not None:
+            os.close(self._write)
+            self._write = None
 
-    def event(self, kind, code, value):
+    def frame(self, *events):
+        """A group of events, and the report that ends it."""
+        for kind, code, value in events:
+            self._note(kind, code, value)
+        self._put(*events, (EV_SYN, SYN_REPORT, 0))
+
+    def lose(self, *events):
+        """Events that the device's buffer has no room for; its state changes all the same."""
+        for kind, code, value in events:
+            self._note(kind, code, value)
+
+    def overflow(self, *remains):
+        """What a reader finds after that: SYN_DROPPED, and the rest of the group in which it happened."""
+        self._put((EV_SYN, SYN_DROPPED, 0), *remains)
+
+    def _note(self, kind, code, value):
+        if kind == EV_ABS:
+            self.axes[code] = value
+        else:
+            (self.keys.add if value else self.keys.discard)(code)
+
+    def _put(self, *events):
         now = time.time()
-        os.write(self._write, EVENT.pack(int(now), 0, kind, code, value) + EVENT.pack(int(now), 0, 0, 0, 0))
+        os.write(self._write, b"".join(EVENT.pack(int(now), int(now % 1 * 1e6), *event) for event in events))
 
     # what evdev has
 
     def list_devices(self):
-        return [PATH] if self.plugged else []
+        return [PATH] if self._write is not None else []
 
     def InputDevice(self, path):
         assert path == PATH
-        read, self._write = os.pipe()
-        axis = AbsInfo(value=0, min=-32768, max=32767, fuzz=16, flat=128, resolution=0)
-        return SimpleNamespace(
-            name="recorded pad", active_keys=lambda: [], close=lambda: os.close(read),
-            capabilities=lambda: {EV_KEY: [BTN_TL, BTN_TR, BTN_EAST, BTN_START],
-                                  EV_ABS: [(ABS_X, axis), (ABS_Y, axis), (ABS_RX, axis)]},
-            read_loop=lambda: self._events(read))
-
-    @staticmethod
-    def _events(read):
-        while True:
-            data = os.read(read, EVENT.size)
-            if not data:
-                raise OSError(19, "No such device")  # ENODEV, as the kernel says when it is unplugged
-            yield InputEvent(*EVENT.unpack(data))
+        return RecordedDevice(self, os.dup(self._read))
 
 
-class GamepadTeleopTest(NodeTest):
+class UinputPad:
+    """A pad of the kernel's own."""
+
+    def __init__(self):
+        self._pad = None
+
+    def plug(self):
+        self._pad = evdev.UInput(CAPABILITIES, name=NAME)
+
+    def unplug(self):
+        if self._pad is not None:
+            self._pad.close()
+            self._pad = None
+
+    def frame(self, *events):
+        for event in events:
+            self._pad.write(*event)
+        self._pad.syn()
+
+    # what evdev has, for this pad only
+
+    def list_devices(self):
+        return [self._pad.device.path] if self._pad is not None and self._pad.device is not None else []
+
+    InputDevice = staticmethod(evdev.InputDevice)
+
+
+class GamepadTest:
+    """Cases for both; `pads` makes the pad."""
+
     @classmethod
     def setUpClass(cls):
         super().setUpClass()
-        cls.pad = PipedPad()
+        rospy.set_param("~diagnostic_period", 0.1)
+        cls.pad = cls.pads()
         cls.teleop = GamepadTeleop(read_parameters(PARAMETERS, {"retry_period": 0.05}), cls.pad)
 
     def setUp(self):
@@ -87,11 +178,10 @@ class GamepadTeleopTest(NodeTest):
     def plug(self):
         self.pad.plug()
         name = rospy.get_name().lstrip("/")
-        self.wait_for_status(f"{name}: gamepad", OK, "recorded pad")
+        self.wait_for_status(f"{name}: gamepad", OK, NAME)
 
     def unplug(self):
-        with contextlib.suppress(OSError):
-            self.pad.unplug()
+        self.pad.unplug()
         self.status.clear()
         self.wait_for_status(f"{rospy.get_name().lstrip('/')}: gamepad", WARN, "no gamepad found")
 
@@ -100,39 +190,101 @@ class GamepadTeleopTest(NodeTest):
                                                zip(self.commands[-1], twist)), what)
 
     def test_the_dead_man_button_and_both_sticks(self):
-        self.pad.event(EV_KEY, BTN_TL, 1)
-        self.pad.event(EV_ABS, ABS_X, 32767)
-        self.pad.event(EV_ABS, ABS_RX, -32768)
+        self.pad.frame((EV_KEY, BTN_TL, 1))
+        self.pad.frame((EV_ABS, ABS_X, 32767), (EV_ABS, ABS_RX, -32768))
         self.newest_is((0.0, -0.3, 1.0), "strafing right and turning left")
         seen = len(self.commands)
         wait_for(lambda: len(self.commands) > seen + 10, "the command again, though nothing has changed")
-        self.pad.event(EV_KEY, BTN_TR, 1)
+        self.pad.frame((EV_KEY, BTN_TR, 1))
         self.newest_is((0.0, -0.8, 2.0), "faster")
-        self.pad.event(EV_KEY, BTN_TL, 0)
+        self.pad.frame((EV_KEY, BTN_TL, 0))
         self.newest_is(STOP, "the stop")
 
+    def test_both_axes_of_a_group_count_at_once(self):
+        self.pad.frame((EV_KEY, BTN_TL, 1))
+        for _ in range(10):
+            self.pad.frame((EV_ABS, ABS_X, 32767), (EV_ABS, ABS_Y, -32768))
+            self.newest_is((0.3 / 2 ** 0.5, -0.3 / 2 ** 0.5, 0.0), "a diagonal")
+            self.pad.frame((EV_ABS, ABS_X, 0), (EV_ABS, ABS_Y, 0))
+            self.newest_is(STOP, "the stop")
+        for x, y, _ in self.commands:
+            self.assertLess(abs(x + y), 1e-3, "half of a group")
+
     def test_unplugging_stops_and_plugging_in_does_not_drive(self):
-        self.pad.event(EV_KEY, BTN_TL, 1)
-        self.pad.event(EV_ABS, ABS_Y, -32768)
+        self.pad.frame((EV_KEY, BTN_TL, 1))
+        self.pad.frame((EV_ABS, ABS_Y, -32768))
         self.newest_is((0.3, 0.0, 0.0), "motion")
         self.unplug()
         self.newest_is(STOP, "the stop")
         self.plug()
         seen = len(self.commands)
-        self.pad.event(EV_ABS, ABS_Y, -32768)
-        self.pad.event(EV_KEY, BTN_TL, 1)
-        self.pad.event(EV_ABS, ABS_Y, 0)
-        self.pad.event(EV_ABS, ABS_Y, 32767)
+        self.pad.frame((EV_ABS, ABS_Y, -32768))
+        self.pad.frame((EV_KEY, BTN_TL, 1))
+        self.pad.frame((EV_ABS, ABS_Y, 0))
+        self.pad.frame((EV_ABS, ABS_Y, 32767))
         self.newest_is((-0.3, 0.0, 0.0), "motion after letting go once")
         self.assertNotIn((0.3, 0.0, 0.0), self.commands[seen:])
 
-    def test_emergency_stop(self):
+    def test_the_release_of_the_emergency_stop_is_deliberate_and_moves_nothing(self):
         stops = self.listen("emergency_stop", Bool)
-        self.pad.event(EV_KEY, BTN_EAST, 1)
+        self.pad.frame((EV_KEY, BTN_TL, 1))
+        self.pad.frame((EV_ABS, ABS_Y, -32768))
+        self.newest_is((0.3, 0.0, 0.0), "motion")
+        self.pad.frame((EV_KEY, BTN_EAST, 1))
         wait_for(lambda: stops and stops[-1].data, "the emergency stop")
-        self.pad.event(EV_KEY, BTN_START, 1)
+        self.newest_is(STOP, "the stop")
+        seen = len(self.commands)
+        self.pad.frame((EV_KEY, BTN_TL, 0), (EV_ABS, ABS_Y, 0))
+        self.pad.frame((EV_KEY, BTN_START, 1))
+        self.pad.frame((EV_KEY, BTN_START, 0))
+        self.pad.frame((EV_KEY, BTN_TL, 1))
+        self.pad.frame((EV_ABS, ABS_Y, -32768))
+        self.pad.frame((EV_KEY, BTN_START, 1))
         wait_for(lambda: not stops[-1].data, "the release")
+        self.assertEqual([stop.data for stop in stops], [True, False], "released without the dead-man button")
+        self.pad.frame((EV_ABS, ABS_RX, 10))
+        self.pad.frame((EV_ABS, ABS_Y, 0), (EV_ABS, ABS_RX, 0))
+        self.pad.frame((EV_ABS, ABS_Y, 32767))
+        self.newest_is((-0.3, 0.0, 0.0), "motion after letting go once")
+        self.assertNotIn((0.3, 0.0, 0.0), [tuple(round(value, 3) for value in one) for one in self.commands[seen:]])
+
+
+class RecordedGamepadTest(GamepadTest, NodeTest):
+    pads = RecordedPad
+
+    def test_a_dead_man_button_that_is_let_go_of_unseen_stops(self):
+        self.pad.frame((EV_KEY, BTN_TL, 1))
+        self.pad.frame((EV_ABS, ABS_Y, -32768))
+        self.newest_is((0.3, 0.0, 0.0), "motion")
+        self.pad.lose((EV_KEY, BTN_TL, 0))
+        self.pad.overflow((EV_ABS, ABS_X, 32767))
+        self.newest_is(STOP, "the stop at the loss, before the next report")
+        seen = len(self.commands)
+        self.pad.frame()
+        task = f"{rospy.get_name().lstrip('/')}: gamepad"
+        wait_for(lambda: self.values(task)["times that events were lost"] == "1", "a look at the pad's state")
+        self.pad.frame((EV_ABS, ABS_Y, -30000))
+        self.pad.frame((EV_KEY, BTN_TR, 1))
+        self.pad.frame((EV_ABS, ABS_Y, 0))
+        self.pad.frame((EV_KEY, BTN_TL, 1))
+        self.pad.frame((EV_ABS, ABS_X, -32768))
+        self.newest_is((0.0, 0.8, 0.0), "motion by the state after the loss")
+        self.assertFalse([one for one in self.commands[seen:] if abs(one[0]) > 1e-3])
+
+    def test_an_emergency_stop_among_lost_events_is_found(self):
+        stops = self.listen("emergency_stop", Bool)
+        self.addCleanup(self.teleop._output.release_emergency_stop)
+        self.pad.lose((EV_KEY, BTN_EAST, 1))
+        self.pad.overflow()
+        self.pad.frame()
+        wait_for(lambda: stops and stops[-1].data, "the emergency stop")
+
+
+@unittest.skipUnless(os.access(UINPUT, os.W_OK), f"no {UINPUT} that may be written to")
+class UinputGamepadTest(GamepadTest, NodeTest):
+    pads = UinputPad
 
 
 if __name__ == "__main__":
-    rostest.rosrun("robotont_teleop", "gamepad_teleop_test", GamepadTeleopTest)
+    case = UinputGamepadTest if "--uinput" in os.sys.argv else RecordedGamepadTest
+    rostest.rosrun("robotont_teleop", "gamepad_teleop_test", case)

@@ -6,12 +6,14 @@ import json
 import math
 import sys
 import time
+import unittest
 from importlib import resources
 
 import rospy
 import rostest
 from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
+from std_msgs.msg import Bool
 
 from robotont_testing.browser import CHROMIUM, DESKTOP, PHONE, PHONE_LYING, Browser
 from robotont_testing.harness import Processes, free_port, wait_for
@@ -32,6 +34,7 @@ WebSocket.prototype.send = function (text) {
 CONTROLS = ("#move", "#turn", "#stop", "#cap", "#closer", "#farther", "#driver", "#round_trip")
 
 
+@unittest.skipIf(CHROMIUM is None, "no chromium")
 class WebTeleopTest(NodeTest):
     @classmethod
     def setUpClass(cls):
@@ -43,11 +46,15 @@ class WebTeleopTest(NodeTest):
         rospy.Subscriber("cmd_vel", Twist, lambda message: cls.commands.append((time.time(), _values(message))),
                          tcp_nodelay=True)
         cls.robot = Processes()
+        cls.log = cls.robot.folder / "web.log"
         cls.robot.launch("simulation.launch", f"port:={cls.robot.folder / 'robotont'}")
         wait_for(lambda: cls.truth, "the simulator", timeout=60)
+        cls.emergency_stop = rospy.Publisher("emergency_stop", Bool, queue_size=1, tcp_nodelay=True)
         cls.port = free_port()
+        rospy.set_param("/web_teleop_node/port", cls.port)
         cls.proxy = StallingProxy(cls.port)
         cls.browser = Browser()
+        cls.start_server()
 
     @classmethod
     def tearDownClass(cls):
@@ -62,20 +69,26 @@ class WebTeleopTest(NodeTest):
     def setUp(self):
         super().setUp()
         self.addCleanup(self.proxy.flow)
-        rospy.set_param("/web_teleop_node/port", self.port)
-        self.log = self.processes.folder / "web.log"
-        self.server = self.start_server()
+        self.addCleanup(self.emergency_stop.publish, False)
+        self.pages = []
+        self.addCleanup(lambda: [page.close() for page in self.pages])
 
-    def start_server(self):
-        server = self.processes.start("rosrun", "robotont_teleop", "web_teleop_node", log=self.log)
-        wait_for(lambda: "drive the robot in a browser" in self.log.read_text(), "the server")
-        return server
+    @classmethod
+    def start_server(cls):
+        cls.log.write_text("")
+        cls.server = cls.robot.start("rosrun", "robotont_teleop", "web_teleop_node", log=cls.log)
+        wait_for(lambda: "drive the robot in a browser" in cls.log.read_text(), "the server")
 
-    def open(self, size=PHONE, dark=False, **options):
-        page = self.browser.page(f"http://127.0.0.1:{self.proxy.port}/", size, dark, script=LOG_SENT, **options)
+    def open(self, size=PHONE, dark=False, browser=None, **options):
+        page = (browser or self.browser).page(
+            f"http://127.0.0.1:{self.proxy.port}/", size, dark, script=LOG_SENT, **options)
+        self.pages.append(page)
         page.wait(OPEN, "the connection")
-        page.wait("document.querySelectorAll('#lights li').length >= 5", "the robot's health")
         return page
+
+    def close(self, page):
+        self.pages.remove(page)
+        page.close()
 
     def speed(self):
         """Of the robot [m/s], and how fast its rim turns around."""
@@ -103,6 +116,22 @@ class WebTeleopTest(NodeTest):
             return until() if until else self.speed() > 0.1
         wait_for(drives, "motion", period=0.05)
 
+    def press(self, page, down):
+        """Keys to strafe left and turn left."""
+        for key in ("KeyA", "KeyQ"):
+            page.key(key, down=down)
+
+    def release(self, page):
+        """Hold the button that releases the emergency stop; again where the page says that it came too late."""
+        def released():
+            if "too late" in page.text("#message"):
+                page.lift()
+            if not page.touched:
+                page.finger(3, "#release")
+            return page.run("document.getElementById('stopped').hidden")
+        wait_for(released, "the release", period=0.05)
+        page.lift()
+
     def test_both_sticks_at_once_move_the_robot_as_commanded(self):
         page = self.open()
         page.run("document.getElementById('cap').value = 80")
@@ -115,7 +144,6 @@ class WebTeleopTest(NodeTest):
         self.assertEqual(page.text("#driver"), "You drive")
         self.stops_after(page.lift, "letting go")
         self.assertEqual(page.complaints(), [])
-        page.close()
 
     def test_whatever_happens_to_the_page_the_robot_stops(self):
         for what, act in (
@@ -124,15 +152,17 @@ class WebTeleopTest(NodeTest):
                 ("losing the focus", lambda page: page.run("window.dispatchEvent(new Event('blur'))")),
                 ("freezing", lambda page: page.call("Page.setWebLifecycleState", state="frozen")),
                 ("a cut connection", lambda page: self.proxy.cut()),
-                ("closing", lambda page: page.close()),
-                ("killing the browser", lambda page: self.browser.kill())):
+                ("closing", self.close)):
             page = self.open()
             self.drive_on(page)
             self.stops_after(lambda act=act, page=page: act(page), what)
-            if what not in ("closing", "killing the browser"):
-                page.close()
-        type(self).browser.__exit__()
-        type(self).browser = Browser()
+            if page in self.pages:
+                self.close(page)
+        with Browser() as browser:
+            page = self.open(browser=browser)
+            self.pages.remove(page)
+            self.drive_on(page)
+            self.stops_after(browser.kill, "killing the browser")
 
     def test_a_stalled_connection_stops_and_delivers_nothing_old(self):
         for directions in (("up",), ("down",), ("up", "down")):
@@ -155,7 +185,7 @@ class WebTeleopTest(NodeTest):
             self.drive_on(page)
             self.stops_after(page.lift, "letting go")
             self.assert_none_is_old(page)
-            page.close()
+            self.close(page)
 
     def assert_none_is_old(self, page):
         """Every command that reached the mux had left the page at most OLDEST before."""
@@ -181,23 +211,19 @@ class WebTeleopTest(NodeTest):
         self.stops_after(lambda: None, "STOP")
         page.wait("!document.getElementById('stopped').hidden", "words about the stop")
         seen = len(self.commands)
-        self.processes.stop(self.server)
+        self.robot.stop(self.server)
         page.wait(f"!({OPEN})", "the end of the connection")
-        self.log.write_text("")
         self.start_server()
         page.wait(OPEN, "the new connection")
         page.wait("!document.getElementById('stopped').hidden", "words about the stop")
         page.lift()
         page.finger(1, "#move", 0.0, 0.6)
-        page.wait("window.sent.slice(-3).every(([, text]) => text.includes('drive'))", "commands of the page")
+        page.wait("document.getElementById('message').textContent.includes('Let go')", "the request to let go")
         self.assertFalse([command for _, command in self.commands[seen:] if any(command)])
         page.lift()
-        page.finger(3, "#release")
-        page.wait("document.getElementById('stopped').hidden", "the release")
-        page.lift()
+        self.release(page)
         self.drive_on(page)
         self.stops_after(page.lift, "letting go")
-        page.close()
 
     def test_two_pages_one_drives(self):
         one, two = self.open(), self.open(DESKTOP)
@@ -211,12 +237,12 @@ class WebTeleopTest(NodeTest):
         wait_for(lambda: self.speed() < STANDS, "the stop")
         self.assertGreater(len(self.truth), seen)
         two.call("Page.bringToFront")
-        two.key("KeyA", down=True)
-        two.key("KeyQ", down=True)
-        wait_for(lambda: self.truth[-1][1][1] > 0.1 and self.truth[-1][1][2] > 0.3, "strafing and turning by keys")
-        self.stops_after(lambda: (two.key("KeyA", down=False), two.key("KeyQ", down=False)), "keys")
-        one.close()
-        two.close()
+
+        def drives():
+            self.press(two, not two.run("document.getElementById('message').textContent.includes('Let go')"))
+            return self.truth[-1][1][1] > 0.1 and self.truth[-1][1][2] > 0.3
+        wait_for(drives, "strafing and turning by keys", period=0.05)
+        self.stops_after(lambda: self.press(two, False), "keys")
 
     def test_from_stick_to_cmd_vel(self):
         page = self.open()
@@ -240,7 +266,6 @@ class WebTeleopTest(NodeTest):
         print(f"from the page to cmd_vel: p50 {1000 * p50:.1f} ms, p99 {1000 * p99:.1f} ms", flush=True)
         self.assertLess(p50, 0.010)
         self.assertLess(p99, 0.040)
-        page.close()
 
     def test_it_looks_right_and_everybody_can_use_it(self):
         axe = (resources.files("axe_core_python") if sys.version_info >= (3, 9) else None)
@@ -248,6 +273,7 @@ class WebTeleopTest(NodeTest):
         for size in (PHONE, PHONE_LYING, DESKTOP):
             for dark, language in ((False, "de"), (True, "et")):
                 page = self.open(size, dark, language=language)
+                page.wait("document.querySelectorAll('#lights li').length >= 5", "the robot's health")
                 self.assertEqual(page.run("document.documentElement.lang"), language)
                 self.assert_no_overlap(page, size)
                 if size == PHONE:
@@ -257,7 +283,7 @@ class WebTeleopTest(NodeTest):
                                  "v.nodes.map(n => n.target.join(' ')).join(', ')]))")
                 self.assertFalse([violation for violation in found if violation[1] in ("serious", "critical")])
                 self.assertEqual(page.complaints(), [])
-                page.close()
+                self.close(page)
 
     def assert_no_overlap(self, page, size):
         width, height, _ = size
@@ -277,6 +303,4 @@ def _values(twist):
 
 
 if __name__ == "__main__":
-    if CHROMIUM is None:
-        print("no chromium: the tests of the page in a browser are left out", file=sys.stderr)
     rostest.rosrun("robotont_teleop", "web_teleop_test", WebTeleopTest)

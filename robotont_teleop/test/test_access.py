@@ -5,6 +5,7 @@ import stat
 import pytest
 
 from robotont_teleop.access import (
+    ALL_ATTEMPTS,
     ATTEMPTS,
     Access,
     host_allowed,
@@ -39,7 +40,7 @@ def test_an_empty_token_is_refused(tmp_path):
 
 def test_the_right_token_and_its_cookie_come_in():
     access = Access("secret-secret")
-    assert access.log_in("secret-secret", 0.0) == "in"
+    assert access.log_in("secret-secret", "10.0.0.1", 0.0) == "in"
     assert access.admits(access.cookie)
     assert "secret-secret" not in access.cookie
     assert Access("secret-secret").admits(access.cookie), "a restart of the server must not ask again"
@@ -54,9 +55,16 @@ def test_wrong_cookies_stay_out(cookie):
 def test_guessing_is_slow():
     access = Access("secret-secret")
     for _ in range(ATTEMPTS):
-        assert access.log_in("wrong", 10.0) == "wrong"
-    assert access.log_in("secret-secret", 11.0) == "later"
-    assert access.log_in("secret-secret", 71.0) == "in"
+        assert access.log_in("wrong", "10.0.0.1", 10.0) == "wrong"
+    assert access.log_in("secret-secret", "10.0.0.1", 11.0) == "later"
+    assert access.log_in("secret-secret", "10.0.0.2", 11.0) == "in", "others must not be locked out"
+    assert access.log_in("secret-secret", "10.0.0.1", 71.0) == "in"
+
+
+def test_guessing_from_many_addresses_is_slow():
+    access = Access("secret-secret")
+    answers = [access.log_in("wrong", f"10.0.0.{number}", 10.0) for number in range(ALL_ATTEMPTS + 1)]
+    assert answers == ["wrong"] * ALL_ATTEMPTS + ["later"]
 
 
 def test_without_a_token_everybody_is_in():

@@ -32,7 +32,7 @@ def test_others_watch_until_they_take_over(seat):
     assert seat.take("two") == STOP
     assert seat.command("one", 10.1, FORWARD, 10.11) is None
     assert seat.command("two", 10.1, FORWARD, 10.12) == FORWARD
-    assert seat.foreign == 3
+    assert seat.foreign == 2, "a zero is no attempt to drive"
 
 
 def test_a_zero_takes_no_free_seat(seat):
@@ -79,10 +79,37 @@ def test_a_page_that_closes_stops(seat):
 
 def test_after_an_emergency_stop_held_sticks_do_not_drive(seat):
     seat.command("one", 10.0, FORWARD, 10.0)
-    seat.stop()
+    assert seat.stop() == STOP
     assert seat.command("one", 10.05, FORWARD, 10.05) is None
     seat.command("one", 10.1, STOP, 10.1)
     assert seat.command("one", 10.15, FORWARD, 10.15) == FORWARD
+
+
+def test_during_an_emergency_stop_from_elsewhere_sticks_must_be_let_go_of(seat):
+    seat.command("one", 10.0, FORWARD, 10.0)
+    assert seat.command("one", 10.05, FORWARD, 10.05, stopped=True) == STOP
+    assert seat.command("one", 10.1, FORWARD, 10.1) is None
+    seat.command("one", 10.15, STOP, 10.15)
+    assert seat.command("one", 10.2, FORWARD, 10.2) == FORWARD
+
+
+def test_a_stick_that_is_already_held_at_the_take_over_must_be_let_go_of(seat):
+    seat.command("one", 10.0, FORWARD, 10.0)
+    seat.command("two", 10.0, FORWARD, 10.0)
+    assert seat.take("two") == STOP
+    assert seat.command("two", 10.05, FORWARD, 10.05) is None
+    seat.command("two", 10.1, STOP, 10.1)
+    assert seat.command("two", 10.15, FORWARD, 10.15) == FORWARD
+
+
+def test_a_free_seat_is_not_taken_by_a_stick_that_is_still_held(seat):
+    seat.command("one", 10.0, FORWARD, 10.0)
+    seat.command("two", 10.0, FORWARD, 10.0)
+    seat.leave("one")
+    assert seat.command("two", 10.05, FORWARD, 10.05) is None
+    assert seat.driver is None
+    seat.command("two", 10.1, STOP, 10.1)
+    assert seat.command("two", 10.15, FORWARD, 10.15) == FORWARD
 
 
 def test_a_stalled_line_delivers_nothing_old(seat):

@@ -65,6 +65,8 @@ def test_the_middle_is_a_zone(pad):
 def test_emergency_stop(pad):
     assert pad.event(EV_KEY, BTN_EAST, 1) == "stop"
     assert pad.event(EV_KEY, BTN_EAST, 0) is None
+    assert pad.event(EV_KEY, BTN_START, 1) is None, "without the dead-man button"
+    pad.event(EV_KEY, BTN_TL, 1)
     assert pad.event(EV_KEY, BTN_START, 1) == "release"
 
 
@@ -78,3 +80,18 @@ def test_layouts_are_recognised(name):
 
 def test_a_mouse_is_no_gamepad():
     assert layout_for({EV_KEY: {0x110}}) is None
+
+
+def test_the_state_after_lost_events_replaces_all(pad):
+    pad.event(EV_KEY, BTN_TL, 1)
+    pad.event(EV_ABS, ABS_Y, -32768)
+    assert pad.twist != STOP
+    assert pad.replace({ABS_X: 0, ABS_Y: -32768, ABS_RX: 128}, [BTN_TL]) is None
+    assert pad.twist == STOP, "the sticks have not been in the middle since"
+    assert pad.replace({ABS_X: 0, ABS_Y: 0, ABS_RX: 128}, [BTN_TL]) is None
+    pad.event(EV_ABS, ABS_Y, -32768)
+    assert pad.twist[0] == pytest.approx(0.2)
+    assert pad.replace({ABS_X: 0, ABS_Y: 0, ABS_RX: 128}, []) is None
+    pad.event(EV_ABS, ABS_Y, -32768)
+    assert pad.twist == STOP, "the dead-man button was let go of"
+    assert pad.replace({}, [BTN_EAST]) == "stop"

@@ -1,15 +1,18 @@
 """The server against browsers that mean well and others: who comes in, what moves the robot."""
 
+import asyncio
+import contextlib
 import json
 import socket
 import time
 
 import pytest
 from tornado.httpclient import HTTPClientError
+from tornado.websocket import WebSocketClosedError
 from web_client import Served
 
+from robotont_teleop.page_socket import WRONG_MESSAGES
 from robotont_teleop.speeds import STOP
-from robotont_teleop.web_server import WRONG_MESSAGES
 from robotont_testing.harness import wait_for
 
 TOKEN = "the-token-of-this-test"
@@ -69,32 +72,124 @@ def test_one_drives_and_the_others_watch(served):
     one.drive(0.3)
     wait_for(lambda: served.robot.sent, "the command")
     two.drive(-0.3)
-    two.send({"kind": "reset_odometry"})
+    two.order("reset_odometry")
     wait_for(lambda: "refused" in two.messages, "the refusal")
     assert (-0.3, 0.0, 0.0) not in served.robot.sent
-    two.send({"kind": "take"})
+    two.order("take")
     wait_for(lambda: one.messages["state"]["driver"] == two.messages["hello"]["page"], "the new driver")
+    two.drive(-0.3)
+    two.drive(0.0)
     two.drive(-0.2)
-    wait_for(lambda: (-0.2, 0.0, 0.0) in served.robot.sent, "the command")
-    assert served.robot.sent[1] == STOP
+    wait_for(lambda: (-0.2, 0.0, 0.0) in served.robot.sent, "the command after letting go")
+    assert served.robot.sent == [(0.3, 0.0, 0.0), STOP, STOP, (-0.2, 0.0, 0.0)]
 
 
 def test_everybody_may_stop_but_only_the_driver_releases(served):
     one, two = ready(served), ready(served)
     one.drive(0.3)
     two.send({"kind": "stop"})
-    wait_for(lambda: ("emergency_stop", True) in served.robot.orders, "the stop")
-    assert ("cancel",) in served.robot.orders
-    two.send({"kind": "release"})
+    wait_for(lambda: ("cancel",) in served.robot.orders, "the stop")
+    assert served.robot.orders == [("press",), ("cancel",)]
+    wait_for(lambda: one.messages["state"]["stopped"] and two.messages["state"]["stopped"], "the state")
+    assert served.robot.sent == [(0.3, 0.0, 0.0), STOP]
+    two.order("release")
     wait_for(lambda: "refused" in two.messages, "the refusal")
-    one.send({"kind": "release"})
-    wait_for(lambda: ("emergency_stop", False) in served.robot.orders, "the release")
+    one.order("release")
+    wait_for(lambda: ("release",) in served.robot.orders, "the release")
+
+
+def test_a_release_that_has_not_seen_the_newest_stop_releases_nothing(served):
+    one, two = ready(served), ready(served)
+    one.send({"kind": "stop"})
+    wait_for(lambda: one.messages["state"]["stopped"], "the state")
+    seen = one.time
+    two.send({"kind": "stop"})
+    wait_for(lambda: served.robot.orders.count(("press",)) == 2, "the second stop")
+    one.order("release", time=seen)
+    wait_for(lambda: "late" in one.messages, "the refusal")
+    assert served.robot.stopped
+    wait_for(lambda: one.time > 1000.0 * served.robot.pressed_at, "the state")
+    one.order("release")
+    wait_for(lambda: not served.robot.stopped, "the release")
+
+
+@pytest.mark.parametrize("kind, fields", [("release", {}), ("goal", {"x": 1.0, "y": 0.0}), ("give_back", {}),
+                                          ("take", {}), ("reset_odometry", {})])
+def test_old_orders_are_dropped_and_their_page_gets_to_know(served, kind, fields):
+    page = ready(served)
+    page.order(kind, time=page.time - 250, **fields)
+    wait_for(lambda: page.messages.get("late", {}).get("what") == kind, "words")
+    assert not served.robot.orders
+    assert served.server.seat.driver is None
+
+
+def test_a_stop_and_a_cancel_hold_however_late(served):
+    page = ready(served)
+    page.send({"kind": "cancel"}, {"kind": "stop"})
+    wait_for(lambda: served.robot.orders == [("cancel",), ("press",), ("cancel",)], "both")
+
+
+def test_whoever_holds_a_stick_while_another_drives_has_to_let_go_first(served):
+    one, two = ready(served), ready(served)
+    one.drive(0.3)
+    wait_for(lambda: served.robot.sent, "the command")
+    two.drive(-0.3)
+    wait_for(lambda: served.server.seat.foreign == 1, "the command that is refused")
+    one.close()
+    wait_for(lambda: served.server.seat.driver is None, "the free seat")
+    two.drive(-0.3)
+    two.drive(0.0)
+    two.drive(-0.2)
+    wait_for(lambda: served.robot.sent[-1] == (-0.2, 0.0, 0.0), "the command after letting go")
+    assert (-0.3, 0.0, 0.0) not in served.robot.sent
+
+
+def test_a_stick_that_is_held_at_the_release_moves_nothing(served):
+    page = ready(served)
+    page.send({"kind": "stop"})
+    wait_for(lambda: page.messages["state"]["stopped"], "the state")
+    page.drive(0.3)
+    wait_for(lambda: page.messages["state"]["hands_off"], "the state")
+    page.order("release")
+    page.drive(0.3)
+    page.drive(0.0)
+    page.drive(0.2)
+    wait_for(lambda: served.robot.moved, "the command after letting go")
+    assert (0.3, 0.0, 0.0) not in served.robot.sent
+
+
+def test_the_end_of_the_server_is_a_zero_after_which_nothing_comes(served):
+    page = ready(served)
+    page.drive(0.3)
+    wait_for(lambda: served.robot.moved, "the command")
+
+    async def end():
+        task = asyncio.ensure_future(served.server.close())
+        command = {"kind": "drive", "time": page.time, "x": 0.3, "y": 0, "turn": 0}
+        for _ in range(20):
+            with contextlib.suppress(WebSocketClosedError):
+                await page.socket.write_message(json.dumps(command))
+            await asyncio.sleep(0.002)
+        await task
+    served.do(end())
+    assert served.robot.sent == [(0.3, 0.0, 0.0), STOP]
+
+
+def test_a_failure_of_the_feeding_loop_is_not_silent(served, monkeypatch):
+    page = ready(served)
+    monkeypatch.setattr(served.robot, "state", lambda: 1 / 0)
+    with pytest.raises(ZeroDivisionError):
+        served.do(served.server.ended())
+    assert page.states
 
 
 def test_orders(served):
     page = ready(served)
-    page.send({"kind": "goal", "x": 1.0, "y": -2.5}, {"kind": "cancel"}, {"kind": "give_back"},
-              {"kind": "reset_odometry"}, {"kind": "ping", "time": 12.5})
+    page.order("goal", x=1.0, y=-2.5)
+    page.send({"kind": "cancel"})
+    page.order("give_back")
+    page.order("reset_odometry")
+    page.send({"kind": "ping", "time": 12.5})
     wait_for(lambda: "pong" in page.messages, "the answer")
     assert served.robot.orders == [("goal", 1.0, -2.5), ("cancel",), ("give_back",), ("reset_odometry",)]
     assert page.messages["pong"]["time"] == 12.5
@@ -256,7 +351,7 @@ def test_too_many_pages(served):
 
 
 def test_a_slow_reader_holds_up_nobody_and_is_closed(served, monkeypatch):
-    monkeypatch.setattr("robotont_teleop.web_server.SLOWEST_READER", 0.5)
+    monkeypatch.setattr("robotont_teleop.page_socket.SLOWEST_READER", 0.5)
     state = served.robot.state()
     monkeypatch.setattr(served.robot, "state", lambda: {**state, "board": "x" * 20000})
     good = ready(served)
@@ -271,6 +366,16 @@ def test_a_slow_reader_holds_up_nobody_and_is_closed(served, monkeypatch):
     wait_for(lambda: len(served.server.pages) == 1, "the end of the slow page", timeout=6)  # before its pings run out
     assert good.states > seen + 5
     slow.close()
+
+
+@pytest.mark.timed
+def test_eight_viewers_at_20_hz_take_a_quarter_of_a_core_at_most(served):
+    pages = [ready(served) for _ in range(8)]
+    seen, before, start = pages[0].states, time.process_time(), time.monotonic()
+    wait_for(lambda: pages[0].states >= seen + 100, "states", period=0.1)
+    share = (time.process_time() - before) / (time.monotonic() - start)
+    print(f"server and its eight clients in one process: {100 * share:.0f} % of a core")
+    assert share < 0.25
 
 
 def test_eight_viewers_get_the_state_at_its_rate(served):

@@ -5,6 +5,7 @@ import contextlib
 import http.client
 import json
 import threading
+import time
 from pathlib import Path
 
 from tornado.httpclient import HTTPRequest
@@ -26,14 +27,23 @@ class NotedRobot:
     def __init__(self):
         self.sent = []
         self.orders = []
+        self.stopped, self.pressed_at = False, 0.0
 
     def send(self, twist):
         self.sent.append(twist)
 
     def __getattr__(self, name):
-        if name not in ("emergency_stop", "goal", "cancel", "give_back", "reset_odometry"):
+        if name not in ("goal", "cancel", "give_back", "reset_odometry"):
             raise AttributeError(name)
         return lambda *values: self.orders.append((name, *values))
+
+    def press_emergency_stop(self):
+        self.orders.append(("press",))
+        self.stopped, self.pressed_at = True, time.monotonic()
+
+    def release_emergency_stop(self):
+        self.orders.append(("release",))
+        self.stopped = False
 
     @property
     def moved(self):
@@ -42,7 +52,7 @@ class NotedRobot:
 
     def state(self):
         return {"pose": [0.0, 0.0, 0.0], "velocity": None, "limited": None, "commanded": None, "measured": None,
-                "driven_by": "nobody", "stopped": False}
+                "driven_by": "nobody", "stopped": self.stopped}
 
     def status(self):
         return {"frame": "odom", "lights": [], "board": "", "battery": None, "ranges": [], "map": None,
@@ -58,32 +68,24 @@ class NotedRobot:
         return None
 
 
-class Served:
-    """The server in a thread of its own, for a `with` block."""
+class Client:
+    """Opens pages as a browser would, in a loop of its own; for a `with` block."""
 
-    def __init__(self, token=None, **settings):
-        self.robot = NotedRobot()
-        self.access = Access(token)
-        self._settings = SETTINGS._replace(**settings)
+    def __init__(self, port=None):
+        self.port = port
         self.loop = asyncio.new_event_loop()
         self._thread = threading.Thread(target=self.loop.run_forever, daemon=True)
 
     def __enter__(self):
         self._thread.start()
-
-        async def start():
-            self.server = WebServer(self.robot, self.access, self._settings, WEB)
-            self.port = self.server.listen("127.0.0.1", 0)
-        self.do(start())
         return self
 
     def __exit__(self, *_):
-        self.do(self.server.close())
         self.loop.call_soon_threadsafe(self.loop.stop)
         self._thread.join()
 
     def do(self, coroutine):
-        """The result of a coroutine in the server's loop."""
+        """The result of a coroutine in the loop."""
         return asyncio.run_coroutine_threadsafe(coroutine, self.loop).result(PATIENCE)
 
     def request(self, method, path, body=None, **headers):
@@ -110,11 +112,34 @@ class Served:
         return page
 
 
+class Served(Client):
+    """The server in the same loop as its clients, for a `with` block."""
+
+    def __init__(self, token=None, **settings):
+        super().__init__()
+        self.robot = NotedRobot()
+        self.access = Access(token)
+        self._settings = SETTINGS._replace(**settings)
+
+    def __enter__(self):
+        super().__enter__()
+
+        async def start():
+            self.server = WebServer(self.robot, self.access, self._settings, WEB)
+            self.port = self.server.listen("127.0.0.1", 0)
+        self.do(start())
+        return self
+
+    def __exit__(self, *_):
+        self.do(self.server.close())
+        super().__exit__()
+
+
 class OpenPage:
     """What a page would be: the newest state, and messages."""
 
-    def __init__(self, served):
-        self._served = served
+    def __init__(self, client):
+        self._client = client
         self.socket = None
         self.messages = {}  # newest of each kind
         self.states = 0
@@ -143,12 +168,15 @@ class OpenPage:
                 await self.socket.write_message(text if isinstance(text, (str, bytes)) else json.dumps(text),
                                                 binary=isinstance(text, bytes))
         with contextlib.suppress(Exception):  # the server may have closed it, as it should
-            self._served.do(write())
+            self._client.do(write())
 
     def drive(self, x=0.0, y=0.0, turn=0.0, time=None):
         self.send({"kind": "drive", "time": self.time if time is None else time, "x": x, "y": y, "turn": turn})
 
+    def order(self, kind, time=None, **fields):
+        self.send({"kind": kind, "time": self.time if time is None else time, **fields})
+
     def close(self):
         async def close():
             self.socket.close()
-        self._served.do(close())
+        self._client.do(close())

@@ -8,6 +8,7 @@ const REPEAT = 40;      // [ms] between two commands while the hands hold someth
 const SOONEST = 16;     // [ms] between two commands when they move
 const HOLD = 1000;      // [ms] that the release of the emergency stop takes
 const NOTE = 6000;      // [ms] that the robot's answers are shown
+const REFUSED = 2000;   // [ms] that a refusal is shown
 const $ = (id) => document.getElementById(id);
 const app = $("app");
 
@@ -18,7 +19,8 @@ let sentAt = -Infinity;
 let later = null;
 let moving = false;
 let note = {number: null, until: 0};
-let refusedUntil = 0;
+let refused = {key: "", until: 0};
+let heldInVain = false; // the hands have held something since another page drove
 let goalMode = false;
 const view = new View($("view"));
 
@@ -32,6 +34,7 @@ const link = new Link({
   },
   state: (message) => {
     state = message;
+    heldInVain = !hands.still && !drives() && (heldInVain || state.driver !== null);
     view.setPose(message.pose);
     if (message.hands_off && drives() && hands.still) {
       link.drive(0, 0, 0); // the hands are off
@@ -41,9 +44,10 @@ const link = new Link({
   status: takeStatus,
   scan: (message) => view.setScan({...message, at: performance.now()}),
   pong: () => ($("round_trip").textContent = `${Math.round(link.roundTrip)} ms`),
-  refused: () => (refusedUntil = performance.now() + 2000),
+  refused: () => (refused = {key: "not_driver", until: performance.now() + REFUSED}),
+  late: () => (refused = {key: "late", until: performance.now() + REFUSED}),
 });
-const stop = () => link.send({kind: "stop"});
+const stop = () => link.stop();
 const hands = new Hands(command, stop);
 const drives = () => state !== null && link.page !== null && state.driver === link.page;
 setInterval(() => moving && command(), REPEAT);
@@ -105,8 +109,8 @@ function show() {
     $("message").textContent = words;
   }
   const velocity = state?.velocity;
-  $("speed").textContent = velocity ? Math.hypot(velocity[0], velocity[1]).toFixed(2) : "–";
-  $("turning").textContent = velocity ? (velocity[2] + 0).toFixed(2) : "–";
+  $("speed").textContent = velocity ? number(Math.hypot(velocity[0], velocity[1])) : "–";
+  $("turning").textContent = velocity ? number(velocity[2]) : "–";
   showWheels();
 }
 
@@ -123,15 +127,21 @@ function who() {
 function message(open, stalled) {
   const now = performance.now();
   if (!open) {
-    return text("lost");
+    return text(link.stopWanted ? "stop_waits" : "lost");
   }
   if (stalled) {
     return text("slow");
   }
-  if (state?.hands_off && drives() && !hands.still) {
+  if (link.stopWanted) {
+    return text("stop_waits");
+  }
+  if (!hands.still && ((state?.hands_off && drives()) || (heldInVain && state?.driver === null))) {
     return text("hands_off");
   }
-  if (now < refusedUntil || (!hands.still && state && state.driver !== null && !drives())) {
+  if (now < refused.until) {
+    return text(refused.key);
+  }
+  if (!hands.still && state && state.driver !== null && !drives()) {
     return text("not_driver");
   }
   if (goalMode) {
@@ -167,16 +177,23 @@ function showWheels() {
   const box = $("wheels");
   while (box.childElementCount < commanded.length) {
     const row = document.createElement("div");
-    row.innerHTML = '<span class="bar"><i class="wanted"></i><i class="real"></i></span><span class="number"></span>';
+    row.innerHTML = '<span class="bar"><i class="wanted"></i><i class="real"></i></span>' +
+      '<span class="wanted"></span><span class="real"></span><span>m/s</span>';
     box.append(row);
   }
   commanded.forEach((wanted, wheel) => {
     const real = state.measured?.[wheel] ?? null;
     const row = box.children[wheel];
-    setBar(row.querySelector(".wanted"), wanted);
-    setBar(row.querySelector(".real"), real ?? 0);
-    row.querySelector(".number").textContent = `${wanted.toFixed(2)}  ${real === null ? "–" : (real + 0).toFixed(2)} m/s`;
+    setBar(row.querySelector("i.wanted"), wanted);
+    setBar(row.querySelector("i.real"), real ?? 0);
+    row.querySelector("span.wanted").textContent = number(wanted);
+    row.querySelector("span.real").textContent = real === null ? "–" : number(real);
   });
+}
+
+// Two decimals, and no zero with a sign
+function number(value) {
+  return (Math.round(value * 100) / 100 + 0).toFixed(2);
 }
 
 function setBar(bar, speed) {
@@ -229,6 +246,7 @@ async function film() {
     } catch {
       // no connection: try again
     }
+    $("camera").removeAttribute("src"); // an old picture must not look like one of now
     await new Promise((resolve) => setTimeout(resolve, 500));
   }
 }
@@ -258,7 +276,7 @@ function holdToRelease(button) {
       button.classList.add("filling");
       timer = setTimeout(() => {
         end();
-        link.send({kind: "release"});
+        link.order({kind: "release"});
       }, HOLD);
     }
   };
@@ -275,6 +293,8 @@ function holdToRelease(button) {
   for (const event of ["pointerup", "pointerleave", "pointercancel", "keyup", "blur"]) {
     button.addEventListener(event, end);
   }
+  window.addEventListener("blur", end);
+  document.addEventListener("visibilitychange", end);
   button.addEventListener("contextmenu", (event) => event.preventDefault());
 }
 
@@ -283,16 +303,17 @@ $("stop").addEventListener("pointerdown", () => {
   hands.letGo();
 });
 $("stop").addEventListener("click", stop); // by keys and assistive devices, too
-for (const id of ["take", "give_back", "cancel", "reset_odometry"]) {
-  $(id).addEventListener("click", () => link.send({kind: id}));
+for (const id of ["take", "give_back", "reset_odometry"]) {
+  $(id).addEventListener("click", () => link.order({kind: id}));
 }
+$("cancel").addEventListener("click", () => link.send({kind: "cancel"}));
 $("closer").addEventListener("click", () => view.zoom(1));
 $("farther").addEventListener("click", () => view.zoom(-1));
 $("goal").addEventListener("click", () => setGoalMode(!goalMode));
 $("view").addEventListener("click", (event) => {
   if (goalMode) {
     const [x, y] = view.place(event.clientX, event.clientY);
-    link.send({kind: "goal", x, y});
+    link.order({kind: "goal", x, y});
     setGoalMode(false);
   }
 });

@@ -116,8 +116,8 @@ export class View {
     context.clearRect(0, 0, this.width, this.height);
     const k = pixels * this.ratio;
     context.setTransform(0, -k, -k, 0, (this.width / 2) * this.ratio + y * k, (this.height / 2) * this.ratio + x * k);
-    this.paintMap(context);
     this.paintGrid(context, pixels, x, y);
+    this.paintMap(context);
     this.paintTrail(context, pixels);
     this.paintScan(context, pixels);
     this.paintGoal(context, pixels);

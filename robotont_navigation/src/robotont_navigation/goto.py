@@ -6,6 +6,7 @@ import signal
 import sys
 import threading
 import time
+from typing import NamedTuple
 
 import actionlib
 import rosgraph
@@ -17,6 +18,7 @@ from robotont_driver.se2 import pose_of
 from robotont_navigation.goal import (
     INTERRUPTED,
     NOT_THERE,
+    REPLACED,
     TOO_LONG,
     Goal,
     Outcome,
@@ -35,6 +37,13 @@ EXIT_STATUS = """exit status: 0 reached; 1 move_base gave up; 2 wrong arguments;
 4 another goal took its place; 5 --timeout; 130 Ctrl-C (the goal is cancelled first)"""
 
 
+class Pursuit(NamedTuple):
+    """A goal that has been sent."""
+
+    goal: Goal
+    start: float  # [s] time.monotonic() when it was sent
+
+
 class GoTo:
     """Sends a goal and watches it; the next one replaces it."""
 
@@ -43,6 +52,8 @@ class GoTo:
         self._show = show
         self._pose = None
         self._ended = threading.Event()
+        self._ended.set()  # nothing is pursued yet
+        self._left = False
         self._heard = -math.inf
         self._client = actionlib.SimpleActionClient("move_base", MoveBaseAction)
         rospy.Subscriber("move_base/status", GoalStatusArray, self._on_status, queue_size=1)
@@ -62,15 +73,25 @@ class GoTo:
 
     def go(self, goal, timeout):
         """Send the robot to a Goal; its Outcome, after `timeout` [s] at the latest (0: no limit)."""
+        return self.follow(self.send(goal), timeout)
+
+    def send(self, goal):
+        """Send the robot to a Goal, in place of the one before; a Pursuit to follow."""
         message = MoveBaseGoal()
         target = message.target_pose
         target.header.frame_id, target.header.stamp = self._frame, rospy.Time.now()
         target.pose.position.x, target.pose.position.y = goal.x, goal.y
         target.pose.orientation.z, target.pose.orientation.w = math.sin(goal.yaw / 2), math.cos(goal.yaw / 2)
-        start = self._heard = time.monotonic()
+        self._heard = time.monotonic()
         self._pose = None
         self._ended.clear()
+        self._left = False
         self._client.send_goal(message, done_cb=self._on_done, feedback_cb=self._on_feedback)
+        return Pursuit(goal, self._heard)
+
+    def follow(self, pursuit, timeout):
+        """The Outcome of the goal that was sent last, after `timeout` [s] at the latest (0: no limit)."""
+        goal, start = pursuit
         try:
             while not self._ended.wait(0.1):
                 now = time.monotonic()
@@ -82,8 +103,17 @@ class GoTo:
                     return Outcome(TOO_LONG, f"not there after {timeout:g} s; {self.cancel()}")
         except KeyboardInterrupt:
             return Outcome(INTERRUPTED, f"interrupted; {self.cancel()}")
+        if self._left:
+            return Outcome(REPLACED, "cancelled")
         return outcome(GoalStatus.to_string(self._client.get_state()), self._client.get_goal_status_text(), goal,
                        self._pose, time.monotonic() - start)
+
+    def leave(self, cancel=False):
+        """Make `follow` return, from another thread; the robot goes on to its goal unless that is to `cancel`."""
+        if cancel and not self._ended.is_set():
+            self._client.cancel_goal()
+        self._left = True
+        self._ended.set()
 
     def cancel(self):
         """Take the goal back; returns a sentence on whether move_base has confirmed it."""

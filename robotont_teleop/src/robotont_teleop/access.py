@@ -9,7 +9,8 @@ from pathlib import Path
 from urllib.parse import urlsplit
 
 LOCAL_NAMES = ("localhost", "127.0.0.1", "::1")
-ATTEMPTS, ATTEMPTS_PERIOD = 5, 60.0  # wrong tokens within [s], after which none is looked at
+ATTEMPTS, ATTEMPTS_PERIOD = 5, 60.0  # wrong tokens of an address within [s], after which none of it is looked at
+ALL_ATTEMPTS = 100                   # the same for all addresses together
 LONGEST_TOKEN = 128
 
 
@@ -42,7 +43,7 @@ class Access:
 
     def __init__(self, token):
         self._token = token
-        self._failures = []  # [s] times of wrong tokens
+        self._failures = []  # (time [s], address) of wrong tokens
 
     @property
     def needs_token(self):
@@ -58,14 +59,18 @@ class Access:
         """Whether a browser with this cookie (a string, or None) may come in."""
         return not self.needs_token or _same(cookie or "", self.cookie)
 
-    def log_in(self, token, now):
-        """"in", "wrong" or "later", for a token shown at time `now` [s]."""
-        self._failures = [time for time in self._failures if now - time < ATTEMPTS_PERIOD]
-        if len(self._failures) >= ATTEMPTS:
+    def log_in(self, token, address, now):
+        """"in", "wrong" or "later", for a token shown by an address at time `now` [s].
+
+        Each address has attempts of its own, so that nobody locks out others by wrong tokens.
+        """
+        self._failures = [(time, other) for time, other in self._failures if now - time < ATTEMPTS_PERIOD]
+        own = sum(other == address for _, other in self._failures)
+        if own >= ATTEMPTS or len(self._failures) >= ALL_ATTEMPTS:
             return "later"
         if self.needs_token and _same(token, self._token):
             return "in"
-        self._failures.append(now)
+        self._failures.append((now, address))
         return "wrong"
 
 

@@ -20,8 +20,9 @@ class DrivingSeat:
         self.driver = None         # the page that drives
         self._moving_since = None  # [s] server time that the newest command with motion has seen, None when at rest
         self._hands_off = False    # whether the sticks must be let go before they drive again
+        self._holding = set()      # pages that have asked for motion without driving, and have not let go since
         self.dropped = 0           # commands that came too late
-        self.foreign = 0           # commands of pages that do not drive
+        self.foreign = 0           # motion asked for by pages that do not drive
         self.timeouts = 0          # stops because a moving page fell silent
 
     @property
@@ -29,48 +30,64 @@ class DrivingSeat:
         """Whether the driver has to let go of the sticks before they drive again."""
         return self._hands_off
 
+    def is_fresh(self, seen, now):
+        """Whether a message of a page that had seen server time `seen` is new enough; counts those that are not."""
+        fresh = -CLOCK_RESOLUTION <= now - seen <= self._oldest
+        self.dropped += not fresh
+        return fresh
+
     def take(self, page):
-        """Let a page drive; the twist to send, or None. The page before has lost the robot, wherever its sticks are."""
+        """Let a page drive; the twist to send, or None. The page before has lost the robot, wherever its sticks are.
+
+        A stick that the new driver already holds moves nothing until it has been let go of.
+        """
         if page == self.driver:
             return None
         self.driver = page
-        self._hands_off = False
+        self._hands_off = page in self._holding
+        self._holding.discard(page)
         return self._rest()
 
     def leave(self, page):
         """A page is gone; the twist to send, or None."""
+        self._holding.discard(page)
         if page != self.driver:
             return None
         self.driver = None
+        self._hands_off = False
         return self._rest()
 
-    def command(self, page, seen, twist, now):
+    def command(self, page, seen, twist, now, stopped=False):
         """Take a command of a page that had seen server time `seen`; the twist to send, or None.
 
-        A free seat is taken by the first page that asks for motion.
+        A free seat is taken by the first page that asks for motion, unless it has done so while another one drove.
+        `stopped`: the emergency stop is pressed; whoever holds a stick then has to let go of it first.
         """
-        age = now - seen
-        if not -CLOCK_RESOLUTION <= age <= self._oldest:
-            self.dropped += 1
+        if not self.is_fresh(seen, now):
             return None
-        if self.driver is None and twist != STOP:
+        if self.driver is None and twist != STOP and page not in self._holding:
             self.driver, self._hands_off = page, False
         if page != self.driver:
-            self.foreign += 1
+            if twist == STOP:
+                self._holding.discard(page)
+            else:
+                self._holding.add(page)
+                self.foreign += 1
             return None
         if twist == STOP:
             self._hands_off = False
             self._moving_since = None
             return STOP
+        self._hands_off = self._hands_off or stopped
         if self._hands_off:
-            return None
+            return self._rest()
         self._moving_since = seen  # not when it came: a stall of either way counts from its first moment
         return self._speeds.within(twist)
 
     def stop(self):
-        """After an emergency stop the sticks have to be let go first."""
-        self._hands_off = self._moving_since is not None or self._hands_off
-        self._moving_since = None
+        """An emergency stop; the twist to send, or None. The sticks have to be let go of first."""
+        self._hands_off = self.driver is not None
+        return self._rest()
 
     def look(self, now):
         """STOP when the driver has fallen silent while moving, else None."""

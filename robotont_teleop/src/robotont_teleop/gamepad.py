@@ -7,7 +7,8 @@ from typing import NamedTuple
 
 from robotont_teleop.speeds import STOP, without_dead_zone
 
-EV_KEY, EV_ABS = 1, 3
+EV_SYN, EV_KEY, EV_ABS = 0, 1, 3
+SYN_REPORT, SYN_DROPPED = 0, 3
 ABS_X, ABS_Y, ABS_Z, ABS_RX, ABS_RY, ABS_RZ = 0, 1, 2, 3, 4, 5
 BTN_TRIGGER, BTN_THUMB2, BTN_TOP2, BTN_PINKIE, BTN_BASE4 = 0x120, 0x122, 0x124, 0x125, 0x129
 BTN_EAST, BTN_TL, BTN_TR, BTN_START = 0x131, 0x136, 0x137, 0x13B
@@ -53,7 +54,10 @@ class Gamepad:
         self._centred = False  # whether the sticks have been in the middle since the dead-man button went down
 
     def event(self, kind, code, value):
-        """Take an event; "stop" or "release" when it is that of the emergency stop's buttons, else None."""
+        """Take an event; "stop" or "release" when it is that of the emergency stop's buttons, else None.
+
+        The release needs the dead-man button as well, so that no bump of a single button releases.
+        """
         if kind not in (EV_KEY, EV_ABS):
             return None
         self._values[kind, code] = value
@@ -61,13 +65,28 @@ class Gamepad:
         if kind == EV_KEY and value == 1:
             if code == layout.stop:
                 return "stop"
-            if code == layout.release:
+            if code == layout.release and self._held(layout.dead_man):
                 return "release"
         if not self._held(layout.dead_man):
             self._centred = False
         elif self._position() == STOP:
             self._centred = True
         return None
+
+    def replace(self, axes, keys):
+        """Take the whole state of the device, {code: value} of its axes and the codes of its pressed keys.
+
+        For the start, and after lost events; "stop" when the emergency stop's button is down, else None. What happened
+        meanwhile is unknown, so the sticks have to be in the middle once before they move anything.
+        """
+        self._values = {**{(EV_ABS, code): value for code, value in axes.items()},
+                        **{(EV_KEY, code): 1 for code in keys}}
+        self.let_go()
+        return "stop" if self._held(self._layout.stop) else None
+
+    def let_go(self):
+        """From now on the sticks move nothing until they have been in the middle."""
+        self._centred = self._held(self._layout.dead_man) and self._position() == STOP
 
     @property
     def twist(self):

@@ -8,7 +8,7 @@ import rospy
 
 from robotont_driver.node import OK, WARN, Health, Worker
 from robotont_driver.parameters import Parameter
-from robotont_teleop.gamepad import EV_ABS, EV_KEY, LAYOUTS, Gamepad, layout_for
+from robotont_teleop.gamepad import EV_ABS, EV_KEY, EV_SYN, LAYOUTS, SYN_DROPPED, SYN_REPORT, Gamepad, layout_for
 from robotont_teleop.hand_output import HandOutput
 from robotont_teleop.node import run_node
 from robotont_teleop.speeds import STOP, Speeds
@@ -35,6 +35,8 @@ class GamepadTeleop:
         self._output = HandOutput()
         self._lock = threading.Lock()
         self._pad = None
+        self._dropped = False  # events have been lost, and no report has come since
+        self._losses = 0       # times that this has happened
         self._name, self._trouble = "", "looking for a gamepad"
         self._last_logged = None
         rospy.on_shutdown(self._let_go)
@@ -83,33 +85,62 @@ class GamepadTeleop:
         fast = Speeds(given["fast_linear_speed"], given["fast_angular_speed"])
         pad = Gamepad(LAYOUTS[layout], {code: (info.min, info.max) for code, info in axes.items()}, slow, fast,
                       min(0.9, given["dead_zone"]))
-        for code, info in axes.items():
-            pad.event(EV_ABS, code, info.value)
-        for code in device.active_keys():
-            pad.event(EV_KEY, code, 1)
         self._name, self._trouble = device.name, ""
         self._say(f"{device.name}, layout {layout}: hold the left shoulder button to drive, the right one as well for "
                   "more speed")
         with self._lock:
             self._pad = pad
+            self._take_state(device)
+        self._dropped = False
         for event in device.read_loop():
             with self._lock:
-                stop = pad.event(event.type, event.code, event.value)
-                if stop:
-                    self._output.emergency_stop(stop == "stop")
-                self._send()
+                self._take_event(device, event)
+
+    def _take_event(self, device, event):
+        """Events count from the report that ends their group, so that both axes of a stick change at once.
+
+        When the kernel's buffer has overflowed, SYN_DROPPED comes; the events up to the next report are then remains of
+        a group, and the device itself is asked for its state.
+        """
+        if event.type == EV_SYN and event.code == SYN_DROPPED:
+            self._dropped = True
+            self._pad.let_go()
+            self._output.send(STOP)
+        elif event.type == EV_SYN and event.code == SYN_REPORT:
+            if self._dropped:
+                self._take_state(device)
+                self._dropped = False
+                self._losses += 1
+            self._send()
+        elif not self._dropped:
+            self._press_or_release(self._pad.event(event.type, event.code, event.value))
+
+    def _take_state(self, device):
+        axes = {code: device.absinfo(code).value for code, _ in device.capabilities().get(EV_ABS, ())}
+        self._press_or_release(self._pad.replace(axes, device.active_keys()))
+
+    def _press_or_release(self, order):
+        if order == "stop":
+            self._output.press_emergency_stop()
+        elif order == "release":
+            self._output.release_emergency_stop()
+            self._pad.let_go()
 
     def _send(self):
         """The command of now: at once when it changes."""
-        twist = self._pad.twist if self._pad else STOP
+        if self._output.stopped:
+            self._pad.let_go()
+        twist = self._pad.twist
         if twist != self._output.sent:
             self._output.send(twist)
 
     def _repeat(self):
-        """Send the command again while it is not zero; a stick that is held still has no events."""
+        """Send the newest command again while it is not zero; a stick that is held still has no events."""
         with self._lock:
-            if self._pad and self._pad.twist != STOP:
-                self._output.send(self._pad.twist)
+            if self._pad and self._output.stopped:
+                self._send()
+            if self._output.sent != STOP:
+                self._output.send(self._output.sent)
         return 1.0 / self._parameters["publish_rate"]
 
     def _let_go(self):
@@ -127,7 +158,7 @@ class GamepadTeleop:
     def _report(self):
         with self._lock:
             values = {"gamepad": self._name or "none yet", "sent": self._output.sent,
-                      "listeners": self._output.listeners}
+                      "listeners": self._output.listeners, "times that events were lost": self._losses}
             plugged = self._pad is not None
         return (OK, self._name, values) if plugged else (WARN, self._trouble, values)
 

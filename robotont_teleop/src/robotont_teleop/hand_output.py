@@ -6,9 +6,9 @@ import rosgraph
 import rospy
 from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
-from std_msgs.msg import Bool, String
+from std_msgs.msg import String
 
-from robotont_teleop.arbitration import EMERGENCY_STOP
+from robotont_teleop.emergency_stop import EmergencyStop
 from robotont_teleop.node import twist_message
 from robotont_teleop.speeds import STOP
 
@@ -21,29 +21,31 @@ class HandOutput:
     def __init__(self):
         self.topic = HAND if self._is_subscribed(HAND) else DIRECT
         self._command = rospy.Publisher(self.topic, Twist, queue_size=1, tcp_nodelay=True)
-        self._emergency_stop = rospy.Publisher("emergency_stop", Bool, queue_size=5, tcp_nodelay=True)
-        self._driven_by, self._stopped = "", False
+        self._emergency_stop = EmergencyStop()
+        self._driven_by = ""
         self._velocity, self._heard = STOP, -1e9
         self.sent = STOP
         rospy.Subscriber("odom", Odometry, self._on_odometry, queue_size=1)
         rospy.Subscriber("cmd_vel/driven_by", String, self._on_driven_by, queue_size=1)
-        rospy.Subscriber("emergency_stop", Bool, self._on_stop, queue_size=1)
 
     def send(self, twist):
         """Publish (v_x [m/s], v_y [m/s], omega [rad/s])."""
         self.sent = twist
         self._command.publish(twist_message(twist))
 
-    def emergency_stop(self, pressed):
-        """Press or release it; pressing also stops by an ordinary command."""
-        self._emergency_stop.publish(pressed)
-        if pressed:
-            self.send(STOP)
+    def press_emergency_stop(self):
+        """Also stops by an ordinary command."""
+        self._emergency_stop.press()
+        self.send(STOP)
+
+    def release_emergency_stop(self):
+        """Commands move the robot again."""
+        self._emergency_stop.release()
 
     @property
     def stopped(self):
         """Whether the emergency stop is pressed."""
-        return self._driven_by == EMERGENCY_STOP if self._driven_by else self._stopped
+        return self._emergency_stop.pressed
 
     @property
     def listeners(self):
@@ -70,9 +72,6 @@ class HandOutput:
 
     def _on_driven_by(self, message):
         self._driven_by = message.data
-
-    def _on_stop(self, message):
-        self._stopped = message.data
 
     @staticmethod
     def _is_subscribed(topic):

@@ -90,17 +90,19 @@ class KeyboardTeleop:
     def _take(self, key):
         if key == EMERGENCY_STOP:
             self._keys.release()
-            self._output.emergency_stop(True)
+            self._output.press_emergency_stop()
         elif key == RELEASE:
             self._keys.release()
-            self._output.emergency_stop(False)
+            self._output.release_emergency_stop()
         elif not self._output.stopped:
             self._keys.press(key, time.monotonic())
 
     def _send(self):
         """The command of now: at once when it changes, repeated while it is not zero."""
         now = time.monotonic()
-        twist = STOP if self._output.stopped else self._keys.twist(now)
+        if self._output.stopped:
+            self._keys.release()
+        twist = self._keys.twist(now)
         if twist != self._output.sent or (twist != STOP and now - self._sent_at >= 0.5 * self._period):
             self._sent_at = now
             self._output.send(twist)

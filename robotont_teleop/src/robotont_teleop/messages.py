@@ -11,8 +11,9 @@ FARTHEST = 1000.0      # [m] of a goal
 FIELDS = {  # kind: largest absolute value of each field
     "drive": {"time": LARGEST_TIME, "x": LARGEST_SPEED, "y": LARGEST_SPEED, "turn": LARGEST_SPEED},
     "ping": {"time": LARGEST_TIME},
-    "goal": {"x": FARTHEST, "y": FARTHEST},
-    "take": {}, "stop": {}, "release": {}, "cancel": {}, "give_back": {}, "reset_odometry": {},
+    "goal": {"time": LARGEST_TIME, "x": FARTHEST, "y": FARTHEST},
+    **{kind: {"time": LARGEST_TIME} for kind in ("take", "release", "give_back", "reset_odometry")},
+    "stop": {}, "cancel": {},  # hold however late they come
 }
 
 
@@ -24,8 +25,13 @@ class Message(NamedTuple):
     """One message of a page."""
 
     kind: str
-    time: Optional[float] = None  # [ms] drive: the newest server time that the page has seen; ping: the page's own
+    time: Optional[float] = None  # [ms] the newest server time that the page has seen; ping: the page's own
     values: Tuple[float, ...] = ()  # drive: (v_x [m/s], v_y [m/s], omega [rad/s]); goal: (x [m], y [m])
+
+    @property
+    def seen(self):
+        """[s] the newest server time that the page had seen."""
+        return self.time / 1000.0
 
 
 def read_message(text):

@@ -4,7 +4,6 @@ import io
 import math
 import threading
 import time
-from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import rosgraph
@@ -15,8 +14,8 @@ from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import Twist
 from nav_msgs.msg import OccupancyGrid, Odometry
 from PIL import Image
-from sensor_msgs.msg import BatteryState, CompressedImage, LaserScan, Range
-from std_msgs.msg import Bool, String
+from sensor_msgs.msg import BatteryState, LaserScan, Range
+from std_msgs.msg import String
 from std_srvs.srv import Trigger
 
 from robotont_driver.kinematics import Kinematics
@@ -24,8 +23,11 @@ from robotont_driver.node import Worker
 from robotont_driver.protocol import PacketError, parse_packet
 from robotont_navigation.goal import Goal
 from robotont_navigation.goto import GoTo
-from robotont_teleop.arbitration import EMERGENCY_STOP
+from robotont_teleop.camera import Camera
+from robotont_teleop.emergency_stop import EmergencyStop
 from robotont_teleop.node import twist_message
+from robotont_teleop.robot_requests import NewestGoal, ServiceRequest
+from robotont_teleop.speeds import STOP
 
 MAP_FRAME = "map"
 STALE = 1.0             # [s] a value that has not come for so long is not shown
@@ -41,11 +43,10 @@ NEVER = -math.inf
 
 
 class RobotView:
-    """The newest of everything. Calls by pages never wait: those that may take long have a thread of their own."""
+    """The newest of everything. Calls by pages never wait, and whatever takes its time is never carried out late."""
 
     def __init__(self, wheels, camera_topic):
         self._kinematics = Kinematics(wheels)
-        self._camera_topic = camera_topic
         self._lock = threading.Lock()
         self._newest = {}      # name: (time [s], value) of values that become stale
         self._lights = {}      # name: (time [s], level, words)
@@ -54,31 +55,32 @@ class RobotView:
         self._counts = []      # of the newest packets
         self._scan, self._scan_at = None, NEVER
         self._map, self._map_picture = None, None
-        self._picture = None   # (number, JPEG) of the camera
-        self._has_camera, self._camera = False, None
+        self._camera = Camera(camera_topic)
         self._map_to_odom, self._laser = None, {}
         self._frames = None    # (odom frame, base frame)
-        self._driven_by, self._stopped = "", None
+        self._driven_by = ""
         self._note = {"number": 0, "words": "", "good": True}
-        self._goal = None      # {"x", "y", "words"} while it is pursued
-        self._calls = ThreadPoolExecutor(max_workers=4)
+        self._sending = threading.RLock()
+        self._sent, self._ended = STOP, False
         self._transforms = tf2_ros.Buffer()
         self._listener = tf2_ros.TransformListener(self._transforms)
-        self._goto = GoTo(MAP_FRAME, self._show_progress)
-        self._publish(camera_topic)
+        self._goto = GoTo(MAP_FRAME, lambda words: self._goal.show_progress(words))
+        self._goal = NewestGoal(self._goto, self._say)
+        self._emergency_stop = EmergencyStop()
+        self._publish()
+        rospy.on_shutdown(self._stop)
         Worker(self._look_at_transforms)
         Worker(self._look_for_camera)
 
-    def _publish(self, camera_topic):
+    def _publish(self):
         self._command = rospy.Publisher("cmd_vel/hand", Twist, queue_size=1, tcp_nodelay=True)
-        self._emergency_stop = rospy.Publisher("emergency_stop", Bool, queue_size=5, tcp_nodelay=True)
         self._cancel = rospy.Publisher("move_base/cancel", GoalID, queue_size=5, tcp_nodelay=True)
-        self._reset = rospy.ServiceProxy("reset_odometry", Trigger)
-        self._give_back = rospy.ServiceProxy("cmd_vel_mux/give_back", Trigger)
+        self._reset = ServiceRequest("reset_odometry", "reset odometry", Trigger, self._say)
+        self._give_back = ServiceRequest("cmd_vel_mux/give_back", "give back", Trigger, self._say)
         for topic, kind, callback in (
                 ("odom", Odometry, self._on_odometry), ("cmd_vel/limited", Twist, self._on_limited),
                 ("serial_write", String, self._on_commanded), ("serial_read", String, self._on_counts),
-                ("/diagnostics", DiagnosticArray, self._on_diagnostics), ("emergency_stop", Bool, self._on_stop),
+                ("/diagnostics", DiagnosticArray, self._on_diagnostics),
                 ("cmd_vel/driven_by", String, self._on_driven_by), ("battery", BatteryState, self._on_battery),
                 ("range", Range, self._on_range), ("scan", LaserScan, self._on_scan),
                 ("map", OccupancyGrid, self._on_map)):
@@ -88,50 +90,56 @@ class RobotView:
 
     def send(self, twist):
         """A command by hand, (v_x [m/s], v_y [m/s], omega [rad/s])."""
-        self._command.publish(twist_message(twist))
+        with self._sending:
+            if not self._ended:
+                self._sent = twist
+                self._command.publish(twist_message(twist))
 
-    def emergency_stop(self, pressed):
-        """Press or release the emergency stop."""
-        self._emergency_stop.publish(pressed)
+    def _stop(self):
+        """The end of the node: zero is the last command."""
+        with self._sending:
+            moving = self._sent != STOP
+            self.send(STOP)
+            self._ended = True
+        if moving:
+            time.sleep(0.05)  # rospy sends from a thread of its own
+
+    def press_emergency_stop(self):
+        """It stays pressed until somebody releases it."""
+        self._emergency_stop.press()
+
+    def release_emergency_stop(self):
+        """Commands move the robot again."""
+        self._emergency_stop.release()
+
+    @property
+    def stopped(self):
+        """Whether the emergency stop is pressed."""
+        return self._emergency_stop.pressed
+
+    @property
+    def pressed_at(self):
+        """When it was pressed for the last time [s], by time.monotonic()."""
+        return self._emergency_stop.pressed_at
 
     def cancel(self):
         """Take back every goal, whoever has sent it."""
+        self._goal.cancel()
         self._cancel.publish(GoalID())
 
     def goal(self, x, y):
         """Send the robot to (x, y) [m] on the map; it looks in the end as it looks now."""
         pose = self._pose()
         yaw = pose[2] if pose and self._map_to_odom else 0.0
-        self._calls.submit(self._pursue, Goal(x, y, yaw))
+        self._goal.pursue(Goal(x, y, yaw))
 
     def give_back(self):
         """Let navigation drive now."""
-        self._calls.submit(self._call, self._give_back, "give back")
+        self._give_back.call()
 
     def reset_odometry(self):
         """Reset the pose."""
-        self._calls.submit(self._call, self._reset, "reset odometry")
-
-    def _pursue(self, goal):
-        own = {"x": goal.x, "y": goal.y, "words": ""}
-        with self._lock:
-            self._goal = own
-        outcome = self._goto.go(goal, 0.0)
-        if self._goal is own:  # else another goal has taken its place, and reports its own end
-            self._goal = None
-            self._say(outcome.words, outcome.status == 0)
-
-    def _show_progress(self, words):
-        with self._lock:
-            if self._goal:
-                self._goal["words"] = words
-
-    def _call(self, service, what):
-        try:
-            answer = service()
-            self._say(f"{what}: {answer.message or 'done'}", answer.success)
-        except rospy.ServiceException as error:
-            self._say(f"{what}: {error}", False)
+        self._reset.call()
 
     def _say(self, words, good):
         with self._lock:
@@ -145,7 +153,7 @@ class RobotView:
             return {
                 "pose": _rounded(self._pose(), 4), "velocity": _rounded(self._fresh("velocity"), 3),
                 "limited": _rounded(self._fresh("limited"), 3), "commanded": _rounded(self._fresh("commanded"), 3),
-                "measured": _rounded(self._measured(), 3), "driven_by": self._driven_by, "stopped": self._is_stopped(),
+                "measured": _rounded(self._measured(), 3), "driven_by": self._driven_by, "stopped": self.stopped,
             }
 
     def status(self):
@@ -158,7 +166,8 @@ class RobotView:
                 "frame": MAP_FRAME if self._map_to_odom else (self._frames or ("",))[0],
                 "lights": lights[:LIGHTS], "board": self._board, "battery": self._fresh("battery", STALE_LIGHT),
                 "ranges": [value for _, (at, value) in sorted(self._ranges.items()) if now - at < STALE][:RANGES],
-                "map": self._map, "camera": self._has_camera, "navigation": self._goto.answers, "goal": self._goal,
+                "map": self._map, "camera": self._camera.present,
+                "navigation": self._goto.answers, "goal": self._goal.shown,
                 "note": self._note,
             }
 
@@ -171,12 +180,8 @@ class RobotView:
         return self._map_picture
 
     def camera_picture(self):
-        """(number, JPEG), or None; asking for the first time starts the camera's subscription."""
-        with self._lock:
-            if self._camera is None and self._has_camera:
-                self._camera = rospy.Subscriber(self._camera_topic, CompressedImage, self._on_picture, queue_size=1,
-                                                buff_size=2 ** 22)
-            return self._picture
+        """(number, JPEG) of now, or None."""
+        return self._camera.picture()
 
     def _pose(self):
         """(x, y, yaw) on the map where there is one, else of the odometry; None when it is unknown."""
@@ -187,9 +192,6 @@ class RobotView:
         if self._fresh("counts") is None:
             return None
         return self._kinematics.speeds_of_units(np.mean(self._counts, axis=0)).tolist()
-
-    def _is_stopped(self):
-        return self._driven_by == EMERGENCY_STOP if self._driven_by else bool(self._stopped)
 
     def _fresh(self, name, within=STALE):
         at, value = self._newest.get(name, (NEVER, None))
@@ -241,9 +243,6 @@ class RobotView:
             for name in [name for name, light in self._lights.items() if now - light[0] > 12 * STALE_LIGHT]:
                 del self._lights[name]
 
-    def _on_stop(self, message):
-        self._stopped = message.data
-
     def _on_driven_by(self, message):
         self._driven_by = message.data
 
@@ -265,6 +264,8 @@ class RobotView:
             return
         if now - self._scan_at < SCAN_PERIOD:
             return
+        if not (math.isfinite(message.angle_min) and math.isfinite(message.angle_increment)):
+            return
         step = max(1, math.ceil(len(message.ranges) / SCAN_RAYS))
         ranges = [round(value, 2) if message.range_min <= value <= message.range_max else None
                   for value in message.ranges[::step]]
@@ -275,6 +276,11 @@ class RobotView:
 
     def _on_map(self, message):
         info = message.info
+        position = info.origin.position
+        place = (position.x, position.y, _yaw(info.origin.orientation))
+        if not (info.resolution > 0 and all(map(math.isfinite, (info.resolution, *place)))):
+            rospy.logwarn("a map with a resolution of %g m at %s is not shown", info.resolution, place)
+            return
         if not 0 < info.width * info.height <= LARGEST_MAP or len(message.data) != info.width * info.height:
             rospy.logwarn("a map of %d x %d cells with %d values is not shown; allowed: up to %d", info.width,
                           info.height, len(message.data), LARGEST_MAP)
@@ -285,17 +291,11 @@ class RobotView:
         pixels[cells >= 50] = OCCUPIED
         output = io.BytesIO()
         Image.fromarray(pixels, "LA").save(output, "PNG")
-        origin = info.origin
         with self._lock:
             self._map_picture = output.getvalue()
             self._map = {"number": (self._map or {"number": 0})["number"] + 1,
                          "width": info.width * info.resolution, "height": info.height * info.resolution,
-                         "origin": [origin.position.x, origin.position.y, _yaw(origin.orientation)]}
-
-    def _on_picture(self, message):
-        if message.data[:2] == b"\xff\xd8":  # JPEG
-            with self._lock:
-                self._picture = ((self._picture or (0,))[0] + 1, bytes(message.data))
+                         "origin": place}
 
     def _look_at_transforms(self):
         if self._frames:
@@ -318,12 +318,12 @@ class RobotView:
             publishers, _, _ = rosgraph.Master(rospy.get_name()).getSystemState()
         except (OSError, rosgraph.MasterException):
             return CAMERA_LOOK
-        topic = rospy.resolve_name(self._camera_topic)
-        self._has_camera = any(name == topic for name, _ in publishers)
+        self._camera.look({name for name, _ in publishers})
         return CAMERA_LOOK
 
 
 def _yaw(quaternion):
+    """Of a rotation about z [rad]; NaN where the quaternion has one."""
     return math.remainder(2 * math.atan2(quaternion.z, quaternion.w), 2 * math.pi)
 
 

@@ -41,6 +41,7 @@ PARAMETERS = (
     Parameter("max_connections", 64, "open at once", minimum=4, maximum=10000),
     Parameter("camera", "camera/color/image_raw/compressed", "topic of the camera's JPEG pictures"),
 )
+LIGHT_ON_BLACK, RESET = "\x1b[97;40m", "\x1b[0m"  # of a terminal (ECMA-48)
 
 
 class SetUpError(Exception):
@@ -65,11 +66,17 @@ def make_tls(certificate, key):
     if not certificate:
         return None
     context = ssl.create_default_context(ssl.Purpose.CLIENT_AUTH)
+    context.minimum_version = ssl.TLSVersion.TLSv1_2
     try:
-        context.load_cert_chain(certificate, key or None)
-    except (OSError, ssl.SSLError) as error:
+        context.load_cert_chain(certificate, key or None, password=_refuse_password)
+    except (OSError, ValueError) as error:  # ssl.SSLError is an OSError
         raise SetUpError(f"~certificate {certificate}, ~certificate_key {key}: {error}") from None
     return context
+
+
+def _refuse_password():
+    """Called for an encrypted key; else OpenSSL would ask for it on the terminal, and wait."""
+    raise ValueError("the key is encrypted; allowed: one without a password (openssl pkey -in KEY -out PLAIN_KEY)")
 
 
 def host_names(given):
@@ -89,8 +96,11 @@ def own_address():
             return socket.gethostname()
 
 
-def invitation(url, token):
-    """Lines for the terminal: the page's address, how to get in, and how to drive without a browser."""
+def invitation(url, token, colours=False):
+    """Lines for the terminal: the page's address, how to get in, and how to drive without a browser.
+
+    `colours`: the QR code is light on black whatever the terminal's colours are; else its dark modules are spaces.
+    """
     lines = [f"drive the robot in a browser: {url}",
              "or by keys, in a second terminal: ./robotont keys   (rosrun robotont_teleop keyboard_teleop)"]
     if token:
@@ -100,7 +110,8 @@ def invitation(url, token):
         rows = code.get_matrix()
         rows += [[False] * len(rows[0])] * (len(rows) % 2)
         blocks = {(True, True): " ", (True, False): "▄", (False, True): "▀", (False, False): "█"}
-        lines += ["", *("".join(blocks[pair] for pair in zip(upper, lower))
+        before, after = (LIGHT_ON_BLACK, RESET) if colours else ("", "")
+        lines += ["", *(before + "".join(blocks[pair] for pair in zip(upper, lower)) + after
                         for upper, lower in zip(rows[::2], rows[1::2])), "", f"token, asked for once: {token}"]
     return lines
 
@@ -123,7 +134,7 @@ async def serve(robot, access, token, parameters):
         raise SetUpError(f"~address {address}, ~port {port}: {error.strerror or error}; choose another one, e.g. "
                          f"web_port:={port + 1}. By keys: ./robotont keys") from None
     shown = own_address() if address in ("", "0.0.0.0", "::") else address
-    for line in invitation(f"{scheme}://{f'[{shown}]' if ':' in shown else shown}:{port}/", token):
+    for line in invitation(f"{scheme}://{f'[{shown}]' if ':' in shown else shown}:{port}/", token, sys.stdout.isatty()):
         print(line, flush=True)  # not to the log: the token is for this terminal
     Health("robotont", {"web page": lambda: report(server)})
     gc.collect()
@@ -131,9 +142,13 @@ async def serve(robot, access, token, parameters):
     ended = asyncio.Event()
     loop = asyncio.get_running_loop()
     rospy.on_shutdown(lambda: loop.call_soon_threadsafe(ended.set))
+    ends = [loop.create_task(ended.wait()), loop.create_task(server.ended())]
     if not rospy.is_shutdown():
-        await ended.wait()
+        await asyncio.wait(ends, return_when=asyncio.FIRST_COMPLETED)
     await server.close()
+    for end in ends:
+        if end.done() and not end.cancelled():
+            end.result()  # raises what ended it
 
 
 def report(server):

@@ -75,8 +75,8 @@ class Browser:
         assert "error" not in answer, (method, answer["error"])
         return answer["result"]
 
-    def page(self, url, size=DESKTOP, dark=False, language="en", script=""):
-        """Open a Page; `script` runs before those of the page."""
+    def page(self, url, size=DESKTOP, dark=False, language="en", script="", any_certificate=False):
+        """Open a Page; `script` runs before those of the page. `any_certificate`: as if the user had accepted it."""
         target = self.call("Target.createTarget", url="about:blank")["targetId"]
         session = self.call("Target.attachToTarget", targetId=target, flatten=True)["sessionId"]
         page = Page(self, target, session)
@@ -86,6 +86,7 @@ class Browser:
             Object.defineProperty(navigator, 'languages', {{get: () => ['{language}']}});""")
         page.call("Runtime.enable")
         page.call("Log.enable")
+        page.call("Security.setIgnoreCertificateErrors", ignore=any_certificate)
         page.call("Page.navigate", url=url)
         page.wait("document.readyState == 'complete' && location.href != 'about:blank'", "the page")
         return page

@@ -1,0 +1,125 @@
+"""The connection of one open page: its messages within their limits, and states only as fast as it reads them."""
+
+import asyncio
+import contextlib
+import json
+import socket
+import time
+
+import tornado.web
+import tornado.websocket
+from tornado.iostream import StreamClosedError
+
+from robotont_teleop.driving_seat import MessageRate
+from robotont_teleop.messages import MessageError
+from robotont_teleop.web_handlers import Guarded
+
+MESSAGES_PER_SECOND = 100.0   # of one page; it sends 30 to 60
+SEND_BUFFER = 16384           # [bytes] of a page's socket, so that little can wait in it
+SLOWEST_READER = 5.0          # [s] a page that has not read for so long is closed
+WRONG_MESSAGES = 10           # of one page before it is closed
+GOING_AWAY, NOT_OURS, TOO_MANY = 1001, 1008, 1013  # close codes (RFC 6455): end, policy violation, try again later
+
+
+class PageSocket(Guarded, tornado.websocket.WebSocketHandler):
+    """The connection of one open page."""
+
+    def initialize(self):
+        """Called by tornado."""
+        self.number = None
+        self.waiting = {}   # newest message of each slow kind that this page has not got yet
+        self.fresh = True   # has got no status yet
+        self._rate = MessageRate(MESSAGES_PER_SECOND)
+        self._wrong = 0
+        self._writing = None  # future of the newest write
+        self._read_at = 0.0   # [s] when the page was last seen to read
+
+    def check_origin(self, _origin):
+        """Called by tornado; without an Origin it is not called, `prepare` sees to that."""
+        return self.origin_allowed
+
+    def prepare(self):
+        """Called by tornado before the connection is upgraded."""
+        super().prepare()
+        if not self.origin_allowed:
+            raise tornado.web.HTTPError(403, reason="foreign origin")
+        if len(self.server.pages) >= self.server.settings.max_pages:
+            raise tornado.web.HTTPError(503, reason="too many open pages")
+
+    def open(self):
+        """Called by tornado."""
+        self.number = self.server.add(self)
+        if self.number is None:
+            self.close(TOO_MANY, "too many open pages")
+            return
+        self.set_nodelay(True)
+        self.ws_connection.stream.socket.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, SEND_BUFFER)
+        self._read_at = time.monotonic()
+        settings = self.server.settings
+        self.send({"kind": "hello", "page": self.number, "linear": settings.speeds.linear,
+                   "angular": settings.speeds.angular, "oldest": settings.oldest, "dead_man": settings.dead_man})
+
+    def on_message(self, text):
+        """Called by tornado."""
+        if self.number is None:
+            return
+        if not self._rate.take(time.monotonic()):
+            self._refuse(f"more than {MESSAGES_PER_SECOND:g} messages per second", at_once=True)
+            return
+        try:
+            self.server.receive(self, text)
+        except MessageError as error:
+            self._refuse(str(error))
+
+    def on_close(self):
+        """Called by tornado."""
+        if self.number is not None:
+            self.server.remove(self)
+
+    def send(self, message):
+        """Send an answer now; dropped when the page does not read."""
+        if self._reads():
+            self._write(json.dumps(message))
+
+    def feed(self, state, now):
+        """Send the state, unless the page has not read the one before; close a page that reads no more."""
+        if not self._reads():
+            if now - self._read_at > SLOWEST_READER:
+                self._drop()
+            return
+        self._read_at = now
+        for text in (state, *self.waiting.values()):
+            self._write(text)
+        self.waiting.clear()
+
+    def end(self, code, words):
+        """Take no more messages, and close; the robot stops now, however long the goodbye takes."""
+        self.server.remove(self)
+        self.number = None
+        self.close(code, words)
+
+    def _refuse(self, words, at_once=False):
+        self.server.refused += 1
+        self._wrong += 1
+        if at_once or self._wrong >= WRONG_MESSAGES:
+            self.end(NOT_OURS, words[:100])
+        else:
+            self.send({"kind": "error", "words": words[:200]})
+
+    def _reads(self):
+        return self._writing is None or self._writing.done()
+
+    def _write(self, text):
+        with contextlib.suppress(tornado.websocket.WebSocketClosedError):
+            self._writing = asyncio.ensure_future(_quietly(self.write_message(text)))
+
+    def _drop(self):
+        self.server.refused += 1
+        connection = self.ws_connection
+        if connection is not None:
+            connection._abort()
+
+
+async def _quietly(write):
+    with contextlib.suppress(tornado.websocket.WebSocketClosedError, StreamClosedError):
+        await write

@@ -64,7 +64,7 @@ class RobotView:
         self._calls = ThreadPoolExecutor(max_workers=4)
         self._transforms = tf2_ros.Buffer()
         self._listener = tf2_ros.TransformListener(self._transforms)
-        self._goto = GoTo(MAP_FRAME, self._show_progress)
+        self._goto = GoTo(MAP_FRAME, self._show_progress, self._transforms)
         self._publish(camera_topic)
         Worker(self._look_at_transforms)
         Worker(self._look_for_camera)

@@ -1,19 +1,22 @@
 #!/usr/bin/env python3
 """Drives the simulated robot to goals with the real move_base, as a user does, and measures by ground truth.
 
-navigation_run.py [--goal X Y YAW]... [launch arguments, e.g. localization:=fake] prints JSON: for each goal the exit
-status and last line of goto, the error of the end pose, the least distance between the robot's body and the world, and
-the fastest strafing. Needs move_base; has a ROS master of its own.
+navigation_run.py [--goal X Y YAW]... [--random N --seed S] [launch arguments, e.g. localization:=fake] prints JSON: for
+each goal the exit status and last line of goto, the error of the end pose, the least distance between the robot's body
+and the world, and the fastest strafing. Of N random goals every third lies with its centre 0.2 to 0.3 m from a wall, so
+that the next way begins there. Needs move_base; has a ROS master of its own.
 """
 
 import argparse
 import json
 import math
+import random
 import subprocess
 import sys
 import time
 from pathlib import Path
 
+import numpy as np
 import rospy
 import yaml
 from geometry_msgs.msg import Twist
@@ -22,13 +25,16 @@ from nav_msgs.msg import Odometry
 from robotont_description.geometry import robot_radius
 from robotont_driver.se2 import pose_of
 from robotont_driver.wheels import read_wheels
-from robotont_simulator.world import read_world
+from robotont_navigation.floor_map import FloorMap
+from robotont_simulator.world import OCCUPIED, draw_map, read_world
 from robotont_testing.harness import Master, wait_for
 
 ROOT = Path(__file__).resolve().parents[2]
 
 WHEEL_PARAMS = ROOT / "config" / "wheel_params.yaml"
 GOAL_TIMEOUT = 180  # [s]
+NEAR = (0.2, 0.3)   # [m] between a wall and the robot's centre
+RESOLUTION = 0.05   # [m] per pixel of the worlds' maps
 
 
 def clearance(place, world, radius):
@@ -42,6 +48,25 @@ def distance_to_box(place, box):
     dx, dy = place[0] - box.x, place[1] - box.y
     along, across = abs(cos * dx + sin * dy) - box.length / 2, abs(cos * dy - sin * dx) - box.width / 2
     return math.hypot(max(along, 0.0), max(across, 0.0))
+
+
+def random_goals(world, radius, count, seed):
+    """`count` poses (x, y, yaw) to which a robot of `radius` [m] can drive from the start.
+
+    Every third one is NEAR from a wall or box, in metres between the centre and its face; the others are farther.
+    """
+    image, origin = draw_map(world)
+    floor_map = FloorMap(np.where(image[::-1] == OCCUPIED, 100, 0), RESOLUTION, (*origin, 0.0))
+    draw, goals = random.Random(seed), []
+    corners = [(box.x, box.y) for box in world.boxes]
+    low, high = np.min(corners, axis=0), np.max(corners, axis=0)
+    while len(goals) < count:
+        x, y = (round(draw.uniform(low[axis], high[axis]), 2) for axis in (0, 1))
+        distance = clearance((x, y), world, 0.0)
+        wanted = NEAR[0] <= distance <= NEAR[1] if len(goals) % 3 == 2 else distance > NEAR[1]
+        if wanted and floor_map.is_connected(world.start[:2], (x, y), radius):
+            goals.append((x, y, round(draw.uniform(-math.pi, math.pi), 2)))
+    return goals
 
 
 class Run:
@@ -65,7 +90,8 @@ class Run:
 
     def goto(self, x, y, yaw):
         """Run goto and wait for its end; the figures."""
-        first, start = len(self.truth), time.monotonic()
+        wait_for(lambda: self.truth, "the simulator")
+        first, start = len(self.truth) - 1, time.monotonic()
         first_command = len(self.commands)
         result = subprocess.run(["rosrun", "robotont_navigation", "goto", str(x), str(y), str(yaw),
                                  "--timeout", str(GOAL_TIMEOUT), "--wait", "60"], check=False, text=True,
@@ -77,7 +103,9 @@ class Run:
         places = [pose(message)[:2] for message in truth]
         speeds = [message.twist.twist.linear for message in truth]
         return {
-            "goal": [x, y, yaw], "status": result.returncode, "words": result.stdout.strip().splitlines()[-1],
+            "goal": [x, y, yaw], "goal_to_wall_m": round(clearance((x, y), self.world, 0.0), 2),
+            "start_to_wall_m": round(clearance(places[0], self.world, 0.0), 2),
+            "status": result.returncode, "words": result.stdout.strip().splitlines()[-1],
             "seconds": round(duration, 1),
             "way": round(sum(math.dist(one, other) for one, other in zip(places, places[1:])), 2),
             "error_m": round(math.dist(end[:2], (x, y)), 3),
@@ -111,6 +139,8 @@ def main():
     """Drive to the goals and print the figures; the exit status is that of the worst goto."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--goal", nargs=3, type=float, action="append", metavar=("X", "Y", "YAW"))
+    parser.add_argument("--random", type=int, default=0, metavar="N", help="as many random goals")
+    parser.add_argument("--seed", type=int, default=1, help="of the random goals [%(default)s]")
     parser.add_argument("--world", default="room")
     parser.add_argument("--wheel-params", default=str(WHEEL_PARAMS))
     parser.add_argument("--log", help="copy of what the launch file printed")
@@ -119,8 +149,10 @@ def main():
     with Master() as master:
         run = Run(master, arguments, options.wheel_params, options.world)
         figures = []
-        for goal in options.goal or [[8.0, 8.0, 1.57]]:
+        goals = options.goal or random_goals(run.world, run.radius + 0.05, options.random, options.seed)
+        for goal in goals or [[8.0, 8.0, 1.57]]:
             run.commands.clear()
+            run.truth.clear()
             figures.append(run.goto(*goal))
             print(json.dumps(figures[-1]), file=sys.stderr, flush=True)
         if options.commands:

@@ -2,12 +2,17 @@
 """goto, as a user runs it, against a stand-in for move_base."""
 
 import os
+import re
 import signal
 from pathlib import Path
 
+import numpy as np
+import rospy
 import rostest
-from geometry_msgs.msg import Twist
+from geometry_msgs.msg import TransformStamped, Twist
 from move_base_msgs.msg import MoveBaseActionGoal
+from nav_msgs.msg import OccupancyGrid
+from tf2_msgs.msg import TFMessage
 
 from robotont_testing.harness import Processes, wait_for
 from robotont_testing.node_test import NodeTest
@@ -136,6 +141,45 @@ class GotoTest(NodeTest):
         self.assertEqual(status, 4, lines)
         self.assertIn("another goal took its place", lines[-1])
         self.assertIsNone(second.poll())
+
+
+    def show_map(self, robot):
+        """A latched map of two rooms, (0, 0) to (4, 2), without a door; the robot is at x = `robot` [m]."""
+        cells = np.zeros((40, 80), np.int8)
+        cells[[0, -1]] = cells[:, [0, 40, -1]] = 100
+        message = OccupancyGrid(data=cells.ravel().tolist())
+        message.header.frame_id = "map"
+        message.info.resolution, message.info.width, message.info.height = 0.05, 80, 40
+        message.info.origin.orientation.w = 1.0
+        transform = TransformStamped()
+        transform.header.frame_id, transform.child_frame_id = "map", self.space[1:] + "/base_link"
+        transform.transform.translation.x, transform.transform.translation.y = robot, 1.0
+        transform.transform.rotation.w = 1.0
+        for name, value in (("robot_base_frame", self.space[1:] + "/base_link"), ("robot_radius", 0.15),
+                            ("footprint_padding", 0.01)):
+            rospy.set_param(f"{self.space}/move_base/global_costmap/{name}", value)
+        self.latched = [rospy.Publisher(self.space + "/map", OccupancyGrid, queue_size=1, latch=True),
+                        rospy.Publisher("/tf_static", TFMessage, queue_size=1, latch=True)]
+        for publisher, what in zip(self.latched, (message, TFMessage([transform]))):
+            publisher.publish(what)
+
+    def test_a_goal_that_the_map_shows_to_be_out_of_reach_is_refused(self):
+        self.start_server("/mapped", repeat=True)
+        goals = self.listen("/mapped/move_base/goal", MoveBaseActionGoal)
+        self.show_map(robot=1.0)
+        for x, y, words in ((9, 1, r"\(9.00, 1.00\) is off the map, which is 4.0 m x 2.0 m large"),
+                            (2.02, 1, r"\(2.02, 1.00\) is in a wall of the map"),
+                            (1, 0.1, r"\(1.00, 0.10\) is 0.08 m from a wall of the map, and the robot needs 0.16 m"),
+                            (3, 1, r"no way from the robot at \(1.00, 1.00\) to \(3.00, 1.00\): walls of the map.*")):
+            status, lines = self.end(self.start_goto(str(x), str(y), "0"))
+            self.assertEqual(status, 6, lines)
+            found = re.fullmatch(rf"refused after (\d\.\d) s: {words}", lines[-1])
+            self.assertTrue(found, lines)
+            self.assertLess(float(found.group(1)), 1.0)
+        self.assertEqual(goals, [])
+        self.assertEqual(self.commands, [])
+        self.start_goto("1.5", "1", "0")
+        wait_for(self.moving, "motion to a goal within reach")
 
 
 if __name__ == "__main__":

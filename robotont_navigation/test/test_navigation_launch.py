@@ -8,9 +8,11 @@ from pathlib import Path
 import pytest
 import yaml
 from navigation_tools import NAVIGATION_PACKAGES, ROOT, missing, read_launch, roslaunch
+from roslaunch import RLException
 
 from robotont_description.geometry import robot_radius
 from robotont_driver.wheels import read_wheels
+from robotont_navigation import map_file
 from robotont_simulator.world import read_world, write_map
 
 FILES = {"navigation.launch": [name for name in NAVIGATION_PACKAGES if name != "fake_localization"],
@@ -41,9 +43,9 @@ def test_a_missing_package_is_named_in_the_first_line(tmp_path, file):
 
 
 @pytest.mark.parametrize("localization, nodes", [
-    ("amcl", {"/amcl", "/map_server", "/move_base"}),
-    ("fake", {"/fake_localization", "/map_server", "/move_base"}),
-    ("none", {"/map_server", "/move_base"}),
+    ("amcl", {"/amcl", "/localization_monitor", "/map_server", "/move_base"}),
+    ("fake", {"/fake_localization", "/localization_monitor", "/map_server", "/move_base"}),
+    ("none", {"/localization_monitor", "/map_server", "/move_base"}),
 ])
 def test_each_localization_starts_its_nodes(localization, nodes):
     assert set(read_launch("navigation.launch", f"localization:={localization}").nodes) == nodes
@@ -93,14 +95,43 @@ def test_robot_radius_explains_wrong_wheels(tmp_path):
     assert "Traceback" not in result.stderr
 
 
-def test_the_map_of_the_room_is_that_of_the_simulator(tmp_path):
-    write_map(read_world(ROOT / "config" / "worlds" / "room.yaml"), tmp_path / "room")
+@pytest.mark.parametrize("world", ["room", "maze"])
+def test_a_world_brings_its_map_and_its_start(tmp_path, world):
+    file = ROOT / "config" / "worlds" / f"{world}.yaml"
+    write_map(read_world(file), tmp_path / world)
     maps = ROOT / "config" / "maps"
-    for name in ("room.yaml", "room.pgm"):
+    for name in (f"{world}.yaml", f"{world}.pgm"):
         assert (maps / name).read_bytes() == (tmp_path / name).read_bytes(), \
-            "made anew by: rosrun robotont_simulator make_map config/worlds/room.yaml config/maps/room"
-    launch = read_launch("navigation.launch")
-    assert Path(launch.nodes["/map_server"].strip("'")).resolve() == (maps / "room.yaml").resolve()
+            f"made anew by: rosrun robotont_simulator make_map config/worlds/{world}.yaml config/maps/{world}"
+    launch = read_launch("navigation.launch", "sim:=true", f"world:={world}")
+    assert Path(launch.nodes["/map_server"].strip("'")).resolve() == (maps / f"{world}.yaml").resolve()
+    assert Path(launch.parameters["/simulator_node/world"]).resolve() == file
     # amcl starts where the simulated robot does
-    start = read_world(ROOT / "config" / "worlds" / "room.yaml").start
-    assert tuple(launch.parameters[f"/amcl/initial_pose_{axis}"] for axis in "xya") == start
+    assert tuple(launch.parameters[f"/amcl/initial_pose_{axis}"] for axis in "xya") == read_world(file).start
+
+
+def test_a_world_without_a_map_is_refused():
+    words = map_file.fault(ROOT / "config" / "maps" / "empty.yaml")
+    assert words.startswith(f"no map {ROOT}/config/maps/empty.yaml. Beside it are: maze, room. A world of the ")
+    with pytest.raises(RLException, match="map_is_there"):
+        read_launch("navigation.launch", "sim:=true", "world:=empty")
+    assert "/map_server" not in read_launch("navigation.launch", "sim:=true", "world:=empty", "map:=none").nodes
+
+
+@pytest.mark.parametrize("text, words", [
+    ("image: no.pgm\nresolution: 0.05\norigin: [0, 0, 0]", "its image {folder}/no.pgm is missing"),
+    ("walls: []", "no image, resolution, origin: not a map of map_server"),
+    ("- 1", "allowed: image, resolution and origin"),
+])
+def test_a_file_that_is_no_map_is_named(tmp_path, text, words):
+    file = tmp_path / "map.yaml"
+    file.write_text(text)
+    found = map_file.fault(file)
+    assert found.startswith(str(file))
+    assert words.format(folder=tmp_path) in found
+
+
+def test_what_dies_is_started_again():
+    text = (ROOT / "launch" / "navigation.launch").read_text()
+    for node in re.findall(r"<node [^>]*>", text):
+        assert 'respawn="true"' in node, node

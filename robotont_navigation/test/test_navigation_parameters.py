@@ -7,6 +7,8 @@ import pytest
 import yaml
 from navigation_tools import NAVIGATION, PACKAGE, read_launch
 
+from robotont_driver.parameters import markdown_rows, read_parameters
+from robotont_navigation import localization_monitor
 from robotont_testing import places
 
 KNOWN = {section: set(names) for section, names in yaml.safe_load(
@@ -119,8 +121,18 @@ def test_the_limits_fit_the_driver():
 
 def test_amcl_never_divides_by_a_rate_of_zero():
     amcl = read("navigation.launch")["amcl"]
-    assert amcl["save_pose_rate"] == -1.0
+    assert amcl["save_pose_rate"] != 0
     assert amcl["gui_publish_rate"] != 0
+
+
+def test_localization_monitor_takes_its_shipped_parameters():
+    given = read("navigation.launch")["localization_monitor"]
+    assert set(read_parameters(localization_monitor.PARAMETERS, given)) == set(given)
+
+
+@pytest.mark.parametrize("row", markdown_rows(localization_monitor.PARAMETERS))
+def test_every_parameter_of_localization_monitor_is_in_the_docs(row):
+    assert row in (PACKAGE.parent / "docs" / "navigation.md").read_text()
 
 
 def test_every_number_has_a_comment():

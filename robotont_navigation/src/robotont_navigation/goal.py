@@ -5,7 +5,8 @@ from typing import NamedTuple
 
 FARTHEST = 1000.0        # [m] from the map's origin; more is a mistake
 FULL_TURN = 2 * math.pi  # [rad] more is a mistake: degrees
-DONE, GAVE_UP, WRONG_INPUT, NOT_THERE, REPLACED, TOO_LONG, INTERRUPTED = 0, 1, 2, 3, 4, 5, 130  # exit statuses
+# exit statuses
+DONE, GAVE_UP, WRONG_INPUT, NOT_THERE, REPLACED, TOO_LONG, REFUSED, INTERRUPTED = 0, 1, 2, 3, 4, 5, 6, 130
 
 
 class Goal(NamedTuple):

@@ -11,13 +11,18 @@ from typing import NamedTuple
 import actionlib
 import rosgraph
 import rospy
+import tf2_ros
 from actionlib_msgs.msg import GoalStatus, GoalStatusArray
 from move_base_msgs.msg import MoveBaseAction, MoveBaseGoal
+from nav_msgs.msg import OccupancyGrid
 
-from robotont_driver.se2 import pose_of
+from robotont_driver.parameters import is_number
+from robotont_driver.se2 import compose, pose_of, yaw_of
+from robotont_navigation.floor_map import refusal
 from robotont_navigation.goal import (
     INTERRUPTED,
     NOT_THERE,
+    REFUSED,
     REPLACED,
     TOO_LONG,
     Goal,
@@ -29,12 +34,15 @@ from robotont_navigation.goal import (
     read_seconds,
     read_yaw,
 )
+from robotont_navigation.messages import floor_map_of
 
 SILENCE = 3.0      # [s] without a status of move_base, which sends five per second, and it is gone
+LOOK_UP = 0.4      # [s] that the map and then the transforms have to come; without them a goal is not checked
 CANCELLING = 5.0   # [s] that move_base has to confirm a cancellation
 TERMINAL_PERIOD, LOG_PERIOD = 0.2, 2.0  # [s] between two lines of progress on a terminal and in a file
 EXIT_STATUS = """exit status: 0 reached; 1 move_base gave up; 2 wrong arguments; 3 no move_base, or it died;
-4 another goal took its place; 5 --timeout; 130 Ctrl-C (the goal is cancelled first)"""
+4 another goal took its place; 5 --timeout; 6 no such place on the map, or no way to it; 130 Ctrl-C (the goal is
+cancelled first)"""
 
 
 class Pursuit(NamedTuple):
@@ -45,11 +53,16 @@ class Pursuit(NamedTuple):
 
 
 class GoTo:
-    """Sends a goal and watches it; the next one replaces it."""
+    """Sends a goal and watches it; the next one replaces it. What the map shows to be out of reach is never sent."""
 
-    def __init__(self, frame, show):
+    def __init__(self, frame, show, transforms=None):
+        """frame: of the goals; show: called with lines of progress; transforms: a tf2_ros.Buffer, if there is one."""
         self._frame = frame
         self._show = show
+        self._transforms = transforms
+        self._map = None                # nav_msgs/OccupancyGrid
+        self._floor_map = (None, None)  # the message, and the FloorMap that is made of it at the first goal
+        self._map_came = threading.Event()
         self._pose = None
         self._ended = threading.Event()
         self._ended.set()  # nothing is pursued yet
@@ -57,6 +70,7 @@ class GoTo:
         self._heard = -math.inf
         self._client = actionlib.SimpleActionClient("move_base", MoveBaseAction)
         rospy.Subscriber("move_base/status", GoalStatusArray, self._on_status, queue_size=1)
+        rospy.Subscriber("map", OccupancyGrid, self._on_map, queue_size=1)
 
     @property
     def answers(self):
@@ -73,7 +87,13 @@ class GoTo:
 
     def go(self, goal, timeout):
         """Send the robot to a Goal; its Outcome, after `timeout` [s] at the latest (0: no limit)."""
-        return self.follow(self.send(goal), timeout)
+        return self.check(goal) or self.follow(self.send(goal), timeout)
+
+    def check(self, goal):
+        """The Outcome of a Goal that the map shows to be out of reach; else None."""
+        start = time.monotonic()
+        reason = self._refusal(goal)
+        return Outcome(REFUSED, f"refused after {time.monotonic() - start:.1f} s: {reason}") if reason else None
 
     def send(self, goal):
         """Send the robot to a Goal, in place of the one before; a Pursuit to follow."""
@@ -122,6 +142,38 @@ class GoTo:
             return "the goal is cancelled"
         return "move_base does not confirm that the goal is cancelled"
 
+    def _refusal(self, goal):
+        """Why the map shows that the goal cannot be reached; None when it can, or when there is no map to tell."""
+        if not self._map_came.wait(LOOK_UP):
+            return None
+        message = self._map
+        if self._floor_map[0] is not message:
+            self._floor_map = message, floor_map_of(message)
+        if self._transforms is None:
+            self._transforms = tf2_ros.Buffer()
+            self._listener = tf2_ros.TransformListener(self._transforms)
+        frame = message.header.frame_id
+        place = (goal.x, goal.y, goal.yaw)
+        if self._frame != frame:
+            above = self._look_up(frame, self._frame)
+            if above is None:
+                return None
+            place = compose(above, place)
+        start = self._look_up(frame, rospy.get_param("move_base/global_costmap/robot_base_frame", "base_link"))
+        return refusal(self._floor_map[1], place[:2], start and start[:2], needed_radius())
+
+    def _look_up(self, frame, child):
+        """Pose (x, y, yaw) of one frame in another; None when it is not known."""
+        try:
+            found = self._transforms.lookup_transform(frame, child, rospy.Time(), rospy.Duration(LOOK_UP)).transform
+        except tf2_ros.TransformException:
+            return None
+        return found.translation.x, found.translation.y, yaw_of(found.rotation)
+
+    def _on_map(self, message):
+        self._map = message
+        self._map_came.set()
+
     def _on_status(self, _message):
         self._heard = time.monotonic()
 
@@ -131,6 +183,13 @@ class GoTo:
 
     def _on_done(self, _state, _result):
         self._ended.set()
+
+
+def needed_radius():
+    """[m] of the circle that move_base keeps free around the robot, by its parameters; 0 when they name none."""
+    names = ("robot_radius", "footprint_padding")
+    values = [rospy.get_param("move_base/global_costmap/" + name, 0.0) for name in names]
+    return sum(values) if all(map(is_number, values)) else 0.0
 
 
 class Display:

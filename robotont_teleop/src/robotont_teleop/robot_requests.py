@@ -17,7 +17,7 @@ class NewestGoal:
         self._goto = goto
         self._report = report
         self._changed = threading.Condition()
-        self._wanted = None  # Goal that is not sent yet
+        self._wanted = None  # Goal that is neither sent nor refused yet
         self._shown = None   # {"x" [m], "y" [m], "words"} of the one that is pursued
         Worker(self._pursue)
 
@@ -50,10 +50,16 @@ class NewestGoal:
         with self._changed:
             if not self._changed.wait_for(lambda: self._wanted is not None, timeout=1.0):
                 return 0.0
-            goal, self._wanted = self._wanted, None
+            goal = self._wanted
             self._shown = {"x": goal.x, "y": goal.y, "words": ""}
-            pursuit = self._goto.send(goal)
-        outcome = self._goto.follow(pursuit, 0.0)
+        outcome = self._goto.check(goal)
+        with self._changed:
+            if self._wanted is not goal:  # replaced or taken back meanwhile
+                self._shown = None
+                return 0.0
+            self._wanted = None
+            pursuit = None if outcome else self._goto.send(goal)
+        outcome = outcome or self._goto.follow(pursuit, 0.0)
         with self._changed:
             replaced = self._wanted is not None
             if not replaced:

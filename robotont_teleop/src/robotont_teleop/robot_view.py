@@ -64,7 +64,7 @@ class RobotView:
         self._sent, self._ended = STOP, False
         self._transforms = tf2_ros.Buffer()
         self._listener = tf2_ros.TransformListener(self._transforms)
-        self._goto = GoTo(MAP_FRAME, lambda words: self._goal.show_progress(words))
+        self._goto = GoTo(MAP_FRAME, lambda words: self._goal.show_progress(words), self._transforms)
         self._goal = NewestGoal(self._goto, self._say)
         self._emergency_stop = EmergencyStop()
         self._publish()

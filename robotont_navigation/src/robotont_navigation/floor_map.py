@@ -1,0 +1,124 @@
+"""A map of the floor in plain arrays, without ROS: what a goal and a scan are compared with."""
+
+import math
+
+import numpy as np
+
+OCCUPIED = 65     # [%] from here on a cell is a wall, as for the costmaps (config/navigation/costmap_common.yaml)
+START_SLACK = 2   # robot radii around the robot within which its way may begin: it may stand close to a wall
+
+
+class FloorMap:
+    """Cells of a nav_msgs/OccupancyGrid. Unknown cells are free, as they are for the planner.
+
+    cells: H x W of int8, -1 unknown, else occupied in percent, row 0 at the origin; resolution: [m] per cell;
+    origin: (x [m], y [m], yaw [rad]) of the corner of the first cell in the map's frame.
+    """
+
+    def __init__(self, cells, resolution, origin):
+        self._occupied = np.asarray(cells) >= OCCUPIED
+        self.resolution = resolution
+        self._origin = origin
+        self._dilated = {}  # radius [m]: cells closer than that to a wall
+
+    def __contains__(self, place):
+        row, column = self._cells(*place)
+        return bool(self._inside(row, column))
+
+    @property
+    def size(self):
+        """(length, width) [m] along the map's own axes."""
+        rows, columns = self._occupied.shape
+        return columns * self.resolution, rows * self.resolution
+
+    def is_occupied(self, place):
+        """Whether (x, y) [m] within the map is in a wall."""
+        row, column = self._cells(*place)
+        return bool(self._occupied[row, column])
+
+    def clearance(self, place, farthest):
+        """[m] from (x, y) [m] to the centre of the nearest occupied cell; inf beyond `farthest` [m]."""
+        row, column = self._indices(*place)
+        reach = int(farthest / self.resolution) + 1
+        top, left = max(int(row) - reach, 0), max(int(column) - reach, 0)
+        window = self._occupied[top:max(int(row) + reach + 1, 0), left:max(int(column) + reach + 1, 0)]
+        rows, columns = np.nonzero(window)
+        if not rows.size:
+            return math.inf
+        nearest = self.resolution * np.hypot(rows + top + 0.5 - row, columns + left + 0.5 - column).min()
+        return float(nearest) if nearest <= farthest else math.inf
+
+    def is_connected(self, start, goal, radius):
+        """Whether a round robot of `radius` [m] finds a way between two places (x, y) [m] on the map."""
+        free = ~self._close_to_walls(radius)
+        first = free & self._disc(start, max(START_SLACK * radius, self.resolution))
+        targets = np.pad(free & self._disc(goal, 1.5 * self.resolution), 1).ravel()
+        step = free.shape[1] + 2                    # from a cell to that below it, with an edge all around
+        left = np.pad(free & ~first, 1).ravel()     # free cells that have not been reached yet
+        frontier = np.flatnonzero(np.pad(first, 1))
+        while frontier.size and not targets[frontier].any():
+            around = np.concatenate([frontier - 1, frontier + 1, frontier - step, frontier + step])
+            frontier = np.unique(around[left[around]])
+            left[frontier] = False
+        return bool(frontier.size)
+
+    def share_near_walls(self, places, tolerance):
+        """Share, 0 to 1, of N >= 1 places (2 x N, [m]) that are at most `tolerance` [m] away from an occupied cell."""
+        row, column = self._cells(*places)
+        inside = self._inside(row, column)
+        return float(self._close_to_walls(tolerance)[row[inside], column[inside]].sum() / len(row))
+
+    def _close_to_walls(self, radius):
+        """Cells (H x W of bool) whose centres are closer than `radius` [m] to that of an occupied one."""
+        if radius not in self._dilated:
+            reach = int(radius / self.resolution)
+            close = np.zeros(np.add(self._occupied.shape, 2 * reach), bool)
+            rows, columns = np.nonzero(self._occupied)
+            for down in range(-reach, reach + 1):
+                for right in range(-reach, reach + 1):
+                    if self.resolution * math.hypot(down, right) < radius:
+                        close[rows + reach + down, columns + reach + right] = True
+            self._dilated[radius] = close[reach:close.shape[0] - reach, reach:close.shape[1] - reach]
+        return self._dilated[radius]
+
+    def _disc(self, place, radius):
+        """Cells (H x W of bool) whose centres are at most `radius` [m] from (x, y) [m]."""
+        row, column = self._indices(*place)
+        rows, columns = self._occupied.shape
+        down, right = np.arange(rows)[:, None] + 0.5 - row, np.arange(columns) + 0.5 - column
+        return self.resolution * np.hypot(down, right) <= radius
+
+    def _indices(self, x, y):
+        """(row, column), not rounded, of places in the map's frame [m]."""
+        x0, y0, yaw = self._origin
+        dx, dy = np.subtract(x, x0), np.subtract(y, y0)
+        cos, sin = math.cos(yaw), math.sin(yaw)
+        return (cos * dy - sin * dx) / self.resolution, (cos * dx + sin * dy) / self.resolution
+
+    def _cells(self, x, y):
+        row, column = self._indices(x, y)
+        return np.floor(row).astype(int), np.floor(column).astype(int)
+
+    def _inside(self, row, column):
+        rows, columns = self._occupied.shape
+        return (row >= 0) & (row < rows) & (column >= 0) & (column < columns)
+
+
+def refusal(floor_map, goal, start, radius):
+    """Why a round robot of `radius` [m] cannot be sent to `goal`, (x, y) [m] on the map; None when it can.
+
+    start: (x, y) [m] of the robot; None when it is not known.
+    """
+    place = f"({goal[0]:.2f}, {goal[1]:.2f})"
+    if goal not in floor_map:
+        length, width = floor_map.size
+        return f"{place} is off the map, which is {length:.1f} m x {width:.1f} m large"
+    if floor_map.is_occupied(goal):
+        return f"{place} is in a wall of the map"
+    clearance = floor_map.clearance(goal, radius)
+    if clearance < radius:
+        return f"{place} is {clearance:.2f} m from a wall of the map, and the robot needs {radius:.2f} m"
+    if start is not None and start in floor_map and not floor_map.is_connected(start, goal, radius):
+        return (f"no way from the robot at ({start[0]:.2f}, {start[1]:.2f}) to {place}: walls of the map, or gaps "
+                f"narrower than {2 * radius:.2f} m, lie between them")
+    return None

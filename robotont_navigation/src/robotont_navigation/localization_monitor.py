@@ -1,0 +1,119 @@
+"""The ROS side of localization_monitor: whether the scan fits the map where amcl believes the robot to be."""
+
+import threading
+import time
+from collections import deque
+
+import numpy as np
+import rospy
+import tf2_ros
+from geometry_msgs.msg import PoseWithCovarianceStamped
+from nav_msgs.msg import OccupancyGrid
+from sensor_msgs.msg import LaserScan
+
+from robotont_driver.node import OK, WARN, Health, Worker, own_parameters, robot_name
+from robotont_driver.parameters import Parameter
+from robotont_driver.se2 import yaw_of
+from robotont_navigation.localization import deviations, fit
+from robotont_navigation.messages import floor_map_of
+
+PARAMETERS = (
+    Parameter("min_fit", 0.6, "least share of the scan's rays that end at a wall of the map", minimum=0.0, maximum=1.0),
+    Parameter("fit_tolerance", 0.2, "distance from a wall at which a ray still ends at it", "m",
+              minimum=0.01, maximum=2.0),
+    Parameter("fit_time", 5.0, "over which the share is averaged", "s", minimum=0.5, maximum=60.0),
+    Parameter("max_position_deviation", 0.6, "largest standard deviation of amcl's position", "m",
+              minimum=0.01, maximum=10.0),
+    Parameter("max_yaw_deviation", 0.6, "largest standard deviation of amcl's yaw", "rad", minimum=0.01, maximum=4.0),
+)
+LOOK_PERIOD = 0.5  # [s] between two scans that are compared with the map
+REMEDY = "set the pose by RViz' 2D Pose Estimate"
+
+
+class LocalizationMonitor:
+    """Compares scans with the map, and reports what it finds in the diagnostics and, at each change, in the log."""
+
+    def __init__(self, parameters):
+        self._parameters = parameters
+        self._lock = threading.Lock()
+        self._map = self._scan = self._covariance = None
+        self._lost = ""          # why the scan cannot be laid on the map
+        self._fits = deque()     # (time [s], share)
+        self._level = OK
+        self._transforms = tf2_ros.Buffer()
+        self._listener = tf2_ros.TransformListener(self._transforms)
+        for topic, kind, callback in (("map", OccupancyGrid, self._on_map), ("scan", LaserScan, self._on_scan),
+                                      ("amcl_pose", PoseWithCovarianceStamped, self._on_pose)):
+            rospy.Subscriber(topic, kind, callback, queue_size=1)
+        Worker(self._look)
+        Health(robot_name(), {"localization": self._report})
+
+    def _on_map(self, message):
+        found = message.header.frame_id, floor_map_of(message)
+        with self._lock:
+            self._map = found
+            self._fits.clear()
+
+    def _on_scan(self, message):
+        self._scan = message
+
+    def _on_pose(self, message):
+        self._covariance = message.pose.covariance
+
+    def _look(self):
+        """Compare the newest scan with the map; returns the time to rest."""
+        scan, self._scan = self._scan, None
+        if scan is not None and self._map is not None:
+            frame, floor_map = self._map
+            try:
+                found = self._transforms.lookup_transform(
+                    frame, scan.header.frame_id, scan.header.stamp, rospy.Duration(LOOK_PERIOD)).transform
+            except tf2_ros.TransformException as error:
+                self._lost = str(error)
+                return LOOK_PERIOD
+            pose = found.translation.x, found.translation.y, yaw_of(found.rotation)
+            angles = scan.angle_min + scan.angle_increment * np.arange(len(scan.ranges))
+            share = fit(floor_map, pose, scan.ranges, angles, (scan.range_min, scan.range_max),
+                        self._parameters["fit_tolerance"])
+            with self._lock:
+                self._lost = ""
+                if share is not None:
+                    self._fits.append((time.monotonic(), share))
+        return LOOK_PERIOD
+
+    def _report(self):
+        oldest = time.monotonic() - self._parameters["fit_time"]
+        with self._lock:
+            while self._fits and self._fits[0][0] < oldest:
+                self._fits.popleft()
+            shares = [share for _, share in self._fits]
+        level, words, values = self._judge(sum(shares) / len(shares) if shares else None)
+        if level != self._level:
+            self._level = level
+            (rospy.logwarn if level == WARN else rospy.loginfo)("localization: %s", words)
+        return level, words, values
+
+    def _judge(self, share):
+        limits = self._parameters
+        position, yaw = deviations(self._covariance) if self._covariance is not None else (0.0, 0.0)
+        values = {"rays that end at the map's walls": "unknown" if share is None else f"{share:.0%}",
+                  "deviation of the position [m]": f"{position:.2f}", "deviation of the yaw [rad]": f"{yaw:.2f}"}
+        if self._map is None:
+            return WARN, "no map: does map_server run?", values
+        if self._lost:
+            return WARN, f"the scan cannot be laid on the map: {self._lost}", values
+        if share is not None and share < limits["min_fit"]:
+            return WARN, (f"{share:.0%} of the scan's rays end at walls of the map, at least {limits['min_fit']:.0%} "
+                          f"should: a map of another place, or a wrong pose; {REMEDY}"), values
+        if position > limits["max_position_deviation"] or yaw > limits["max_yaw_deviation"]:
+            return WARN, f"amcl is unsure: {position:.2f} m, {yaw:.2f} rad; drive along walls, or {REMEDY}", values
+        if share is None:
+            return OK, "nothing to compare: no scan of late, or one that sees no walls", values
+        return OK, f"{share:.0%} of the scan's rays end at walls of the map", values
+
+
+def main():
+    """Run localization_monitor."""
+    rospy.init_node("localization_monitor")
+    LocalizationMonitor(own_parameters(PARAMETERS))
+    rospy.spin()

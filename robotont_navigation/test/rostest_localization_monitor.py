@@ -1,0 +1,87 @@
+#!/usr/bin/env python3
+"""localization_monitor: what its diagnostics say of a scan that fits the map, and of one that does not."""
+
+import math
+
+import numpy as np
+import rospy
+import rostest
+from geometry_msgs.msg import PoseWithCovarianceStamped, TransformStamped
+from nav_msgs.msg import OccupancyGrid
+from sensor_msgs.msg import LaserScan
+from tf2_msgs.msg import TFMessage
+
+from robotont_testing.harness import wait_for
+from robotont_testing.node_test import OK, WARN, NodeTest
+
+TASK = "localization_monitor: localization"
+ANGLES = np.linspace(-math.pi, math.pi, 90, endpoint=False)
+
+
+def latched(topic, message):
+    """A publisher that has sent a message to whoever listens now or later."""
+    publisher = rospy.Publisher(topic, type(message), queue_size=1, latch=True)
+    publisher.publish(message)
+    return publisher
+
+
+def place(x, yaw):
+    """The transform of a robot at (x, 0) [m], yaw [rad] on the map."""
+    transform = TransformStamped()
+    transform.header.frame_id, transform.child_frame_id = "map", "laser"
+    transform.transform.translation.x = x
+    transform.transform.rotation.z, transform.transform.rotation.w = math.sin(yaw / 2), math.cos(yaw / 2)
+    return TFMessage([transform])
+
+
+class LocalizationMonitorTest(NodeTest):
+    """A room of 6 m x 2 m around the origin; the sensor really is at (0.5, 0), turned by 0.3 rad."""
+
+    @classmethod
+    def setUpClass(cls):
+        super().setUpClass()
+        cells = np.zeros((42, 122), np.int8)
+        cells[[0, -1]] = cells[:, [0, -1]] = 100
+        room = OccupancyGrid(data=cells.ravel().tolist())
+        room.header.frame_id = "map"
+        room.info.resolution, room.info.height, room.info.width = 0.05, *cells.shape
+        room.info.origin.position.x, room.info.origin.position.y = -3.05, -1.05
+        room.info.origin.orientation.w = 1.0
+        cls.map = latched("map", room)
+        cos, sin = np.cos(ANGLES + 0.3), np.sin(ANGLES + 0.3)
+        cls.ranges = np.minimum(np.where(cos > 0, 2.5, -3.5) / cos, np.where(sin > 0, 1.0, -1.0) / sin)
+        cls.scans = rospy.Publisher("scan", LaserScan, queue_size=1)
+        cls.timer = rospy.Timer(rospy.Duration(0.1), cls.scan)
+
+    @classmethod
+    def tearDownClass(cls):
+        cls.timer.shutdown()
+
+    @classmethod
+    def scan(cls, _event):
+        message = LaserScan(angle_min=-math.pi, angle_increment=2 * math.pi / 90, range_min=0.1, range_max=8.0,
+                            ranges=cls.ranges)
+        message.header.frame_id, message.header.stamp = "laser", rospy.Time.now()
+        cls.scans.publish(message)
+
+    def test_what_the_diagnostics_say(self):
+        self.wait_for_status(TASK, WARN, "the scan cannot be laid on the map")  # nobody has said where the laser is
+        transforms = latched("/tf_static", place(0.5, 0.3))
+        self.wait_for_status(TASK, OK, "100% of the scan's rays end at walls of the map")
+        transforms.publish(place(-1.5, 1.2))
+        status = self.wait_for_status(TASK, WARN, "at least 60% should: a map of another place, or a wrong pose")
+        self.assertRegex(self.values(TASK)["rays that end at the map's walls"], r"^[1-5]?\d%$", status)
+        transforms.publish(place(0.5, 0.3))
+        self.wait_for_status(TASK, OK, "rays end at walls of the map")
+        unsure = PoseWithCovarianceStamped()
+        unsure.pose.covariance[0] = 1.0  # [m^2]
+        pose = latched("amcl_pose", unsure)
+        self.wait_for_status(TASK, WARN, "amcl is unsure: 1.00 m, 0.00 rad")
+        pose.publish(PoseWithCovarianceStamped())
+        self.wait_for_status(TASK, OK)
+        type(self).ranges = np.full(90, math.inf)
+        wait_for(lambda: self.status[TASK].message.startswith("nothing to compare"), "an empty scan")
+
+
+if __name__ == "__main__":
+    rostest.rosrun("robotont_navigation", "localization_monitor", LocalizationMonitorTest)

@@ -1,0 +1,46 @@
+import math
+
+import numpy as np
+import pytest
+
+from robotont_navigation.floor_map import FloorMap
+from robotont_navigation.localization import deviations, fit
+
+CELLS = np.zeros((40, 80), np.int8)  # 4 m x 2 m with a wall around it
+CELLS[[0, -1]] = CELLS[:, [0, -1]] = 100
+MAP = FloorMap(CELLS, 0.05, (-1.0, -1.0, 0.0))
+ANGLES = np.linspace(-math.pi, math.pi, 90, endpoint=False)
+BOUNDS = (0.05, 5.0)
+
+
+def ranges(x, y, yaw):
+    """What a sensor at a pose sees of the walls' inner faces, at -0.95 and 2.95, -0.95 and 0.95 m."""
+    cos, sin = np.cos(ANGLES + yaw), np.sin(ANGLES + yaw)
+    with np.errstate(divide="ignore"):
+        return np.minimum(np.where(cos > 0, 2.95 - x, -0.95 - x) / cos, np.where(sin > 0, 0.95 - y, -0.95 - y) / sin)
+
+
+def test_all_rays_fit_at_the_true_pose():
+    pose = (0.3, 0.2, 0.7)
+    assert fit(MAP, pose, ranges(*pose), ANGLES, BOUNDS, 0.1) == 1.0
+
+
+@pytest.mark.parametrize("wrong", [(0.9, 0.2, 0.7), (0.3, -0.3, 0.7), (0.3, 0.2, 1.2)])
+def test_few_rays_fit_at_another_pose(wrong):
+    assert fit(MAP, wrong, ranges(0.3, 0.2, 0.7), ANGLES, BOUNDS, 0.1) < 0.7
+
+
+def test_rays_that_end_nowhere_do_not_count():
+    pose = (0.3, 0.2, 0.7)
+    seen = ranges(*pose)
+    seen[:40] = np.tile([math.inf, math.nan, 0.01, 5.0], 10)
+    assert fit(MAP, pose, seen, ANGLES, BOUNDS, 0.1) == 1.0
+    seen[9:] = math.inf
+    assert fit(MAP, pose, seen, ANGLES, BOUNDS, 0.1) is None
+
+
+def test_deviations_are_those_of_the_least_certain_direction():
+    covariance = np.zeros((6, 6))
+    covariance[:2, :2] = [[0.05, 0.04], [0.04, 0.05]]  # 0.09 m^2 along the diagonal, 0.01 across
+    covariance[5, 5] = 0.04
+    assert deviations(covariance.ravel()) == pytest.approx((0.3, 0.2))

@@ -1,8 +1,11 @@
 #!/usr/bin/env python3
-"""odom_node while the computer's clock is set, as NTP does it: libfaketime sets the clock of that process alone."""
+"""odom_node while the computer's clock is set, as NTP may do it: set_clock.c sets the clock of that process alone."""
 
-import glob
+import mmap
+import struct
+import subprocess
 import time
+from pathlib import Path
 
 import rospy
 import rostest
@@ -21,23 +24,23 @@ MOST = 0.1     # [s] without odometry
 class OdomNodeSetClockTest(NodeTest):
     def setUp(self):
         super().setUp()
-        found = glob.glob("/usr/lib/*/faketime/libfaketime.so.1")
-        self.assertTrue(found, "no libfaketime; setup/debian.txt names its package, faketime")
-        self.offset = self.processes.folder / "offset"
-        self.set_clock(0.0)
+        library, ahead = self.processes.folder / "set_clock.so", self.processes.folder / "ahead"
+        subprocess.run(["cc", "-shared", "-fPIC", "-O1", "-o", str(library),
+                        str(Path(__file__).resolve().with_name("set_clock.c"))], check=True)
+        ahead.write_bytes(struct.pack("d", 0.0))
+        with ahead.open("r+b") as file:
+            self.ahead = mmap.mmap(file.fileno(), 8)
+        self.addCleanup(self.ahead.close)
         self.arrivals = []
         self.odom = self.listen("odom", Odometry)
         self.listen("odom", Odometry, lambda _: self.arrivals.append(time.monotonic()))
-        self.processes.node("odom_node", LD_PRELOAD=found[0], FAKETIME_TIMESTAMP_FILE=str(self.offset),
-                            FAKETIME_NO_CACHE="1", FAKETIME_DONT_FAKE_MONOTONIC="1")
+        self.processes.node("odom_node", LD_PRELOAD=str(library), CLOCK_AHEAD=str(ahead))
         self.read = self.publisher("serial_read", String)
         wait_for(lambda: self.read.publish(format_packet((0, 0, 0))) or self.odom, "odometry", period=PERIOD)
 
     def set_clock(self, ahead):
-        """Set odom_node's clock so many seconds ahead, in one go."""
-        new = self.offset.with_suffix(".new")
-        new.write_text(f"{ahead:+.3f}s\n")
-        new.rename(self.offset)
+        """Set odom_node's clock so many seconds ahead of the real time, in one go."""
+        self.ahead[:] = struct.pack("d", ahead)
 
     def drive(self, packets):
         """Send so many packets, one per period; the odometry of each."""

@@ -13,7 +13,7 @@ import numpy as np
 from bench_driver import row
 
 from robotont_calibration.calibrate_wheels import SECONDS, TRACKED, WHEEL_NOISE
-from robotont_calibration.calibration import Unknowns, calibrate, errors_along, tracked_run
+from robotont_calibration.calibration import Unknowns, calibrate, errors_along, steps_of, tracked_run
 from robotont_calibration.recordings import read_recording
 from robotont_driver.wheel_file import read_wheel_file
 from robotont_driver.wheels import read_wheels
@@ -53,7 +53,7 @@ def bench_splits():
                 unknowns = Unknowns(given, radius, point="free")
                 found = calibrate(given, [run for name in fitted for run in runs[name]], unknowns, WHEEL_NOISE)
                 parameters, point = found.parameters, found.point
-            for unseen in runs.keys() - set(fitted):
+            for unseen in sorted(runs.keys() - set(fitted)):
                 errors = np.mean([errors_along(read_wheels(parameters), run, point) for run in runs[unseen]], axis=0)
                 rows.append(row(f"{' + '.join(fitted) or 'nominal'} ({radius} radius) -> {unseen}", 1000 * errors[0],
                                 "mm", bound=MOST.get(unseen, "") if len(fitted) == 2 and radius == "common" else "",
@@ -61,4 +61,34 @@ def bench_splits():
     return rows
 
 
-PARTS = (bench_splits,)
+def bench_headings():
+    """Rows of what headings allow: three free numbers, fitted to the headings at the runs' ends and nothing else.
+
+    No odometry that is linear in the counts can have better headings on the runs it is fitted to. What it leaves there
+    is no error of the parameters: the robot turns less while it drives than on the spot.
+    """
+    folder = os.environ.get("OPTIODOM")
+    if not folder:
+        return []
+    wheels = read_wheel_file(NOMINAL)[0]
+    turned = {name: tuple(map(np.array, zip(*(_turned(wheels, run) for run in runs_of(Path(folder), name)))))
+              for name in SETS}
+    rows = []
+    for fitted in (("circles",), ("squares",), ("circles", "squares")):
+        numbers = np.linalg.lstsq(*(np.concatenate(parts) for parts in zip(*(turned[name] for name in fitted))),
+                                  rcond=None)[0]
+        for name, (steps, headings) in turned.items():
+            left = np.degrees(np.abs(headings - steps @ numbers).mean())
+            rows.append(row(f"heading alone, three free numbers: {' + '.join(fitted)} -> {name}", left, "deg",
+                            note="the runs it is fitted to" if name in fitted else ""))
+    return rows
+
+
+def _turned(wheels, run):
+    """(3 sums of the nominal steps in base_link, [rad] that the robot turned) of a run."""
+    steps = steps_of(wheels, run.counts).sum(axis=0)
+    turned = np.unwrap(run.poses[:, 2])
+    return steps, turned[-1] - turned[0]
+
+
+PARTS = (bench_splits, bench_headings)

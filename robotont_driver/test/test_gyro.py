@@ -10,6 +10,7 @@ from robotont_driver import se2
 from robotont_driver.gyro import GAP, SECOND, Gyro, GyroFusion, TurnIntegral
 from robotont_driver.kinematics import Kinematics
 from robotont_driver.odometry import WheelOdometry
+from robotont_driver.packet_clock import PacketClock
 from robotont_driver.wheels import read_wheels
 from robotont_testing.robots import SHIPPED
 from robotont_testing.simulated_wheels import PERIOD, counted, even_wheels, mixed_drive, path_of, rolled, still
@@ -194,6 +195,44 @@ def test_unplugged_the_wheels_go_on_without_a_jump(length):
     assert run.fusion.missing > 0
 
 
+def stalled(times, stalls):
+    """[s] arrivals of what was made at `times`, on a machine that does nothing during `stalls`, K x 2 begin and end."""
+    arrivals = times + 0.002
+    for begin, end in stalls:
+        arrivals[(arrivals >= begin) & (arrivals < end)] = end
+    return arrivals
+
+
+@pytest.mark.parametrize("longest", [0.1, 0.5, 2.0], ids=lambda seconds: f"stalls of {seconds:g} s")
+def test_a_machine_that_stalls_loses_no_heading(longest):
+    """It turns nearly all the time, and the samples arrive behind all the packets of a stall, each with its stamp."""
+    twists = with_rest(*(circles(1) for _ in range(4)))
+    truth = path_of(twists)[-1, 2]
+    counts = counted(THREE, rolled(THREE, twists), 0.005).tolist()
+    errors, made_good = [], 0.0
+    for seed in range(5):
+        generator = np.random.default_rng([seed, 11])
+        device, run = Device(seed, scale=1.0), Run()
+        begins = np.cumsum(generator.uniform(0.2, 2 * longest + 0.2, 200)) + 4.0
+        stalls = np.column_stack([begins, begins + generator.uniform(0, longest, 200)])
+        ends = PERIOD * np.arange(1, len(counts) + 1)
+        samples = np.concatenate([end - PERIOD + PERIOD / SAMPLES * np.arange(1, SAMPLES + 1) for end in ends])
+        readings = np.concatenate([device.read(twist[2]) for twist in twists])
+        events = sorted([(at, 0, number) for number, at in enumerate(stalled(ends, stalls))]
+                        + [(at, 1, number) for number, at in enumerate(stalled(samples, stalls))])
+        clock = PacketClock(PERIOD)
+        for at, kind, number in events:
+            if kind:
+                run.integral.add(round(samples[number] * SECOND), readings[number])
+            else:
+                now = round(at * SECOND)
+                run.odometry.update(counts[number], 0.0, clock.stamp(now, now))
+        errors.append(math.degrees(se2.wrap(run.odometry.pose.yaw - truth)))
+        made_good += run.fusion.made_good
+    print(f"heading off by {np.round(errors, 2)} deg; {math.degrees(made_good):.1f} deg came too late")
+    assert np.abs(errors).max() < 1.5
+
+
 @pytest.mark.parametrize("wheels", [3, 4], ids=lambda number: f"{number} wheels")
 def test_clean_counts_raise_no_alarm(wheels):
     wheels = THREE if wheels == 3 else read_wheels(even_wheels(wheels))
@@ -243,8 +282,10 @@ def test_the_turn_between_any_two_instants():
     times = np.arange(0, 2.0, 0.004)
     for at in times:
         integral.add(round(at * SECOND), math.cos(at))
-    assert integral.turned(round(0.5001 * SECOND), 0.0) is None  # there is no stretch before the first stamp
-    assert integral.turned(round(1.3 * SECOND), 0.0) == pytest.approx(math.sin(1.3) - math.sin(0.5001), abs=1e-5)
+    assert integral.turned(round(0.5001 * SECOND), 0.0) == (None, 0.0)  # there is no stretch before the first stamp
+    turn, late = integral.turned(round(1.3 * SECOND), 0.0)
+    assert turn == pytest.approx(math.sin(1.3) - math.sin(0.5001), abs=1e-5)
+    assert late == 0.0
 
 
 def test_samples_under_way_are_stood_in_for_by_the_wheels_and_made_good():
@@ -253,22 +294,35 @@ def test_samples_under_way_are_stood_in_for_by_the_wheels_and_made_good():
     turns = []
     for number in range(100):
         integral.add((number - 10) * SECOND // 100, 1.0)
-        turns.append(integral.turned(number * SECOND // 100, 0.005))
+        turns.append(integral.turned(number * SECOND // 100, 0.005)[0])
     known = [turn for turn in turns if turn is not None]
     assert len(known) == 89  # the first stretch in which both are known
     assert sum(known[11:]) == pytest.approx(0.01 * len(known[11:]), abs=1e-9)
-    late = [integral.turned((number * SECOND) // 100, 0.005) for number in range(100, 140)]
-    assert late[:20] == pytest.approx([0.005] * 20)
-    assert late[-1] is None  # held for too long
+
+
+def test_samples_that_come_seconds_late_are_made_good_all_the_same():
+    integral = TurnIntegral()
+    for number in range(10):
+        integral.add(number * SECOND // 100, 1.0)
+        integral.turned(number * SECOND // 100, 0.005)
+    late = [integral.turned(number * SECOND // 100, 0.005) for number in range(10, 210)]
+    assert [turn for turn, _ in late[:20]] == pytest.approx([0.005] * 20)
+    assert late[40:] == [(None, 0.0)] * 160
+    for number in range(10, 211):
+        integral.add(number * SECOND // 100, 1.0)
+    turn, made_good = integral.turned(210 * SECOND // 100, 0.005)
+    assert turn == pytest.approx(0.01)
+    assert made_good == pytest.approx(200 * 0.005)
+    assert integral.turned(211 * SECOND // 100, 0.005)[1] == 0.0
 
 
 @pytest.mark.parametrize("stamp", [GAP + 1, -SECOND, 0], ids=["gap", "back", "twice"])
 def test_gaps_and_stamps_that_go_back_begin_anew(stamp):
     integral = TurnIntegral()
     integral.add(0, 1.0)
-    assert integral.turned(0, 1.0) is None
+    assert integral.turned(0, 1.0) == (None, 0.0)
     integral.add(stamp, 1.0)
-    assert integral.turned(stamp, 1.0) is None
+    assert integral.turned(stamp, 1.0) == (None, 0.0)
     assert integral.gaps == 1
     integral.add(stamp + SECOND // 100, 1.0)
-    assert integral.turned(stamp + SECOND // 100, 1.0) == pytest.approx(0.01)
+    assert integral.turned(stamp + SECOND // 100, 1.0)[0] == pytest.approx(0.01)

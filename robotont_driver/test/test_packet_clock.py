@@ -77,6 +77,29 @@ def test_bursts_of_17_packets_without_a_pause_between_them_are_spread_back(drift
     assert steps.max() < 1.2 * PERIOD
 
 
+def waiting(arrivals, size=17, seed=5):
+    """[s] arrivals of bursts of which each packet waits for those before it, up to 50 ms, on a machine that is busy."""
+    waits = np.random.default_rng(seed).exponential(0.0015, len(arrivals))
+    waits[::size] = 0.0
+    since = np.cumsum(waits)
+    return arrivals + since - since[np.arange(len(arrivals)) // size * size]
+
+
+def test_bursts_whose_packets_wait_for_each_other():
+    times = made(6000)
+    judge("waiting bursts", waiting(bursts(times, BUSY)), times, settled=500, median=1.5, most=4.0)
+
+
+def test_a_period_that_is_wrong_is_found_again():
+    """A board that is 2 % fast, a pause, and one that is even."""
+    times = np.concatenate([made(2000, -0.02), made(2000) + 60])
+    clock = PacketClock(PERIOD)
+    found = stamps(delayed(times, QUIET), clock=clock)
+    assert clock.restarts == 1
+    assert abs(clock.drift) < 1e-4
+    assert np.abs(found - times)[2300:].max() < 3e-3
+
+
 def test_repaired_packets_are_spread_back():
     """Lines of 45 bytes with 1 byte in 1000 spoilt: what was lost comes with the next packet that is good."""
     times = made(6000)

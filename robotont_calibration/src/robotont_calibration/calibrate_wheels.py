@@ -16,7 +16,7 @@ from robotont_driver.wheel_file import read_wheel_file
 
 TRACKED = (0.002, math.radians(0.2))  # [m], [rad] error of a ground truth's poses, and of their stamps
 TAPED = (0.003, math.radians(0.7))    # [m], [rad] error of a tape and a ruler on the floor
-SECONDS = 5.0                         # [s] of a stretch of a run whose true pose is known all the way
+SECONDS = 1.0                         # [s] of a stretch of a run whose true pose is known all the way
 WHEEL_NOISE = 0.003                   # [m] after 1 m, to begin with; the table shows the estimate from the runs
 NOWHERE = (0.0, 0.0)                  # [m] the default measured point: the robot's middle
 

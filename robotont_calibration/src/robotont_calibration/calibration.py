@@ -1,20 +1,22 @@
 """Wheel parameters from recorded runs, by non-linear least squares on the motion that the counts give.
 
-A run is a list of packets and the robot's poses at some of them. Its stretches are compared: the motion computed from
-the counts with given parameters, and the true motion of the measured point, in standard deviations of the measurement
-and of the wheels' noise. Each parameter is also tied loosely to its old value: one that the runs do not determine
-stays there.
+A run is a list of packets and the robot's poses at some of them. The stretches from one pose to the next are compared:
+the motion computed from the counts with given parameters, and the true motion of the measured point, in standard
+deviations of the measurement and of the wheels' noise. Neighbouring stretches share the error of the pose between them,
+so a run is whitened as a whole. Each parameter is also tied loosely to its old value: one that the runs do not
+determine stays there.
 """
 
 import math
 from typing import NamedTuple, Tuple
 
 import numpy as np
+from scipy.linalg import block_diag, cho_solve_banded, cholesky_banded
 from scipy.optimize import least_squares, minimize, minimize_scalar
 
 from robotont_driver import se2
 from robotont_driver.kinematics import Kinematics
-from robotont_driver.wheel_noise import PATH_VARIANCE, variance_per_edge
+from robotont_driver.wheel_noise import READING_VARIANCE, variance_per_edge
 from robotont_driver.wheels import read_wheels
 
 # How far off a parameter may be before the runs: standard deviations of the loose tie to its old value.
@@ -29,8 +31,9 @@ SLIP = 0.0005        # how much parameters differ from drive to drive, to begin 
 SLIP_TIE = math.log(5.0)        # by what factor that may be off before the runs
 POINT_SLIP = 0.1     # [m] by which the point differs from drive to drive where lengths differ by their whole
 OUTLYING = 3.0       # a run with errors this many times as large as the noise explains loses weight
-TURNING = math.radians(30)  # stretches that end with a heading change above this determine the measured point
+TURNING = math.radians(30)  # runs in which the heading changes by more than this determine the measured point
 STEP = 1e-6          # of a value, for derivatives
+BAND = 6             # numbers of two neighbouring stretches
 ALIKE = 0.1          # runs whose wheels' paths differ by less than this part of them repeat the same drive
 
 
@@ -58,7 +61,7 @@ def taped_run(name, counts, end, deviation):
 
 
 def tracked_run(name, times, counts, truth, seconds, deviation):
-    """`Run` of which the truth is known all the way, in half overlapping stretches of about so many `seconds`.
+    """`Run` of which the truth is known all the way, in stretches of about so many `seconds`.
 
     times: K [s] of the packets, rising; counts: K x n; truth: `Trajectory`. Only where the truth is known. Stretches
     without motion are excluded. Raises ValueError when nothing is left.
@@ -66,14 +69,11 @@ def tracked_run(name, times, counts, truth, seconds, deviation):
     tracked = np.flatnonzero((times >= truth.times[0]) & (times <= truth.times[-1]))
     stretches = []
     if len(tracked) > 1:
-        duration = times[tracked[-1]] - times[tracked[0]]
-        amount = max(1, round(4 * duration / seconds))  # quarters of a stretch
+        amount = max(1, round((times[tracked[-1]] - times[tracked[0]]) / seconds))
         marks = np.unique(np.linspace(tracked[0], tracked[-1], amount + 1).round().astype(int))
-        length = min(4, len(marks) - 1)
-        begins = np.unique(np.append(np.arange(0, len(marks) - length, 2), len(marks) - 1 - length))
         counts = np.asarray(counts)
-        stretches = [(begin, begin + length) for begin in begins.tolist()
-                     if counts[marks[begin] + 1:marks[begin + length] + 1].any()]
+        stretches = [(number, number + 1) for number, (begin, end) in enumerate(zip(marks.tolist(), marks[1:].tolist()))
+                     if counts[begin + 1:end + 1].any()]
     if not stretches:
         raise ValueError("found no packets with motion while the true pose is known")
     poses = np.column_stack([np.interp(times[marks], truth.times, column) for column in truth.poses.T])
@@ -169,14 +169,13 @@ def calibrate(given, runs, unknowns, wheel_noise, near=None):
         wheels, point = read_wheels(unknowns.parameters(values)), unknowns.point(values)
         spreads = [_spread(wheels, run) for run in runs]
         left = [misfits(wheels, run, point) for run in runs]
-        noise = _likely_noise(runs, spreads, left, weights, (wheel_noise, 1.0))
-        whiten = [np.linalg.inv(np.linalg.cholesky(spread.at(noise))) * math.sqrt(weight)
-                  for spread, weight in zip(spreads, weights)]
+        noise = _likely_noise(spreads, left, weights, (wheel_noise, 1.0))
+        whiten = [_whitening(spread, noise) * math.sqrt(weight) for spread, weight in zip(spreads, weights)]
         found = _fit(runs, unknowns, whiten, values)
         values = found.x
         weights = weights * _trust(runs, found.fun)
     for _ in range(2 if near is None else 1):
-        groups = _linear(runs, unknowns, whiten, values, noise)
+        groups = _linear(runs, unknowns, whiten, values)
         slip = _likely_slip(groups, unknowns)
         values, covariance, _ = _mixed(groups, unknowns, slip)
     deviations = np.sqrt(np.diag(covariance))
@@ -190,8 +189,7 @@ def calibrate(given, runs, unknowns, wheel_noise, near=None):
 def _residuals(runs, unknowns, whiten, values):
     """Residuals of each stretch (3 numbers), of all runs, in standard deviations."""
     wheels, point = read_wheels(unknowns.parameters(values)), unknowns.point(values)
-    return np.concatenate([np.einsum("lij,lj->li", matrix, misfits(wheels, run, point)).ravel()
-                           for run, matrix in zip(runs, whiten)])
+    return np.concatenate([matrix @ misfits(wheels, run, point).ravel() for run, matrix in zip(runs, whiten)])
 
 
 def _slopes(runs, unknowns, whiten, values):
@@ -200,8 +198,8 @@ def _slopes(runs, unknowns, whiten, values):
     by_value = np.stack([(_edge_steps(unknowns, values + step) - _edge_steps(unknowns, values - step)) / (2 * STEP)
                          for step in STEP * np.eye(len(values))], axis=-1)  # 3 x n x P
     return np.concatenate([
-        np.einsum("lij,ljp->lip", matrix, _slopes_of_misfits(wheels, run, point, by_value, unknowns.free_point))
-        .reshape(-1, len(values)) for run, matrix in zip(runs, whiten)])
+        matrix @ _slopes_of_misfits(wheels, run, point, by_value, unknowns.free_point).reshape(-1, len(values))
+        for run, matrix in zip(runs, whiten)])
 
 
 def _edge_steps(unknowns, values):
@@ -250,46 +248,16 @@ def _fit(runs, unknowns, whiten, start):
         x_scale=unknowns.ties, ftol=1e-5)
 
 
-def _linear(runs, unknowns, whiten, values, noise):
+def _linear(runs, unknowns, whiten, values):
     """(H, b) of each group of repeats at `values`: the information, and the pull on the values: they tend to H^-1 b."""
     now, jacobian = (function(runs, unknowns, whiten, values) for function in (_residuals, _slopes))
-    wheels = read_wheels(unknowns.parameters(values))
     slices = _slices(runs)
     groups = []
     for group in repeats(runs):
-        curvature, pull, scatter = 0.0, 0.0, 0.0
-        for index in group:
-            part = jacobian[slices[index]]
-            curvature = curvature + part.T @ part
-            pull = pull + part.T @ (part @ values - now[slices[index]])
-            scatter = scatter + _scatter(wheels, runs[index], part, whiten[index], noise)
-        # Overlapping stretches share their errors, so the curvature is not yet the information.
-        back = curvature @ np.linalg.pinv(scatter, rcond=1e-10, hermitian=True)
-        groups.append((back @ curvature, back @ pull))
+        parts = [(jacobian[slices[index]], now[slices[index]]) for index in group]
+        groups.append((sum(slopes.T @ slopes for slopes, _ in parts),
+                       sum(slopes.T @ (slopes @ values - left) for slopes, left in parts)))
     return groups
-
-
-def _scatter(wheels, run, jacobian, whiten, noise):
-    """P x P covariance of the pull on the values, from the errors of each packet and of each measured pose."""
-    to_step = Kinematics(wheels).inverse * np.array(wheels.metres_per_edge)
-    poses = np.vstack([np.zeros(3), se2.path(steps_of(wheels, run.counts))])
-    pulls = np.swapaxes(jacobian.reshape(len(run.stretches), 3, -1), 1, 2) @ whiten  # L x P x 3, by a misfit
-    by_packet = np.zeros((len(run.counts), jacobian.shape[1], wheels.amount))
-    by_mark = np.zeros((len(run.marks), jacobian.shape[1], 3))
-    for pull, (first, last), moved in zip(pulls, run.stretches, run.moved):
-        begin, end = run.marks[first], run.marks[last]
-        by_packet[begin:end] += pull @ _by_step(poses, begin, end) @ to_step
-        cos, sin = math.cos(run.poses[first, 2]), math.sin(run.poses[first, 2])
-        by_end = np.array(((cos, sin, 0.0), (-sin, cos, 0.0), (0.0, 0.0, 1.0)))
-        by_begin = -by_end + np.outer((moved[1], -moved[0], 0.0), (0.0, 0.0, 1.0))
-        by_mark[first] += pull @ by_begin
-        by_mark[last] += pull @ by_end
-    variances = noise[0] ** 2 * np.abs(run.counts) * variance_per_edge(1.0, wheels.metres_per_edge)
-    place, turned = noise[1] * np.array(run.deviation)
-    packets = np.tensordot(by_packet * variances[:, None, :], by_packet, axes=((0, 2), (0, 2)))
-    marks = np.tensordot(by_mark * np.array((place, place, turned)) ** 2, by_mark, axes=((0, 2), (0, 2)))
-    edges = np.einsum("lpi,ij,lqj->pq", pulls, PATH_VARIANCE * to_step @ to_step.T, pulls)
-    return packets + marks + edges
 
 
 def _by_step(poses, begin, end):
@@ -333,8 +301,8 @@ def _likely_slip(groups, unknowns):
 def information(run, unknowns, found):
     """P x P information that a further `Run` would add to the `Calibration` found, with its noise and slip."""
     noise = (found.wheel_noise, found.measured)
-    whiten = [np.linalg.inv(np.linalg.cholesky(_spread(read_wheels(found.parameters), run).at(noise)))]
-    (curvature, _), = _linear([run], unknowns, whiten, found.values, noise)
+    whiten = [_whitening(_spread(read_wheels(found.parameters), run), noise)]
+    (curvature, _), = _linear([run], unknowns, whiten, found.values)
     own = _own(unknowns, found.slip)
     return np.linalg.inv(np.eye(len(own)) + curvature @ own) @ curvature
 
@@ -342,11 +310,6 @@ def information(run, unknowns, found):
 def _own(unknowns, slip):
     """P x P covariance of one drive's parameters around the common ones."""
     return np.diag((slip * np.where(np.char.startswith(unknowns.names, "point"), POINT_SLIP, 1.0)) ** 2)
-
-
-def _share(run):
-    """How many independent stretches each one stands for: half overlapping ones share their errors."""
-    return 0.5 if len(run.stretches) > 1 else 1.0
 
 
 def _slices(runs):
@@ -378,7 +341,7 @@ def repeats(runs):
 
 def turns(runs):
     """Whether the runs turn enough between measured poses to determine the measured point."""
-    return any(np.abs(se2.wrap(run.moved[:, 2])).max() > TURNING for run in runs)
+    return any(np.abs(se2.wrap(run.poses[:, 2] - run.poses[0, 2])).max() > TURNING for run in runs)
 
 
 def misfits(wheels, run, point=(0.0, 0.0)):
@@ -427,15 +390,20 @@ def steps_of(wheels, counts):
 
 
 class _Spread(NamedTuple):
-    """Covariances of the misfits of a run's stretches, L x 3 x 3 each."""
+    """Covariances of the misfits of a run's L stretches, 3 L x 3 L each; only neighbouring stretches share errors."""
 
     wandering: np.ndarray  # of uneven floor, per square of the wheel noise: grows with the way
-    measured: np.ndarray   # of the measurement as stated
-    edges: np.ndarray      # of the quantisation
+    measured: np.ndarray   # of the measured poses with their deviation as stated
+    edges: np.ndarray      # of the encoders' readings at the marks
 
     def at(self, noise):
         """Their sum with (wheel noise [m] after 1 m, factor of the measurement's deviation)."""
         return noise[0] ** 2 * self.wandering + noise[1] ** 2 * self.measured + self.edges
+
+
+def _whitening(spread, noise):
+    """3 L x 3 L matrix that makes the misfits of a run independent, with unit variance."""
+    return np.linalg.inv(np.linalg.cholesky(spread.at(noise)))
 
 
 def _spread(wheels, run):
@@ -443,30 +411,44 @@ def _spread(wheels, run):
     to_step = Kinematics(wheels).inverse * np.array(wheels.metres_per_edge)
     poses = np.vstack([np.zeros(3), se2.path(steps_of(wheels, run.counts))])
     variances = np.abs(run.counts) * variance_per_edge(1.0, wheels.metres_per_edge)  # [edges^2]
-    place, turned = run.deviation
-    wandering, measured = [], []
-    for (begin, end), (x, y, _) in zip(run.marks[run.stretches], run.moved):
+    stretches, marks = len(run.stretches), len(run.marks)
+    wandering = []
+    by_pose = np.zeros((stretches, 3, marks, 3))              # misfits by the errors of the measured poses ...
+    by_reading = np.zeros((stretches, 3, marks, wheels.amount))  # ... and of the encoders' readings there
+    for index, ((first, last), moved) in enumerate(zip(run.stretches, run.moved)):
+        begin, end = run.marks[first], run.marks[last]
         by_wheel = _by_step(poses, begin, end) @ to_step  # K x 3 x n
         wandering.append(np.tensordot(by_wheel * variances[begin:end, None, :], by_wheel, axes=((0, 2), (0, 2))))
-        start = np.array((y, -x, -1.0)) * turned  # a start that looks elsewhere than measured turns the end
-        measured.append(np.outer(start, start) + np.diag([2 * place ** 2, 2 * place ** 2, turned ** 2]))
-    edges = np.broadcast_to(PATH_VARIANCE * to_step @ to_step.T, (len(measured), 3, 3))
-    return _Spread(np.array(wandering), np.array(measured), edges)
+        cos, sin = math.cos(run.poses[first, 2]), math.sin(run.poses[first, 2])
+        by_end = np.array(((cos, sin, 0.0), (-sin, cos, 0.0), (0.0, 0.0, 1.0)))
+        by_pose[index, :, first] = -by_end + np.outer((moved[1], -moved[0], 0.0), (0.0, 0.0, 1.0))
+        by_pose[index, :, last] = by_end
+        by_reading[index, :, first], by_reading[index, :, last] = -by_wheel[0], by_wheel[-1]
+    place, turned = run.deviation
+    by_pose = by_pose.reshape(3 * stretches, -1) * np.tile((place, place, turned), marks)
+    by_reading = by_reading.reshape(3 * stretches, -1)
+    return _Spread(block_diag(*wandering), by_pose @ by_pose.T, READING_VARIANCE * by_reading @ by_reading.T)
 
 
-def _likely_noise(runs, spreads, left, weights, expected):
+def _likely_noise(spreads, left, weights, expected):
     """Likeliest (wheel noise, factor of the measurement's deviation) for the residuals `left`, tied to `expected`."""
-    spread = _Spread(*(np.concatenate(parts) for parts in zip(*spreads)))
-    left = np.concatenate(left)
-    weight = np.concatenate([np.full(len(run.stretches), each) for run, each in zip(runs, weights)])
-    alone = np.concatenate([np.full(len(run.stretches), _share(run)) for run in runs])
+    spread = _Spread(*(np.hstack(list(map(_band, parts))) for parts in zip(*spreads)))
+    left = np.concatenate([math.sqrt(weight) * misfit.ravel() for misfit, weight in zip(left, weights)])
     middle = np.log(expected)
 
     def unlikely(logarithms):
         """Twice the negative logarithm of the likelihood."""
-        covariances = spread.at(np.exp(logarithms))
-        squares = np.einsum("li,lij,lj->l", left, np.linalg.inv(covariances), left)
-        numbers = np.linalg.slogdet(covariances)[1] + weight * squares
-        return float(np.sum(alone * numbers) + np.sum(((logarithms - middle) / NOISE_TIE) ** 2))
+        factor = cholesky_banded(spread.at(np.exp(logarithms)), lower=True)
+        return float(2 * np.log(factor[0]).sum() + left @ cho_solve_banded((factor, True), left)
+                     + np.sum(((logarithms - middle) / NOISE_TIE) ** 2))
     found = minimize(unlikely, middle, method="Nelder-Mead", options={"xatol": 0.02, "fatol": 0.01, "maxiter": 100})
     return np.exp(found.x)
+
+
+def _band(covariance):
+    """BAND x N: the diagonal and those below it of a covariance of N numbers, as scipy takes them; the rest is 0."""
+    size = len(covariance)
+    band = np.zeros((BAND, size))
+    for below in range(min(BAND, size)):
+        band[below, :size - below] = np.diagonal(covariance, -below)
+    return band

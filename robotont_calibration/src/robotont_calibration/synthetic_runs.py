@@ -12,6 +12,7 @@ from robotont_testing.simulated_wheels import PERIOD, counted, path_of, rolled, 
 
 NOISE = 0.001                        # [m] after 1 m; the simulator's wheels have 0.0003
 TRACKED = (0.001, math.radians(0.1))  # [m], [rad] a ground truth's
+SECONDS = 1.0                         # [s] of a stretch of a run with a ground truth
 TAPE = (0.002, math.radians(0.5))     # [m], [rad] a tape's and a ruler's
 
 
@@ -47,7 +48,7 @@ def tracked_runs(parameters, seed=0, noise=NOISE, point=(0.0, 0.0), times=1):
     for index, twists in enumerate(drives() * times):
         counts, poses = recorded(parameters, twists, seed + index, TRACKED, noise, point)
         stamps = PERIOD * np.arange(1, len(counts) + 1)
-        found.append(tracked_run(str(index), stamps, counts, Trajectory(stamps, poses), 5.0, TRACKED))
+        found.append(tracked_run(str(index), stamps, counts, Trajectory(stamps, poses), SECONDS, TRACKED))
     return found
 
 

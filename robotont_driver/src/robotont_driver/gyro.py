@@ -16,8 +16,11 @@ from robotont_driver.wheel_noise import PATH_VARIANCE
 SECOND = 1_000_000_000  # [ns]
 
 GAP = SECOND // 10      # [ns] between two samples; across a longer one the turn is unknown
-HOLD = SECOND * 3 // 10  # [ns] for which the wheels replace samples that have not arrived yet
-KEPT = 1024             # samples: more than a second of any gyro, for packets that are late
+HOLD = SECOND * 3 // 10  # [ns] by which samples of a period may be late and count as its own; shorter than SETTLING
+KEPT = 4096             # samples: more than four seconds of any gyro, for packets that are late
+
+LEAP = 5.0              # [periods] more than this between the stamps of two packets is a leap; ...
+CROWDED = 0.5           # ... behind it, packets that waited are less than this apart
 
 FIRST_BIAS = 0.02       # [rad/s] standard deviation of the bias of an unknown gyro
 SETTLING = 0.5          # [s] without counts until the robot counts as standing
@@ -31,12 +34,17 @@ BRAKING = 0.8           # a wheel brakes when the newer half of its path is shor
 
 
 class TurnIntegral:
-    """Integral of a gyro's rates from one stamp to the next."""
+    """Integral of a gyro's rates from one stamp to the next.
+
+    The wheels replace samples that have not arrived yet, however late they are; once they have, their turn is made
+    good. So a machine that is late with them loses nothing.
+    """
 
     def __init__(self):
         self._samples = deque(maxlen=KEPT)  # (stamp [ns], turn [rad] since the first one, rate [rad/s])
         self._wheels = deque(maxlen=KEPT)   # (stamp [ns], turn [rad] of the wheels up to then)
         self._reached = None                # turn at the end of the last stretch
+        self._silent = False                # whether the samples of the last stretch were later than HOLD
         self.gaps = 0                       # times that samples were missing
 
     def add(self, stamp, rate):
@@ -52,17 +60,31 @@ class TurnIntegral:
                 self._reached = None
         self._samples.append((stamp, turn, rate))
 
-    def turned(self, stamp, wheels):
-        """[rad] from the stamp [ns] of the last call to this one; None where samples are missing.
+    def forget(self):
+        """The stamps so far say nothing of those to come."""
+        self._wheels.clear()
+        self._reached = None
 
-        wheels: [rad] that the gyro should have measured according to the wheels. It replaces samples that have not
-        arrived yet; once they have, the next call corrects its error.
+    def turned(self, stamp, wheels):
+        """(turn [rad] from the stamp [ns] of the last call to this one, turn [rad] to make good).
+
+        wheels: [rad] that the gyro should have measured according to the wheels. The first is None where samples are
+        missing, or later than HOLD; then the wheels' turn counts. The second is by how much that was wrong in calls
+        before, as far as samples have arrived since.
         """
         if self._wheels and stamp <= self._wheels[-1][0]:
             self._wheels.clear()  # the clock was set
+        before, was_silent = self._reached, self._silent
+        late = 0.0
+        if was_silent and before is not None and self._wheels:
+            then = self._turn_at(self._wheels[-1][0])
+            late, before = (0.0, None) if then is None else (then - before, then)
         self._wheels.append((stamp, (self._wheels[-1][1] if self._wheels else 0.0) + wheels))
-        before, self._reached = self._reached, self._turn_at(stamp)
-        return None if before is None or self._reached is None else self._reached - before
+        self._reached = self._turn_at(stamp)
+        self._silent = self._reached is not None and stamp - self._samples[-1][0] > HOLD
+        if before is None or self._reached is None or self._silent:
+            return None, late
+        return self._reached - before, late
 
     def _turn_at(self, stamp):
         if not self._samples:
@@ -71,9 +93,7 @@ class TurnIntegral:
         if stamp <= newest[0]:
             return interpolate(self._samples, stamp)
         since = interpolate(self._wheels, newest[0])
-        if since is None or stamp - newest[0] > HOLD:
-            return None
-        return newest[1] + self._wheels[-1][1] - since
+        return None if since is None else newest[1] + self._wheels[-1][1] - since
 
 
 def interpolate(samples, stamp):
@@ -267,8 +287,11 @@ class GyroFusion:
         self.integral = TurnIntegral()
         self.watch = TurnWatch(gyro, false_alarms) if false_alarms else None
         self.learnt = UNCHANGED
+        self._stamp = None    # [ns] of the newest packet
+        self._leapt = False   # whether the stamps have leapt, and packets still come at once
         self.used = 0     # packets in which the gyro counted
         self.missing = 0  # packets without its turn
+        self.made_good = 0.0  # [rad] that samples which came too late have corrected, to and fro
         self.turned = 0.0  # [rad] by the gyro since it counts, to and fro, for its calibration
 
     def add(self, stamp, rates, up):
@@ -294,7 +317,27 @@ class GyroFusion:
         gyro = self.gyro
         gyro.watch_wheels(counts)
         self.learnt = UNCHANGED
-        measured = self.integral.turned(stamp, gyro.scale * (float(step[2]) + gyro.bias * gyro.period))
+        self._watch_stamps(stamp)
+        measured, late = self.integral.turned(stamp, gyro.scale * (float(step[2]) + gyro.bias * gyro.period))
+        fused = self._fuse_measured(counts, step, covariance, measured)
+        if not late or not gyro.ready:
+            return fused
+        self.made_good += abs(late / gyro.scale)
+        if fused is None:
+            fused = Fused(step, covariance, np.eye(3), (np.zeros((3, 2)), np.zeros(2)))
+        return fused._replace(step=fused.step + np.array((0.0, 0.0, late / gyro.scale)))
+
+    def _watch_stamps(self, stamp):
+        """After a leap of the stamps the packets that waited come at once; until they pass, the wheels count alone."""
+        periods = 1.0 if self._stamp is None else (stamp - self._stamp) / SECOND / self.gyro.period
+        self._stamp = stamp
+        self._leapt = not 0.0 < periods < LEAP or (self._leapt and periods < CROWDED)
+        if self._leapt:
+            self.integral.forget()
+
+    def _fuse_measured(self, counts, step, covariance, measured):
+        """`Fused` step with the turn that the gyro measured in this period; None without."""
+        gyro = self.gyro
         if measured is None:
             self.missing += 1
             if self.watch:

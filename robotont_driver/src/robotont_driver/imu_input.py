@@ -10,6 +10,8 @@ from sensor_msgs.msg import Imu
 from robotont_driver.gyro import LEARNING, SETTLING, up_in
 from robotont_driver.node import OK, WARN, Rate
 
+BURST = 1000  # samples that may wait: 4 s at 250 Hz, on a machine that is late with everything
+
 
 class ImuInput:
     """Takes the rates of a gyro to a `GyroFusion`, once TF has its orientation on the robot."""
@@ -23,7 +25,7 @@ class ImuInput:
         self._samples = 0
         self._refused = 0
         self._rate = Rate()
-        rospy.Subscriber(topic, Imu, self._on_imu, queue_size=100, tcp_nodelay=True)
+        rospy.Subscriber(topic, Imu, self._on_imu, queue_size=BURST, tcp_nodelay=True)
 
     def _on_imu(self, message):
         if message.header.frame_id != self._frame or self._up is None:
@@ -70,6 +72,7 @@ class ImuInput:
                 "turned": f"{math.degrees(fusion.turned):.2f} deg",
                 "packets with its turn": fusion.used,
                 "packets without": fusion.missing,
+                "turned by samples that came too late": f"{math.degrees(fusion.made_good):.2f} deg",
                 "times that wheels and gyro disagreed": fusion.watch.alarms if fusion.watch else "not watched",
             }
         if rate == 0.0:

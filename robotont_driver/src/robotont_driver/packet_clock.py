@@ -15,12 +15,18 @@ BLOCKS = 30             # earliest arrivals that the period is estimated from ..
 FEWEST = 2              # ... and the least number of them
 RECENT = 5              # earliest arrivals that the line touches the lowest of
 LARGEST_DRIFT = 0.02    # part by which the board's period may differ from the nominal one
+USUAL_DRIFT = 0.003     # ... and its standard deviation: a microcontroller's own oscillator
+ROUGH = SECOND // 200   # [ns] standard deviation of the earliest arrival of a block
+RELIABLE = 10           # blocks behind a period that is kept when the line starts anew
 LATE = 0.75             # [periods] packets all later than this, ...
 SPREAD = 1.0            # [periods] ... by about as much, ...
-PACKETS = 25            # ... so many of them in a row, mean that packets are missing
+PACKETS = 25            # ... so many of them in a row, mean that packets are missing; ...
+LATE_BLOCKS = 2         # ... so do as many blocks in a row in which even the earliest is so late
 CATCHING_UP = 0.8       # of its periods; a block that comes in less time is a queue that gets shorter
 TURN = SECOND // 2000   # [ns] a packet so soon behind its predecessor came with it, and waited for its turn ...
 BURST = SECOND // 300   # [ns] ... for no longer than this
+TOGETHER = 0.5          # [periods] packets that are closer to each other than this may belong to one burst, ...
+MANY = 4                # ... and do so where a burst has so many of them on average
 PAUSE = 3 * SECOND      # [ns] without packets; more than 109 periods at 50 Hz, which serial_com_node can repair
 STEP = SECOND // 200    # [ns] change of the wall clock against the steady one that is a step and no drift
 TICK = 1000             # [ns] least time between two stamps
@@ -40,6 +46,8 @@ class PacketClock:
         self._origin = None           # [ns] arrival of the first packet; times below are relative to it
         self._offset = 0              # [ns] wall clock minus steady clock
         self._newest = None           # [ns] newest stamp
+        self._minima = []
+        self._bursts = False          # whether the packets come in bursts
         self.restarts = self.shifts = self.steps = 0
         self.event = self.event_at = None
 
@@ -77,9 +85,12 @@ class PacketClock:
     def _advance(self, arrival):
         """Move the line on to a packet that came at `arrival`."""
         gap, self._arrival = arrival - self._arrival, arrival
-        if 0 <= gap < TURN and arrival - self._burst < BURST:
+        alone = gap < 0 or gap >= TOGETHER * self._nominal
+        in_burst = not alone if self._bursts else 0 <= gap < TURN and arrival - self._burst < BURST
+        if in_burst:
             arrival = self._burst
         self._burst = arrival
+        self._groups += alone
         if gap < 0 or gap > PAUSE:
             self.restarts += 1
             if gap < 0:
@@ -118,21 +129,33 @@ class PacketClock:
         """Estimate the period from the earliest arrivals, and lay the line on the newest of them."""
         number, arrival = self._earliest
         late = arrival - self._line + self._period * (self._number - number)
+        self._bursts = self._groups * MANY <= BLOCK
         if late > LATE * self._period and self._arrival - self._begun > CATCHING_UP * BLOCK * self._period:
-            self._shift(late)
+            self._late_blocks += 1
+            if self._late_blocks == LATE_BLOCKS:
+                self._shift(late)
+            else:
+                self._begin_block()
             return
+        self._late_blocks = 0
         self._minima.append(self._earliest)
         del self._minima[:-BLOCKS]
         if len(self._minima) >= FEWEST:
-            third = (len(self._minima) + 2) // 3
-            old, new = (min(part, key=self._residual) for part in (self._minima[:third], self._minima[-third:]))
-            period = (new[1] - old[1]) / (new[0] - old[0])
-            bound = LARGEST_DRIFT * self._nominal
-            self._period = min(max(period, self._nominal - bound), self._nominal + bound)
+            self._estimate_period()
         newest = min(self._minima[-RECENT:], key=self._residual)
         self._line = newest[1] + self._period * (self._number - newest[0])
         self._line = min(self._line, self._burst)
         self._begin_block()
+
+    def _estimate_period(self):
+        """From an early and a late one of the earliest arrivals, weighed against the nominal period."""
+        third = (len(self._minima) + 2) // 3
+        old, new = (min(part, key=self._residual) for part in (self._minima[:third], self._minima[-third:]))
+        packets = new[0] - old[0]
+        weight = 1 / (1 + (ROUGH / (packets * USUAL_DRIFT * self._nominal)) ** 2)
+        drift = weight * ((new[1] - old[1]) / packets - self._nominal)
+        bound = LARGEST_DRIFT * self._nominal
+        self._period = self._nominal + min(max(drift, -bound), bound)
 
     def _residual(self, numbered):
         number, arrival = numbered
@@ -144,13 +167,17 @@ class PacketClock:
         self._forget()
 
     def _forget(self):
-        """Discard the arrivals so far, which no longer predict those to come; keep the period."""
+        """Discard the arrivals so far, which no longer predict those to come; keep a period that many of them gave."""
+        if len(self._minima) < RELIABLE:
+            self._period = self._nominal
         self._minima = []  # (packet number, arrival) of the earliest arrival of each block
+        self._late_blocks = 0  # in a row
         self._late = []    # [ns] by which packets in a row were late
         self._begin_block()
 
     def _begin_block(self):
         self._left = BLOCK
+        self._groups = 0  # packets that came alone, and bursts
         self._begun = self._arrival
         self._earliest = (0, float("inf"))  # packet number, arrival
 

@@ -43,6 +43,8 @@ PARAMETERS = (
               "of 2 ms; 0 = off", "Hz", minimum=0.0, maximum=500.0),
 )
 
+IMU_BURST = 500  # readings that may wait: more than a stall makes up for
+
 
 class SimulatorNode:
     """Runs the firmware on the simulated board in real time, in a thread of its own."""
@@ -58,7 +60,7 @@ class SimulatorNode:
         self._prepare_messages(wheels)
         self._truth_publisher = rospy.Publisher("ground_truth/odom", Odometry, queue_size=10)
         self._scan_publisher = rospy.Publisher("scan", LaserScan, queue_size=2)
-        self._imu_publisher = rospy.Publisher("imu", Imu, queue_size=50)
+        self._imu_publisher = rospy.Publisher("imu", Imu, queue_size=IMU_BURST)
         rospy.Service("~unplug", SetBool, self._on_unplug)
         rospy.Subscriber("~byte_errors", Float32, self._on_byte_errors)
         rospy.Subscriber("~wheel_grip", Float32MultiArray, self._on_wheel_grip)

@@ -1,0 +1,144 @@
+#!/usr/bin/env python3
+"""odom_node with a gyro on ~imu: its frame by TF, unplugged and plugged in again, a wheel that slips."""
+
+import math
+
+import numpy as np
+import rospy
+import rostest
+import tf2_ros
+from geometry_msgs.msg import TransformStamped
+from nav_msgs.msg import Odometry
+from sensor_msgs.msg import Imu
+from std_msgs.msg import String
+
+from robotont_driver.kinematics import Kinematics
+from robotont_driver.protocol import format_packet
+from robotont_driver.se2 import pose_of, wrap
+from robotont_driver.wheels import read_wheels
+from robotont_testing.harness import wait_for
+from robotont_testing.node_test import OK, WARN, NodeTest
+
+GYRO, WHEELS = "odom_node: gyro", "odom_node: wheel feedback"
+PERIOD = 0.02   # [s]
+SAMPLES = 5     # of the gyro per period
+STANDING = 100  # packets, 2 s: the bias is learnt
+TWIST = (0.2, 0.0, 0.2)  # [m/s], [m/s], [rad/s]
+
+
+class OdomNodeImuTest(NodeTest):
+    """Packets in real time, from a board whose clock goes on between the tests."""
+
+    @classmethod
+    def setUpClass(cls):
+        super().setUpClass()
+        cls.begin = rospy.get_time()
+
+    def setUp(self):
+        super().setUp()
+        self.odom = self.listen("odom", Odometry)
+        self.read = self.publisher("serial_read", String)
+        self.imu = self.publisher("imu", Imu)
+        wheels = read_wheels(rospy.get_param("/"))
+        self.kinematics = Kinematics(wheels)
+        self.paths = np.zeros(wheels.amount)   # [edges] that the wheels have turned
+        self.counted = np.zeros(wheels.amount, int)
+        self.periods = math.ceil((rospy.get_time() - self.begin) / PERIOD)
+        self.broadcaster = tf2_ros.StaticTransformBroadcaster()
+
+    def mount(self, frame, roll):
+        """Publish the orientation of the gyro's frame."""
+        transform = TransformStamped(child_frame_id=frame)
+        transform.header.frame_id = "base_link"
+        transform.transform.rotation.x, transform.transform.rotation.w = math.sin(roll / 2), math.cos(roll / 2)
+        self.broadcaster.sendTransform(transform)
+
+    def drive(self, twist, packets, plugged=True, frame="camera", slipping=(0.0, 0.0, 0.0)):
+        """So many periods of a `twist`; the parts `slipping` of the wheels' paths move nothing. Yields odometry."""
+        units = np.array(self.kinematics.units_of_twist(twist))
+        for _ in range(packets):
+            self.periods += 1
+            end = self.begin + self.periods * PERIOD
+            rospy.sleep(max(0.0, end - rospy.get_time()))
+            if plugged:
+                self.publish_imu(end, twist[2], frame)
+            self.paths += units / (1 - np.array(slipping))
+            counts = self.paths.round().astype(int) - self.counted
+            self.counted += counts
+            before = len(self.odom)
+            self.read.publish(format_packet(counts.tolist()))
+            wait_for(lambda before=before: len(self.odom) > before, "odometry of the packet")
+            yield self.odom[-1]
+
+    def publish_imu(self, end, rate, frame):
+        """A period's samples of a gyro whose y axis points down."""
+        for sample in range(1, SAMPLES + 1):
+            message = Imu()
+            message.header.frame_id = frame
+            message.header.stamp = rospy.Time.from_sec(end - PERIOD + sample * PERIOD / SAMPLES)
+            message.angular_velocity.y = 0.01 - rate
+            self.imu.publish(message)
+
+    def learn(self):
+        """Mounted on its side, standing until the bias is learnt."""
+        self.mount("camera", -math.pi / 2)
+        for _ in range(10):
+            list(self.drive((0.0, 0.0, 0.0), STANDING // 2))
+            status = self.status.get(GYRO)
+            if status and status.level == OK and "takes part" in status.message:
+                return
+        self.fail(f"no gyro that takes part: {self.status.get(GYRO)}")
+
+    def test_unplugged_and_plugged_in_again_it_does_not_jump(self):
+        self.learn()
+        begin = self.odom[-1].pose.pose
+        poses = [np.array(pose_of(begin))]
+        for plugged in (True, False, True):
+            poses += [np.array(pose_of(odom.pose.pose)) for odom in self.drive(TWIST, 75, plugged)]
+        steps = np.diff(np.array(poses), axis=0)
+        steps[:, 2] = wrap(steps[:, 2])
+        expected = np.array(TWIST) * PERIOD
+        lengths = np.hypot(steps[:, 0], steps[:, 1])
+        jumps = np.abs(lengths - expected[0]).max(), np.degrees(np.abs(steps[:, 2] - expected[2]).max())
+        print(f"largest jump {1000 * jumps[0]:.2f} mm, {jumps[1]:.3f} deg")
+        self.assertLess(jumps[0], 0.001)
+        self.assertLess(jumps[1], 0.1)
+        turned = wrap(poses[-1][2] - poses[0][2])
+        self.assertLess(abs(math.degrees(wrap(turned - 225 * expected[2]))), 1.0)
+        self.wait_for_status(GYRO, OK)
+
+    def test_a_gyro_that_says_nothing_is_reported(self):
+        self.learn()
+        self.wait_for_status(GYRO, WARN, "no samples on imu")
+
+    def test_a_frame_that_tf_does_not_have_is_reported_and_the_wheels_go_on(self):
+        def unknown():
+            list(self.drive(TWIST, 10, frame="somewhere"))
+            status = self.status.get(GYRO)
+            return status and status.level == WARN and "somewhere" in status.message
+        wait_for(unknown, "the missing transform in the diagnostics")
+        before = pose_of(self.odom[-1].pose.pose)
+        list(self.drive(TWIST, 50, frame="somewhere"))
+        after = pose_of(self.odom[-1].pose.pose)
+        self.assertAlmostEqual(wrap(after[2] - before[2]), 0.2, delta=0.01)
+        self.mount("somewhere", -math.pi / 2)
+        wait_for(lambda: list(self.drive((0.0, 0.0, 0.0), 20, frame="somewhere")) and (
+            self.status[GYRO].level == OK), "the transform")
+
+    def test_a_wheel_that_slips_is_named_within_three_tenths_of_a_second(self):
+        self.learn()
+        list(self.drive((0.3, 0.0, 0.0), 50))
+        self.status.pop(WHEELS, None)
+        begin = self.periods
+        for _ in self.drive((0.3, 0.0, 0.0), 50, slipping=(0.5, 0.0, 0.0)):
+            status = self.status.get(WHEELS)
+            if status and "slips: the gyro measures another turn" in status.message:
+                break
+        else:
+            self.fail(f"not named: {self.status.get(WHEELS)}")
+        self.assertIn("wheel 0", status.message)
+        self.assertLessEqual((self.periods - begin) * PERIOD, 0.3)
+
+
+if __name__ == "__main__":
+    rostest.rosrun("robotont_driver", "odom_node_imu_test", OdomNodeImuTest)

@@ -1,0 +1,75 @@
+#!/usr/bin/env python3
+"""odom_node while the computer's clock is set, as NTP may do it: set_clock.c sets the clock of that process alone."""
+
+import mmap
+import struct
+import subprocess
+import time
+from pathlib import Path
+
+import rospy
+import rostest
+from nav_msgs.msg import Odometry
+from std_msgs.msg import String
+
+from robotont_driver.protocol import format_packet
+from robotont_testing.harness import wait_for
+from robotont_testing.node_test import WARN, NodeTest
+
+TASK = "odom_node: stamps"
+PERIOD = 0.02  # [s]
+MOST = 0.1     # [s] without odometry
+
+
+class OdomNodeSetClockTest(NodeTest):
+    def setUp(self):
+        super().setUp()
+        library, ahead = self.processes.folder / "set_clock.so", self.processes.folder / "ahead"
+        subprocess.run(["cc", "-shared", "-fPIC", "-O1", "-o", str(library),
+                        str(Path(__file__).resolve().with_name("set_clock.c"))], check=True)
+        ahead.write_bytes(struct.pack("d", 0.0))
+        with ahead.open("r+b") as file:
+            self.ahead = mmap.mmap(file.fileno(), 8)
+        self.addCleanup(self.ahead.close)
+        self.arrivals = []
+        self.odom = self.listen("odom", Odometry)
+        self.listen("odom", Odometry, lambda _: self.arrivals.append(time.monotonic()))
+        self.processes.node("odom_node", LD_PRELOAD=str(library), CLOCK_AHEAD=str(ahead))
+        self.read = self.publisher("serial_read", String)
+        wait_for(lambda: self.read.publish(format_packet((0, 0, 0))) or self.odom, "odometry", period=PERIOD)
+
+    def set_clock(self, ahead):
+        """Set odom_node's clock so many seconds ahead of the real time, in one go."""
+        self.ahead[:] = struct.pack("d", ahead)
+
+    def drive(self, packets):
+        """Send so many packets, one per period; the odometry of each."""
+        before = len(self.odom)
+        begin = time.monotonic()
+        for number in range(packets):
+            time.sleep(max(0.0, begin + number * PERIOD - time.monotonic()))
+            self.read.publish(format_packet((-10, 0, 10)))
+        wait_for(lambda: len(self.odom) >= before + packets, "odometry of each packet")
+        return self.odom[before:before + packets]
+
+    def test_the_clock_is_set(self):
+        self.drive(100)
+        ahead = 0.0
+        for step in (3600.0, -3600.0, 0.2, -0.2):
+            ahead += step
+            sent = len(self.arrivals)
+            self.set_clock(ahead)
+            newest = self.drive(100)[-1].header.stamp.to_sec()
+            gap = max(new - old for old, new in zip(self.arrivals[sent - 1:], self.arrivals[sent:]))
+            print(f"clock set by {step:+g} s: longest time without odometry {1000 * gap:.0f} ms")
+            self.assertLess(gap, MOST)
+            self.assertLess(abs(newest - ahead - rospy.get_time()), 0.1)
+            way = "back by" if step < 0 else "forward by"
+            self.wait_for_status(TASK, WARN, f"the clock was set {way} {abs(step):g}"[:30])
+        stamps = [message.header.stamp.to_sec() for message in self.odom]
+        back = [new - old for old, new in zip(stamps, stamps[1:]) if new <= old]
+        self.assertEqual(len(back), 2, back)  # only where the clock was set back
+
+
+if __name__ == "__main__":
+    rostest.rosrun("robotont_driver", "timed_odom_node_set_clock_test", OdomNodeSetClockTest)

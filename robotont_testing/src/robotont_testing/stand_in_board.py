@@ -9,6 +9,7 @@ import time
 import tty
 
 COMMAND_TIMEOUT = 0.5  # [s]
+LINE_LATENCY = 0.005   # [s] of bytes at a slow line that are looked at together
 
 
 def crc16(data):
@@ -98,6 +99,9 @@ class Board:
     `on_period(turned)` is called with the edges that the wheels have really turned, fractions included;
     `on_bytes(time, data)` with the PC's bytes.
 
+    `byte_rate`: [bytes/s] at which commands arrive, as at a real line; None: at once. What comes faster waits in the
+    pseudo-terminal. `stalled`: nothing arrives.
+
     `identity`: string with which the board identifies itself when asked; with it its packets carry a status
     (`flags`, `missed`, `refused`, and `faults` per wheel) and its text a CRC, as from firmware 2.0 on.
     """
@@ -113,6 +117,9 @@ class Board:
         self.flags = self.missed = self.refused = 0
         self.faults = [0] * wheels
         self.line = Line()
+        self.byte_rate = None
+        self.stalled = False
+        self._heard_until = 0.0  # [s] what has arrived so far has taken the line until then
         self.heard = []
         self.reported = []
         self.on_period = None
@@ -194,20 +201,38 @@ class Board:
             if any(fd == self._woken for fd, _ in ready):
                 os.read(self._woken, 1)
                 return
-            if any(event & select.POLLIN for _, event in ready):
-                self._hear(now)
+            heard = any(event & select.POLLIN for _, event in ready) and self._hear(now)
             self._open = not any(event & select.POLLHUP for _, event in ready)
-            if not self._open:
-                time.sleep(min(0.001, self.period / 4))  # no process has the port open; poll() would return at once
+            if ready and not heard:
+                time.sleep(min(0.001, self.period / 4))  # port closed, or line slow: poll() would return at once
             if now >= due:
                 due += self.period
                 self._tick(now)
 
+    def _arrived(self, now):
+        """Number of bytes that the line can have brought until now."""
+        if self.stalled:
+            return 0
+        if not self.byte_rate:
+            return 4096
+        self._heard_until = max(self._heard_until, now - LINE_LATENCY)
+        return int((now - self._heard_until) * self.byte_rate)
+
     def _hear(self, now):
+        """Take the bytes that have arrived; returns whether there were any."""
+        amount = self._arrived(now)
         try:
-            data = os.read(self._master, 4096)
+            data = os.read(self._master, amount) if amount else b""
         except OSError:
-            return
+            data = b""
+        if not data:
+            return False
+        self._take(data, now)
+        return True
+
+    def _take(self, data, now):
+        if self.byte_rate:
+            self._heard_until += len(data) / self.byte_rate
         if self.on_bytes:
             self.on_bytes(now, data)
         *lines, self._unfinished = (self._unfinished + data).split(b"\n")

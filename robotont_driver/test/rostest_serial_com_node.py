@@ -28,7 +28,7 @@ class SerialComNodeTest(NodeTest):
         super().setUp()
         self.read = self.listen("serial_read", String)
         self.board = Board(str(self.processes.folder / "board"), start_totals=0xFF00)
-        self.addCleanup(self.board.__exit__)
+        self.addCleanup(self.board.close)
         self.log = self.processes.folder / "log"
         self.addCleanup(self.forget_parameters)
 
@@ -224,8 +224,9 @@ class SerialComNodeTest(NodeTest):
         self.start_modern(rate=100)
         self.wait_for_status(BOARD, ERROR, "the board controls at 100 Hz, pidControlFrequency is 50")
         self.assertNotIn("5:5:5;", "".join(self.heard()))
-        self.board.unplug()
-        self.board.__init__(self.board.link, wheels=4, banner=None, identity=identity(wheels=4))
+        self.board.close()
+        self.board = Board(self.board.link, wheels=4, banner=None, identity=identity(wheels=4))
+        self.addCleanup(self.board.close)
         self.board.plug()
         self.wait_for_status(BOARD, ERROR, "the board drives 4 wheels, wheelAmount is 3")
         self.assertNotIn("5:5:5;", "".join(self.heard()))

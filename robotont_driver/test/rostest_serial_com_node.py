@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 """serial_com_node between the topics and a board behind a pseudo-terminal."""
 
+import os
 import signal
 import time
 
@@ -27,7 +28,7 @@ class SerialComNodeTest(NodeTest):
         super().setUp()
         self.read = self.listen("serial_read", String)
         self.board = Board(str(self.processes.folder / "board"), start_totals=0xFF00)
-        self.addCleanup(self.board.__exit__)
+        self.addCleanup(self.board.close)
         self.log = self.processes.folder / "log"
         self.addCleanup(self.forget_parameters)
 
@@ -223,8 +224,9 @@ class SerialComNodeTest(NodeTest):
         self.start_modern(rate=100)
         self.wait_for_status(BOARD, ERROR, "the board controls at 100 Hz, pidControlFrequency is 50")
         self.assertNotIn("5:5:5;", "".join(self.heard()))
-        self.board.unplug()
-        self.board.__init__(self.board.link, wheels=4, banner=None, identity=identity(wheels=4))
+        self.board.close()
+        self.board = Board(self.board.link, wheels=4, banner=None, identity=identity(wheels=4))
+        self.addCleanup(self.board.close)
         self.board.plug()
         self.wait_for_status(BOARD, ERROR, "the board drives 4 wheels, wheelAmount is 3")
         self.assertNotIn("5:5:5;", "".join(self.heard()))
@@ -244,8 +246,8 @@ class SerialComNodeTest(NodeTest):
 
     def test_a_board_that_restarts_is_taken_afresh(self):
         self.start()
-        self.command("20:20:20;\n")
-        wait_for(lambda: self.packets().count((20, 20, 20)) > 5, "counts")
+        wait_for(lambda: self.write.publish("20:20:20;\n") or self.packets().count((20, 20, 20)) > 5, "counts",
+                 period=0.05)
         self.board.restart(start_totals=0x1234)
         self.read.clear()
         wait_for(lambda: len(self.read) > 10, "packets")
@@ -310,6 +312,45 @@ class SerialComNodeTest(NodeTest):
         heard, told = len(self.board.heard), len(self.board.reported)
         wait_for(lambda: len(self.board.reported) > told + 60, "more than a second")
         self.assertEqual(len(self.board.heard), heard)
+
+    def test_a_fault_of_the_program_is_reported_and_ends_nothing(self):
+        broken = self.processes.folder / "broken"
+        code = (
+            "import os, sys\n"
+            "from robotont_driver import serial_com_node\n"
+            "feed = serial_com_node.SerialComNode._on_bytes\n"
+            "def fail(node, data):\n"
+            f"    return [][1] if os.path.exists({str(broken)!r}) else feed(node, data)\n"
+            "serial_com_node.SerialComNode._on_bytes = fail\n"
+            "serial_com_node.main()\n")
+        self.board.plug()
+        self.processes.start(
+            "python3", "-c", code, "__name:=serial_com_node", f"_port:={self.board.link}", log=self.log)
+        wait_for(lambda: self.read, "packets")
+        broken.touch()
+        self.wait_for_status(TASK, ERROR, "a fault of serial_com_node itself, IndexError: list index out of range")
+        broken.unlink()
+        self.wait_for_status(TASK, OK, "packets/s")
+        words = self.log.read_text()
+        self.assertIn("in fail", words)  # the traceback, ...
+        self.assertEqual(words.count("please report it"), 1)  # ... once
+
+    def test_commands_that_waited_while_the_node_was_stopped_do_not_drive(self):
+        self.start()
+        self.command("10:10:10;\n")
+        pid = self.processes.pid("/serial_com_node")
+        os.kill(pid, signal.SIGSTOP)
+        end = time.monotonic() + 1.0  # longer than ~write_timeout
+        while time.monotonic() < end:
+            self.write.publish("20:20:20;\n")  # then its sender dies
+            time.sleep(0.02)
+        read = len(self.read)
+        os.kill(pid, signal.SIGCONT)
+        wait_for(lambda: len(self.read) > read + 25, "packets afterwards")
+        self.assertNotIn("20:20:20;", "".join(self.heard()))
+        wait_for(lambda: self.values(TASK)["times that this node was stopped or starved"] == "1", "the diagnostics")
+        wait_for(lambda: self.write.publish("30:30:30;\n") or "30:30:30;" in "".join(self.heard()), "a new command",
+                 period=0.05)
 
     def test_the_last_packet_is_a_stop_however_the_node_ends(self):
         self.board.plug()

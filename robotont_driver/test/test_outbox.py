@@ -40,3 +40,17 @@ def test_what_can_wait_does_not_pile_up():
     assert outbox.take(0.0) == b"%d" % LONGEST_QUEUE
     outbox.clear()
     assert outbox.take(0.0) == b""
+
+
+def test_a_line_waits_until_its_predecessor_is_on_the_serial_line():
+    outbox = Outbox(byte_time=0.001)
+    outbox.put(b"0123456789")
+    assert outbox.take(1.0) == b"0123456789"
+    outbox.put(b"01234")
+    assert outbox.take(1.0) == b"01234"  # the first is being sent: two are on their way
+    outbox.put(b"stop")
+    assert outbox.take(1.009) == b""     # the second has not begun
+    assert abs(outbox.wait(1.009) - 0.001) < 1e-9
+    assert outbox.take(1.01) == b"stop"
+    outbox.put(b"next")
+    assert outbox.wait(1.01) > 0.0049    # behind all that was written before

@@ -1,28 +1,39 @@
 import contextlib
 import os
 import pty
+import shutil
+import subprocess
+import threading
+import time
 
 import pytest
 
+from robotont_driver import serial_link
 from robotont_driver.protocol import FeedbackReader, add_checksum, format_packet
 from robotont_driver.serial_link import SerialLink, explain
 from robotont_testing.harness import wait_for
 from robotont_testing.stand_in_board import Board
 
 STOP = b"0:0:0;\n"
+BYTE_RATE = 11520       # [bytes/s] of a line of 115200 baud
+REAL_TTY = "/dev/tty63"  # a virtual console that nobody uses: unlike a pseudo-terminal it ends with its last user
 
 
 class Ends:
     """A link under test with all that it reports."""
 
-    def __init__(self, port, **options):
+    def __init__(self, port, baudrate=115200, **options):
         self.reader = FeedbackReader(3, 300)
         self.packets = []
         self.changes = []
+        self.failures = []
         self.link = SerialLink(
-            str(port), 115200, lambda data: self.packets.extend(self.reader.feed(data)), self.changes.append,
-            lambda: STOP, **{"write_timeout": 30.0, "retry_period": 0.05, **options})
+            str(port), baudrate, self.received, self.changes.append, lambda: STOP, self.failures.append,
+            **{"write_timeout": 30.0, "retry_period": 0.05, **options})
         self.link.start()
+
+    def received(self, data):
+        self.packets.extend(self.reader.feed(data))
 
 
 @pytest.fixture
@@ -184,3 +195,160 @@ def test_bytes_split_and_merged_arrive_whole(port, ends):
         wait_for(lambda: end.packets.count((3, -7, 11)) > 20, "packets")
         assert not end.reader.dropped
         assert end.reader.repaired == 0
+
+
+class SlowLine:
+    """A pseudo-terminal from which a board reads at BYTE_RATE. `fullest`: bytes that waited in it at most."""
+
+    def __init__(self, port, monkeypatch):
+        self.written = 0
+        write = os.write
+
+        def count(descriptor, data):
+            amount = write(descriptor, data)
+            self.written += amount if data != b"!" else 0  # which only wakes the link's thread
+            self.fullest = max(self.fullest, self.waiting())
+            return amount
+        monkeypatch.setattr(os, "write", count)
+        self.master, slave = pty.openpty()
+        os.symlink(os.ttyname(slave), str(port))
+        self.read = bytearray()
+        self.fullest = 0
+        self._slave = slave
+        self._ended = threading.Event()
+        self._thread = threading.Thread(target=self._run, daemon=True)
+        self._thread.start()
+
+    def waiting(self, _port=None):
+        """Bytes in the line. FIONREAD would not count those that the kernel has not passed on yet."""
+        return self.written - len(self.read)
+
+    def _run(self):
+        begun = time.monotonic()
+        while not self._ended.wait(0.001):
+            due = int((time.monotonic() - begun) * BYTE_RATE)
+            data = os.read(self.master, due) if due and self.waiting() else b""
+            self.read += data
+            begun = begun + len(data) / BYTE_RATE if data else max(begun, time.monotonic() - 0.002)
+
+    def close(self):
+        self._ended.set()
+        self._thread.join()
+        os.close(self._slave)
+        os.close(self.master)
+
+
+def flood(link, line, seconds=1.0):
+    """Command at some 2 kHz for a time, then stop; [s] until the board has heard the stop."""
+    number, end = 0, time.monotonic() + seconds
+    while time.monotonic() < end:
+        link.send(add_checksum(format_packet([100 + number % 100, -50, 0])))
+        number += 1
+        time.sleep(0.0003)
+    stop = add_checksum(format_packet([0, 0, 0]))
+    begun = time.monotonic()
+    link.send(stop)
+    wait_for(lambda: stop in line.read, "the stop")
+    return time.monotonic() - begun
+
+
+@pytest.mark.parametrize("honest", [True, False], ids=["by the baudrate", "by the driver's queue"])
+def test_a_flood_of_commands_does_not_delay_the_stop(port, ends, monkeypatch, honest):
+    """A pseudo-terminal's driver reports an empty queue whatever waits in it, as a USB adapter's does.
+
+    For a driver that reports its queue the number of bytes in the pseudo-terminal is used, at a baudrate too high.
+    """
+    line = SlowLine(port, monkeypatch)
+    if not honest:
+        monkeypatch.setattr(serial_link, "waiting_bytes", line.waiting)
+    end = ends(baudrate=115200 if honest else 4000000)
+    wait_for(lambda: end.link.trouble is None, "the port")
+    assert flood(end.link, line) < 0.1
+    assert end.link.replaced > end.link.sent / 4  # more came than the line takes
+    if not honest:
+        assert line.fullest <= 2 * len(add_checksum(format_packet([100, -50, 0])))
+    line.close()
+
+
+def test_what_was_commanded_while_the_process_was_stopped_is_not_sent(port, ends):
+    with Board(str(port)) as board:
+        end = ends(write_timeout=0.4)
+        wait_for(lambda: end.packets, "packets")
+        stopped = time.monotonic() - 3.0
+        end.link.stalls.tick(stopped)                  # as if this process had done nothing for 3 s
+        assert end.link.earliest_arrival() == stopped
+        end.link.send(b"10:10:10;\n", stopped + 2.0)
+        assert end.link.outdated == 1
+        end.link.send(b"20:20:20;\n", time.monotonic() - 0.3)  # old, but not too old: for the rest of its time
+        begun = time.monotonic()
+        wait_for(lambda: "20:20:20;" in heard(board), "the command")
+        wait_for(lambda: heard(board)[-1] == "0:0:0;", "the stop")
+        assert time.monotonic() - begun < 0.35
+        assert "10:10:10;" not in heard(board)
+
+
+def test_an_error_in_a_callback_is_reported_and_ends_nothing(port, ends):
+    with Board(str(port)) as board:
+        end = ends()
+        wait_for(lambda: end.packets, "packets")
+        for error in (ValueError("no number"), KeyError("gone"), OSError(5, "not the port's")):
+            def fail(_, error=error):
+                raise error
+            end.reader.feed, working = fail, end.reader.feed
+            wait_for(lambda error=error: error in end.failures, "the report")
+            end.reader.feed = working
+            end.packets.clear()
+            wait_for(lambda: end.packets, "packets again")
+        assert end.link.failures == len(end.failures) >= 3
+        assert "not the port's" in end.link.failure
+        assert end.changes == [None]  # the port has been open all the time
+        end.link.send(b"1:2:3;\n")
+        wait_for(lambda: heard(board) == ["1:2:3;"], "the command")
+
+
+def test_an_error_in_the_link_itself_is_reported_and_retried(port, ends, monkeypatch):
+    def fail(*_):
+        raise ZeroDivisionError("a fault of ours")
+    monkeypatch.setattr(serial_link, "check_owner", fail)
+    end = ends()
+    wait_for(lambda: end.failures, "the report")
+    assert "a fault of ours" in end.link.trouble
+    monkeypatch.undo()
+    with Board(str(port)):
+        wait_for(lambda: end.packets, "packets")
+
+
+@pytest.mark.skipif(not (os.geteuid() == 0 and shutil.which("setpriv") and os.path.exists(REAL_TTY)),
+                    reason="needs root, setpriv and a virtual console")
+def test_programs_that_ignore_locks_cannot_open_a_real_port():
+    def dump():
+        """What a program like cat gets, without the privilege to ignore the mark."""
+        return subprocess.run(["setpriv", "--bounding-set=-sys_admin", "timeout", "0.2", "cat", REAL_TTY], check=False,
+                              stderr=subprocess.PIPE, stdin=subprocess.DEVNULL).stderr.decode()
+    assert dump() == ""
+    end = Ends(REAL_TTY)
+    wait_for(lambda: end.link.trouble is None, "the port")
+    assert "busy" in dump()
+    end.link.close(STOP)
+    assert dump() == ""
+    with subprocess.Popen(["sleep", "100"], stdin=open(REAL_TTY, "rb")) as reader:
+        end = Ends(REAL_TTY)
+        wait_for(lambda: end.changes, "a report")
+        reader.kill()
+    assert f"another program holds it open: process {reader.pid} (sleep)" in end.changes[0]
+    wait_for(lambda: end.link.trouble is None, "the port")
+    end.link.close(STOP)
+
+
+def test_a_pseudo_terminal_can_be_opened_again_after_kill_9(port):
+    """The kernel would keep the mark of a killed process for as long as the other end lives."""
+    with Board(str(port)):
+        code = ("import sys, time; from robotont_driver.serial_link import SerialLink; "
+                "link = SerialLink(sys.argv[1], 115200, print, print, lambda: b'', print); link.start(); "
+                "time.sleep(100)")
+        program = ["setpriv", "--bounding-set=-sys_admin", "/usr/bin/python3", "-u", "-c", code, str(port)]
+        for _ in range(2):
+            with subprocess.Popen(program[0 if shutil.which("setpriv") else 2:], stdout=subprocess.PIPE) as holder:
+                heard_first = holder.stdout.readline()
+                holder.kill()
+            assert b"None" in heard_first

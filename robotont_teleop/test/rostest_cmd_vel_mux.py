@@ -3,6 +3,8 @@
 
 import itertools
 import math
+import os
+import signal
 import threading
 import time
 
@@ -138,6 +140,20 @@ class CmdVelMuxTest(NodeTest):
             self.wire.send(**{name: None})
             wait_for(lambda: self.wire.commands[-1] == STOP, "the stop")
         self.wire.driven_by("nobody")
+
+    def test_commands_that_waited_while_the_mux_was_stopped_do_not_drive(self):
+        self.wire.send(hand=HAND)
+        self.wire.moving()
+        pid = self.processes.pid("/cmd_vel_mux")
+        os.kill(pid, signal.SIGSTOP)
+        try:
+            wait_for(lambda: self.wire.packets[-1][1] == STOPPED, "driver_node's time-out")
+            self.wire.send(hand=None)  # its sender dies after that
+        finally:
+            seen = len(self.wire.packets)
+            os.kill(pid, signal.SIGCONT)
+        wait_for(lambda: len(self.wire.packets) > seen + 15, "packets afterwards")
+        self.assertEqual({packet for _, packet in self.wire.packets[seen:]}, {STOPPED})
 
     def test_an_emergency_stop_is_on_the_wire_at_once_and_outlives_both_nodes(self):
         nodes = {name: self.processes.start("rosrun", package, name, "__ns:=/restarted") for name, package in

@@ -14,6 +14,7 @@ from robotont_driver.node import OK, WARN, Health, ImmediatePublisher, Worker, r
 from robotont_driver.outages import OutageWatch
 from robotont_driver.parameters import Parameter
 from robotont_driver.protocol import format_packet
+from robotont_driver.refusals import Refusals
 from robotont_driver.stall_watch import StallWatch
 from robotont_driver.timeouts import PUBLISH_RATE, WRITE_TIMEOUT, check_repetition
 
@@ -53,6 +54,7 @@ class DriverNode:
         self._stream.emergency_stop(rospy.get_param(PRESSED, False) is True)
         self._lock = threading.Lock()
         self._started = self._sent_at = time.monotonic()
+        self._refusals = Refusals()
         self._stalls = StallWatch(parameters["cmd_timeout"] / 2, self._started)
         self._publisher = ImmediatePublisher("serial_write", String)
         self._limited = rospy.Publisher("cmd_vel/limited", Twist, queue_size=1, tcp_nodelay=True)
@@ -67,14 +69,15 @@ class DriverNode:
         linear, angular = message.linear, message.angular
         now = time.monotonic()
         if now - self._started < LATCHED_FOR and message._connection_header.get("latching") == "1":
-            rospy.logwarn("a latched cmd_vel that was there before this node is of unknown age and does not drive")
+            if self._refusals.refuse("latched", now):
+                rospy.logwarn("a latched cmd_vel that was there before this node is of unknown age and does not drive")
             return
         with self._lock:
             refusal = self._stream.command(
                 (linear.x, linear.y, linear.z), (angular.x, angular.y, angular.z), self._stalls.earliest_arrival(now))
             self._send()
-        if refusal:
-            rospy.logwarn_throttle(1.0, "cmd_vel refused, the robot stops: %s", refusal)
+        if refusal and self._refusals.refuse(refusal.split()[0], now):
+            rospy.logwarn("cmd_vel refused, the robot stops: %s", refusal)
 
     def _on_emergency_stop(self, message):
         with self._lock:

@@ -21,7 +21,7 @@ class MockSerialNode:
         try:
             units = parse_packet(message.data, self._wheels)
         except PacketError as error:
-            rospy.logwarn_throttle(1.0, "serial_write refused: %s", error)
+            rospy.logwarn_throttle(10.0, "serial_write refused: %s", error)
             return
         self._publisher.publish(format_packet(self._motors.follow(units)))
 

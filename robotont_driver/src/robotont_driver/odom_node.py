@@ -21,6 +21,7 @@ from robotont_driver.odometry import WheelOdometry
 from robotont_driver.packet_clock import ArrivalClock, PacketClock
 from robotont_driver.parameters import Parameter
 from robotont_driver.protocol import PacketError, parse_packet
+from robotont_driver.refusals import Refusals
 from robotont_driver.slip import CommandWatch, SlipDetector
 from robotont_driver.solvers import SOLVERS
 
@@ -93,7 +94,7 @@ class OdomNode:
         self._lock = threading.Lock()
         self._arrived = None  # [ns] newest packet, on the steady clock
         self._packets = 0
-        self._refused = 0
+        self._refusals = Refusals()  # of malformed messages on serial_read
         self._rate = Rate()
         self._prepare_messages(parameters)
         self._broadcaster = tf2_ros.TransformBroadcaster() if parameters["publish_tf"] else None
@@ -125,8 +126,8 @@ class OdomNode:
         try:
             counts = parse_packet(message.data, self._wheels.amount)
         except PacketError as error:
-            self._refused += 1
-            rospy.logwarn_throttle(1.0, "serial_read refused: %s", error)
+            if self._refusals.refuse(error.kind, time.monotonic()):
+                rospy.logwarn("serial_read refused: %s", error)
             return
         with self._lock:
             arrival, now = read_clocks()
@@ -203,7 +204,7 @@ class OdomNode:
             values = {
                 "packets per second": f"{rate:.1f}",
                 "packets": self._packets,
-                "packets refused": self._refused,
+                "packets refused": self._refusals.amount,
             }
             slipping = self._detector.slipping if self._detector else ()
             lagging = self._watch.lagging if self._watch else ()

@@ -8,12 +8,15 @@ LONGEST_QUEUE = 64  # lines of low priority, beyond which the oldest are dropped
 class Outbox:
     """Lines that wait to be written. Pure: times `now` [s] are the caller's.
 
-    pacing: [s] least time between the beginnings of two lines. In this order: lines that `hurry`, the newest command
-    that was `put`, lines `added` when there is room.
+    pacing: [s] least time between the beginnings of two lines. byte_time: [s] that the serial line needs for a byte; a
+    line is handed out when its predecessor is on the serial line, so that never more than two are on their way,
+    whatever buffers there are. 0: at once. In this order: lines that `hurry`, the newest command that was `put`, lines
+    `added` when there is room.
     """
 
-    def __init__(self):
+    def __init__(self, byte_time=0.0):
         self.pacing = 0.0
+        self._byte_time = byte_time
         self.replaced = 0  # commands that a newer one overtook before they were written
         self.clear()
 
@@ -23,6 +26,7 @@ class Outbox:
         self._command = b""
         self._added = deque(maxlen=LONGEST_QUEUE)
         self._free_at = 0.0      # [s] from when on a line may be written
+        self._sent_by = 0.0      # [s] when the serial line will have sent all lines
 
     def __bool__(self):
         """Whether any line waits."""
@@ -55,7 +59,9 @@ class Outbox:
             line = self._added.popleft()
         else:
             return b""
-        self._free_at = now + pause
+        begins = max(now, self._sent_by)
+        self._sent_by = begins + len(line) * self._byte_time
+        self._free_at = max(now + pause, begins)
         return line
 
     def wait(self, now):

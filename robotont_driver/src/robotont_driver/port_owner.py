@@ -59,7 +59,7 @@ def refusal(port):
     Only pseudo-terminals are checked: one whose owner has died, and the terminal of a session.
     """
     device = os.path.realpath(port)
-    if not device.startswith(TERMINALS):
+    if not is_pseudo_terminal(device):
         return ""
     owner = read_owner(port) if os.path.islink(port) else None
     if owner and owner.device == device and not owner.lives:
@@ -70,6 +70,40 @@ def refusal(port):
     return ""
 
 
+def is_pseudo_terminal(port):
+    """Whether a port's name leads to a pseudo-terminal."""
+    return os.path.realpath(port).startswith(TERMINALS)
+
+
+def users_of(port):
+    """List of the other processes that have a port open, as text; without those of which this user may see nothing."""
+    device = os.path.realpath(port)
+    return [f"process {pid} ({name_of(pid)})" for pid in _processes()
+            if pid != os.getpid() and device in _open_files(pid)]
+
+
+def name_of(pid):
+    """Name of a process' program; empty when there is no such process."""
+    try:
+        return Path(f"/proc/{pid}/comm").read_text().strip()
+    except OSError:
+        return ""
+
+
+def _processes():
+    return [int(name) for name in os.listdir("/proc") if name.isdigit()]
+
+
+def _open_files(pid):
+    """Paths of the files that a process has open, as far as this user may see them."""
+    files = set()
+    with contextlib.suppress(OSError):
+        for descriptor in os.listdir(f"/proc/{pid}/fd"):
+            with contextlib.suppress(OSError):
+                files.add(os.readlink(f"/proc/{pid}/fd/{descriptor}"))
+    return files
+
+
 def session_of(device):
     """Process id of one whose controlling terminal is `device`; 0 when there is none."""
     try:
@@ -78,9 +112,9 @@ def session_of(device):
         return 0
     major, minor = os.major(number), os.minor(number)
     terminal = (minor & 0xFF) | (major << 8) | (minor & ~0xFF) << 12  # as /proc/PID/stat writes it
-    for name in os.listdir("/proc"):
-        if name.isdigit() and _stat(name)[4:5] == [str(terminal)]:
-            return int(name)
+    for pid in _processes():
+        if _stat(pid)[4:5] == [str(terminal)]:
+            return pid
     return 0
 
 

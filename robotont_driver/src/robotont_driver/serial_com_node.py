@@ -1,6 +1,7 @@
 """The ROS side of serial_com_node: serial_write to the port, the port to serial_read."""
 
 import time
+import traceback
 
 import rospy
 from std_msgs.msg import String
@@ -12,6 +13,7 @@ from robotont_driver.node import ERROR, OK, WARN, Health, ImmediatePublisher, Ra
 from robotont_driver.official_topics import OfficialTopics
 from robotont_driver.parameters import Parameter
 from robotont_driver.protocol import PacketError, format_packet, parse_packet
+from robotont_driver.refusals import Refusals
 from robotont_driver.serial_link import SerialLink, usb_id
 from robotont_driver.timeouts import PUBLISH_RATE, WRITE_TIMEOUT, check_repetition
 
@@ -54,15 +56,16 @@ class SerialComNode:
             rospy.logfatal("~packets is %s, but its board cannot have these wheels: %s", parameters["packets"], error)
             raise SystemExit(1) from None
         self._met = None          # the dialect that was greeted
-        self._held = None         # (command, when [s]) that could not be sent before the board was recognised
-        self._refused = 0         # malformed messages on serial_write
+        self._held = None         # (command, its arrival [s]) that could not be sent before the board was recognised
+        self._refusals = Refusals()  # of malformed messages on serial_write
         self._restarts = 0        # of the board, already reported
+        self._failures = 0        # of this program, already reported
         self._trouble_before = 0  # errors up to the last report
         self._rate = Rate()
         self._publisher = ImmediatePublisher("serial_read", String)
         self._link = SerialLink(
-            parameters["port"], parameters["baudrate"], self._on_bytes, self._on_change, stop_packet=self._stop_packet,
-            write_timeout=parameters["write_timeout"], retry_period=parameters["retry_period"])
+            parameters["port"], parameters["baudrate"], self._on_bytes, self._on_change, self._stop_packet,
+            self._on_failure, write_timeout=parameters["write_timeout"], retry_period=parameters["retry_period"])
         self._topics = OfficialTopics(parameters["range_frame_prefix"], parameters["base_frame"], self._on_light)
         self._link.start()
         rospy.on_shutdown(self._close)
@@ -73,20 +76,20 @@ class SerialComNode:
         try:
             command = parse_packet(message.data, self._wheels)
         except PacketError as error:
-            self._refused += 1
-            rospy.logwarn_throttle(1.0, "serial_write refused: %s", error)
+            if self._refusals.refuse(error.kind, time.monotonic()):
+                rospy.logwarn("serial_write refused: %s", error)
             return
-        now = time.monotonic()
-        self._dialect.tick(now)
+        arrived = self._link.earliest_arrival()
+        self._dialect.tick(time.monotonic())
         spoken = self._dialect.spoken
         if spoken.obstacle:
             rospy.logerr_throttle(10.0, "does not drive: %s", spoken.obstacle)
         # a command must not reach the board before its greeting, which the link's thread is about to send
         line = spoken.encode(command) if spoken is self._met else b""
         if line:
-            self._link.send(line)
+            self._link.send(line, arrived)
         else:
-            self._held = command, now
+            self._held = command, arrived
 
     def _stop_packet(self):
         self._dialect.tick(time.monotonic())
@@ -127,8 +130,14 @@ class SerialComNode:
         self._link.hurry(spoken.hello, spoken.pause)
         self._met = spoken
         held, self._held = self._held, None
-        if held and time.monotonic() - held[1] < self._parameters["write_timeout"]:
-            self._link.send(spoken.encode(held[0]))
+        if held:
+            self._link.send(spoken.encode(held[0]), held[1])
+
+    def _on_failure(self, error):
+        """An exception in the link's thread: a fault of this program."""
+        if not rospy.is_shutdown():
+            lines = "".join(traceback.format_exception(type(error), error, error.__traceback__))
+            rospy.logerr_throttle(10.0, "a fault of serial_com_node itself; please report it: %s", lines)
 
     def _on_change(self, trouble):
         if trouble:
@@ -145,7 +154,7 @@ class SerialComNode:
         read = dialect.packets - dialect.repaired
         rate = self._rate.look(read, time.monotonic())
         dropped = sum(dialect.dropped.values())
-        errors = dropped + self._refused
+        errors = dropped + self._refusals.amount
         new_errors, self._trouble_before = max(0, errors - self._trouble_before), errors
         values = {
             "packets": dialect.description,
@@ -155,14 +164,20 @@ class SerialComNode:
             "packets written": link.sent,
             "commands overtaken by newer ones": link.replaced,
             "commands while the port was closed": link.unsent,
-            "commands refused": self._refused,
+            "commands refused": self._refusals.amount,
+            "commands too old": link.outdated,
+            "times that this node was stopped or starved": link.stalls.stalls,
             "stops for lack of commands": link.timeouts,
             "lines dropped": dropped,
             **{"lines dropped: " + kind: count for kind, count in sorted(dialect.dropped.items())},
             "periods repaired": dialect.repaired,
             "board restarts": dialect.restarts,
             "reconnects": max(0, link.opened - 1),
+            "faults of this program": link.failures,
         }
+        new_failures, self._failures = link.failures - self._failures, link.failures
+        if new_failures:
+            return ERROR, f"a fault of serial_com_node itself, {link.failure}; please report it, with its log", values
         if link.trouble:
             return ERROR, link.trouble, values
         if dialect.complaint:

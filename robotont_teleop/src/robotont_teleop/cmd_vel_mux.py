@@ -15,6 +15,8 @@ from robotont_driver.driver_node import PRESSED
 from robotont_driver.node import OK, WARN, Health, Worker
 from robotont_driver.outages import OutageWatch
 from robotont_driver.parameters import Parameter
+from robotont_driver.refusals import Refusals
+from robotont_driver.stall_watch import StallWatch
 from robotont_teleop.arbitration import STOP, Arbiter, Input
 from robotont_teleop.node import run_node, twist_message
 
@@ -46,8 +48,10 @@ class CmdVelMux:
             Input(name, parameters[name + "_timeout"], parameters.get(name + "_rest", 0.0)) for name in INPUTS])
         self._lock = threading.Lock()
         self._commands = dict.fromkeys(INPUTS, 0)
-        self._refused = 0
+        self._refusals = Refusals()
         self._refusal = ""
+        self._stalls = StallWatch(min(parameters[name + "_timeout"] for name in INPUTS) / 2, time.monotonic())
+        self._outdated = 0
         self._driver = None
         self._others = ()
         self._publisher = rospy.Publisher("cmd_vel", Twist, queue_size=2, tcp_nodelay=True)  # a zero and a command
@@ -73,17 +77,21 @@ class CmdVelMux:
         refusal = refuse((linear.x, linear.y, linear.z), (angular.x, angular.y, angular.z))
         twist = STOP if refusal else (linear.x, linear.y, angular.z)
         with self._lock:
+            now = time.monotonic()
             self._commands[name] += 1
+            if twist != STOP and self._stalls.earliest_arrival(now) < now:
+                self._outdated += 1  # it waited while this node was stopped or starved
+                return
             before = self._arbiter.driver
-            self._send(self._arbiter.command(name, twist, time.monotonic()))
+            self._send(self._arbiter.command(name, twist, now))
             changed = before != self._arbiter.driver
+            news = refusal and self._refusals.refuse((name, refusal.split()[0]), now)
             if refusal:
-                self._refused += 1
                 self._refusal = f"cmd_vel/{name}: {refusal}"
         if changed:
             self._tell_driver()
-        if refusal:
-            rospy.logwarn_throttle(1.0, "cmd_vel/%s refused: %s", name, refusal)
+        if news:
+            rospy.logwarn("cmd_vel/%s refused: %s", name, refusal)
 
     def _on_emergency_stop(self, message):
         if message._connection_header.get("callerid") != rospy.get_name():
@@ -113,6 +121,7 @@ class CmdVelMux:
         """Whatever silence makes due; returns the time to rest."""
         with self._lock:
             now = time.monotonic()
+            self._stalls.tick(now)
             self._send(self._arbiter.look(now))
             left = self._arbiter.time_left(now)
         self._tell_driver()
@@ -161,7 +170,9 @@ class CmdVelMux:
                 "drives": driver,
                 "wait": ", ".join(waiting) or "nobody",
                 **{f"commands of {name}": count for name, count in self._commands.items()},
-                "commands refused": self._refused,
+                "commands refused": self._refusals.amount,
+                "commands too old": self._outdated,
+                "times that this node was stopped or starved": self._stalls.stalls,
                 "stops because a driver fell silent": arbiter.timeouts,
                 "other publishers of cmd_vel": ", ".join(self._others) or "none",
             }

@@ -9,6 +9,7 @@ import time
 import tty
 
 COMMAND_TIMEOUT = 0.5  # [s]
+LINE_LATENCY = 0.005   # [s] of bytes at a slow line that are looked at together
 
 
 def crc16(data):
@@ -57,7 +58,7 @@ class Encoders:
 
 
 class Line:
-    """Faults of the line on the bytes that the board sends. Rates are per byte; change them at any time."""
+    """Faults of one direction of the line. Rates are per byte; change them at any time."""
 
     def __init__(self, seed=1):
         self.random = random.Random(seed)
@@ -67,7 +68,9 @@ class Line:
         self.split = False   # write byte by byte
         self.hold = 0        # merge: write only when so many packets wait
         self.cut = False     # lose everything
+        self.delay = 0.0     # [s] for `delayed`
         self._held = []
+        self._under_way = []  # (time of arrival [s], bytes)
 
     def pass_on(self, packet):
         """List of the byte strings to write, one after the other, for a packet."""
@@ -90,13 +93,26 @@ class Line:
         together, self._held = b"".join(self._held), []
         return [bytes((byte,)) for byte in together] if self.split else [together]
 
+    def delayed(self, packet, now):
+        """As `pass_on`, with those of earlier packets that arrive at time `now` [s]; b"" for none."""
+        if packet:
+            self._under_way += [(now + self.delay, data) for data in self.pass_on(packet)]
+        arrived = [data for at, data in self._under_way if at <= now]
+        self._under_way = [(at, data) for at, data in self._under_way if at > now]
+        return arrived
+
 
 class Board:
     """Reads commands and sends one packet per period, from a thread of its own, at the port `link`.
 
+    It goes on, with a battery of its own, while its cable is unplugged. `line`: faults of what it sends; `commands`:
+    of what it receives. `motors.counted`: all counts since it was made, whatever has become of them.
     `heard`: (time, line) of each command line. `reported`: counts of each period in which the port was open.
     `on_period(turned)` is called with the edges that the wheels have really turned, fractions included;
     `on_bytes(time, data)` with the PC's bytes.
+
+    `byte_rate`: [bytes/s] at which commands arrive, as at a real line; None: at once. What comes faster waits in the
+    pseudo-terminal. `stalled`: nothing arrives.
 
     `identity`: string with which the board identifies itself when asked; with it its packets carry a status
     (`flags`, `missed`, `refused`, and `faults` per wheel) and its text a CRC, as from firmware 2.0 on.
@@ -113,20 +129,28 @@ class Board:
         self.flags = self.missed = self.refused = 0
         self.faults = [0] * wheels
         self.line = Line()
+        self.commands = Line(seed=2)
+        self.byte_rate = None
+        self.stalled = False
+        self._heard_until = 0.0  # [s] what has arrived so far has taken the line until then
         self.heard = []
         self.reported = []
         self.on_period = None
         self.on_bytes = None
         self._start_totals = start_totals
+        self.motors = Encoders(wheels)
         self._woken, self._wake = os.pipe()
-        self._master = None
+        self._master = None     # its end of the port, in use by the thread
+        self._wanted = None     # the one that the thread is to use
+        self._taken = threading.Event()  # it does
+        self._ended = False
         self._thread = None
         self._open = False  # whether a process has the port open
         self.restart()
 
     def restart(self, start_totals=None):
         """Forget all, as after a reset: counter and totals restart."""
-        self.motors = Encoders(self.wheels)
+        self._counted_before = list(self.motors.counted)
         self.offset = self._start_totals if start_totals is None else start_totals
         self._speeds = [0.0] * self.wheels
         self.counter = 0
@@ -141,23 +165,41 @@ class Board:
 
     def plug(self):
         """Appear at the port's name."""
-        self._master, slave = os.openpty()
+        master, slave = os.openpty()
         tty.setraw(slave)
-        os.set_blocking(self._master, False)
+        os.set_blocking(master, False)
         if os.path.islink(self.link):
             os.unlink(self.link)
         os.symlink(os.ttyname(slave), self.link)
         os.close(slave)
-        self._thread = threading.Thread(target=self._run, daemon=True)
-        self._thread.start()
+        if self._thread is None:
+            self._thread = threading.Thread(target=self._run, daemon=True)
+            self._thread.start()
+        self._use(master)
 
     def unplug(self):
         """Vanish: the port's name and the line."""
         os.unlink(self.link)
+        master = self._master
+        self._use(None)
+        os.close(master)
+
+    def _use(self, master):
+        """Let the thread use another end of the port, or none."""
+        self._taken.clear()
+        self._wanted = master
         os.write(self._wake, b"!")
-        self._thread.join()
-        os.close(self._master)
-        self._master = None
+        self._taken.wait()
+
+    def close(self):
+        """Unplug, if not unplugged already, and switch off."""
+        if self._master is not None:
+            self.unplug()
+        if self._thread is not None:
+            self._ended = True
+            os.write(self._wake, b"!")
+            self._thread.join()
+            self._thread = None
 
     def __enter__(self):
         """Plug in."""
@@ -165,9 +207,8 @@ class Board:
         return self
 
     def __exit__(self, *_):
-        """Unplug, if not unplugged already."""
-        if self._master is not None:
-            self.unplug()
+        """Switch off."""
+        self.close()
 
     @property
     def speeds(self):
@@ -179,37 +220,69 @@ class Board:
         try:
             while data:
                 data = data[os.write(self._master, data):]
-        except OSError:
-            pass  # full, or closed at the other end: a real board does not wait either
+        except (OSError, TypeError):
+            pass  # unplugged, full, or closed at the other end: a real board does not wait either
 
     def _run(self):
         self._unfinished = b""
         due = time.monotonic()
         poller = select.poll()
-        poller.register(self._master, select.POLLIN)
         poller.register(self._woken, select.POLLIN)
         while True:
             ready = poller.poll(max(0.0, due - time.monotonic()) * 1000)
             now = time.monotonic()
             if any(fd == self._woken for fd, _ in ready):
                 os.read(self._woken, 1)
-                return
-            if any(event & select.POLLIN for _, event in ready):
-                self._hear(now)
-            self._open = not any(event & select.POLLHUP for _, event in ready)
-            if not self._open:
-                time.sleep(min(0.001, self.period / 4))  # no process has the port open; poll() would return at once
+                if self._ended:
+                    return
+                self._change_port(poller)
+                continue
+            heard = any(event & select.POLLIN for _, event in ready) and self._hear(now)
+            self._open = self._master is not None and not any(event & select.POLLHUP for _, event in ready)
+            if ready and not heard:
+                time.sleep(min(0.001, self.period / 4))  # port closed, or line slow: poll() would return at once
             if now >= due:
                 due += self.period
                 self._tick(now)
 
+    def _change_port(self, poller):
+        if self._master is not None:
+            poller.unregister(self._master)
+        self._master, self._unfinished = self._wanted, b""
+        if self._master is not None:
+            poller.register(self._master, select.POLLIN)
+        self._taken.set()
+
+    def _arrived(self, now):
+        """Number of bytes that the line can have brought until now."""
+        if self.stalled:
+            return 0
+        if not self.byte_rate:
+            return 4096
+        self._heard_until = max(self._heard_until, now - LINE_LATENCY)
+        return int((now - self._heard_until) * self.byte_rate)
+
     def _hear(self, now):
+        """Take the bytes that have arrived; returns whether there were any."""
+        amount = self._arrived(now)
         try:
-            data = os.read(self._master, 4096)
+            data = os.read(self._master, amount) if amount else b""
         except OSError:
-            return
+            data = b""
+        if not data:
+            return False
+        self._take(data, now)
+        return True
+
+    def _take(self, data, now):
+        if self.byte_rate:
+            self._heard_until += len(data) / self.byte_rate
         if self.on_bytes:
             self.on_bytes(now, data)
+        for piece in self.commands.delayed(data, now):
+            self._obey(piece, now)
+
+    def _obey(self, data, now):
         *lines, self._unfinished = (self._unfinished + data).split(b"\n")
         for line in lines:
             if line == b"?;%04X" % crc16(b"?;"):
@@ -228,6 +301,8 @@ class Board:
                 self.send(data)
 
     def _tick(self, now):
+        for piece in self.commands.delayed(b"", now):
+            self._obey(piece, now)
         if now - self._commanded_at > COMMAND_TIMEOUT:
             self._speeds = [0.0] * self.wheels
         counts = self.motors.follow(self._speeds)
@@ -240,7 +315,7 @@ class Board:
         self._says = []
         packet = self.packet(counts)
         self.counter = (self.counter + 1) % 256
-        for data in self.line.pass_on(packet):
+        for data in self.line.delayed(packet, now):
             self.send(data)
 
     def packet(self, counts):
@@ -248,7 +323,8 @@ class Board:
         plain = ":".join(map(str, counts))
         if not self.checked:
             return f"{plain};\n".encode()
-        totals = "".join(":%04X" % ((total + self.offset) % 0x10000) for total in self.motors.counted)
+        totals = "".join(":%04X" % ((total - before + self.offset) % 0x10000)
+                         for total, before in zip(self.motors.counted, self._counted_before))
         status = ""
         if self.identity:
             faults = "".join(f"{fault:X}" for fault in self.faults)

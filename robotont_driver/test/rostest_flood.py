@@ -1,0 +1,81 @@
+#!/usr/bin/env python3
+"""Stops behind a flood of commands, on a line of 115200 baud."""
+
+import sys
+import time
+
+import rostest
+from geometry_msgs.msg import Twist
+from std_msgs.msg import Bool
+
+from robotont_testing.harness import wait_for
+from robotont_testing.node_test import NodeTest, twist
+from robotont_testing.stand_in_board import Board, speeds_of
+
+BYTE_RATE = 11520  # [bytes/s] of a line of 115200 baud
+STOP_WITHIN = 0.1  # [s]
+
+SENDER = """
+import sys, time, rospy
+from geometry_msgs.msg import Twist
+rospy.init_node("flood", anonymous=True)
+publisher = rospy.Publisher("cmd_vel", Twist, queue_size=1, tcp_nodelay=True)
+message = Twist()
+begun, number = time.monotonic(), 0
+while not rospy.is_shutdown():
+    message.linear.x = 0.2 + 0.001 * (number % 100)
+    publisher.publish(message)
+    number += 1
+    time.sleep(max(0.0, begun + number / float(sys.argv[1]) - time.monotonic()))
+"""
+
+
+class FloodTest(NodeTest):
+    def setUp(self):
+        super().setUp()
+        self.board = Board(str(self.processes.folder / "board"))
+        self.board.byte_rate = BYTE_RATE
+        self.board.plug()
+        self.addCleanup(self.board.__exit__)
+        self.processes.node("serial_com_node", f"_port:={self.board.link}")
+        self.button = self.publisher("emergency_stop", Bool)
+        self.command = self.publisher("cmd_vel", Twist)
+        wait_for(lambda: self.command.publish(twist(0.1)) or any(self.board.speeds), "a driving robot", period=0.05)
+
+    def last_motion(self):
+        """[s] when the board heard the newest command that is not zero."""
+        return max(at for at, line in list(self.board.heard) if any(speeds_of(line.encode(), 3)))
+
+    def flood(self, rate):
+        """A process that commands at that rate [Hz], when it has begun."""
+        heard = len(self.board.heard)
+        sender = self.processes.start(sys.executable, "-c", SENDER, str(rate))
+        wait_for(lambda: len(self.board.heard) > heard + 800, "the flood")
+        return sender
+
+    def test_the_emergency_stop_is_not_late_behind_a_flood(self):
+        for rate in (1000, 5000):
+            sender = self.flood(rate)
+            pressed = time.monotonic()
+            self.button.publish(True)
+            wait_for(lambda: not any(self.board.speeds), "the stop")
+            time.sleep(0.5)  # in which no command of the flood may drive
+            late = self.last_motion() - pressed
+            print(f"emergency stop behind {rate} commands/s: {1000 * late:.0f} ms")
+            self.assertLess(late, STOP_WITHIN)
+            self.assertFalse(any(self.board.speeds))
+            self.processes.stop(sender)
+            self.button.publish(False)
+            wait_for(lambda: self.command.publish(twist(0.1)) or any(self.board.speeds), "a driving robot", period=0.05)
+
+    def test_the_end_of_a_flood_is_the_end_of_its_commands(self):
+        """Silence stops after driver_node's time-out, 0.5 s, and not later."""
+        sender = self.flood(5000)
+        self.processes.stop(sender)
+        ended = time.monotonic()
+        wait_for(lambda: not any(self.board.speeds), "the stop")
+        self.assertLess(self.last_motion() - ended, 0.5 + STOP_WITHIN)
+
+
+if __name__ == "__main__":
+    rostest.rosrun("robotont_driver", "flood_test", FloodTest)

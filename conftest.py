@@ -60,7 +60,7 @@ class Rostest(pytest.Item):
 
     def reportinfo(self):
         """Where it stands."""
-        return self.path, None, "rostest " + self.name
+        return self.path, 0, "rostest " + self.name
 
 
 def has_robotont_msgs():

@@ -2,7 +2,6 @@
 """serial_com_node and boards with the official firmware behind pseudo-terminals."""
 
 import time
-import unittest
 
 import rosparam
 import rospy
@@ -17,11 +16,6 @@ from robotont_testing.harness import wait_for
 from robotont_testing.node_test import ERROR, OK, WARN, NodeTest
 from robotont_testing.official_boards import BOARDS
 from robotont_testing.robots import ROBOTONT2, SHIPPED
-
-try:
-    from robotont_msgs.msg import ColorRGB, LedModuleSegment, PowerSupply
-except ImportError:
-    LedModuleSegment = None
 
 TASK = "serial_com_node: link"
 DRIVE = "-18.90:0.00:18.90;\n"  # 0.2 m/s forward
@@ -187,21 +181,6 @@ class OfficialBoardsTest(NodeTest):
         self.assertAlmostEqual(battery[0].current, -1.5)
         front = next(t for t in places[0].transforms if t.child_frame_id == "range_sensor_11")
         self.assertAlmostEqual(front.transform.translation.x, 0.165)
-
-    @unittest.skipUnless(LedModuleSegment, "the official package robotont_msgs is not installed")
-    def test_lights_and_power_supply(self):
-        supply = self.listen("power_supply", PowerSupply)
-        lights = self.publisher("led_segment", LedModuleSegment, subscribers=0)
-        self.start()
-        wait_for(lights.get_num_connections, "the subscriber")
-        lights.publish(LedModuleSegment(idx_start=3, colors=[ColorRGB(255, 0, 1)] * 2))
-        wait_for(lambda: b"LED:3:16711681:16711681\n" in self.wire(), "the line")
-
-        def say():
-            self.port.board.extra_lines = [b"POWER:1.5:14.8\r\n"]
-            return supply
-        wait_for(say, "the message", period=0.1)
-        self.assertAlmostEqual(supply[0].voltage, 14.8, places=5)
 
 
 def board_edges(board):

@@ -16,6 +16,8 @@ from robotont_driver.dialects.robotont2 import Robotont2
 from robotont_driver.kinematics import Kinematics
 from robotont_driver.protocol import Packet, PacketError, format_packet, parse_packet
 from robotont_driver.wheels import read_wheels
+from robotont_testing.dc_motors import Motors
+from robotont_testing.official_boards import BOARDS
 from robotont_testing.robots import BARE, SHIPPED, UNEVEN_4
 
 SQUARE = ((0.2, 0, 0), (0, 0.2, 0), (-0.2, 0, 0), (0, -0.2, 0))
@@ -115,7 +117,37 @@ def test_lights_fit_into_the_boards_buffer():
     assert [line.split(b":")[1] for line in lines] == [b"3", b"23", b"43"]
     assert max(map(len, lines)) <= 254
     assert lines[0].startswith(b"LED:3:16777215:")
-    assert make_dialect("robotont3", official_wheels(), REACH).encode_lights(0, [(1, 2, 3)]) == []
+
+
+WHITE, RED, DARK = (255, 255, 255), (255, 0, 0), (0, 0, 0)
+
+
+@pytest.mark.parametrize("first, colours", [(3, [RED]), (0, [RED] * 60), (10, [RED, WHITE, DARK, WHITE, RED, WHITE]),
+                                            (7, [WHITE, RED, RED, RED]), (59, [WHITE])])
+def test_lights_of_generation_3_show_what_was_asked_and_nothing_else(first, colours):
+    dialect = make_dialect("robotont3", official_wheels(), REACH)
+    board = BOARDS["robotont3"](Motors(), lights=True)
+    plain = BOARDS["robotont3"](Motors())
+    longest = b"MS:-0.4000:-0.4000:-0.4000\n"
+    for at, line in enumerate([longest, *dialect.encode_lights(0, [RED, WHITE] * 3), longest,
+                               *dialect.encode_lights(first, colours), longest]):
+        assert len(line) < 64
+        for each in (board, plain):
+            each.receive(line, 0.1 * at)
+    for each in (board, plain):
+        each.advance(1.0)
+        assert (each.dead, each.swallowed) == ("", [])
+        assert each.setpoints == [-0.4] * 3
+    wanted = [0] * 60
+    wanted[first:first + len(colours)] = [red << 16 | green << 8 | blue for red, green, blue in colours]
+    assert board.shown == wanted
+    assert board.lights_mode >= board.MODES, "nothing animates them"
+
+
+def test_lights_of_generation_3_that_do_not_fit_into_a_transfer_are_not_sent():
+    dialect = make_dialect("robotont3", official_wheels(), REACH)
+    assert dialect.encode_lights(10, [WHITE, RED] * 4) == []
+    assert dialect.encode_lights(10, []) == []
 
 
 # --- what is sent, when: no trap is stepped into

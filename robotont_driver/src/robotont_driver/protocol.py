@@ -44,7 +44,7 @@ def crc16(data):
 def format_packet(values, decimals=0):
     r"""The plain packet `m0:m1:...;\\n` of the values [units], each with that many decimals."""
     # round() may leave a negative zero, which "+ 0.0" makes positive
-    return ":".join("{:.{}f}".format(round(value, decimals) + 0.0, decimals) for value in values) + ";\n"
+    return ":".join([f"{round(value, decimals) + 0.0:.{decimals}f}" for value in values]) + ";\n"
 
 
 def add_checksum(packet):

@@ -1,0 +1,91 @@
+#!/usr/bin/env python3
+"""The topics whose messages are those of the official package robotont_msgs, with that package itself.
+
+conftest.py finds it, or skips this test by name.
+"""
+
+import rosparam
+import rostest
+from robotont_msgs.msg import ColorRGB, LaserScanSplit, LedModulePixel, LedModuleSegment, PowerSupply
+from sensor_msgs.msg import LaserScan
+
+from robotont_testing.board_port import BoardPort
+from robotont_testing.dc_motors import Motors
+from robotont_testing.harness import wait_for
+from robotont_testing.node_test import NodeTest
+from robotont_testing.official_boards import BOARDS
+from robotont_testing.robots import ROBOTONT2
+
+
+class RobotontMsgsTest(NodeTest):
+    def start(self, name, *arguments, **board):
+        for key, value in ROBOTONT2.items():
+            rosparam.set_param("/" + key, str(value))
+        self.port = BoardPort(str(self.processes.folder / "board"),
+                              lambda now: BOARDS[name](Motors(), start=now, **board))
+        self.addCleanup(self.port.unplug)
+        self.port.plug()
+        self.processes.node("serial_com_node", f"_port:={self.port.link}", "__name:=serial_com_node", *arguments)
+
+    def wire(self):
+        return b"".join(data for _, data in list(self.port.heard))
+
+    def lights(self, topic, message_type):
+        lights = self.publisher(topic, message_type, subscribers=0)
+        wait_for(lights.get_num_connections, "the subscriber")
+        return lights
+
+    def test_lights_of_generation_2(self):
+        self.start("robotont2")
+        segment, pixel = self.lights("led_segment", LedModuleSegment), self.lights("led_pixel", LedModulePixel)
+        wait_for(lambda: b"\x1b" in self.wire(), "the greeting")
+        segment.publish(LedModuleSegment(idx_start=3, colors=[ColorRGB(255, 0, 1)] * 2))
+        wait_for(lambda: b"LED:3:16711681:16711681\n" in self.wire(), "the line")
+        pixel.publish(LedModulePixel(idx=7, color=ColorRGB(0, 0, 2)))
+        wait_for(lambda: b"LED:7:2\n" in self.wire(), "the line of one light")
+
+    def test_lights_of_generation_3(self):
+        self.start("robotont3", "_usb_id:=0483:5740", lights=True)
+        segment, pixel = self.lights("led_segment", LedModuleSegment), self.lights("led_pixel", LedModulePixel)
+        # until the board is recognised nothing is sent to it
+        wait_for(lambda: segment.publish(LedModuleSegment(idx_start=3, colors=[ColorRGB(255, 0, 1)] * 20))
+                 or self.port.board.shown[3:23] == [0xFF0001] * 20, "the segment", period=0.2)
+        self.assertEqual(self.port.board.shown.count(0), 40)
+        pixel.publish(LedModulePixel(idx=59, color=ColorRGB(0, 0, 2)))
+        wait_for(lambda: self.port.board.shown == [0] * 59 + [2], "the light")
+        self.assertTrue(all(data.count(b"\n") == 1 and len(data) < 64 for _, data in self.port.heard))
+        self.assertEqual((self.port.board.dead, self.port.board.swallowed), ("", []))
+
+    def check_power_supply(self, line):
+        supply = self.listen("power_supply", PowerSupply)
+
+        def say():
+            self.port.board.extra_lines = [line]
+            return supply
+        wait_for(say, "the message", period=0.1)
+        self.assertAlmostEqual(supply[0].voltage, 14.8, places=5)
+        self.assertAlmostEqual(supply[0].current, 1.5, places=5)
+        self.assertFalse(supply[0].estop_pressed)
+
+    def test_power_supply_of_generation_2(self):
+        self.start("robotont2")
+        self.check_power_supply(b"POWER:1.5:14.8\r\n")
+
+    def test_power_supply_of_generation_3(self):
+        self.start("robotont3", "_usb_id:=0483:5740")
+        self.check_power_supply(b"BATSTATE:1.0:0.5:0.0:14.8\n")
+
+    def test_scan_to_distance(self):
+        split = self.listen("scan_to_distance", LaserScanSplit)
+        self.processes.node("scan_to_distance")
+        scan = self.publisher("scan", LaserScan)
+        ranges = [3.0] * 30 + [2.0] * 30 + [1.0] * 29 + [0.5]
+        message = LaserScan(angle_min=-1.5, angle_max=1.5, angle_increment=3 / 89, range_min=0.1, range_max=10.0,
+                            ranges=ranges)
+        wait_for(lambda: scan.publish(message) or split, "the distances", period=0.1)
+        self.assertEqual((split[0].rightMin, split[0].centerMin, split[0].leftMin), (3.0, 2.0, 0.5))
+        self.assertAlmostEqual(split[0].leftMean, (29 + 0.5) / 30)
+
+
+if __name__ == "__main__":
+    rostest.rosrun("robotont_driver", "robotont_msgs_test", RobotontMsgsTest)

@@ -170,7 +170,9 @@ class WebTeleopNodeTest(NodeTest):
         self.start()
         page = self.page()
         wait_for(lambda: page.messages["status"]["navigation"], "navigation")
-        for number in range(8):
+        page.order("goal", x=0.0, y=1.0)
+        wait_for(active, "the first goal")
+        for number in range(1, 8):
             page.order("goal", x=0.5 * number, y=1.0)
         newest = wait_for(lambda: goals and goals[-1].goal.target_pose.pose.position.x == 3.5 and goals[-1],
                           "the newest goal", timeout=5)
@@ -250,8 +252,12 @@ class WebTeleopNodeTest(NodeTest):
         watched = camera.Camera(CAMERA)
         with unittest.mock.patch.object(camera, "REST", 1.5):
             watched.look({rospy.resolve_name(CAMERA)})
-            wait_for(lambda: watched.picture() or publisher.publish(CompressedImage(data=jpeg(1))), "the picture",
-                     period=0.05)
+            watched.picture()
+            wait_for(publisher.get_num_connections, "the subscription")
+            publisher.publish(CompressedImage(format="png", data=b"\x89PNG"))
+            picture = wait_for(lambda: watched.picture() or publisher.publish(CompressedImage(data=jpeg(1))),
+                               "the picture", period=0.05)
+            self.assertEqual(picture[1], jpeg(1), "what is no JPEG must be left out")
             wait_for(lambda: watched.picture() is None, "the end of the old picture", timeout=3)
             self.assertTrue(publisher.get_num_connections())
             wait_for(lambda: watched.look({}) or not publisher.get_num_connections(), "the end of the subscription")

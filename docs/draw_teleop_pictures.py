@@ -46,8 +46,7 @@ def main():
         for name, size, dark in PICTURES:
             page = browser.page(f"http://127.0.0.1:{port}/", size, dark)
             page.wait("document.querySelectorAll('#lights li').length >= 5", "the robot's health", timeout=60)
-            drive(page, poses)
-            page.screenshot(folder / f"{name}.png")
+            take_in_motion(page, poses, folder / f"{name}.png")
             page.lift()
             page.close()
 
@@ -56,6 +55,15 @@ def answers(port):
     """Whether the page's server is there."""
     with socket.socket() as probe:
         return probe.connect_ex(("127.0.0.1", port)) == 0
+
+
+def take_in_motion(page, poses, path):
+    """A picture of the page while the robot drives; again where the connection has stumbled meanwhile."""
+    def taken():
+        drive(page, poses)
+        page.screenshot(path)
+        return page.run("document.getElementById('message').hidden")
+    wait_for(taken, "a picture in motion", timeout=120)
 
 
 def drive(page, poses):
@@ -72,8 +80,8 @@ def drive(page, poses):
         way = poses[start - 1:]
         return sum(math.hypot(after.x - before.x, after.y - before.y) for before, after in zip(way, way[1:])) > WAY
     wait_for(gone, "the drive", period=0.1, timeout=60)
-    wait_for(lambda: gone() and float(page.text("#speed")) > 0.1 and not page.text("#message"), "a picture in motion",
-             period=0.05)
+    wait_for(lambda: gone() and float(page.text("#speed")) > 0.1 and page.run(
+        "document.getElementById('message').hidden"), "motion", period=0.05)
 
 
 def show_map():

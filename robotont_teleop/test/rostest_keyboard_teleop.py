@@ -70,10 +70,18 @@ class KeyboardTeleopTest(NodeTest):
             (message.linear.x, message.linear.y, message.angular.z)))
 
     def start(self, *arguments):
-        terminal = Terminal(*arguments)
-        self.addCleanup(terminal.end)
-        wait_for(lambda: "listen to /cmd_vel/hand" in terminal.line, "the line of keyboard_teleop")
+        terminal, = self.start_many(1, *arguments)
         return terminal
+
+    def start_many(self, number, *arguments):
+        """Terminals that start side by side."""
+        terminals = [Terminal(*arguments) for _ in range(number)]
+        for terminal in terminals:
+            self.addCleanup(terminal.end)
+        for terminal in terminals:
+            wait_for(lambda terminal=terminal: "listen to /cmd_vel/hand" in terminal.line,
+                     "the line of keyboard_teleop")
+        return terminals
 
     def newest_is(self, twist, what):
         wait_for(lambda: self.hand and all(abs(one - other) < 1e-9 for one, other in zip(self.hand[-1], twist)), what)
@@ -130,22 +138,35 @@ class KeyboardTeleopTest(NodeTest):
         wait_for(lambda: "EMERGENCY STOP" not in terminal.line, "words about the release")
         self.moves(terminal)
 
-    def ends(self, act, what):
+    def test_a_stop_by_somebody_else_lets_go_of_the_keys(self):
         terminal = self.start(f"_first_hold:={HOLD}")
+        person = self.publisher("emergency_stop", Bool, subscribers=2)
         pressed = self.moves(terminal)
-        act(terminal)
-        self.newest_is(STOP, f"the stop after {what}")
-        self.assertLess(time.monotonic() - pressed, HOLD, what)
-        terminal.process.wait(20)
-        self.assertNotIn("Traceback", terminal.shown)
+        person.publish(True)
+        wait_for(lambda: "EMERGENCY STOP" in terminal.line, "words about the stop")
+        person.publish(False)
+        wait_for(lambda: "EMERGENCY STOP" not in terminal.line, "words about the release")
+        self.assertLess(time.monotonic() - pressed, HOLD)
+        self.assertEqual(self.hand[-1], STOP)
+        seen = len(self.hand)
+        wait_for(lambda: time.monotonic() > pressed + HOLD, "the end of the key's time")
+        self.assertFalse([one for one in self.hand[seen:] if one != STOP])
 
     def test_its_end_stops_the_robot(self):
-        for what, act in (("Ctrl-C", lambda terminal: terminal.type("\x03")),
-                          ("Esc", lambda terminal: terminal.type("\x1b")),
-                          ("a lost terminal", lambda terminal: terminal.hang_up()),
-                          ("SIGHUP", lambda terminal: os.killpg(terminal.process.pid, signal.SIGHUP)),
-                          ("SIGTERM", lambda terminal: os.killpg(terminal.process.pid, signal.SIGTERM))):
-            self.ends(act, what)
+        ends = (("Ctrl-C", lambda terminal: terminal.type("\x03")),
+                ("Esc", lambda terminal: terminal.type("\x1b")),
+                ("a lost terminal", lambda terminal: terminal.hang_up()),
+                ("SIGHUP", lambda terminal: os.killpg(terminal.process.pid, signal.SIGHUP)),
+                ("SIGTERM", lambda terminal: os.killpg(terminal.process.pid, signal.SIGTERM)))
+        terminals = self.start_many(len(ends), f"_first_hold:={HOLD}")
+        for terminal, (what, act) in zip(terminals, ends):
+            pressed = self.moves(terminal)
+            act(terminal)
+            self.newest_is(STOP, f"the stop after {what}")
+            self.assertLess(time.monotonic() - pressed, HOLD, what)
+        for terminal in terminals:
+            terminal.process.wait(20)
+            self.assertNotIn("Traceback", terminal.shown)
 
     def test_killed_it_is_stopped_by_the_mux(self):
         commands = self.listen("cmd_vel", Twist)

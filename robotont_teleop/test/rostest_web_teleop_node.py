@@ -30,6 +30,7 @@ from robotont_teleop import camera
 from robotont_testing.browser import CHROMIUM, PHONE, Browser
 from robotont_testing.harness import free_port, wait_for
 from robotont_testing.node_test import WARN, NodeTest
+from robotont_testing.stalling_proxy import StallingProxy
 
 MOVE_BASE = Path(__file__).resolve().parents[2] / "robotont_navigation" / "test" / "move_base_double.py"
 CAMERA = "camera/color/image_raw/compressed"
@@ -38,6 +39,20 @@ YAW = 0.6             # [rad]
 SCALE = 100.0         # [px/m] of the page when it opens
 STOP = (0.0, 0.0, 0.0)
 OPEN = "document.getElementById('app')?.dataset.state === 'open'"  # not yet on the login page
+LOG_SOCKETS = """window.sockets = 0;
+window.sent = [];
+const Real = WebSocket;
+window.WebSocket = class extends Real {
+  constructor(address) {
+    super(address);
+    window.sockets++;
+  }
+
+  send(text) {
+    window.sent.push(text);
+    super.send(text);
+  }
+};"""
 ACTIVE = (GoalStatus.PENDING, GoalStatus.ACTIVE, GoalStatus.PREEMPTING, GoalStatus.RECALLING)
 
 
@@ -155,7 +170,9 @@ class WebTeleopNodeTest(NodeTest):
         self.start()
         page = self.page()
         wait_for(lambda: page.messages["status"]["navigation"], "navigation")
-        for number in range(8):
+        page.order("goal", x=0.0, y=1.0)
+        wait_for(active, "the first goal")
+        for number in range(1, 8):
             page.order("goal", x=0.5 * number, y=1.0)
         newest = wait_for(lambda: goals and goals[-1].goal.target_pose.pose.position.x == 3.5 and goals[-1],
                           "the newest goal", timeout=5)
@@ -235,8 +252,12 @@ class WebTeleopNodeTest(NodeTest):
         watched = camera.Camera(CAMERA)
         with unittest.mock.patch.object(camera, "REST", 1.5):
             watched.look({rospy.resolve_name(CAMERA)})
-            wait_for(lambda: watched.picture() or publisher.publish(CompressedImage(data=jpeg(1))), "the picture",
-                     period=0.05)
+            watched.picture()
+            wait_for(publisher.get_num_connections, "the subscription")
+            publisher.publish(CompressedImage(format="png", data=b"\x89PNG"))
+            picture = wait_for(lambda: watched.picture() or publisher.publish(CompressedImage(data=jpeg(1))),
+                               "the picture", period=0.05)
+            self.assertEqual(picture[1], jpeg(1), "what is no JPEG must be left out")
             wait_for(lambda: watched.picture() is None, "the end of the old picture", timeout=3)
             self.assertTrue(publisher.get_num_connections())
             wait_for(lambda: watched.look({}) or not publisher.get_num_connections(), "the end of the subscription")
@@ -312,6 +333,50 @@ class WebTeleopNodeTest(NodeTest):
         wait_for(lambda: self.status["driver_node: command stream"] is not seen, "newer diagnostics")
         self.assertEqual(self.values("driver_node: command stream")["emergency stop"], "not pressed",
                          "a press that was released lives on")
+
+    def open_through_proxy(self):
+        """(page, proxy); the page counts its sockets and keeps what it sends."""
+        self.addCleanup(rospy.set_param, "/emergency_stop_pressed", False)
+        rospy.set_param("/emergency_stop_pressed", False)
+        self.start()
+        proxy = StallingProxy(self.port)
+        self.addCleanup(proxy.close)
+        return self.open(f"http://127.0.0.1:{proxy.port}/", script=LOG_SOCKETS), proxy
+
+    def test_a_stop_that_a_broken_connection_swallows_goes_out_on_the_next(self):
+        stops = self.listen("emergency_stop", Bool)
+        page, proxy = self.open_through_proxy()
+        proxy.stall()
+        page.finger(1, "#stop")
+        page.lift()
+        page.wait("document.getElementById('message').textContent.includes('has not reached')", "words for the driver")
+        self.assertFalse(stops)
+        page.wait("window.sockets > 1", "a new connection instead of the dead one")
+        proxy.cut()
+        proxy.flow()
+        wait_for(lambda: stops, "the stop")
+        page.wait("document.getElementById('message').hidden", "the end of these words")
+        page.wait("!document.getElementById('stopped').hidden", "words about the stop")
+
+    def test_a_release_that_a_stall_holds_up_releases_nothing(self):
+        stops = self.listen("emergency_stop", Bool)
+        page, proxy = self.open_through_proxy()
+        page.finger(1, "#stop")
+        page.lift()
+        page.wait("!document.getElementById('stopped').hidden", "words about the stop")
+        page.finger(2, "#release")
+        page.wait("document.getElementById('release').classList.contains('filling')", "the hold")
+        proxy.stall("up")
+        page.wait("window.sent.some((text) => text.includes('release'))", "the release, which waits on its way")
+        page.lift()
+        then = page.run("performance.now()")
+        wait_for(lambda: page.run("performance.now()") > then + 250, "a release that is too old")
+        proxy.flow()
+        page.wait("document.getElementById('message').textContent.includes('too late')", "words for the driver")
+        self.assertTrue(all(stop.data for stop in stops))
+        page.finger(2, "#release")
+        wait_for(lambda: not stops[-1].data, "the release that is held anew")
+        page.lift()
 
     # Its end
 

@@ -195,6 +195,13 @@ def test_orders(served):
     assert page.messages["pong"]["time"] == 12.5
 
 
+def test_no_answer_is_lost_when_many_messages_come_at_once(served):
+    page = ready(served)
+    page.send(*[{"kind": "ping", "time": number} for number in range(20)], {"kind": "fly"})
+    wait_for(lambda: "error" in page.messages, "the refusal of the last")
+    assert page.messages["pong"]["time"] == 19
+
+
 def is_closed(connection):
     """Whether the other end has closed it."""
     connection.setblocking(False)

@@ -220,7 +220,7 @@ function showFacts({board, battery, ranges, pages}) {
   $("facts").replaceChildren(...facts.flatMap(([name, value]) => {
     const [term, fact] = [document.createElement("dt"), document.createElement("dd")];
     term.textContent = text(name);
-    fact.textContent = value;
+    fact.textContent = fact.title = value;
     return [term, fact];
   }));
 }

@@ -31,7 +31,7 @@ class PageSocket(Guarded, tornado.websocket.WebSocketHandler):
         self.fresh = True   # has got no status yet
         self._rate = MessageRate(MESSAGES_PER_SECOND)
         self._wrong = 0
-        self._writing = None  # future of the newest write
+        self._writing = None  # the newest write, for the loop holds it only weakly
         self._read_at = 0.0   # [s] when the page was last seen to read
 
     def check_origin(self, _origin):
@@ -107,7 +107,8 @@ class PageSocket(Guarded, tornado.websocket.WebSocketHandler):
             self.send({"kind": "error", "words": words[:200]})
 
     def _reads(self):
-        return self._writing is None or self._writing.done()
+        """Whether all that was sent has left for the network."""
+        return self.ws_connection is not None and not self.ws_connection.stream.writing()
 
     def _write(self, text):
         with contextlib.suppress(tornado.websocket.WebSocketClosedError):

@@ -239,7 +239,8 @@ class RobotView:
                 name = status.name.lstrip("/")[:80]
                 self._lights[name] = (now, status.level[0] if isinstance(status.level, bytes) else int(status.level),
                                       status.message[:LONGEST_WORDS])
-                self._board = next((value.value[:80] for value in status.values if value.key == "board"), self._board)
+                self._board = next((value.value[:LONGEST_WORDS] for value in status.values if value.key == "board"),
+                                   self._board)
             for name in [name for name, light in self._lights.items() if now - light[0] > 12 * STALE_LIGHT]:
                 del self._lights[name]
 

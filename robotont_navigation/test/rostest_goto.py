@@ -127,6 +127,16 @@ class GotoTest(NodeTest):
         self.assertEqual(status, 3, lines)
         self.assertEqual(lines[-1], "move_base has not been heard for 3 s: has it died?")
 
+    def test_the_server_dies_and_is_started_again(self):
+        server = self.start_server("/respawned", repeat=True)
+        goto = self.start_goto("2", "2", "0")
+        wait_for(self.moving, "motion")
+        self.processes.stop(server, signal.SIGKILL)
+        self.start_server("/respawned")
+        status, lines = self.end(goto)
+        self.assertEqual(status, 3, lines)
+        self.assertRegex(lines[-1], r"^move_base died after \d+\.\d s and was started again: send the goal again$")
+
     def test_too_long(self):
         status, lines = self.end(self.start_goto("2", "2", "0", "--timeout", "1"))
         self.assertEqual(status, 5, lines)

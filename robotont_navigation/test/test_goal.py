@@ -10,6 +10,7 @@ from navigation_tools import PACKAGE
 from robotont_navigation.goal import (
     DONE,
     GAVE_UP,
+    NOT_THERE,
     REPLACED,
     Goal,
     outcome,
@@ -72,7 +73,7 @@ def test_progress_says_how_far_it_is():
     ("ABORTED", "Failed to find a valid plan.", (5.0, 4.0, 1.57), GAVE_UP,
      "move_base gave up (ABORTED): Failed to find a valid plan; 5.00 m and 0.00 rad were left"),
     ("REJECTED", "", None, GAVE_UP, "move_base gave up (REJECTED): no reason given"),
-    ("LOST", "", None, GAVE_UP, "move_base gave up (LOST): no reason given"),
+    ("LOST", "", None, NOT_THERE, "move_base died after 31.2 s and was started again: send the goal again"),
     ("PREEMPTED", "", None, REPLACED, "cancelled by another client, or another goal took its place, after 31.2 s"),
 ])
 def test_every_end_has_a_status_and_words(state, text, pose, status, words):

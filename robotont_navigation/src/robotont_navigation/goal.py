@@ -91,5 +91,7 @@ def outcome(state, text, goal, pose, elapsed):
         return Outcome(DONE, f"reached {goal} after {elapsed:.1f} s" + (f", within {left}" if left else ""))
     if state in ("PREEMPTED", "RECALLED"):
         return Outcome(REPLACED, f"cancelled by another client, or another goal took its place, after {elapsed:.1f} s")
+    if state == "LOST":
+        return Outcome(NOT_THERE, f"move_base died after {elapsed:.1f} s and was started again: send the goal again")
     reason = text.strip().rstrip(".") or "no reason given"
     return Outcome(GAVE_UP, f"move_base gave up ({state}): {reason}" + (f"; {left} were left" if left else ""))

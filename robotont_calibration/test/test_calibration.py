@@ -107,8 +107,8 @@ def test_stated_uncertainties_are_the_ones_that_there_are(make, point):
     spread = np.sqrt(np.mean(np.square(ratios), axis=0))
     print("errors over stated deviations:", np.round(spread, 2), "all:", np.sqrt(np.mean(np.square(ratios))).round(2))
     assert 0.8 < np.sqrt(np.mean(np.square(ratios))) < 1.2
-    assert spread.min() > 0.6
-    assert spread.max() < 1.4
+    assert spread.min() > 0.66  # 40 samples: three standard deviations of 11 %
+    assert spread.max() < 1.34
 
 
 def allowed_by_information(found, true, amount=4000):

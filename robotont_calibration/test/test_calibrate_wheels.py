@@ -3,10 +3,12 @@ import math
 import re
 from pathlib import Path
 
+import numpy as np
 import pytest
 import yaml
 
 from robotont_calibration.calibrate_wheels import main
+from robotont_calibration.cross_validation import HeldOut
 from robotont_calibration.recordings import write_csv
 from robotont_calibration.synthetic_runs import TAPE, TRACKED, drives, recorded, true_of
 from robotont_calibration.wheel_file_writer import with_values
@@ -71,6 +73,14 @@ def test_only_what_is_asked_for_changes(runs, tmp_path):
     assert len(set(found["wheelRadius"])) == 3
     assert {key: found[key] for key in SHIPPED if key != "wheelRadius"} == {
         key: SHIPPED[key] for key in SHIPPED if key != "wheelRadius"}
+
+
+@pytest.mark.parametrize("gains, better", [
+    ((0.002, 0.0, 0.0, 0.0, -0.001, 0.001), False), ((0.004, 0.003, 0.005, 0.003, 0.004, 0.006), True),
+    ((0.0001,) * 6, False)], ids=["by chance", "all runs", "too little"])
+def test_more_radii_are_taken_only_for_a_gain_that_is_no_chance(gains, better):
+    common = HeldOut(np.full(6, 0.01), np.zeros(6))
+    assert HeldOut(common.places - gains, np.zeros(6)).is_better_than(common) is better
 
 
 def test_what_the_runs_do_not_tell_is_warned_of(runs, tmp_path, capsys):

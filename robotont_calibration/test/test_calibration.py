@@ -107,19 +107,47 @@ def test_stated_uncertainties_are_the_ones_that_there_are(make, point):
     spread = np.sqrt(np.mean(np.square(ratios), axis=0))
     print("errors over stated deviations:", np.round(spread, 2), "all:", np.sqrt(np.mean(np.square(ratios))).round(2))
     assert 0.8 < np.sqrt(np.mean(np.square(ratios))) < 1.2
-    assert spread.min() > 0.6
-    assert spread.max() < 1.4
+    assert spread.min() > 0.66  # 40 samples: three standard deviations of 11 %
+    assert spread.max() < 1.34
+
+
+def allowed_by_information(found, true, amount=4000):
+    """[m] E_max,syst of so many calibrations whose errors have the covariance of `found`, the least that there can be.
+
+    Its covariance is the inverse of the information in the runs (Cramér and Rao), for parameters close to `true`.
+    """
+    def ends(errors):
+        radius, distance, *angles = errors
+        wheels = read_wheels({
+            **true, "wheelRadius": true["wheelRadius"] * (1 + radius),
+            "wheelDistanceFromCenter": np.multiply(true["wheelDistanceFromCenter"], 1 + distance).tolist(),
+            "wheelRads": np.add(true["wheelRads"], angles).tolist()})
+        return np.concatenate([end_misfit(wheels, run)[:2] for run in runs])
+    runs = [taped_run("square", recorded(true, square(4.0, turn), 0, TRACKED, 0.0)[0],
+                      tuple(path_of(square(4.0, turn))[-1]), TRACKED) for turn in (1, -1)]
+    steps = 1e-4 * np.eye(5)
+    slopes = np.column_stack([(ends(step) - ends(-step)) / 2e-4 for step in steps])
+    errors = np.random.default_rng(0).multivariate_normal(np.zeros(5), found.covariance[:5, :5], amount) @ slopes.T
+    return np.hypot(errors.reshape(-1, 2, 2)[..., 0], errors.reshape(-1, 2, 2)[..., 1]).max(axis=1)
 
 
 def test_a_point_off_the_middle_and_doubled_noise():
-    """UMBmark's systematic error is cut by 96 %; the aim is 98 %, not reached with them. The point within 2 mm."""
+    """UMBmark's systematic error is cut as far as the runs' information allows; the point within 2 mm.
+
+    The aim is 98 %. With wheels as noisy as these the 30 runs do not hold enough for it: an ideal calibration cuts half
+    of the time by less than 97 %. Four times as many runs do.
+    """
     true = true_of(SHIPPED, 1.02, 0.97, [(1, 1.5)])
     found = calibrate(SHIPPED, tracked_runs(true, 7, DOUBLED, MARKER, times=5), Unknowns(SHIPPED, point="free"), 0.003)
     before, after = umbmark(SHIPPED, true, 0.0), umbmark(found.parameters, true, 0.0)
+    allowed = allowed_by_information(found, true)
+    cuts = 1 - np.percentile(allowed, (50, 95)) / before
     off = math.hypot(*np.subtract(found.point, MARKER))
-    print(f"UMBmark {1000 * before:.0f} mm before, {1000 * after:.0f} mm after; point {1000 * off:.1f} mm off, "
-          f"stated {1000 * found.deviations[-2:]} mm")
-    assert after < 0.04 * before
+    print(f"UMBmark {1000 * before:.0f} mm before, {1000 * after:.0f} mm after, cut by {1 - after / before:.2%}; "
+          f"the runs allow {cuts[0]:.2%} half of the time and {cuts[1]:.2%} in 95 % of all cases; "
+          f"point {1000 * off:.1f} mm off, stated {1000 * found.deviations[-2:]} mm")
+    assert after < np.percentile(allowed, 99)
+    assert cuts[0] < 0.98 < 1 - np.median(allowed) / math.sqrt(4) / before  # errors fall with the root of the runs
     assert off < 0.002
 
 

@@ -9,7 +9,7 @@ from pathlib import Path
 from robotont_calibration.arguments import point, positive
 from robotont_calibration.calibration import Unknowns, calibrate, taped_run, tracked_run, turns
 from robotont_calibration.calibration_report import draw, table
-from robotont_calibration.cross_validation import WORTH, cross_validate, next_run
+from robotont_calibration.cross_validation import cross_validate, next_run
 from robotont_calibration.recordings import FORMATS, read_recording
 from robotont_calibration.wheel_file_writer import with_values
 from robotont_driver.wheel_file import read_wheel_file
@@ -144,7 +144,7 @@ def choose(options, given, runs):
         unknowns = unknowns_of(options, given, where, radius)
         found = calibrate(given, runs, unknowns, WHEEL_NOISE)
         blind = cross_validate(given, runs, unknowns, WHEEL_NOISE, found)
-        if best is None or blind.place < WORTH * best[2].place:
+        if best is None or blind.is_better_than(best[2]):
             best = unknowns, found, blind
         if blind is None:
             break

@@ -166,11 +166,7 @@ def calibrate(given, runs, unknowns, wheel_noise, near=None):
         raise ValueError("found no run to calibrate with")
     values, weights = np.zeros(len(unknowns.names)) if near is None else near.values, np.ones(len(runs))
     for _ in range(PASSES if near is None else 1):
-        wheels, point = read_wheels(unknowns.parameters(values)), unknowns.point(values)
-        spreads = [_spread(wheels, run) for run in runs]
-        left = [misfits(wheels, run, point) for run in runs]
-        noise = _likely_noise(spreads, left, weights, (wheel_noise, 1.0))
-        whiten = [_whitening(spread, noise) * math.sqrt(weight) for spread, weight in zip(spreads, weights)]
+        noise, whiten = _weigh(runs, unknowns, values, weights, wheel_noise)
         found = _fit(runs, unknowns, whiten, values)
         values = found.x
         weights = weights * _trust(runs, found.fun)
@@ -186,6 +182,14 @@ def calibrate(given, runs, unknowns, wheel_noise, near=None):
                        undetermined, *noise.tolist(), slip, outlying)
 
 
+def _weigh(runs, unknowns, values, weights, wheel_noise):
+    """(likeliest noise, as in `_Spread.at`; whitening matrix of each run) at `values`, with a weight of each run."""
+    wheels, point = read_wheels(unknowns.parameters(values)), unknowns.point(values)
+    spreads = [_spread(wheels, run) for run in runs]
+    noise = _likely_noise(spreads, [misfits(wheels, run, point) for run in runs], weights, (wheel_noise, 1.0))
+    return noise, [_whitening(spread, noise) * math.sqrt(weight) for spread, weight in zip(spreads, weights)]
+
+
 def _residuals(runs, unknowns, whiten, values):
     """Residuals of each stretch (3 numbers), of all runs, in standard deviations."""
     wheels, point = read_wheels(unknowns.parameters(values)), unknowns.point(values)
@@ -195,11 +199,16 @@ def _residuals(runs, unknowns, whiten, values):
 def _slopes(runs, unknowns, whiten, values):
     """Derivatives of `_residuals` by the values."""
     wheels, point = read_wheels(unknowns.parameters(values)), unknowns.point(values)
-    by_value = np.stack([(_edge_steps(unknowns, values + step) - _edge_steps(unknowns, values - step)) / (2 * STEP)
-                         for step in STEP * np.eye(len(values))], axis=-1)  # 3 x n x P
+    by_value = _by_value(unknowns, values)
     return np.concatenate([
         matrix @ _slopes_of_misfits(wheels, run, point, by_value, unknowns.free_point).reshape(-1, len(values))
         for run, matrix in zip(runs, whiten)])
+
+
+def _by_value(unknowns, values):
+    """3 x n x P derivatives of the step per edge by the values."""
+    return np.stack([(_edge_steps(unknowns, values + step) - _edge_steps(unknowns, values - step)) / (2 * STEP)
+                     for step in STEP * np.eye(len(values))], axis=-1)
 
 
 def _edge_steps(unknowns, values):

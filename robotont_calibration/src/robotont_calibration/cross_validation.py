@@ -18,7 +18,8 @@ from robotont_calibration.calibration import (
 from robotont_driver.kinematics import Kinematics
 from robotont_driver.wheels import read_wheels
 
-WORTH = 0.95     # more radii are taken when they leave less than this part of the error on held-out runs
+WORTH = 0.95     # more radii are taken when they leave less than this part of the error on held-out runs ...
+CERTAIN = 2.0    # ... and the difference is more than so many of its standard errors
 LITTLE = 0.9     # another run is recommended when it leaves less than this part of the expected error
 STEP = 1e-5      # of a value, for derivatives
 
@@ -38,6 +39,12 @@ class HeldOut(NamedTuple):
     def yaw(self):
         """[rad] mean over the runs."""
         return float(self.yaws.mean())
+
+    def is_better_than(self, other):
+        """Whether the places of the same runs are better than `other` ones by enough for more parameters."""
+        gains = other.places - self.places
+        certain = CERTAIN * gains.std(ddof=1) / math.sqrt(len(gains))
+        return bool(self.place < WORTH * other.place and gains.mean() > certain)
 
 
 def cross_validate(given, runs, unknowns, wheel_noise, found):

@@ -172,7 +172,7 @@ def set_clock(seconds):
     return begin
 
 
-STOPPING = ("driver_node", "serial_com_node", "cmd_vel_mux")
+STOPPING = ("driver_node", "serial_com_node", "cmd_vel_mux")  # without these the robot has to stand
 FAULTS = [
     Fault("1 % of the bytes corrupted, both ways", spoil(corrupt=0.01), clean, 4.0, stops=False),
     Fault("1 % of the bytes dropped, both ways", spoil(drop=0.01), clean, 4.0, stops=False),
@@ -206,12 +206,16 @@ CLOCKS = [
     Fault(f"wall clock {way}", set_clock(seconds), set_clock(0), stops=False)
     for way, seconds in (("1 h forward, and back", 3600), ("1 h back, and forward", -3600), ("1 s back", -1))]
 ROWS = []
+NODES = ("driver_node", "serial_com_node", "odom_node", "cmd_vel_mux")
+ROUNDS_OF_CABLE, ROUNDS_OF_KILLS = 100, 50
+LARGEST_GROWTH = 3000  # [kB] of a node's memory over all rounds
 
 
 def judge(rig, fault):
     """Suffer a fault, and hold what it did against what it may do."""
     row = rig.suffer(fault)
     ROWS.append(row)
+    print("\n" + str(row), flush=True)
     if fault.stops:
         assert row.stop is not None, row
         assert row.stop <= fault.within, row
@@ -286,3 +290,88 @@ def test_a_clock_that_is_set_stops_nothing(clock_rig, fault):
 def test_the_master_may_die(rigs):
     """The last one: a new master does not know the nodes."""
     judge(rigs.get("last"), MASTER)
+
+
+def resources(rig):
+    """{node: (threads, descriptors, memory [kB])}."""
+    found = {}
+    for node in NODES:
+        folder = f"/proc/{rig.processes.pid('/' + node)}"
+        with open(folder + "/status") as file:
+            status = dict(line.split(":", 1) for line in file)
+        found[node] = int(status["Threads"]), len(os.listdir(folder + "/fd")), int(status["VmRSS"].split()[0])
+    return found
+
+
+def same(before, after):
+    """Whether no node has more threads, descriptors or memory than before."""
+    return all(after[node][0] <= threads and after[node][1] <= files and after[node][2] < memory + LARGEST_GROWTH
+               for node, (threads, files, memory) in before.items())
+
+
+def new_pid(rig, node):
+    """Process id of a node; None while it is dead."""
+    try:
+        return rig.processes.pid("/" + node)
+    except OSError:
+        return None
+
+
+def hold_out(rig, rounds, fault):
+    """Many rounds of a fault, each until the robot drives again; resources are the same before and after."""
+    rig.drive()
+    fault(rig)  # what is made at the first time stays
+    wait_for(lambda: rig.well(1.0), "a driving robot", timeout=30.0)
+    before = resources(rig)
+    begun = time.monotonic()
+    for number in range(rounds):
+        fault(rig)
+        wait_for(lambda: rig.well(0.2), f"a driving robot after round {number}", timeout=30.0)
+    took = time.monotonic() - begun
+    rig.drive()
+    try:
+        wait_for(lambda: same(before, resources(rig)), "the same resources", timeout=30.0, period=1.0)
+    finally:
+        print(f"\n{rounds} rounds in {took:.0f} s; threads, descriptors, memory [kB]:")
+        for node, after in resources(rig).items():
+            print(f"  {node:<16} {before[node]} -> {after}")
+
+
+@pytest.mark.long
+def test_a_hundred_pulled_cables_cost_nothing(rigs):
+    def pull(rig):
+        rig.board.unplug()
+        wait_for(lambda: not rig.moving, "a standing robot")
+        rig.board.plug()
+    hold_out(rigs.get("cables"), ROUNDS_OF_CABLE, pull)
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("node", NODES)
+def test_fifty_killed_nodes_cost_nothing(rigs, node):
+    def end(rig):
+        pid = rig.processes.pid("/" + node)
+        kill(node)(rig)
+        wait_for(lambda: not rig.well(0.0), "the fault")
+        wait_for(lambda: new_pid(rig, node) not in (pid, None), "another process", timeout=30.0, period=0.2)
+    hold_out(rigs.get("kills"), ROUNDS_OF_KILLS, end)
+
+
+@pytest.mark.long
+@pytest.mark.skipif("ROBOTONT_SOAK" not in os.environ, reason="takes as long as ROBOTONT_SOAK says [s], e.g. 1800")
+def test_soak(rigs):
+    """A long drive on a line that corrupts one byte in a thousand: every count arrives, and nothing grows."""
+    rig = rigs.get("soak")
+    rig.drive()
+    spoil(corrupt=0.001)(rig)
+    wait_for(lambda: rig.well(20.0), "a warm robot", timeout=60.0)
+    before = resources(rig)
+    end = time.monotonic() + float(os.environ["ROBOTONT_SOAK"])
+    while time.monotonic() < end:
+        time.sleep(min(60.0, end - time.monotonic() + 0.1))
+        print(f"{(end - time.monotonic()) / 60:4.0f} min left", resources(rig), flush=True)
+        assert rig.well(50.0)
+    clean(rig)
+    rig.rest()
+    assert rig.lost() == 0
+    assert same(before, resources(rig))

@@ -4,6 +4,7 @@
 diagnostics and the log do. `Rig.suffer` applies one fault in mid-drive and returns a `Row` of the table.
 """
 
+import atexit
 import contextlib
 import math
 import os
@@ -17,6 +18,7 @@ from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import Twist
 from rosgraph_msgs.msg import Log
 from sensor_msgs.msg import JointState
+from std_msgs.msg import Bool
 
 from robotont_testing.harness import wait_for
 from robotont_testing.node_test import twist
@@ -95,6 +97,7 @@ class Rig:
             rospy.Subscriber("/diagnostics", DiagnosticArray, self._on_diagnostics),
             rospy.Subscriber("/rosout", Log, self._on_log)]
         self._command = rospy.Publisher("cmd_vel/default", Twist, queue_size=1, tcp_nodelay=True)
+        self.button = rospy.Publisher("emergency_stop", Bool, queue_size=1, tcp_nodelay=True)
         self._ended = threading.Event()
         self._commander = threading.Thread(target=self._drive, daemon=True)
         self._commander.start()
@@ -104,8 +107,15 @@ class Rig:
     def _mount(self):
         """Make the disk of the logs; returns whether it is a small one of its own."""
         self.disk.mkdir(exist_ok=True)
-        return subprocess.run(["mount", "-t", "tmpfs", "-o", "size=" + LOG_DISK, "tmpfs", str(self.disk)], check=False,
-                              stderr=subprocess.DEVNULL).returncode == 0
+        mounted = subprocess.run(["mount", "-t", "tmpfs", "-o", "size=" + LOG_DISK, "tmpfs", str(self.disk)],
+                                 check=False, stderr=subprocess.DEVNULL).returncode == 0
+        if mounted:
+            atexit.register(self._unmount)  # also after a Ctrl-C in the middle
+        return mounted
+
+    def _unmount(self):
+        atexit.unregister(self._unmount)
+        subprocess.run(["umount", "--lazy", str(self.disk)], check=False)
 
     def _on_period(self, turned):
         now = time.monotonic()
@@ -201,11 +211,12 @@ class Rig:
         for subscriber in self._subscribers:
             subscriber.unregister()
         self._command.unregister()
+        self.button.unregister()
         for launch in self._launches:
             self.processes.stop(launch)
         self.board.close()
         if self.small_disk:
-            subprocess.run(["umount", str(self.disk)], check=True)
+            self._unmount()
 
 
 def fill(disk):

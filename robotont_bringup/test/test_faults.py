@@ -11,7 +11,7 @@ import pytest
 import rospy
 from fault_rig import HEADING, Fault, Rig, fill
 from geometry_msgs.msg import Twist
-from std_msgs.msg import Bool, String
+from std_msgs.msg import String
 
 from robotont_testing.harness import Master, wait_for
 
@@ -142,10 +142,15 @@ def calm(rig):
     rig.processes.stop(rig.flood)
 
 
+def press(rig):
+    """Press the emergency stop."""
+    rig.button.publish(True)
+
+
 def release(rig):
     """Release the emergency stop; whoever commands has to stop once before he drives again."""
     rig.speed = 0.0
-    publish("emergency_stop", Bool, False)(rig)
+    rig.button.publish(False)
     wait_for(lambda: time.sleep(0.3) is None, "some zeros")
     rig.drive()
 
@@ -191,9 +196,9 @@ FAULTS = [
     *(Fault(f"{node} stopped (SIGSTOP), goes on (SIGCONT)", stop(node), go_on(node), stops=True) for node in STOPPING),
     Fault("odom_node stopped (SIGSTOP), goes on (SIGCONT)", stop("odom_node"), go_on("odom_node"), stops=False),
     Fault("5 kHz of commands", flood, calm, stops=False),
-    Fault("emergency stop behind 5 kHz of commands", publish("emergency_stop", Bool, True),
+    Fault("emergency stop behind 5 kHz of commands", press,
           lambda rig: (calm(rig), release(rig)), 1.0, stops=True, within=0.1, prepare=flood, recovery=5.0),
-    Fault("emergency stop", publish("emergency_stop", Bool, True), release, 1.0, stops=True, within=0.1, recovery=5.0),
+    Fault("emergency stop", press, release, 1.0, stops=True, within=0.1, recovery=5.0),
     Fault("malformed packets on serial_write", publish("serial_write", String, *MALFORMED), stops=False),
     Fault("malformed packets on serial_read", publish("serial_read", String, *MALFORMED), stops=False),
     Fault("malformed lines from the board", lambda rig: [rig.board.say(line) for line in GARBAGE], stops=False),

@@ -1,138 +1,226 @@
 """The stack as a robot runs it, on a stand-in board, and what a fault does to it: stop, recovery, counts, words.
 
-`Rig` starts robot.launch, commands a steady drive and records what the wheels, the topics and the diagnostics do.
-`Rig.suffer` applies one fault in mid-drive and returns a `Row` of the table.
+`Rig` starts robot.launch and the black box, commands a steady drive and records what the wheels, the topics, the
+diagnostics and the log do. `Rig.suffer` applies one fault in mid-drive and returns a `Row` of the table.
 """
 
+import atexit
+import contextlib
+import math
+import os
+import subprocess
 import threading
 import time
-from typing import List, NamedTuple, Optional
+from typing import Callable, List, NamedTuple, Optional
 
 import rospy
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import Twist
-from nav_msgs.msg import Odometry
-from std_msgs.msg import String
+from rosgraph_msgs.msg import Log
+from sensor_msgs.msg import JointState
+from std_msgs.msg import Bool
 
 from robotont_testing.harness import wait_for
 from robotont_testing.node_test import twist
-from robotont_testing.stand_in_board import Board
+from robotont_testing.stand_in_board import Board, identity
 
 COMMAND_PERIOD = 0.05  # [s]
 SPEED = 0.2            # [m/s] of the steady drive
 STANDING = 0.5         # [edges per period] slower wheels stand
+FRESH = 0.15           # [s] an odometry that is older has failed
+CALM = 1.5             # [s] without a fault before the next begins, and behind each for the diagnostics
+BYTE_RATE = 11520      # [bytes/s] of a line of 115200 baud
+COUNT = 2 * math.pi / 1200  # [rad] of a wheel per encoder edge
+LOG_DISK = "512k"      # size of the disk of logs and black box
+
+
+class Fault(NamedTuple):
+    """What is done, for how long, how it ends, and what is allowed to happen."""
+
+    name: str
+    begin: Callable
+    end: Optional[Callable] = None  # None: it ends by itself, and the recovery counts from its beginning
+    seconds: float = 2.0
+    stops: Optional[bool] = None    # whether the robot has to stand meanwhile; None: it may
+    within: float = 0.6             # [s] after which it has to stand at the latest
+    recovery: float = 1.5           # [s] until it drives and the odometry goes on, at the latest
+    loses: bool = False             # whether counts may be lost, if somebody says so
+    prepare: Optional[Callable] = None
 
 
 class Row(NamedTuple):
     """What one fault did. Times in [s]; None where it did not happen."""
 
     fault: str
-    stop: Optional[float]      # from the fault to the first standstill, while it lasted
-    recovery: Optional[float]  # from its end to the first motion again
-    lost: int                  # counts that the board made and nobody read, all wheels
-    named_by: List[str]        # tasks of the diagnostics that were not OK meanwhile
+    stop: Optional[float]      # from the fault to the first standstill
+    recovery: Optional[float]  # from its end until the robot drives and the odometry goes on, for good
+    lost: int                  # counts that the board has made and odometry has not, all wheels
+    named_by: List[str]        # tasks of the diagnostics that were not OK, logs with warnings
 
     def __str__(self):
         stop, recovery = ("-" if each is None else f"{each:.2f} s" for each in (self.stop, self.recovery))
-        return f"{self.fault:<44} {stop:>8} {recovery:>9} {self.lost:>6}  {', '.join(self.named_by) or '-'}"
+        return f"{self.fault:<50} {stop:>8} {recovery:>9} {self.lost:>6}  {', '.join(self.named_by) or '-'}"
 
 
-HEADING = f"{'fault':<44} {'stop':>8} {'recovery':>9} {'lost':>6}  named by"
+HEADING = f"{'fault':<50} {'to stop':>8} {'to recover':>9} {'lost':>5}  named by"
 
 
 class Rig:
-    """robot.launch on a stand-in board, beside the master of `processes`."""
+    """robot.launch and recorder.launch on a stand-in board, beside the master of `processes`."""
 
-    def __init__(self, processes, *arguments):
+    def __init__(self, processes, **environment):
         self.processes = processes
-        self.board = Board(str(processes.folder / "board"))
+        self.board = Board(str(processes.folder / "board"), identity=identity())
+        self.board.byte_rate = BYTE_RATE
         self.board.on_period = self._on_period
-        self.log = processes.folder / "launch.log"
-        self.read = [0, 0, 0]        # sum of all counts on serial_read
-        self.odom = None
-        self._moving = []            # (time, whether the wheels turn), at each change
+        self.disk = processes.folder / "disk"
+        self.small_disk = self._mount()
+        self.log = self.disk / "launch.log"
+        self._odom = [0, 0, 0]       # [edges] of each wheel, as odometry has them
+        self._odom_at = 0.0          # [s] when it said so
+        self._missing = [0, 0, 0]    # [edges] that it has lost already
+        self._states = [(0.0, False, False)]  # (time, whether the wheels turn, and all is well), at each change
         self._turned = [0.0, 0.0, 0.0]
+        self._levels = {}
         self._named = set()
-        self._speed = 0.0
+        self.speed = 0.0             # [m/s] that is commanded; None: nothing is
+        self.stopped = {}            # process ids of nodes that do not answer, by name
         self.board.plug()
-        self.launch = processes.launch(
-            "robot.launch", f"port:={self.board.link}", "description:=false", *arguments, log=self.log)
-        rospy.Subscriber("serial_read", String, self._on_counts, tcp_nodelay=True)
-        rospy.Subscriber("odom", Odometry, lambda message: setattr(self, "odom", message), tcp_nodelay=True)
-        rospy.Subscriber("/diagnostics", DiagnosticArray, self._on_diagnostics)
-        self._command = rospy.Publisher("cmd_vel", Twist, queue_size=1, tcp_nodelay=True)
+        environment["ROS_LOG_DIR"] = str(self.disk)
+        self._launches = [
+            processes.launch("robot.launch", f"port:={self.board.link}", "description:=false", log=self.log,
+                             **environment),
+            processes.launch("recorder.launch", f"folder:={self.disk / 'black_box'}", log=self.disk / "recorder.log",
+                             **environment)]
+        self._subscribers = [
+            rospy.Subscriber("joint_states", JointState, self._on_joints, tcp_nodelay=True),
+            rospy.Subscriber("/diagnostics", DiagnosticArray, self._on_diagnostics),
+            rospy.Subscriber("/rosout", Log, self._on_log)]
+        self._command = rospy.Publisher("cmd_vel/default", Twist, queue_size=1, tcp_nodelay=True)
+        self.button = rospy.Publisher("emergency_stop", Bool, queue_size=1, tcp_nodelay=True)
         self._ended = threading.Event()
         self._commander = threading.Thread(target=self._drive, daemon=True)
         self._commander.start()
+        wait_for(lambda: self._odom_at, "odometry", timeout=30.0)  # counts from before it belong to no fault
+        wait_for(lambda: self.board.heard, "commands", timeout=30.0)
+
+    def _mount(self):
+        """Make the disk of the logs; returns whether it is a small one of its own."""
+        self.disk.mkdir(exist_ok=True)
+        mounted = subprocess.run(["mount", "-t", "tmpfs", "-o", "size=" + LOG_DISK, "tmpfs", str(self.disk)],
+                                 check=False, stderr=subprocess.DEVNULL).returncode == 0
+        if mounted:
+            atexit.register(self._unmount)  # also after a Ctrl-C in the middle
+        return mounted
+
+    def _unmount(self):
+        atexit.unregister(self._unmount)
+        subprocess.run(["umount", "--lazy", str(self.disk)], check=False)
 
     def _on_period(self, turned):
-        moving = max(abs(now - before) for now, before in zip(turned, self._turned)) > STANDING
+        now = time.monotonic()
+        moving = max(abs(after - before) for after, before in zip(turned, self._turned)) > STANDING
         self._turned = list(turned)
-        if not self._moving or self._moving[-1][1] != moving:
-            self._moving.append((time.monotonic(), moving))
+        well = moving and now - self._odom_at < FRESH
+        if self._states[-1][1:] != (moving, well):
+            self._states.append((now, moving, well))
 
-    def _on_counts(self, message):
-        for wheel, count in enumerate(message.data.rstrip(";\n").split(":")):
-            self.read[wheel] += int(count)
+    def _on_joints(self, message):
+        self._odom = [round(angle / COUNT) for angle in message.position]
+        self._odom_at = time.monotonic()
 
     def _on_diagnostics(self, message):
-        self._named.update(status.name for status in message.status if status.level > 0)
+        for status in message.status:
+            self._levels[status.name] = status.level
+            if status.level > 0:
+                self._named.add(status.name)
+
+    def _on_log(self, message):
+        if message.level >= Log.WARN:
+            self._named.add("log of " + message.name.strip("/"))
 
     def _drive(self):
         while not self._ended.wait(COMMAND_PERIOD):
-            self._command.publish(twist(self._speed))
+            if self.speed is not None:
+                self._command.publish(twist(self.speed))
 
     @property
     def moving(self):
         """Whether the board's wheels turn now."""
-        return bool(self._moving) and self._moving[-1][1]
+        return self._states[-1][1]
+
+    def well(self, seconds):
+        """Whether the robot has driven with an odometry for so long."""
+        at, _, well = self._states[-1]
+        return well and time.monotonic() - at > seconds
 
     def drive(self):
-        """Drive steadily, from now on."""
-        self._speed = SPEED
-        wait_for(lambda: self.moving, "a driving robot", timeout=30.0)
+        """Drive steadily and without complaints, from now on."""
+        self.speed = SPEED
+        wait_for(lambda: self.well(CALM), "a driving robot", timeout=30.0)
+        wait_for(lambda: not any(self._levels.values()),
+                 f"calm diagnostics, {sorted(name for name, level in self._levels.items() if level)}", timeout=30.0)
 
     def rest(self):
         """Command zero, and wait until the wheels stand and every count has been read."""
-        self._speed = 0.0
+        self.speed = 0.0
         wait_for(lambda: not self.moving, "a robot at rest")
+        with contextlib.suppress(AssertionError):  # else they are lost
+            wait_for(lambda: self._lost() == [0, 0, 0], "all counts", timeout=1.5)
+
+    def _lost(self):
+        return [made - read - before
+                for made, read, before in zip(self.board.motors.counted, self._odom, self._missing)]
 
     def lost(self):
-        """Counts that the board has made and nobody has read, all wheels; call it at rest."""
-        total = sum(abs(made - read) for made, read in zip(self.board.motors.counted, self.read))
-        self.read = list(self.board.motors.counted)  # each fault answers for its own
-        return total
-
-    def settled(self):
-        """Wait until what is read does not change any more."""
-        newest = None
-        while newest != self.read:
-            newest = list(self.read)
-            odom = self.odom
-            wait_for(lambda odom=odom: self.odom is not odom, "odometry after a fault", timeout=30.0)
-            time.sleep(0.1)
+        """Counts that the board has made and odometry has not, all wheels, since the last call; call it at rest."""
+        lost = self._lost()
+        self._missing = [before + more for before, more in zip(self._missing, lost)]  # each fault answers for its own
+        return sum(map(abs, lost))
 
     def suffer(self, fault):
-        """`Row` of a fault in mid-drive: fault.begin(rig), fault.seconds, fault.end(rig)."""
+        """`Row` of a fault in mid-drive."""
         self.drive()
+        if fault.prepare:
+            fault.prepare(self)
         self._named.clear()
+        deaths = self._deaths()
         begun = time.monotonic()
         fault.begin(self)
         wait_for(lambda: time.monotonic() - begun > fault.seconds, "the fault's duration", timeout=fault.seconds + 5)
-        stops = [at - begun for at, moving in self._moving if at > begun and not moving]
-        ended = time.monotonic()
-        fault.end(self)
-        wait_for(lambda: self.moving, f"motion after {fault.name}", timeout=30.0)
-        starts = [at - ended for at, moving in self._moving if at > ended and moving]
-        wait_for(lambda: time.monotonic() - ended > 1.5, "the diagnostics")
+        ended = begun
+        if fault.end:
+            ended = time.monotonic()
+            fault.end(self)
+        wait_for(lambda: self.well(CALM), f"recovery from {fault.name}", timeout=30.0)
+        changes = [state for state in self._states if state[0] > begun]
+        stops = [at - begun for at, moving, _ in changes if not moving]
+        recovery = max(0.0, changes[-1][0] - ended) if changes else None
         self.rest()
-        self.settled()
-        return Row(fault.name, stops[0] if stops else None, starts[0] if starts else None, self.lost(),
-                   sorted(self._named))
+        named = sorted(self._named) + ["roslaunch"] * (self._deaths() > deaths)
+        return Row(fault.name, stops[0] if stops else None, recovery, self.lost(), named)
+
+    def _deaths(self):
+        """Number of nodes that roslaunch has seen die."""
+        return self.log.read_text(errors="replace").count("has died")
 
     def close(self):
         """End the stack and the board."""
         self._ended.set()
         self._commander.join()
-        self.processes.stop(self.launch)
-        self.board.__exit__()
+        for subscriber in self._subscribers:
+            subscriber.unregister()
+        self._command.unregister()
+        self.button.unregister()
+        for launch in self._launches:
+            self.processes.stop(launch)
+        self.board.close()
+        if self.small_disk:
+            self._unmount()
+
+
+def fill(disk):
+    """Write until the disk is full."""
+    with contextlib.suppress(OSError), open(str(disk / "filler"), "wb", buffering=0) as file:
+        while True:
+            file.write(bytes(4096 if os.statvfs(str(disk)).f_bavail > 4 else 64))

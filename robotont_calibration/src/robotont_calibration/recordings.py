@@ -182,12 +182,8 @@ def _read_bag(path, topics):
 def _read_csv(path):
     recording = Recording()
     recording.stamped = True
-    try:
-        with open(str(path), newline="", encoding="utf-8") as file:
-            lines = [(number, line) for number, line in enumerate(file, 1) if line.strip() and not line.startswith("#")]
-    except UnicodeDecodeError as error:
-        raise RecordingError(f"{path}: found bytes that are not UTF-8, allowed: a CSV") from error
-    rows = [(number, _split(path, number, line)) for number, line in lines]
+    rows = [(number, _split(path, number, line)) for number, line in _lines(path)
+            if line.strip() and not line.startswith("#")]
     if not rows:
         raise RecordingError(f"{path}: found nothing, allowed: a heading time,m0,m1,... and packets")
     heading = [name.strip() for name in rows[0][1]]
@@ -204,6 +200,15 @@ def _read_csv(path):
     return recording
 
 
+def _lines(path):
+    """(number, line) of all lines of a text file. Raises RecordingError."""
+    try:
+        with open(str(path), newline="", encoding="utf-8-sig") as file:
+            return list(enumerate(file, 1))
+    except UnicodeDecodeError as error:
+        raise RecordingError(f"{path}: found bytes that are not UTF-8, allowed: a CSV") from error
+
+
 def _split(path, number, line):
     """Fields of a line. Raises RecordingError."""
     if len(line) <= LONGEST_ROW:
@@ -217,12 +222,11 @@ def _read_optiodom(path):
     """`Recording` of lines without a heading: time [s], x [m], y [m], yaw [rad], counts [edges] of each wheel."""
     recording = Recording()
     recording.stamped = True
-    with open(str(path), newline="", encoding="utf-8-sig") as file:
-        for number, line in enumerate(file, 1):
-            row = _split(path, number, line)
-            time, x, y, yaw, *counts = _numbers(path, number, row, max(len(row), 7))
-            recording.packets.append((time, tuple(counts)))
-            recording.truth.append((time, (x, y, yaw)))
+    for number, line in _lines(path):
+        row = _split(path, number, line)
+        time, x, y, yaw, *counts = _numbers(path, number, row, max(len(row), 7))
+        recording.packets.append((time, tuple(counts)))
+        recording.truth.append((time, (x, y, yaw)))
     return recording
 
 

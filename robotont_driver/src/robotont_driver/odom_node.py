@@ -217,7 +217,7 @@ class OdomNode:
         for wheel, share in enumerate(followed or ()):
             values[f"wheel {wheel}: part of the commanded path"] = "at rest" if share is None else f"{share:.0%}"
         if rate == 0.0:
-            return WARN, "no packets on serial_read: see the diagnostics of the link", values
+            return WARN, "no packets on serial_read, the odometry stands still: see the diagnostics of the link", values
         if slipping:
             return WARN, (f"{list_wheels(slipping)} disagrees with the others and is excluded from the odometry: "
                           "look for a slipping or blocked wheel, a loose coupling, an unplugged encoder"), values

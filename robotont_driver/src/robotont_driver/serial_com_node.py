@@ -114,7 +114,7 @@ class SerialComNode:
             self._meet(spoken)
         self._topics.publish(spoken.take_readings())
         if spoken.restarts > self._restarts:
-            rospy.logwarn("the board has restarted; its counts start again")
+            rospy.logwarn("the board has restarted; counts that it has not sent before are missing in the odometry")
         self._restarts = spoken.restarts
 
     def _meet(self, spoken):
@@ -144,7 +144,10 @@ class SerialComNode:
             self._met = None
             rospy.logwarn("%s", trouble)
             return
-        rospy.loginfo("port open")
+        if self._link.opened > 1:
+            rospy.logwarn("port open again; what the wheels have turned meanwhile is missing in the odometry")
+        else:
+            rospy.loginfo("port open")
         self._dialect.usb_id = self._parameters["usb_id"] or usb_id(self._parameters["port"])
         self._dialect.connect(time.monotonic())
         self._meet(self._dialect.spoken)

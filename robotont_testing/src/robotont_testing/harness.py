@@ -59,10 +59,10 @@ class Processes:
         self._processes.append(process)
         return process
 
-    def launch(self, file, *arguments, log=None):
+    def launch(self, file, *arguments, log=None, **environment):
         """Start a shipped launch file (or one at any path) with arguments such as port:=/dev/x."""
         port = self.uri.rpartition(":")[2]
-        return self.start("roslaunch", "-p", port, places.launch(file), *arguments, log=log)
+        return self.start("roslaunch", "-p", port, places.launch(file), *arguments, log=log, **environment)
 
     def node(self, name, *arguments, log=None, **environment):
         """Start a node of robotont_driver with arguments such as _port:=/dev/x."""
@@ -111,9 +111,18 @@ class Master(Processes):
         port = free_port()
         os.environ.update(ROS_MASTER_URI=f"http://127.0.0.1:{port}", ROS_IP="127.0.0.1",
                           ROS_LOG_DIR=str(self.folder))
+        self._master = None
         if start:
-            self.start("rosmaster", "--core", "-p", port)
-            self.wait()
+            self.start_master()
+
+    def start_master(self):
+        """Start the master at its address, and wait for it."""
+        self._master = self.start("rosmaster", "--core", "-p", self.uri.rpartition(":")[2])
+        self.wait()
+
+    def stop_master(self, how=signal.SIGKILL):
+        """End the master, and nothing else."""
+        self.stop(self._master, how)
 
     def wait(self):
         """Until the master answers."""

@@ -96,7 +96,8 @@ class Line:
     def delayed(self, packet, now):
         """As `pass_on`, with those of earlier packets that arrive at time `now` [s]; b"" for none."""
         if packet:
-            self._under_way += [(now + self.delay, data) for data in self.pass_on(packet)]
+            arrival = max([now + self.delay, *(at for at, _ in self._under_way[-1:])])  # nothing overtakes
+            self._under_way += [(arrival, data) for data in self.pass_on(packet)]
         arrived = [data for at, data in self._under_way if at <= now]
         self._under_way = [(at, data) for at, data in self._under_way if at > now]
         return arrived

@@ -1,0 +1,80 @@
+"""Whatever a recording contains: a Recording, or a RecordingError that names the file."""
+
+import random
+
+import genpy
+import pytest
+import rosbag
+from geometry_msgs.msg import Twist
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from nav_msgs.msg import Odometry
+from std_msgs.msg import String
+
+from robotont_calibration.recordings import Recording, RecordingError, read_recording, write_csv
+
+TOPICS = {"odometry": "odom", "packets": "serial_read", "commands": "cmd_vel"}
+
+
+def check(file, form="auto"):
+    try:
+        recording = read_recording(file, TOPICS, form)
+    except RecordingError as error:
+        assert str(file) in str(error)
+    else:
+        assert isinstance(recording, Recording)
+
+
+def mutated(data, seed):
+    generator = random.Random(seed)
+    data = bytearray(data)
+    for _ in range(generator.randint(1, 8)):
+        at = generator.randrange(len(data))
+        data[at:at + generator.randint(0, 4)] = generator.choice((
+            b"", b"\n", b",", b'"', b"nan", b"1e999", b"9" * 400, b"\xff", b"\x00" * 4,
+            bytes([generator.randrange(256)])))
+    return bytes(data)
+
+
+@pytest.fixture(scope="module")
+def drive(tmp_path_factory):
+    """Folder with a bag, a CSV file and a run of OptiOdom."""
+    folder = tmp_path_factory.mktemp("drive")
+    with rosbag.Bag(str(folder / "a.bag"), "w") as bag:
+        for number in range(20):
+            time = genpy.Time(100 + number, 0)
+            bag.write("/odom", Odometry(), time)
+            bag.write("/serial_read", String("1:2:-3;\n"), time)
+            bag.write("/cmd_vel", Twist(), time)
+    write_csv(folder / "a.csv", [(0.02 * number, (1, 2, -3)) for number in range(20)],
+              [(0.02 * number, (0.1, 0.2, 0.3)) for number in range(20)])
+    (folder / "optiodom.csv").write_text("".join(f"{number}.5,0.1,0.2,0.3,1,2,3\n" for number in range(20)))
+    return folder
+
+
+@settings(deadline=None)
+@given(seed=st.integers(0, 2 ** 32))
+def test_bags_with_errors(tmp_path_factory, drive, seed):
+    file = tmp_path_factory.getbasetemp() / "errors.bag"
+    file.write_bytes(mutated((drive / "a.bag").read_bytes(), seed))
+    check(file)
+
+
+@pytest.mark.parametrize("name, form", [("a.csv", "auto"), ("optiodom.csv", "optiodom")])
+@settings(deadline=None)
+@given(seed=st.integers(0, 2 ** 32))
+def test_tables_with_errors(tmp_path_factory, drive, name, form, seed):
+    file = tmp_path_factory.getbasetemp() / "errors.csv"
+    file.write_bytes(mutated((drive / name).read_bytes(), seed))
+    check(file, form)
+
+
+@pytest.mark.parametrize("name", ["a.bag", "a.csv", "a.txt"])
+@settings(deadline=None)
+@given(content=st.binary(max_size=300) | st.text(max_size=200).map(lambda text: ("time,m0,m1,m2\n" + text).encode()))
+def test_any_content(tmp_path_factory, name, content):
+    file = tmp_path_factory.getbasetemp() / name
+    file.write_bytes(content)
+    check(file)
+    if name == "a.txt":
+        check(file, "optiodom")

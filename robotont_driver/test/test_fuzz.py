@@ -1,0 +1,142 @@
+"""Whatever a file, the parameter server or a line contains: results, or the documented errors, and nothing else."""
+
+import random
+
+import pytest
+import yaml
+from hypothesis import given
+from hypothesis import strategies as st
+
+from conftest import HERE
+from robotont_driver import driver_node, odom_node, path_node, serial_com_node
+from robotont_driver.board_status import BoardStatus, Identity
+from robotont_driver.dialects import NAMES, make_dialect
+from robotont_driver.parameters import ParameterError, read_parameters
+from robotont_driver.protocol import Packet, PacketError, add_checksum, parse_packet
+from robotont_driver.wheel_file import read_wheel_file
+from robotont_driver.wheels import KEYS, read_wheels
+from robotont_driver.yaml_file import read_mapping
+from robotont_testing.robots import ROBOTONT2, WHEEL_PARAMS
+
+TABLES = {module.__name__.rpartition(".")[2]: module.PARAMETERS
+          for module in (driver_node, odom_node, path_node, serial_com_node)}
+VALUES = st.recursive(
+    st.none() | st.booleans() | st.integers() | st.floats() | st.text(max_size=20)
+    | st.integers().map(lambda n: n ** 9),
+    lambda inner: st.lists(inner, max_size=5) | st.dictionaries(st.text(max_size=5), inner, max_size=3), max_leaves=8)
+LINES = (
+    b"-18:0:18;07:0012:FFEE:0012:00000000:", b"1:2:3;\n", b"# robotont_firmware 2.0.0 wheels 3 rate 50\n",
+    b"ODOM:0.100000:-0.200000:0.300000:0.010000:0.000000:0.500000\r\n", b"**** MAIN ****\r\n",
+    b"RANGE:1:2:3:4:5:6:7:8:9:10:11:12\r\n", b"POWER:0.5:14.8\r\n", b"BATSTATE:0.1:0.2:16.0:15.0\n",
+    b"Setpoints 1:2:3\r\nEncoders 1:2:3\r\n\r\n", b"Temperatures 20.0:21.0:22.0\r\n")
+
+
+def mutated(data, seed, most=6):
+    """The bytes with up to `most` of them changed, lost, doubled or inserted."""
+    generator = random.Random(seed)
+    data = bytearray(data)
+    for _ in range(generator.randint(0, most)):
+        at = generator.randrange(len(data) + 1)
+        kind = generator.randrange(4)
+        if kind == 0:
+            data[at:at + 1] = bytes([generator.randrange(256)])
+        elif kind == 1:
+            del data[at:at + generator.randint(1, 5)]
+        elif kind == 2:
+            data[at:at] = data[at:at + generator.randint(1, 20)]
+        else:
+            data[at:at] = generator.choice((b"\n", b":", b";", b"-", b"9" * 400, b".", b"[", b"{", b"&a *a", b"\xff"))
+    return bytes(data)
+
+
+@pytest.mark.parametrize("name", NAMES)
+@given(st.lists(st.tuples(st.sampled_from(LINES), st.integers(0, 2 ** 32)) | st.binary(max_size=300), max_size=30))
+def test_dialects(name, pieces):
+    dialect = make_dialect(name, read_wheels(ROBOTONT2), 300)
+    dialect.connect(0.0)
+    for number, piece in enumerate(pieces):
+        data = mutated(*piece) if isinstance(piece, tuple) else piece
+        if data.endswith(b":"):
+            data = add_checksum(data[:-1].decode("latin-1").encode("ascii", "replace").decode() + ":")
+        for packet in dialect.feed(data, 0.02 * number):
+            assert len(packet) == 3
+            assert max(map(abs, packet)) <= 300
+        dialect.spoken.encode(Packet([1, -2, 3]))
+        dialect.spoken.report_board()
+        dialect.spoken.take_readings()
+        dialect.tick(0.02 * number)
+
+
+@given(st.text(max_size=400) | st.tuples(st.sampled_from(LINES), st.integers(0, 2 ** 32)).map(
+    lambda piece: mutated(*piece).decode("latin-1")), st.integers(3, 18))
+def test_packets(text, wheels):
+    try:
+        packet = parse_packet(text, wheels)
+    except PacketError:
+        return
+    assert len(packet) == wheels
+    assert max(map(abs, packet)) < 1e7
+
+
+@given(st.text(max_size=120))
+def test_identities(text):
+    identity = Identity.parse(text)
+    assert identity is None or identity.rate >= 0
+
+
+@given(st.text(alphabet="0123456789ABCDEF", min_size=9, max_size=30))
+def test_status(text):
+    status = BoardStatus.parse(text)
+    assert isinstance(status.fault, str)
+    assert all(isinstance(words, str) for words in status.complaints)
+
+
+@pytest.mark.parametrize("table", TABLES.values(), ids=TABLES.keys())
+@given(st.data())
+def test_parameters(table, data):
+    names = st.sampled_from([parameter.name for parameter in table]) | st.text(max_size=10)
+    given_ones = data.draw(st.dictionaries(names, VALUES, max_size=6))
+    try:
+        values = read_parameters(table, given_ones)
+    except ParameterError as error:
+        assert error.faults
+        assert max(map(len, error.faults)) < 1500
+        return
+    assert all(parameter.accepts(values[parameter.name]) for parameter in table)
+
+
+@given(st.dictionaries(st.sampled_from(KEYS), VALUES))
+def test_wheel_parameters(changes):
+    try:
+        wheels = read_wheels({**ROBOTONT2, **changes})
+    except ParameterError as error:
+        assert error.faults
+        return
+    assert wheels.amount >= 3
+
+
+SHIPPED_FILES = [WHEEL_PARAMS, *sorted((HERE.parents[1] / "robotont_bringup" / "config").glob("*.yaml"))]
+
+
+@pytest.mark.parametrize("path", SHIPPED_FILES, ids=lambda path: path.name)
+@given(seed=st.integers(0, 2 ** 32))
+def test_wheel_files(tmp_path_factory, path, seed):
+    file = tmp_path_factory.getbasetemp() / f"fuzz_{path.name}"
+    file.write_bytes(mutated(path.read_bytes(), seed))
+    for read in (read_wheel_file, lambda file: read_mapping(file, "anything")):
+        try:
+            read(file)
+        except ValueError as error:
+            assert str(file) in str(error)
+
+
+@given(st.binary(max_size=200) | VALUES.map(lambda value: yaml.safe_dump(value).encode()))
+def test_files_of_anything(tmp_path_factory, content):
+    file = tmp_path_factory.getbasetemp() / "fuzz.yaml"
+    file.write_bytes(content)
+    try:
+        wheels, _, _ = read_wheel_file(file)
+    except ValueError as error:
+        assert str(file) in str(error)
+    else:
+        assert wheels.amount >= 3

@@ -25,8 +25,6 @@ from robotont_driver.solvers import SOLVERS
 
 # Variance of z, roll and pitch (and their rates): a robot on the floor has none; filters like no zeros.
 FLAT = 1e-6
-# Where x, y and yaw stand in the 6 x 6 covariances of ROS (x, y, z, roll, pitch, yaw; row by row).
-PLANAR = [6 * row + column for row in (0, 1, 5) for column in (0, 1, 5)]
 
 # [s] Without a newer command for this long, serial_com_node and the board have stopped the robot.
 COMMAND_AGE = 0.5
@@ -177,12 +175,12 @@ class OdomNode:
         position.y = transform.translation.y = pose.y
         orientation.z = transform.rotation.z = math.sin(pose.yaw / 2)
         orientation.w = transform.rotation.w = math.cos(pose.yaw / 2)
-        odom.twist.twist.linear.x, odom.twist.twist.linear.y, odom.twist.twist.angular.z = \
-            odometry.twist.tolist()
-        fill(odom.pose.covariance, odometry.pose_covariance)
-        fill(odom.twist.covariance, odometry.twist_covariance)
-        joints.position = odometry.wheel_angles.tolist()
-        joints.velocity = odometry.wheel_rates.tolist()
+        twist = odom.twist.twist
+        twist.linear.x, twist.linear.y, twist.angular.z = odometry.newest_twist
+        fill(odom.pose.covariance, odometry.pose_upper)
+        fill(odom.twist.covariance, odometry.twist_upper)
+        joints.position = odometry.wheel_angles
+        joints.velocity = odometry.wheel_rates
         self._odom_publisher.publish(odom)
         if self._broadcaster:
             self._broadcaster.sendTransform(self._transform)
@@ -278,10 +276,10 @@ def list_wheels(wheels):
     return "wheel " + ", ".join(map(str, wheels)) if wheels else ""
 
 
-def fill(covariance, planar):
-    """Put a 3 x 3 covariance of x, y and yaw into a message's list of 36."""
-    for index, value in zip(PLANAR, planar.ravel().tolist()):
-        covariance[index] = value
+def fill(covariance, upper):
+    """Put an upper triangle, of x, y and yaw, into a covariance of (x, y, z, roll, pitch, yaw): a list of 36."""
+    covariance[0], covariance[1], covariance[5], covariance[7], covariance[11], covariance[35] = upper
+    covariance[6], covariance[30], covariance[31] = covariance[1], covariance[5], covariance[11]
 
 
 def check(_wheels, parameters, _other):

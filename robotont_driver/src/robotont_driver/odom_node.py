@@ -5,14 +5,15 @@ import threading
 import time
 
 import rospy
+import tf2_ros
 from geometry_msgs.msg import TransformStamped
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import JointState
 from std_srvs.srv import Trigger, TriggerResponse
-from tf2_msgs.msg import TFMessage
 
 from robotont_driver.clocks import read_clocks
 from robotont_driver.gyro import Gyro, GyroFusion
+from robotont_driver.imu_input import ImuInput
 from robotont_driver.kinematics import Kinematics
 from robotont_driver.node import OK, WARN, DroppingPublisher, Health, Part, Rate, robot_name, serve
 from robotont_driver.odometry import WheelOdometry
@@ -26,6 +27,8 @@ from robotont_driver.thinning import Thinning
 
 # Variance of z, roll and pitch (and their rates): a robot on the floor has none; filters like no zeros.
 FLAT = 1e-6
+# Where x, y and yaw stand in the 6 x 6 covariances of ROS (x, y, z, roll, pitch, yaw; row by row).
+PLANAR = [6 * row + column for row in (0, 1, 5) for column in (0, 1, 5)]
 
 # [s] Without a newer command for this long, serial_com_node and the board have stopped the robot.
 COMMAND_AGE = 0.5
@@ -97,7 +100,7 @@ class OdomNode:
         self._refusals = Refusals()  # of malformed messages on serial_read
         self._rate = Rate()
         self._prepare_messages(parameters)
-        self._tf_publisher = DroppingPublisher("/tf", TFMessage) if parameters["publish_tf"] else None
+        self._broadcaster = tf2_ros.TransformBroadcaster() if parameters["publish_tf"] else None
         self._odom_publisher = DroppingPublisher("odom", Odometry)
         self._joint_publisher = DroppingPublisher("joint_states", JointState)
         self._joint_states = Thinning(parameters["joint_state_rate"])
@@ -108,7 +111,6 @@ class OdomNode:
             topics.serial_write.subscribe(wheels.amount, self._on_command, self._on_refused_command, queue_size=1)
         subjects = {"wheel feedback": self._report, "stamps": self._report_stamps}
         if self._gyro:
-            from robotont_driver.imu_input import ImuInput  # its tf2_ros costs memory and 0.1 s of the start
             self._imu = ImuInput(parameters["imu"], parameters["base_frame"], self._gyro, self._lock)
             subjects["gyro"] = self._imu.report
         self._health = Health(robot_name(), subjects, name)
@@ -119,7 +121,6 @@ class OdomNode:
         self._odom.header.frame_id = parameters["odom_frame"]
         self._transform = TransformStamped(child_frame_id=parameters["base_frame"])
         self._transform.header.frame_id = parameters["odom_frame"]
-        self._transforms = TFMessage([self._transform])
         self._joints = JointState(name=[
             parameters["joint_prefix"] + name for name in joint_names(parameters["joint_names"], self._wheels.amount)])
         for covariance in (self._odom.pose.covariance, self._odom.twist.covariance):
@@ -181,16 +182,16 @@ class OdomNode:
         position.y = transform.translation.y = pose.y
         orientation.z = transform.rotation.z = math.sin(pose.yaw / 2)
         orientation.w = transform.rotation.w = math.cos(pose.yaw / 2)
-        twist = odom.twist.twist
-        twist.linear.x, twist.linear.y, twist.angular.z = odometry.newest_twist
-        fill(odom.pose.covariance, odometry.pose_upper)
-        fill(odom.twist.covariance, odometry.twist_upper)
+        odom.twist.twist.linear.x, odom.twist.twist.linear.y, odom.twist.twist.angular.z = \
+            odometry.twist.tolist()
+        fill(odom.pose.covariance, odometry.pose_covariance)
+        fill(odom.twist.covariance, odometry.twist_covariance)
         self._odom_publisher.publish(odom)
-        if self._tf_publisher:
-            self._tf_publisher.publish(self._transforms)
+        if self._broadcaster:
+            self._broadcaster.sendTransform(self._transform)
         if self._joint_states.passes(nanoseconds):
-            joints.position = odometry.wheel_angles
-            joints.velocity = odometry.wheel_rates
+            joints.position = odometry.wheel_angles.tolist()
+            joints.velocity = odometry.wheel_rates.tolist()
             self._joint_publisher.publish(joints)
 
     def _on_reset(self, _request):
@@ -283,10 +284,10 @@ def list_wheels(wheels):
     return "wheel " + ", ".join(map(str, wheels)) if wheels else ""
 
 
-def fill(covariance, upper):
-    """Put an upper triangle, of x, y and yaw, into a covariance of (x, y, z, roll, pitch, yaw): a list of 36."""
-    covariance[0], covariance[1], covariance[5], covariance[7], covariance[11], covariance[35] = upper
-    covariance[6], covariance[30], covariance[31] = covariance[1], covariance[5], covariance[11]
+def fill(covariance, planar):
+    """Put a 3 x 3 covariance of x, y and yaw into a message's list of 36."""
+    for index, value in zip(PLANAR, planar.ravel().tolist()):
+        covariance[index] = value
 
 
 def check(_wheels, parameters, _other):

@@ -195,10 +195,10 @@ class DriverNodeTest(NodeTest):
             self.wait_for_packet(FORWARD)
         self.command.publish(twist())
         wait_for(lambda: self.packets()[-1] == ZEROS, "the end")
-        driven = 18.9 * self.packets()[before:].count(FORWARD)
+        driven = sum(float(packet.rstrip(";\n").split(":")[2]) for packet in self.packets()[before:])
         counts = [[int(count) for count in message.data.rstrip(";\n").split(":")] for message in read]
         wait_for(lambda: abs(sum(int(message.data.rstrip(";\n").split(":")[2]) for message in read) - driven) <= 1,
-                 f"the counts to add up to {driven}")
+                 f"the counts to add up to {driven:.2f}")
         assert all(len(count) == 3 for count in counts)
 
 

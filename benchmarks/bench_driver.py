@@ -1,25 +1,21 @@
 """The driver's latency, losses, processor time, memory and start: each arrangement beside the floor, and peers."""
 
 import gc
+import sys
 import time
 
 from rig import Loop, SilenceError, late
-from subjects import COMPOSED, FLOOR, THREE, Subject, arrangements
+from subjects import COMPOSED, COUNTED, FLOOR, RATE, THREE, WAYS, Subject, arrangements, measure
 
 from robotont_testing.figures import percentile, row
 from robotont_testing.harness import Master
 from robotont_testing.robots import SHIPPED
 from robotont_testing.simulated_wheels import even_wheels
 
-RATE = 50            # [Hz]
-WARM_UP = 1.0        # [s]
-QUIET = 0.4          # [s] after which nothing more is expected; less than the time-outs
 STOPS = 10           # per round
 FLOOD = 0.3          # [s] of commands at FAST before each stop
 FAST = 1000          # [Hz]
 MANY_WHEELS = 12
-COUNTED = ("sent", "lost", "overtaken", "repeated", "unexpected")  # of a Stream
-WAYS = (("cmd_vel to wire", "commands"), ("wire to /odom", "feedback"))
 
 
 class Rounds:
@@ -59,37 +55,12 @@ def subjects(loop, master, options, titles=None):
             if not subject.is_peer:
                 raise
             rows.append(row("does not work", None, "", note=str(silence).splitlines()[0], subject=title))
-            print(silence, flush=True)
+            print(silence, file=sys.stderr, flush=True)
             subject.robot.close()
         else:
             found.append(subject)
     gc.freeze()
     return found, rows
-
-
-def settle(loop, robot):
-    """Wait for what is under way, as long as some of it comes."""
-    streams = robot.commands, robot.feedback
-    left = None
-    while left != sum(stream.under_way for stream in streams):
-        left = sum(stream.under_way for stream in streams)
-        loop.run(QUIET, lambda: not any(stream.under_way for stream in streams))
-
-
-def measure(loop, subject, rate, seconds):
-    """One round, counted by the robot's streams; returns [s] of processor time per second."""
-    subject.robot.start(rate)
-    loop.run(WARM_UP)
-    loop.idle()
-    settle(loop, subject.robot)
-    subject.robot.begin()
-    before, begin = subject.processor(), time.monotonic()
-    subject.robot.start(rate)
-    loop.run(seconds)
-    loop.idle()
-    used = (subject.processor() - before) / (time.monotonic() - begin)
-    settle(loop, subject.robot)
-    return used
 
 
 def bench_latency(options):
@@ -100,7 +71,7 @@ def bench_latency(options):
         for _ in range(options.rounds):
             for subject in found:
                 title = subject.title
-                rounds.add(title, "processor", 100 * measure(loop, subject, RATE, options.seconds))
+                rounds.add(title, "processor", 100 * measure(loop, [subject], RATE, options.seconds))
                 for way, stream in WAYS:
                     add_delays(rounds, title, way, getattr(subject.robot, stream))
     titles = [subject.title for subject in found]
@@ -188,7 +159,7 @@ def bench_throughput(options):
             subject = Subject(loop, master, title, "robot", quick)
             subject.start()
             subject.connect()
-            rounds.add(title, "processor", 100 * measure(loop, subject, FAST, options.burst))
+            rounds.add(title, "processor", 100 * measure(loop, [subject], FAST, options.burst))
             for way, name in WAYS:
                 stream = getattr(subject.robot, name)
                 add_delays(rounds, title, way, stream)
@@ -223,7 +194,7 @@ def bench_wheels(options):
             robots[wheels].connect()
         for _ in range(options.rounds):
             for wheels, subject in robots.items():
-                rounds.add(wheels, "processor", 100 * measure(loop, subject, RATE, options.seconds))
+                rounds.add(wheels, "processor", 100 * measure(loop, [subject], RATE, options.seconds))
                 for way, stream in WAYS:
                     add_delays(rounds, wheels, way, getattr(subject.robot, stream))
     figures = [("processor", "% of a core"), *((f"{way}, {part}", "ms") for way, _ in WAYS for part in ("p50", "p99"))]

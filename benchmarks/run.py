@@ -50,9 +50,10 @@ def chosen(given):
 
 
 def measure(part, arguments):
-    """Rows of one part, measured in a process of its own: a rospy node lives as long as its process."""
+    """Rows of one part, measured in a process of its own: a rospy node lives as long as its process. None: it failed."""
     command = [sys.executable, __file__, *arguments, "--part", part]
-    return json.loads(subprocess.run(command, stdout=subprocess.PIPE, check=True).stdout.decode())
+    result = subprocess.run(command, stdout=subprocess.PIPE, check=False)
+    return json.loads(result.stdout.decode()) if result.returncode == 0 else None
 
 
 def parser():
@@ -88,16 +89,27 @@ def main():
     except LookupError as error:
         parser().error(error.args[0])
     old = json.loads(Path(options.compare).read_text()) if options.compare else None
-    rows = []
+    rows, failed = [], []
     for part in wanted:
         print(f"{part} ...", file=sys.stderr, flush=True)
-        rows += measure(part, sys.argv[1:])
+        found = measure(part, sys.argv[1:])
+        rows += found or []
+        failed += [part] if found is None else []
     if options.json == "-":
         print(json.dumps(rows, indent=1))
-        return
+    else:
+        report(rows, old, options)
+    if failed:
+        sys.exit(f"failed: {', '.join(failed)}")
+
+
+def report(rows, old, options):
+    """Table, comparison, picture and files."""
     print(text_table(rows))
     if old:
         print("\nSince " + options.compare + ":\n" + compare(old, rows))
+    if any("at" in line for line in rows):
+        importlib.import_module("bench_growth").draw(rows, options.picture)
     for file, text in ((options.json, json.dumps(rows, indent=1)), (options.markdown, markdown_table(rows))):
         if file:
             Path(file).write_text(text + "\n")

@@ -3,6 +3,7 @@
 import os
 import re
 import shlex
+import time
 import xmlrpc.client
 from pathlib import Path
 
@@ -16,6 +17,11 @@ FLOOR = "floor: a rospy process that only relays"
 THREE = "three processes"
 COMPOSED = "one process (composed)"
 COMPONENTS = "mux:=false", "description:=false"  # the driver alone
+RATE = 50       # [Hz]
+WARM_UP = 1.0   # [s]
+QUIET = 0.4     # [s] after which nothing more is expected; less than the time-outs
+WAYS = (("cmd_vel to wire", "commands"), ("wire to /odom", "feedback"))
+COUNTED = ("sent", "lost", "overtaken", "repeated", "unexpected")  # of a Stream
 
 
 def arrangements():
@@ -72,6 +78,34 @@ class Subject:
     def memory(self):
         """[MiB] proportional set size of its nodes."""
         return sum(map(memory, self.pids))
+
+
+def measure(loop, subjects, rate, seconds):
+    """Drive both ways at a rate [Hz], all at evenly spread moments; the robots' streams count what happens.
+
+    Returns [s] of processor time per second of all together.
+    """
+    robots = [subject.robot for subject in subjects]
+    _drive(loop, robots, rate, WARM_UP)
+    for robot in robots:
+        robot.begin()
+    before, begin = sum(subject.processor() for subject in subjects), time.monotonic()
+    _drive(loop, robots, rate, seconds)
+    elapsed = time.monotonic() - begin
+    return (sum(subject.processor() for subject in subjects) - before) / elapsed
+
+
+def _drive(loop, robots, rate, seconds):
+    """Start, stop, and wait for what is under way as long as some of it comes."""
+    for number, robot in enumerate(robots):
+        robot.start(rate, number / len(robots))
+    loop.run(seconds)
+    loop.idle()
+    streams = [stream for robot in robots for stream in (robot.commands, robot.feedback)]
+    left = None
+    while left != sum(stream.under_way for stream in streams):
+        left = sum(stream.under_way for stream in streams)
+        loop.run(QUIET, lambda: not any(stream.under_way for stream in streams))
 
 
 def pids_below(uri, namespace):

@@ -50,7 +50,7 @@ def chosen(given):
 
 
 def measure(part, arguments):
-    """Rows of one part, measured in a process of its own: a rospy node lives as long as its process. None: it failed."""
+    """Rows of one part, from a process of its own: a rospy node lives as long as its process. None: it failed."""
     command = [sys.executable, __file__, *arguments, "--part", part]
     result = subprocess.run(command, stdout=subprocess.PIPE, check=False)
     return json.loads(result.stdout.decode()) if result.returncode == 0 else None

@@ -6,6 +6,7 @@ stale. Boards with firmware before 2.0 have no status; they report each fault on
 
 import re
 from collections import deque
+from functools import lru_cache
 from typing import NamedTuple, Tuple
 
 TIMED_OUT, WAITS_FOR_ZERO, BATTERY_LOW = 1, 2, 4  # flags
@@ -34,6 +35,7 @@ class BoardStatus(NamedTuple):
     wheels: Tuple[int, ...]   # one of NO_FAULT .. OVERLOAD per wheel
 
     @classmethod
+    @lru_cache(maxsize=8)  # it is the same in almost all packets
     def parse(cls, text):
         """From the field's hexadecimal text FFMMRRW..."""
         return cls(*(int(text[at:at + 2], 16) for at in (0, 2, 4)), tuple(int(digit, 16) for digit in text[6:]))
@@ -141,7 +143,7 @@ class BoardHealth:
     def hear_packet(self, status):
         """A packet of this robot's board, with its BoardStatus; None from firmware before 2.0."""
         self._foreign = self._suspect = 0
-        if status is None:
+        if status is None or status is self.status:
             return
         if self.status is not None:
             self._missed += (status.missed - self.status.missed) % 256

@@ -98,11 +98,12 @@ class DriverNode:
     def _send(self):
         self._sent_at = time.monotonic()
         twist = self._stream.twist(self._sent_at)
-        units = self._rounding.round(self._kinematics.units_of_twist(twist).tolist(), self._sent_at)
+        units = self._rounding.round(self._kinematics.command(twist), self._sent_at)
         self._packets.publish(Packet(units, format_packet(units, self._decimals)))
-        limited = Twist()
-        limited.linear.x, limited.linear.y, limited.angular.z = twist
-        self._limited.publish(limited)
+        if self._limited.get_num_connections():
+            limited = Twist()
+            limited.linear.x, limited.linear.y, limited.angular.z = twist
+            self._limited.publish(limited)
 
     def _repeat(self):
         """Send the newest command again when nothing went out for a period; return the time to rest."""

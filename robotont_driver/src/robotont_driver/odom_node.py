@@ -5,23 +5,23 @@ import threading
 import time
 
 import rospy
-import tf2_ros
 from geometry_msgs.msg import TransformStamped
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import JointState
 from std_srvs.srv import Trigger, TriggerResponse
+from tf2_msgs.msg import TFMessage
 
 from robotont_driver.clocks import read_clocks
 from robotont_driver.gyro import Gyro, GyroFusion
-from robotont_driver.imu_input import ImuInput
 from robotont_driver.kinematics import Kinematics
-from robotont_driver.node import OK, WARN, Health, Part, Rate, robot_name, serve
+from robotont_driver.node import OK, WARN, DroppingPublisher, Health, Part, Rate, robot_name, serve
 from robotont_driver.odometry import WheelOdometry
 from robotont_driver.packet_clock import ArrivalClock, PacketClock
 from robotont_driver.packet_topics import topics_between_processes
 from robotont_driver.parameters import Parameter
 from robotont_driver.slip import CommandWatch, SlipDetector
 from robotont_driver.solvers import SOLVERS
+from robotont_driver.thinning import Thinning
 
 # Variance of z, roll and pitch (and their rates): a robot on the floor has none; filters like no zeros.
 FLAT = 1e-6
@@ -29,7 +29,6 @@ FLAT = 1e-6
 # [s] Without a newer command for this long, serial_com_node and the board have stopped the robot.
 COMMAND_AGE = 0.5
 
-BURST = 200  # messages that may wait: serial_com_node publishes repaired packets, and a board bursts, all at once
 RECENTLY = 10 * 1_000_000_000  # [ns] for which the diagnostics warn that the clock was set
 
 PARAMETERS = (
@@ -59,6 +58,8 @@ PARAMETERS = (
               minimum=0.0, maximum=0.5),
     Parameter("joint_names", "", "names of the wheel joints in the wheel file's order, between blanks; empty: "
               "wheel_0_joint, ..."),
+    Parameter("joint_state_rate", 0.0, "how often joint_states are published, at most; 0 = with each packet", "Hz",
+              minimum=0.0, maximum=1000.0),
     Parameter("joint_prefix", "", "put before the names of the wheel joints"),
 )
 
@@ -95,9 +96,10 @@ class OdomNode:
         self._refused = 0
         self._rate = Rate()
         self._prepare_messages(parameters)
-        self._broadcaster = tf2_ros.TransformBroadcaster() if parameters["publish_tf"] else None
-        self._odom_publisher = rospy.Publisher("odom", Odometry, queue_size=BURST)
-        self._joint_publisher = rospy.Publisher("joint_states", JointState, queue_size=BURST)
+        self._tf_publisher = DroppingPublisher("/tf", TFMessage) if parameters["publish_tf"] else None
+        self._odom_publisher = DroppingPublisher("odom", Odometry)
+        self._joint_publisher = DroppingPublisher("joint_states", JointState)
+        self._joint_states = Thinning(parameters["joint_state_rate"])
         rospy.Service("reset_odometry", Trigger, self._on_reset)
         # no queue_size: every packet counts
         topics.serial_read.subscribe(wheels.amount, self._on_packet, self._on_refused)
@@ -105,6 +107,7 @@ class OdomNode:
             topics.serial_write.subscribe(wheels.amount, self._on_command, self._on_refused_command, queue_size=1)
         subjects = {"wheel feedback": self._report, "stamps": self._report_stamps}
         if self._gyro:
+            from robotont_driver.imu_input import ImuInput  # its tf2_ros costs memory and 0.1 s of the start
             self._imu = ImuInput(parameters["imu"], parameters["base_frame"], self._gyro, self._lock)
             subjects["gyro"] = self._imu.report
         self._health = Health(robot_name(), subjects, name)
@@ -115,6 +118,7 @@ class OdomNode:
         self._odom.header.frame_id = parameters["odom_frame"]
         self._transform = TransformStamped(child_frame_id=parameters["base_frame"])
         self._transform.header.frame_id = parameters["odom_frame"]
+        self._transforms = TFMessage([self._transform])
         self._joints = JointState(name=[
             parameters["joint_prefix"] + name for name in joint_names(parameters["joint_names"], self._wheels.amount)])
         for covariance in (self._odom.pose.covariance, self._odom.twist.covariance):
@@ -135,7 +139,7 @@ class OdomNode:
                 self._odometry.exclude(self._detector.slipping)
             self._odometry.update(counts, elapsed, stamp)
             self._packets += 1
-            self._publish(rospy.Time(*divmod(stamp, 1_000_000_000)))
+            self._publish(stamp)
             if self._watch:  # the diagnostics can wait, the odometry need not
                 self._watch.update(counts, self._newest_command())
             changed = self._alarms() != alarms
@@ -166,7 +170,8 @@ class OdomNode:
         """Units that the board follows now; None without a command that is still valid."""
         return self._commanded if time.monotonic() - self._commanded_at < COMMAND_AGE else None
 
-    def _publish(self, stamp):
+    def _publish(self, nanoseconds):
+        stamp = rospy.Time(*divmod(nanoseconds, 1_000_000_000))
         odometry, pose = self._odometry, self._odometry.pose
         odom, joints, transform = self._odom, self._joints, self._transform.transform
         odom.header.stamp = joints.header.stamp = self._transform.header.stamp = stamp
@@ -179,12 +184,13 @@ class OdomNode:
         twist.linear.x, twist.linear.y, twist.angular.z = odometry.newest_twist
         fill(odom.pose.covariance, odometry.pose_upper)
         fill(odom.twist.covariance, odometry.twist_upper)
-        joints.position = odometry.wheel_angles
-        joints.velocity = odometry.wheel_rates
         self._odom_publisher.publish(odom)
-        if self._broadcaster:
-            self._broadcaster.sendTransform(self._transform)
-        self._joint_publisher.publish(joints)
+        if self._tf_publisher:
+            self._tf_publisher.publish(self._transforms)
+        if self._joint_states.passes(nanoseconds):
+            joints.position = odometry.wheel_angles
+            joints.velocity = odometry.wheel_rates
+            self._joint_publisher.publish(joints)
 
     def _on_reset(self, _request):
         with self._lock:

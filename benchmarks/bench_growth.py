@@ -190,32 +190,79 @@ def bench_endurance(options):
 
 def draw(rows, file):
     """The picture: cost over wheels, rates and robots beside straight lines, and delays over robots."""
-    with pyplot().rc_context(drawing_style()):
-        figure, places_ = pyplot().subplots(2, 2, figsize=(9.6, 7.0), constrained_layout=True)
-        (wheels, rates), (robots, delays) = places_
-        draw_cost(wheels, rows, "wheels", "wheels", "One robot at 50 Hz: processor over wheels")
-        draw_cost(rates, rows, "rate", "packets and commands per second", "One robot: processor over the rate")
-        for kind, colour in ((ONE, BLUE), (EACH, ORANGE)):
-            draw_cost(robots, rows, kind, "robots", "Robots at 50 Hz: processor of all", colour)
-            for (way, _), style in zip(WAYS, ("-", "--")):
-                at, values = curve(rows, f"{kind}, {way} p99")
-                delays.plot(at, values, style, marker="o", color=colour, label=f"{way}, {kind}")
-        delays.axhline(LATEST, color=GREY, linewidth=1)
-        delays.annotate(f"{LATEST:g} ms", (0, LATEST), color=INK, va="bottom")
-        delays.set(title="Robots at 50 Hz: delay, p99", xlabel="robots", ylabel="[ms]", yscale="log", xlim=(0, None))
-        for axes in (robots, delays):
-            axes.legend(frameon=False)
+    panels = [(draw_wheels, "wheels"), (draw_rates, "rate"), (draw_robots, ONE), (draw_delays, ONE)]
+    panels = [panel for panel, kind in panels if len(curve(rows, f"{kind}, processor")[0])]
+    plt = pyplot()
+    with plt.rc_context(drawing_style()):
+        figure, axes = plt.subplots((len(panels) + 1) // 2, 2, figsize=(9.6, 3.6 * ((len(panels) + 1) // 2)),
+                                    constrained_layout=True, squeeze=False)
+        for panel, place in zip(panels, axes.flat):
+            panel(place, rows)
+            place.set_xlim(0, None)
+            place.xaxis.get_major_locator().set_params(integer=True)
+        for place in axes.flat[len(panels):]:
+            place.set_axis_off()
         figure.savefig(file)
+        plt.close(figure)
 
 
-def draw_cost(axes, rows, kind, label, title, colour=BLUE):
-    """One kind's processor time over what grows, and the straight line through its first point (robots: and zero)."""
+def draw_wheels(axes, rows):
+    """Cost over the number of wheels."""
+    draw_cost(axes, rows, "wheels", BLUE, "measured")
+    draw_line(axes, rows, "wheels")
+    axes.set(title="One robot at 50 Hz, by wheels", xlabel="wheels", ylabel="processor [% of a core]", ylim=(0, None))
+    axes.legend(frameon=False, loc="lower right")
+
+
+def draw_rates(axes, rows):
+    """Cost over the rate."""
+    draw_cost(axes, rows, "rate", BLUE, "measured")
+    draw_line(axes, rows, "rate")
+    axes.set(title="One robot, by rate", xlabel="packets and commands per second", ylabel="processor [% of a core]",
+             ylim=(0, None))
+    axes.legend(frameon=False, loc="lower right")
+
+
+def draw_robots(axes, rows):
+    """Cost over the number of robots, beside so many times one robot."""
+    at, values = curve(rows, f"{ONE}, processor")
+    axes.plot((0, at[-1]), (0, values[0] / at[0] * at[-1]), color=GREY, linewidth=1.2, zorder=0,
+              label="as many times one robot")
+    for kind, colour in ((ONE, BLUE), (EACH, ORANGE)):
+        draw_cost(axes, rows, kind, colour, kind)
+    axes.set(title="Robots at 50 Hz: all nodes together", xlabel="robots", ylabel="processor [% of a core]",
+             ylim=(0, None))
+    axes.legend(frameon=False, loc="upper left")
+
+
+def draw_delays(axes, rows):
+    """The p99 of both ways over the number of robots."""
+    for kind, colour in ((ONE, BLUE), (EACH, ORANGE)):
+        for (way, _), style in zip(WAYS, ("-", ":")):
+            at, values = curve(rows, f"{kind}, {way} p99")
+            axes.plot(at, values, style, marker="o", markersize=4, color=colour,
+                      label=way if kind == ONE else f"{way}, {kind}")
+    axes.axhline(LATEST, color=INK, linewidth=0.8)
+    axes.set(title="Robots at 50 Hz: delay, p99", xlabel="robots", ylabel="[ms]", yscale="log")
+    low, high = axes.get_ylim()
+    ticks = [tick for tick in (0.5, 1, 2, 5, 10, 20, 50, 100, 200, 500, 1000) if low <= tick <= high * 3]
+    axes.set_yticks(ticks, labels=[f"{tick:g}" for tick in ticks])
+    axes.set_ylim(low, high * 3)  # room for the legend
+    axes.minorticks_off()
+    axes.legend(frameon=False, loc="upper left", fontsize=8, ncol=2)
+
+
+def draw_cost(axes, rows, kind, colour, label):
+    """Processor time of one kind of rows."""
+    axes.plot(*curve(rows, f"{kind}, processor"), marker="o", markersize=4, color=colour, label=label)
+
+
+def draw_line(axes, rows, kind):
+    """The straight line that fits best, if there is one."""
     at, values = curve(rows, f"{kind}, processor")
-    axes.plot(at, values, marker="o", color=colour, label=kind)
     if len(at) > 1:
-        line = (values[0] / at[0], 0.0) if kind in (ONE, EACH) else np.polyfit(at, values, 1)
-        axes.plot(at, np.polyval(line, at), color=GREY, linewidth=1, zorder=0)
-    axes.set(title=title, xlabel=label, ylabel="[% of a core]", xlim=(0, None), ylim=(0, None))
+        axes.plot(at, np.polyval(np.polyfit(at, values, 1), at), color=GREY, linewidth=1.2, zorder=0,
+                  label="straight line")
 
 
 def curve(rows, name):

@@ -5,7 +5,7 @@ import sys
 import time
 
 from rig import Loop, SilenceError, late
-from subjects import COMPOSED, COUNTED, FLOOR, RATE, THREE, WAYS, Subject, arrangements, measure
+from subjects import COMPOSED, COUNTED, FLOOR, RATE, THREE, WAYS, Subject, arrangements, measure, title_of
 
 from robotont_testing.figures import percentile, row
 from robotont_testing.harness import Master
@@ -54,7 +54,7 @@ def subjects(loop, master, options, titles=None):
         except SilenceError as silence:
             if not subject.is_peer:
                 raise
-            rows.append(row("does not work", None, "", note=str(silence).splitlines()[0], subject=title))
+            rows.append(row("does not work", None, "", note=str(silence).splitlines()[0], subject=subject.title))
             print(silence, file=sys.stderr, flush=True)
             subject.robot.close()
         else:
@@ -205,15 +205,15 @@ def bench_wheels(options):
 def bench_start(options):
     """Rows of the time to the first /odom and of memory, each subject alone with a master of its own."""
     rounds = Rounds()
-    titles = [FLOOR, *arrangements(), *options.peer]
+    everything = [FLOOR, *arrangements(), *options.peer]
     for _ in range(options.rounds):
-        for title in titles:
-            seconds, memory = start_alone(title, options)
+        for what in everything:
+            seconds, memory = start_alone(what, options)
             if seconds is not None:
-                rounds.add(title, "start to first /odom", seconds)
-                rounds.add(title, "memory (PSS)", memory)
+                rounds.add(title_of(what), "start to first /odom", seconds)
+                rounds.add(title_of(what), "memory (PSS)", memory)
     rows = []
-    for title in titles:
+    for title in map(title_of, everything):
         rows += [rounds.row(title, "start to first /odom", "s", "<= 0.6" if title == COMPOSED else "",
                             "from the master's first answer; roslaunch starts both" if title in arrangements()
                             else "from its start"),
@@ -221,12 +221,12 @@ def bench_start(options):
     return rows
 
 
-def start_alone(title, options):
+def start_alone(what, options):
     """[s] to the first odometry and [MiB] then; None twice for a peer that does not work."""
     loop = Loop()
-    ours = title in arrangements()
+    ours = what in arrangements()
     with Master(start=not ours) as master:
-        subject = Subject(loop, master, title, "robot", peer_board=options.peer_board)
+        subject = Subject(loop, master, what, "robot", peer_board=options.peer_board)
         begin = time.monotonic()
         subject.start()
         if ours:

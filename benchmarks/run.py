@@ -4,9 +4,10 @@ NAME is that of a bench_*.py without bench_, or one of its parts: driver, driver
 --rounds rounds, in which everything that is compared takes turns, with the smallest and the largest.
 
 --peer measures another driver in the same rounds: a command that starts any node with cmd_vel in, odom out and a serial
-port, e.g.
+port, with a title for the tables before it or without, e.g.
 
-    ./robotont bench driver.latency --peer "rosrun SOME_DRIVER SOME_NODE _port:={port}"
+    ./robotont bench driver.latency --peer "some driver: rosrun SOME_DRIVER SOME_NODE _port:={port}"
+    ./robotont bench driver.latency --peer "bash -c 'rosparam set port {port} && exec rosrun SOME_DRIVER SOME_NODE'"
 
 {port} becomes the name of a pseudo-terminal, {namespace} that of the namespace in which the node is started and in
 which the parameters of the wheels stand; names that the node calls otherwise can be remapped as usual (drive:=cmd_vel).

@@ -30,6 +30,11 @@ def arrangements():
     return [THREE, COMPOSED] if composable else [THREE]
 
 
+def title_of(what):
+    """How the tables call a subject: the part of a peer's text that stands before its command, if any."""
+    return what if what == FLOOR else what.rpartition(": ")[0] or what
+
+
 def launch_arguments(robot, arrangement):
     """Arguments of robot.launch for the driver alone."""
     composed = [f"composed:={str(arrangement == COMPOSED).lower()}"] if COMPOSED in arrangements() else []
@@ -38,11 +43,12 @@ def launch_arguments(robot, arrangement):
 
 
 class Subject:
-    """Something that drives a robot of its own: one of arrangements(), FLOOR, or a peer (a command, see run.py -h)."""
+    """Something that drives a robot of its own: one of arrangements(), FLOOR, or a peer (a text, see run.py -h)."""
 
-    def __init__(self, loop, processes, title, name, parameters=SHIPPED, peer_board="plain"):
-        self.title, self.name = title, name
-        self.is_peer = title not in (FLOOR, *arrangements())
+    def __init__(self, loop, processes, what, name, parameters=SHIPPED, peer_board="plain"):
+        self.title, self._command = title_of(what), what.rpartition(": ")[2]
+        self.name = name
+        self.is_peer = what not in (FLOOR, *arrangements())
         board = peer_board if self.is_peer else "checked"
         self.robot = Robot(loop, name, processes.uri, processes.folder, parameters, board)
         self._parameters = parameters
@@ -58,7 +64,7 @@ class Subject:
                             log=self.log, ROS_NAMESPACE=self.name)
         elif self.is_peer:
             xmlrpc.client.ServerProxy(processes.uri).setParam(CALLER, "/" + self.name, self._parameters)
-            words = shlex.split(self.title.format(port=robot.port, namespace=self.name))
+            words = shlex.split(self._command.format(port=robot.port, namespace=self.name))
             processes.start(*words, log=self.log, ROS_NAMESPACE=self.name)
         else:
             processes.launch("robot.launch", *launch_arguments(robot, self.title), log=self.log)

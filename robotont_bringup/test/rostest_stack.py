@@ -55,7 +55,8 @@ class Robot:
         prefix = namespace + "/" if namespace else ""
         self.launch = test.processes.launch(
             "robot.launch", f"port:={self.board.link}", f"wheel_params:={self.parameters}",
-            f"namespace:=/{namespace}", f"frame_prefix:={prefix}", log=self.log)
+            f"namespace:=/{namespace}", f"frame_prefix:={prefix}",
+            f"composed:={str(test.composed).lower()}", log=self.log)
         self.odom = test.listen(f"/{prefix}odom", Odometry)
         self.joints = test.listen(f"/{prefix}joint_states", JointState)
         self.command = test.publisher(f"/{prefix}cmd_vel", Twist)
@@ -96,7 +97,7 @@ class StackTest(NodeTest):
     def setUp(self):
         super().setUp()
         # rospy's master keeps what a former test has set
-        for name in ("serial_com_node", "driver_node", "odom_node"):
+        for name in ("serial_com_node", "driver_node", "odom_node", "robotont_node"):
             if rospy.has_param("/" + name):
                 rospy.delete_param("/" + name)
 
@@ -150,7 +151,7 @@ class StackTest(NodeTest):
         self.assertLess(max(np.diff(path)), 0.4 * 0.02 * 1.5)
 
     def test_each_node_that_dies_stops_the_robot(self):
-        for node in ("/driver_node", "/serial_com_node"):
+        for node in ("/robotont_node",) if self.composed else ("/driver_node", "/serial_com_node"):
             robot = Robot(self)
             robot.drive((0.4, 0, 0), lambda robot=robot: any(robot.board.speeds), "motion")
             os.kill(self.processes.pid(node), signal.SIGKILL)
@@ -160,6 +161,7 @@ class StackTest(NodeTest):
             robot.board.unplug()
 
     def test_a_subscriber_that_stops_reading_holds_up_nobody(self):
+        rospy.set_param("/robotont_node/packets_from_outside", True)
         robot = Robot(self)
         hung = self.subscribe_without_reading("/odom", Odometry)
         wait_for(lambda: self.subscribers("/odom") == 2, "the second subscriber")
@@ -176,7 +178,7 @@ class StackTest(NodeTest):
 
     def subscribe_without_reading(self, topic, message_type):
         """A socket that odom_node takes for a subscriber."""
-        uri = rospy.get_master().lookupNode("/odom_node")[2]
+        uri = self.processes.node_uri("/odom_node")
         _, _, (_, host, port) = xmlrpc.client.ServerProxy(uri).requestTopic("/hung", topic, [["TCPROS"]])
         hung = socket.socket()
         hung.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
@@ -188,7 +190,7 @@ class StackTest(NodeTest):
 
     def subscribers(self, topic):
         """Number of open connections of odom_node for a topic."""
-        uri = rospy.get_master().lookupNode("/odom_node")[2]
+        uri = self.processes.node_uri("/odom_node")
         info = xmlrpc.client.ServerProxy(uri).getBusInfo("/test")[2]
         return sum(line[4] == topic and line[2] == "o" for line in info)
 

@@ -114,7 +114,7 @@ class DriverNodeTest(NodeTest):
         """(process, list of packets) of a driver_node in a namespace of its own."""
         self.processes.start("rosparam", "load", WHEEL_PARAMS, namespace).wait()
         written = self.listen(namespace + "/serial_write", String)
-        node = self.processes.node("driver_node", f"__ns:={namespace}")
+        node = self.start_driver("driver_node", namespace)
         wait_for(lambda: written, "packets")
         return node, written
 
@@ -178,7 +178,7 @@ class DriverNodeTest(NodeTest):
     def test_the_last_packet_is_zeros_however_the_node_ends(self):
         for how in (signal.SIGINT, signal.SIGTERM):
             self.processes.start("rosparam", "load", WHEEL_PARAMS, "/ending").wait()
-            node = self.processes.node("driver_node", "__ns:=/ending")
+            node = self.start_driver("driver_node", "/ending")
             written = self.listen("/ending/serial_write", String)
             command = self.publisher("/ending/cmd_vel", Twist)
             wait_for(lambda command=command, written=written: command.publish(twist(0.2)) or (

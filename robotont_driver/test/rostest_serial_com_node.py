@@ -268,6 +268,10 @@ class SerialComNodeTest(NodeTest):
         wait_for(lambda: total(self.packets()) == self.board.motors.counted, "the same sums on both ends")
         wait_for(lambda: TASK in self.status and int(self.values(TASK)["periods repaired"]) > 500, "the diagnostics")
         self.assertLessEqual(max(max(map(abs, packet)) for packet in self.packets()), 34)
+        values = self.values(TASK)  # lines that came, and periods that stand for lost ones
+        read, repaired = int(values["packets read"]), int(values["periods repaired"])
+        self.assertEqual(read + repaired, int(values["packets published"]))
+        self.assertLess(read, len(self.board.reported) - repaired / 2)
 
     def test_twenty_thousand_packets_at_1000_a_second_whole_and_in_order(self):
         self.board.line.cut = True  # the board keeps silent, the test speaks

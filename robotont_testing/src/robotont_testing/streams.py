@@ -28,7 +28,7 @@ class Stream:
     def arrived(self, time, tag):
         """Something with this tag arrived at `time` [s]."""
         place = next((index for index, (_, waiting) in enumerate(self._waiting) if waiting == tag), None)
-        if tag == self._newest and place != 0:  # the same thing once more, not that of the next cycle
+        if tag == self._newest:
             self.repeated += 1
         elif place is None:
             self.unexpected += 1

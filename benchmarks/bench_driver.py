@@ -32,9 +32,9 @@ class Rounds:
         """All rounds'; empty where there are none."""
         return self._values.get((subject, name), [])
 
-    def row(self, subject, name, unit, bound="", note="", floor=FLOOR):
-        """A row of the table, beside the same figure of `floor`."""
-        beside = [] if subject == floor else self.of(floor, name)
+    def row(self, subject, name, unit, bound="", note=""):
+        """A row of the table, beside the same figure of the floor."""
+        beside = [] if subject == FLOOR else self.of(FLOOR, name)
         return row(name, self.of(subject, name), unit, beside, bound, note, subject)
 
     def ratio(self, name, subject, floor, figure, bound, other=None):
@@ -43,10 +43,10 @@ class Rounds:
         return row(name, [value / beside for value, beside in pairs if beside], "x", bound=bound, subject=subject)
 
 
-def subjects(loop, master, options, titles=None):
+def subjects(loop, master, options):
     """Connected `Subject`s, peers included, and rows that name those that do not work."""
     found, rows = [], []
-    for number, title in enumerate(titles or [FLOOR, *arrangements(), *options.peer]):
+    for number, title in enumerate([FLOOR, *arrangements(), *options.peer]):
         subject = Subject(loop, master, title, f"robot{number}", peer_board=options.peer_board)
         subject.start()
         try:
@@ -103,10 +103,10 @@ def aim_of(title):
 
 
 def add_delays(rounds, title, way, stream):
-    """Percentiles and losses of one round."""
-    delays = stream.delays or [float("inf")]
-    rounds.add(title, f"{way}, p50", 1000 * percentile(delays, 0.5))
-    rounds.add(title, f"{way}, p99", 1000 * percentile(delays, 0.99))
+    """Percentiles, where anything arrived, and losses of one round."""
+    if stream.delays:
+        rounds.add(title, f"{way}, p50", 1000 * percentile(stream.delays, 0.5))
+        rounds.add(title, f"{way}, p99", 1000 * percentile(stream.delays, 0.99))
     for what in COUNTED:
         rounds.add(title, f"{way}, {what}", getattr(stream, what))
 
@@ -164,8 +164,9 @@ def bench_throughput(options):
                 stream = getattr(subject.robot, name)
                 add_delays(rounds, title, way, stream)
                 figure = f"{way} at {FAST}/s"
-                rounds.add(title, figure + ", delay at the end",
-                           1000 * percentile(stream.delays[-FAST // 10:] or [float("inf")], 0.5))
+                if stream.delays:
+                    rounds.add(title, figure + ", delay at the end",
+                               1000 * percentile(stream.delays[-FAST // 10:], 0.5))
                 rows += [losses(rounds, title, way, f" at {FAST}/s"),
                          rounds.row(title, figure + ", delay at the end", "ms", "<= 5" if title == COMPOSED else "",
                                     "median of the last 0.1 s"),

@@ -16,7 +16,7 @@ from subjects import RATE, WAYS, Subject, arrangements, launch_arguments, measur
 
 from robotont_calibration.trajectory_errors import BLUE, GREY, INK, ORANGE, drawing_style, pyplot
 from robotont_testing import places
-from robotont_testing.figures import percentile, row
+from robotont_testing.figures import percentile, reached, row
 from robotont_testing.harness import Master, free_port, wait_for_master
 from robotont_testing.robots import SHIPPED
 from robotont_testing.simulated_wheels import even_wheels
@@ -88,8 +88,8 @@ class Fleet:
                  "rosmaster": 100 * master / elapsed, "bench": 100 * rig / elapsed, "machine": 100 * busy / total,
                  "sent": sum(stream.sent for stream in everything), "lost": sum(stream.lost for stream in everything)}
         for way, both in streams.items():
-            delays = [delay for stream in both for delay in stream.delays] or [float("inf")]
-            found[way] = 1000 * percentile(delays, 0.99)
+            delays = [delay for stream in both for delay in stream.delays]
+            found[way] = 1000 * percentile(delays, 0.99) if delays else None
         return found
 
 
@@ -148,7 +148,7 @@ def bench_robots(options):
 
 def broken(rows, kind, unit):
     """The row that says where the first packet is lost or the p99 is beyond LATEST."""
-    bad = [line["at"] for line in rows if line["bound"] and line["value"] > (0 if line["bound"] == "= 0" else LATEST)]
+    bad = [line["at"] for line in rows if line["bound"] and not reached(line)]
     most = max(line["at"] for line in rows)
     return row(f"{kind}, first loss or p99 > {LATEST:g} ms", min(bad, default=None), unit,
                note="" if bad else f"not up to {most}")
@@ -178,7 +178,7 @@ def bench_endurance(options):
                 min(minute["per robot"] for minute in minutes), "x", bound="<= 1.2", subject=subject),
             row("lost", sum(minute["lost"] for minute in minutes), "packets", bound="= 0",
                 note="of {}".format(sum(minute["sent"] for minute in minutes)), subject=subject)]
-    rows += [row(f"{way} p99", [minute[way] for minute in minutes], "ms", alone[way], f"<= {LATEST:g}",
+    rows += [row(f"{way} p99", [minute[way] for minute in minutes if minute[way]], "ms", alone[way], f"<= {LATEST:g}",
                  "floor: one robot alone", subject) for way, _ in WAYS]
     rows += [row(name, [minute[key] for minute in minutes], unit, note=note, subject=subject)
              for name, key, unit, note in (("machine busy", "machine", "%", "of all cores"),

@@ -25,6 +25,8 @@ WHEELS = (3, 4, 5, 6, 8, 10, 12)
 RATES = (50, 100, 200, 500, 1000)       # [Hz]
 ROBOTS = (1, 2, 5, 10, 15, 20, 30, 40)
 LATEST = 20.0                           # [ms] p99 beyond which, or with a loss, it counts as broken
+COMMANDS, PACKETS = (way for way, _ in WAYS)
+LOST = ((COMMANDS, "commands overtaken"), (PACKETS, "packets lost"))
 ONE, EACH = "one master", "one master each"
 
 
@@ -83,11 +85,11 @@ class Fleet:
         costs.append((sum(map(processor_time, masters)), time.process_time(), *machine()))
         master, rig, busy, total = (after - before for before, after in zip(*costs))
         streams = {way: [getattr(subject.robot, name) for subject in self.subjects] for way, name in WAYS}
-        everything = [stream for both in streams.values() for stream in both]
         found = {"processor": 100 * used, "per robot": 100 * used / len(self.subjects),
                  "rosmaster": 100 * master / elapsed, "bench": 100 * rig / elapsed, "machine": 100 * busy / total,
-                 "sent": sum(stream.sent for stream in everything), "lost": sum(stream.lost for stream in everything)}
+                 "sent": sum(stream.sent for stream in streams[COMMANDS])}
         for way, both in streams.items():
+            found[way, "lost"] = sum(stream.lost for stream in both)
             delays = [delay for stream in both for delay in stream.delays]
             found[way] = 1000 * percentile(delays, 0.99) if delays else None
         return found
@@ -105,8 +107,8 @@ def rows_of(found, at, kind, subject):
     note = "machine busy {machine:.0f} %, rosmaster {rosmaster:.1f}, bench {bench:.1f} % of a core".format(**found)
     rows = [row(f"{kind}, processor", found["processor"], "% of a core", note=note, subject=subject)]
     rows += [row(f"{kind}, {way} p99", found[way], "ms", bound=f"<= {LATEST:g}", subject=subject) for way, _ in WAYS]
-    rows.append(row(f"{kind}, lost", found["lost"], "packets", bound="= 0", note="of {sent}".format(**found),
-                    subject=subject))
+    rows += [row(f"{kind}, {what}", found[way, "lost"], "", bound="= 0", note="of {sent}".format(**found),
+                 subject=subject) for way, what in LOST]
     return [{**line, "at": at} for line in rows]
 
 
@@ -147,10 +149,10 @@ def bench_robots(options):
 
 
 def broken(rows, kind, unit):
-    """The row that says where the first packet is lost or the p99 is beyond LATEST."""
-    bad = [line["at"] for line in rows if line["bound"] and not reached(line)]
+    """The row that says where a packet is lost or the p99 is beyond LATEST."""
+    bad = [line["at"] for line in rows if line["name"].endswith(("p99", "packets lost")) and not reached(line)]
     most = max(line["at"] for line in rows)
-    return row(f"{kind}, first loss or p99 > {LATEST:g} ms", min(bad, default=None), unit,
+    return row(f"{kind}, first packet lost or p99 > {LATEST:g} ms", min(bad, default=None), unit,
                note="" if bad else f"not up to {most}")
 
 
@@ -167,8 +169,8 @@ def bench_endurance(options):
         while left > 0:
             minutes.append(fleet.measure(min(60.0, left)))
             left -= 60.0
-            print("minute {}: {per robot:.2f} % of a core per robot, {lost} of {sent} lost".format(
-                len(minutes), **minutes[-1]), file=sys.stderr, flush=True)
+            print("minute {}: {per robot:.2f} % of a core per robot".format(len(minutes), **minutes[-1]),
+                  file=sys.stderr, flush=True)
         after = sum(subject.memory() for subject in fleet.subjects)
         delay = late(fleet.loop)
     subject = f"{options.robots} robots for {options.minutes:g} min"
@@ -176,8 +178,9 @@ def bench_endurance(options):
                 "<= 1.2 x floor", "floor: one robot alone", subject),
             row("processor per robot, dearest minute / cheapest", max(minute["per robot"] for minute in minutes) /
                 min(minute["per robot"] for minute in minutes), "x", bound="<= 1.2", subject=subject),
-            row("lost", sum(minute["lost"] for minute in minutes), "packets", bound="= 0",
-                note="of {}".format(sum(minute["sent"] for minute in minutes)), subject=subject)]
+            *(row(what, sum(minute[way, "lost"] for minute in minutes), "", bound="= 0",
+                  note="of {}".format(sum(minute["sent"] for minute in minutes)), subject=subject)
+              for way, what in LOST)]
     rows += [row(f"{way} p99", [minute[way] for minute in minutes if minute[way]], "ms", alone[way], f"<= {LATEST:g}",
                  "floor: one robot alone", subject) for way, _ in WAYS]
     rows += [row(name, [minute[key] for minute in minutes], unit, note=note, subject=subject)

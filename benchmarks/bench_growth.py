@@ -89,7 +89,7 @@ class Fleet:
                  "rosmaster": 100 * master / elapsed, "bench": 100 * rig / elapsed, "machine": 100 * busy / total,
                  "sent": sum(stream.sent for stream in streams[COMMANDS])}
         for way, both in streams.items():
-            found[way, "lost"] = sum(stream.lost for stream in both)
+            found[f"{way} lost"] = sum(stream.lost for stream in both)
             delays = [delay for stream in both for delay in stream.delays]
             found[way] = 1000 * percentile(delays, 0.99) if delays else None
         return found
@@ -107,7 +107,7 @@ def rows_of(found, at, kind, subject):
     note = "machine busy {machine:.0f} %, rosmaster {rosmaster:.1f}, bench {bench:.1f} % of a core".format(**found)
     rows = [row(f"{kind}, processor", found["processor"], "% of a core", note=note, subject=subject)]
     rows += [row(f"{kind}, {way} p99", found[way], "ms", bound=f"<= {LATEST:g}", subject=subject) for way, _ in WAYS]
-    rows += [row(f"{kind}, {what}", found[way, "lost"], "", bound="= 0", note="of {sent}".format(**found),
+    rows += [row(f"{kind}, {what}", found[f"{way} lost"], "", bound="= 0", note="of {sent}".format(**found),
                  subject=subject) for way, what in LOST]
     return [{**line, "at": at} for line in rows]
 
@@ -178,7 +178,7 @@ def bench_endurance(options):
                 "<= 1.2 x floor", "floor: one robot alone", subject),
             row("processor per robot, dearest minute / cheapest", max(minute["per robot"] for minute in minutes) /
                 min(minute["per robot"] for minute in minutes), "x", bound="<= 1.2", subject=subject),
-            *(row(what, sum(minute[way, "lost"] for minute in minutes), "", bound="= 0",
+            *(row(what, sum(minute[f"{way} lost"] for minute in minutes), "", bound="= 0",
                   note="of {}".format(sum(minute["sent"] for minute in minutes)), subject=subject)
               for way, what in LOST)]
     rows += [row(f"{way} p99", [minute[way] for minute in minutes if minute[way]], "ms", alone[way], f"<= {LATEST:g}",

@@ -39,7 +39,7 @@ UNEVEN = {
 class Robot:
     """A board, the stack in a namespace, and the truth about both."""
 
-    def __init__(self, test, namespace="", parameters=SHIPPED, **board):
+    def __init__(self, test, namespace="", parameters=SHIPPED, arguments=(), **board):
         self.test = test
         self.name = namespace or "robot"
         self.kinematics = Kinematics(read_wheels(parameters))
@@ -56,7 +56,7 @@ class Robot:
         self.launch = test.processes.launch(
             "robot.launch", f"port:={self.board.link}", f"wheel_params:={self.parameters}",
             f"namespace:=/{namespace}", f"frame_prefix:={prefix}",
-            f"composed:={str(test.composed).lower()}", log=self.log)
+            f"composed:={str(test.composed).lower()}", *arguments, log=self.log)
         self.odom = test.listen(f"/{prefix}odom", Odometry)
         self.joints = test.listen(f"/{prefix}joint_states", JointState)
         self.command = test.publisher(f"/{prefix}cmd_vel", Twist)
@@ -161,8 +161,9 @@ class StackTest(NodeTest):
             robot.board.unplug()
 
     def test_a_subscriber_that_stops_reading_holds_up_nobody(self):
-        rospy.set_param("/robotont_node/packets_from_outside", True)
-        robot = Robot(self)
+        listening = self.processes.folder / "driver.yaml"
+        listening.write_text("robotont_node: {packets_from_outside: true}")
+        robot = Robot(self, arguments=[f"driver_params:={listening}"])
         hung = self.subscribe_without_reading("/odom", Odometry)
         wait_for(lambda: self.subscribers("/odom") == 2, "the second subscriber")
         read = self.publisher("serial_read", String)

@@ -43,8 +43,7 @@ class BoardStatus(NamedTuple):
     @property
     def fault(self):
         """Description of the fault that stopped the motors; empty without one."""
-        return " / ".join(_describe_fault(fault, wheel) for wheel, fault in enumerate(self.wheels)
-                          if fault not in (NO_FAULT, OVERLOAD))
+        return _describe_faults(self.wheels)
 
     @property
     def complaints(self):
@@ -58,6 +57,12 @@ class BoardStatus(NamedTuple):
         elif self.flags & TIMED_OUT:
             warnings.append("no valid commands reach the board: its motors are off")
         return warnings
+
+
+@lru_cache(maxsize=8)
+def _describe_faults(wheels):
+    return " / ".join(_describe_fault(fault, wheel) for wheel, fault in enumerate(wheels)
+                      if fault not in (NO_FAULT, OVERLOAD))
 
 
 def _describe_fault(fault, wheel):
@@ -105,6 +110,8 @@ class BoardHealth:
     def __init__(self, wheels, rate=None):
         self._wheels = wheels
         self._rate = rate
+        self._judged = None      # identity whose obstacle is `_judgement`
+        self._judgement = ""
         self._missed = 0    # ticks missed and lines refused, on this connection
         self._refused = 0
         self._reported = (0, 0)
@@ -132,7 +139,9 @@ class BoardHealth:
     def obstacle(self):
         """Why the board must not be driven; empty when it may."""
         if self.identity:
-            return self.identity.obstacle(self._wheels, self._rate)
+            if self._judged is not self.identity:
+                self._judged, self._judgement = self.identity, self.identity.obstacle(self._wheels, self._rate)
+            return self._judgement
         return f"the board drives {self._foreign} wheels, wheelAmount is {self._wheels}" if self._foreign else ""
 
     @property

@@ -15,7 +15,7 @@ from robotont_driver.node import OK, WARN, Health, Part, Worker, robot_name, ser
 from robotont_driver.outages import OutageWatch
 from robotont_driver.packet_topics import topics_between_processes
 from robotont_driver.parameters import Parameter
-from robotont_driver.protocol import Packet, format_packet
+from robotont_driver.protocol import Packet, packet_form
 from robotont_driver.stall_watch import StallWatch
 from robotont_driver.timeouts import PUBLISH_RATE, WRITE_TIMEOUT, check_repetition
 
@@ -51,9 +51,9 @@ class DriverNode:
 
     def __init__(self, name, wheels, parameters, topics):
         self._period = 1.0 / parameters["publish_rate"]
-        self._decimals = parameters["command_decimals"]
         self._kinematics = Kinematics(wheels)
-        self._rounding = CarriedRounding(wheels.amount, self._decimals, self._period)
+        self._rounding = CarriedRounding(wheels.amount, parameters["command_decimals"], self._period)
+        self._form = packet_form(wheels.amount, parameters["command_decimals"])
         limits = Limits(*(parameters["max_" + limit] for limit in Limits._fields))
         self._stream = CommandStream(self._kinematics, limits, parameters["cmd_timeout"], self._period)
         self._stream.emergency_stop(rospy.get_param(PRESSED, False) is True)
@@ -99,7 +99,7 @@ class DriverNode:
         self._sent_at = time.monotonic()
         twist = self._stream.twist(self._sent_at)
         units = self._rounding.round(self._kinematics.command(twist), self._sent_at)
-        self._packets.publish(Packet(units, format_packet(units, self._decimals)))
+        self._packets.publish(Packet(units, self._form % tuple(units)))
         if self._limited.get_num_connections():
             limited = Twist()
             limited.linear.x, limited.linear.y, limited.angular.z = twist

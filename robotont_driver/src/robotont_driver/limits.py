@@ -33,6 +33,8 @@ def limit_acceleration(previous, wanted, elapsed, limits):
 
     It lies on the straight line from one to the other, so a start from rest keeps the direction.
     """
+    if not (limits.linear_acceleration or limits.angular_acceleration):
+        return tuple(wanted)
     change = [new - old for old, new in zip(previous, wanted)]
     factor = min(
         _factor(math.hypot(change[0], change[1]), limits.linear_acceleration, elapsed),

@@ -157,16 +157,19 @@ class DroppingPublisher(ImmediatePublisher):
             self._watch(connections)
         ready = self._room.poll(0)
         if len(ready) == len(connections):
-            self._publisher.publish(message)
+            self._send(message)
             return
         with_room = {descriptor for descriptor, _ in ready}
         for connection in connections:
             if connection.fileno() in with_room:
-                self._topic.acquire()
-                try:
-                    self._topic.publish(message, connection_override=connection)
-                finally:
-                    self._topic.release()
+                self._send(message, connection)
+
+    def _send(self, message, connection=None):
+        self._topic.acquire()
+        try:
+            self._topic.publish(message, connection)
+        finally:
+            self._topic.release()
 
     def _watch(self, connections):
         """Look at the sockets of these from now on; rospy makes a new list for each change."""

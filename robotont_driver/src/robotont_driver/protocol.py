@@ -36,6 +36,11 @@ class ForeignPacketError(PacketError):
         self.wheels = wheels
 
 
+def packet_form(wheels, decimals):
+    r"""A format for the %-operator and that many values: `%.2f:%.2f:%.2f;\\n`."""
+    return ":".join([f"%.{decimals}f"] * wheels) + ";\n"
+
+
 def crc16(data):
     """CRC-16/CCITT-FALSE of bytes: polynomial 0x1021, initial value 0xFFFF, not reflected."""
     return binascii.crc_hqx(data, 0xFFFF)

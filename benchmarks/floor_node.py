@@ -29,8 +29,11 @@ def publish_port(line, publisher):
     while True:
         *lines, rest = (rest + os.read(line, 4096)).split(b"\n")
         for text in lines:
+            try:
+                odom.twist.twist.linear.x = -float(text.partition(b":")[0])
+            except ValueError:
+                continue  # part of a line, from before the start
             odom.header.stamp = rospy.Time.now()
-            odom.twist.twist.linear.x = -float(text.partition(b":")[0])
             publisher.publish(odom)
 
 

@@ -10,13 +10,13 @@ import os
 from pathlib import Path
 
 import numpy as np
-from bench_driver import row
 
 from robotont_calibration.calibrate_wheels import SECONDS, TRACKED, WHEEL_NOISE
 from robotont_calibration.calibration import Unknowns, calibrate, errors_along, steps_of, tracked_run
 from robotont_calibration.recordings import read_recording
 from robotont_driver.wheel_file import read_wheel_file
 from robotont_driver.wheels import read_wheels
+from robotont_testing.figures import row
 
 ROOT = Path(__file__).resolve().parents[1]
 NOMINAL = ROOT / "robotont_calibration" / "test" / "data" / "optiodom" / "wheel_params.yaml"
@@ -38,7 +38,7 @@ def runs_of(folder, name):
     return runs
 
 
-def bench_splits():
+def bench_splits(_options):
     """Rows of the error on sets that were not fitted, for each choice of what is."""
     folder = os.environ.get("OPTIODOM")
     if not folder:

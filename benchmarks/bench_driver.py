@@ -1,265 +1,247 @@
-"""The driver's latency, throughput, processor time, memory and start, each beside its floor."""
+"""The driver's latency, losses, processor time, memory and start: each arrangement beside the floor, and peers."""
 
-import os
-import select
-import statistics
-import threading
+import gc
+import sys
 import time
-import tty
-from pathlib import Path
 
-import rospy
-from geometry_msgs.msg import Twist
-from std_msgs.msg import String
+from rig import Loop, SilenceError, late
+from subjects import COMPOSED, COUNTED, FLOOR, RATE, THREE, WAYS, Subject, arrangements, measure, title_of
 
-from robotont_driver.protocol import crc16
-from robotont_testing.harness import Master, wait_for
+from robotont_testing.figures import percentile, row
+from robotont_testing.harness import Master
+from robotont_testing.robots import SHIPPED
+from robotont_testing.simulated_wheels import even_wheels
 
-ROOT = Path(__file__).resolve().parents[1]
-
-NODES = ("/driver_node", "/serial_com_node", "/odom_node")
-PERIOD = 0.02     # [s] 50 Hz
-SAMPLES = 1000    # latencies of each kind
-BURST = 20000     # packets at 1000/s
+STOPS = 10           # per round
+FLOOD = 0.3          # [s] of commands at FAST before each stop
+FAST = 1000          # [Hz]
+MANY_WHEELS = 12
 
 
-def percentile(values, part):
-    """The value below which `part` (0..1) of the values lie."""
-    return sorted(values)[min(len(values) - 1, int(part * len(values)))]
+class Rounds:
+    """Values by (title of a subject, name of a figure), one per round."""
+
+    def __init__(self):
+        self._values = {}
+
+    def add(self, subject, name, value):
+        """One round's."""
+        self._values.setdefault((subject, name), []).append(value)
+
+    def of(self, subject, name):
+        """All rounds'; empty where there are none."""
+        return self._values.get((subject, name), [])
+
+    def row(self, subject, name, unit, bound="", note=""):
+        """A row of the table, beside the same figure of the floor."""
+        beside = [] if subject == FLOOR else self.of(FLOOR, name)
+        return row(name, self.of(subject, name), unit, beside, bound, note, subject)
+
+    def ratio(self, name, subject, floor, figure, bound, other=None):
+        """The row of a figure relative to another subject's (or to the subject's other figure), round by round."""
+        pairs = zip(self.of(subject, figure), self.of(floor, other or figure))
+        return row(name, [value / beside for value, beside in pairs if beside], "x", bound=bound, subject=subject)
 
 
-class Port:
-    """The board's end of a pseudo-terminal. `arrivals`: when bytes came."""
-
-    def __init__(self, link):
-        self.master, self._slave = os.openpty()
-        tty.setraw(self._slave)
-        os.symlink(os.ttyname(self._slave), str(link))
-        self.arrivals = []
-        threading.Thread(target=self._listen, daemon=True).start()
-
-    def _listen(self):
-        while True:
-            select.select([self.master], [], [])
-            self.arrivals.append(time.monotonic())
-            os.read(self.master, 4096)
-
-    def write(self, data):
-        """Write, and say when."""
-        os.write(self.master, data)
-        return time.monotonic()
+def subjects(loop, master, options):
+    """Connected `Subject`s, peers included, and rows that name those that do not work."""
+    found, rows = [], []
+    for number, title in enumerate([FLOOR, *arrangements(), *options.peer]):
+        subject = Subject(loop, master, title, f"robot{number}", peer_board=options.peer_board)
+        subject.start()
+        try:
+            subject.connect()
+        except SilenceError as silence:
+            if not subject.is_peer:
+                raise
+            rows.append(row("does not work", None, "", note=str(silence).splitlines()[0], subject=subject.title))
+            print(silence, file=sys.stderr, flush=True)
+            subject.robot.close()
+        else:
+            found.append(subject)
+    gc.freeze()
+    return found, rows
 
 
-def packet(number):
-    """A checked packet of wheels that stand, with its counter."""
-    body = b"0:0:0;%02X:0000:0000:0000:" % (number % 256)
-    return body + b"%04X\n" % crc16(body)
-
-
-def processor_time(pid):
-    """[s] that a process has used."""
-    fields = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()
-    return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
-
-
-def memory(pid):
-    """[MB] proportional set size."""
-    for line in Path(f"/proc/{pid}/smaps_rollup").read_text().splitlines():
-        if line.startswith("Pss:"):
-            return int(line.split()[1]) / 1000
-    raise OSError(f"no Pss of process {pid}")
-
-
-def row(name, value, unit, floor=None, bound="", note=""):
-    """One line of the table."""
-    return {"name": name, "value": value, "unit": unit, "floor": floor, "bound": bound, "note": note}
-
-
-def latencies(sent, arrived):
-    """[ms] each; one arrival for each sending, in order."""
-    assert len(sent) == len(arrived), f"{len(sent)} sent, {len(arrived)} arrived"
-    return [(end - start) * 1000 for start, end in zip(sent, arrived)]
-
-
-def bench_pty():
-    """[ms] from write to read of one packet on a bare pseudo-terminal, in one process."""
-    master, slave = os.openpty()
-    tty.setraw(slave)
-    data, times = packet(0), []
-    for _ in range(SAMPLES):
-        start = time.monotonic()
-        os.write(master, data)
-        os.read(slave, 4096)
-        times.append((time.monotonic() - start) * 1000)
-    os.close(master)
-    os.close(slave)
-    return times
-
-
-def bench_start():
-    """[s] from the master's first answer to the first /odom, with one roslaunch that starts both."""
-    with Master(start=False) as master:
-        port = Port(master.folder / "board")
-        feeding = threading.Event()
-        threading.Thread(target=feed, args=(port, feeding), daemon=True).start()
-        master.launch("robot.launch", f"port:={master.folder / 'board'}")
-        master.wait()
-        up = time.monotonic()
-        first = threading.Event()
-        rospy.init_node("bench", disable_signals=True)
-        rospy.Subscriber("odom", rospy.AnyMsg, lambda _: first.set(), tcp_nodelay=True)
-        assert first.wait(20), "no /odom"
-        elapsed = time.monotonic() - up
-        pids = [master.pid(name) for name in NODES]
-        pss = [memory(pid) for pid in pids]  # here the nodes are alone, with no relay to share pages with
-        feeding.set()
-    return [
-        row("start: master up to first /odom", elapsed, "s", bound="<= 1.5"),
-        row("memory (PSS), three nodes without the relays", sum(pss), "MB", bound="<= 100", note=split(pss, ".0f")),
-    ]
-
-
-def feed(port, end):
-    """Packets at 50 Hz until `end` is set."""
-    number = 0
-    while not end.wait(PERIOD):
-        port.write(packet(number))
-        number += 1
-
-
-def split(values, form):
-    """The values of the three nodes, in words."""
-    return " + ".join(f"{name[1:]} {value:{form}}" for name, value in zip(NODES, values))
-
-
-class Chains:
-    """The driver and, beside it, relays that do nothing, in two chains with as many hops."""
-
-    FLOORS = ("/floor1", "/floor2", "/floor3", "/floor4")
-
-    def __init__(self, master):
-        self.master = master
-        self.port, self.floor_down, self.floor_up = (Port(master.folder / name) for name in ("ours", "down", "up"))
-        master.launch("robot.launch", f"port:={master.folder / 'ours'}")
-        self._relay("floor1", "twist_to_string", "~in:=/floor_cmd", "~out:=/floor_write")
-        self._relay("floor2", "string_to_port", str(master.folder / "down"), "~in:=/floor_write")
-        self._relay("floor3", "port_to_string", str(master.folder / "up"), "~out:=/floor_read")
-        self._relay("floor4", "string_to_string", "~in:=/floor_read", "~out:=/floor_odom")
-        rospy.init_node("bench", disable_signals=True)
-        self.odom_times, self.floor_times = [], []
-        for topic, times in (("odom", self.odom_times), ("floor_odom", self.floor_times)):
-            rospy.Subscriber(topic, rospy.AnyMsg, lambda _, times=times: times.append(time.monotonic()),
-                             tcp_nodelay=True)
-        self.command = rospy.Publisher("cmd_vel", Twist, queue_size=1)
-        self.floor_command = rospy.Publisher("floor_cmd", Twist, queue_size=1)
-        self.number = 0
-        self.sent = {name: [] for name in ("feedback", "command", "floor feedback", "floor command")}
-        self._due = 0.0
-        wait_for(self._connected, "all nodes", period=0.05)
-        self.pids = [master.pid(name) for name in NODES]
-        self.floor_pids = [master.pid(name) for name in self.FLOORS]
-
-    def _relay(self, name, *arguments):
-        self.master.start(str(ROOT / "benchmarks" / "floor_node.py"), *arguments, f"__name:={name}")
-
-    def _connected(self):
-        self.port.write(self.next_packet())
-        self.floor_up.write(packet(self.number))
-        self.floor_command.publish(Twist())
-        return self.odom_times and self.floor_times and self.floor_down.arrivals \
-            and self.command.get_num_connections()
-
-    def next_packet(self):
-        """A packet whose counter follows."""
-        self.number += 1
-        return packet(self.number)
-
-    def pause(self, duration):
-        """Sleep until `duration` after the end of the last pause."""
-        self._due += duration
-        time.sleep(max(0.0, self._due - time.monotonic()))
-
-    def cycle(self):
-        """One period of 20 ms: a packet and a command through each of the chains, 5 ms apart."""
-        twist = Twist()
-        twist.linear.x = self.number % 2 * 0.1
-        data = self.next_packet()
-        self.sent["feedback"].append(self.port.write(data))
-        self.pause(PERIOD / 4)
-        self.sent["command"].append(time.monotonic())
-        self.command.publish(twist)
-        self.pause(PERIOD / 4)
-        self.sent["floor feedback"].append(self.floor_up.write(data))
-        self.pause(PERIOD / 4)
-        self.sent["floor command"].append(time.monotonic())
-        self.floor_command.publish(twist)
-        self.pause(PERIOD / 4)
-
-    def warm_up(self):
-        """Until nothing is under way and driver_node no longer repeats (at 20 Hz, when nothing comes)."""
-        self._due = time.monotonic()
-        for _ in range(50):
-            self.cycle()
-        for times in (*self.sent.values(), self.odom_times, self.floor_times, self.port.arrivals,
-                      self.floor_down.arrivals):
-            times.clear()
-
-    def bench_latency(self):
-        """Rows of latency, processor time and memory at 50 Hz both ways."""
-        self.warm_up()
-        pids = self.pids + self.floor_pids
-        before, begin = [processor_time(pid) for pid in pids], time.monotonic()
-        for _ in range(SAMPLES):
-            self.cycle()
-        elapsed = time.monotonic() - begin
-        used = [100 * (processor_time(pid) - old) / elapsed for pid, old in zip(pids, before)]
-        rows = []
-        for name, values, floor in (
-            ("cmd_vel to first byte on the port", latencies(self.sent["command"], self.port.arrivals),
-             latencies(self.sent["floor command"], self.floor_down.arrivals)),
-            ("last byte of feedback to /odom", latencies(self.sent["feedback"], self.odom_times),
-             latencies(self.sent["floor feedback"], self.floor_times)),
-        ):
-            rows += [
-                row(f"{name}, p{100 * part:.0f}", percentile(values, part), "ms", percentile(floor, part),
-                    f"<= {bound}, 2 x floor")
-                for part, bound in ((0.5, 0.7), (0.99, 3.0))
-            ]
-        rows.append(row("processor, three nodes at 50 Hz both ways", sum(used[:3]), "% core", sum(used[3:]), "<= 8",
-                        split(used[:3], ".1f") + "; floor: four relays"))
-        pss = [memory(pid) for pid in self.pids]
-        floor_pss = 3 * statistics.mean(memory(pid) for pid in self.floor_pids)
-        rows.append(row("memory (PSS), three nodes", sum(pss), "MB", floor_pss, "<= 100",
-                        split(pss, ".0f") + "; floor: three relays"))
-        return rows
-
-    def bench_throughput(self):
-        """The row of packets at 1000/s."""
-        reads = []
-        rospy.Subscriber("serial_read", String, lambda message: reads.append(message.data), tcp_nodelay=True)
-        wait_for(lambda: self.port.write(self.next_packet()) and reads, "serial_read", period=0.02)
-        time.sleep(0.2)
-        reads.clear()
-        self._due = time.monotonic()
-        for _ in range(BURST):
-            self.port.write(self.next_packet())
-            self.pause(0.001)
-        wait_for(lambda: len(reads) >= BURST, "all packets of the burst")
-        return [row("packets at 1000/s published", len(reads), f"of {BURST}", bound=f"= {BURST}")]
-
-
-def bench_floor():
-    """The rows of a bare pseudo-terminal."""
-    times = bench_pty()
-    return [row("bare pty, write to read, p50", percentile(times, 0.5), "ms"),
-            row("bare pty, write to read, p99", percentile(times, 0.99), "ms")]
-
-
-def bench_chains():
-    """Rows of latency, processor time, memory and throughput."""
+def bench_latency(options):
+    """Rows at 50 Hz both ways, in alternating rounds."""
+    loop, rounds = Loop(), Rounds()
     with Master() as master:
-        chains = Chains(master)
-        return chains.bench_latency() + chains.bench_throughput()
+        found, rows = subjects(loop, master, options)
+        for _ in range(options.rounds):
+            for subject in found:
+                title = subject.title
+                rounds.add(title, "processor", 100 * measure(loop, [subject], RATE, options.seconds))
+                for way, stream in WAYS:
+                    add_delays(rounds, title, way, getattr(subject.robot, stream))
+    titles = [subject.title for subject in found]
+    for way, _ in WAYS:
+        rows += [rounds.row(title, f"{way}, p50", "ms", "<= 1.1 x floor" if title == COMPOSED else "")
+                 for title in titles]
+        rows += [rounds.row(title, f"{way}, p99", "ms") for title in titles]
+        rows += [rounds.ratio(f"{way}, p99 / p50", title, title, f"{way}, p99", "<= 3" if title == COMPOSED else "",
+                              f"{way}, p50") for title in titles]
+        rows += [losses(rounds, title, way) for title in titles]
+    rows += [rounds.row(title, "processor", "% of a core", "<= 1.5 x floor" if title == COMPOSED else "",
+                        "50 Hz both ways") for title in titles]
+    if COMPOSED in titles:
+        rows.append(rounds.ratio("processor, of three processes'", COMPOSED, THREE, "processor", "<= 0.6"))
+    return [*rows, row("the bench's own delay, p99", late(loop), "ms", note="how quiet the machine was")]
 
 
-PARTS = (bench_floor, bench_chains, bench_start)
+def losses(rounds, title, way, when=""):
+    """The row of what did not arrive in all rounds together."""
+    total = {what: sum(rounds.of(title, f"{way}, {what}")) for what in COUNTED}
+    note = "of {sent}; {overtaken} overtaken by newer ones; {repeated} repeated, {unexpected} unexplained".format(
+        **total)
+    return row(f"{way}{when}, lost", total["lost"], "packets", bound=aim_of(title), note=note, subject=title)
+
+
+def aim_of(title):
+    """Bound of losses: for what this project ships."""
+    return "= 0" if title in (THREE, COMPOSED) else ""
+
+
+def add_delays(rounds, title, way, stream):
+    """Percentiles, where anything arrived, and losses of one round."""
+    if stream.delays:
+        rounds.add(title, f"{way}, p50", 1000 * percentile(stream.delays, 0.5))
+        rounds.add(title, f"{way}, p99", 1000 * percentile(stream.delays, 0.99))
+    for what in COUNTED:
+        rounds.add(title, f"{way}, {what}", getattr(stream, what))
+
+
+def bench_stop(options):
+    """Rows of the delay of a zero command at the end of a flood of others."""
+    loop, rounds = Loop(), Rounds()
+    moved = {}
+    with Master() as master:
+        found, rows = subjects(loop, master, options)
+        for _ in range(options.rounds):
+            for subject in found:
+                delays = [delay for delay in (stop_after_flood(loop, subject.robot) for _ in range(STOPS)) if delay]
+                moved[subject.title] = moved.get(subject.title, 0) + STOPS - len(delays)
+                if delays:
+                    rounds.add(subject.title, "command to stop, p50", 1000 * percentile(delays, 0.5))
+                    rounds.add(subject.title, "command to stop, longest", 1000 * max(delays))
+    name = f"{FAST} commands/s before it, {STOPS} stops a round"
+    for subject in found:
+        title = subject.title
+        rows += [rounds.row(title, "command to stop, p50", "ms", "<= 1.1 x floor" if title == COMPOSED else "", name),
+                 rounds.row(title, "command to stop, longest", "ms"),
+                 row("commands to stop without effect", moved[title], "stops", bound=aim_of(title),
+                     note="within 1 s, or followed by another command", subject=title)]
+    return [*rows, row("the bench's own delay, p99", late(loop), "ms", note="how quiet the machine was")]
+
+
+def stop_after_flood(loop, robot):
+    """[s] from a zero command to the first line that says so, at the end of a flood; None if it moves on after 1 s."""
+    loop.every(1 / FAST, robot.command)
+    loop.run(FLOOD)
+    loop.idle()
+    robot.stops.clear()
+    begin = robot.command(0)
+    loop.run(1.0, lambda: robot.stops)
+    robot.moves.clear()
+    loop.run(0.1)
+    if not robot.stops or robot.moves:
+        return None
+    return robot.stops[0] - begin
+
+
+def bench_throughput(options):
+    """Rows of 1000 packets/s both ways."""
+    loop, rounds = Loop(), Rounds()
+    quick = faster(SHIPPED, FAST)
+    rows = []
+    for title in (FLOOR, *arrangements()):
+        with Master() as master:
+            subject = Subject(loop, master, title, "robot", quick)
+            subject.start()
+            subject.connect()
+            rounds.add(title, "processor", 100 * measure(loop, [subject], FAST, options.burst))
+            for way, name in WAYS:
+                stream = getattr(subject.robot, name)
+                add_delays(rounds, title, way, stream)
+                figure = f"{way} at {FAST}/s"
+                if stream.delays:
+                    rounds.add(title, figure + ", delay at the end",
+                               1000 * percentile(stream.delays[-FAST // 10:], 0.5))
+                rows += [losses(rounds, title, way, f" at {FAST}/s"),
+                         rounds.row(title, figure + ", delay at the end", "ms", "<= 5" if title == COMPOSED else "",
+                                    "median of the last 0.1 s"),
+                         row(figure + ", p99", rounds.of(title, f"{way}, p99"), "ms", subject=title)]
+            rows.append(row(f"processor at {FAST}/s both ways", rounds.of(title, "processor"), "% of a core",
+                            subject=title))
+            subject.robot.close()
+    return [*rows, row("the bench's own delay, p99", late(loop), "ms", note="how quiet the machine was")]
+
+
+def faster(parameters, rate):
+    """Wheel parameters of a robot whose board sends at another rate [Hz], with as many edges per packet."""
+    edges = parameters["encoderEdgesPerMotorRevolution"] * rate // parameters["pidControlFrequency"]
+    return {**parameters, "pidControlFrequency": rate, "encoderEdgesPerMotorRevolution": edges}
+
+
+def bench_wheels(options):
+    """Rows of 12 wheels beside 3, in alternating rounds; the floor of this part is the driver with 3 wheels."""
+    loop, rounds = Loop(), Rounds()
+    best = arrangements()[-1]
+    robots = {}
+    with Master() as master:
+        for wheels in (3, MANY_WHEELS):
+            robots[wheels] = Subject(loop, master, best, f"wheels{wheels}", even_wheels(wheels))
+            robots[wheels].start()
+            robots[wheels].connect()
+        for _ in range(options.rounds):
+            for wheels, subject in robots.items():
+                rounds.add(wheels, "processor", 100 * measure(loop, [subject], RATE, options.seconds))
+                for way, stream in WAYS:
+                    add_delays(rounds, wheels, way, getattr(subject.robot, stream))
+    figures = [("processor", "% of a core"), *((f"{way}, {part}", "ms") for way, _ in WAYS for part in ("p50", "p99"))]
+    return [row(f"{name}, {MANY_WHEELS} wheels", rounds.of(MANY_WHEELS, name), unit, rounds.of(3, name),
+                "" if "p99" in name else "<= 1.5 x floor", "floor: 3 wheels", best) for name, unit in figures]
+
+
+def bench_start(options):
+    """Rows of the time to the first /odom and of memory, each subject alone with a master of its own."""
+    rounds = Rounds()
+    everything = [FLOOR, *arrangements(), *options.peer]
+    for _ in range(options.rounds):
+        for what in everything:
+            seconds, memory = start_alone(what, options)
+            if seconds is not None:
+                rounds.add(title_of(what), "start to first /odom", seconds)
+                rounds.add(title_of(what), "memory (PSS)", memory)
+    rows = []
+    for title in map(title_of, everything):
+        rows += [rounds.row(title, "start to first /odom", "s", "<= 0.6" if title == COMPOSED else "",
+                            "from the master's first answer; roslaunch starts both" if title in arrangements()
+                            else "from its start"),
+                 rounds.row(title, "memory (PSS)", "MiB", "<= 55" if title == COMPOSED else "")]
+    return rows
+
+
+def start_alone(what, options):
+    """[s] to the first odometry and [MiB] then; None twice for a peer that does not work."""
+    loop = Loop()
+    ours = what in arrangements()
+    with Master(start=not ours) as master:
+        subject = Subject(loop, master, what, "robot", peer_board=options.peer_board)
+        begin = time.monotonic()
+        subject.start()
+        if ours:
+            master.wait()
+            begin = time.monotonic()
+        robot = subject.robot
+        robot.register()
+        loop.every(1 / RATE, robot.report)
+        if not loop.run(until=lambda: robot.odom_at):
+            return None, None
+        seconds = robot.odom_at - begin
+        loop.idle()
+        subject.connect()
+        return seconds, subject.memory()
+
+
+PARTS = (bench_latency, bench_stop, bench_throughput, bench_wheels, bench_start)

@@ -17,6 +17,7 @@ import time
 from pathlib import Path
 
 from robotont_driver.protocol import add_checksum
+from robotont_testing.figures import row as figure
 
 ROOT = Path(__file__).resolve().parents[1]
 SRC = ROOT / "robotont_firmware" / "src"
@@ -103,8 +104,8 @@ def per_call(what, line, times=100):
     return (executed(programs[0], times) - executed(programs[1], times)) / times
 
 
-def run():
-    """Return the measurements: list of dicts with name, value, unit, floor, note."""
+def run(_options=None):
+    """Return the measurements: rows."""
     began = time.monotonic()
     parts = {what: per_call(what, COMMAND) for what in ("receive", "speed", "pack", "controller.step")}
     flood = per_call("controller.step", (COMMAND * 9)[:230])
@@ -112,7 +113,7 @@ def run():
     line = LONGEST_PACKET * BYTE_TIME / PERIOD * 100
 
     def row(name, value, unit, note, floor=None, bound=""):
-        return {"name": name, "value": round(value, 1), "unit": unit, "floor": floor, "bound": bound, "note": note}
+        return figure(name, round(value, 1), unit, floor, bound, note)
 
     how = "x86-64 instructions by callgrind, MicroPython unix port"
     rows = [

@@ -1,23 +1,27 @@
 """The simulator's speed without a clock, and its share of a core in real time, beside the bare physics."""
 
 import time
-from pathlib import Path
 
 import mujoco
 import rospy
-from bench_driver import processor_time, row
-from robot_runs import run_in
+from subjects import processor_time
 
+from robotont_driver.wheels import read_wheels
+from robotont_simulator.lockstep import LockstepRun
+from robotont_simulator.simulation import Simulation
+from robotont_simulator.world import read_world
+from robotont_testing import places
+from robotont_testing.figures import row
 from robotont_testing.harness import Master, wait_for
-
-ROOT = Path(__file__).resolve().parents[1]
+from robotont_testing.robots import SHIPPED
 
 SECONDS = 20.0  # [s]
 
 
-def bench_fast():
+def bench_fast(_options):
     """Row of simulated seconds per second; the floor is MuJoCo alone."""
-    run = run_in()
+    run = LockstepRun(Simulation(read_wheels(SHIPPED), read_world(places.config("worlds/empty.yaml")), seed=1))
+    run.hold((0.0, 0.0, 0.0), 0.4)
     begin = time.perf_counter()
     run.hold((0.3, 0.1, 0.5), SECONDS)
     fast = SECONDS / (time.perf_counter() - begin)
@@ -29,7 +33,7 @@ def bench_fast():
                 "floor: MuJoCo alone")]
 
 
-def bench_real_time():
+def bench_real_time(_options):
     """Row of the simulator's processor time in real time, the scan included."""
     with Master() as master:
         master.launch("simulation.launch", f"port:={master.folder / 'board'}", "world:=room")

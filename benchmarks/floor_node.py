@@ -1,34 +1,18 @@
 #!/usr/bin/env python3
-"""A rospy node that does nothing but relay, beside which the driver's nodes are measured.
+"""The least that a rospy node can do between cmd_vel and a port, and the port and odom: the floor of the driver.
 
-floor_node.py KIND, with KIND: twist_to_string, string_to_string, string_to_port PATH, port_to_string PATH.
-Topics: ~in and ~out.
+One process without limits, time-outs, checks, odometry, TF or diagnostics. It writes a command's speed to ~port at
+once, and publishes the first number of each line that it reads there as an Odometry, made before.
 """
 
+import gc
 import os
-import sys
 import threading
 import tty
 
 import rospy
 from geometry_msgs.msg import Twist
-from std_msgs.msg import String
-
-
-def relay(kind, port=None):
-    """Start relaying."""
-    if kind == "string_to_port":
-        line = open_port(port)
-        rospy.Subscriber("~in", String, lambda message: os.write(line, message.data.encode()),
-                         queue_size=1, tcp_nodelay=True)
-        return
-    publisher = rospy.Publisher("~out", String, queue_size=1)
-    if kind == "port_to_string":
-        threading.Thread(target=publish_port, args=(open_port(port), publisher), daemon=True).start()
-    elif kind == "twist_to_string":
-        rospy.Subscriber("~in", Twist, lambda _: publisher.publish("1:2:3;\n"), queue_size=1, tcp_nodelay=True)
-    else:
-        rospy.Subscriber("~in", String, publisher.publish, queue_size=1, tcp_nodelay=True)
+from nav_msgs.msg import Odometry
 
 
 def open_port(port):
@@ -39,12 +23,32 @@ def open_port(port):
 
 
 def publish_port(line, publisher):
-    """Publish what comes, as it comes."""
+    """Publish each line as it comes."""
+    odom = Odometry()
+    rest = b""
     while True:
-        publisher.publish(os.read(line, 4096).decode())
+        *lines, rest = (rest + os.read(line, 4096)).split(b"\n")
+        for text in lines:
+            try:
+                odom.twist.twist.linear.x = -float(text.partition(b":")[0])
+            except ValueError:
+                continue  # part of a line, from before the start
+            odom.header.stamp = rospy.Time.now()
+            publisher.publish(odom)
+
+
+def main():
+    """Relay."""
+    rospy.init_node("floor")
+    line = open_port(rospy.get_param("~port"))
+    publisher = rospy.Publisher("odom", Odometry)  # without queue_size: from the calling thread, which is faster
+    rospy.Subscriber("cmd_vel", Twist, lambda twist: os.write(line, b"%.2f;\n" % (100.0 * twist.linear.x)),
+                     queue_size=1, tcp_nodelay=True)
+    threading.Thread(target=publish_port, args=(line, publisher), daemon=True).start()
+    gc.collect()
+    gc.freeze()
+    rospy.spin()
 
 
 if __name__ == "__main__":
-    rospy.init_node("floor")
-    relay(*rospy.myargv(sys.argv)[1:])
-    rospy.spin()
+    main()

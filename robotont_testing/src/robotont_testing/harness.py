@@ -33,6 +33,16 @@ def free_port():
         return probe.getsockname()[1]
 
 
+def wait_for_master(uri, timeout=20.0):
+    """Process id of the ROS master at `uri`, once it answers; AssertionError after `timeout` [s]."""
+    def answer():
+        try:
+            return xmlrpc.client.ServerProxy(uri).getPid("/harness")[2]
+        except OSError:
+            return 0
+    return wait_for(answer, f"the ROS master at {uri}", timeout)
+
+
 class Processes:
     """Processes beside the ROS master that the environment names; they end with the `with` block or this process."""
 
@@ -133,13 +143,7 @@ class Master(Processes):
 
     def wait(self):
         """Until the master answers."""
-        wait_for(self._answers, "the ROS master")
-
-    def _answers(self):
-        try:
-            return xmlrpc.client.ServerProxy(self.uri).getPid("/harness")[0] == 1
-        except OSError:
-            return False
+        wait_for_master(self.uri)
 
     def close(self):
         """End all, and forget the master."""

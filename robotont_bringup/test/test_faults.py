@@ -9,7 +9,7 @@ import rospy
 from fault_rig import HEADING, Rig
 from std_msgs.msg import Bool, String
 
-from robotont_testing.harness import Master, wait_for
+from robotont_testing.harness import Master, Processes, wait_for
 
 pytestmark = pytest.mark.faults
 
@@ -62,7 +62,15 @@ def replug(rig):
     rig.board.plug()
 
 
-NODES = ("driver_node", "serial_com_node", "odom_node")
+def dead_and_stopped(*nodes):
+    """Faults of these nodes, each in a process of its own."""
+    return [
+        *(Fault(f"{node} killed (-9)", send(node, signal.SIGKILL), seconds=4.0, stops=node != "odom_node",
+                recovery=RECOVERY, loses=node != "driver_node") for node in nodes),
+        *(Fault(f"{node} stopped (SIGSTOP)", send(node, signal.SIGSTOP), send(node, signal.SIGCONT),
+                stops=node != "odom_node") for node in nodes)]
+
+
 FAULTS = [
     Fault("1 % of the board's bytes corrupted", spoil(corrupt=0.01), clean, stops=False),
     Fault("1 % of the board's bytes dropped", spoil(drop=0.01), clean, stops=False),
@@ -71,28 +79,54 @@ FAULTS = [
     Fault("everything from the board lost", spoil(cut=True), clean, stops=False),
     Fault("cable pulled, back as another device", lambda rig: rig.board.unplug(), replug, stops=True),
     Fault("board restarts in mid-drive", lambda rig: rig.board.restart(), seconds=1.0, loses=True),
-    *(Fault(f"{node} killed (-9)", send(node, signal.SIGKILL), seconds=4.0, stops=node != "odom_node" or False,
-            recovery=RECOVERY, loses=node != "driver_node") for node in NODES),
-    *(Fault(f"{node} stopped (SIGSTOP)", send(node, signal.SIGSTOP), send(node, signal.SIGCONT),
-            stops=node != "odom_node") for node in NODES),
-    Fault("no packets: text on serial_write", publish("serial_write", String, "hello"), stops=None),
+    *dead_and_stopped("robotont_node"),
     Fault("emergency stop", publish("emergency_stop", Bool, True), publish("emergency_stop", Bool, False), stops=True),
+]
+FAULTS_OF_THREE = [
+    *dead_and_stopped("driver_node", "serial_com_node", "odom_node"),
+    Fault("no packets: text on serial_write", publish("serial_write", String, "hello"), stops=None),
 ]
 ROWS = []
 
 
 @pytest.fixture(scope="module")
-def rig():
+def master():
     with Master() as master:
         rospy.init_node("faults", disable_signals=True)
-        rig = Rig(master)
-        yield rig
-        rig.close()
+        yield master
     print("\n" + "\n".join([HEADING, *map(str, ROWS)]))
 
 
+@pytest.fixture(scope="module")
+def one_process(master):
+    yield from start_rig("composed:=true")
+
+
+@pytest.fixture(scope="module")
+def three_processes(master):
+    yield from start_rig("composed:=false")
+
+
+def start_rig(argument):
+    """A Rig that ends with the tests that use it."""
+    with Processes() as processes:
+        rig = Rig(processes, argument)
+        yield rig
+        rig.close()
+
+
 @pytest.mark.parametrize("fault", FAULTS, ids=[fault.name for fault in FAULTS])
-def test_a_fault_stops_the_robot_and_goes_by_without_help(rig, fault):
+def test_a_fault_stops_the_robot_and_goes_by_without_help(one_process, fault):
+    suffer(one_process, fault)
+
+
+@pytest.mark.parametrize("fault", FAULTS_OF_THREE, ids=[fault.name for fault in FAULTS_OF_THREE])
+def test_one_of_three_processes_stops_the_robot_and_goes_by_without_help(three_processes, fault):
+    suffer(three_processes, fault)
+
+
+def suffer(rig, fault):
+    """Apply a fault, and check what it does."""
     row = rig.suffer(fault)
     ROWS.append(row)
     if fault.stops:

@@ -78,7 +78,7 @@ setup() {
 # This workspace only, whatever the caller has sourced.
 environment() {
     unset CMAKE_PREFIX_PATH ROS_PACKAGE_PATH PYTHONPATH PYTHONHOME VIRTUAL_ENV
-    export PATH=/usr/bin:$PATH ROS_HOME=$WORK/ros RUFF_CACHE_DIR=$WORK/ruff HYPOTHESIS_STORAGE_DIRECTORY=$WORK/hypothesis
+    export PATH=/usr/bin:$PATH:$WORK/venv/bin ROS_HOME=$WORK/ros RUFF_CACHE_DIR=$WORK/ruff HYPOTHESIS_STORAGE_DIRECTORY=$WORK/hypothesis
     local ros site
     ros=$(opt_ros)
     set +u
@@ -87,7 +87,7 @@ environment() {
     # shellcheck disable=SC1091
     [ ! -f "$WORK/devel/setup.bash" ] || . "$WORK/devel/setup.bash"
     set -u
-    # last, so that it hides nothing: what the distribution lacks (MuJoCo) for nodes that /usr/bin/python3 runs
+    # last, as in PATH, so that it hides nothing: what the distribution lacks (MuJoCo), for /usr/bin/python3
     for site in "$WORK"/venv/lib/python3*/site-packages; do
         PYTHONPATH=${PYTHONPATH:+$PYTHONPATH:}$site
     done

@@ -67,8 +67,17 @@ def dead_and_stopped(*nodes):
     return [
         *(Fault(f"{node} killed (-9)", send(node, signal.SIGKILL), seconds=4.0, stops=node != "odom_node",
                 recovery=RECOVERY, loses=node != "driver_node") for node in nodes),
-        *(Fault(f"{node} stopped (SIGSTOP)", send(node, signal.SIGSTOP), send(node, signal.SIGCONT),
-                stops=node != "odom_node") for node in nodes)]
+        *(Fault(f"{node} stopped (SIGSTOP)", *stop_and_continue(node), stops=node != "odom_node") for node in nodes)]
+
+
+def stop_and_continue(node):
+    """(begin, end) of a node that is stopped; a stopped one cannot be asked for its process id."""
+    stopped = []
+
+    def begin(rig):
+        stopped.append(rig.processes.pid("/" + node))
+        os.kill(stopped[-1], signal.SIGSTOP)
+    return begin, lambda _rig: os.kill(stopped.pop(), signal.SIGCONT)
 
 
 FAULTS = [

@@ -21,23 +21,31 @@ class RostestFile(pytest.File):
     """A launch file that rostest runs."""
 
     def collect(self):
-        """One item."""
-        rostest = Rostest.from_parent(self, name=self.path.stem)
-        rostest.add_marker(pytest.mark.rostest)
-        if self.path.name.startswith("timed_"):
-            rostest.add_marker(pytest.mark.timed)
-        yield rostest
+        """One item; one for each way to start the driver's nodes where the file has the argument `composed`."""
+        variants = {self.path.stem: ()}
+        if '<arg name="composed"' in self.path.read_text():
+            variants = {f"{self.path.stem}[one process]": ("composed:=true",),
+                        f"{self.path.stem}[three processes]": ("composed:=false",)}
+        for name, arguments in variants.items():
+            rostest = Rostest.from_parent(self, name=name)
+            rostest.arguments = arguments
+            rostest.add_marker(pytest.mark.rostest)
+            if self.path.name.startswith("timed_"):
+                rostest.add_marker(pytest.mark.timed)
+            yield rostest
 
 
 class Rostest(pytest.Item):
     """A run of rostest."""
+
+    arguments = ()
 
     def runtest(self):
         """Run it; all that it prints is shown when it fails."""
         environment = {**os.environ, "ROS_IP": "127.0.0.1"}
         environment.pop("ROS_MASTER_URI", None)
         environment.pop("ROS_HOSTNAME", None)
-        result = subprocess.run(["rostest", str(self.path)], env=environment, check=False,
+        result = subprocess.run(["rostest", str(self.path), *self.arguments], env=environment, check=False,
                                 stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
         if result.returncode:
             raise RostestError(result.stdout)

@@ -68,7 +68,7 @@ HEADING = f"{'fault':<50} {'to stop':>8} {'to recover':>9} {'lost':>5}  named by
 class Rig:
     """robot.launch and recorder.launch on a stand-in board, beside the master of `processes`."""
 
-    def __init__(self, processes, **environment):
+    def __init__(self, processes, composed=False, **environment):
         self.processes = processes
         self.board = Board(str(processes.folder / "board"), identity=identity())
         self.board.byte_rate = BYTE_RATE
@@ -88,7 +88,8 @@ class Rig:
         self.board.plug()
         environment["ROS_LOG_DIR"] = str(self.disk)
         self._launches = [
-            processes.launch("robot.launch", f"port:={self.board.link}", "description:=false", log=self.log,
+            processes.launch("robot.launch", f"port:={self.board.link}", "description:=false",
+                             f"composed:={str(composed).lower()}", log=self.log,
                              **environment),
             processes.launch("recorder.launch", f"folder:={self.disk / 'black_box'}", log=self.disk / "recorder.log",
                              **environment)]

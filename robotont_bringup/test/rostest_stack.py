@@ -39,7 +39,7 @@ UNEVEN = {
 class Robot:
     """A board, the stack in a namespace, and the truth about both."""
 
-    def __init__(self, test, namespace="", parameters=SHIPPED, **board):
+    def __init__(self, test, namespace="", parameters=SHIPPED, arguments=(), **board):
         self.test = test
         self.name = namespace or "robot"
         self.kinematics = Kinematics(read_wheels(parameters))
@@ -55,7 +55,8 @@ class Robot:
         prefix = namespace + "/" if namespace else ""
         self.launch = test.processes.launch(
             "robot.launch", f"port:={self.board.link}", f"wheel_params:={self.parameters}",
-            f"namespace:=/{namespace}", f"frame_prefix:={prefix}", log=self.log)
+            f"namespace:=/{namespace}", f"frame_prefix:={prefix}",
+            f"composed:={str(test.composed).lower()}", *arguments, log=self.log)
         self.odom = test.listen(f"/{prefix}odom", Odometry)
         self.joints = test.listen(f"/{prefix}joint_states", JointState)
         self.command = test.publisher(f"/{prefix}cmd_vel", Twist)
@@ -65,7 +66,7 @@ class Robot:
         turned = np.array(turned)
         edges = self.kinematics.wheels.metres_per_edge
         step = self.kinematics.inverse @ ((turned - self._turned) * edges)
-        self.truth.move(step.tolist(), np.zeros((3, 3)))
+        self.truth.move(step.tolist())
         self._turned = turned
 
     def pose(self):
@@ -96,7 +97,7 @@ class StackTest(NodeTest):
     def setUp(self):
         super().setUp()
         # rospy's master keeps what a former test has set
-        for name in ("serial_com_node", "driver_node", "odom_node"):
+        for name in ("serial_com_node", "driver_node", "odom_node", "robotont_node"):
             if rospy.has_param("/" + name):
                 rospy.delete_param("/" + name)
 
@@ -150,7 +151,7 @@ class StackTest(NodeTest):
         self.assertLess(max(np.diff(path)), 0.4 * 0.02 * 1.5)
 
     def test_each_node_that_dies_stops_the_robot(self):
-        for node in ("/driver_node", "/serial_com_node"):
+        for node in ("/robotont_node",) if self.composed else ("/driver_node", "/serial_com_node"):
             robot = Robot(self)
             robot.drive((0.4, 0, 0), lambda robot=robot: any(robot.board.speeds), "motion")
             os.kill(self.processes.pid(node), signal.SIGKILL)
@@ -160,7 +161,9 @@ class StackTest(NodeTest):
             robot.board.unplug()
 
     def test_a_subscriber_that_stops_reading_holds_up_nobody(self):
-        robot = Robot(self)
+        listening = self.processes.folder / "driver.yaml"
+        listening.write_text("robotont_node: {packets_from_outside: true}")
+        robot = Robot(self, arguments=[f"driver_params:={listening}"])
         hung = self.subscribe_without_reading("/odom", Odometry)
         wait_for(lambda: self.subscribers("/odom") == 2, "the second subscriber")
         read = self.publisher("serial_read", String)
@@ -176,7 +179,7 @@ class StackTest(NodeTest):
 
     def subscribe_without_reading(self, topic, message_type):
         """A socket that odom_node takes for a subscriber."""
-        uri = rospy.get_master().lookupNode("/odom_node")[2]
+        uri = self.processes.node_uri("/odom_node")
         _, _, (_, host, port) = xmlrpc.client.ServerProxy(uri).requestTopic("/hung", topic, [["TCPROS"]])
         hung = socket.socket()
         hung.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
@@ -188,7 +191,7 @@ class StackTest(NodeTest):
 
     def subscribers(self, topic):
         """Number of open connections of odom_node for a topic."""
-        uri = rospy.get_master().lookupNode("/odom_node")[2]
+        uri = self.processes.node_uri("/odom_node")
         info = xmlrpc.client.ServerProxy(uri).getBusInfo("/test")[2]
         return sum(line[4] == topic and line[2] == "o" for line in info)
 

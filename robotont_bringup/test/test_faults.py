@@ -206,6 +206,13 @@ FAULTS = [
     Fault("impossible commands on cmd_vel", publish("cmd_vel", Twist, *twists()), recovery=2.5),
     Fault("disk full", lambda rig: fill(rig.disk), make_room, 4.0, stops=False),
 ]
+COMPOSED = [
+    Fault("robotont_node killed (-9)", kill("robotont_node"), seconds=4.0, stops=True, recovery=RESPAWN, loses=True),
+    Fault("robotont_node stopped (SIGSTOP), goes on (SIGCONT)", stop("robotont_node"), go_on("robotont_node"),
+          stops=True),
+    Fault("emergency stop behind 5 kHz, one process", press,
+          lambda rig: (calm(rig), release(rig)), 1.0, stops=True, within=0.1, prepare=flood, recovery=5.0),
+]
 MASTER = Fault("master killed (-9), a new one started", kill_master, start_master, 3.0, stops=False)
 CLOCKS = [
     Fault(f"wall clock {way}", set_clock(seconds), set_clock(0), stops=False)
@@ -246,10 +253,10 @@ class Rigs:
         self._master = master
         self._kind = self._rig = None
 
-    def get(self, kind, **environment):
+    def get(self, kind, composed=False, **environment):
         if kind != self._kind:
             self.close()
-            self._kind, self._rig = kind, Rig(self._master, **environment)
+            self._kind, self._rig = kind, Rig(self._master, composed, **environment)
         return self._rig
 
     def close(self):
@@ -290,6 +297,11 @@ def clock_rig(rigs, master):
 @pytest.mark.parametrize("fault", CLOCKS, ids=[fault.name for fault in CLOCKS])
 def test_a_clock_that_is_set_stops_nothing(clock_rig, fault):
     judge(clock_rig, fault)
+
+
+@pytest.mark.parametrize("fault", COMPOSED, ids=[fault.name for fault in COMPOSED])
+def test_faults_of_the_three_nodes_in_one_process(rigs, fault):
+    judge(rigs.get("composed", composed=True), fault)
 
 
 def test_the_master_may_die(rigs):

@@ -13,10 +13,10 @@ from robotont_testing.harness import free_port, wait_for
 
 ROBOTONT = Path(__file__).resolve().parents[2] / "robotont"
 COMMANDS = {  # arguments, and programs that run when the command is in the middle of its work
-    "demo": (["--picture", "{folder}/demo.png"], {"rosmaster", "serial_com_node", "simulator_node"}),
+    "demo": (["--picture", "{folder}/demo.png"], {"rosmaster", "robotont_node", "simulator_node"}),
     "bench": (["driver"], {"rosmaster", "serial_com_node", "odom_node"}),
     "pictures": (["{folder}"], {"rosmaster", "Xvfb", "rviz"}),
-    "sim": (["port:={folder}/board"], {"rosmaster", "serial_com_node", "simulator_node"}),
+    "sim": (["port:={folder}/board"], {"rosmaster", "robotont_node", "simulator_node"}),
 }
 ENDINGS = [("demo", "SIGTERM"), ("demo", "SIGHUP"), ("demo", "SIGKILL"), ("bench", "SIGINT"), ("bench", "SIGTERM"),
            ("pictures", "SIGTERM"), ("sim", "SIGKILL")]

@@ -114,7 +114,7 @@ class DriverNodeTest(NodeTest):
         """(process, list of packets) of a driver_node in a namespace of its own."""
         self.processes.start("rosparam", "load", WHEEL_PARAMS, namespace).wait()
         written = self.listen(namespace + "/serial_write", String)
-        node = self.processes.node("driver_node", f"__ns:={namespace}")
+        node = self.start_driver("driver_node", namespace)
         wait_for(lambda: written, "packets")
         return node, written
 
@@ -178,7 +178,7 @@ class DriverNodeTest(NodeTest):
     def test_the_last_packet_is_zeros_however_the_node_ends(self):
         for how in (signal.SIGINT, signal.SIGTERM):
             self.processes.start("rosparam", "load", WHEEL_PARAMS, "/ending").wait()
-            node = self.processes.node("driver_node", "__ns:=/ending")
+            node = self.start_driver("driver_node", "/ending")
             written = self.listen("/ending/serial_write", String)
             command = self.publisher("/ending/cmd_vel", Twist)
             wait_for(lambda command=command, written=written: command.publish(twist(0.2)) or (
@@ -195,10 +195,10 @@ class DriverNodeTest(NodeTest):
             self.wait_for_packet(FORWARD)
         self.command.publish(twist())
         wait_for(lambda: self.packets()[-1] == ZEROS, "the end")
-        driven = 18.9 * self.packets()[before:].count(FORWARD)
+        driven = sum(float(packet.rstrip(";\n").split(":")[2]) for packet in self.packets()[before:])
         counts = [[int(count) for count in message.data.rstrip(";\n").split(":")] for message in read]
         wait_for(lambda: abs(sum(int(message.data.rstrip(";\n").split(":")[2]) for message in read) - driven) <= 1,
-                 f"the counts to add up to {driven}")
+                 f"the counts to add up to {driven:.2f}")
         assert all(len(count) == 3 for count in counts)
 
 

@@ -60,6 +60,21 @@ def test_worked_values(twist, line):
     assert Robotont2(wheels, REACH).encode(command_of(wheels, twist)) == line
 
 
+@pytest.mark.parametrize("name, per_unit, step", [
+    ("robotont2", 2 * math.pi * 0.035 / 1200 / 0.02, 1e-4), ("robotont3", 2 * math.pi * 0.035 / 1200 / 0.02, 1e-4),
+    ("robotont2018", 0.5, 1.0)])
+def test_rounding_loses_no_distance(name, per_unit, step):
+    """Of a command that is repeated the lines add up; at rest and after it none moves a wheel."""
+    dialect = make_dialect(name, official_wheels(), REACH)
+    command = Packet([9.37, 9.37, 9.37], "9.37:9.37:9.37;\n")
+    lines = [dialect.encode(command).decode() for _ in range(200)]
+    for wheel in range(3):
+        sent = [float(line.strip().rpartition("MS:")[2].split(":")[wheel]) for line in lines]
+        assert sum(sent) == pytest.approx(200 * 9.37 * per_unit, abs=step)
+        assert max(sent) - min(sent) <= step * 1.001
+    assert {dialect.encode(Packet([0, 0, 0])) for _ in range(20)} == {dialect.stop()}
+
+
 def test_a_unit_is_an_edge_per_period():
     assert 1 / BoardWheels(official_wheels()).speed_of_unit == pytest.approx(109.1348, abs=1e-4)
 

@@ -9,6 +9,7 @@ from robotont_driver.driver_node import PARAMETERS as DRIVER
 from robotont_driver.kinematics import Kinematics
 from robotont_driver.odom_node import PARAMETERS as ODOM
 from robotont_driver.parameters import markdown_rows
+from robotont_driver.robotont_node import PARAMETERS as ROBOTONT
 from robotont_driver.serial_com_node import PARAMETERS as SERIAL_COM
 from robotont_driver.wheels import KEYS, read_wheels
 from robotont_testing.robots import SHIPPED
@@ -17,7 +18,7 @@ ROOT = HERE.parents[1]
 README = (ROOT / "README.md").read_text()
 
 
-@pytest.mark.parametrize("row", [row for table in (DRIVER, SERIAL_COM, ODOM) for row in markdown_rows(table)])
+@pytest.mark.parametrize("row", [row for table in (DRIVER, SERIAL_COM, ODOM, ROBOTONT) for row in markdown_rows(table)])
 def test_every_parameter_stands_in_the_readme_as_it_is_in_the_code(row):
     assert row in README
 

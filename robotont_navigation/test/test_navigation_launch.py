@@ -51,7 +51,7 @@ def test_each_localization_starts_its_nodes(localization, nodes):
 
 def test_sim_starts_the_robot_and_map_none_no_map_server():
     nodes = set(read_launch("navigation.launch", "sim:=true", "map:=none").nodes)
-    assert nodes >= {"/simulator_node", "/driver_node", "/odom_node", "/robot_state_publisher", "/move_base", "/amcl"}
+    assert nodes >= {"/simulator_node", "/robotont_node", "/robot_state_publisher", "/move_base", "/amcl"}
     assert "/map_server" not in nodes
 
 

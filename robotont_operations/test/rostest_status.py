@@ -43,13 +43,13 @@ class StatusTest(NodeTest):
         done = self.run_tool("status")
         self.assertEqual(done.returncode, 2, done.stdout)
         self.assertRegex(done.stdout, "ERROR +link")
-        odom_node = self.processes.pid("/odom_node")
-        os.kill(odom_node, signal.SIGSTOP)
+        driver = self.processes.pid("/robotont_node")
+        os.kill(driver, signal.SIGSTOP)
         try:
             done = self.run_tool("status")
         finally:
-            os.kill(odom_node, signal.SIGCONT)
-        self.assertIn("/odom_node does not answer", done.stdout)
+            os.kill(driver, signal.SIGCONT)
+        self.assertIn("/robotont_node does not answer", done.stdout)
         done = self.run_tool("status", ROS_MASTER_URI="http://127.0.0.1:9")
         self.assertEqual(done.returncode, 3)
         self.assertIn("no ROS master", done.stderr)
@@ -72,7 +72,7 @@ class StatusTest(NodeTest):
             archive.extractall(str(unpacked))
         root = unpacked / "out"
         self.assertIn("wheelRads", (root / "ros/parameters.yaml").read_text())
-        self.assertIn("/odom_node", (root / "ros/graph.yaml").read_text())
+        self.assertIn("/robotont_node", (root / "ros/graph.yaml").read_text())
         self.assertIn("robotont_driver", (root / "versions/stack.txt").read_text())
         self.assertIn("wheels turn", (root / "logs/ros/web.log").read_text())
         bags = list((root / "black_box").glob("*.bag"))

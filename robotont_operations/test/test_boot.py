@@ -183,7 +183,7 @@ def test_boot_without_network_to_the_first_odometry(tmp_path):
             except AssertionError as error:
                 raise AssertionError(f"{error}\n{journal(shared)}") from None
             seconds = float((shared / "odom").read_text()) - float((shared / "booted").read_text())
-            owner = process_user("driver_node", group)
+            owner = process_user("robotont_node", group)
             bags = wait_for(lambda: [bag for run in runs_in(shared / "black_box") for bag in bags_of(run)],
                             "a file of the black box", timeout=60)
             with rosbag.Bag(str(bags[0])) as bag:

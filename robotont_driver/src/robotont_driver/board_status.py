@@ -6,6 +6,7 @@ stale. Boards with firmware before 2.0 have no status; they report each fault on
 
 import re
 from collections import deque
+from functools import lru_cache
 from typing import NamedTuple, Tuple
 
 TIMED_OUT, WAITS_FOR_ZERO, BATTERY_LOW = 1, 2, 4  # flags
@@ -34,6 +35,7 @@ class BoardStatus(NamedTuple):
     wheels: Tuple[int, ...]   # one of NO_FAULT .. OVERLOAD per wheel
 
     @classmethod
+    @lru_cache(maxsize=8)  # it is the same in almost all packets
     def parse(cls, text):
         """From the field's hexadecimal text FFMMRRW..."""
         return cls(*(int(text[at:at + 2], 16) for at in (0, 2, 4)), tuple(int(digit, 16) for digit in text[6:]))
@@ -41,8 +43,7 @@ class BoardStatus(NamedTuple):
     @property
     def fault(self):
         """Description of the fault that stopped the motors; empty without one."""
-        return " / ".join(_describe_fault(fault, wheel) for wheel, fault in enumerate(self.wheels)
-                          if fault not in (NO_FAULT, OVERLOAD))
+        return _describe_faults(self.wheels)
 
     @property
     def complaints(self):
@@ -56,6 +57,12 @@ class BoardStatus(NamedTuple):
         elif self.flags & TIMED_OUT:
             warnings.append("no valid commands reach the board: its motors are off")
         return warnings
+
+
+@lru_cache(maxsize=8)
+def _describe_faults(wheels):
+    return " / ".join(_describe_fault(fault, wheel) for wheel, fault in enumerate(wheels)
+                      if fault not in (NO_FAULT, OVERLOAD))
 
 
 def _describe_fault(fault, wheel):
@@ -103,6 +110,8 @@ class BoardHealth:
     def __init__(self, wheels, rate=None):
         self._wheels = wheels
         self._rate = rate
+        self._judged = None      # identity whose obstacle is `_judgement`
+        self._judgement = ""
         self._missed = 0    # ticks missed and lines refused, on this connection
         self._refused = 0
         self._reported = (0, 0)
@@ -130,7 +139,9 @@ class BoardHealth:
     def obstacle(self):
         """Why the board must not be driven; empty when it may."""
         if self.identity:
-            return self.identity.obstacle(self._wheels, self._rate)
+            if self._judged is not self.identity:
+                self._judged, self._judgement = self.identity, self.identity.obstacle(self._wheels, self._rate)
+            return self._judgement
         return f"the board drives {self._foreign} wheels, wheelAmount is {self._wheels}" if self._foreign else ""
 
     @property
@@ -141,7 +152,7 @@ class BoardHealth:
     def hear_packet(self, status):
         """A packet of this robot's board, with its BoardStatus; None from firmware before 2.0."""
         self._foreign = self._suspect = 0
-        if status is None:
+        if status is None or status is self.status:
             return
         if self.status is not None:
             self._missed += (status.missed - self.status.missed) % 256

@@ -5,15 +5,17 @@ import time
 
 import rospy
 from geometry_msgs.msg import Twist
-from std_msgs.msg import Bool, String
+from std_msgs.msg import Bool
 
+from robotont_driver.carried_rounding import CarriedRounding
 from robotont_driver.command_stream import CommandStream
 from robotont_driver.kinematics import Kinematics
 from robotont_driver.limits import Limits
-from robotont_driver.node import OK, WARN, Health, ImmediatePublisher, Worker, robot_name, run_node
+from robotont_driver.node import OK, WARN, Health, Part, Worker, robot_name, serve
 from robotont_driver.outages import OutageWatch
+from robotont_driver.packet_topics import topics_between_processes
 from robotont_driver.parameters import Parameter
-from robotont_driver.protocol import format_packet
+from robotont_driver.protocol import Packet, packet_form
 from robotont_driver.refusals import Refusals
 from robotont_driver.stall_watch import StallWatch
 from robotont_driver.timeouts import PUBLISH_RATE, WRITE_TIMEOUT, check_repetition
@@ -43,12 +45,16 @@ LATCHED_FOR = 1.0  # [s] after the start in which latched commands are those fro
 
 
 class DriverNode:
-    """Sends each command at once, repeats the newest, and stops when commands stop."""
+    """Sends each command at once, repeats the newest, and stops when commands stop.
 
-    def __init__(self, wheels, parameters):
+    name: full name of the node. topics: `PacketTopics`.
+    """
+
+    def __init__(self, name, wheels, parameters, topics):
         self._period = 1.0 / parameters["publish_rate"]
-        self._decimals = parameters["command_decimals"]
         self._kinematics = Kinematics(wheels)
+        self._rounding = CarriedRounding(wheels.amount, parameters["command_decimals"], self._period)
+        self._form = packet_form(wheels.amount, parameters["command_decimals"])
         limits = Limits(*(parameters["max_" + limit] for limit in Limits._fields))
         self._stream = CommandStream(self._kinematics, limits, parameters["cmd_timeout"], self._period)
         self._stream.emergency_stop(rospy.get_param(PRESSED, False) is True)
@@ -56,14 +62,15 @@ class DriverNode:
         self._started = self._sent_at = time.monotonic()
         self._refusals = Refusals()
         self._stalls = StallWatch(parameters["cmd_timeout"] / 2, self._started)
-        self._publisher = ImmediatePublisher("serial_write", String)
+        self._packets = topics.serial_write
+        self._packets.advertise()
         self._limited = rospy.Publisher("cmd_vel/limited", Twist, queue_size=1, tcp_nodelay=True)
         self._repeater = Worker(self._repeat)
         rospy.on_shutdown(self._stop)
         emergency_stop = rospy.Subscriber("emergency_stop", Bool, self._on_emergency_stop, queue_size=1)
         cmd_vel = rospy.Subscriber("cmd_vel", Twist, self._on_command, queue_size=1, tcp_nodelay=True)
         OutageWatch(newest=[cmd_vel], every=[emergency_stop])
-        Health(robot_name(), {"command stream": self._report})
+        Health(robot_name(), {"command stream": self._report}, name)
 
     def _on_command(self, message):
         linear, angular = message.linear, message.angular
@@ -94,11 +101,12 @@ class DriverNode:
     def _send(self):
         self._sent_at = time.monotonic()
         twist = self._stream.twist(self._sent_at)
-        units = self._kinematics.units_of_twist(twist)
-        self._publisher.publish(format_packet(units.tolist(), self._decimals))
-        limited = Twist()
-        limited.linear.x, limited.linear.y, limited.angular.z = twist
-        self._limited.publish(limited)
+        units = self._rounding.round(self._kinematics.command(twist), self._sent_at)
+        self._packets.publish(Packet(units, self._form % tuple(units)))
+        if self._limited.get_num_connections():
+            limited = Twist()
+            limited.linear.x, limited.linear.y, limited.angular.z = twist
+            self._limited.publish(limited)
 
     def _repeat(self):
         """Send the newest command again when nothing went out for a period; return the time to rest."""
@@ -140,6 +148,12 @@ def check(_wheels, parameters, other):
     return check_repetition(parameters["publish_rate"], other("serial_com_node/write_timeout", WRITE_TIMEOUT))
 
 
+def part(name, topics):
+    """driver_node as a part of a process."""
+    return Part(name, lambda wheels, parameters: DriverNode(name, wheels, parameters, topics), PARAMETERS, check)
+
+
 def main():
     """Run driver_node."""
-    run_node("driver_node", DriverNode, PARAMETERS, check)
+    rospy.init_node("driver_node")
+    serve(part(rospy.get_name(), topics_between_processes()))

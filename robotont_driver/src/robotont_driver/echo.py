@@ -44,7 +44,8 @@ class EchoWatch:
     def _judge(self, line):
         if b";" not in line or not line.strip(ZEROS):
             return  # text, or a robot at rest: neither is evidence
-        original = next((sent for sent in self._sent if line.endswith(sent)), None)  # a REPL puts a prompt before it
+        sent_lines = tuple(self._sent)  # another thread may add to them
+        original = next((sent for sent in sent_lines if line.endswith(sent)), None)  # a REPL puts a prompt before it
         if original is None:
             self._witnesses = 0
             return

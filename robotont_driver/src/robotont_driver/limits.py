@@ -14,13 +14,12 @@ class Limits(NamedTuple):
     angular_acceleration: float = 0.0  # [rad/s^2]
 
 
-def limit_speed(twist, wheel_speeds, limits):
+def limit_speed(twist, fastest, limits):
     """`twist` (v_x, v_y, omega), scaled by one factor so that every speed limit is kept.
 
-    `wheel_speeds` [m/s] are those of the twist; they shrink by the same factor.
+    `fastest` [m/s]: speed of the fastest wheel, which shrinks by the same factor.
     """
     x, y, turn = twist
-    fastest = max(abs(speed) for speed in wheel_speeds)
     factor = min(
         _factor(math.hypot(x, y), limits.linear_speed),
         _factor(abs(turn), limits.angular_speed),
@@ -34,6 +33,8 @@ def limit_acceleration(previous, wanted, elapsed, limits):
 
     It lies on the straight line from one to the other, so a start from rest keeps the direction.
     """
+    if not (limits.linear_acceleration or limits.angular_acceleration):
+        return tuple(wanted)
     change = [new - old for old, new in zip(previous, wanted)]
     factor = min(
         _factor(math.hypot(change[0], change[1]), limits.linear_acceleration, elapsed),

@@ -12,10 +12,10 @@ CHANGING = 3.0  # [standard deviations] from which on the halves of the window s
 class MeanTwist:
     """Mean twist of the newest steps, with its covariance as an estimate of the twist at their end.
 
-    period: [s] of one step. packets: how many steps, 1 or more.
+    period: [s] of one step. packets: how many steps.
     """
 
-    def __init__(self, period, packets=1):
+    def __init__(self, period, packets):
         self._period = period
         self._steps = deque(maxlen=packets)
         self._sum = np.zeros(3)
@@ -29,8 +29,6 @@ class MeanTwist:
         the speed changes, the mean lags behind by half the window, which the covariance covers.
         """
         steps = self._steps
-        if steps.maxlen == 1:
-            return step / self._period, (covariance + PATH_VARIANCE * edge_covariance) / self._period ** 2
         if len(steps) == steps.maxlen:
             self._sum = self._sum - steps[0][0]
             self._covariance = self._covariance - steps[0][1]

@@ -1,15 +1,17 @@
 """What the nodes share: start with checked parameters or exit, work at intervals, report health."""
 
 import gc
+import select
 import socket
 import struct
 import sys
 import threading
 import time
+from typing import Callable, NamedTuple, Optional, Tuple
 
 import diagnostic_updater
 import rospy
-from diagnostic_msgs.msg import DiagnosticStatus
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 
 from robotont_driver.parameters import Parameter, ParameterError, fault, is_number, read_parameters
 from robotont_driver.wheels import read_wheels
@@ -24,36 +26,57 @@ COMMON_PARAMETERS = (
 )
 
 
-def run_node(name, node_class, table, check=None):
-    """Start the node and serve until ROS shuts down; list wrong parameters, if any, and exit with 1.
+class Part(NamedTuple):
+    """A node to start, alone in its process or beside others.
 
-    node_class is called with the wheels and the dictionary of private parameters. check(wheels, parameters, other)
-    returns a list of conflicts between parameters; other(name, default) is a parameter of another node.
+    name: its full name in the graph, under which its parameters stand. start(wheels, parameters) makes it; table:
+    its parameters. check(wheels, parameters, other) returns a list of conflicts between parameters; other(name,
+    default) is a parameter of another node.
     """
+
+    name: str
+    start: Callable
+    table: Tuple[Parameter, ...]
+    check: Optional[Callable] = None
+
+
+def run_node(name, node_class, table, check=None):
+    """Start a node, node_class(wheels, parameters), in this process and serve until ROS shuts down."""
     rospy.init_node(name)
+    serve(Part(rospy.get_name(), node_class, table, check))
+
+
+def serve(*parts):
+    """Start the parts and serve until ROS shuts down; list wrong parameters, if any, of all parts and exit with 1."""
     faults = []
-    wheels = parameters = None
+    wheels = None
     try:
         wheels = read_wheels(rospy.get_param(rospy.get_namespace(), {}))
     except ParameterError as error:
         faults += [f"{message} (wheel parameters are read from {rospy.get_namespace()})" for message in error.faults]
-    try:
-        parameters = private_parameters(table)
-    except ParameterError as error:
-        faults += error.faults
-    if check and not faults:
-        faults = check(wheels, parameters, parameter_of_another)
+    starts = []
+    for part in parts:
+        whose = "" if part.name == rospy.get_name() else part.name + ": "
+        try:
+            parameters = private_parameters(part.table, part.name)
+        except ParameterError as error:
+            faults += [whose + message for message in error.faults]
+            continue
+        if part.check and wheels:
+            faults += [whose + message for message in part.check(wheels, parameters, parameter_of_another)]
+        starts.append((part.start, parameters))
     if faults:
         refuse(faults)
-    node_class(wheels, parameters)
+    for start, parameters in starts:
+        start(wheels, parameters)
     gc.collect()
     gc.freeze()  # what exists now stays: the collector need not look through it while messages wait
     rospy.spin()
 
 
-def private_parameters(table):
-    """The node's parameters by name. Raises ParameterError."""
-    given = rospy.get_param("~", {})
+def private_parameters(table, node="~"):
+    """The parameters of a node of this process by name. Raises ParameterError."""
+    given = rospy.get_param(node, {})
     if not isinstance(given, dict):
         raise ParameterError([fault("~", given, "parameters by name, as in `publish_rate: 20.0`: is a line missing?")])
     return read_parameters((*table, *COMMON_PARAMETERS), {**official_parameters(table), **given})
@@ -90,25 +113,72 @@ def official_parameters(table):
 
 
 class ImmediatePublisher(rospy.SubscribeListener):
-    """Publishes from the calling thread: for `serial_write` and `serial_read` only.
+    """Publishes from the calling thread, so that no message waits for a thread switch (0.1 ms).
 
     When `publish` returns, the message is in the socket. So the last packet of a node that shuts down, the stop, is
-    out before the process ends, and no packet waits for a thread switch (0.1 ms). All other topics go through rospy's
-    ordinary queues. A subscriber that stops reading is disconnected once its socket has been full for SEND_TIMEOUT.
+    out before the process ends. A subscriber that stops reading is disconnected once its socket has been full for
+    SEND_TIMEOUT: for packets, of which none may be lost unnoticed.
     """
 
     def __init__(self, topic, message_type):
         super().__init__()
-        publisher = rospy.Publisher(topic, message_type, subscriber_listener=self, queue_size=1)
-        self._topic = publisher.impl
+        self._publisher = rospy.Publisher(topic, message_type, subscriber_listener=self, tcp_nodelay=True, queue_size=1)
+        self._topic = self._publisher.impl
         self._topic.set_queue_size(None)
-        self.publish = publisher.publish
+
+    def publish(self, message):
+        """Publish a message, or the contents of its only field."""
+        self._publisher.publish(message)
 
     def peer_subscribe(self, _topic, _publish, _publish_to_peer):
         """Called by rospy after a subscriber has connected."""
         for connection in self._topic.connections:
             if hasattr(connection, "socket"):  # a subscriber in this very process has none
                 connection.socket.setsockopt(socket.SOL_SOCKET, socket.SO_SNDTIMEO, SEND_TIMEOUT)
+
+
+class DroppingPublisher(ImmediatePublisher):
+    """Publishes from the calling thread, too, but holds up nobody: a subscriber whose socket is full loses messages.
+
+    For messages of up to a few kB, of which the newest counts: a socket is full when less than a third is free.
+    """
+
+    def __init__(self, topic, message_type):
+        super().__init__(topic, message_type)
+        self._polled = None  # list of the connections whose sockets `_room` looks at
+        self._room = None
+
+    def publish(self, message):
+        """Publish a message to those who have room for it."""
+        connections = self._topic.connections
+        if not connections:
+            return
+        if connections is not self._polled:
+            self._watch(connections)
+        ready = self._room.poll(0)
+        if len(ready) == len(connections):
+            self._send(message)
+            return
+        with_room = {descriptor for descriptor, _ in ready}
+        for connection in connections:
+            if connection.fileno() in with_room:
+                self._send(message, connection)
+
+    def _send(self, message, connection=None):
+        self._topic.acquire()
+        try:
+            self._topic.publish(message, connection)
+        finally:
+            self._topic.release()
+
+    def _watch(self, connections):
+        """Look at the sockets of these from now on; rospy makes a new list for each change."""
+        self._room = select.poll()
+        for connection in connections:
+            descriptor = connection.fileno()
+            if descriptor is not None and descriptor >= 0:
+                self._room.register(descriptor, select.POLLOUT)
+        self._polled = connections
 
 
 class Worker(threading.Thread):
@@ -128,13 +198,15 @@ class Worker(threading.Thread):
 class Health:
     """Publishes /diagnostics every ~diagnostic_period (1 s), one task per subject (REP 107).
 
-    `subjects` maps a name to a function that returns (level, message, {key: value}).
+    `subjects` maps a name to a function that returns (level, message, {key: value}). node: its full name, where it is
+    not the name of the process.
     """
 
-    def __init__(self, hardware, subjects):
+    def __init__(self, hardware, subjects, node=None):
+        node = node or rospy.get_name()
         self._due = threading.Event()
-        self._updater = diagnostic_updater.Updater()
-        self._period = rospy.get_param("~diagnostic_period", 1.0)
+        self._updater = _Updater(node)
+        self._period = rospy.get_param(node + "/diagnostic_period", 1.0)
         self._updater.setHardwareID(hardware)
         for name, report in subjects.items():
             self._updater.add(name, _task(report))
@@ -150,6 +222,23 @@ class Health:
     def publish_now(self):
         """Something has happened that should not wait for the next second."""
         self._due.set()
+
+
+class _Updater(diagnostic_updater.Updater):
+    """Publishes under the name of a node, in whatever process it is."""
+
+    def __init__(self, node):
+        super().__init__()
+        self._prefix = node[1:] + ": "
+
+    def publish(self, statuses):
+        """Publish a status, or a list of them."""
+        statuses = statuses if isinstance(statuses, list) else [statuses]
+        for status in statuses:
+            status.name = self._prefix + status.name
+        message = DiagnosticArray(status=statuses)
+        message.header.stamp = rospy.Time.now()
+        self.publisher.publish(message)
 
 
 def robot_name():

@@ -5,35 +5,31 @@ import threading
 import time
 
 import rospy
-import tf2_ros
 from geometry_msgs.msg import TransformStamped
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import JointState
-from std_msgs.msg import String
 from std_srvs.srv import Trigger, TriggerResponse
+from tf2_msgs.msg import TFMessage
 
 from robotont_driver.clocks import read_clocks
 from robotont_driver.gyro import Gyro, GyroFusion
-from robotont_driver.imu_input import ImuInput
 from robotont_driver.kinematics import Kinematics
-from robotont_driver.node import OK, WARN, Health, Rate, robot_name, run_node
+from robotont_driver.node import OK, WARN, DroppingPublisher, Health, Part, Rate, robot_name, serve
 from robotont_driver.odometry import WheelOdometry
 from robotont_driver.packet_clock import ArrivalClock, PacketClock
+from robotont_driver.packet_topics import topics_between_processes
 from robotont_driver.parameters import Parameter
-from robotont_driver.protocol import PacketError, parse_packet
 from robotont_driver.refusals import Refusals
 from robotont_driver.slip import CommandWatch, SlipDetector
 from robotont_driver.solvers import SOLVERS
+from robotont_driver.thinning import Thinning
 
 # Variance of z, roll and pitch (and their rates): a robot on the floor has none; filters like no zeros.
 FLAT = 1e-6
-# Where x, y and yaw stand in the 6 x 6 covariances of ROS (x, y, z, roll, pitch, yaw; row by row).
-PLANAR = [6 * row + column for row in (0, 1, 5) for column in (0, 1, 5)]
 
 # [s] Without a newer command for this long, serial_com_node and the board have stopped the robot.
 COMMAND_AGE = 0.5
 
-BURST = 200  # messages that may wait: serial_com_node publishes repaired packets, and a board bursts, all at once
 RECENTLY = 10 * 1_000_000_000  # [ns] for which the diagnostics warn that the clock was set
 
 PARAMETERS = (
@@ -63,14 +59,19 @@ PARAMETERS = (
               minimum=0.0, maximum=0.5),
     Parameter("joint_names", "", "names of the wheel joints in the wheel file's order, between blanks; empty: "
               "wheel_0_joint, ..."),
+    Parameter("joint_state_rate", 0.0, "how often joint_states are published, at most; 0 = with each packet", "Hz",
+              minimum=0.0, maximum=1000.0),
     Parameter("joint_prefix", "", "put before the names of the wheel joints"),
 )
 
 
 class OdomNode:
-    """Publishes one odometry message, transform and joint state per packet."""
+    """Publishes one odometry message, transform and joint state per packet.
 
-    def __init__(self, wheels, parameters):
+    name: full name of the node. topics: `PacketTopics`.
+    """
+
+    def __init__(self, name, wheels, parameters, topics):
         self._wheels = wheels
         kinematics = Kinematics(wheels, SOLVERS[parameters["solver"]])
         period = 1.0 / wheels.pid_frequency if parameters["packet_period"] < 0 else parameters["packet_period"]
@@ -88,8 +89,7 @@ class OdomNode:
                 kinematics.matrix, wheels.metres_per_edge, noise, false_alarms, 1.0 / period)
         if period:
             self._watch = CommandWatch(wheels.amount, 1.0 / period)
-        self._command = None       # newest text on serial_write
-        self._commanded_at = 0.0   # [s] when it came
+        self._commanded_at = 0.0   # [s] when the newest packet came on serial_write
         self._commanded = None     # its units
         self._lock = threading.Lock()
         self._arrived = None  # [ns] newest packet, on the steady clock
@@ -97,19 +97,21 @@ class OdomNode:
         self._refusals = Refusals()  # of malformed messages on serial_read
         self._rate = Rate()
         self._prepare_messages(parameters)
-        self._broadcaster = tf2_ros.TransformBroadcaster() if parameters["publish_tf"] else None
-        self._odom_publisher = rospy.Publisher("odom", Odometry, queue_size=BURST)
-        self._joint_publisher = rospy.Publisher("joint_states", JointState, queue_size=BURST)
+        self._tf_publisher = DroppingPublisher("/tf", TFMessage) if parameters["publish_tf"] else None
+        self._odom_publisher = DroppingPublisher("odom", Odometry)
+        self._joint_publisher = DroppingPublisher("joint_states", JointState)
+        self._joint_states = Thinning(parameters["joint_state_rate"])
         rospy.Service("reset_odometry", Trigger, self._on_reset)
         # no queue_size: every packet counts
-        rospy.Subscriber("serial_read", String, self._on_packet, tcp_nodelay=True)
+        topics.serial_read.subscribe(wheels.amount, self._on_packet, self._on_refused)
         if self._watch:
-            rospy.Subscriber("serial_write", String, self._on_command, queue_size=1, tcp_nodelay=True)
+            topics.serial_write.subscribe(wheels.amount, self._on_command, self._on_refused_command, queue_size=1)
         subjects = {"wheel feedback": self._report, "stamps": self._report_stamps}
         if self._gyro:
+            from robotont_driver.imu_input import ImuInput  # its tf2_ros costs memory and 0.1 s of the start
             self._imu = ImuInput(parameters["imu"], parameters["base_frame"], self._gyro, self._lock)
             subjects["gyro"] = self._imu.report
-        self._health = Health(robot_name(), subjects)
+        self._health = Health(robot_name(), subjects, name)
 
     def _prepare_messages(self, parameters):
         """Messages with all that never changes; each packet fills in the rest."""
@@ -117,18 +119,17 @@ class OdomNode:
         self._odom.header.frame_id = parameters["odom_frame"]
         self._transform = TransformStamped(child_frame_id=parameters["base_frame"])
         self._transform.header.frame_id = parameters["odom_frame"]
+        self._transforms = TFMessage([self._transform])
         self._joints = JointState(name=[
             parameters["joint_prefix"] + name for name in joint_names(parameters["joint_names"], self._wheels.amount)])
         for covariance in (self._odom.pose.covariance, self._odom.twist.covariance):
             covariance[:] = [FLAT if index % 7 == 0 else 0.0 for index in range(36)]
 
-    def _on_packet(self, message):
-        try:
-            counts = parse_packet(message.data, self._wheels.amount)
-        except PacketError as error:
-            if self._refusals.refuse(error.kind, time.monotonic()):
-                rospy.logwarn("serial_read refused: %s", error)
-            return
+    def _on_refused(self, error):
+        if self._refusals.refuse(error.kind, time.monotonic()):
+            rospy.logwarn("serial_read refused: %s", error)
+
+    def _on_packet(self, counts):
         with self._lock:
             arrival, now = read_clocks()
             elapsed = 0.0 if self._arrived is None else (arrival - self._arrived) / 1e9
@@ -139,7 +140,7 @@ class OdomNode:
                 self._odometry.exclude(self._detector.slipping)
             self._odometry.update(counts, elapsed, stamp)
             self._packets += 1
-            self._publish(rospy.Time(*divmod(stamp, 1_000_000_000)))
+            self._publish(stamp)
             if self._watch:  # the diagnostics can wait, the odometry need not
                 self._watch.update(counts, self._newest_command())
             changed = self._alarms() != alarms
@@ -159,21 +160,19 @@ class OdomNode:
     def _gyro_suspects(self):
         return self._gyro.watch.suspects if self._gyro and self._gyro.watch else ()
 
-    def _on_command(self, message):
+    def _on_command(self, command):
         self._commanded_at = time.monotonic()
-        if message.data == self._command:
-            return
-        self._command = message.data
-        try:
-            self._commanded = parse_packet(message.data, self._wheels.amount)
-        except PacketError:
-            self._commanded = None  # serial_com_node complains of it
+        self._commanded = command
+
+    def _on_refused_command(self, _error):
+        self._commanded = None  # serial_com_node complains of it
 
     def _newest_command(self):
         """Units that the board follows now; None without a command that is still valid."""
         return self._commanded if time.monotonic() - self._commanded_at < COMMAND_AGE else None
 
-    def _publish(self, stamp):
+    def _publish(self, nanoseconds):
+        stamp = rospy.Time(*divmod(nanoseconds, 1_000_000_000))
         odometry, pose = self._odometry, self._odometry.pose
         odom, joints, transform = self._odom, self._joints, self._transform.transform
         odom.header.stamp = joints.header.stamp = self._transform.header.stamp = stamp
@@ -182,16 +181,17 @@ class OdomNode:
         position.y = transform.translation.y = pose.y
         orientation.z = transform.rotation.z = math.sin(pose.yaw / 2)
         orientation.w = transform.rotation.w = math.cos(pose.yaw / 2)
-        odom.twist.twist.linear.x, odom.twist.twist.linear.y, odom.twist.twist.angular.z = \
-            odometry.twist.tolist()
-        fill(odom.pose.covariance, odometry.pose_covariance)
-        fill(odom.twist.covariance, odometry.twist_covariance)
-        joints.position = odometry.wheel_angles.tolist()
-        joints.velocity = odometry.wheel_rates.tolist()
+        twist = odom.twist.twist
+        twist.linear.x, twist.linear.y, twist.angular.z = odometry.newest_twist
+        fill(odom.pose.covariance, odometry.pose_upper)
+        fill(odom.twist.covariance, odometry.twist_upper)
         self._odom_publisher.publish(odom)
-        if self._broadcaster:
-            self._broadcaster.sendTransform(self._transform)
-        self._joint_publisher.publish(joints)
+        if self._tf_publisher:
+            self._tf_publisher.publish(self._transforms)
+        if self._joint_states.passes(nanoseconds):
+            joints.position = odometry.wheel_angles
+            joints.velocity = odometry.wheel_rates
+            self._joint_publisher.publish(joints)
 
     def _on_reset(self, _request):
         with self._lock:
@@ -283,10 +283,10 @@ def list_wheels(wheels):
     return "wheel " + ", ".join(map(str, wheels)) if wheels else ""
 
 
-def fill(covariance, planar):
-    """Put a 3 x 3 covariance of x, y and yaw into a message's list of 36."""
-    for index, value in zip(PLANAR, planar.ravel().tolist()):
-        covariance[index] = value
+def fill(covariance, upper):
+    """Put an upper triangle, of x, y and yaw, into a covariance of (x, y, z, roll, pitch, yaw): a list of 36."""
+    covariance[0], covariance[1], covariance[5], covariance[7], covariance[11], covariance[35] = upper
+    covariance[6], covariance[30], covariance[31] = covariance[1], covariance[5], covariance[11]
 
 
 def check(_wheels, parameters, _other):
@@ -297,6 +297,12 @@ def check(_wheels, parameters, _other):
     return [f"~odom_frame and ~base_frame: found {frames[0]!r} and {frames[1]!r}, allowed: two different names"]
 
 
+def part(name, topics):
+    """odom_node as a part of a process."""
+    return Part(name, lambda wheels, parameters: OdomNode(name, wheels, parameters, topics), PARAMETERS, check)
+
+
 def main():
     """Run odom_node."""
-    run_node("odom_node", OdomNode, PARAMETERS, check)
+    rospy.init_node("odom_node")
+    serve(part(rospy.get_name(), topics_between_processes()))

@@ -12,64 +12,79 @@ from robotont_driver import se2
 from robotont_driver.gyro import UNCHANGED
 from robotont_driver.kinematics import Kinematics
 from robotont_driver.mean_twist import MeanTwist
-from robotont_driver.wheel_noise import READING_VARIANCE, variance_per_edge
+from robotont_driver.wheel_noise import PATH_VARIANCE, READING_VARIANCE, variance_per_edge
 
 # Variance of each coordinate before the first step: the start is exact, but filters need a positive variance.
 START_VARIANCE = 1e-9
 # Longest time [s] for which a measured speed stays valid: without newer packets the board itself has stopped.
 LONGEST_HOLD = 0.5
+EXACT = (0.0,) * 6  # covariance of what has no error
 
 
 class Pose:
-    """A pose and its covariance, moved step by step. start_covariance: 3 x 3 at the origin, added to START_VARIANCE."""
+    """A pose and its covariance, moved step by step. start_covariance: 3 x 3 at the origin, added to START_VARIANCE.
+
+    Covariances are `upper` triangles, six floats (xx, xy, xa, yy, ya, aa): with so few numbers plain arithmetic is many
+    times faster than arrays, and a packet has to become an odometry message at once.
+    """
 
     def __init__(self, start_covariance=0.0):
-        self._start_covariance = START_VARIANCE * np.eye(3) + start_covariance
+        self._start = upper_of(START_VARIANCE * np.eye(3) + start_covariance)
         self.reset()
 
     def reset(self):
         """Back to the origin."""
         self._lasting = None  # 3 x 2: covariance with errors that last, of a gyro's bias and scale
-        self._both = np.zeros((6, 6))  # joint covariance of pose and step, which are independent
         self.x = self.y = self.yaw = 0.0
-        self.covariance = self._start_covariance.copy()
+        self.upper = self._start
 
-    def move(self, step, step_covariance, lasting=None):
-        """Move by a step (3 floats) with its covariance, 3 x 3.
+    @property
+    def covariance(self):
+        """3 x 3, of (x, y, yaw)."""
+        return matrix_of(self.upper)
 
-        Covariance: F P F' + G Q G', with the Jacobians F by the pose and G by the step side by side. `lasting`: where
-        the step shares errors with those before and after it: its sensitivity to them (3 x 2), and their
-        variances (2).
+    def move(self, step, step_upper=EXACT, lasting=None):
+        """Move by a step (3 floats) with its covariance, an upper triangle.
+
+        Covariance: F P F' + G Q G', with the Jacobians F by the pose and G by the step. `lasting`: where the step
+        shares errors with those before and after it: its sensitivity to them (3 x 2), and their variances (2).
         """
         dx, dy, dyaw = step
         half = dyaw / 2
         chord = se2.sinc(half)
         slope = se2.sinc_derivative(half) / 2
         cos, sin = math.cos(self.yaw + half), math.sin(self.yaw + half)
-        moved_x, moved_y, _ = se2.arc(step, self.yaw)
-        jacobians = np.array((
-            (1.0, 0.0, -moved_y, chord * cos, -chord * sin, slope * (cos * dx - sin * dy) - moved_y / 2),
-            (0.0, 1.0, moved_x, chord * sin, chord * cos, slope * (sin * dx + cos * dy) + moved_x / 2),
-            (0.0, 0.0, 1.0, 0.0, 0.0, 1.0),
-        ))
+        along, across = cos * dx - sin * dy, sin * dx + cos * dy
+        moved_x, moved_y = chord * along, chord * across
+        # F = [1 0 -moved_y, 0 1 moved_x, 0 0 1], G = [c -s g, s c h, 0 0 1]
+        c, s = chord * cos, chord * sin
+        g, h = slope * along - moved_y / 2, slope * across + moved_x / 2
+        xx, xy, xa, yy, ya, aa = self.upper
+        qxx, qxy, qxa, qyy, qya, qaa = step_upper
+        fxa, fya = xa - moved_y * aa, ya + moved_x * aa
+        gxx, gxy, gxa = c * qxx - s * qxy + g * qxa, c * qxy - s * qyy + g * qya, c * qxa - s * qya + g * qaa
+        gyx, gyy, gya = s * qxx + c * qxy + h * qxa, s * qxy + c * qyy + h * qya, s * qxa + c * qya + h * qaa
+        self.upper = (
+            xx - moved_y * (xa + fxa) + c * gxx - s * gxy + g * gxa,
+            xy - moved_y * ya + moved_x * fxa + s * gxx + c * gxy + h * gxa,
+            fxa + gxa,
+            yy + moved_x * (ya + fya) + s * gyx + c * gyy + h * gya,
+            fya + gya,
+            aa + qaa,
+        )
         self.x, self.y, self.yaw = self.x + moved_x, self.y + moved_y, se2.wrap(self.yaw + dyaw)
-        self._both[:3, :3] = self.covariance
-        self._both[3:, 3:] = step_covariance
-        self.covariance = jacobians @ self._both @ jacobians.T
-        self._carry(jacobians, lasting)
+        if lasting is not None or self._lasting is not None:
+            self._carry(np.array(((1.0, 0.0, -moved_y), (0.0, 1.0, moved_x), (0.0, 0.0, 1.0))),
+                        np.array(((c, -s, g), (s, c, h), (0.0, 0.0, 1.0))), lasting)
 
-    def _carry(self, jacobians, lasting):
+    def _carry(self, by_pose, by_step, lasting):
         """Propagate the covariance with the lasting errors, C <- F C + G L B, and add its part to P."""
-        if lasting is None and self._lasting is None:
-            return
-        if self._lasting is None:
-            self._lasting = np.zeros((3, 2))
-        before = jacobians[:, :3] @ self._lasting
+        before = by_pose @ (np.zeros((3, 2)) if self._lasting is None else self._lasting)
         self._lasting = before
         if lasting is not None:
-            dependence = jacobians[:, 3:] @ lasting[0]
+            dependence = by_step @ lasting[0]
             self._lasting = before + dependence * lasting[1]
-            self.covariance = self.covariance + before @ dependence.T + dependence @ self._lasting.T
+            self.upper = upper_of(self.covariance + before @ dependence.T + dependence @ self._lasting.T)
 
     def learn(self, factors):
         """Scale the lasting errors by (2) factors, as they have been estimated better."""
@@ -92,83 +107,138 @@ class WheelOdometry:
         self._variance_per_edge = variance_per_edge(wheel_noise, wheels.metres_per_edge)
         self._gyro = gyro
         self._rate = 1.0 / period if period else wheels.pid_frequency  # [Hz] packets per second
-        self._mean_twist = MeanTwist(1.0 / self._rate, max(1, round(twist_window * self._rate)) if period else 1)
+        window = round(twist_window * self._rate) if period else 1
+        self._mean_twist = MeanTwist(1.0 / self._rate, window) if window > 1 else None
         self.exclude(())
-        self.pose = Pose(READING_VARIANCE * self._edge_covariance)
-        self.twist = np.zeros(3)                     # (v_x, v_y, omega)
-        self.twist_covariance = np.zeros((3, 3))
-        self.wheel_angles = np.zeros(wheels.amount)  # [rad] since the start
-        self.wheel_rates = np.zeros(wheels.amount)   # [rad/s]
+        self.pose = Pose(READING_VARIANCE * matrix_of(self._reading_upper))
+        self.newest_twist = (0.0,) * 3               # (v_x, v_y, omega)
+        self.twist_upper = EXACT                     # upper triangle of its covariance
+        self.wheel_angles = [0.0] * wheels.amount    # [rad] since the start
+        self.wheel_rates = [0.0] * wheels.amount     # [rad/s]
         self._radians_per_edge = 2 * math.pi / wheels.edges_per_turn
-        self._held = np.zeros(wheels.amount)
+        self._held = (0.0,) * wheels.amount
 
     def exclude(self, wheels):
         """From now on no packet moves the robot by the counts of these `wheels` (indices)."""
         self.kinematics = Kinematics(self.kinematics.wheels, self.kinematics.solver, wheels)
         by_edge = self.kinematics.inverse * self.kinematics.wheels.metres_per_edge  # 3 x n: step by one edge of each
-        self._edge_covariance = by_edge @ by_edge.T  # of a step, for 1 edge^2 in every wheel
-        self._end_covariance = (READING_VARIANCE * self._edge_covariance).tolist()
-        # n x 9: covariance of a step, row by row, by one edge of each wheel's path
-        columns = by_edge.T
-        self._path_covariances = (
-            columns[:, :, None] * columns[:, None, :] * self._variance_per_edge[:, None, None]).reshape(-1, 9)
+        self._reading_upper = upper_of(by_edge @ by_edge.T)  # covariance of a step, for 1 edge^2 in every wheel
+        # per wheel: step by one edge, and the upper triangle of its covariance by one edge of path
+        self._by_edge = [
+            (*column.tolist(), *upper_of(np.outer(column, column) * variance))
+            for column, variance in zip(by_edge.T, self._variance_per_edge)]
         if self._gyro:
             self._gyro.use_wheels(by_edge)
 
     @property
+    def twist(self):
+        """(v_x, v_y, omega) as an array."""
+        return np.array(self.newest_twist)
+
+    @property
+    def twist_covariance(self):
+        """3 x 3, of the twist."""
+        return matrix_of(self.twist_upper)
+
+    @property
     def pose_covariance(self):
-        """3 x 3 covariance of the pose: accumulated on the way, plus the quantisation of the newest reading."""
-        (xx, xy, xa), (_, yy, ya), (_, _, aa) = self._end_covariance
+        """3 x 3, of the pose: see `pose_upper`."""
+        return matrix_of(self.pose_upper)
+
+    @property
+    def pose_upper(self):
+        """Upper triangle of the pose's covariance: gathered on the way, plus the quantisation of the newest reading."""
+        xx, xy, xa, yy, ya, aa = self._reading_upper
         cos, sin = math.cos(self.pose.yaw), math.sin(self.pose.yaw)
-        across = (xx - yy) * cos * sin + xy * (cos * cos - sin * sin)
-        forward, left = cos * xa - sin * ya, sin * xa + cos * ya
         mixed = 2 * cos * sin * xy
-        end = (
-            (cos * cos * xx + sin * sin * yy - mixed, across, forward),
-            (across, sin * sin * xx + cos * cos * yy + mixed, left),
-            (forward, left, aa),
+        pxx, pxy, pxa, pyy, pya, paa = self.pose.upper
+        return (
+            pxx + READING_VARIANCE * (cos * cos * xx + sin * sin * yy - mixed),
+            pxy + READING_VARIANCE * ((xx - yy) * cos * sin + xy * (cos * cos - sin * sin)),
+            pxa + READING_VARIANCE * (cos * xa - sin * ya),
+            pyy + READING_VARIANCE * (sin * sin * xx + cos * cos * yy + mixed),
+            pya + READING_VARIANCE * (sin * xa + cos * ya),
+            paa + READING_VARIANCE * aa,
         )
-        return np.add(self.pose.covariance, end)
 
     def update(self, counts, elapsed, stamp=0):
         """Take one packet, n counts [edges per PID period], `elapsed` [s] after the one before.
 
         `elapsed` matters only when the period is 0, `stamp` [ns] only with a gyro, on whose clock it is.
         """
-        edges = np.array(counts, dtype=float)
-        step, covariance = self._step(edges)
-        edge_covariance = self._edge_covariance
+        step, upper = self._step(counts)
+        reading_upper = self._reading_upper
         if self._gyro:
-            step, covariance, edge_covariance = self._move_with_gyro(counts, edges, step, covariance, stamp)
+            step, upper, reading_upper = self._move_with_gyro(counts, step, upper, stamp)
         elif self.period:
-            self._move(edges, step, covariance)
+            self._move(counts, step, upper)
         else:
-            held = self._held * (min(max(elapsed, 0.0), LONGEST_HOLD) * self._rate)
+            share = min(max(elapsed, 0.0), LONGEST_HOLD) * self._rate
+            held = [edges * share for edges in self._held]
             self._move(held, *self._step(held))
-            self._held = edges
-        self.twist, self.twist_covariance = self._mean_twist.add(step, covariance, edge_covariance)
-        self.wheel_rates = edges * (self._radians_per_edge * self._rate)
+            self._held = counts
+        self._update_twist(step, upper, reading_upper)
+        factor = self._radians_per_edge * self._rate
+        self.wheel_rates = [edges * factor for edges in counts]
 
-    def _move_with_gyro(self, counts, edges, step, covariance, stamp):
+    def _update_twist(self, step, upper, reading_upper):
+        if self._mean_twist:
+            twist, covariance = self._mean_twist.add(
+                np.array(step), matrix_of(upper), matrix_of(reading_upper))
+            self.newest_twist, self.twist_upper = tuple(twist.tolist()), upper_of(covariance)
+            return
+        rate = self._rate
+        self.newest_twist = (step[0] * rate, step[1] * rate, step[2] * rate)
+        self.twist_upper = tuple([
+            (new + PATH_VARIANCE * reading) * rate * rate for new, reading in zip(upper, reading_upper)])
+
+    def _move_with_gyro(self, counts, step, upper, stamp):
         """Move by wheels and gyro; the step, its covariance, and its covariance for 1 edge^2 in every wheel."""
-        fused = self._gyro.fuse(counts, step, covariance, stamp)
+        fused = self._gyro.fuse(counts, np.array(step), matrix_of(upper), stamp)
         if self._gyro.learnt != UNCHANGED:
             self.pose.learn(self._gyro.learnt)
         if fused is None:
-            self._move(edges, step, covariance)
-            return step, covariance, self._edge_covariance
-        self._move(edges, fused.step, fused.covariance, fused.lasting)
-        return fused.step, fused.covariance, fused.wheels @ self._edge_covariance @ fused.wheels.T
+            self._move(counts, step, upper)
+            return step, upper, self._reading_upper
+        step, upper = tuple(fused.step.tolist()), upper_of(fused.covariance)
+        self._move(counts, step, upper, fused.lasting)
+        return step, upper, upper_of(fused.wheels @ matrix_of(self._reading_upper) @ fused.wheels.T)
 
-    def _step(self, edges):
-        """Step (3,) for n encoder `edges`, and its covariance (3 x 3) by noise that grows with each wheel's path.
+    def _step(self, counts):
+        """Step (3 floats) by n counts, and its covariance by noise that grows with each wheel's path.
 
-        Edges of one PID period are units, so (8)-(11) give their twist, and that times the period the step.
+        Formulas (8)-(11), with the inverse times the path of one edge: counts of one PID period are units, and their
+        twist times the period is the step.
         """
-        step = self.kinematics.twist_of_units(edges) / self.kinematics.wheels.pid_frequency
-        return step, (np.abs(edges) @ self._path_covariances).reshape(3, 3)
+        dx = dy = dyaw = xx = xy = xa = yy = ya = aa = 0.0
+        for edges, (by_x, by_y, by_yaw, by_xx, by_xy, by_xa, by_yy, by_ya, by_aa) in zip(counts, self._by_edge):
+            if edges:
+                path = abs(edges)
+                dx += by_x * edges
+                dy += by_y * edges
+                dyaw += by_yaw * edges
+                xx += by_xx * path
+                xy += by_xy * path
+                xa += by_xa * path
+                yy += by_yy * path
+                ya += by_ya * path
+                aa += by_aa * path
+        return (dx, dy, dyaw), (xx, xy, xa, yy, ya, aa)
 
-    def _move(self, edges, step, covariance, lasting=None):
-        if edges.any() or step.any():  # a robot at rest gains no uncertainty
-            self.pose.move(step.tolist(), covariance, lasting)
-            self.wheel_angles += edges * self._radians_per_edge
+    def _move(self, counts, step, upper, lasting=None):
+        if any(counts) or any(step):  # a robot at rest gains no uncertainty
+            self.pose.move(step, upper, lasting)
+            factor = self._radians_per_edge
+            self.wheel_angles = [angle + edges * factor for angle, edges in zip(self.wheel_angles, counts)]
+
+
+def upper_of(matrix):
+    """Upper triangle of a symmetric 3 x 3 matrix, row by row: six floats."""
+    (xx, xy, xa), (_, yy, ya), (_, _, aa) = np.asarray(matrix).tolist()
+    return xx, xy, xa, yy, ya, aa
+
+
+def matrix_of(upper):
+    """Symmetric 3 x 3 matrix of an upper triangle."""
+    xx, xy, xa, yy, ya, aa = upper
+    return np.array(((xx, xy, xa), (xy, yy, ya), (xa, ya, aa)))

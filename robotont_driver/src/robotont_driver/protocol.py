@@ -36,6 +36,11 @@ class ForeignPacketError(PacketError):
         self.wheels = wheels
 
 
+def packet_form(wheels, decimals):
+    r"""A format for the %-operator and that many values: `%.2f:%.2f:%.2f;\\n`."""
+    return ":".join([f"%.{decimals}f"] * wheels) + ";\n"
+
+
 def crc16(data):
     """CRC-16/CCITT-FALSE of bytes: polynomial 0x1021, initial value 0xFFFF, not reflected."""
     return binascii.crc_hqx(data, 0xFFFF)
@@ -140,13 +145,13 @@ class CheckedPacket:
         if crc16(line[:-4].encode("ascii")) != int(checksum, 16):
             raise PacketError("checksum", f"wrong checksum in {line[:60]!r}")
         self.counter = int(counter, 16)
-        self.totals = tuple(int(total, 16) for total in totals.split(":")[1:])
+        self.totals = tuple([int(total, 16) for total in totals.split(":")[1:]])
         self.status = BoardStatus.parse(status) if status else None
         if len(self.totals) != wheels:
             found = len(self.totals)
             raise ForeignPacketError(found, f"{found} totals instead of {wheels} in {line[:60]!r}")
         self.counts = parse_packet(body + ";", wheels)
-        if not all(isinstance(count, int) for count in self.counts) or (status and len(self.status.wheels) != wheels):
+        if not self.counts.is_whole or (status and len(self.status.wheels) != wheels):
             raise PacketError("fields", f"not {wheels} whole counts and faults in {line[:60]!r}")
 
     def missed_since(self, last):
@@ -155,10 +160,10 @@ class CheckedPacket:
         Totals are known modulo 2^16, so the counts are those of the smallest magnitude.
         """
         periods = (self.counter - last.counter - 1) % 256
-        counts = tuple(
+        counts = [
             (total - before - count + 0x8000) % 0x10000 - 0x8000
             for total, before, count in zip(self.totals, last.totals, self.counts)
-        )
+        ]
         return periods, counts
 
     def repeats(self, other):
@@ -293,15 +298,17 @@ class FeedbackReader:
             return [packet.counts]
         if packet.repeats(self._last):
             raise PacketError("repeated", "the same packet twice")
-        if self._follows(packet, self._last):
+        missed = self._missed_between(self._last, packet)
+        if missed is not None:
             if self._suspect is not None:
                 self.dropped["inconsistent"] += 1
-            return self._continue(packet, self._last)
-        if self._suspect is not None and self._follows(packet, self._suspect):
-            # Two packets agree with each other and not with those before: the board has restarted.
-            self.restarts += 1
-            return [self._suspect.counts, *self._continue(packet, self._suspect)]
+            return self._continue(packet, *missed)
         if self._suspect is not None:
+            suspect, missed = self._suspect, self._missed_between(self._suspect, packet)
+            if missed is not None:
+                # Two packets agree with each other and not with those before: the board has restarted.
+                self.restarts += 1
+                return [suspect.counts, *self._continue(packet, *missed)]
             self.dropped["inconsistent"] += 1
         self._suspect = packet
         return []
@@ -310,19 +317,20 @@ class FeedbackReader:
         if max(map(abs, counts)) > self.reach:
             raise PacketError("reach", f"more than {self.reach} edges in one period")
 
-    def _follows(self, packet, last):
-        """Whether the motors can have made the counts that are missing between `last` and `packet`.
+    def _missed_between(self, last, packet):
+        """(periods, counts per wheel) between the two packets; None where the motors cannot have made these counts.
 
         Beyond 2^15 edges the totals modulo 2^16 no longer determine how many are missing.
         """
         periods, counts = packet.missed_since(last)
         bound = self.reach * periods
-        return bound < 0x8000 and all(abs(count) <= bound for count in counts)
+        return (periods, counts) if bound < 0x8000 and max(map(abs, counts)) <= bound else None
 
-    def _continue(self, packet, last):
-        periods, counts = packet.missed_since(last)
+    def _continue(self, packet, periods, counts):
         self._last = packet
         self._suspect = None
+        if not periods:
+            return [packet.counts]
         self.repaired += periods
         return [*spread(counts, periods), packet.counts]
 

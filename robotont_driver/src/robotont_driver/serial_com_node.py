@@ -4,15 +4,15 @@ import time
 import traceback
 
 import rospy
-from std_msgs.msg import String
 
 from robotont_driver.dialects import AUTO, DISTANCE, NAMES, make_dialect
 from robotont_driver.dialects.dialect import DialectError
 from robotont_driver.motor import counts_in_reach
-from robotont_driver.node import ERROR, OK, WARN, Health, ImmediatePublisher, Rate, run_node
+from robotont_driver.node import ERROR, OK, WARN, Health, Part, Rate, serve
 from robotont_driver.official_topics import OfficialTopics
+from robotont_driver.packet_topics import topics_between_processes
 from robotont_driver.parameters import Parameter
-from robotont_driver.protocol import PacketError, format_packet, parse_packet
+from robotont_driver.protocol import format_packet
 from robotont_driver.refusals import Refusals
 from robotont_driver.serial_link import SerialLink, usb_id
 from robotont_driver.timeouts import PUBLISH_RATE, WRITE_TIMEOUT, check_repetition
@@ -44,9 +44,12 @@ PARAMETERS = (
 
 
 class SerialComNode:
-    """Carries packets between the topics and the board, in the board's dialect, and reports errors on the line."""
+    """Carries packets between the topics and the board, in the board's dialect, and reports errors on the line.
 
-    def __init__(self, wheels, parameters):
+    name: full name of the node. topics: `PacketTopics`.
+    """
+
+    def __init__(self, name, wheels, parameters, topics):
         self._wheels = wheels.amount
         self._parameters = parameters
         try:
@@ -62,23 +65,22 @@ class SerialComNode:
         self._failures = 0        # of this program, already reported
         self._trouble_before = 0  # errors up to the last report
         self._rate = Rate()
-        self._publisher = ImmediatePublisher("serial_read", String)
+        self._packets = topics.serial_read
+        self._packets.advertise()
         self._link = SerialLink(
             parameters["port"], parameters["baudrate"], self._on_bytes, self._on_change, self._stop_packet,
             self._on_failure, write_timeout=parameters["write_timeout"], retry_period=parameters["retry_period"])
         self._topics = OfficialTopics(parameters["range_frame_prefix"], parameters["base_frame"], self._on_light)
         self._link.start()
         rospy.on_shutdown(self._close)
-        rospy.Subscriber("serial_write", String, self._on_write, queue_size=1, tcp_nodelay=True)
-        Health(parameters["port"], {"link": self._report, "board": self._report_board})
+        topics.serial_write.subscribe(self._wheels, self._on_write, self._on_refused, queue_size=1)
+        Health(parameters["port"], {"link": self._report, "board": self._report_board}, name)
 
-    def _on_write(self, message):
-        try:
-            command = parse_packet(message.data, self._wheels)
-        except PacketError as error:
-            if self._refusals.refuse(error.kind, time.monotonic()):
-                rospy.logwarn("serial_write refused: %s", error)
-            return
+    def _on_refused(self, error):
+        if self._refusals.refuse(error.kind, time.monotonic()):
+            rospy.logwarn("serial_write refused: %s", error)
+
+    def _on_write(self, command):
         arrived = self._link.earliest_arrival()
         self._dialect.tick(time.monotonic())
         spoken = self._dialect.spoken
@@ -108,7 +110,7 @@ class SerialComNode:
     def _on_bytes(self, data):
         dialect = self._dialect
         for packet in dialect.feed(data, time.monotonic()):
-            self._publisher.publish(packet.text)
+            self._packets.publish(packet)
         spoken = dialect.spoken
         if spoken is not self._met:
             self._meet(spoken)
@@ -214,6 +216,12 @@ def check(wheels, parameters, other):
     return faults
 
 
+def part(name, topics):
+    """serial_com_node as a part of a process."""
+    return Part(name, lambda wheels, parameters: SerialComNode(name, wheels, parameters, topics), PARAMETERS, check)
+
+
 def main():
     """Run serial_com_node."""
-    run_node("serial_com_node", SerialComNode, PARAMETERS, check)
+    rospy.init_node("serial_com_node")
+    serve(part(rospy.get_name(), topics_between_processes()))

@@ -5,7 +5,8 @@ from typing import NamedTuple
 
 OK, WARN, ERROR, STALE = 0, 1, 2, 3  # levels of diagnostic_msgs/DiagnosticStatus
 WORDS = ("ok", "warning", "ERROR", "SILENT")
-NODES = ("driver_node", "serial_com_node", "odom_node")  # without which no robot drives
+NODES = ("driver_node", "serial_com_node", "odom_node")  # without which no robot drives ...
+COMPOSED = "robotont_node"                               # ... in processes of their own, or all in this one
 SUBJECTS = ("who drives", "command stream", "link", "board", "wheel feedback", "black box")  # in the table's order
 
 
@@ -24,10 +25,12 @@ def table(alive, statuses):
     of the newest diagnostics, whose names are "NODE: SUBJECT".
     """
     rows = []
-    robots = sorted({re.sub(r"[^/]+$", "", node) for node in alive if node.rpartition("/")[2] in NODES}) or ["/"]
+    robots = sorted({re.sub(r"[^/]+$", "", node) for node in alive
+                     if node.rpartition("/")[2] in (*NODES, COMPOSED)}) or ["/"]
     for robot in robots:
         name = robot.strip("/")
-        missing = [node for node in NODES if robot + node not in alive]
+        composed = robot + COMPOSED in alive
+        missing = [] if composed else [node for node in NODES if robot + node not in alive]
         silent = sorted(node for node, answers in alive.items() if node.startswith(robot) and not answers)
         faults = [f"{node} is not running" for node in missing] + [f"{node} does not answer" for node in silent]
         tasks = [(_subject(full), *status) for full, status in statuses.items()
@@ -43,7 +46,7 @@ def table(alive, statuses):
             rows.append(Row(level, label + subject, words))
         for node, subject in (("serial_com_node", "link"), ("driver_node", "command stream"),
                               ("odom_node", "wheel feedback")):
-            if alive.get(robot + node) and not any(one[0] == subject for one in tasks):
+            if alive.get(robot + (COMPOSED if composed else node)) and not any(one[0] == subject for one in tasks):
                 rows.append(Row(STALE, label + subject, f"{node} publishes nothing on /diagnostics"))
     return rows
 

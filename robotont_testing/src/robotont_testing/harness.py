@@ -69,10 +69,17 @@ class Processes:
         return self.start("rosrun", "robotont_driver", name, *arguments, log=log, **environment)
 
     def pid(self, node):
-        """Process id of a node such as /odom_node."""
-        code, words, uri = xmlrpc.client.ServerProxy(self.uri).lookupNode("/harness", node)
-        assert code == 1, words
-        return xmlrpc.client.ServerProxy(uri).getPid("/harness")[2]
+        """Process id of a node such as /odom_node, or of the robotont_node that it is a part of."""
+        return xmlrpc.client.ServerProxy(self.node_uri(node)).getPid("/harness")[2]
+
+    def node_uri(self, node):
+        """Address of a node such as /odom_node, or of the robotont_node that it is a part of."""
+        master = xmlrpc.client.ServerProxy(self.uri)
+        for name in (node, node.rpartition("/")[0] + "/robotont_node"):
+            code, words, uri = master.lookupNode("/harness", name)
+            if code == 1:
+                return uri
+        raise AssertionError(words)
 
     def stop(self, process, how=signal.SIGINT, timeout=20.0):
         """End a process that was started here, by default as Ctrl-C does; returns its exit status."""

@@ -47,5 +47,6 @@ class Plain(Dialect):
     def encode(self, command):
         """The packet as it is, with a CRC where the board reads one; see `FeedbackReader.encode`."""
         line = self._reader.encode(command.text)
-        self._echo.sent(line)
+        if not self._reader.checked:
+            self._echo.sent(line)
         return line

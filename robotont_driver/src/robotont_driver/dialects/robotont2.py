@@ -2,6 +2,7 @@
 
 import re
 
+from robotont_driver.carried_rounding import CarriedRounding
 from robotont_driver.dialects.board_wheels import DISTANCE, BoardWheels
 from robotont_driver.dialects.dialect import LineDialect, Power, Ranges
 from robotont_driver.dialects.pose_feedback import PoseTracker, parse_pose
@@ -9,6 +10,7 @@ from robotont_driver.protocol import LineSplitter, PacketError
 
 BANNER = "**** MAIN ****"
 STOP = b"RS:0:0:0\n"
+DECIMALS = 4          # of a speed [m/s]
 STANDING = 0.0005     # [m/s] slower wheels are stopped
 LIGHTS_PER_LINE = 20  # the board takes lines of at most 254 bytes
 RANGE_SENSORS = 12
@@ -35,6 +37,8 @@ class Robotont2(LineDialect):
         """Raises DialectError when the board cannot have these wheels. distance [m]: as the board's firmware has it."""
         super().__init__(wheels, LineSplitter)
         self._board_wheels = BoardWheels(wheels, distance)
+        self._rounding = CarriedRounding(3, DECIMALS, hold=1.0)  # its time counts lines: each is held for as long
+        self._lines = 0
         self._tracker = PoseTracker(self._board_wheels, reach, self.burst)
 
     @property
@@ -82,14 +86,19 @@ class Robotont2(LineDialect):
         return []
 
     def encode(self, command):
-        """`MS:` with the rim speeds, all scaled by one factor to the board's limit; `RS:0:0:0` at rest."""
+        """`MS:` with the rim speeds, all scaled by one factor to the board's limit; `RS:0:0:0` at rest.
+
+        What rounding leaves of a speed is carried to the next line.
+        """
         speeds = self._board_wheels.board_speeds(command)
         largest = max(map(abs, speeds))
+        self._lines += 1
         if largest < STANDING:
+            self._rounding.round([0.0] * 3, self._lines)
             return STOP
         factor = min(1.0, self.fastest / largest)
-        # "+ 0.0" makes a negative zero positive
-        return "MS:{:.4f}:{:.4f}:{:.4f}\n".format(*(round(speed * factor, 4) + 0.0 for speed in speeds)).encode()
+        rounded = self._rounding.round([speed * factor for speed in speeds], self._lines)
+        return "MS:{:.4f}:{:.4f}:{:.4f}\n".format(*rounded).encode()
 
     def encode_lights(self, first, colours):
         """`LED:` lines, which firmware with lights obeys and other firmware ignores."""

@@ -2,6 +2,7 @@
 
 import re
 
+from robotont_driver.carried_rounding import CarriedRounding
 from robotont_driver.dialects.dialect import DialectError, LineDialect
 from robotont_driver.protocol import LineSplitter, Packet, PacketError
 
@@ -38,6 +39,8 @@ class Robotont2018(LineDialect):
                                "the rate of the board's feedback")
         self._reach = reach
         self._rest = [0.0] * WHEELS  # [edges] fractions of edges that no packet has contained yet
+        self._rounding = CarriedRounding(WHEELS, 0, hold=1.0)  # its time counts lines: each is held for as long
+        self._lines = 0
         self._written = 0            # bytes that the board has written since the newest counts
 
     def connect(self, now):
@@ -68,10 +71,15 @@ class Robotont2018(LineDialect):
         return counts
 
     def encode(self, command):
-        """Setpoints [edges per window], whole numbers, all scaled by one factor to the board's full scale."""
+        """Setpoints [edges per window], whole numbers, all scaled by one factor to the board's full scale.
+
+        What rounding leaves of a setpoint, up to a tenth of a slow speed, is carried to the next line.
+        """
         setpoints = [unit * WINDOW / PERIOD for unit in command]
         factor = min(1.0, FASTEST / max(1.0, *map(abs, setpoints)))
-        return "{}:{}:{}\r".format(*(round(setpoint * factor) for setpoint in setpoints)).encode()
+        self._lines += 1
+        rounded = self._rounding.round([setpoint * factor for setpoint in setpoints], self._lines)
+        return "{:.0f}:{:.0f}:{:.0f}\r".format(*rounded).encode()
 
 
 def is_line(text):

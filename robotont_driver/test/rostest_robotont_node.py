@@ -1,0 +1,110 @@
+#!/usr/bin/env python3
+"""robotont_node: what differs from three processes. What is the same, driver_node.test and stack.test show of both."""
+
+import signal
+
+import rospy
+import rostest
+from geometry_msgs.msg import Twist
+from nav_msgs.msg import Odometry
+from std_msgs.msg import String
+
+from robotont_testing.harness import wait_for
+from robotont_testing.node_test import OK, NodeTest, twist
+from robotont_testing.stand_in_board import Board
+
+PARTS = ("driver_node", "serial_com_node", "odom_node")
+
+
+class RobotontNodeTest(NodeTest):
+    def setUp(self):
+        super().setUp()
+        self.log = self.processes.folder / "log"
+        self.board = Board(str(self.processes.folder / "board"))
+        self.addCleanup(self.board.__exit__)
+        self.board.plug()
+        for name in ("robotont_node", *PARTS):
+            if rospy.has_param(name):
+                rospy.delete_param(name)
+        rospy.set_param("serial_com_node/port", str(self.board.link))
+
+    def start(self):
+        self.odom = self.listen("odom", Odometry)
+        self.node = self.processes.node("robotont_node", log=self.log)
+        wait_for(lambda: self.odom, "odometry")
+
+    def heard(self):
+        return [line.partition(";")[0] for _, line in self.board.heard]
+
+    def test_a_command_reaches_the_board_and_its_counts_become_odometry(self):
+        self.start()
+        command = self.publisher("cmd_vel", Twist)
+        wait_for(lambda: command.publish(twist(0.2)) or self.odom[-1].pose.pose.position.x > 0.1, "motion", period=0.02)
+        self.assertIn("-18.90:0.00:18.90", self.heard())
+        for task in ("serial_com_node: link", "serial_com_node: board", "odom_node: wheel feedback",
+                     "odom_node: stamps"):
+            self.wait_for_status(task, OK)
+        self.assertIn("driver_node: command stream", self.status)
+        self.assertNotIn("Traceback", self.log.read_text())
+
+    def test_other_processes_hear_the_packets(self):
+        written, read = self.listen("serial_write", String), self.listen("serial_read", String)
+        self.start()
+        wait_for(lambda: len(written) > 5 and len(read) > 5, "copies")
+        self.assertEqual({message.data for message in written}, {"0.00:0.00:0.00;\n"})
+        self.assertEqual({message.data for message in read}, {"0:0:0;\n"})
+
+    def test_packets_of_other_processes_are_taken_where_asked(self):
+        rospy.set_param("robotont_node/packets_from_outside", True)
+        self.start()
+        write, read = self.publisher("serial_write", String), self.publisher("serial_read", String)
+        wait_for(lambda: write.publish("7.00:7.00:7.00;\n") or "7.00:7.00:7.00" in self.heard(), "a packet on the wire",
+                 period=0.05)
+        x = self.odom[-1].pose.pose.position.x
+        wait_for(lambda: read.publish("-100:0:100;\n") or self.odom[-1].pose.pose.position.x > x + 0.005, "a step",
+                 period=0.05)
+        # those that it publishes itself, and hears again, count once
+        packets = len(self.odom)
+        reported = len(self.board.reported)
+        wait_for(lambda: len(self.board.reported) > reported + 50, "a second")
+        self.assertLess(len(self.odom) - packets, 60)
+
+    def test_packets_of_other_processes_are_not_taken_without_being_asked_for(self):
+        self.start()
+        subscriptions = dict(rospy.get_master().getSystemState()[2][1])
+        self.assertNotIn("/robotont_node", subscriptions.get("/serial_write", []))
+        self.assertNotIn("/robotont_node", subscriptions.get("/serial_read", []))
+
+    def test_wrong_parameters_of_all_parts_are_listed_at_once(self):
+        rospy.set_param("driver_node/publish_rat", 20.0)
+        rospy.set_param("serial_com_node/packets", "maybe")
+        rospy.set_param("odom_node/publish_tf", 5)
+        node = self.processes.node("robotont_node", log=self.log)
+        wait_for(lambda: node.poll() is not None, "the end of robotont_node", timeout=30)
+        log = self.log.read_text()
+        self.assertEqual(node.returncode, 1, log)
+        for words in ("/driver_node: ~publish_rat: no such parameter; did you mean ~publish_rate?",
+                      "/serial_com_node: ~packets: found 'maybe'", "/odom_node: ~publish_tf: found 5"):
+            self.assertIn(words, log)
+
+    def test_the_last_packet_is_a_stop_however_it_ends(self):
+        for how in (signal.SIGINT, signal.SIGTERM):
+            self.start()
+            command = self.publisher("cmd_vel", Twist)
+            wait_for(lambda command=command: command.publish(twist(0.2)) or (
+                self.heard()[-1:] == ["-18.90:0.00:18.90"]), "the command", period=0.02)
+            self.processes.stop(self.node, how)
+            wait_for(lambda: self.heard()[-1] == "0.00:0.00:0.00" or self.heard()[-1] == "0:0:0", "the stop")
+            self.board.heard.clear()
+            self.odom.clear()
+
+    def test_a_killed_node_leaves_the_stop_to_the_board(self):
+        self.start()
+        command = self.publisher("cmd_vel", Twist)
+        wait_for(lambda: command.publish(twist(0.2)) or any(self.board.speeds), "motion", period=0.02)
+        self.processes.stop(self.node, signal.SIGKILL)
+        wait_for(lambda: not any(self.board.speeds), "the board's own time-out")
+
+
+if __name__ == "__main__":
+    rostest.rosrun("robotont_driver", "robotont_node_test", RobotontNodeTest)

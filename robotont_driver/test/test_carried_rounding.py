@@ -1,0 +1,95 @@
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from robotont_driver import se2
+from robotont_driver.carried_rounding import CarriedRounding
+from robotont_driver.kinematics import Kinematics
+from robotont_driver.wheels import read_wheels
+from robotont_testing.robots import SHIPPED
+
+HOLD = 0.05  # [s]
+STEP = 0.01  # two decimals
+SHIPPED_WHEELS = Kinematics(read_wheels(SHIPPED))
+
+speeds = st.floats(-60.0, 60.0)
+times = st.floats(0.001, HOLD)
+
+
+def drive(twists, duration):
+    """(pose that the twists make, pose that wheels make that do exactly as the packets tell them).
+
+    twists: one per `duration` [s]; each is sent at once, and again every HOLD.
+    """
+    rounding = CarriedRounding(3, 2, HOLD)
+    wanted, made = [], []
+    per_metre = SHIPPED_WHEELS.units_per_speed
+    now = 100.0
+    for twist in twists:
+        wanted.append(np.multiply(twist, duration))
+        left = duration
+        while left > 1e-9:
+            held = min(HOLD, left)
+            units = rounding.round(SHIPPED_WHEELS.units_of_twist(twist).tolist(), now)
+            made.append(SHIPPED_WHEELS.inverse @ (np.array(units) / per_metre) * held)
+            now, left = now + held, left - held
+    return se2.path(wanted)[-1], se2.path(made)[-1]
+
+
+def difference(one, other):
+    """(distance [m], angle [rad])."""
+    return math.hypot(one[0] - other[0], one[1] - other[1]), abs(one[2] - other[2])
+
+
+@pytest.mark.parametrize("twist", [(0.2, 0.0, 0.2), (0.13, 0.07, -0.1486), (0.3, 0.0, 0.3), (0.0, 0.1, 0.1)])
+def test_a_turning_circle_of_6_3_m_ends_where_it_should(twist):
+    distance, angle = difference(*drive([twist], 6.3 / math.hypot(*twist[:2])))
+    assert distance < 1e-3
+    assert angle < math.radians(0.05)
+
+
+def test_a_command_that_changes_every_20_ms_loses_no_distance():
+    time = np.arange(0.0, 60.0, 0.02)
+    twists = np.column_stack([0.2 + 0.1 * np.sin(time), 0.05 * np.cos(0.7 * time), 0.2 * np.sin(0.3 * time)])
+    distance, angle = difference(*drive(twists, 0.02))
+    assert distance < 1e-3
+    assert angle < math.radians(0.05)
+
+
+@given(st.lists(st.tuples(speeds, times), min_size=1, max_size=60))
+def test_no_time_integral_is_off_by_more_than_half_a_step_of_one_packet(packets):
+    rounding = CarriedRounding(1, 2, HOLD)
+    now = off = 0.0
+    for value, held in packets:
+        sent, = rounding.round([value], now)
+        assert abs(sent - value) <= STEP + 1e-9
+        off = 0.0 if sent == 0.0 and abs(value) < 1e-9 else off + (value - sent) * held
+        assert abs(off) <= STEP / 2 * HOLD + 1e-9
+        now += held
+
+
+def test_zeros_are_zeros_whatever_was_carried():
+    rounding = CarriedRounding(3, 2, HOLD)
+    for number in range(7):
+        rounding.round([0.0049, -13.6449, 0.0], 0.05 * number)
+    assert rounding.round([0.0, -0.0, 1e-12], 0.35) == [0.0, 0.0, 0.0]
+    assert str(rounding.round([0.0, -0.0, -1e-12], 0.4)) == "[0.0, 0.0, 0.0]"
+    assert rounding.round([0.0049, -13.6449, 0.004], 0.5) == [0.0, -13.64, 0.0]  # the stop has ended what was carried
+
+
+def test_a_gap_is_not_made_good_by_a_burst():
+    rounding = CarriedRounding(1, 2, HOLD)
+    rounding.round([13.6449], 0.0)
+    sent = [rounding.round([13.6449], 30.0 + HOLD * number)[0] for number in range(10)]
+    assert max(sent) <= 13.65
+    assert sum(sent) / 10 == pytest.approx(13.6449, abs=2 * STEP / 10)
+
+
+def test_whole_units_are_right_on_average():
+    rounding = CarriedRounding(1, 0, HOLD)
+    sent = [rounding.round([18.3], HOLD * number)[0] for number in range(100)]
+    assert set(sent) == {18.0, 19.0}
+    assert sum(sent) == pytest.approx(1830, abs=1)

@@ -1,0 +1,79 @@
+"""Packets between nodes of one process; between processes the rostests of the nodes show them."""
+
+import pytest
+
+from robotont_driver import packet_topics
+from robotont_driver.packet_topics import SharedPacketTopic, deliver
+from robotont_driver.protocol import Packet
+
+
+class FakePublisher:
+    """A publisher with so many `listeners`."""
+
+    listeners = 0
+
+    def __init__(self, *_, **__):
+        self.published = []
+
+    def get_num_connections(self):
+        return self.listeners
+
+    def publish(self, text):
+        self.published.append(text)
+
+
+@pytest.fixture
+def errors(monkeypatch):
+    """What is logged as an error; no ROS master is needed."""
+    logged = []
+    monkeypatch.setattr(packet_topics.rospy, "Publisher", FakePublisher)
+    monkeypatch.setattr(packet_topics.rospy, "logerr", lambda text, *values: logged.append(text % values))
+    return logged
+
+
+def shared_topic(*subscribers):
+    topic = SharedPacketTopic("serial_read")
+    topic.advertise()
+    for taken in subscribers:
+        topic.subscribe(3, taken, refused=None)
+    return topic
+
+
+def test_each_subscriber_gets_the_very_packet_in_the_order_of_subscription(errors):
+    got = []
+    topic = shared_topic(lambda packet: got.append(("one", packet)), lambda packet: got.append(("two", packet)))
+    packet = Packet([1, 2, 3])
+    topic.publish(packet)
+    assert [name for name, _ in got] == ["one", "two"]
+    assert all(given is packet for _, given in got)
+    assert not errors
+
+
+def test_a_subscriber_that_fails_ends_neither_the_thread_nor_the_others(errors):
+    def fail(_packet):
+        raise ValueError("a fault")
+    got = []
+    topic = shared_topic(fail, got.append)
+    for _ in range(2):
+        topic.publish(Packet([1, 2, 3]))
+    assert len(got) == 2
+    assert len(errors) == 2
+    assert "serial_read" in errors[0]
+    assert "a fault" in errors[0]
+
+
+def test_other_processes_get_a_copy_when_they_listen(errors):
+    topic = shared_topic()
+    topic.publish(Packet([1, 2, 3]))
+    assert not topic._publisher.published
+    topic._publisher.listeners = 1
+    topic.publish(Packet([1, 2, 3]))
+    assert topic._publisher.published == ["1:2:3;\n"]
+
+
+def test_text_becomes_a_packet_or_is_refused():
+    taken, refused = [], []
+    for text in ("1:2:3;\n", "1:2;\n", "nan:1:2;\n"):
+        deliver(text, 3, taken.append, refused.append)
+    assert taken == [(1, 2, 3)]
+    assert [error.kind for error in refused] == ["fields", "number"]

@@ -31,7 +31,7 @@ FRESH = 0.15           # [s] an odometry that is older has failed
 CALM = 1.5             # [s] without a fault before the next begins, and behind each for the diagnostics
 BYTE_RATE = 11520      # [bytes/s] of a line of 115200 baud
 COUNT = 2 * math.pi / 1200  # [rad] of a wheel per encoder edge
-LOG_DISK = "512k"      # size of the disk of logs and black box
+LOG_DISK = "24m"       # size of the disk of logs and black box, which needs 5 MB
 
 
 class Fault(NamedTuple):
@@ -68,14 +68,14 @@ HEADING = f"{'fault':<50} {'to stop':>8} {'to recover':>9} {'lost':>5}  named by
 class Rig:
     """robot.launch and recorder.launch on a stand-in board, beside the master of `processes`."""
 
-    def __init__(self, processes, **environment):
+    def __init__(self, processes, composed=False, **environment):
         self.processes = processes
         self.board = Board(str(processes.folder / "board"), identity=identity())
         self.board.byte_rate = BYTE_RATE
         self.board.on_period = self._on_period
         self.disk = processes.folder / "disk"
         self.small_disk = self._mount()
-        self.log = self.disk / "launch.log"
+        self.log = processes.folder / "launch.log"
         self._odom = [0, 0, 0]       # [edges] of each wheel, as odometry has them
         self._odom_at = 0.0          # [s] when it said so
         self._missing = [0, 0, 0]    # [edges] that it has lost already
@@ -88,10 +88,11 @@ class Rig:
         self.board.plug()
         environment["ROS_LOG_DIR"] = str(self.disk)
         self._launches = [
-            processes.launch("robot.launch", f"port:={self.board.link}", "description:=false", log=self.log,
+            processes.launch("robot.launch", f"port:={self.board.link}", "description:=false",
+                             f"composed:={str(composed).lower()}", log=self.log,
                              **environment),
-            processes.launch("recorder.launch", f"folder:={self.disk / 'black_box'}", log=self.disk / "recorder.log",
-                             **environment)]
+            processes.launch("recorder.launch", f"folder:={self.disk / 'black_box'}",
+                             log=processes.folder / "recorder.log", **environment)]
         self._subscribers = [
             rospy.Subscriber("joint_states", JointState, self._on_joints, tcp_nodelay=True),
             rospy.Subscriber("/diagnostics", DiagnosticArray, self._on_diagnostics),

@@ -18,6 +18,7 @@ _NOT_FINITE = re.compile(r"ODOM:.*(nan|inf)", re.IGNORECASE)
 
 PRINTED = 2e-6        # [m, rad] two roundings to six decimals, and as much again
 SINGLE = 1.5e-7       # relative error of the board's single-precision pose
+CONFIRMED = 3         # lines that must agree before a jump is believed; two did so by chance in 4 of a million
 SMALLEST_EDGES = 1.0  # [edges per period] slower than this, the speed gives no estimate of the elapsed periods
 
 
@@ -48,7 +49,7 @@ def parse_pose(text):
 
 
 class PoseTracker:
-    """Lines in, counts per period out; an inconsistent line is kept until the next one confirms it.
+    """Lines in, counts per period out; an inconsistent line is kept until the next ones confirm it.
 
     wheels: `BoardWheels`. reach: edges that a wheel can make in one period. burst: lines that may come at once.
     Counted: `repaired` periods, `restarts`, and `inconsistent` lines that were dropped.
@@ -71,9 +72,9 @@ class PoseTracker:
     def forget(self):
         """Forget the board's pose."""
         self._last = None        # newest trusted line
-        self._suspect = None     # a line that does not follow from it: noise, or lines were lost, or a restart
+        self._suspects = []      # lines that follow each other, but not it: noise, or lines were lost, or a restart
         self._last_at = 0.0      # [s] when `_last` came
-        self._suspect_at = 0.0
+        self._suspected_at = 0.0  # [s] when the first of `_suspects` came
         self._frames = (IN_BASE, IN_ODOM)  # in which the twist may be given; one, as soon as that is clear
         self._speed = [0.0] * 3  # [edges] of the newest period
         self._rest = [0.0] * 3   # [edges] fractions of edges that no packet has contained yet
@@ -96,20 +97,24 @@ class PoseTracker:
             raise PacketError("reach", f"more than {self._reach} edges in one period")
         before = ORIGIN if self._last is None else self._last
         if self._fits(before, line):
-            self._drop_suspect()
+            self._drop_suspects()
             return self._advance(before, line, now)
-        suspect = self._suspect
-        if suspect is not None and self._fits(suspect, line):
-            self._suspect = None
-            return self._bridge(suspect, self._suspect_at) + self._advance(suspect, line, now)
-        self._drop_suspect()
-        self._suspect, self._suspect_at = line, now
-        return []
+        if not (self._suspects and self._fits(self._suspects[-1], line)):
+            self._drop_suspects()
+            self._suspected_at = now
+        self._suspects.append(line)
+        return self._believe_suspects(now) if len(self._suspects) == CONFIRMED else []
 
-    def _drop_suspect(self):
-        if self._suspect is not None:
-            self.inconsistent += 1
-            self._suspect = None
+    def _drop_suspects(self):
+        self.inconsistent += len(self._suspects)
+        self._suspects = []
+
+    def _believe_suspects(self, now):
+        lines, self._suspects = self._suspects, []
+        packets = self._bridge(lines[0], self._suspected_at)
+        for before, line in zip(lines, lines[1:]):
+            packets += self._advance(before, line, now)
+        return packets
 
     def _fits(self, before, line):
         """Whether the pose has moved from `before` to `line` by the twist of `line` in one period."""
@@ -126,7 +131,7 @@ class PoseTracker:
         return self._share(self._speed, 1)
 
     def _bridge(self, line, now):
-        """From the last trusted line to one that the next has confirmed."""
+        """From the last trusted line to one that the next ones have confirmed."""
         last, last_at = self._last, self._last_at
         if last is None:
             return []

@@ -312,6 +312,29 @@ def test_no_wrong_line_is_accepted():
     assert accepted > 0.2 * FUZZED_LINES
 
 
+def test_two_lines_that_are_wrong_alike_move_nothing():
+    """Both 0.2 m off, by a corrupted digit each: they agree with each other, and a third has to agree with them."""
+    dialect = Robotont2(official_wheels(), REACH)
+    dialect.connect(0.0)
+    twist = "0.200000:0.000000:0.000000\r\n"
+    lines = [f"ODOM:{0.004 * number:.6f}:0.000000:0.000000:{twist}" for number in range(1, 13)]
+    true = list(map(sum, feed_all(dialect, lines)))
+    dialect = Robotont2(official_wheels(), REACH)
+    dialect.connect(0.0)
+    for number in (6, 7):
+        lines[number] = lines[number].replace("ODOM:0.0", "ODOM:0.2", 1)
+    packets = feed_all(dialect, lines)
+    assert max(max(map(abs, packet)) for packet in packets) <= 20
+    assert sum(map(sum, packets)) == sum(true)
+    assert dialect.restarts == 0
+    assert dialect.board_pose.x == pytest.approx(0.048)
+
+
+def feed_all(dialect, lines):
+    """All packets that lines, one per period, complete."""
+    return [packet for number, line in enumerate(lines) for packet in dialect.feed(line.encode(), 0.02 * number)]
+
+
 def distance(one, other):
     return max(abs(one.x - other.x), abs(one.y - other.y), abs(one.yaw - other.yaw))
 

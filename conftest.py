@@ -2,7 +2,7 @@
 
 A comment such as <!-- needs: chromium, /dev/uinput --> names programs and files without which a .test file is skipped.
 Tests whose bounds are in real time are marked `timed`, rostests by a name timed_*.test: `./robotont test` runs them
-alone, after all others.
+after all others, two at a time; alone_*.test, which measure milliseconds or keep both cores busy, follow one by one.
 """
 
 import importlib.util
@@ -39,8 +39,10 @@ class RostestFile(pytest.File):
             rostest = Rostest.from_parent(self, name=name)
             rostest.arguments = arguments
             rostest.add_marker(pytest.mark.rostest)
-            if self.path.name.startswith("timed_"):
+            if self.path.name.startswith(("timed_", "alone_")):
                 rostest.add_marker(pytest.mark.timed)
+            if self.path.name.startswith("alone_"):
+                rostest.add_marker(pytest.mark.alone)
             if self.path.name == "robotont_msgs.test" and not has_robotont_msgs():
                 rostest.add_marker(pytest.mark.skip(
                     reason="needs the official package robotont_msgs at $ROBOTONT_MSGS or .build/robotont_msgs "

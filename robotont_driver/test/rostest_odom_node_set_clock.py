@@ -75,4 +75,4 @@ class OdomNodeSetClockTest(NodeTest):
 
 
 if __name__ == "__main__":
-    rostest.rosrun("robotont_driver", "timed_odom_node_set_clock_test", OdomNodeSetClockTest)
+    rostest.rosrun("robotont_driver", "odom_node_set_clock_test", OdomNodeSetClockTest)

@@ -67,4 +67,4 @@ class StampsTest(NodeTest):
 
 
 if __name__ == "__main__":
-    rostest.rosrun("robotont_driver", "timed_stamps_test", StampsTest)
+    rostest.rosrun("robotont_driver", "stamps_test", StampsTest)

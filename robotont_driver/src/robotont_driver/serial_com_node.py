@@ -150,6 +150,7 @@ class SerialComNode:
             rospy.logwarn("port open again; what the wheels have turned meanwhile is missing in the odometry")
         else:
             rospy.loginfo("port open")
+        self._held = None  # a command from before the port was open does not drive
         self._dialect.usb_id = self._parameters["usb_id"] or usb_id(self._parameters["port"])
         self._dialect.connect(time.monotonic())
         self._meet(self._dialect.spoken)

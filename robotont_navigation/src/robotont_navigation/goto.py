@@ -130,8 +130,8 @@ class GoTo:
 
     def leave(self, cancel=False):
         """Make `follow` return, from another thread; the robot goes on to its goal unless that is to `cancel`."""
-        if cancel and not self._ended.is_set():
-            self._client.cancel_goal()
+        if cancel and self._client.get_state() in (GoalStatus.PENDING, GoalStatus.ACTIVE):
+            self._client.cancel_goal()  # also one that an earlier call has left
         self._left = True
         self._ended.set()
 

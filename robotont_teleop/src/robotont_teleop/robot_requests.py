@@ -58,7 +58,10 @@ class NewestGoal:
                 self._shown = None
                 return 0.0
             self._wanted = None
-            pursuit = None if outcome else self._goto.send(goal)
+            if outcome:
+                self._goto.leave(cancel=True)  # the robot must not go on to the goal before
+            else:
+                pursuit = self._goto.send(goal)
         outcome = outcome or self._goto.follow(pursuit, 0.0)
         with self._changed:
             replaced = self._wanted is not None

@@ -127,6 +127,7 @@ class SerialComNodeTest(NodeTest):
         self.start(plug=False)
         self.wait_for_status(TASK, ERROR, "is the board plugged in")
         self.write.publish("5:5:5;\n")
+        wait_for(lambda: self.values(TASK)["commands while the port was closed"] == "1", "the count of what is dropped")
         self.board.plug()
         wait_for(lambda: self.read, "packets")
         self.wait_for_status(TASK, OK)

@@ -14,7 +14,7 @@ bounds = st.one_of(st.just(0.0), st.floats(0.01, 3))
 @given(twist=twists, linear=bounds, angular=bounds, wheel=bounds)
 def test_speed_limits_hold_and_keep_the_direction(twist, linear, angular, wheel):
     wheel_speeds = (twist[0] + 0.1 * twist[2], twist[1], -twist[2])
-    limited = limit_speed(twist, max(map(abs, wheel_speeds)), Limits(linear, angular, wheel))
+    limited = limit_speed(twist, wheel_speeds, Limits(linear, angular, wheel))
     factors = [new / old for new, old in zip(limited, twist) if abs(old) > 1e-6]
     assert all(factor == pytest.approx(factors[0], rel=1e-9) for factor in factors)
     assert all(0 < factor <= 1 for factor in factors)
@@ -27,12 +27,12 @@ def test_speed_limits_hold_and_keep_the_direction(twist, linear, angular, wheel)
 
 @given(twist=twists)
 def test_zero_means_no_limit(twist):
-    assert limit_speed(twist, max(map(abs, twist)), Limits()) == twist
+    assert limit_speed(twist, twist, Limits()) == twist
     assert limit_acceleration((1, 1, 1), twist, 0.001, Limits()) == twist
 
 
 def test_the_tightest_limit_decides():
-    assert limit_speed((3.0, 4.0, 2.0), 6.0, Limits(2.5, 1.5, 1.2)) == pytest.approx((0.6, 0.8, 0.4))
+    assert limit_speed((3.0, 4.0, 2.0), (6.0, 0.0, 0.0), Limits(2.5, 1.5, 1.2)) == pytest.approx((0.6, 0.8, 0.4))
 
 
 @given(previous=twists, wanted=twists, elapsed=st.floats(0, 1), linear=bounds, angular=bounds)

@@ -273,7 +273,7 @@ class RecordedGamepadTest(GamepadTest, NodeTest):
 
     def test_an_emergency_stop_among_lost_events_is_found(self):
         stops = self.listen("emergency_stop", Bool)
-        self.addCleanup(self.teleop._output.release_emergency_stop)
+        self.addCleanup(self.teleop._output.emergency_stop.release)
         self.pad.lose((EV_KEY, BTN_EAST, 1))
         self.pad.overflow()
         self.pad.frame()

@@ -43,7 +43,7 @@ class CommandStream:
             self._target = None
             return self._refusal
         wanted = (linear[0], linear[1], angular[2])
-        self._target = limit_speed(wanted, self.kinematics.fastest(wanted), self.limits)
+        self._target = limit_speed(wanted, self.kinematics.wheel_speeds(wanted), self.limits)
         self.limited = self._target != wanted
         self._received = received
         self.cut_off = False
@@ -98,9 +98,6 @@ def refuse(linear, angular):
 
     `linear` and `angular` are (x, y, z) vectors in base_link.
     """
-    if linear[2] == angular[0] == angular[1] == 0.0 and \
-            abs(linear[0]) <= LARGEST and abs(linear[1]) <= LARGEST and abs(angular[2]) <= LARGEST:
-        return None
     values = (*linear, *angular)
     names = ("linear.x", "linear.y", "linear.z", "angular.x", "angular.y", "angular.z")
     for name, value in zip(names, values):

@@ -40,7 +40,6 @@ class Kinematics:
         self.solver = solver
         self.matrix = wheel_matrix(wheels)              # (6)
         self.units_per_speed = units_per_speed(wheels)  # (5)
-        self._rows = [(*row, units) for row, units in zip(self.matrix.tolist(), self.units_per_speed.tolist())]
         included = [wheel for wheel in range(wheels.amount) if wheel not in excluded]
         self.inverse = solver(self.matrix, included)    # (7), 3 x n; 0 in the columns of excluded wheels
 
@@ -54,16 +53,6 @@ class Kinematics:
     def units_of_twist(self, twist):
         """Units, n, that a packet to the board carries for a twist: formula (4)."""
         return self.units_per_speed * self.wheel_speeds(twist)
-
-    def command(self, twist):
-        """`units_of_twist` as a list, several times as fast: for one twist at a time."""
-        x, y, turn = twist
-        return [(by_x * x + by_y * y + by_turn * turn) * units for by_x, by_y, by_turn, units in self._rows]
-
-    def fastest(self, twist):
-        """Speed [m/s], without its sign, of the wheel that turns fastest."""
-        x, y, turn = twist
-        return max([abs(by_x * x + by_y * y + by_turn * turn) for by_x, by_y, by_turn, _ in self._rows])
 
     def speeds_of_units(self, units):
         """Wheel speeds [m/s], n, of units: formula (8)."""

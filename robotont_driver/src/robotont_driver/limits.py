@@ -14,12 +14,13 @@ class Limits(NamedTuple):
     angular_acceleration: float = 0.0  # [rad/s^2]
 
 
-def limit_speed(twist, fastest, limits):
+def limit_speed(twist, wheel_speeds, limits):
     """`twist` (v_x, v_y, omega), scaled by one factor so that every speed limit is kept.
 
-    `fastest` [m/s]: speed of the fastest wheel, which shrinks by the same factor.
+    `wheel_speeds` [m/s] are those of the twist; they shrink by the same factor.
     """
     x, y, turn = twist
+    fastest = max(abs(speed) for speed in wheel_speeds)
     factor = min(
         _factor(math.hypot(x, y), limits.linear_speed),
         _factor(abs(turn), limits.angular_speed),

@@ -88,7 +88,7 @@ class SerialComNode:
             rospy.logerr_throttle(10.0, "does not drive: %s", spoken.obstacle)
         # a command must not reach the board before its greeting, which the link's thread is about to send
         line = spoken.encode(command) if spoken is self._met else b""
-        if line:
+        if line or self._link.trouble:  # a closed port counts it as unsent
             self._link.send(line, arrived)
         else:
             self._held = command, arrived
@@ -150,7 +150,6 @@ class SerialComNode:
             rospy.logwarn("port open again; what the wheels have turned meanwhile is missing in the odometry")
         else:
             rospy.loginfo("port open")
-        self._held = None  # a command from before the port was open does not drive
         self._dialect.usb_id = self._parameters["usb_id"] or usb_id(self._parameters["port"])
         self._dialect.connect(time.monotonic())
         self._meet(self._dialect.spoken)

@@ -123,12 +123,12 @@ class GamepadTeleop:
         if order == "stop":
             self._output.press_emergency_stop()
         elif order == "release":
-            self._output.release_emergency_stop()
+            self._output.emergency_stop.release()
             self._pad.let_go()
 
     def _send(self):
         """The command of now: at once when it changes."""
-        if self._output.stopped:
+        if self._output.emergency_stop.pressed:
             self._pad.let_go()
         twist = self._pad.twist
         if twist != self._output.sent:
@@ -137,7 +137,7 @@ class GamepadTeleop:
     def _repeat(self):
         """Send the newest command again while it is not zero; a stick that is held still has no events."""
         with self._lock:
-            if self._pad and self._output.stopped:
+            if self._pad and self._output.emergency_stop.pressed:
                 self._send()
             if self._output.sent != STOP:
                 self._output.send(self._output.sent)

@@ -21,7 +21,7 @@ class HandOutput:
     def __init__(self):
         self.topic = HAND if self._is_subscribed(HAND) else DIRECT
         self._command = rospy.Publisher(self.topic, Twist, queue_size=1, tcp_nodelay=True)
-        self._emergency_stop = EmergencyStop()
+        self.emergency_stop = EmergencyStop()
         self._driven_by = ""
         self._velocity, self._heard = STOP, -1e9
         self.sent = STOP
@@ -35,17 +35,8 @@ class HandOutput:
 
     def press_emergency_stop(self):
         """Also stops by an ordinary command."""
-        self._emergency_stop.press()
+        self.emergency_stop.press()
         self.send(STOP)
-
-    def release_emergency_stop(self):
-        """Commands move the robot again."""
-        self._emergency_stop.release()
-
-    @property
-    def stopped(self):
-        """Whether the emergency stop is pressed."""
-        return self._emergency_stop.pressed
 
     @property
     def listeners(self):

@@ -93,14 +93,14 @@ class KeyboardTeleop:
             self._output.press_emergency_stop()
         elif key == RELEASE:
             self._keys.release()
-            self._output.release_emergency_stop()
-        elif not self._output.stopped:
+            self._output.emergency_stop.release()
+        elif not self._output.emergency_stop.pressed:
             self._keys.press(key, time.monotonic())
 
     def _send(self):
         """The command of now: at once when it changes, repeated while it is not zero."""
         now = time.monotonic()
-        if self._output.stopped:
+        if self._output.emergency_stop.pressed:
             self._keys.release()
         twist = self._keys.twist(now)
         if twist != self._output.sent or (twist != STOP and now - self._sent_at >= 0.5 * self._period):
@@ -113,7 +113,7 @@ class KeyboardTeleop:
             return
         self._shown = now
         output = self._output
-        words = "EMERGENCY STOP, U releases it" if output.stopped else _words(output.sent)
+        words = "EMERGENCY STOP, U releases it" if output.emergency_stop.pressed else _words(output.sent)
         robot = "no odometry" if output.velocity is None else _words(output.velocity)
         line = (f"speed {self._keys.speeds.linear:.2f} m/s {self._keys.speeds.angular:.2f} rad/s | sent {words} | "
                 f"robot {robot} | {output.listeners}")

@@ -1,8 +1,10 @@
-from robotont_driver.stall_watch import SETTLING, StallWatch
+from robotont_driver.stall_watch import StallWatch
+
+GAP = 0.25
 
 
 def ticked(until, start=0.0, period=0.05):
-    watch = StallWatch(0.25, start)
+    watch = StallWatch(GAP, start)
     for tick in range(1, round((until - start) / period) + 1):
         watch.tick(start + tick * period)
     return watch
@@ -16,14 +18,15 @@ def test_a_message_arrives_when_it_is_handled():
 def test_after_a_gap_messages_may_be_as_old_as_its_beginning():
     watch = ticked(10.0)
     assert watch.earliest_arrival(15.0) == 10.0
-    assert watch.earliest_arrival(15.0 + 0.9 * SETTLING) == 10.0
+    assert watch.earliest_arrival(15.0 + 0.9 * GAP) == 10.0
     assert watch.stalls == 1
 
 
 def test_when_the_queues_are_empty_messages_are_new_again():
     watch = ticked(10.0)
     watch.tick(15.0)
-    now = 15.0 + 1.1 * SETTLING
+    now = 15.0 + 1.1 * GAP
+    watch.tick(15.0 + 0.5 * GAP)
     assert watch.earliest_arrival(now) == now
 
 
@@ -32,3 +35,10 @@ def test_a_gap_that_a_message_notices_first():
     assert watch.earliest_arrival(12.0) == 10.0
     watch.tick(12.001)
     assert watch.earliest_arrival(12.002) == 10.0
+
+
+def test_a_gap_before_the_queues_are_empty_continues_the_one_before():
+    watch = ticked(10.0)
+    watch.tick(15.0)
+    assert watch.earliest_arrival(15.0 + 1.1 * GAP) == 10.0
+    assert watch.stalls == 2

@@ -2,14 +2,16 @@
 
 A stopped process (SIGSTOP, a computer that swaps) does not notice that time passes. The messages that waited for it
 in its sockets look new when it goes on. This watch notices the gap between two of its ticks, and from then on, until
-the queues are empty, gives the beginning of the gap as the time at which messages may have arrived.
+the queues must be empty, gives the beginning of the gap as the time at which messages may have arrived.
 """
-
-SETTLING = 0.1  # [s] after a gap in which messages that waited are handled
 
 
 class StallWatch:
-    """Finds gaps longer than `gap` [s] between calls. Times [s] are the caller's, from a clock that never goes back."""
+    """Finds gaps longer than `gap` [s] between calls. Times [s] are the caller's, from a clock that never goes back.
+
+    A busy computer may let the process wait again before it has emptied its queues. Waits shorter than `gap` are not
+    noticed, so messages count as old for that long after a gap; one that begins meanwhile continues the first.
+    """
 
     def __init__(self, gap, now):
         self._gap = gap
@@ -20,12 +22,16 @@ class StallWatch:
     def tick(self, now):
         """Note that the process is alive; call it much more often than every `gap`."""
         if now - self._ticked > self._gap:
-            self._began, self._ended = self._ticked, now
+            if not self._settling(self._ticked):
+                self._began = self._ticked
+            self._ended = now
             self.stalls += 1
         self._ticked = now
 
     def earliest_arrival(self, now):
         """[s] when a message that is handled `now` may have arrived at the earliest."""
         self.tick(now)
-        settling = self._ended is not None and now - self._ended < SETTLING
-        return self._began if settling else now
+        return self._began if self._settling(now) else now
+
+    def _settling(self, now):
+        return self._ended is not None and now - self._ended < self._gap

@@ -28,6 +28,7 @@ DETERMINED = 0.3     # a parameter counts as determined when the runs leave less
 PASSES = 3           # fits, each with the noise along the way that the one before has found
 NOISE_TIE = np.log((3.0, 1.5))  # by what factors the wheels' noise and the measurement's may be off before the runs
 SLIP = 0.0005        # how much parameters differ from drive to drive, to begin with: a share, [rad]
+REPEATS = 8          # of a drive, from which on more tell no more about that
 SLIP_TIE = math.log(5.0)        # by what factor that may be off before the runs
 POINT_SLIP = 0.1     # [m] by which the point differs from drive to drive where lengths differ by their whole
 OUTLYING = 3.0       # a run with errors this many times as large as the noise explains loses weight
@@ -172,7 +173,7 @@ def calibrate(given, runs, unknowns, wheel_noise, near=None):
         weights = weights * _trust(runs, found.fun)
     for _ in range(2 if near is None else 1):
         groups = _linear(runs, unknowns, whiten, values)
-        slip = _likely_slip(groups, unknowns)
+        slip = _likely_slip(groups, [len(group) for group in repeats(runs)], unknowns)
         values, covariance, _ = _mixed(groups, unknowns, slip)
     deviations = np.sqrt(np.diag(covariance))
     undetermined = tuple(
@@ -299,8 +300,14 @@ def _mixed(groups, unknowns, slip):
     return values, covariance, unlikely - pull @ values + np.linalg.slogdet(information)[1]
 
 
-def _likely_slip(groups, unknowns):
-    """By how much the parameters differ from drive to drive, likeliest, loosely tied to SLIP."""
+def _likely_slip(groups, amounts, unknowns):
+    """By how much the parameters differ from drive to drive, likeliest, loosely tied to SLIP.
+
+    groups: as of `_linear`; amounts: of runs in each. Of many repeats only the information of REPEATS counts here: the
+    derivatives contain the noise of the counts, which many runs would take for parameters that differ widely.
+    """
+    shares = [min(1.0, REPEATS / amount) for amount in amounts]
+    groups = [(share * curvature, share * towards) for share, (curvature, towards) in zip(shares, groups)]
     found = minimize_scalar(
         lambda logarithm: _mixed(groups, unknowns, math.exp(logarithm))[2]
         + ((logarithm - math.log(SLIP)) / SLIP_TIE) ** 2, bounds=np.log((1e-6, 0.1)), method="bounded")

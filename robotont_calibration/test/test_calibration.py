@@ -154,7 +154,7 @@ def test_a_point_off_the_middle_and_doubled_noise():
 @pytest.mark.long
 @pytest.mark.parametrize("seed", [7, 1007, 2007])
 def test_enough_runs_cut_umbmark_by_98_percent(seed):
-    """80 runs of each drive, an hour and a half of driving; and with many runs the result does not get worse."""
+    """80 runs of each drive, two and a half hours of driving; and with many runs the result does not get worse."""
     true = true_of(SHIPPED, 1.02, 0.97, [(1, 1.5)])
     runs = tracked_runs(true, seed, DOUBLED, MARKER, times=80)
     found = calibrate(SHIPPED, runs, Unknowns(SHIPPED, point="free"), 0.003)

@@ -101,7 +101,7 @@ class DriverNode:
     def _send(self):
         self._sent_at = time.monotonic()
         twist = self._stream.twist(self._sent_at)
-        units = self._rounding.round(self._kinematics.units_of_twist(twist).tolist(), self._sent_at)
+        units = self._rounding.round(self._kinematics.units_of_twist(twist), self._sent_at)
         self._packets.publish(Packet(units, self._form % tuple(units)))
         if self._limited.get_num_connections():
             limited = Twist()

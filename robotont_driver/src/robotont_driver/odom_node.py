@@ -182,16 +182,15 @@ class OdomNode:
         position.y = transform.translation.y = pose.y
         orientation.z = transform.rotation.z = math.sin(pose.yaw / 2)
         orientation.w = transform.rotation.w = math.cos(pose.yaw / 2)
-        odom.twist.twist.linear.x, odom.twist.twist.linear.y, odom.twist.twist.angular.z = \
-            odometry.twist.tolist()
+        odom.twist.twist.linear.x, odom.twist.twist.linear.y, odom.twist.twist.angular.z = odometry.twist
         fill(odom.pose.covariance, odometry.pose_covariance)
         fill(odom.twist.covariance, odometry.twist_covariance)
         self._odom_publisher.publish(odom)
         if self._broadcaster:
             self._broadcaster.sendTransform(self._transform)
         if self._joint_states.passes(nanoseconds):
-            joints.position = odometry.wheel_angles.tolist()
-            joints.velocity = odometry.wheel_rates.tolist()
+            joints.position = odometry.wheel_angles
+            joints.velocity = odometry.wheel_rates
             self._joint_publisher.publish(joints)
 
     def _on_reset(self, _request):
@@ -284,10 +283,10 @@ def list_wheels(wheels):
     return "wheel " + ", ".join(map(str, wheels)) if wheels else ""
 
 
-def fill(covariance, planar):
-    """Put a 3 x 3 covariance of x, y and yaw into a message's list of 36."""
-    for index, value in zip(PLANAR, planar.ravel().tolist()):
-        covariance[index] = value
+def fill(numbers, covariance):
+    """Put a Covariance into a message's list of 36."""
+    for index, value in zip(PLANAR, covariance.rows):
+        numbers[index] = value
 
 
 def check(_wheels, parameters, _other):

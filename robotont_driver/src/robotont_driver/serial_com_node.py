@@ -109,8 +109,9 @@ class SerialComNode:
 
     def _on_bytes(self, data):
         dialect = self._dialect
-        for packet in dialect.feed(data, time.monotonic()):
-            self._packets.publish(packet)
+        for line in data.splitlines(keepends=True):  # of a burst, each packet goes out before the next line is read
+            for packet in dialect.feed(line, time.monotonic()):
+                self._packets.publish(packet)
         spoken = dialect.spoken
         if spoken is not self._met:
             self._meet(spoken)

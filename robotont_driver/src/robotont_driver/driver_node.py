@@ -11,7 +11,7 @@ from robotont_driver.carried_rounding import CarriedRounding
 from robotont_driver.command_stream import CommandStream
 from robotont_driver.kinematics import Kinematics
 from robotont_driver.limits import Limits
-from robotont_driver.node import OK, WARN, Health, Part, Worker, robot_name, serve
+from robotont_driver.node import OK, WARN, Health, Part, Worker, init_node, robot_name, serve
 from robotont_driver.outages import OutageWatch
 from robotont_driver.packet_topics import topics_between_processes
 from robotont_driver.parameters import Parameter
@@ -155,5 +155,5 @@ def part(name, topics):
 
 def main():
     """Run driver_node."""
-    rospy.init_node("driver_node")
+    init_node("driver_node", __doc__, PARAMETERS)
     serve(part(rospy.get_name(), topics_between_processes()))

@@ -15,7 +15,7 @@ from robotont_driver.clocks import read_clocks
 from robotont_driver.gyro import Gyro, GyroFusion
 from robotont_driver.imu_input import ImuInput
 from robotont_driver.kinematics import Kinematics
-from robotont_driver.node import OK, WARN, DroppingPublisher, Health, Part, Rate, robot_name, serve
+from robotont_driver.node import OK, WARN, DroppingPublisher, Health, Part, Rate, init_node, robot_name, serve
 from robotont_driver.odometry import WheelOdometry
 from robotont_driver.packet_clock import ArrivalClock, PacketClock
 from robotont_driver.packet_topics import topics_between_processes
@@ -304,5 +304,5 @@ def part(name, topics):
 
 def main():
     """Run odom_node."""
-    rospy.init_node("odom_node")
+    init_node("odom_node", __doc__, PARAMETERS)
     serve(part(rospy.get_name(), topics_between_processes()))

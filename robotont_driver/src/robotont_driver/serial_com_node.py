@@ -8,7 +8,7 @@ import rospy
 from robotont_driver.dialects import AUTO, DISTANCE, NAMES, make_dialect
 from robotont_driver.dialects.dialect import DialectError
 from robotont_driver.motor import counts_in_reach
-from robotont_driver.node import ERROR, OK, WARN, Health, Part, Rate, serve
+from robotont_driver.node import ERROR, OK, WARN, Health, Part, Rate, init_node, serve
 from robotont_driver.official_topics import OfficialTopics
 from robotont_driver.packet_topics import topics_between_processes
 from robotont_driver.parameters import Parameter
@@ -224,5 +224,5 @@ def part(name, topics):
 
 def main():
     """Run serial_com_node."""
-    rospy.init_node("serial_com_node")
+    init_node("serial_com_node", __doc__, PARAMETERS)
     serve(part(rospy.get_name(), topics_between_processes()))

@@ -282,7 +282,7 @@ class PlainBoard:
     def __init__(self, parameters):
         wheels = read_wheels(parameters)
         units = Kinematics(wheels).units_of_twist((STEP, 0.0, 0.0))
-        self._counts = [(units * level).round().astype(int).tolist() for level in range(LEVELS + 1)]
+        self._counts = [[round(unit * level) for unit in units] for level in range(LEVELS + 1)]
         self._plain = [":".join(map(str, counts)) + ";" for counts in self._counts]
 
     def packet(self, level):

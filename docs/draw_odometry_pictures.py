@@ -120,7 +120,7 @@ def draw_covariance(wheels, file):
             ring = ellipse(odometry)
             axis.plot(*ring, color=ORANGE, linewidth=1.3,
                       label="95 % ellipse of one run's covariance" if index == len(counts) else None)
-    inverse = np.linalg.inv(odometry.pose_covariance[:2, :2])
+    inverse = np.linalg.inv(odometry.pose_covariance.matrix[:2, :2])
     off = ends[:, :2] - truth[-1, :2]
     inside = np.mean(np.einsum("ki,ij,kj->k", off, inverse, off) < -2 * math.log(0.05))
     print(f"ends within the 95 % ellipse: {inside:.1%} of 200")
@@ -206,7 +206,7 @@ def poses(wheels, counts):
 def ellipse(odometry):
     """2 x 60 points of the 95 % ellipse around the odometry's place."""
     around = np.linspace(0, 2 * math.pi, 60)
-    root = np.linalg.cholesky(odometry.pose_covariance[:2, :2]) * math.sqrt(-2 * math.log(0.05))
+    root = np.linalg.cholesky(odometry.pose_covariance.matrix[:2, :2]) * math.sqrt(-2 * math.log(0.05))
     return root @ (np.cos(around), np.sin(around)) + np.array([[odometry.pose.x], [odometry.pose.y]])
 
 

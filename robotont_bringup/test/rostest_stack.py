@@ -66,7 +66,7 @@ class Robot:
         turned = np.array(turned)
         edges = self.kinematics.wheels.metres_per_edge
         step = self.kinematics.inverse @ ((turned - self._turned) * edges)
-        self.truth.move(step.tolist(), np.zeros((3, 3)))
+        self.truth.move(step.tolist())
         self._turned = turned
 
     def pose(self):

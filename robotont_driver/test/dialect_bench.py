@@ -46,7 +46,7 @@ class Bench:
 
     def command(self, twist):
         """A command as driver_node and serial_com_node would pass it on."""
-        units = self.kinematics.units_of_twist(twist).tolist()
+        units = self.kinematics.units_of_twist(twist)
         self._command = parse_packet(format_packet(units, 2), self.wheels.amount)
         self._send()
 

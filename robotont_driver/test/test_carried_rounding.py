@@ -33,7 +33,7 @@ def drive(twists, duration):
         left = duration
         while left > 1e-9:
             held = min(HOLD, left)
-            units = rounding.round(SHIPPED_WHEELS.units_of_twist(twist).tolist(), now)
+            units = rounding.round(SHIPPED_WHEELS.units_of_twist(twist), now)
             made.append(SHIPPED_WHEELS.inverse @ (np.array(units) / per_metre) * held)
             now, left = now + held, left - held
     return se2.path(wanted)[-1], se2.path(made)[-1]

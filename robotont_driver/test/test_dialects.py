@@ -33,7 +33,7 @@ def turning_circle(seconds=12.0, speed=0.15, turns=1, rate=50):
 
 
 def command_of(wheels, twist):
-    units = Kinematics(wheels).units_of_twist(twist).tolist()
+    units = Kinematics(wheels).units_of_twist(twist)
     return parse_packet(format_packet(units, 6), 3)
 
 

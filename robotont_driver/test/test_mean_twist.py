@@ -22,8 +22,8 @@ def newest(twists, window, runs=300, noise=0.005):
         odometry = WheelOdometry(Kinematics(WHEELS), PERIOD, noise, window)
         for counts in counted(WHEELS, rolled(WHEELS, twists), noise, generator).tolist():
             odometry.update(counts, 0.0)
-        errors.append(odometry.twist - twists[-1])
-        covariances.append(odometry.twist_covariance)
+        errors.append(np.subtract(odometry.twist, twists[-1]))
+        covariances.append(odometry.twist_covariance.matrix)
     return np.array(errors), np.array(covariances)
 
 
@@ -53,4 +53,4 @@ def test_after_a_stop_it_is_zero_once_the_window_has_passed():
     for counts in [(30, 0, -30)] * 20 + [(0, 0, 0)] * 10:
         odometry.update(counts, 0.0)
     np.testing.assert_allclose(odometry.twist, 0.0, atol=1e-12)
-    assert np.all(np.linalg.eigvalsh(odometry.twist_covariance) > 0)
+    assert np.all(np.linalg.eigvalsh(odometry.twist_covariance.matrix) > 0)

@@ -58,7 +58,7 @@ def test_two_circles_with_twenty_seeds():
         run.hold((0.3, 0.0, 1.2), 4 * math.pi / 1.2)
         run.hold((0.0, 0.0, 0.0), 1.0)
         errors.append(run.off)
-        stated.append(math.degrees(math.sqrt(run.with_gyro.pose_covariance[2, 2])))
+        stated.append(math.degrees(math.sqrt(run.with_gyro.pose_covariance.aa)))
         alone.append(math.degrees(se2.wrap(run.odometry.pose.yaw - run.simulation.pose()[2])))
         assert run.fusion.watch.alarms == 0
     errors, stated = np.array(errors), np.array(stated)

@@ -83,7 +83,7 @@ class Drive:
         self.wrong_packets += bool(packets) and tuple(self.published) != tuple(self.body.true)
 
     def command(self, twist):
-        packet = parse_packet(format_packet(self.kinematics.units_of_twist(twist).tolist(), 2), 3)
+        packet = parse_packet(format_packet(self.kinematics.units_of_twist(twist), 2), 3)
         self.commands.add(tuple(map(fixed_point, packet)))
         self._to_board += b"".join(self.to_board.pass_on(self.dialect.spoken.encode(packet)))
 

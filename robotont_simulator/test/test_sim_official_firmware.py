@@ -35,7 +35,7 @@ class Drive:
 
     def hold(self, twist, seconds):
         """Command a twist at 50 Hz."""
-        text = format_packet(self.kinematics.units_of_twist(twist).tolist(), 3)
+        text = format_packet(self.kinematics.units_of_twist(twist), 3)
         for _ in range(round(seconds / PERIOD)):
             self.outbox.put(self.dialect.encode(parse_packet(text, 3)))
             self.now += PERIOD

@@ -112,7 +112,7 @@ class Recording:
         """
         if len(self.commands) < 2:
             return None
-        pose, still = Pose(), np.zeros((3, 3))
+        pose = Pose()
         times, poses = [], []
         for (time, twist), (following, _) in zip(self.commands, [*self.commands[1:], (math.inf, None)]):
             times.append(time)
@@ -120,7 +120,7 @@ class Recording:
             hold = min(following - time, LONGEST_HOLD)
             for _ in range(max(1, round(hold / 0.02))):  # short steps, for the drawing
                 part = hold / max(1, round(hold / 0.02))
-                pose.move([speed * part for speed in twist], still)
+                pose.move([speed * part for speed in twist])
                 times.append(times[-1] + part)
                 poses.append((pose.x, pose.y, pose.yaw))
             if following > times[-1] + 1e-6 and following < math.inf:

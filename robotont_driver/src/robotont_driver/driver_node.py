@@ -11,7 +11,7 @@ from robotont_driver.carried_rounding import CarriedRounding
 from robotont_driver.command_stream import CommandStream
 from robotont_driver.kinematics import Kinematics
 from robotont_driver.limits import Limits
-from robotont_driver.node import OK, WARN, Health, Part, Worker, robot_name, serve
+from robotont_driver.node import OK, WARN, Health, Part, Worker, init_node, robot_name, serve
 from robotont_driver.outages import OutageWatch
 from robotont_driver.packet_topics import topics_between_processes
 from robotont_driver.parameters import Parameter
@@ -101,7 +101,7 @@ class DriverNode:
     def _send(self):
         self._sent_at = time.monotonic()
         twist = self._stream.twist(self._sent_at)
-        units = self._rounding.round(self._kinematics.units_of_twist(twist).tolist(), self._sent_at)
+        units = self._rounding.round(self._kinematics.units_of_twist(twist), self._sent_at)
         self._packets.publish(Packet(units, self._form % tuple(units)))
         if self._limited.get_num_connections():
             limited = Twist()
@@ -155,5 +155,5 @@ def part(name, topics):
 
 def main():
     """Run driver_node."""
-    rospy.init_node("driver_node")
+    init_node("driver_node", __doc__, PARAMETERS)
     serve(part(rospy.get_name(), topics_between_processes()))

@@ -6,6 +6,7 @@ A unit is one encoder edge per PID period, the number that stands in packets.
 """
 
 import math
+from operator import mul, truediv
 
 import numpy as np
 
@@ -30,7 +31,7 @@ def units_per_speed(wheels):
 
 
 class Kinematics:
-    """Twist to units and back, for one set of `wheels`.
+    """Twist to units and back, for one set of `wheels`: one at a time in plain numbers, many by the matrices.
 
     solver: one of solvers.SOLVERS, for n > 3 wheels. excluded: indices of wheels that twists are computed without.
     """
@@ -42,30 +43,33 @@ class Kinematics:
         self.units_per_speed = units_per_speed(wheels)  # (5)
         included = [wheel for wheel in range(wheels.amount) if wheel not in excluded]
         self.inverse = solver(self.matrix, included)    # (7), 3 x n; 0 in the columns of excluded wheels
+        self._rows, self._inverse_rows, self._units_per_speed = (
+            array.tolist() for array in (self.matrix, self.inverse, self.units_per_speed))
 
     def wheel_speeds(self, twist):
-        """Wheel speeds [m/s], n, of a twist: formula (1), v_i = R omega + |v| cos(theta_i - phi).
+        """Wheel speeds [m/s], a list of n, of a twist: formula (1), v_i = R omega + |v| cos(theta_i - phi).
 
         |v| cos(theta - phi) = v_x cos(theta) + v_y sin(theta) spares (2) and (3).
         """
-        return self.matrix @ twist
+        x, y, omega = twist
+        return [cos * x + sin * y + distance * omega for cos, sin, distance in self._rows]
 
     def units_of_twist(self, twist):
-        """Units, n, that a packet to the board carries for a twist: formula (4)."""
-        return self.units_per_speed * self.wheel_speeds(twist)
+        """Units, a list of n, that a packet to the board carries for a twist: formula (4)."""
+        return list(map(mul, self._units_per_speed, self.wheel_speeds(twist)))
 
     def speeds_of_units(self, units):
-        """Wheel speeds [m/s], n, of units: formula (8)."""
-        return np.asarray(units) / self.units_per_speed
+        """Wheel speeds [m/s], a list of n, of units: formula (8)."""
+        return list(map(truediv, units, self._units_per_speed))
 
     def twist_of_speeds(self, speeds):
-        """Twist, 3, of wheel speeds [m/s], n: formulas (9)-(11).
+        """Twist, a tuple of 3, of wheel speeds [m/s], n: formulas (9)-(11).
 
         With more than three wheels the speeds may disagree (noise, slip); the solver decides: by default the
         twist with the least sum of squared differences.
         """
-        return self.inverse @ speeds
+        return tuple([sum(map(mul, row, speeds)) for row in self._inverse_rows])
 
     def twist_of_units(self, units):
-        """Twist, 3, of the units in a packet from the board: formulas (8)-(11)."""
+        """Twist, a tuple of 3, of the units in a packet from the board: formulas (8)-(11)."""
         return self.twist_of_speeds(self.speeds_of_units(units))

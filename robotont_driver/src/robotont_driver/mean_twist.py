@@ -2,8 +2,7 @@
 
 from collections import deque
 
-import numpy as np
-
+from robotont_driver.covariance import Covariance
 from robotont_driver.wheel_noise import PATH_VARIANCE
 
 CHANGING = 3.0  # [standard deviations] from which on the halves of the window show that the robot changes its speed
@@ -17,40 +16,38 @@ class MeanTwist:
 
     def __init__(self, period, packets=1):
         self._period = period
-        self._steps = deque(maxlen=packets)
-        self._sum = np.zeros(3)
-        self._covariance = np.zeros((3, 3))
+        self._steps = deque(maxlen=packets)  # (step, covariance)
 
     def add(self, step, covariance, edge_covariance):
-        """(twist (3), covariance (3 x 3)) once this step is the newest.
+        """(twist (3), Covariance) once this step is the newest.
 
         step: (dx [m], dy [m], dyaw [rad]); covariance: of it by what is new in every packet; edge_covariance: of a
         step, for 1 edge^2 in every wheel. The errors of readings cancel within the window, but for its ends. Where
         the speed changes, the mean lags behind by half the window, which the covariance covers.
         """
         steps = self._steps
-        if steps.maxlen == 1:
-            return step / self._period, (covariance + PATH_VARIANCE * edge_covariance) / self._period ** 2
-        if len(steps) == steps.maxlen:
-            self._sum = self._sum - steps[0][0]
-            self._covariance = self._covariance - steps[0][1]
         steps.append((step, covariance))
-        self._sum = self._sum + step
-        self._covariance = self._covariance + covariance
         time = len(steps) * self._period
-        total = self._covariance + PATH_VARIANCE * edge_covariance
-        lag = self._lag(edge_covariance)
-        return self._sum / time, total / time ** 2 + np.outer(lag, lag)
+        total = Covariance(*_sum(covariance for _, covariance in steps))
+        lag = self._lag(total, edge_covariance)
+        return (
+            [length / time for length in _sum(step for step, _ in steps)],
+            total.plus(edge_covariance.times(PATH_VARIANCE)).times(1 / time ** 2).plus(Covariance.of_vector(lag)))
 
-    def _lag(self, edge_covariance):
+    def _lag(self, total, edge_covariance):
         """(3,) by how much the mean lags behind; 0 where noise explains the difference of the halves of the window."""
         half = len(self._steps) // 2
         if not half:
-            return np.zeros(3)
+            return 0.0, 0.0, 0.0
         time = half * self._period
-        newer = sum(step for step, _ in list(self._steps)[-half:])
-        older = sum(step for step, _ in list(self._steps)[:half])
-        difference = (newer - older) / time
+        steps = [step for step, _ in self._steps]
+        differences = [(newer - older) / time for newer, older in zip(_sum(steps[-half:]), _sum(steps[:half]))]
         # three readings: at the ends, and twice, with the other sign, in the middle
-        variance = (self._covariance.diagonal() + 3 * PATH_VARIANCE * edge_covariance.diagonal()) / time ** 2
-        return np.where(difference ** 2 > CHANGING ** 2 * variance, difference, 0.0)
+        noise = total.plus(edge_covariance.times(3 * PATH_VARIANCE)).times(1 / time ** 2)
+        return [difference if difference ** 2 > CHANGING ** 2 * variance else 0.0
+                for difference, variance in zip(differences, (noise.xx, noise.yy, noise.aa))]
+
+
+def _sum(steps):
+    """Component by component."""
+    return [sum(lengths) for lengths in zip(*steps)]

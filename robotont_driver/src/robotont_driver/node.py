@@ -1,5 +1,6 @@
 """What the nodes share: start with checked parameters or exit, work at intervals, report health."""
 
+import argparse
 import gc
 import select
 import socket
@@ -13,7 +14,7 @@ import diagnostic_updater
 import rospy
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 
-from robotont_driver.parameters import Parameter, ParameterError, fault, is_number, read_parameters
+from robotont_driver.parameters import Parameter, ParameterError, fault, help_text, is_number, read_parameters
 from robotont_driver.wheels import read_wheels
 
 SEND_TIMEOUT = struct.pack("@ll", 0, 50000)  # a struct timeval: [s], [us]
@@ -40,9 +41,25 @@ class Part(NamedTuple):
     check: Optional[Callable] = None
 
 
+def answer_help(name, explanation, table=()):
+    """With the argument `-h`, print the explanation and the parameters of the table, and exit.
+
+    Any other argument that is no remapping ends the program with 2, and a message.
+    """
+    argparse.ArgumentParser(
+        prog=name, description=explanation, epilog=help_text(table),
+        formatter_class=argparse.RawDescriptionHelpFormatter).parse_args(rospy.myargv()[1:])
+
+
+def init_node(name, explanation, table=()):
+    """Make this process the node `name`, after `answer_help`."""
+    answer_help(name, explanation, table)
+    rospy.init_node(name)
+
+
 def run_node(name, node_class, table, check=None):
     """Start a node, node_class(wheels, parameters), in this process and serve until ROS shuts down."""
-    rospy.init_node(name)
+    init_node(name, sys.modules[node_class.__module__].__doc__, table)
     serve(Part(rospy.get_name(), node_class, table, check))
 
 

@@ -15,7 +15,7 @@ from robotont_driver.clocks import read_clocks
 from robotont_driver.gyro import Gyro, GyroFusion
 from robotont_driver.imu_input import ImuInput
 from robotont_driver.kinematics import Kinematics
-from robotont_driver.node import OK, WARN, DroppingPublisher, Health, Part, Rate, robot_name, serve
+from robotont_driver.node import OK, WARN, DroppingPublisher, Health, Part, Rate, init_node, robot_name, serve
 from robotont_driver.odometry import WheelOdometry
 from robotont_driver.packet_clock import ArrivalClock, PacketClock
 from robotont_driver.packet_topics import topics_between_processes
@@ -182,16 +182,15 @@ class OdomNode:
         position.y = transform.translation.y = pose.y
         orientation.z = transform.rotation.z = math.sin(pose.yaw / 2)
         orientation.w = transform.rotation.w = math.cos(pose.yaw / 2)
-        odom.twist.twist.linear.x, odom.twist.twist.linear.y, odom.twist.twist.angular.z = \
-            odometry.twist.tolist()
+        odom.twist.twist.linear.x, odom.twist.twist.linear.y, odom.twist.twist.angular.z = odometry.twist
         fill(odom.pose.covariance, odometry.pose_covariance)
         fill(odom.twist.covariance, odometry.twist_covariance)
         self._odom_publisher.publish(odom)
         if self._broadcaster:
             self._broadcaster.sendTransform(self._transform)
         if self._joint_states.passes(nanoseconds):
-            joints.position = odometry.wheel_angles.tolist()
-            joints.velocity = odometry.wheel_rates.tolist()
+            joints.position = odometry.wheel_angles
+            joints.velocity = odometry.wheel_rates
             self._joint_publisher.publish(joints)
 
     def _on_reset(self, _request):
@@ -284,10 +283,10 @@ def list_wheels(wheels):
     return "wheel " + ", ".join(map(str, wheels)) if wheels else ""
 
 
-def fill(covariance, planar):
-    """Put a 3 x 3 covariance of x, y and yaw into a message's list of 36."""
-    for index, value in zip(PLANAR, planar.ravel().tolist()):
-        covariance[index] = value
+def fill(numbers, covariance):
+    """Put a Covariance into a message's list of 36."""
+    for index, value in zip(PLANAR, covariance.rows):
+        numbers[index] = value
 
 
 def check(_wheels, parameters, _other):
@@ -305,5 +304,5 @@ def part(name, topics):
 
 def main():
     """Run odom_node."""
-    rospy.init_node("odom_node")
+    init_node("odom_node", __doc__, PARAMETERS)
     serve(part(rospy.get_name(), topics_between_processes()))

@@ -2,6 +2,7 @@
 
 import difflib
 import math
+import textwrap
 from typing import Any, NamedTuple, Optional, Tuple
 
 LONGEST_SHOWN = 200  # characters of a found value in messages
@@ -131,6 +132,17 @@ def markdown_rows(table):
         kind = type(parameter.default).__name__
         unit = f" [{parameter.unit}]" if parameter.unit else ""
         yield f"| `~{parameter.name}` | {kind} | `{parameter.default}` | {parameter.meaning}{unit} |"
+
+
+def help_text(table):
+    """The parameters for `-h`: name and default, meaning, allowed values."""
+    lines = ["parameters, on the parameter server, from a launch file, or as _NAME:=VALUE on the command line:"]
+    for parameter in table:
+        unit = f" [{parameter.unit}]" if parameter.unit else ""
+        lines += [f"  ~{parameter.name} (default: {parameter.default!r}{unit})",
+                  *textwrap.wrap(f"{parameter.meaning}; allowed: {parameter.allowed}", 110, initial_indent="      ",
+                                 subsequent_indent="      ")]
+    return "\n".join(lines) if table else ""
 
 
 def _unknown(name, known):

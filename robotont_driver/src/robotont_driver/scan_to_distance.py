@@ -3,6 +3,7 @@
 import rospy
 from sensor_msgs.msg import LaserScan
 
+from robotont_driver.node import init_node
 from robotont_driver.scan_sectors import sectors
 
 
@@ -23,7 +24,7 @@ class ScanToDistance:
 
 def main():
     """Run scan_to_distance."""
-    rospy.init_node("scan_to_distance")
+    init_node("scan_to_distance", __doc__)
     try:
         from robotont_msgs.msg import LaserScanSplit
     except ImportError:

@@ -8,7 +8,7 @@ import rospy
 from robotont_driver.dialects import AUTO, DISTANCE, NAMES, make_dialect
 from robotont_driver.dialects.dialect import DialectError
 from robotont_driver.motor import counts_in_reach
-from robotont_driver.node import ERROR, OK, WARN, Health, Part, Rate, serve
+from robotont_driver.node import ERROR, OK, WARN, Health, Part, Rate, init_node, serve
 from robotont_driver.official_topics import OfficialTopics
 from robotont_driver.packet_topics import topics_between_processes
 from robotont_driver.parameters import Parameter
@@ -109,8 +109,9 @@ class SerialComNode:
 
     def _on_bytes(self, data):
         dialect = self._dialect
-        for packet in dialect.feed(data, time.monotonic()):
-            self._packets.publish(packet)
+        for line in data.splitlines(keepends=True):  # of a burst, each packet goes out before the next line is read
+            for packet in dialect.feed(line, time.monotonic()):
+                self._packets.publish(packet)
         spoken = dialect.spoken
         if spoken is not self._met:
             self._meet(spoken)
@@ -223,5 +224,5 @@ def part(name, topics):
 
 def main():
     """Run serial_com_node."""
-    rospy.init_node("serial_com_node")
+    init_node("serial_com_node", __doc__, PARAMETERS)
     serve(part(rospy.get_name(), topics_between_processes()))

@@ -6,7 +6,7 @@ import time
 
 import rospy
 
-from robotont_driver.node import ERROR, OK, WARN, Health, Worker, robot_name
+from robotont_driver.node import ERROR, OK, WARN, Health, Worker, init_node, robot_name
 from robotont_driver.parameters import Parameter, ParameterError, read_parameters
 from robotont_operations.black_box import BlackBox, Record
 
@@ -83,7 +83,7 @@ class RecorderNode:
 
 def main():
     """Run recorder_node."""
-    rospy.init_node("recorder_node")
+    init_node("recorder_node", __doc__, PARAMETERS)
     try:
         RecorderNode(read_parameters(PARAMETERS, rospy.get_param("~", {})))
     except ParameterError as error:

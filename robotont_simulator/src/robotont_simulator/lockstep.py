@@ -37,7 +37,7 @@ class LockstepRun:
         """Command one twist per period, until the iterable ends; None commands nothing."""
         for twist in twists:
             if twist is not None:
-                packet = format_packet(self.kinematics.units_of_twist(twist).tolist(), 2)
+                packet = format_packet(self.kinematics.units_of_twist(twist), 2)
                 self._to_board += add_checksum(packet)
             self._controller.step(self._board.wait_tick())
 

@@ -11,7 +11,7 @@ import tty
 import rosgraph
 import rospy
 
-from robotont_driver.node import own_parameters
+from robotont_driver.node import answer_help, own_parameters
 from robotont_driver.parameters import Parameter
 from robotont_teleop.hand_output import HandOutput
 from robotont_teleop.keys import EMERGENCY_STOP, QUIT, RELEASE, HeldKeys, split_keys
@@ -127,6 +127,7 @@ def _words(twist):
 
 def main():
     """Run keyboard_teleop; the terminal is left as it was."""
+    answer_help("keyboard_teleop", __doc__ + "\n\n" + HELP, PARAMETERS)
     if not sys.stdin.isatty():
         sys.exit("keyboard_teleop: no terminal to read keys from: start it by rosrun in a terminal, not by roslaunch")
     if not rosgraph.is_master_online():

@@ -191,7 +191,7 @@ class RobotView:
     def _measured(self):
         if self._fresh("counts") is None:
             return None
-        return self._kinematics.speeds_of_units(np.mean(self._counts, axis=0)).tolist()
+        return self._kinematics.speeds_of_units(np.mean(self._counts, axis=0).tolist())
 
     def _fresh(self, name, within=STALE):
         at, value = self._newest.get(name, (NEVER, None))
@@ -217,7 +217,7 @@ class RobotView:
     def _on_commanded(self, message):
         units = self._units(message.data)
         if units is not None:
-            self._keep(commanded=self._kinematics.speeds_of_units(units).tolist())
+            self._keep(commanded=self._kinematics.speeds_of_units(units))
 
     def _on_counts(self, message):
         counts = self._units(message.data)

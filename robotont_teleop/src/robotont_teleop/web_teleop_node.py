@@ -12,7 +12,7 @@ import qrcode
 import rospkg
 import rospy
 
-from robotont_driver.node import OK, WARN, Health, own_parameters
+from robotont_driver.node import OK, WARN, Health, init_node, own_parameters
 from robotont_driver.parameters import Parameter, ParameterError
 from robotont_driver.wheels import read_wheels
 from robotont_teleop.access import Access, is_loopback_address, read_or_make_token
@@ -170,7 +170,7 @@ def report(server):
 
 def main():
     """Run web_teleop_node; with wrong parameters print them and exit with 1."""
-    rospy.init_node("web_teleop_node")
+    init_node("web_teleop_node", __doc__, PARAMETERS)
     parameters = own_parameters(PARAMETERS)
     try:
         wheels = read_wheels(rospy.get_param(rospy.get_namespace(), {}))

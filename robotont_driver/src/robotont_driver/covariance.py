@@ -1,0 +1,82 @@
+"""Covariances of (x [m], y [m], yaw [rad]) in plain arithmetic.
+
+Each packet propagates several of them before its odometry message can go out. In a process that wakes up for every
+packet, with caches that others have used meanwhile, twenty calls of numpy cost 0.3 ms, and the same sums in Python a
+fifth of that.
+"""
+
+from operator import add, mul
+from typing import NamedTuple
+
+import numpy as np
+
+
+class Covariance(NamedTuple):
+    """Upper triangle, row by row, of a symmetric 3 x 3 matrix; a = yaw."""
+
+    xx: float
+    xy: float
+    xa: float
+    yy: float
+    ya: float
+    aa: float
+
+    @classmethod
+    def of_matrix(cls, matrix):
+        """From a symmetric 3 x 3 matrix."""
+        (xx, xy, xa), (_, yy, ya), (_, _, aa) = np.asarray(matrix, dtype=float).tolist()
+        return cls(xx, xy, xa, yy, ya, aa)
+
+    @classmethod
+    def of_vector(cls, vector):
+        """Of an error that is always along a vector v (3): v v'."""
+        x, y, a = vector
+        return cls(x * x, x * y, x * a, y * y, y * a, a * a)
+
+    @property
+    def matrix(self):
+        """As a 3 x 3 array."""
+        xx, xy, xa, yy, ya, aa = self
+        return np.array(((xx, xy, xa), (xy, yy, ya), (xa, ya, aa)))
+
+    @property
+    def rows(self):
+        """All nine numbers, row by row."""
+        xx, xy, xa, yy, ya, aa = self
+        return xx, xy, xa, xy, yy, ya, xa, ya, aa
+
+    def plus(self, other):
+        """Of the sum of two independent errors."""
+        return Covariance(*map(add, self, other))
+
+    def times(self, factor):
+        """Each variance and covariance times a factor."""
+        return Covariance(*[value * factor for value in self])
+
+    def propagated(self, jacobian):
+        """J P J' of a 3 x 3 Jacobian J, given by rows."""
+        xx, xy, xa, yy, ya, aa = self
+        first, second, third = jacobian
+        to_first, to_second, to_third = [
+            (x * xx + y * xy + a * xa, x * xy + y * yy + a * ya, x * xa + y * ya + a * aa) for x, y, a in jacobian]
+        return Covariance(
+            _dot(to_first, first), _dot(to_first, second), _dot(to_first, third),
+            _dot(to_second, second), _dot(to_second, third), _dot(to_third, third))
+
+
+NONE = Covariance(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+
+
+class WeightedSum:
+    """The sum of some Covariances, each times a weight of its own."""
+
+    def __init__(self, covariances):
+        self._columns = tuple(zip(*covariances))
+
+    def __call__(self, weights):
+        """Covariance, for as many weights as there are covariances."""
+        return Covariance(*[sum(map(mul, column, weights)) for column in self._columns])
+
+
+def _dot(one, other):
+    return one[0] * other[0] + one[1] * other[1] + one[2] * other[2]

@@ -11,6 +11,7 @@ import yaml
 from nav_msgs.msg import Odometry
 
 from robotont_driver.se2 import pose_of
+from robotont_testing import places
 from robotont_testing.harness import wait_for
 from robotont_testing.node_test import NodeTest
 from robotont_testing.robots import WHEEL_PARAMS
@@ -32,7 +33,7 @@ class GuideTest(NodeTest):
     def command(self, *arguments):
         """Words of the command line."""
         folder = self.processes.folder
-        return ["rosrun", "robotont_calibration", "calibrate_wheels", "--guide", str(folder / "runs"), *SIZES,
+        return [places.program("robotont_calibration", "calibrate_wheels"), "--guide", str(folder / "runs"), *SIZES,
                 "--wheel-params", str(WHEEL_PARAMS), "-o", str(folder / "new.yaml"),
                 "--picture", str(folder / "new.png"), *arguments]
 

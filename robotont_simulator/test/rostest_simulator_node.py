@@ -16,6 +16,7 @@ from std_msgs.msg import Float32, Float32MultiArray, Int8MultiArray
 from std_srvs.srv import SetBool, Trigger
 
 from robotont_driver.se2 import pose_of
+from robotont_testing import places
 from robotont_testing.harness import wait_for
 from robotont_testing.node_test import ERROR, OK, WARN, NodeTest, twist
 from robotont_testing.robots import WHEEL_PARAMS
@@ -156,8 +157,8 @@ class SimulatorNodeTest(NodeTest):
     def simulator(self, port, *arguments):
         """A simulator_node without the driver; its process and log."""
         log = self.processes.folder / "simulator.log"
-        return self.processes.start("rosrun", "robotont_simulator", "simulator_node", f"_port:={port}", *arguments,
-                                    log=log), log
+        return self.processes.start(places.program("robotont_simulator", "simulator_node"), f"_port:={port}",
+                                    *arguments, log=log), log
 
     def test_ctrl_c_ends_it_at_once_and_leaves_nothing(self):
         rosparam.upload_params("/", yaml.safe_load(WHEEL_PARAMS.read_text()))

@@ -76,7 +76,7 @@ class Processes:
 
     def node(self, name, *arguments, log=None, **environment):
         """Start a node of robotont_driver with arguments such as _port:=/dev/x."""
-        return self.start("rosrun", "robotont_driver", name, *arguments, log=log, **environment)
+        return self.start(places.program("robotont_driver", name), *arguments, log=log, **environment)
 
     def pid(self, node):
         """Process id of a node such as /odom_node, or of the robotont_node that it is a part of."""

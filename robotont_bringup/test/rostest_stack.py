@@ -23,7 +23,7 @@ from robotont_driver.kinematics import Kinematics
 from robotont_driver.odometry import Pose
 from robotont_driver.se2 import pose_of
 from robotont_driver.wheels import read_wheels
-from robotont_testing.harness import wait_for
+from robotont_testing.harness import START, wait_for
 from robotont_testing.node_test import ERROR, OK, NodeTest, twist
 from robotont_testing.robots import WHEEL_PARAMS
 from robotont_testing.stand_in_board import Board
@@ -61,7 +61,7 @@ class Robot:
         self.odom = test.listen(f"/{prefix}odom", Odometry)
         self.joints = test.listen(f"/{prefix}joint_states", JointState)
         self.command = test.publisher(f"/{prefix}cmd_vel", Twist)
-        wait_for(lambda: self.odom, "odometry")
+        wait_for(lambda: self.odom, "odometry", START)
 
     def _on_period(self, turned):
         turned = np.array(turned)

@@ -11,6 +11,8 @@ from pathlib import Path
 
 from robotont_testing import lifeline, places
 
+START = 60.0  # [s] after which a launch file's nodes must be there, also on a machine with ten times as much to do
+
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:  # a shell's background processes start so
     signal.signal(signal.SIGINT, signal.default_int_handler)  # else processes started here would ignore Ctrl-C too
 

@@ -13,7 +13,7 @@ from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
 from PIL import Image
 
-from robotont_testing.harness import Processes, wait_for
+from robotont_testing.harness import START, Processes, wait_for
 from robotont_testing.places import package
 from robotont_testing.stand_in_board import Board
 
@@ -81,7 +81,7 @@ class Robot:
         rospy.Subscriber(f"/{prefix}odom", Odometry, self._on_odometry, tcp_nodelay=True)
         self._stage = stage
         self._launch = stage.launch("robot.launch", f"port:={self.board.link}", "mux:=false", *self.arguments)
-        wait_for(lambda: self.pose, "odometry of " + name)
+        wait_for(lambda: self.pose, "odometry of " + name, START)
 
     def _on_odometry(self, message):
         position, turn = message.pose.pose.position, message.pose.pose.orientation

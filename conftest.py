@@ -10,6 +10,7 @@ import os
 import re
 import shutil
 import subprocess
+import tempfile
 from pathlib import Path
 
 import pytest
@@ -64,8 +65,10 @@ class Rostest(pytest.Item):
         environment.pop("ROS_MASTER_URI", None)
         environment.pop("ROS_HOSTNAME", None)
         environment["PYTHONPATH"] = os.pathsep.join(filter(None, [os.environ.get("PYTHONPATH"), str(ROBOTONT_MSGS)]))
-        result = subprocess.run(["rostest", str(self.path), *self.arguments], env=environment, check=False,
-                                stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+        with tempfile.TemporaryDirectory() as results:  # both ways to start a file's nodes may run at the same time
+            environment["ROS_TEST_RESULTS_DIR"] = results
+            result = subprocess.run(["rostest", str(self.path), *self.arguments], env=environment, check=False,
+                                    stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
         if result.returncode:
             raise RostestError(result.stdout)
 

@@ -17,6 +17,7 @@ import yaml
 from nav_msgs.msg import Odometry
 from std_srvs.srv import Trigger
 
+from robotont_testing import places
 from robotont_testing import rviz_sight as sight
 from robotont_testing.harness import Master, wait_for
 from robotont_testing.robots import ROBOTS
@@ -92,7 +93,7 @@ def draw_navigation(file):
         subscriber = rospy.Subscriber("ground_truth/odom", Odometry, truth.append, queue_size=1)
         stage.show("navigation.launch", "sim:=true", "rviz:=true", f"port:={stage.folder / 'board'}")
         wait_for(lambda: sight.content_displays(stage.picture()) == 11, "all that RViz shows", 90.0, 0.5)
-        stage.start("rosrun", "robotont_navigation", "goto", *GOAL_IN_THE_ROOM)
+        stage.start(places.program("robotont_navigation", "goto"), *GOAL_IN_THE_ROOM)
         wait_for(lambda: truth[-1].pose.pose.position.y > 3.2 and not sight.complaints(stage.picture()),
                  "the robot on its way", 60.0, 0.2)
         keep(stage.picture(), file)

@@ -8,7 +8,6 @@ from pathlib import Path
 import numpy as np
 import rospy
 import rostest
-import yaml
 from geometry_msgs.msg import PolygonStamped, PoseStamped, TransformStamped
 from nav_msgs.msg import OccupancyGrid
 from nav_msgs.msg import Path as PathMessage
@@ -20,9 +19,8 @@ from tf2_msgs.msg import TFMessage
 from robotont_testing import rviz_sight as sight
 from robotont_testing.harness import wait_for
 from robotont_testing.node_test import NodeTest
-from robotont_testing.places import package
 from robotont_testing.robots import SHIPPED
-from robotont_testing.rviz_stage import Robot, Stage, save_picture, seen_from_above
+from robotont_testing.rviz_stage import Robot, Stage, drawn_seldom, save_picture, seen_from_above
 
 PIXELS = 0.010    # [m] 3 pixels
 # Debian's RViz looks for a package that it can do without; Mesa's software GL links the maps' shader with a remark.
@@ -146,16 +144,15 @@ class RvizTest(NodeTest):
         self.check_logs()
 
     def test_a_display_that_complains_is_seen(self):
-        config = yaml.safe_load((package("robotont_description") / "rviz" / "odometry.rviz").read_text())
-        file = self.stage.folder / "odometry.rviz"
-        file.write_text(yaml.safe_dump(config))
-        self.stage.show("rviz.launch", f"config:={file}", "fixed_frame:=nowhere", log=self.log)
+        config = drawn_seldom("odometry.rviz", self.stage.folder)
+        self.stage.show("rviz.launch", f"config:={config}", "fixed_frame:=nowhere", log=self.log)
         self.wait_to_see(lambda picture: sight.complaints(picture) > 100, "complaints about a frame that is not")
 
     def test_navigation(self):
         self.start_robot()
         stand_in = NavigationStandIn(self)
-        self.stage.show("rviz.launch", "view:=navigation", log=self.log)
+        config = drawn_seldom("navigation.rviz", self.stage.folder)
+        self.stage.show("rviz.launch", "view:=navigation", f"config:={config}", log=self.log)
         wait_for(stand_in.is_heard, "RViz to subscribe")
         timer = rospy.Timer(rospy.Duration(0.2), lambda _event: stand_in.publish())
         self.addCleanup(timer.shutdown)

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from robotont_testing.harness import free_port, wait_for
+from robotont_testing.harness import free_port, wait_for_master
 
 ROOT = Path(__file__).resolve().parents[2]
 NEEDS_THE_STACK = {"navigation.launch": "move_base", "slam.launch": "gmapping",
@@ -144,7 +144,7 @@ def test_odometry_comes(file, installed, tmp_path):
         if file == "robot.launch":
             start("python3", "-c", BOARD, port)
         start("roslaunch", "robotont_bringup", file, f"port:={port}")
-        wait_for(lambda: run(installed, "rostopic", "list").returncode == 0, "the ROS master", 60.0, 0.2)
+        wait_for_master(installed["ROS_MASTER_URI"], 60.0)
         odometry = run(installed, "rostopic", "echo", "-n", "1", "odom/child_frame_id", timeout=60.0)
         assert "base_link" in odometry.stdout, (tmp_path / f"output{len(processes) - 1}").read_text()
     finally:

@@ -18,8 +18,10 @@ COMMANDS = {  # arguments, and programs that run when the command is in the midd
     "pictures": (["{folder}"], {"rosmaster", "Xvfb", "rviz"}),
     "sim": (["port:={folder}/board"], {"rosmaster", "robotont_node", "simulator_node"}),
 }
-ENDINGS = [("demo", "SIGTERM"), ("demo", "SIGHUP"), ("demo", "SIGKILL"), ("bench", "SIGINT"), ("bench", "SIGTERM"),
-           ("pictures", "SIGTERM"), ("sim", "SIGKILL")]
+# each command and each end once; the rest of the pairs that differ takes as long again
+ENDINGS = [("demo", "SIGHUP"), ("bench", "SIGINT"), ("pictures", "SIGTERM"), ("sim", "SIGKILL"),
+           *(pytest.param(*pair, marks=pytest.mark.long) for pair in (
+               ("demo", "SIGTERM"), ("demo", "SIGKILL"), ("bench", "SIGTERM")))]
 
 
 def programs(mark):

@@ -71,8 +71,11 @@ def test_a_clone_that_one_may_only_read_asks_for_another_folder(tmp_path):
     assert "ROBOTONT_WORK=" in result.stdout
 
 
-def test_nobody_else_may_write_what_is_built(tmp_path):
+def test_nobody_else_may_write_what_is_built_nor_is_half_an_environment_taken_for_one(tmp_path):
     folder = clone(tmp_path / "clone")
+    interrupted = folder / ".build" / "venv.new"
+    interrupted.mkdir(parents=True)
+    (interrupted / "half").write_text("")
     script = f"umask 000; exec '{folder}/robotont' build"
     (folder / "setup" / "debian.txt").write_text("")
     (folder / "setup" / "noetic.txt").write_text("")
@@ -84,6 +87,8 @@ def test_nobody_else_may_write_what_is_built(tmp_path):
     made = [path for path in (folder / ".build").rglob("*") if not path.is_symlink()]
     assert folder / ".build" / "lock" in made
     assert not [path for path in made if path.stat().st_mode & 0o022]
+    assert (folder / ".build" / "venv" / "bin" / "pip").exists()
+    assert not (folder / ".build" / "venv" / "half").exists()
 
 
 def test_half_a_virtual_environment_is_made_anew(tmp_path):
@@ -97,15 +102,6 @@ def test_half_a_virtual_environment_is_made_anew(tmp_path):
     assert result.returncode == 0, result.stdout
     assert subprocess.run([str(venv / "bin" / "python"), "-m", "pip", "--version"], check=False,
                           stdout=subprocess.DEVNULL).returncode == 0
-
-
-def test_an_interrupted_virtual_environment_is_not_taken_for_one(tmp_path):
-    folder = clone(tmp_path / "clone")
-    (folder / ".build" / "venv.new").mkdir(parents=True)
-    (folder / ".build" / "venv.new" / "half").write_text("")
-    (folder / "setup" / "requirements.txt").write_text("")
-    assert functions(folder, "install_venv").returncode == 0
-    assert not (folder / ".build" / "venv" / "half").exists()
 
 
 @pytest.mark.parametrize("how", ["moved", "copied"])

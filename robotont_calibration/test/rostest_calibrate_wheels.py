@@ -10,8 +10,9 @@ import rostest
 import yaml
 from nav_msgs.msg import Odometry
 
-from robotont_driver.se2 import pose_of
-from robotont_testing.harness import wait_for
+from robotont_driver.se2 import between, pose_of, wrap
+from robotont_testing import places
+from robotont_testing.harness import Processes, wait_for
 from robotont_testing.node_test import NodeTest
 from robotont_testing.robots import WHEEL_PARAMS
 from robotont_testing.stand_in_board import Board
@@ -20,19 +21,26 @@ SIZES = ("--side", "0.2", "--turns", "0.25", "--line", "0.3")
 
 
 class GuideTest(NodeTest):
+    @classmethod
+    def setUpClass(cls):
+        """A robot that all tests share: its start is most of a test's time."""
+        super().setUpClass()
+        cls.robot = Processes()
+        cls.addClassCleanup(cls.robot.close)
+        cls.board = Board(str(cls.robot.folder / "board"), 3)
+        cls.board.plug()
+        cls.addClassCleanup(cls.board.close)
+        cls.robot.launch("robot.launch", f"port:={cls.board.link}", "description:=false")
+
     def setUp(self):
         super().setUp()
-        self.board = Board(str(self.processes.folder / "board"), 3)
-        self.board.plug()
-        self.addCleanup(self.board.__exit__)
-        self.odom = odom = self.listen("odom", Odometry)
-        self.processes.launch("robot.launch", f"port:={self.board.link}", "description:=false")
-        wait_for(lambda: odom, "odometry")
+        self.odom = self.listen("odom", Odometry)
+        wait_for(lambda: self.odom and not any(self.board.speeds), "odometry of a robot that stands", timeout=60)
 
     def command(self, *arguments):
         """Words of the command line."""
         folder = self.processes.folder
-        return ["rosrun", "robotont_calibration", "calibrate_wheels", "--guide", str(folder / "runs"), *SIZES,
+        return [places.program("robotont_calibration", "calibrate_wheels"), "--guide", str(folder / "runs"), *SIZES,
                 "--wheel-params", str(WHEEL_PARAMS), "-o", str(folder / "new.yaml"),
                 "--picture", str(folder / "new.png"), *arguments]
 
@@ -63,9 +71,8 @@ class GuideTest(NodeTest):
             if answer == "":
                 start = self.place()
             elif answer == "?":
-                x, y, yaw = self.place()
-                dx, dy, cos, sin = x - start[0], y - start[1], math.cos(start[2]), math.sin(start[2])
-                typed = f"{cos * dx + sin * dy:.3f} {cos * dy - sin * dx:.3f} {math.degrees(yaw - start[2]):.1f}"
+                x, y, yaw = between(start, self.place())
+                typed = f"{x:.3f} {y:.3f} {math.degrees(wrap(yaw)):.1f}"
             process.stdin.write(typed.encode() + b"\n")
             process.stdin.flush()
         output += process.communicate(timeout=60)[0].decode()

@@ -7,6 +7,7 @@ import rostest
 from nav_msgs.msg import Odometry
 from nav_msgs.msg import Path as PathMessage
 
+from robotont_testing import places
 from robotont_testing.harness import wait_for
 from robotont_testing.node_test import NodeTest
 
@@ -18,7 +19,7 @@ class PathNodeTest(NodeTest):
 
     def start(self, *arguments):
         self.paths = self.listen("/path", PathMessage)
-        node = self.processes.start("rosrun", "robotont_driver", "path_node", *arguments)
+        node = self.processes.start(places.program("robotont_driver", "path_node"), *arguments)
         self.addCleanup(self.processes.stop, node)
         self.odometry = self.publisher("/odom", Odometry)
 
@@ -61,7 +62,7 @@ class PathNodeTest(NodeTest):
 
     def test_wrong_parameters_end_the_node(self):
         log = self.processes.folder / "log"
-        node = self.processes.start("rosrun", "robotont_driver", "path_node", "_max_poses:=0", "_max_pose:=5",
+        node = self.processes.start(places.program("robotont_driver", "path_node"), "_max_poses:=0", "_max_pose:=5",
                                     log=log)
         self.assertEqual(node.wait(20), 1)
         words = log.read_text()

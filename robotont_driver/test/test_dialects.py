@@ -173,12 +173,13 @@ def speeds_of(line):
     return [float(field) for field in line.decode().strip().split(":")[1:]]
 
 
+@pytest.mark.parametrize("minutes", [2, pytest.param(10, marks=pytest.mark.long)])
 @pytest.mark.parametrize("name", ["robotont2", "robotont3"])
-def test_ten_minutes_of_random_commands_lose_none_and_let_no_older_one_win(name):
+def test_minutes_of_random_commands_lose_none_and_let_no_older_one_win(name, minutes):
     bench = Bench(name)
     generator = random.Random(11)
     newest = None
-    while bench.now < 600:
+    while bench.now < 60 * minutes:
         rate = 10 ** generator.uniform(0, 2)
         for _ in range(generator.randrange(1, 40)):
             newest = (generator.uniform(-0.6, 0.6), generator.uniform(-0.6, 0.6), generator.uniform(-3, 3))

@@ -15,7 +15,6 @@ from robotont_driver.parameters import ParameterError, read_parameters
 from robotont_driver.protocol import Packet, PacketError, add_checksum, parse_packet
 from robotont_driver.wheel_file import read_wheel_file
 from robotont_driver.wheels import KEYS, read_wheels
-from robotont_driver.yaml_file import read_mapping
 from robotont_testing.robots import ROBOTONT2, WHEEL_PARAMS
 
 TABLES = {module.__name__.rpartition(".")[2]: module.PARAMETERS
@@ -123,11 +122,10 @@ SHIPPED_FILES = [WHEEL_PARAMS, *sorted((HERE.parents[1] / "robotont_bringup" / "
 def test_wheel_files(tmp_path_factory, path, seed):
     file = tmp_path_factory.getbasetemp() / f"fuzz_{path.name}"
     file.write_bytes(mutated(path.read_bytes(), seed))
-    for read in (read_wheel_file, lambda file: read_mapping(file, "anything")):
-        try:
-            read(file)
-        except ValueError as error:
-            assert str(file) in str(error)
+    try:
+        read_wheel_file(file)  # by read_mapping, as all other files of YAML
+    except ValueError as error:
+        assert str(file) in str(error)
 
 
 @given(st.binary(max_size=200) | VALUES.map(lambda value: yaml.safe_dump(value).encode()))

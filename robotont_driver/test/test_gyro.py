@@ -1,5 +1,6 @@
 """A gyro beside the wheels: heading, covariance, bias, gaps, wheels that slip; with readings drawn as a BMI055's."""
 
+import functools
 import math
 
 import numpy as np
@@ -82,8 +83,18 @@ def with_rest(*parts, seconds=5.0):
     return np.concatenate([still(seconds), *parts, still(0.5)])
 
 
-def heading_errors(twists, seeds, noise=0.005, wheels=THREE):
-    """(errors [rad], standard deviations [rad]) of the heading at the end, one per seed."""
+DRIVES = {
+    "two circles": with_rest(circles(2)),
+    "mixed": with_rest(mixed_drive(30.0, np.random.default_rng(3))),
+    "with a rest": with_rest(mixed_drive(20.0, np.random.default_rng(4)), still(5.0),
+                             mixed_drive(20.0, np.random.default_rng(5))),
+}
+
+
+@functools.lru_cache(maxsize=None)
+def heading_errors(drive, seeds, noise=0.005, wheels=THREE):
+    """(errors [rad], standard deviations [rad]) of the heading at the end of one of DRIVES, one per seed."""
+    twists = DRIVES[drive]
     truth = path_of(twists)[-1, 2]
     errors, stated = [], []
     for seed in range(seeds):
@@ -94,15 +105,10 @@ def heading_errors(twists, seeds, noise=0.005, wheels=THREE):
     return np.array(errors), np.array(stated)
 
 
-@pytest.mark.parametrize("twists, noise", [
-    (with_rest(circles(2)), 0.005),
-    (with_rest(mixed_drive(30.0, np.random.default_rng(3))), 0.005),
-    (with_rest(mixed_drive(20.0, np.random.default_rng(4)), still(5.0), mixed_drive(20.0, np.random.default_rng(5))),
-     0.01),
-], ids=["two circles", "mixed", "with a rest"])
-def test_the_heading_is_as_good_as_its_covariance_says(twists, noise):
+@pytest.mark.parametrize("drive, noise", [("two circles", 0.005), ("mixed", 0.005), ("with a rest", 0.01)])
+def test_the_heading_is_as_good_as_its_covariance_says(drive, noise):
     """The sum of the squared normalised errors of 20 seeds within its bounds of 99.9 %; they are printed with 95 %."""
-    errors, stated = heading_errors(twists, 20, noise)
+    errors, stated = heading_errors(drive, 20, noise)
     value = float(np.sum((errors / stated) ** 2)) / 20
     low, high = chi2.ppf((0.0005, 0.9995), 20) / 20
     print(f"mean normalised error squared {value:.2f}, 95 % bounds "
@@ -114,14 +120,14 @@ def test_the_heading_is_as_good_as_its_covariance_says(twists, noise):
 
 
 def test_wheels_alone_are_worse():
-    twists = with_rest(circles(2))
+    twists = DRIVES["two circles"]
     wheels_only = []
     for seed in range(20):
         odometry = WheelOdometry(Kinematics(THREE), PERIOD, 0.005)
         for counts in counted(THREE, rolled(THREE, twists), 0.005, np.random.default_rng([seed, 7])).tolist():
             odometry.update(counts, 0.0)
         wheels_only.append(se2.wrap(odometry.pose.yaw - path_of(twists)[-1, 2]))
-    errors, _ = heading_errors(twists, 20)
+    errors, _ = heading_errors("two circles", 20, 0.005)
     assert np.std(errors) < 0.3 * np.std(wheels_only)
 
 

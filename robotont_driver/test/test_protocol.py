@@ -274,9 +274,9 @@ class TestCheckedFeedback:
         checked.feed(b"# fault cleared\n")
         assert checked.fault == ""
 
-    @pytest.mark.parametrize("wheels", [3, 4, 5])
-    @pytest.mark.parametrize("kind", ["corrupt", "drop", "double", "all"])
-    def test_one_percent_of_bad_bytes_costs_no_count_and_passes_no_wrong_packet(self, wheels, kind):
+    @pytest.mark.parametrize("kind, wheels", [
+        ("corrupt", 3), ("drop", 3), ("double", 3), ("all", 3), ("all", 4), ("all", 5)])
+    def test_one_percent_of_bad_bytes_costs_no_count_and_passes_no_wrong_packet(self, kind, wheels):
         sender, checked, line = Sender(wheels, start=12345), reader(wheels=wheels), Line(seed=wheels)
         for fate in ("corrupt", "drop", "double") if kind == "all" else (kind,):
             setattr(line, fate, 0.01)

@@ -28,6 +28,7 @@ from robotont_driver.wheels import read_wheels
 from robotont_navigation.floor_map import FloorMap
 from robotont_simulator.world import OCCUPIED, draw_map, read_world
 from robotont_testing.harness import Master, wait_for
+from robotont_testing.places import program
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -93,7 +94,7 @@ class Run:
         wait_for(lambda: self.truth, "the simulator")
         first, start = len(self.truth) - 1, time.monotonic()
         first_command = len(self.commands)
-        result = subprocess.run(["rosrun", "robotont_navigation", "goto", str(x), str(y), str(yaw),
+        result = subprocess.run([program("robotont_navigation", "goto"), str(x), str(y), str(yaw),
                                  "--timeout", str(GOAL_TIMEOUT), "--wait", "60"], check=False, text=True,
                                 stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
         duration = time.monotonic() - start

@@ -14,6 +14,7 @@ from move_base_msgs.msg import MoveBaseActionGoal
 from nav_msgs.msg import OccupancyGrid
 from tf2_msgs.msg import TFMessage
 
+from robotont_testing import places
 from robotont_testing.harness import Processes, wait_for
 from robotont_testing.node_test import NodeTest
 
@@ -53,7 +54,7 @@ class GotoTest(NodeTest):
     def start_goto(self, *words, log="goto"):
         self.log = self.processes.folder / log
         words = (*words, f"__ns:={self.space}")
-        return self.processes.start("rosrun", "robotont_navigation", "goto", *words, log=self.log)
+        return self.processes.start(places.program("robotont_navigation", "goto"), *words, log=self.log)
 
     def end(self, process, timeout=30.0):
         """(exit status, lines) of goto when it has ended."""

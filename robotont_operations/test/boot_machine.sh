@@ -1,14 +1,14 @@
 #!/bin/sh
 # Boots systemd on a copy-on-write view of this machine, without a network.
 # $1: an empty folder; $2: file system tree laid over the root, with what is installed; $3: the unit to boot into;
-# $4: the repository, which may lie in /tmp or on a disk of its own.
+# $4 and on: the repository and the workspace, which may lie in /tmp or on a disk of its own.
 # The booted machine finds $1/shared as /shared, and leaves its journal in /shared/journal. Run by test_boot.py in new
 # namespaces for mounts, processes, the network, host name and interprocess communication, and in a new control group.
 set -eu
 folder=$1
 tree=$2
 unit=$3
-repository=$4
+shift 3
 mkdir -p "$folder/layer" "$folder/root" "$folder/shared"
 mount -t tmpfs tmpfs "$folder/layer"
 mkdir "$folder/layer/upper" "$folder/layer/work"
@@ -21,9 +21,11 @@ mount -t sysfs -o ro sysfs "$root/sys"
 mount -t cgroup2 none "$root/sys/fs/cgroup"
 mount -t tmpfs tmpfs "$root/run"
 mount -t tmpfs -o mode=1777 tmpfs "$root/tmp"
-mkdir -p "$root$repository"
-mount --bind "$repository" "$root$repository"
-mount -o remount,bind,ro "$root$repository"
+for place; do
+    mkdir -p "$root$place"
+    mount --bind "$place" "$root$place"
+    mount -o remount,bind,ro "$root$place"
+done
 mount -t tmpfs tmpfs "$root/dev"  # a few devices of its own: nothing that is booted shall reach this machine's
 for device in null zero full random urandom tty; do
     touch "$root/dev/$device"

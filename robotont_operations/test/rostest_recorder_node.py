@@ -14,6 +14,7 @@ from nav_msgs.msg import Odometry
 from std_msgs.msg import String
 
 from robotont_operations.black_box import bags_of, runs_in
+from robotont_testing import places
 from robotont_testing.harness import wait_for
 from robotont_testing.node_test import OK, NodeTest, twist
 
@@ -24,7 +25,7 @@ class RecorderNodeTest(NodeTest):
         self.folder = self.processes.folder / "black_box"
         self.log = self.processes.folder / "recorder.log"
         self.recorder = self.processes.start(
-            "rosrun", "robotont_operations", "recorder_node", f"_folder:={self.folder}", log=self.log)
+            places.program("robotont_operations", "recorder_node"), f"_folder:={self.folder}", log=self.log)
         self.read = self.publisher("serial_read", String)
         self.odom = self.publisher("odom", Odometry)
         self.command = self.publisher("cmd_vel", Twist)
@@ -81,7 +82,7 @@ class RecorderNodeTest(NodeTest):
 
     def test_a_folder_that_cannot_be_written_is_one_clear_line(self):
         log = self.processes.folder / "wrong.log"
-        wrong = self.processes.start("rosrun", "robotont_operations", "recorder_node", "__name:=wrong",
+        wrong = self.processes.start(places.program("robotont_operations", "recorder_node"), "__name:=wrong",
                                      "_folder:=/proc/black_box", log=log)
         wait_for(lambda: wrong.poll() is not None, "the end")
         self.assertEqual(wrong.returncode, 1)

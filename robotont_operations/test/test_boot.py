@@ -16,6 +16,7 @@ from robotont_testing.harness import Processes, wait_for
 from robotont_testing.stand_in_board import Board
 
 REPOSITORY = Path(__file__).resolve().parents[2]
+WORKSPACE = places.program("robotont_bringup", "require").parents[3]  # with the source, development or install space
 UNITS = ("robotont-master.service", "robotont.service", "robotont-recorder.service")
 BOOT = """[Unit]
 Wants=systemd-journald.service systemd-sysusers.service robotont-watch.service {units}
@@ -178,7 +179,7 @@ def test_boot_without_network_to_the_first_odometry(tmp_path):
             booted = processes.start(
                 "sh", "-c", f"echo $$ >{group}/cgroup.procs; exec unshare --mount --pid --net --uts --ipc --cgroup "
                 f"--fork --kill-child sh {REPOSITORY}/robotont_operations/test/boot_machine.sh {machine} {tree} "
-                f"boot.target {REPOSITORY}", log=log)
+                f"boot.target {REPOSITORY} {WORKSPACE}", log=log)
             wait_for(lambda: (shared / "booted").exists() or booted.poll() is not None, "systemd")
             if booted.poll() is not None:
                 pytest.skip("systemd does not start in a namespace here: " + log.read_text().strip())

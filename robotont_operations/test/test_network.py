@@ -15,6 +15,8 @@ ROBOT, LAPTOP = ADDRESSES["robot"], ADDRESSES["laptop"]
 MASTER = {"ROS_MASTER_URI": f"http://{ROBOT}:11311"}
 NODE = "import rospy, sys; rospy.init_node(sys.argv[1]); rospy.Publisher('x', rospy.AnyMsg, queue_size=1); rospy.spin()"
 
+pytestmark = pytest.mark.timed
+
 
 @pytest.fixture(scope="module")
 def machines():

@@ -48,7 +48,7 @@ def machines():
                log=two.folder / "robot.log", **robot)
         two.on("laptop", "/usr/bin/python3", "-c", COMMANDER, two.folder / "press", log=two.folder / "laptop.log",
                **{**robot, "ROS_IP": LAPTOP})
-        wait_for(lambda: any(board.speeds), "motion")
+        wait_for(lambda: any(board.speeds), "motion", timeout=60)
         two.board = board
         yield two
 

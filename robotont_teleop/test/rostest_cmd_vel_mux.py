@@ -14,6 +14,7 @@ from geometry_msgs.msg import Twist
 from std_msgs.msg import Bool, String
 from std_srvs.srv import Trigger
 
+from robotont_testing import places
 from robotont_testing.harness import wait_for
 from robotont_testing.node_test import OK, WARN, NodeTest, twist
 
@@ -156,7 +157,7 @@ class CmdVelMuxTest(NodeTest):
         self.assertEqual({packet for _, packet in self.wire.packets[seen:]}, {STOPPED})
 
     def test_an_emergency_stop_is_on_the_wire_at_once_and_outlives_both_nodes(self):
-        nodes = {name: self.processes.start("rosrun", package, name, "__ns:=/restarted") for name, package in
+        nodes = {name: self.processes.start(places.program(package, name), "__ns:=/restarted") for name, package in
                  (("driver_node", "robotont_driver"), ("cmd_vel_mux", "robotont_teleop"))}
         wire = Wire("/restarted")
         for sender in wire.senders.values():
@@ -169,7 +170,7 @@ class CmdVelMuxTest(NodeTest):
                                     ("cmd_vel_mux", "robotont_teleop", "who drives")):
             self.processes.stop(nodes[name])
             self.status.clear()
-            self.processes.start("rosrun", package, name, "__ns:=/restarted")
+            self.processes.start(places.program(package, name), "__ns:=/restarted")
             self.wait_for_status(f"restarted/{name}: {task}", WARN, "emergency stop")
             seen = len(wire.packets)
             wait_for(lambda seen=seen: len(wire.packets) > seen + 5, "packets")

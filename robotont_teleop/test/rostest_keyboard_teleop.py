@@ -15,6 +15,7 @@ from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
 from std_msgs.msg import Bool
 
+from robotont_testing import places
 from robotont_testing.harness import wait_for
 from robotont_testing.node_test import NodeTest
 
@@ -30,7 +31,7 @@ class Terminal:
     def __init__(self, *arguments):
         self.shown = ""
         self._master, slave = pty.openpty()
-        self.process = subprocess.Popen(["rosrun", "robotont_teleop", "keyboard_teleop", *arguments], stdin=slave,
+        self.process = subprocess.Popen([places.program("robotont_teleop", "keyboard_teleop"), *arguments], stdin=slave,
                                         stdout=slave, stderr=slave, start_new_session=True)
         os.close(slave)
         threading.Thread(target=self._read, daemon=True).start()
@@ -178,8 +179,8 @@ class KeyboardTeleopTest(NodeTest):
         self.assertLess(time.monotonic() - pressed, HOLD)
 
     def test_without_a_terminal_it_says_so(self):
-        result = subprocess.run(["rosrun", "robotont_teleop", "keyboard_teleop"], stdin=subprocess.DEVNULL, check=False,
-                                stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, timeout=60)
+        result = subprocess.run([places.program("robotont_teleop", "keyboard_teleop")], stdin=subprocess.DEVNULL,
+                                stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, timeout=60, check=False)
         self.assertEqual((result.returncode, result.stdout.count("\n")), (1, 1), result.stdout)
         self.assertIn("no terminal to read keys from", result.stdout)
         self.assertFalse(rospy.is_shutdown())

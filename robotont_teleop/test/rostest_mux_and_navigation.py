@@ -70,7 +70,8 @@ class MuxAndNavigationTest(NodeTest):
         super().setUp()
         self.emergency_stop = self.publisher("emergency_stop", Bool, subscribers=2)
         self.navigation = self.listen("cmd_vel/navigation", Twist)
-        self.goal = self.processes.start("rosrun", "robotont_navigation", "goto", "8", "8", "1.57", "--wait", "60")
+        self.goal = self.processes.start(places.program("robotont_navigation", "goto"), "8", "8", "1.57",
+                                         "--wait", "60")
         wait_for(self.moving, "motion to the goal", timeout=60)
 
     def tearDown(self):

@@ -15,6 +15,7 @@ from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
 from std_msgs.msg import Bool
 
+from robotont_testing import places
 from robotont_testing.browser import CHROMIUM, DESKTOP, PHONE, PHONE_LYING, Browser
 from robotont_testing.harness import Processes, free_port, wait_for
 from robotont_testing.node_test import NodeTest
@@ -81,7 +82,7 @@ class WebTeleopTest(NodeTest):
     @classmethod
     def start_server(cls):
         cls.log.write_text("")
-        cls.server = cls.robot.start("rosrun", "robotont_teleop", "web_teleop_node", log=cls.log)
+        cls.server = cls.robot.start(places.program("robotont_teleop", "web_teleop_node"), log=cls.log)
         wait_for(lambda: "drive the robot in a browser" in cls.log.read_text(), "the server")
 
     def open(self, size=PHONE, dark=False, browser=None, **options):

@@ -27,6 +27,7 @@ from web_client import Client
 
 from robotont_driver.node import Worker
 from robotont_teleop import camera
+from robotont_testing import places
 from robotont_testing.browser import CHROMIUM, PHONE, Browser
 from robotont_testing.harness import free_port, wait_for
 from robotont_testing.node_test import WARN, NodeTest
@@ -109,7 +110,7 @@ class WebTeleopNodeTest(NodeTest):
             (message.linear.x, message.linear.y, message.angular.z)))
 
     def start(self, *parameters):
-        server = self.processes.start("rosrun", "robotont_teleop", "web_teleop_node", f"_port:={self.port}",
+        server = self.processes.start(places.program("robotont_teleop", "web_teleop_node"), f"_port:={self.port}",
                                       *parameters, log=self.log)
         wait_for(lambda: "drive the robot in a browser" in self.log.read_text(), "the server")
         return server
@@ -271,7 +272,8 @@ class WebTeleopNodeTest(NodeTest):
                         cert, "-keyout", key], check=True, stdin=subprocess.DEVNULL, capture_output=True)
         logs = folder / "log"
         logs.mkdir()
-        self.processes.start("rosrun", "robotont_teleop", "web_teleop_node", f"_port:={self.port}", "_address:=0.0.0.0",
+        self.processes.start(places.program("robotont_teleop", "web_teleop_node"), f"_port:={self.port}",
+                             "_address:=0.0.0.0",
                              f"_certificate:={cert}", f"_certificate_key:={key}", f"_token_file:={token_file}",
                              log=self.log, ROS_LOG_DIR=str(logs))
         wait_for(lambda: "asked for once" in self.log.read_text(), "the server")

@@ -15,9 +15,10 @@ function(robotont_add_tests)
   endforeach()
   file(GLOB unit_tests CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/test/test_*.py)
   if(unit_tests)
+    set(marks "not rostest and not faults and not long")
     set(report ${CATKIN_TEST_RESULTS_DIR}/${PROJECT_NAME}/pytest.xml)
     catkin_run_tests_target("pytest" ${PROJECT_NAME} pytest.xml
-      COMMAND "${PYTHON_EXECUTABLE} -m pytest --ignore-glob=*.test --junitxml=${report} ${CMAKE_CURRENT_SOURCE_DIR}/test"
+      COMMAND "${PYTHON_EXECUTABLE} -m pytest -m '${marks}' --junitxml=${report} ${CMAKE_CURRENT_SOURCE_DIR}/test"
       WORKING_DIRECTORY ${CMAKE_CURRENT_SOURCE_DIR})
   endif()
 endfunction()

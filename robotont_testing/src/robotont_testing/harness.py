@@ -11,6 +11,8 @@ from pathlib import Path
 
 from robotont_testing import lifeline, places
 
+START = 60.0  # [s] after which a launch file's nodes must be there, also on a machine with ten times as much to do
+
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:  # a shell's background processes start so
     signal.signal(signal.SIGINT, signal.default_int_handler)  # else processes started here would ignore Ctrl-C too
 
@@ -76,7 +78,7 @@ class Processes:
 
     def node(self, name, *arguments, log=None, **environment):
         """Start a node of robotont_driver with arguments such as _port:=/dev/x."""
-        return self.start("rosrun", "robotont_driver", name, *arguments, log=log, **environment)
+        return self.start(places.program("robotont_driver", name), *arguments, log=log, **environment)
 
     def pid(self, node):
         """Process id of a node such as /odom_node, or of the robotont_node that it is a part of."""

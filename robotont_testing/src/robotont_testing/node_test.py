@@ -7,7 +7,7 @@ import rospy
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import Twist
 
-from robotont_testing.harness import Processes, wait_for
+from robotont_testing.harness import START, Processes, wait_for
 
 OK, WARN, ERROR = 0, 1, 2
 
@@ -68,7 +68,7 @@ class NodeTest(unittest.TestCase):
         if topic not in self._publishers:
             self._publishers[topic] = rospy.Publisher(topic, message_type, queue_size=100)
         publisher = self._publishers[topic]
-        wait_for(lambda: publisher.get_num_connections() >= subscribers, "subscribers of " + topic)
+        wait_for(lambda: publisher.get_num_connections() >= subscribers, "subscribers of " + topic, START)
         return publisher
 
     def wait_for_status(self, name, level, words=""):

@@ -18,15 +18,20 @@ class UnseenError(AssertionError):
 
 def grid_lines(picture):
     """Columns and rows [pixels] of the grid's lines, as two arrays; lines are grey and span the view."""
-    view = picture[VIEW]
-    brightness = view.mean(axis=2)
-    grey = (view.max(axis=2) - view.min(axis=2) < 16) & (brightness > 195) & (brightness < 243)
+    red, green, blue = np.moveaxis(picture[VIEW], 2, 0)
+    spread = np.maximum(np.maximum(red, green), blue) - np.minimum(np.minimum(red, green), blue)
+    brightness = red + green + blue
+    grey = (spread < 16) & (brightness > 3 * 195) & (brightness < 3 * 243)
     return _middles(grey.mean(axis=0) > 0.6) + VIEW[1].start, _middles(grey.mean(axis=1) > 0.6) + VIEW[0].start
 
 
 def scale(picture):
     """[pixels/m] from the grid, whose lines are 1 m apart. Raises UnseenError."""
-    gaps = np.concatenate([np.diff(lines) for lines in grid_lines(picture)])
+    return _scale(*grid_lines(picture))
+
+
+def _scale(columns, lines):
+    gaps = np.concatenate([np.diff(columns), np.diff(lines)])
     if not len(gaps) or gaps.max() - gaps.min() > 1.5:
         raise UnseenError(f"no even grid, but gaps {gaps}")
     return gaps.mean()
@@ -37,6 +42,10 @@ def robot_centre(picture, rows=ALL):
 
     Raises UnseenError when there is no such disc of the right size.
     """
+    return _robot_centre(picture, rows, scale(picture))
+
+
+def _robot_centre(picture, rows, per_metre):
     view = picture[VIEW][rows]
     red, green, blue = np.moveaxis(view, 2, 0)
     plate = (blue - red > 30) & (blue - red < 75) & (green - red > 10) & (blue > 190)
@@ -47,7 +56,7 @@ def robot_centre(picture, rows=ALL):
             raise UnseenError("no robot")
         spans.append((wide[0], wide[-1]))
     for first, last in spans:
-        diameter = (last - first + 1) / scale(picture)
+        diameter = (last - first + 1) / per_metre
         if abs(diameter - 2 * PLATE) > 0.02:
             raise UnseenError(f"a robot of {diameter:.3f} m instead of {2 * PLATE} m")
     return (np.mean(spans[0]) + VIEW[1].start,
@@ -57,8 +66,9 @@ def robot_centre(picture, rows=ALL):
 def position(picture, rows=ALL):
     """(x, y) [m] of the robot from the lower left crossing of the grid's lines that can be seen."""
     columns, lines = grid_lines(picture)
-    centre = robot_centre(picture, rows)
-    return (centre[0] - columns[0]) / scale(picture), (lines[-1] - centre[1]) / scale(picture)
+    per_metre = _scale(columns, lines)
+    centre = _robot_centre(picture, rows, per_metre)
+    return (centre[0] - columns[0]) / per_metre, (lines[-1] - centre[1]) / per_metre
 
 
 def heading(picture):

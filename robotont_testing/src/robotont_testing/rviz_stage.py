@@ -13,13 +13,14 @@ from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
 from PIL import Image
 
-from robotont_testing.harness import Processes, wait_for
+from robotont_testing.harness import START, Processes, wait_for
 from robotont_testing.places import package
 from robotont_testing.stand_in_board import Board
 
 WIDTH, HEIGHT = 1280, 800  # [pixels] of the screen
 SPEED = 0.8                # [m/s] of a drive
 TURNING = 1.5              # [rad/s]
+FRAME_RATE = 5             # [1/s] of a picture that nobody watches: without a graphics card 30 take a whole processor
 
 
 class Stage(Processes):
@@ -55,7 +56,7 @@ class Stage(Processes):
         header = struct.unpack(">25I", data[:100])  # of an X window dump
         start = header[0] + 12 * header[19]         # behind the header and the colour map
         pixels = np.frombuffer(data, np.uint8, HEIGHT * header[12], start).reshape(HEIGHT, header[12] // 4, 4)
-        return pixels[:, :WIDTH, 2::-1].astype(int)
+        return pixels[:, :WIDTH, 2::-1].astype(np.int16)
 
 
 class Robot:
@@ -80,7 +81,7 @@ class Robot:
         rospy.Subscriber(f"/{prefix}odom", Odometry, self._on_odometry, tcp_nodelay=True)
         self._stage = stage
         self._launch = stage.launch("robot.launch", f"port:={self.board.link}", "mux:=false", *self.arguments)
-        wait_for(lambda: self.pose, "odometry of " + name)
+        wait_for(lambda: self.pose, "odometry of " + name, START)
 
     def _on_odometry(self, message):
         position, turn = message.pose.pose.position, message.pose.pose.orientation
@@ -120,17 +121,31 @@ def approach(pose, goal):
 
 
 def seen_from_above(config, folder):
-    """Copy of an RViz configuration that opens with its saved view "From above"; returns (file, view).
+    """Copy as by `drawn_seldom` that opens with its saved view "From above"; returns (file, view).
 
     view: the dictionary of the view, with Scale [pixels/m] and the X, Y [m] of the middle of the picture.
     """
-    content = yaml.safe_load((package("robotont_description") / "rviz" / config).read_text())
+    content = _drawn_seldom(config)
     views = content["Visualization Manager"]["Views"]
     above = next(view for view in views["Saved"] if view["Name"] == "From above")
     views["Current"] = {**above, "Name": "Current View"}
-    file = Path(folder) / config
+    return _written(content, Path(folder) / config), above
+
+
+def drawn_seldom(config, folder):
+    """Copy of an RViz configuration that draws FRAME_RATE pictures a second; returns the file."""
+    return _written(_drawn_seldom(config), Path(folder) / config)
+
+
+def _drawn_seldom(config):
+    content = yaml.safe_load((package("robotont_description") / "rviz" / config).read_text())
+    content["Visualization Manager"]["Global Options"]["Frame Rate"] = FRAME_RATE
+    return content
+
+
+def _written(content, file):
     file.write_text(yaml.safe_dump(content))
-    return file, above
+    return file
 
 
 def _last_number(file):

@@ -16,7 +16,7 @@ from robotont_testing.harness import Master, wait_for
 
 pytestmark = pytest.mark.faults
 
-RESPAWN = 4.0    # [s] for a process that has to start again
+RESPAWN = 3.0    # [s] for a process that has to start again
 CLOCK = """
 import time
 true, true_ns = time.time, time.time_ns

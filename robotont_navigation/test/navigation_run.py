@@ -3,7 +3,7 @@
 
 navigation_run.py [--goal X Y YAW]... [--random N --seed S] [launch arguments, e.g. localization:=fake] prints JSON: for
 each goal the exit status and last line of goto, the error of the end pose, the least distance between the robot's body
-and the world, and the fastest strafing. Of N random goals every third lies with its centre 0.2 to 0.3 m from a wall, so
+and the world, the fastest strafing, and what localization_monitor reported meanwhile. Of N random goals every third lies with its centre 0.2 to 0.3 m from a wall, so
 that the next way begins there. Needs move_base; has a ROS master of its own.
 """
 
@@ -19,6 +19,7 @@ from pathlib import Path
 import numpy as np
 import rospy
 import yaml
+from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
 
@@ -34,6 +35,8 @@ ROOT = Path(__file__).resolve().parents[2]
 WHEEL_PARAMS = ROOT / "config" / "wheel_params.yaml"
 GOAL_TIMEOUT = 180  # [s]
 NEAR = (0.2, 0.3)   # [m] between a wall and the robot's centre
+FIT = "rays that end at the map's walls"
+DEVIATIONS = {"deviation_m": "deviation of the position [m]", "deviation_rad": "deviation of the yaw [rad]"}
 RESOLUTION = 0.05   # [m] per pixel of the worlds' maps
 
 
@@ -76,13 +79,17 @@ class Run:
         self.radius = robot_radius(read_wheels(yaml.safe_load(Path(wheel_params).read_text())))
         self.world = read_world(ROOT / "config" / "worlds" / f"{world}.yaml")
         self.log = master.folder / "log"
-        self.truth, self.commands = [], []
+        self.truth, self.commands, self.reports = [], [], []
         self.launch = master.launch("navigation.launch", "sim:=true", f"port:={master.folder / 'board'}",
                                     f"wheel_params:={wheel_params}", f"world:={world}", *arguments, log=self.log)
         rospy.init_node("navigation_run", disable_signals=True)
         rospy.Subscriber("ground_truth/odom", Odometry, self.truth.append, tcp_nodelay=True)
         rospy.Subscriber("cmd_vel", Twist, lambda message: self.commands.append((time.monotonic(), message)))
+        rospy.Subscriber("/diagnostics", DiagnosticArray, self._on_diagnostics)
         wait_for(lambda: self.truth or self.launch.poll() is not None, "the simulator", timeout=60)
+
+    def _on_diagnostics(self, message):
+        self.reports += [status for status in message.status if status.name == "localization_monitor: localization"]
 
     def pose(self):
         """True (x, y, yaw) of the robot."""
@@ -92,7 +99,7 @@ class Run:
         """Run goto and wait for its end; the figures."""
         wait_for(lambda: self.truth, "the simulator")
         first, start = len(self.truth) - 1, time.monotonic()
-        first_command = len(self.commands)
+        first_command, first_report = len(self.commands), len(self.reports)
         result = subprocess.run(["rosrun", "robotont_navigation", "goto", str(x), str(y), str(yaw),
                                  "--timeout", str(GOAL_TIMEOUT), "--wait", "60"], check=False, text=True,
                                 stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
@@ -102,6 +109,7 @@ class Run:
         end = pose(truth[-1])
         places = [pose(message)[:2] for message in truth]
         speeds = [message.twist.twist.linear for message in truth]
+        reports = self.reports[first_report:]
         return {
             "goal": [x, y, yaw], "goal_to_wall_m": round(clearance((x, y), self.world, 0.0), 2),
             "start_to_wall_m": round(clearance(places[0], self.world, 0.0), 2),
@@ -115,7 +123,19 @@ class Run:
             "strafed_m": round(sum(abs(speed.y) for speed in speeds) / 50, 2),
             "fastest_m_s": round(max(math.hypot(speed.x, speed.y) for speed in speeds), 3),
             "last_command": flat(self.commands[-1][1]) if len(self.commands) > first_command else None,
+            **judged(reports),
         }
+
+
+def judged(reports):
+    """What DiagnosticStatus of localization_monitor have in common: the alarms, and the extremes of the values."""
+    values = [{each.key: each.value for each in report.values} for report in reports]
+    shares = [int(each[FIT].rstrip("%")) for each in values if each[FIT].endswith("%")]
+    return {
+        "alarms": sorted({report.message for report in reports if report.level}),
+        "fit_percent": min(shares, default=None), "mean_fit_percent": round(np.mean(shares)) if shares else None,
+        **{key: max((float(each[name]) for each in values), default=None) for key, name in DEVIATIONS.items()},
+    }
 
 
 def pose(message):

@@ -155,6 +155,11 @@ class Rig:
         at, _, well = self._states[-1]
         return well and time.monotonic() - at > seconds
 
+    @property
+    def interruptions(self):
+        """How often the robot has stopped to drive with an odometry, whoever's fault it was."""
+        return sum(before[2] and not after[2] for before, after in zip(self._states, self._states[1:]))
+
     def drive(self):
         """Drive steadily and without complaints, from now on."""
         self.speed = SPEED

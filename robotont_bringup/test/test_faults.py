@@ -376,21 +376,24 @@ def test_a_hundred_pulled_cables_cost_nothing(rigs):
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("node", NODES)
+@pytest.mark.parametrize("node", [*NODES, "robotont_node"])
 def test_fifty_killed_nodes_cost_nothing(rigs, node):
+    composed = node == "robotont_node"
+
     def end(rig):
         pid = rig.processes.pid("/" + node)
         kill(node)(rig)
         wait_for(lambda: not rig.well(0.0), "the fault")
         wait_for(lambda: new_pid(rig, node) not in (pid, None), "another process", timeout=30.0, period=0.2)
-    hold_out(rigs.get("kills"), ROUNDS_OF_KILLS, end)
+    hold_out(rigs.get(f"kills {composed}", composed), ROUNDS_OF_KILLS, end)
 
 
 @pytest.mark.long
 @pytest.mark.skipif("ROBOTONT_SOAK" not in os.environ, reason="takes as long as ROBOTONT_SOAK says [s], e.g. 1800")
-def test_soak(rigs):
+@pytest.mark.parametrize("composed", [False, True], ids=["three_processes", "one_process"])
+def test_soak(rigs, composed):
     """A long drive on a line that corrupts one byte in a thousand: every count arrives, and nothing grows."""
-    rig = rigs.get("soak")
+    rig = rigs.get(f"soak {composed}", composed)
     rig.drive()
     spoil(corrupt=0.001)(rig)
     wait_for(lambda: rig.well(20.0), "a warm robot", timeout=60.0)
@@ -398,8 +401,9 @@ def test_soak(rigs):
     end = time.monotonic() + float(os.environ["ROBOTONT_SOAK"])
     while time.monotonic() < end:
         time.sleep(min(60.0, end - time.monotonic() + 0.1))
-        print(f"{(end - time.monotonic()) / 60:4.0f} min left", resources(rig), flush=True)
-        assert rig.well(50.0)
+        wait_for(lambda: rig.well(1.0), "a driving robot")
+        print(f"{(end - time.monotonic()) / 60:4.0f} min left, {rig.interruptions} interruptions", resources(rig),
+              flush=True)
     clean(rig)
     rig.rest()
     assert rig.lost() == 0

@@ -3,8 +3,8 @@
 
 navigation_run.py [--goal X Y YAW]... [--random N --seed S] [launch arguments, e.g. localization:=fake] prints JSON: for
 each goal the exit status and last line of goto, the error of the end pose, the least distance between the robot's body
-and the world, the fastest strafing, and what localization_monitor reported meanwhile. Of N random goals every third lies with its centre 0.2 to 0.3 m from a wall, so
-that the next way begins there. Needs move_base; has a ROS master of its own.
+and the world, the fastest strafing, and what localization_monitor reported. Of N random goals every third lies with its
+centre 0.2 to 0.3 m from a wall, so that the next way begins there. Needs move_base; has a ROS master of its own.
 """
 
 import argparse

@@ -100,7 +100,7 @@ class LocalizationMonitor:
                   "deviation of the position [m]": f"{position:.2f}", "deviation of the yaw [rad]": f"{yaw:.2f}"}
         if self._map is None:
             return WARN, "no map: does map_server run?", values
-        if self._lost:
+        if self._lost and share is None:  # a transform that is late now and then is no fault
             return WARN, f"the scan cannot be laid on the map: {self._lost}", values
         if share is not None and share < limits["min_fit"]:
             return WARN, (f"{share:.0%} of the scan's rays end at walls of the map, at least {limits['min_fit']:.0%} "

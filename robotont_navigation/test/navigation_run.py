@@ -75,13 +75,21 @@ def random_goals(world, radius, count, seed):
 class Run:
     """navigation.launch and what is recorded beside it."""
 
-    def __init__(self, master, arguments, wheel_params, world):
+    def __init__(self, master, arguments, wheel_params, world, start=None):
+        """start: (x, y, yaw) of the robot, and of amcl unless the arguments give it another; None: the world's."""
         self.radius = robot_radius(read_wheels(yaml.safe_load(Path(wheel_params).read_text())))
-        self.world = read_world(ROOT / "config" / "worlds" / f"{world}.yaml")
+        world_file = ROOT / "config" / "worlds" / f"{world}.yaml"
+        self.world = read_world(world_file)
+        if start:
+            arguments = [*(f"initial_{name}:={value}" for name, value in zip(("x", "y", "yaw"), start)), *arguments]
+            moved = {**yaml.safe_load(world_file.read_text()), "start": start}
+            world_file = master.folder / "world.yaml"
+            world_file.write_text(yaml.safe_dump(moved))
         self.log = master.folder / "log"
         self.truth, self.commands, self.reports = [], [], []
         self.launch = master.launch("navigation.launch", "sim:=true", f"port:={master.folder / 'board'}",
-                                    f"wheel_params:={wheel_params}", f"world:={world}", *arguments, log=self.log)
+                                    f"wheel_params:={wheel_params}", f"world:={world}",
+                                    f"world_file:={world_file}", *arguments, log=self.log)
         rospy.init_node("navigation_run", disable_signals=True)
         rospy.Subscriber("ground_truth/odom", Odometry, self.truth.append, tcp_nodelay=True)
         rospy.Subscriber("cmd_vel", Twist, lambda message: self.commands.append((time.monotonic(), message)))
@@ -162,12 +170,13 @@ def main():
     parser.add_argument("--random", type=int, default=0, metavar="N", help="as many random goals")
     parser.add_argument("--seed", type=int, default=1, help="of the random goals [%(default)s]")
     parser.add_argument("--world", default="room")
+    parser.add_argument("--start", nargs=3, type=float, metavar=("X", "Y", "YAW"), help="of the robot and of amcl")
     parser.add_argument("--wheel-params", default=str(WHEEL_PARAMS))
     parser.add_argument("--log", help="copy of what the launch file printed")
     parser.add_argument("--commands", help="file for the recorded commands of the last goal: seconds, v_x, v_y, omega")
     options, arguments = parser.parse_known_args()
     with Master() as master:
-        run = Run(master, arguments, options.wheel_params, options.world)
+        run = Run(master, arguments, options.wheel_params, options.world, options.start)
         figures = []
         goals = options.goal or random_goals(run.world, run.radius + 0.05, options.random, options.seed)
         for goal in goals or [[8.0, 8.0, 1.57]]:

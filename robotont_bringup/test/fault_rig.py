@@ -31,6 +31,7 @@ FRESH = 0.15           # [s] an odometry that is older has failed
 CALM = 1.5             # [s] without a fault before the next begins, and behind each for the diagnostics
 BYTE_RATE = 11520      # [bytes/s] of a line of 115200 baud
 COUNT = 2 * math.pi / 1200  # [rad] of a wheel per encoder edge
+RUN = "--run_id=faults"  # else of two roslaunch beside a new master each makes one, and the later one gives up
 LOG_DISK = "24m"       # size of the disk of logs and black box, which needs 5 MB
 
 
@@ -89,9 +90,9 @@ class Rig:
         environment["ROS_LOG_DIR"] = str(self.disk)
         self._launches = [
             processes.launch("robot.launch", f"port:={self.board.link}", "description:=false",
-                             f"composed:={str(composed).lower()}", log=self.log,
+                             f"composed:={str(composed).lower()}", RUN, log=self.log,
                              **environment),
-            processes.launch("recorder.launch", f"folder:={self.disk / 'black_box'}",
+            processes.launch("recorder.launch", f"folder:={self.disk / 'black_box'}", RUN,
                              log=processes.folder / "recorder.log", **environment)]
         self._subscribers = [
             rospy.Subscriber("joint_states", JointState, self._on_joints, tcp_nodelay=True),
@@ -104,6 +105,7 @@ class Rig:
         self._commander.start()
         wait_for(lambda: self._odom_at, "odometry", timeout=30.0)  # counts from before it belong to no fault
         wait_for(lambda: self.board.heard, "commands", timeout=30.0)
+        wait_for(lambda: any((self.disk / "black_box").glob("*/*")), "the black box", timeout=30.0)
 
     def _mount(self):
         """Make the disk of the logs; returns whether it is a small one of its own."""

@@ -31,6 +31,8 @@ FRESH = 0.15           # [s] an odometry that is older has failed
 CALM = 1.5             # [s] without a fault before the next begins, and behind each for the diagnostics
 BYTE_RATE = 11520      # [bytes/s] of a line of 115200 baud
 COUNT = 2 * math.pi / 1200  # [rad] of a wheel per encoder edge
+NODES = ("driver_node", "serial_com_node", "odom_node", "cmd_vel_mux")
+IN_ONE = ("robotont_node", "cmd_vel_mux")  # nodes of a composed robot
 RUN = "--run_id=faults"  # else of two roslaunch beside a new master each makes one, and the later one gives up
 LOG_DISK = "24m"       # size of the disk of logs and black box, which needs 5 MB
 
@@ -71,6 +73,7 @@ class Rig:
 
     def __init__(self, processes, composed=False, **environment):
         self.processes = processes
+        self.nodes = IN_ONE if composed else NODES
         self.board = Board(str(processes.folder / "board"), identity=identity())
         self.board.byte_rate = BYTE_RATE
         self.board.on_period = self._on_period

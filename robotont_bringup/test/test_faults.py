@@ -8,7 +8,7 @@ import time
 
 import pytest
 import rospy
-from fault_rig import HEADING, Fault, Rig, fill
+from fault_rig import HEADING, IN_ONE, NODES, Fault, Rig, fill
 from geometry_msgs.msg import Twist
 from std_msgs.msg import String
 
@@ -229,7 +229,6 @@ CLOCKS = [
     Fault(f"wall clock {way}", set_clock(seconds), set_clock(0), stops=False)
     for way, seconds in (("1 h forward, and back", 3600), ("1 h back, and forward", -3600), ("1 s back", -1))]
 ROWS = []
-NODES = ("driver_node", "serial_com_node", "odom_node", "cmd_vel_mux")
 WARMING = 10  # rounds: the master keeps a connection to a node from each of its threads, and they come one by one
 ROUNDS_OF_CABLE, ROUNDS_OF_KILLS = 100, 50
 LARGEST_GROWTH = 3000  # [kB] of a node's memory over all rounds
@@ -325,7 +324,7 @@ def test_the_master_may_die(rigs):
 def resources(rig):
     """{node: (threads, descriptors, memory [kB])}."""
     found = {}
-    for node in NODES:
+    for node in rig.nodes:
         folder = f"/proc/{rig.processes.pid('/' + node)}"
         with open(folder + "/status") as file:
             status = dict(line.split(":", 1) for line in file)
@@ -378,10 +377,8 @@ def test_a_hundred_pulled_cables_cost_nothing(rigs):
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("node", [*NODES, "robotont_node"])
-def test_fifty_killed_nodes_cost_nothing(rigs, node):
-    composed = node == "robotont_node"
-
+@pytest.mark.parametrize("node, composed", [*((node, False) for node in NODES), *((node, True) for node in IN_ONE)])
+def test_fifty_killed_nodes_cost_nothing(rigs, node, composed):
     def end(rig):
         pid = rig.processes.pid("/" + node)
         kill(node)(rig)

@@ -66,8 +66,8 @@ def test_fifty_random_goals_a_third_of_them_at_walls_none_of_which_traps_the_rob
 
 
 def test_a_robot_2_cm_from_a_wall_that_amcl_believes_even_nearer_gets_away_from_it():
-    away, refused = run("--start", "0.17", "3", "0.5", "initial_x:=0.10", "--goal", "1.2", "3.6", "0",
-                        "--goal", "0.18", "3", "0", timeout=400)
+    away, refused = run("--start", "0.22", "3", "0.5", "initial_x:=0.15", "--goal", "1.2", "3.6", "0",
+                        "--goal", "0.23", "3", "0", timeout=400)  # the wall is 0.1 m thick, the robot's radius 0.15 m
     print(away, refused)
     assert away["start_to_wall_m"] == 0.17
     assert away["status"] == 0, away

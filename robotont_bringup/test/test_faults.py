@@ -410,4 +410,4 @@ def test_soak(rigs, composed):
     clean(rig)
     rig.rest()
     assert rig.lost() == 0
-    assert same(before, resources(rig))
+    wait_for(lambda: same(before, resources(rig)), "the same resources", timeout=30.0, period=1.0)

@@ -31,6 +31,9 @@ FRESH = 0.15           # [s] an odometry that is older has failed
 CALM = 1.5             # [s] without a fault before the next begins, and behind each for the diagnostics
 BYTE_RATE = 11520      # [bytes/s] of a line of 115200 baud
 COUNT = 2 * math.pi / 1200  # [rad] of a wheel per encoder edge
+NODES = ("driver_node", "serial_com_node", "odom_node", "cmd_vel_mux")
+IN_ONE = ("robotont_node", "cmd_vel_mux")  # nodes of a composed robot
+RUN = "--run_id=faults"  # else of two roslaunch beside a new master each makes one, and the later one gives up
 LOG_DISK = "24m"       # size of the disk of logs and black box, which needs 5 MB
 
 
@@ -70,6 +73,7 @@ class Rig:
 
     def __init__(self, processes, composed=False, **environment):
         self.processes = processes
+        self.nodes = IN_ONE if composed else NODES
         self.board = Board(str(processes.folder / "board"), identity=identity())
         self.board.byte_rate = BYTE_RATE
         self.board.on_period = self._on_period
@@ -89,9 +93,9 @@ class Rig:
         environment["ROS_LOG_DIR"] = str(self.disk)
         self._launches = [
             processes.launch("robot.launch", f"port:={self.board.link}", "description:=false",
-                             f"composed:={str(composed).lower()}", log=self.log,
+                             f"composed:={str(composed).lower()}", RUN, log=self.log,
                              **environment),
-            processes.launch("recorder.launch", f"folder:={self.disk / 'black_box'}",
+            processes.launch("recorder.launch", f"folder:={self.disk / 'black_box'}", RUN,
                              log=processes.folder / "recorder.log", **environment)]
         self._subscribers = [
             rospy.Subscriber("joint_states", JointState, self._on_joints, tcp_nodelay=True),
@@ -104,6 +108,7 @@ class Rig:
         self._commander.start()
         wait_for(lambda: self._odom_at, "odometry", timeout=30.0)  # counts from before it belong to no fault
         wait_for(lambda: self.board.heard, "commands", timeout=30.0)
+        wait_for(lambda: any((self.disk / "black_box").glob("*/*")), "the black box", timeout=30.0)
 
     def _mount(self):
         """Make the disk of the logs; returns whether it is a small one of its own."""
@@ -154,6 +159,11 @@ class Rig:
         """Whether the robot has driven with an odometry for so long."""
         at, _, well = self._states[-1]
         return well and time.monotonic() - at > seconds
+
+    @property
+    def interruptions(self):
+        """How often the robot has stopped to drive with an odometry, whoever's fault it was."""
+        return sum(before[2] and not after[2] for before, after in zip(self._states, self._states[1:]))
 
     def drive(self):
         """Drive steadily and without complaints, from now on."""

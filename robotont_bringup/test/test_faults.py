@@ -3,12 +3,13 @@
 import math
 import os
 import signal
+import statistics
 import sys
 import time
 
 import pytest
 import rospy
-from fault_rig import HEADING, Fault, Rig, fill
+from fault_rig import HEADING, IN_ONE, NODES, Fault, Rig, fill
 from geometry_msgs.msg import Twist
 from std_msgs.msg import String
 
@@ -16,7 +17,7 @@ from robotont_testing.harness import Master, wait_for
 
 pytestmark = pytest.mark.faults
 
-RESPAWN = 4.0    # [s] for a process that has to start again
+RESPAWN = 3.0    # [s] for a process that has to start again
 CLOCK = """
 import time
 true, true_ns = time.time, time.time_ns
@@ -229,8 +230,9 @@ CLOCKS = [
     Fault(f"wall clock {way}", set_clock(seconds), set_clock(0), stops=False)
     for way, seconds in (("1 h forward, and back", 3600), ("1 h back, and forward", -3600), ("1 s back", -1))]
 ROWS = []
-NODES = ("driver_node", "serial_com_node", "odom_node", "cmd_vel_mux")
+WARMING = 10  # rounds: the master keeps a connection to a node from each of its threads, and they come one by one
 ROUNDS_OF_CABLE, ROUNDS_OF_KILLS = 100, 50
+SURELY = 0.2  # [s] of driving that end a round
 LARGEST_GROWTH = 3000  # [kB] of a node's memory over all rounds
 
 
@@ -324,7 +326,7 @@ def test_the_master_may_die(rigs):
 def resources(rig):
     """{node: (threads, descriptors, memory [kB])}."""
     found = {}
-    for node in NODES:
+    for node in rig.nodes:
         folder = f"/proc/{rig.processes.pid('/' + node)}"
         with open(folder + "/status") as file:
             status = dict(line.split(":", 1) for line in file)
@@ -349,19 +351,22 @@ def new_pid(rig, node):
 def hold_out(rig, rounds, fault):
     """Many rounds of a fault, each until the robot drives again; resources are the same before and after."""
     rig.drive()
-    fault(rig)  # what is made at the first time stays
-    wait_for(lambda: rig.well(1.0), "a driving robot", timeout=30.0)
-    before = resources(rig)
-    begun = time.monotonic()
-    for number in range(rounds):
+    for _ in range(WARMING):
         fault(rig)
-        wait_for(lambda: rig.well(0.2), f"a driving robot after round {number}", timeout=30.0)
-    took = time.monotonic() - begun
+        wait_for(lambda: rig.well(1.0), "a driving robot", timeout=30.0)
+    before = resources(rig)
+    recoveries = []  # [s]
+    for number in range(rounds):
+        begun = time.monotonic()
+        fault(rig)
+        wait_for(lambda: rig.well(SURELY), f"a driving robot after round {number}", timeout=30.0)
+        recoveries.append(time.monotonic() - begun - SURELY)
     rig.drive()
     try:
         wait_for(lambda: same(before, resources(rig)), "the same resources", timeout=30.0, period=1.0)
     finally:
-        print(f"\n{rounds} rounds in {took:.0f} s; threads, descriptors, memory [kB]:")
+        print(f"\n{rounds} rounds, each gone by after {statistics.median(recoveries):.2f} s (median), "
+              f"{max(recoveries):.2f} s (worst); threads, descriptors, memory [kB]:")
         for node, after in resources(rig).items():
             print(f"  {node:<16} {before[node]} -> {after}")
 
@@ -376,21 +381,22 @@ def test_a_hundred_pulled_cables_cost_nothing(rigs):
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("node", NODES)
-def test_fifty_killed_nodes_cost_nothing(rigs, node):
+@pytest.mark.parametrize("node, composed", [*((node, False) for node in NODES), *((node, True) for node in IN_ONE)])
+def test_fifty_killed_nodes_cost_nothing(rigs, node, composed):
     def end(rig):
         pid = rig.processes.pid("/" + node)
         kill(node)(rig)
         wait_for(lambda: not rig.well(0.0), "the fault")
         wait_for(lambda: new_pid(rig, node) not in (pid, None), "another process", timeout=30.0, period=0.2)
-    hold_out(rigs.get("kills"), ROUNDS_OF_KILLS, end)
+    hold_out(rigs.get(f"kills {composed}", composed), ROUNDS_OF_KILLS, end)
 
 
 @pytest.mark.long
 @pytest.mark.skipif("ROBOTONT_SOAK" not in os.environ, reason="takes as long as ROBOTONT_SOAK says [s], e.g. 1800")
-def test_soak(rigs):
+@pytest.mark.parametrize("composed", [False, True], ids=["three_processes", "one_process"])
+def test_soak(rigs, composed):
     """A long drive on a line that corrupts one byte in a thousand: every count arrives, and nothing grows."""
-    rig = rigs.get("soak")
+    rig = rigs.get(f"soak {composed}", composed)
     rig.drive()
     spoil(corrupt=0.001)(rig)
     wait_for(lambda: rig.well(20.0), "a warm robot", timeout=60.0)
@@ -398,9 +404,10 @@ def test_soak(rigs):
     end = time.monotonic() + float(os.environ["ROBOTONT_SOAK"])
     while time.monotonic() < end:
         time.sleep(min(60.0, end - time.monotonic() + 0.1))
-        print(f"{(end - time.monotonic()) / 60:4.0f} min left", resources(rig), flush=True)
-        assert rig.well(50.0)
+        wait_for(lambda: rig.well(1.0), "a driving robot")
+        print(f"{(end - time.monotonic()) / 60:4.0f} min left, {rig.interruptions} interruptions", resources(rig),
+              flush=True)
     clean(rig)
     rig.rest()
     assert rig.lost() == 0
-    assert same(before, resources(rig))
+    wait_for(lambda: same(before, resources(rig)), "the same resources", timeout=30.0, period=1.0)

@@ -3,8 +3,8 @@
 
 navigation_run.py [--goal X Y YAW]... [--random N --seed S] [launch arguments, e.g. localization:=fake] prints JSON: for
 each goal the exit status and last line of goto, the error of the end pose, the least distance between the robot's body
-and the world, and the fastest strafing. Of N random goals every third lies with its centre 0.2 to 0.3 m from a wall, so
-that the next way begins there. Needs move_base; has a ROS master of its own.
+and the world, the fastest strafing, and what localization_monitor reported. Of N random goals every third lies with its
+centre 0.2 to 0.3 m from a wall, so that the next way begins there. Needs move_base; has a ROS master of its own.
 """
 
 import argparse
@@ -19,6 +19,7 @@ from pathlib import Path
 import numpy as np
 import rospy
 import yaml
+from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
 
@@ -35,6 +36,8 @@ ROOT = Path(__file__).resolve().parents[2]
 WHEEL_PARAMS = ROOT / "config" / "wheel_params.yaml"
 GOAL_TIMEOUT = 180  # [s]
 NEAR = (0.2, 0.3)   # [m] between a wall and the robot's centre
+FIT = "rays that end at the map's walls"
+DEVIATIONS = {"deviation_m": "deviation of the position [m]", "deviation_rad": "deviation of the yaw [rad]"}
 RESOLUTION = 0.05   # [m] per pixel of the worlds' maps
 
 
@@ -73,17 +76,29 @@ def random_goals(world, radius, count, seed):
 class Run:
     """navigation.launch and what is recorded beside it."""
 
-    def __init__(self, master, arguments, wheel_params, world):
+    def __init__(self, master, arguments, wheel_params, world, start=None):
+        """start: (x, y, yaw) of the robot, and of amcl unless the arguments give it another; None: the world's."""
         self.radius = robot_radius(read_wheels(yaml.safe_load(Path(wheel_params).read_text())))
-        self.world = read_world(ROOT / "config" / "worlds" / f"{world}.yaml")
+        world_file = ROOT / "config" / "worlds" / f"{world}.yaml"
+        self.world = read_world(world_file)
+        if start:
+            arguments = [*(f"initial_{name}:={value}" for name, value in zip(("x", "y", "yaw"), start)), *arguments]
+            moved = {**yaml.safe_load(world_file.read_text()), "start": start}
+            world_file = master.folder / "world.yaml"
+            world_file.write_text(yaml.safe_dump(moved))
         self.log = master.folder / "log"
-        self.truth, self.commands = [], []
+        self.truth, self.commands, self.reports = [], [], []
         self.launch = master.launch("navigation.launch", "sim:=true", f"port:={master.folder / 'board'}",
-                                    f"wheel_params:={wheel_params}", f"world:={world}", *arguments, log=self.log)
+                                    f"wheel_params:={wheel_params}", f"world:={world}",
+                                    f"world_file:={world_file}", *arguments, log=self.log)
         rospy.init_node("navigation_run", disable_signals=True)
         rospy.Subscriber("ground_truth/odom", Odometry, self.truth.append, tcp_nodelay=True)
         rospy.Subscriber("cmd_vel", Twist, lambda message: self.commands.append((time.monotonic(), message)))
+        rospy.Subscriber("/diagnostics", DiagnosticArray, self._on_diagnostics)
         wait_for(lambda: self.truth or self.launch.poll() is not None, "the simulator", timeout=60)
+
+    def _on_diagnostics(self, message):
+        self.reports += [status for status in message.status if status.name == "localization_monitor: localization"]
 
     def pose(self):
         """True (x, y, yaw) of the robot."""
@@ -93,7 +108,7 @@ class Run:
         """Run goto and wait for its end; the figures."""
         wait_for(lambda: self.truth, "the simulator")
         first, start = len(self.truth) - 1, time.monotonic()
-        first_command = len(self.commands)
+        first_command, first_report = len(self.commands), len(self.reports)
         result = subprocess.run([program("robotont_navigation", "goto"), str(x), str(y), str(yaw),
                                  "--timeout", str(GOAL_TIMEOUT), "--wait", "60"], check=False, text=True,
                                 stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
@@ -103,6 +118,7 @@ class Run:
         end = pose(truth[-1])
         places = [pose(message)[:2] for message in truth]
         speeds = [message.twist.twist.linear for message in truth]
+        reports = self.reports[first_report:]
         return {
             "goal": [x, y, yaw], "goal_to_wall_m": round(clearance((x, y), self.world, 0.0), 2),
             "start_to_wall_m": round(clearance(places[0], self.world, 0.0), 2),
@@ -116,7 +132,19 @@ class Run:
             "strafed_m": round(sum(abs(speed.y) for speed in speeds) / 50, 2),
             "fastest_m_s": round(max(math.hypot(speed.x, speed.y) for speed in speeds), 3),
             "last_command": flat(self.commands[-1][1]) if len(self.commands) > first_command else None,
+            **judged(reports),
         }
+
+
+def judged(reports):
+    """What DiagnosticStatus of localization_monitor have in common: the alarms, and the extremes of the values."""
+    values = [{each.key: each.value for each in report.values} for report in reports]
+    shares = [int(each[FIT].rstrip("%")) for each in values if each[FIT].endswith("%")]
+    return {
+        "alarms": sorted({report.message for report in reports if report.level}),
+        "fit_percent": min(shares, default=None), "mean_fit_percent": round(np.mean(shares)) if shares else None,
+        **{key: max((float(each[name]) for each in values), default=None) for key, name in DEVIATIONS.items()},
+    }
 
 
 def pose(message):
@@ -143,12 +171,13 @@ def main():
     parser.add_argument("--random", type=int, default=0, metavar="N", help="as many random goals")
     parser.add_argument("--seed", type=int, default=1, help="of the random goals [%(default)s]")
     parser.add_argument("--world", default="room")
+    parser.add_argument("--start", nargs=3, type=float, metavar=("X", "Y", "YAW"), help="of the robot and of amcl")
     parser.add_argument("--wheel-params", default=str(WHEEL_PARAMS))
     parser.add_argument("--log", help="copy of what the launch file printed")
     parser.add_argument("--commands", help="file for the recorded commands of the last goal: seconds, v_x, v_y, omega")
     options, arguments = parser.parse_known_args()
     with Master() as master:
-        run = Run(master, arguments, options.wheel_params, options.world)
+        run = Run(master, arguments, options.wheel_params, options.world, options.start)
         figures = []
         goals = options.goal or random_goals(run.world, run.radius + 0.05, options.random, options.seed)
         for goal in goals or [[8.0, 8.0, 1.57]]:

@@ -2,6 +2,7 @@
 """localization_monitor: what its diagnostics say of a scan that fits the map, and of one that does not."""
 
 import math
+import time
 
 import numpy as np
 import rospy
@@ -37,6 +38,8 @@ def place(x, yaw):
 class LocalizationMonitorTest(NodeTest):
     """A room of 6 m x 2 m around the origin; the sensor really is at (0.5, 0), turned by 0.3 rad."""
 
+    frame = "laser"  # of the scans
+
     @classmethod
     def setUpClass(cls):
         super().setUpClass()
@@ -61,7 +64,7 @@ class LocalizationMonitorTest(NodeTest):
     def scan(cls, _event):
         message = LaserScan(angle_min=-math.pi, angle_increment=2 * math.pi / 90, range_min=0.1, range_max=8.0,
                             ranges=cls.ranges)
-        message.header.frame_id, message.header.stamp = "laser", rospy.Time.now()
+        message.header.frame_id, message.header.stamp = cls.frame, rospy.Time.now()
         cls.scans.publish(message)
 
     def test_what_the_diagnostics_say(self):
@@ -79,6 +82,12 @@ class LocalizationMonitorTest(NodeTest):
         self.wait_for_status(TASK, WARN, "amcl is unsure: 1.00 m, 0.00 rad")
         pose.publish(PoseWithCovarianceStamped())
         self.wait_for_status(TASK, OK)
+        type(self).frame = "elsewhere"  # as when transforms are late: no fault until it has lasted for fit_time
+        begun = time.monotonic()
+        self.wait_for_status(TASK, WARN, "the scan cannot be laid on the map")
+        self.assertGreater(time.monotonic() - begun, rospy.get_param("localization_monitor/fit_time") / 2)
+        type(self).frame = "laser"
+        self.wait_for_status(TASK, OK, "rays end at walls of the map")
         type(self).ranges = np.full(90, math.inf)
         wait_for(lambda: self.status[TASK].message.startswith("nothing to compare"), "an empty scan")
 

@@ -37,7 +37,8 @@ class LocalizationMonitor:
         self._parameters = parameters
         self._lock = threading.Lock()
         self._map = self._scan = self._covariance = None
-        self._lost = ""          # why the scan cannot be laid on the map
+        self._lost = ""          # why the newest scan could not be laid on the map
+        self._laid_at = time.monotonic()  # [s] when the newest one that could be was
         self._fits = deque()     # (time [s], share)
         self._level = OK
         self._transforms = tf2_ros.Buffer()
@@ -77,6 +78,7 @@ class LocalizationMonitor:
                         self._parameters["fit_tolerance"])
             with self._lock:
                 self._lost = ""
+                self._laid_at = time.monotonic()
                 if share is not None:
                     self._fits.append((time.monotonic(), share))
         return LOOK_PERIOD
@@ -84,24 +86,25 @@ class LocalizationMonitor:
     def _report(self):
         oldest = time.monotonic() - self._parameters["fit_time"]
         with self._lock:
+            lost = self._lost if self._laid_at < oldest else ""  # a transform that is late now and then is no fault
             while self._fits and self._fits[0][0] < oldest:
                 self._fits.popleft()
             shares = [share for _, share in self._fits]
-        level, words, values = self._judge(sum(shares) / len(shares) if shares else None)
+        level, words, values = self._judge(sum(shares) / len(shares) if shares else None, lost)
         if level != self._level:
             self._level = level
             (rospy.logwarn if level == WARN else rospy.loginfo)("localization: %s", words)
         return level, words, values
 
-    def _judge(self, share):
+    def _judge(self, share, lost):
         limits = self._parameters
         position, yaw = deviations(self._covariance) if self._covariance is not None else (0.0, 0.0)
         values = {"rays that end at the map's walls": "unknown" if share is None else f"{share:.0%}",
                   "deviation of the position [m]": f"{position:.2f}", "deviation of the yaw [rad]": f"{yaw:.2f}"}
         if self._map is None:
             return WARN, "no map: does map_server run?", values
-        if self._lost:
-            return WARN, f"the scan cannot be laid on the map: {self._lost}", values
+        if lost:
+            return WARN, f"the scan cannot be laid on the map: {lost}", values
         if share is not None and share < limits["min_fit"]:
             return WARN, (f"{share:.0%} of the scan's rays end at walls of the map, at least {limits['min_fit']:.0%} "
                           f"should: a map of another place, or a wrong pose; {REMEDY}"), values

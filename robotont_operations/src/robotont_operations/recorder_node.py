@@ -1,5 +1,6 @@
 """The ROS side of the black box: the messages of the last minute before a fault."""
 
+import math
 import sys
 import threading
 import time
@@ -23,6 +24,7 @@ PARAMETERS = (
               maximum=1000),
 )
 WAITING = 8_000_000  # [bytes] that may wait for the disk
+RECENTLY = 10.0      # [s] for which the diagnostics warn of lost messages
 
 
 class RecorderNode:
@@ -37,6 +39,7 @@ class RecorderNode:
         self._records = []
         self._size = 0
         self._written = self._dropped = 0
+        self._dropped_at = -math.inf  # [s]
         self._trouble = ""
         for topic in parameters["topics"].split():
             rospy.Subscriber(topic, rospy.AnyMsg, self._on_message, rospy.resolve_name(topic), tcp_nodelay=True)
@@ -49,7 +52,7 @@ class RecorderNode:
         record = Record(topic, time.time(), message._buff, message._connection_header)
         with self._lock:
             if self._size > WAITING:
-                self._dropped += 1
+                self._drop(1)
                 return
             self._records.append(record)
             self._size += len(record.data)
@@ -68,15 +71,19 @@ class RecorderNode:
                 self._written += len(records)
                 self._trouble = ""
             except OSError as error:
-                self._dropped += len(records)
+                self._drop(len(records))
                 self._trouble = f"cannot write to {self._box.folder}: {error.strerror}: free space there"
                 rospy.logerr_throttle(60.0, "%s", self._trouble)
+
+    def _drop(self, amount):
+        self._dropped += amount
+        self._dropped_at = time.monotonic()
 
     def _report(self):
         values = {"messages kept": self._written, "messages lost": self._dropped, "folder": self._box.folder}
         if self._trouble:
             return ERROR, self._trouble, values
-        if self._dropped:
+        if time.monotonic() - self._dropped_at < RECENTLY:
             return WARN, f"{self._dropped} messages lost: is the disk too slow?", values
         return OK, "recording", values
 

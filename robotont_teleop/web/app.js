@@ -41,7 +41,7 @@ const link = new Link({
     show();
   },
   status: takeStatus,
-  scan: (message) => view.setScan({...message, at: performance.now()}),
+  scan: (message) => view.setScan(message),
   pong: () => ($("round_trip").textContent = `${Math.round(link.roundTrip)} ms`),
   refused: () => (refused = {key: "not_driver", until: performance.now() + REFUSED}),
   late: () => (refused = {key: "late", until: performance.now() + REFUSED}),

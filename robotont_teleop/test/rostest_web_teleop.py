@@ -43,6 +43,7 @@ WebSocket.prototype.send = function (text) {
 };"""
 MOVES, MOVE_PERIOD = 150, 0.02  # [s] movements of a stick whose way to cmd_vel is measured
 HALF_A_STEP = 0.1  # [px] of these movements
+FRAME = 1000.0 / 60.0  # [ms]
 PARTS = ("from the test to the event", "to its handler", "to the command's sending", "to cmd_vel/hand", "to cmd_vel")
 CONTROLS = ("#move", "#turn", "#stop", "#cap", "#closer", "#farther", "#driver", "#round_trip")
 
@@ -272,11 +273,11 @@ class WebTeleopTest(NodeTest):
             for part, delays in (*zip(PARTS, parts.T), ("all", total), ("the handler of an empty page", floor)):
                 p50, p99 = np.percentile(delays, (50, 99))
                 print(f"{what}: {part}: p50 {p50:.1f} ms, p99 {p99:.1f} ms", flush=True)
+            self.assertLess(np.percentile(total, 99), 40.0)
             if what == "mouse":
                 self.assertLess(np.percentile(total, 50), 10.0)
-                self.assertLess(np.percentile(total, 99), 40.0)
-            else:  # the browser lets touches that are made up wait for its frames
-                self.assertLess(np.percentile(total, 50) - np.percentile(floor, 50), 10.0)
+            else:  # the browser lets made-up touches wait for one of its frames, on an empty page as well
+                self.assertLess(np.percentile(total, 50) - np.percentile(floor, 50), FRAME)
 
     def move_pointer(self, page, pointer, begin, end):
         """Move a pointer in MOVES steps; {x [px]: when it was moved [s]}."""

@@ -13,7 +13,7 @@ export class Stick {
     this.wide = wide;
     this.changed = changed;
     this.pointer = null;
-    this.right = this.up = 0; // position, each from -1 to 1
+    this.right = this.up = 0;   // position, each from -1 to 1
     this.middle = {x: 0, y: 0}; // [px] on the screen
     this.reach = 0;             // [px] of the knob
     this.frame = null;
@@ -21,7 +21,7 @@ export class Stick {
     element.addEventListener("pointerdown", (event) => this.grab(event));
     element.addEventListener(MOVE, (event) => event.pointerId === this.pointer && this.follow(event));
     for (const end of ["pointerup", "pointercancel", "lostpointercapture"]) {
-      element.addEventListener(end, (event) => event.pointerId === this.pointer && this.lose());
+      element.addEventListener(end, (event) => event.pointerId === this.pointer && this.losePointer());
     }
     element.addEventListener("contextmenu", (event) => event.preventDefault());
   }
@@ -58,7 +58,7 @@ export class Stick {
     this.changed();
   }
 
-  lose() {
+  losePointer() {
     this.letGo();
     this.changed();
   }

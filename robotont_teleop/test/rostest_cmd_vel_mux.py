@@ -19,6 +19,7 @@ from robotont_testing.harness import wait_for
 from robotont_testing.node_test import OK, WARN, NodeTest, twist
 
 HAND, NAVIGATION, DEFAULT = (0.1, 0.0, 0.0), (0.0, 0.2, 0.0), (0.0, 0.0, 0.3)
+OTHER_HAND = (-0.1, 0.0, 0.0)
 STOP = (0.0, 0.0, 0.0)
 STOPPED = "0.00:0.00:0.00;\n"
 
@@ -148,13 +149,17 @@ class CmdVelMuxTest(NodeTest):
         pid = self.processes.pid("/cmd_vel_mux")
         os.kill(pid, signal.SIGSTOP)
         try:
+            self.wire.send(hand=OTHER_HAND)
             wait_for(lambda: self.wire.packets[-1][1] == STOPPED, "driver_node's time-out")
             self.wire.send(hand=None)  # its sender dies after that
         finally:
-            seen = len(self.wire.packets)
+            seen, packets = len(self.wire.commands), len(self.wire.packets)
             os.kill(pid, signal.SIGCONT)
-        wait_for(lambda: len(self.wire.packets) > seen + 15, "packets afterwards")
-        self.assertEqual({packet for _, packet in self.wire.packets[seen:]}, {STOPPED})
+        wait_for(lambda: len(self.wire.packets) > packets + 15, "packets afterwards")
+        self.assertNotIn(OTHER_HAND, self.wire.commands[seen:])
+        self.assertEqual(self.wire.packets[-1][1], STOPPED)
+        under_way = sum(command != STOP for command in self.wire.commands[seen:])
+        self.assertLessEqual(under_way, 1, "one command may have been under way when the mux was stopped")
 
     def test_an_emergency_stop_is_on_the_wire_at_once_and_outlives_both_nodes(self):
         nodes = {name: self.processes.start(places.program(package, name), "__ns:=/restarted") for name, package in

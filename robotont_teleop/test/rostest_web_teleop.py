@@ -4,11 +4,12 @@
 import itertools
 import json
 import math
-import sys
 import time
 import unittest
-from importlib import resources
+from importlib.util import find_spec
+from pathlib import Path
 
+import numpy as np
 import rospy
 import rostest
 from geometry_msgs.msg import Twist
@@ -26,17 +27,25 @@ STOPS_IN = 0.5    # [s]
 OLDEST = 0.2      # [s]
 STALL = 3.0       # [s]
 OPEN = "document.getElementById('app').dataset.state === 'open'"
-LOG_SENT = """window.sent = []; // [when it was sent, message, when the stick moved or null where it is sent again]
-let moved = null;
-window.addEventListener('pointermove', (event) => (moved = event.timeStamp), true);
+LOG = """window.sent = [];   // [when it was sent, message, x of the newest movement then]
+window.moves = [];  // [x, when it moved, when that was handled] of each movement of a pointer
+const now = () => performance.timeOrigin + performance.now();
+let newest = null;
+for (const kind of ['pointerrawupdate', 'pointermove']) {
+  window.addEventListener(kind, (event) => {
+    newest = event.clientX;
+    window.moves.push([newest, performance.timeOrigin + event.timeStamp, now()]);
+  }, true);
+}
 const send = WebSocket.prototype.send;
 WebSocket.prototype.send = function (text) {
-  const drives = text.includes('drive');
-  const origin = performance.timeOrigin;
-  window.sent.push([origin + performance.now(), text, drives && moved !== null ? origin + moved : null]);
-  moved = drives ? null : moved;
+  window.sent.push([now(), text, newest]);
   send.call(this, text);
 };"""
+MOVES, MOVE_PERIOD = 150, 0.02  # [s] movements of a stick whose way to cmd_vel is measured
+HALF_A_STEP = 0.1  # [px] of these movements
+FRAME = 1000.0 / 60.0  # [ms]
+PARTS = ("from the test to the event", "to its handler", "to the command's sending", "to cmd_vel/hand", "to cmd_vel")
 CONTROLS = ("#move", "#turn", "#stop", "#cap", "#closer", "#farther", "#driver", "#round_trip")
 
 
@@ -87,7 +96,7 @@ class WebTeleopTest(NodeTest):
 
     def open(self, size=PHONE, dark=False, browser=None, **options):
         page = (browser or self.browser).page(
-            f"http://127.0.0.1:{self.proxy.port}/", size, dark, script=LOG_SENT, **options)
+            f"http://127.0.0.1:{self.proxy.port}/", size, dark, script=LOG, **options)
         self.pages.append(page)
         page.wait(OPEN, "the connection")
         return page
@@ -257,70 +266,143 @@ class WebTeleopTest(NodeTest):
         self.stops_after(lambda: self.press(two, False), "keys")
 
     def test_from_stick_to_cmd_vel(self):
-        page = self.open()
-        self.drive_on(page, turn=0.0)
-        seen = len(self.commands)
-        for step in range(200):
-            page.finger(1, "#move", 0.1 + 0.003 * (step % 100), 0.3)
-            time.sleep(0.01)
+        for what, pointer in (("mouse", lambda page, x, y: page.mouse_at(x, y)),
+                              ("finger", lambda page, x, y: page.finger_at(1, x, y))):
+            floor = np.array(self.delays_on_an_empty_page(pointer))
+            parts = np.array(self.delays_from_stick_to_cmd_vel(pointer))  # one row per movement
+            total = parts.sum(axis=1)
+            for part, delays in (*zip(PARTS, parts.T), ("all", total), ("the handler of an empty page", floor)):
+                p50, p99 = np.percentile(delays, (50, 99))
+                print(f"{what}: {part}: p50 {p50:.1f} ms, p99 {p99:.1f} ms", flush=True)
+            self.assertLess(np.percentile(total, 99), 40.0)
+            if what == "mouse":
+                self.assertLess(np.percentile(total, 50), 10.0)
+            else:  # the browser lets made-up touches wait for one of its frames, on an empty page as well
+                self.assertLess(np.percentile(total, 50) - np.percentile(floor, 50), FRAME)
+
+    def move_pointer(self, page, pointer, begin, end):
+        """Move a pointer in MOVES steps; {x [px]: when it was moved [s]}."""
+        moved = {}
+        for step in range(MOVES):
+            part = step / MOVES
+            x, y = (one + part * (other - one) for one, other in zip(begin, end))
+            start = time.time()
+            moved[x] = start
+            pointer(page, x, y)
+            time.sleep(max(0.0, MOVE_PERIOD - (time.time() - start)))
+        return moved
+
+    def delays_on_an_empty_page(self, pointer):
+        """What the browser and the test take from a movement to a handler [ms], where there is nothing else to do."""
+        page = self.browser.page(f"http://127.0.0.1:{self.proxy.port}/empty", DESKTOP, script=LOG)
+        self.pages.append(page)
+        page.run("document.documentElement.style.touchAction = 'none'")
+        pointer(page, 90.0, 100.0)
+        moved = self.move_pointer(page, pointer, (100.0, 100.0), (200.0, 100.0))
+        page.lift()
+        handled = [(x, at) for x, _, at in page.run("window.moves")]
+        self.close(page)
+        return [min(after for place, after in handled if place >= x - HALF_A_STEP) - 1000.0 * at
+                for x, at in moved.items()]
+
+    def delays_from_stick_to_cmd_vel(self, pointer):
+        """[ms] from each movement of a stick until a command with it, or with a later one, is on cmd_vel, by PARTS."""
+        page = self.open(DESKTOP)
+
+        def drives():
+            if "Let go" in page.text("#message"):
+                page.lift()
+            pointer(page, *page.place("#move", 0.05, 0.4))
+            return self.speed() > 0.05
+        wait_for(drives, "motion", period=0.05)
+        moved = self.move_pointer(page, pointer, page.place("#move", 0.1, 0.4), page.place("#move", 0.5, 0.4))
         page.lift()
         wait_for(lambda: not any(self.commands[-1][1]), "the stop")
-        sent = {}  # (time of sending, time of the stick's movement) [s] of each command
-        for at, text, moved in page.run("window.sent"):
-            message = json.loads(text)
-            if message["kind"] == "drive":
-                sent.setdefault((message["x"], message["y"], message["turn"]), []).append(
-                    (at / 1000.0, (moved or at) / 1000.0))
-        pairs = [(at, max(before)) for at, before in (
-            (at, [times for times in sent.get(command, ()) if times[0] <= at]) for at, command in self.commands[seen:])
-            if before]
-        self.assertGreater(len(pairs), 50)
-        moved = sorted(at - begun for at, (_, begun) in pairs)
-        print(f"from the stick, with the browser's own frames: p50 {1000 * moved[len(moved) // 2]:.1f} ms, "
-              f"p99 {1000 * moved[int(len(moved) * 0.99)]:.1f} ms", flush=True)
-        delays = sorted(at - sending for at, (sending, _) in pairs)
-        p50, p99 = delays[len(delays) // 2], delays[int(len(delays) * 0.99)]
-        print(f"from the page to cmd_vel: p50 {1000 * p50:.1f} ms, p99 {1000 * p99:.1f} ms", flush=True)
-        self.assertLess(p50, 0.010)
-        self.assertLess(p99, 0.040)
+        events = page.run("window.moves")
+        sent = [(x, at, json.loads(text)) for at, text, x in page.run("window.sent") if '"drive"' in text]
+        arrived = [(x, at, arrival(self.hand, at, message), arrival(self.commands, at, message))
+                   for x, at, message in sent if x is not None]
+        self.close(page)
+        delays = []
+        for place, start in moved.items():
+            _, stamped, handled = next(event for event in events if event[0] >= place - HALF_A_STEP)
+            _, *times = next(way for way in arrived if None not in way and way[0] >= place - HALF_A_STEP)
+            times = (1000.0 * start, stamped, handled, *times)
+            delays.append([after - before for before, after in zip(times, times[1:])])
+        return delays
 
     def test_it_looks_right_and_everybody_can_use_it(self):
-        axe = (resources.files("axe_core_python") if sys.version_info >= (3, 9) else None)
-        script = (axe / "axe.min.js").read_text()
         page = self.open(language="de")
         self.addCleanup(page.run, "localStorage.clear()")  # the other tests' pages are English
         self.assertEqual(page.run("document.documentElement.lang"), "de", "the browser's language")
         page.wait("document.querySelectorAll('#lights li').length >= 5", "the robot's health")
-        page.run(script)
-        for size in (PHONE, PHONE_LYING, DESKTOP):
-            for dark, language in ((False, "de"), (True, "et")):
+        page.run(axe())
+        for dark, language, more in ((False, "de", ()), (True, "et", ("#take", "#release"))):
+            if dark:
+                self.let_another_page_drive_and_stop(page)
+            for size in (PHONE, PHONE_LYING, DESKTOP):
                 page.look(size, dark)
                 page.run(f"(() => {{const list = document.getElementById('language'); list.value = '{language}'; "
                          "list.dispatchEvent(new Event('change'))})()")
                 self.assertEqual(page.run("document.documentElement.lang"), language)
                 page.wait(f"innerWidth === {size[0]}", "the screen")
-                self.assert_no_overlap(page, size)
+                self.assert_no_overlap(page, size, more)
                 if size == PHONE:
                     page.tap("#details")
-                found = page.run("axe.run().then(result => result.violations.map(v => [v.id, v.impact, "
-                                 "v.nodes.map(n => n.target.join(' ')).join(', ')]))")
-                self.assertFalse([violation for violation in found if violation[1] in ("serious", "critical")])
+                self.assert_accessible(page)
                 if size == PHONE:
                     page.tap("#details")
         self.assertEqual(page.complaints(), [])
+        login = self.browser.page(f"http://127.0.0.1:{self.proxy.port}/login.html", PHONE)
+        self.pages.append(login)
+        login.run(axe())
+        self.assert_accessible(login)
 
-    def assert_no_overlap(self, page, size):
+    def let_another_page_drive_and_stop(self, page):
+        """Fill the page with all that it can show at once."""
+        other = self.open()
+        other.call("Page.bringToFront")
+        self.drive_on(other)
+        other.lift()
+        page.call("Page.bringToFront")
+        page.wait("!document.getElementById('take').hidden", "the button to take over")
+        page.run("document.getElementById('stop').click()")
+        page.wait("!document.getElementById('stopped').hidden", "words about the stop")
+
+    def assert_accessible(self, page):
+        """By axe: the rules can be applied, that of contrast among them, and none of them is violated seriously."""
+        passed, violated, failed = page.run(
+            "axe.run().then(({passes, violations, incomplete}) => [passes.map((rule) => rule.id), violations.map("
+            "(rule) => [rule.impact, rule.id, rule.nodes.map((node) => node.target)]), "
+            "incomplete.filter((rule) => rule.error).map((rule) => [rule.id, rule.message])])")
+        self.assertEqual(failed, [])
+        self.assertIn("color-contrast", passed)
+        self.assertFalse([rule for rule in violated if rule[0] in ("serious", "critical")])
+
+    def assert_no_overlap(self, page, size, more):
         width, height, _ = size
         self.assertTrue(page.run("document.documentElement.scrollWidth <= innerWidth && "
                                  "document.documentElement.scrollHeight <= innerHeight"), "scroll bars")
         shown = ("#reset_odometry", "#language") if size == DESKTOP else ()
-        boxes = {control: page.box(control) for control in (*CONTROLS, *shown)}
+        boxes = {control: page.box(control) for control in (*CONTROLS, *shown, *more)}
         for control, (left, top, wide, high) in boxes.items():
             inside = left >= 0 and top >= 0 and left + wide <= width and top + high <= height and wide * high > 0
             self.assertTrue(inside, (size, control, boxes[control]))
         for one, other in itertools.combinations(boxes, 2):
             (a, b, c, d), (e, f, g, h) = boxes[one], boxes[other]
             self.assertFalse(a < e + g and e < a + c and b < f + h and f < b + d, (size, one, other))
+
+
+def axe():
+    """The script of axe-core."""
+    return Path(find_spec("axe_core_python").origin).with_name("axe.min.js").read_text()
+
+
+def arrival(commands, sent, message):
+    """[ms] when a page's message, sent at `sent` [ms], came among the commands; None: dropped for a newer one."""
+    wanted = (message["x"], message["y"], message["turn"])
+    return next((1000.0 * at for at, command in commands if 1000.0 * at >= sent - 1.0
+                 and all(abs(one - other) < 1e-6 for one, other in zip(wanted, command))), None)
 
 
 def _values(twist):

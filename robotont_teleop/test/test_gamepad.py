@@ -73,8 +73,7 @@ def test_emergency_stop(pad):
 @pytest.mark.parametrize("name", LAYOUTS)
 def test_layouts_are_recognised(name):
     layout = LAYOUTS[name]
-    axes = {layout.move_x, layout.move_y, layout.turn}
-    found = layout_for({EV_ABS: axes | {ABS_Z}, EV_KEY: set(layout) - axes})
+    found = layout_for({EV_ABS: layout.axes | {ABS_Z}, EV_KEY: layout.buttons})
     assert LAYOUTS[found] == layout
 
 

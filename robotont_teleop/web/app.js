@@ -1,23 +1,22 @@
 // Puts the page together: hands to commands, states to what is seen.
+import {toggleCamera} from "./camera.js";
 import {Hands} from "./hands.js";
+import {actWhenHeld} from "./hold.js";
 import {Link} from "./link.js";
+import {Pace} from "./pace.js";
+import {$, number, write} from "./page.js";
+import {showFacts, showLights, showWheels} from "./panel.js";
 import {chosenLanguage, setLanguage, text} from "./texts.js";
 import {View} from "./view.js";
 
-const REPEAT = 40;      // [ms] between two commands while the hands hold something
-const SOONEST = 16;     // [ms] between two commands when they move
-const HOLD = 1000;      // [ms] that the release of the emergency stop takes
-const NOTE = 6000;      // [ms] that the robot's answers are shown
-const REFUSED = 2000;   // [ms] that a refusal is shown
-const $ = (id) => document.getElementById(id);
+const NOTE = 6000;    // [ms] that the robot's answers are shown
+const REFUSED = 2000; // [ms] that a refusal is shown
+const LOOK = 250;     // [ms] between two looks without any message: for stalls
 const app = $("app");
 
 let state = null;
 let status = null;
 let limits = {linear: 0.5, angular: 2};
-let sentAt = -Infinity;
-let later = null;
-let moving = false;
 let note = {number: null, until: 0};
 let refused = {key: "", until: 0};
 let heldInVain = false; // the hands have held something since another page drove
@@ -42,36 +41,23 @@ const link = new Link({
     show();
   },
   status: takeStatus,
-  scan: (message) => view.setScan({...message, at: performance.now()}),
+  scan: (message) => view.setScan(message),
   pong: () => ($("round_trip").textContent = `${Math.round(link.roundTrip)} ms`),
   refused: () => (refused = {key: "not_driver", until: performance.now() + REFUSED}),
   late: () => (refused = {key: "late", until: performance.now() + REFUSED}),
 });
 const stop = () => link.stop();
-const hands = new Hands(command, stop);
+const hands = new Hands(() => pace.changed(), stop);
+const pace = new Pace(() => hands.still, sendCommand);
 const drives = () => state !== null && link.page !== null && state.driver === link.page;
-setInterval(() => moving && command(), REPEAT);
-setInterval(show, 250); // stalls show without any message
+setInterval(show, LOOK);
 
-// Send what the hands ask for now; a moment later when the last command has only just gone.
-function command() {
-  const wait = SOONEST - (performance.now() - sentAt);
-  if (wait > 0 && !hands.still) {
-    later ??= setTimeout(command, wait);
-    return;
-  }
-  clearTimeout(later);
-  later = null;
-  if (hands.still && !moving) {
-    return;
-  }
-  moving = !hands.still;
-  if (moving && (link.stalled || (drives() && state.hands_off))) {
+function sendCommand() {
+  if (!hands.still && (link.stalled || (drives() && state.hands_off))) {
     return; // the server would drop it; in a stall it would only queue up
   }
   const cap = $("cap").value / 100;
   const {ahead, left, turn} = hands.position;
-  sentAt = performance.now();
   link.drive(ahead * limits.linear * cap, left * limits.linear * cap, turn * limits.angular * cap);
 }
 
@@ -97,7 +83,7 @@ function show() {
   const open = app.dataset.state === "open";
   const stalled = open && link.stalled;
   $("dot").dataset.level = !open ? 2 : stalled || !state ? 1 : 0;
-  $("driver").textContent = open && state ? text(who()) : text("lost");
+  write($("driver"), open && state ? text(who()) : text("lost"));
   $("take").hidden = !open || !state || state.driver === null || drives();
   $("give_back").hidden = !(drives() && state.driven_by === "hand" && status?.goal);
   app.dataset.role = drives() || state?.driver === null ? "driver" : "viewer";
@@ -105,13 +91,11 @@ function show() {
   $("release").disabled = Boolean(state) && state.driver !== null && !drives();
   const words = message(open, stalled);
   $("message").hidden = !words;
-  if ($("message").textContent !== words) {
-    $("message").textContent = words;
-  }
-  const velocity = state?.velocity;
-  $("speed").textContent = velocity ? number(Math.hypot(velocity[0], velocity[1])) : "–";
-  $("turning").textContent = velocity ? number(velocity[2]) : "–";
-  showWheels();
+  write($("message"), words);
+  const [ahead, left, turning] = state?.velocity || [];
+  write($("speed"), state?.velocity ? number(Math.hypot(ahead, left)) : "–");
+  write($("turning"), state?.velocity ? number(turning) : "–");
+  showWheels(state?.commanded, state?.measured, 1.2 * limits.linear);
 }
 
 function who() {
@@ -153,109 +137,11 @@ function message(open, stalled) {
   return status?.goal?.words || "";
 }
 
-function showLights(lights) {
-  const worst = Math.max(0, ...lights.map((light) => light.level));
-  $("worst").dataset.level = worst;
-  $("lights").replaceChildren(...lights.map(({name, level, words}) => {
-    const line = document.createElement("li");
-    const dot = document.createElement("span");
-    dot.className = "dot";
-    dot.dataset.level = level;
-    dot.setAttribute("role", "img");
-    dot.setAttribute("aria-label", ["OK", "WARN", "ERROR", "STALE"][level] || "ERROR");
-    const title = document.createElement("b");
-    title.textContent = name.replace(/^.*: /, "");
-    const said = document.createElement("span");
-    said.textContent = words;
-    line.append(dot, title, said);
-    return line;
-  }));
-}
-
-function showWheels() {
-  const commanded = state?.commanded || state?.measured?.map(() => 0) || [];
-  const box = $("wheels");
-  while (box.childElementCount < commanded.length) {
-    const row = document.createElement("div");
-    row.innerHTML = '<span class="bar"><i class="wanted"></i><i class="real"></i></span>' +
-      '<span class="wanted"></span><span class="real"></span><span>m/s</span>';
-    box.append(row);
-  }
-  commanded.forEach((wanted, wheel) => {
-    const real = state.measured?.[wheel] ?? null;
-    const row = box.children[wheel];
-    setBar(row.querySelector("i.wanted"), wanted);
-    setBar(row.querySelector("i.real"), real ?? 0);
-    row.querySelector("span.wanted").textContent = number(wanted);
-    row.querySelector("span.real").textContent = real === null ? "–" : number(real);
-  });
-}
-
-// Two decimals, and no zero with a sign
-function number(value) {
-  return (Math.round(value * 100) / 100 + 0).toFixed(2);
-}
-
-function setBar(bar, speed) {
-  const part = Math.max(-1, Math.min(1, speed / (1.2 * limits.linear)));
-  bar.style.left = `${50 + Math.min(0, part) * 50}%`;
-  bar.style.width = `${Math.abs(part) * 50}%`;
-}
-
-function showFacts({board, battery, ranges, pages}) {
-  const facts = [];
-  if (battery?.voltage != null) {
-    const charge = battery.charge === null ? "" : `${Math.round(battery.charge * 100)} % `;
-    facts.push(["battery", `${charge}${battery.voltage.toFixed(1)} V`]);
-    $("battery").textContent = charge || `${battery.voltage.toFixed(1)} V`;
-  }
-  $("battery").hidden = battery?.voltage == null;
-  if (ranges.length) {
-    facts.push(["distances", ranges.map((range) => (range === null ? "–" : range.toFixed(2))).join("  ") + " m"]);
-  }
-  if (board) {
-    facts.push(["board", board]);
-  }
-  facts.push(["pages", String(pages)]);
-  $("facts").replaceChildren(...facts.flatMap(([name, value]) => {
-    const [term, fact] = [document.createElement("dt"), document.createElement("dd")];
-    term.textContent = text(name);
-    fact.textContent = fact.title = value;
-    return [term, fact];
-  }));
-}
-
 function setGoalMode(on) {
   goalMode = on;
   $("goal").setAttribute("aria-pressed", on);
   app.classList.toggle("choosing", on);
   show();
-}
-
-// The newest picture only, one after another, on a connection of its own: a slow line shows fewer, and no command waits.
-async function film() {
-  let after = 0;
-  while ($("film").getAttribute("aria-pressed") === "true") {
-    try {
-      const response = await fetch(`camera.jpg?after=${after}`, {cache: "no-store", priority: "low"});
-      if (response.ok && !document.hidden) {
-        after = response.headers.get("X-Picture");
-        await showPicture(new Uint8Array(await response.arrayBuffer()));
-        continue;
-      }
-    } catch {
-      // no connection: try again
-    }
-    $("camera").removeAttribute("src"); // an old picture must not look like one of now
-    await new Promise((resolve) => setTimeout(resolve, 500));
-  }
-}
-
-async function showPicture(bytes) {
-  const address = URL.createObjectURL(new Blob([bytes], {type: "image/jpeg"}));
-  $("camera").src = address;
-  await $("camera").decode().catch(() => null);
-  URL.revokeObjectURL(address);
 }
 
 function setLanguageTo(code) {
@@ -266,36 +152,6 @@ function setLanguageTo(code) {
     showFacts(status);
   }
   show();
-}
-
-// Only a press of a whole second releases: the ring fills while it lasts.
-function holdToRelease(button) {
-  let timer = null;
-  const begin = () => {
-    if (timer === null && !button.disabled) {
-      button.classList.add("filling");
-      timer = setTimeout(() => {
-        end();
-        link.order({kind: "release"});
-      }, HOLD);
-    }
-  };
-  const end = () => {
-    clearTimeout(timer);
-    timer = null;
-    button.classList.remove("filling");
-  };
-  button.addEventListener("pointerdown", (event) => {
-    event.preventDefault();
-    begin();
-  });
-  button.addEventListener("keydown", (event) => ["Enter", "Space"].includes(event.code) && begin());
-  for (const event of ["pointerup", "pointerleave", "pointercancel", "keyup", "blur"]) {
-    button.addEventListener(event, end);
-  }
-  window.addEventListener("blur", end);
-  document.addEventListener("visibilitychange", end);
-  button.addEventListener("contextmenu", (event) => event.preventDefault());
 }
 
 $("stop").addEventListener("pointerdown", () => {
@@ -317,14 +173,7 @@ $("view").addEventListener("click", (event) => {
     setGoalMode(false);
   }
 });
-$("film").addEventListener("click", () => {
-  const on = $("film").getAttribute("aria-pressed") !== "true";
-  $("film").setAttribute("aria-pressed", on);
-  $("camera").hidden = !on;
-  if (on) {
-    film();
-  }
-});
+$("film").addEventListener("click", toggleCamera);
 $("details").addEventListener("click", () => {
   const open = app.classList.toggle("detailed");
   $("details").setAttribute("aria-expanded", open);
@@ -338,5 +187,5 @@ $("language").addEventListener("change", () => {
     // no storage: asked anew next time
   }
 });
-holdToRelease($("release"));
+actWhenHeld($("release"), () => link.order({kind: "release"}));
 setLanguageTo(chosenLanguage());

@@ -1,4 +1,7 @@
 // What the hands ask for: two sticks on the screen, keys, a gamepad. A position is {ahead, left, turn}, each from -1 to 1.
+import {$} from "./page.js";
+import {Stick} from "./stick.js";
+
 const KEYS = {
   KeyW: ["ahead", 1], KeyS: ["ahead", -1], KeyA: ["left", 1], KeyD: ["left", -1], KeyQ: ["turn", 1], KeyE: ["turn", -1],
   ArrowUp: ["ahead", 1], ArrowDown: ["ahead", -1], ArrowLeft: ["turn", 1], ArrowRight: ["turn", -1],
@@ -13,13 +16,12 @@ export class Hands {
   // changed(): called when the position may have changed; stop(): the emergency stop's keys and button
   constructor(changed, stop) {
     this.changed = changed;
-    this.sticks = {move: [0, 0], turn: [0, 0]};
+    this.move = new Stick($("move"), {wide: false, changed});
+    this.turn = new Stick($("turn"), {wide: true, changed});
     this.keys = new Set();
     this.pad = {ahead: 0, left: 0, turn: 0};
     this.padStop = false;
     this.padCentred = false;
-    this.makeStick("move", true);
-    this.makeStick("turn", false);
     this.listenToKeys(stop);
     this.listenToGamepads(stop);
     for (const [target, event] of [[window, "blur"], [window, "pagehide"], [document, "visibilitychange"],
@@ -33,12 +35,12 @@ export class Hands {
     for (const key of this.keys) {
       held[KEYS[key][0]] += KEYS[key][1];
     }
-    let ahead = this.sticks.move[1] + held.ahead + this.pad.ahead;
-    let left = -this.sticks.move[0] + held.left + this.pad.left;
+    let ahead = this.move.up + held.ahead + this.pad.ahead;
+    let left = -this.move.right + held.left + this.pad.left;
     const length = Math.max(1, Math.hypot(ahead, left)); // a diagonal is no faster
     ahead /= length;
     left /= length;
-    return {ahead, left, turn: clamp(-this.sticks.turn[0] + held.turn + this.pad.turn)};
+    return {ahead, left, turn: clamp(-this.turn.right + held.turn + this.pad.turn)};
   }
 
   get still() {
@@ -51,59 +53,9 @@ export class Hands {
     this.keys.clear();
     this.pad = {ahead: 0, left: 0, turn: 0};
     this.padCentred = false;
-    for (const name of Object.keys(this.sticks)) {
-      this.release(name);
-    }
+    this.move.letGo();
+    this.turn.letGo();
     this.changed();
-  }
-
-  makeStick(name, both) {
-    const stick = document.getElementById(name);
-    const knob = stick.querySelector(".knob");
-    this[name] = {pointer: null, knob};
-    const move = (event) => {
-      const box = stick.getBoundingClientRect();
-      const reach = (box.width - knob.offsetWidth) / 2;
-      let x = (event.clientX - box.left - box.width / 2) / reach;
-      let y = both ? (box.top + box.height / 2 - event.clientY) / reach : 0;
-      const length = Math.max(1, Math.hypot(x, y));
-      x /= length;
-      y /= length;
-      this.sticks[name] = Math.hypot(x, y) < 0.06 ? [0, 0] : [x, y];
-      knob.style.transform = `translate(${x * reach}px, ${-y * reach}px)`;
-      this.changed();
-    };
-    stick.addEventListener("pointerdown", (event) => {
-      if (this[name].pointer !== null || event.button !== 0) {
-        return;
-      }
-      event.preventDefault();
-      this[name].pointer = event.pointerId;
-      stick.classList.add("held");
-      try {
-        stick.setPointerCapture(event.pointerId);
-      } catch {
-        // the pointer is gone already: its end comes next
-      }
-      move(event);
-    });
-    stick.addEventListener("pointermove", (event) => event.pointerId === this[name].pointer && move(event));
-    for (const end of ["pointerup", "pointercancel", "lostpointercapture"]) {
-      stick.addEventListener(end, (event) => {
-        if (event.pointerId === this[name].pointer) {
-          this.release(name);
-          this.changed();
-        }
-      });
-    }
-    stick.addEventListener("contextmenu", (event) => event.preventDefault());
-  }
-
-  release(name) {
-    this[name].pointer = null;
-    this.sticks[name] = [0, 0];
-    this[name].knob.style.transform = "";
-    document.getElementById(name).classList.remove("held");
   }
 
   listenToKeys(stop) {

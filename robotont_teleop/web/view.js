@@ -1,7 +1,10 @@
-// The robot from above: grid, map, scan, trail, goal. World x points up on the screen, y to the left (REP 103).
+// The robot from above: ground, scan, goal, robot. World x points up on the screen, y to the left (REP 103).
+import {Ground, paintTrail, useWorld} from "./ground.js";
+
 const TRAIL_STEP = 0.02;   // [m] between two points of the trail
 const TRAIL_LONGEST = 4000;
 const JUMP = 0.5;          // [m] a longer step is no driving: the trail starts anew
+const SCAN_SHOWN = 1000;   // [ms] without a newer one
 const RADIUS = 0.15;       // [m] of the drawn robot
 const SCALES = [20, 30, 45, 70, 100, 150, 220, 330]; // [px/m]
 
@@ -13,12 +16,14 @@ export class View {
     this.pose = null;
     this.trail = [];
     this.scan = null;
+    this.scanEnd = null; // timer
     this.map = null;
     this.mapImage = null;
     this.goal = null;
     this.frame = null;
-    this.dirty = false;
+    this.frameWanted = null;
     this.tint = {};
+    this.ground = new Ground();
     new ResizeObserver(() => this.resize()).observe(canvas.parentElement);
     matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => this.readColours());
     this.readColours();
@@ -27,10 +32,10 @@ export class View {
 
   readColours() {
     const style = getComputedStyle(document.documentElement);
-    for (const name of ["line", "text", "accent", "trail", "scan", "robot", "quiet"]) {
+    for (const name of ["line", "accent", "trail", "scan", "robot"]) {
       this.tint[name] = style.getPropertyValue(`--${name}`).trim();
     }
-    this.draw();
+    this.drawAll();
   }
 
   resize() {
@@ -41,53 +46,68 @@ export class View {
     this.canvas.width = Math.round(box.width * ratio);
     this.canvas.height = Math.round(box.height * ratio);
     this.ratio = ratio;
-    this.draw();
+    this.drawAll();
   }
 
   zoom(step) {
     this.scale = Math.min(SCALES.length - 1, Math.max(0, this.scale + step));
-    this.draw();
+    this.drawAll();
   }
 
   setPose(pose) {
-    if (pose === null || pose.includes(null)) {
+    if (pose === null || pose.includes(null) || pose.every((value, axis) => value === this.pose?.[axis])) {
       return;
     }
     this.pose = pose;
+    this.lengthenTrail(pose);
+    this.draw();
+  }
+
+  lengthenTrail([x, y]) {
     const last = this.trail[this.trail.length - 1];
-    const step = last ? Math.hypot(pose[0] - last[0], pose[1] - last[1]) : Infinity;
+    const step = last ? Math.hypot(x - last[0], y - last[1]) : Infinity;
     if (step > JUMP) {
-      this.trail = [];
-    }
-    if (step > TRAIL_STEP) {
-      this.trail.push([pose[0], pose[1]]);
+      this.trail = [[x, y]];
+      this.ground.clear();
+    } else if (step > TRAIL_STEP) {
+      this.trail.push([x, y]);
+      this.ground.extendTrail([last, [x, y]], SCALES[this.scale] * this.ratio, this.scene);
       if (this.trail.length > TRAIL_LONGEST) {
         this.trail.splice(0, TRAIL_LONGEST / 4);
       }
     }
-    this.draw();
   }
 
   setStatus(status) {
-    if (status.frame !== this.frame) {
-      this.frame = status.frame;
-      this.trail = [];
-    }
-    this.goal = status.goal;
-    if (status.map && status.map.number !== this.map?.number) {
+    const {map} = status;
+    if (map && map.number !== this.map?.number) {
       const image = new Image();
       image.onload = () => {
         this.mapImage = image;
-        this.draw();
+        this.drawAll();
       };
-      image.src = `map.png?number=${status.map.number}`;
+      image.src = `map.png?number=${map.number}`;
     }
-    this.map = status.map;
+    if (status.frame !== this.frame) {
+      this.trail = [];
+    }
+    if (status.frame !== this.frame || map?.number !== this.map?.number) {
+      this.ground.clear();
+    }
+    this.frame = status.frame;
+    this.map = map;
+    this.goal = status.goal;
     this.draw();
   }
 
   setScan(scan) {
     this.scan = {...scan, pose: this.pose};
+    this.draw();
+    clearTimeout(this.scanEnd);
+    this.scanEnd = setTimeout(() => {
+      this.scan = null;
+      this.draw();
+    }, SCAN_SHOWN);
   }
 
   // Place in the world [m] of a point on the screen
@@ -99,91 +119,44 @@ export class View {
   }
 
   draw() {
-    if (!this.dirty) {
-      this.dirty = true;
-      requestAnimationFrame(() => {
-        this.dirty = false;
-        this.paint();
-      });
-    }
+    this.frameWanted ??= requestAnimationFrame(() => {
+      this.frameWanted = null;
+      this.paint();
+    });
+  }
+
+  // Everything anew, with the ground
+  drawAll() {
+    this.ground.clear();
+    this.draw();
+  }
+
+  get scene() {
+    const shown = this.frame === "map" ? {map: this.map, mapImage: this.mapImage} : {};
+    return {...shown, trail: this.trail, tint: this.tint, gridStep: gridStep(SCALES[this.scale]), ratio: this.ratio};
   }
 
   paint() {
+    if (!this.width || !this.height) {
+      return;
+    }
     const context = this.context;
-    const pixels = SCALES[this.scale];
     const [x, y] = this.pose || [0, 0];
-    context.setTransform(this.ratio, 0, 0, this.ratio, 0, 0);
-    context.clearRect(0, 0, this.width, this.height);
-    const k = pixels * this.ratio;
-    context.setTransform(0, -k, -k, 0, (this.width / 2) * this.ratio + y * k, (this.height / 2) * this.ratio + x * k);
-    this.paintGrid(context, pixels, x, y);
-    this.paintMap(context);
-    this.paintTrail(context, pixels);
-    this.paintScan(context, pixels);
-    this.paintGoal(context, pixels);
+    const pixels = SCALES[this.scale] * this.ratio;
+    this.ground.paintOn(context, {x, y}, pixels, this.scene);
+    useWorld(context, {x, y}, pixels);
+    if (this.trail.length) {
+      paintTrail(context, [this.trail[this.trail.length - 1], [x, y]], pixels, this.scene);
+    }
+    this.paintScan(context, SCALES[this.scale]);
+    this.paintGoal(context, SCALES[this.scale]);
     if (this.pose) {
-      this.paintRobot(context, pixels);
+      this.paintRobot(context, SCALES[this.scale]);
     }
-  }
-
-  paintMap(context) {
-    if (!this.map || !this.mapImage || this.frame !== "map") {
-      return;
-    }
-    const {width, height, origin} = this.map;
-    context.save();
-    context.translate(origin[0], origin[1]);
-    context.rotate(origin[2]);
-    context.translate(0, height);
-    context.scale(1, -1);
-    context.imageSmoothingEnabled = false;
-    context.drawImage(this.mapImage, 0, 0, width, height);
-    context.restore();
-  }
-
-  paintGrid(context, pixels, x, y) {
-    const step = pixels >= 100 ? 0.25 : pixels >= 45 ? 0.5 : 1;
-    const [far, wide] = [this.height / pixels / 2 + step, this.width / pixels / 2 + step];
-    for (const whole of [false, true]) {
-      context.beginPath();
-      for (let line = Math.ceil((x - far) / step) * step; line < x + far; line += step) {
-        if ((Math.abs(line - Math.round(line)) < 1e-6) === whole) {
-          context.moveTo(line, y - wide);
-          context.lineTo(line, y + wide);
-        }
-      }
-      for (let line = Math.ceil((y - wide) / step) * step; line < y + wide; line += step) {
-        if ((Math.abs(line - Math.round(line)) < 1e-6) === whole) {
-          context.moveTo(x - far, line);
-          context.lineTo(x + far, line);
-        }
-      }
-      context.globalAlpha = whole ? 1 : 0.45;
-      context.strokeStyle = this.tint.line;
-      context.lineWidth = 1 / pixels;
-      context.stroke();
-    }
-    context.globalAlpha = 1;
-  }
-
-  paintTrail(context, pixels) {
-    if (this.trail.length < 2) {
-      return;
-    }
-    context.beginPath();
-    context.moveTo(...this.trail[0]);
-    for (const point of this.trail) {
-      context.lineTo(...point);
-    }
-    context.lineTo(this.pose[0], this.pose[1]);
-    context.strokeStyle = this.tint.trail;
-    context.lineWidth = 3 / pixels;
-    context.lineJoin = context.lineCap = "round";
-    context.stroke();
   }
 
   paintScan(context, pixels) {
-    if (!this.scan?.pose || performance.now() - this.scan.at > 1000) {
+    if (!this.scan?.pose) {
       return;
     }
     const {pose, from, first, step, ranges} = this.scan;
@@ -238,4 +211,9 @@ export class View {
     context.fill();
     context.restore();
   }
+}
+
+// [m] between two lines of the grid
+function gridStep(pixels) {
+  return pixels >= 100 ? 0.25 : pixels >= 45 ? 0.5 : 1;
 }

@@ -3,15 +3,16 @@
 Codes are those of Linux' input-event-codes.h, which evdev names in the same way.
 """
 
-from typing import NamedTuple
+from typing import NamedTuple, Tuple
 
 from robotont_teleop.speeds import STOP, without_dead_zone
 
 EV_SYN, EV_KEY, EV_ABS = 0, 1, 3
 SYN_REPORT, SYN_DROPPED = 0, 3
-ABS_X, ABS_Y, ABS_Z, ABS_RX, ABS_RY, ABS_RZ = 0, 1, 2, 3, 4, 5
+ABS_X, ABS_Y, ABS_Z, ABS_RX, ABS_RY, ABS_RZ, ABS_GAS, ABS_BRAKE = 0, 1, 2, 3, 4, 5, 9, 10
 BTN_TRIGGER, BTN_THUMB2, BTN_TOP2, BTN_PINKIE, BTN_BASE4 = 0x120, 0x122, 0x124, 0x125, 0x129
-BTN_EAST, BTN_TL, BTN_TR, BTN_START = 0x131, 0x136, 0x137, 0x13B
+BTN_EAST, BTN_C, BTN_WEST, BTN_Z = 0x131, 0x132, 0x134, 0x135
+BTN_TL, BTN_TR, BTN_TR2, BTN_START = 0x136, 0x137, 0x139, 0x13B
 
 
 class Layout(NamedTuple):
@@ -24,22 +25,35 @@ class Layout(NamedTuple):
     fast: int      # held as well: full speed
     stop: int      # emergency stop
     release: int   # releases it
+    triggers: Tuple[int, ...] = ()  # axes that tell the layout from others, though nothing is driven by them
+
+    @property
+    def axes(self):
+        """Codes of the axes of a pad with this layout."""
+        return {self.move_x, self.move_y, self.turn, *self.triggers}
+
+    @property
+    def buttons(self):
+        """Codes of the buttons of a pad with this layout."""
+        return {self.dead_man, self.fast, self.stop, self.release}
 
 
 LAYOUTS = {
+    # PlayStation pads without a driver of their own (hid-generic, as DualSense in kernels before 5.12). First, because
+    # their triggers are where the other pads have the right stick, and rest at its rim.
+    "playstation_generic": Layout(ABS_X, ABS_Y, ABS_Z, BTN_WEST, BTN_Z, BTN_C, BTN_TR2, (ABS_RX, ABS_RY, ABS_RZ)),
     "xbox": Layout(ABS_X, ABS_Y, ABS_RX, BTN_TL, BTN_TR, BTN_EAST, BTN_START),         # kernel driver xpad
     "playstation": Layout(ABS_X, ABS_Y, ABS_RX, BTN_TL, BTN_TR, BTN_EAST, BTN_START),  # hid-playstation, hid-sony
+    # Xbox pads by Bluetooth and those made for Android, without a driver of their own
+    "bluetooth": Layout(ABS_X, ABS_Y, ABS_Z, BTN_TL, BTN_TR, BTN_EAST, BTN_START, (ABS_GAS, ABS_BRAKE)),
     "directinput": Layout(ABS_X, ABS_Y, ABS_Z, BTN_TOP2, BTN_PINKIE, BTN_THUMB2, BTN_BASE4),  # e.g. Logitech in mode D
 }
 
 
 def layout_for(codes):
     """Name of the first layout whose axes and buttons are all among the `codes` {EV_KEY: set, EV_ABS: set}, or None."""
-    for name, layout in LAYOUTS.items():
-        axes = {layout.move_x, layout.move_y, layout.turn}
-        if axes <= codes.get(EV_ABS, set()) and set(layout) - axes <= codes.get(EV_KEY, set()):
-            return name
-    return None
+    return next((name for name, layout in LAYOUTS.items()
+                 if layout.axes <= codes.get(EV_ABS, set()) and layout.buttons <= codes.get(EV_KEY, set())), None)
 
 
 class Gamepad:

@@ -115,6 +115,7 @@ class Page:
         self._target = target
         self._session = session
         self._fingers = {}
+        self._mouse = None  # where its button is held down
 
     def call(self, method, **parameters):
         """The result of a method of the protocol for this tab."""
@@ -145,24 +146,40 @@ class Page:
         return tuple(self.run(f"(() => {{const b = document.querySelector({selector!r}).getBoundingClientRect();"
                               "return [b.x, b.y, b.width, b.height]})()"))
 
-    def finger(self, number, selector, right=0.0, up=0.0):
-        """Put finger `number` on an element, or move it there: a part of its half width from its middle."""
+    def place(self, selector, right=0.0, up=0.0):
+        """(x, y) [px] on an element: a part of its half width from its middle."""
         left, top, width, height = self.box(selector)
-        place = {"x": left + width / 2 * (1 + right), "y": top + height / 2 - width / 2 * up, "id": number}
+        return left + width / 2 * (1 + right), top + height / 2 - width / 2 * up
+
+    def finger(self, number, selector, right=0.0, up=0.0):
+        """Put finger `number` on an element, or move it there, to a `place`."""
+        self.finger_at(number, *self.place(selector, right, up))
+
+    def finger_at(self, number, x, y):
+        """Put finger `number` on (x, y) [px], or move it there."""
         kind = "touchMove" if number in self._fingers else "touchStart"
-        self._fingers[number] = place
+        self._fingers[number] = {"x": x, "y": y, "id": number}
         self._touch(kind)
+
+    def mouse_at(self, x, y):
+        """Press the mouse's button at (x, y) [px], or move there while it is held."""
+        kind = "mouseMoved" if self._mouse else "mousePressed"
+        self._mouse = {"x": x, "y": y, "button": "left", "clickCount": 1}
+        self.call("Input.dispatchMouseEvent", type=kind, buttons=1, **self._mouse)
 
     @property
     def touched(self):
-        """Whether a finger is on the screen."""
-        return bool(self._fingers)
+        """Whether a finger is on the screen, or the mouse's button held."""
+        return bool(self._fingers or self._mouse)
 
     def lift(self):
-        """Lift all fingers."""
+        """Lift all fingers, and let go of the mouse's button."""
         if self._fingers:
             self._fingers.clear()
             self._touch("touchEnd")
+        if self._mouse:
+            place, self._mouse = self._mouse, None
+            self.call("Input.dispatchMouseEvent", type="mouseReleased", buttons=0, **place)
 
     def cancel_fingers(self):
         """As when the system takes the screen away from the page."""

@@ -1,0 +1,14 @@
+// Elements of the page.
+export const $ = (id) => document.getElementById(id);
+
+// Writes only what has changed, so that nothing is laid out anew without need.
+export function write(element, words) {
+  if (element.textContent !== words) {
+    element.textContent = words;
+  }
+}
+
+// Two decimals, and no zero with a sign
+export function number(value) {
+  return (Math.round(value * 100) / 100 + 0).toFixed(2);
+}

@@ -31,7 +31,8 @@ class Terminal:
     def __init__(self, *arguments):
         self.shown = ""
         self._master, slave = pty.openpty()
-        self.process = subprocess.Popen([places.program("robotont_teleop", "keyboard_teleop"), *arguments], stdin=slave,
+        # rosrun is a shell script, and so makes this the controlling terminal, from which Ctrl-C and SIGHUP come
+        self.process = subprocess.Popen(["rosrun", "robotont_teleop", "keyboard_teleop", *arguments], stdin=slave,
                                         stdout=slave, stderr=slave, start_new_session=True)
         os.close(slave)
         threading.Thread(target=self._read, daemon=True).start()

@@ -3,6 +3,7 @@
 A comment such as <!-- needs: chromium, /dev/uinput --> names programs and files without which a .test file is skipped.
 Tests whose bounds are in real time are marked `timed`, rostests by a name timed_*.test: `./robotont test` runs them
 after all others, two at a time; alone_*.test, which measure milliseconds or keep both cores busy, follow one by one.
+long_*.test run only when asked for (-m long).
 """
 
 import importlib.util
@@ -42,6 +43,8 @@ class RostestFile(pytest.File):
             rostest.add_marker(pytest.mark.rostest)
             if self.path.name.startswith(("timed_", "alone_")):
                 rostest.add_marker(pytest.mark.timed)
+            if self.path.name.startswith("long_"):
+                rostest.add_marker(pytest.mark.long)
             if self.path.name.startswith("alone_"):
                 rostest.add_marker(pytest.mark.alone)
             if self.path.name == "robotont_msgs.test" and not has_robotont_msgs():

@@ -4,6 +4,7 @@
 import itertools
 import json
 import math
+import sys
 import time
 import unittest
 from importlib.util import find_spec
@@ -50,7 +51,7 @@ CONTROLS = ("#move", "#turn", "#stop", "#cap", "#closer", "#farther", "#driver",
 
 
 @unittest.skipIf(CHROMIUM is None, "no chromium")
-class WebTeleopTest(NodeTest):
+class PagesTest(NodeTest):
     @classmethod
     def setUpClass(cls):
         super().setUpClass()
@@ -151,6 +152,10 @@ class WebTeleopTest(NodeTest):
             return page.run("document.getElementById('stopped').hidden")
         wait_for(released, "the release", period=0.05)
         page.lift()
+
+
+class WebTeleopTest(PagesTest):
+    """What the page must do."""
 
     def test_both_sticks_at_once_move_the_robot_as_commanded(self):
         page = self.open()
@@ -265,6 +270,71 @@ class WebTeleopTest(NodeTest):
         wait_for(drives, "strafing and turning by keys", period=0.05)
         self.stops_after(lambda: self.press(two, False), "keys")
 
+    def test_it_looks_right_and_everybody_can_use_it(self):
+        page = self.open(language="de")
+        self.addCleanup(page.run, "localStorage.clear()")  # the other tests' pages are English
+        self.assertEqual(page.run("document.documentElement.lang"), "de", "the browser's language")
+        page.wait("document.querySelectorAll('#lights li').length >= 5", "the robot's health")
+        page.run(axe())
+        for dark, language, more in ((False, "de", ()), (True, "et", ("#take", "#release"))):
+            if dark:
+                self.let_another_page_drive_and_stop(page)
+            for size in (PHONE, PHONE_LYING, DESKTOP):
+                page.look(size, dark)
+                page.run(f"(() => {{const list = document.getElementById('language'); list.value = '{language}'; "
+                         "list.dispatchEvent(new Event('change'))})()")
+                self.assertEqual(page.run("document.documentElement.lang"), language)
+                page.wait(f"innerWidth === {size[0]}", "the screen")
+                self.assert_no_overlap(page, size, more)
+                if size == PHONE:
+                    page.tap("#details")
+                self.assert_accessible(page)
+                if size == PHONE:
+                    page.tap("#details")
+        self.assertEqual(page.complaints(), [])
+        login = self.browser.page(f"http://127.0.0.1:{self.proxy.port}/login.html", PHONE)
+        self.pages.append(login)
+        login.run(axe())
+        self.assert_accessible(login)
+
+    def let_another_page_drive_and_stop(self, page):
+        """Fill the page with all that it can show at once."""
+        other = self.open()
+        other.call("Page.bringToFront")
+        self.drive_on(other)
+        other.lift()
+        page.call("Page.bringToFront")
+        page.wait("!document.getElementById('take').hidden", "the button to take over")
+        page.run("document.getElementById('stop').click()")
+        page.wait("!document.getElementById('stopped').hidden", "words about the stop")
+
+    def assert_accessible(self, page):
+        """By axe: the rules can be applied, that of contrast among them, and none of them is violated seriously."""
+        passed, violated, failed = page.run(
+            "axe.run().then(({passes, violations, incomplete}) => [passes.map((rule) => rule.id), violations.map("
+            "(rule) => [rule.impact, rule.id, rule.nodes.map((node) => node.target)]), "
+            "incomplete.filter((rule) => rule.error).map((rule) => [rule.id, rule.message])])")
+        self.assertEqual(failed, [])
+        self.assertIn("color-contrast", passed)
+        self.assertFalse([rule for rule in violated if rule[0] in ("serious", "critical")])
+
+    def assert_no_overlap(self, page, size, more):
+        width, height, _ = size
+        self.assertTrue(page.run("document.documentElement.scrollWidth <= innerWidth && "
+                                 "document.documentElement.scrollHeight <= innerHeight"), "scroll bars")
+        shown = ("#reset_odometry", "#language") if size == DESKTOP else ()
+        boxes = {control: page.box(control) for control in (*CONTROLS, *shown, *more)}
+        for control, (left, top, wide, high) in boxes.items():
+            inside = left >= 0 and top >= 0 and left + wide <= width and top + high <= height and wide * high > 0
+            self.assertTrue(inside, (size, control, boxes[control]))
+        for one, other in itertools.combinations(boxes, 2):
+            (a, b, c, d), (e, f, g, h) = boxes[one], boxes[other]
+            self.assertFalse(a < e + g and e < a + c and b < f + h and f < b + d, (size, one, other))
+
+
+class DelayTest(PagesTest):
+    """How long it takes from a movement to the command: of this machine, when nothing else runs on it."""
+
     def test_from_stick_to_cmd_vel(self):
         for what, pointer in (("mouse", lambda page, x, y: page.mouse_at(x, y)),
                               ("finger", lambda page, x, y: page.finger_at(1, x, y))):
@@ -331,67 +401,6 @@ class WebTeleopTest(NodeTest):
             delays.append([after - before for before, after in zip(times, times[1:])])
         return delays
 
-    def test_it_looks_right_and_everybody_can_use_it(self):
-        page = self.open(language="de")
-        self.addCleanup(page.run, "localStorage.clear()")  # the other tests' pages are English
-        self.assertEqual(page.run("document.documentElement.lang"), "de", "the browser's language")
-        page.wait("document.querySelectorAll('#lights li').length >= 5", "the robot's health")
-        page.run(axe())
-        for dark, language, more in ((False, "de", ()), (True, "et", ("#take", "#release"))):
-            if dark:
-                self.let_another_page_drive_and_stop(page)
-            for size in (PHONE, PHONE_LYING, DESKTOP):
-                page.look(size, dark)
-                page.run(f"(() => {{const list = document.getElementById('language'); list.value = '{language}'; "
-                         "list.dispatchEvent(new Event('change'))})()")
-                self.assertEqual(page.run("document.documentElement.lang"), language)
-                page.wait(f"innerWidth === {size[0]}", "the screen")
-                self.assert_no_overlap(page, size, more)
-                if size == PHONE:
-                    page.tap("#details")
-                self.assert_accessible(page)
-                if size == PHONE:
-                    page.tap("#details")
-        self.assertEqual(page.complaints(), [])
-        login = self.browser.page(f"http://127.0.0.1:{self.proxy.port}/login.html", PHONE)
-        self.pages.append(login)
-        login.run(axe())
-        self.assert_accessible(login)
-
-    def let_another_page_drive_and_stop(self, page):
-        """Fill the page with all that it can show at once."""
-        other = self.open()
-        other.call("Page.bringToFront")
-        self.drive_on(other)
-        other.lift()
-        page.call("Page.bringToFront")
-        page.wait("!document.getElementById('take').hidden", "the button to take over")
-        page.run("document.getElementById('stop').click()")
-        page.wait("!document.getElementById('stopped').hidden", "words about the stop")
-
-    def assert_accessible(self, page):
-        """By axe: the rules can be applied, that of contrast among them, and none of them is violated seriously."""
-        passed, violated, failed = page.run(
-            "axe.run().then(({passes, violations, incomplete}) => [passes.map((rule) => rule.id), violations.map("
-            "(rule) => [rule.impact, rule.id, rule.nodes.map((node) => node.target)]), "
-            "incomplete.filter((rule) => rule.error).map((rule) => [rule.id, rule.message])])")
-        self.assertEqual(failed, [])
-        self.assertIn("color-contrast", passed)
-        self.assertFalse([rule for rule in violated if rule[0] in ("serious", "critical")])
-
-    def assert_no_overlap(self, page, size, more):
-        width, height, _ = size
-        self.assertTrue(page.run("document.documentElement.scrollWidth <= innerWidth && "
-                                 "document.documentElement.scrollHeight <= innerHeight"), "scroll bars")
-        shown = ("#reset_odometry", "#language") if size == DESKTOP else ()
-        boxes = {control: page.box(control) for control in (*CONTROLS, *shown, *more)}
-        for control, (left, top, wide, high) in boxes.items():
-            inside = left >= 0 and top >= 0 and left + wide <= width and top + high <= height and wide * high > 0
-            self.assertTrue(inside, (size, control, boxes[control]))
-        for one, other in itertools.combinations(boxes, 2):
-            (a, b, c, d), (e, f, g, h) = boxes[one], boxes[other]
-            self.assertFalse(a < e + g and e < a + c and b < f + h and f < b + d, (size, one, other))
-
 
 def axe():
     """The script of axe-core."""
@@ -410,4 +419,4 @@ def _values(twist):
 
 
 if __name__ == "__main__":
-    rostest.rosrun("robotont_teleop", "web_teleop_test", WebTeleopTest)
+    rostest.rosrun("robotont_teleop", "web_teleop_test", DelayTest if "--delays" in sys.argv else WebTeleopTest)

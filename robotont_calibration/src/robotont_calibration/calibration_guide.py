@@ -128,6 +128,7 @@ class _Robot:
         if twists is None:
             ask("Recording. Drive it, stop it, then press Enter. ")
         else:
+            self._wait(self._rests, LONGEST_REST, "a robot that stands still")  # the first stamps are rough
             try:
                 self._drive(twists)
             except KeyboardInterrupt:

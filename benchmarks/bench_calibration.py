@@ -12,7 +12,8 @@ from pathlib import Path
 import numpy as np
 
 from robotont_calibration.calibrate_wheels import SECONDS, TRACKED, WHEEL_NOISE
-from robotont_calibration.calibration import Unknowns, calibrate, errors_along, steps_of, tracked_run
+from robotont_calibration.calibration import Unknowns, calibrate
+from robotont_calibration.calibration_runs import errors_along, steps_of, tracked_run
 from robotont_calibration.recordings import read_recording
 from robotont_driver.wheel_file import read_wheel_file
 from robotont_driver.wheels import read_wheels

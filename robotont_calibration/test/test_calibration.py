@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 
 from robotont_calibration import calibration
-from robotont_calibration.calibration import (
-    Unknowns,
-    calibrate,
+from robotont_calibration.calibration import Unknowns, calibrate
+from robotont_calibration.calibration_runs import (
     end_misfit,
     errors_along,
     misfits,

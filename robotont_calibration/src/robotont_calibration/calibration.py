@@ -11,12 +11,12 @@ import math
 from typing import NamedTuple, Tuple
 
 import numpy as np
-from scipy.linalg import block_diag, cho_solve_banded, cholesky_banded
-from scipy.optimize import least_squares, minimize, minimize_scalar
+from scipy.optimize import least_squares, minimize_scalar
 
+from robotont_calibration.calibration_runs import misfits, repeats, seen_from, steps_of
+from robotont_calibration.misfit_noise import likely_noise, spread_of, whitening
 from robotont_driver import se2
 from robotont_driver.kinematics import Kinematics
-from robotont_driver.wheel_noise import READING_VARIANCE, variance_per_edge
 from robotont_driver.wheels import read_wheels
 
 # How far off a parameter may be before the runs: standard deviations of the loose tie to its old value.
@@ -26,60 +26,12 @@ ANGLE_TIE = 0.2      # [rad]
 POINT_TIE = 0.3      # [m]
 DETERMINED = 0.3     # a parameter counts as determined when the runs leave less than this part of the tie
 PASSES = 3           # fits, each with the noise along the way that the one before has found
-NOISE_TIE = np.log((3.0, 1.5))  # by what factors the wheels' noise and the measurement's may be off before the runs
 SLIP = 0.0005        # how much parameters differ from drive to drive, to begin with: a share, [rad]
 REPEATS = 8          # of a drive, from which on more tell no more about that
 SLIP_TIE = math.log(5.0)        # by what factor that may be off before the runs
 POINT_SLIP = 0.1     # [m] by which the point differs from drive to drive where lengths differ by their whole
 OUTLYING = 3.0       # a run with errors this many times as large as the noise explains loses weight
-TURNING = math.radians(30)  # runs in which the heading changes by more than this determine the measured point
 STEP = 1e-6          # of a value, for derivatives
-BAND = 6             # numbers of two neighbouring stretches
-ALIKE = 0.1          # runs whose wheels' paths differ by less than this part of them repeat the same drive
-
-
-class Run(NamedTuple):
-    """A recorded run: the wheels' counts, the robot's poses at some packets, and the stretches that are compared."""
-
-    name: str
-    counts: np.ndarray             # K x n [edges]
-    marks: np.ndarray              # M rising numbers of packets that had come when a pose was measured
-    poses: np.ndarray              # M x 3 measured there: x [m], y [m], yaw [rad], modulo full turns
-    deviation: Tuple[float, float]  # standard deviations of each as measured: place [m], yaw [rad]
-    stretches: np.ndarray          # L x 2 indices of marks: begin and end
-
-    @property
-    def moved(self):
-        """L x 3 measured motions, the end of each stretch as seen from its begin."""
-        begins, ends = self.stretches.T
-        return _seen(self.poses[begins], self.poses[ends])
-
-
-def taped_run(name, counts, end, deviation):
-    """`Run` of which only the end (x [m], y [m], yaw [rad]) is known, as seen from the start."""
-    return Run(name, np.asarray(counts), np.array((0, len(counts))), np.array(((0.0, 0.0, 0.0), end)), deviation,
-               np.array(((0, 1),)))
-
-
-def tracked_run(name, times, counts, truth, seconds, deviation):
-    """`Run` of which the truth is known all the way, in stretches of about so many `seconds`.
-
-    times: K [s] of the packets, rising; counts: K x n; truth: `Trajectory`. Only where the truth is known. Stretches
-    without motion are excluded. Raises ValueError when nothing is left.
-    """
-    tracked = np.flatnonzero((times >= truth.times[0]) & (times <= truth.times[-1]))
-    stretches = []
-    if len(tracked) > 1:
-        amount = max(1, round((times[tracked[-1]] - times[tracked[0]]) / seconds))
-        marks = np.unique(np.linspace(tracked[0], tracked[-1], amount + 1).round().astype(int))
-        counts = np.asarray(counts)
-        stretches = [(number, number + 1) for number, (begin, end) in enumerate(zip(marks.tolist(), marks[1:].tolist()))
-                     if counts[begin + 1:end + 1].any()]
-    if not stretches:
-        raise ValueError("found no packets with motion while the true pose is known")
-    poses = np.column_stack([np.interp(times[marks], truth.times, column) for column in truth.poses.T])
-    first = marks[0] + 1
-    return Run(name, counts[first:marks[-1] + 1], marks + 1 - first, poses, deviation, np.array(stretches))
 
 
 class Unknowns:
@@ -173,7 +125,7 @@ def calibrate(given, runs, unknowns, wheel_noise, near=None):
         weights = weights * _trust(runs, found.fun)
     for _ in range(2 if near is None else 1):
         groups = _linear(runs, unknowns, whiten, values)
-        slip = _likely_slip(groups, [len(group) for group in repeats(runs)], unknowns)
+        slip = _likely_slip(groups, unknowns)
         values, covariance, _ = _mixed(groups, unknowns, slip)
     deviations = np.sqrt(np.diag(covariance))
     undetermined = tuple(
@@ -184,11 +136,11 @@ def calibrate(given, runs, unknowns, wheel_noise, near=None):
 
 
 def _weigh(runs, unknowns, values, weights, wheel_noise):
-    """(likeliest noise, as in `_Spread.at`; whitening matrix of each run) at `values`, with a weight of each run."""
+    """(likeliest noise, as in `Spread.at`; whitening matrix of each run) at `values`, with a weight of each run."""
     wheels, point = read_wheels(unknowns.parameters(values)), unknowns.point(values)
-    spreads = [_spread(wheels, run) for run in runs]
-    noise = _likely_noise(spreads, [misfits(wheels, run, point) for run in runs], weights, (wheel_noise, 1.0))
-    return noise, [_whitening(spread, noise) * math.sqrt(weight) for spread, weight in zip(spreads, weights)]
+    spreads = [spread_of(wheels, run) for run in runs]
+    noise = likely_noise(spreads, [misfits(wheels, run, point) for run in runs], weights, (wheel_noise, 1.0))
+    return noise, [whitening(spread, noise) * math.sqrt(weight) for spread, weight in zip(spreads, weights)]
 
 
 def _residuals(runs, unknowns, whiten, values):
@@ -241,7 +193,7 @@ def _slopes_of_misfits(wheels, run, point, by_value, free_point):
     if free_point:
         along[:, :2, -2:] += np.moveaxis(np.array(((cos, -sin), (sin, cos))), 2, 0)
     begins, ends = run.stretches.T
-    seen = _seen(places[begins], places[ends])
+    seen = seen_from(places[begins], places[ends])
     cos, sin = cos[begins, None], sin[begins, None]
     change = along[ends] - along[begins]
     turned = along[begins, 2]
@@ -259,27 +211,18 @@ def _fit(runs, unknowns, whiten, start):
 
 
 def _linear(runs, unknowns, whiten, values):
-    """(H, b) of each group of repeats at `values`: the information, and the pull on the values: they tend to H^-1 b."""
+    """(H, b, amount of runs) of each group of repeats at `values`.
+
+    H: the information; b: the pull on the values, which tend to H^-1 b.
+    """
     now, jacobian = (function(runs, unknowns, whiten, values) for function in (_residuals, _slopes))
     slices = _slices(runs)
     groups = []
     for group in repeats(runs):
         parts = [(jacobian[slices[index]], now[slices[index]]) for index in group]
         groups.append((sum(slopes.T @ slopes for slopes, _ in parts),
-                       sum(slopes.T @ (slopes @ values - left) for slopes, left in parts)))
+                       sum(slopes.T @ (slopes @ values - left) for slopes, left in parts), len(group)))
     return groups
-
-
-def _by_step(poses, begin, end):
-    """K x 3 x 3 derivatives of the motion from one of the poses to another by each step between them."""
-    part = _seen(np.broadcast_to(poses[begin], (end - begin, 3)), poses[begin + 1:end + 1])
-    lever = part[-1, :2] - part[:, :2]  # a turn at the pose k moves the end by lever x turn
-    jacobians = np.zeros((len(part), 3, 3))
-    jacobians[:, 0, 0] = jacobians[:, 1, 1] = np.cos(part[:, 2])
-    jacobians[:, 1, 0] = np.sin(part[:, 2])
-    jacobians[:, 0, 1] = -jacobians[:, 1, 0]
-    jacobians[:, 0, 2], jacobians[:, 1, 2], jacobians[:, 2, 2] = -lever[:, 1], lever[:, 0], 1.0
-    return jacobians
 
 
 def _mixed(groups, unknowns, slip):
@@ -291,7 +234,7 @@ def _mixed(groups, unknowns, slip):
     own = _own(unknowns, slip)
     unit = np.eye(len(own))
     information, pull, unlikely = np.diag(unknowns.ties ** -2), np.zeros(len(own)), 0.0
-    for curvature, towards in groups:
+    for curvature, towards, _ in groups:
         shrink = np.linalg.inv(unit + curvature @ own)
         information, pull = information + shrink @ curvature, pull + shrink @ towards
         unlikely -= towards @ own @ shrink @ towards + np.linalg.slogdet(shrink)[1]
@@ -300,14 +243,14 @@ def _mixed(groups, unknowns, slip):
     return values, covariance, unlikely - pull @ values + np.linalg.slogdet(information)[1]
 
 
-def _likely_slip(groups, amounts, unknowns):
+def _likely_slip(groups, unknowns):
     """By how much the parameters differ from drive to drive, likeliest, loosely tied to SLIP.
 
-    groups: as of `_linear`; amounts: of runs in each. Of many repeats only the information of REPEATS counts here: the
-    derivatives contain the noise of the counts, which many runs would take for parameters that differ widely.
+    Of many repeats only the information of REPEATS counts here: the derivatives contain the noise of the counts, which
+    many runs would take for parameters that differ widely.
     """
-    shares = [min(1.0, REPEATS / amount) for amount in amounts]
-    groups = [(share * curvature, share * towards) for share, (curvature, towards) in zip(shares, groups)]
+    groups = [(matrix * REPEATS / max(amount, REPEATS), pull * REPEATS / max(amount, REPEATS), amount)
+              for matrix, pull, amount in groups]
     found = minimize_scalar(
         lambda logarithm: _mixed(groups, unknowns, math.exp(logarithm))[2]
         + ((logarithm - math.log(SLIP)) / SLIP_TIE) ** 2, bounds=np.log((1e-6, 0.1)), method="bounded")
@@ -317,8 +260,8 @@ def _likely_slip(groups, amounts, unknowns):
 def information(run, unknowns, found):
     """P x P information that a further `Run` would add to the `Calibration` found, with its noise and slip."""
     noise = (found.wheel_noise, found.measured)
-    whiten = [_whitening(_spread(read_wheels(found.parameters), run), noise)]
-    (curvature, _), = _linear([run], unknowns, whiten, found.values)
+    whiten = [whitening(spread_of(read_wheels(found.parameters), run), noise)]
+    (curvature, *_), = _linear([run], unknowns, whiten, found.values)
     own = _own(unknowns, found.slip)
     return np.linalg.inv(np.eye(len(own)) + curvature @ own) @ curvature
 
@@ -338,133 +281,3 @@ def _trust(runs, left):
     """Factor of each run's weight: below 1 where its errors are far beyond those that the noise explains."""
     sizes = np.array([np.sqrt(np.mean(left[part] ** 2)) for part in _slices(runs)])
     return np.minimum(1.0, (OUTLYING / np.maximum(sizes, 1e-9)) ** 2)
-
-
-def repeats(runs):
-    """Lists of indices of runs that repeat the same drive: the same paths of the wheels, as shares of all."""
-    drives = []
-    for index, run in enumerate(runs):
-        shape = np.concatenate([run.counts.sum(axis=0), np.abs(run.counts).sum(axis=0)])
-        shape = shape / max(np.abs(run.counts).sum(), 1)
-        for other, group in drives:
-            if np.linalg.norm(other - shape) < ALIKE:
-                group.append(index)
-                break
-        else:
-            drives.append((shape, [index]))
-    return [group for _, group in drives]
-
-
-def turns(runs):
-    """Whether the runs turn enough between measured poses to determine the measured point."""
-    return any(np.abs(se2.wrap(run.poses[:, 2] - run.poses[0, 2])).max() > TURNING for run in runs)
-
-
-def misfits(wheels, run, point=(0.0, 0.0)):
-    """L x 3 (x [m], y [m], yaw [rad]) by which the counts of each stretch lead elsewhere than the robot's `point` went.
-
-    yaw within half a turn.
-    """
-    begins, ends = run.stretches.T
-    poses = poses_at_marks(wheels, run, point)
-    left = _seen(poses[begins], poses[ends]) - run.moved
-    left[:, 2] = se2.wrap(left[:, 2])
-    return left
-
-
-def poses_at_marks(wheels, run, point=(0.0, 0.0)):
-    """M x 3 poses of the measured point at the marks, of odometry that begins at the origin; yaw is not wrapped."""
-    poses = np.vstack([np.zeros(3), se2.path(steps_of(wheels, run.counts))])[run.marks]
-    return np.transpose(se2.compose(poses.T, (*point, 0.0)))
-
-
-def errors_along(wheels, run, point=(0.0, 0.0)):
-    """(place [m], root of the mean square over the marks; yaw [rad] at the last) by which the odometry is wrong."""
-    poses = poses_at_marks(wheels, run, point)
-    start = np.zeros(len(poses), dtype=int)
-    left = (_seen(poses[start], poses) - _seen(run.poses[start], run.poses))[1:]
-    return (float(np.sqrt(np.mean(left[:, 0] ** 2 + left[:, 1] ** 2))),
-            float(abs(se2.wrap(left[-1, 2]))))
-
-
-def end_misfit(wheels, run, point=(0.0, 0.0)):
-    """(x [m], y [m], yaw [rad]) by which the odometry misses the last mark, seen from the first one."""
-    poses = poses_at_marks(wheels, run, point)
-    left = (_seen(poses[:1], poses[-1:]) - _seen(run.poses[:1], run.poses[-1:]))[0]
-    left[2] = se2.wrap(left[2])
-    return left
-
-
-def _seen(starts, ends):
-    """K x 3 displacements from `starts` to `ends`, K x 3 each."""
-    return np.transpose(se2.between(starts.T, ends.T))
-
-
-def steps_of(wheels, counts):
-    """K x 3 steps in base_link, formulas (8)-(11)."""
-    return (counts * np.array(wheels.metres_per_edge)) @ Kinematics(wheels).inverse.T
-
-
-class _Spread(NamedTuple):
-    """Covariances of the misfits of a run's L stretches, 3 L x 3 L each; only neighbouring stretches share errors."""
-
-    wandering: np.ndarray  # of uneven floor, per square of the wheel noise: grows with the way
-    measured: np.ndarray   # of the measured poses with their deviation as stated
-    edges: np.ndarray      # of the encoders' readings at the marks
-
-    def at(self, noise):
-        """Their sum with (wheel noise [m] after 1 m, factor of the measurement's deviation)."""
-        return noise[0] ** 2 * self.wandering + noise[1] ** 2 * self.measured + self.edges
-
-
-def _whitening(spread, noise):
-    """3 L x 3 L matrix that makes the misfits of a run independent, with unit variance."""
-    return np.linalg.inv(np.linalg.cholesky(spread.at(noise)))
-
-
-def _spread(wheels, run):
-    """`_Spread` of a run, along the way that the odometry with these wheels makes of it."""
-    to_step = Kinematics(wheels).inverse * np.array(wheels.metres_per_edge)
-    poses = np.vstack([np.zeros(3), se2.path(steps_of(wheels, run.counts))])
-    variances = np.abs(run.counts) * variance_per_edge(1.0, wheels.metres_per_edge)  # [edges^2]
-    stretches, marks = len(run.stretches), len(run.marks)
-    wandering = []
-    by_pose = np.zeros((stretches, 3, marks, 3))              # misfits by the errors of the measured poses ...
-    by_reading = np.zeros((stretches, 3, marks, wheels.amount))  # ... and of the encoders' readings there
-    for index, ((first, last), moved) in enumerate(zip(run.stretches, run.moved)):
-        begin, end = run.marks[first], run.marks[last]
-        by_wheel = _by_step(poses, begin, end) @ to_step  # K x 3 x n
-        wandering.append(np.tensordot(by_wheel * variances[begin:end, None, :], by_wheel, axes=((0, 2), (0, 2))))
-        cos, sin = math.cos(run.poses[first, 2]), math.sin(run.poses[first, 2])
-        by_end = np.array(((cos, sin, 0.0), (-sin, cos, 0.0), (0.0, 0.0, 1.0)))
-        by_pose[index, :, first] = -by_end + np.outer((moved[1], -moved[0], 0.0), (0.0, 0.0, 1.0))
-        by_pose[index, :, last] = by_end
-        by_reading[index, :, first], by_reading[index, :, last] = -by_wheel[0], by_wheel[-1]
-    place, turned = run.deviation
-    by_pose = by_pose.reshape(3 * stretches, -1) * np.tile((place, place, turned), marks)
-    by_reading = by_reading.reshape(3 * stretches, -1)
-    return _Spread(block_diag(*wandering), by_pose @ by_pose.T, READING_VARIANCE * by_reading @ by_reading.T)
-
-
-def _likely_noise(spreads, left, weights, expected):
-    """Likeliest (wheel noise, factor of the measurement's deviation) for the residuals `left`, tied to `expected`."""
-    spread = _Spread(*(np.hstack(list(map(_band, parts))) for parts in zip(*spreads)))
-    left = np.concatenate([math.sqrt(weight) * misfit.ravel() for misfit, weight in zip(left, weights)])
-    middle = np.log(expected)
-
-    def unlikely(logarithms):
-        """Twice the negative logarithm of the likelihood."""
-        factor = cholesky_banded(spread.at(np.exp(logarithms)), lower=True)
-        return float(2 * np.log(factor[0]).sum() + left @ cho_solve_banded((factor, True), left)
-                     + np.sum(((logarithms - middle) / NOISE_TIE) ** 2))
-    found = minimize(unlikely, middle, method="Nelder-Mead", options={"xatol": 0.02, "fatol": 0.01, "maxiter": 100})
-    return np.exp(found.x)
-
-
-def _band(covariance):
-    """BAND x N: the diagonal and those below it of a covariance of N numbers, as scipy takes them; the rest is 0."""
-    size = len(covariance)
-    band = np.zeros((BAND, size))
-    for below in range(min(BAND, size)):
-        band[below, :size - below] = np.diagonal(covariance, -below)
-    return band

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from robotont_calibration.calibration import end_misfit, errors_along
+from robotont_calibration.calibration_runs import end_misfit, errors_along
 from robotont_calibration.trajectory_errors import BLUE, GREY, INK, ORANGE, drawing_style, pyplot
 from robotont_driver.wheels import read_wheels
 

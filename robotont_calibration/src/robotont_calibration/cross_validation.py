@@ -6,15 +6,8 @@ from typing import NamedTuple
 import numpy as np
 
 from robotont_calibration import drives
-from robotont_calibration.calibration import (
-    Run,
-    calibrate,
-    errors_along,
-    information,
-    poses_at_marks,
-    repeats,
-    taped_run,
-)
+from robotont_calibration.calibration import calibrate, information
+from robotont_calibration.calibration_runs import Run, errors_along, poses_at_marks, repeats, taped_run
 from robotont_driver.kinematics import Kinematics
 from robotont_driver.wheels import read_wheels
 

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from robotont_calibration.calibration import taped_run, tracked_run
+from robotont_calibration.calibration_runs import taped_run, tracked_run
 from robotont_calibration.trajectory import Trajectory
 from robotont_driver import se2
 from robotont_driver.wheels import read_wheels

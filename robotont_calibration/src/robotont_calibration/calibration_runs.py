@@ -1,0 +1,121 @@
+"""Recorded runs of a robot: the wheels' counts, where it was measured meanwhile, and what lies between the two."""
+
+import math
+from typing import NamedTuple, Tuple
+
+import numpy as np
+
+from robotont_driver import se2
+from robotont_driver.kinematics import Kinematics
+
+TURNING = math.radians(30)  # runs in which the heading changes by more than this determine the measured point
+ALIKE = 0.1          # runs whose wheels' paths differ by less than this part of them repeat the same drive
+
+
+class Run(NamedTuple):
+    """A recorded run: the wheels' counts, the robot's poses at some packets, and the stretches that are compared."""
+
+    name: str
+    counts: np.ndarray             # K x n [edges]
+    marks: np.ndarray              # M rising numbers of packets that had come when a pose was measured
+    poses: np.ndarray              # M x 3 measured there: x [m], y [m], yaw [rad], modulo full turns
+    deviation: Tuple[float, float]  # standard deviations of each as measured: place [m], yaw [rad]
+    stretches: np.ndarray          # L x 2 indices of marks: begin and end
+
+    @property
+    def moved(self):
+        """L x 3 measured motions, the end of each stretch as seen from its begin."""
+        begins, ends = self.stretches.T
+        return seen_from(self.poses[begins], self.poses[ends])
+
+
+def taped_run(name, counts, end, deviation):
+    """`Run` of which only the end (x [m], y [m], yaw [rad]) is known, as seen from the start."""
+    return Run(name, np.asarray(counts), np.array((0, len(counts))), np.array(((0.0, 0.0, 0.0), end)), deviation,
+               np.array(((0, 1),)))
+
+
+def tracked_run(name, times, counts, truth, seconds, deviation):
+    """`Run` of which the truth is known all the way, in stretches of about so many `seconds`.
+
+    times: K [s] of the packets, rising; counts: K x n; truth: `Trajectory`. Only where the truth is known. Stretches
+    without motion are excluded. Raises ValueError when nothing is left.
+    """
+    tracked = np.flatnonzero((times >= truth.times[0]) & (times <= truth.times[-1]))
+    stretches = []
+    if len(tracked) > 1:
+        amount = max(1, round((times[tracked[-1]] - times[tracked[0]]) / seconds))
+        marks = np.unique(np.linspace(tracked[0], tracked[-1], amount + 1).round().astype(int))
+        counts = np.asarray(counts)
+        stretches = [(number, number + 1) for number, (begin, end) in enumerate(zip(marks.tolist(), marks[1:].tolist()))
+                     if counts[begin + 1:end + 1].any()]
+    if not stretches:
+        raise ValueError("found no packets with motion while the true pose is known")
+    poses = np.column_stack([np.interp(times[marks], truth.times, column) for column in truth.poses.T])
+    first = marks[0] + 1
+    return Run(name, counts[first:marks[-1] + 1], marks + 1 - first, poses, deviation, np.array(stretches))
+
+
+def repeats(runs):
+    """Lists of indices of runs that repeat the same drive: the same paths of the wheels, as shares of all."""
+    drives = []
+    for index, run in enumerate(runs):
+        shape = np.concatenate([run.counts.sum(axis=0), np.abs(run.counts).sum(axis=0)])
+        shape = shape / max(np.abs(run.counts).sum(), 1)
+        for other, group in drives:
+            if np.linalg.norm(other - shape) < ALIKE:
+                group.append(index)
+                break
+        else:
+            drives.append((shape, [index]))
+    return [group for _, group in drives]
+
+
+def turns(runs):
+    """Whether the runs turn enough between measured poses to determine the measured point."""
+    return any(np.abs(se2.wrap(run.poses[:, 2] - run.poses[0, 2])).max() > TURNING for run in runs)
+
+
+def misfits(wheels, run, point=(0.0, 0.0)):
+    """L x 3 (x [m], y [m], yaw [rad]) by which the counts of each stretch lead elsewhere than the robot's `point` went.
+
+    yaw within half a turn.
+    """
+    begins, ends = run.stretches.T
+    poses = poses_at_marks(wheels, run, point)
+    left = seen_from(poses[begins], poses[ends]) - run.moved
+    left[:, 2] = se2.wrap(left[:, 2])
+    return left
+
+
+def poses_at_marks(wheels, run, point=(0.0, 0.0)):
+    """M x 3 poses of the measured point at the marks, of odometry that begins at the origin; yaw is not wrapped."""
+    poses = np.vstack([np.zeros(3), se2.path(steps_of(wheels, run.counts))])[run.marks]
+    return np.transpose(se2.compose(poses.T, (*point, 0.0)))
+
+
+def errors_along(wheels, run, point=(0.0, 0.0)):
+    """(place [m], root of the mean square over the marks; yaw [rad] at the last) by which the odometry is wrong."""
+    poses = poses_at_marks(wheels, run, point)
+    start = np.zeros(len(poses), dtype=int)
+    left = (seen_from(poses[start], poses) - seen_from(run.poses[start], run.poses))[1:]
+    return (float(np.sqrt(np.mean(left[:, 0] ** 2 + left[:, 1] ** 2))),
+            float(abs(se2.wrap(left[-1, 2]))))
+
+
+def end_misfit(wheels, run, point=(0.0, 0.0)):
+    """(x [m], y [m], yaw [rad]) by which the odometry misses the last mark, seen from the first one."""
+    poses = poses_at_marks(wheels, run, point)
+    left = (seen_from(poses[:1], poses[-1:]) - seen_from(run.poses[:1], run.poses[-1:]))[0]
+    left[2] = se2.wrap(left[2])
+    return left
+
+
+def seen_from(starts, ends):
+    """K x 3 displacements from `starts` to `ends`, K x 3 each."""
+    return np.transpose(se2.between(starts.T, ends.T))
+
+
+def steps_of(wheels, counts):
+    """K x 3 steps in base_link, formulas (8)-(11)."""
+    return (counts * np.array(wheels.metres_per_edge)) @ Kinematics(wheels).inverse.T

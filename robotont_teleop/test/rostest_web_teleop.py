@@ -27,7 +27,7 @@ STANDS = 0.02     # [m/s] slower than this is standing
 STOPS_IN = 0.5    # [s]
 OLDEST = 0.2      # [s]
 STALL = 3.0       # [s]
-OPEN = "document.getElementById('app').dataset.state === 'open'"
+OPEN = "document.getElementById('app')?.dataset.state === 'open'"
 LOG = """window.sent = [];   // [when it was sent, message, x of the newest movement then]
 window.moves = [];  // [x, when it moved, when that was handled] of each movement of a pointer
 const now = () => performance.timeOrigin + performance.now();

@@ -2,6 +2,7 @@
 
 import asyncio
 import base64
+import contextlib
 import itertools
 import json
 import os
@@ -19,6 +20,11 @@ from robotont_testing.harness import wait_for
 CHROMIUM = shutil.which("chromium")
 PATIENCE = 30.0  # [s] for an answer of the browser
 PHONE, PHONE_LYING, DESKTOP = (390, 844, 3), (844, 390, 3), (1280, 800, 1)  # width, height [px], pixel ratio
+LEFT = ("Inspected target navigated or closed", "Execution context was destroyed.")  # as Chromium says it
+
+
+class PageLeftError(AssertionError):
+    """The page of a script was left before the script had ended."""
 
 
 class Browser:
@@ -72,6 +78,8 @@ class Browser:
             await self._socket.write_message(json.dumps({**message, "sessionId": session} if session else message))
             return await answer
         answer = asyncio.run_coroutine_threadsafe(send(), self._loop).result(PATIENCE)
+        if answer.get("error", {}).get("message") in LEFT:
+            raise PageLeftError(answer["error"]["message"])
         assert "error" not in answer, (method, answer["error"])
         return answer["result"]
 
@@ -128,8 +136,11 @@ class Page:
         return result["result"].get("value")
 
     def wait(self, script, what, timeout=PATIENCE):
-        """The first true value of a script; AssertionError that names `what` after `timeout` [s]."""
-        return wait_for(lambda: self.run(script), what, timeout, period=0.02)
+        """The first true value of a script, also of the next page; AssertionError names `what` after `timeout` [s]."""
+        def value():
+            with contextlib.suppress(PageLeftError):
+                return self.run(script)
+        return wait_for(value, what, timeout, period=0.02)
 
     def look(self, size, dark):
         """Be a screen of a `size` (width, height [px], pixel ratio); `dark`: with a dark colour scheme."""

@@ -29,6 +29,7 @@ def test_help(program, monkeypatch, capsys):
     text = capsys.readouterr().out
     assert text.startswith("usage:")
     if program.name in NODES:
-        assert "(default: " in text and "~diagnostic_period" in text
+        assert "(default: " in text
+        assert "~diagnostic_period" in text
         assert run(program, "--unheard-of", monkeypatch) == 2
         assert "--unheard-of" in capsys.readouterr().err

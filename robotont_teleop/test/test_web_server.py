@@ -45,6 +45,7 @@ def ready(served, **who):
     return page
 
 
+@pytest.mark.timed
 def test_a_page_drives_and_its_silence_stops(timely):
     page = ready(timely)
     page.drive(0.3, 0.1, -1.0)

@@ -2,6 +2,7 @@
 """Delays from the movement of a pointer on the page, in a real browser, to the command on cmd_vel."""
 
 import json
+import math
 import time
 
 import numpy as np
@@ -75,13 +76,16 @@ class DelayTest(PagesTest):
         wait_for(lambda: not any(self.commands[-1][1]), "the stop")
         events = page.run("window.moves")
         sent = [(x, at, json.loads(text)) for at, text, x in page.run("window.sent") if '"drive"' in text]
-        arrived = [(x, at, arrival(self.hand, at, message), arrival(self.commands, at, message))
-                   for x, at, message in sent if x is not None]
+        ways = [(x, at, arrival(self.hand, at, message), arrival(self.commands, at, message))
+                for x, at, message in sent if x is not None]
+        ways = [way for way in ways if None not in way]
         self.close(page)
+        farthest = max((x for x, *_ in ways), default=-math.inf)
+        self.assertGreaterEqual(farthest, max(moved) - HALF_A_STEP, "the last movements never became a command")
         delays = []
         for place, start in moved.items():
             _, stamped, handled = next(event for event in events if event[0] >= place - HALF_A_STEP)
-            _, *times = next(way for way in arrived if None not in way and way[0] >= place - HALF_A_STEP)
+            _, *times = next(way for way in ways if way[0] >= place - HALF_A_STEP)
             times = (1000.0 * start, stamped, handled, *times)
             delays.append([after - before for before, after in zip(times, times[1:])])
         return delays

@@ -53,10 +53,21 @@ def test_with_a_laser_all_around():
     drive("--goal", "3", "3", "-3.0", "scan_field_of_view:=6.2831853")
 
 
+@pytest.mark.parametrize("start, goal", [
+    (("4.2", "3.7", "-0.4"), ("2.6", "0.28", "0")), (("9.65", "4.79", "3"), ("7.7", "5.53", "0"))],
+    ids=["around the end of a wall", "around a box"])
+def test_a_plan_around_a_corner_close_by_is_followed(start, goal):
+    figures, = run("--start", *start, "--goal", *goal, timeout=400)
+    print(figures)
+    assert figures["status"] == 0, figures
+    assert figures["seconds"] < 60, figures
+    assert figures["error_m"] < 0.15, figures
+
+
 @pytest.mark.long
 def test_fifty_random_goals_a_third_of_them_at_walls_none_of_which_traps_the_robot():
-    """Every third goal, and with it a start, is 0.2 to 0.3 m from a wall. Parameters were chosen with seeds 1 to 3."""
-    figures = run("--random", "50", "--seed", "100", timeout=4000)
+    """Every third goal, and with it a start, is 0.2 to 0.3 m from a wall. Parameters saw seeds 1 to 3 and 100."""
+    figures = run("--random", "50", "--seed", "300", timeout=4000)
     assert len(figures) == 50
     assert sum(each["goal_to_wall_m"] <= 0.3 for each in figures) == 16
     for each in figures:

@@ -101,7 +101,13 @@ def test_every_name_that_has_no_good_default_is_set():
     assert KNOWN["dwa_local_planner/DWAPlannerROS"] - set(planner) == left_out
     assert given["move_base"]["base_local_planner"] == "dwa_local_planner/DWAPlannerROS"
     assert given["move_base"]["recovery_behavior_enabled"] is True
-    assert {"width", "height"} <= set(given["move_base"]["local_costmap"])
+
+
+def test_the_local_costmap_is_little_wider_than_dwa_looks_ahead():
+    given = read("navigation.launch")["move_base"]
+    look_ahead = given["DWAPlannerROS"]["sim_time"] * given["DWAPlannerROS"]["max_vel_trans"]
+    for side in ("width", "height"):
+        assert look_ahead < given["local_costmap"][side] / 2 < 1.5 * look_ahead
 
 
 def test_the_base_may_strafe_as_fast_as_it_drives():

@@ -30,5 +30,6 @@ def test_help(program, monkeypatch, capsys):
     assert text.startswith("usage:")
     if program.name in NODES:
         assert "(default: " in text
+        assert "~diagnostic_period" in text
         assert run(program, "--unheard-of", monkeypatch) == 2
         assert "--unheard-of" in capsys.readouterr().err

@@ -77,10 +77,11 @@ def test_only_what_is_asked_for_changes(runs, tmp_path):
 
 @pytest.mark.parametrize("gains, better", [
     ((0.002, 0.0, 0.0, 0.0, -0.001, 0.001), False), ((0.004, 0.003, 0.005, 0.003, 0.004, 0.006), True),
-    ((0.0001,) * 6, False)], ids=["by chance", "all runs", "too little"])
+    ((0.0001, 0.0001, 0.0001, 0.0001, 0.0001, 0.0002), False), ((0.002, 0.005), False)],
+    ids=["by chance", "all runs", "too little", "two runs"])
 def test_more_radii_are_taken_only_for_a_gain_that_is_no_chance(gains, better):
-    common = HeldOut(np.full(6, 0.01), np.zeros(6))
-    assert HeldOut(common.places - gains, np.zeros(6)).is_better_than(common) is better
+    common = HeldOut(np.full(len(gains), 0.01), np.zeros(len(gains)))
+    assert HeldOut(common.places - gains, common.yaws).is_better_than(common) is better
 
 
 def test_what_the_runs_do_not_tell_is_warned_of(runs, tmp_path, capsys):

@@ -16,11 +16,26 @@ from robotont_testing.robots import ROBOTONT2
 REACH = 300
 REPEAT = 0.05  # [s] after which driver_node repeats a command
 STEP = 0.001   # [s]
+SQUARE = ((0.2, 0, 0), (0, 0.2, 0), (-0.2, 0, 0), (0, -0.2, 0))  # twists, [m/s]
 
 
 def official_wheels(**keys):
     """`Wheels` of wheel_params_robotont2.yaml."""
     return read_wheels({**ROBOTONT2, **keys})
+
+
+def command_of(wheels, twist):
+    """A twist as a `Packet`, rounded to six decimals."""
+    units = Kinematics(wheels).units_of_twist(twist)
+    return parse_packet(format_packet(units, 6), 3)
+
+
+def turning_circle(seconds=12.0, speed=0.15, turns=1, rate=50):
+    """Twists, one per command at `rate`, along a circle in the room while the robot turns the other way."""
+    turn = 2 * math.pi * turns / seconds
+    for step in range(round(seconds * rate)):
+        angle = 2 * turn * step / rate
+        yield speed * math.cos(angle), speed * math.sin(angle), -turn
 
 
 class Bench:
@@ -86,6 +101,10 @@ class Bench:
         pose = self.odometry.pose
         return pose.x, pose.y, pose.yaw
 
+    def board_pose(self):
+        """The same of the board's own odometry."""
+        return [float(value) for value in self.board.odometry.pose]
+
     def settle(self, seconds=1.5):
         """Stop and let every line arrive."""
         self.hold((0.0, 0.0, 0.0), seconds)
@@ -104,3 +123,10 @@ class LineNoise:
         *lines, self._rest = (self._rest + data).split(b"\n")
         kept = b"".join(line + b"\n" for line in lines if self._random.random() >= self._lines)
         return bytes(self._random.randrange(256) if self._random.random() < self._bytes else byte for byte in kept)
+
+
+def assert_near(found, wanted, metres, radians):
+    """Two poses (x, y, yaw) are that close to each other."""
+    error = math.hypot(found[0] - wanted[0], found[1] - wanted[1])
+    assert error <= metres, (found, wanted, error)
+    assert abs(math.remainder(found[2] - wanted[2], 2 * math.pi)) <= radians, (found, wanted)

@@ -54,7 +54,7 @@ class RobotontMsgsTest(NodeTest):
         pixel.publish(LedModulePixel(idx=59, color=ColorRGB(0, 0, 2)))
         wait_for(lambda: self.port.board.shown == [0] * 59 + [2], "the light")
         self.assertTrue(all(data.count(b"\n") == 1 and len(data) < 64 for _, data in self.port.heard))
-        self.assertEqual((self.port.board.dead, self.port.board.swallowed), ("", []))
+        self.assertEqual((self.port.board.dead, self.port.swallowed()), ("", []))
 
     def check_power_supply(self, line):
         supply = self.listen("power_supply", PowerSupply)

@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 """serial_com_node between the topics and a board behind a pseudo-terminal."""
 
+import math
 import os
 import signal
 import time
@@ -53,8 +54,16 @@ class SerialComNodeTest(NodeTest):
         return [line for _, line in self.board.heard]
 
     def command(self, packet):
-        self.write.publish(packet)
-        wait_for(lambda: any(line.startswith(packet.rstrip("\n")) for line in self.heard()), packet)
+        """Send a command, each second anew until the board hears it: one that waited for a processor is too old."""
+        sent = -math.inf
+
+        def heard():
+            nonlocal sent
+            if time.monotonic() > sent + 1.0:
+                sent = time.monotonic()
+                self.write.publish(packet)
+            return any(line.startswith(packet.rstrip("\n")) for line in self.heard())
+        wait_for(heard, packet)
 
     def test_packets_go_both_ways_and_commands_are_checked_once_the_board_is(self):
         self.start()

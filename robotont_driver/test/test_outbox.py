@@ -23,6 +23,17 @@ def test_lines_keep_their_distance_in_time():
     assert outbox.wait(1.04) is None
 
 
+def test_a_pause_begins_when_its_line_is_out():
+    outbox = Outbox()
+    outbox.pacing = 0.03
+    outbox.put(b"one")
+    assert outbox.take(1.0) == b"one"
+    outbox.written(1.02)  # this process was kept from writing for so long
+    outbox.put(b"two")
+    assert outbox.take(1.049) == b""
+    assert outbox.take(1.05) == b"two"
+
+
 def test_a_line_in_a_hurry_goes_first_and_has_its_own_pause():
     outbox = Outbox()
     outbox.put(b"command")

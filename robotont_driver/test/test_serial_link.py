@@ -252,6 +252,7 @@ def flood(link, line, seconds=1.0):
     return time.monotonic() - begun
 
 
+@pytest.mark.timed
 @pytest.mark.parametrize("honest", [True, False], ids=["by the baudrate", "by the driver's queue"])
 def test_a_flood_of_commands_does_not_delay_the_stop(port, ends, monkeypatch, honest):
     """A pseudo-terminal's driver reports an empty queue whatever waits in it, as a USB adapter's does.
@@ -270,6 +271,7 @@ def test_a_flood_of_commands_does_not_delay_the_stop(port, ends, monkeypatch, ho
     line.close()
 
 
+@pytest.mark.timed
 def test_what_was_commanded_while_the_process_was_stopped_is_not_sent(port, ends):
     with Board(str(port)) as board:
         end = ends(write_timeout=0.4)

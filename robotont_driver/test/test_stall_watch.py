@@ -1,4 +1,6 @@
-from robotont_driver.stall_watch import StallWatch
+import pytest
+
+from robotont_driver.stall_watch import LONGEST, StallWatch
 
 GAP = 0.25
 
@@ -22,12 +24,13 @@ def test_after_a_gap_messages_may_be_as_old_as_its_beginning():
     assert watch.stalls == 1
 
 
-def test_when_the_queues_are_empty_messages_are_new_again():
+@pytest.mark.parametrize("gap, settling", [(0.26, 0.26), (0.7, 0.7), (3600.0, LONGEST)])
+def test_messages_are_old_for_as_long_as_the_gap_lasted_and_a_second_at_most(gap, settling):
     watch = ticked(10.0)
-    watch.tick(15.0)
-    now = 15.0 + 1.1 * GAP
-    watch.tick(15.0 + 0.5 * GAP)
-    assert watch.earliest_arrival(now) == now
+    end = 10.0 + gap
+    for tick in range(1000):
+        now = end + tick * 0.01
+        assert watch.earliest_arrival(now) == (10.0 if now < end + settling else now)
 
 
 def test_a_gap_that_a_message_notices_first():

@@ -4,112 +4,25 @@
 import itertools
 import json
 import math
-import sys
 import time
-import unittest
 from importlib.util import find_spec
 from pathlib import Path
 
-import numpy as np
-import rospy
 import rostest
-from geometry_msgs.msg import Twist
-from nav_msgs.msg import Odometry
-from std_msgs.msg import Bool
+from web_pages import OPEN, PagesTest
 
-from robotont_testing import places
-from robotont_testing.browser import CHROMIUM, DESKTOP, PHONE, PHONE_LYING, Browser
-from robotont_testing.harness import Processes, free_port, wait_for
-from robotont_testing.node_test import NodeTest
-from robotont_testing.stalling_proxy import StallingProxy
+from robotont_testing.browser import DESKTOP, PHONE, PHONE_LYING, Browser
+from robotont_testing.harness import wait_for
 
 STANDS = 0.02     # [m/s] slower than this is standing
 STOPS_IN = 0.5    # [s]
 OLDEST = 0.2      # [s]
 STALL = 3.0       # [s]
-OPEN = "document.getElementById('app')?.dataset.state === 'open'"
-LOG = """window.sent = [];   // [when it was sent, message, x of the newest movement then]
-window.moves = [];  // [x, when it moved, when that was handled] of each movement of a pointer
-const now = () => performance.timeOrigin + performance.now();
-let newest = null;
-for (const kind of ['pointerrawupdate', 'pointermove']) {
-  window.addEventListener(kind, (event) => {
-    newest = event.clientX;
-    window.moves.push([newest, performance.timeOrigin + event.timeStamp, now()]);
-  }, true);
-}
-const send = WebSocket.prototype.send;
-WebSocket.prototype.send = function (text) {
-  window.sent.push([now(), text, newest]);
-  send.call(this, text);
-};"""
-MOVES, MOVE_PERIOD = 150, 0.02  # [s] movements of a stick whose way to cmd_vel is measured
-HALF_A_STEP = 0.1  # [px] of these movements
-FRAME = 1000.0 / 60.0  # [ms]
-PARTS = ("from the test to the event", "to its handler", "to the command's sending", "to cmd_vel/hand", "to cmd_vel")
 CONTROLS = ("#move", "#turn", "#stop", "#cap", "#closer", "#farther", "#driver", "#round_trip")
 
 
-@unittest.skipIf(CHROMIUM is None, "no chromium")
-class PagesTest(NodeTest):
-    @classmethod
-    def setUpClass(cls):
-        super().setUpClass()
-        cls.truth, cls.hand, cls.commands = [], [], []
-        rospy.Subscriber("ground_truth/odom", Odometry, cls._on_truth, tcp_nodelay=True)
-        rospy.Subscriber("cmd_vel/hand", Twist, lambda message: cls.hand.append((time.time(), _values(message))),
-                         tcp_nodelay=True)
-        rospy.Subscriber("cmd_vel", Twist, lambda message: cls.commands.append((time.time(), _values(message))),
-                         tcp_nodelay=True)
-        cls.robot = Processes()
-        cls.log = cls.robot.folder / "web.log"
-        cls.robot.launch("simulation.launch", f"port:={cls.robot.folder / 'robotont'}")
-        wait_for(lambda: cls.truth, "the simulator", timeout=60)
-        cls.emergency_stop = rospy.Publisher("emergency_stop", Bool, queue_size=1, tcp_nodelay=True)
-        cls.port = free_port()
-        rospy.set_param("/web_teleop_node/port", cls.port)
-        cls.proxy = StallingProxy(cls.port)
-        cls.browser = Browser()
-        cls.start_server()
-
-    @classmethod
-    def tearDownClass(cls):
-        cls.browser.__exit__()
-        cls.proxy.close()
-        cls.robot.close()
-
-    @classmethod
-    def _on_truth(cls, message):
-        cls.truth.append((time.monotonic(), _values(message.twist.twist)))
-
-    def setUp(self):
-        super().setUp()
-        self.addCleanup(self.proxy.flow)
-        self.addCleanup(self.emergency_stop.publish, False)
-        self.pages = []
-        self.addCleanup(lambda: [page.close() for page in self.pages])
-
-    @classmethod
-    def start_server(cls):
-        cls.log.write_text("")
-        cls.server = cls.robot.start(places.program("robotont_teleop", "web_teleop_node"), log=cls.log)
-        wait_for(lambda: "drive the robot in a browser" in cls.log.read_text(), "the server")
-
-    def open(self, size=PHONE, dark=False, browser=None, **options):
-        page = (browser or self.browser).page(
-            f"http://127.0.0.1:{self.proxy.port}/", size, dark, script=LOG, **options)
-        self.pages.append(page)
-        page.wait(OPEN, "the connection")
-        return page
-
-    def close(self, page):
-        self.pages.remove(page)
-        page.close()
-
-    def speed(self):
-        """Of the robot [m/s], and how fast its rim turns around."""
-        _, (x, y, turn) = self.truth[-1]
-        return math.hypot(x, y) + 0.15 * abs(turn)
+class WebTeleopTest(PagesTest):
+    """What the page must do."""
 
     def stops_after(self, act, what):
         """Carry out `act`; the robot must stand within STOPS_IN from then on."""
@@ -152,10 +65,6 @@ class PagesTest(NodeTest):
             return page.run("document.getElementById('stopped').hidden")
         wait_for(released, "the release", period=0.05)
         page.lift()
-
-
-class WebTeleopTest(PagesTest):
-    """What the page must do."""
 
     def test_both_sticks_at_once_move_the_robot_as_commanded(self):
         page = self.open()
@@ -332,91 +241,10 @@ class WebTeleopTest(PagesTest):
             self.assertFalse(a < e + g and e < a + c and b < f + h and f < b + d, (size, one, other))
 
 
-class DelayTest(PagesTest):
-    """How long it takes from a movement to the command: of this machine, when nothing else runs on it."""
-
-    def test_from_stick_to_cmd_vel(self):
-        for what, pointer in (("mouse", lambda page, x, y: page.mouse_at(x, y)),
-                              ("finger", lambda page, x, y: page.finger_at(1, x, y))):
-            floor = np.array(self.delays_on_an_empty_page(pointer))
-            parts = np.array(self.delays_from_stick_to_cmd_vel(pointer))  # one row per movement
-            total = parts.sum(axis=1)
-            for part, delays in (*zip(PARTS, parts.T), ("all", total), ("the handler of an empty page", floor)):
-                p50, p99 = np.percentile(delays, (50, 99))
-                print(f"{what}: {part}: p50 {p50:.1f} ms, p99 {p99:.1f} ms", flush=True)
-            self.assertLess(np.percentile(total, 99), 40.0)
-            if what == "mouse":
-                self.assertLess(np.percentile(total, 50), 10.0)
-            else:  # the browser lets made-up touches wait for one of its frames, on an empty page as well
-                self.assertLess(np.percentile(total, 50) - np.percentile(floor, 50), FRAME)
-
-    def move_pointer(self, page, pointer, begin, end):
-        """Move a pointer in MOVES steps; {x [px]: when it was moved [s]}."""
-        moved = {}
-        for step in range(MOVES):
-            part = step / MOVES
-            x, y = (one + part * (other - one) for one, other in zip(begin, end))
-            start = time.time()
-            moved[x] = start
-            pointer(page, x, y)
-            time.sleep(max(0.0, MOVE_PERIOD - (time.time() - start)))
-        return moved
-
-    def delays_on_an_empty_page(self, pointer):
-        """What the browser and the test take from a movement to a handler [ms], where there is nothing else to do."""
-        page = self.browser.page(f"http://127.0.0.1:{self.proxy.port}/empty", DESKTOP, script=LOG)
-        self.pages.append(page)
-        page.run("document.documentElement.style.touchAction = 'none'")
-        pointer(page, 90.0, 100.0)
-        moved = self.move_pointer(page, pointer, (100.0, 100.0), (200.0, 100.0))
-        page.lift()
-        handled = [(x, at) for x, _, at in page.run("window.moves")]
-        self.close(page)
-        return [min(after for place, after in handled if place >= x - HALF_A_STEP) - 1000.0 * at
-                for x, at in moved.items()]
-
-    def delays_from_stick_to_cmd_vel(self, pointer):
-        """[ms] from each movement of a stick until a command with it, or with a later one, is on cmd_vel, by PARTS."""
-        page = self.open(DESKTOP)
-
-        def drives():
-            if "Let go" in page.text("#message"):
-                page.lift()
-            pointer(page, *page.place("#move", 0.05, 0.4))
-            return self.speed() > 0.05
-        wait_for(drives, "motion", period=0.05)
-        moved = self.move_pointer(page, pointer, page.place("#move", 0.1, 0.4), page.place("#move", 0.5, 0.4))
-        page.lift()
-        wait_for(lambda: not any(self.commands[-1][1]), "the stop")
-        events = page.run("window.moves")
-        sent = [(x, at, json.loads(text)) for at, text, x in page.run("window.sent") if '"drive"' in text]
-        arrived = [(x, at, arrival(self.hand, at, message), arrival(self.commands, at, message))
-                   for x, at, message in sent if x is not None]
-        self.close(page)
-        delays = []
-        for place, start in moved.items():
-            _, stamped, handled = next(event for event in events if event[0] >= place - HALF_A_STEP)
-            _, *times = next(way for way in arrived if None not in way and way[0] >= place - HALF_A_STEP)
-            times = (1000.0 * start, stamped, handled, *times)
-            delays.append([after - before for before, after in zip(times, times[1:])])
-        return delays
-
-
 def axe():
     """The script of axe-core."""
     return Path(find_spec("axe_core_python").origin).with_name("axe.min.js").read_text()
 
 
-def arrival(commands, sent, message):
-    """[ms] when a page's message, sent at `sent` [ms], came among the commands; None: dropped for a newer one."""
-    wanted = (message["x"], message["y"], message["turn"])
-    return next((1000.0 * at for at, command in commands if 1000.0 * at >= sent - 1.0
-                 and all(abs(one - other) < 1e-6 for one, other in zip(wanted, command))), None)
-
-
-def _values(twist):
-    return twist.linear.x, twist.linear.y, twist.angular.z
-
-
 if __name__ == "__main__":
-    rostest.rosrun("robotont_teleop", "web_teleop_test", DelayTest if "--delays" in sys.argv else WebTeleopTest)
+    rostest.rosrun("robotont_teleop", "web_teleop_test", WebTeleopTest)

@@ -3,6 +3,7 @@
 
 import contextlib
 import io
+import itertools
 import math
 import signal
 import socket
@@ -38,7 +39,7 @@ CAMERA = "camera/color/image_raw/compressed"
 POSE, MAP_TO_ODOM = (0.5, -0.25), (1.0, 2.0)  # [m]
 YAW = 0.6             # [rad]
 SCALE = 100.0         # [px/m] of the page when it opens
-STOP = (0.0, 0.0, 0.0)
+DRIVE, STOP = (0.3, 0.0, 0.0), (0.0, 0.0, 0.0)
 OPEN = "document.getElementById('app')?.dataset.state === 'open'"  # not yet on the login page
 LOG_SOCKETS = """window.sockets = 0;
 window.sent = [];
@@ -125,6 +126,10 @@ class WebTeleopNodeTest(NodeTest):
         page = self.client().page()
         wait_for(lambda: {"hello", "state", "status"} <= set(page.messages), "the first messages")
         return page
+
+    def drive(self, page):
+        """Hold a stick until it drives; commands that come too late do not."""
+        wait_for(lambda: page.drive(*DRIVE) or DRIVE in self.hand, "the command", period=0.1)
 
     def open(self, url=None, **options):
         page = self.browser.page(url or f"http://127.0.0.1:{self.port}/", PHONE, **options)
@@ -238,8 +243,7 @@ class WebTeleopNodeTest(NodeTest):
         publisher.publish(CompressedImage(format="jpeg", data=jpeg(1) + bytes(size)))
         start = reader.recv(100)  # the answer has begun; nobody reads its rest
         self.assertTrue(start.startswith(b"HTTP/1.1 200"))
-        page.drive(0.3)
-        wait_for(lambda: (0.3, 0.0, 0.0) in self.hand, "the command")
+        self.drive(page)
         page.send({"kind": "ping", "time": 7.0})
         wait_for(lambda: "pong" in page.messages, "the answer")
         reader.settimeout(10.0)
@@ -388,10 +392,9 @@ class WebTeleopNodeTest(NodeTest):
             self.hand.clear()
             server = self.start()
             page = self.page()
-            page.drive(0.3)
-            wait_for(lambda: self.hand, "the command")
+            self.drive(page)
             self.processes.stop(server, end)
-            self.assertEqual(self.hand, [(0.3, 0.0, 0.0), STOP])
+            self.assertEqual([command for command, _ in itertools.groupby(self.hand)], [DRIVE, STOP])
             self.assertNotIn("Traceback", self.log.read_text())
 
 

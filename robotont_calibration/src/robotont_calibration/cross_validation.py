@@ -4,6 +4,7 @@ import math
 from typing import NamedTuple
 
 import numpy as np
+from scipy.stats import ttest_rel
 
 from robotont_calibration import drives
 from robotont_calibration.calibration import calibrate, information
@@ -12,7 +13,7 @@ from robotont_driver.kinematics import Kinematics
 from robotont_driver.wheels import read_wheels
 
 WORTH = 0.95     # more radii are taken when they leave less than this part of the error on held-out runs ...
-CERTAIN = 2.0    # ... and the difference is more than so many of its standard errors
+CHANCE = 0.025   # ... and by chance that much less would be rarer than this
 LITTLE = 0.9     # another run is recommended when it leaves less than this part of the expected error
 STEP = 1e-5      # of a value, for derivatives
 
@@ -35,9 +36,8 @@ class HeldOut(NamedTuple):
 
     def is_better_than(self, other):
         """Whether the places of the same runs are better than `other` ones by enough for more parameters."""
-        gains = other.places - self.places
-        certain = CERTAIN * gains.std(ddof=1) / math.sqrt(len(gains))
-        return bool(self.place < WORTH * other.place and gains.mean() > certain)
+        chance = ttest_rel(other.places, self.places, alternative="greater").pvalue
+        return bool(self.place < WORTH * other.place and chance < CHANCE)
 
 
 def cross_validate(given, runs, unknowns, wheel_noise, found):

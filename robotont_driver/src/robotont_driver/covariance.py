@@ -1,8 +1,8 @@
 """Covariances of (x [m], y [m], yaw [rad]) in plain arithmetic.
 
 Each packet propagates several of them before its odometry message can go out. In a process that wakes up for every
-packet, with caches that others have used meanwhile, twenty calls of numpy cost 0.3 ms, and the same sums in Python a
-fifth of that.
+packet, with caches that others have used meanwhile, an odometry update takes 0.30 ms by numpy, and 0.12 ms by the
+same sums in Python.
 """
 
 from operator import add, mul

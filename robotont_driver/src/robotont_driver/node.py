@@ -47,7 +47,7 @@ def answer_help(name, explanation, table=()):
     Any other argument that is no remapping ends the program with 2, and a message.
     """
     argparse.ArgumentParser(
-        prog=name, description=explanation, epilog=help_text(table),
+        prog=name, description=explanation, epilog=help_text((*table, *COMMON_PARAMETERS)) if table else "",
         formatter_class=argparse.RawDescriptionHelpFormatter).parse_args(rospy.myargv()[1:])
 
 
@@ -61,6 +61,13 @@ def run_node(name, node_class, table, check=None):
     """Start a node, node_class(wheels, parameters), in this process and serve until ROS shuts down."""
     init_node(name, sys.modules[node_class.__module__].__doc__, table)
     serve(Part(rospy.get_name(), node_class, table, check))
+
+
+def run_without_wheels(name, node_class, table):
+    """Start a node that needs no wheels, node_class(parameters), in this process and serve until ROS shuts down."""
+    init_node(name, sys.modules[node_class.__module__].__doc__, table)
+    node_class(own_parameters(table))
+    _spin()
 
 
 def serve(*parts):
@@ -86,6 +93,10 @@ def serve(*parts):
         refuse(faults)
     for start, parameters in starts:
         start(wheels, parameters)
+    _spin()
+
+
+def _spin():
     gc.collect()
     gc.freeze()  # what exists now stays: the collector need not look through it while messages wait
     rospy.spin()

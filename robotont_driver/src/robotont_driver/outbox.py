@@ -26,6 +26,7 @@ class Outbox:
         self._command = b""
         self._added = deque(maxlen=LONGEST_QUEUE)
         self._free_at = 0.0      # [s] from when on a line may be written
+        self._pause = 0.0        # [s] behind the newest line
         self._sent_by = 0.0      # [s] when the serial line will have sent all lines
 
     def __bool__(self):
@@ -61,8 +62,13 @@ class Outbox:
             return b""
         begins = max(now, self._sent_by)
         self._sent_by = begins + len(line) * self._byte_time
+        self._pause = pause
         self._free_at = max(now + pause, begins)
         return line
+
+    def written(self, now):
+        """The line is out, which may be a while after `take`: the pause behind it begins now."""
+        self._free_at = max(self._free_at, now + self._pause)
 
     def wait(self, now):
         """[s] until the next line may be written; None when none waits."""

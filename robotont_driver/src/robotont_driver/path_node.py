@@ -6,7 +6,7 @@ import rospy
 from geometry_msgs.msg import PoseStamped
 from nav_msgs.msg import Odometry, Path
 
-from robotont_driver.node import init_node, own_parameters
+from robotont_driver.node import run_without_wheels
 from robotont_driver.parameters import Parameter
 from robotont_driver.se2 import yaw_of
 from robotont_driver.travelled_path import Sample, Trail
@@ -68,6 +68,4 @@ def path_of(frame, samples):
 
 def main():
     """Run path_node; list wrong parameters, if any, and exit with 1."""
-    init_node("path_node", __doc__, PARAMETERS)
-    PathNode(own_parameters(PARAMETERS))
-    rospy.spin()
+    run_without_wheels("path_node", PathNode, PARAMETERS)

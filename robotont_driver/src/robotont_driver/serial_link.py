@@ -146,6 +146,8 @@ class SerialLink:
         with contextlib.suppress(OSError):  # full, or gone, which the thread notices by itself
             while self._rest or self._take_line():
                 self._rest = self._rest[os.write(self._port.fileno(), self._rest):]
+                if not self._rest:
+                    self._outbox.written(time.monotonic())
 
     def _take_line(self):
         """Take the line to write now, if any; returns whether there is one. Raises OSError.

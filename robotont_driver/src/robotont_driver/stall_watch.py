@@ -5,33 +5,37 @@ in its sockets look new when it goes on. This watch notices the gap between two 
 the queues must be empty, gives the beginning of the gap as the time at which messages may have arrived.
 """
 
+import math
+
+LONGEST = 1.0  # [s] for which messages count as old after a gap, however long that was
+
 
 class StallWatch:
     """Finds gaps longer than `gap` [s] between calls. Times [s] are the caller's, from a clock that never goes back.
 
-    A busy computer may let the process wait again before it has emptied its queues. Waits shorter than `gap` are not
-    noticed, so messages count as old for that long after a gap; one that begins meanwhile continues the first.
+    A busy computer may let the process wait again before it has emptied its queues, or let only some of its threads
+    go on. So messages count as old for as long after a gap as it lasted, at least for `gap`, because shorter waits are
+    not noticed, and for LONGEST at most; a gap that begins meanwhile continues the first.
     """
 
     def __init__(self, gap, now):
         self._gap = gap
         self._ticked = now
-        self._began = self._ended = None  # of the newest gap
+        self._began = None         # the newest gap
+        self._settled = -math.inf  # from when on messages are new again
         self.stalls = 0
 
     def tick(self, now):
         """Note that the process is alive; call it much more often than every `gap`."""
-        if now - self._ticked > self._gap:
-            if not self._settling(self._ticked):
+        waited = now - self._ticked
+        if waited > self._gap:
+            if self._ticked >= self._settled:
                 self._began = self._ticked
-            self._ended = now
+            self._settled = now + min(max(self._gap, waited), LONGEST)
             self.stalls += 1
         self._ticked = now
 
     def earliest_arrival(self, now):
         """[s] when a message that is handled `now` may have arrived at the earliest."""
         self.tick(now)
-        return self._began if self._settling(now) else now
-
-    def _settling(self, now):
-        return self._ended is not None and now - self._ended < self._gap
+        return self._began if now < self._settled else now

@@ -11,7 +11,7 @@ from geometry_msgs.msg import PoseWithCovarianceStamped
 from nav_msgs.msg import OccupancyGrid
 from sensor_msgs.msg import LaserScan
 
-from robotont_driver.node import OK, WARN, Health, Worker, init_node, own_parameters, robot_name
+from robotont_driver.node import OK, WARN, Health, Worker, robot_name, run_without_wheels
 from robotont_driver.parameters import Parameter
 from robotont_driver.se2 import yaw_of
 from robotont_map_navigation.localization import deviations, fit
@@ -117,6 +117,4 @@ class LocalizationMonitor:
 
 def main():
     """Run localization_monitor."""
-    init_node("localization_monitor", __doc__, PARAMETERS)
-    LocalizationMonitor(own_parameters(PARAMETERS))
-    rospy.spin()
+    run_without_wheels("localization_monitor", LocalizationMonitor, PARAMETERS)

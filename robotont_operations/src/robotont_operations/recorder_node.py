@@ -7,8 +7,8 @@ import time
 
 import rospy
 
-from robotont_driver.node import ERROR, OK, WARN, Health, Worker, init_node, robot_name
-from robotont_driver.parameters import Parameter, ParameterError, read_parameters
+from robotont_driver.node import ERROR, OK, WARN, Health, Worker, robot_name, run_without_wheels
+from robotont_driver.parameters import Parameter
 from robotont_operations.black_box import BlackBox, Record
 
 PARAMETERS = (
@@ -90,14 +90,8 @@ class RecorderNode:
 
 def main():
     """Run recorder_node."""
-    init_node("recorder_node", __doc__, PARAMETERS)
     try:
-        RecorderNode(read_parameters(PARAMETERS, rospy.get_param("~", {})))
-    except ParameterError as error:
-        for fault in error.faults:
-            rospy.logfatal("wrong parameter %s", fault)
-        sys.exit(1)
+        run_without_wheels("recorder_node", RecorderNode, PARAMETERS)
     except OSError as error:
         rospy.logfatal("cannot record: %s: set ~folder to one that this user may write to", error)
         sys.exit(1)
-    rospy.spin()

@@ -12,13 +12,13 @@ from std_srvs.srv import Trigger, TriggerResponse
 
 from robotont_driver.command_stream import refuse
 from robotont_driver.driver_node import PRESSED
-from robotont_driver.node import OK, WARN, Health, Worker
+from robotont_driver.node import OK, WARN, Health, Worker, run_without_wheels
 from robotont_driver.outages import OutageWatch
 from robotont_driver.parameters import Parameter
 from robotont_driver.refusals import Refusals
 from robotont_driver.stall_watch import StallWatch
 from robotont_teleop.arbitration import STOP, Arbiter, Input
-from robotont_teleop.node import run_node, twist_message
+from robotont_teleop.twist_message import twist_message
 
 PARAMETERS = (
     Parameter("hand_timeout", 0.3, "the robot stops after this long without a command of the hand that drives", "s",
@@ -192,4 +192,4 @@ class CmdVelMux:
 
 def main():
     """Run cmd_vel_mux."""
-    run_node("cmd_vel_mux", CmdVelMux, PARAMETERS)
+    run_without_wheels("cmd_vel_mux", CmdVelMux, PARAMETERS)

@@ -6,11 +6,10 @@ import time
 import evdev
 import rospy
 
-from robotont_driver.node import OK, WARN, Health, Worker
+from robotont_driver.node import OK, WARN, Health, Worker, run_without_wheels
 from robotont_driver.parameters import Parameter
 from robotont_teleop.gamepad import EV_ABS, EV_KEY, EV_SYN, LAYOUTS, SYN_DROPPED, SYN_REPORT, Gamepad, layout_for
 from robotont_teleop.hand_output import HandOutput
-from robotont_teleop.node import run_node
 from robotont_teleop.speeds import STOP, Speeds
 
 PARAMETERS = (
@@ -170,4 +169,4 @@ def _codes(device):
 
 def main():
     """Run gamepad_teleop."""
-    run_node("gamepad_teleop", GamepadTeleop, PARAMETERS)
+    run_without_wheels("gamepad_teleop", GamepadTeleop, PARAMETERS)

@@ -9,8 +9,8 @@ from nav_msgs.msg import Odometry
 from std_msgs.msg import String
 
 from robotont_teleop.emergency_stop import EmergencyStop
-from robotont_teleop.node import twist_message
 from robotont_teleop.speeds import STOP
+from robotont_teleop.twist_message import twist_message
 
 HAND, DIRECT = "cmd_vel/hand", "cmd_vel"
 

@@ -25,9 +25,9 @@ from robotont_map_navigation.goal import Goal
 from robotont_map_navigation.goto import GoTo
 from robotont_teleop.camera import Camera
 from robotont_teleop.emergency_stop import EmergencyStop
-from robotont_teleop.node import twist_message
 from robotont_teleop.robot_requests import NewestGoal, ServiceRequest
 from robotont_teleop.speeds import STOP
+from robotont_teleop.twist_message import twist_message
 
 MAP_FRAME = "map"
 STALE = 1.0             # [s] a value that has not come for so long is not shown

@@ -8,17 +8,23 @@ import tty
 
 from robotont_testing.stand_in_board import Line
 
+LATE = 0.005  # [s]
+LOOK = 0.03   # [s] within which a board has looked at all that it heard
+
 
 class BoardPort:
     """Runs a board of official_boards at the port `link`, from a thread of its own. `make(now)` gives a fresh board.
 
     `line`: faults of the line on the bytes that the board sends. `heard`: (time, bytes) of each write of the PC.
+    `late`: (begin, end) of each time in which this thread was kept from its turn, so that the board heard at once what
+    was sent in all that time.
     """
 
     def __init__(self, link, make):
         self.link = link
         self.line = Line()
         self.heard = []
+        self.late = []
         self._make = make
         self.board = make(time.monotonic())
         self._woken, self._wake = os.pipe()
@@ -28,6 +34,11 @@ class BoardPort:
     def restart(self):
         """As the reset button does."""
         self.board = self._make(time.monotonic())
+
+    def swallowed(self):
+        """(time, line) of each command that the board did not obey although it had its turns in time."""
+        return [(at, line) for at, line in self.board.swallowed
+                if not any(begin <= at <= end + LOOK for begin, end in self.late)]
 
     def plug(self):
         """Appear at the port's name."""
@@ -56,11 +67,14 @@ class BoardPort:
         poller.register(self._master, select.POLLIN)
         poller.register(self._woken, select.POLLIN)
         while True:
-            ready = poller.poll(max(0.0, self.board.next_event - time.monotonic()) * 1000)
+            due = self.board.next_event
+            ready = poller.poll(max(0.0, due - time.monotonic()) * 1000)
             if any(descriptor == self._woken for descriptor, _ in ready):
                 os.read(self._woken, 1)
                 return
             now = time.monotonic()
+            if now > due + LATE:
+                self.late.append((due, now))
             if any(event & select.POLLIN for _, event in ready):
                 data = self._read()
                 self.heard.append((now, data))

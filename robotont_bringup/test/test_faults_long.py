@@ -1,0 +1,106 @@
+"""The same fault again and again, and a bad line for long: nothing grows, no count is lost."""
+
+import os
+import statistics
+import time
+
+import pytest
+from fault_rig import IN_ONE, NODES
+from fault_table import clean, kill, spoil
+
+from robotont_testing.harness import wait_for
+
+pytestmark = [pytest.mark.faults, pytest.mark.long]
+pytest_plugins = ["fault_fixtures"]
+
+WARMING = 10  # rounds: the master keeps a connection to a node from each of its threads, and they come one by one
+ROUNDS_OF_CABLE, ROUNDS_OF_KILLS = 100, 50
+SURELY = 0.2  # [s] of driving that end a round
+LARGEST_GROWTH = 3000  # [kB] of a node's memory over all rounds
+
+
+def resources(rig):
+    """{node: (threads, descriptors, memory [kB])}."""
+    found = {}
+    for node in rig.nodes:
+        folder = f"/proc/{rig.processes.pid('/' + node)}"
+        with open(folder + "/status") as file:
+            status = dict(line.split(":", 1) for line in file)
+        found[node] = int(status["Threads"]), len(os.listdir(folder + "/fd")), int(status["VmRSS"].split()[0])
+    return found
+
+
+def same(before, after):
+    """Whether no node has more threads, descriptors or memory than before."""
+    return all(after[node][0] <= threads and after[node][1] <= files and after[node][2] < memory + LARGEST_GROWTH
+               for node, (threads, files, memory) in before.items())
+
+
+def new_pid(rig, node):
+    """Process id of a node; None while it is dead."""
+    try:
+        return rig.processes.pid("/" + node)
+    except OSError:
+        return None
+
+
+def hold_out(rig, rounds, fault):
+    """Many rounds of a fault, each until the robot drives again; resources are the same before and after."""
+    rig.drive()
+    for _ in range(WARMING):
+        fault(rig)
+        wait_for(lambda: rig.well(1.0), "a driving robot", timeout=30.0)
+    before = resources(rig)
+    recoveries = []  # [s]
+    for number in range(rounds):
+        begun = time.monotonic()
+        fault(rig)
+        wait_for(lambda: rig.well(SURELY), f"a driving robot after round {number}", timeout=30.0)
+        recoveries.append(time.monotonic() - begun - SURELY)
+    rig.drive()
+    try:
+        wait_for(lambda: same(before, resources(rig)), "the same resources", timeout=30.0, period=1.0)
+    finally:
+        print(f"\n{rounds} rounds, each gone by after {statistics.median(recoveries):.2f} s (median), "
+              f"{max(recoveries):.2f} s (worst); threads, descriptors, memory [kB]:")
+        for node, after in resources(rig).items():
+            print(f"  {node:<16} {before[node]} -> {after}")
+
+
+def test_a_hundred_pulled_cables_cost_nothing(rigs):
+    def pull(rig):
+        rig.board.unplug()
+        wait_for(lambda: not rig.moving, "a standing robot")
+        rig.board.plug()
+    hold_out(rigs.get("cables"), ROUNDS_OF_CABLE, pull)
+
+
+@pytest.mark.parametrize("node, composed", [*((node, False) for node in NODES), *((node, True) for node in IN_ONE)])
+def test_fifty_killed_nodes_cost_nothing(rigs, node, composed):
+    def end(rig):
+        pid = rig.processes.pid("/" + node)
+        kill(node)(rig)
+        wait_for(lambda: not rig.well(0.0), "the fault")
+        wait_for(lambda: new_pid(rig, node) not in (pid, None), "another process", timeout=30.0, period=0.2)
+    hold_out(rigs.get(f"kills {composed}", composed), ROUNDS_OF_KILLS, end)
+
+
+@pytest.mark.skipif("ROBOTONT_SOAK" not in os.environ, reason="takes as long as ROBOTONT_SOAK says [s], e.g. 1800")
+@pytest.mark.parametrize("composed", [False, True], ids=["three_processes", "one_process"])
+def test_soak(rigs, composed):
+    """A long drive on a line that corrupts one byte in a thousand: every count arrives, and nothing grows."""
+    rig = rigs.get(f"soak {composed}", composed)
+    rig.drive()
+    spoil(corrupt=0.001)(rig)
+    wait_for(lambda: rig.well(20.0), "a warm robot", timeout=60.0)
+    before = resources(rig)
+    end = time.monotonic() + float(os.environ["ROBOTONT_SOAK"])
+    while time.monotonic() < end:
+        time.sleep(min(60.0, end - time.monotonic() + 0.1))
+        wait_for(lambda: rig.well(1.0), "a driving robot")
+        print(f"{(end - time.monotonic()) / 60:4.0f} min left, {rig.interruptions} interruptions", resources(rig),
+              flush=True)
+    clean(rig)
+    rig.rest()
+    assert rig.lost() == 0
+    wait_for(lambda: same(before, resources(rig)), "the same resources", timeout=30.0, period=1.0)

@@ -1,0 +1,230 @@
+"""What the dialects send to the boards, and when: on the bench, a virtual clock."""
+
+import itertools
+import math
+import random
+
+import pytest
+from dialect_bench import REACH, Bench, command_of, official_wheels
+
+from robotont_driver.dialects import make_dialect
+from robotont_driver.dialects.board_wheels import BoardWheels
+from robotont_driver.dialects.dialect import DialectError
+from robotont_driver.dialects.robotont2 import Robotont2
+from robotont_driver.kinematics import Kinematics
+from robotont_driver.protocol import Packet
+from robotont_driver.wheels import read_wheels
+from robotont_testing.dc_motors import Motors
+from robotont_testing.official_boards import BOARDS
+from robotont_testing.robots import BARE, SHIPPED, UNEVEN_4
+
+
+@pytest.mark.parametrize("twist, line", [
+    ((0.2, 0, 0), b"MS:-0.1732:0.0000:0.1732\n"),
+    ((0, 0.2, 0), b"MS:0.1000:-0.2000:0.1000\n"),
+    ((0, 0, 1), b"MS:0.1450:0.1450:0.1450\n"),
+    ((0, 0, 0), b"RS:0:0:0\n"),
+    ((0.0004, 0, 0), b"RS:0:0:0\n"),
+])
+def test_worked_values(twist, line):
+    wheels = official_wheels()
+    assert Robotont2(wheels, REACH).encode(command_of(wheels, twist)) == line
+
+
+@pytest.mark.parametrize("name, per_unit, step", [
+    ("robotont2", 2 * math.pi * 0.035 / 1200 / 0.02, 1e-4), ("robotont3", 2 * math.pi * 0.035 / 1200 / 0.02, 1e-4),
+    ("robotont2018", 0.5, 1.0)])
+def test_rounding_loses_no_distance(name, per_unit, step):
+    """Of a command that is repeated the lines add up; at rest and after it none moves a wheel."""
+    dialect = make_dialect(name, official_wheels(), REACH)
+    command = Packet([9.37, 9.37, 9.37], "9.37:9.37:9.37;\n")
+    lines = [dialect.encode(command).decode() for _ in range(200)]
+    for wheel in range(3):
+        sent = [float(line.strip().rpartition("MS:")[2].split(":")[wheel]) for line in lines]
+        assert sum(sent) == pytest.approx(200 * 9.37 * per_unit, abs=step)
+        assert max(sent) - min(sent) <= step * 1.001
+    assert {dialect.encode(Packet([0, 0, 0])) for _ in range(20)} == {dialect.stop()}
+
+
+def test_a_unit_is_an_edge_per_period():
+    assert 1 / BoardWheels(official_wheels()).speed_of_unit == pytest.approx(109.1348, abs=1e-4)
+
+
+@pytest.mark.parametrize("name, limit", [("robotont2", 0.30), ("robotont3", 0.40)])
+def test_too_fast_commands_keep_their_direction(name, limit):
+    wheels = official_wheels()
+    dialect = make_dialect(name, wheels, REACH)
+    kinematics = Kinematics(wheels)
+    generator = random.Random(3)
+    for _ in range(500):
+        wanted = [generator.uniform(-2, 2), generator.uniform(-2, 2), generator.uniform(-5, 5)]
+        line = dialect.encode(command_of(wheels, wanted))
+        speeds = [float(field) for field in line.decode()[3:].split(":")]
+        assert max(map(abs, speeds)) <= limit + 1e-9
+        reached = kinematics.twist_of_speeds(speeds)
+        assert math.degrees(abs(math.remainder(
+            math.atan2(reached[1], reached[0]) - math.atan2(wanted[1], wanted[0]), 2 * math.pi))) < 1.0
+        share = math.hypot(*reached[:2]) / math.hypot(*wanted[:2])
+        assert reached[2] == pytest.approx(share * wanted[2], abs=2e-3)
+
+
+@pytest.mark.parametrize("order", itertools.permutations(range(3)))
+@pytest.mark.parametrize("positive", ["counterclockwise", "clockwise"])
+def test_any_order_and_sign_of_the_same_wheels_gives_the_same_line(order, positive):
+    rads = [official_wheels().directions[wheel] + (math.pi if positive == "clockwise" else 0) for wheel in order]
+    wheels = official_wheels(wheelRads=rads, positiveRotation=positive)
+    twist = (0.07, -0.05, 0.4)
+    assert Robotont2(wheels, REACH).encode(command_of(wheels, twist)) == \
+        Robotont2(official_wheels(), REACH).encode(command_of(official_wheels(), twist))
+
+
+def test_the_shipped_wheel_file_is_understood_and_doubted():
+    dialect = Robotont2(read_wheels(SHIPPED), REACH)
+    assert dialect.encode(command_of(read_wheels(SHIPPED), (0.2, 0, 0))) == b"MS:-0.1732:0.0000:0.1732\n"
+    assert "0.125 m" in dialect.complaint
+    assert "0.145 m" in dialect.complaint
+    assert not Robotont2(official_wheels(wheelDistanceFromCenter=0.1472), REACH).complaint
+
+
+@pytest.mark.parametrize("given, words", [
+    (UNEVEN_4, "wheelAmount: found 4"),
+    ({**BARE, "wheelRads": [0.0, 2.1, 4.2]}, "found wheels at 270, 30, 151 degrees"),
+    ({**BARE, "pidControlFrequency": 100}, "pidControlFrequency: found 100"),
+])
+def test_wheels_that_the_board_cannot_have_are_refused_with_words(given, words):
+    with pytest.raises(DialectError, match=words):
+        Robotont2(read_wheels(given), REACH)
+
+
+def test_lights_fit_into_the_boards_buffer():
+    lines = Robotont2(official_wheels(), REACH).encode_lights(3, [(255, 255, 255)] * 60)
+    assert [line.split(b":")[1] for line in lines] == [b"3", b"23", b"43"]
+    assert max(map(len, lines)) <= 254
+    assert lines[0].startswith(b"LED:3:16777215:")
+
+
+WHITE, RED, DARK = (255, 255, 255), (255, 0, 0), (0, 0, 0)
+
+
+@pytest.mark.parametrize("first, colours", [(3, [RED]), (0, [RED] * 60), (10, [RED, WHITE, DARK, WHITE, RED, WHITE]),
+                                            (7, [WHITE, RED, RED, RED]), (59, [WHITE])])
+def test_lights_of_generation_3_show_what_was_asked_and_nothing_else(first, colours):
+    dialect = make_dialect("robotont3", official_wheels(), REACH)
+    board = BOARDS["robotont3"](Motors(), lights=True)
+    plain = BOARDS["robotont3"](Motors())
+    longest = b"MS:-0.4000:-0.4000:-0.4000\n"
+    for at, line in enumerate([longest, *dialect.encode_lights(0, [RED, WHITE] * 3), longest,
+                               *dialect.encode_lights(first, colours), longest]):
+        assert len(line) < 64
+        for each in (board, plain):
+            each.receive(line, 0.1 * at)
+    for each in (board, plain):
+        each.advance(1.0)
+        assert (each.dead, each.swallowed) == ("", [])
+        assert each.setpoints == [-0.4] * 3
+    wanted = [0] * 60
+    wanted[first:first + len(colours)] = [red << 16 | green << 8 | blue for red, green, blue in colours]
+    assert board.shown == wanted
+    assert board.lights_mode >= board.MODES, "nothing animates them"
+
+
+def test_lights_of_generation_3_that_do_not_fit_into_a_transfer_are_not_sent():
+    dialect = make_dialect("robotont3", official_wheels(), REACH)
+    assert dialect.encode_lights(10, [WHITE, RED] * 4) == []
+    assert dialect.encode_lights(10, []) == []
+
+
+# --- what is sent, when: no trap is stepped into
+
+
+def speeds_of(line):
+    """Wheel speeds [m/s] in a line of the official dialects."""
+    return [float(field) for field in line.decode().strip().split(":")[1:]]
+
+
+@pytest.mark.parametrize("minutes", [2, pytest.param(10, marks=pytest.mark.long)])
+@pytest.mark.parametrize("name", ["robotont2", "robotont3"])
+def test_minutes_of_random_commands_lose_none_and_let_no_older_one_win(name, minutes):
+    bench = Bench(name)
+    generator = random.Random(11)
+    newest = None
+    while bench.now < 60 * minutes:
+        rate = 10 ** generator.uniform(0, 2)
+        for _ in range(generator.randrange(1, 40)):
+            newest = (generator.uniform(-0.6, 0.6), generator.uniform(-0.6, 0.6), generator.uniform(-3, 3))
+            bench.command(newest)
+            bench.run(max(0.001, generator.expovariate(rate)), step=0.001)
+    bench.run(0.2)
+    lines = [line.strip() for _, line in bench.sent if line != b"\x1b"]
+    assert bench.board.swallowed == []
+    assert bench.board.inversions == 0
+    assert [line for _, line in bench.board.executed] == lines
+    newest_line = bench.dialect.encode(bench._command)  # the last digit may differ by the rounding that is carried on
+    assert speeds_of(lines[-1]) == pytest.approx(speeds_of(newest_line), abs=1.01e-4)
+    starts = [at for at, _ in bench.sent]
+    assert min(later - earlier for earlier, later in zip(starts, starts[1:])) >= 0.03 - 1e-9
+    assert not bench.board.dead
+
+
+def test_the_board_does_have_the_traps_that_are_avoided():
+    def send(*writes):
+        bench = Bench()
+        bench.run(0.1)
+        for at, data in writes:
+            bench.run(0.185 + at - bench.now)
+            bench.board.receive(data, bench.now)
+        bench.run(0.2)
+        return bench.board
+    board = send((0, b"RS:0.1:0:0\n"), (0.005, b"RS:0.2:0:0\n"))  # two in one loop
+    assert (board.inversions, board.executed[-1][1]) == (1, b"RS:0.1:0:0")
+    board = send((0, b"RS:0.1:0:0\n"), (0.03, b"\n"), (0.1, b"RS:0.2:0:0\n"))  # an empty line
+    assert [line for _, line in board.swallowed] == [b"RS:0.2:0:0"]
+    assert "fields missing" in send((0, b"RS:0.1\n")).dead
+    board = send((0, b"MS:nan:0:0\n"))
+    assert board.setpoints[0] == 0.3  # full speed
+
+
+def test_generation_3_does_have_the_traps_that_are_avoided():
+    def send(*writes):
+        bench = Bench("robotont3")
+        for data in writes:
+            bench.run(0.1)
+            bench.board.receive(data, bench.now)
+        bench.run(0.1)
+        return bench.board
+    board = send(b"RS:0.1:0:0\n", b"RS:0.", b"2:0:0\n")  # a line split into two transfers: each is a message
+    assert "fields missing" in board.dead or board.setpoints != send(b"RS:0.2:0:0\n").setpoints
+    assert "fields missing" in send(b"RS:0.1\n").dead
+    assert send(b"OR\n").odometry.pose.tolist() == [0, 0, 0]
+
+
+def test_without_commands_the_board_stops_after_a_second():
+    for name in ("robotont2", "robotont3"):
+        bench = Bench(name)
+        bench.hold((0.2, 0, 0), 1.0)
+        bench._repeat_at = math.inf
+        bench.run(0.9)
+        assert max(map(abs, bench.motors.speeds)) > 0.1
+        bench.run(0.6)
+        assert max(map(abs, bench.motors.speeds)) < 0.01
+
+
+# --- June 2018
+
+
+def test_june_2018():
+    wheels = official_wheels()
+    dialect = make_dialect("robotont2018", wheels, REACH)
+    assert dialect.encode(Packet((20.0, -30.6, 0.0), "")) == b"10:-15:0\r"
+    assert dialect.encode(Packet((400.0, -200.0, 0.0), "")) == b"100:-50:0\r"
+    assert dialect.stop() == b"0:0:0\r"
+    bench = Bench("robotont2018")
+    bench.hold((0.2, 0, 0), 3.0)
+    moving = bench.pose()[0]
+    true = (bench.motors.paths[2] - bench.motors.paths[0]) / math.sqrt(3)
+    assert moving == pytest.approx(true, rel=0.05)  # every second window is a guess
+    assert not bench.dialect.dropped
+    bench.board.receive(b"\x1b", bench.now)
+    bench._repeat_at = math.inf
+    bench.run(1.0)
+    assert max(map(abs, bench.motors.speeds)) < 0.01

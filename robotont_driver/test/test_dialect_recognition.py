@@ -1,0 +1,101 @@
+"""Which board it is: recognised from its first lines, on the bench."""
+
+import pytest
+from dialect_bench import REACH, Bench, official_wheels
+
+from robotont_driver.dialects import NAMES, make_dialect
+from robotont_driver.dialects.dialect import DialectError
+from robotont_driver.wheels import read_wheels
+from robotont_testing.robots import UNEVEN_4
+from robotont_testing.stand_in_board import Board
+
+
+def talk(name, seconds=1.2):
+    """What a board says, cold: (time, bytes)."""
+    if name in ("plain", "checked"):
+        return own_talk(name == "checked", seconds)
+    bench = Bench(name)
+    heard = []
+    bench.pass_on = lambda data: heard.append((bench.now, data)) or b""
+    bench.hold((0.1, 0.05, 0.2), seconds + 1.0)
+    return [(at, data) for at, data in heard if data]
+
+
+def own_talk(checked, seconds):
+    """What a board of the thesis or of this project says: (time, bytes)."""
+    board = Board("nobody", checked=checked, banner="")
+    talked = []
+    for period in range(round(seconds / 0.02) + 50):
+        counts = [period % 7, -period % 5, 3]
+        board.motors.counted = [total + count for total, count in zip(board.motors.counted, counts)]
+        talked.append((period * 0.02, board.packet(counts)))
+        board.counter = (board.counter + 1) % 256
+    return talked
+
+
+@pytest.mark.parametrize("start", ["cold", "in mid-stream", "in the middle of a line"])
+@pytest.mark.parametrize("name", NAMES[1:])
+def test_each_board_is_recognised_within_a_second(name, start):
+    wheels = official_wheels()
+    talked = talk(name)
+    if start != "cold":
+        begin = 0.7
+        talked = [(at, data) for at, data in talked if at >= begin]
+        if start == "in the middle of a line":
+            talked[0] = (talked[0][0], talked[0][1][7:])
+    dialect = make_dialect("auto", wheels, REACH)
+    dialect.usb_id = "0483:5740" if name == "robotont3" else "0483:374b"
+    opened = 0.0 if start == "cold" else 0.7
+    dialect.connect(opened)
+    at = opened
+    for at, data in talked:
+        dialect.feed(data, at)
+        if dialect.spoken is not dialect:
+            break
+        assert dialect.stop() == b""  # nothing is sent before
+    assert dialect.spoken.name == name
+    assert at - opened <= 1.0
+
+
+def test_nothing_that_led_to_the_recognition_is_lost():
+    wheels = official_wheels()
+    talked = b"".join(data for _, data in own_talk(True, 1.0))
+    alone, recognised = make_dialect("checked", wheels, REACH), make_dialect("auto", wheels, REACH)
+    recognised.connect(0.0)
+    parts = [talked[begin:begin + 13] for begin in range(0, len(talked), 13)]
+    assert [counts for part in parts for counts in recognised.feed(part, 0.1)] == alone.feed(talked, 0.1)
+
+
+def test_a_checked_packet_that_lost_its_trailer_makes_no_plain_board():
+    dialect = make_dialect("auto", official_wheels(), REACH)
+    dialect.connect(0.0)
+    (_, one), (_, two), *_ = own_talk(True, 1.0)
+    dialect.feed(one.partition(b";")[0] + b";\n", 0.02)
+    dialect.feed(two, 0.04)
+    assert dialect.spoken.name == "checked"
+
+
+def test_what_is_unknown_is_named_and_gets_plain_packets_after_a_second():
+    wheels = official_wheels()
+    dialect = make_dialect("auto", wheels, REACH)
+    dialect.connect(0.0)
+    assert "no data from the board" in dialect.spoken.complaint
+    dialect.feed(b"\xfe\x80\x80", 0.1)
+    assert r"\xfe\x80\x80" in dialect.spoken.complaint
+    dialect.feed(b"\nhello, I am a printer\r\n", 0.2)
+    assert "hello, I am a printer" in dialect.spoken.complaint
+    assert dialect.stop() == b""
+    dialect.tick(1.1)
+    assert dialect.stop() == b"0:0:0;\n"
+    assert "plain" in dialect.description
+
+
+def test_a_board_that_cannot_have_the_wheels_is_an_obstacle():
+    dialect = make_dialect("auto", read_wheels(UNEVEN_4), REACH)
+    dialect.connect(0.0)
+    for _, data in talk("robotont2"):
+        dialect.feed(data, 2.0)
+    assert "wheelAmount: found 4" in dialect.spoken.obstacle
+    assert dialect.stop() == b""
+    with pytest.raises(DialectError):
+        make_dialect("robotont3", read_wheels(UNEVEN_4), REACH)

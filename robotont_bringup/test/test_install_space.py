@@ -18,7 +18,7 @@ TOOLS = {"robotont_calibration": ["calibrate_wheels", "odometry_report"],
          "robotont_demo": ["demo"],
          "robotont_description": ["describe", "robot_radius"],
          "robotont_firmware": ["flash"],
-         "robotont_navigation": ["goto"],
+         "robotont_map_navigation": ["goto"],
          "robotont_simulator": ["fast_drive", "make_map", "show_model"]}
 BOARD = """
 import sys, time

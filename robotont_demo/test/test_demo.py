@@ -80,7 +80,7 @@ def test_standstill_needs_five_joint_states_with_the_same_angles():
 
 def test_the_picture_is_drawn(tmp_path):
     truth = TimedPoses(np.arange(100.0), np.column_stack([np.arange(100.0), np.zeros(100), np.zeros(100)]))
-    draw(truth.poses[:, :2], truth, truth, 0.03, tmp_path / "demo.png")
+    draw(truth.poses[:, :2], truth, truth, 0.03, "the simulator", tmp_path / "demo.png")
     with Image.open(str(tmp_path / "demo.png")) as picture:
         assert picture.size == (1210, 572)
         assert len(picture.convert("RGB").getcolors(1 << 20)) > 20

@@ -6,7 +6,7 @@ import yaml
 
 from robotont_testing import places
 
-NODES = ("robotont_driver", "robotont_navigation", "robotont_teleop", "robotont_operations", "robotont_simulator")
+NODES = ("robotont_driver", "robotont_map_navigation", "robotont_teleop", "robotont_operations", "robotont_simulator")
 
 
 def tasks():

@@ -51,7 +51,7 @@ class MuxAndNavigationTest(NodeTest):
         else:
             print("with the double of move_base")
             cls.robot.launch("simulation.launch", "world:=room", port, log=cls.robot.folder / "log")
-            double = places.package("robotont_navigation") / "test" / "move_base_double.py"
+            double = places.package("robotont_map_navigation") / "test" / "move_base_double.py"
             cls.robot.start(double, "cmd_vel:=cmd_vel/navigation", "_repeat:=true")
         cls.packets, cls.drivers = [], []  # (time [s], packet); who drives
         rospy.Subscriber("serial_write", String,
@@ -70,7 +70,7 @@ class MuxAndNavigationTest(NodeTest):
         super().setUp()
         self.emergency_stop = self.publisher("emergency_stop", Bool, subscribers=2)
         self.navigation = self.listen("cmd_vel/navigation", Twist)
-        self.goal = self.processes.start(places.program("robotont_navigation", "goto"), "8", "8", "1.57",
+        self.goal = self.processes.start(places.program("robotont_map_navigation", "goto"), "8", "8", "1.57",
                                          "--wait", "60")
         wait_for(self.moving, "motion to the goal", timeout=60)
 

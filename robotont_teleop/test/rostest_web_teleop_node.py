@@ -34,7 +34,7 @@ from robotont_testing.harness import free_port, wait_for
 from robotont_testing.node_test import WARN, NodeTest
 from robotont_testing.stalling_proxy import StallingProxy
 
-MOVE_BASE = Path(__file__).resolve().parents[2] / "robotont_navigation" / "test" / "move_base_double.py"
+MOVE_BASE = Path(__file__).resolve().parents[2] / "robotont_map_navigation" / "test" / "move_base_double.py"
 CAMERA = "camera/color/image_raw/compressed"
 POSE, MAP_TO_ODOM = (0.5, -0.25), (1.0, 2.0)  # [m]
 YAW = 0.6             # [rad]

@@ -61,7 +61,7 @@ def run(options):
     for what, value in (("commands published", len(commander.times)), *robot.figures(commander.times),
                         *figures(recorder.link, error, robot.LARGEST_ERROR)):
         print(f"  {what:<42} {value}")
-    draw(commanded_path(steps), odometry, truth, robot.LARGEST_ERROR[0], options.picture)
+    draw(commanded_path(steps), odometry, truth, robot.LARGEST_ERROR[0], robot.name, options.picture)
     print(f"picture: {options.picture}")
     return all(found < allowed for found, allowed in zip(error, robot.LARGEST_ERROR))
 

@@ -21,8 +21,8 @@ from std_srvs.srv import Trigger
 from robotont_driver.kinematics import Kinematics
 from robotont_driver.node import Worker
 from robotont_driver.protocol import PacketError, parse_packet
-from robotont_navigation.goal import Goal
-from robotont_navigation.goto import GoTo
+from robotont_map_navigation.goal import Goal
+from robotont_map_navigation.goto import GoTo
 from robotont_teleop.camera import Camera
 from robotont_teleop.emergency_stop import EmergencyStop
 from robotont_teleop.robot_requests import NewestGoal, ServiceRequest

@@ -14,8 +14,8 @@ from sensor_msgs.msg import LaserScan
 from robotont_driver.node import OK, WARN, Health, Worker, robot_name, run_without_wheels
 from robotont_driver.parameters import Parameter
 from robotont_driver.se2 import yaw_of
-from robotont_navigation.localization import deviations, fit
-from robotont_navigation.messages import floor_map_of
+from robotont_map_navigation.localization import deviations, fit
+from robotont_map_navigation.messages import floor_map_of
 
 PARAMETERS = (
     Parameter("min_fit", 0.6, "least share of the scan's rays that end at a wall of the map", minimum=0.0, maximum=1.0),

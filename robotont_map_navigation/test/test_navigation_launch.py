@@ -12,7 +12,7 @@ from roslaunch import RLException
 
 from robotont_description.geometry import robot_radius
 from robotont_driver.wheels import read_wheels
-from robotont_navigation import map_file
+from robotont_map_navigation import map_file
 from robotont_simulator.world import read_world, write_map
 
 FILES = {"navigation.launch": [name for name in NAVIGATION_PACKAGES if name != "fake_localization"],

@@ -8,7 +8,7 @@ import yaml
 from navigation_tools import NAVIGATION, PACKAGE, read_launch
 
 from robotont_driver.parameters import markdown_rows, read_parameters
-from robotont_navigation import localization_monitor
+from robotont_map_navigation import localization_monitor
 from robotont_testing import places
 
 KNOWN = {section: set(names) for section, names in yaml.safe_load(

@@ -3,7 +3,7 @@
 import numpy as np
 
 from robotont_driver.se2 import pose_of
-from robotont_navigation.floor_map import FloorMap
+from robotont_map_navigation.floor_map import FloorMap
 
 
 def floor_map_of(message):

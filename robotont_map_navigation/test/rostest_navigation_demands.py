@@ -138,7 +138,7 @@ class NavigationDemandsTest(NodeTest):
         timeout = rospy.get_param("driver_node/cmd_timeout")
         self.assertGreater(timeout, 2 * CONTROLLER_PERIOD)  # one command may be late
         double = self.processes.start(DOUBLE, "_repeat:=true")
-        goto = self.processes.start(places.program("robotont_navigation", "goto"), "2", "2", "0")
+        goto = self.processes.start(places.program("robotont_map_navigation", "goto"), "2", "2", "0")
         wait_for(lambda: math.hypot(*speeds(self.truth[-1])[:2]) > 0.3, "motion")
         self.processes.stop(goto, signal.SIGKILL)  # nobody is left to cancel
         first = len(self.truth)
@@ -152,7 +152,7 @@ class NavigationDemandsTest(NodeTest):
         commands = self.listen("cmd_vel", Twist)
         self.processes.start(DOUBLE)
         log = self.processes.folder / "goto"
-        goto = self.processes.start(places.program("robotont_navigation", "goto"), "2", "2.2", "1.2", log=log)
+        goto = self.processes.start(places.program("robotont_map_navigation", "goto"), "2", "2.2", "1.2", log=log)
         wait_for(lambda: math.hypot(*speeds(self.truth[-1])[:2]) > 0.3, "motion")
         self.assertGreater(abs(speeds(self.truth[-1])[1]), 0.1)  # it strafes
         self.assertNotEqual(commands[-1], Twist())
@@ -165,4 +165,4 @@ class NavigationDemandsTest(NodeTest):
 
 
 if __name__ == "__main__":
-    rostest.rosrun("robotont_navigation", "navigation_demands", NavigationDemandsTest)
+    rostest.rosrun("robotont_map_navigation", "navigation_demands", NavigationDemandsTest)

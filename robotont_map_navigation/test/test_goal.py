@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from navigation_tools import PACKAGE
 
-from robotont_navigation.goal import (
+from robotont_map_navigation.goal import (
     DONE,
     GAVE_UP,
     NOT_THERE,
@@ -21,7 +21,7 @@ from robotont_navigation.goal import (
     read_yaw,
     remaining,
 )
-from robotont_navigation.goto import parse_arguments
+from robotont_map_navigation.goto import parse_arguments
 
 GOAL = Goal(8.0, 8.0, 1.57)
 
@@ -95,5 +95,5 @@ def test_wrong_arguments_end_with_status_2(capsys, words, fault):
 
 def test_the_pure_part_loads_where_there_is_no_ros():
     code = ("import sys; sys.modules.update(rospy=None, actionlib=None, move_base_msgs=None); "
-            "import robotont_navigation.goal")
+            "import robotont_map_navigation.goal")
     subprocess.run([sys.executable, "-c", code], check=True, cwd=str(PACKAGE / "src"))

@@ -93,4 +93,4 @@ class LocalizationMonitorTest(NodeTest):
 
 
 if __name__ == "__main__":
-    rostest.rosrun("robotont_navigation", "localization_monitor", LocalizationMonitorTest)
+    rostest.rosrun("robotont_map_navigation", "localization_monitor", LocalizationMonitorTest)

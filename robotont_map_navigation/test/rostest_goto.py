@@ -54,7 +54,7 @@ class GotoTest(NodeTest):
     def start_goto(self, *words, log="goto"):
         self.log = self.processes.folder / log
         words = (*words, f"__ns:={self.space}")
-        return self.processes.start(places.program("robotont_navigation", "goto"), *words, log=self.log)
+        return self.processes.start(places.program("robotont_map_navigation", "goto"), *words, log=self.log)
 
     def end(self, process, timeout=30.0):
         """(exit status, lines) of goto when it has ended."""
@@ -194,4 +194,4 @@ class GotoTest(NodeTest):
 
 
 if __name__ == "__main__":
-    rostest.rosrun("robotont_navigation", "goto", GotoTest)
+    rostest.rosrun("robotont_map_navigation", "goto", GotoTest)

@@ -18,8 +18,8 @@ from nav_msgs.msg import OccupancyGrid
 
 from robotont_driver.parameters import is_number
 from robotont_driver.se2 import compose, pose_of, yaw_of
-from robotont_navigation.floor_map import refusal
-from robotont_navigation.goal import (
+from robotont_map_navigation.floor_map import refusal
+from robotont_map_navigation.goal import (
     INTERRUPTED,
     NOT_THERE,
     REFUSED,
@@ -34,7 +34,7 @@ from robotont_navigation.goal import (
     read_seconds,
     read_yaw,
 )
-from robotont_navigation.messages import floor_map_of
+from robotont_map_navigation.messages import floor_map_of
 
 SILENCE = 3.0      # [s] without a status of move_base, which sends five per second, and it is gone
 LOOK_UP = 0.4      # [s] that the map and then the transforms have to come; without them a goal is not checked

@@ -26,7 +26,7 @@ from nav_msgs.msg import Odometry
 from robotont_description.geometry import robot_radius
 from robotont_driver.se2 import pose_of
 from robotont_driver.wheels import read_wheels
-from robotont_navigation.floor_map import FloorMap
+from robotont_map_navigation.floor_map import FloorMap
 from robotont_simulator.world import OCCUPIED, draw_map, read_world
 from robotont_testing.harness import Master, wait_for
 from robotont_testing.places import program
@@ -109,7 +109,7 @@ class Run:
         wait_for(lambda: self.truth, "the simulator")
         first, start = len(self.truth) - 1, time.monotonic()
         first_command, first_report = len(self.commands), len(self.reports)
-        result = subprocess.run([program("robotont_navigation", "goto"), str(x), str(y), str(yaw),
+        result = subprocess.run([program("robotont_map_navigation", "goto"), str(x), str(y), str(yaw),
                                  "--timeout", str(GOAL_TIMEOUT), "--wait", "60"], check=False, text=True,
                                 stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
         duration = time.monotonic() - start

@@ -41,7 +41,7 @@ def draw_paths(axes, commanded, odometry, truth, name):
                    length_includes_head=True, zorder=3)  # above the band of the truth
     axes.plot(0, 0, "o", color=START, markersize=8, label="start", zorder=4)
     axes.set_aspect("equal", adjustable="datalim")
-    axes.set(xlabel="x [m]", ylabel="y [m]", title=f"A square, then a circle while turning:\n{name}")
+    axes.set(xlabel="x [m]", ylabel="y [m]", title=f"A square, then a circle while turning\non {name}")
     axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.13), ncol=4, fontsize=8, frameon=False)
 
 

@@ -8,6 +8,7 @@ import select
 import subprocess
 import time
 import tty
+from typing import List, NamedTuple
 
 from firmware_tools import DUAL, SRC, tool
 
@@ -67,14 +68,22 @@ class Firmware:
         os.close(self._master)
 
 
+class Packet(NamedTuple):
+    """What the board tells in one line; `missed`: ticks that it could not work in so far, for it had no processor."""
+
+    counts: List[int]
+    counter: int
+    totals: List[bytes]
+    missed: int
+
+
 class Pc:
-    """Sends `command` at 20 Hz and keeps every line with its time of arrival."""
+    """Sends `command` at 20 Hz and keeps every line."""
 
     def __init__(self, port, command):
         self._fd = os.open(port, os.O_RDWR | os.O_NOCTTY | os.O_NONBLOCK)
         self._command = checked(command)
         self.lines = []
-        self.times = []
 
     def talk(self, ended):
         """Talk until `ended()` and the line is empty."""
@@ -86,10 +95,8 @@ class Pc:
             ready, _, _ = select.select([self._fd], [], [], wait)
             if ready:
                 data = os.read(self._fd, 4096)
-                now = time.monotonic()
                 *lines, rest = (rest + data).split(b"\n")
                 self.lines += lines
-                self.times += [now] * len(lines)
             elif over:
                 break
             if not over and time.monotonic() >= next_command:
@@ -99,15 +106,16 @@ class Pc:
         assert rest == b""
 
     def packets(self):
-        """Return [(time, counts, counter, totals)]; AssertionError on a line that is not whole."""
+        """Return a list of Packet; AssertionError on a line that is not whole."""
         found = []
-        for moment, line in zip(self.times, self.lines):
+        for line in self.lines:
             if line.startswith(b"#"):
                 continue
             assert crc16(line[:-4]) == int(line[-4:], 16), line
             counts, fields = line.split(b";")
             fields = fields.split(b":")
-            found.append((moment, list(map(int, counts.split(b":"))), int(fields[0], 16), fields[1:-2]))
+            missed = int(fields[-2][2:4], 16)
+            found.append(Packet(list(map(int, counts.split(b":"))), int(fields[0], 16), fields[1:-2], missed))
         return found
 
 

@@ -22,15 +22,16 @@ def talk():
     assert pc.lines[0].startswith(b"# robotont_firmware ")
     assert [line for line in pc.lines[1:] if line.startswith(b"#")] == [], "nothing dropped, no timeout"
     packets = pc.packets()
-    assert abs(len(packets) - periods) <= 2, output
-    sums = [0, 0, 0]
-    for index, (_, counts, counter, totals) in enumerate(packets):
-        sums = [a + b for a, b in zip(sums, counts)]
-        assert counter == (packets[0][2] + index) & 0xFF, f"packet {index} is missing"
-        assert totals == [b"%04X" % (total & 0xFFFF) for total in sums]
+    assert abs(len(packets) + packets[-1].missed - periods) <= 2, output
+    sums, begin = [0, 0, 0], packets[0].counter - packets[0].missed
+    for index, packet in enumerate(packets):
+        sums = [a + b for a, b in zip(sums, packet.counts)]
+        assert packet.counter == (begin + index + packet.missed) & 0xFF, f"packet {index} is missing"
+        assert packet.totals == [b"%04X" % (total & 0xFFFF) for total in sums]
     for wheel, wished in enumerate((-18.9, 5.25, 30.0)):
-        steady = [packet[1][wheel] for packet in packets[100:]]
-        assert abs(sum(steady) / len(steady) - wished) < 0.03
+        steady = [packet.counts[wheel] for packet in packets[100:]]
+        ticks = len(steady) + packets[-1].missed - packets[99].missed
+        assert abs(sum(steady) / ticks - wished) < 0.03
     return packets, output
 
 

@@ -5,7 +5,7 @@ import os
 import threading
 import time
 
-PERIOD = 0.002  # [s]
+PERIOD = 0.005  # [s]
 
 
 class Witness:

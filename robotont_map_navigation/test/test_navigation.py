@@ -54,9 +54,9 @@ def test_with_a_laser_all_around():
 
 
 @pytest.mark.parametrize("start, goal", [
-    (("4.2", "3.7", "-0.4"), ("2.6", "0.28", "0")), (("9.65", "4.79", "3"), ("7.7", "5.53", "0"))],
+    (("5.78", "2.33", "-0.67"), ("2.6", "0.28", "0")), (("9.65", "4.79", "3"), ("7.7", "5.53", "0"))],
     ids=["around the end of a wall", "around a box"])
-def test_a_plan_around_a_corner_close_by_is_followed(start, goal):
+def test_a_plan_around_an_obstacle_is_followed(start, goal):
     figures, = run("--start", *start, "--goal", *goal, timeout=400)
     print(figures)
     assert figures["status"] == 0, figures

@@ -1,17 +1,18 @@
 """Notices when the machine itself stands still, as virtual ones do while their host serves others."""
 
-import contextlib
 import os
 import threading
 import time
 
 PERIOD = 0.005  # [s]
+PRIORITY = 50   # of 99 in real time
 
 
 class Witness:
-    """A thread that wakes every PERIOD, before all others where that is allowed; for a `with` block.
+    """A thread that wakes every PERIOD, before all other processes; for a `with` block.
 
     What it was late by, every process on the machine was late by: a delay measured in that time is none of theirs.
+    Where real-time priority is not allowed it notices nothing: it would take a busy machine for one that stands still.
     """
 
     def __init__(self):
@@ -34,8 +35,10 @@ class Witness:
                     if before < end and after > begin), default=0.0)
 
     def _run(self):
-        with contextlib.suppress(OSError):
-            os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(50))  # of this thread
+        try:
+            os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(PRIORITY))  # of this thread
+        except OSError:
+            return
         woken = time.monotonic()
         while not self._ended.wait(PERIOD):
             now = time.monotonic()

@@ -14,9 +14,11 @@ from tornado.websocket import websocket_connect
 from robotont_teleop.access import Access
 from robotont_teleop.speeds import STOP, Speeds
 from robotont_teleop.web_server import ServerSettings, WebServer
+from robotont_testing.harness import wait_for
 
 WEB = Path(__file__).resolve().parents[1] / "web"
 PATIENCE = 10.0  # [s]
+TOKEN = "the-token-of-these-tests"
 SETTINGS = ServerSettings(names=("robot.local",), scheme="http", rate=20.0, oldest=0.2, dead_man=0.3, max_pages=8,
                           max_connections=40, speeds=Speeds(0.5, 2.0))
 
@@ -109,6 +111,12 @@ class Client:
         async def connect():
             return await websocket_connect(HTTPRequest(url, headers=headers), on_message_callback=page.take)
         page.socket = self.do(connect())
+        return page
+
+    def ready_page(self, **who):
+        """A `page` that has got its first messages."""
+        page = self.page(**who)
+        wait_for(lambda: {"hello", "state", "status"} <= set(page.messages), "the first messages")
         return page
 
 

@@ -59,6 +59,7 @@ class Browser:
             return await websocket_connect(
                 f"ws://127.0.0.1:{port}{path}", max_message_size=2 ** 28, on_message_callback=self._on_message)
         self._socket = asyncio.run_coroutine_threadsafe(connect(), self._loop).result(PATIENCE)
+        self._socket.protocol.set_nodelay(True)  # else a message may wait until the one before is acknowledged
 
     def _on_message(self, text):
         if text is None:
@@ -69,15 +70,23 @@ class Browser:
         else:
             self.events.append((message.get("sessionId"), message["method"], message["params"]))
 
+    async def _send(self, method, session, parameters):
+        """Send a message; the future of its answer."""
+        number = next(self._numbers)
+        self._answers[number] = answer = self._loop.create_future()
+        message = {"id": number, "method": method, "params": parameters}
+        await self._socket.write_message(json.dumps({**message, "sessionId": session} if session else message))
+        return answer
+
+    def tell(self, method, session=None, **parameters):
+        """Call a method of the protocol that the browser answers late or never."""
+        asyncio.run_coroutine_threadsafe(self._send(method, session, parameters), self._loop).result(PATIENCE)
+
     def call(self, method, session=None, **parameters):
         """The result of a method of the protocol; AssertionError when the browser refuses it."""
-        async def send():
-            number = next(self._numbers)
-            self._answers[number] = answer = self._loop.create_future()
-            message = {"id": number, "method": method, "params": parameters}
-            await self._socket.write_message(json.dumps({**message, "sessionId": session} if session else message))
-            return await answer
-        answer = asyncio.run_coroutine_threadsafe(send(), self._loop).result(PATIENCE)
+        async def answered():
+            return await (await self._send(method, session, parameters))
+        answer = asyncio.run_coroutine_threadsafe(answered(), self._loop).result(PATIENCE)
         if answer.get("error", {}).get("message") in LEFT:
             raise PageLeftError(answer["error"]["message"])
         assert "error" not in answer, (method, answer["error"])
@@ -124,6 +133,7 @@ class Page:
         self._session = session
         self._fingers = {}
         self._mouse = None  # where its button is held down
+        self._mouse_is_finger = False
 
     def call(self, method, **parameters):
         """The result of a method of the protocol for this tab."""
@@ -176,7 +186,19 @@ class Page:
         """Press the mouse's button at (x, y) [px], or move there while it is held."""
         kind = "mouseMoved" if self._mouse else "mousePressed"
         self._mouse = {"x": x, "y": y, "button": "left", "clickCount": 1}
-        self.call("Input.dispatchMouseEvent", type=kind, buttons=1, **self._mouse)
+        self._move_mouse(kind, 1, self._mouse)
+
+    def take_mouse_for_finger(self):
+        """From now on the mouse with its button held is a finger, as in the browser's own view of phones.
+
+        Unlike `finger_at`, whose events the browser itself keeps until its next frame, these reach the page at once.
+        """
+        self.call("Emulation.setEmitTouchEventsForMouse", enabled=True, configuration="mobile")
+        self._mouse_is_finger = True
+
+    def _move_mouse(self, kind, buttons, place):
+        send = self._browser.tell if self._mouse_is_finger else self._browser.call  # a mouse that became a finger
+        send("Input.dispatchMouseEvent", self._session, type=kind, buttons=buttons, **place)  # is never answered
 
     @property
     def touched(self):
@@ -190,7 +212,7 @@ class Page:
             self._touch("touchEnd")
         if self._mouse:
             place, self._mouse = self._mouse, None
-            self.call("Input.dispatchMouseEvent", type="mouseReleased", buttons=0, **place)
+            self._move_mouse("mouseReleased", 0, place)
 
     def cancel_fingers(self):
         """As when the system takes the screen away from the page."""

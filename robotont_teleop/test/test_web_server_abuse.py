@@ -1,0 +1,120 @@
+"""Too much, too malformed or too slow: nothing moves, nobody else waits."""
+
+import json
+import socket
+import time
+
+import pytest
+from tornado.httpclient import HTTPClientError
+
+from robotont_teleop.page_socket import MESSAGES_PER_SECOND, WRONG_MESSAGES
+from robotont_teleop.speeds import STOP
+from robotont_testing.harness import wait_for
+
+
+def is_closed(connection):
+    """Whether the other end has closed it."""
+    connection.setblocking(False)
+    try:
+        return connection.recv(1) == b""
+    except BlockingIOError:
+        return False
+    except OSError:
+        return True
+
+
+@pytest.mark.parametrize("text, code", [
+    ("x" * 5000, 1009), (b"\xff\xfe", 1008), ("{", 1008), ("[" * 400, 1008), ('{"kind":"shutdown"}', 1008),
+    ('{"kind":"drive","time":1,"x":NaN,"y":0,"turn":0}', 1008),
+    ('{"kind":"drive","time":1,"x":1e999,"y":0,"turn":0}', 1008)])
+def test_malformed_messages_move_nothing_and_end_the_page(served, text, code):
+    page = served.ready_page()
+    for _ in range(WRONG_MESSAGES):
+        page.send(text)
+    wait_for(lambda: page.closed, "the end")
+    assert page.close_code in (code, None if code == 1009 else code)
+    assert not served.robot.sent
+    assert served.ready_page()
+
+
+def test_a_message_with_nan_is_refused_with_words(served):
+    page = served.ready_page()
+    page.send(f'{{"kind":"drive","time":{page.time},"x":NaN,"y":0,"turn":0}}')
+    wait_for(lambda: "error" in page.messages, "the refusal")
+    assert "NaN" in page.messages["error"]["words"]
+    assert not served.robot.sent
+
+
+def test_a_thousand_messages_at_once_end_the_page_and_stop_the_robot(served):
+    page = served.ready_page()
+    page.drive(0.3)
+    wait_for(lambda: served.robot.moved, "motion")
+    start = time.monotonic()
+    page.send(*[json.dumps({"kind": "drive", "time": page.time, "x": 0.3, "y": 0, "turn": 0})] * 1000)
+    wait_for(lambda: page.closed, "the end")
+    assert page.close_code == 1008
+    assert served.robot.sent[-1] == STOP
+    assert len(served.robot.sent) <= MESSAGES_PER_SECOND * (1 + time.monotonic() - start) + 10
+    assert served.ready_page()
+
+
+def test_two_hundred_connections(served):
+    page = served.ready_page()
+    sockets = [socket.create_connection(("127.0.0.1", served.port)) for _ in range(200)]
+    wait_for(lambda: sum(map(is_closed, sockets)) >= 200 - 40, "the end of those beyond the limit")
+    seen = page.states
+    wait_for(lambda: page.states > seen + 3, "states for the page that is open")
+    page.drive(0.2)
+    wait_for(lambda: served.robot.moved, "its command")
+    for connection in sockets:
+        connection.close()
+    wait_for(lambda: served.request("GET", "/app.js")[0] == 200, "an answer")
+
+
+def test_too_many_pages(served):
+    pages = [served.ready_page() for _ in range(8)]
+    with pytest.raises(HTTPClientError) as refusal:
+        served.page()
+    assert refusal.value.code == 503
+    pages[0].close()
+    wait_for(lambda: len(served.server.pages) == 7, "the end of a page")
+    assert served.ready_page()
+
+
+def test_a_slow_reader_holds_up_nobody_and_is_closed(served, monkeypatch):
+    monkeypatch.setattr("robotont_teleop.page_socket.SLOWEST_READER", 0.5)
+    state = served.robot.state()
+    monkeypatch.setattr(served.robot, "state", lambda: {**state, "board": "x" * 20000})
+    good = served.ready_page()
+    slow = socket.create_connection(("127.0.0.1", served.port))
+    slow.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
+    host = f"127.0.0.1:{served.port}"
+    slow.sendall((f"GET /socket HTTP/1.1\r\nHost: {host}\r\nOrigin: http://{host}\r\nUpgrade: websocket\r\n"
+                  "Connection: Upgrade\r\nSec-WebSocket-Version: 13\r\n"
+                  "Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n\r\n").encode())
+    wait_for(lambda: len(served.server.pages) == 2, "the second page")
+    seen = good.states
+    wait_for(lambda: len(served.server.pages) == 1, "the end of the slow page", timeout=6)  # before its pings run out
+    assert good.states > seen + 5
+    slow.close()
+
+
+@pytest.mark.timed
+def test_eight_viewers_at_20_hz_take_a_quarter_of_a_core_at_most(served):
+    pages = [served.ready_page() for _ in range(8)]
+    seen, before, start = pages[0].states, time.process_time(), time.monotonic()
+    wait_for(lambda: pages[0].states >= seen + 100, "states", period=0.1)
+    share = (time.process_time() - before) / (time.monotonic() - start)
+    print(f"server and its eight clients in one process: {100 * share:.0f} % of a core")
+    assert share < 0.25
+
+
+def test_eight_viewers_get_the_state_at_its_rate(served):
+    pages = [served.ready_page() for _ in range(8)]
+    before = [page.states for page in pages]
+    start = time.monotonic()
+    wait_for(lambda: pages[0].states >= before[0] + 20, "states")
+    elapsed = time.monotonic() - start
+    for page, count in zip(pages, before):
+        assert page.states - count >= 15
+    assert elapsed > 0.8

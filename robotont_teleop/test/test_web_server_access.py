@@ -1,0 +1,90 @@
+"""Who comes in to the page's server, and what it gives out."""
+
+import pytest
+from tornado.httpclient import HTTPClientError
+from web_client import TOKEN
+
+FORM = {"Content_Type": "application/x-www-form-urlencoded"}
+
+
+def test_without_a_token_one_gets_the_login_page_only(guarded):
+    status, _, body = guarded.request("GET", "/")
+    assert (status, b'name="token"' in body, b'id="stop"' in body) == (401, True, False)
+    for path in ("/map.png", "/camera.jpg"):
+        assert guarded.request("GET", path)[0] == 401
+    with pytest.raises(HTTPClientError) as refusal:
+        guarded.page()
+    assert refusal.value.code == 401
+
+
+def test_wrong_tokens_and_too_many_of_them(guarded):
+    origin = f"http://127.0.0.1:{guarded.port}"
+    for _ in range(5):
+        assert guarded.request("POST", "/login", "token=wrong", Origin=origin, **FORM)[0] == 401
+    assert guarded.request("POST", "/login", "token=" + TOKEN, Origin=origin, **FORM)[0] == 429
+
+
+def test_the_token_gives_a_cookie_that_opens(guarded):
+    origin = f"http://127.0.0.1:{guarded.port}"
+    status, headers, _ = guarded.request("POST", "/login", "token=" + TOKEN, Origin=origin, **FORM)
+    cookie = headers["Set-Cookie"]
+    assert status == 303
+    assert all(word in cookie for word in ("HttpOnly", "SameSite=Strict", "Path=/"))
+    assert TOKEN not in str(headers)
+    value = cookie.partition(";")[0].partition("=")[2]
+    assert b'id="stop"' in guarded.request("GET", "/", Cookie="robotont_teleop=" + value)[2]
+    assert guarded.ready_page(cookie=value)
+    with pytest.raises(HTTPClientError) as refusal:
+        guarded.page(cookie=value[:-1] + "x")
+    assert refusal.value.code == 401
+
+
+def test_a_token_in_the_address_opens_nothing(guarded):
+    assert guarded.request("GET", "/?token=" + TOKEN)[0] == 401
+
+
+def test_foreign_origins(served, guarded):
+    for origin in (None, "null", "http://evil.example", f"https://127.0.0.1:{served.port}", "http://127.0.0.1:1"):
+        with pytest.raises(HTTPClientError) as refusal:
+            served.page(origin=origin)
+        assert refusal.value.code == 403
+    assert guarded.request("POST", "/login", "token=" + TOKEN, Origin="http://evil.example", **FORM)[0] == 403
+    assert guarded.request("POST", "/login", "token=" + TOKEN, **FORM)[0] == 403
+
+
+def test_foreign_hosts(served):
+    for host in ("evil.example", f"evil.example:{served.port}", "192.168.1.1", "localhost.evil.example"):
+        assert served.request("GET", "/", Host=host)[0] == 403
+        with pytest.raises(HTTPClientError) as refusal:
+            served.page(host=host)
+        assert refusal.value.code == 403
+    for host in ("localhost", "robot.local:8100", "127.0.0.1"):
+        assert served.request("GET", "/", Host=host)[0] == 200
+
+
+def test_headers(served):
+    _, headers, _ = served.request("GET", "/")
+    policy = headers["Content-Security-Policy"]
+    assert policy.startswith("default-src 'none'; script-src 'self';")
+    assert "unsafe" not in policy
+    assert "frame-ancestors 'none'" in policy
+    assert headers["X-Content-Type-Options"] == "nosniff"
+    assert "Server" not in headers
+
+
+@pytest.mark.parametrize("path", ["/../setup.py", "/..%2fsetup.py", "/web/", "/app.py", "/%00", "//etc/passwd", "/test",
+                                  "/" + "a" * 4000])
+def test_no_other_files(served, path):
+    assert served.request("GET", path)[0] == 404
+
+
+def test_other_methods_and_large_requests(served):
+    assert served.request("POST", "/", "x")[0] == 405
+    assert served.request("DELETE", "/app.js")[0] == 405
+    origin = f"http://127.0.0.1:{served.port}"
+    try:
+        status = served.request("POST", "/login", "token=" + "x" * 100_000, Origin=origin)[0]
+    except OSError:
+        status = 400  # closed before it had been sent
+    assert status == 400
+    assert served.request("GET", "/")[0] == 200

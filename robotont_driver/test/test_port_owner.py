@@ -2,8 +2,6 @@ import contextlib
 import os
 import pty
 import signal
-import subprocess
-import sys
 import time
 
 import pytest
@@ -11,6 +9,7 @@ import pytest
 from robotont_driver import port_owner
 from robotont_driver.serial_link import explain
 from robotont_testing.harness import wait_for
+from robotont_testing.port_owners import given_away, program
 
 OWNER = """
 import os, sys, time
@@ -27,12 +26,8 @@ time.sleep(100)
 @pytest.fixture
 def owner(tmp_path):
     """A process with a signed link, `tmp_path / "port"`."""
-    process = subprocess.Popen([sys.executable, "-c", OWNER, str(tmp_path / "port")], stdout=subprocess.PIPE)
-    process.stdout.readline()
-    yield process
-    process.kill()
-    process.wait()
-    process.stdout.close()
+    with program(OWNER, tmp_path / "port") as process:
+        yield process
 
 
 @contextlib.contextmanager
@@ -63,13 +58,8 @@ def test_a_port_whose_owner_was_killed_is_refused_whoever_has_the_terminal_now(t
     device = os.readlink(str(tmp_path / "port"))
     owner.kill()
     owner.wait()
-    others = []
-    while not os.path.exists(device):  # the kernel gives the name away again
-        others.append(pty.openpty())
-    assert f"left behind by process {owner.pid}" in port_owner.refusal(str(tmp_path / "port"))
-    for other in others:
-        for end in other:
-            os.close(end)
+    with given_away(device):
+        assert f"left behind by process {owner.pid}" in port_owner.refusal(str(tmp_path / "port"))
 
 
 def test_a_killed_owner_that_nobody_waits_for_is_dead(tmp_path, owner):

@@ -1,11 +1,10 @@
 import os
 import pty
-import subprocess
-import sys
 
 import pytest
 
 from robotont_simulator.port import Port, PortError
+from robotont_testing.port_owners import given_away, program
 
 OWNER = """
 import sys, time
@@ -19,12 +18,8 @@ time.sleep(100)
 @pytest.fixture
 def simulator(tmp_path):
     """Another simulator's process, whose port is `tmp_path / "port"`."""
-    process = subprocess.Popen([sys.executable, "-c", OWNER, str(tmp_path / "port")], stdout=subprocess.PIPE)
-    process.stdout.readline()
-    yield process
-    process.kill()
-    process.wait()
-    process.stdout.close()
+    with program(OWNER, tmp_path / "port") as process:
+        yield process
 
 
 def test_the_port_of_a_running_simulator_is_not_taken(tmp_path, simulator):
@@ -38,16 +33,11 @@ def test_the_link_of_a_killed_simulator_is_replaced_whoever_has_the_terminal_now
     device = os.readlink(str(tmp_path / "port"))
     simulator.kill()
     simulator.wait()
-    others = []
-    while not os.path.exists(device):  # the kernel gives the name away again
-        others.append(pty.openpty())
-    port = Port(str(tmp_path / "port"))
-    assert os.readlink(port.link) != device
-    port.unplug()
-    assert list(tmp_path.iterdir()) == []
-    for other in others:
-        for end in other:
-            os.close(end)
+    with given_away(device):
+        port = Port(str(tmp_path / "port"))
+        assert os.readlink(port.link) != device
+        port.unplug()
+        assert list(tmp_path.iterdir()) == []
 
 
 def test_a_link_to_something_else_is_left_alone(tmp_path):

@@ -13,7 +13,7 @@ PERIOD = 0.02  # [s]
 CYCLES = 3.0  # [cycles] of one instruction, flash wait states included: a pessimistic assumption
 BYTE_TIME = 10 / 115200  # [s]
 DOCS = (ROOT / "docs" / "firmware.md").read_text(encoding="utf-8")
-PACKET = len("-180:-180:-180;SS:E0E0:E1E1:E2E2:FFMMRRWWW:CCCC\\n")
+PACKET = len("-180:-180:-180;SS:E0E0:E1E1:E2E2:FFMMRRWWW:CCCC\n")
 
 pytestmark = needs_qemu
 

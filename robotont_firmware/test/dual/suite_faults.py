@@ -178,6 +178,12 @@ def test_a_wheel_that_hardly_turns_keeps_its_continuous_current_only():
     return f"mean torque after 2 s: {mean:.0f} of 4000"
 
 
+def test_a_hot_motor_that_jams_altogether_gets_no_more_current():
+    wheel = Jammed()
+    wheel.run(400)
+    assert max(wheel.run(20, edges=0)[1:]) <= config.CONTINUOUS_TORQUE
+
+
 def test_an_overload_is_in_the_status_and_goes_away():
     robot = Robot()
     robot.controller._pids[2]._heat = robot.controller._pids[2]._max_heat + 60000
@@ -233,6 +239,36 @@ def test_missed_ticks_are_divided_out_of_the_speed():
         assert abs(mean - 50) < 0.5, (skip, mean)
         missed = robot.newest()[1]
         assert missed == 100 * (skip - 1) & 0xFF, missed
+
+
+def test_missed_ticks_cost_no_distance():
+    for units in (12.34, 20.5, 50):
+        for pattern in ((1, 4), (2, 3, 1), (1, 1, 1, 1, 1, 1, 6)):
+            robot = Robot()
+            lead_on(robot, 0, units, until_off=False)
+            motor, periods = robot.board.motors[0], 0
+            before = motor.counted
+            for step in range(240):
+                if step % 3 == 0:
+                    robot.send(command(0, units))
+                robot.board.sent = b""  # the emulated board's heap is small
+                robot.board.skip = pattern[step % len(pattern)]
+                periods += robot.board.skip
+                robot.tick(1)
+            lost = round(units * 256) / 256 * periods - (motor.counted - before)
+            assert abs(lost) <= 5, (units, pattern, lost)
+
+
+def test_missed_ticks_change_nothing_in_the_brake():
+    efforts = []
+    for periods in (1, 2, 3):
+        pid = Pid(config)
+        pid.step(60 * 256, 60)
+        with Locked():
+            effort = pid.brake(60 * periods, periods)
+        efforts.append(effort)
+    assert efforts == [efforts[0]] * 3, efforts
+    assert efforts[0] < 0
 
 
 def test_refused_commands_are_counted_in_the_status():

@@ -151,16 +151,17 @@ def test_a_blocked_wheel_gets_no_current_for_long():
 class Jammed:
     """A wheel that something slows to a few edges a period, whatever the effort."""
 
-    def __init__(self):
-        self.pid = Pid(config)
+    def __init__(self, settings=config):
+        self.pid = Pid(settings)
+        self.battery = settings.BATTERY
 
     def run(self, periods, units=100, edges=4):
-        """Return the torque of every period [effort]."""
+        """Return the torque of every period [effort at 12 V]."""
         torques = []
         for _ in range(periods):
             with Locked():
                 effort = self.pid.step(units * 256, edges)
-            torques.append(effort - 19 * edges)
+            torques.append(effort * self.battery // 12000 - 19 * edges)
         return torques
 
 
@@ -299,3 +300,11 @@ def test_a_fuller_battery_gets_less_duty():
         pid = robot.controller._pids[0]
         assert abs(robot.board.motors[0].speed / MICRO - 50) < 1.5
         assert abs(pid._integral * pid._i >> 16) < 60, "the feed-forward fits by itself"
+
+
+def test_a_fuller_battery_gives_no_more_current():
+    for battery in (12000, 14800, 16800):
+        torques = Jammed(Config(BATTERY=battery)).run(400)
+        assert 0.95 * config.MAX_TORQUE < max(torques) <= config.MAX_TORQUE, (battery, max(torques))
+        mean = sum(torques[100:]) / 300
+        assert mean <= config.CONTINUOUS_TORQUE, (battery, mean)

@@ -45,6 +45,13 @@ def test_at_its_limits_no_number_outgrows_31_bits(rom):
         "ok the lock can fail", "ok alone", "ok up MAX_SPEED", "ok down MAX_SPEED"]  # fmt: skip
 
 
+def test_the_heap_is_large_enough_to_compile_the_firmware_on_the_board(rom):
+    output = run(rom, "import compile_on_the_board")
+    print(output)
+    assert "# robotont_firmware safe mode" in output
+    assert re.search(r"^ok keeps \d+$", output, flags=re.MULTILINE)
+
+
 def counted(rom):
     """Instructions by what was counted."""
     output = run(rom, "import count_period", count=True)

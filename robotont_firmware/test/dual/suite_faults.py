@@ -260,6 +260,37 @@ def test_missed_ticks_cost_no_distance():
             assert abs(lost) <= 5, (units, pattern, lost)
 
 
+def limp(robot, periods, body=None):
+    """Let time pass while two ticks of three are missed; a command at every third."""
+    for _ in range(0, periods, 3):
+        robot.board.skip = 3
+        robot.tick(1, body)
+
+
+def test_missed_ticks_prolong_no_time():
+    robot = Robot()
+    lead_on(robot, 0, 50, until_off=False)
+    robot.tick(1, command(0, 50))
+    limp(robot, config.TIMEOUT)
+    assert robot.newest()[0] == TIMED_OUT
+    assert robot.efforts()[0] < 0
+    limp(robot, config.BRAKING)
+    assert robot.controller._braking <= 0
+    robot.board.faults[1] = True
+    robot.tick(1)
+    robot.board.faults[1] = False
+    limp(robot, config.FAULT_HOLD + 2, "0:0:0")
+    assert robot.newest()[0] == 0
+    lead_on(robot, 0, 7, until_off=False)
+    robot.board.motors[0].encoder = UNPLUGGED
+    limp(robot, 25, command(0, 7))
+    assert robot.newest()[3] == [NO_COUNTS, 0, 0]
+    pid = Pid(config)
+    for _ in range(0, config.OVERLOAD_TIME + 9, 3):
+        pid.step(100 * 256, 12, 3)
+    assert pid.overloaded
+
+
 def test_missed_ticks_change_nothing_in_the_brake():
     efforts = []
     for periods in (1, 2, 3):

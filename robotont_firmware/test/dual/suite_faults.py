@@ -281,9 +281,9 @@ def test_missed_ticks_prolong_no_time():
     robot.board.faults[1] = False
     limp(robot, config.FAULT_HOLD + 2, "0:0:0")
     assert robot.newest()[0] == 0
-    lead_on(robot, 0, 7, until_off=False)
+    lead_on(robot, 0, 6, until_off=False)
     robot.board.motors[0].encoder = UNPLUGGED
-    limp(robot, 25, command(0, 7))
+    limp(robot, 25, command(0, 6))
     assert robot.newest()[3] == [NO_COUNTS, 0, 0]
     pid = Pid(config)
     for _ in range(0, config.OVERLOAD_TIME + 9, 3):

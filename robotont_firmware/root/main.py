@@ -1,12 +1,23 @@
 """Starts the firmware, or leaves the REPL free in safe mode (USER held, or the PC asked for it)."""
 
+import gc
+
 import micropython
 
 _CTRL_C = 3
+_HUNGRIEST_FIRST = ("pid", "protocol", "controller", "board")
+
+
+def load():
+    """Compile the modules that take most memory while there is most: 58 kB are enough then, and 72 kB else."""
+    for name in _HUNGRIEST_FIRST:
+        __import__("robotont_firmware." + name)
+        gc.collect()
 
 
 def main():
     """Run until the PC asks for the REPL; however it ends, the motors are off and the heap is free."""
+    load()
     from robotont_firmware import board, config
     from robotont_firmware.controller import Controller
     from robotont_firmware.protocol import seal

@@ -16,12 +16,16 @@ ROWS = [
 ]
 
 
-def config():
+def module(name):
     sys.path.insert(0, str(SRC))
     try:
-        return importlib.import_module("robotont_firmware.config")
+        return importlib.import_module("robotont_firmware." + name)
     finally:
         sys.path.remove(str(SRC))
+
+
+def config():
+    return module("config")
 
 
 def test_leads_with_which_robot_needs_what():
@@ -75,6 +79,12 @@ def test_repl_line():
     line = checked("!repl").decode().strip()
     assert f"`{line}`" in TEXT
     assert line in (PACKAGE / "scripts" / "flash").read_text()
+
+
+def test_banner_after_flashing():
+    """The chip takes MicroPython's reset for its button; test/dual/suite_board.py has the word of every cause."""
+    banner = module("controller").Controller(None, config(), reset_cause="button")._banner
+    assert "`{}`".format(banner.decode().rsplit(";", 1)[0]) in TEXT
 
 
 def test_watchdog_and_timeout():

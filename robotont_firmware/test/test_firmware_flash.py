@@ -42,7 +42,7 @@ elif action == "reset":
 class FakeBoard:
     """Answers on a pseudo-terminal: `# repl` when asked rightly, its banner after a reset."""
 
-    def __init__(self, folder, output=(), banner=b"# robotont_firmware 9.9.9 wheels 3 reset soft\n"):
+    def __init__(self, folder, output=(), banner=b"# robotont_firmware 9.9.9 wheels 3 reset button\n"):
         self.output = output  # lines, one every 20 ms until it is asked for the REPL
         self.profile = "ours"
         self.received = b""
@@ -217,7 +217,7 @@ def test_boot_gets_the_pins_of_the_profile(flash, board, monkeypatch):
 def test_flashes_everything_and_prints_the_banner(flash, board, monkeypatch, capsys):
     assert flash_ours(flash, monkeypatch, board) == 0
     assert board.asked
-    assert capsys.readouterr().out.endswith("# robotont_firmware 9.9.9 wheels 3 reset soft\n")
+    assert capsys.readouterr().out.endswith("# robotont_firmware 9.9.9 wheels 3 reset button\n")
     for path in BOARD_FILES:
         if path.name.startswith("wiring_"):
             continue  # another robot's

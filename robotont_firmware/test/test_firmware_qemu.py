@@ -13,7 +13,7 @@ PERIOD = 0.02  # [s]
 CYCLES = 3.0  # [cycles] of one instruction, flash wait states included: a pessimistic assumption
 BYTE_TIME = 10 / 115200  # [s]
 DOCS = (ROOT / "docs" / "firmware.md").read_text(encoding="utf-8")
-PACKET = len("-180:-180:-180;SS:E0E0:E1E1:E2E2:FFMMRRWWW:CCCC\\n")
+PACKET = len("-180:-180:-180;SS:E0E0:E1E1:E2E2:FFMMRRWWW:CCCC\n")
 
 pytestmark = needs_qemu
 
@@ -42,7 +42,15 @@ def test_at_its_limits_no_number_outgrows_31_bits(rom):
     print(output)
     assert "FAIL" not in output
     assert [line for line in output.splitlines() if line.startswith("ok")] == [
-        "ok the lock can fail", "ok alone", "ok up MAX_SPEED", "ok down MAX_SPEED"]  # fmt: skip
+        "ok the lock can fail", "ok alone", "ok on the way", "ok fast 262", "ok up MAX_SPEED", "ok down MAX_SPEED",
+    ]  # fmt: skip
+
+
+def test_the_heap_is_large_enough_to_compile_the_firmware_on_the_board(rom):
+    output = run(rom, "import compile_on_the_board")
+    print(output)
+    assert "# robotont_firmware safe mode" in output
+    assert re.search(r"^ok keeps \d+$", output, flags=re.MULTILINE)
 
 
 def counted(rom):

@@ -5,6 +5,7 @@ FIRMWARE_LOOP_SECONDS sets how long (default 10). Needs ROS 1; everywhere else i
 
 import ast
 import os
+import re
 import subprocess
 import sys
 
@@ -73,7 +74,9 @@ def talk():
 
 def test_talks_with_serial_com_node_and_loses_nothing():
     periods, output, counts, health = talk()
-    assert abs(len(counts) - periods) <= 2, health
+    missed = int(re.search(r"^missed ticks (\d+)$", output, flags=re.MULTILINE).group(1))
+    unseen = missed - int(health["ticks missed"])  # before the first packet, where the computer was slow to start
+    assert abs(len(counts) + unseen - periods) <= 2, health
     assert health["packets"] == "checked"
     assert health["lines dropped"] == health["commands refused"] == "0", health
     assert health["periods repaired"] == health["ticks missed"], health  # some, where this machine is too busy

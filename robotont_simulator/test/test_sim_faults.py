@@ -70,6 +70,7 @@ def test_silence_with_a_reversed_encoder_accelerates_nothing():
     run.hold(twist, 1.5)
     run.simulation.set_encoder(0, REVERSED)
     _, speeds, _ = drive_on(run, 0, None, 1.5)
+    print(f"at most {max(speeds) / 48:.2f} of the commanded speed")
     assert max(speeds) <= 1.1 * 48
     assert run.status.wheels == (WRONG_WAY, 0, 0)
     assert max(np.diff(speeds[20:])) < 0.5, "it rolls out"

@@ -23,6 +23,7 @@ class Pin:
             assert (name, alt) in TIMER_PINS, (name, alt)
         if mode:
             pins[name] = [mode, alt, pull]
+            log.append(f"pin {name}")
         if value is not None:
             levels[name] = value
 
@@ -55,6 +56,7 @@ class Timer:
         self.count = 0
         self.handler = None
         Timer.all[number] = self
+        log.append(f"timer {number}")
 
     def channel(self, number, mode, pin=None, pulse_width=None):
         if mode == Timer.PWM:
@@ -77,6 +79,7 @@ class UART:
 
     def __init__(self, number, baudrate):
         assert "repl_uart None" in log, "the REPL still listens"
+        log.append(f"uart {number}")
         self.number, self.baudrate = number, baudrate
         self.inbox = bytearray()
         self.outbox = b""

@@ -261,6 +261,7 @@ def test_reset_causes():
 
 def test_a_note_is_read_once():
     board.leave_note(board.REPL_WISHED)
+    assert Machine.mem32[0x40002800 + 0xCC] == board.REPL_WISHED, "in RTC_BKP31R: a file could be damaged"
     fake_hardware.reset()
     assert board.take_note() == board.REPL_WISHED
     assert board.take_note() == 0

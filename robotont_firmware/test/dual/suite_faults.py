@@ -151,16 +151,17 @@ def test_a_blocked_wheel_gets_no_current_for_long():
 class Jammed:
     """A wheel that something slows to a few edges a period, whatever the effort."""
 
-    def __init__(self):
-        self.pid = Pid(config)
+    def __init__(self, settings=config):
+        self.pid = Pid(settings)
+        self.battery = settings.BATTERY
 
     def run(self, periods, units=100, edges=4):
-        """Return the torque of every period [effort]."""
+        """Return the torque of every period [effort at 12 V]."""
         torques = []
         for _ in range(periods):
             with Locked():
                 effort = self.pid.step(units * 256, edges)
-            torques.append(effort - 19 * edges)
+            torques.append(effort * self.battery // 12000 - 19 * edges)
         return torques
 
 
@@ -176,6 +177,12 @@ def test_a_wheel_that_hardly_turns_keeps_its_continuous_current_only():
     wheel.run(100, 0, 0)  # cools
     assert not wheel.pid.overloaded
     return f"mean torque after 2 s: {mean:.0f} of 4000"
+
+
+def test_a_hot_motor_that_jams_altogether_gets_no_more_current():
+    wheel = Jammed()
+    wheel.run(400)
+    assert max(wheel.run(20, edges=0)[1:]) <= config.CONTINUOUS_TORQUE
 
 
 def test_an_overload_is_in_the_status_and_goes_away():
@@ -235,6 +242,67 @@ def test_missed_ticks_are_divided_out_of_the_speed():
         assert missed == 100 * (skip - 1) & 0xFF, missed
 
 
+def test_missed_ticks_cost_no_distance():
+    for units in (12.34, 20.5, 50):
+        for pattern in ((1, 4), (2, 3, 1), (1, 1, 1, 1, 1, 1, 6)):
+            robot = Robot()
+            lead_on(robot, 0, units, until_off=False)
+            motor, periods = robot.board.motors[0], 0
+            before = motor.counted
+            for step in range(240):
+                if step % 3 == 0:
+                    robot.send(command(0, units))
+                robot.board.sent = b""  # the emulated board's heap is small
+                robot.board.skip = pattern[step % len(pattern)]
+                periods += robot.board.skip
+                robot.tick(1)
+            lost = round(units * 256) / 256 * periods - (motor.counted - before)
+            assert abs(lost) <= 5, (units, pattern, lost)
+
+
+def limp(robot, periods, body=None):
+    """Let time pass while two ticks of three are missed; a command at every third."""
+    for _ in range(0, periods, 3):
+        robot.board.skip = 3
+        robot.tick(1, body)
+
+
+def test_missed_ticks_prolong_no_time():
+    robot = Robot()
+    lead_on(robot, 0, 50, until_off=False)
+    robot.tick(1, command(0, 50))
+    limp(robot, config.TIMEOUT)
+    assert robot.newest()[0] == TIMED_OUT
+    assert robot.efforts()[0] < 0
+    limp(robot, config.BRAKING)
+    assert robot.controller._braking <= 0
+    robot.board.faults[1] = True
+    robot.tick(1)
+    robot.board.faults[1] = False
+    limp(robot, config.FAULT_HOLD + 2, "0:0:0")
+    assert robot.newest()[0] == 0
+    lead_on(robot, 0, 6, until_off=False)
+    robot.board.motors[0].encoder = UNPLUGGED
+    limp(robot, 25, command(0, 6))
+    assert robot.newest()[3] == [NO_COUNTS, 0, 0]
+    pid = Pid(config)
+    for _ in range(0, config.OVERLOAD_TIME + 9, 3):
+        pid.step(100 * 256, 12, 3)
+    assert pid.overloaded
+
+
+def test_missed_ticks_change_nothing_in_the_brake():
+    efforts = []
+    for periods in (1, 2, 3):
+        pid = Pid(config)
+        pid.step(60 * 256, 60)
+        with Locked():
+            effort = pid.brake(60 * periods, periods)
+        efforts.append(effort)
+    assert efforts == [efforts[0]] * 3, efforts
+    assert efforts[0] < 0
+
+
 def test_refused_commands_are_counted_in_the_status():
     robot = Robot()
     robot.board.inbox += b"nonsense\n30:30\n"
@@ -263,3 +331,11 @@ def test_a_fuller_battery_gets_less_duty():
         pid = robot.controller._pids[0]
         assert abs(robot.board.motors[0].speed / MICRO - 50) < 1.5
         assert abs(pid._integral * pid._i >> 16) < 60, "the feed-forward fits by itself"
+
+
+def test_a_fuller_battery_gives_no_more_current():
+    for battery in (12000, 14800, 16800):
+        torques = Jammed(Config(BATTERY=battery)).run(400)
+        assert 0.95 * config.MAX_TORQUE < max(torques) <= config.MAX_TORQUE, (battery, max(torques))
+        mean = sum(torques[100:]) / 300
+        assert mean <= config.CONTINUOUS_TORQUE, (battery, mean)

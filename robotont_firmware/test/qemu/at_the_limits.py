@@ -18,6 +18,8 @@ TUNED = (
     "FAULT_HOLD",
 )  # fmt: skip
 
+FAST = ("MAX_SPEED", "MAX_ACCELERATION", "P_GAIN", "I_GAIN", "D_GAIN", "SPEED_GAIN", "LEAD", "FOLLOW")
+
 
 class Numbers:
     """A copy of the configuration."""
@@ -147,6 +149,32 @@ def test_one_by_one():
     print("ok alone")
 
 
+def test_on_the_way():
+    """Quadruple each number until it is refused; drive at each value: a product may be largest before the edge."""
+    for name in TUNED:
+        numbers = Numbers()
+        value = max(getattr(numbers, name), 1)
+        while accepted(numbers, name, value):
+            result = drive(numbers)
+            if result != "ok":
+                print("FAIL on the way", name, value, result)
+            value *= 4
+    print("ok on the way")
+
+
+def test_fast_with_small_gains():
+    """The gains' own limits keep the speed down; without them it reaches the largest that is accepted."""
+    numbers = Numbers()
+    for name in FAST[1:]:
+        push(numbers, name, False)
+    for name in FAST:
+        value = push(numbers, name, True)
+        result = drive(numbers)
+        if result != "ok":
+            print("FAIL fast", name, value, result)
+    print("ok fast", numbers.MAX_SPEED)
+
+
 def test_the_lock_can_fail():
     """A configuration that `check` refuses does break the loop; otherwise this test would prove nothing."""
     keep = bounds.check
@@ -160,5 +188,7 @@ def test_the_lock_can_fail():
 
 test_the_lock_can_fail()
 test_one_by_one()
+test_on_the_way()
+test_fast_with_small_gains()
 for up in (True, False):
     test(TUNED, up)

@@ -74,6 +74,15 @@ def test_a_motion_that_the_base_cannot_do_stops_it(stream, linear, angular, name
     assert stream.twist(1.2) == (0.3, 0.0, 0.0)
 
 
+def test_an_emergency_stop_and_its_release_are_news_after_commands_that_ended(stream):
+    stream.command((0.3, 0, 0), (0, 0, 0), 0.0)
+    stream.twist(0.6)
+    assert "is their sender alive?" in stream.complaint()
+    stream.emergency_stop(True)
+    stream.emergency_stop(False)
+    assert stream.complaint() == ""
+
+
 def test_emergency_stop_holds_and_old_commands_do_not_come_back(stream):
     drive(stream, 1.0)
     stream.emergency_stop(True)

@@ -58,6 +58,7 @@ class CommandStream:
         if changed:
             self.stopped = bool(pressed)
             self._target = None
+            self.cut_off = False  # what happened before is over
         return changed
 
     def twist(self, now):

@@ -1,6 +1,8 @@
-# For the CMakeLists.txt of each package: registers test/*.test with rostest, and test/test_*.py as one run of pytest.
+# For the CMakeLists.txt of each package: registers test/*.test with rostest, and test/test_*.py as one run of pytest; what
+# takes minutes runs only when it is asked for (./robotont test -m long).
 function(robotont_add_tests)
   file(GLOB rostests CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/test/*.test)
+  list(FILTER rostests EXCLUDE REGEX "/long_[^/]*$")
   if(rostests)
     find_package(rostest REQUIRED)
   endif()

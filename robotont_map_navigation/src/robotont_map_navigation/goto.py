@@ -16,9 +16,9 @@ from actionlib_msgs.msg import GoalStatus, GoalStatusArray
 from move_base_msgs.msg import MoveBaseAction, MoveBaseGoal
 from nav_msgs.msg import OccupancyGrid
 
-from robotont_driver.parameters import is_number
 from robotont_driver.se2 import compose, pose_of, yaw_of
 from robotont_map_navigation.floor_map import refusal
+from robotont_map_navigation.footprint import base_frame, needed_radius
 from robotont_map_navigation.goal import (
     INTERRUPTED,
     NOT_THERE,
@@ -159,7 +159,7 @@ class GoTo:
             if above is None:
                 return None
             place = compose(above, place)
-        start = self._look_up(frame, rospy.get_param("move_base/global_costmap/robot_base_frame", "base_link"))
+        start = self._look_up(frame, base_frame())
         return refusal(self._floor_map[1], place[:2], start and start[:2], needed_radius())
 
     def _look_up(self, frame, child):
@@ -183,13 +183,6 @@ class GoTo:
 
     def _on_done(self, _state, _result):
         self._ended.set()
-
-
-def needed_radius():
-    """[m] of the circle that move_base keeps free around the robot, by its parameters; 0 when they name none."""
-    names = ("robot_radius", "footprint_padding")
-    values = [rospy.get_param("move_base/global_costmap/" + name, 0.0) for name in names]
-    return sum(values) if all(map(is_number, values)) else 0.0
 
 
 class Display:

@@ -38,7 +38,7 @@ from robotont_map_navigation.messages import floor_map_of
 
 SILENCE = 3.0      # [s] without a status of move_base, which sends five per second, and it is gone
 LOOK_UP = 0.4      # [s] that the map and then the transforms have to come; without them a goal is not checked
-CANCELLING = 5.0   # [s] that move_base has to confirm a cancellation
+CANCELLING = 20.0  # [s] that move_base has to confirm a cancellation: it hears of none while it turns around, 10 s
 TERMINAL_PERIOD, LOG_PERIOD = 0.2, 2.0  # [s] between two lines of progress on a terminal and in a file
 EXIT_STATUS = """exit status: 0 reached; 1 move_base gave up; 2 wrong arguments; 3 no move_base, or it died;
 4 another goal took its place; 5 --timeout; 6 no such place on the map, or no way to it; 130 Ctrl-C (the goal is
@@ -136,11 +136,22 @@ class GoTo:
         self._ended.set()
 
     def cancel(self):
-        """Take the goal back; returns a sentence on whether move_base has confirmed it."""
+        """Take the goal back; returns a sentence on whether move_base confirms it. Ctrl-C ends the wait for that."""
         self._client.cancel_goal()
-        if self._ended.wait(CANCELLING):
+        start = time.monotonic()
+        waited = 0.0
+        try:
+            while not self._ended.wait(0.1):
+                waited = time.monotonic() - start
+                if waited > CANCELLING or not self.answers:
+                    break
+                if waited > 1.0:
+                    self._show(f"{waited:4.0f} s  cancelled; not confirmed yet: move_base ends its recovery first")
+        except KeyboardInterrupt:
+            pass
+        if self._ended.is_set():
             return "the goal is cancelled"
-        return "move_base does not confirm that the goal is cancelled"
+        return f"cancelled, but move_base has not confirmed it within {waited:.0f} s: the robot may still move"
 
     def _refusal(self, goal):
         """Why the map shows that the goal cannot be reached; None when it can, or when there is no map to tell."""

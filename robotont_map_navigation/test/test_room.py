@@ -98,8 +98,12 @@ def test_on_which_side_of_a_wall_is_told_by_the_place_before():
     assert own.lookout[0] > beside(-0.2)[0]
 
 
-def test_without_a_lookout_the_wall_is_cut_only():
+def test_without_a_lookout_nearby_the_wall_is_cut_only():
     assert set(make_room(floor_map(), beside(0.0), None, RADIUS).values()) == {0}
+    own = OwnPlace(floor_map(), RADIUS, lookout=beside(0.2, 1.0))
+    nearby, far = own.move(beside(0.0, 1.0), 0.0), own.move(beside(0.0, 2.0), REMEMBERED + 1.0)
+    assert (nearby.cells[:, WALL + 3 - nearby.column:] == 100).any()
+    assert (far.cells[25:, WALL + 3 - far.column:] == 0).all()
 
 
 def apply(cells, update):

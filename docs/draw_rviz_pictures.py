@@ -94,7 +94,7 @@ def draw_navigation(file):
         stage.show("navigation.launch", "sim:=true", "rviz:=true", f"port:={stage.folder / 'board'}")
         wait_for(lambda: sight.content_displays(stage.picture()) == 11, "all that RViz shows", 90.0, 0.5)
         stage.start(places.program("robotont_map_navigation", "goto"), *GOAL_IN_THE_ROOM)
-        wait_for(lambda: truth[-1].pose.pose.position.y > 3.2 and not sight.complaints(stage.picture()),
+        wait_for(lambda: truth[-1].pose.pose.position.y > 3.7 and not sight.complaints(stage.picture()),
                  "the robot on its way", 60.0, 0.2)
         keep(stage.picture(), file)
         subscriber.unregister()

@@ -26,12 +26,16 @@ def read_record():
 
 
 class MoveBaseDouble:
-    """The action server `move_base`. `~repeat`: true goes on with the record for ever. `~hurry`: times as fast."""
+    """The action server `move_base`. `~repeat`: true goes on with the record for ever. `~hurry`: times as fast.
+
+    `~deaf`: [s] that it goes on after a cancellation, as move_base does in its recovery.
+    """
 
     def __init__(self):
         self._record = read_record()
         self._repeat = rospy.get_param("~repeat", False)
         self._hurry = rospy.get_param("~hurry", 1.0)
+        self._deaf = rospy.get_param("~deaf", 0.0)
         self._pose = PoseStamped()
         self._pose.pose.orientation.w = 1.0
         self._command = rospy.Publisher("cmd_vel", Twist, queue_size=1)
@@ -58,6 +62,7 @@ class MoveBaseDouble:
             due, command = rows.pop(0)
             rospy.sleep(max(0.0, due / self._hurry - (rospy.Time.now() - start).to_sec()))
             if self._server.is_preempt_requested():
+                rospy.sleep(self._deaf)
                 if not self._server.is_new_goal_available():
                     self._send()
                 self._server.set_preempted(MoveBaseResult(), "")

@@ -143,6 +143,26 @@ class GotoTest(NodeTest):
         self.assertEqual(status, 5, lines)
         self.assertEqual(lines[-1], "not there after 1 s; the goal is cancelled")
 
+    def test_a_move_base_that_does_not_hear_of_the_cancellation_at_once(self):
+        self.start_server("/deaf", repeat=True, deaf=7.0)
+        status, lines = self.end(self.start_goto("2", "2", "0", "--timeout", "1"))
+        self.assertEqual((status, lines[-1]), (5, "not there after 1 s; the goal is cancelled"))
+        self.assertTrue(any("s  cancelled; not confirmed yet" in line for line in lines), lines)
+
+    def test_a_move_base_that_never_confirms_and_one_who_does_not_wait_for_it(self):
+        self.start_server("/deafer", repeat=True, deaf=1000.0)
+        hasty = self.start_goto("2", "2", "0", "--timeout", "1", log="hasty")
+        self.log = self.processes.folder / "hasty"
+        wait_for(lambda: "not confirmed yet" in self.log.read_text(), "words about the cancellation")
+        os.killpg(hasty.pid, signal.SIGINT)
+        words = "not there after 1 s; cancelled, but move_base has not confirmed it within {} s: the robot may " \
+                "still move"
+        status, lines = self.end(hasty, 5.0)
+        self.assertEqual(status, 5, lines)
+        self.assertRegex(lines[-1], words.format("[1-5]"))
+        status, lines = self.end(self.start_goto("2", "2", "0", "--timeout", "1"), 60.0)
+        self.assertEqual((status, lines[-1]), (5, words.format(20)))
+
     def test_another_goal_takes_its_place(self):
         first = self.start_goto("2", "2", "0")
         wait_for(self.moving, "motion")

@@ -43,9 +43,9 @@ def test_a_missing_package_is_named_in_the_first_line(tmp_path, file):
 
 
 @pytest.mark.parametrize("localization, nodes", [
-    ("amcl", {"/amcl", "/localization_monitor", "/map_server", "/move_base"}),
-    ("fake", {"/fake_localization", "/localization_monitor", "/map_server", "/move_base"}),
-    ("none", {"/localization_monitor", "/map_server", "/move_base"}),
+    ("amcl", {"/amcl", "/localization_monitor", "/map_server", "/move_base", "/own_place", "/unblock"}),
+    ("fake", {"/fake_localization", "/localization_monitor", "/map_server", "/move_base", "/own_place", "/unblock"}),
+    ("none", {"/localization_monitor", "/map_server", "/move_base", "/own_place", "/unblock"}),
 ])
 def test_each_localization_starts_its_nodes(localization, nodes):
     assert set(read_launch("navigation.launch", f"localization:={localization}").nodes) == nodes

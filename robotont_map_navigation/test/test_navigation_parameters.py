@@ -104,10 +104,23 @@ def test_every_name_that_has_no_good_default_is_set():
 
 
 def test_the_local_costmap_is_little_wider_than_dwa_looks_ahead():
+    """With the footprint, and half a cell by which the robot is off the middle. costmap_2d reads whole metres."""
     given = read("navigation.launch")["move_base"]
-    look_ahead = given["DWAPlannerROS"]["sim_time"] * given["DWAPlannerROS"]["max_vel_trans"]
+    planner, costmap = given["DWAPlannerROS"], given["local_costmap"]
+    footprint = costmap["robot_radius"] * (1 + planner["max_scaling_factor"]) + costmap["footprint_padding"]
+    reach = planner["sim_time"] * planner["max_vel_trans"] + footprint + costmap["resolution"] / 2
     for side in ("width", "height"):
-        assert look_ahead < given["local_costmap"][side] / 2 < 1.5 * look_ahead
+        assert type(costmap[side]) is int
+        assert reach < costmap[side] / 2 < 1.1 * reach
+
+
+def test_the_map_gives_way_to_the_robot_by_updates_only():
+    """What the scan has found free takes no wall away; own_place does, of which the costmaps must hear."""
+    given = read("navigation.launch")["move_base"]
+    for costmap in (given["global_costmap"], given["local_costmap"]):
+        assert costmap["obstacles"]["combination_method"] == 1
+        assert costmap["static_layer"]["subscribe_to_updates"] is True
+        assert costmap["static_layer"]["map_topic"] == "map"
 
 
 def test_the_base_may_strafe_as_fast_as_it_drives():

@@ -1,1 +1,1 @@
-"""Goals on a map: goto, an action client of move_base; and localization_monitor, which watches whether the map fits."""
+"""Goals on a map: goto, a client of move_base; what watches whether the map fits, and what makes room at walls."""

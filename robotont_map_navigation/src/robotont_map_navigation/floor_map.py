@@ -16,7 +16,8 @@ class FloorMap:
     """
 
     def __init__(self, cells, resolution, origin):
-        self._occupied = np.asarray(cells) >= OCCUPIED
+        self.cells = np.asarray(cells)
+        self._occupied = self.cells >= OCCUPIED
         self.resolution = resolution
         self._origin = origin
         self._dilated = {}  # radius [m]: cells closer than that to a wall
@@ -38,7 +39,7 @@ class FloorMap:
 
     def clearance(self, place, farthest):
         """[m] from (x, y) [m] to the centre of the nearest occupied cell; inf beyond `farthest` [m]."""
-        row, column = self._indices(*place)
+        row, column = self.indices(*place)
         reach = int(farthest / self.resolution) + 1
         top, left = max(int(row) - reach, 0), max(int(column) - reach, 0)
         window = self._occupied[top:max(int(row) + reach + 1, 0), left:max(int(column) + reach + 1, 0)]
@@ -83,12 +84,12 @@ class FloorMap:
 
     def _disc(self, place, radius):
         """Cells (H x W of bool) whose centres are at most `radius` [m] from (x, y) [m]."""
-        row, column = self._indices(*place)
+        row, column = self.indices(*place)
         rows, columns = self._occupied.shape
         down, right = np.arange(rows)[:, None] + 0.5 - row, np.arange(columns) + 0.5 - column
         return self.resolution * np.hypot(down, right) <= radius
 
-    def _indices(self, x, y):
+    def indices(self, x, y):
         """(row, column), not rounded, of places in the map's frame [m]."""
         x0, y0, yaw = self._origin
         dx, dy = np.subtract(x, x0), np.subtract(y, y0)
@@ -96,7 +97,7 @@ class FloorMap:
         return (cos * dy - sin * dx) / self.resolution, (cos * dx + sin * dy) / self.resolution
 
     def _cells(self, x, y):
-        row, column = self._indices(x, y)
+        row, column = self.indices(x, y)
         return np.floor(row).astype(int), np.floor(column).astype(int)
 
     def _inside(self, row, column):

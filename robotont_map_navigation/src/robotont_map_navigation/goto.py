@@ -16,9 +16,9 @@ from actionlib_msgs.msg import GoalStatus, GoalStatusArray
 from move_base_msgs.msg import MoveBaseAction, MoveBaseGoal
 from nav_msgs.msg import OccupancyGrid
 
-from robotont_driver.parameters import is_number
 from robotont_driver.se2 import compose, pose_of, yaw_of
 from robotont_map_navigation.floor_map import refusal
+from robotont_map_navigation.footprint import base_frame, needed_radius
 from robotont_map_navigation.goal import (
     INTERRUPTED,
     NOT_THERE,
@@ -38,7 +38,7 @@ from robotont_map_navigation.messages import floor_map_of
 
 SILENCE = 3.0      # [s] without a status of move_base, which sends five per second, and it is gone
 LOOK_UP = 0.4      # [s] that the map and then the transforms have to come; without them a goal is not checked
-CANCELLING = 5.0   # [s] that move_base has to confirm a cancellation
+CANCELLING = 20.0  # [s] that move_base has to confirm a cancellation: it hears of none while it turns around, 10 s
 TERMINAL_PERIOD, LOG_PERIOD = 0.2, 2.0  # [s] between two lines of progress on a terminal and in a file
 EXIT_STATUS = """exit status: 0 reached; 1 move_base gave up; 2 wrong arguments; 3 no move_base, or it died;
 4 another goal took its place; 5 --timeout; 6 no such place on the map, or no way to it; 130 Ctrl-C (the goal is
@@ -136,11 +136,22 @@ class GoTo:
         self._ended.set()
 
     def cancel(self):
-        """Take the goal back; returns a sentence on whether move_base has confirmed it."""
+        """Take the goal back; returns a sentence on whether move_base confirms it. Ctrl-C ends the wait for that."""
         self._client.cancel_goal()
-        if self._ended.wait(CANCELLING):
+        start = time.monotonic()
+        waited = 0.0
+        try:
+            while not self._ended.wait(0.1):
+                waited = time.monotonic() - start
+                if waited > CANCELLING or not self.answers:
+                    break
+                if waited > 1.0:
+                    self._show(f"{waited:4.0f} s  cancelled; not confirmed yet: move_base ends its recovery first")
+        except KeyboardInterrupt:
+            pass
+        if self._ended.is_set():
             return "the goal is cancelled"
-        return "move_base does not confirm that the goal is cancelled"
+        return f"cancelled, but move_base has not confirmed it within {waited:.0f} s: the robot may still move"
 
     def _refusal(self, goal):
         """Why the map shows that the goal cannot be reached; None when it can, or when there is no map to tell."""
@@ -159,7 +170,7 @@ class GoTo:
             if above is None:
                 return None
             place = compose(above, place)
-        start = self._look_up(frame, rospy.get_param("move_base/global_costmap/robot_base_frame", "base_link"))
+        start = self._look_up(frame, base_frame())
         return refusal(self._floor_map[1], place[:2], start and start[:2], needed_radius())
 
     def _look_up(self, frame, child):
@@ -183,13 +194,6 @@ class GoTo:
 
     def _on_done(self, _state, _result):
         self._ended.set()
-
-
-def needed_radius():
-    """[m] of the circle that move_base keeps free around the robot, by its parameters; 0 when they name none."""
-    names = ("robot_radius", "footprint_padding")
-    values = [rospy.get_param("move_base/global_costmap/" + name, 0.0) for name in names]
-    return sum(values) if all(map(is_number, values)) else 0.0
 
 
 class Display:

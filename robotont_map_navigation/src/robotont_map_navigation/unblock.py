@@ -1,0 +1,36 @@
+"""Sends a command of zeros when move_base's commands move nothing: a board that found a wheel blocked waits for it."""
+
+import math
+import time
+
+import rospy
+from geometry_msgs.msg import Twist
+from nav_msgs.msg import Odometry
+
+from robotont_driver.node import run_without_wheels
+from robotont_map_navigation.blockage import PATIENCE, TRIES, Blockage
+
+
+class Unblock:
+    """Listens to cmd_vel, on which it sends the zeros too: right after a command, before the next one comes."""
+
+    def __init__(self, _parameters):
+        self._blockage = Blockage()
+        self._publisher = rospy.Publisher("cmd_vel", Twist, queue_size=1, tcp_nodelay=True)
+        rospy.Subscriber("cmd_vel", Twist, self._on_command, queue_size=1, tcp_nodelay=True)
+        rospy.Subscriber("odom", Odometry, self._on_odometry, queue_size=1)
+
+    def _on_command(self, message):
+        if self._blockage.is_zero_due(message != Twist(), time.monotonic()):
+            self._publisher.publish(Twist())
+            rospy.logwarn("commanded for %g s, the robot stands: is a wheel blocked, at a wall? Sent zeros, "
+                          "for which the board may wait (%d of %d)", PATIENCE, self._blockage.tries, TRIES)
+
+    def _on_odometry(self, message):
+        twist = message.twist.twist
+        self._blockage.measure(math.hypot(twist.linear.x, twist.linear.y), twist.angular.z)
+
+
+def main():
+    """Run unblock."""
+    run_without_wheels("unblock", Unblock, ())

@@ -1,0 +1,47 @@
+#!/usr/bin/env python3
+"""unblock: what it sends beside move_base's commands."""
+
+import math
+
+import rospy
+import rostest
+from geometry_msgs.msg import Twist
+from nav_msgs.msg import Odometry
+
+from robotont_testing import places
+from robotont_testing.harness import wait_for
+from robotont_testing.node_test import NodeTest, twist
+
+
+class UnblockTest(NodeTest):
+    """Its topic is remapped, as in navigation.launch."""
+
+    def drive(self, seconds, moves):
+        """Commands to strafe slowly, 10 per second, and the odometry of a robot that moves or does not."""
+        measured = Odometry()
+        measured.twist.twist.linear.y = 0.06 if moves else 0.0
+        for _ in range(round(seconds * 10)):
+            self.commands.publish(twist(y=0.0667))
+            self.odometry.publish(measured)
+            rospy.sleep(0.1)
+
+    def test_zeros_go_out_only_while_the_robot_stands(self):
+        log = self.processes.folder / "log"
+        node = self.processes.start(places.program("robotont_map_navigation", "unblock"), "cmd_vel:=cmd_vel/navigation",
+                                    log=log)
+        self.commands = self.publisher("cmd_vel/navigation", Twist)
+        self.odometry = self.publisher("odom", Odometry)
+        heard = self.listen("cmd_vel/navigation", Twist)
+        self.drive(4.0, moves=True)
+        self.assertTrue(heard)
+        self.assertNotIn(Twist(), heard)
+        self.drive(4.0, moves=False)
+        wait_for(lambda: Twist() in heard, "zeros")
+        self.assertIn(heard.count(Twist()), (1, 2))
+        self.assertEqual({math.copysign(1, message.linear.y) for message in heard}, {1.0})
+        self.assertIn("a wheel blocked, at a wall", log.read_text())
+        self.assertIsNone(node.poll())
+
+
+if __name__ == "__main__":
+    rostest.rosrun("robotont_map_navigation", "unblock", UnblockTest)

@@ -27,8 +27,8 @@ class Unblock:
                           "for which the board may wait (%d of %d)", PATIENCE, self._blockage.tries, TRIES)
 
     def _on_odometry(self, message):
-        twist = message.twist.twist
-        self._blockage.measure(math.hypot(twist.linear.x, twist.linear.y), twist.angular.z)
+        place, twist = message.pose.pose.position, message.twist.twist
+        self._blockage.measure((place.x, place.y), math.hypot(twist.linear.x, twist.linear.y), twist.angular.z)
 
 
 def main():

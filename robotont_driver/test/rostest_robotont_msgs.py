@@ -60,7 +60,8 @@ class RobotontMsgsTest(NodeTest):
         self.assertEqual(self.port.board.shown.count(0), 40)
         pixel.publish(LedModulePixel(idx=59, color=ColorRGB(0, 0, 2)))
         wait_for(lambda: self.port.board.shown == [0] * 59 + [2], "the light")
-        self.assertTrue(all(data.count(b"\n") == 1 and len(data) < 64 for _, data in self.port.heard))
+        self.assertTrue(self.port.pieces())
+        self.assertTrue(all(data.count(b"\n") == 1 and len(data) < 64 for data in self.port.pieces()))
         self.assertEqual((self.port.board.dead, self.port.swallowed()), ("", []))
 
     def check_power_supply(self, line):

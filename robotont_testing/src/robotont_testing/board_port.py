@@ -37,8 +37,14 @@ class BoardPort:
 
     def swallowed(self):
         """(time, line) of each command that the board did not obey although it had its turns in time."""
-        return [(at, line) for at, line in self.board.swallowed
-                if not any(begin <= at <= end + LOOK for begin, end in self.late)]
+        return [(at, line) for at, line in self.board.swallowed if self._in_time(at)]
+
+    def pieces(self):
+        """The bytes that the board heard at once, of each time that it had its turn in time."""
+        return [data for at, data in self.heard if self._in_time(at)]
+
+    def _in_time(self, at):
+        return not any(begin <= at <= end + LOOK for begin, end in self.late)
 
     def plug(self):
         """Appear at the port's name."""

@@ -1,7 +1,5 @@
 """What the tests of this folder share."""
 
-from pathlib import Path
-
 import pytest
 from hypothesis import settings
 
@@ -10,8 +8,6 @@ from robotont_testing.robots import ROBOTS
 
 settings.register_profile("shared machine", deadline=None)
 settings.load_profile("shared machine")
-
-HERE = Path(__file__).resolve().parent
 
 
 @pytest.fixture(scope="module", params=ROBOTS.values(), ids=ROBOTS.keys())

@@ -1,13 +1,13 @@
 """Whatever a file, the parameter server or a line contains: results, or the documented errors, and nothing else."""
 
 import random
+from pathlib import Path
 
 import pytest
 import yaml
 from hypothesis import given
 from hypothesis import strategies as st
 
-from conftest import HERE
 from robotont_driver import driver_node, odom_node, path_node, serial_com_node
 from robotont_driver.board_status import BoardStatus, Identity
 from robotont_driver.dialects import NAMES, make_dialect
@@ -114,7 +114,7 @@ def test_wheel_parameters(changes):
     assert wheels.amount >= 3
 
 
-SHIPPED_FILES = [WHEEL_PARAMS, *sorted((HERE.parents[1] / "robotont_bringup" / "config").glob("*.yaml"))]
+SHIPPED_FILES = [WHEEL_PARAMS, *sorted((Path(__file__).resolve().parents[2] / "config").glob("*.yaml"))]
 
 
 @pytest.mark.parametrize("path", SHIPPED_FILES, ids=lambda path: path.name)

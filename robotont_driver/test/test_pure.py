@@ -1,11 +1,10 @@
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 
-from conftest import HERE
-
-SOURCE = HERE.parent / "src" / "robotont_driver"
+SOURCE = Path(__file__).resolve().parents[1] / "src" / "robotont_driver"
 IMPURE = {"clocks", "imu_input", "node", "official_topics", "outages", "packet_topics", "scan_to_distance",
           "serial_link", "turned_wheels", "which_robot"}
 MODULES = [".".join(path.relative_to(SOURCE).with_suffix("").parts) for path in SOURCE.rglob("*.py")]
@@ -26,4 +25,4 @@ def test_pure_modules_know_no_ros_no_port_and_no_clock(module):
 def test_pure_modules_load_where_there_is_no_ros():
     code = "import sys; sys.modules.update(rospy=None, serial=None); import {}".format(
         ", ".join("robotont_driver." + module for module in PURE))
-    subprocess.run([sys.executable, "-c", code], check=True, cwd=str(HERE.parent / "src"))
+    subprocess.run([sys.executable, "-c", code], check=True, cwd=str(SOURCE.parent))

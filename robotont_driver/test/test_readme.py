@@ -1,9 +1,9 @@
 import re
+from pathlib import Path
 
 import pytest
 import yaml
 
-from conftest import HERE
 from robotont_driver import kinematics, solvers
 from robotont_driver.driver_node import PARAMETERS as DRIVER
 from robotont_driver.kinematics import Kinematics
@@ -14,7 +14,7 @@ from robotont_driver.serial_com_node import PARAMETERS as SERIAL_COM
 from robotont_driver.wheels import KEYS, read_wheels
 from robotont_testing.robots import SHIPPED
 
-ROOT = HERE.parents[1]
+ROOT = Path(__file__).resolve().parents[2]
 README = (ROOT / "README.md").read_text()
 
 

@@ -1,6 +1,7 @@
+from pathlib import Path
+
 import pytest
 
-from conftest import HERE
 from robotont_driver.turned_wheels import TurnedWheels, main
 from robotont_driver.wheel_file import read_wheel_file
 from robotont_testing.board_port import BoardPort
@@ -8,7 +9,7 @@ from robotont_testing.dc_motors import Motors
 from robotont_testing.official_boards import BOARDS
 from robotont_testing.stand_in_board import Board
 
-CONFIG = HERE.parents[1] / "config"
+CONFIG = Path(__file__).resolve().parents[2] / "config"
 OURS, OFFICIAL = CONFIG / "wheel_params.yaml", CONFIG / "wheel_params_robotont2.yaml"
 
 

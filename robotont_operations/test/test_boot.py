@@ -55,6 +55,18 @@ def test_dry_run_writes_nothing(tmp_path):
     assert not files(tmp_path)
 
 
+def test_a_workspace_that_the_services_may_not_enter(tmp_path, monkeypatch):
+    """Refused where the services would start from it at once; for another root there is only a warning."""
+    closed = tmp_path / "closed"
+    closed.mkdir(mode=0o700)
+    monkeypatch.setenv("PYTHONPATH", os.pathsep.join([os.environ.get("PYTHONPATH", ""), str(closed)]))
+    here, elsewhere = install_robot("--dry-run"), install_robot("--root", tmp_path / "root", "--dry-run")
+    assert (here.returncode, elsewhere.returncode) == (1, 0)
+    assert "would write" not in here.stdout
+    for done in (here, elsewhere):
+        assert "the services' user may not enter" in done.stderr
+
+
 def test_removal_leaves_no_file(tmp_path):
     (tmp_path / "etc/systemd/system").mkdir(parents=True)
     (tmp_path / "etc/systemd/system/other.service").write_text("[Service]\nExecStart=/bin/true\n")

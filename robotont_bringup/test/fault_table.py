@@ -11,7 +11,7 @@ from fault_rig import Fault, fill
 from geometry_msgs.msg import Twist
 from std_msgs.msg import String
 
-from robotont_testing.harness import wait_for
+from robotont_testing.harness import suspend, wait_for
 
 RESPAWN = 3.0    # [s] for a process that has to start again
 CLOCK = """
@@ -103,7 +103,7 @@ def stop(node):
     """Stop a node's process."""
     def begin(rig):
         rig.stopped[node] = rig.processes.pid("/" + node)
-        os.kill(rig.stopped[node], signal.SIGSTOP)
+        suspend(rig.stopped[node])
     return begin
 
 

@@ -2,7 +2,6 @@
 """driver_node beside mock_serial_node."""
 
 import math
-import os
 import signal
 import time
 
@@ -11,7 +10,7 @@ import rostest
 from geometry_msgs.msg import Twist
 from std_msgs.msg import Bool, String
 
-from robotont_testing.harness import wait_for
+from robotont_testing.harness import suspended, wait_for
 from robotont_testing.node_test import OK, WARN, NodeTest, twist
 from robotont_testing.robots import WHEEL_PARAMS
 
@@ -154,13 +153,12 @@ class DriverNodeTest(NodeTest):
         command = self.publisher("/stalled/cmd_vel", Twist)
         wait_for(lambda: command.publish(twist(0.2)) or written[-1].data == FORWARD, "a driving robot")
         pid = self.processes.pid("/stalled/driver_node")
-        os.kill(pid, signal.SIGSTOP)
-        end = time.monotonic() + 1.0  # longer than ~cmd_timeout
-        while time.monotonic() < end:
-            command.publish(twist(-0.2))
-            time.sleep(0.02)
-        del written[:]
-        os.kill(pid, signal.SIGCONT)
+        with suspended(pid):
+            end = time.monotonic() + 1.0  # longer than ~cmd_timeout
+            while time.monotonic() < end:
+                command.publish(twist(-0.2))
+                time.sleep(0.02)
+            del written[:]
         wait_for(lambda: len(written) > 20, "packets after the stop")
         packets = [message.data for message in written]
         assert BACKWARD not in packets

@@ -1,7 +1,6 @@
 #!/usr/bin/env python3
 """What passes serial_com_node, in both directions, and what does not; its port, its end."""
 
-import os
 import signal
 import time
 
@@ -10,7 +9,7 @@ from diagnostic_msgs.msg import DiagnosticArray
 from serial_com_test import BOARD, TASK, SerialComTest
 from std_msgs.msg import String
 
-from robotont_testing.harness import wait_for
+from robotont_testing.harness import suspended, wait_for
 from robotont_testing.node_test import ERROR, OK
 from robotont_testing.stand_in_board import Board
 
@@ -207,13 +206,12 @@ class SerialComNodeTest(SerialComTest):
         self.start()
         self.command("10:10:10;\n")
         pid = self.processes.pid("/serial_com_node")
-        os.kill(pid, signal.SIGSTOP)
-        end = time.monotonic() + 1.0  # longer than ~write_timeout
-        while time.monotonic() < end:
-            self.write.publish("20:20:20;\n")  # then its sender dies
-            time.sleep(0.02)
-        read = len(self.read)
-        os.kill(pid, signal.SIGCONT)
+        with suspended(pid):
+            end = time.monotonic() + 1.0  # longer than ~write_timeout
+            while time.monotonic() < end:
+                self.write.publish("20:20:20;\n")  # then its sender dies
+                time.sleep(0.02)
+            read = len(self.read)
         wait_for(lambda: len(self.read) > read + 25, "packets afterwards")
         self.assertNotIn("20:20:20;", "".join(self.heard()))
         wait_for(lambda: int(self.values(TASK)["times that this node was stopped or starved"]) >= 1, "the diagnostics")

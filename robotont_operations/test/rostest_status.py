@@ -2,7 +2,6 @@
 """status and report beside the real stack."""
 
 import os
-import signal
 import subprocess
 import tarfile
 
@@ -12,7 +11,7 @@ import rostest
 
 from robotont_operations.black_box import bags_of, runs_in
 from robotont_testing import places
-from robotont_testing.harness import wait_for
+from robotont_testing.harness import suspended, wait_for
 from robotont_testing.node_test import OK, NodeTest
 from robotont_testing.stand_in_board import Board
 
@@ -43,12 +42,8 @@ class StatusTest(NodeTest):
         done = self.run_tool("status")
         self.assertEqual(done.returncode, 2, done.stdout)
         self.assertRegex(done.stdout, "ERROR +link")
-        driver = self.processes.pid("/robotont_node")
-        os.kill(driver, signal.SIGSTOP)
-        try:
+        with suspended(self.processes.pid("/robotont_node")):
             done = self.run_tool("status")
-        finally:
-            os.kill(driver, signal.SIGCONT)
         self.assertIn("/robotont_node does not answer", done.stdout)
         done = self.run_tool("status", ROS_MASTER_URI="http://127.0.0.1:9")
         self.assertEqual(done.returncode, 3)

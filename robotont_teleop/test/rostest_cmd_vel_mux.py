@@ -3,8 +3,6 @@
 
 import itertools
 import math
-import os
-import signal
 import threading
 import time
 
@@ -15,7 +13,7 @@ from std_msgs.msg import Bool, String
 from std_srvs.srv import Trigger
 
 from robotont_testing import places
-from robotont_testing.harness import wait_for
+from robotont_testing.harness import suspended, wait_for
 from robotont_testing.node_test import OK, WARN, NodeTest, twist
 
 HAND, NAVIGATION, DEFAULT = (0.1, 0.0, 0.0), (0.0, 0.2, 0.0), (0.0, 0.0, 0.3)
@@ -147,14 +145,11 @@ class CmdVelMuxTest(NodeTest):
         self.wire.send(hand=HAND)
         self.wire.moving()
         pid = self.processes.pid("/cmd_vel_mux")
-        os.kill(pid, signal.SIGSTOP)
-        try:
+        with suspended(pid):
             self.wire.send(hand=OTHER_HAND)
             wait_for(lambda: self.wire.packets[-1][1] == STOPPED, "driver_node's time-out")
             self.wire.send(hand=None)  # its sender dies after that
-        finally:
             seen, packets = len(self.wire.commands), len(self.wire.packets)
-            os.kill(pid, signal.SIGCONT)
         wait_for(lambda: len(self.wire.packets) > packets + 15, "packets afterwards")
         self.assertNotIn(OTHER_HAND, self.wire.commands[seen:])
         self.assertEqual(self.wire.packets[-1][1], STOPPED)

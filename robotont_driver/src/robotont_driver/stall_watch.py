@@ -33,7 +33,7 @@ class StallWatch:
                 self._began = self._ticked
             self._settled = now + min(max(self._gap, waited), LONGEST)
             self.stalls += 1
-        self._ticked = now
+        self._ticked = max(self._ticked, now)  # a thread may have read the clock before the gap
 
     def earliest_arrival(self, now):
         """[s] when a message that is handled `now` may have arrived at the earliest."""

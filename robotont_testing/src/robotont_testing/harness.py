@@ -1,5 +1,6 @@
 """A ROS master of one's own, processes that end with it, and waiting for conditions."""
 
+import contextlib
 import os
 import signal
 import socket
@@ -33,6 +34,27 @@ def free_port():
     with socket.socket() as probe:
         probe.bind(("127.0.0.1", 0))
         return probe.getsockname()[1]
+
+
+def suspend(pid):
+    """Stop a process as SIGSTOP does, and wait until all its threads stand: on a busy computer they run on a while."""
+    os.kill(pid, signal.SIGSTOP)
+
+    def stands():
+        states = [(task / "stat").read_text().rpartition(")")[2].split()[0]
+                  for task in Path(f"/proc/{pid}/task").iterdir()]
+        return set(states) == {"T"}
+    wait_for(stands, f"process {pid} to stand")
+
+
+@contextlib.contextmanager
+def suspended(pid):
+    """A block during which a process stands; behind it the process goes on."""
+    suspend(pid)
+    try:
+        yield
+    finally:
+        os.kill(pid, signal.SIGCONT)
 
 
 def wait_for_master(uri, timeout=20.0):

@@ -46,6 +46,21 @@ def test_a_late_command_is_dropped_whatever_it_is(seat):
     assert seat.dropped == 2
 
 
+def test_a_zero_stops_however_late_it_comes(seat):
+    seat.command("one", 10.0, FORWARD, 10.05)
+    assert seat.command("two", 10.0, STOP, 10.25) is None, "of a page that does not drive"
+    assert seat.command("one", 10.02, STOP, 10.25) == STOP
+    assert seat.look(10.6) is None, "the robot stands already"
+    assert seat.command("one", 10.5, FORWARD, 10.6) == FORWARD
+
+
+def test_a_late_zero_does_not_count_as_letting_go(seat):
+    seat.command("one", 10.0, FORWARD, 10.0)
+    assert seat.look(10.3) == STOP
+    assert seat.command("one", 10.1, STOP, 10.35) is None
+    assert seat.hands_off
+
+
 def test_a_time_that_the_server_has_not_sent_yet_is_refused(seat):
     assert seat.command("one", 11.0, FORWARD, 10.0) is None
     assert seat.dropped == 1

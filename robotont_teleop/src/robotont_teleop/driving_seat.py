@@ -15,7 +15,7 @@ class DrivingSeat:
 
     def __init__(self, speeds, oldest, dead_man):
         self._speeds = speeds      # Speeds that no command exceeds
-        self._oldest = oldest      # [s] an older command is dropped
+        self._oldest = oldest      # [s] an older command is dropped; a zero still stops
         self._dead_man = dead_man  # [s] after the server time that its newest command has seen the robot stops
         self.driver = None         # the page that drives
         self._moving_since = None  # [s] server time that the newest command with motion has seen, None when at rest
@@ -64,7 +64,7 @@ class DrivingSeat:
         `stopped`: the emergency stop is pressed; whoever holds a stick then has to let go of it first.
         """
         if not self.is_fresh(seen, now):
-            return None
+            return self._rest() if page == self.driver and twist == STOP else None  # to stand is never too late
         if self.driver is None and twist != STOP and page not in self._holding:
             self.driver, self._hands_off = page, False
         if page != self.driver:

@@ -32,7 +32,7 @@ PARAMETERS = (
     Parameter("max_linear_speed", 0.5, "of a stick pushed to its rim", "m/s", minimum=0.01, maximum=100.0),
     Parameter("max_angular_speed", 2.0, "of a stick pushed to its rim", "rad/s", minimum=0.01, maximum=100.0),
     Parameter("state_rate", 20.0, "of the state that open pages get", "Hz", minimum=1.0, maximum=200.0),
-    Parameter("oldest_command", 0.2, "commands that reach the server later are dropped", "s", minimum=0.02, maximum=2.0,
+    Parameter("oldest_command", 0.2, "motion asked for longer ago is dropped", "s", minimum=0.02, maximum=2.0,
               reason="older commands surprise"),
     Parameter("dead_man", 0.25, "the robot stops after this long without a command of the page that drives it", "s",
               minimum=0.05, maximum=2.0,

@@ -27,11 +27,14 @@ class WebTeleopTest(PagesTest):
     def stops_after(self, act, what):
         """Carry out `act`; the robot must stand within STOPS_IN from then on."""
         seen = len(self.truth)
-        start = time.monotonic()
+        start, day = time.monotonic(), time.time()
         act()
         wait_for(lambda: self.speed() < STANDS, f"the stop after {what}", timeout=5)
         moving = [at - start for at, (x, y, turn) in self.truth[seen:] if math.hypot(x, y) + 0.15 * abs(turn) >= STANDS]
-        self.assertLess(max(moving, default=0.0), STOPS_IN, what)
+        zeros = [next((f"{at - day:.2f} s" for at, command in commands if at >= day and not any(command)), "never")
+                 for commands in (self.hand, self.commands)]
+        self.assertLess(max(moving, default=0.0), STOPS_IN,
+                        "{}; zero on cmd_vel/hand: {}, on cmd_vel: {}".format(what, *zeros))
         print(f"stands {max(moving, default=0.0):.2f} s after {what}", flush=True)
 
     def drive_on(self, page, right=0.2, up=0.6, turn=0.4, until=None):

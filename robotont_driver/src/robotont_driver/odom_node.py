@@ -17,7 +17,7 @@ from robotont_driver.imu_input import ImuInput
 from robotont_driver.kinematics import Kinematics
 from robotont_driver.node import OK, WARN, DroppingPublisher, Health, Part, Rate, init_node, robot_name, serve
 from robotont_driver.odometry import WheelOdometry
-from robotont_driver.packet_clock import ArrivalClock, PacketClock
+from robotont_driver.packet_clock import SECOND, ArrivalClock, PacketClock
 from robotont_driver.packet_topics import topics_between_processes
 from robotont_driver.parameters import Parameter
 from robotont_driver.refusals import Refusals
@@ -33,7 +33,7 @@ PLANAR = [6 * row + column for row in (0, 1, 5) for column in (0, 1, 5)]
 # [s] Without a newer command for this long, serial_com_node and the board have stopped the robot.
 COMMAND_AGE = 0.5
 
-RECENTLY = 10 * 1_000_000_000  # [ns] for which the diagnostics warn that the clock was set
+RECENTLY = 10 * SECOND  # [ns] for which the diagnostics warn that the clock was set
 
 PARAMETERS = (
     Parameter("odom_frame", "odom", "frame of the pose", official="odom/frame"),
@@ -123,6 +123,9 @@ class OdomNode:
         self._transform.header.frame_id = parameters["odom_frame"]
         self._joints = JointState(name=[
             parameters["joint_prefix"] + name for name in joint_names(parameters["joint_names"], self._wheels.amount)])
+        self._stamp = rospy.Time()  # of all three messages
+        for message in (self._odom, self._transform, self._joints):
+            message.header.stamp = self._stamp
         for covariance in (self._odom.pose.covariance, self._odom.twist.covariance):
             covariance[:] = [FLAT if index % 7 == 0 else 0.0 for index in range(36)]
 
@@ -173,10 +176,9 @@ class OdomNode:
         return self._commanded if time.monotonic() - self._commanded_at < COMMAND_AGE else None
 
     def _publish(self, nanoseconds):
-        stamp = rospy.Time(*divmod(nanoseconds, 1_000_000_000))
+        self._stamp.secs, self._stamp.nsecs = divmod(nanoseconds, SECOND)
         odometry, pose = self._odometry, self._odometry.pose
         odom, joints, transform = self._odom, self._joints, self._transform.transform
-        odom.header.stamp = joints.header.stamp = self._transform.header.stamp = stamp
         position, orientation = odom.pose.pose.position, odom.pose.pose.orientation
         position.x = transform.translation.x = pose.x
         position.y = transform.translation.y = pose.y

@@ -92,6 +92,18 @@ environment() {
         PYTHONPATH=${PYTHONPATH:+$PYTHONPATH:}$site
     done
     export PYTHONPATH
+    save_processor_time
+}
+
+# Two habits of libraries that cost much and bring nothing here.
+save_processor_time() {
+    # second threads of OpenBLAS wait for each other longer than our small matrices take: calibrate_wheels took twice
+    # the processor time, and on a busy machine six times as long
+    export OPENBLAS_NUM_THREADS=1
+    # roslaunch imports one function of distutils, for which setuptools would load all of its own: half of its start
+    if [ -e "/usr/lib/$(basename "$(readlink -f /usr/bin/python3)")/distutils/spawn.py" ]; then
+        export SETUPTOOLS_USE_DISTUTILS=stdlib
+    fi
 }
 
 build() {

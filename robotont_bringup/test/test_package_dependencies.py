@@ -25,7 +25,7 @@ ROSDEP_KEYS = {  # of modules that are no ROS packages
 ON_THE_BOARD = {"machine", "micropython", "pyb", "stm"}  # modules of MicroPython
 # What a robot needs to drive: nothing for drawing, calibrating, recording or testing.
 ON_A_ROBOT = {"diagnostic_msgs", "diagnostic_updater", "geometry_msgs", "nav_msgs", "python3-numpy", "python3-serial",
-              "python3-yaml", "rospy", "sensor_msgs", "std_msgs", "std_srvs", "tf2_msgs", "tf2_ros"}
+              "python3-yaml", "rosgraph", "rospy", "sensor_msgs", "std_msgs", "std_srvs", "tf2_msgs", "tf2_ros"}
 # Under the official stack's file names, for packages that include them; they start what stands above.
 OFFICIAL = {"robotont_driver/launch/fake_driver.launch"}
 # The packages of github.com/robotont and its courses. Two of one name cannot share a workspace, so ours take no name of

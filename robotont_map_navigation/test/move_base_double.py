@@ -14,6 +14,8 @@ from geometry_msgs.msg import PoseStamped, Twist
 from move_base_msgs.msg import MoveBaseAction, MoveBaseFeedback, MoveBaseResult
 from nav_msgs.msg import Odometry
 
+from robotont_driver.rospy_end import end_servers_with_their_sockets
+
 RECORD = Path(__file__).resolve().parent / "data" / "dwa_commands.csv"
 NO_WAY = "Failed to find a valid plan. Even after executing recovery behaviors."
 
@@ -51,6 +53,12 @@ class MoveBaseDouble:
         message.linear.x, message.linear.y, message.angular.z = x, y, turn
         self._command.publish(message)
 
+    def _go_on(self):
+        """Deaf for so long, but not to the end of this process."""
+        end = rospy.Time.now() + rospy.Duration(self._deaf)
+        while rospy.Time.now() < end and not rospy.is_shutdown():
+            rospy.sleep(0.1)
+
     def _drive(self, goal):
         """Called with each goal, in a thread of its own."""
         if goal.target_pose.pose.position.x > 100:
@@ -62,7 +70,7 @@ class MoveBaseDouble:
             due, command = rows.pop(0)
             rospy.sleep(max(0.0, due / self._hurry - (rospy.Time.now() - start).to_sec()))
             if self._server.is_preempt_requested():
-                rospy.sleep(self._deaf)
+                self._go_on()
                 if not self._server.is_new_goal_available():
                     self._send()
                 self._server.set_preempted(MoveBaseResult(), "")
@@ -76,6 +84,7 @@ class MoveBaseDouble:
 
 
 if __name__ == "__main__":
+    end_servers_with_their_sockets()
     rospy.init_node("move_base", argv=sys.argv)
     MoveBaseDouble()
     rospy.spin()

@@ -1,71 +1,23 @@
 #!/usr/bin/env python3
-"""goto, as a user runs it, against a stand-in for move_base."""
+"""goto: goals that are reached, given up or refused, and servers that are not there or die."""
 
 import os
 import re
 import signal
-from pathlib import Path
 
 import numpy as np
 import rospy
 import rostest
-from geometry_msgs.msg import TransformStamped, Twist
+from geometry_msgs.msg import TransformStamped
+from goto_test import GotoTest
 from move_base_msgs.msg import MoveBaseActionGoal
 from nav_msgs.msg import OccupancyGrid
 from tf2_msgs.msg import TFMessage
 
-from robotont_testing import places
-from robotont_testing.harness import Processes, wait_for
-from robotont_testing.node_test import NodeTest
-
-DOUBLE = Path(__file__).resolve().parent / "move_base_double.py"
-SHARED = "/shared"  # namespace of the one stand-in that drives on until its goal is cancelled
+from robotont_testing.harness import wait_for
 
 
-class GotoTest(NodeTest):
-    """Tests that end their server have a namespace of their own, so that nothing of it is left to others."""
-
-    @classmethod
-    def setUpClass(cls):
-        super().setUpClass()
-        cls.server = Processes()
-        cls.server.start(DOUBLE, f"__ns:={SHARED}", "_repeat:=true", log=cls.server.folder / "log")
-
-    @classmethod
-    def tearDownClass(cls):
-        text = (cls.server.folder / "log").read_text()
-        cls.server.close()
-        assert "Traceback" not in text, text
-
-    def setUp(self):
-        super().setUp()
-        self.use(SHARED)
-
-    def use(self, space):
-        """Watch a namespace, and run goto in it."""
-        self.space = space
-        self.commands = self.listen(space + "/cmd_vel", Twist)
-
-    def start_server(self, space, **parameters):
-        self.use(space)
-        words = [f"_{name}:={value}" for name, value in parameters.items()]
-        return self.processes.start(DOUBLE, f"__ns:={space}", *words)
-
-    def start_goto(self, *words, log="goto"):
-        self.log = self.processes.folder / log
-        words = (*words, f"__ns:={self.space}")
-        return self.processes.start(places.program("robotont_map_navigation", "goto"), *words, log=self.log)
-
-    def end(self, process, timeout=30.0):
-        """(exit status, lines) of goto when it has ended."""
-        wait_for(lambda: process.poll() is not None, "the end of goto", timeout)
-        text = self.log.read_text()
-        self.assertNotIn("Traceback", text)
-        return process.returncode, text.splitlines()
-
-    def moving(self):
-        return any(message.linear.x for message in self.commands)
-
+class GoalsTest(GotoTest):
     def test_reached(self):
         self.use("/late")
         goals = self.listen("/late/move_base/goal", MoveBaseActionGoal)
@@ -89,23 +41,6 @@ class GotoTest(NodeTest):
         self.assertEqual(status, 1, lines)
         self.assertEqual(lines[-1], "move_base gave up (ABORTED): Failed to find a valid plan. "
                                     "Even after executing recovery behaviors")
-
-    def check_interruption(self, how):
-        goto = self.start_goto("2", "2", "0")
-        wait_for(self.moving, "motion")
-        os.killpg(goto.pid, how)
-        status, lines = self.end(goto)
-        self.assertEqual(status, 130, lines)
-        self.assertEqual(lines[-1], "interrupted; the goal is cancelled")
-        wait_for(lambda: self.commands[-1] == Twist(), "a zero Twist")
-        moved = max(number for number, message in enumerate(self.commands) if message != Twist())
-        self.assertEqual(len(self.commands) - moved, 2)  # one zero Twist, and nothing after it
-
-    def test_ctrl_c_cancels(self):
-        self.check_interruption(signal.SIGINT)
-
-    def test_kill_cancels(self):
-        self.check_interruption(signal.SIGTERM)
 
     def test_no_server(self):
         self.use("/nowhere")
@@ -137,42 +72,6 @@ class GotoTest(NodeTest):
         status, lines = self.end(goto)
         self.assertEqual(status, 3, lines)
         self.assertRegex(lines[-1], r"^move_base died after \d+\.\d s and was started again: send the goal again$")
-
-    def test_too_long(self):
-        status, lines = self.end(self.start_goto("2", "2", "0", "--timeout", "1"))
-        self.assertEqual(status, 5, lines)
-        self.assertEqual(lines[-1], "not there after 1 s; the goal is cancelled")
-
-    def test_a_move_base_that_does_not_hear_of_the_cancellation_at_once(self):
-        self.start_server("/deaf", repeat=True, deaf=7.0)
-        status, lines = self.end(self.start_goto("2", "2", "0", "--timeout", "1"))
-        self.assertEqual((status, lines[-1]), (5, "not there after 1 s; the goal is cancelled"))
-        self.assertTrue(any("s  cancelled; not confirmed yet" in line for line in lines), lines)
-
-    def test_a_move_base_that_never_confirms_and_one_who_does_not_wait_for_it(self):
-        self.start_server("/deafer", repeat=True, deaf=1000.0)
-        hasty = self.start_goto("2", "2", "0", "--timeout", "1", log="hasty")
-        self.log = self.processes.folder / "hasty"
-        wait_for(lambda: "not confirmed yet" in self.log.read_text(), "words about the cancellation")
-        os.killpg(hasty.pid, signal.SIGINT)
-        words = "not there after 1 s; cancelled, but move_base has not confirmed it within {} s: the robot may " \
-                "still move"
-        status, lines = self.end(hasty, 5.0)
-        self.assertEqual(status, 5, lines)
-        self.assertRegex(lines[-1], words.format("[1-5]"))
-        status, lines = self.end(self.start_goto("2", "2", "0", "--timeout", "1"), 60.0)
-        self.assertEqual((status, lines[-1]), (5, words.format(20)))
-
-    def test_another_goal_takes_its_place(self):
-        first = self.start_goto("2", "2", "0")
-        wait_for(self.moving, "motion")
-        second = self.start_goto("3", "3", "0", log="second")
-        self.log = self.processes.folder / "goto"
-        status, lines = self.end(first)
-        self.assertEqual(status, 4, lines)
-        self.assertIn("another goal took its place", lines[-1])
-        self.assertIsNone(second.poll())
-
 
     def show_map(self, robot):
         """A latched map of two rooms, (0, 0) to (4, 2), without a door; the robot is at x = `robot` [m]."""
@@ -214,4 +113,4 @@ class GotoTest(NodeTest):
 
 
 if __name__ == "__main__":
-    rostest.rosrun("robotont_map_navigation", "goto", GotoTest)
+    rostest.rosrun("robotont_map_navigation", "goto", GoalsTest)

@@ -6,10 +6,10 @@ only then: an error of the wheel parameters must not become one of the gyro. Tur
 
 import math
 from collections import deque
+from operator import add
 from typing import NamedTuple, Tuple
 
-import numpy as np
-
+from robotont_driver.covariance import Covariance
 from robotont_driver.slip import TOLERANCE, WINDOW, chi_square_limit
 from robotont_driver.wheel_noise import PATH_VARIANCE
 
@@ -261,18 +261,20 @@ class TurnWatch:
         return tuple(suspects) or tuple(range(len(self._per_edge)))
 
 
+Rows = Tuple[Tuple[float, ...], ...]  # of a matrix, in plain numbers, as in covariance.py
+UNIT = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 UNCHANGED = (1.0, 1.0)  # factors on the errors of bias and scale of a period without learning
 
 
 class Fused(NamedTuple):
     """A step of wheels and gyro together."""
 
-    step: np.ndarray        # (dx [m], dy [m], dyaw [rad])
-    covariance: np.ndarray  # 3 x 3, of the errors that are independent from period to period
-    wheels: np.ndarray      # 3 x 3, sensitivity of the step to an error of the wheels' step
+    step: Tuple[float, float, float]  # (dx [m], dy [m], dyaw [rad])
+    covariance: Covariance  # of the errors that are independent from period to period
+    wheels: Rows            # 3 x 3, sensitivity of the step to an error of the wheels' step
     # (how the step depends on the errors of bias [rad/s] and scale [1], 3 x 2; their variances, 2), which are the same
     # in the periods to come, so that their covariance with the pose has to be kept (S. F. Schmidt, 1966)
-    lasting: Tuple[np.ndarray, np.ndarray]
+    lasting: Tuple[Rows, Tuple[float, float]]
 
 
 class GyroFusion:
@@ -305,27 +307,28 @@ class GyroFusion:
     def use_wheels(self, by_edge):
         """From now on one edge of each wheel moves the robot by `by_edge`, 3 x n ([m], [m], [rad])."""
         self._by_edge = by_edge
-        self._readings = PATH_VARIANCE * by_edge @ by_edge[2]  # (3,) of a step with its turn
+        self._readings = (PATH_VARIANCE * by_edge @ by_edge[2]).tolist()  # (3,) of a step with its turn
         if self.watch:
             self.watch.use_wheels(by_edge[2].tolist())
 
     def fuse(self, counts, step, covariance, stamp):
         """`Fused` step of the period that ended at `stamp` [ns]; None without a turn of the gyro.
 
-        counts: n. step: (dx, dy, dyaw) of the wheels, its covariance 3 x 3.
+        counts: n. step: (dx, dy, dyaw) of the wheels, with its Covariance.
         """
         gyro = self.gyro
         gyro.watch_wheels(counts)
         self.learnt = UNCHANGED
         self._watch_stamps(stamp)
-        measured, late = self.integral.turned(stamp, gyro.scale * (float(step[2]) + gyro.bias * gyro.period))
+        measured, late = self.integral.turned(stamp, gyro.scale * (step[2] + gyro.bias * gyro.period))
         fused = self._fuse_measured(counts, step, covariance, measured)
         if not late or not gyro.ready:
             return fused
         self.made_good += abs(late / gyro.scale)
         if fused is None:
-            fused = Fused(step, covariance, np.eye(3), (np.zeros((3, 2)), np.zeros(2)))
-        return fused._replace(step=fused.step + np.array((0.0, 0.0, late / gyro.scale)))
+            fused = Fused(step, covariance, UNIT, (((0.0, 0.0),) * 3, (0.0, 0.0)))
+        dx, dy, dyaw = fused.step
+        return fused._replace(step=(dx, dy, dyaw + late / gyro.scale))
 
     def _watch_stamps(self, stamp):
         """After a leap of the stamps the packets that waited come at once; until they pass, the wheels count alone."""
@@ -349,8 +352,8 @@ class GyroFusion:
             return None
         self.used += 1
         self.turned += turn
-        difference = float(turn - step[2])
-        if self.watch and self.watch.update(counts, turn, difference, float(covariance[2, 2])):
+        difference = turn - step[2]
+        if self.watch and self.watch.update(counts, turn, difference, covariance.aa):
             covariance = self._doubt(covariance, difference)
         elif gyro.stands:
             return None  # an encoder that flickers between two edges is no reason to add up the gyro's noise
@@ -361,21 +364,20 @@ class GyroFusion:
         columns = self._by_edge[:, list(self.watch.suspects)]
         columns = columns[:, columns[2] != 0.0]
         slips = columns * (difference / columns[2])
-        return covariance + slips @ slips.T
+        return covariance.plus(Covariance.of_matrix(slips @ slips.T))
 
     def _weigh(self, step, covariance, turn, difference):
         gyro = self.gyro
-        column = covariance[:, 2] + self._readings
-        own = column[2]
-        variances = np.array((gyro.bias_variance, gyro.scale_variance))
-        dependence = np.array((gyro.period, turn))
-        gain = column / (own + gyro.noise + variances @ dependence ** 2)
-        kept = np.eye(3)
-        kept[:, 2] -= gain
+        period = gyro.period
+        x, y, yaw = map(add, (covariance.xa, covariance.ya, covariance.aa), self._readings)
+        whole = yaw + gyro.noise + gyro.bias_variance * period ** 2 + gyro.scale_variance * turn ** 2
+        gain = x, y, yaw = x / whole, y / whole, yaw / whole
+        kept = (1.0, 0.0, -x), (0.0, 1.0, -y), (0.0, 0.0, 1.0 - yaw)
+        dx, dy, dyaw = step
         return Fused(
-            step + gain * difference,
-            kept @ covariance @ kept.T + np.outer(gain, gain * gyro.noise),
-            kept, (np.outer(gain, dependence), variances))
+            (dx + x * difference, dy + y * difference, dyaw + yaw * difference),
+            covariance.propagated(kept).plus(Covariance.of_vector(gain).times(gyro.noise)),
+            kept, (tuple([(part * period, part * turn) for part in gain]), (gyro.bias_variance, gyro.scale_variance)))
 
 
 def up_in(x, y, z, w):

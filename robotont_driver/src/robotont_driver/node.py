@@ -15,6 +15,7 @@ import rospy
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 
 from robotont_driver.parameters import Parameter, ParameterError, fault, help_text, is_number, read_parameters
+from robotont_driver.rospy_end import end_servers_with_their_sockets
 from robotont_driver.wheels import read_wheels
 
 SEND_TIMEOUT = struct.pack("@ll", 0, 50000)  # a struct timeval: [s], [us]
@@ -54,6 +55,7 @@ def answer_help(name, explanation, table=()):
 def init_node(name, explanation, table=()):
     """Make this process the node `name`, after `answer_help`."""
     answer_help(name, explanation, table)
+    end_servers_with_their_sockets()
     rospy.init_node(name)
 
 

@@ -6,8 +6,6 @@ twist (v_x t [m], v_y t [m], omega t [rad]) in base_link.
 
 import math
 
-import numpy as np
-
 from robotont_driver import se2
 from robotont_driver.covariance import NONE, Covariance, WeightedSum
 from robotont_driver.gyro import UNCHANGED
@@ -20,6 +18,7 @@ START_VARIANCE = 1e-9
 START_COVARIANCE = Covariance(START_VARIANCE, 0.0, 0.0, START_VARIANCE, 0.0, START_VARIANCE)
 # Longest time [s] for which a measured speed stays valid: without newer packets the board itself has stopped.
 LONGEST_HOLD = 0.5
+NOTHING = ((0.0, 0.0),) * 3
 
 
 class Pose:
@@ -31,7 +30,7 @@ class Pose:
 
     def reset(self):
         """Back to the origin."""
-        self._lasting = None  # 3 x 2: covariance with errors that last, of a gyro's bias and scale
+        self._lasting = None  # 3 rows of 2: covariance with errors that last, of a gyro's bias and scale
         self.x = self.y = self.yaw = 0.0
         self.covariance = self._start_covariance
 
@@ -61,22 +60,24 @@ class Pose:
         self.x, self.y, self.yaw = self.x + moved_x, self.y + moved_y, se2.wrap(self.yaw + dyaw)
         self.covariance = self.covariance.propagated(by_pose).plus(step_covariance.propagated(by_step))
         if lasting is not None or self._lasting is not None:
-            self._carry(np.array(by_pose), np.array(by_step), lasting)
+            self._carry(by_pose, by_step, lasting)
 
     def _carry(self, by_pose, by_step, lasting):
         """Propagate the covariance with the lasting errors, C <- F C + G L B, and add its part to P."""
-        before = by_pose @ (np.zeros((3, 2)) if self._lasting is None else self._lasting)
+        before = _product(by_pose, self._lasting or NOTHING)
         self._lasting = before
         if lasting is not None:
-            dependence = by_step @ lasting[0]
-            self._lasting = before + dependence * lasting[1]
-            shared = before @ dependence.T + dependence @ self._lasting.T
-            self.covariance = self.covariance.plus(Covariance.of_matrix(shared))
+            dependence = _product(by_step, lasting[0])
+            bias, scale = lasting[1]
+            self._lasting = [
+                (b + bias * d, s + scale * e) for (b, s), (d, e) in zip(before, dependence)]
+            self.covariance = self.covariance.plus(_shared(before, dependence, self._lasting))
 
     def learn(self, factors):
         """Scale the lasting errors by (2) factors, as they have been estimated better."""
         if self._lasting is not None:
-            self._lasting = self._lasting * factors
+            bias, scale = factors
+            self._lasting = [(b * bias, s * scale) for b, s in self._lasting]
 
 
 class WheelOdometry:
@@ -145,15 +146,14 @@ class WheelOdometry:
 
     def _move_with_gyro(self, counts, step, covariance, stamp):
         """Move by wheels and gyro; the step, its Covariance, and its Covariance for 1 edge^2 in every wheel."""
-        fused = self._gyro.fuse(counts, np.array(step), covariance.matrix, stamp)
+        fused = self._gyro.fuse(counts, step, covariance, stamp)
         if self._gyro.learnt != UNCHANGED:
             self.pose.learn(self._gyro.learnt)
         if fused is None:
             self._move(counts, step, covariance)
             return step, covariance, self._edge_covariance
-        step, covariance = fused.step.tolist(), Covariance.of_matrix(fused.covariance)
-        self._move(counts, step, covariance, fused.lasting)
-        return step, covariance, self._edge_covariance.propagated(fused.wheels.tolist())
+        self._move(counts, fused.step, fused.covariance, fused.lasting)
+        return fused.step, fused.covariance, self._edge_covariance.propagated(fused.wheels)
 
     def _step(self, edges):
         """Step (3 floats) by n encoder `edges`, and its Covariance by noise that grows with each wheel's path.
@@ -169,3 +169,17 @@ class WheelOdometry:
             self.pose.move(step, covariance, lasting)
             factor = self._radians_per_edge
             self.wheel_angles = [angle + path * factor for angle, path in zip(self.wheel_angles, edges)]
+
+
+def _product(matrix, rows):
+    """3 x 3 times 3 x 2, by rows."""
+    (bx, sx), (by, sy), (ba, sa) = rows
+    return [(x * bx + y * by + a * ba, x * sx + y * sy + a * sa) for x, y, a in matrix]
+
+
+def _shared(before, dependence, after):
+    """Covariance B D' + D A' of 3 x 2 matrices, by rows, where A = B + D V and V is diagonal: it is symmetric."""
+    return Covariance(*[
+        before[i][0] * dependence[j][0] + before[i][1] * dependence[j][1]
+        + dependence[i][0] * after[j][0] + dependence[i][1] * after[j][1]
+        for i, j in ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2))])

@@ -56,12 +56,13 @@ class Covariance(NamedTuple):
     def propagated(self, jacobian):
         """J P J' of a 3 x 3 Jacobian J, given by rows."""
         xx, xy, xa, yy, ya, aa = self
-        first, second, third = jacobian
-        to_first, to_second, to_third = [
-            (x * xx + y * xy + a * xa, x * xy + y * yy + a * ya, x * xa + y * ya + a * aa) for x, y, a in jacobian]
+        (a, b, c), (d, e, f), (g, h, i) = jacobian
+        x1, y1, a1 = a * xx + b * xy + c * xa, a * xy + b * yy + c * ya, a * xa + b * ya + c * aa  # rows of J P
+        x2, y2, a2 = d * xx + e * xy + f * xa, d * xy + e * yy + f * ya, d * xa + e * ya + f * aa
+        x3, y3, a3 = g * xx + h * xy + i * xa, g * xy + h * yy + i * ya, g * xa + h * ya + i * aa
         return Covariance(
-            _dot(to_first, first), _dot(to_first, second), _dot(to_first, third),
-            _dot(to_second, second), _dot(to_second, third), _dot(to_third, third))
+            x1 * a + y1 * b + a1 * c, x1 * d + y1 * e + a1 * f, x1 * g + y1 * h + a1 * i,
+            x2 * d + y2 * e + a2 * f, x2 * g + y2 * h + a2 * i, x3 * g + y3 * h + a3 * i)
 
 
 NONE = Covariance(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
@@ -76,7 +77,3 @@ class WeightedSum:
     def __call__(self, weights):
         """Covariance, for as many weights as there are covariances."""
         return Covariance(*[sum(map(mul, column, weights)) for column in self._columns])
-
-
-def _dot(one, other):
-    return one[0] * other[0] + one[1] * other[1] + one[2] * other[2]

@@ -13,7 +13,7 @@ from std_msgs.msg import String
 from robotont_calibration.calibrate_wheels import read_end
 from robotont_calibration.drives import sideways, spin, square
 from robotont_calibration.recordings import Recording, stamps_of, write_csv
-from robotont_driver.rospy_end import end_servers_with_their_sockets
+from robotont_driver.rospy_end import init_tool
 
 CONNECTING = 5.0  # [s] for the driver and the robot's packets
 RESTING = 25      # packets without a count: the robot stands
@@ -41,8 +41,7 @@ def guide(options, wheels):
     """
     folder = Path(options.guide)
     folder.mkdir(parents=True, exist_ok=True)
-    end_servers_with_their_sockets()
-    rospy.init_node("calibrate_wheels", anonymous=True, disable_signals=True)
+    init_tool("calibrate_wheels")
     made = []
     runs = runs_of(options, wheels.pid_frequency)
     print(f"{len(runs)} runs. Before each, mark where the robot's middle stands and where it looks, e.g. with tape.")

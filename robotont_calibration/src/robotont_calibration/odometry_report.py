@@ -81,13 +81,12 @@ def listen(topics, seconds):
     from rostopic import get_topic_class
     from std_msgs.msg import String
 
-    from robotont_driver.rospy_end import end_servers_with_their_sockets
+    from robotont_driver.rospy_end import init_tool
 
     if not rosgraph.is_master_online():
         raise RecordingError(f"found no ROS master at {rosgraph.get_master_uri()}; is the robot running?")
     recording = Recording()
-    end_servers_with_their_sockets()
-    rospy.init_node("odometry_report", anonymous=True, disable_signals=True)
+    init_tool("odometry_report")
     types = {"odometry": Odometry, "packets": String, "commands": Twist}
     for kind, topic in topics.items():
         if not topic:

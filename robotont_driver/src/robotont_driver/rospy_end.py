@@ -1,6 +1,13 @@
 """Lets rospy processes end without using a whole core meanwhile."""
 
 import rosgraph.xmlrpc
+import rospy
+
+
+def init_tool(name):
+    """Make this process a node, beside others of that name; signals stay with the process."""
+    end_servers_with_their_sockets()
+    rospy.init_node(name, anonymous=True, disable_signals=True)
 
 
 def end_servers_with_their_sockets():

@@ -16,7 +16,7 @@ from actionlib_msgs.msg import GoalStatus, GoalStatusArray
 from move_base_msgs.msg import MoveBaseAction, MoveBaseGoal
 from nav_msgs.msg import OccupancyGrid
 
-from robotont_driver.rospy_end import end_servers_with_their_sockets
+from robotont_driver.rospy_end import init_tool
 from robotont_driver.se2 import compose, pose_of, yaw_of
 from robotont_map_navigation.floor_map import refusal
 from robotont_map_navigation.footprint import base_frame, needed_radius
@@ -247,8 +247,7 @@ def run(options, display):
     """Outcome of the goal that the options describe."""
     if not rosgraph.is_master_online():
         return Outcome(NOT_THERE, f"no ROS master at {rosgraph.get_master_uri()}: is roslaunch running?")
-    end_servers_with_their_sockets()
-    rospy.init_node("goto", anonymous=True, disable_signals=True)
+    init_tool("goto")
     goal = Goal(options.x, options.y, options.yaw)
     goto = GoTo(options.frame, display.show)
     name = rospy.resolve_name("move_base")

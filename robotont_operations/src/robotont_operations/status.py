@@ -11,7 +11,7 @@ import rosgraph
 import rospy
 from diagnostic_msgs.msg import DiagnosticArray
 
-from robotont_driver.rospy_end import end_servers_with_their_sockets
+from robotont_driver.rospy_end import init_tool
 from robotont_operations import probes
 from robotont_operations.colours import GREEN, RED, YELLOW, paint
 from robotont_operations.health import OK, WARN, WORDS, table, worst
@@ -70,8 +70,7 @@ def main():
         print(f"status: no ROS master at {uri}: is the robot's stack running? see ./robotont network",
               file=sys.stderr)
         return NO_MASTER
-    end_servers_with_their_sockets()
-    rospy.init_node(CALLER[1:], anonymous=True, disable_signals=True)
+    init_tool(CALLER[1:])
     try:
         alive = nodes_alive(rosgraph.Master(CALLER))
     except (OSError, rosgraph.MasterException) as error:

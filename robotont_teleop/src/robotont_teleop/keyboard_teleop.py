@@ -13,7 +13,7 @@ import rospy
 
 from robotont_driver.node import answer_help, own_parameters
 from robotont_driver.parameters import Parameter
-from robotont_driver.rospy_end import end_servers_with_their_sockets
+from robotont_driver.rospy_end import init_tool
 from robotont_teleop.hand_output import HandOutput
 from robotont_teleop.keys import EMERGENCY_STOP, QUIT, RELEASE, HeldKeys, split_keys
 from robotont_teleop.speeds import STOP, Speeds
@@ -134,8 +134,7 @@ def main():
     if not rosgraph.is_master_online():
         sys.exit(f"keyboard_teleop: no ROS master at {rosgraph.get_master_uri()}: is the robot running? "
                  "(./robotont sim)")
-    end_servers_with_their_sockets()
-    rospy.init_node("keyboard_teleop", anonymous=True, disable_signals=True)
+    init_tool("keyboard_teleop")
     for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
         signal.signal(number, _end)
     terminal = sys.stdin.fileno()

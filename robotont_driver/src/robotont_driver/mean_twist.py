@@ -27,18 +27,24 @@ class MeanTwist:
         """
         steps = self._steps
         steps.append((step, covariance))
+        if len(steps) == 1:
+            return self._twist(step, covariance, edge_covariance, self._period)
         time = len(steps) * self._period
         total = Covariance(*_sum(covariance for _, covariance in steps))
         lag = self._lag(total, edge_covariance)
-        return (
-            [length / time for length in _sum(step for step, _ in steps)],
-            total.plus(edge_covariance.times(PATH_VARIANCE)).times(1 / time ** 2).plus(Covariance.of_vector(lag)))
+        twist, spread = self._twist(_sum(step for step, _ in steps), total, edge_covariance, time)
+        return twist, spread.plus(Covariance.of_vector(lag))
+
+    @staticmethod
+    def _twist(path, covariance, edge_covariance, time):
+        """(twist (3), Covariance) of a path (3) that took a time [s]; covariance: without the readings at its ends."""
+        factor = 1 / time ** 2
+        return [length / time for length in path], Covariance(*[
+            (own + PATH_VARIANCE * edge) * factor for own, edge in zip(covariance, edge_covariance)])
 
     def _lag(self, total, edge_covariance):
         """(3,) by how much the mean lags behind; 0 where noise explains the difference of the halves of the window."""
         half = len(self._steps) // 2
-        if not half:
-            return 0.0, 0.0, 0.0
         time = half * self._period
         steps = [step for step, _ in self._steps]
         differences = [(newer - older) / time for newer, older in zip(_sum(steps[-half:]), _sum(steps[:half]))]

@@ -46,15 +46,16 @@ class Pose:
         chord = se2.sinc(half)
         slope = se2.sinc_derivative(half) / 2
         cos, sin = math.cos(self.yaw + half), math.sin(self.yaw + half)
-        moved_x, moved_y, _ = se2.arc(step, self.yaw)
+        straight_x, straight_y = cos * dx - sin * dy, sin * dx + cos * dy
+        moved_x, moved_y = chord * straight_x, chord * straight_y  # as se2.arc has it
         by_pose = (
             (1.0, 0.0, -moved_y),
             (0.0, 1.0, moved_x),
             (0.0, 0.0, 1.0),
         )
         by_step = (
-            (chord * cos, -chord * sin, slope * (cos * dx - sin * dy) - moved_y / 2),
-            (chord * sin, chord * cos, slope * (sin * dx + cos * dy) + moved_x / 2),
+            (chord * cos, -chord * sin, slope * straight_x - moved_y / 2),
+            (chord * sin, chord * cos, slope * straight_y + moved_x / 2),
             (0.0, 0.0, 1.0),
         )
         self.x, self.y, self.yaw = self.x + moved_x, self.y + moved_y, se2.wrap(self.yaw + dyaw)

@@ -168,7 +168,7 @@ class CheckedPacket:
 
     def repeats(self, other):
         """Whether both are the same packet."""
-        return (self.counter, self.totals, self.counts) == (other.counter, other.totals, other.counts)
+        return self.counter == other.counter and self.totals == other.totals and self.counts == other.counts
 
 
 class FeedbackReader:

@@ -1,8 +1,11 @@
 """What the nodes share: start with checked parameters or exit, work at intervals, report health."""
 
 import argparse
+import contextlib
 import gc
+import os
 import select
+import signal
 import socket
 import struct
 import sys
@@ -68,7 +71,9 @@ def run_node(name, node_class, table, check=None):
 def run_without_wheels(name, node_class, table):
     """Start a node that needs no wheels, node_class(parameters), in this process and serve until ROS shuts down."""
     init_node(name, sys.modules[node_class.__module__].__doc__, table)
-    node_class(own_parameters(table))
+    parameters = own_parameters(table)
+    with signals_wait():
+        node_class(parameters)
     _spin()
 
 
@@ -93,9 +98,29 @@ def serve(*parts):
         starts.append((part.start, parameters))
     if faults:
         refuse(faults)
-    for start, parameters in starts:
-        start(wheels, parameters)
+    with signals_wait():
+        for start, parameters in starts:
+            start(wheels, parameters)
     _spin()
+
+
+@contextlib.contextmanager
+def signals_wait():
+    """SIGINT and SIGTERM that come within take effect behind it.
+
+    rospy shuts down within the signal's handler, which asks the master. Where the handler interrupts another question
+    to the master, as starting nodes ask many, it waits for ever for the lock that the interrupted question holds.
+    """
+    came = []
+    handlers = {number: signal.signal(number, lambda number, _frame: came.append(number))
+                for number in (signal.SIGINT, signal.SIGTERM)}
+    try:
+        yield
+    finally:
+        for number, handler in handlers.items():
+            signal.signal(number, handler)
+        for number in came[:1]:
+            os.kill(os.getpid(), number)
 
 
 def _spin():

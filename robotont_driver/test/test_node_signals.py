@@ -1,0 +1,47 @@
+"""Signals that come while a node starts."""
+
+import os
+import signal
+import time
+
+import pytest
+
+from robotont_driver.node import signals_wait
+
+
+@pytest.fixture
+def done():
+    """What has happened, in this order; a SIGTERM is noted."""
+    happened = []
+    before = signal.signal(signal.SIGTERM, lambda *_: happened.append("signal"))
+    yield happened
+    signal.signal(signal.SIGTERM, before)
+
+
+def test_a_signal_waits_for_the_end_of_the_start(done):
+    with signals_wait():
+        os.kill(os.getpid(), signal.SIGTERM)
+        time.sleep(0.01)
+        done.append("start")
+    time.sleep(0.01)
+    assert done == ["start", "signal"]
+
+
+def test_so_it_does_where_the_start_fails(done):
+    def start():
+        with signals_wait():
+            os.kill(os.getpid(), signal.SIGTERM)
+            raise RuntimeError
+
+    with pytest.raises(RuntimeError):
+        start()
+    time.sleep(0.01)
+    assert done == ["signal"]
+
+
+def test_afterwards_signals_act_at_once(done):
+    with signals_wait():
+        pass
+    os.kill(os.getpid(), signal.SIGTERM)
+    time.sleep(0.01)
+    assert done == ["signal"]

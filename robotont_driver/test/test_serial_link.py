@@ -11,6 +11,7 @@ import pytest
 from robotont_driver import serial_link
 from robotont_driver.protocol import FeedbackReader, add_checksum, format_packet
 from robotont_driver.serial_link import SerialLink, explain
+from robotont_driver.stall_watch import StallWatch
 from robotont_testing.harness import wait_for
 from robotont_testing.stand_in_board import Board
 
@@ -277,7 +278,7 @@ def test_what_was_commanded_while_the_process_was_stopped_is_not_sent(port, ends
         end = ends(write_timeout=0.4)
         wait_for(lambda: end.packets, "packets")
         stopped = time.monotonic() - 3.0
-        end.link.stalls.tick(stopped)                  # as if this process had done nothing for 3 s
+        end.link.stalls = StallWatch(0.2, stopped)  # as if this process had done nothing for 3 s
         assert end.link.earliest_arrival() == stopped
         end.link.send(b"10:10:10;\n", stopped + 2.0)
         assert end.link.outdated == 1

@@ -34,6 +34,34 @@ def test_the_hand_takes_over_at_once_with_a_zero_between(arbiter):
     assert arbiter.waiting(1.1) == ["navigation"]
 
 
+def test_of_two_hands_the_first_drives_until_it_stops(arbiter):
+    other = (-0.1, 0.0, 0.0)
+    assert arbiter.command("hand", HAND, 1.0, "page") == [HAND]
+    assert arbiter.command("hand", other, 1.05, "keys") == []
+    assert arbiter.command("hand", STOP, 1.06, "keys") == []
+    assert arbiter.command("hand", other, 1.08, "keys") == []
+    assert arbiter.ignored(1.1) == [("hand", "keys", "page")]
+    assert arbiter.command("hand", HAND, 1.1, "page") == [HAND]
+    assert arbiter.command("hand", STOP, 1.2, "page") == [STOP]
+    assert arbiter.ignored(1.2) == []
+    assert arbiter.command("hand", other, 1.25, "keys") == [other]
+    assert arbiter.command("hand", HAND, 1.3, "page") == []
+
+
+def test_of_two_hands_the_second_drives_once_the_first_is_silent(arbiter):
+    other = (-0.1, 0.0, 0.0)
+    arbiter.command("hand", HAND, 1.0, "page")
+    assert arbiter.command("hand", other, 1.29, "keys") == []
+    assert arbiter.command("hand", other, 1.31, "keys") == [STOP, other]
+
+
+def test_a_zero_of_another_sender_stops_navigation_where_that_is_wanted():
+    arbiter = Arbiter([Input("navigation", 0.5, 1.0, zeros_of_all=True)])
+    arbiter.command("navigation", NAVIGATION, 1.0, "move_base")
+    assert arbiter.command("navigation", STOP, 1.05, "unblock") == [STOP]
+    assert arbiter.command("navigation", NAVIGATION, 1.1, "move_base") == [NAVIGATION]
+
+
 def test_the_hand_gives_back_after_its_rest(arbiter):
     arbiter.command("hand", HAND, 0.0)
     assert arbiter.command("hand", STOP, 0.1) == [STOP]

@@ -59,6 +59,7 @@ class DriverNode:
         self._stream = CommandStream(self._kinematics, limits, parameters["cmd_timeout"], self._period)
         self._stream.emergency_stop(rospy.get_param(PRESSED, False) is True)
         self._lock = threading.Lock()
+        self._saving = threading.Lock()
         self._started = self._sent_at = time.monotonic()
         self._refusals = Refusals()
         self._stalls = StallWatch(parameters["cmd_timeout"] / 2, self._started)
@@ -93,10 +94,11 @@ class DriverNode:
                 self._send()
         if changed:
             rospy.logwarn("emergency stop %s", "pressed" if message.data else "released; waiting for a new cmd_vel")
-            try:
-                rospy.set_param(PRESSED, message.data)
-            except OSError as error:  # no master: the stop stays in force, but a restarted node would not find it
-                rospy.logerr("emergency stop not kept on the parameter server: %s", error)
+            with self._saving:  # of a press and a release at once the later one is kept
+                try:
+                    rospy.set_param(PRESSED, self._stream.stopped)
+                except OSError as error:  # no master: the stop holds, but a restarted node would not find it
+                    rospy.logerr("emergency stop not kept on the parameter server: %s", error)
 
     def _send(self):
         self._sent_at = time.monotonic()

@@ -11,27 +11,40 @@ LOCK_PERIOD = 0.2  # [s] between two zeros during an emergency stop, for receive
 
 
 class Input(NamedTuple):
-    """A sender of commands."""
+    """A topic of commands, for one or several senders."""
 
     name: str
     timeout: float  # [s] silence after which the robot stops
     rest: float     # [s] after its last motion during which no input below it drives
+    zeros_of_all: bool = False  # whether a zero stops, also of a sender that does not drive
 
 
 class _State:
     """State of an input."""
 
     def __init__(self, settings):
-        self.name, self.timeout = settings.name, settings.timeout
+        self.name, self.timeout, self.zeros_of_all = settings.name, settings.timeout, settings.zeros_of_all
         self.hold = max(settings.rest, settings.timeout)  # [s] how long one motion claims the robot
         self.twist = STOP
         self.received = None  # [s] time of the newest command
         self.moved = None     # [s] time of the newest command with motion; None = no claim
         self.barred = False   # has to stop once before it may drive
+        self.sender = None    # the one whose motion this is
+        self.ignored = None   # (sender, [s]) of the newest motion that another sender has asked for meanwhile
 
     def moving(self, now):
         """Whether it asks for motion now."""
         return self.twist != STOP and self.received is not None and now - self.received < self.timeout
+
+    def admits(self, sender, twist, now):
+        """Whether a sender's command counts, and is not one beside the commands of the sender that drives."""
+        if sender != self.sender and self.moving(now):
+            if twist == STOP:
+                return self.zeros_of_all
+            self.ignored = sender, now
+            return False
+        self.sender = sender
+        return True
 
     def claims(self, now):
         """Whether it may drive now, or rests with the robot still its own."""
@@ -41,10 +54,11 @@ class _State:
 class Arbiter:
     """The highest input that moves drives; each method returns the twists to send, in this order.
 
-    An input takes the robot with its first command other than zero, and keeps it until its `rest` has passed since
-    its last motion. Zeros of an input that does not drive are ignored, so that an idle sender blocks no other. An
-    emergency stop takes the robot from all of them; an input that still asks for motion at its release has to stop
-    once, by a zero or by silence, before it drives: releasing never moves the robot.
+    Of the senders of one input the first that asks for motion has it until it stops or falls silent; the commands of
+    others are ignored meanwhile. An input takes the robot with its first command other than zero, and keeps it until
+    its `rest` has passed since its last motion. Zeros of an input that does not drive are ignored, so that an idle
+    sender blocks no other. An emergency stop takes the robot from all of them; an input that still asks for motion at
+    its release has to stop once, by a zero or by silence, before it drives: releasing never moves the robot.
     """
 
     def __init__(self, inputs):
@@ -72,10 +86,17 @@ class Arbiter:
         """Names of the inputs that have to stop once before they drive."""
         return [state.name for state in self._states if state.barred and state.moving(now)]
 
-    def command(self, name, twist, now):
-        """Take a command of an input; the time-outs that were due before it come first."""
+    def ignored(self, now):
+        """List of (input, sender, sender that has the input) where somebody asks in vain for motion."""
+        return [(state.name, state.ignored[0], state.sender) for state in self._states
+                if state.ignored and now - state.ignored[1] < state.timeout and state.moving(now)]
+
+    def command(self, name, twist, now, sender=""):
+        """Take a command that a sender has put on an input; the time-outs that were due before it come first."""
         due = self.look(now)
         state = self._by_name[name]
+        if not state.admits(sender, twist, now):
+            return due
         if twist == STOP or state.received is None or now - state.received >= state.timeout:
             state.barred = False
         state.twist, state.received = tuple(twist), now

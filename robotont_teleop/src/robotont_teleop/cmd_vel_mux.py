@@ -36,6 +36,7 @@ PARAMETERS = (
               reason="for so long the robot drives on when the default's node dies"),
 )
 INPUTS = ("hand", "navigation", "default")  # highest first
+ZEROS_OF_ALL = ("navigation",)  # the node unblock stops for move_base
 LOOK_PERIOD = 0.02       # [s] between two looks at who has fallen silent, at most
 PUBLISHERS_PERIOD = 2.0  # [s] between two looks at who else publishes cmd_vel
 
@@ -45,8 +46,10 @@ class CmdVelMux:
 
     def __init__(self, parameters):
         self._arbiter = Arbiter([
-            Input(name, parameters[name + "_timeout"], parameters.get(name + "_rest", 0.0)) for name in INPUTS])
+            Input(name, parameters[name + "_timeout"], parameters.get(name + "_rest", 0.0), name in ZEROS_OF_ALL)
+            for name in INPUTS])
         self._lock = threading.Lock()
+        self._telling, self._saving = threading.Lock(), threading.Lock()
         self._commands = dict.fromkeys(INPUTS, 0)
         self._refusals = Refusals()
         self._refusal = ""
@@ -83,7 +86,7 @@ class CmdVelMux:
                 self._outdated += 1  # it waited while this node was stopped or starved
                 return
             before = self._arbiter.driver
-            self._send(self._arbiter.command(name, twist, now))
+            self._send(self._arbiter.command(name, twist, now, message._connection_header.get("callerid", "")))
             changed = before != self._arbiter.driver
             news = refusal and self._refusals.refuse((name, refusal.split()[0]), now)
             if refusal:
@@ -98,17 +101,23 @@ class CmdVelMux:
             self._press(message.data)
 
     def _press(self, pressed):
-        """Lock or unlock; then repeat the state, latched, for nodes that start later."""
+        """Lock or unlock; then repeat the state, latched, for nodes that start later.
+
+        Of a press and a release at once, in a thread each, the later one is what is repeated and kept, too.
+        """
         with self._lock:
             self._send(self._arbiter.emergency_stop(pressed, time.monotonic()))
-        self._emergency_stop.publish(pressed)
+        with self._telling:
+            self._emergency_stop.publish(self._arbiter.locked)
         self._tell_driver()
-        if pressed != self._saved:
-            self._saved = pressed
-            try:
-                rospy.set_param(PRESSED, pressed)
-            except OSError as error:  # no master: the stop holds, but would not survive a restart
-                rospy.logerr("emergency stop not kept on the parameter server: %s", error)
+        with self._saving:
+            pressed = self._arbiter.locked
+            if pressed != self._saved:
+                self._saved = pressed
+                try:
+                    rospy.set_param(PRESSED, pressed)
+                except OSError as error:  # no master: the stop holds, but would not survive a restart
+                    rospy.logerr("emergency stop not kept on the parameter server: %s", error)
 
     def _on_give_back(self, _request):
         with self._lock:
@@ -166,10 +175,13 @@ class CmdVelMux:
         with self._lock:
             arbiter = self._arbiter
             driver, waiting, barred = arbiter.driver, arbiter.waiting(now), arbiter.barred(now)
+            ignored = [f"{sender} on cmd_vel/{name}, which {owner} has until it stops"
+                       for name, sender, owner in arbiter.ignored(now)]
             values = {
                 "drives": driver,
                 "wait": ", ".join(waiting) or "nobody",
                 **{f"commands of {name}": count for name, count in self._commands.items()},
+                "ignored": "; ".join(ignored) or "nobody",
                 "commands refused": self._refusals.amount,
                 "commands too old": self._outdated,
                 "times that this node was stopped or starved": self._stalls.stalls,
@@ -182,6 +194,8 @@ class CmdVelMux:
             return WARN, "emergency stop: publish false on emergency_stop to release it", values
         if self._others:
             return WARN, f"{', '.join(self._others)} also on cmd_vel: commands may mix; use cmd_vel/default", values
+        if ignored:
+            return WARN, "ignored: " + "; ".join(ignored), values
         if refusal:
             return WARN, "command refused: " + refusal, values
         if barred:

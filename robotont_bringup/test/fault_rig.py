@@ -155,6 +155,13 @@ class Rig:
         """Whether the board's wheels turn now."""
         return self._states[-1][1]
 
+    def pid(self, node):
+        """Process id of a node such as odom_node; None while it is dead."""
+        try:
+            return self.processes.pid("/" + node)
+        except OSError:
+            return None
+
     def well(self, seconds):
         """Whether the robot has driven with an odometry for so long."""
         at, _, well = self._states[-1]

@@ -99,6 +99,11 @@ def kill(node):
     return lambda rig: os.kill(rig.processes.pid("/" + node), signal.SIGKILL)
 
 
+def back(node):
+    """A killed node has come back by itself."""
+    return lambda rig: wait_for(lambda: rig.pid(node), node + " again", timeout=10.0)
+
+
 def stop(node):
     """Stop a node's process."""
     def begin(rig):
@@ -183,8 +188,13 @@ def set_clock(seconds):
     return begin
 
 
-STOPPING = ("driver_node", "serial_com_node", "cmd_vel_mux")  # without these the robot has to stand
-FAULTS = [
+def emergency_stop(name, prepare=None, before=lambda rig: None):
+    """The button is pressed in mid-drive, and released; `before` the release the preparation ends."""
+    return Fault(name, press, lambda rig: (before(rig), release(rig)), 1.0, stops=True, within=0.1, prepare=prepare,
+                 recovery=5.0)
+
+
+FAULTS = [  # of line, board, senders and computer: whatever the arrangement of the nodes
     Fault("1 % of the bytes corrupted, both ways", spoil(corrupt=0.01), clean, 4.0, stops=False),
     Fault("1 % of the bytes dropped, both ways", spoil(drop=0.01), clean, 4.0, stops=False),
     Fault("1 % of the bytes doubled, both ways", spoil(double=0.01), clean, 4.0, stops=False),
@@ -195,32 +205,40 @@ FAULTS = [
     Fault("port stalled, both ways", stall, flow, stops=True),
     Fault("cable pulled, back as another device", unplug, replug, stops=True, recovery=2.0, loses=True),
     Fault("board restarts in mid-drive", lambda rig: rig.board.restart(), seconds=1.0, loses=True),
-    *(Fault(f"{node} killed (-9)", kill(node), seconds=4.0, stops=True, recovery=RESPAWN,
-            loses=node == "serial_com_node") for node in STOPPING),
-    Fault("odom_node killed (-9)", kill("odom_node"), seconds=4.0, stops=False, recovery=RESPAWN,
-          loses=True),
-    *(Fault(f"{node} stopped (SIGSTOP), goes on (SIGCONT)", stop(node), go_on(node), stops=True) for node in STOPPING),
-    Fault("odom_node stopped (SIGSTOP), goes on (SIGCONT)", stop("odom_node"), go_on("odom_node"), stops=False),
     Fault("5 kHz of commands", flood, calm, stops=False),
-    Fault("emergency stop behind 5 kHz of commands", press,
-          lambda rig: (calm(rig), release(rig)), 1.0, stops=True, within=0.1, prepare=flood, recovery=5.0),
-    Fault("emergency stop", press, release, 1.0, stops=True, within=0.1, recovery=5.0),
+    emergency_stop("emergency stop behind 5 kHz of commands", flood, calm),
+    emergency_stop("emergency stop"),
     Fault("malformed packets on serial_write", publish("serial_write", String, *MALFORMED), stops=False),
     Fault("malformed packets on serial_read", publish("serial_read", String, *MALFORMED), stops=False),
     Fault("malformed lines from the board", lambda rig: [rig.board.say(line) for line in GARBAGE], stops=False),
     Fault("impossible commands on cmd_vel/default", publish("cmd_vel/default", Twist, *twists())),
     Fault("impossible commands on cmd_vel", publish("cmd_vel", Twist, *twists()), recovery=2.5),
     Fault("disk full", lambda rig: fill(rig.disk), make_room, 4.0, stops=False),
-    Fault("driver_node killed (-9) on a full disk", kill("driver_node"), make_room, 6.0, stops=True,
-          prepare=lambda rig: fill(rig.disk)),
+    Fault("recorder_node killed (-9)", kill("recorder_node"), back("recorder_node"), stops=False),
+    Fault("recorder_node stopped (SIGSTOP), goes on (SIGCONT)", stop("recorder_node"), go_on("recorder_node"),
+          stops=False),
 ]
-COMPOSED = [
-    Fault("robotont_node killed (-9)", kill("robotont_node"), seconds=4.0, stops=True, recovery=RESPAWN, loses=True),
-    Fault("robotont_node stopped (SIGSTOP), goes on (SIGCONT)", stop("robotont_node"), go_on("robotont_node"),
-          stops=True),
-    Fault("emergency stop behind 5 kHz, one process", press,
-          lambda rig: (calm(rig), release(rig)), 1.0, stops=True, within=0.1, prepare=flood, recovery=5.0),
-]
+
+
+def node_faults(node, stops=True, loses=False):
+    """A node of the robot dies, and does not answer."""
+    return [
+        Fault(f"{node} killed (-9)", kill(node), seconds=4.0, stops=stops, recovery=RESPAWN, loses=loses),
+        Fault(f"{node} stopped (SIGSTOP), goes on (SIGCONT)", stop(node), go_on(node), stops=stops),
+    ]
+
+
+def killed_on_a_full_disk(node):
+    """A node dies, and its successor finds no room for its log."""
+    return Fault(f"{node} killed (-9) on a full disk", kill(node), make_room, 6.0, stops=True,
+                 prepare=lambda rig: fill(rig.disk), loses=node == "robotont_node")
+
+
+ONE_PROCESS = [
+    *node_faults("robotont_node", loses=True), *node_faults("cmd_vel_mux"), killed_on_a_full_disk("robotont_node")]
+THREE_PROCESSES = [
+    *node_faults("driver_node"), *node_faults("serial_com_node", loses=True), *node_faults("cmd_vel_mux"),
+    *node_faults("odom_node", stops=False, loses=True), killed_on_a_full_disk("driver_node")]
 MASTER = Fault("master killed (-9), a new one started", kill_master, start_master, 3.0, stops=False)
 CLOCKS = [
     Fault(f"wall clock {way}", set_clock(seconds), set_clock(0), stops=False)

@@ -36,14 +36,6 @@ def same(before, after):
                for node, (threads, files, memory) in before.items())
 
 
-def new_pid(rig, node):
-    """Process id of a node; None while it is dead."""
-    try:
-        return rig.processes.pid("/" + node)
-    except OSError:
-        return None
-
-
 def hold_out(rig, rounds, fault):
     """Many rounds of a fault, each until the robot drives again; resources are the same before and after."""
     rig.drive()
@@ -67,21 +59,22 @@ def hold_out(rig, rounds, fault):
             print(f"  {node:<16} {before[node]} -> {after}")
 
 
-def test_a_hundred_pulled_cables_cost_nothing(rigs):
+@pytest.mark.parametrize("composed", [False, True], ids=["three_processes", "one_process"])
+def test_a_hundred_pulled_cables_cost_nothing(rigs, composed):
     def pull(rig):
         rig.board.unplug()
         wait_for(lambda: not rig.moving, "a standing robot")
         rig.board.plug()
-    hold_out(rigs.get("cables"), ROUNDS_OF_CABLE, pull)
+    hold_out(rigs.get(f"cables {composed}", composed), ROUNDS_OF_CABLE, pull)
 
 
 @pytest.mark.parametrize("node, composed", [*((node, False) for node in NODES), *((node, True) for node in IN_ONE)])
 def test_fifty_killed_nodes_cost_nothing(rigs, node, composed):
     def end(rig):
-        pid = rig.processes.pid("/" + node)
+        pid = rig.pid(node)
         kill(node)(rig)
         wait_for(lambda: not rig.well(0.0), "the fault")
-        wait_for(lambda: new_pid(rig, node) not in (pid, None), "another process", timeout=30.0, period=0.2)
+        wait_for(lambda: rig.pid(node) not in (pid, None), "another process", timeout=30.0, period=0.2)
     hold_out(rigs.get(f"kills {composed}", composed), ROUNDS_OF_KILLS, end)
 
 

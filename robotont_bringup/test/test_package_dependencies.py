@@ -35,7 +35,7 @@ OFFICIAL_PACKAGES = {
     "robotont_gazebo", "robotont_lite_description", "robotont_msgs", "robotont_navigation", "robotont_nuc_description",
     "robotont_sensors", "robotont_support", "robotont_tutorials", "robotont_webapp", "ros_koolitus",
 }
-NO_KEY = {"zxingcpp"}  # of setup/requirements.txt; rosdep has no name for it. For tests only
+NO_KEY = {"atheris", "zxingcpp"}  # of setup/requirements*.txt; rosdep has no name for them. For tests only
 WHERE_INSTALLED = {"robotont_msgs"}  # messages of the official robot: used where they are, and missed nowhere else
 
 

@@ -114,6 +114,12 @@ def test_a_misspelt_name_is_not_silently_ignored():
         read_parameters(DRIVER, {"cmd_timout": 1.0})
 
 
+@pytest.mark.parametrize("name", [None, 1, 0.5, True, (1, 2)])
+def test_a_name_that_is_no_text_is_named(name):
+    with pytest.raises(ParameterError, match="no such parameter"):
+        read_parameters(DRIVER, {name: 1})
+
+
 def test_all_faults_come_together():
     with pytest.raises(ParameterError) as raised:
         read_parameters(DRIVER, {"publish_rate": 0, "cmd_timeout": 0, "x": 0})

@@ -146,6 +146,7 @@ def help_text(table):
 
 
 def _unknown(name, known):
-    near = difflib.get_close_matches(name[:100], known, n=1)
+    found = str(name)[:100]  # in a file of YAML a name need not be text
+    near = difflib.get_close_matches(found, known, n=1)
     hint = f"did you mean ~{near[0]}?" if near else "this node has " + ", ".join(sorted(known))
-    return f"~{name[:100]}: no such parameter; {hint}"
+    return f"~{found}: no such parameter; {hint}"

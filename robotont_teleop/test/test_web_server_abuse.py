@@ -2,12 +2,17 @@
 
 import json
 import socket
+import subprocess
+import sys
 import time
+from pathlib import Path
 
 import pytest
+from flooding_page import FRAMES, open_socket
 from tornado.httpclient import HTTPClientError
+from web_client import Client
 
-from robotont_teleop.page_socket import MESSAGES_PER_SECOND, WRONG_MESSAGES
+from robotont_teleop.page_socket import FRAMES_PER_SECOND, WRONG_MESSAGES
 from robotont_teleop.speeds import STOP
 from robotont_testing.harness import wait_for
 
@@ -54,8 +59,28 @@ def test_a_thousand_messages_at_once_end_the_page_and_stop_the_robot(served):
     wait_for(lambda: page.closed, "the end")
     assert page.close_code == 1008
     assert served.robot.sent[-1] == STOP
-    assert len(served.robot.sent) <= MESSAGES_PER_SECOND * (1 + time.monotonic() - start) + 10
+    assert len(served.robot.sent) <= FRAMES_PER_SECOND * (1 + time.monotonic() - start) + 10
     assert served.ready_page()
+
+
+@pytest.mark.parametrize("kind", FRAMES)
+def test_a_page_that_floods_holds_up_nobody_and_is_closed(served, kind):
+    with Client(served.port) as other:
+        page = other.ready_page()
+        page.drive(0.3)
+        wait_for(lambda: served.robot.moved, "motion")
+        flood = subprocess.Popen([sys.executable, Path(__file__).with_name("flooding_page.py"), str(served.port), kind],
+                                 stdout=subprocess.PIPE, text=True)
+        with flood:
+            assert flood.stdout.readline() == "flooding\n"
+            seen, start = page.states, time.monotonic()
+            wait_for(lambda: page.states >= seen + 10, "states during the flood", timeout=3)
+            page.send({"kind": "stop"})
+            wait_for(lambda: served.robot.stopped and served.robot.sent[-1] == STOP, "the stop", timeout=1)
+            wait_for(lambda: page.states >= seen + 40, "states during the flood", timeout=5)
+            assert time.monotonic() - start > 1.5, "states in a bundle"
+            assert flood.wait() == 0, "it was not closed"
+        assert len(served.server.pages) == 1
 
 
 def test_two_hundred_connections(served):
@@ -86,12 +111,8 @@ def test_a_slow_reader_holds_up_nobody_and_is_closed(served, monkeypatch):
     state = served.robot.state()
     monkeypatch.setattr(served.robot, "state", lambda: {**state, "board": "x" * 20000})
     good = served.ready_page()
-    slow = socket.create_connection(("127.0.0.1", served.port))
+    slow = open_socket(served.port)
     slow.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
-    host = f"127.0.0.1:{served.port}"
-    slow.sendall((f"GET /socket HTTP/1.1\r\nHost: {host}\r\nOrigin: http://{host}\r\nUpgrade: websocket\r\n"
-                  "Connection: Upgrade\r\nSec-WebSocket-Version: 13\r\n"
-                  "Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n\r\n").encode())
     wait_for(lambda: len(served.server.pages) == 2, "the second page")
     seen = good.states
     wait_for(lambda: len(served.server.pages) == 1, "the end of the slow page", timeout=6)  # before its pings run out

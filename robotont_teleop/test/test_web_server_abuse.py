@@ -42,6 +42,17 @@ def test_malformed_messages_move_nothing_and_end_the_page(served, text, code):
     assert served.ready_page()
 
 
+@pytest.mark.parametrize("letter", ["o", "õ", "机", "🤖"])
+def test_the_reason_of_a_close_is_as_long_as_it_may_be_and_whole(served, letter):
+    page = served.ready_page()
+    page.send(*['{"kind":"' + letter * 100 + '"}'] * WRONG_MESSAGES)
+    wait_for(lambda: page.closed, "the end")
+    assert page.close_code == 1008
+    reason = page.socket.close_reason
+    assert reason.startswith("found kind '" + letter * 20)
+    assert 120 <= len(reason.encode()) <= 123  # RFC 6455: a control frame has 125 bytes, two of them for the code
+
+
 def test_a_message_with_nan_is_refused_with_words(served):
     page = served.ready_page()
     page.send(f'{{"kind":"drive","time":{page.time},"x":NaN,"y":0,"turn":0}}')

@@ -16,6 +16,7 @@ from robotont_teleop.web_handlers import Guarded
 FRAMES_PER_SECOND = 200.0     # of one page, of all kinds; it sends 25, and 125 at most while a stick moves fast
 SEND_BUFFER = 16384           # [bytes] of a page's socket, so that little can wait in it
 SLOWEST_READER = 5.0          # [s] a page that has not read for so long is closed
+LONGEST_REASON = 123          # [bytes] of a close (RFC 6455)
 WRONG_MESSAGES = 10           # of one page before it is closed
 GOING_AWAY, NOT_OURS, TOO_MANY = 1001, 1008, 1013  # close codes (RFC 6455): end, policy violation, try again later
 
@@ -102,13 +103,13 @@ class PageSocket(Guarded, tornado.websocket.WebSocketHandler):
         """Take no more messages, and close; the robot stops now, however long the goodbye takes."""
         self.server.remove(self)
         self.number = None
-        self.close(code, words)
+        self.close(code, words.encode("utf-8", "replace")[:LONGEST_REASON].decode("utf-8", "ignore"))
 
     def _refuse(self, words, at_once=False):
         self.server.refused += 1
         self._wrong += 1
         if at_once or self._wrong >= WRONG_MESSAGES:
-            self.end(NOT_OURS, words[:100])
+            self.end(NOT_OURS, words)
         else:
             self.send({"kind": "error", "words": words[:200]})
 

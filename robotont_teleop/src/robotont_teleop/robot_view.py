@@ -322,7 +322,8 @@ class RobotView:
         except (OSError, rosgraph.MasterException):
             return CAMERA_LOOK
         self._camera.look({name for name, _ in publishers})
-        return CAMERA_LOOK
+        self._camera.wait(CAMERA_LOOK)
+        return 0.0
 
 
 def _yaw(quaternion):

@@ -1,5 +1,7 @@
 """Too much, too malformed or too slow: nothing moves, nobody else waits."""
 
+import contextlib
+import http.client
 import json
 import socket
 import subprocess
@@ -105,6 +107,48 @@ def test_two_hundred_connections(served):
     for connection in sockets:
         connection.close()
     wait_for(lambda: served.request("GET", "/app.js")[0] == 200, "an answer")
+
+
+def test_a_stranger_who_holds_all_connections_keeps_nobody_out(guarded):
+    cookie = guarded.access.cookie
+    page = guarded.ready_page(cookie=cookie)
+    known = http.client.HTTPConnection("127.0.0.1", guarded.port, timeout=10)
+    with contextlib.closing(known), contextlib.ExitStack() as strangers:
+        def ask():
+            known.request("GET", "/map.png", headers={"Cookie": "robotont_teleop=" + cookie})
+            answer = known.getresponse()
+            assert answer.read()
+            return answer.status
+        assert ask() == 200
+        socket_of_known = known.sock
+        for start in (b"", b"GET / HTTP/1.1\r\nX: ",
+                      f"GET /app.js HTTP/1.1\r\nHost: 127.0.0.1:{guarded.port}\r\n\r\n".encode()):
+            for _ in range(2 * guarded.server.settings.max_connections):
+                stranger = strangers.enter_context(socket.create_connection(("127.0.0.1", guarded.port)))
+                with contextlib.suppress(OSError):
+                    stranger.sendall(start)
+            assert guarded.request("GET", "/")[0] == 401
+            assert guarded.request("GET", "/", Cookie="robotont_teleop=" + cookie)[0] == 200
+            another = guarded.ready_page(cookie=cookie)
+            another.close()
+        assert ask() == 200
+        assert known.sock is socket_of_known, "the connection of one who has the token was closed"
+        seen = page.states
+        wait_for(lambda: page.states > seen + 3, "states")
+        assert not page.closed
+
+
+def test_too_many_connections_of_those_who_may_come(served):
+    page = served.ready_page()
+    with contextlib.ExitStack() as connections:
+        for _ in range(served.server.settings.max_connections - 1):
+            known = http.client.HTTPConnection("127.0.0.1", served.port, timeout=10)
+            connections.enter_context(contextlib.closing(known))
+            known.request("GET", "/map.png")
+            assert known.getresponse().read()
+        with pytest.raises(ConnectionError):
+            served.request("GET", "/app.js")
+        assert not page.closed
 
 
 def test_too_many_pages(served):

@@ -17,8 +17,27 @@ from robotont_testing.node_test import NodeTest
 
 POSE, MAP_TO_ODOM = (0.5, -0.25), (1.0, 2.0)  # [m]
 YAW = 0.6             # [rad]
+LASER = "laser"       # its frame
 DRIVE, STOP = (0.3, 0.0, 0.0), (0.0, 0.0, 0.0)
 OPEN = "document.getElementById('app')?.dataset.state === 'open'"  # not yet on the login page
+
+
+def still(frame, child, x=0.0, y=0.0):
+    """A transform by (x, y) [m]."""
+    transform = TransformStamped(child_frame_id=child)
+    transform.header.frame_id = frame
+    transform.transform.translation.x, transform.transform.translation.y = x, y
+    transform.transform.rotation.w = 1.0
+    return transform
+
+
+def room(x=0.0):
+    """An empty map whose corner is at x [m]."""
+    grid = OccupancyGrid()
+    grid.info.resolution, grid.info.width, grid.info.height = 0.5, 12, 12
+    grid.info.origin.position.x, grid.info.origin.orientation.w = x, 1.0
+    grid.data = [0] * 144
+    return grid
 
 
 @unittest.skipIf(CHROMIUM is None, "no chromium")
@@ -30,17 +49,9 @@ class PageServerTest(NodeTest):
         cls.odometry = rospy.Publisher("odom", Odometry, queue_size=1)
         Worker(cls.publish_odometry)
         cls.broadcaster = tf2_ros.StaticTransformBroadcaster()
-        transform = TransformStamped(child_frame_id="odom")
-        transform.header.frame_id = "map"
-        transform.transform.translation.x, transform.transform.translation.y = MAP_TO_ODOM
-        transform.transform.rotation.w = 1.0
-        cls.broadcaster.sendTransform(transform)
+        cls.broadcaster.sendTransform([still("map", "odom", *MAP_TO_ODOM), still("base_footprint", LASER)])
         cls.map = rospy.Publisher("map", OccupancyGrid, queue_size=1, latch=True)
-        room = OccupancyGrid()
-        room.info.resolution, room.info.width, room.info.height = 0.5, 12, 12
-        room.info.origin.orientation.w = 1.0
-        room.data = [0] * 144
-        cls.map.publish(room)
+        cls.map.publish(room())
 
     @classmethod
     def tearDownClass(cls):

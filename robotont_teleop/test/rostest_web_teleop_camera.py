@@ -1,8 +1,11 @@
 #!/usr/bin/env python3
 """The camera's pictures on the page."""
 
+import contextlib
 import io
+import os
 import socket
+import threading
 import unittest.mock
 
 import rospy
@@ -10,9 +13,10 @@ import rostest
 from page_server_test import PageServerTest
 from PIL import Image
 from sensor_msgs.msg import CompressedImage
+from std_msgs.msg import Bool
 
 from robotont_teleop import camera
-from robotont_testing.harness import wait_for
+from robotont_testing.harness import suspended, wait_for, wait_for_master
 
 CAMERA = "camera/color/image_raw/compressed"
 NEWEST = 29  # number of the last of many pictures
@@ -66,9 +70,7 @@ class WebTeleopCameraTest(PageServerTest):
 
     def test_no_command_waits_behind_a_picture(self):
         publisher, _, page = self.start_camera()
-        reader = socket.create_connection(("127.0.0.1", self.port))
-        self.addCleanup(reader.close)
-        reader.sendall(f"GET /camera.jpg HTTP/1.1\r\nHost: 127.0.0.1:{self.port}\r\n\r\n".encode())
+        reader = self.ask()
         wait_for(lambda: publisher.get_num_connections(), "the node")
         size = 20_000_000
         publisher.publish(CompressedImage(format="jpeg", data=jpeg(1) + bytes(size)))
@@ -83,12 +85,30 @@ class WebTeleopCameraTest(PageServerTest):
             read += len(reader.recv(1 << 20))
         self.assertGreater(read, size)
 
+    def test_the_page_goes_on_while_the_master_does_not_answer(self):
+        publisher, _, page = self.start_camera()
+        self.addCleanup(self.publisher("emergency_stop", Bool).publish, False)
+        with suspended(wait_for_master(os.environ["ROS_MASTER_URI"])), contextlib.closing(self.ask()):
+            seen = page.states
+            wait_for(lambda: page.states > seen + 40, "states", timeout=5)
+            page.send({"kind": "stop"})
+            wait_for(lambda: page.messages["state"]["stopped"], "the stop", timeout=2)
+        self.ask()
+        wait_for(publisher.get_num_connections, "the node")
+
+    def ask(self):
+        """A connection that asks for a picture."""
+        reader = socket.create_connection(("127.0.0.1", self.port))
+        self.addCleanup(reader.close)
+        reader.sendall(f"GET /camera.jpg HTTP/1.1\r\nHost: 127.0.0.1:{self.port}\r\n\r\n".encode())
+        return reader
+
     def test_a_camera_that_nobody_watches_is_left_and_an_old_picture_is_none(self):
         publisher = self.publisher(CAMERA, CompressedImage, subscribers=0)
         watched = camera.Camera(CAMERA)
         with unittest.mock.patch.object(camera, "REST", 1.5):
-            watched.look({rospy.resolve_name(CAMERA)})
             watched.picture()
+            watched.look({rospy.resolve_name(CAMERA)})
             wait_for(publisher.get_num_connections, "the subscription")
             publisher.publish(CompressedImage(format="png", data=b"\x89PNG"))
             picture = wait_for(lambda: watched.picture() or publisher.publish(CompressedImage(data=jpeg(1))),
@@ -97,6 +117,25 @@ class WebTeleopCameraTest(PageServerTest):
             wait_for(lambda: watched.picture() is None, "the end of the old picture", timeout=3)
             self.assertTrue(publisher.get_num_connections())
             wait_for(lambda: watched.look({}) or not publisher.get_num_connections(), "the end of the subscription")
+
+    def test_to_ask_for_a_picture_never_waits_for_the_master(self):
+        watched = camera.Camera(CAMERA)
+        there = {rospy.resolve_name(CAMERA)}
+        watched.look(there)
+        watched.picture()
+        watched.look(there)
+        for published, rest in ((set(), 0.0), (there, camera.REST)):  # it is left, and subscribed to
+            with unittest.mock.patch.object(camera, "REST", rest):
+                threads = [threading.Thread(target=work, daemon=True) for work in (
+                    lambda published=published: watched.look(published), watched.picture)]
+                with suspended(wait_for_master(os.environ["ROS_MASTER_URI"])):
+                    for thread in threads:
+                        thread.start()
+                        thread.join(1.0)
+                    waits = [thread.is_alive() for thread in threads]
+                for thread in threads:
+                    thread.join()
+                self.assertEqual(waits, [True, False])
 
 
 if __name__ == "__main__":

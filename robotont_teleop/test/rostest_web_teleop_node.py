@@ -13,8 +13,9 @@ from pathlib import Path
 import rostest
 from actionlib_msgs.msg import GoalStatus, GoalStatusArray
 from move_base_msgs.msg import MoveBaseActionGoal
-from page_server_test import DRIVE, MAP_TO_ODOM, POSE, STOP, YAW, PageServerTest
+from page_server_test import DRIVE, LASER, MAP_TO_ODOM, POSE, STOP, YAW, PageServerTest, room
 from qr_on_terminal import read_qr
+from sensor_msgs.msg import BatteryState, LaserScan
 from std_msgs.msg import Bool
 
 from robotont_testing import places
@@ -119,6 +120,39 @@ class WebTeleopNodeTest(PageServerTest):
             if file.is_file():
                 self.assertNotIn(token, file.read_text(errors="replace"), file)
         self.assertEqual(self.log.read_text().count(token), 1, "once, for the one who sits there")
+
+    def test_a_scan_without_a_largest_range_and_a_battery_without_a_voltage_are_shown(self):
+        scans = self.publisher("scan", LaserScan, subscribers=0)
+        batteries = self.publisher("battery", BatteryState, subscribers=0)
+        self.start()
+        page, client = self.open(), self.page()
+        scan = LaserScan(angle_increment=0.1, range_min=0.1, range_max=math.inf, ranges=[1.0, math.inf, math.nan, 2.0])
+        scan.header.frame_id = LASER
+        shown = wait_for(lambda: scans.publish(scan) or client.messages.get("scan"), "the scan", period=0.1)
+        self.assertEqual(shown["ranges"], [1.0, None, None, 2.0])
+        words = "document.getElementById('battery').hidden || document.getElementById('battery').textContent.trim()"
+        battery = BatteryState(voltage=math.nan, percentage=0.5)
+        wait_for(lambda: batteries.publish(battery) or page.run(words) == "50 %", "the battery", period=0.1)
+        self.assertIn("50 %", page.run("document.getElementById('facts').textContent"))
+        self.assertEqual(page.complaints(), [])
+
+    def test_a_map_keeps_its_number_over_a_restart_and_another_one_has_another(self):
+        def number():
+            page = self.page()
+            return wait_for(lambda: page.messages["status"]["map"], "the map")["number"]
+
+        def restart(server):
+            self.processes.stop(server, signal.SIGTERM)
+            self.log.write_text("")
+            return self.start()
+        server = self.start()
+        first = number()
+        server = restart(server)
+        self.assertEqual(number(), first)
+        self.addCleanup(self.map.publish, room())
+        self.map.publish(room(x=1.0))
+        restart(server)
+        self.assertNotEqual(number(), first, "an open page must not keep the old map")
 
     def test_its_end_while_driving_is_a_zero(self):
         for end in (signal.SIGINT, signal.SIGTERM):

@@ -1,13 +1,20 @@
 """Too much, too malformed or too slow: nothing moves, nobody else waits."""
 
+import contextlib
+import http.client
 import json
 import socket
+import subprocess
+import sys
 import time
+from pathlib import Path
 
 import pytest
+from flooding_page import FRAMES, open_socket
 from tornado.httpclient import HTTPClientError
+from web_client import Client
 
-from robotont_teleop.page_socket import MESSAGES_PER_SECOND, WRONG_MESSAGES
+from robotont_teleop.page_socket import FRAMES_PER_SECOND, WRONG_MESSAGES
 from robotont_teleop.speeds import STOP
 from robotont_testing.harness import wait_for
 
@@ -37,6 +44,17 @@ def test_malformed_messages_move_nothing_and_end_the_page(served, text, code):
     assert served.ready_page()
 
 
+@pytest.mark.parametrize("letter", ["o", "õ", "机", "🤖"])
+def test_the_reason_of_a_close_is_as_long_as_it_may_be_and_whole(served, letter):
+    page = served.ready_page()
+    page.send(*['{"kind":"' + letter * 100 + '"}'] * WRONG_MESSAGES)
+    wait_for(lambda: page.closed, "the end")
+    assert page.close_code == 1008
+    reason = page.socket.close_reason
+    assert reason.startswith("found kind '" + letter * 20)
+    assert 120 <= len(reason.encode()) <= 123  # RFC 6455: a control frame has 125 bytes, two of them for the code
+
+
 def test_a_message_with_nan_is_refused_with_words(served):
     page = served.ready_page()
     page.send(f'{{"kind":"drive","time":{page.time},"x":NaN,"y":0,"turn":0}}')
@@ -54,8 +72,28 @@ def test_a_thousand_messages_at_once_end_the_page_and_stop_the_robot(served):
     wait_for(lambda: page.closed, "the end")
     assert page.close_code == 1008
     assert served.robot.sent[-1] == STOP
-    assert len(served.robot.sent) <= MESSAGES_PER_SECOND * (1 + time.monotonic() - start) + 10
+    assert len(served.robot.sent) <= FRAMES_PER_SECOND * (1 + time.monotonic() - start) + 10
     assert served.ready_page()
+
+
+@pytest.mark.parametrize("kind", FRAMES)
+def test_a_page_that_floods_holds_up_nobody_and_is_closed(served, kind):
+    with Client(served.port) as other:
+        page = other.ready_page()
+        page.drive(0.3)
+        wait_for(lambda: served.robot.moved, "motion")
+        flood = subprocess.Popen([sys.executable, Path(__file__).with_name("flooding_page.py"), str(served.port), kind],
+                                 stdout=subprocess.PIPE, text=True)
+        with flood:
+            assert flood.stdout.readline() == "flooding\n"
+            seen, start = page.states, time.monotonic()
+            wait_for(lambda: page.states >= seen + 10, "states during the flood", timeout=3)
+            page.send({"kind": "stop"})
+            wait_for(lambda: served.robot.stopped and served.robot.sent[-1] == STOP, "the stop", timeout=1)
+            wait_for(lambda: page.states >= seen + 40, "states during the flood", timeout=5)
+            assert time.monotonic() - start > 1.5, "states in a bundle"
+            assert flood.wait() == 0, "it was not closed"
+        assert len(served.server.pages) == 1
 
 
 def test_two_hundred_connections(served):
@@ -69,6 +107,48 @@ def test_two_hundred_connections(served):
     for connection in sockets:
         connection.close()
     wait_for(lambda: served.request("GET", "/app.js")[0] == 200, "an answer")
+
+
+def test_a_stranger_who_holds_all_connections_keeps_nobody_out(guarded):
+    cookie = guarded.access.cookie
+    page = guarded.ready_page(cookie=cookie)
+    known = http.client.HTTPConnection("127.0.0.1", guarded.port, timeout=10)
+    with contextlib.closing(known), contextlib.ExitStack() as strangers:
+        def ask():
+            known.request("GET", "/map.png", headers={"Cookie": "robotont_teleop=" + cookie})
+            answer = known.getresponse()
+            assert answer.read()
+            return answer.status
+        assert ask() == 200
+        socket_of_known = known.sock
+        for start in (b"", b"GET / HTTP/1.1\r\nX: ",
+                      f"GET /app.js HTTP/1.1\r\nHost: 127.0.0.1:{guarded.port}\r\n\r\n".encode()):
+            for _ in range(2 * guarded.server.settings.max_connections):
+                stranger = strangers.enter_context(socket.create_connection(("127.0.0.1", guarded.port)))
+                with contextlib.suppress(OSError):
+                    stranger.sendall(start)
+            assert guarded.request("GET", "/")[0] == 401
+            assert guarded.request("GET", "/", Cookie="robotont_teleop=" + cookie)[0] == 200
+            another = guarded.ready_page(cookie=cookie)
+            another.close()
+        assert ask() == 200
+        assert known.sock is socket_of_known, "the connection of one who has the token was closed"
+        seen = page.states
+        wait_for(lambda: page.states > seen + 3, "states")
+        assert not page.closed
+
+
+def test_too_many_connections_of_those_who_may_come(served):
+    page = served.ready_page()
+    with contextlib.ExitStack() as connections:
+        for _ in range(served.server.settings.max_connections - 1):
+            known = http.client.HTTPConnection("127.0.0.1", served.port, timeout=10)
+            connections.enter_context(contextlib.closing(known))
+            known.request("GET", "/map.png")
+            assert known.getresponse().read()
+        with pytest.raises(ConnectionError):
+            served.request("GET", "/app.js")
+        assert not page.closed
 
 
 def test_too_many_pages(served):
@@ -86,12 +166,8 @@ def test_a_slow_reader_holds_up_nobody_and_is_closed(served, monkeypatch):
     state = served.robot.state()
     monkeypatch.setattr(served.robot, "state", lambda: {**state, "board": "x" * 20000})
     good = served.ready_page()
-    slow = socket.create_connection(("127.0.0.1", served.port))
+    slow = open_socket(served.port)
     slow.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
-    host = f"127.0.0.1:{served.port}"
-    slow.sendall((f"GET /socket HTTP/1.1\r\nHost: {host}\r\nOrigin: http://{host}\r\nUpgrade: websocket\r\n"
-                  "Connection: Upgrade\r\nSec-WebSocket-Version: 13\r\n"
-                  "Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n\r\n").encode())
     wait_for(lambda: len(served.server.pages) == 2, "the second page")
     seen = good.states
     wait_for(lambda: len(served.server.pages) == 1, "the end of the slow page", timeout=6)  # before its pings run out

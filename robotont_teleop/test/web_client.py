@@ -157,7 +157,7 @@ class OpenPage:
         if text is None:
             self.closed = True
             return
-        message = json.loads(text)
+        message = json.loads(text, parse_constant=_refuse_constant)
         self.messages[message["kind"]] = message
         self.states += message["kind"] == "state"
 
@@ -188,3 +188,8 @@ class OpenPage:
         async def close():
             self.socket.close()
         self._client.do(close())
+
+
+def _refuse_constant(name):
+    """No browser reads NaN or Infinity."""
+    raise ValueError(f"found {name}")

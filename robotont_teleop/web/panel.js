@@ -52,9 +52,9 @@ export function showFacts({board, battery, ranges, pages}) {
   const facts = [];
   const charge = battery?.charge == null ? "" : `${Math.round(battery.charge * 100)} % `;
   const voltage = battery?.voltage == null ? "" : `${battery.voltage.toFixed(1)} V`;
-  $("battery").hidden = !voltage;
+  $("battery").hidden = !(charge || voltage);
   write($("battery"), charge || voltage);
-  if (voltage) {
+  if (charge || voltage) {
     facts.push(["battery", charge + voltage]);
   }
   if (ranges.length) {

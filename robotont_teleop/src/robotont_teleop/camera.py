@@ -14,33 +14,41 @@ JPEG = b"\xff\xd8"  # first bytes
 
 
 class Camera:
-    """JPEG pictures of a topic (sensor_msgs/CompressedImage)."""
+    """JPEG pictures of a topic (sensor_msgs/CompressedImage). Only `look` speaks to the master, and may wait for it."""
 
     def __init__(self, topic):
         self._topic = topic
         self._lock = threading.Lock()
         self._newest, self._received = (0, b""), -math.inf
         self._wanted = -math.inf
-        self._subscriber = None
-        self.present = False  # whether anybody publishes pictures
+        self._missed = threading.Event()
+        self._subscriber = None  # of `look` alone
+        self.present = False     # whether anybody publishes pictures
 
     def picture(self):
-        """(number, JPEG) of now, or None; numbers grow. Asking for one starts the subscription."""
+        """(number, JPEG) of now, or None; numbers grow. Asking for one makes `look` listen to the camera."""
         now = time.monotonic()
+        self._wanted = now
+        if self.present and self._subscriber is None:
+            self._missed.set()
         with self._lock:
-            self._wanted = now
-            if self._subscriber is None and self.present:
-                self._subscriber = rospy.Subscriber(self._topic, CompressedImage, self._on_picture, queue_size=1,
-                                                    buff_size=BUFFER)
             return self._newest if now - self._received < STALE else None
 
     def look(self, published):
-        """Whether it is there, by the names of all `published` topics; leave it when nobody wants its pictures."""
+        """Whether it is there, by the names of all `published` topics; listen to it while its pictures are wanted."""
         self.present = rospy.resolve_name(self._topic) in published
-        with self._lock:
-            if self._subscriber is not None and time.monotonic() - self._wanted > REST:
-                self._subscriber.unregister()
-                self._subscriber = None
+        wanted = time.monotonic() - self._wanted < REST
+        if self._subscriber is None and self.present and wanted:
+            self._subscriber = rospy.Subscriber(self._topic, CompressedImage, self._on_picture, queue_size=1,
+                                                buff_size=BUFFER)
+        elif self._subscriber is not None and not wanted:
+            self._subscriber.unregister()
+            self._subscriber = None
+
+    def wait(self, longest):
+        """Until there is a reason to `look`, or for so long [s]."""
+        self._missed.wait(longest)
+        self._missed.clear()
 
     def _on_picture(self, message):
         if message.data[:2] == JPEG:

@@ -10,11 +10,13 @@ import tornado.websocket
 
 from robotont_teleop.driving_seat import MessageRate
 from robotont_teleop.messages import MessageError
+from robotont_teleop.page_frames import PageFrames
 from robotont_teleop.web_handlers import Guarded
 
-MESSAGES_PER_SECOND = 200.0   # of one page; it sends 25, and 125 at most while a stick moves fast
+FRAMES_PER_SECOND = 200.0     # of one page, of all kinds; it sends 25, and 125 at most while a stick moves fast
 SEND_BUFFER = 16384           # [bytes] of a page's socket, so that little can wait in it
 SLOWEST_READER = 5.0          # [s] a page that has not read for so long is closed
+LONGEST_REASON = 123          # [bytes] of a close (RFC 6455)
 WRONG_MESSAGES = 10           # of one page before it is closed
 GOING_AWAY, NOT_OURS, TOO_MANY = 1001, 1008, 1013  # close codes (RFC 6455): end, policy violation, try again later
 
@@ -27,10 +29,15 @@ class PageSocket(Guarded, tornado.websocket.WebSocketHandler):
         self.number = None
         self.waiting = {}   # newest message of each slow kind that this page has not got yet
         self.fresh = True   # has got no status yet
-        self._rate = MessageRate(MESSAGES_PER_SECOND)
+        self._rate = MessageRate(FRAMES_PER_SECOND)
         self._wrong = 0
         self._writing = None  # the newest write, for the loop holds it only weakly
         self._read_at = 0.0   # [s] when the page was last seen to read
+
+    def get_websocket_protocol(self):
+        """Called by tornado; None for a version of WebSockets that it does not know."""
+        protocol = super().get_websocket_protocol()
+        return protocol and PageFrames(self, False, protocol.params)
 
     def check_origin(self, _origin):
         """Called by tornado; without an Origin it is not called, `prepare` sees to that."""
@@ -61,13 +68,15 @@ class PageSocket(Guarded, tornado.websocket.WebSocketHandler):
         """Called by tornado."""
         if self.number is None:
             return
-        if not self._rate.take(time.monotonic()):
-            self._refuse(f"more than {MESSAGES_PER_SECOND:g} messages per second", at_once=True)
-            return
         try:
             self.server.receive(self, text)
         except MessageError as error:
             self._refuse(str(error))
+
+    def count_frame(self):
+        """A frame of any kind has come."""
+        if self.number is not None and not self._rate.take(time.monotonic()):
+            self._refuse(f"more than {FRAMES_PER_SECOND:g} frames per second", at_once=True)
 
     def on_close(self):
         """Called by tornado."""
@@ -94,13 +103,13 @@ class PageSocket(Guarded, tornado.websocket.WebSocketHandler):
         """Take no more messages, and close; the robot stops now, however long the goodbye takes."""
         self.server.remove(self)
         self.number = None
-        self.close(code, words)
+        self.close(code, words.encode("utf-8", "replace")[:LONGEST_REASON].decode("utf-8", "ignore"))
 
     def _refuse(self, words, at_once=False):
         self.server.refused += 1
         self._wrong += 1
         if at_once or self._wrong >= WRONG_MESSAGES:
-            self.end(NOT_OURS, words[:100])
+            self.end(NOT_OURS, words)
         else:
             self.send({"kind": "error", "words": words[:200]})
 

@@ -46,7 +46,9 @@ class Guarded:
         """Called by tornado before the request's method."""
         if not self._host_allowed():
             raise tornado.web.HTTPError(403, reason="foreign host")
-        if not self.public and not self.authorised:
+        if self.authorised:
+            self.server.admit(self.request.connection.stream)
+        elif not self.public:
             raise tornado.web.HTTPError(401, reason="no token")
 
     def write_error(self, status_code, **_):

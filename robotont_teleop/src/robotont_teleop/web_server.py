@@ -79,6 +79,10 @@ class WebServer:
             page.end(GOING_AWAY, "the server ends")
         await asyncio.sleep(GOODBYE)
 
+    def admit(self, stream):
+        """Somebody who may come in has sent a request on this connection; it is not closed in favour of newer ones."""
+        self._server.admit(stream)
+
     def add(self, page):
         """A page has opened; returns its number, or None when there are too many."""
         if len(self.pages) >= self.settings.max_pages:
@@ -187,17 +191,32 @@ class WebServer:
 
 
 class _LimitedServer(tornado.httpserver.HTTPServer):
-    """Closes connections beyond a limit at once."""
+    """Beyond the limit closes the oldest connection on which nobody has shown that he may come in, or else the new one.
+
+    So strangers can take the connections from each other only.
+    """
 
     def initialize(self, *arguments, limit, **options):
         super().initialize(*arguments, **options)
         self._limit = limit
-        self._open = set()
+        self._known = set()
+        self._strangers = {}  # an ordered set
 
     def handle_stream(self, stream, address):
-        self._open = {other for other in self._open if not other.closed()}
-        if len(self._open) >= self._limit:
+        self._known = {other for other in self._known if not other.closed()}
+        self._strangers = {other: None for other in self._strangers if not other.closed()}
+        if len(self._known) >= self._limit:
             stream.close()
             return
-        self._open.add(stream)
+        if len(self._known) + len(self._strangers) >= self._limit:
+            oldest = next(iter(self._strangers))
+            del self._strangers[oldest]
+            oldest.close()
+        self._strangers[stream] = None
         super().handle_stream(stream, address)
+
+    def admit(self, stream):
+        """Somebody who may come in has sent a request on it."""
+        if stream in self._strangers:
+            del self._strangers[stream]
+            self._known.add(stream)

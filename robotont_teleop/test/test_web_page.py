@@ -1,7 +1,7 @@
 """The page in a real browser, on a server whose robot only takes notes."""
 
-
 import pytest
+from web_client import TOKEN
 
 from robotont_teleop.speeds import STOP
 from robotont_testing.browser import CHROMIUM, DESKTOP, Browser
@@ -136,6 +136,15 @@ def test_the_space_bar_stops_whatever_has_the_focus(page, served, element):
     page.run(f"document.getElementById({element!r}).focus()")
     type_key(page, "Space", 32, " ")
     wait_for(lambda: ("press",) in served.robot.orders, "the emergency stop")
+
+
+def test_the_token_leaves_the_address_each_time_the_code_is_scanned(browser, guarded):
+    for _ in range(2):  # the login page has it first, then the page itself
+        page = open_page(browser, guarded, f"#token={TOKEN}")
+        assert page.run("location.href") == f"http://127.0.0.1:{guarded.port}/"
+        page.run(f"location.hash = 'token={TOKEN}' && 0")  # a code that opens in the same tab
+        page.wait("!location.href.includes('token')", "the address without the token")
+        page.close()
 
 
 def type_key(page, code, number, text=""):

@@ -1,5 +1,7 @@
 """The page in a real browser, on a server whose robot only takes notes."""
 
+import re
+
 import pytest
 from web_client import TOKEN
 
@@ -145,6 +147,52 @@ def test_the_token_leaves_the_address_each_time_the_code_is_scanned(browser, gua
         page.run(f"location.hash = 'token={TOKEN}' && 0")  # a code that opens in the same tab
         page.wait("!location.href.includes('token')", "the address without the token")
         page.close()
+
+
+@pytest.mark.parametrize("dark", [False, True])
+def test_rims_and_borders_can_be_seen(page, dark):
+    """WCAG 1.4.11: 3:1 against what they enclose and against the page around."""
+    page.look(DESKTOP, dark)
+    page.wait(f"matchMedia('(prefers-color-scheme: dark)').matches === {str(dark).lower()}", "the colours")
+    controls = page.run("""[...document.querySelectorAll('.stick, .button')].filter(
+        (one) => one.offsetWidth).map((one) => {
+        const {borderTopColor, borderTopWidth, backgroundColor} = getComputedStyle(one);
+        return [one.id, borderTopWidth, borderTopColor, backgroundColor]})""")
+    around = page.run("['.head', 'body'].map((one) => getComputedStyle(document.querySelector(one)).backgroundColor)")
+    assert {"move", "turn", "closer", "reset_odometry", "language"} <= {control[0] for control in controls}
+    for name, width, border, inside in controls:
+        assert width != "0px"
+        assert min(contrast(border, colour) for colour in [inside, *around]) >= 3.0, (name, border, inside, around)
+
+
+def test_numbers_say_what_they_are(page):
+    for language, words in (("en", "Round trip"), ("de", "Hin und zurück"), ("et", "Edasi-tagasi")):
+        page.run(f"document.getElementById('language').value = '{language}'; "
+                 "document.getElementById('language').dispatchEvent(new Event('change'))")
+        title, text = page.run("(({title, textContent}) => [title, textContent])("
+                               "document.getElementById('round_trip').parentElement)")
+        assert title.startswith(words)
+        assert text.startswith(words)
+    page.run("localStorage.clear()")
+
+
+def test_a_browser_that_shows_no_gamepads_over_http(browser, served):
+    page = open_page(browser, served, script="delete Navigator.prototype.getGamepads;")
+    page.run("document.dispatchEvent(new Event('visibilitychange')) && 0")
+    assert page.complaints() == []
+    page.close()
+
+
+def contrast(one, other):
+    """Of two colours such as rgb(1, 2, 3), by WCAG."""
+    low, high = sorted(map(luminance, (one, other)))
+    return (high + 0.05) / (low + 0.05)
+
+
+def luminance(colour):
+    parts = [int(part) / 255 for part in re.findall(r"\d+", colour)]
+    red, green, blue = (part / 12.92 if part <= 0.04045 else ((part + 0.055) / 1.055) ** 2.4 for part in parts)
+    return 0.2126 * red + 0.7152 * green + 0.0722 * blue
 
 
 def type_key(page, code, number, text=""):

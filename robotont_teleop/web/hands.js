@@ -108,7 +108,7 @@ export class Hands {
   listenToGamepads(stop) {
     let polls = false;
     const poll = () => {
-      const pad = navigator.getGamepads().find((found) => found?.connected && found.mapping === "standard");
+      const pad = navigator.getGamepads?.().find((found) => found?.connected && found.mapping === "standard");
       polls = Boolean(pad) && !document.hidden;
       this.takeGamepad(pad, stop);
       if (polls) {

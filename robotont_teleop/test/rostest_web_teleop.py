@@ -8,7 +8,9 @@ import time
 from importlib.util import find_spec
 from pathlib import Path
 
+import rospy
 import rostest
+from sensor_msgs.msg import BatteryState
 from web_pages import OPEN, PagesTest
 
 from robotont_testing.browser import DESKTOP, PHONE, PHONE_LYING, Browser
@@ -18,6 +20,30 @@ STANDS = 0.02     # [m/s] slower than this is standing
 STOPS_IN = 0.5    # [s]
 OLDEST = 0.2      # [s]
 STALL = 3.0       # [s]
+NARROW = ((360, 740, 2), (390, 844, 2))  # phones
+LANGUAGES = ("en", "de", "et")
+WHO = ("who_you_navigation", "who_navigation", "who_other", "who_you", "who_nobody", "lost")
+HEADER = """(async ([who, button]) => {  // too wide texts, and pairs that overlap, with all that the header can show
+  const {text} = await import('/texts.js');
+  const head = document.querySelector('.head');
+  document.getElementById('driver').textContent = text(who);
+  document.getElementById('round_trip').textContent = '1234 ms';
+  for (const id of ['take', 'give_back']) {
+    document.getElementById(id).hidden = id !== button;
+  }
+  const shown = [...head.querySelectorAll('#driver, #charge, #round_trip, .dot, .button, .fact')].filter(
+    (one) => one.offsetWidth > 0);
+  const name = (one) => one.id || one.className;
+  const wide = [head, ...shown].filter((one) => one.scrollWidth > one.clientWidth).map(name);
+  const box = (one) => one.getBoundingClientRect();
+  const over = (one, other) => !one.contains(other) && !other.contains(one) &&
+    box(one).left < box(other).right && box(other).left < box(one).right &&
+    box(one).top < box(other).bottom && box(other).top < box(one).bottom;
+  const pairs = shown.flatMap((one, place) => shown.slice(place + 1).filter((other) => over(one, other)).map(
+    (other) => [name(one), name(other)]));
+  const out = shown.filter((one) => box(one).left < 0 || box(one).right > innerWidth).map(name);
+  return {wide, pairs, out, shown: shown.map(name), high: head.clientHeight};
+})"""
 CONTROLS = ("#move", "#turn", "#stop", "#cap", "#closer", "#farther", "#driver", "#round_trip")
 
 
@@ -187,15 +213,14 @@ class WebTeleopTest(PagesTest):
         self.addCleanup(page.run, "localStorage.clear()")  # the other tests' pages are English
         self.assertEqual(page.run("document.documentElement.lang"), "de", "the browser's language")
         page.wait("document.querySelectorAll('#lights li').length >= 5", "the robot's health")
+        self.assert_header_fits(page)
         page.run(axe())
         for dark, language, more in ((False, "de", ()), (True, "et", ("#take", "#release"))):
             if dark:
                 self.let_another_page_drive_and_stop(page)
             for size in (PHONE, PHONE_LYING, DESKTOP):
                 page.look(size, dark)
-                page.run(f"(() => {{const list = document.getElementById('language'); list.value = '{language}'; "
-                         "list.dispatchEvent(new Event('change'))})()")
-                self.assertEqual(page.run("document.documentElement.lang"), language)
+                self.choose_language(page, language)
                 page.wait(f"innerWidth === {size[0]}", "the screen")
                 self.assert_no_overlap(page, size, more)
                 if size == PHONE:
@@ -208,6 +233,28 @@ class WebTeleopTest(PagesTest):
         self.pages.append(login)
         login.run(axe())
         self.assert_accessible(login)
+
+    def choose_language(self, page, language):
+        page.run(f"(() => {{const list = document.getElementById('language'); list.value = '{language}'; "
+                 "list.dispatchEvent(new Event('change'))})()")
+        self.assertEqual(page.run("document.documentElement.lang"), language)
+
+    def assert_header_fits(self, page):
+        """On narrow phones, whoever drives, with the battery and either button."""
+        battery = rospy.Publisher("battery", BatteryState, queue_size=1)
+        timer = rospy.Timer(rospy.Duration(1.0), lambda _: battery.publish(voltage=12.1, percentage=1.0, present=True))
+        self.addCleanup(timer.shutdown)
+        page.wait("document.getElementById('battery').offsetWidth > 0", "the battery")
+        for size, language in itertools.product(NARROW, LANGUAGES):
+            page.look(size, False)
+            page.wait(f"innerWidth === {size[0]}", "the screen")
+            self.choose_language(page, language)
+            for who, button in itertools.product(WHO, ("take", "give_back", "")):
+                found = page.run(f"{HEADER}({json.dumps([who, button])})")
+                self.assertLessEqual({"driver", "charge", "round_trip", *filter(None, [button])}, set(found["shown"]))
+                faults = {fault: found[fault] for fault in ("wide", "pairs", "out") if found[fault]}
+                self.assertEqual(faults, {}, (size, language, who, button))
+                self.assertLess(found["high"], size[1] / 4)
 
     def let_another_page_drive_and_stop(self, page):
         """Fill the page with all that it can show at once."""

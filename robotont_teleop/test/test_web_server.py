@@ -2,14 +2,21 @@
 
 import asyncio
 import contextlib
+import io
 import json
+import re
 import time
 
 import pytest
+from PIL import Image
 from tornado.websocket import WebSocketClosedError
+from web_client import WEB
 
 from robotont_teleop.speeds import STOP
 from robotont_testing.harness import wait_for
+
+TYPES = {"css": "text/css", "js": "text/javascript", "png": "image/png", "svg": "image/svg+xml",
+         "webmanifest": "application/manifest+json"}
 
 
 @pytest.mark.timed
@@ -176,3 +183,18 @@ def test_no_answer_is_lost_when_many_messages_come_at_once(served):
     page.send(*[{"kind": "ping", "time": number} for number in range(20)], {"kind": "fly"})
     wait_for(lambda: "error" in page.messages, "the refusal of the last")
     assert page.messages["pong"]["time"] == 19
+
+
+def test_every_file_that_the_page_names_is_served_with_its_type(served):
+    manifest = json.loads((WEB / "manifest.webmanifest").read_text())
+    named = [(icon["src"], icon["type"], icon["sizes"]) for icon in manifest["icons"]]
+    for page in ("index.html", "login.html"):
+        named += [(file, None, None) for file in re.findall(r'(?:src|href)="([^"]+)"', (WEB / page).read_text())]
+    assert {"icon-192.png", "icon-512.png", "app.js", "style.css"} <= {name for name, *_ in named}
+    for name, kind, sizes in named:
+        status, headers, body = served.request("GET", "/" + name)
+        assert (name, status) == (name, 200)
+        suffix = name.rpartition(".")[2]
+        assert headers["Content-Type"].partition(";")[0] == (kind or TYPES[suffix])
+        if suffix == "png" and sizes:
+            assert "{}x{}".format(*Image.open(io.BytesIO(body)).size) == sizes

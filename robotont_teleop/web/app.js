@@ -14,6 +14,11 @@ const REFUSED = 2000; // [ms] that a refusal is shown
 const LOOK = 250;     // [ms] between two looks without any message: for stalls
 const app = $("app");
 
+// A QR code that a browser scans once more has brought the token, which the login page has taken already.
+const clearAddress = () => location.hash && history.replaceState(null, "", location.pathname);
+clearAddress();
+window.addEventListener("hashchange", clearAddress);
+
 let state = null;
 let status = null;
 let limits = {linear: 0.5, angular: 2};

@@ -23,6 +23,8 @@ export class Hands {
     this.padStop = false;
     this.padCentred = false;
     this.listenToKeys(stop);
+    this.listenToWhatSwallowsKeys();
+    this.listenToFocus();
     this.listenToGamepads(stop);
     for (const [target, event] of [[window, "blur"], [window, "pagehide"], [document, "visibilitychange"],
       [document, "freeze"]]) {
@@ -60,12 +62,15 @@ export class Hands {
 
   listenToKeys(stop) {
     window.addEventListener("keydown", (event) => {
-      const writes = event.target.closest?.("input, select, textarea");
-      if (event.code === "Escape" || (event.code === "Space" && !event.target.closest?.("button, select"))) {
+      const on = (kinds) => Boolean(event.target.closest?.(kinds));
+      const taken = on("select") || (on("input") && event.code.startsWith("Arrow")); // they choose in what has the focus
+      if (event.code === "Escape" || (event.code === "Space" && !on("button"))) {
         event.preventDefault();
         this.letGo();
         stop();
-      } else if (KEYS[event.code] && !writes && !event.ctrlKey && !event.metaKey && !event.altKey) {
+      } else if (event.ctrlKey || event.metaKey || event.altKey) {
+        this.letGo();
+      } else if (KEYS[event.code] && !taken) {
         event.preventDefault();
         if (!event.repeat && !this.keys.has(event.code)) {
           this.keys.add(event.code);
@@ -73,19 +78,37 @@ export class Hands {
         }
       }
     });
-    window.addEventListener("keyup", (event) => this.keys.delete(event.code) && this.changed());
-    // a button that was clicked does not keep the space bar from being the emergency stop
-    window.addEventListener("pointerup", () => setTimeout(() => {
-      if (document.activeElement instanceof HTMLButtonElement) {
-        document.activeElement.blur();
+    window.addEventListener("keyup", (event) => {
+      if (event.code.startsWith("Meta")) {
+        this.letGo();
+      } else if (this.keys.delete(event.code)) {
+        this.changed();
       }
-    }));
+    });
+  }
+
+  // Where the end of a key may never be heard of, it is let go of: menus, lists, and on macOS Cmd swallow it.
+  listenToWhatSwallowsKeys() {
+    window.addEventListener("contextmenu", (event) => event.defaultPrevented || this.letGo());
+    window.addEventListener("focusin", (event) => event.target.closest?.("select") && this.letGo());
+  }
+
+  // What a finger or the mouse has used does not keep the keys from the robot; what Tab has reached does.
+  listenToFocus() {
+    const leave = (kinds) => setTimeout(() => document.activeElement?.matches(kinds) && document.activeElement.blur());
+    window.addEventListener("pointerup", (event) => leave(
+      event.target.closest?.("select") ? "button, input" : "button, input, select")); // a list may just have opened
+    window.addEventListener("click", (event) => event.detail > 0 && leave("button, input")); // a finger's focus is late
+    let keyOnList = false;
+    window.addEventListener("pointerdown", () => (keyOnList = false));
+    window.addEventListener("keydown", (event) => (keyOnList ||= !event.repeat && event.target.matches?.("select")));
+    window.addEventListener("change", () => keyOnList || leave("select"));
   }
 
   listenToGamepads(stop) {
     let polls = false;
     const poll = () => {
-      const pad = navigator.getGamepads().find((found) => found?.connected && found.mapping === "standard");
+      const pad = navigator.getGamepads?.().find((found) => found?.connected && found.mapping === "standard");
       polls = Boolean(pad) && !document.hidden;
       this.takeGamepad(pad, stop);
       if (polls) {

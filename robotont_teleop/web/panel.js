@@ -53,7 +53,7 @@ export function showFacts({board, battery, ranges, pages}) {
   const charge = battery?.charge == null ? "" : `${Math.round(battery.charge * 100)} % `;
   const voltage = battery?.voltage == null ? "" : `${battery.voltage.toFixed(1)} V`;
   $("battery").hidden = !(charge || voltage);
-  write($("battery"), charge || voltage);
+  write($("charge"), charge || voltage);
   if (charge || voltage) {
     facts.push(["battery", charge + voltage]);
   }

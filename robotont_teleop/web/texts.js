@@ -69,6 +69,9 @@ export function setLanguage(code) {
   for (const element of document.querySelectorAll("[data-text]")) {
     element.textContent = text(element.dataset.text);
   }
+  for (const element of document.querySelectorAll("[data-title]")) {
+    element.title = text(element.dataset.title);
+  }
   for (const element of document.querySelectorAll("[data-label]")) {
     element.setAttribute("aria-label", text(element.dataset.label));
     element.title = element.tagName === "BUTTON" ? text(element.dataset.label) : "";

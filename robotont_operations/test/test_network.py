@@ -28,7 +28,7 @@ def machines():
         pytest.skip(str(error))
     with two:
         two.on("robot", "rosmaster", "--core", "-p", "11311", ROS_IP=ROBOT, ROS_LOG_DIR=str(two.folder), **MASTER)
-        wait_for(lambda: "answers" in check(two, "robot", ROS_IP=ROBOT).stdout, "the master")
+        wait_for(lambda: "the master answers" in check(two, "robot", ROS_IP=ROBOT).stdout, "the master")
         yield two
 
 
@@ -71,10 +71,10 @@ def node(machines, name, called, code=NODE, **environment):
 
 
 @contextmanager
-def firewall(machines, name, rule):
+def firewall(machines, name, rule, verdict="drop"):
     if not shutil.which("nft"):
         pytest.skip("no nft: sudo apt-get install nftables")
-    machines.drop(name, rule)
+    machines.block(name, rule, verdict)
     try:
         yield
     finally:
@@ -101,6 +101,8 @@ def test_nothing_is_wrong(machines):
     ({"ROS_MASTER_URI": "http://robto:11311"}, "unresolvable name: this machine finds no address of 'robto'",
      "/etc/hosts"),
     ({"ROS_MASTER_URI": "robot:11311"}, "wrong ROS_MASTER_URI", "export ROS_MASTER_URI=http://"),
+    ({"ROS_MASTER_URI": ""}, "master unreachable: no process listens at port 11311 of this machine itself",
+     "on a laptop: export ROS_MASTER_URI=http://ADDRESS_OF_THE_ROBOT:11311; on the robot: start the stack"),
     ({"ROS_MASTER_URI": f"http://{ROBOT}:11399"},
      "master unreachable: 10.77.0.1 answers, but no process listens at port 11399", "start the robot's stack"),
     ({"ROS_MASTER_URI": "http://10.77.0.77:11311"}, "master unreachable: no answer from 10.77.0.77", "ping 10.77.0.77"),
@@ -130,6 +132,21 @@ def test_the_robots_firewall(machines):
             firewall(machines, "robot", "tcp dport 11312-65535 ct state new"):
         assert the_fault(check(machines, "laptop", ROS_IP=LAPTOP)).startswith(
             "firewall: 10.77.0.1 answers, but not at the ports of /behind")
+
+
+@pytest.mark.parametrize("verdict", ["reject", "reject with tcp reset", "reject with icmp type admin-prohibited"])
+def test_a_firewall_that_rejects(machines, verdict):
+    with firewall(machines, "robot", "tcp dport 11311", verdict):
+        fault = the_fault(check(machines, "laptop", ROS_IP=LAPTOP))
+        assert "10.77.0.1 answers, but" in fault
+        assert "firewall" in fault
+        assert "sudo ufw allow from 10.77.0.2" in fault
+    with node(machines, "robot", "behind", ROS_IP=ROBOT), \
+            firewall(machines, "robot", "tcp dport 11312-65535 ct state new", verdict):
+        fault = the_fault(check(machines, "laptop", ROS_IP=LAPTOP))
+        assert fault.startswith("firewall")
+        assert "/behind" in fault
+        assert "sudo ufw allow from 10.77.0.2" in fault
 
 
 def test_one_way_traffic(machines):

@@ -102,9 +102,15 @@ class NetworkCheck:
         if outcome == probes.OPEN:
             return None
         if outcome == probes.REFUSED:
-            return (f"master unreachable: {where} answers, but no process listens at port {port}: start the robot's "
-                    "stack there; if it runs, it keeps to itself (ROS_IP=127.0.0.1): ./robotont install-robot "
-                    "--network ADDRESS")
+            if probes.is_loopback(address):
+                return (f"master unreachable: no process listens at port {port} of this machine itself "
+                        f"(ROS_MASTER_URI{'=' if self._environment.get('ROS_MASTER_URI') else ' is not set: '}"
+                        f"{self._uri}): on a laptop: export ROS_MASTER_URI=http://ADDRESS_OF_THE_ROBOT:{port}; "
+                        "on the robot: start the stack")
+            return (f"master unreachable: {where} answers, but no process listens at port {port}, or a firewall there "
+                    "rejects: start the robot's stack there; if it runs, it keeps to itself (ROS_IP=127.0.0.1): "
+                    "./robotont install-robot --network ADDRESS there; if it does so with that, on that machine, sudo "
+                    f"ufw allow from {probes.own_address_towards(address)} (ROS 1 needs all TCP ports above 1023)")
         if outcome == probes.NO_ROUTE:
             return (f"master unreachable: this machine has no way to {where}: plug in the cable or join the robot's "
                     "Wi-Fi, then look at 'ip address'")
@@ -165,14 +171,17 @@ class NetworkCheck:
         for node, outcome in zip(away, outcomes):
             groups.setdefault((node.host, outcome or probes.SILENT), []).append(node)
         for (host, outcome), members in groups.items():
-            self._tell_nodes(host, found[host], outcome, _list([node.name for node in members]), master)
+            names = _list([node.name for node in members])
+            if outcome == probes.REFUSED:
+                alone = not any(node.host == host for node, other in zip(away, outcomes) if other == probes.OPEN)
+                self._tell_refused(host, names, found[host], alone and found[host] == master)
+            else:
+                self._tell_nodes(host, found[host], outcome, names, master)
         return {node: found[node.host] for node, outcome in zip(away, outcomes) if outcome == probes.OPEN}
 
     def _tell_nodes(self, host, address, outcome, names, master):
         if outcome == probes.OPEN:
             self._say(GOOD, f"{names} on {host} answer{_s(names)}")
-        elif outcome == probes.REFUSED:
-            self._say(NOTE, f"{names} on {host}: registered, but gone: rosnode cleanup")
         elif address == master or probes.is_there(address, self._left(0.8)):
             mine = probes.own_address_towards(address)
             self._say(FAULT, f"firewall: {host} answers, but not at the ports of {names}: on that machine, sudo "
@@ -181,6 +190,16 @@ class NetworkCheck:
             self._say(FAULT, f"one-way traffic, or wrong ROS_IP/ROS_HOSTNAME there: {names} registered as {address}, "
                              f"where nothing answers: on that machine, export ROS_IP=ITS_ADDRESS; if that is "
                              f"{address}, sudo ufw allow from {probes.own_address_towards(address)}")
+
+    def _tell_refused(self, host, names, address, beside_the_master):
+        """A refusal: of dead nodes, or by a firewall; none but these answer `beside_the_master`, which does."""
+        remedy = (f"rosnode cleanup removes what is gone; what runs needs, on that machine, sudo ufw allow from "
+                  f"{probes.own_address_towards(address)} (ROS 1 needs all TCP ports above 1023)")
+        if beside_the_master:
+            self._say(FAULT, f"firewall that rejects, or nodes that are gone: {names} on {host} refuse{_s(names)}, the "
+                             f"master there answers: {remedy}")
+        else:
+            self._say(NOTE, f"{names} on {host}: registered, but gone, or behind a firewall that rejects: {remedy}")
 
     # this machine, as others see it
 

@@ -2,6 +2,7 @@
 
 import os
 import shutil
+import signal
 import time
 from contextlib import contextmanager
 
@@ -147,6 +148,48 @@ def test_a_firewall_that_rejects(machines, verdict):
         assert fault.startswith("firewall")
         assert "/behind" in fault
         assert "sudo ufw allow from 10.77.0.2" in fault
+
+
+@contextmanager
+def ghosts(machines):
+    """Two registered nodes, one of a machine whose name nobody can resolve, one of a machine that is off."""
+    call = ("import xmlrpc.client; master = xmlrpc.client.ServerProxy('http://10.77.0.1:11311'); "
+            "[master.{}Publisher(name, '/ghostly'{}, uri) for name, uri in ("
+            "('/nameless', 'http://nowhere.local:1234/'), ('/off', 'http://10.77.0.77:1234/'))]")
+    machines.check("robot", "/usr/bin/python3", "-c", call.format("register", ", 'std_msgs/Empty'"))
+    try:
+        yield
+    finally:
+        machines.check("robot", "/usr/bin/python3", "-c", call.format("unregister", ""))
+
+
+def registered(machines):
+    """What the master knows, as text."""
+    ask = "import xmlrpc.client; print(xmlrpc.client.ServerProxy('http://10.77.0.1:11311').getSystemState('/test'))"
+    return machines.run("robot", "/usr/bin/python3", "-c", ask).stdout
+
+
+def test_faults_that_take_long_hide_no_other_and_nothing_stays_registered(machines):
+    with ghosts(machines), node(machines, "robot", "talker", ROS_IP=ROBOT), \
+            firewall(machines, "laptop", "ct state new"):
+        found = faults(check(machines, "laptop", ROS_IP=LAPTOP))
+        listed = registered(machines)
+    assert sorted(fault.split(":")[0] for fault in found) == [
+        "one-way traffic", "one-way traffic, or wrong ROS_IP/ROS_HOSTNAME there", "unresolvable name"]
+    assert "/talker" in listed
+    assert "robotont_network" not in listed
+    wait_for(lambda: not faults(check(machines, "laptop", ROS_IP=LAPTOP)), "the end of the fault", timeout=60)
+
+
+def test_nothing_stays_registered_after_ctrl_c(machines):
+    with firewall(machines, "laptop", "ct state new"):
+        script = places.package("robotont_operations") / "scripts/network"
+        process = machines.on("laptop", "/usr/bin/python3", script, ROS_IP=LAPTOP, **MASTER)
+        wait_for(lambda: "robotont_network" in registered(machines), "the way back")
+        process.send_signal(signal.SIGINT)
+        assert process.wait(2.0) == 130
+        assert "robotont_network" not in registered(machines)
+    wait_for(lambda: not faults(check(machines, "laptop", ROS_IP=LAPTOP)), "the end of the fault", timeout=60)
 
 
 def test_one_way_traffic(machines):

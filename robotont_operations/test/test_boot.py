@@ -12,6 +12,7 @@ from pathlib import Path
 import pytest
 import rosbag
 
+from robotont_operations import install_robot as install_robot_module
 from robotont_operations.black_box import bags_of, runs_in
 from robotont_testing import places
 from robotont_testing.harness import Processes, wait_for
@@ -82,6 +83,34 @@ def test_removal_leaves_no_file(tmp_path):
     again = install_robot("--root", tmp_path, "--remove")
     assert again.returncode == 1
     assert "nothing is installed" in again.stderr
+
+
+def test_removal_stops_nothing_where_nothing_is_installed(tmp_path, monkeypatch):
+    ran = []
+    monkeypatch.setattr(install_robot_module, "run", lambda commands: ran.extend(commands) or True)
+    for options in ((), ("--dry-run",)):
+        monkeypatch.setattr("sys.argv", ["install-robot", "--root", str(tmp_path), "--remove", *options])
+        assert install_robot_module._remove(install_robot_module.parse_arguments(), live=True) == 1
+        assert not ran
+    install_robot("--root", tmp_path)
+    monkeypatch.setattr("sys.argv", ["install-robot", "--root", str(tmp_path), "--remove"])
+    assert install_robot_module._remove(install_robot_module.parse_arguments(), live=True) == 0
+    assert ran[0][:2] == ("systemctl", "stop")
+
+
+@pytest.mark.parametrize("address", ["300.1.1.1", "10.0.0", "10.0.0.1.", "1", "127.0.0.1", "0.0.0.0", "localhost",
+                                     "robot..local", "-robot", "robot-.local", "robot local", ""])
+def test_an_address_that_no_robot_can_have(address, tmp_path):
+    done = install_robot("--root", tmp_path / "root", f"--network={address}")
+    assert done.returncode == 2
+    assert repr(address) in done.stderr
+    assert "address of this robot" in done.stderr
+    assert not files(tmp_path)
+
+
+@pytest.mark.parametrize("address", ["10.0.0.7", "robot", "Robot-7.local", "7up.example.org"])
+def test_an_address_that_a_robot_can_have(address, tmp_path):
+    assert install_robot("--root", tmp_path, "--network", address).returncode == 0
 
 
 def test_the_users_own_settings_are_kept(tmp_path):

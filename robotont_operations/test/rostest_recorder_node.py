@@ -6,17 +6,20 @@ import signal
 import subprocess
 import threading
 import time
+from unittest import mock
 
 import rosbag
+import rospy
 import rostest
 from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
-from std_msgs.msg import String
+from rospy.impl.tcpros_pubsub import TCPROSPub
+from std_msgs.msg import Bool, String
 
 from robotont_operations.black_box import bags_of, runs_in
 from robotont_testing import places
 from robotont_testing.harness import wait_for
-from robotont_testing.node_test import OK, NodeTest, twist
+from robotont_testing.node_test import ERROR, OK, NodeTest, twist
 
 
 class RecorderNodeTest(NodeTest):
@@ -79,6 +82,20 @@ class RecorderNodeTest(NodeTest):
         packets = self.packets()
         self.assertEqual(packets, list(range(packets[0], len(self.sent))))
         self.assertFalse([path for path in self.folder.rglob("*") if path.name.endswith(".writing")])
+
+    def test_a_message_that_cannot_be_written_is_told_and_the_next_are_recorded(self):
+        wait_for(lambda: self.folder.exists() and runs_in(self.folder) and bags_of(runs_in(self.folder)[-1]), "a bag")
+        told = TCPROSPub.get_header_fields
+        with mock.patch.object(TCPROSPub, "get_header_fields", lambda publisher: {
+                key: value for key, value in told(publisher).items() if key != "message_definition"}):
+            broken = rospy.Publisher("emergency_stop", Bool, queue_size=1)
+            wait_for(broken.get_num_connections, "the recorder")
+        broken.publish(False)
+        self.wait_for_status("recorder_node: black box", ERROR, "cannot write to")
+        broken.unregister()
+        self.wait_for_status("recorder_node: black box", OK)
+        back = len(self.sent)
+        wait_for(lambda: self.packets()[-1] > back, "packets in the black box")
 
     def test_a_folder_that_cannot_be_written_is_one_clear_line(self):
         log = self.processes.folder / "wrong.log"

@@ -1,5 +1,6 @@
 """The black box on files: what it keeps, what it deletes, and what a loss of power leaves of it."""
 
+import errno
 import os
 import shutil
 import subprocess
@@ -11,7 +12,7 @@ from std_msgs.msg import String
 
 from robotont_driver.parameters import markdown_rows
 from robotont_operations.black_box import BlackBox, Record, bags_of, merge, runs_in
-from robotont_operations.recorder_node import PARAMETERS
+from robotont_operations.recorder_node import PARAMETERS, trouble
 
 HEADER = {"type": String._type, "md5sum": String._md5sum, "message_definition": String._full_text}
 
@@ -74,6 +75,37 @@ def test_a_full_disk_makes_room_and_says_so(tmp_path, monkeypatch):
     assert len(list(box.folder.iterdir())) == 2
     box.write([record(4)], now=4.0)
     assert len(messages(bags_of(box.folder))) == 3
+
+
+@pytest.mark.parametrize("deleted", ["the run", "all runs"])
+def test_a_folder_that_was_deleted_is_made_again(deleted, tmp_path):
+    box = BlackBox(tmp_path / "black_box", keep=5.0)
+    for second in range(3):
+        box.write([record(second)], now=float(second))
+    shutil.rmtree(str(box.folder if deleted == "the run" else tmp_path / "black_box"))
+    for second in range(3, 20):
+        box.write([record(second)], now=float(second))
+    assert [stamp for _, _, stamp in messages(bags_of(box.folder))] == [1000.0 + second for second in range(14, 20)]
+
+
+def test_a_message_that_cannot_be_written_costs_its_second_only(tmp_path):
+    box = BlackBox(tmp_path)
+    with pytest.raises(KeyError):
+        box.write([record(0), record(0)._replace(header={})], now=0.0)
+    assert not list(box.folder.iterdir())
+    box.write([record(1)], now=1.0)
+    assert len(messages(bags_of(box.folder))) == 1
+
+
+@pytest.mark.parametrize("error, remedy", [
+    (OSError(errno.ENOSPC, "No space left on device"), "No space left on device: free space there"),
+    (OSError(errno.EROFS, "Read-only file system"), "Read-only file system: it was set so, or the disk fails: dmesg"),
+    (OSError(errno.EIO, "Input/output error"), "Input/output error: the disk fails: dmesg"),
+    (OSError(errno.EACCES, "Permission denied"), "Permission denied: let the recorder's user write there"),
+    (OSError(errno.EMFILE, "Too many open files"), "Too many open files"),
+    (KeyError("type"), "KeyError: 'type'")])
+def test_the_remedy_fits_the_trouble(error, remedy):
+    assert trouble("/box", error) == "cannot write to /box: " + remedy
 
 
 def sudo_free(*command):

@@ -4,12 +4,15 @@ import contextlib
 import os
 import re
 import shutil
+import signal
 import subprocess
+import time
 from pathlib import Path
 
 import pytest
 import rosbag
 
+from robotont_operations import install_robot as install_robot_module
 from robotont_operations.black_box import bags_of, runs_in
 from robotont_testing import places
 from robotont_testing.harness import Processes, wait_for
@@ -29,6 +32,7 @@ Environment=ROS_HOME=/tmp
 ExecStart=/usr/bin/env python3 -c "import rospy, time; from nav_msgs.msg import Odometry; rospy.init_node('watch'); \\
     rospy.wait_for_message('odom', Odometry); open('/shared/odom', 'w').write(str(time.time()))"
 """
+MASTER, DRIVER, RECORDER = r"/rosmaster\0", r"/robotont_node\0", r"/recorder_node\0"  # in their command lines
 CGROUPS = ("/sys/fs/cgroup/unified", "/sys/fs/cgroup")
 
 
@@ -79,6 +83,34 @@ def test_removal_leaves_no_file(tmp_path):
     again = install_robot("--root", tmp_path, "--remove")
     assert again.returncode == 1
     assert "nothing is installed" in again.stderr
+
+
+def test_removal_stops_nothing_where_nothing_is_installed(tmp_path, monkeypatch):
+    ran = []
+    monkeypatch.setattr(install_robot_module, "run", lambda commands: ran.extend(commands) or True)
+    for options in ((), ("--dry-run",)):
+        monkeypatch.setattr("sys.argv", ["install-robot", "--root", str(tmp_path), "--remove", *options])
+        assert install_robot_module._remove(install_robot_module.parse_arguments(), live=True) == 1
+        assert not ran
+    install_robot("--root", tmp_path)
+    monkeypatch.setattr("sys.argv", ["install-robot", "--root", str(tmp_path), "--remove"])
+    assert install_robot_module._remove(install_robot_module.parse_arguments(), live=True) == 0
+    assert ran[0][:2] == ("systemctl", "stop")
+
+
+@pytest.mark.parametrize("address", ["300.1.1.1", "10.0.0", "10.0.0.1.", "1", "127.0.0.1", "0.0.0.0", "localhost",
+                                     "robot..local", "-robot", "robot-.local", "robot local", ""])
+def test_an_address_that_no_robot_can_have(address, tmp_path):
+    done = install_robot("--root", tmp_path / "root", f"--network={address}")
+    assert done.returncode == 2
+    assert repr(address) in done.stderr
+    assert "address of this robot" in done.stderr
+    assert not files(tmp_path)
+
+
+@pytest.mark.parametrize("address", ["10.0.0.7", "robot", "Robot-7.local", "7up.example.org"])
+def test_an_address_that_a_robot_can_have(address, tmp_path):
+    assert install_robot("--root", tmp_path, "--network", address).returncode == 0
 
 
 def test_the_users_own_settings_are_kept(tmp_path):
@@ -159,9 +191,48 @@ def test_two_boards_keep_their_names_when_they_change_ports(tmp_path):
             assert "ID_MM_PORT_IGNORE=1" in told, told
 
 
-@pytest.mark.timed
-def test_boot_without_network_to_the_first_odometry(tmp_path):
-    need("unshare", "systemctl", "journalctl")
+class BootedRobot:
+    """A machine that has booted into the services, seen from outside."""
+
+    def __init__(self, shared, group):
+        self.shared = shared
+        self._group = group
+
+    def process(self, words):
+        """Process id of the one whose command line holds the words, a regular expression; None without one."""
+        for pid in remaining(self._group):
+            with contextlib.suppress(OSError):
+                if re.search(words, Path(f"/proc/{pid}/cmdline").read_text()):
+                    return int(pid)
+        return None
+
+    def ask(self, *command):
+        """What a ROS command prints in the machine's network; "" when it fails."""
+        environment = {**os.environ, "ROS_MASTER_URI": "http://127.0.0.1:11311", "ROS_IP": "127.0.0.1"}
+        with contextlib.suppress(subprocess.TimeoutExpired):
+            done = subprocess.run(
+                ["nsenter", "--target", str(self.process("systemd\0--system")), "--net", *command], env=environment,
+                timeout=10, check=False, text=True, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL)
+            return "" if done.returncode else done.stdout
+        return ""
+
+    def recorded_odometry(self, since):
+        """Whether a file of the black box holds odometry of after a time [s]."""
+        for path in reversed(bags_of(runs_in(self.shared / "black_box")[-1])):
+            with contextlib.suppress(OSError), rosbag.Bag(str(path)) as bag:  # OSError: it has just been deleted
+                return any(stamp.to_sec() > since for _, _, stamp in bag.read_messages("/odom", raw=True))
+        return False
+
+    def journal(self):
+        """What the machine has logged."""
+        return subprocess.run(["journalctl", "-D", str(self.shared / "journal"), "--no-pager", "-o", "short-monotonic",
+                               "-u", "robotont*"], check=False, text=True, capture_output=True).stdout
+
+
+@pytest.fixture(scope="module")
+def robot(tmp_path_factory):
+    need("unshare", "nsenter", "systemctl", "journalctl")
+    tmp_path = tmp_path_factory.mktemp("boot")
     if os.getuid() != 0 or not os.path.exists("/lib/systemd/systemd"):
         pytest.skip("needs root and systemd to boot")
     if not all(folder.stat().st_mode & 1 for folder in (REPOSITORY, *REPOSITORY.parents)):
@@ -195,29 +266,56 @@ def test_boot_without_network_to_the_first_odometry(tmp_path):
             wait_for(lambda: (shared / "booted").exists() or booted.poll() is not None, "systemd")
             if booted.poll() is not None:
                 pytest.skip("systemd does not start in a namespace here: " + log.read_text().strip())
-            try:
-                wait_for(lambda: (shared / "odom").exists() and (shared / "odom").read_text(), "odometry", timeout=60)
-            except AssertionError as error:
-                raise AssertionError(f"{error}\n{journal(shared)}") from None
-            seconds = float((shared / "odom").read_text()) - float((shared / "booted").read_text())
-            owner = process_user("robotont_node", group)
-            bags = wait_for(lambda: [bag for run in runs_in(shared / "black_box") for bag in bags_of(run)],
-                            "a file of the black box", timeout=60)
-            with rosbag.Bag(str(bags[0])) as bag:
-                assert bag.get_message_count() > 0
+            yield BootedRobot(shared, group)
         finally:
             processes.stop(booted, 9)
             wait_for(lambda: not remaining(group), "the end of what was booted")
             wait_for(lambda: removed(group), "the end of the control group")
+
+
+def come(robot, condition, what):
+    """As `wait_for`, for a minute; the journal tells why it did not come."""
+    try:
+        return wait_for(condition, what, timeout=60, period=0.2)
+    except AssertionError as error:
+        raise AssertionError(f"{error}\n{robot.journal()}") from None
+
+
+@pytest.mark.timed
+def test_boot_without_network_to_the_first_odometry(robot):
+    odom, booted = robot.shared / "odom", robot.shared / "booted"
+    come(robot, lambda: odom.exists() and odom.read_text(), "odometry")
+    seconds = float(odom.read_text()) - float(booted.read_text())
+    bags = come(robot, lambda: [bag for run in runs_in(robot.shared / "black_box") for bag in bags_of(run)],
+                "a file of the black box")
+    with rosbag.Bag(str(bags[0])) as bag:
+        assert bag.get_message_count() > 0
     print(f"booted to the first odometry in {seconds:.1f} s")
-    assert owner != 0
-    assert seconds <= 10.0, journal(shared)
+    assert os.stat(f"/proc/{robot.process(DRIVER)}").st_uid != 0
+    assert seconds <= 10.0, robot.journal()
 
 
-def journal(shared):
-    """What the booted machine has logged."""
-    return subprocess.run(["journalctl", "-D", str(shared / "journal"), "--no-pager", "-o", "short-monotonic",
-                           "-u", "robotont*"], check=False, text=True, capture_output=True).stdout
+@pytest.mark.timed
+@pytest.mark.parametrize("victim, number", [(MASTER, signal.SIGKILL), (MASTER, signal.SIGTERM),
+                                            (r"roslaunch\0.*robot\.launch", signal.SIGKILL),
+                                            (r"roslaunch\0.*recorder\.launch", signal.SIGKILL)])
+def test_a_service_that_is_killed_comes_back_with_those_that_need_it(robot, victim, number):
+    """Odometry, and a black box that records it, as the master of now knows them."""
+    lost = (MASTER, DRIVER, RECORDER) if victim == MASTER else (RECORDER,) if "recorder" in victim else (DRIVER,)
+    come(robot, lambda: robot.recorded_odometry(0.0), "a black box with odometry")
+    before = {words: robot.process(words) for words in (MASTER, DRIVER, RECORDER)}
+    assert all(before.values()), before
+    killed = time.time()
+    os.kill(robot.process(victim), number)
+    for words in lost:
+        come(robot, lambda words=words: robot.process(words) not in {None, before[words]}, f"a new {words}")
+    come(robot, lambda: {"/recorder_node", "/robotont_node"} <= set(robot.ask("rosnode", "list").split()),
+         "nodes that the master knows")
+    come(robot, lambda: "twist" in robot.ask("rostopic", "echo", "-n", "1", "/odom"), "odometry")
+    back = time.time()
+    come(robot, lambda: robot.recorded_odometry(back), "odometry in the black box")
+    print(f"back after {back - killed:.1f} s")
+    assert {words for words in before if robot.process(words) != before[words]} == set(lost)
 
 
 def remaining(group):
@@ -231,11 +329,3 @@ def removed(group):
         with contextlib.suppress(OSError):
             os.rmdir(folder)
     return not group.exists()
-
-
-def process_user(name, group):
-    """User id of a process of the booted machine, by its script's name."""
-    for pid in remaining(group):
-        if re.search(rf"/{name}\0", Path(f"/proc/{pid}/cmdline").read_text()):
-            return os.stat(f"/proc/{pid}").st_uid
-    raise AssertionError(f"no {name} among {remaining(group)}")

@@ -2,6 +2,7 @@
 
 import os
 import shutil
+import signal
 import time
 from contextlib import contextmanager
 
@@ -28,7 +29,7 @@ def machines():
         pytest.skip(str(error))
     with two:
         two.on("robot", "rosmaster", "--core", "-p", "11311", ROS_IP=ROBOT, ROS_LOG_DIR=str(two.folder), **MASTER)
-        wait_for(lambda: "answers" in check(two, "robot", ROS_IP=ROBOT).stdout, "the master")
+        wait_for(lambda: "the master answers" in check(two, "robot", ROS_IP=ROBOT).stdout, "the master")
         yield two
 
 
@@ -71,10 +72,10 @@ def node(machines, name, called, code=NODE, **environment):
 
 
 @contextmanager
-def firewall(machines, name, rule):
+def firewall(machines, name, rule, verdict="drop"):
     if not shutil.which("nft"):
         pytest.skip("no nft: sudo apt-get install nftables")
-    machines.drop(name, rule)
+    machines.block(name, rule, verdict)
     try:
         yield
     finally:
@@ -101,6 +102,8 @@ def test_nothing_is_wrong(machines):
     ({"ROS_MASTER_URI": "http://robto:11311"}, "unresolvable name: this machine finds no address of 'robto'",
      "/etc/hosts"),
     ({"ROS_MASTER_URI": "robot:11311"}, "wrong ROS_MASTER_URI", "export ROS_MASTER_URI=http://"),
+    ({"ROS_MASTER_URI": ""}, "master unreachable: no process listens at port 11311 of this machine itself",
+     "on a laptop: export ROS_MASTER_URI=http://ADDRESS_OF_THE_ROBOT:11311; on the robot: start the stack"),
     ({"ROS_MASTER_URI": f"http://{ROBOT}:11399"},
      "master unreachable: 10.77.0.1 answers, but no process listens at port 11399", "start the robot's stack"),
     ({"ROS_MASTER_URI": "http://10.77.0.77:11311"}, "master unreachable: no answer from 10.77.0.77", "ping 10.77.0.77"),
@@ -130,6 +133,63 @@ def test_the_robots_firewall(machines):
             firewall(machines, "robot", "tcp dport 11312-65535 ct state new"):
         assert the_fault(check(machines, "laptop", ROS_IP=LAPTOP)).startswith(
             "firewall: 10.77.0.1 answers, but not at the ports of /behind")
+
+
+@pytest.mark.parametrize("verdict", ["reject", "reject with tcp reset", "reject with icmp type admin-prohibited"])
+def test_a_firewall_that_rejects(machines, verdict):
+    with firewall(machines, "robot", "tcp dport 11311", verdict):
+        fault = the_fault(check(machines, "laptop", ROS_IP=LAPTOP))
+        assert "10.77.0.1 answers, but" in fault
+        assert "firewall" in fault
+        assert "sudo ufw allow from 10.77.0.2" in fault
+    with node(machines, "robot", "behind", ROS_IP=ROBOT), \
+            firewall(machines, "robot", "tcp dport 11312-65535 ct state new", verdict):
+        fault = the_fault(check(machines, "laptop", ROS_IP=LAPTOP))
+        assert fault.startswith("firewall")
+        assert "/behind" in fault
+        assert "sudo ufw allow from 10.77.0.2" in fault
+
+
+@contextmanager
+def ghosts(machines):
+    """Two registered nodes, one of a machine whose name nobody can resolve, one of a machine that is off."""
+    call = ("import xmlrpc.client; master = xmlrpc.client.ServerProxy('http://10.77.0.1:11311'); "
+            "[master.{}Publisher(name, '/ghostly'{}, uri) for name, uri in ("
+            "('/nameless', 'http://nowhere.local:1234/'), ('/off', 'http://10.77.0.77:1234/'))]")
+    machines.check("robot", "/usr/bin/python3", "-c", call.format("register", ", 'std_msgs/Empty'"))
+    try:
+        yield
+    finally:
+        machines.check("robot", "/usr/bin/python3", "-c", call.format("unregister", ""))
+
+
+def registered(machines):
+    """What the master knows, as text."""
+    ask = "import xmlrpc.client; print(xmlrpc.client.ServerProxy('http://10.77.0.1:11311').getSystemState('/test'))"
+    return machines.run("robot", "/usr/bin/python3", "-c", ask).stdout
+
+
+def test_faults_that_take_long_hide_no_other_and_nothing_stays_registered(machines):
+    with ghosts(machines), node(machines, "robot", "talker", ROS_IP=ROBOT), \
+            firewall(machines, "laptop", "ct state new"):
+        found = faults(check(machines, "laptop", ROS_IP=LAPTOP))
+        listed = registered(machines)
+    assert sorted(fault.split(":")[0] for fault in found) == [
+        "one-way traffic", "one-way traffic, or wrong ROS_IP/ROS_HOSTNAME there", "unresolvable name"]
+    assert "/talker" in listed
+    assert "robotont_network" not in listed
+    wait_for(lambda: not faults(check(machines, "laptop", ROS_IP=LAPTOP)), "the end of the fault", timeout=60)
+
+
+def test_nothing_stays_registered_after_ctrl_c(machines):
+    with firewall(machines, "laptop", "ct state new"):
+        script = places.package("robotont_operations") / "scripts/network"
+        process = machines.on("laptop", "/usr/bin/python3", script, ROS_IP=LAPTOP, **MASTER)
+        wait_for(lambda: "robotont_network" in registered(machines), "the way back")
+        process.send_signal(signal.SIGINT)
+        assert process.wait(2.0) == 130
+        assert "robotont_network" not in registered(machines)
+    wait_for(lambda: not faults(check(machines, "laptop", ROS_IP=LAPTOP)), "the end of the fault", timeout=60)
 
 
 def test_one_way_traffic(machines):

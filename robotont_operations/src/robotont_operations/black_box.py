@@ -6,6 +6,7 @@ overwrite what led to it.
 """
 
 import contextlib
+import errno
 import os
 import shutil
 import time
@@ -18,6 +19,7 @@ import genpy
 import rosbag
 
 UNFINISHED = ".writing"
+FULL = {errno.ENOSPC, errno.EDQUOT}  # no room: the oldest file gives way
 
 
 class Record(NamedTuple):
@@ -52,7 +54,10 @@ class BlackBox:
         self._number = 0
 
     def write(self, records, now):
-        """Keep these records, at monotonic time `now` [s]; all are on the disk afterwards. Raises OSError."""
+        """Keep these records, at monotonic time `now` [s]; all are on the disk afterwards.
+
+        A folder that was deleted is made again. Raises OSError; other exceptions where a record is malformed.
+        """
         self._forget(now)
         if not records:
             return
@@ -60,14 +65,18 @@ class BlackBox:
         path = self.folder / f"{self._number:06d}.bag"
         unfinished = Path(str(path) + UNFINISHED)
         try:
+            if not self.folder.exists():
+                self.folder.mkdir(parents=True)
+                _flush_folder(self.folder.parent)
             write_bag(unfinished, records)
             with open(unfinished, "rb+") as file:
                 os.fsync(file.fileno())
             os.rename(unfinished, path)
-        except OSError:
-            with contextlib.suppress(FileNotFoundError):
+        except Exception as error:
+            with contextlib.suppress(OSError):
                 unfinished.unlink()
-            self._drop_oldest()  # makes room when the disk is full
+            if getattr(error, "errno", None) in FULL:
+                self._drop_oldest()
             raise
         _flush_folder(self.folder)
         self._files.append((now, path.stat().st_size, path))
@@ -79,7 +88,8 @@ class BlackBox:
 
     def _drop_oldest(self):
         if self._files:
-            self._files.popleft()[2].unlink()
+            with contextlib.suppress(FileNotFoundError):  # somebody else has deleted it
+                self._files.popleft()[2].unlink()
 
 
 def runs_in(folder):

@@ -1,6 +1,7 @@
 """./robotont install-robot: the services that start Robotont at boot, and names for its boards."""
 
 import argparse
+import ipaddress
 import os
 import re
 import shutil
@@ -10,7 +11,7 @@ from pathlib import Path
 
 import rospkg
 
-from robotont_operations.installation import STATE, UNITS, install, installation, remove, unreadable
+from robotont_operations.installation import STATE, UNITS, install, installation, installed, remove, unreadable
 
 AFTER_INSTALL = (("systemd-sysusers",), ("udevadm", "control", "--reload"),
                  ("udevadm", "trigger", "--subsystem-match=tty"), ("systemctl", "daemon-reload"),
@@ -33,11 +34,24 @@ def run(commands):
     return good
 
 
+def can_be_found_under(text):
+    """Whether other machines may find one under this text: an IPv4 address or a host name, none of loopback."""
+    if re.fullmatch("[0-9.]+", text):
+        try:
+            address = ipaddress.IPv4Address(text)
+        except ValueError:
+            return False
+        return not (address.is_loopback or address.is_unspecified or address.is_multicast)
+    label = "[A-Za-z0-9]([A-Za-z0-9-]*[A-Za-z0-9])?"
+    return text != "localhost" and re.fullmatch(rf"{label}(\.{label})*", text) is not None
+
+
 def parse_arguments():
     """Options of the command line."""
     def address(text):
-        if not re.fullmatch(r"[A-Za-z0-9.-]+", text):
-            raise argparse.ArgumentTypeError(f"found {text!r}, allowed: an IP address or a host name")
+        if not can_be_found_under(text):
+            raise argparse.ArgumentTypeError(f"found {text!r}, which is no address of this robot in a network: allowed "
+                                             "is an IPv4 address as in 10.0.0.1 (ip address), or a host name")
         return text
     parser = argparse.ArgumentParser(
         prog="install-robot", description="Install services that start Robotont at boot, without any network, under a "
@@ -95,13 +109,13 @@ def _install(options, live):
 
 
 def _remove(options, live):
+    if not installed(options.root):
+        print(f"install-robot: nothing is installed under {options.root}", file=sys.stderr)
+        return 1
     if options.dry_run:
         print(f"would remove, under {options.root}: what etc/robotont/installed lists; {STATE} with the black boxes")
         return 0
     good = run(BEFORE_REMOVAL) if live else True
     gone = remove(options.root)
-    if not gone:
-        print(f"install-robot: nothing is installed under {options.root}", file=sys.stderr)
-        return 1
     print(f"removed, under {options.root}:", *gone, sep="\n  ")
     return 0 if (not live or run(AFTER_REMOVAL)) and good else 1

@@ -90,6 +90,11 @@ def install(what, root):
     return written
 
 
+def installed(root):
+    """Whether anything is installed under `root`."""
+    return bool(_listed(Path(root)))
+
+
 def remove(root):
     """Delete what `install` has made, and the black boxes; returns the paths under `root` that are gone."""
     root = Path(root)

@@ -15,27 +15,37 @@ OPEN, REFUSED, SILENT, NO_ROUTE = "open", "refused", "silent", "no route"  # out
 OTHER_PORTS = (22, 80, 443, 9)  # asked only to see whether a host is there at all
 
 
+class Job:
+    """`work(*arguments)` on a thread of its own, which may outlast whoever waits for it."""
+
+    def __init__(self, work, *arguments):
+        self._answer = []
+        self._thread = threading.Thread(target=self._run, args=(work, arguments), daemon=True)
+        self._thread.start()
+
+    def _run(self, work, arguments):
+        try:
+            self._answer.append((work(*arguments), None))
+        except Exception as error:
+            self._answer.append((None, error))
+
+    def wait(self, timeout):
+        """(True, result), or (False, None) when it has not ended after `timeout` [s]. Passes on its exception."""
+        self._thread.join(timeout)
+        if not self._answer:
+            return False, None
+        result, error = self._answer[0]
+        if error:
+            raise error
+        return True, result
+
+
 def in_time(work, timeout, *arguments):
     """(True, result) of `work(*arguments)`, or (False, None) after `timeout` [s]; it then goes on in the background.
 
     Passes on the exceptions of `work`.
     """
-    answer = []
-
-    def run():
-        try:
-            answer.append((work(*arguments), None))
-        except Exception as error:
-            answer.append((None, error))
-    thread = threading.Thread(target=run, daemon=True)
-    thread.start()
-    thread.join(timeout)
-    if not answer:
-        return False, None
-    result, error = answer[0]
-    if error:
-        raise error
-    return True, result
+    return Job(work, *arguments).wait(timeout)
 
 
 def all_in_time(work, arguments, timeout):

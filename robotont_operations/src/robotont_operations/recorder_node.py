@@ -1,5 +1,6 @@
 """The ROS side of the black box: the messages of the last minute before a fault."""
 
+import errno
 import math
 import sys
 import threading
@@ -25,6 +26,17 @@ PARAMETERS = (
 )
 WAITING = 8_000_000  # [bytes] that may wait for the disk
 RECENTLY = 10.0      # [s] for which the diagnostics warn of lost messages
+REMEDIES = {errno.ENOSPC: "free space there", errno.EDQUOT: "free space there",
+            errno.EROFS: "it was set so, or the disk fails: dmesg", errno.EIO: "the disk fails: dmesg",
+            errno.EACCES: "let the recorder's user write there", errno.EPERM: "let the recorder's user write there"}
+
+
+def trouble(folder, error):
+    """What to tell of an exception that writing to a folder has raised, with the remedy where there is one."""
+    if not isinstance(error, OSError):
+        return f"cannot write to {folder}: {type(error).__name__}: {error}"
+    remedy = REMEDIES.get(error.errno)
+    return f"cannot write to {folder}: {error.strerror or error}" + (f": {remedy}" if remedy else "")
 
 
 class RecorderNode:
@@ -70,9 +82,9 @@ class RecorderNode:
                 self._box.write(records, time.monotonic())
                 self._written += len(records)
                 self._trouble = ""
-            except OSError as error:
+            except Exception as error:  # whatever it is: the next second shall be recorded
                 self._drop(len(records))
-                self._trouble = f"cannot write to {self._box.folder}: {error.strerror}: free space there"
+                self._trouble = trouble(self._box.folder, error)
                 rospy.logerr_throttle(60.0, "%s", self._trouble)
 
     def _drop(self, amount):

@@ -100,13 +100,13 @@ class TwoMachines(Processes):
         for port in ("bridge", *ADDRESSES):
             self._ip("switch", f"link set {port} up")
 
-    def drop(self, name, rule):
-        """A firewall on a machine that drops what a rule of nftables (of its input) matches. Needs nft."""
+    def block(self, name, rule, verdict="drop"):
+        """A firewall on a machine that drops or rejects what a rule of nftables (of its input) matches. Needs nft."""
         for words in ("add table inet firewall",
                       "add chain inet firewall input { type filter hook input priority 0 ; }",
-                      f"add rule inet firewall input {rule} drop"):
+                      f"add rule inet firewall input {rule} {verdict}"):
             self.check(name, "nft", *words.split())
 
     def open_firewall(self, name):
-        """Remove the rules of `drop`."""
+        """Remove the rules of `block`."""
         self.check(name, "nft", "delete", "table", "inet", "firewall")

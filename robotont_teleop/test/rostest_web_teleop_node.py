@@ -79,8 +79,8 @@ class WebTeleopNodeTest(PageServerTest):
         seen = len(goals)
         time.sleep(1.0)  # in which a goal that waits would be sent
         self.assertEqual((len(goals), active()), (seen, []))
-        page.order("goal", x=200.0, y=0.0)
-        wait_for(lambda: "Failed to find a valid plan" in page.messages["status"]["note"]["words"], "move_base's words")
+        wait_for(lambda: page.order("goal", x=200.0, y=0.0) or "Failed to find a valid plan" in page.messages["status"][
+            "note"]["words"], "move_base's words", period=0.5)  # on a busy machine an order may come too late
 
     def test_by_the_qr_code_over_https_and_no_token_in_any_log(self):
         folder = self.processes.folder
@@ -130,7 +130,7 @@ class WebTeleopNodeTest(PageServerTest):
         scan.header.frame_id = LASER
         shown = wait_for(lambda: scans.publish(scan) or client.messages.get("scan"), "the scan", period=0.1)
         self.assertEqual(shown["ranges"], [1.0, None, None, 2.0])
-        words = "document.getElementById('battery').hidden || document.getElementById('battery').textContent.trim()"
+        words = "document.getElementById('battery').hidden || document.getElementById('charge').textContent.trim()"
         battery = BatteryState(voltage=math.nan, percentage=0.5)
         wait_for(lambda: batteries.publish(battery) or page.run(words) == "50 %", "the battery", period=0.1)
         self.assertIn("50 %", page.run("document.getElementById('facts').textContent"))
@@ -162,6 +162,7 @@ class WebTeleopNodeTest(PageServerTest):
             page = self.page()
             self.drive(page)
             self.processes.stop(server, end)
+            wait_for(lambda: self.hand[-1] == STOP, "the zero")
             self.assertEqual([command for command, _ in itertools.groupby(self.hand)], [DRIVE, STOP])
             self.assertNotIn("Traceback", self.log.read_text())
 

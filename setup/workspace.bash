@@ -50,14 +50,15 @@ install_packages() {
         >"$WORK/apt.log" 2>&1 || { tail -20 "$WORK/apt.log" >&2; fail "apt-get failed; see $WORK/apt.log"; }
 }
 
+# Isolated (-I): what the caller has on PYTHONPATH, as in the shell of another clone, is not installed here.
 install_venv() {
-    if ! "$WORK/venv/bin/python" -m pip --version >"$WORK/pip.log" 2>&1; then
+    if ! "$WORK/venv/bin/python" -I -m pip --version >"$WORK/pip.log" 2>&1; then
         rm -rf "$WORK/venv" "$WORK/venv.new"
         /usr/bin/python3 -m venv --system-site-packages "$WORK/venv.new"
         mv "$WORK/venv.new" "$WORK/venv"  # whole or not at all, whenever this is interrupted
     fi
     echo "installing Python packages into $WORK/venv"
-    "$WORK/venv/bin/python" -m pip install -q --disable-pip-version-check -r "$ROOT/setup/requirements.txt" \
+    "$WORK/venv/bin/python" -I -m pip install -q --disable-pip-version-check -r "$ROOT/setup/requirements.txt" \
         >"$WORK/pip.log" 2>&1 || { tail -20 "$WORK/pip.log" >&2; fail "pip failed; see $WORK/pip.log"; }
 }
 

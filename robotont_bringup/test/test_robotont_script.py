@@ -105,6 +105,18 @@ def test_half_a_virtual_environment_is_made_anew(tmp_path):
                           stdout=subprocess.DEVNULL).returncode == 0
 
 
+def test_what_only_the_callers_environment_has_does_not_count_as_installed(tmp_path, monkeypatch):
+    folder, site = clone(tmp_path / "clone"), tmp_path / "site"
+    (folder / "setup" / "requirements.txt").write_text("elsewhere==1.0\n")
+    (site / "elsewhere-1.0.dist-info").mkdir(parents=True)
+    (site / "elsewhere-1.0.dist-info" / "METADATA").write_text("Metadata-Version: 2.1\nName: elsewhere\nVersion: 1.0\n")
+    monkeypatch.setenv("PYTHONPATH", str(site))  # as in the shell of another clone
+    monkeypatch.setenv("PIP_NO_INDEX", "1")
+    result = functions(folder, "install_venv")
+    assert result.returncode != 0, result.stdout
+    assert "pip failed" in result.stdout
+
+
 @pytest.mark.parametrize("how", ["moved", "copied"])
 def test_a_clone_in_another_place_is_built_anew(how, tmp_path):
     first, second = clone(tmp_path / "first"), tmp_path / "second"

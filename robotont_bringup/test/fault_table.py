@@ -189,7 +189,7 @@ def set_clock(seconds):
 
 
 def emergency_stop(name, prepare=None, before=lambda rig: None):
-    """The button is pressed in mid-drive, and released; `before` the release the preparation ends."""
+    """The button is pressed in mid-drive, and released, after before(rig)."""
     return Fault(name, press, lambda rig: (before(rig), release(rig)), 1.0, stops=True, within=0.1, prepare=prepare,
                  recovery=5.0)
 

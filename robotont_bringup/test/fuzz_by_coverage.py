@@ -1,10 +1,10 @@
 """Feeds a parser with bytes that atheris (libFuzzer) makes to reach new code; ends with a traceback at a wrong error.
 
-    fuzz_by_coverage.py PARSER FOLDER [options of libFuzzer]: the seeds lie in FOLDER, which also gets what is found.
+    fuzz_by_coverage.py PARSER FOLDER [options of libFuzzer]: the seeds lie in FOLDER, which also gets what reaches new
+    code. The current folder gets a file `fuzzed` and the input that ended it.
 """
 
 import sys
-import tempfile
 from pathlib import Path
 
 import atheris
@@ -24,7 +24,7 @@ from robotont_testing.robots import ROBOTONT2
 
 REACH = 300  # [edges]
 TOPICS = {"odometry": "odom", "packets": "serial_read", "commands": "cmd_vel"}
-FILE = Path(tempfile.mkdtemp()) / "fuzzed"
+FILE = Path("fuzzed")
 
 
 def write(data, suffix):

@@ -28,10 +28,12 @@ pytestmark = [
 
 @pytest.mark.parametrize("parser", SEEDS)
 def test_nothing_but_documented_errors(parser, tmp_path):
+    seeds = tmp_path / "seeds"
+    seeds.mkdir()
     for number, seed in enumerate(SEEDS[parser]):
-        (tmp_path / str(number)).write_bytes(seed)
+        (seeds / str(number)).write_bytes(seed)
     done = subprocess.run(
-        [sys.executable, str(SCRIPT), parser, str(tmp_path), f"-runs={RUNS}", "-max_len=2000", "-seed=1"],
+        [sys.executable, str(SCRIPT), parser, str(seeds), f"-runs={RUNS}", "-max_len=2000", "-seed=1"],
         check=False, cwd=str(tmp_path), stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
     assert done.returncode == 0, done.stdout[-5000:]
     assert f"Done {RUNS} runs" in done.stdout, done.stdout[-2000:]

@@ -41,9 +41,11 @@ def suspend(pid):
     os.kill(pid, signal.SIGSTOP)
 
     def stands():
-        states = [(task / "stat").read_text().rpartition(")")[2].split()[0]
-                  for task in Path(f"/proc/{pid}/task").iterdir()]
-        return set(states) == {"T"}
+        with contextlib.suppress(FileNotFoundError, ProcessLookupError):  # a thread has just ended
+            states = [(task / "stat").read_text().rpartition(")")[2].split()[0]
+                      for task in Path(f"/proc/{pid}/task").iterdir()]
+            return set(states) == {"T"}
+        return False
     wait_for(stands, f"process {pid} to stand")
 
 

@@ -34,12 +34,13 @@ FLOOD = """
 import sys, time, rospy
 from geometry_msgs.msg import Twist
 rospy.init_node("flood", anonymous=True)
-publisher = rospy.Publisher("cmd_vel/default", Twist, queue_size=1, tcp_nodelay=True)
+publishers = [rospy.Publisher(topic, Twist, queue_size=1, tcp_nodelay=True) for topic in ("cmd_vel", "cmd_vel/default")]
 message = Twist()
 message.linear.x = 0.2
 begun, number = time.monotonic(), 0
 while not rospy.is_shutdown():
-    publisher.publish(message)
+    for publisher in publishers:
+        publisher.publish(message)
     number += 1
     time.sleep(max(0.0, begun + number / 5000.0 - time.monotonic()))
 """
@@ -140,10 +141,10 @@ def twists():
 
 
 def flood(rig):
-    """Commands at 5 kHz, until `calm`."""
+    """Commands at 5 kHz, until `calm`: to the mux, where the rig's commander has the input, and to driver_node."""
     heard = len(rig.board.heard)
     rig.flood = rig.processes.start(sys.executable, "-c", FLOOD)
-    wait_for(lambda: len(rig.board.heard) > heard + 500, "the flood")
+    wait_for(lambda: len(rig.board.heard) > heard + 500, "the flood on the line", timeout=10.0)  # 25 s without it
 
 
 def calm(rig):

@@ -36,7 +36,7 @@ class OdomNodeImuTest(NodeTest):
 
     def setUp(self):
         super().setUp()
-        self.odom = self.listen("odom", Odometry)
+        self.odom = self.listen("odom", Odometry, publishers=1)
         self.read = self.publisher("serial_read", String)
         self.imu = self.publisher("imu", Imu)
         wheels = read_wheels(rospy.get_param("/"))

@@ -20,8 +20,8 @@ THREE = "three/odom_node: wheel feedback"
 class OdomNodeSlipTest(NodeTest):
     def setUp(self):
         super().setUp()
-        self.odom = self.listen("odom", Odometry)
-        self.three_odom = self.listen("/three/odom", Odometry)
+        self.odom = self.listen("odom", Odometry, publishers=1)
+        self.three_odom = self.listen("/three/odom", Odometry, publishers=1)
 
     def drive(self, namespace, units, counts, packets):
         """A command and as many packets, as fast as odom_node takes them."""

@@ -51,14 +51,15 @@ class NodeTest(unittest.TestCase):
         for status in message.status:
             self.status[status.name] = status
 
-    def listen(self, topic, message_type, callback=None):
-        """The list into which all messages of the topic go from now on."""
+    def listen(self, topic, message_type, callback=None, publishers=0):
+        """The list into which all messages of the topic go, from as many connected publishers on."""
         messages = []
         if topic not in self._subscribers:
             callbacks = []
             self._subscribers[topic] = callbacks, rospy.Subscriber(
                 topic, message_type, lambda message: [call(message) for call in callbacks], tcp_nodelay=True)
-        callbacks = self._subscribers[topic][0]
+        callbacks, subscriber = self._subscribers[topic]
+        wait_for(lambda: subscriber.get_num_connections() >= publishers, "publishers of " + topic, START)
         callbacks.append(callback or messages.append)
         self.addCleanup(callbacks.remove, callbacks[-1])
         return messages

@@ -2,7 +2,7 @@
 
 A comment such as <!-- needs: chromium, /dev/uinput --> names programs and files without which a .test file is skipped.
 Tests whose bounds are in real time are marked `timed`, rostests by a name timed_*.test: `./robotont test` runs them
-after all others, two at a time; alone_*.test, which measure milliseconds or keep both cores busy, follow one by one.
+after all others, three at a time; alone_*.test, which measure milliseconds or keep both cores busy, follow one by one.
 long_*.test run only when asked for (-m long).
 
 A rostest is the real stack in real time. Where one fails while the machine itself stood still (a virtual one whose host
@@ -26,9 +26,10 @@ from robotont_testing.witness import Witness
 ROBOTONT_MSGS = Path(os.environ.get("ROBOTONT_MSGS",
                                     str(Path(__file__).parent / ".build/robotont_msgs/lib/python3/dist-packages")))
 
-# Rostests of half a minute and more, the longest first. They begin first: else one is left when all others are done.
-LONG = ("serial_com_node", "stack", "calibrate_wheels", "goto_cancelled", "rviz", "official_boards", "board_health",
-        "simulator_faults", "goto", "driver_node")
+# Rostests of 20 s and more, the longest first. They begin first: else one is left when all others are done.
+LONG = ("serial_com_node", "calibrate_wheels", "stack", "goto_cancelled", "rviz", "official_boards", "simulator_faults",
+        "board_health", "recorder_node", "goto", "driver_node", "web_teleop_stop", "status", "wrong_parameters",
+        "web_teleop_node", "web_teleop_camera")
 
 STOOD_STILL = 0.1  # [s] a third of the shortest time-out in the stack
 

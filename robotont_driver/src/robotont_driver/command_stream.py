@@ -1,7 +1,5 @@
 """The motion to carry out, given what was commanded and when: time-outs, stops and limits."""
 
-import math
-
 from robotont_driver.limits import limit_acceleration, limit_speed
 
 STOP = (0.0, 0.0, 0.0)
@@ -25,6 +23,8 @@ class CommandStream:
         self.timeouts = 0
         self.limited = False      # whether the newest command was shortened by a speed limit
         self.cut_off = False      # whether the newest time-out stopped a moving robot
+        self._limits_speed = limits.of_speed
+        self._limits_acceleration = limits.of_acceleration
         self._refusal = None      # why the newest command was refused
         self._target = None       # newest valid command within the limits; None = stop at once
         self._received = None     # [s] when it came
@@ -43,7 +43,9 @@ class CommandStream:
             self._target = None
             return self._refusal
         wanted = (linear[0], linear[1], angular[2])
-        self._target = limit_speed(wanted, self.kinematics.wheel_speeds(wanted), self.limits)
+        self._target = wanted
+        if self._limits_speed:
+            self._target = limit_speed(wanted, self.kinematics.wheel_speeds(wanted), self.limits)
         self.limited = self._target != wanted
         self._received = received
         self.cut_off = False
@@ -69,6 +71,8 @@ class CommandStream:
             self._target = None
         if self.stopped or self._target is None:
             self._sent = STOP
+        elif not self._limits_acceleration:
+            self._sent = self._target
         else:
             elapsed = min(now - self._sent_at, self.period)
             self._sent = limit_acceleration(self._sent, self._target, elapsed, self.limits)
@@ -99,13 +103,12 @@ def refuse(linear, angular):
 
     `linear` and `angular` are (x, y, z) vectors in base_link.
     """
-    values = (*linear, *angular)
+    (x, y, z), (roll, pitch, yaw) = linear, angular
+    if abs(x) <= LARGEST and abs(y) <= LARGEST and abs(yaw) <= LARGEST and z == roll == pitch == 0.0:
+        return None
     names = ("linear.x", "linear.y", "linear.z", "angular.x", "angular.y", "angular.z")
-    for name, value in zip(names, values):
-        if not math.isfinite(value) or abs(value) > LARGEST:
+    for name, value in zip(names, (*linear, *angular)):
+        if not abs(value) <= LARGEST:  # or no number
             return f"{name} is {value:g}; allowed: a finite number up to {LARGEST:g}"
-    for name in ("linear.z", "angular.x", "angular.y"):
-        value = values[names.index(name)]
-        if value != 0.0:
-            return f"{name} is {value:g}; a robot on the floor moves only by linear.x, linear.y and angular.z"
-    return None
+    name, value = next(pair for pair in (("linear.z", z), ("angular.x", roll), ("angular.y", pitch)) if pair[1])
+    return f"{name} is {value:g}; a robot on the floor moves only by linear.x, linear.y and angular.z"

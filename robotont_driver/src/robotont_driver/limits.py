@@ -13,6 +13,16 @@ class Limits(NamedTuple):
     linear_acceleration: float = 0.0   # [m/s^2]
     angular_acceleration: float = 0.0  # [rad/s^2]
 
+    @property
+    def of_speed(self):
+        """Whether any speed is limited."""
+        return bool(self.linear_speed or self.angular_speed or self.wheel_speed)
+
+    @property
+    def of_acceleration(self):
+        """Whether any acceleration is limited."""
+        return bool(self.linear_acceleration or self.angular_acceleration)
+
 
 def limit_speed(twist, wheel_speeds, limits):
     """`twist` (v_x, v_y, omega), scaled by one factor so that every speed limit is kept.
@@ -34,8 +44,6 @@ def limit_acceleration(previous, wanted, elapsed, limits):
 
     It lies on the straight line from one to the other, so a start from rest keeps the direction.
     """
-    if not (limits.linear_acceleration or limits.angular_acceleration):
-        return tuple(wanted)
     change = [new - old for old, new in zip(previous, wanted)]
     factor = min(
         _factor(math.hypot(change[0], change[1]), limits.linear_acceleration, elapsed),

@@ -104,7 +104,8 @@ class PacketClock:
             self._line = arrival  # nothing arrives before it is made
             late = 0.0
         self._notice_shift(late)
-        self._earliest = min(self._earliest, (self._number, arrival), key=self._residual)
+        if arrival - self._period * self._number < self._residual(self._earliest):
+            self._earliest = (self._number, arrival)
         self._left -= 1
         if not self._left:
             self._fit()

@@ -15,8 +15,8 @@ LONGEST_LINE = 256  # [bytes] without the newline; a longer line is dropped
 # far more than any motor can make, and few enough digits for every sum and square to stay finite
 _NUMBER = r"-?[0-9]{1,7}(?:\.[0-9]{1,9})?"
 _PLAIN = re.compile(rf"({_NUMBER}(?::{_NUMBER})*);")
-# counter, totals, status (from firmware 2.0 on; with at least 3 wheels it is longer than a total), CRC
-_TRAILER = re.compile(r"([0-9A-F]{2})((?::[0-9A-F]{4})+)(?::([0-9A-F]{9,}))?:([0-9A-F]{4})\Z")
+# counts, counter, totals, status (from firmware 2.0 on; with at least 3 wheels it is longer than a total), CRC
+_CHECKED = re.compile(r"([^;]*);([0-9A-F]{2})((?::[0-9A-F]{4})+)(?::([0-9A-F]{9,}))?:([0-9A-F]{4})\Z")
 _SEALED = re.compile(r"#.*;[0-9A-F]{4}\Z")
 
 
@@ -137,11 +137,10 @@ class CheckedPacket:
 
     def __init__(self, line, wheels):
         """From a line without newline. Raises PacketError."""
-        body, _, trailer = line.partition(";")
-        match = _TRAILER.match(trailer)
+        match = _CHECKED.match(line)
         if not match:
             raise PacketError("trailer", f"no valid trailer in {line[:60]!r}")
-        counter, totals, status, checksum = match.groups()
+        counts, counter, totals, status, checksum = match.groups()
         if crc16(line[:-4].encode("ascii")) != int(checksum, 16):
             raise PacketError("checksum", f"wrong checksum in {line[:60]!r}")
         self.counter = int(counter, 16)
@@ -150,7 +149,7 @@ class CheckedPacket:
         if len(self.totals) != wheels:
             found = len(self.totals)
             raise ForeignPacketError(found, f"{found} totals instead of {wheels} in {line[:60]!r}")
-        self.counts = parse_packet(body + ";", wheels)
+        self.counts = parse_packet(counts + ";", wheels)
         if not self.counts.is_whole or (status and len(self.status.wheels) != wheels):
             raise PacketError("fields", f"not {wheels} whole counts and faults in {line[:60]!r}")
 

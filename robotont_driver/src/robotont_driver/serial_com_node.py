@@ -81,7 +81,6 @@ class SerialComNode:
             rospy.logwarn("serial_write refused: %s", error)
 
     def _on_write(self, command):
-        arrived = self._link.earliest_arrival()
         self._dialect.tick(time.monotonic())
         spoken = self._dialect.spoken
         if spoken.obstacle:
@@ -89,9 +88,9 @@ class SerialComNode:
         # a command must not reach the board before its greeting, which the link's thread is about to send
         line = spoken.encode(command) if spoken is self._met else b""
         if line or self._link.trouble:  # a closed port counts it as unsent
-            self._link.send(line, arrived)
+            self._link.send(line)
         else:
-            self._held = command, arrived
+            self._held = command, self._link.earliest_arrival()
 
     def _stop_packet(self):
         self._dialect.tick(time.monotonic())

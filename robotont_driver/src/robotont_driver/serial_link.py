@@ -5,7 +5,7 @@ import errno
 import fcntl
 import os
 import select
-import struct
+import sys
 import termios
 import threading
 import time
@@ -50,7 +50,7 @@ class SerialLink:
         self._retry_period = retry_period
         self._tick_period = write_timeout / 8  # [s] of the watch for stalls
         self._lock = threading.Lock()
-        self._port = None
+        self._descriptor = None  # of the open port
         self._tried = False     # whether it has been attempted to open the port
         self._rest = b""        # of a line that is half written: it must be finished first
         self._outbox = Outbox(BITS_OF_A_BYTE / baudrate)  # what waits behind it
@@ -93,19 +93,19 @@ class SerialLink:
     def send(self, packet, arrived=None):
         """Send bytes as soon as the line takes them. Never blocks; a newer packet replaces a waiting one.
 
-        arrived: `earliest_arrival` of the command; None: now. Older than `write_timeout` it is not sent.
+        arrived: `earliest_arrival` of the command; None: as of now. Older than `write_timeout` it is not sent.
         After `close` nothing is sent any more: its packet is the last one.
         """
         with self._lock:
             if self._closing:
                 return
             now = time.monotonic()
-            deadline = (now if arrived is None else arrived) + self._write_timeout
+            deadline = (self.stalls.earliest_arrival(now) if arrived is None else arrived) + self._write_timeout
             if deadline <= now:
                 self.outdated += 1
                 return
             self._deadline = deadline
-            if self._port is None:
+            if self._descriptor is None:
                 self.unsent += 1
             else:
                 self._queue(self._outbox.put, packet)
@@ -120,13 +120,13 @@ class SerialLink:
 
     def _send_line(self, put, *arguments):
         with self._lock:
-            if self._port is not None and not self._closing:
+            if self._descriptor is not None and not self._closing:
                 self._queue(put, *arguments)
 
     def close(self, packet, goodbye=b"", pause=0.0):
         """Send `goodbye`, after a pause [s] a last packet, close the port and end the thread."""
         with self._lock:
-            if self._port is not None:
+            if self._descriptor is not None:
                 self._outbox.hurry(goodbye, pause)
                 self._queue(self._outbox.put, packet)
             self._closing = True
@@ -143,11 +143,13 @@ class SerialLink:
 
     def _write(self):
         """Write what the line takes now."""
-        with contextlib.suppress(OSError):  # full, or gone, which the thread notices by itself
+        try:
             while self._rest or self._take_line():
-                self._rest = self._rest[os.write(self._port.fileno(), self._rest):]
+                self._rest = self._rest[os.write(self._descriptor, self._rest):]
                 if not self._rest:
                     self._outbox.written(time.monotonic())
+        except OSError:
+            pass  # full, or gone, which the thread notices by itself
 
     def _take_line(self):
         """Take the line to write now, if any; returns whether there is one. Raises OSError.
@@ -156,7 +158,7 @@ class SerialLink:
         """
         now = time.monotonic()
         self._stop_when_silent(now)  # rather than to send a command that has waited for too long
-        if not self._outbox or waiting_bytes(self._port) > (0 if self._outbox.pacing else self._newest_length):
+        if not self._outbox or waiting_bytes(self._descriptor) > (0 if self._outbox.pacing else self._newest_length):
             return False
         self._rest = self._outbox.take(now)
         if self._rest:
@@ -173,12 +175,12 @@ class SerialLink:
             try:
                 check_owner(self._name)
                 with serial.Serial(self._name, self._baudrate, timeout=0, exclusive=True) as port, claimed(port):
-                    self._opened(port)
+                    self._opened(port.fileno())
                     try:
-                        self._serve(port)
+                        self._serve(port.fileno())
                     finally:
                         with self._lock:  # no thread may write to a descriptor that is closed, or opened by others
-                            self._port = None
+                            self._descriptor = None
             except (OSError, ValueError, termios.error) as error:  # pyserial's own errors are OSErrors
                 self._lost(explain(self._name, error))
             except Exception as error:  # without this thread nothing would stop the robot
@@ -199,9 +201,9 @@ class SerialLink:
         self.failure = f"{type(error).__name__}: {error}"
         self._failed(error)
 
-    def _opened(self, port):
+    def _opened(self, descriptor):
         with self._lock:
-            self._port = port
+            self._descriptor = descriptor
             self._rest = b""
             self._outbox.clear()
             self._newest_length = 0
@@ -217,28 +219,28 @@ class SerialLink:
         if changed and not self._closing:
             self._call(self._changed, trouble)
 
-    def _serve(self, port):
+    def _serve(self, descriptor):
         """Move bytes both ways until the port fails or the link is closed."""
         while True:
             with self._lock:
                 now = time.monotonic()
                 self.stalls.tick(now)
                 self._stop_when_silent(now)
-                if not self._rest:
+                if self._outbox and not self._rest:
                     self._write()  # lines whose time has come
                 blocked = bool(self._rest)
                 timeout = self._time_to_rest(now)
                 if self._closing and (timeout == 0.0 or not (blocked or self._outbox)):
                     return
             readable, writable, _ = select.select(
-                [port.fileno(), self._woken], [port.fileno()] if blocked else [], [], timeout)
+                [descriptor, self._woken], [descriptor] if blocked else [], [], timeout)
             if self._woken in readable:
                 os.read(self._woken, READ_SIZE)
             if writable:
                 with self._lock:
                     self._write()
-            if port.fileno() in readable:
-                data = os.read(port.fileno(), READ_SIZE)
+            if descriptor in readable:
+                data = os.read(descriptor, READ_SIZE)
                 if not data:
                     raise OSError("the device is gone")
                 self._call(self._received, data)
@@ -273,9 +275,9 @@ class SerialLink:
                 os.read(self._woken, READ_SIZE)
 
 
-def waiting_bytes(port):
+def waiting_bytes(descriptor):
     """Bytes written to a port that its driver has not sent yet."""
-    return struct.unpack("@i", fcntl.ioctl(port.fileno(), termios.TIOCOUTQ, b"\0\0\0\0"))[0]
+    return int.from_bytes(fcntl.ioctl(descriptor, termios.TIOCOUTQ, b"\0\0\0\0"), sys.byteorder)
 
 
 @contextlib.contextmanager

@@ -36,16 +36,16 @@ class Dialect:
     hello = b""    # sent once per connection, before the first command
     goodbye = b""  # sent before the last stop
     usb_id = ""    # "vendor:product" of the port, for the recognition; empty when unknown
+    packets = 0    # count tuples handed out
+    repaired = 0   # of these, how many stand for periods whose lines were lost
+    restarts = 0   # of the board
+    banner = ""    # newest start-up banner of the board
+    fault = ""     # that the board reports
+    obstacle = ""  # why the board cannot be driven
 
     def __init__(self, wheels):
         self.wheels = wheels
-        self.packets = 0         # count tuples handed out
-        self.repaired = 0        # of these, how many stand for periods whose lines were lost
-        self.restarts = 0        # of the board
         self.dropped = Counter()  # lines that were not used, by reason
-        self.banner = ""         # newest start-up banner of the board
-        self.fault = ""          # that the board reports
-        self.obstacle = ""       # why the board cannot be driven
         self._readings = []
 
     @property

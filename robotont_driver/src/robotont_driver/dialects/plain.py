@@ -8,10 +8,21 @@ ECHO = ("the board sends back what it gets: it runs a REPL or another firmware (
         "loop; nothing is published on serial_read")
 
 
+def _of_reader(name):
+    """An attribute that the FeedbackReader holds."""
+    return property(lambda dialect: getattr(dialect._reader, name))
+
+
 class Plain(Dialect):
     """Plain packets both ways; what stands behind a semicolon is ignored."""
 
     name = "plain"
+    packets = _of_reader("packets")
+    repaired = _of_reader("repaired")
+    restarts = _of_reader("restarts")
+    banner = _of_reader("banner")
+    fault = _of_reader("fault")
+    obstacle = _of_reader("obstacle")
 
     def __init__(self, wheels, reach, decimals=False):
         super().__init__(wheels)
@@ -36,8 +47,6 @@ class Plain(Dialect):
         if not reader.checked:  # no echo is a checked packet of counts
             self._echo.received(data)
             packets = [] if self._echo.echoing else packets
-        self.packets, self.repaired, self.restarts = reader.packets, reader.repaired, reader.restarts
-        self.banner, self.fault, self.obstacle = reader.banner, reader.fault, reader.obstacle
         return packets
 
     def report_board(self):

@@ -13,6 +13,7 @@ from email.utils import parsedate
 
 OPEN, REFUSED, SILENT, NO_ROUTE = "open", "refused", "silent", "no route"  # outcomes of `reach`
 OTHER_PORTS = (22, 80, 443, 9)  # asked only to see whether a host is there at all
+RPC_ERRORS = (OSError, xmlrpc.client.Error)  # what calls through `remote` raise
 
 
 class Job:
@@ -154,7 +155,7 @@ class _Transport(xmlrpc.client.Transport):
 
 
 def remote(uri, timeout):
-    """An XML-RPC proxy each of whose answers may take `timeout` [s]; calls raise OSError or xmlrpc.client.Error."""
+    """An XML-RPC proxy each of whose answers may take `timeout` [s]; calls raise RPC_ERRORS."""
     return xmlrpc.client.ServerProxy(uri, transport=_Transport(timeout))
 
 

@@ -7,13 +7,15 @@ import socket
 import struct
 import threading
 import time
+import xml.parsers.expat
 import xmlrpc.client
 from calendar import timegm
 from email.utils import parsedate
 
 OPEN, REFUSED, SILENT, NO_ROUTE = "open", "refused", "silent", "no route"  # outcomes of `reach`
 OTHER_PORTS = (22, 80, 443, 9)  # asked only to see whether a host is there at all
-RPC_ERRORS = (OSError, xmlrpc.client.Error)  # what calls through `remote` raise
+# what calls through `remote` raise; the last two where the server speaks something else, as web and SSH servers do
+RPC_ERRORS = (OSError, xmlrpc.client.Error, http.client.HTTPException, xml.parsers.expat.ExpatError)
 
 
 class Job:

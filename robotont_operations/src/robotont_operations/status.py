@@ -5,7 +5,6 @@ import contextlib
 import os
 import sys
 import time
-import xmlrpc.client
 
 import rosgraph
 import rospy
@@ -31,7 +30,7 @@ def nodes_alive(master):
     def answers(uri):
         try:
             return probes.remote(uri, 1.0).getPid(CALLER)[0] == 1
-        except (OSError, xmlrpc.client.Error):
+        except probes.RPC_ERRORS:
             return False
     return dict(zip(names, map(bool, probes.all_in_time(answers, uris, 1.5))))
 
@@ -64,7 +63,7 @@ def main():
     parser.parse_args(rospy.myargv()[1:])
     uri = os.environ.get("ROS_MASTER_URI", "http://localhost:11311")
     answered = False
-    with contextlib.suppress(OSError, xmlrpc.client.Error):
+    with contextlib.suppress(*probes.RPC_ERRORS):
         answered, _ = probes.in_time(probes.remote(uri, 2.0).getPid, 2.5, CALLER)
     if not answered:
         print(f"status: no ROS master at {uri}: is the robot's stack running? see ./robotont network",

@@ -4,7 +4,7 @@ from typing import NamedTuple
 from urllib.parse import urlsplit
 
 from robotont_operations import probes
-from robotont_operations.network_check.findings import FAULT, GOOD, Finding, not_checked
+from robotont_operations.network_check.findings import FAULT, GOOD, Finding, let_this_machine_in, not_checked
 
 CALLER = "/robotont_network"  # the name of this program in its questions to the master and to nodes
 LOST_MASTER = Finding(FAULT, "master unreachable: it stopped answering in mid-check: check the Wi-Fi or the cable")
@@ -61,14 +61,13 @@ class Master:
                         "on the robot: start the stack")
             return (f"master unreachable: {where} answers, but no process listens at port {port}, or a firewall there "
                     "rejects: start the robot's stack there; if it runs, it keeps to itself (ROS_IP=127.0.0.1): "
-                    "./robotont install-robot --network ADDRESS there; if it does so with that, on that machine, sudo "
-                    f"ufw allow from {probes.own_address_towards(address)} (ROS 1 needs all TCP ports above 1023)")
+                    "./robotont install-robot --network ADDRESS there; if it does so with that, on that machine, "
+                    + let_this_machine_in(address))
         if outcome == probes.NO_ROUTE:
             return (f"master unreachable: this machine has no way to {where}: plug in the cable or join the robot's "
                     "Wi-Fi, then look at 'ip address'")
         if probes.is_there(address, self._budget.left(1.0)):
-            return (f"firewall: {where} answers, but not at port {port}: on that machine, sudo ufw allow from "
-                    f"{probes.own_address_towards(address)} (ROS 1 needs all TCP ports above 1023)")
+            return f"firewall: {where} answers, but not at port {port}: on that machine, {let_this_machine_in(address)}"
         return (f"master unreachable: no answer from {where}: is it switched on, in this network, its cable in? "
                 f"ping {address}")
 
@@ -76,7 +75,7 @@ class Master:
         """A message when the answer is not that of a ROS master; else None."""
         try:
             code, words, _ = probes.remote(self.uri, self._budget.left(1.0)).getPid(CALLER)
-        except probes.RPC_ERRORS as error:
+        except (*probes.RPC_ERRORS, TypeError, ValueError) as error:  # the last two: no answer of three values
             code, words = -1, str(error)
         return None if code == 1 else (f"master unreachable: {where} port {port} answers, but not as a ROS master "
                                        f"({words}): check the port in ROS_MASTER_URI")

@@ -3,7 +3,7 @@
 import time
 
 from robotont_operations import probes
-from robotont_operations.network_check.findings import FAULT, GOOD, NOTE, Finding, not_checked
+from robotont_operations.network_check.findings import FAULT, GOOD, NOTE, Finding, let_this_machine_in, not_checked
 from robotont_operations.network_check.master import CALLER
 from robotont_operations.network_check.time_budget import WORTHWHILE
 
@@ -80,8 +80,8 @@ def _explain(outcomes, found, master_address, budget):
 
 def _refused(host, names, address, beside_the_master):
     """Finding about a refusal, by dead nodes or a firewall; none but these answer `beside_the_master`, which does."""
-    remedy = (f"rosnode cleanup removes what is gone; what runs needs, on that machine, sudo ufw allow from "
-              f"{probes.own_address_towards(address)} (ROS 1 needs all TCP ports above 1023)")
+    remedy = ("rosnode cleanup removes what is gone; what runs needs, on that machine, "
+              + let_this_machine_in(address))
     if beside_the_master:
         return Finding(FAULT, f"firewall that rejects, or nodes that are gone: {names} on {host} refuse{_s(names)}, "
                               f"the master there answers: {remedy}")
@@ -90,13 +90,12 @@ def _refused(host, names, address, beside_the_master):
 
 def _silent(host, names, address, is_there):
     """Finding about nodes without an answer; is_there: whether their machine gives one elsewhere."""
-    mine = probes.own_address_towards(address)
     if is_there:
-        return Finding(FAULT, f"firewall: {host} answers, but not at the ports of {names}: on that machine, sudo "
-                              f"ufw allow from {mine} (ROS 1 needs all TCP ports above 1023)")
+        return Finding(FAULT, f"firewall: {host} answers, but not at the ports of {names}: on that machine, "
+                              + let_this_machine_in(address))
     return Finding(FAULT, f"one-way traffic, or wrong ROS_IP/ROS_HOSTNAME there: {names} registered as {address}, "
                           f"where nothing answers: on that machine, export ROS_IP=ITS_ADDRESS; if that is "
-                          f"{address}, sudo ufw allow from {mine}")
+                          f"{address}, {let_this_machine_in(address)}")
 
 
 def _list(names):

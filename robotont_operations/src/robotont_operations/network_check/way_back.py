@@ -12,6 +12,7 @@ from robotont_operations.network_check.master import CALLER, LOST_MASTER
 from robotont_operations.network_check.time_budget import WORTHWHILE
 
 FAREWELL = 0.4  # [s] before the end of the budget, in which the way back unregisters itself
+POLLING = 0.05  # [s] that the end of the server may take
 WAY_BACK = "whether the master's machine reaches this one"
 
 
@@ -39,7 +40,7 @@ class WayBack:
             return None
         server = xmlrpc.server.SimpleXMLRPCServer(("0.0.0.0", 0), logRequests=False)
         server.register_function(lambda *_: self._called.set() or (1, "", 0), "publisherUpdate")
-        threading.Thread(target=server.serve_forever, daemon=True).start()
+        threading.Thread(target=server.serve_forever, args=(POLLING,), daemon=True).start()
         try:
             heard = self._is_called(f"http://{self._announced}:{server.server_address[1]}/")
         except probes.RPC_ERRORS:

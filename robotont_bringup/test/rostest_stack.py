@@ -23,7 +23,7 @@ from robotont_driver.kinematics import Kinematics
 from robotont_driver.odometry import Pose
 from robotont_driver.se2 import pose_of
 from robotont_driver.wheels import read_wheels
-from robotont_testing.harness import START, wait_for
+from robotont_testing.harness import START, suspended, wait_for
 from robotont_testing.node_test import ERROR, OK, NodeTest, twist
 from robotont_testing.robots import WHEEL_PARAMS
 from robotont_testing.stand_in_board import Board
@@ -155,9 +155,10 @@ class StackTest(NodeTest):
         for node in ("/robotont_node",) if self.composed else ("/driver_node", "/serial_com_node"):
             robot = Robot(self)
             robot.drive((0.4, 0, 0), lambda robot=robot: any(robot.board.speeds), "motion")
-            os.kill(self.processes.pid(node), signal.SIGKILL)
-            wait_for(lambda robot=robot: robot.command.publish(twist(0.4)) or not any(robot.board.speeds),
-                     f"the stop without {node}", period=0.02)
+            with suspended(robot.launch.pid):  # roslaunch may have it back before the board stops by itself
+                os.kill(self.processes.pid(node), signal.SIGKILL)
+                wait_for(lambda robot=robot: robot.command.publish(twist(0.4)) or not any(robot.board.speeds),
+                         f"the stop without {node}", period=0.02)
             self.processes.stop(robot.launch)
             robot.board.unplug()
 

@@ -3,11 +3,15 @@
 
 import os
 import signal
+from unittest import mock
 
 import rostest
+from actionlib_msgs.msg import GoalStatus, GoalStatusArray
 from geometry_msgs.msg import Twist
 from goto_test import GotoTest
 
+from robotont_map_navigation.goal import Goal
+from robotont_map_navigation.goto import GOING_ON, GoTo
 from robotont_testing.harness import wait_for
 
 
@@ -53,6 +57,25 @@ class CancelledTest(GotoTest):
         self.assertRegex(lines[-1], words.format("[1-5]"))
         status, lines = self.end(self.start_goto("2", "2", "0", "--timeout", "1"), 60.0)
         self.assertEqual((status, lines[-1]), (5, words.format(20)))
+
+    def test_a_cancellation_that_overtakes_its_goal_ends_the_goal_before_it_too(self):
+        self.start_server("", repeat=True)
+        statuses = self.listen("/move_base/status", GoalStatusArray)
+        goto = GoTo("map", lambda _line: None)
+        self.assertTrue(goto.wait_for_server(20.0))
+        goto.send(Goal(2.0, 2.0, 0.0))
+        wait_for(self.moving, "motion")
+        on_the_way = []
+        goals = goto._client.action_client.manager
+        with mock.patch.object(goals, "send_goal_fn", on_the_way.append):
+            goto.send(Goal(3.0, 3.0, 0.0))
+            goto.leave(cancel=True)
+        recalled = wait_for(lambda: [status for status in statuses[-1].status_list
+                                     if status.status == GoalStatus.RECALLING], "the cancellation of an unknown goal")
+        self.assertEqual(recalled[0].goal_id.id, on_the_way[0].goal_id.id)
+        goals.send_goal_fn(on_the_way[0])
+        wait_for(lambda: not any(status.status in GOING_ON for status in statuses[-1].status_list),
+                 "the end of both goals")
 
     def test_another_goal_takes_its_place(self):
         first = self.start_goto("2", "2", "0")

@@ -12,7 +12,7 @@ import actionlib
 import rosgraph
 import rospy
 import tf2_ros
-from actionlib_msgs.msg import GoalStatus, GoalStatusArray
+from actionlib_msgs.msg import GoalID, GoalStatus, GoalStatusArray
 from move_base_msgs.msg import MoveBaseAction, MoveBaseGoal
 from nav_msgs.msg import OccupancyGrid
 
@@ -41,6 +41,7 @@ SILENCE = 3.0      # [s] without a status of move_base, which sends five per sec
 LOOK_UP = 0.4      # [s] that the map and then the transforms have to come; without them a goal is not checked
 CANCELLING = 20.0  # [s] that move_base has to confirm a cancellation: it hears of none while it turns around, 10 s
 TERMINAL_PERIOD, LOG_PERIOD = 0.2, 2.0  # [s] between two lines of progress on a terminal and in a file
+GOING_ON = (GoalStatus.PENDING, GoalStatus.ACTIVE, GoalStatus.PREEMPTING, GoalStatus.RECALLING)
 EXIT_STATUS = """exit status: 0 reached; 1 move_base gave up; 2 wrong arguments; 3 no move_base, or it died;
 4 another goal took its place; 5 --timeout; 6 no such place on the map, or no way to it; 130 Ctrl-C (the goal is
 cancelled first)"""
@@ -65,6 +66,7 @@ class GoTo:
         self._floor_map = (None, None)  # the message, and the FloorMap that is made of it at the first goal
         self._map_came = threading.Event()
         self._pose = None
+        self._sent = set()  # ids of the goals of this client that move_base has not reported as ended
         self._ended = threading.Event()
         self._ended.set()  # nothing is pursued yet
         self._left = False
@@ -108,6 +110,7 @@ class GoTo:
         self._ended.clear()
         self._left = False
         self._client.send_goal(message, done_cb=self._on_done, feedback_cb=self._on_feedback)
+        self._sent.add(self._client.gh.comm_state_machine.action_goal.goal_id.id)
         return Pursuit(goal, self._heard)
 
     def follow(self, pursuit, timeout):
@@ -118,7 +121,7 @@ class GoTo:
                 now = time.monotonic()
                 self._show(progress(self._pose, goal, now - start))
                 if now - self._heard > SILENCE:
-                    self._client.cancel_goal()  # should it only be slow
+                    self._take_back()  # should it only be slow
                     return Outcome(NOT_THERE, f"move_base has not been heard for {SILENCE:g} s: has it died?")
                 if timeout and now - start > timeout:
                     return Outcome(TOO_LONG, f"not there after {timeout:g} s; {self.cancel()}")
@@ -131,14 +134,14 @@ class GoTo:
 
     def leave(self, cancel=False):
         """Make `follow` return, from another thread; the robot goes on to its goal unless that is to `cancel`."""
-        if cancel and self._client.get_state() in (GoalStatus.PENDING, GoalStatus.ACTIVE):
-            self._client.cancel_goal()  # also one that an earlier call has left
+        if cancel:
+            self._take_back()
         self._left = True
         self._ended.set()
 
     def cancel(self):
         """Take the goal back; returns a sentence on whether move_base confirms it. Ctrl-C ends the wait for that."""
-        self._client.cancel_goal()
+        self._take_back()
         start = time.monotonic()
         waited = 0.0
         try:
@@ -153,6 +156,14 @@ class GoTo:
         if self._ended.is_set():
             return "the goal is cancelled"
         return f"cancelled, but move_base has not confirmed it within {waited:.0f} s: the robot may still move"
+
+    def _take_back(self):
+        """Cancel every goal of this client that may go on.
+
+        Where a cancellation overtakes its goal on the way, move_base never begins that goal, nor ends the one before.
+        """
+        for sent in tuple(self._sent):
+            self._client.action_client.pub_cancel.publish(GoalID(id=sent))
 
     def _refusal(self, goal):
         """Why the map shows that the goal cannot be reached; None when it can, or when there is no map to tell."""
@@ -186,8 +197,10 @@ class GoTo:
         self._map = message
         self._map_came.set()
 
-    def _on_status(self, _message):
+    def _on_status(self, message):
         self._heard = time.monotonic()
+        self._sent.difference_update(
+            status.goal_id.id for status in message.status_list if status.status not in GOING_ON)
 
     def _on_feedback(self, feedback):
         pose = feedback.base_position.pose

@@ -23,7 +23,7 @@ from robotont_testing.simulated_wheels import even_wheels
 
 WHEELS = (3, 4, 5, 6, 8, 10, 12)
 RATES = (50, 100, 200, 500, 1000)       # [Hz]
-ROBOTS = (1, 2, 5, 10, 15, 20, 30, 40)
+ROBOTS = (1, 2, 5, 10, 20, 30, 40, 50, 60)
 LATEST = 20.0                           # [ms] p99 beyond which, or with a loss, it counts as broken
 COMMANDS, PACKETS = (way for way, _ in WAYS)
 LOST = ((COMMANDS, "commands overtaken"), (PACKETS, "packets lost"))

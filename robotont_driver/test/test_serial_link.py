@@ -280,8 +280,9 @@ def test_what_was_commanded_while_the_process_was_stopped_is_not_sent(port, ends
         stopped = time.monotonic() - 3.0
         end.link.stalls = StallWatch(0.2, stopped)  # as if this process had done nothing for 3 s
         assert end.link.earliest_arrival() == stopped
+        end.link.send(b"10:10:10;\n")
         end.link.send(b"10:10:10;\n", stopped + 2.0)
-        assert end.link.outdated == 1
+        assert end.link.outdated == 2
         end.link.send(b"20:20:20;\n", time.monotonic() - 0.3)  # old, but not too old: for the rest of its time
         begun = time.monotonic()
         wait_for(lambda: "20:20:20;" in heard(board), "the command")

@@ -11,19 +11,19 @@ import time
 from pathlib import Path
 
 import rostest
-from actionlib_msgs.msg import GoalStatus, GoalStatusArray
+from actionlib_msgs.msg import GoalStatusArray
 from move_base_msgs.msg import MoveBaseActionGoal
 from page_server_test import DRIVE, LASER, MAP_TO_ODOM, POSE, STOP, YAW, PageServerTest, room
 from qr_on_terminal import read_qr
 from sensor_msgs.msg import BatteryState, LaserScan
 from std_msgs.msg import Bool
 
+from robotont_map_navigation.goto import GOING_ON
 from robotont_testing import places
 from robotont_testing.harness import wait_for
 
 MOVE_BASE = Path(__file__).resolve().parents[2] / "robotont_map_navigation" / "test" / "move_base_double.py"
 SCALE = 100.0         # [px/m] of the page when it opens
-ACTIVE = (GoalStatus.PENDING, GoalStatus.ACTIVE, GoalStatus.PREEMPTING, GoalStatus.RECALLING)
 
 
 class WebTeleopNodeTest(PageServerTest):
@@ -32,7 +32,7 @@ class WebTeleopNodeTest(PageServerTest):
         statuses = self.listen("move_base/status", GoalStatusArray)
         self.processes.start(MOVE_BASE, "_repeat:=true", "cmd_vel:=cmd_vel/navigation")
         wait_for(lambda: statuses, "move_base")
-        return goals, lambda: [status for status in statuses[-1].status_list if status.status in ACTIVE]
+        return goals, lambda: [status for status in statuses[-1].status_list if status.status in GOING_ON]
 
     def test_a_tap_on_the_map_sends_the_robot_there_and_stop_takes_the_goal_back(self):
         goals, active = self.start_move_base()

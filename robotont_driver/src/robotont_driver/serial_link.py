@@ -50,7 +50,7 @@ class SerialLink:
         self._retry_period = retry_period
         self._tick_period = write_timeout / 8  # [s] of the watch for stalls
         self._lock = threading.Lock()
-        self._descriptor = None  # of the open port
+        self._descriptor = None  # of the port; None while it is closed
         self._tried = False     # whether it has been attempted to open the port
         self._rest = b""        # of a line that is half written: it must be finished first
         self._outbox = Outbox(BITS_OF_A_BYTE / baudrate)  # what waits behind it

@@ -5,6 +5,9 @@ import pytest
 from robot_runs import ROBOTS, run_in
 
 REST = (0.0, 0.0, 0.0)
+STANDS = 0.03  # [m/s] slower than this, at the centre and around it, is standing
+
+
 @pytest.fixture(params=sorted(ROBOTS), ids=lambda amount: f"{amount} wheels")
 def any_robot(request):
     """Robots with three, four and five wheels on an empty floor."""
@@ -46,6 +49,20 @@ def test_turning_on_the_spot(any_robot, turn):
     print(f"{turned:.4f} rad, drift {math.hypot(dx, dy):.4f} m")
     assert turned == pytest.approx(5.0 * turn, rel=0.02)
     assert math.hypot(dx, dy) < 0.02
+
+
+@pytest.mark.parametrize("seconds", [0.2, 1.2], ids="driven for {} s".format)
+@pytest.mark.parametrize("twist", [(0.5, 0.0, 0.0), (0.24, -0.24, 1.09), (0.0, 0.3, -1.0), (0.0, 0.0, 2.0)], ids=str)
+def test_a_stop_is_short_and_the_robot_does_not_swing_back(any_robot, twist, seconds):
+    any_robot.hold(twist, seconds)
+    moving = 0.0
+    for period in range(1, 61):
+        any_robot.drive([REST])
+        x, y, turn = any_robot.simulation.twist()
+        if math.hypot(x, y) + 0.15 * abs(turn) >= STANDS:
+            moving = period / 50
+    print(f"stands for good {moving:.2f} s after the command")
+    assert moving <= 0.4
 
 
 def test_a_curve_sideways(any_robot):

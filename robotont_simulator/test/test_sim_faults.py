@@ -85,3 +85,30 @@ def test_wild_driving_is_no_fault(seed):
         twist = (rng.uniform(-speed, speed), rng.uniform(-speed, speed), 6 * rng.uniform(-speed, speed))
         run.hold(twist, rng.choice((0.1, 0.3, 0.8)))
         assert not {DRIVER_FAULT, NO_COUNTS, WRONG_WAY} & set(run.status.wheels), (leg, twist)
+
+
+@pytest.mark.parametrize("wheels, twist", [
+    (3, (-0.49, 0.16, 1.92)), (3, (0.45, -0.29, -1.41)), (3, (0.44, 0.5, 1.09)), (3, (0.07, 0.34, -0.88)),
+    (4, (0.47, 0.36, -1.52)), (4, (-0.48, 0.02, -0.76)), (5, (-0.12, 0.38, -0.95)), (5, (0.47, 0.36, -1.52))])
+def test_a_slow_wheel_beside_fast_ones_is_no_fault(wheels, twist):
+    """In curves from rest one wheel may hardly have to turn, while the fast ones load it sideways and drag it."""
+    run = run_in(wheels=wheels)
+    run.hold(twist, 2.0)
+    assert run.simulation.driven()
+    assert not any(run.status.wheels)
+
+
+@pytest.mark.parametrize("state", [UNPLUGGED, REVERSED])
+def test_an_encoder_that_breaks_on_a_slow_wheel_beside_fast_ones(state):
+    run = run_in()
+    twist = (-0.28, 0.52, 0.6)
+    units = np.abs(run.kinematics.units_of_twist(twist))
+    wheel = int(np.argmin(units))
+    assert units[wheel] < max(units) / 5
+    run.hold(twist, 1.5)
+    run.simulation.set_encoder(wheel, state)
+    off, speeds, _ = drive_on(run, wheel, twist, 2.0)
+    print(f"off after {off} s, at most {max(speeds) / max(units):.2f} of the fastest wheel's speed")
+    assert off is not None
+    assert off <= 1.5
+    assert max(speeds) <= max(units) / 2

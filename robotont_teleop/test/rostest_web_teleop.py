@@ -3,7 +3,6 @@
 
 import itertools
 import json
-import math
 import time
 from importlib.util import find_spec
 from pathlib import Path
@@ -11,7 +10,7 @@ from pathlib import Path
 import rospy
 import rostest
 from sensor_msgs.msg import BatteryState
-from web_pages import OPEN, PagesTest
+from web_pages import OPEN, PagesTest, rim_speed
 
 from robotont_testing.browser import DESKTOP, PHONE, PHONE_LYING, Browser
 from robotont_testing.harness import wait_for
@@ -55,13 +54,12 @@ class WebTeleopTest(PagesTest):
         seen = len(self.truth)
         start, day = time.monotonic(), time.time()
         act()
-        wait_for(lambda: self.speed() < STANDS, f"the stop after {what}", timeout=5)
-        moving = [at - start for at, (x, y, turn) in self.truth[seen:] if math.hypot(x, y) + 0.15 * abs(turn) >= STANDS]
+        stood = wait_for(lambda: next((at for at, twist in self.truth[seen:] if rim_speed(twist) < STANDS), None),
+                         f"the stop after {what}", timeout=5) - start
         zeros = [next((f"{at - day:.2f} s" for at, command in commands if at >= day and not any(command)), "never")
                  for commands in (self.hand, self.commands)]
-        self.assertLess(max(moving, default=0.0), STOPS_IN,
-                        "{}; zero on cmd_vel/hand: {}, on cmd_vel: {}".format(what, *zeros))
-        print(f"stands {max(moving, default=0.0):.2f} s after {what}", flush=True)
+        self.assertLess(stood, STOPS_IN, "{}; zero on cmd_vel/hand: {}, on cmd_vel: {}".format(what, *zeros))
+        print(f"stands {stood:.2f} s after {what}", flush=True)
 
     def drive_on(self, page, right=0.2, up=0.6, turn=0.4, until=None):
         """Both thumbs on the sticks until it drives, or `until`; let go and take them again when the page says so."""

@@ -90,9 +90,14 @@ class PagesTest(NodeTest):
         page.close()
 
     def speed(self):
-        """Of the robot [m/s], and how fast its rim turns around."""
-        _, (x, y, turn) = self.truth[-1]
-        return math.hypot(x, y) + 0.15 * abs(turn)
+        """The newest `rim_speed`."""
+        return rim_speed(self.truth[-1][1])
+
+
+def rim_speed(twist):
+    """Of the robot [m/s], and how fast its rim turns around."""
+    x, y, turn = twist
+    return math.hypot(x, y) + 0.15 * abs(turn)
 
 
 def _values(twist):

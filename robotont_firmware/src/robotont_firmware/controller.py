@@ -153,14 +153,14 @@ class Controller:
     @micropython.native
     def _drive(self, periods):
         """Bring the set-points nearer to the targets and let every wheel's controller act."""
-        self._slew(self._max_change)
+        fastest = self._slew(self._max_change)
         failed = False
         settled = self._unsettled <= 0
         self._unsettled -= 0 if settled else periods
         for wheel in range(self._wheels):
             pid = self._pids[wheel]
             setpoint = self._setpoints[wheel]
-            self._board.drive(wheel, pid.step(setpoint, self._counts[wheel], periods, settled))
+            self._board.drive(wheel, pid.step(setpoint, self._counts[wheel], periods, settled, fastest))
             if pid.lag > _LAG + (abs(setpoint) >> 3):
                 self._unsettled = _SETTLING
             if pid.fault != NO_FAULT:
@@ -182,10 +182,13 @@ class Controller:
 
     @micropython.native
     def _slew(self, limit):
-        """Move the set-points by at most `limit` [1/256 unit], all by the same fraction of their way."""
+        """Move the set-points by at most `limit`, all by the same fraction of their way; return the fastest.
+
+        Both in 1/256 unit.
+        """
         targets = self._targets
         setpoints = self._setpoints
-        farthest = 0
+        farthest = fastest = 0
         for wheel in range(self._wheels):
             farthest = max(farthest, abs(targets[wheel] - setpoints[wheel]))
         for wheel in range(self._wheels):
@@ -193,8 +196,10 @@ class Controller:
             if farthest > limit:
                 change = change * limit // farthest
             setpoints[wheel] += change
+            fastest = max(fastest, abs(setpoints[wheel]))
         if farthest > _LAG:
             self._unsettled = _SETTLING
+        return fastest
 
     @micropython.native
     def _has_fault(self, periods):

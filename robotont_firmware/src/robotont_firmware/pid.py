@@ -19,6 +19,7 @@ OVERLOAD = const(4)  # the motor has worked too hard for too long: its current i
 
 _FLOOR = const(1280)  # [1/256 unit] 5 units: the least speed for which a blind wheel may be driven
 _BLIND_PART = const(294)  # [1/256] a blind wheel is driven for at most 1.15 times its set-point
+_BESIDE_PART = const(96)  # [1/256] or for three eighths of the fastest wheel's
 _ONE_EDGE = const(256)  # [1/256 unit]
 _WRONG_EDGES = const(4096)  # [1/256 edge] 16 edges backward are no tremor
 _SEEN = const(3)  # [periods] of following that make an encoder credible until the wheel rests
@@ -41,12 +42,16 @@ class Pid:
 
     The set-point passes through a first-order model of how the wheel is able to follow; the feed-forward
     drives the wheel along it, and P and I only act on the difference from it. So a step does not
-    charge the integral, and the sum of the errors, hence the distance, still comes out exact.
+    charge the integral, and the sum of the errors, hence the distance, still comes out exact: as long as the
+    wheel is driven. Once a wheel with set-point 0 has come to rest it stays there: driven back to where it
+    should have stopped, a heavy robot would swing.
 
     P and I are only as good as the encoder. While the counts do not show that the wheel follows it is
     *blind*: driven forward by at most what turns a free wheel at 1.15 times the set-point, so that a wheel
-    without an encoder does not run away. When that has lasted for BLIND_TIME and the wheel owes BLIND_EDGES,
-    `fault` is NO_COUNTS or WRONG_WAY until `reset`.
+    without an encoder does not run away. Beside fast wheels, which load it sideways, it may be driven by what
+    turns a free wheel at three eighths of the fastest set-point. When that has lasted for BLIND_TIME and the
+    wheel owes BLIND_EDGES, and as much as the fastest wheel makes in two periods, `fault` is NO_COUNTS or
+    WRONG_WAY until `reset`.
 
     `overloaded`: the motor had more than its continuous current for so long that only that is left.
 
@@ -117,12 +122,13 @@ class Pid:
         return effort
 
     @micropython.native
-    def step(self, setpoint, counts, periods=1, settled=True):
+    def step(self, setpoint, counts, periods=1, settled=True, fastest=0):
         """Return the effort for the coming period, within +-MAX_EFFORT.
 
         setpoint: wanted speed [1/256 unit], within +-MAX_SPEED units. counts: edges since the last call.
         periods: how many control periods those took; more than one when the board missed ticks. settled:
-        whether the robot as a whole moves as it should, so that no other wheel drags this one.
+        whether the robot as a whole moves as it should, so that no other wheel drags this one. fastest: the
+        largest set-point of all wheels, without sign [1/256 unit].
         """
         if self._rests(setpoint, counts):
             self.reset(periods)
@@ -133,7 +139,9 @@ class Pid:
         if periods > 1:
             speed = speed // periods
         error = self._reference - speed
-        blind = self._doubt(setpoint, speed, periods, settled)
+        if setpoint == 0 and self._stopped(speed):
+            self._integral = 0
+        blind = self._doubt(setpoint, speed, periods, settled, fastest)
         self._advance(setpoint)
         wanted = (
             self._feed_forward(setpoint)
@@ -144,7 +152,7 @@ class Pid:
         self._speed = speed
         self.lag = 0 if blind else abs(error)
         if blind:
-            effort = self._limit_blind(wanted, setpoint)
+            effort = self._limit_blind(wanted, setpoint, fastest)
             self._warm(effort, periods)
         else:
             effort = self._limit(wanted, speed)
@@ -163,7 +171,7 @@ class Pid:
         return clamp(counts, MAX_COUNTS)
 
     @micropython.native
-    def _doubt(self, setpoint, speed, periods, settled):
+    def _doubt(self, setpoint, speed, periods, settled, fastest):
         """Return True while the counts do not show that the wheel follows; set `fault` when that lasts."""
         if setpoint != 0:
             self._direction = 1 if setpoint > 0 else -1
@@ -186,12 +194,13 @@ class Pid:
             return self._seen < _SEEN
         if push > self._static + (self._v * wished >> 17):  # driven for half of the reference or more
             self._blind += periods
-            self._ahead = clamp(self._ahead + ahead * periods, self._blind_edges)
+            most = max(self._blind_edges, fastest * 2)
+            self._ahead = clamp(self._ahead + ahead * periods, most)
             self._owed += (wished - ahead) * periods
             if self._owed < 0:
                 self._owed = 0
-            elif self._owed > self._blind_edges:
-                self._owed = self._blind_edges
+            elif self._owed > most:
+                self._owed = most
                 if self._blind >= (self._blind_time if settled else _GRACE):
                     self.fault = WRONG_WAY if self._ahead < -_WRONG_EDGES else NO_COUNTS
         if ahead >= 0 and ahead * 4 >= wished:
@@ -228,6 +237,11 @@ class Pid:
         return self._still >= self._standstill
 
     @micropython.native
+    def _stopped(self, speed):
+        """Return True where a wheel that should stop no longer turns as it was driven."""
+        return speed * self._direction <= 0 and abs(self._reference) < _ONE_EDGE
+
+    @micropython.native
     def _feed_forward(self, setpoint):
         """Return the effort that moves the wheel along the reference; STATIC bridges the dead-band."""
         ahead = self._reference + (self._lead * (setpoint - self._reference) >> 8)
@@ -246,9 +260,9 @@ class Pid:
         return clamp(emf + clamp(effort - emf, torque), self._max_effort)
 
     @micropython.native
-    def _limit_blind(self, effort, setpoint):
-        """Return the effort forward, at most what turns a free wheel a little faster than the set-point."""
-        speed = max(abs(setpoint), _FLOOR) * _BLIND_PART >> 8
+    def _limit_blind(self, effort, setpoint, fastest):
+        """Return the effort forward, at most what turns a free wheel as fast as a blind one may."""
+        speed = max(max(abs(setpoint), _FLOOR) * _BLIND_PART, fastest * _BESIDE_PART) >> 8
         most = min(self._static + (self._v * speed >> 16), self._max_effort)
         torque = self._continuous if self.overloaded else self._max_torque
         return max(0, min(effort * self._direction, most, torque)) * self._direction

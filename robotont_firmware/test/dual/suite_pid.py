@@ -159,6 +159,15 @@ def test_standstill_switches_the_motor_off():
     assert again == fresh(Pid(config), 256, 0)
 
 
+def test_a_stopped_wheel_is_not_driven_back():
+    for units in (100, -100):
+        bench = Bench(tau=160).run(units, 50).run(0, 60)
+        back = max(bench.counts) if units < 0 else -min(bench.counts)
+        edges = sum([abs(count) for count in bench.counts if count * units < 0])
+        assert back <= 2, back
+        assert edges <= 4, edges
+
+
 def test_brakes_until_standstill():
     bench = Bench().run(100, 50).run(0, 10)  # the slew limit takes 10 periods
     assert bench.setpoint == 0

@@ -43,7 +43,7 @@ class Pid:
     The set-point passes through a first-order model of how the wheel is able to follow; the feed-forward
     drives the wheel along it, and P and I only act on the difference from it. So a step does not
     charge the integral, and the sum of the errors, hence the distance, still comes out exact: as long as the
-    wheel is driven. Once a wheel with set-point 0 has come to rest it stays there: driven back to where it
+    robot is driven. When all should stop, a wheel that has come to rest stays there: driven back to where it
     should have stopped, a heavy robot would swing.
 
     P and I are only as good as the encoder. While the counts do not show that the wheel follows it is
@@ -139,7 +139,7 @@ class Pid:
         if periods > 1:
             speed = speed // periods
         error = self._reference - speed
-        if setpoint == 0 and self._stopped(speed):
+        if setpoint == 0 and fastest == 0 and self._stopped(speed):
             self._integral = 0
         blind = self._doubt(setpoint, speed, periods, settled, fastest)
         self._advance(setpoint)
@@ -238,7 +238,7 @@ class Pid:
 
     @micropython.native
     def _stopped(self, speed):
-        """Return True where a wheel that should stop no longer turns as it was driven."""
+        """Return True where a wheel of a robot that should stop no longer turns as it was driven."""
         return speed * self._direction <= 0 and abs(self._reference) < _ONE_EDGE
 
     @micropython.native

@@ -17,6 +17,7 @@ from robotont_testing.harness import wait_for
 
 STANDS = 0.02     # [m/s] slower than this is standing
 STOPS_IN = 0.5    # [s]
+REST = 0.3        # [s] in which a robot that would swing back does
 OLDEST = 0.2      # [s]
 STALL = 3.0       # [s]
 NARROW = ((360, 740, 2), (390, 844, 2))  # phones
@@ -50,7 +51,7 @@ class WebTeleopTest(PagesTest):
     """What the page must do."""
 
     def stops_after(self, act, what):
-        """Carry out `act`; the robot must stand within STOPS_IN from then on."""
+        """Carry out `act`; the robot must stand within STOPS_IN from then on, and swing a little at most."""
         seen = len(self.truth)
         start, day = time.monotonic(), time.time()
         act()
@@ -59,6 +60,9 @@ class WebTeleopTest(PagesTest):
         zeros = [next((f"{at - day:.2f} s" for at, command in commands if at >= day and not any(command)), "never")
                  for commands in (self.hand, self.commands)]
         self.assertLess(stood, STOPS_IN, "{}; zero on cmd_vel/hand: {}, on cmd_vel: {}".format(what, *zeros))
+        wait_for(lambda: self.truth[-1][0] > start + stood + REST, "the truth")
+        self.assertLess(max(rim_speed(twist) for at, twist in self.truth[seen:] if at > start + stood), 2 * STANDS,
+                        f"moves again after {what}")
         print(f"stands {stood:.2f} s after {what}", flush=True)
 
     def drive_on(self, page, right=0.2, up=0.6, turn=0.4, until=None):

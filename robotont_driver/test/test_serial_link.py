@@ -167,9 +167,9 @@ def test_what_a_lost_port_did_not_take_is_not_sent_to_the_next(port, ends):
 
 def test_silence_sends_one_stop_packet(port, ends):
     with Board(str(port)) as board:
-        end = ends(write_timeout=0.1)
+        end = ends(write_timeout=0.5)
         wait_for(lambda: heard(board) == ["0:0:0;"], "the stop after opening")
-        end.link.send(b"10:10:10;\n")
+        end.link.send(b"10:10:10;\n", time.monotonic())  # new, also on a machine that has just stood still
         wait_for(lambda: heard(board)[1:] == ["10:10:10;", "0:0:0;"], "the stop after the command")
         told = len(board.reported)
         wait_for(lambda: len(board.reported) > told + 15, "a while")

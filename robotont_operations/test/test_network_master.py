@@ -2,7 +2,7 @@
 
 import socket
 import threading
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 
 import pytest
 
@@ -25,7 +25,7 @@ def server(answer):
                     connection, _ = listening.accept()
                 except OSError:
                     return
-                with connection:
+                with connection, suppress(ConnectionResetError):  # by who has seen enough
                     if answer:
                         connection.sendall(answer)
                         connection.recv(65536)  # a question that nobody reads would reset the connection

@@ -7,6 +7,7 @@ import math
 import signal
 import socket
 import subprocess
+import threading
 import time
 from pathlib import Path
 
@@ -23,7 +24,14 @@ from robotont_testing import places
 from robotont_testing.harness import wait_for
 
 MOVE_BASE = Path(__file__).resolve().parents[2] / "robotont_map_navigation" / "test" / "move_base_double.py"
+ENDS_IN_A_RUSH = 1
 SCALE = 100.0         # [px/m] of the page when it opens
+
+
+def drive_to_the_end(page):
+    """Command without a pause until the server has closed the page."""
+    while not page.closed:
+        page.drive(*DRIVE)
 
 
 class WebTeleopNodeTest(PageServerTest):
@@ -164,6 +172,21 @@ class WebTeleopNodeTest(PageServerTest):
             self.processes.stop(server, end)
             wait_for(lambda: self.hand[-1] == STOP, "the zero")
             self.assertEqual([command for command, _ in itertools.groupby(self.hand)], [DRIVE, STOP])
+            self.assertNotIn("Traceback", self.log.read_text())
+
+    def test_its_end_amid_a_rush_of_commands_is_a_zero(self):
+        """A signal meets the server at any place, in the middle of publishing a command, too."""
+        for _ in range(ENDS_IN_A_RUSH):
+            self.log.write_text("")
+            self.hand.clear()
+            server = self.start()
+            page = self.page()
+            rush = threading.Thread(target=drive_to_the_end, args=[page])
+            rush.start()
+            wait_for(lambda: len(self.hand) > 100, "the commands")
+            self.assertEqual(self.processes.stop(server, signal.SIGTERM), 0, "it has not ended by itself")
+            rush.join()
+            wait_for(lambda: self.hand[-1] == STOP, "the zero")
             self.assertNotIn("Traceback", self.log.read_text())
 
 

@@ -185,6 +185,10 @@ class ImmediatePublisher(rospy.SubscribeListener):
         """Publish a message, or the contents of its only field."""
         self._publisher.publish(message)
 
+    def get_num_connections(self):
+        """Number of subscribers, as of a rospy.Publisher."""
+        return self._publisher.get_num_connections()
+
     def peer_subscribe(self, _topic, _publish, _publish_to_peer):
         """Called by rospy after a subscriber has connected."""
         for connection in self._topic.connections:
@@ -195,7 +199,8 @@ class ImmediatePublisher(rospy.SubscribeListener):
 class DroppingPublisher(ImmediatePublisher):
     """Publishes from the calling thread, too, but holds up nobody: a subscriber whose socket is full loses messages.
 
-    For messages of up to a few kB, of which the newest counts: a socket is full when less than a third is free.
+    For messages of up to a few kB, of which the newest counts: a socket is full when less than a third is free. So
+    the odometry goes out, and commands, of which the last one, the stop, must be out before the process ends.
     """
 
     def __init__(self, topic, message_type):

@@ -12,7 +12,7 @@ from std_srvs.srv import Trigger, TriggerResponse
 
 from robotont_driver.command_stream import refuse
 from robotont_driver.driver_node import PRESSED
-from robotont_driver.node import OK, WARN, Health, Worker, run_without_wheels
+from robotont_driver.node import OK, WARN, DroppingPublisher, Health, Worker, run_without_wheels
 from robotont_driver.outages import OutageWatch
 from robotont_driver.parameters import Parameter
 from robotont_driver.refusals import Refusals
@@ -57,7 +57,7 @@ class CmdVelMux:
         self._outdated = 0
         self._driver = None
         self._others = ()
-        self._publisher = rospy.Publisher("cmd_vel", Twist, queue_size=2, tcp_nodelay=True)  # a zero and a command
+        self._publisher = DroppingPublisher("cmd_vel", Twist)
         self._driven_by = rospy.Publisher("cmd_vel/driven_by", String, queue_size=1, latch=True)
         self._emergency_stop = rospy.Publisher("emergency_stop", Bool, queue_size=1, latch=True)
         self._saved = False  # value of the parameter

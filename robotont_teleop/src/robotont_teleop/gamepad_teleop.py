@@ -1,7 +1,6 @@
 """Drives the robot by a gamepad on Linux' event devices."""
 
 import threading
-import time
 
 import evdev
 import rospy
@@ -147,7 +146,6 @@ class GamepadTeleop:
             self._pad = None
             if self._output.sent != STOP:
                 self._output.send(STOP)
-        time.sleep(0.02)  # rospy sends from a thread of its own
 
     def _say(self, words):
         if words != self._last_logged:

@@ -8,6 +8,7 @@ from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
 from std_msgs.msg import String
 
+from robotont_driver.node import DroppingPublisher
 from robotont_teleop.emergency_stop import EmergencyStop
 from robotont_teleop.speeds import STOP
 from robotont_teleop.twist_message import twist_message
@@ -20,7 +21,7 @@ class HandOutput:
 
     def __init__(self):
         self.topic = HAND if self._is_subscribed(HAND) else DIRECT
-        self._command = rospy.Publisher(self.topic, Twist, queue_size=1, tcp_nodelay=True)
+        self._command = DroppingPublisher(self.topic, Twist)
         self.emergency_stop = EmergencyStop()
         self._driven_by = ""
         self._velocity, self._heard = STOP, -1e9
@@ -29,7 +30,7 @@ class HandOutput:
         rospy.Subscriber("cmd_vel/driven_by", String, self._on_driven_by, queue_size=1)
 
     def send(self, twist):
-        """Publish (v_x [m/s], v_y [m/s], omega [rad/s])."""
+        """Publish (v_x [m/s], v_y [m/s], omega [rad/s]); behind the call it is out, also where the process ends."""
         self.sent = twist
         self._command.publish(twist_message(twist))
 

@@ -75,8 +75,6 @@ class KeyboardTeleop:
         """Zero, in case that it is the last that goes out."""
         if not rospy.is_shutdown():
             self._output.send(STOP)
-            self._output.send(STOP)
-            time.sleep(0.05)  # rospy sends from a thread of its own
 
     def _read(self):
         """Keys that have come within one period; raises OSError when there is no terminal any more."""

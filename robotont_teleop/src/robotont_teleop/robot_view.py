@@ -20,7 +20,7 @@ from std_msgs.msg import String
 from std_srvs.srv import Trigger
 
 from robotont_driver.kinematics import Kinematics
-from robotont_driver.node import Worker
+from robotont_driver.node import DroppingPublisher, Worker
 from robotont_driver.protocol import PacketError, parse_packet
 from robotont_map_navigation.goal import Goal
 from robotont_map_navigation.goto import GoTo
@@ -62,7 +62,7 @@ class RobotView:
         self._driven_by = ""
         self._note = {"number": 0, "words": "", "good": True}
         self._sending = threading.RLock()
-        self._sent, self._ended = STOP, False
+        self._ended = False
         self._transforms = tf2_ros.Buffer()
         self._listener = tf2_ros.TransformListener(self._transforms)
         self._goto = GoTo(MAP_FRAME, lambda words: self._goal.show_progress(words), self._transforms)
@@ -74,7 +74,7 @@ class RobotView:
         Worker(self._look_for_camera)
 
     def _publish(self):
-        self._command = rospy.Publisher("cmd_vel/hand", Twist, queue_size=1, tcp_nodelay=True)
+        self._command = DroppingPublisher("cmd_vel/hand", Twist)
         self._cancel = rospy.Publisher("move_base/cancel", GoalID, queue_size=5, tcp_nodelay=True)
         self._reset = ServiceRequest("reset_odometry", "reset odometry", Trigger, self._say)
         self._give_back = ServiceRequest("cmd_vel_mux/give_back", "give back", Trigger, self._say)
@@ -93,17 +93,13 @@ class RobotView:
         """A command by hand, (v_x [m/s], v_y [m/s], omega [rad/s])."""
         with self._sending:
             if not self._ended:
-                self._sent = twist
                 self._command.publish(twist_message(twist))
 
     def _stop(self):
         """The end of the node: zero is the last command."""
         with self._sending:
-            moving = self._sent != STOP
             self.send(STOP)
             self._ended = True
-        if moving:
-            time.sleep(0.05)  # rospy sends from a thread of its own
 
     def press_emergency_stop(self):
         """It stays pressed until somebody releases it."""

@@ -3,6 +3,7 @@
 import asyncio
 import gc
 import os
+import signal
 import socket
 import ssl
 import sys
@@ -12,7 +13,7 @@ import qrcode
 import rospkg
 import rospy
 
-from robotont_driver.node import OK, WARN, Health, init_node, own_parameters
+from robotont_driver.node import OK, WARN, Health, init_node, own_parameters, signals_wait
 from robotont_driver.parameters import Parameter, ParameterError
 from robotont_driver.wheels import read_wheels
 from robotont_teleop.access import Access, is_loopback_address, read_or_make_token
@@ -141,6 +142,8 @@ async def serve(robot, access, token, parameters):
     gc.freeze()  # what exists now stays: the collector need not look through it while commands wait
     ended = asyncio.Event()
     loop = asyncio.get_running_loop()
+    for number in (signal.SIGINT, signal.SIGTERM):  # between two messages, never in the middle of publishing one
+        loop.add_signal_handler(number, rospy.signal_shutdown, signal.Signals(number).name)
     rospy.on_shutdown(lambda: loop.call_soon_threadsafe(ended.set))
     ends = [loop.create_task(ended.wait()), loop.create_task(server.ended())]
     if not rospy.is_shutdown():
@@ -175,7 +178,9 @@ def main():
     try:
         wheels = read_wheels(rospy.get_param(rospy.get_namespace(), {}))
         access, token = make_access(parameters)
-        asyncio.run(serve(RobotView(wheels, parameters["camera"]), access, token, parameters))
+        with signals_wait():
+            robot = RobotView(wheels, parameters["camera"])
+        asyncio.run(serve(robot, access, token, parameters))
     except ParameterError as error:
         for fault in error.faults:
             rospy.logfatal("wrong parameter %s (wheel parameters are read from %s)", fault, rospy.get_namespace())

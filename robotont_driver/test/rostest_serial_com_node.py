@@ -4,6 +4,7 @@
 import signal
 import time
 
+import rospy
 import rostest
 from diagnostic_msgs.msg import DiagnosticArray
 from serial_com_test import BOARD, TASK, SerialComTest
@@ -11,6 +12,7 @@ from std_msgs.msg import String
 
 from robotont_testing.harness import suspended, wait_for
 from robotont_testing.node_test import ERROR, OK
+from robotont_testing.robots import SHIPPED
 from robotont_testing.stand_in_board import Board
 
 
@@ -141,6 +143,28 @@ class SerialComNodeTest(SerialComTest):
         read, repaired = int(values["packets read"]), int(values["periods repaired"])
         self.assertEqual(read + repaired, int(values["packets published"]))
         self.assertLess(read, len(self.board.reported) - repaired / 2)
+
+    def test_what_is_made_up_for_does_not_count_as_read(self):
+        self.start()
+        told = len(self.board.reported)
+        self.board.line.cut = True
+        wait_for(lambda: len(self.board.reported) > told + 100, "lost packets")
+        self.board.line.cut = False
+
+        def repaired():
+            values = self.values(TASK)
+            return int(values["periods repaired"]) >= 100 and values
+        values = wait_for(repaired, "the repair")
+        self.assertLess(float(values["packets read per second"]), 80.0)
+
+    def test_a_robot_with_finer_encoders_makes_more_counts_in_a_period(self):
+        rospy.set_param("/fine", {**SHIPPED, "encoderEdgesPerMotorRevolution": 4096})
+        self.board.plug()
+        self.processes.node("serial_com_node", "__ns:=/fine", f"_port:={self.board.link}", log=self.log)
+        read = self.listen("/fine/serial_read", String)
+        write = self.publisher("/fine/serial_write", String)
+        wait_for(lambda: write.publish("6400:-3200:0;\n") or any(
+            message.data == "6400:-3200:0;\n" for message in read), "the counts", period=0.05)
 
     def test_five_thousand_packets_at_1000_a_second_whole_and_in_order(self):
         self.board.line.cut = True  # the board keeps silent, the test speaks

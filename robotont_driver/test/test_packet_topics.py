@@ -4,7 +4,7 @@ import pytest
 
 from robotont_driver import packet_topics
 from robotont_driver.packet_topics import SharedPacketTopic, deliver
-from robotont_driver.protocol import Packet
+from robotont_driver.protocol import Packet, parse_packet
 
 
 class FakePublisher:
@@ -68,7 +68,8 @@ def test_other_processes_get_a_copy_when_they_listen(errors):
     assert not topic._publisher.published
     topic._publisher.listeners = 1
     topic.publish(Packet([1, 2, 3]))
-    assert topic._publisher.published == ["1:2:3;\n"]
+    topic.publish(parse_packet("0:1.5:-1.5;\n", 3))  # as it was written
+    assert topic._publisher.published == ["1:2:3;\n", "0:1.5:-1.5;\n"]
 
 
 def test_text_becomes_a_packet_or_is_refused():

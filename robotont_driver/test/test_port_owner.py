@@ -1,13 +1,15 @@
 import contextlib
 import os
 import pty
+import select
 import signal
+import termios
 import time
 
 import pytest
 
 from robotont_driver import port_owner
-from robotont_driver.serial_link import explain
+from robotont_driver.serial_link import SerialLink, explain
 from robotont_testing.harness import wait_for
 from robotont_testing.port_owners import given_away, program
 
@@ -49,6 +51,19 @@ def shell_on(slave):
         os.waitpid(pid, 0)
 
 
+@contextlib.contextmanager
+def driver(port):
+    """What the driver's link to a port reports: None for an open port, else the trouble."""
+    changes = []
+    link = SerialLink(str(port), 115200, received=print, changed=changes.append, stop_packet=lambda: b"0:0:0;\n",
+                      failed=print)
+    link.start()
+    try:
+        yield changes
+    finally:
+        link.close(b"0:0:0;\n")
+
+
 def test_the_port_of_a_living_owner_may_be_opened(tmp_path, owner):
     assert port_owner.read_owner(tmp_path / "port").lives
     assert port_owner.refusal(str(tmp_path / "port")) == ""
@@ -77,6 +92,27 @@ def test_the_terminal_of_a_session_is_refused(tmp_path):
             assert port_owner.refusal(name) == (f"leads to {os.ttyname(slave)}, the terminal of process {pid}; choose "
                                                 "another port, or remove the link")
     assert port_owner.refusal(str(link)) == ""
+    os.close(slave)
+    os.close(master)
+
+
+def test_the_driver_does_not_open_what_a_killed_owner_left_behind(tmp_path, owner):
+    device = os.readlink(str(tmp_path / "port"))
+    owner.kill()
+    owner.wait()
+    with given_away(device), driver(tmp_path / "port") as changes:
+        wait_for(lambda: changes, "a report")
+    assert f"{tmp_path / 'port'}: left behind by process {owner.pid}" in str(changes)
+
+
+def test_the_driver_does_not_touch_the_terminal_of_a_session():
+    master, slave = pty.openpty()
+    settings = termios.tcgetattr(slave)
+    with shell_on(slave) as pid, driver(os.ttyname(slave)) as changes:
+        wait_for(lambda: changes, "a report")
+    assert f"the terminal of process {pid}" in str(changes)
+    assert termios.tcgetattr(slave) == settings  # else a shell would be raw, ...
+    assert select.select([master], [], [], 0) == ([], [], [])  # ... with packets in it
     os.close(slave)
     os.close(master)
 

@@ -4,9 +4,10 @@
 import rosparam
 import rostest
 import yaml
+from nav_msgs.msg import Odometry
 from simulation_test import SimulationTest
 
-from robotont_testing.harness import wait_for
+from robotont_testing.harness import START, wait_for
 from robotont_testing.robots import WHEEL_PARAMS
 
 
@@ -20,8 +21,11 @@ class SimulatorNodeTest(SimulationTest):
         self.assertAlmostEqual(scan.ranges[64], 2.95, delta=0.02)
         self.assertAlmostEqual(scan.angle_max, 1.03 / 2, delta=1e-3)
 
-    def test_names_that_no_port_can_have(self):
+    def setUp(self):
+        super().setUp()
         rosparam.upload_params("/", yaml.safe_load(WHEEL_PARAMS.read_text()))
+
+    def test_names_that_no_port_can_have(self):
         folder = self.processes.folder
         for port, words in ((folder, "found something that is no link"), (folder / "missing" / "port", "no such file"),
                             ("''", "no such file")):
@@ -30,6 +34,28 @@ class SimulatorNodeTest(SimulationTest):
             self.assertEqual(process.returncode, 1)
             self.assertIn(words, log.read_text())
             self.assertNotIn("Traceback", log.read_text())
+
+    def test_files_that_no_world_can_be_read_from(self):
+        world = self.processes.folder / "world.yaml"
+        for content, words in ((b"walls:\n\t- [0, 0, 1, 1]", "no YAML"), (b"# W\xe4nde", "allowed: text in UTF-8"),
+                               (b"walls: 5", "walls: found 5, allowed: a list of lists of 4 numbers")):
+            world.write_bytes(content)
+            process, log = self.simulator(self.processes.folder / "board", f"_world:={world}", "__name:=worldless")
+            wait_for(lambda process=process: process.poll() is not None, "the end", timeout=30)
+            self.assertEqual(process.returncode, 1)
+            self.assertIn(words, log.read_text())
+            self.assertNotIn("Traceback", log.read_text())
+
+    def test_ctrl_c_ends_the_board_at_once_and_then_its_port(self):
+        self.stop_simulation()  # its topics have the same names
+        process, log = self.simulator(self.processes.folder / "board", "__name:=ending")
+        periods = self.listen("ground_truth/odom", Odometry)
+        wait_for(lambda: periods, "the ground truth", START)
+        before = len(periods)
+        self.assertEqual(self.processes.stop(process), 0)
+        self.assertLess(len(periods) - before, 40)  # in 1 s, for which it once waited, there are 50
+        self.assertEqual([file.name for file in self.processes.folder.glob("board*")], [])
+        self.assertNotIn("Traceback", log.read_text())
 
     def test_a_world_that_is_not_there(self):
         self.stop_simulation()  # its nodes have the same names

@@ -7,6 +7,7 @@ import yaml
 from robot_runs import ROOT
 
 from robotont_simulator.world import WorldError, draw_map, read_world, write_map
+from robotont_testing.robots import WHEEL_PARAMS
 
 WORLDS = sorted((ROOT / "config" / "worlds").glob("*.yaml"))
 
@@ -86,6 +87,22 @@ def test_a_start_within_a_wall_has_no_map():
     world = read_world(ROOT / "config" / "worlds" / "room.yaml")
     with pytest.raises(WorldError, match="the start \\(7.5, 2.5\\) is in a wall or a box"):
         draw_map(world._replace(start=(7.5, 2.5, 0.0)))
+
+
+@pytest.mark.parametrize("content, words", [
+    (b"walls:\n\t- [0, 0, 1, 1]", "no YAML: "), (b"# W\xe4nde", "text in UTF-8"), (b"walls: 5", "walls: found 5")])
+@pytest.mark.parametrize("tool, arguments", [
+    ("make_map", ["WORLD", "MAP"]),
+    ("show_model", ["PICTURE", "--wheel-params", str(WHEEL_PARAMS), "--world", "WORLD"])])
+def test_tools_explain_a_wrong_file(tmp_path, tool, arguments, content, words):
+    (tmp_path / "WORLD").write_bytes(content)
+    script = ROOT / "robotont_simulator" / "scripts" / tool
+    result = subprocess.run([sys.executable, str(script), *arguments], cwd=str(tmp_path), stderr=subprocess.PIPE,
+                            text=True, check=False)
+    assert result.returncode == 1
+    assert result.stderr.startswith(f"{tool}: WORLD: ")
+    assert words in result.stderr
+    assert "Traceback" not in result.stderr
 
 
 def test_make_map_from_the_command_line(tmp_path):

@@ -18,6 +18,7 @@ COMMANDS = {  # arguments, and programs that run when the command is in the midd
     "pictures": (["{folder}"], {"rosmaster", "Xvfb", "rviz"}),
     "sim": (["port:={folder}/board"], {"rosmaster", "robotont_node", "simulator_node"}),
 }
+MADE_LAST = {"demo": "demo.png", "pictures": "two_robots.png"}  # by those that would end by themselves
 # each command and each end once; the rest of the pairs that differ takes as long again
 ENDINGS = [("demo", "SIGHUP"), ("bench", "SIGINT"), ("pictures", "SIGTERM"), ("sim", "SIGKILL"),
            *(pytest.param(*pair, marks=pytest.mark.long) for pair in (
@@ -61,5 +62,7 @@ def test_nothing_is_left(command, ending, tmp_path):
                 os.kill(left, signal.SIGKILL)
         process.wait()
     assert list(temporary.iterdir()) == []
+    made_last = tmp_path / MADE_LAST.get(command, "nothing")
+    assert not made_last.exists() or made_last.stat().st_size == 0, "it has gone on to its own end"
     if ending == "SIGINT":
         assert "Traceback" not in (tmp_path / "output").read_text()

@@ -11,6 +11,8 @@ import pytest
 ROOT = Path(__file__).resolve().parents[2]
 COMMANDS = ["demo", "sim", "keys", "rviz", "test", "bench", "wheels", "flash", "pictures", "lint", "shell", "build",
             "setup", "network", "status", "report", "install-robot"]
+# Root may write everywhere; with these words before a command it may not.
+WITHOUT_RIGHTS = ["setpriv", "--bounding-set=-all", "--inh-caps=-all"] if os.getuid() == 0 else []
 
 
 def clone(folder):
@@ -23,10 +25,20 @@ def clone(folder):
     return folder
 
 
-def robotont(folder, *arguments, **environment):
-    return subprocess.run([str(folder / "robotont"), *arguments], env={**os.environ, **environment}, check=False,
-                          text=True, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
-                          timeout=120)
+def clone_that_needs_nothing(folder):
+    """A clone without packages, whose build takes seconds."""
+    clone(folder)
+    for name in ("debian", "noetic", "requirements"):
+        (folder / "setup" / f"{name}.txt").write_text("")
+    (folder / "CMakeLists.txt").write_text("cmake_minimum_required(VERSION 3.10)\nproject(none NONE)\n")
+    return folder
+
+
+def robotont(folder, *arguments, before=(), **environment):
+    """Run ./robotont, behind the words `before`; in the clone's own folder, whichever the tests' own is."""
+    return subprocess.run([*before, str(folder / "robotont"), *arguments], check=False, text=True, timeout=120,
+                          env={**os.environ, "ROBOTONT_WORK": "", **environment}, stdin=subprocess.DEVNULL,
+                          stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
 
 
 def functions(folder, script, **environment):
@@ -72,18 +84,37 @@ def test_a_clone_that_one_may_only_read_asks_for_another_folder(tmp_path):
     assert "ROBOTONT_WORK=" in result.stdout
 
 
-def test_nobody_else_may_write_what_is_built_nor_is_half_an_environment_taken_for_one(tmp_path):
+@pytest.mark.parametrize("forbidden", ["folder", "lock"])
+def test_a_clone_of_another_user_asks_for_another_folder(forbidden, tmp_path):
     folder = clone(tmp_path / "clone")
+    work = folder / ".build"
+    work.mkdir()
+    if forbidden == "lock":
+        (work / "lock").touch(0o444)
+    else:
+        work.chmod(0o555)
+    result = robotont(folder, "build", before=WITHOUT_RIGHTS)
+    work.chmod(0o755)
+    assert result.returncode == 1
+    assert result.stdout.startswith(f"robotont: {work} cannot be written to"), result.stdout
+
+
+def test_another_folder_takes_all_that_is_made(tmp_path):
+    folder, work = clone_that_needs_nothing(tmp_path / "clone"), tmp_path / "work"
+    folder.chmod(0o555)
+    result = robotont(folder, "build", before=WITHOUT_RIGHTS, ROBOTONT_WORK=str(work))
+    folder.chmod(0o755)
+    assert result.returncode == 0, result.stdout
+    assert (work / "build" / "Makefile").exists()
+    assert not (folder / ".build").exists()
+
+
+def test_nobody_else_may_write_what_is_built_nor_is_half_an_environment_taken_for_one(tmp_path):
+    folder = clone_that_needs_nothing(tmp_path / "clone")
     interrupted = folder / ".build" / "venv.new"
     interrupted.mkdir(parents=True)
     (interrupted / "half").write_text("")
-    script = f"umask 000; exec '{folder}/robotont' build"
-    (folder / "setup" / "debian.txt").write_text("")
-    (folder / "setup" / "noetic.txt").write_text("")
-    (folder / "setup" / "requirements.txt").write_text("")
-    (folder / "CMakeLists.txt").write_text("cmake_minimum_required(VERSION 3.10)\nproject(none NONE)\n")
-    result = subprocess.run(["bash", "-c", script], check=False, text=True, timeout=120, stdin=subprocess.DEVNULL,
-                            stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
+    result = robotont(folder, "build", before=["bash", "-c", 'umask 000; exec "$@"', "bash"])
     assert result.returncode == 0, result.stdout
     made = [path for path in (folder / ".build").rglob("*") if not path.is_symlink()]
     assert folder / ".build" / "lock" in made

@@ -55,18 +55,23 @@ class GuideTest(NodeTest):
         pose = self.odom[-1].pose.pose
         return pose_of(pose)
 
+    @staticmethod
+    def until_it_asks(process):
+        """All that a guided calibration says up to its next question, that included."""
+        said = ""
+        while not said.endswith(("no more runs. ", "e.g. 0.03 -0.05 2: ")):
+            byte = process.stdout.read(1).decode()
+            assert byte, said
+            said += byte
+        return said
+
     def with_a_tape(self, answers, *arguments):
         """As `guide`, but "?" measures: where the robot stands then, seen from where it stood at the last Enter."""
         process = subprocess.Popen(self.command(*arguments), stdin=subprocess.PIPE, stdout=subprocess.PIPE,
                                    stderr=subprocess.STDOUT)
         output, start = "", None
         for answer in answers:
-            asked = ""
-            while not asked.endswith(("no more runs. ", "e.g. 0.03 -0.05 2: ")):
-                byte = process.stdout.read(1).decode()
-                assert byte, output + asked
-                asked += byte
-            output += asked
+            output += self.until_it_asks(process)
             typed = answer
             if answer == "":
                 start = self.place()
@@ -117,6 +122,18 @@ class GuideTest(NodeTest):
         self.assertNotIn("Traceback", output)
         self.assertEqual(process.returncode, 0, output)
         self.assertEqual(len(kept.read_text().split()), 1)
+
+    def test_ctrl_c_at_a_question_means_no_more_runs(self):
+        process = subprocess.Popen(self.command("--truth", "odom", "--angles", "fixed"), stdin=subprocess.PIPE,
+                                   stdout=subprocess.PIPE, stderr=subprocess.STDOUT, start_new_session=True)
+        process.stdin.write(b"s\ns\n\n")  # a spin that is made
+        process.stdin.flush()
+        output = "".join(self.until_it_asks(process) for _ in range(4))
+        os.killpg(process.pid, signal.SIGINT)
+        output += process.communicate(timeout=60)[0].decode()
+        self.assertEqual(process.returncode, 0, output)
+        self.assertNotIn("Traceback", output)
+        self.assertTrue((self.processes.folder / "new.yaml").exists())
 
     def test_a_robot_that_nobody_drives(self):
         folder = self.processes.folder

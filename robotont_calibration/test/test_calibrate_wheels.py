@@ -61,6 +61,16 @@ def test_with_a_ground_truth(runs, tmp_path, capsys):
     assert (tmp_path / "a.png").read_bytes().startswith(b"\x89PNG")
 
 
+def test_each_number_of_the_table_is_in_one_unit(runs, tmp_path, capsys):
+    """The parameters in the unit beside their names, changes and standard deviations each in one of its own."""
+    calibrated(tmp_path, *runs[1])
+    rows = {row[:24].strip(): re.sub(r"[-+]?\d+\.\d+", "#", row[24:]).split()
+            for row in capsys.readouterr().out.splitlines()}
+    assert rows["wheelRadius"] == rows["wheelDistanceFromCenter"] == ["m", "#", "#", "#%", "#%"]
+    assert rows["wheelRads[2]"] == ["rad", "#", "#", "#°", "#°"]
+    assert rows["point x"] == ["m", "#", "#", "#", "mm", "#", "mm"]
+
+
 def test_with_a_tape_and_arguments_from_a_file(runs, tmp_path):
     (tmp_path / "runs.txt").write_text("\n".join(runs[0]))
     status, found = calibrated(tmp_path, f"@{tmp_path / 'runs.txt'}")

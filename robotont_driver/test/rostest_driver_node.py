@@ -111,11 +111,11 @@ class DriverNodeTest(NodeTest):
         assert set(self.packets()[before:]) == {ZEROS}
         self.drive(0.2, 0, 0, packet=FORWARD)
 
-    def start_node(self, namespace):
+    def start_node(self, namespace, log=None):
         """(process, list of packets) of a driver_node in a namespace of its own."""
         self.processes.start("rosparam", "load", WHEEL_PARAMS, namespace).wait()
         written = self.listen(namespace + "/serial_write", String)
-        node = self.start_driver("driver_node", namespace)
+        node = self.start_driver("driver_node", namespace, log)
         wait_for(lambda: written, "packets")
         return node, written
 
@@ -129,6 +129,17 @@ class DriverNodeTest(NodeTest):
             self.wait_for_packet(FORWARD)
         assert ZEROS not in self.packets()[before:]
         self.command.publish(twist())
+
+    def test_a_button_that_repeats_itself_is_told_once(self):
+        log = self.processes.folder / "log"
+        _, written = self.start_node("/repeated", log)
+        button = self.publisher("/repeated/emergency_stop", Bool)
+        for pressed in (True, False):
+            before = len(written)
+            wait_for(lambda pressed=pressed, before=before: button.publish(pressed) or len(written) > before + 20,
+                     "a second of it", period=0.02)
+        told = [line for line in log.read_text().splitlines() if "emergency stop" in line]
+        assert len(told) == 2, told
 
     def test_an_emergency_stop_survives_a_restart(self):
         node, written = self.start_node("/restarted")

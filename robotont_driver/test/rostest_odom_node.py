@@ -108,6 +108,15 @@ class OdomNodeTest(NodeTest):
         self.assertEqual(len(self.odom), 2)
         wait_for(lambda: TASK in self.status and int(self.values(TASK)["packets refused"]) >= 8, "the diagnostics")
 
+    def test_a_stream_of_malformed_packets_is_told_once(self):
+        self.processes.start("rosparam", "load", WHEEL_PARAMS, "/flooded").wait()
+        log = self.processes.folder / "log"
+        self.processes.node("odom_node", "__ns:=/flooded", log=log)
+        read = self.publisher("/flooded/serial_read", String)
+        wait_for(lambda: read.publish("9" * 5000 + ":0:0;\n") or (
+            int(self.values("flooded/" + TASK)["packets refused"]) > 200), "refusals")
+        self.assertEqual(log.read_text().count("serial_read refused"), 1)
+
     def test_reset(self):
         self.send([(-10, 5, 20)] * 10)
         reply = rospy.ServiceProxy("reset_odometry", Trigger)()

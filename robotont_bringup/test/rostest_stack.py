@@ -209,6 +209,10 @@ class StackTest(NodeTest):
         frames = {transform.child_frame_id for message in transforms for transform in message.transforms}
         self.assertLessEqual({"robot1/base_link", "robot2/base_link"}, frames)
         self.assertTrue(all(frame.startswith(("robot1/", "robot2/")) for frame in frames), frames)
+        for robot in (one, two):
+            self.wait_for_status(f"{robot.name}/cmd_vel_mux: who drives", OK)
+            hardware = {status.hardware_id for name, status in self.status.items() if name.startswith(robot.name)}
+            self.assertEqual(hardware, {robot.name, robot.board.link})
 
     def test_driver_basic_launch(self):
         if not self.composed:

@@ -19,6 +19,7 @@ class SimulatorNodeTest(SimulationTest):
         self.assertEqual(len(scan.ranges), 128)
         self.assertAlmostEqual(scan.ranges[64], 2.95, delta=0.02)
         self.assertAlmostEqual(scan.angle_max, 1.03 / 2, delta=1e-3)
+        self.assertAlmostEqual(scan.scan_time, 0.1, delta=1e-6)  # at the scan_rate of config/simulator.yaml
 
     def test_names_that_no_port_can_have(self):
         rosparam.upload_params("/", yaml.safe_load(WHEEL_PARAMS.read_text()))

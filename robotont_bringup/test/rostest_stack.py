@@ -210,9 +210,10 @@ class StackTest(NodeTest):
         self.assertLessEqual({"robot1/base_link", "robot2/base_link"}, frames)
         self.assertTrue(all(frame.startswith(("robot1/", "robot2/")) for frame in frames), frames)
         for robot in (one, two):
-            self.wait_for_status(f"{robot.name}/cmd_vel_mux: who drives", OK)
-            hardware = {status.hardware_id for name, status in self.status.items() if name.startswith(robot.name)}
-            self.assertEqual(hardware, {robot.name, robot.board.link})
+            for task, hardware in (("cmd_vel_mux: who drives", robot.name), ("driver_node: command stream", robot.name),
+                                   ("odom_node: wheel feedback", robot.name), ("serial_com_node: link", robot.board.link)):
+                self.values(f"{robot.name}/{task}")
+                self.assertEqual(self.status[f"{robot.name}/{task}"].hardware_id, hardware)
 
     def test_driver_basic_launch(self):
         if not self.composed:

@@ -210,8 +210,9 @@ class StackTest(NodeTest):
         self.assertLessEqual({"robot1/base_link", "robot2/base_link"}, frames)
         self.assertTrue(all(frame.startswith(("robot1/", "robot2/")) for frame in frames), frames)
         for robot in (one, two):
-            for task, hardware in (("cmd_vel_mux: who drives", robot.name), ("driver_node: command stream", robot.name),
-                                   ("odom_node: wheel feedback", robot.name), ("serial_com_node: link", robot.board.link)):
+            for task, hardware in {"cmd_vel_mux: who drives": robot.name, "driver_node: command stream": robot.name,
+                                   "odom_node: wheel feedback": robot.name, "serial_com_node: link": robot.board.link,
+                                   }.items():
                 self.values(f"{robot.name}/{task}")
                 self.assertEqual(self.status[f"{robot.name}/{task}"].hardware_id, hardware)
 

@@ -151,7 +151,7 @@ class StackTest(NodeTest):
         path = [message.pose.pose.position.x for message in robot.odom]
         self.assertLess(max(np.diff(path)), 0.4 * 0.02 * 1.5)
 
-    def test_each_node_that_dies_stops_the_robot(self):
+    def test_each_node_that_dies_stops_the_robot_and_is_started_again(self):
         for node in ("/robotont_node",) if self.composed else ("/driver_node", "/serial_com_node"):
             robot = Robot(self)
             robot.drive((0.4, 0, 0), lambda robot=robot: any(robot.board.speeds), "motion")
@@ -159,6 +159,7 @@ class StackTest(NodeTest):
                 os.kill(self.processes.pid(node), signal.SIGKILL)
                 wait_for(lambda robot=robot: robot.command.publish(twist(0.4)) or not any(robot.board.speeds),
                          f"the stop without {node}", period=0.02)
+            robot.drive((0.4, 0, 0), lambda robot=robot: any(robot.board.speeds), f"motion with a new {node}")
             self.processes.stop(robot.launch)
             robot.board.unplug()
 

@@ -198,7 +198,7 @@ class StackTest(NodeTest):
         info = xmlrpc.client.ServerProxy(uri).getBusInfo("/test")[2]
         return sum(line[4] == topic and line[2] == "o" for line in info)
 
-    def test_two_robots_in_namespaces_know_nothing_of_each_other(self):
+    def test_two_robots_in_namespaces_do_not_affect_each_other(self):
         one, two = (Robot(self, name, described=True) for name in ("robot1", "robot2"))
         transforms = self.listen("/tf", TFMessage)
         one.drive((0.4, 0, 0), lambda: one.pose()[0] > 0.2, "motion of one")

@@ -45,7 +45,7 @@ class GuideTest(NodeTest):
                 "--picture", str(folder / "new.png"), *arguments]
 
     def guide(self, answers, *arguments):
-        """(exit status, all that it says) of a guided calibration with these answers, one a line."""
+        """(exit status, all that it prints) of a guided calibration with these answers, one a line."""
         done = subprocess.run(self.command(*arguments), input="\n".join(answers).encode(), stdout=subprocess.PIPE,
                               stderr=subprocess.STDOUT, timeout=60, check=False)
         return done.returncode, done.stdout.decode()
@@ -79,8 +79,8 @@ class GuideTest(NodeTest):
         return process.returncode, output
 
     def test_a_tape_for_a_line_and_a_turn_and_a_square_left_out(self):
-        told = ["s", "s", "", "0 0 ninety", "?", "s", "", "?", "q"]
-        status, output = self.with_a_tape(told, "--angles", "fixed")
+        answers = ["s", "s", "", "0 0 ninety", "?", "s", "", "?", "q"]
+        status, output = self.with_a_tape(answers, "--angles", "fixed")
         self.assertEqual(status, 0, output)
         self.assertIn("Run 3 of 6: 0.25 turns on the spot, counterclockwise", output)
         self.assertIn("found '0 0 ninety', allowed: X,Y,YAW", output)
@@ -92,9 +92,9 @@ class GuideTest(NodeTest):
         self.assertEqual(len((folder / "runs" / "runs.txt").read_text().split()), 2)
         self.assertFalse(any(self.board.speeds))
 
-    def test_a_topic_that_knows_the_truth_and_a_run_by_hand(self):
+    def test_a_topic_of_the_truth_and_a_run_by_hand(self):
         status, output = self.guide(["s", "s", "", "s", "m", "", "q"], "--truth", "odom", "--angles", "fixed")
-        # a run in which nothing moved tells nothing
+        # a run in which nothing moved determines nothing
         self.assertEqual(status, 1, output)
         self.assertIn("found no packets with motion", output)
         status, output = self.guide(["s", "s", "", "s", "", "q"], "--truth", "odom", "--angles", "fixed")

@@ -218,7 +218,8 @@ class BootedRobot:
 
     def recorded_odometry(self, since):
         """Whether a file of the black box holds odometry of after a time [s]."""
-        for path in reversed(bags_of(runs_in(self.shared / "black_box")[-1])):
+        newest = runs_in(self.shared / "black_box")[-1:]  # none until the recorder has started
+        for path in (path for run in newest for path in reversed(bags_of(run))):
             with contextlib.suppress(OSError), rosbag.Bag(str(path)) as bag:  # OSError: it has just been deleted
                 return any(stamp.to_sec() > since for _, _, stamp in bag.read_messages("/odom", raw=True))
         return False

@@ -1,8 +1,9 @@
 #!/usr/bin/env python3
-"""The guide of calibrate_wheels, with a driver and a board that is not there, as a user who types answers."""
+"""The guide of calibrate_wheels, with the driver and a stand-in board, as a user who types answers."""
 
 import math
 import os
+import select
 import signal
 import subprocess
 
@@ -58,13 +59,15 @@ class GuideTest(NodeTest):
     def with_a_tape(self, answers, *arguments):
         """As `guide`, but "?" measures: where the robot stands then, seen from where it stood at the last Enter."""
         process = subprocess.Popen(self.command(*arguments), stdin=subprocess.PIPE, stdout=subprocess.PIPE,
-                                   stderr=subprocess.STDOUT)
+                                   stderr=subprocess.STDOUT, bufsize=0)
+        self.addCleanup(process.kill)
         output, start = "", None
         for answer in answers:
             asked = ""
             while not asked.endswith(("no more runs. ", "e.g. 0.03 -0.05 2: ")):
-                byte = process.stdout.read(1).decode()
-                assert byte, output + asked
+                waiting, _, _ = select.select([process.stdout], [], [], 60.0)
+                byte = process.stdout.read(1).decode() if waiting else ""
+                assert byte, f"no such question in {output + asked!r}"
                 asked += byte
             output += asked
             typed = answer

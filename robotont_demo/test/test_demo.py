@@ -30,7 +30,7 @@ def test_a_snapshot_is_whole_while_another_thread_records():
     """Every stamp has its pose, however the two threads take turns."""
     track = Track()
     thread = threading.Thread(target=lambda: [track.add(number, (number, 2 * number, 3 * number))
-                                              for number in range(3000)])
+                                              for number in range(20000)])
     interval = sys.getswitchinterval()
     sys.setswitchinterval(1e-6)
     thread.start()
@@ -42,7 +42,7 @@ def test_a_snapshot_is_whole_while_another_thread_records():
     finally:
         sys.setswitchinterval(interval)
         thread.join()
-    assert len(track) == 3000
+    assert len(track) == 20000
 
 
 def test_a_snapshot_does_not_change():

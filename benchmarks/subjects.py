@@ -43,7 +43,7 @@ def launch_arguments(robot, arrangement):
 
 
 class Subject:
-    """Something that drives a robot of its own: one of arrangements(), FLOOR, or a peer (a text, see run.py -h)."""
+    """Something that drives a robot of its own: one of arrangements(), FLOOR, or a peer (a string, see run.py -h)."""
 
     def __init__(self, loop, processes, what, name, parameters=SHIPPED, peer_board="plain"):
         self.title, self._command = title_of(what), what.rpartition(": ")[2]

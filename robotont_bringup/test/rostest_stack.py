@@ -151,7 +151,7 @@ class StackTest(NodeTest):
         path = [message.pose.pose.position.x for message in robot.odom]
         self.assertLess(max(np.diff(path)), 0.4 * 0.02 * 1.5)
 
-    def test_each_node_that_dies_stops_the_robot(self):
+    def test_each_node_that_dies_stops_the_robot_and_is_started_again(self):
         for node in ("/robotont_node",) if self.composed else ("/driver_node", "/serial_com_node"):
             robot = Robot(self)
             robot.drive((0.4, 0, 0), lambda robot=robot: any(robot.board.speeds), "motion")
@@ -159,6 +159,7 @@ class StackTest(NodeTest):
                 os.kill(self.processes.pid(node), signal.SIGKILL)
                 wait_for(lambda robot=robot: robot.command.publish(twist(0.4)) or not any(robot.board.speeds),
                          f"the stop without {node}", period=0.02)
+            robot.drive((0.4, 0, 0), lambda robot=robot: any(robot.board.speeds), f"motion with a new {node}")
             self.processes.stop(robot.launch)
             robot.board.unplug()
 
@@ -197,7 +198,7 @@ class StackTest(NodeTest):
         info = xmlrpc.client.ServerProxy(uri).getBusInfo("/test")[2]
         return sum(line[4] == topic and line[2] == "o" for line in info)
 
-    def test_two_robots_in_namespaces_know_nothing_of_each_other(self):
+    def test_two_robots_in_namespaces_do_not_affect_each_other(self):
         one, two = (Robot(self, name, described=True) for name in ("robot1", "robot2"))
         transforms = self.listen("/tf", TFMessage)
         one.drive((0.4, 0, 0), lambda: one.pose()[0] > 0.2, "motion of one")
@@ -209,6 +210,12 @@ class StackTest(NodeTest):
         frames = {transform.child_frame_id for message in transforms for transform in message.transforms}
         self.assertLessEqual({"robot1/base_link", "robot2/base_link"}, frames)
         self.assertTrue(all(frame.startswith(("robot1/", "robot2/")) for frame in frames), frames)
+        for robot in (one, two):
+            for task, hardware in {"cmd_vel_mux: who drives": robot.name, "driver_node: command stream": robot.name,
+                                   "odom_node: wheel feedback": robot.name, "serial_com_node: link": robot.board.link,
+                                   }.items():
+                self.values(f"{robot.name}/{task}")
+                self.assertEqual(self.status[f"{robot.name}/{task}"].hardware_id, hardware)
 
     def test_driver_basic_launch(self):
         if not self.composed:

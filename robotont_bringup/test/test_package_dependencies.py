@@ -157,6 +157,44 @@ def test_no_cycle_not_even_through_tests():
             del above[package]
 
 
+@lru_cache(maxsize=None)
+def imports_of_modules():
+    """{module: modules that it imports}, of all packages, also those that functions import."""
+    files = {f"{package}.{'.'.join(file.relative_to(ROOT / package / 'src' / package).with_suffix('').parts)}": file
+             for package in PACKAGES for file in python_files(package, ["src"])}
+    imports = {}
+    for module, file in files.items():
+        names = set()
+        for node in ast.walk(ast.parse(file.read_text())):
+            if isinstance(node, ast.ImportFrom) and node.module:
+                names |= {node.module, *(f"{node.module}.{alias.name}" for alias in node.names)}
+        imports[module] = names & set(files)
+    return imports
+
+
+def test_no_modules_import_each_other_in_a_circle():
+    above = dict(imports_of_modules())
+    while above:
+        free = [module for module, needs in above.items() if not needs & set(above)]
+        assert free, f"a circle among {sorted(above)}"
+        for module in free:
+            del above[module]
+
+
+@pytest.mark.parametrize("package", PACKAGES)
+def test_a_package_brings_what_a_release_needs(package):
+    root = ElementTree.parse(str(ROOT / package / "package.xml")).getroot()
+    assert root.find("export/architecture_independent") is not None
+    assert root.findtext("url").startswith("https://")
+    assert f"\nChangelog for package {package}\n" in (ROOT / package / "CHANGELOG.rst").read_text()
+
+
+@pytest.mark.parametrize("package", PACKAGES)
+def test_catkin_knows_the_tests_of_a_package(package):
+    assert "robotont_add_tests()" in (ROOT / package / "CMakeLists.txt").read_text()
+    assert not [file for file in (ROOT / package / "test").glob("*.test") if "../config" in file.read_text()]
+
+
 def test_a_robot_gets_nothing_that_it_does_not_need():
     assert at_run_time("robotont_driver") <= ON_A_ROBOT
 

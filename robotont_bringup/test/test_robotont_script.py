@@ -1,12 +1,17 @@
 """./robotont where it does not stand as it should: another folder's name, rights, half a setup; and its help."""
 
+import contextlib
 import os
 import re
 import shutil
+import signal
 import subprocess
+import urllib.request
 from pathlib import Path
 
 import pytest
+
+from robotont_testing.harness import free_port, wait_for
 
 ROOT = Path(__file__).resolve().parents[2]
 COMMANDS = ["demo", "sim", "keys", "rviz", "test", "bench", "wheels", "flash", "pictures", "lint", "shell", "build",
@@ -18,7 +23,7 @@ WITHOUT_RIGHTS = ["setpriv", "--bounding-set=-all", "--inh-caps=-all"] if os.get
 def clone(folder):
     """A copy of the script and of what it reads, without git, and nothing built."""
     folder.mkdir(parents=True)
-    for name in ("robotont", "ruff.toml", "CMakeLists.txt"):
+    for name in ("robotont", "ruff.toml", "CMakeLists.txt", ".gitignore"):
         shutil.copy(str(ROOT / name), str(folder))
     for name in ("setup", "launch", "robotont_testing"):
         shutil.copytree(str(ROOT / name), str(folder / name))
@@ -151,7 +156,7 @@ def test_what_only_the_callers_environment_has_does_not_count_as_installed(tmp_p
 @pytest.mark.parametrize("how", ["moved", "copied"])
 def test_a_clone_in_another_place_is_built_anew(how, tmp_path):
     first, second = clone(tmp_path / "first"), tmp_path / "second"
-    prepare = "make_work_folder; forget_another_place"
+    prepare = "setup() { :; }; build() { :; }; prepare"
     assert functions(first, prepare).stdout == ""
     for name in ("build", "devel", "venv"):
         (first / ".build" / name).mkdir()
@@ -165,9 +170,48 @@ def test_a_clone_in_another_place_is_built_anew(how, tmp_path):
     assert not list((second / ".build").glob("*/of_first"))
 
 
-def test_lint_needs_no_git_and_leaves_what_is_built_alone():
+@contextlib.contextmanager
+def started(*command, **options):
+    """A running command; ended as Ctrl-C does."""
+    process = subprocess.Popen([str(word) for word in command], stdin=subprocess.DEVNULL, start_new_session=True,
+                               **options)
+    try:
+        yield
+    finally:
+        os.killpg(process.pid, signal.SIGINT)
+        process.wait(60.0)
+
+
+def test_sim_says_how_to_drive_on_and_that_drives(tmp_path):
+    """Its words are taken as they are printed, into a terminal without ROS' environment."""
+    kept = {name: os.environ[name] for name in ("HOME", "ROBOTONT_LIFELINE") if name in os.environ}
+    terminal = {**kept, "PATH": "/usr/bin:/bin", "ROS_MASTER_URI": f"http://127.0.0.1:{free_port()}",
+                "ROS_LOG_DIR": str(tmp_path)}
+    log, web_port = tmp_path / "log", free_port()
+    with open(str(log), "wb") as output, \
+            started(ROOT / "robotont", "sim", f"port:={tmp_path}/board", f"web_port:={web_port}",
+                    env=terminal, stdout=output, stderr=output):
+        wait_for(lambda: "Ctrl-C here ends all of it." in log.read_text(), "the hint", 60.0, 0.1)
+        page, = re.findall(r"Drive it in a browser: (\S+)", log.read_text())
+        assert b"<html" in urllib.request.urlopen(page, timeout=10.0).read()
+        drive, = re.findall(r"by a topic +(.*)", log.read_text())
+        with started("bash", "-c", drive, env=terminal, cwd="/", stdout=subprocess.DEVNULL):
+            odometry = 'rostopic echo -n 1 --filter "m.twist.twist.linear.x > 0.15" odom'
+            subprocess.run([str(ROOT / "robotont"), "shell", "-c", odometry], env=terminal, check=True,
+                           stdout=subprocess.DEVNULL, timeout=60.0)
+        tools, = re.findall(r"ROS' tools +(.*?) +\(", log.read_text())
+        subprocess.run(["bash", "-c", tools + " -c 'rosrun robotont_driver which_robot -h'"], env=terminal, check=True,
+                       stdout=subprocess.DEVNULL, timeout=60.0)
+
+
+def test_lint_needs_no_git_and_leaves_what_is_built_alone(tmp_path):
     text = (ROOT / "robotont").read_text() + (ROOT / "setup" / "workspace.bash").read_text()
     assert "git " not in text.replace("git-", "")
-    result = subprocess.run([str(Path(os.environ["PYTHONPATH"].split(":")[-1]).parents[2] / "bin" / "ruff"), "check",
-                             "--show-files", str(ROOT)], check=True, text=True, stdout=subprocess.PIPE)
-    assert not [line for line in result.stdout.splitlines() if ".build" in line]
+    archive = clone(tmp_path / "archive")
+    (archive / ".build" / "devel").mkdir(parents=True)
+    (archive / ".build" / "devel" / "others.py").write_text("")
+    ruff = Path(os.environ["PYTHONPATH"].split(":")[-1]).parents[2] / "bin" / "ruff"
+    result = subprocess.run([str(ruff), "check", "--show-files", "."], cwd=str(archive), check=True, text=True,
+                            stdout=subprocess.PIPE)
+    assert f"{archive}/robotont_testing/setup.py" in result.stdout
+    assert "others.py" not in result.stdout

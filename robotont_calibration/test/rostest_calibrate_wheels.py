@@ -1,8 +1,9 @@
 #!/usr/bin/env python3
-"""The guide of calibrate_wheels, with a driver and a board that is not there, as a user who types answers."""
+"""The guide of calibrate_wheels, with the driver and a stand-in board, as a user who types answers."""
 
 import math
 import os
+import select
 import signal
 import subprocess
 
@@ -45,7 +46,7 @@ class GuideTest(NodeTest):
                 "--picture", str(folder / "new.png"), *arguments]
 
     def guide(self, answers, *arguments):
-        """(exit status, all that it says) of a guided calibration with these answers, one a line."""
+        """(exit status, all that it prints) of a guided calibration with these answers, one a line."""
         done = subprocess.run(self.command(*arguments), input="\n".join(answers).encode(), stdout=subprocess.PIPE,
                               stderr=subprocess.STDOUT, timeout=60, check=False)
         return done.returncode, done.stdout.decode()
@@ -57,18 +58,20 @@ class GuideTest(NodeTest):
 
     @staticmethod
     def until_it_asks(process):
-        """All that a guided calibration says up to its next question, that included."""
-        said = ""
-        while not said.endswith(("no more runs. ", "e.g. 0.03 -0.05 2: ")):
-            byte = process.stdout.read(1).decode()
-            assert byte, said
-            said += byte
-        return said
+        """All that a guided calibration prints up to its next question, that included."""
+        printed = ""
+        while not printed.endswith(("no more runs. ", "e.g. 0.03 -0.05 2: ")):
+            waiting, _, _ = select.select([process.stdout], [], [], 60.0)
+            byte = process.stdout.read(1).decode() if waiting else ""
+            assert byte, f"no such question in {printed!r}"
+            printed += byte
+        return printed
 
     def with_a_tape(self, answers, *arguments):
         """As `guide`, but "?" measures: where the robot stands then, seen from where it stood at the last Enter."""
         process = subprocess.Popen(self.command(*arguments), stdin=subprocess.PIPE, stdout=subprocess.PIPE,
-                                   stderr=subprocess.STDOUT)
+                                   stderr=subprocess.STDOUT, bufsize=0)
+        self.addCleanup(process.kill)
         output, start = "", None
         for answer in answers:
             output += self.until_it_asks(process)
@@ -84,8 +87,8 @@ class GuideTest(NodeTest):
         return process.returncode, output
 
     def test_a_tape_for_a_line_and_a_turn_and_a_square_left_out(self):
-        told = ["s", "s", "", "0 0 ninety", "?", "s", "", "?", "q"]
-        status, output = self.with_a_tape(told, "--angles", "fixed")
+        answers = ["s", "s", "", "0 0 ninety", "?", "s", "", "?", "q"]
+        status, output = self.with_a_tape(answers, "--angles", "fixed")
         self.assertEqual(status, 0, output)
         self.assertIn("Run 3 of 6: 0.25 turns on the spot, counterclockwise", output)
         self.assertIn("found '0 0 ninety', allowed: X,Y,YAW", output)
@@ -97,9 +100,9 @@ class GuideTest(NodeTest):
         self.assertEqual(len((folder / "runs" / "runs.txt").read_text().split()), 2)
         self.assertFalse(any(self.board.speeds))
 
-    def test_a_topic_that_knows_the_truth_and_a_run_by_hand(self):
+    def test_a_topic_of_the_truth_and_a_run_by_hand(self):
         status, output = self.guide(["s", "s", "", "s", "m", "", "q"], "--truth", "odom", "--angles", "fixed")
-        # a run in which nothing moved tells nothing
+        # a run in which nothing moved determines nothing
         self.assertEqual(status, 1, output)
         self.assertIn("found no packets with motion", output)
         status, output = self.guide(["s", "s", "", "s", "", "q"], "--truth", "odom", "--angles", "fixed")

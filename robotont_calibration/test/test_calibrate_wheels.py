@@ -94,7 +94,7 @@ def test_more_radii_are_taken_only_for_a_gain_that_is_no_chance(gains, better):
     assert HeldOut(common.places - gains, common.yaws).is_better_than(common) is better
 
 
-def test_what_the_runs_do_not_tell_is_warned_of(runs, tmp_path, capsys):
+def test_what_the_runs_do_not_determine_is_warned_of(runs, tmp_path, capsys):
     status, _ = calibrated(tmp_path, runs[0][2])
     assert status == 0
     output, error = capsys.readouterr()

@@ -210,7 +210,7 @@ def test_runs_left_out_together_repeat_the_same_drive():
     assert cross_validate(SHIPPED, [runs[0], runs[6]], Unknowns(SHIPPED), 0.003, found) is None
 
 
-def test_the_run_that_would_tell_most_does():
+def test_the_run_that_is_advised_determines_most():
     """After lines only, a turn or a square; after a hundred of everything, nothing."""
     lines = taped_runs(SHIPPED)[4:]
     unknowns = Unknowns(SHIPPED)
@@ -222,7 +222,7 @@ def test_the_run_that_would_tell_most_does():
     assert next_run(known, unknowns, TAPE) is None
 
 
-def test_only_turns_tell_where_the_point_is():
+def test_only_turns_determine_where_the_point_is():
     runs = tracked_runs(SHIPPED)
     assert turns(runs)
     assert not turns(runs[4:])
@@ -236,8 +236,8 @@ def test_every_wheel_may_have_a_radius_of_its_own():
     assert found.parameters["wheelRads"] == SHIPPED["wheelRads"]
 
 
-def test_runs_that_do_not_tell_a_parameter_are_said_to():
-    """Turning on the spot tells radius over distance, neither of them alone, and no common turn of the angles."""
+def test_parameters_that_the_runs_do_not_determine_are_named():
+    """Turning on the spot determines radius over distance, neither of them alone, and no common turn of the angles."""
     counts, poses = recorded(SHIPPED, spin(6 * math.pi), 1, TAPE)
     found = calibrate(SHIPPED, [taped_run("spin", counts, poses[-1], TAPE)], Unknowns(SHIPPED), NOISE)
     assert {"wheelRadius", "wheelDistanceFromCenter"} <= set(found.undetermined)

@@ -286,10 +286,10 @@ def test_only_where_both_are_known_they_are_compared():
 
 def test_lost_messages_are_counted():
     times = np.delete(np.arange(100) * 0.02, [10, 50, 51])
-    told = timing(times)
-    assert told.missing == 3
-    assert told.period == pytest.approx(0.02)
-    assert told.longest == pytest.approx(0.06)
+    gaps = timing(times)
+    assert gaps.missing == 3
+    assert gaps.period == pytest.approx(0.02)
+    assert gaps.longest == pytest.approx(0.06)
 
 
 @pytest.mark.parametrize("times, poses, words", [

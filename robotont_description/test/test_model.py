@@ -1,6 +1,7 @@
 """The URDF, read back: its wheels against the driver's kinematics, its shapes, its masses."""
 
 import math
+import os
 import subprocess
 import sys
 from pathlib import Path
@@ -256,11 +257,23 @@ def test_describe_says_what_is_wrong(argument, words, tmp_path):
     assert "Traceback" not in result.stderr
 
 
+def test_without_xacro_it_says_where_there_is_one():
+    """None is taken from anywhere but Python's own path, such as from a virtual environment of the repository."""
+    environment = {**os.environ, "PYTHONPATH": ":".join(
+        folder for folder in os.environ["PYTHONPATH"].split(":") if not (Path(folder) / "xacro").exists())}
+    if subprocess.run(["/usr/bin/python3", "-c", "import xacro"], env=environment, check=False, capture_output=True,
+                      ).returncode == 0:
+        pytest.skip("the distribution has xacro")
+    result = subprocess.run(["/usr/bin/python3", str(DESCRIBE)], env=environment, check=False, capture_output=True,
+                            text=True)
+    assert result.returncode == 1
+    assert "describe: No module named 'xacro': use ./robotont shell" in result.stderr
+
+
 def test_xacro_alone_gives_the_same_model(tmp_path):
     """The file needs nothing but xacro: no script, no package path; defaults lead to config/."""
     file = ROOT / "robotont_description" / "urdf" / "robotont.urdf.xacro"
-    code = ("import sys; from robotont_description.model import find_xacro; "
-            f"print(find_xacro().process_file({str(file)!r}, mappings={{}}).toxml())")
+    code = f"import xacro; print(xacro.process_file({str(file)!r}, mappings={{}}).toxml())"
     text = subprocess.run([sys.executable, "-c", code], stdout=subprocess.PIPE, text=True,
                           check=True, cwd=str(tmp_path)).stdout
     assert Model(text).poses.keys() == Model(urdf()).poses.keys()

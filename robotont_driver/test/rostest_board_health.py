@@ -13,7 +13,7 @@ from robotont_testing.stand_in_board import Board, identity
 
 
 class BoardHealthTest(SerialComTest):
-    def test_a_silent_board_and_a_wrong_line_are_told(self):
+    def test_a_silent_board_and_a_wrong_line_are_reported(self):
         self.start()
         self.board.line.cut = True
         self.wait_for_status(TASK, WARN, "no packets")
@@ -23,7 +23,7 @@ class BoardHealthTest(SerialComTest):
         self.board.line.corrupt = 0.0
         self.wait_for_status(TASK, OK)
 
-    def test_every_word_of_an_old_board_is_told(self):
+    def test_every_word_of_an_old_board_is_reported(self):
         self.start()
         self.board.say(b"# fault motor 1\n")
         self.wait_for_status(BOARD, ERROR, "fault motor 1")
@@ -51,7 +51,7 @@ class BoardHealthTest(SerialComTest):
         print(f"{words!r} in the diagnostics after {duration:.2f} s")
         return duration
 
-    def test_a_fault_from_before_the_connection_is_told_and_its_end_too(self):
+    def test_a_fault_from_before_the_connection_is_reported_and_its_end_too(self):
         self.board.faults = [0, 3, 0]
         self.start_modern()
         self.assertLess(self.time_until(ERROR, "wheel 1: counts against its direction"), 1.5)
@@ -69,7 +69,7 @@ class BoardHealthTest(SerialComTest):
         self.board.faults = [0, 2, 0]
         self.assertLess(self.time_until(ERROR, "wheel 1: no counts"), 1.5)
 
-    def test_a_fault_that_comes_and_goes_between_two_reports_is_told(self):
+    def test_a_fault_that_comes_and_goes_between_two_reports_is_reported(self):
         self.start_modern()
         self.wait_for_status(BOARD, OK)
         self.board.faults = [1, 0, 0]

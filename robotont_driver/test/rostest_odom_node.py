@@ -98,7 +98,7 @@ class OdomNodeTest(NodeTest):
         self.assertGreater(self.odom[-1].pose.covariance[0], self.odom[0].pose.covariance[0])
         self.assertGreater(self.pose()[0], 0.09)
 
-    def test_what_is_no_packet_moves_nothing_and_is_told(self):
+    def test_what_is_no_packet_moves_nothing_and_is_reported(self):
         self.send([(-10, 0, 10)])
         before = self.pose()
         for text in ("", "garbage", "1:2;\n", "1:2:3:4;\n", "1:nan:3;\n", "1:2:3\n", "1:2:1e9;\n", "é:1:2;\n"):

@@ -66,10 +66,10 @@ class OdomNodeClockTest(NodeTest):
             self.time += jump
             wait_for(lambda: abs(self.drive(1)[0] - self.time) < 0.1, "the clock, which the node gets separately")
             stamps = self.drive(30)  # of each packet, so no gap in the odometry
-            told = f"after a jump of {jump} s, now {self.time}: {stamps}"
-            self.assertLessEqual(max(stamps), self.time + 1e-3, told)
-            self.assertLess(abs(stamps[-1] - self.time), 0.045, told)
-            self.assertTrue(all(new > old for old, new in zip(stamps[2:], stamps[3:])), told)
+            situation = f"after a jump of {jump} s, now {self.time}: {stamps}"
+            self.assertLessEqual(max(stamps), self.time + 1e-3, situation)
+            self.assertLess(abs(stamps[-1] - self.time), 0.045, situation)
+            self.assertTrue(all(new > old for old, new in zip(stamps[2:], stamps[3:])), situation)
             if words:
                 self.wait_for_status(TASK, WARN, words)
         self.drive(round(11.0 / PERIOD))

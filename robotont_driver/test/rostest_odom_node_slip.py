@@ -39,11 +39,11 @@ class OdomNodeSlipTest(NodeTest):
         return next((status for full, status in self.status.items() if full.lstrip("/") == name), None)
 
     def wait_for_words(self, name, level, words, keep_on):
-        def told():
+        def matching():
             keep_on()
             status = self.status_of(name)
             return status and status.level == level and words in status.message and status
-        return wait_for(told, f"{words!r} in {name}: {self.status_of(name)}", timeout=30)
+        return wait_for(matching, f"{words!r} in {name}: {self.status_of(name)}", timeout=30)
 
     def test_a_slipping_wheel_of_four_is_left_out_named_and_taken_back(self):
         units = Kinematics(read_wheels(rospy.get_param("/"))).units_of_twist((0.4, 0.0, 0.0))

@@ -74,7 +74,7 @@ class OfficialBoardsTest(NodeTest):
         self.assertIn(DRIVE_LINE, self.wire())
         self.stand()
         board = self.port.board
-        # the board sums every second window: what it told is what we published
+        # the board sums every second window: what it reported is what we published
         wait_for(lambda: max(abs(got - true) for got, true in zip(self.counted(), board_edges(board))) <= 1,
                  "every count")
         self.assertEqual(self.port.swallowed(), [])
@@ -135,7 +135,7 @@ class OfficialBoardsTest(NodeTest):
         wait_for(lambda: max(abs(got - true) for got, true in zip(self.counted(), board_edges(self.port.board))) <= 2,
                  "the board's own sums")
 
-    def test_the_wheel_file_of_another_robot_is_told(self):
+    def test_the_wheel_file_of_another_robot_is_reported(self):
         for name, value in SHIPPED.items():
             rosparam.set_param("/" + name, str(value))
         self.start()

@@ -109,10 +109,10 @@ class SerialComNodeTest(SerialComTest):
         self.assertEqual(self.values(TASK)["reconnects"], "2")
         self.assertNotIn("5:5:5;", "".join(self.heard()))
         self.assertIsNone(self.node.poll())
-        told = self.log.read_text()
-        warnings = [line for line in told.splitlines() if line.startswith("[WARN]") and str(self.board.link) in line]
-        self.assertEqual(len(warnings), 3, told)  # once per change
-        self.assertNotIn("Traceback", told)
+        log = self.log.read_text()
+        warnings = [line for line in log.splitlines() if line.startswith("[WARN]") and str(self.board.link) in line]
+        self.assertEqual(len(warnings), 3, log)  # once per change
+        self.assertNotIn("Traceback", log)
 
     def test_garbage_lines_without_end_and_wrong_fields_pass_nothing_and_break_nothing(self):
         self.board.say(bytes(range(256)) * 20)
@@ -137,7 +137,7 @@ class SerialComNodeTest(SerialComTest):
                  "5000 packets", period=0.1)
         self.board.line.corrupt = self.board.line.drop = self.board.line.double = 0.0
         wait_for(lambda: self.board.speeds == [0.0] * 3, "the stop")
-        # whatever came before the connection was told to nobody; the standing board tells nothing new
+        # whatever came before the connection was reported to nobody; the standing board reports nothing new
         wait_for(lambda: total(self.packets()) == self.board.motors.counted, "the same sums on both ends")
         wait_for(lambda: TASK in self.status and int(self.values(TASK)["periods repaired"]) > 500, "the diagnostics")
         self.assertLessEqual(max(max(map(abs, packet)) for packet in self.packets()), 34)
@@ -202,8 +202,8 @@ class SerialComNodeTest(SerialComTest):
         self.start()
         self.command("10:10:10;\n")
         wait_for(lambda: self.heard()[-1].startswith("0:0:0;"), "the stop")
-        heard, told = len(self.board.heard), len(self.board.reported)
-        wait_for(lambda: len(self.board.reported) > told + 60, "more than a second")
+        heard, reported = len(self.board.heard), len(self.board.reported)
+        wait_for(lambda: len(self.board.reported) > reported + 60, "more than a second")
         self.assertEqual(len(self.board.heard), heard)
 
     def test_a_fault_of_the_program_is_reported_and_ends_nothing(self):

@@ -77,10 +77,10 @@ def test_no_wrong_line_is_accepted():
         for index, line in enumerate(true):
             dialect.feed(spoil(line, generator) if generator.random() < 0.5 else line, index * 0.02)
             judged += 1
-            told = dialect.board_pose
-            if told is not before:
-                before = told
-                wrong += not any(distance(told, pose) < 1e-5 for pose in poses[max(0, index - 60):index + 1])
+            newest = dialect.board_pose
+            if newest is not before:
+                before = newest
+                wrong += not any(distance(newest, pose) < 1e-5 for pose in poses[max(0, index - 60):index + 1])
         accepted += dialect.packets
         assert dialect.restarts <= 1  # of the banner, when that came twice
     print(f"{judged} lines, {accepted} packets accepted, {wrong} of them wrong")

@@ -29,7 +29,7 @@ class TestCheckedFeedback:
         assert checked.repaired == lost
         assert checked.restarts == 0
 
-    def test_a_gap_too_long_to_tell_begins_anew(self):
+    def test_after_too_long_a_gap_it_begins_anew(self):
         sender, checked = Sender(), reader()
         checked.feed(sender.packet())
         for _ in range(200):
@@ -49,7 +49,7 @@ class TestCheckedFeedback:
         assert checked.restarts == 1
         assert checked.repaired == 0
 
-    def test_a_banner_tells_of_a_restart_even_where_counters_happen_to_fit(self):
+    def test_a_banner_shows_a_restart_even_where_counters_happen_to_fit(self):
         sender, checked = Sender(), reader()
         for _ in range(200):
             checked.feed(sender.packet([1, 1, 1]))

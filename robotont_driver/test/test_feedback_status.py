@@ -1,4 +1,4 @@
-"""What the board says of itself, and what the reader lets out to it: faults, identity, zeros for an unknown one."""
+"""The board's reports about itself, and what the reader lets out to it: faults, identity, zeros for an unknown one."""
 
 import pytest
 from feedback_bench import REACH, reader
@@ -57,7 +57,7 @@ class TestWhatTheBoardSaysOfItself:
         assert words in auto.obstacle
         assert auto.encode("5:5:5;\n") == add_checksum("0:0:0;\n")
 
-    def test_two_packets_of_another_robot_tell_its_wheels(self):
+    def test_two_packets_of_another_robot_show_its_wheels(self):
         auto = reader()
         auto.feed(modern_packet("0000000000", 0, 4))
         assert auto.obstacle == "", "one may be an accident"

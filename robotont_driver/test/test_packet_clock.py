@@ -156,7 +156,7 @@ def test_after_a_pause_it_begins_anew():
     assert (clock.restarts, clock.event) == (1, None)
 
 
-def test_the_drift_is_told():
+def test_the_drift_is_reported():
     times = made(3000, 3e-4)
     clock = PacketClock(PERIOD)
     stamps(delayed(times, QUIET), clock=clock)

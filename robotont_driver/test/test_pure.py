@@ -14,7 +14,7 @@ FORBIDDEN = ["rospy", "roslib", "genpy", "serial", "time", "threading", "socket"
 
 
 @pytest.mark.parametrize("module", PURE)
-def test_pure_modules_know_no_ros_no_port_and_no_clock(module):
+def test_pure_modules_use_no_ros_no_port_and_no_clock(module):
     """The imports of the module itself, seen in its source: numpy and others may use what they like."""
     source = (SOURCE / (module.replace(".", "/") + ".py")).read_text()
     imports = [line.split()[1].split(".")[0] for line in source.splitlines()

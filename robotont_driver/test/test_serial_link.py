@@ -68,7 +68,7 @@ def test_both_ways(port, ends):
         assert end.changes == [None]
 
 
-def test_a_missing_port_is_told_once_and_opened_when_it_comes(port, ends):
+def test_a_missing_port_is_reported_once_and_opened_when_it_comes(port, ends):
     end = ends()
     wait_for(lambda: end.changes, "a report")
     assert str(port) in end.changes[0]
@@ -171,8 +171,8 @@ def test_silence_sends_one_stop_packet(port, ends):
         wait_for(lambda: heard(board) == ["0:0:0;"], "the stop after opening")
         end.link.send(b"10:10:10;\n", time.monotonic())  # new, also on a machine that has just stood still
         wait_for(lambda: heard(board)[1:] == ["10:10:10;", "0:0:0;"], "the stop after the command")
-        told = len(board.reported)
-        wait_for(lambda: len(board.reported) > told + 15, "a while")
+        before = len(board.reported)
+        wait_for(lambda: len(board.reported) > before + 15, "a while")
         assert len(board.heard) == 3
         assert end.link.timeouts == 2
 

@@ -24,13 +24,13 @@ def drive(wheels, counts, commanded=None, detect=True):
     """(error-free or not) odometry over counts; the detector; per packet the wheels excluded."""
     odometry = WheelOdometry(Kinematics(wheels), PERIOD, NOISE)
     finder = detector(wheels)
-    told = []
+    slipping = []
     for index, packet in enumerate(counts.tolist()):
         if detect and finder.update(packet, None if commanded is None else commanded[index]):
             odometry.exclude(finder.slipping)
         odometry.update(packet, PERIOD)
-        told.append(finder.slipping)
-    return odometry, finder, told
+        slipping.append(finder.slipping)
+    return odometry, finder, slipping
 
 
 def error(odometry, truth):
@@ -50,9 +50,9 @@ def ten_seconds(direction=0.0):
 SLIP = slice(200, 300)  # 2 s in the middle
 
 
-@pytest.mark.parametrize("told", [True, False], ids=["commands known", "commands unknown"])
+@pytest.mark.parametrize("known", [True, False], ids=["commands known", "commands unknown"])
 @pytest.mark.parametrize("number, wheel", [(4, 0), (4, 1), (4, 2), (4, 3), (5, 0), (5, 2), (6, 1), (6, 5)])
-def test_a_wheel_that_slips_by_30_percent_is_named_and_left_out(number, wheel, told):
+def test_a_wheel_that_slips_by_30_percent_is_named_and_left_out(number, wheel, known):
     wheels = read_wheels(even_wheels(number))
     twists = ten_seconds(0.0 if number == 4 else wheels.directions[wheel] + 0.3)
     paths = rolled(wheels, twists)
@@ -60,7 +60,7 @@ def test_a_wheel_that_slips_by_30_percent_is_named_and_left_out(number, wheel, t
     slipping = paths.copy()
     slipping[SLIP, wheel] *= 1.3  # it turns 30 % more than the floor passes by
     counts = counted(wheels, slipping, NOISE, np.random.default_rng(number * 10 + wheel))
-    commanded = twists @ Kinematics(wheels).matrix.T / wheels.metres_per_edge * PERIOD if told else None
+    commanded = twists @ Kinematics(wheels).matrix.T / wheels.metres_per_edge * PERIOD if known else None
     odometry, finder, named = drive(wheels, counts, commanded)
     first = next(index for index, slipping in enumerate(named) if slipping)
     delay = (first + 1 - SLIP.start) * PERIOD
@@ -151,7 +151,7 @@ def test_two_wheels_of_six_may_slip_at_once():
 
 
 def test_wheels_that_nobody_could_spare_are_not_left_out():
-    """Three of these four stand in parallel: without the fourth, or one more, no motion could be told."""
+    """Three of these four stand in parallel: without the fourth, or one more, no motion could be determined."""
     wheels = read_wheels({**SHIPPED, "wheelAmount": 5, "wheelRads": [0.0, 0.0, 0.0, 2.0, 4.0]})
     generator = np.random.default_rng(0)
     _, finder, named = drive(wheels, generator.integers(-100, 100, (500, 5)))
@@ -167,11 +167,11 @@ WATCHED = read_wheels(even_wheels(3))
 def watch(counts, commanded):
     """Per packet the wheels that do not follow."""
     watcher = CommandWatch(3, RATE)
-    told = []
+    lagging = []
     for packet, units in zip(counts.tolist(), commanded.tolist()):
         watcher.update(packet, tuple(units))
-        told.append(watcher.lagging)
-    return watcher, told
+        lagging.append(watcher.lagging)
+    return watcher, lagging
 
 
 def lagged(commanded, constant=0.15):
@@ -194,17 +194,17 @@ def commands(seconds=60.0, seed=1):
 
 
 def test_motors_that_lag_but_follow_raise_no_alarm():
-    told = commands(600)
-    assert not any(watch(counted(WATCHED, lagged(told) * WATCHED.metres_per_edge, NOISE), told)[1])
+    commanded = commands(600)
+    assert not any(watch(counted(WATCHED, lagged(commanded) * WATCHED.metres_per_edge, NOISE), commanded)[1])
 
 
 @pytest.mark.parametrize("wheel", range(3))
 @pytest.mark.parametrize("share", [0.0, 0.5, 1.5, -1.0])
-def test_a_wheel_that_does_not_do_as_told_is_named(wheel, share):
-    told = np.tile(Kinematics(WATCHED).units_of_twist((0.05, 0.05, 3.0)), (200, 1))
-    paths = lagged(told)
+def test_a_wheel_that_does_not_do_as_commanded_is_named(wheel, share):
+    commanded = np.tile(Kinematics(WATCHED).units_of_twist((0.05, 0.05, 3.0)), (200, 1))
+    paths = lagged(commanded)
     paths[100:, wheel] *= share
-    watcher, named = watch(counted(WATCHED, paths * WATCHED.metres_per_edge), told)
+    watcher, named = watch(counted(WATCHED, paths * WATCHED.metres_per_edge), commanded)
     assert not any(named[:100])
     first = next(index for index, wheels in enumerate(named) if wheels)
     assert set(named[first:]) == {(wheel,)}

@@ -43,7 +43,7 @@ def test_with_noise_least_squares_is_at_least_as_good_as_triples(wheels):
         np.testing.assert_allclose(errors["least_squares"], errors["triples"], rtol=1e-9)
 
 
-def test_a_triple_that_cannot_tell_motions_apart_is_no_part_of_the_mean():
+def test_a_triple_that_cannot_distinguish_motions_is_no_part_of_the_mean():
     """Six wheels, three of which stand (almost) in parallel: their inverse would drown all others."""
     wheels = read_wheels({**UNEVEN_5, "wheelAmount": 6, "wheelRadius": 0.035,
                           "wheelRads": [0.0, 1e-4, 2e-4, 1.5, 3.0, 4.5]})

@@ -18,8 +18,8 @@ def test_it_names_the_launch_line_and_sends_nothing(tmp_path, capsys, name, word
         assert time.monotonic() - begun < 15
     finally:
         port.unplug()
-    said = capsys.readouterr().out
-    assert all(part in said for part in (f"speaks {name}", words, port.link))
+    output = capsys.readouterr().out
+    assert all(part in output for part in (f"speaks {name}", words, port.link))
     assert port.heard == []
 
 

@@ -54,7 +54,7 @@ def test_negative_numbers_are_no_options():
 
 @given(st.tuples(*[st.floats(-100, 100)] * 2, st.floats(-10, 10)),
        st.tuples(*[st.floats(-100, 100)] * 2, st.floats(-10, 10)), st.integers(-3, 3))
-def test_what_remains_knows_no_direction_and_no_full_turns(one, other, turns):
+def test_what_remains_has_no_direction_and_no_full_turns(one, other, turns):
     distance, turn = remaining(one, other)
     back = remaining(other, (one[0], one[1], one[2] + 2 * math.pi * turns))
     assert 0.0 <= turn <= math.pi

@@ -20,7 +20,7 @@ FILES = {"navigation.launch": [name for name in NAVIGATION_PACKAGES if name != "
 NOISE = ("... logging to", "Checking log directory", "Press Ctrl-C", "Done checking", "\x1b]2;")
 
 
-def said(result):
+def lines(result):
     """Lines of a run of roslaunch but for those of its start."""
     return [line for line in result.stdout.splitlines() if line and not line.startswith(NOISE)]
 
@@ -36,9 +36,9 @@ def test_a_missing_package_is_named_in_the_first_line(tmp_path, file):
         path.write_text(before + require + after.replace(FILES[file][0], f"no_such_package {FILES[file][0]}", 1))
     result = roslaunch(path)
     assert re.fullmatch(rf"{file} needs the ROS packages? {', '.join(lacks)}, which (is|are) missing: "
-                        r"sudo apt-get install ros-noetic-\S+ \(ROS Noetic; Debian itself has none\)", said(result)[0])
-    assert "returned with code [1]" in said(result)[1]  # and roslaunch's own words, with no traceback
-    assert not any(line.startswith("Traceback") for line in said(result))
+                        r"sudo apt-get install ros-noetic-\S+ \(ROS Noetic; Debian itself has none\)", lines(result)[0])
+    assert "returned with code [1]" in lines(result)[1]  # and roslaunch's own words, with no traceback
+    assert not any(line.startswith("Traceback") for line in lines(result))
     assert result.returncode != 0
 
 

@@ -87,14 +87,14 @@ def test_the_end_of_a_wall_stays_where_it_is():
     assert (cells[60:] == 0).all()
 
 
-def test_on_which_side_of_a_wall_is_told_by_the_place_before():
+def test_the_place_before_decides_the_side_of_a_wall():
     own = OwnPlace(floor_map(), RADIUS)
     for step, distance in enumerate(np.arange(0.3, -0.1, -0.02)):  # the pose drifts into the wall
         own.move(beside(distance), 0.1 * step)
     assert own.lookout == pytest.approx(beside(0.08))
     far = make_room(floor_map(), beside(-0.08), own.lookout, RADIUS)
     assert {value for (_, column), value in far.items() if column > WALL + 2} == {100}
-    own.move((own.lookout[0] + FARTHEST_LOOKOUT + 0.05, beside(0, 2.0)[1]), 9.0)  # a pose that was set anew
+    own.move((own.lookout[0] + FARTHEST_LOOKOUT + 0.05, beside(0, 2.0)[1]), 9.0)  # a pose that was reset
     assert own.lookout[0] > beside(-0.2)[0]
 
 
@@ -141,7 +141,7 @@ def test_an_update_covers_what_was_changed_of_late():
     assert late.row > 20
 
 
-def test_what_does_not_change_is_told_again_but_seldom():
+def test_what_does_not_change_is_sent_again_but_seldom():
     own = OwnPlace(floor_map(), RADIUS)
     assert own.move(beside(0.15), 0.0) is not None
     assert own.move(beside(0.15), REPEATED / 2) is None

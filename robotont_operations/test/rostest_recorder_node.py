@@ -83,11 +83,11 @@ class RecorderNodeTest(NodeTest):
         self.assertEqual(packets, list(range(packets[0], len(self.sent))))
         self.assertFalse([path for path in self.folder.rglob("*") if path.name.endswith(".writing")])
 
-    def test_a_message_that_cannot_be_written_is_told_and_the_next_are_recorded(self):
+    def test_a_message_that_cannot_be_written_is_reported_and_the_next_are_recorded(self):
         wait_for(lambda: self.folder.exists() and runs_in(self.folder) and bags_of(runs_in(self.folder)[-1]), "a bag")
-        told = TCPROSPub.get_header_fields
+        fields_of = TCPROSPub.get_header_fields
         with mock.patch.object(TCPROSPub, "get_header_fields", lambda publisher: {
-                key: value for key, value in told(publisher).items() if key != "message_definition"}):
+                key: value for key, value in fields_of(publisher).items() if key != "message_definition"}):
             broken = rospy.Publisher("emergency_stop", Bool, queue_size=1)
             wait_for(broken.get_num_connections, "the recorder")
         broken.publish(False)

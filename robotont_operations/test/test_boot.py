@@ -178,17 +178,17 @@ def test_two_boards_keep_their_names_when_they_change_ports(tmp_path):
         sys = tmp_path / f"sys{turn}"
         for minor, (port, serial) in enumerate(zip(ports, ("0669FF31", "0670AA42"))):
             device = usb_port(sys, port, serial, f"ttyACM{(minor + turn) % 2}", minor)
-            told = udev_answers(tmp_path, sys, device)
-            if "DEVPATH" not in told:
-                pytest.skip("udev does not take a stand-in for /sys here: " + told[-300:])
-            assert not re.search(r"6[01]-robotont.*:\d+.*(Invalid|Unknown|Failed|ignoring)", told), told
-            links = re.search("DEVLINKS=(.*)", told)
-            assert links, told
+            answers = udev_answers(tmp_path, sys, device)
+            if "DEVPATH" not in answers:
+                pytest.skip("udev does not take a stand-in for /sys here: " + answers[-300:])
+            assert not re.search(r"6[01]-robotont.*:\d+.*(Invalid|Unknown|Failed|ignoring)", answers), answers
+            links = re.search("DEVLINKS=(.*)", answers)
+            assert links, answers
             assert set(links.group(1).split()) == {"/dev/robotont", f"/dev/robotont_{serial}"}
-            assert "MODE 0660" in told, told
-            assert re.search("GROUP [0-9]+", told), told
-            assert "ID_MM_DEVICE_IGNORE=1" in told, told
-            assert "ID_MM_PORT_IGNORE=1" in told, told
+            assert "MODE 0660" in answers, answers
+            assert re.search("GROUP [0-9]+", answers), answers
+            assert "ID_MM_DEVICE_IGNORE=1" in answers, answers
+            assert "ID_MM_PORT_IGNORE=1" in answers, answers
 
 
 class BootedRobot:
@@ -218,7 +218,8 @@ class BootedRobot:
 
     def recorded_odometry(self, since):
         """Whether a file of the black box holds odometry of after a time [s]."""
-        for path in reversed(bags_of(runs_in(self.shared / "black_box")[-1])):
+        newest = runs_in(self.shared / "black_box")[-1:]  # none until the recorder has started
+        for path in (path for run in newest for path in reversed(bags_of(run))):
             with contextlib.suppress(OSError), rosbag.Bag(str(path)) as bag:  # OSError: it has just been deleted
                 return any(stamp.to_sec() > since for _, _, stamp in bag.read_messages("/odom", raw=True))
         return False

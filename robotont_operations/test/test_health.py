@@ -48,9 +48,9 @@ def test_no_robot_at_all():
 
 def test_two_robots():
     alive = {f"/{robot}{node}": True for robot in ("robot1", "robot2") for node in ALL}
-    told = {f"{robot}{name}": status for robot in ("robot1/", "robot2/") for name, status in FINE.items()}
-    told["robot2/serial_com_node: link"] = ERROR, "unplugged", {}
-    rows = table(alive, told)
+    statuses = {f"{robot}{name}": status for robot in ("robot1/", "robot2/") for name, status in FINE.items()}
+    statuses["robot2/serial_com_node: link"] = ERROR, "unplugged", {}
+    rows = table(alive, statuses)
     assert Row(ERROR, "robot2: link", "unplugged") in rows
     assert Row(OK, "robot1: link", "50 packets/s") in rows
     assert len(rows) == 9

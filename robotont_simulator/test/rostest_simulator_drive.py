@@ -18,7 +18,7 @@ from robotont_testing.robots import WHEEL_PARAMS
 
 
 class SimulatorDriveTest(SimulationTest):
-    def test_drives_where_it_is_told_and_odometry_agrees_with_the_truth(self):
+    def test_drives_as_commanded_and_odometry_agrees_with_the_truth(self):
         self.start()
         start = self.poses()
 

@@ -1,17 +1,25 @@
 #!/usr/bin/env python3
 """Worlds and ports of the simulator, those that there are and others."""
 
+import time
+
 import rosparam
 import rostest
 import yaml
 from nav_msgs.msg import Odometry
 from simulation_test import SimulationTest
 
-from robotont_testing.harness import START, wait_for
+from robotont_simulator.simulated_board import LONGEST_STALL
+from robotont_testing.harness import START, suspended, wait_for
+from robotont_testing.node_test import WARN
 from robotont_testing.robots import WHEEL_PARAMS
 
 
 class SimulatorNodeTest(SimulationTest):
+    def setUp(self):
+        super().setUp()
+        rosparam.upload_params("/", yaml.safe_load(WHEEL_PARAMS.read_text()))
+
     def test_with_a_room_the_laser_sees_its_walls(self):
         self.start("world:=room")
         wait_for(lambda: len(self.scan) > 3, "scans")
@@ -20,10 +28,14 @@ class SimulatorNodeTest(SimulationTest):
         self.assertEqual(len(scan.ranges), 128)
         self.assertAlmostEqual(scan.ranges[64], 2.95, delta=0.02)
         self.assertAlmostEqual(scan.angle_max, 1.03 / 2, delta=1e-3)
+        self.assertAlmostEqual(scan.scan_time, 0.1, delta=1e-6)  # at the scan_rate of config/simulator.yaml
 
-    def setUp(self):
-        super().setUp()
-        rosparam.upload_params("/", yaml.safe_load(WHEEL_PARAMS.read_text()))
+    def test_a_simulator_that_was_stopped_reports_the_time_that_it_skipped(self):
+        self.start("world:=room")
+        with suspended(self.processes.pid("/simulator_node")):
+            end = time.monotonic() + 2 * LONGEST_STALL
+            wait_for(lambda: time.monotonic() > end, "a stall")
+        self.wait_for_status("simulator_node: real time", WARN, "stalls after which time was skipped")
 
     def test_names_that_no_port_can_have(self):
         folder = self.processes.folder

@@ -147,6 +147,6 @@ def test_the_laser_sees_the_walls_where_they_are():
     assert np.all(np.isinf(run_in().simulation.scan(np.radians([0.0, 90.0]), 0.1, 20.0)))
 
 
-def test_the_laser_tells_too_near_from_nothing_there():
+def test_the_laser_distinguishes_too_near_from_nothing_there():
     scan = run_in("room").simulation.scan
     assert scan(np.radians([0.0, 180.0]), 1.0, 2.0).tolist() == [np.inf, -np.inf]

@@ -48,9 +48,9 @@ class Drive:
     def errors(self):
         """Distance [m] and angle [rad] to the truth: of this driver's odometry, and of the board's own pose."""
         x, y, yaw = self.simulation.pose()
-        pose, told = self.odometry.pose, self.dialect.board_pose
+        pose, reported = self.odometry.pose, self.dialect.board_pose
         return [(math.hypot(a - x, b - y), abs(math.remainder(c - yaw, 2 * math.pi)))
-                for a, b, c in ((pose.x, pose.y, pose.yaw), (told.x, told.y, told.yaw))]
+                for a, b, c in ((pose.x, pose.y, pose.yaw), (reported.x, reported.y, reported.yaw))]
 
 
 @pytest.mark.parametrize("name", ["robotont2", "robotont3"])

@@ -229,7 +229,7 @@ class CmdVelMuxTest(NodeTest):
             wait_for(lambda seen=seen: STOP in self.wire.commands[seen:], "the stop")
         self.assertTrue(all(math.isfinite(value) for command in self.wire.commands for value in command))
 
-    def test_the_limited_command_is_told(self):
+    def test_the_limited_command_is_reported(self):
         limited = self.listen("cmd_vel/limited", Twist)
         self.wire.send(hand=(0.6, 0.0, 0.0))
         wait_for(lambda: limited and abs(limited[-1].linear.x - 0.3) < 1e-9, "the limited command")

@@ -98,7 +98,7 @@ def test_a_release_that_has_not_seen_the_newest_stop_releases_nothing(served):
 
 @pytest.mark.parametrize("kind, fields", [("release", {}), ("goal", {"x": 1.0, "y": 0.0}), ("give_back", {}),
                                           ("take", {}), ("reset_odometry", {})])
-def test_old_orders_are_dropped_and_their_page_gets_to_know(timely, kind, fields):
+def test_old_orders_are_dropped_and_their_page_is_informed(timely, kind, fields):
     page = timely.ready_page()
     page.order(kind, time=page.time - 250, **fields)
     wait_for(lambda: page.messages.get("late", {}).get("what") == kind, "words")

@@ -58,7 +58,7 @@ def test_tables_show_floor_ratio_and_whether_the_aim_is_reached():
     assert "a \\| b" in body
 
 
-def test_comparison_tells_what_is_beyond_the_spread():
+def test_comparison_names_what_is_beyond_the_spread():
     old = [row("latency", [1.0, 1.1, 1.2], "ms", 1.0, subject="floor"), row("memory", [50, 51, 52], "MiB"),
            row("gone", 1, "ms")]
     new = [row("latency", [1.1, 1.2, 1.3], "ms", 0.5, subject="floor"), row("memory", [60, 61, 62], "MiB"),

@@ -2,6 +2,7 @@
 
 import argparse
 import math
+import re
 
 
 def positive(text):
@@ -34,3 +35,15 @@ def point(text):
         return coordinates(text)
     except argparse.ArgumentTypeError:
         raise argparse.ArgumentTypeError(f"found {text!r}, allowed: free, fixed or X,Y [m]") from None
+
+
+def read_end(text):
+    """(x [m], y [m], yaw [rad]) of X,Y,YAW in m, m and degrees. Raises ValueError."""
+    fields = re.split(r"[,\s]+", text.strip())
+    try:
+        numbers = [float(field) for field in fields]
+    except ValueError:
+        numbers = []
+    if len(numbers) != 3 or not all(map(math.isfinite, numbers)):
+        raise ValueError(f"found {text!r}, allowed: X,Y,YAW of the end, seen from the start [m, m, degrees]")
+    return numbers[0], numbers[1], math.radians(numbers[2])

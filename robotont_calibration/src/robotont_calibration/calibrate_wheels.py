@@ -2,11 +2,10 @@
 
 import argparse
 import math
-import re
 import sys
 from pathlib import Path
 
-from robotont_calibration.arguments import point, positive
+from robotont_calibration.arguments import point, positive, read_end
 from robotont_calibration.calibration import Unknowns, calibrate
 from robotont_calibration.calibration_report import draw, table
 from robotont_calibration.calibration_runs import taped_run, tracked_run, turns
@@ -75,18 +74,6 @@ def read_run(text, wheels, topics, form="auto"):
     if truth is None:
         raise ValueError(f"{file}: found no true pose, allowed: a ground truth, or {file}=X,Y,YAW with the end")
     return tracked_run(name, times, counts, truth, SECONDS, TRACKED)
-
-
-def read_end(text):
-    """(x [m], y [m], yaw [rad]) of X,Y,YAW in m, m and degrees. Raises ValueError."""
-    fields = re.split(r"[,\s]+", text.strip())
-    try:
-        numbers = [float(field) for field in fields]
-    except ValueError:
-        numbers = []
-    if len(numbers) != 3 or not all(map(math.isfinite, numbers)):
-        raise ValueError(f"found {text!r}, allowed: X,Y,YAW of the end, seen from the start [m, m, degrees]")
-    return numbers[0], numbers[1], math.radians(numbers[2])
 
 
 def main(arguments=None):

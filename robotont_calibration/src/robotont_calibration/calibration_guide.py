@@ -10,7 +10,7 @@ from geometry_msgs.msg import Twist
 from rostopic import get_topic_class
 from std_msgs.msg import String
 
-from robotont_calibration.calibrate_wheels import read_end
+from robotont_calibration.arguments import read_end
 from robotont_calibration.drives import sideways, spin, square
 from robotont_calibration.recordings import Recording, stamps_of, write_csv
 from robotont_driver.rospy_end import init_tool

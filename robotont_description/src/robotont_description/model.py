@@ -1,6 +1,5 @@
-"""The URDF from the xacro files, with Noetic's xacro or with the one in .build/venv."""
+"""The URDF from the xacro files."""
 
-import importlib
 import sys
 from pathlib import Path
 
@@ -26,24 +25,11 @@ def urdf(wheel_params="", prefix="", official="false"):
     shipped = "wheel_params_robotont2.yaml" if official == "true" else "wheel_params.yaml"
     path = Path(wheel_params or shipped_wheel_file(shipped)).resolve()
     read_wheel_file(path)  # the driver's own check, before anything is drawn
-    document = find_xacro().process_file(str(model), mappings={
+    import xacro  # here, so that `main` can explain where it is missing
+
+    document = xacro.process_file(str(model), mappings={
         "wheel_params": str(path), "prefix": prefix, "official": official})
     return document.toprettyxml(indent="  ")
-
-
-def find_xacro():
-    """The xacro module: from ROS where it has one (Noetic), else from the repository's .build/venv.
-
-    Raises ModuleNotFoundError when there is neither.
-    """
-    try:
-        return importlib.import_module("xacro")
-    except ModuleNotFoundError:
-        package = Path(rospkg.RosPack().get_path("robotont_description")).resolve()
-        for folder in package.parents:
-            for venv in folder.glob(".build/venv/lib/python3*/site-packages"):
-                sys.path.append(str(venv))  # last: whatever else it holds stands behind the system's
-        return importlib.import_module("xacro")
 
 
 def main():
@@ -60,4 +46,4 @@ def main():
     except (OSError, ValueError) as error:
         sys.exit(f"describe: {error}")
     except ModuleNotFoundError as error:
-        sys.exit(f"describe: {error}: run ./robotont setup, or on Noetic apt-get install ros-noetic-xacro")
+        sys.exit(f"describe: {error}: use ./robotont shell, or on Noetic apt-get install ros-noetic-xacro")

@@ -92,7 +92,7 @@ def topics_within_process(from_outside):
 
 
 def deliver(text, wheels, taken, refused):
-    """Call taken(packet) with the `Packet` of a text, or refused(error)."""
+    """Call taken(packet) with the `Packet` of a string, or refused(error)."""
     try:
         packet = parse_packet(text, wheels)
     except PacketError as error:

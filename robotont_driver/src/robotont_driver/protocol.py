@@ -123,8 +123,9 @@ class LineSplitter:
             else:
                 lines.append(line)
         if len(self._rest) > LONGEST_LINE:
-            self.overlong += not self._skipping
-            self._skipping = True
+            if not self._skipping:
+                self._skipping = True
+                self.overlong += 1
             self._rest = b""
         return lines
 

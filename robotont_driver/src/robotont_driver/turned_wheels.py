@@ -27,20 +27,20 @@ class TurnedWheels:
     def __init__(self, wheels):
         self._wheels = wheels
         self._totals = [0] * wheels.amount  # [edges]
-        self._told = [0] * wheels.amount    # [steps] of STEP degrees at the last description
+        self._described = [0] * wheels.amount  # [steps] of STEP degrees at the last description
 
     def add(self, counts):
         """Add one packet's counts (n,) [edges]; returns a line for each wheel that has turned by another step."""
         self._totals = [total + count for total, count in zip(self._totals, counts)]
         steps = [round(degrees / STEP) for degrees in self._degrees()]
-        changed = [wheel for wheel, step in enumerate(steps) if step != self._told[wheel]]
-        lines = [self._describe(wheel, steps[wheel] > self._told[wheel]) for wheel in changed]
-        self._told = steps
+        changed = [wheel for wheel, step in enumerate(steps) if step != self._described[wheel]]
+        lines = [self._describe(wheel, steps[wheel] > self._described[wheel]) for wheel in changed]
+        self._described = steps
         return lines
 
     @property
     def verdict(self):
-        """What the wheels' signs say about the rotation of the robot."""
+        """What the wheels' signs show about the rotation of the robot."""
         turned = [0 if abs(degrees) < STEP else math.copysign(1, degrees) for degrees in self._degrees()]
         if 0 in turned:
             still = [wheel for wheel, sign in enumerate(turned) if not sign]

@@ -1,4 +1,4 @@
-"""What move_base's parameters say of the robot's footprint."""
+"""The robot's footprint by move_base's parameters."""
 
 import rospy
 

@@ -1,4 +1,4 @@
-"""How well a scan fits the map, and what to say of it; without ROS."""
+"""How well a scan fits the map, and the message about it; without ROS."""
 
 import math
 

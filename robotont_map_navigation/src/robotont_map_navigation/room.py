@@ -18,7 +18,7 @@ FREE, WALL = 0, 100  # [%] as of nav_msgs/OccupancyGrid
 RING = 1.5           # cells: width of the bulge, so that it is closed on diagonals too
 HIT = 0.71           # cells between a line of sight and the middle of a wall's cell that it hits: half a diagonal
 OFF_WALLS = 1.5      # cells between the robot and all walls from where it is clear on which side of them it is
-FARTHEST_LOOKOUT = 0.5  # [m] between the robot and such a place, for that to tell anything
+FARTHEST_LOOKOUT = 0.5  # [m] between the robot and such a place, farther off it shows nothing
 REMEMBERED = 5.0     # [s] that a costmap may take to draw a change; until then the next one has its place too
 REPEATED = 1.0       # [s] between two equal updates, for costmaps that have started or got the map in the meantime
 
@@ -32,15 +32,15 @@ class Update(NamedTuple):
 
 
 class OwnPlace:
-    """What has to be told to costmaps that have a map, as a robot moves on it."""
+    """Updates for costmaps that have a map, as a robot moves on it."""
 
     def __init__(self, floor_map, radius, lookout=None):
         """radius: [m] around the robot that is to be free; lookout: that of the map before."""
         self._map = floor_map
         self._radius = radius
         self.lookout = lookout   # (x, y) [m] of the newest place from where the robot's side of all walls was clear
-        self._changed = {}       # (row, column): value, as told last
-        self._told = -math.inf   # [s]
+        self._changed = {}       # (row, column): value, as sent last
+        self._sent = -math.inf   # [s] newest update
         self._places = deque()   # (time [s], first row, first column, row behind, column behind) of what was changed
 
     def move(self, place, now):
@@ -48,7 +48,7 @@ class OwnPlace:
         if self._map.clearance(place, OFF_WALLS * self._map.resolution) == math.inf:
             self.lookout = place
         changed = make_room(self._map, place, self._near_lookout(place), self._radius)
-        if changed == self._changed and not (changed and now - self._told >= REPEATED):
+        if changed == self._changed and not (changed and now - self._sent >= REPEATED):
             return None
         while self._places and now - self._places[0][0] > REMEMBERED:
             self._places.popleft()
@@ -56,7 +56,7 @@ class OwnPlace:
             if cells:
                 rows, columns = zip(*cells)
                 self._places.append((now, min(rows), min(columns), max(rows) + 1, max(columns) + 1))
-        self._changed, self._told = changed, now
+        self._changed, self._sent = changed, now
         bounds = np.array(self._places)[:, 1:].astype(int)
         (row, column), (end_row, end_column) = bounds[:, :2].min(axis=0), bounds[:, 2:].max(axis=0)
         cells = self._map.cells[row:end_row, column:end_column].copy()
@@ -71,8 +71,8 @@ class OwnPlace:
 def make_room(floor_map, place, lookout, radius):
     """{(row, column): value} of the cells of a FloorMap that change for a robot at `place`, (x, y) [m].
 
-    radius: [m] around it that is to be free; lookout: (x, y) [m] near it, off all walls, from which what lies behind
-    walls is told; None: the walls are cut, and do not bulge.
+    radius: [m] around it that is to be free; lookout: (x, y) [m] near it, off all walls, which decides what lies
+    behind walls; None: the walls are cut, and do not bulge.
     """
     row, column = floor_map.indices(*place)
     near = radius / floor_map.resolution

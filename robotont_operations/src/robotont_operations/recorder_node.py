@@ -32,7 +32,7 @@ REMEDIES = {errno.ENOSPC: "free space there", errno.EDQUOT: "free space there",
 
 
 def trouble(folder, error):
-    """What to tell of an exception that writing to a folder has raised, with the remedy where there is one."""
+    """Message about an exception on writing to a folder, with the remedy where there is one."""
     if not isinstance(error, OSError):
         return f"cannot write to {folder}: {type(error).__name__}: {error}"
     remedy = REMEDIES.get(error.errno)

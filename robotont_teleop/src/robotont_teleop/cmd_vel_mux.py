@@ -12,7 +12,7 @@ from std_srvs.srv import Trigger, TriggerResponse
 
 from robotont_driver.command_stream import refuse
 from robotont_driver.driver_node import PRESSED
-from robotont_driver.node import OK, WARN, DroppingPublisher, Health, Worker, run_without_wheels
+from robotont_driver.node import OK, WARN, DroppingPublisher, Health, Worker, robot_name, run_without_wheels
 from robotont_driver.outages import OutageWatch
 from robotont_driver.parameters import Parameter
 from robotont_driver.refusals import Refusals
@@ -73,7 +73,7 @@ class CmdVelMux:
         OutageWatch(newest=inputs, every=[emergency_stop])
         rospy.Service("~give_back", Trigger, self._on_give_back)
         Worker(self._look_for_others)
-        Health("robotont", {"who drives": self._report})
+        Health(robot_name(), {"who drives": self._report})
 
     def _on_command(self, name, message):
         linear, angular = message.linear, message.angular

@@ -5,7 +5,7 @@ import threading
 import evdev
 import rospy
 
-from robotont_driver.node import OK, WARN, Health, Worker, run_without_wheels
+from robotont_driver.node import OK, WARN, Health, Worker, robot_name, run_without_wheels
 from robotont_driver.parameters import Parameter
 from robotont_teleop.gamepad import EV_ABS, EV_KEY, EV_SYN, LAYOUTS, SYN_DROPPED, SYN_REPORT, Gamepad, layout_for
 from robotont_teleop.hand_output import HandOutput
@@ -40,7 +40,7 @@ class GamepadTeleop:
         rospy.on_shutdown(self._let_go)
         Worker(self._repeat)
         Worker(self._read)
-        Health("robotont", {"gamepad": self._report})
+        Health(robot_name(), {"gamepad": self._report})
 
     def _read(self):
         """Take a gamepad's events until it is unplugged; returns the time to rest before the next look for one."""

@@ -22,6 +22,7 @@ from std_srvs.srv import Trigger
 from robotont_driver.kinematics import Kinematics
 from robotont_driver.node import DroppingPublisher, Worker
 from robotont_driver.protocol import PacketError, parse_packet
+from robotont_driver.se2 import compose, pose_of, yaw_of
 from robotont_map_navigation.goal import Goal
 from robotont_map_navigation.goto import GoTo
 from robotont_teleop.camera import Camera
@@ -183,7 +184,7 @@ class RobotView:
     def _pose(self):
         """(x, y, yaw) on the map where there is one, else of the odometry; None when it is unknown."""
         pose = self._fresh("pose")
-        return _compose(self._map_to_odom, pose) if pose and self._map_to_odom else pose
+        return compose(self._map_to_odom, pose) if pose and self._map_to_odom else pose
 
     def _measured(self):
         if self._fresh("counts") is None:
@@ -204,9 +205,8 @@ class RobotView:
 
     def _on_odometry(self, message):
         self._frames = (message.header.frame_id, message.child_frame_id)
-        position, twist = message.pose.pose.position, message.twist.twist
-        self._keep(pose=(position.x, position.y, _yaw(message.pose.pose.orientation)),
-                   velocity=(twist.linear.x, twist.linear.y, twist.angular.z))
+        twist = message.twist.twist
+        self._keep(pose=pose_of(message.pose.pose), velocity=(twist.linear.x, twist.linear.y, twist.angular.z))
 
     def _on_limited(self, message):
         self._keep(limited=(message.linear.x, message.linear.y, message.angular.z))
@@ -274,8 +274,7 @@ class RobotView:
 
     def _on_map(self, message):
         info = message.info
-        position = info.origin.position
-        place = (position.x, position.y, _yaw(info.origin.orientation))
+        place = pose_of(info.origin)
         if not (info.resolution > 0 and all(map(math.isfinite, (info.resolution, *place)))):
             rospy.logwarn("a map with a resolution of %g m at %s is not shown", info.resolution, place)
             return
@@ -310,7 +309,7 @@ class RobotView:
             transform = self._transforms.lookup_transform(target, source, rospy.Time(0)).transform
         except (tf2_ros.TransformException, rospy.ROSException):
             return None
-        return transform.translation.x, transform.translation.y, _yaw(transform.rotation)
+        return transform.translation.x, transform.translation.y, yaw_of(transform.rotation)
 
     def _look_for_camera(self):
         try:
@@ -320,17 +319,6 @@ class RobotView:
         self._camera.look({name for name, _ in publishers})
         self._camera.wait(CAMERA_LOOK)
         return 0.0
-
-
-def _yaw(quaternion):
-    """Of a rotation about z [rad]; NaN where the quaternion has one."""
-    return math.remainder(2 * math.atan2(quaternion.z, quaternion.w), 2 * math.pi)
-
-
-def _compose(first, second):
-    x, y, yaw = first
-    return (x + math.cos(yaw) * second[0] - math.sin(yaw) * second[1],
-            y + math.sin(yaw) * second[0] + math.cos(yaw) * second[1], yaw + second[2])
 
 
 def _rounded(values, decimals):

@@ -13,7 +13,7 @@ import qrcode
 import rospkg
 import rospy
 
-from robotont_driver.node import OK, WARN, Health, init_node, own_parameters, signals_wait
+from robotont_driver.node import OK, WARN, Health, init_node, own_parameters, robot_name, signals_wait
 from robotont_driver.parameters import Parameter, ParameterError
 from robotont_driver.wheels import read_wheels
 from robotont_teleop.access import Access, is_loopback_address, read_or_make_token
@@ -137,7 +137,7 @@ async def serve(robot, access, token, parameters):
     shown = own_address() if address in ("", "0.0.0.0", "::") else address
     for line in invitation(f"{scheme}://{f'[{shown}]' if ':' in shown else shown}:{port}/", token, sys.stdout.isatty()):
         print(line, flush=True)  # not to the log: the token is for this terminal
-    Health("robotont", {"web page": lambda: report(server)})
+    Health(robot_name(), {"web page": lambda: report(server)})
     gc.collect()
     gc.freeze()  # what exists now stays: the collector need not look through it while commands wait
     ended = asyncio.Event()

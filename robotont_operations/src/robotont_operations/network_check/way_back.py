@@ -61,7 +61,7 @@ class WayBack:
                               f"sudo ufw allow from {self._master.address}")
 
     def _is_called(self, uri):
-        """Whether the master calls this URI, registered meanwhile; None without the time to tell. Raises RPC_ERRORS."""
+        """Whether the master calls this URI, registered meanwhile; None for lack of time. Raises RPC_ERRORS."""
         topic, caller = f"{CALLER}/way_back_{os.getpid()}", f"{CALLER}_{os.getpid()}"
         until = self._budget.end - FAREWELL
         calls = probes.remote(self._master.uri, max(0.05, min(1.0, until - time.monotonic())))

@@ -1,0 +1,44 @@
+"""Every program that takes a wheel file answers a wrong one alike: exit status 1, one message, the name of the file."""
+
+import runpy
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+PROGRAMS = {
+    "robotont_calibration/scripts/calibrate_wheels": ["--wheel-params", "FILE", "square=DRIVE"],
+    "robotont_calibration/scripts/odometry_report": ["DRIVE", "--wheel-params", "FILE"],
+    "robotont_description/scripts/describe": ["wheel_params:=FILE"],
+    "robotont_description/scripts/robot_radius": ["FILE"],
+    "robotont_driver/scripts/turned_wheels": ["--wheel-params", "FILE"],
+    "robotont_simulator/scripts/fast_drive": ["--wheel-params", "FILE"],
+    "robotont_simulator/scripts/show_model": ["robot.png", "--wheel-params", "FILE"],
+}
+FILES = {
+    "missing": (None, "No such file or directory"),
+    "latin_1": (b"# Rads\xe4tze\nwheelAmount: 3\n", "found the byte 0xe4 in line 1, allowed: text in UTF-8"),
+    "binary": (bytes(range(256)), "found the byte 0x80 in line 2, allowed: text in UTF-8"),
+    "no_yaml": (b"wheelRads: [0.0, 2.0", "no YAML: "),
+    "no_mapping": (b"- wheelAmount\n", "found ['wheelAmount'], allowed: wheel parameters: wheelAmount, "),
+    "two_wheels": (b"wheelAmount: 2\n", "wheelAmount: found 2, allowed: a whole number from 3 to 16"),
+}
+
+
+@pytest.mark.parametrize("content, words", FILES.values(), ids=FILES)
+@pytest.mark.parametrize("program", PROGRAMS, ids=lambda program: Path(program).name)
+def test_a_wrong_wheel_file(program, content, words, tmp_path, monkeypatch, capsys):
+    file, drive = tmp_path / "wheel_params.yaml", tmp_path / "drive.csv"
+    drive.write_text("time,m0,m1,m2\n0.00,1,2,3\n0.02,1,2,3\n")
+    if content is not None:
+        file.write_bytes(content)
+    arguments = [word.replace("FILE", str(file)).replace("DRIVE", str(drive)) for word in PROGRAMS[program]]
+    monkeypatch.setattr(sys, "argv", [program, *arguments])
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(SystemExit) as end:
+        runpy.run_path(str(ROOT / program), run_name="__main__")
+    message = capsys.readouterr().err if end.value.code == 1 else end.value.code  # sys.exit(message) prints it
+    assert message.startswith(f"{Path(program).name}: ")
+    assert str(file) in message
+    assert words in message

@@ -128,7 +128,7 @@ class GuideTest(NodeTest):
 
     def test_ctrl_c_at_a_question_means_no_more_runs(self):
         process = subprocess.Popen(self.command("--truth", "odom", "--angles", "fixed"), stdin=subprocess.PIPE,
-                                   stdout=subprocess.PIPE, stderr=subprocess.STDOUT, start_new_session=True)
+                                   stdout=subprocess.PIPE, stderr=subprocess.STDOUT, bufsize=0, start_new_session=True)
         process.stdin.write(b"s\ns\n\n")  # a spin that is made
         process.stdin.flush()
         output = "".join(self.until_it_asks(process) for _ in range(4))

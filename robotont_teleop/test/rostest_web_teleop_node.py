@@ -24,14 +24,18 @@ from robotont_testing import places
 from robotont_testing.harness import wait_for
 
 MOVE_BASE = Path(__file__).resolve().parents[2] / "robotont_map_navigation" / "test" / "move_base_double.py"
-ENDS_IN_A_RUSH = 1
+ENDS_IN_A_RUSH = 5
+RUSH = 160  # commands at once, of 200 a second that a page may send
 SCALE = 100.0         # [px/m] of the page when it opens
 
 
-def drive_to_the_end(page):
-    """Command without a pause until the server has closed the page."""
+def rush_of_commands(page):
+    """Commands at once, and again each second, for those that come too late do not drive; until the page is closed."""
     while not page.closed:
-        page.drive(*DRIVE)
+        page.send(*[{"kind": "drive", "time": page.time, "x": DRIVE[0], "y": DRIVE[1], "turn": DRIVE[2]}] * RUSH)
+        end = time.monotonic() + 1.0
+        while not page.closed and time.monotonic() < end:
+            time.sleep(0.01)
 
 
 class WebTeleopNodeTest(PageServerTest):
@@ -181,9 +185,9 @@ class WebTeleopNodeTest(PageServerTest):
             self.hand.clear()
             server = self.start()
             page = self.page()
-            rush = threading.Thread(target=drive_to_the_end, args=[page])
+            rush = threading.Thread(target=rush_of_commands, args=[page])
             rush.start()
-            wait_for(lambda: len(self.hand) > 100, "the commands")
+            wait_for(lambda: len(self.hand) > RUSH / 8, "the commands", period=0)
             self.assertEqual(self.processes.stop(server, signal.SIGTERM), 0, "it has not ended by itself")
             rush.join()
             wait_for(lambda: self.hand[-1] == STOP, "the zero")

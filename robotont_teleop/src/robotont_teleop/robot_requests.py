@@ -65,8 +65,7 @@ class NewestGoal:
         outcome = outcome or self._goto.follow(pursuit, 0.0)
         with self._changed:
             replaced = self._wanted is not None
-            if not replaced:
-                self._shown = None
+            self._shown = None  # also where it is replaced: the newer goal may be cancelled before its turn
         if not replaced:
             self._report(outcome.words, outcome.status == 0)
         return 0.0

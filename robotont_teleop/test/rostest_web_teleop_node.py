@@ -178,6 +178,12 @@ class WebTeleopNodeTest(PageServerTest):
             self.assertEqual([command for command, _ in itertools.groupby(self.hand)], [DRIVE, STOP])
             self.assertNotIn("Traceback", self.log.read_text())
 
+    def test_its_end_right_behind_its_start(self):
+        """A signal that met a question to the master made it wait for ever."""
+        for _ in range(6):
+            self.log.write_text("")
+            self.assertEqual(self.processes.stop(self.start(), signal.SIGTERM), 0, "it has not ended by itself")
+
     def test_its_end_amid_a_rush_of_commands_is_a_zero(self):
         """A signal meets the server at any place, in the middle of publishing a command, too."""
         for _ in range(ENDS_IN_A_RUSH):

@@ -71,14 +71,21 @@ def run_node(name, node_class, table, check=None):
 def run_without_wheels(name, node_class, table):
     """Start a node that needs no wheels, node_class(parameters), in this process and serve until ROS shuts down."""
     init_node(name, sys.modules[node_class.__module__].__doc__, table)
-    parameters = own_parameters(table)
     with signals_wait():
-        node_class(parameters)
+        node_class(own_parameters(table))
     _spin()
 
 
 def serve(*parts):
     """Start the parts and serve until ROS shuts down; list wrong parameters, if any, of all parts and exit with 1."""
+    with signals_wait():
+        for start, wheels, parameters in _read_all(parts):
+            start(wheels, parameters)
+    _spin()
+
+
+def _read_all(parts):
+    """(start, wheels, parameters) of each part; ends the process with all faults, if any."""
     faults = []
     wheels = None
     try:
@@ -95,13 +102,10 @@ def serve(*parts):
             continue
         if part.check and wheels:
             faults += [whose + message for message in part.check(wheels, parameters, parameter_of_another)]
-        starts.append((part.start, parameters))
+        starts.append((part.start, wheels, parameters))
     if faults:
         refuse(faults)
-    with signals_wait():
-        for start, parameters in starts:
-            start(wheels, parameters)
-    _spin()
+    return starts
 
 
 @contextlib.contextmanager

@@ -6,7 +6,7 @@ Each keeps its name for parameters, diagnostics, topics and services, as if it r
 import rospy
 
 from robotont_driver import driver_node, odom_node, serial_com_node
-from robotont_driver.node import init_node, own_parameters, serve
+from robotont_driver.node import init_node, own_parameters, serve, signals_wait
 from robotont_driver.packet_topics import topics_within_process
 from robotont_driver.parameters import Parameter
 
@@ -21,5 +21,6 @@ PARTS = {"driver_node": driver_node, "serial_com_node": serial_com_node, "odom_n
 def main():
     """Run robotont_node."""
     init_node("robotont_node", __doc__, PARAMETERS)
-    topics = topics_within_process(own_parameters(PARAMETERS)["packets_from_outside"])
+    with signals_wait():
+        topics = topics_within_process(own_parameters(PARAMETERS)["packets_from_outside"])
     serve(*(module.part(rospy.resolve_name(name), topics) for name, module in PARTS.items()))

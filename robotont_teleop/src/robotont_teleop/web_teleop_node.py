@@ -119,6 +119,9 @@ def invitation(url, token, colours=False):
 
 async def serve(robot, access, token, parameters):
     """Serve until ROS shuts down."""
+    loop = asyncio.get_running_loop()
+    for number in (signal.SIGINT, signal.SIGTERM):  # taken between two messages, never amid the publishing of one
+        loop.add_signal_handler(number, rospy.signal_shutdown, signal.Signals(number).name)
     tls = make_tls(parameters["certificate"], parameters["certificate_key"])
     scheme = "https" if tls else "http"
     speeds = Speeds(parameters["max_linear_speed"], parameters["max_angular_speed"])
@@ -141,9 +144,6 @@ async def serve(robot, access, token, parameters):
     gc.collect()
     gc.freeze()  # what exists now stays: the collector need not look through it while commands wait
     ended = asyncio.Event()
-    loop = asyncio.get_running_loop()
-    for number in (signal.SIGINT, signal.SIGTERM):  # between two messages, never in the middle of publishing one
-        loop.add_signal_handler(number, rospy.signal_shutdown, signal.Signals(number).name)
     rospy.on_shutdown(lambda: loop.call_soon_threadsafe(ended.set))
     ends = [loop.create_task(ended.wait()), loop.create_task(server.ended())]
     if not rospy.is_shutdown():
@@ -174,13 +174,14 @@ def report(server):
 def main():
     """Run web_teleop_node; with wrong parameters print them and exit with 1."""
     init_node("web_teleop_node", __doc__, PARAMETERS)
-    parameters = own_parameters(PARAMETERS)
     try:
-        wheels = read_wheels(rospy.get_param(rospy.get_namespace(), {}))
-        access, token = make_access(parameters)
         with signals_wait():
+            parameters = own_parameters(PARAMETERS)
+            wheels = read_wheels(rospy.get_param(rospy.get_namespace(), {}))
+            access, token = make_access(parameters)
             robot = RobotView(wheels, parameters["camera"])
-        asyncio.run(serve(robot, access, token, parameters))
+        if not rospy.is_shutdown():
+            asyncio.run(serve(robot, access, token, parameters))
     except ParameterError as error:
         for fault in error.faults:
             rospy.logfatal("wrong parameter %s (wheel parameters are read from %s)", fault, rospy.get_namespace())

@@ -26,8 +26,10 @@ from robotont_testing.witness import Witness
 ROBOTONT_MSGS = Path(os.environ.get("ROBOTONT_MSGS",
                                     str(Path(__file__).parent / ".build/robotont_msgs/lib/python3/dist-packages")))
 
-# Rostests of 20 s and more, the longest first. They begin first: else one is left when all others are done.
-LONG = ("serial_com_node", "calibrate_wheels", "stack", "goto_cancelled", "rviz", "official_boards", "simulator_faults",
+# Files of 20 s and more, the longest first. They begin first: else one is left when all others are done.
+LONG = ("timed_cmd_vel_mux", "timed_mux_and_navigation", "timed_keyboard_teleop", "timed_navigation_demands",
+        "timed_simulator_drive", "test_network_outage", "test_network", "test_boot", "test_robotont_script",
+        "serial_com_node", "calibrate_wheels", "stack", "goto_cancelled", "rviz", "official_boards", "simulator_faults",
         "board_health", "recorder_node", "goto", "driver_node", "web_teleop_stop", "status", "wrong_parameters",
         "web_teleop_node", "web_teleop_camera")
 
@@ -42,14 +44,13 @@ def pytest_collect_file(file_path, parent):
 
 
 def pytest_collection_modifyitems(items):
-    """Rostests before other tests, the longest first."""
+    """The longest first, then rostests before other tests."""
     items.sort(key=_turn)
 
 
 def _turn(item):
-    if not isinstance(item, Rostest):
-        return len(LONG) + 1
-    return LONG.index(item.path.stem) if item.path.stem in LONG else len(LONG)
+    stem = item.path.stem
+    return LONG.index(stem) if stem in LONG else len(LONG) + (not isinstance(item, Rostest))
 
 
 class RostestFile(pytest.File):

@@ -4,9 +4,6 @@ A comment such as <!-- needs: chromium, /dev/uinput --> names programs and files
 Tests whose bounds are in real time are marked `timed`, rostests by a name timed_*.test: `./robotont test` runs them
 after all others, three at a time; alone_*.test, which measure milliseconds or keep both cores busy, follow one by one.
 long_*.test run only when asked for (-m long).
-
-A rostest is the real stack in real time. Where one fails while the machine itself stood still (a virtual one whose host
-serves others; a witness before all processes notices), that is no verdict: it runs once more, with a warning.
 """
 
 import importlib.util
@@ -15,12 +12,9 @@ import re
 import shutil
 import subprocess
 import tempfile
-import time
 from pathlib import Path
 
 import pytest
-
-from robotont_testing.witness import Witness
 
 # The official package robotont_msgs, where it is neither installed nor in the workspace: the folder to import it from.
 ROBOTONT_MSGS = Path(os.environ.get("ROBOTONT_MSGS",
@@ -32,8 +26,6 @@ LONG = ("timed_cmd_vel_mux", "timed_mux_and_navigation", "timed_keyboard_teleop"
         "serial_com_node", "calibrate_wheels", "stack", "goto_cancelled", "rviz", "official_boards", "simulator_faults",
         "board_health", "recorder_node", "goto", "driver_node", "web_teleop_stop", "status", "wrong_parameters",
         "web_teleop_node", "web_teleop_camera")
-
-STOOD_STILL = 0.1  # [s] a third of the shortest time-out in the stack
 
 
 def pytest_collect_file(file_path, parent):
@@ -86,19 +78,6 @@ class Rostest(pytest.Item):
 
     def runtest(self):
         """Run it; all that it prints is shown when it fails."""
-        with Witness() as witness:
-            begin = time.monotonic()
-            failure = self._run()
-            still = witness.longest_gap(begin, time.monotonic())
-        if failure and still > STOOD_STILL:
-            self.warn(pytest.PytestWarning(
-                f"{self.name} failed while the machine stood still for {still:.2f} s, and ran once more:\n{failure}"))
-            failure = self._run()
-        if failure:
-            raise RostestError(failure)
-
-    def _run(self):
-        """What rostest printed where it failed, else nothing."""
         for need in _needs(self.path.read_text()):
             if not (shutil.which(need) or os.access(need, os.W_OK)):
                 pytest.skip(f"{self.name}: no {need}")
@@ -110,7 +89,8 @@ class Rostest(pytest.Item):
             environment["ROS_TEST_RESULTS_DIR"] = results
             result = subprocess.run(["rostest", str(self.path), *self.arguments], env=environment, check=False,
                                     stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
-        return result.stdout if result.returncode else ""
+        if result.returncode:
+            raise RostestError(result.stdout)
 
     def repr_failure(self, excinfo, style=None):
         """What rostest printed."""

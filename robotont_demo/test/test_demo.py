@@ -1,7 +1,6 @@
 """The demo's parts without ROS: its plan, what it records, its comparison, its picture, its command line."""
 
 import math
-import sys
 import threading
 import time
 
@@ -13,6 +12,7 @@ from robotont_demo.demo import parse
 from robotont_demo.picture import draw
 from robotont_demo.recording import Standstill, TimedPoses, Track, distances, end_error
 from robotont_demo.scenario import PERIOD, commanded_path, plan
+from robotont_testing.harness import threads_take_turns
 
 
 def test_the_plan_is_a_square_and_a_circle_with_one_turn_at_one_speed():
@@ -36,17 +36,12 @@ def test_a_snapshot_is_whole_while_another_thread_records():
             track.add(number, (number, 2 * number, 3 * number))
             time.sleep(0)  # the other thread's turn: else some ten snapshots see all of it, and few of them a change
     thread = threading.Thread(target=record)
-    interval = sys.getswitchinterval()
-    sys.setswitchinterval(1e-6)
-    thread.start()
-    try:
+    with threads_take_turns(1e-6):
+        thread.start()
         while thread.is_alive():
             stamps, poses = track.snapshot()
             assert len(stamps) == len(poses)
             np.testing.assert_array_equal(poses, np.outer(stamps, (1, 2, 3)))
-    finally:
-        sys.setswitchinterval(interval)
-        thread.join()
     assert len(track) == 1000
 
 

@@ -1,14 +1,11 @@
 """Goals of the page: the newest is pursued, and none is shown that is not."""
 
-import sys
 import threading
 import time
 
-import pytest
-
 from robotont_map_navigation.goal import REPLACED, Goal, Outcome
 from robotont_teleop.robot_requests import NewestGoal
-from robotont_testing.harness import wait_for
+from robotont_testing.harness import threads_take_turns, wait_for
 
 
 class PatientGoTo:
@@ -34,24 +31,16 @@ class PatientGoTo:
         self._left.set()
 
 
-@pytest.fixture
-def quick_turns():
-    """Threads that take turns as often as they can."""
-    interval = sys.getswitchinterval()
-    sys.setswitchinterval(1e-6)
-    yield
-    sys.setswitchinterval(interval)
-
-
-def test_a_goal_that_is_cancelled_right_behind_another_leaves_nothing_to_show(quick_turns):
+def test_a_goal_that_is_cancelled_right_behind_another_leaves_nothing_to_show():
     goto = PatientGoTo()
     newest = NewestGoal(goto, lambda words, good: None)
-    for number in range(300):
-        first = Goal(number, 0.0, 0.0)
-        newest.pursue(first)
-        wait_for(lambda first=first: goto.sent and goto.sent[-1] == first, "the first goal", period=0)
-        newest.pursue(Goal(number, 1.0, 0.0))
-        for _ in range(number % 30):
-            time.sleep(0)  # the other thread's turn: it may be anywhere between the two goals
-        newest.cancel()
-        wait_for(lambda: newest.shown is None, "nothing to show", timeout=5.0, period=0)
+    with threads_take_turns(1e-6):
+        for number in range(300):
+            first = Goal(number, 0.0, 0.0)
+            newest.pursue(first)
+            wait_for(lambda first=first: goto.sent and goto.sent[-1] == first, "the first goal", period=0)
+            newest.pursue(Goal(number, 1.0, 0.0))
+            for _ in range(number % 30):
+                time.sleep(0)  # the other thread's turn: it may be anywhere between the two goals
+            newest.cancel()
+            wait_for(lambda: newest.shown is None, "nothing to show", timeout=5.0, period=0)

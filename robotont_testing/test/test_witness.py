@@ -1,21 +1,19 @@
 import os
-import sys
 import time
 
 import pytest
 
+from robotont_testing.harness import threads_take_turns
 from robotont_testing.witness import Witness
 
 
 def hold_up(seconds):
     """(begin, end) [s] of a time in which no other thread of this process runs."""
-    interval = sys.getswitchinterval()
     time.sleep(0.05)
-    sys.setswitchinterval(10.0)
-    begin = time.monotonic()
-    while time.monotonic() < begin + seconds:
-        pass
-    sys.setswitchinterval(interval)
+    with threads_take_turns(10.0):
+        begin = time.monotonic()
+        while time.monotonic() < begin + seconds:
+            pass
     return begin, time.monotonic()
 
 

@@ -5,6 +5,7 @@ import os
 import signal
 import socket
 import subprocess
+import sys
 import tempfile
 import time
 import xmlrpc.client
@@ -27,6 +28,17 @@ def wait_for(condition, what, timeout=20.0, period=0.005):
             return value
         assert time.monotonic() < end, f"waited {timeout} s in vain for {what}"
         time.sleep(period)
+
+
+@contextlib.contextmanager
+def threads_take_turns(interval):
+    """A block in which a thread of this process that computes lets others run every `interval` [s]."""
+    before = sys.getswitchinterval()
+    sys.setswitchinterval(interval)
+    try:
+        yield
+    finally:
+        sys.setswitchinterval(before)
 
 
 def free_port():

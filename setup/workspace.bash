@@ -2,11 +2,6 @@
 # Sourced by ./robotont: missing packages are installed, and the workspace is built. ROOT: the repository.
 # WORK: all that this makes lies there.
 
-# Packages of a list in setup/, without comments.
-listed() {
-    sed 's/#.*//' "$ROOT/setup/$1.txt" | tr -s '[:space:]' '\n' | sed '/^$/d'
-}
-
 # Folder of a ROS 1 in /opt/ros; nothing where there is none.
 opt_ros() {
     local distribution
@@ -18,13 +13,29 @@ opt_ros() {
     done
 }
 
-# The distribution's packages that this project needs.
+# This system's name in docs/systems.md, as debian-12.
+system_name() {
+    # shellcheck disable=SC1091
+    (. /etc/os-release && echo "${ID:-unknown}-${VERSION_ID:-unknown}")
+}
+
+# system_row NAME: its columns in the table of docs/systems.md, without blanks around them; nothing for an unknown one.
+system_row() {
+    sed -n "s/ *| */|/g; s/^|$1|/$1|/p" "$ROOT/docs/systems.md"
+}
+
+# wanted_packages GROUP ...: the distribution's packages of setup/packages.txt for these groups.
 wanted_packages() {
-    case $(opt_ros) in
-        "") listed debian ;;
-        /opt/ros/one) listed noetic | sed 's/^ros-noetic-/ros-one-/' ;;
-        *) listed noetic ;;
-    esac
+    local ros row lacks
+    ros=$(opt_ros)
+    row=$(system_row "$(system_name)")
+    lacks=" $(cut -d "|" -f 5 <<<"$row") "
+    sed 's/#.*//' "$ROOT/setup/packages.txt" | while read -r group debian other; do
+        case " $* " in *" $group "*) ;; *) continue ;; esac
+        [ -z "$ros" ] || debian=${other:-$debian}
+        debian=${debian/\*/${ros##*/}}
+        case $debian:$lacks in -:* | *" $debian "*) ;; *) echo "$debian" ;; esac
+    done | sort -u
 }
 
 as_root() {
@@ -37,43 +48,68 @@ as_root() {
     fi
 }
 
+# install_packages GROUP ...
 install_packages() {
-    local missing=()
+    local missing=() name row
     while read -r package; do
         dpkg-query -W -f '${Status}' "$package" 2>/dev/null | grep -q 'ok installed' || missing+=("$package")
-    done < <(wanted_packages)
+    done < <(wanted_packages "$@")
     [ ${#missing[@]} = 0 ] && return
-    command -v apt-get >/dev/null || fail "install these packages by hand: ${missing[*]}"
+    name=$(system_name)
+    row=$(system_row "$name")
+    case $row:$(opt_ros) in
+        :*) fail "$name is not in docs/systems.md: install these packages, or what they are called here, by hand: ${missing[*]}" ;;
+        *"|Debian|"*:* | *:/opt/*) ;;
+        *) fail "no ROS 1 in /opt/ros: docs/systems.md tells how it comes to $name" ;;
+    esac
     echo "installing ${#missing[@]} packages: ${missing[*]}"
     as_root apt-get update -qq
     as_root env DEBIAN_FRONTEND=noninteractive apt-get install -qq -y --no-install-recommends "${missing[@]}" \
         >"$WORK/apt.log" 2>&1 || { tail -20 "$WORK/apt.log" >&2; fail "apt-get failed; see $WORK/apt.log"; }
 }
 
+# install_python FOLDER LIST: the Python packages of setup/pypi/LIST.txt, into a virtual environment.
 # Isolated (-I): what the caller has on PYTHONPATH, as in the shell of another clone, is not installed here.
-install_venv() {
-    if ! "$WORK/venv/bin/python" -I -m pip --version >"$WORK/pip.log" 2>&1; then
-        rm -rf "$WORK/venv" "$WORK/venv.new"
-        /usr/bin/python3 -m venv --system-site-packages "$WORK/venv.new"
-        mv "$WORK/venv.new" "$WORK/venv"  # whole or not at all, whenever this is interrupted
+install_python() {
+    local venv=$WORK/$1 pip=("$WORK/$1/bin/python" -I -m pip)
+    if ! "${pip[@]}" --version >"$WORK/pip.log" 2>&1; then
+        rm -rf "$venv" "$venv.new"
+        /usr/bin/python3 -m venv --system-site-packages "$venv.new"
+        mv "$venv.new" "$venv"  # whole or not at all, whenever this is interrupted
     fi
-    echo "installing Python packages into $WORK/venv"
-    "$WORK/venv/bin/python" -I -m pip install -q --disable-pip-version-check -r "$ROOT/setup/requirements.txt" \
-        >"$WORK/pip.log" 2>&1 || { tail -20 "$WORK/pip.log" >&2; fail "pip failed; see $WORK/pip.log"; }
+    echo "installing Python packages for $2 into $venv"
+    pip+=(install -q --disable-pip-version-check)
+    # Ubuntu 20.04's pip 20.0.2 knows no wheels for glibc 2.17 and newer by their present names
+    case $("$venv/bin/python" -I -m pip --version) in
+        "pip 20."[0-2]*) "${pip[@]}" pip==24.0 >"$WORK/pip.log" 2>&1 || true ;;  # else the next line says why not
+    esac
+    "${pip[@]}" -r "$ROOT/setup/pypi/$2.txt" >"$WORK/pip.log" 2>&1 ||
+        { tail -20 "$WORK/pip.log" >&2; fail "pip failed; see $WORK/pip.log"; }
 }
 
-# Inputs of setup; an unchanged value means that nothing is to be done.
+# Inputs of the setup of a group; an unchanged value means that nothing is to be done.
 setup_state() {
     opt_ros
-    cat "$ROOT"/setup/*.txt
+    wanted_packages "$1"
+    cat "$ROOT/setup/pypi/$1.txt" 2>/dev/null || true
 }
 
+# setup GROUP ...
 setup() {
-    if [ ! -f "$WORK/setup.done" ] || [ "$(cat "$WORK/setup.done")" != "$(setup_state)" ]; then
-        install_packages
-        install_venv
-        setup_state >"$WORK/setup.done"
-    fi
+    local group groups=()
+    for group; do
+        [ "$(cat "$WORK/setup/$group" 2>/dev/null)" = "$(setup_state "$group")" ] || groups+=("$group")
+    done
+    [ ${#groups[@]} != 0 ] || return 0
+    install_packages "${groups[@]}"
+    mkdir -p "$WORK/setup"
+    for group in "${groups[@]}"; do
+        case $group in
+            sim) install_python venv sim ;;  # for nodes
+            *) [ ! -f "$ROOT/setup/pypi/$group.txt" ] || install_python tools "$group" ;;  # for no node
+        esac
+        setup_state "$group" >"$WORK/setup/$group"
+    done
 }
 
 # This workspace only, whatever the caller has sourced.
@@ -88,9 +124,9 @@ environment() {
     # shellcheck disable=SC1091
     [ ! -f "$WORK/devel/setup.bash" ] || . "$WORK/devel/setup.bash"
     set -u
-    # last, as in PATH, so that it hides nothing: what the distribution lacks (MuJoCo), for /usr/bin/python3
+    # last, as in PATH, so that it hides nothing: what the distribution lacks (MuJoCo), for /usr/bin/python3; no tools
     for site in "$WORK"/venv/lib/python3*/site-packages; do
-        PYTHONPATH=${PYTHONPATH:+$PYTHONPATH:}$site
+        [ ! -d "$site" ] || PYTHONPATH=${PYTHONPATH:+$PYTHONPATH:}$site
     done
     export PYTHONPATH
     save_processor_time
@@ -141,19 +177,19 @@ forget_another_place() {
     place=$(cat "$WORK/place" 2>/dev/null || echo "$ROOT $WORK")
     if [ "$place" != "$ROOT $WORK" ]; then
         echo "moved or copied from ${place% *}: rebuilt"
-        rm -rf "$WORK/build" "$WORK/devel" "$WORK/install" "$WORK/venv" "$WORK/setup.done"
+        rm -rf "$WORK/build" "$WORK/devel" "$WORK/install" "$WORK/venv" "$WORK/tools" "$WORK/setup"
     fi
     echo "$ROOT $WORK" >"$WORK/place"
     touch "$WORK/CATKIN_IGNORE"  # no other workspace shall look in here for packages
 }
 
-# One at a time: two runs in the same clone must not set up the same folder at once.
+# prepare GROUP ...: set up and build. One at a time: two runs in the same clone must not set up the same folder at once.
 prepare() {
     make_work_folder
     exec 9>"$WORK/lock"
     flock 9
     forget_another_place
-    setup
+    setup "$@"
     build
     exec 9>&-
 }

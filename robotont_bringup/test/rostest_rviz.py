@@ -89,7 +89,7 @@ class RvizTest(NodeTest):
     def test_the_drive_of_figures_11_and_12(self):
         robot = self.start_robot()
         config, view = seen_from_above("odometry.rviz", self.stage.folder)
-        self.stage.show("rviz.launch", f"config:={config}", log=self.log)
+        self.stage.show("rviz.launch", f"view:={config}", log=self.log)
         self.see_content(5)
         before = self.see_at(0.0, 0.0)
         picture = self.stage.picture()
@@ -145,14 +145,14 @@ class RvizTest(NodeTest):
 
     def test_a_display_that_complains_is_seen(self):
         config = drawn_seldom("odometry.rviz", self.stage.folder)
-        self.stage.show("rviz.launch", f"config:={config}", "fixed_frame:=nowhere", log=self.log)
+        self.stage.show("rviz.launch", f"view:={config}", "namespace:=/nowhere", log=self.log)
         self.wait_to_see(lambda picture: sight.complaints(picture) > 100, "complaints about a frame that is not")
 
     def test_navigation(self):
         self.start_robot()
         stand_in = NavigationStandIn(self)
         config = drawn_seldom("navigation.rviz", self.stage.folder)
-        self.stage.show("rviz.launch", "view:=navigation", f"config:={config}", log=self.log)
+        self.stage.show("rviz.launch", f"view:={config}", log=self.log)
         wait_for(stand_in.is_heard, "RViz to subscribe")
         timer = rospy.Timer(rospy.Duration(0.2), lambda _event: stand_in.publish())
         self.addCleanup(timer.shutdown)
@@ -162,7 +162,7 @@ class RvizTest(NodeTest):
     def test_two_robots(self):
         robots = [self.start_robot("robot1"), self.start_robot("robot2", SHIPPED)]
         config, _ = seen_from_above("two_robots.rviz", self.stage.folder)
-        self.stage.show("rviz_two_robots.launch", f"config:={config}", log=self.log)
+        self.stage.show("rviz_two_robots.launch", f"view:={config}", log=self.log)
         self.see_content(8)
         height = sight.VIEW[0].stop - sight.VIEW[0].start
         upper, lower = slice(0, height // 2), slice(height // 2, height)

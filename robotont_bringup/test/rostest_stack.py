@@ -9,7 +9,6 @@ import struct
 import xmlrpc.client
 
 import numpy as np
-import rosparam
 import rospy
 import rostest
 import yaml
@@ -25,7 +24,7 @@ from robotont_driver.se2 import pose_of
 from robotont_driver.wheels import read_wheels
 from robotont_testing.harness import START, suspended, wait_for
 from robotont_testing.node_test import ERROR, OK, NodeTest, twist
-from robotont_testing.robots import WHEEL_PARAMS
+from robotont_testing.robots import WHEEL_PARAMS, robot_folder
 from robotont_testing.stand_in_board import Board
 
 SHIPPED = yaml.safe_load(WHEEL_PARAMS.read_text())
@@ -39,7 +38,7 @@ UNEVEN = {
 class Robot:
     """A board, the stack in a namespace, and the truth about both. `described`: with the robot's model."""
 
-    def __init__(self, test, namespace="", parameters=SHIPPED, arguments=(), described=False, **board):
+    def __init__(self, test, namespace="", parameters=SHIPPED, arguments=(), described=False, nodes=None, **board):
         self.test = test
         self.name = namespace or "robot"
         self.kinematics = Kinematics(read_wheels(parameters))
@@ -49,13 +48,11 @@ class Robot:
         self.truth = Pose()
         self.board.plug()
         test.addCleanup(self.board.__exit__)
-        self.parameters = test.processes.folder / (self.name + ".yaml")
-        self.parameters.write_text(yaml.safe_dump(parameters))
+        folder = robot_folder(test.processes.folder / (self.name + "_robot"), parameters, **(nodes or {}))
         self.log = test.processes.folder / (self.name + ".log")
         prefix = namespace + "/" if namespace else ""
         self.launch = test.processes.launch(
-            "robot.launch", f"port:={self.board.link}", f"wheel_params:={self.parameters}",
-            f"namespace:=/{namespace}", f"frame_prefix:={prefix}",
+            "robot.launch", f"port:={self.board.link}", f"robot:={folder}", f"namespace:=/{namespace}",
             f"composed:={str(test.composed).lower()}", f"description:={str(described).lower()}", *arguments,
             log=self.log)
         self.odom = test.listen(f"/{prefix}odom", Odometry)
@@ -164,9 +161,7 @@ class StackTest(NodeTest):
             robot.board.unplug()
 
     def test_a_subscriber_that_stops_reading_holds_up_nobody(self):
-        listening = self.processes.folder / "driver.yaml"
-        listening.write_text("robotont_node: {packets_from_outside: true}")
-        robot = Robot(self, arguments=[f"driver_params:={listening}"])
+        robot = Robot(self, nodes={"robotont_node": {"packets_from_outside": True}})
         hung = self.subscribe_without_reading("/odom", Odometry)
         wait_for(lambda: self.subscribers("/odom") == 2, "the second subscriber")
         read = self.publisher("serial_read", String)
@@ -223,8 +218,7 @@ class StackTest(NodeTest):
         board = Board(str(self.processes.folder / "basic"))
         self.addCleanup(board.__exit__)
         board.plug()
-        rosparam.set_param("/serial_com_node/port", board.link)
-        self.processes.launch("driver_basic.launch")
+        self.processes.launch("driver_basic.launch", f"port:={board.link}")
         odom = self.listen("/odom", Odometry)
         command = self.publisher("/cmd_vel", Twist)
         wait_for(lambda: odom, "odometry")

@@ -22,8 +22,8 @@ SEEDS = {"packet": LINES, "parameters": YAML, "wheel_file": YAML, "world": YAML,
 
 pytestmark = [
     pytest.mark.long,
-    pytest.mark.skipif(importlib.util.find_spec("atheris") is None, reason="no atheris: .build/venv/bin/python -m pip "
-                       "install -r setup/requirements-fuzzing.txt (CPython 3.11 and newer, x86-64)")]
+    pytest.mark.skipif(importlib.util.find_spec("atheris") is None, reason="no atheris: .build/tools/bin/python -m pip "
+                       "install -r setup/pypi/fuzzing.txt (CPython 3.11 and newer, x86-64)")]
 
 
 @pytest.mark.parametrize("parser", SEEDS)

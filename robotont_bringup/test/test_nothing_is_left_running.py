@@ -4,6 +4,7 @@ import contextlib
 import os
 import signal
 import subprocess
+import sys
 import uuid
 from pathlib import Path
 
@@ -23,6 +24,11 @@ MADE_LAST = {"demo": "demo.png", "pictures": "two_robots.png"}  # by those that 
 ENDINGS = [("demo", "SIGHUP"), ("bench", "SIGINT"), ("pictures", "SIGTERM"), ("sim", "SIGKILL"),
            *(pytest.param(*pair, marks=pytest.mark.long) for pair in (
                ("demo", "SIGTERM"), ("demo", "SIGKILL"), ("bench", "SIGTERM")))]
+# Its signals as in a terminal, also where these tests run under nohup or in a shell's background.
+IN_A_TERMINAL = """import os, signal, sys
+for number in signal.SIGHUP, signal.SIGINT:
+    signal.signal(number, signal.SIG_DFL)
+os.execv(sys.argv[1], sys.argv[1:])"""
 
 
 def programs(mark):
@@ -45,9 +51,9 @@ def test_nothing_is_left(command, ending, tmp_path):
                    **dict([mark.split("=")])}
     environment.pop("DISPLAY", None)
     with open(str(tmp_path / "output"), "wb") as output:
-        process = subprocess.Popen([str(ROBOTONT), command, *(word.format(folder=tmp_path) for word in arguments)],
-                                   env=environment, stdin=subprocess.DEVNULL, stdout=output, stderr=output,
-                                   start_new_session=True)
+        process = subprocess.Popen([sys.executable, "-c", IN_A_TERMINAL, str(ROBOTONT), command,
+                                    *(word.format(folder=tmp_path) for word in arguments)], env=environment,
+                                   stdin=subprocess.DEVNULL, stdout=output, stderr=output, start_new_session=True)
     try:
         wait_for(lambda: in_the_middle <= set().union(*programs(mark).values()), f"the middle of {command}", 60.0, 0.1)
         if ending in ("SIGINT", "SIGHUP"):  # a terminal sends these to all of its foreground processes

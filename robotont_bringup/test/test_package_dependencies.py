@@ -3,6 +3,7 @@
 import ast
 import importlib.util
 import re
+import sys
 import sysconfig
 from functools import lru_cache
 from pathlib import Path
@@ -24,8 +25,9 @@ ROSDEP_KEYS = {  # of modules that are no ROS packages
 }
 ON_THE_BOARD = {"machine", "micropython", "pyb", "stm"}  # modules of MicroPython
 # What a robot needs to drive: nothing for drawing, calibrating, recording or testing.
-ON_A_ROBOT = {"diagnostic_msgs", "diagnostic_updater", "geometry_msgs", "nav_msgs", "python3-numpy", "python3-serial",
-              "python3-yaml", "rosgraph", "rospy", "sensor_msgs", "std_msgs", "std_srvs", "tf2_msgs", "tf2_ros"}
+ON_A_ROBOT = {"diagnostic_msgs", "diagnostic_updater", "geometry_msgs", "nav_msgs", "python3-numpy",
+              "python3-rospkg", "python3-serial", "python3-yaml", "rosgraph", "rospy", "sensor_msgs", "std_msgs",
+              "std_srvs", "tf2_msgs", "tf2_ros"}
 # Under the official stack's file names, for packages that include them; they start what stands above.
 OFFICIAL = {"robotont_driver/launch/fake_driver.launch"}
 # The packages of github.com/robotont and its courses. Two of one name cannot share a workspace, so ours take no name of
@@ -35,7 +37,7 @@ OFFICIAL_PACKAGES = {
     "robotont_gazebo", "robotont_lite_description", "robotont_msgs", "robotont_navigation", "robotont_nuc_description",
     "robotont_sensors", "robotont_support", "robotont_tutorials", "robotont_webapp", "ros_koolitus",
 }
-NO_KEY = {"atheris", "zxingcpp"}  # of setup/requirements*.txt; rosdep has no name for them. For tests only
+NO_KEY = {"atheris"}  # of setup/pypi; rosdep has no name for them. For tests only
 WHERE_INSTALLED = {"robotont_msgs"}  # messages of the official robot: used where they are, and missed nowhere else
 
 
@@ -73,7 +75,7 @@ def imported(package, *folders):
 @lru_cache(maxsize=None)
 def is_standard(name):
     """Whether a module belongs to Python itself."""
-    if name in ON_THE_BOARD:
+    if name in ON_THE_BOARD or name in sys.builtin_module_names:
         return True
     if name in ROSDEP_KEYS or name in ORDER:
         return False

@@ -5,7 +5,7 @@ import importlib
 import pytest
 
 NODES = {
-    "robotont_driver": ("driver_node", "odom_node", "path_node", "robotont_node", "serial_com_node"),
+    "robotont_driver": ("driver_node", "odom_node", "robotont_node", "serial_com_node"),
     "robotont_operations": ("recorder_node",),
     "robotont_simulator": ("simulator_node",),
     "robotont_teleop": ("cmd_vel_mux", "gamepad_teleop", "keyboard_teleop", "web_teleop_node"),

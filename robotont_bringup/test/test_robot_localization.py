@@ -62,7 +62,5 @@ def test_the_frames_are_those_of_the_driver_and_only_one_publishes_the_transform
     assert GIVEN["publish_tf"] is True
     assert GIVEN["world_frame"] == GIVEN["odom_frame"] == "odom"
     assert GIVEN["two_d_mode"] is True
-    for file in ("robot.launch", "simulation.launch"):
-        assert launch(file).find("arg[@name='publish_tf']").get("default") == "true"
-    switch = launch("robot.launch").find(".//param[@name='odom_node/publish_tf']")
-    assert (switch.get("unless"), switch.get("value")) == ("$(arg publish_tf)", "false")
+    assert launch("robot.launch").find("arg[@name='publish_tf']").get("default") == "true"
+    assert launch("robot.launch").find(".//param[@name='publish_tf']").get("value") == "$(arg publish_tf)"

@@ -15,7 +15,7 @@ from robotont_testing.harness import free_port, wait_for
 
 ROOT = Path(__file__).resolve().parents[2]
 COMMANDS = ["demo", "sim", "keys", "rviz", "test", "bench", "wheels", "flash", "pictures", "lint", "shell", "build",
-            "setup", "network", "status", "report", "install-robot"]
+            "setup", "release", "network", "status", "report", "install-robot"]
 # Root may write everywhere; with these words before a command it may not.
 WITHOUT_RIGHTS = ["setpriv", "--bounding-set=-all", "--inh-caps=-all"] if os.getuid() == 0 else []
 
@@ -27,14 +27,15 @@ def clone(folder):
         shutil.copy(str(ROOT / name), str(folder))
     for name in ("setup", "launch", "robotont_testing"):
         shutil.copytree(str(ROOT / name), str(folder / name))
+    (folder / "docs").mkdir()
+    shutil.copy(str(ROOT / "docs" / "systems.md"), str(folder / "docs"))
     return folder
 
 
 def clone_that_needs_nothing(folder):
     """A clone without packages, whose build takes seconds."""
     clone(folder)
-    for name in ("debian", "noetic", "requirements"):
-        (folder / "setup" / f"{name}.txt").write_text("")
+    (folder / "setup" / "packages.txt").write_text("")
     (folder / "CMakeLists.txt").write_text("cmake_minimum_required(VERSION 3.10)\nproject(none NONE)\n")
     return folder
 
@@ -116,26 +117,27 @@ def test_another_folder_takes_all_that_is_made(tmp_path):
 
 def test_nobody_else_may_write_what_is_built_nor_is_half_an_environment_taken_for_one(tmp_path):
     folder = clone_that_needs_nothing(tmp_path / "clone")
-    interrupted = folder / ".build" / "venv.new"
+    (folder / "setup" / "pypi" / "lint.txt").write_text("# none\n")
+    interrupted = folder / ".build" / "tools.new"
     interrupted.mkdir(parents=True)
     (interrupted / "half").write_text("")
-    result = robotont(folder, "build", before=["bash", "-c", 'umask 000; exec "$@"', "bash"])
+    result = robotont(folder, "setup", "robot", "lint", before=["bash", "-c", 'umask 000; exec "$@"', "bash"])
     assert result.returncode == 0, result.stdout
     made = [path for path in (folder / ".build").rglob("*") if not path.is_symlink()]
     assert folder / ".build" / "lock" in made
     assert not [path for path in made if path.stat().st_mode & 0o022]
-    assert (folder / ".build" / "venv" / "bin" / "pip").exists()
-    assert not (folder / ".build" / "venv" / "half").exists()
+    assert (folder / ".build" / "tools" / "bin" / "pip").exists()
+    assert not (folder / ".build" / "tools" / "half").exists()
 
 
 def test_half_a_virtual_environment_is_made_anew(tmp_path):
     folder = clone(tmp_path / "clone")
-    (folder / "setup" / "requirements.txt").write_text("")
+    (folder / "setup" / "pypi" / "sim.txt").write_text("")
     venv = folder / ".build" / "venv"
     (venv / "bin").mkdir(parents=True)
     (venv / "bin" / "python").symlink_to("/usr/bin/python3")  # as when it was interrupted before pip came
     (venv / "pyvenv.cfg").write_text("home = /usr/bin\ninclude-system-site-packages = false\n")
-    result = functions(folder, "install_venv")
+    result = functions(folder, "install_python venv sim")
     assert result.returncode == 0, result.stdout
     assert subprocess.run([str(venv / "bin" / "python"), "-m", "pip", "--version"], check=False,
                           stdout=subprocess.DEVNULL).returncode == 0
@@ -143,14 +145,52 @@ def test_half_a_virtual_environment_is_made_anew(tmp_path):
 
 def test_what_only_the_callers_environment_has_does_not_count_as_installed(tmp_path, monkeypatch):
     folder, site = clone(tmp_path / "clone"), tmp_path / "site"
-    (folder / "setup" / "requirements.txt").write_text("elsewhere==1.0\n")
+    (folder / "setup" / "pypi" / "sim.txt").write_text("elsewhere==1.0\n")
     (site / "elsewhere-1.0.dist-info").mkdir(parents=True)
     (site / "elsewhere-1.0.dist-info" / "METADATA").write_text("Metadata-Version: 2.1\nName: elsewhere\nVersion: 1.0\n")
     monkeypatch.setenv("PYTHONPATH", str(site))  # as in the shell of another clone
     monkeypatch.setenv("PIP_NO_INDEX", "1")
-    result = functions(folder, "install_venv")
+    result = functions(folder, "install_python venv sim")
     assert result.returncode != 0, result.stdout
     assert "pip failed" in result.stdout
+
+
+def test_a_robot_needs_nothing_from_pypi(tmp_path, monkeypatch):
+    """A build, and the environment of nodes after the tests' tools have come."""
+    monkeypatch.setenv("PIP_NO_INDEX", "1")
+    folder = clone_that_needs_nothing(tmp_path / "clone")
+    result = robotont(folder, "build")
+    assert result.returncode == 0, result.stdout
+    assert not list((folder / ".build").glob("*/bin/python"))
+    (folder / ".build" / "tools" / "lib" / "python3.11" / "site-packages").mkdir(parents=True)
+    assert "tools" not in functions(folder, "environment; echo $PYTHONPATH:$PATH").stdout
+
+
+def test_each_group_installs_its_own(tmp_path):
+    folder = clone(tmp_path / "clone")
+    script = 'install_packages() { echo "packages $*"; }; install_python() { echo "python $*"; }; mkdir .build; '
+    first = functions(folder, f"cd '{folder}'; {script} setup robot flash; setup robot flash sim; setup robot sim")
+    assert first.stdout.splitlines() == ["packages robot flash", "python tools flash",
+                                         "packages sim", "python venv sim"]
+
+
+@pytest.mark.parametrize("system, ros, found", [
+    ("gentoo-2", "", "gentoo-2 is not in docs/systems.md: install these packages"),
+    ("ubuntu-22.04", "", "no ROS 1 in /opt/ros: docs/systems.md tells how it comes to ubuntu-22.04"),
+    ("ubuntu-22.04", "/opt/ros/one", "apt-get install"),
+])
+def test_an_unknown_system_gets_one_clear_line(system, ros, found, tmp_path):
+    folder = clone(tmp_path / "clone")
+    (folder / ".build").mkdir()
+    head = (f"set -euo pipefail; ROOT='{folder}'; WORK='{folder}/.build'; fail() {{ echo \"$*\"; exit 1; }}; "
+            f". '{folder}/setup/workspace.bash'; system_name() {{ echo {system}; }}; opt_ros() {{ echo {ros}; }}; "
+            "dpkg-query() { return 1; }; as_root() { echo \"$*\" >&3; }; exec 3>&1; install_packages robot")
+    result = subprocess.run(["bash", "-c", head], check=False, text=True, stdout=subprocess.PIPE,
+                            stderr=subprocess.STDOUT)
+    assert found in result.stdout
+    assert "depthimage" not in result.stdout.replace("ros-noetic-depthimage", "")
+    assert ("apt-get" in result.stdout) == bool(ros)
+    assert result.returncode == (0 if ros else 1)
 
 
 @pytest.mark.parametrize("how", ["moved", "copied"])
@@ -158,7 +198,7 @@ def test_a_clone_in_another_place_is_built_anew(how, tmp_path):
     first, second = clone(tmp_path / "first"), tmp_path / "second"
     prepare = "setup() { :; }; build() { :; }; prepare"
     assert functions(first, prepare).stdout == ""
-    for name in ("build", "devel", "venv"):
+    for name in ("build", "devel", "tools"):
         (first / ".build" / name).mkdir()
         (first / ".build" / name / "of_first").write_text("")
     assert functions(first, prepare).stdout == ""
@@ -168,6 +208,12 @@ def test_a_clone_in_another_place_is_built_anew(how, tmp_path):
         shutil.rmtree(str(first))
     assert f"moved or copied from {first}: rebuilt" in functions(second, prepare).stdout
     assert not list((second / ".build").glob("*/of_first"))
+
+
+def test_a_misspelt_argument_of_sim_is_refused():
+    result = robotont(ROOT, "sim", "world:=room", "wrold:=room")
+    assert result.returncode != 0
+    assert "no argument wrold:=room; there are: address " in result.stdout + (result.stderr or "")
 
 
 @contextlib.contextmanager
@@ -210,8 +256,7 @@ def test_lint_needs_no_git_and_leaves_what_is_built_alone(tmp_path):
     archive = clone(tmp_path / "archive")
     (archive / ".build" / "devel").mkdir(parents=True)
     (archive / ".build" / "devel" / "others.py").write_text("")
-    ruff = Path(os.environ["PYTHONPATH"].split(":")[-1]).parents[2] / "bin" / "ruff"
-    result = subprocess.run([str(ruff), "check", "--show-files", "."], cwd=str(archive), check=True, text=True,
+    result = subprocess.run(["ruff", "check", "--show-files", "."], cwd=str(archive), check=True, text=True,
                             stdout=subprocess.PIPE)
     assert f"{archive}/robotont_testing/setup.py" in result.stdout
     assert "others.py" not in result.stdout

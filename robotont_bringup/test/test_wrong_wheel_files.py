@@ -1,5 +1,6 @@
-"""Every program that takes a wheel file answers a wrong one alike: exit status 1, one message, the name of the file."""
+"""Every program that takes a wheel file or a robot answers a wrong one alike: status 1, a message, the file's name."""
 
+import re
 import runpy
 import sys
 from pathlib import Path
@@ -10,9 +11,9 @@ ROOT = Path(__file__).resolve().parents[2]
 PROGRAMS = {
     "robotont_calibration/scripts/calibrate_wheels": ["--wheel-params", "FILE", "square=DRIVE"],
     "robotont_calibration/scripts/odometry_report": ["DRIVE", "--wheel-params", "FILE"],
-    "robotont_description/scripts/describe": ["wheel_params:=FILE"],
-    "robotont_description/scripts/robot_radius": ["FILE"],
-    "robotont_driver/scripts/turned_wheels": ["--wheel-params", "FILE"],
+    "robotont_description/scripts/describe": ["robot:=FOLDER"],
+    "robotont_description/scripts/robot_radius": ["robot:=FOLDER"],
+    "robotont_driver/scripts/turned_wheels": ["robot:=FOLDER"],
     "robotont_simulator/scripts/fast_drive": ["--wheel-params", "FILE"],
     "robotont_simulator/scripts/show_model": ["robot.png", "--wheel-params", "FILE"],
 }
@@ -33,7 +34,8 @@ def test_a_wrong_wheel_file(program, content, words, tmp_path, monkeypatch, caps
     drive.write_text("time,m0,m1,m2\n0.00,1,2,3\n0.02,1,2,3\n")
     if content is not None:
         file.write_bytes(content)
-    arguments = [word.replace("FILE", str(file)).replace("DRIVE", str(drive)) for word in PROGRAMS[program]]
+    names = {"FILE": str(file), "FOLDER": str(tmp_path), "DRIVE": str(drive)}
+    arguments = [re.sub("FILE|FOLDER|DRIVE", lambda match: names[match.group()], word) for word in PROGRAMS[program]]
     monkeypatch.setattr(sys, "argv", [program, *arguments])
     monkeypatch.chdir(tmp_path)
     with pytest.raises(SystemExit) as end:

@@ -15,7 +15,7 @@ from robotont_description.geometry import laser_height, lower_plate_radius, robo
 from robotont_description.model import urdf
 from robotont_driver.kinematics import wheel_matrix
 from robotont_driver.wheels import read_wheels
-from robotont_testing.robots import BARE, ROBOTS, SHIPPED
+from robotont_testing.robots import BARE, ROBOTS, SHIPPED, robot_folder
 
 SOLIDS = ["body_link", "pc_link", "battery_link", "camera_link", "main_board_link"]
 PER_WHEEL = ["wheel_{}_link", "motor_{}_link", "motor_board_{}_link"]
@@ -64,9 +64,7 @@ def parameters(request):
 
 @pytest.fixture(scope="module")
 def text(parameters, tmp_path_factory):
-    file = tmp_path_factory.mktemp("robot") / "wheel_params.yaml"
-    file.write_text(yaml.safe_dump(parameters))
-    return urdf(str(file))
+    return urdf(robot_folder(tmp_path_factory.mktemp("robot"), parameters))
 
 
 @pytest.fixture(scope="module")
@@ -235,22 +233,20 @@ def test_a_prefix_is_put_before_every_link_and_joint():
 
 def test_wrong_parameters_are_refused_as_the_driver_does(tmp_path):
     file = tmp_path / "wheel_params.yaml"
-    file.write_text(yaml.safe_dump({**BARE, "wheelRadius": -1.0, "wheelRads": [1, 2]}))
     with pytest.raises(ValueError, match="wheel") as error:
-        urdf(str(file))
+        urdf(robot_folder(tmp_path, {**BARE, "wheelRadius": -1.0, "wheelRads": [1, 2]}))
     assert [fault.split(": ")[:2] for fault in str(error.value).splitlines()] == [
         [str(file), "wheelRads"], [str(file), "wheelRadius"]]
 
 
 @pytest.mark.parametrize("argument, words", [
-    ("wheel_params:=/nowhere.yaml", "/nowhere.yaml"),
-    ("wheel_param:=x", "no such argument wheel_param:=x"),
-    ("wheel_params:=BAD", "bad.yaml: wheelAmount: found 2"),
+    ("robot:=/nowhere", "/nowhere"),
+    ("wheel_params:=x", "no such argument wheel_params:=x"),
+    ("robot:=BAD", "wheel_params.yaml: wheelAmount: found 2"),
 ])
 def test_describe_says_what_is_wrong(argument, words, tmp_path):
-    file = tmp_path / "bad.yaml"
-    file.write_text(yaml.safe_dump({**SHIPPED, "wheelAmount": 2}))
-    result = subprocess.run([str(DESCRIBE), argument.replace("BAD", str(file))], capture_output=True,
+    robot_folder(tmp_path, {**SHIPPED, "wheelAmount": 2})
+    result = subprocess.run([str(DESCRIBE), argument.replace("BAD", str(tmp_path))], capture_output=True,
                             text=True, check=False)
     assert result.returncode == 1
     assert words in result.stderr
@@ -267,7 +263,7 @@ def test_without_xacro_it_says_where_there_is_one():
     result = subprocess.run(["/usr/bin/python3", str(DESCRIBE)], env=environment, check=False, capture_output=True,
                             text=True)
     assert result.returncode == 1
-    assert "describe: No module named 'xacro': use ./robotont shell" in result.stderr
+    assert "describe: No module named 'xacro': ./robotont setup sim" in result.stderr
 
 
 def test_xacro_alone_gives_the_same_model(tmp_path):

@@ -1,15 +1,26 @@
-"""Checks for a launch file that the ROS packages it starts are there, before anything is started.
+"""Checks for a launch file, before anything is started: the packages it starts are there, its nodes do not run yet.
 
-A launch file calls it in its first tag, `<param name="..." command="$(find robotont_bringup)/require ..."/>`. Where
-packages are missing it prints one line that names them and how to get them, and exits with 1; roslaunch then ends with
-an error of its own, which names the command. Without it roslaunch omits a node whose package is missing and goes
-on, or prints all folders of ROS_PACKAGE_PATH.
+A launch file calls it in its first tag, `<param name="..." command="$(find robotont_bringup)/require ..."/>`. What is
+wrong is one line on stderr, and the exit status 1; roslaunch then ends with an error of its own, which names the
+command, and has touched nothing. Without it roslaunch omits a node whose package is missing and goes on, or prints all
+folders of ROS_PACKAGE_PATH; and two launches of the same nodes, each of which starts its own again, end each other's
+for ever.
 """
 
 import argparse
+import http.client
+import os
+import socket
 import sys
+import xml.parsers.expat
+import xmlrpc.client
+from urllib.parse import urlsplit
 
 import rospkg
+
+CALLER = "/robotont_require"
+PATIENCE = 1.0  # [s] for each answer
+RPC_ERRORS = (OSError, ValueError, xmlrpc.client.Error, http.client.HTTPException, xml.parsers.expat.ExpatError)
 
 
 def missing(packages, paths=None):
@@ -27,14 +38,50 @@ def words(launch_file, packages, debian_package=None):
             f"which {'are' if several else 'is'} missing: {remedy}")
 
 
+def running(names, master_uri):
+    """(name, words on its process) of the first of these nodes that the master knows and that is there, or None.
+
+    Also of one that hangs: when it goes on, its roslaunch would start it again, beside the new one.
+    """
+    socket.setdefaulttimeout(PATIENCE)
+    for name in names:
+        try:
+            code, _, uri = xmlrpc.client.ServerProxy(master_uri).lookupNode(CALLER, name)
+        except RPC_ERRORS:
+            return None  # no master, or none that answers
+        if code == 1 and _listens(uri):
+            try:
+                return name, f"process {xmlrpc.client.ServerProxy(uri).getPid(CALLER)[2]} on {urlsplit(uri).hostname}"
+            except RPC_ERRORS:
+                return name, f"it does not answer at {uri}"
+    return None
+
+
+def _listens(uri):
+    """Whether a process has the port of a node's URI; not when it was killed, or its computer is out of reach."""
+    try:
+        socket.create_connection((urlsplit(uri).hostname, urlsplit(uri).port)).close()
+    except (OSError, ValueError):
+        return False
+    return True
+
+
 def main():
-    """Print "true" when all packages are there; else the line on stderr, and exit with 1."""
-    parser = argparse.ArgumentParser(description="Check that ROS packages are there; used by launch files.")
+    """Print "true" when all is as it should be; else the line on stderr, and exit with 1."""
+    parser = argparse.ArgumentParser(description="Check what a launch file needs; used by launch files.")
     parser.add_argument("launch_file", help="who asks")
     parser.add_argument("--debian", metavar="PACKAGE", help="what installs them; without: packages of this repository")
-    parser.add_argument("packages", nargs="+", help="ROS packages")
-    options = parser.parse_args()
-    lacking = missing(options.packages)
+    parser.add_argument("packages", nargs="*", help="ROS packages")
+    parser.add_argument("--free", nargs="+", default=(), metavar="NODE", help="names that no running node may have")
+    options = parser.parse_intermixed_args()
+    lacking = missing(options.packages) if options.packages else ()
     if lacking:
         sys.exit(words(options.launch_file, lacking, options.debian))
+    master_uri = os.environ.get("ROS_MASTER_URI", "")
+    other = running(["/" + "/".join(filter(None, name.split("/"))) for name in options.free], master_uri)
+    if other:
+        name, process = other
+        sys.exit(f"{options.launch_file}: {name} runs already on ROS master {master_uri}: {process}. Use that one, or "
+                 "end it first: Ctrl-C where it was started, sudo systemctl stop 'robotont*' for the services, else "
+                 f"rosnode kill {name}. For another robot: namespace:=NAME")
     print("true")

@@ -7,12 +7,13 @@ the same two files.
 import argparse
 import functools
 import math
+import socket
 import sys
 from pathlib import Path
 
 import rospkg
 
-from robotont_driver.wheel_file import read_wheel_file
+from robotont_driver.robots import read_robot
 from robotont_driver.yaml_file import read_mapping
 
 
@@ -54,20 +55,24 @@ def laser_height(wheels):
     return deck + sizes()["laser_above_deck"]
 
 
-def shipped_wheel_file(name="wheel_params.yaml"):
-    """Path of a wheel file that robotont_bringup ships. Raises OSError where the package is not installed."""
-    try:
-        return Path(rospkg.RosPack().get_path("robotont_bringup")) / "config" / name
-    except rospkg.ResourceNotFound:
-        raise OSError(f"found no package robotont_bringup with a {name}, allowed: the name of a wheel file") from None
+def radius_of(whose):
+    """[m] for `robot:=NAME or FOLDER`, or the robot that runs in `namespace:=NAME`. Raises OSError, ValueError."""
+    kind, _, name = whose.partition(":=")
+    if kind != "namespace":
+        return robot_radius(read_robot(name).wheels)
+    from robotont_driver.node import running_wheels  # here: the simulator needs no ROS for its geometry
+
+    socket.setdefaulttimeout(5.0)  # [s] a master that hangs
+    return robot_radius(running_wheels("/" + name.strip("/")))
 
 
 def main():
     """Print the radius [m]; exit status 1 and a message when the wheel parameters are wrong."""
-    parser = argparse.ArgumentParser(description="Print the radius of the robot's round footprint [m].")
-    parser.add_argument("wheel_params", nargs="?", help="wheel_params.yaml [config/wheel_params.yaml]")
-    options = parser.parse_args()
+    parser = argparse.ArgumentParser(description="Print the radius of a robot's round footprint [m].")
+    parser.add_argument("whose", nargs="?", default="robot:=",
+                        help="robot:=NAME or FOLDER; namespace:=NAME for the robot that runs there [robot:=thesis]")
     try:
-        print(robot_radius(read_wheel_file(options.wheel_params or shipped_wheel_file())[0]))
+        print(radius_of(parser.parse_args().whose))
     except (OSError, ValueError) as error:
-        sys.exit(f"robot_radius: {error}")
+        no_master = "" if not isinstance(error, ConnectionError) else ": no robot runs, start robot.launch first"
+        sys.exit(f"robot_radius: {error}{no_master}")

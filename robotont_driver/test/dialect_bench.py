@@ -20,7 +20,7 @@ SQUARE = ((0.2, 0, 0), (0, 0.2, 0), (-0.2, 0, 0), (0, -0.2, 0))  # twists, [m/s]
 
 
 def official_wheels(**keys):
-    """`Wheels` of wheel_params_robotont2.yaml."""
+    """`Wheels` of the robot robotont2."""
     return read_wheels({**ROBOTONT2, **keys})
 
 

@@ -8,9 +8,17 @@ from robotont_testing.stand_in_board import Board
 REACH = 300  # [edges per period]
 
 
+class Reader(FeedbackReader):
+    """A reader of packets at 50 Hz, by the clock of the `Sender`s."""
+
+    def feed(self, data):
+        """As the packet that was made last arrives."""
+        return super().feed(data, Sender.now)
+
+
 def reader(mode="auto", wheels=3):
     """A fresh reader of that mode."""
-    return FeedbackReader(wheels, REACH, mode)
+    return Reader(wheels, REACH, 50.0, mode)
 
 
 def total(packets):
@@ -19,7 +27,9 @@ def total(packets):
 
 
 class Sender:
-    """Feedback packets of a board that drives at random."""
+    """Feedback packets of a board that drives at random, 20 ms each. `now`: [s] the time, of all boards."""
+
+    now = 0.0
 
     def __init__(self, wheels=3, start=0, seed=1):
         self.board = Board("unused", wheels, start_totals=start)
@@ -27,6 +37,7 @@ class Sender:
         self.sent = []
 
     def packet(self, counts=None):
+        Sender.now += 0.02
         board = self.board
         counts = counts or [self.random.randint(-200, 200) for _ in range(board.wheels)]
         board.motors.follow(counts)

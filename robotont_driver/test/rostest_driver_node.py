@@ -9,6 +9,7 @@ import rospy
 import rostest
 from geometry_msgs.msg import Twist
 from std_msgs.msg import Bool, String
+from std_srvs.srv import Trigger
 
 from robotont_testing.harness import suspended, wait_for
 from robotont_testing.node_test import OK, WARN, NodeTest, twist
@@ -58,9 +59,9 @@ class DriverNodeTest(NodeTest):
         command.publish(twist(3.0, 0, 0))
         wait_for(lambda: any(message.data == "-9:0:9;\n" for message in written), "the limited packet")
         task = "limited/driver_node: command stream"
-        wait_for(lambda: command.publish(twist(3.0, 0, 0)) or self.values(task)["newest command limited"] == "True",
-                 "word of the limit", period=0.1)
-        self.assertEqual(self.status[task].level, OK)
+        wait_for(lambda: command.publish(twist(3.0, 0, 0)) or (self.values(task)["newest command limited"] == "True"
+                                                               and self.status[task].level == OK),
+                 "word of the limit, and no complaint", period=0.1)
 
     def test_the_newest_command_is_repeated_then_times_out_and_a_new_one_drives_again(self):
         before = len(self.written)
@@ -109,7 +110,45 @@ class DriverNodeTest(NodeTest):
         button.publish(False)
         self.wait_for_status(TASK, OK)
         assert set(self.packets()[before:]) == {ZEROS}
+        self.let_go_and_drive(self.command, lambda: self.packets()[-1] != ZEROS)
+        self.command.publish(twist())
+
+    def test_whoever_still_asks_for_motion_at_a_release_has_to_stop_first(self):
+        button = self.publisher("emergency_stop", Bool)
         self.drive(0.2, 0, 0, packet=FORWARD)
+        button.publish(True)
+        wait_for(lambda: self.packets()[-1] == ZEROS, "the stop")
+        before = len(self.written)
+        self.command.publish(twist(0.2))
+        button.publish(False)
+        wait_for(lambda: self.command.publish(twist(0.2)) or
+                 (TASK in self.status and "must stop once" in self.status[TASK].message), "word of it", period=0.05)
+        assert set(self.packets()[before:]) == {ZEROS}
+        self.let_go_and_drive(self.command, lambda: self.packets()[-1] != ZEROS)
+        self.command.publish(twist())
+
+    def test_the_false_of_others_and_a_latched_one_release_nothing_and_a_person_does(self):
+        stops = self.listen("emergency_stop/pressed_by", String, publishers=1)
+        mine = self.publisher("emergency_stop", Bool)
+        latched = self.processes.start("rostopic", "pub", "/emergency_stop", "std_msgs/Bool", "data: true")
+        wait_for(lambda: stops and stops[-1].data.startswith("/rostopic_"), "the press of rostopic")
+        mine.publish(False)
+        self.processes.start("rostopic", "pub", "/emergency_stop", "std_msgs/Bool", "data: false")
+        self.processes.start("rostopic", "pub", "-r", "50", "/emergency_stop", "std_msgs/Bool", "data: false")
+        self.processes.stop(latched, signal.SIGKILL)
+        mine.publish(True)
+        wait_for(lambda: rospy.get_name() in stops[-1].data, "two that press")
+        mine.publish(False)
+        wait_for(lambda: rospy.get_name() not in stops[-1].data, "its own release")
+        self.wait_for_status(TASK, WARN, "emergency stop")
+        assert stops[-1].data.startswith("/rostopic_")
+        release = rospy.ServiceProxy("emergency_stop/release", Trigger)
+        answers = []
+        wait_for(lambda: answers.append(release()) or answers[-1].success, "the release", period=0.1)  # else ask again
+        assert "/rostopic_" in answers[-1].message
+        wait_for(lambda: stops[-1].data == "", "the release")
+        self.let_go_and_drive(self.command, lambda: self.packets()[-1] != ZEROS)
+        self.command.publish(twist())
 
     def start_node(self, namespace, log=None):
         """(process, list of packets) of a driver_node in a namespace of its own."""
@@ -147,6 +186,7 @@ class DriverNodeTest(NodeTest):
         command = self.publisher("/restarted/cmd_vel", Twist)
         button.publish(True)
         self.wait_for_status("restarted/" + TASK, WARN, "emergency stop")
+        wait_for(lambda: rospy.get_param("/restarted/emergency_stop_pressed", []), "the parameter")
         self.processes.stop(node, signal.SIGKILL)
         wait_for(lambda: not command.get_num_connections(), "the end of the node")
         self.start_node("/restarted")
@@ -154,10 +194,12 @@ class DriverNodeTest(NodeTest):
         del written[:]
         wait_for(lambda: command.publish(twist(0.2)) or len(written) > 20, "packets", period=0.05)
         assert {message.data for message in written} == {ZEROS}
-        assert self.values("restarted/" + TASK)["emergency stop"] == "pressed"
+        assert self.values("restarted/" + TASK)["emergency stop"] == rospy.get_name()
         wait_for(button.get_num_connections, "the button's connection")
         button.publish(False)
-        wait_for(lambda: command.publish(twist(0.2)) or written[-1].data == FORWARD, "a driving robot", period=0.05)
+        wait_for(lambda: command.publish(twist(0.2)) or
+                 "must stop once" in self.status["restarted/" + TASK].message, "word of it", period=0.05)
+        self.let_go_and_drive(command, lambda: written[-1].data != ZEROS)
 
     def test_commands_that_waited_while_the_node_was_stopped_do_not_drive(self):
         node, written = self.start_node("/stalled")

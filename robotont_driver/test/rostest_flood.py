@@ -9,7 +9,7 @@ from geometry_msgs.msg import Twist
 from std_msgs.msg import Bool
 
 from robotont_testing.harness import wait_for
-from robotont_testing.node_test import NodeTest, twist
+from robotont_testing.node_test import NodeTest
 from robotont_testing.stand_in_board import Board, speeds_of
 
 BYTE_RATE = 11520  # [bytes/s] of a line of 115200 baud
@@ -40,7 +40,7 @@ class FloodTest(NodeTest):
         self.processes.node("serial_com_node", f"_port:={self.board.link}")
         self.button = self.publisher("emergency_stop", Bool)
         self.command = self.publisher("cmd_vel", Twist)
-        wait_for(lambda: self.command.publish(twist(0.1)) or any(self.board.speeds), "a driving robot", period=0.05)
+        self.let_go_and_drive(self.command, lambda: any(self.board.speeds), 0.1)
 
     def last_motion(self):
         """[s] when the board heard the newest command that is not zero."""
@@ -66,7 +66,7 @@ class FloodTest(NodeTest):
             self.assertFalse(any(self.board.speeds))
             self.processes.stop(sender)
             self.button.publish(False)
-            wait_for(lambda: self.command.publish(twist(0.1)) or any(self.board.speeds), "a driving robot", period=0.05)
+            self.let_go_and_drive(self.command, lambda: any(self.board.speeds), 0.1)
 
     def test_the_end_of_a_flood_is_the_end_of_its_commands(self):
         """Silence stops after driver_node's time-out, 0.5 s, and not later."""

@@ -98,6 +98,16 @@ class OdomNodeTest(NodeTest):
         self.assertGreater(self.odom[-1].pose.covariance[0], self.odom[0].pose.covariance[0])
         self.assertGreater(self.pose()[0], 0.09)
 
+    def test_counts_in_doubt_widen_the_covariance_and_move_nothing(self):
+        self.send([(0, 0, 0)])
+        before = self.odom[-1].pose.covariance
+        self.publisher("serial_doubt", String).publish("50:0:50;\n")
+        wait_for(lambda: self.send([(0, 0, 0)]) or self.odom[-1].pose.covariance[0] > before[0], "a wider covariance")
+        self.assertEqual(self.pose(), (0.0, 0.0, 0.0))
+        after = self.odom[-1].pose.covariance
+        self.assertGreater(math.sqrt(after[0] - before[0]), 0.005)
+        self.assertGreater(math.sqrt(after[35] - before[35]), 0.02)
+
     def test_what_is_no_packet_moves_nothing_and_is_reported(self):
         self.send([(-10, 0, 10)])
         before = self.pose()
@@ -114,7 +124,7 @@ class OdomNodeTest(NodeTest):
         self.processes.node("odom_node", "__ns:=/flooded", log=log)
         read = self.publisher("/flooded/serial_read", String)
         wait_for(lambda: read.publish("9" * 5000 + ":0:0;\n") or (
-            int(self.values("flooded/" + TASK)["packets refused"]) > 200), "refusals")
+            int(self.values("flooded/" + TASK).get("packets refused", 0)) > 200), "refusals")
         self.assertEqual(log.read_text().count("serial_read refused"), 1)
 
     def test_reset(self):

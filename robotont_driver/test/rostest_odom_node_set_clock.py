@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""odom_node while the computer's clock is set, as NTP may do it: set_clock.c sets the clock of that process alone."""
+"""Nodes while the clock is set, as by NTP, or jumps with a suspension: set_clock.c does it to a process alone."""
 
 import mmap
 import struct
@@ -9,21 +9,22 @@ from pathlib import Path
 
 import rospy
 import rostest
+from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
 from std_msgs.msg import String
 
 from robotont_driver.protocol import format_packet
 from robotont_testing.harness import wait_for
-from robotont_testing.node_test import WARN, NodeTest
+from robotont_testing.node_test import WARN, NodeTest, twist
 
 TASK = "odom_node: stamps"
 PERIOD = 0.02  # [s]
 MOST = 0.1     # [s] without odometry
+ZEROS = "0.00:0.00:0.00;\n"
 
 
-class OdomNodeSetClockTest(NodeTest):
-    def setUp(self):
-        super().setUp()
+class SetClockTest(NodeTest):
+    def start(self, node, *arguments):
         library, ahead = self.processes.folder / "set_clock.so", self.processes.folder / "ahead"
         subprocess.run(["cc", "-shared", "-fPIC", "-O1", "-o", str(library),
                         str(Path(__file__).resolve().with_name("set_clock.c"))], check=True)
@@ -31,16 +32,20 @@ class OdomNodeSetClockTest(NodeTest):
         with ahead.open("r+b") as file:
             self.ahead = mmap.mmap(file.fileno(), 8)
         self.addCleanup(self.ahead.close)
+        process = self.processes.node(node, *arguments, LD_PRELOAD=str(library), CLOCK_AHEAD=str(ahead))
+        self.addCleanup(self.processes.stop, process)
+
+    def set_clock(self, ahead):
+        """Set the node's clock so many seconds ahead of the real time, in one go."""
+        self.ahead[:] = struct.pack("d", ahead)
+
+    def start_odom_node(self):
         self.arrivals, self.sent = [], []
         self.odom = self.listen("odom", Odometry)
         self.listen("odom", Odometry, lambda _: self.arrivals.append(time.monotonic()))
-        self.processes.node("odom_node", LD_PRELOAD=str(library), CLOCK_AHEAD=str(ahead))
+        self.start("odom_node")
         self.read = self.publisher("serial_read", String)
         wait_for(lambda: self.read.publish(format_packet((0, 0, 0))) or self.odom, "odometry", period=PERIOD)
-
-    def set_clock(self, ahead):
-        """Set odom_node's clock so many seconds ahead of the real time, in one go."""
-        self.ahead[:] = struct.pack("d", ahead)
 
     def drive(self, packets):
         """Send so many packets, one per period; the odometry of each."""
@@ -53,7 +58,17 @@ class OdomNodeSetClockTest(NodeTest):
         wait_for(lambda: len(self.odom) >= before + packets, "odometry of each packet")
         return self.odom[before:before + packets]
 
+    def test_a_command_from_before_a_suspension_does_not_drive_behind_it(self):
+        written = self.listen("serial_write", String)
+        self.start("driver_node", "_cmd_timeout:=2.0")
+        command = self.publisher("cmd_vel", Twist)
+        wait_for(lambda: command.publish(twist(0.2)) or (written and set(written[-1].data) & set("123456789")),
+                 "a robot that drives", period=0.05)
+        self.set_clock(3600.0)
+        wait_for(lambda: written[-1].data == ZEROS, "the stop", timeout=1.0)
+
     def test_the_clock_is_set(self):
+        self.start_odom_node()
         self.drive(50)
         ahead = 0.0
         for step in (3600.0, -3600.0, 0.2, -0.2):
@@ -75,4 +90,4 @@ class OdomNodeSetClockTest(NodeTest):
 
 
 if __name__ == "__main__":
-    rostest.rosrun("robotont_driver", "odom_node_set_clock_test", OdomNodeSetClockTest)
+    rostest.rosrun("robotont_driver", "odom_node_set_clock_test", SetClockTest)

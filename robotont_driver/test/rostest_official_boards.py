@@ -83,8 +83,8 @@ class OfficialBoardsTest(NodeTest):
         self.processes.stop(self.node)
         wait_for(lambda: self.wire().endswith(b"\x1bRS:0:0:0\n"), "the goodbye")
 
-    def test_generation_3_is_recognised_by_its_usb_id(self):
-        self.start("robotont3", "_usb_id:=0483:5740")
+    def test_generation_3(self):
+        self.start("robotont3", "_packets:=robotont3")
         self.drive(2.0)
         self.stand()
         self.assertNotIn(b"\x1b", self.wire())
@@ -135,11 +135,15 @@ class OfficialBoardsTest(NodeTest):
         wait_for(lambda: max(abs(got - true) for got, true in zip(self.counted(), board_edges(self.port.board))) <= 2,
                  "the board's own sums")
 
-    def test_the_wheel_file_of_another_robot_is_reported(self):
+    def test_another_robot_is_refused_with_the_one_that_fits(self):
         for name, value in SHIPPED.items():
             rosparam.set_param("/" + name, str(value))
-        self.start()
-        self.wait_for_status(TASK, WARN, "generation:=2")
+        self.start(plug=False)
+        self.port.plug()
+        self.wait_for_status("serial_com_node: board", ERROR, "turns would be wrong): robot:=robotont2")
+        self.write.publish(DRIVE)
+        wait_for(lambda: "does not drive: the board speaks robotont2" in self.log.read_text(), "words in the log")
+        self.assertEqual(self.wire(), b"")
 
     def test_what_is_unknown_is_named(self):
         self.start(plug=False)

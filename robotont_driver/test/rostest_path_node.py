@@ -44,30 +44,22 @@ class PathNodeTest(NodeTest):
         return wait_for(lambda: self.paths and condition(self.paths[-1]) and self.paths[-1], what)
 
     def test_first_pose_then_a_bounded_path_then_a_reset(self):
-        self.start("_max_poses:=10", "_min_distance:=0.1", "_publish_rate:=50.0")
+        self.start()
         self.drive(1)
         path = self.wait_for_path(lambda path: len(path.poses) == 1, "a path as soon as there is odometry")
         self.assertEqual(path.header.frame_id, "odom")
-        self.drive(100, start=1)
-        path = self.wait_for_path(lambda path: path.poses[-1].pose.position.x > 1.95, "the end of the drive")
-        self.assertEqual(len(path.poses), 10)
+        self.drive(3200, start=1)
+        path = self.wait_for_path(lambda path: path.poses[-1].pose.position.x > 63.8, "the end of the drive")
+        self.assertEqual(len(path.poses), 1000)
         steps = [after.pose.position.x - before.pose.position.x
                  for before, after in zip(path.poses, path.poses[1:])]
-        self.assertTrue(all(0.0999 < step < 0.121 for step in steps), steps)
+        self.assertGreater(min(steps), 0.0499)
+        self.assertAlmostEqual(sorted(steps)[500], 0.06, delta=1e-6)  # on a busy machine messages are missing
         self.assertEqual(path.header.stamp, path.poses[-1].header.stamp)
         self.assertTrue(all(pose.header.frame_id == "odom" and pose.pose.orientation.w == 1.0 for pose in path.poses))
         self.drive(2)  # from the origin again
-        path = self.wait_for_path(lambda path: len(path.poses) < 10, "a new path after the reset")
+        path = self.wait_for_path(lambda path: len(path.poses) < 1000, "a new path after the reset")
         self.assertEqual([pose.pose.position.x for pose in path.poses], [0.0])
-
-    def test_wrong_parameters_end_the_node(self):
-        log = self.processes.folder / "log"
-        node = self.processes.start(places.program("robotont_driver", "path_node"), "_max_poses:=0", "_max_pose:=5",
-                                    log=log)
-        self.assertEqual(node.wait(20), 1)
-        words = log.read_text()
-        self.assertIn("~max_poses: found 0, allowed: a whole number from 1 to 100000", words)
-        self.assertIn("~max_pose: no such parameter; did you mean ~max_poses?", words)
 
 
 if __name__ == "__main__":

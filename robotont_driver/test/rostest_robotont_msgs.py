@@ -52,7 +52,7 @@ class RobotontMsgsTest(NodeTest):
         wait_for(lambda: b"LED:7:2\n" in self.wire(), "the line of one light")
 
     def test_lights_of_generation_3(self):
-        self.start("robotont3", "_usb_id:=0483:5740", lights=True)
+        self.start("robotont3", "_packets:=robotont3", lights=True)
         segment, pixel = self.lights("led_segment", LedModuleSegment), self.lights("led_pixel", LedModulePixel)
         # until the board is recognised nothing is sent to it
         wait_for(lambda: segment.publish(LedModuleSegment(idx_start=3, colors=[ColorRGB(255, 0, 1)] * 20))
@@ -80,7 +80,7 @@ class RobotontMsgsTest(NodeTest):
         self.check_power_supply(b"POWER:1.5:14.8\r\n")
 
     def test_power_supply_of_generation_3(self):
-        self.start("robotont3", "_usb_id:=0483:5740")
+        self.start("robotont3", "_packets:=robotont3")
         self.check_power_supply(b"BATSTATE:1.0:0.5:0.0:14.8\n")
 
     def test_scan_to_distance(self):

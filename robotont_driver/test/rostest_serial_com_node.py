@@ -61,13 +61,14 @@ class SerialComNodeTest(SerialComTest):
             TASK in self.status and "sends back what it gets" in self.status[TASK].message), "the words", period=0.05)
         self.assertEqual([packet for packet in self.read if packet.data != "0:0:0;\n"], [])
 
-    def test_decimals_are_passed_on_as_written_where_they_are_asked_for(self):
+    def test_lines_that_are_no_packets_are_quoted(self):
         self.board.line.cut = True
         self.board.plug()
-        self.node = self.processes.node("serial_com_node", f"_port:={self.board.link}", "_packets:=plain",
-                                        "_decimal_counts:=true", log=self.log)
-        wait_for(lambda: self.board.send(b"0:10.75:-10.75;\n") or self.read, "packets", period=0.05)
-        self.assertEqual({message.data for message in self.read}, {"0:10.75:-10.75;\n"})
+        self.node = self.processes.node(
+            "serial_com_node", f"_port:={self.board.link}", "_packets:=checked", log=self.log)
+        wait_for(lambda: self.board.send(b"hello, I am a printer\n") or (
+            TASK in self.status and "lines came" in self.status[TASK].message
+            and "hello, I am a printer" in self.status[TASK].message), "the words", period=0.05)
 
     def test_endless_numbers_are_refused_by_their_length(self):
         self.start()

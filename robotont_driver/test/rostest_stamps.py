@@ -37,7 +37,7 @@ class Stamps:
         # odom_node: joint states and odometry share a stamp
         self._stamped = test.listen(f"/{namespace}/joint_states", JointState)
         self._arrived = test.listen(f"/{namespace}/arrivals/joint_states", JointState)
-        rospy.set_param(f"/{namespace}/serial_com_node", {"port": str(port), "retry_period": 0.1})
+        rospy.set_param(f"/{namespace}/serial_com_node", {"port": str(port)})
         test.start_driver("serial_com_node", f"/{namespace}")
 
     def come(self, packets):

@@ -63,7 +63,7 @@ def test_a_fault_is_reported_once_although_it_is_over():
 
 
 def test_what_the_board_says_is_reported_once():
-    made = BoardHealth(3)
+    made = BoardHealth(3, 50.0)
     made.hear_text("crash ValueError()")
     _, warnings, values = made.report()
     assert warnings == ["the board reports: crash ValueError()"]
@@ -76,7 +76,8 @@ def test_identity():
     assert known == ("2.0.0", 3, 50, "edges/period", "ours", "power")
     assert known.obstacle(3, 50.0) == ""
     assert known.obstacle(4, 40.0) == ("the board drives 3 wheels, wheelAmount is 4; "
-                                       "the board controls at 50 Hz, pidControlFrequency is 40")
+                                       "the board controls at 50 Hz, pidControlFrequency is 40"
+                                       ": robot:= one with 3 wheels and 50 Hz (docs/robots.md)")
     assert "in turns" in known._replace(units="turns").obstacle(3, 50.0)
     for words in ("", WHO + " more", WHO + "\n", WHO.replace("3", "three"), "robotont_firmware 1.0.0 wheels 3"):
         assert Identity.parse(words) is None

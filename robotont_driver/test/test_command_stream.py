@@ -26,7 +26,7 @@ def drive(stream, now, x=0.3, y=0.0, turn=0.0):
 
 def test_stands_until_commanded(stream):
     assert stream.twist(10.0) == STOP
-    assert stream.complaint() == ""
+    assert stream.complaint(2.0) == ""
 
 
 def test_follows_and_repeats_the_newest(stream):
@@ -40,17 +40,17 @@ def test_stops_when_commands_stop_and_recovers_by_itself(stream):
     drive(stream, 1.0)
     assert stream.time_left(1.2) == pytest.approx(0.3)
     assert stream.twist(1.5) == STOP
-    assert "is their sender alive?" in stream.complaint()
+    assert "is their sender alive?" in stream.complaint(2.0)
     assert stream.timeouts == 1
     drive(stream, 9.0)
     assert stream.twist(9.0) == (0.3, 0.0, 0.0)
-    assert stream.complaint() == ""
+    assert stream.complaint(2.0) == ""
 
 
 def test_the_end_of_commands_at_rest_is_no_complaint(stream):
     drive(stream, 1.0, 0.0)
     assert stream.twist(2.0) == STOP
-    assert stream.complaint() == ""
+    assert stream.complaint(2.0) == ""
 
 
 @pytest.mark.parametrize("linear, angular, named", [
@@ -68,32 +68,37 @@ def test_a_motion_that_the_base_cannot_do_stops_it(stream, linear, angular, name
     drive(stream, 1.0)
     assert named in stream.command(linear, angular, 1.1)
     assert stream.twist(1.1) == STOP
-    assert named in stream.complaint()
+    assert named in stream.complaint(2.0)
     assert stream.refused == 1
     drive(stream, 1.2)
     assert stream.twist(1.2) == (0.3, 0.0, 0.0)
 
 
 def test_an_emergency_stop_and_its_release_are_news_after_commands_that_ended(stream):
-    stream.command((0.3, 0, 0), (0, 0, 0), 0.0)
+    drive(stream, 0.0)
     stream.twist(0.6)
-    assert "is their sender alive?" in stream.complaint()
-    stream.emergency_stop(True)
-    stream.emergency_stop(False)
-    assert stream.complaint() == ""
+    assert "is their sender alive?" in stream.complaint(0.6)
+    stream.emergency_stop(True, 0.7)
+    stream.emergency_stop(False, 0.8)
+    assert stream.complaint(0.8) == ""
 
 
-def test_emergency_stop_holds_and_old_commands_do_not_come_back(stream):
+def test_an_emergency_stop_holds_and_its_release_moves_nothing(stream):
     drive(stream, 1.0)
-    stream.emergency_stop(True)
+    stream.emergency_stop(True, 1.0)
     assert stream.twist(1.0) == STOP
     drive(stream, 1.1)
     assert stream.twist(1.1) == STOP
-    assert "emergency stop" in stream.complaint()
-    stream.emergency_stop(False)
+    assert "emergency stop" in stream.complaint(1.1)
+    stream.emergency_stop(False, 1.2)
     assert stream.twist(1.2) == STOP
     drive(stream, 1.3)
-    assert stream.twist(1.3) == (0.3, 0.0, 0.0)
+    assert stream.twist(1.3) == STOP
+    assert "must stop once" in stream.complaint(1.3)
+    drive(stream, 1.4, 0.0)
+    drive(stream, 1.5)
+    assert stream.twist(1.5) == (0.3, 0.0, 0.0)
+    assert stream.complaint(1.5) == ""
 
 
 def test_the_wheel_limit_scales_all_wheels():
@@ -124,11 +129,11 @@ def test_a_start_after_a_long_rest_is_as_slow_as_any():
 
 def test_releasing_a_button_that_is_not_pressed_stops_nothing(stream):
     drive(stream, 1.0)
-    assert not stream.emergency_stop(False)
+    assert not stream.emergency_stop(False, 1.0)
     assert stream.twist(1.1) == (0.3, 0.0, 0.0)
-    assert stream.emergency_stop(True)
-    assert not stream.emergency_stop(True)
-    assert stream.emergency_stop(False)
+    assert stream.emergency_stop(True, 1.1)
+    assert not stream.emergency_stop(True, 1.1)
+    assert stream.emergency_stop(False, 1.1)
     assert stream.twist(1.2) == STOP
 
 

@@ -3,10 +3,10 @@
 import pytest
 from dialect_bench import REACH, Bench, official_wheels
 
-from robotont_driver.dialects import NAMES, make_dialect
+from robotont_driver.dialects import NAMES, expect_dialect, make_dialect
 from robotont_driver.dialects.dialect import DialectError
 from robotont_driver.wheels import read_wheels
-from robotont_testing.robots import UNEVEN_4
+from robotont_testing.robots import SHIPPED, UNEVEN_4
 from robotont_testing.stand_in_board import Board
 
 
@@ -84,6 +84,11 @@ def test_what_is_unknown_is_named_and_gets_plain_packets_after_a_second():
     assert r"\xfe\x80\x80" in dialect.spoken.complaint
     dialect.feed(b"\nhello, I am a printer\r\n", 0.2)
     assert "hello, I am a printer" in dialect.spoken.complaint
+    assert "of no known dialect" in dialect.spoken.complaint
+    assert "baudrate" not in dialect.spoken.complaint
+    dialect.feed(b"\x8f\x00\xf0\n", 0.3)
+    assert r"\x8f\x00\xf0" in dialect.spoken.complaint
+    assert "baudrate" in dialect.spoken.complaint
     assert dialect.stop() == b""
     dialect.tick(1.1)
     assert dialect.stop() == b"0:0:0;\n"
@@ -99,3 +104,52 @@ def test_a_board_that_cannot_have_the_wheels_is_an_obstacle():
     assert dialect.stop() == b""
     with pytest.raises(DialectError):
         make_dialect("robotont3", read_wheels(UNEVEN_4), REACH)
+
+
+def confirmed(name, board, usb_id="", wheels=None):
+    """The dialect that a robot of the dialect `name` ("auto" for any) uses on a board."""
+    dialect = expect_dialect(name, wheels or official_wheels(), REACH)
+    dialect.usb_id = usb_id
+    dialect.connect(0.0)
+    for at, data in talk(board):
+        dialect.feed(data, at)
+    return dialect
+
+
+@pytest.mark.parametrize("robot, board, usb_id", [
+    ("robotont2", "robotont2", ""), ("robotont2", "robotont2", "0483:374b"), ("robotont3", "robotont3", "0483:5740"),
+    ("robotont3", "robotont3", ""), ("robotont2018", "robotont2018", ""), ("auto", "checked", "")])
+def test_a_board_confirms_its_robot(robot, board, usb_id):
+    spoken = confirmed(robot, board, usb_id).spoken
+    assert (spoken.name, spoken.obstacle) == (board, "")
+
+
+@pytest.mark.parametrize("robot, board, usb_id, fits", [
+    ("robotont2", "checked", "", "thesis"), ("robotont2", "plain", "", "thesis"),
+    ("robotont2", "robotont2018", "", "robotont2018"), ("robotont2018", "robotont2", "0483:374b", "robotont2"),
+    ("robotont2", "robotont3", "0483:5740", "robotont3"), ("robotont3", "robotont2", "0483:374b", "robotont2"),
+    ("robotont3", "checked", "", "thesis")])
+def test_a_board_of_another_robot_is_refused_with_the_one_that_fits(robot, board, usb_id, fits):
+    dialect = confirmed(robot, board, usb_id)
+    words = dialect.spoken.obstacle
+    assert f"packets: {robot}): " in words
+    assert words.endswith(f"robot:={fits}")
+    dialect.tick(10.0)
+    assert dialect.stop() == b""
+
+
+def test_the_thesis_robot_on_a_generation_2_board_is_refused_unless_its_file_names_that_board():
+    dialect = confirmed("auto", "robotont2", wheels=read_wheels(SHIPPED))
+    assert dialect.spoken.obstacle == (
+        "the board speaks robotont2, which does not fit this robot (the robot has 0.125 m from centre to wheel, the "
+        "board assumes 0.145 m, so turns would be wrong): robot:=robotont2")
+    assert dialect.stop() == b""
+    assert "0.125 m" in confirmed("robotont2", "robotont2", wheels=read_wheels(SHIPPED)).spoken.complaint
+
+
+def test_a_silent_board_whose_dialect_is_expected_hears_nothing():
+    dialect = expect_dialect("robotont2", official_wheels(), REACH)
+    dialect.connect(0.0)
+    dialect.tick(10.0)
+    assert dialect.stop() == b""
+    assert "no data from the board" in dialect.complaint

@@ -7,7 +7,6 @@ from feedback_bench import REACH, Sender, reader, total
 from hypothesis import given
 from hypothesis import strategies as st
 
-from robotont_driver.protocol import FeedbackReader
 from robotont_testing.stand_in_board import Line
 
 
@@ -173,12 +172,10 @@ class TestModes:
     def test_checked_never_takes_a_plain_packet(self):
         assert reader("checked").feed(b"\n1:2:3;\n") == []
 
-    def test_decimals_are_no_counts_unless_asked_for(self):
+    def test_decimals_are_no_counts(self):
         strict = reader("plain")
         assert strict.feed(b"\n1:2.5:3;\n1:2:3.0;\n1:2:3;\n") == [(1, 2, 3)]
         assert strict.dropped == {"decimals": 2}
-        lenient = FeedbackReader(3, REACH, "plain", decimals=True)
-        assert [packet.text for packet in lenient.feed(b"\n0:10.75:-10.75;\n")] == ["0:10.75:-10.75;\n"]
 
     @pytest.mark.parametrize("mode", ["plain", "auto"])
     def test_numbers_without_end_are_dropped(self, mode):

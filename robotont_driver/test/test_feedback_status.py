@@ -1,9 +1,9 @@
 """The board's reports about itself, and what the reader lets out to it: faults, identity, zeros for an unknown one."""
 
 import pytest
-from feedback_bench import REACH, reader
+from feedback_bench import reader
 
-from robotont_driver.protocol import QUESTION, FeedbackReader, add_checksum, crc16
+from robotont_driver.protocol import QUESTION, add_checksum, crc16
 
 
 def modern_packet(status, counter=0, wheels=3):
@@ -52,7 +52,7 @@ class TestWhatTheBoardSaysOfItself:
 
     @pytest.mark.parametrize("wheels, rate, words", [(4, 50, "4 wheels"), (3, 100, "100 Hz")])
     def test_another_robot_is_not_driven(self, wheels, rate, words):
-        auto = FeedbackReader(3, REACH, "auto", 50.0)
+        auto = reader()
         auto.feed(modern_packet("000000000") + sealed("identity " + WHO.format(wheels, rate)))
         assert words in auto.obstacle
         assert auto.encode("5:5:5;\n") == add_checksum("0:0:0;\n")

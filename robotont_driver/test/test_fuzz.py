@@ -8,7 +8,7 @@ import yaml
 from hypothesis import given
 from hypothesis import strategies as st
 
-from robotont_driver import driver_node, odom_node, path_node, serial_com_node
+from robotont_driver import driver_node, odom_node, serial_com_node
 from robotont_driver.board_status import BoardStatus, Identity
 from robotont_driver.dialects import NAMES, make_dialect
 from robotont_driver.parameters import ParameterError, read_parameters
@@ -18,7 +18,7 @@ from robotont_driver.wheels import KEYS, read_wheels
 from robotont_testing.robots import ROBOTONT2, WHEEL_PARAMS
 
 TABLES = {module.__name__.rpartition(".")[2]: module.PARAMETERS
-          for module in (driver_node, odom_node, path_node, serial_com_node)}
+          for module in (driver_node, odom_node, serial_com_node)}
 VALUES = st.recursive(
     st.none() | st.booleans() | st.integers() | st.floats() | st.text(max_size=20)
     | st.integers().map(lambda n: n ** 9),

@@ -42,11 +42,11 @@ class Device:
 class Run:
     """Odometry of wheels and gyro along true twists."""
 
-    def __init__(self, wheels=THREE, device=None, noise=0.005, false_alarms=FALSE_ALARMS, window=0.0):
+    def __init__(self, wheels=THREE, device=None, noise=0.005, false_alarms=FALSE_ALARMS):
         self.device = device or Device(0)
         self.gyro = Gyro(PERIOD, NOISE, WALK, 1.0, SCALE)
         self.fusion = GyroFusion(self.gyro, false_alarms)
-        self.odometry = WheelOdometry(Kinematics(wheels), PERIOD, noise, window, self.fusion)
+        self.odometry = WheelOdometry(Kinematics(wheels), PERIOD, noise, self.fusion)
         self.integral = self.fusion.integral
         self.now = 0   # [ns]
         self.poses = []

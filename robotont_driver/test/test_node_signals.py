@@ -6,13 +6,15 @@ import time
 
 import pytest
 
+from robotont_driver import rospy_end
 from robotont_driver.node import signals_wait
 
 
 @pytest.fixture
-def done():
-    """What has happened, in this order; a SIGTERM is noted."""
+def done(monkeypatch):
+    """What has happened, in this order; a SIGTERM is noted; "limit": its end may not take long now."""
     happened = []
+    monkeypatch.setattr(rospy_end, "end_soon", lambda: happened.append("limit"))
     before = signal.signal(signal.SIGTERM, lambda *_: happened.append("signal"))
     yield happened
     signal.signal(signal.SIGTERM, before)
@@ -24,7 +26,7 @@ def test_a_signal_waits_for_the_end_of_the_start(done):
         time.sleep(0.01)
         done.append("start")
     time.sleep(0.01)
-    assert done == ["start", "signal"]
+    assert done == ["limit", "start", "signal"]
 
 
 def test_so_it_does_where_the_start_fails(done):
@@ -36,7 +38,7 @@ def test_so_it_does_where_the_start_fails(done):
     with pytest.raises(RuntimeError):
         start()
     time.sleep(0.01)
-    assert done == ["signal"]
+    assert done == ["limit", "signal"]
 
 
 def test_afterwards_signals_act_at_once(done):

@@ -1,26 +1,23 @@
-from pathlib import Path
-
 import pytest
-import yaml
 
 from robotont_driver.driver_node import PARAMETERS as DRIVER
 from robotont_driver.driver_node import check as check_driver
+from robotont_driver.motor import counts_in_reach
 from robotont_driver.node import COMMON_PARAMETERS
 from robotont_driver.odom_node import PARAMETERS as ODOM
 from robotont_driver.odom_node import check as check_odom
 from robotont_driver.parameters import ParameterError, read_parameters, shown
-from robotont_driver.path_node import PARAMETERS as PATH
 from robotont_driver.robotont_node import PARAMETERS as ROBOTONT
+from robotont_driver.robots import read_robot, shipped
 from robotont_driver.serial_com_node import PARAMETERS as SERIAL_COM
 from robotont_driver.serial_com_node import check as check_serial_com
-from robotont_driver.serial_com_node import reach
 from robotont_driver.timeouts import check_repetition
 from robotont_driver.wheels import read_wheels
 from robotont_testing.robots import SHIPPED
 
 TIMEOUT = "a finite number from 0.05 to 2 [s]: for so long the robot drives on when its commander dies"
 DECIMALS = "a whole number from 0 to 3: with more, the packets of many wheels do not fit into a line"
-TABLES = {"driver_node": DRIVER, "serial_com_node": SERIAL_COM, "odom_node": ODOM, "path_node": PATH,
+TABLES = {"driver_node": DRIVER, "serial_com_node": SERIAL_COM, "odom_node": ODOM,
           "robotont_node": ROBOTONT, "every node": COMMON_PARAMETERS}
 
 
@@ -98,13 +95,12 @@ def test_frames_of_one_name_are_refused():
     assert check_odom(None, read_parameters(ODOM, {}), None) == []
 
 
-def test_counts_in_reach_follow_from_the_wheel_file_unless_set():
+def test_counts_in_reach_follow_from_the_wheel_file():
     wheels = read_wheels(SHIPPED)
-    assert reach(wheels, read_parameters(SERIAL_COM, {})) == 300
+    assert counts_in_reach(wheels) == 300
     finer, faster = wheels._replace(edges_per_motor_turn=4096), wheels._replace(pid_frequency=100.0)
-    assert reach(finer, read_parameters(SERIAL_COM, {})) == pytest.approx(300 * 64, abs=32)
-    assert reach(faster, read_parameters(SERIAL_COM, {})) == 150
-    assert reach(wheels, read_parameters(SERIAL_COM, {"max_counts_per_period": 77})) == 77
+    assert counts_in_reach(finer) == pytest.approx(300 * 64, abs=32)
+    assert counts_in_reach(faster) == 150
     fine = wheels._replace(edges_per_motor_turn=100000, pid_frequency=1.0)
     assert "allowed: up to 32767" in check_serial_com(fine, read_parameters(SERIAL_COM, {}), lambda _, given: given)[0]
 
@@ -126,8 +122,7 @@ def test_all_faults_come_together():
     assert len(raised.value.faults) == 3
 
 
-def test_the_shipped_file_is_valid():
-    shipped = yaml.safe_load((Path(__file__).resolve().parents[2] / "config" / "driver.yaml").read_text())
-    assert set(shipped) <= set(TABLES)
-    for node, given in shipped.items():
+@pytest.mark.parametrize("name", [folder.name for folder in shipped().iterdir()])
+def test_the_shipped_robots_are_valid(name):
+    for node, given in read_robot(name).parameters.items():
         read_parameters(TABLES[node], given)

@@ -24,9 +24,11 @@ def test_every_parameter_stands_in_the_readme_as_it_is_in_the_code(row):
 
 
 def test_the_example_of_another_robot_is_a_whole_file():
-    example = README.partition("## Another robot, with n wheels")[2].partition("\n## ")[0]
-    lines = [line[4:] for line in example.splitlines() if line.startswith("    ")]
-    assert read_wheels(yaml.safe_load("\n".join(lines))).amount == 4
+    page = (ROOT / "docs" / "robots.md").read_text()
+    example = page.partition("`wheel_params.yaml`, all of it:")[2].partition("The wheels")[0]
+    given = yaml.safe_load("\n".join(line[4:] for line in example.splitlines()))
+    assert tuple(given) == KEYS
+    assert read_wheels(given).amount == 4
 
 
 @pytest.mark.parametrize("key", KEYS)

@@ -4,13 +4,13 @@ import threading
 
 from rosgraph.xmlrpc import ThreadingXMLRPCServer, XmlRpcHandler, XmlRpcNode
 
-from robotont_driver.rospy_end import end_servers_with_their_sockets
+from robotont_driver import rospy_end
 from robotont_testing.harness import wait_for
 
 
 def test_a_server_ends_with_its_socket(monkeypatch):
     monkeypatch.setattr(ThreadingXMLRPCServer, "service_actions", ThreadingXMLRPCServer.service_actions)  # restore it
-    end_servers_with_their_sockets()
+    rospy_end._end_servers_with_their_sockets()
     node = XmlRpcNode(rpc_handler=XmlRpcHandler())
     thread = threading.Thread(target=node.run, daemon=True)
     thread.start()

@@ -24,7 +24,7 @@ class Ends:
     """A link under test with all that it reports."""
 
     def __init__(self, port, baudrate=115200, **options):
-        self.reader = FeedbackReader(3, 300)
+        self.reader = FeedbackReader(3, 300, 50.0)
         self.packets = []
         self.changes = []
         self.failures = []
@@ -34,7 +34,7 @@ class Ends:
         self.link.start()
 
     def received(self, data):
-        self.packets.extend(self.reader.feed(data))
+        self.packets.extend(self.reader.feed(data, time.monotonic()))
 
 
 @pytest.fixture
@@ -296,7 +296,7 @@ def test_an_error_in_a_callback_is_reported_and_ends_nothing(port, ends):
         end = ends()
         wait_for(lambda: end.packets, "packets")
         for error in (ValueError("no number"), KeyError("gone"), OSError(5, "not the port's")):
-            def fail(_, error=error):
+            def fail(*_, error=error):
                 raise error
             end.reader.feed, working = fail, end.reader.feed
             wait_for(lambda error=error: error in end.failures, "the report")

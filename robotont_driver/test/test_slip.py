@@ -150,6 +150,33 @@ def test_two_wheels_of_six_may_slip_at_once():
     assert error(odometry, end_pose(twists))[0] < error(drive(wheels, counts, detect=False)[0], end_pose(twists))[0] / 4
 
 
+def test_the_search_among_many_wheels_has_bounds():
+    """12 wheels in a wrong order: sets of up to 2, then one more wheel at a time, in one go per size."""
+    wheels = read_wheels(even_wheels(12))
+    generator = np.random.default_rng(1)
+    counts = counted(wheels, rolled(wheels, mixed_drive(10, generator)), NOISE, generator)
+    finder = detector(wheels)
+    fit, tried = finder._fit, []
+    finder._fit = lambda weights, paths: tried.append(len(weights)) or fit(weights, paths)
+    most = 0
+    for packet in generator.permutation(counts, axis=1).tolist():
+        tried.clear()
+        finder.update(packet)
+        most = max(most, sum(tried))
+        assert len(tried) <= 30
+    assert finder.alarms > 0
+    assert 100 < most <= 2 * (12 + 66 + 10 + 9 + 8 + 7 + 6 + 5 + 4) + 50
+
+
+def test_three_wheels_of_twelve_may_slip_at_once():
+    wheels = read_wheels(even_wheels(12, first=0.2))
+    paths = rolled(wheels, ten_seconds())
+    paths[SLIP, 1] *= 0.2
+    paths[SLIP, 3] = 0
+    paths[SLIP, 8] *= 1.8
+    assert drive(wheels, counted(wheels, paths, NOISE))[2][SLIP.start + WINDOW] == (1, 3, 8)
+
+
 def test_wheels_that_nobody_could_spare_are_not_left_out():
     """Three of these four stand in parallel: without the fourth, or one more, no motion could be determined."""
     wheels = read_wheels({**SHIPPED, "wheelAmount": 5, "wheelRads": [0.0, 0.0, 0.0, 2.0, 4.0]})

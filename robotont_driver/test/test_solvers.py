@@ -3,7 +3,7 @@ import pytest
 
 from robotont_driver.kinematics import Kinematics, wheel_matrix
 from robotont_driver.odometry import WheelOdometry
-from robotont_driver.solvers import SOLVERS, condition, least_squares, parity, triples
+from robotont_driver.solvers import SOLVERS, condition, least_squares, triples
 from robotont_driver.wheels import read_wheels
 from robotont_testing.robots import UNEVEN_4, UNEVEN_5
 from robotont_testing.simulated_wheels import even_wheels
@@ -61,22 +61,12 @@ def test_the_best_triple_serves_where_none_is_good():
     assert np.abs(triples(matrix) @ matrix - np.eye(3)).max() < 1e-9
 
 
-@each_robot
-def test_parity_is_silent_for_every_motion_and_orthonormal(wheels):
-    matrix = wheel_matrix(wheels)
-    rows = parity(matrix)
-    assert rows.shape == (wheels.amount - 3, wheels.amount)
-    assert np.abs(rows @ matrix).max(initial=0) < 1e-12
-    np.testing.assert_allclose(rows @ rows.T, np.eye(wheels.amount - 3), atol=1e-12)
-
-
 @pytest.mark.parametrize("solver", SOLVERS.values(), ids=SOLVERS)
 def test_wheels_that_do_not_count_do_not_matter(solver):
     matrix = wheel_matrix(read_wheels(UNEVEN_5))
     solution = solver(matrix, (0, 2, 3, 4))
     assert np.array_equal(solution[:, 1], np.zeros(3))
     assert np.abs(solution @ matrix - np.eye(3)).max() < 1e-9
-    assert not parity(matrix, (0, 2, 3, 4))[:, 1].any()
 
 
 @pytest.mark.parametrize("solver", SOLVERS.values(), ids=SOLVERS)

@@ -10,7 +10,7 @@ from robotont_testing.official_boards import BOARDS
 from robotont_testing.stand_in_board import Board
 
 CONFIG = Path(__file__).resolve().parents[2] / "config"
-OURS, OFFICIAL = CONFIG / "wheel_params.yaml", CONFIG / "wheel_params_robotont2.yaml"
+OURS, OFFICIAL = CONFIG / "wheel_params.yaml", CONFIG / "robots" / "robotont2" / "wheel_params.yaml"
 
 
 @pytest.fixture
@@ -43,7 +43,7 @@ def test_our_own_board_is_watched_and_hears_nothing(tmp_path, capsys):
     with Board(str(tmp_path / "board")) as board:
         follow = board.motors.follow
         board.motors.follow = lambda _: follow([20, -20, 20])  # a hand turns them: the board is not commanded
-        assert main([board.link, "--wheel-params", str(OURS), "--seconds", "1.5"]) == 0
+        assert main([board.link, "robot:=thesis", "--seconds", "1.5"]) == 0
         assert board.heard == []
     shown = capsys.readouterr().out.splitlines()
     assert shown[0].endswith("turned clockwise, all its wheels must count forward. Ctrl-C ends it.")
@@ -56,7 +56,7 @@ def test_an_official_board_is_watched_too(tmp_path, capsys):
     port = BoardPort(str(tmp_path / "board"), lambda now: BOARDS["robotont2"](Motors(), start=now))
     port.plug()
     try:
-        assert main([port.link, "--wheel-params", str(OFFICIAL), "--seconds", "1.0"]) == 0
+        assert main([port.link, "robot:=robotont2", "--seconds", "1.0"]) == 0
     finally:
         port.unplug()
     assert "less than 30 degrees: wheel 0, 1, 2" in capsys.readouterr().out
@@ -64,7 +64,7 @@ def test_an_official_board_is_watched_too(tmp_path, capsys):
 
 
 def test_a_missing_port_and_a_wrong_wheel_file(tmp_path, capsys):
-    assert main([str(tmp_path / "nothing"), "--wheel-params", str(OURS)]) == 1
+    assert main([str(tmp_path / "nothing"), "robot:=thesis"]) == 1
     assert "plugged in" in capsys.readouterr().err
-    assert main(["/dev/null", "--wheel-params", str(tmp_path / "none.yaml")]) == 1
-    assert "none.yaml" in capsys.readouterr().err
+    assert main(["/dev/null", f"robot:={tmp_path}"]) == 1
+    assert f"{tmp_path}/wheel_params.yaml" in capsys.readouterr().err

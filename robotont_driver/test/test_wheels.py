@@ -4,8 +4,9 @@ import pytest
 
 from robotont_driver.parameters import ParameterError
 from robotont_driver.protocol import LONGEST_LINE, add_checksum, format_packet
+from robotont_driver.wheel_file import read_wheel_file
 from robotont_driver.wheels import KEYS, MOST_WHEELS, read_wheels
-from robotont_testing.robots import BARE, SHIPPED, UNEVEN_5
+from robotont_testing.robots import BARE, SHIPPED, UNEVEN_5, WHEEL_PARAMS
 
 
 def faults_of(given):
@@ -55,6 +56,8 @@ def test_a_missing_key_is_named(key):
     ("wheelDistanceFromCenter", [0.1, 0.1, -0.1]), ("wheelDistanceFromCenter", "0.125"),
     ("wheelRadius", -0.035), ("wheelRadius", math.nan), ("wheelRadius", math.inf), ("wheelRadius", True),
     ("wheelRadius", 35), ("wheelDistanceFromCenter", 125),  # millimetres
+    ("wheelRadius", 1e-300), ("wheelDistanceFromCenter", 1e-300), ("gearboxReductionRatio", 1e-300),
+    ("wheelRadius", 0.35),  # where there is room for 0.25
     ("gearboxReductionRatio", 1e300), ("encoderEdgesPerMotorRevolution", 10 ** 9), ("pidControlFrequency", 1e9),
     ("pidControlFrequency", 1e-300),
     ("gearboxReductionRatio", 0.0), ("gearboxReductionRatio", [18.75]),
@@ -99,3 +102,30 @@ def test_every_fault_is_listed_at_once():
 def test_nearly_parallel_wheels_are_refused():
     faults = faults_of({**SHIPPED, "wheelRads": [0.0, 0.001, math.pi]})
     assert "rank < 3" in faults[0]
+
+
+@pytest.mark.parametrize("key, value, words", [
+    ("wheelRads", [45, 135, 225], "in degrees? then write [0.785398, 2.356194, 3.926991]"),
+    ("referenceDirection", -90, "in degrees? then write -1.570796"),
+    ("wheelRadius", 35, "in millimetres? then write 0.035"),
+    ("wheelDistanceFromCenter", [125, 125, 130], "in millimetres? then write [0.125, 0.125, 0.13]"),
+    ("wheelRadius", 3.5, "up to 2 times wheelDistanceFromCenter, 0.125 [m]: are both in metres?"),
+    ("wheelRadius", 1e-300, "a number from 0.001 to 10 [m]"),
+])
+def test_another_unit_is_refused_with_the_value_that_is_meant(key, value, words):
+    (fault,) = faults_of({**SHIPPED, key: value})
+    assert fault.startswith(f"{key}: found {value!r}, allowed: ")
+    assert fault.endswith(words) or words in fault
+
+
+@pytest.mark.parametrize("before, after, words", [
+    ("gearboxReductionRatio: 18.75", "gearboxReductionRatio: 1:30",
+     "gearboxReductionRatio: found 1:30, allowed: a number, such as 30"),
+    ("wheelRads", "wheelrads", "; wheelRads?"),
+])
+def test_what_a_file_alone_can_have_wrong(tmp_path, before, after, words):
+    file = tmp_path / "wheel_params.yaml"
+    file.write_text(WHEEL_PARAMS.read_text().replace(before, after))
+    with pytest.raises(ValueError, match="wheel_params.yaml") as raised:
+        read_wheel_file(file)
+    assert words in str(raised.value)

@@ -6,9 +6,11 @@ from robotont_driver.which_robot import main
 from robotont_testing.board_port import BoardPort
 from robotont_testing.dc_motors import Motors
 from robotont_testing.official_boards import BOARDS
+from robotont_testing.stand_in_board import Board
 
 
-@pytest.mark.parametrize("name, words", [("robotont2", "generation:=2"), ("robotont2018", "robot.launch")])
+@pytest.mark.parametrize("name, words", [
+    ("robotont2", "robot:=robotont2 port:="), ("robotont2018", "robot:=robotont2018")])
 def test_it_names_the_launch_line_and_sends_nothing(tmp_path, capsys, name, words):
     port = BoardPort(str(tmp_path / "board"), lambda now: BOARDS[name](Motors(), start=now))
     port.plug()
@@ -34,3 +36,10 @@ def test_a_port_that_is_not_there_and_a_board_that_is_unknown(tmp_path, capsys):
     finally:
         port.unplug()
     assert "I am a printer" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("checked", [True, False])
+def test_a_board_of_four_wheels_of_our_own(tmp_path, capsys, checked):
+    with Board(str(tmp_path / "board"), wheels=4, checked=checked, banner="") as board:
+        assert main([board.link, "--seconds", "20"]) == 0
+    assert "robot:=FOLDER_OF_4_WHEELS" in capsys.readouterr().out

@@ -93,21 +93,22 @@ class Identity(NamedTuple):
         faults = []
         if self.wheels != wheels:
             faults.append(f"the board drives {self.wheels} wheels, wheelAmount is {wheels}")
-        if rate is not None and abs(self.rate - rate) > 1e-6:
+        if abs(self.rate - rate) > 1e-6:
             faults.append(f"the board controls at {self.rate} Hz, pidControlFrequency is {rate:g}")
         if self.units != "edges/period":
             faults.append(f"the board counts in {self.units}, this driver in edges/period")
-        return "; ".join(faults)
+        fitting = f": robot:= one with {self.wheels} wheels and {self.rate} Hz (docs/robots.md)" if faults else ""
+        return "; ".join(faults) + fitting
 
 
 class BoardHealth:
-    """Collects what a board reports about itself, for a robot of `wheels` wheels at `rate` [Hz] (None: not compared).
+    """Collects what a board reports about itself, for a robot of `wheels` wheels at `rate` [Hz].
 
     `status`: newest BoardStatus; None from boards that send none. `identity`: None until it is known.
     `fault`: description of what has stopped the motors. `obstacle`: why the board must not be driven.
     """
 
-    def __init__(self, wheels, rate=None):
+    def __init__(self, wheels, rate):
         self._wheels = wheels
         self._rate = rate
         self._judged = None      # identity whose obstacle is `_judgement`

@@ -1,10 +1,15 @@
-"""The steady clock and ROS time, read as one."""
+"""Steady clocks, and ROS time read together with one."""
 
 import time
 
 import rospy
 
 LONGEST_READING = 1_000_000  # [ns] that reading two clocks may take; longer, and something came between
+
+
+def boot_time():
+    """[s] of a steady clock that goes on while the machine is suspended, as time.monotonic() does not."""
+    return time.clock_gettime(time.CLOCK_BOOTTIME)
 
 
 def read_clocks():

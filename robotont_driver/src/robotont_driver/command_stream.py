@@ -1,5 +1,6 @@
 """The motion to carry out, given what was commanded and when: time-outs, stops and limits."""
 
+from robotont_driver.emergency_stop import StandFirst
 from robotont_driver.limits import limit_acceleration, limit_speed
 
 STOP = (0.0, 0.0, 0.0)
@@ -25,16 +26,18 @@ class CommandStream:
         self.cut_off = False      # whether the newest time-out stopped a moving robot
         self._limits_speed = limits.of_speed
         self._limits_acceleration = limits.of_acceleration
+        self._stand_first = StandFirst(timeout)
         self._refusal = None      # why the newest command was refused
         self._target = None       # newest valid command within the limits; None = stop at once
         self._received = None     # [s] when it came
         self._sent = STOP
         self._sent_at = 0.0
 
-    def command(self, linear, angular, received):
+    def command(self, linear, angular, received, sender=""):
         """Take a Twist's vectors, `linear` (x, y, z) [m/s] and `angular` (x, y, z) [rad/s], `received` at that time.
 
-        Returns None, or why the command is refused; the robot then stops.
+        Returns None, or why the command is refused; the robot then stops. Commands of a `sender` who has to stop first
+        after an emergency stop are ignored.
         """
         self.commands += 1
         self._refusal = refuse(linear, angular)
@@ -43,6 +46,8 @@ class CommandStream:
             self._target = None
             return self._refusal
         wanted = (linear[0], linear[1], angular[2])
+        if not self._stand_first.admits(sender, wanted != STOP, received):
+            return None
         self._target = wanted
         if self._limits_speed:
             self._target = limit_speed(wanted, self.kinematics.wheel_speeds(wanted), self.limits)
@@ -51,8 +56,8 @@ class CommandStream:
         self.cut_off = False
         return None
 
-    def emergency_stop(self, pressed):
-        """Stop while pressed; after it only a new command moves the robot. Returns whether this is a change.
+    def emergency_stop(self, pressed, now):
+        """Stop while pressed; after it only senders who have stopped move the robot. Returns whether this is a change.
 
         A release of a button that is not pressed is no change and stops nothing.
         """
@@ -61,6 +66,7 @@ class CommandStream:
             self.stopped = bool(pressed)
             self._target = None
             self.cut_off = False  # what happened before is over
+            (self._stand_first.press if pressed else self._stand_first.release)(now)
         return changed
 
     def twist(self, now):
@@ -87,10 +93,13 @@ class CommandStream:
         """[s] since the newest valid command, or None before the first."""
         return None if self._received is None else now - self._received
 
-    def complaint(self):
+    def complaint(self, now):
         """Why the robot does not follow commands; empty when it does."""
         if self.stopped:
-            return "emergency stop: publish false on emergency_stop to release it"
+            return "emergency stop: a person releases it, on the page, by the keys or by ./robotont release"
+        waiting = self._stand_first.waiting(now)
+        if waiting:
+            return f"{', '.join(waiting)} must stop once after the emergency stop before driving"
         if self._refusal:
             return "newest cmd_vel refused, robot stopped: " + self._refusal
         if self.cut_off:

@@ -1,14 +1,18 @@
 """The ROS side of driver_node: cmd_vel in, serial_write out."""
 
 import threading
-import time
 
 import rospy
 from geometry_msgs.msg import Twist
-from std_msgs.msg import Bool
+from std_msgs.msg import Bool, String
+from std_srvs.srv import Trigger, TriggerResponse
 
+from robotont_driver.arrivals import Arrivals
 from robotont_driver.carried_rounding import CarriedRounding
+from robotont_driver.clocks import boot_time
 from robotont_driver.command_stream import CommandStream
+from robotont_driver.emergency_stop import EmergencyStop
+from robotont_driver.kept_parameter import KeptParameter
 from robotont_driver.kinematics import Kinematics
 from robotont_driver.limits import Limits
 from robotont_driver.node import OK, WARN, Health, Part, Worker, init_node, robot_name, serve
@@ -17,7 +21,6 @@ from robotont_driver.packet_topics import topics_between_processes
 from robotont_driver.parameters import Parameter
 from robotont_driver.protocol import Packet, packet_form
 from robotont_driver.refusals import Refusals
-from robotont_driver.stall_watch import StallWatch
 from robotont_driver.timeouts import PUBLISH_RATE, WRITE_TIMEOUT, check_repetition
 
 PARAMETERS = (
@@ -40,8 +43,7 @@ PARAMETERS = (
 )
 
 
-PRESSED = "emergency_stop_pressed"  # parameter in the namespace of the wheels': a restarted node stays stopped
-LATCHED_FOR = 1.0  # [s] after the start in which latched commands are those from before it
+PRESSED_BY = "emergency_stop_pressed"  # parameter in the namespace of the wheels': a restarted node stays stopped
 
 
 class DriverNode:
@@ -57,51 +59,74 @@ class DriverNode:
         self._form = packet_form(wheels.amount, parameters["command_decimals"])
         limits = Limits(*(parameters["max_" + limit] for limit in Limits._fields))
         self._stream = CommandStream(self._kinematics, limits, parameters["cmd_timeout"], self._period)
-        self._stream.emergency_stop(rospy.get_param(PRESSED, False) is True)
+        self._emergency_stop = EmergencyStop(rospy.get_param(PRESSED_BY, ()))
+        self._stream.emergency_stop(self._emergency_stop.pressed, 0.0)
         self._lock = threading.Lock()
-        self._saving = threading.Lock()
-        self._started = self._sent_at = time.monotonic()
+        self._sent_at = boot_time()
         self._refusals = Refusals()
-        self._stalls = StallWatch(parameters["cmd_timeout"] / 2, self._started)
+        self._arrivals = Arrivals(parameters["cmd_timeout"] / 2, self._sent_at)
         self._packets = topics.serial_write
         self._packets.advertise()
         self._limited = rospy.Publisher("cmd_vel/limited", Twist, queue_size=1, tcp_nodelay=True)
+        self._pressed_by = rospy.Publisher("emergency_stop/pressed_by", String, queue_size=1, latch=True)
+        self._pressed_by.publish(", ".join(self._emergency_stop.pressed_by))
+        self._kept = KeptParameter(PRESSED_BY, lambda: list(self._emergency_stop.pressed_by))
         self._repeater = Worker(self._repeat)
         rospy.on_shutdown(self._stop)
-        emergency_stop = rospy.Subscriber("emergency_stop", Bool, self._on_emergency_stop, queue_size=1)
+        emergency_stop = rospy.Subscriber("emergency_stop", Bool, self._on_emergency_stop, tcp_nodelay=True)
+        rospy.Service("emergency_stop/release", Trigger, self._on_release)
         cmd_vel = rospy.Subscriber("cmd_vel", Twist, self._on_command, queue_size=1, tcp_nodelay=True)
-        OutageWatch(newest=[cmd_vel], every=[emergency_stop])
+        self._arrivals.link = OutageWatch(newest=[cmd_vel], every=[emergency_stop]).link
         Health(robot_name(), {"command stream": self._report}, name)
 
     def _on_command(self, message):
         linear, angular = message.linear, message.angular
-        now = time.monotonic()
-        if now - self._started < LATCHED_FOR and message._connection_header.get("latching") == "1":
-            if self._refusals.refuse("latched", now):
-                rospy.logwarn("a latched cmd_vel that was there before this node is of unknown age and does not drive")
-            return
+        now = boot_time()
+        moves = any((linear.x, linear.y, linear.z, angular.x, angular.y, angular.z))
         with self._lock:
-            refusal = self._stream.command(
-                (linear.x, linear.y, linear.z), (angular.x, angular.y, angular.z), self._stalls.earliest_arrival(now))
-            self._send()
+            age = self._arrivals.age(message._connection_header, now)
+            old = moves and age >= self._stream.timeout
+            if not old:  # zeros stop at any age
+                refusal = self._stream.command((linear.x, linear.y, linear.z), (angular.x, angular.y, angular.z),
+                                               now - age if moves else now,
+                                               message._connection_header.get("callerid", ""))
+                self._send()
+        if old:
+            if self._refusals.refuse("old", now):
+                rospy.logwarn("an old cmd_vel (kept back on its way, or latched before) does not drive")
+            return
         if refusal and self._refusals.refuse(refusal.split()[0], now):
             rospy.logwarn("cmd_vel refused, the robot stops: %s", refusal)
 
     def _on_emergency_stop(self, message):
+        header = message._connection_header
         with self._lock:
-            changed = self._stream.emergency_stop(message.data)
-            if changed:
-                self._send()
-        if changed:
-            rospy.logwarn("emergency stop %s", "pressed" if message.data else "released; waiting for a new cmd_vel")
-            with self._saving:  # of a press and a release at once the later one is kept
-                try:
-                    rospy.set_param(PRESSED, self._stream.stopped)
-                except OSError as error:  # no master: the stop holds, but a restarted node would not find it
-                    rospy.logerr("emergency stop not kept on the parameter server: %s", error)
+            if self._emergency_stop.hear(header["callerid"], message.data, header.get("latching") == "1"):
+                self._follow_emergency_stop(boot_time())
+
+    def _on_release(self, _request):
+        """A person releases all presses, whoever has pressed."""
+        with self._lock:
+            now = boot_time()
+            if self._arrivals.stalls.earliest_arrival(now) < now:  # a press may be newer
+                return TriggerResponse(False, "not released: this node was stopped or starved; ask again")
+            before = ", ".join(self._emergency_stop.pressed_by)
+            if self._emergency_stop.release():
+                self._follow_emergency_stop(now)
+        return TriggerResponse(True, f"released; {before} had pressed it" if before else "was not pressed")
+
+    def _follow_emergency_stop(self, now):
+        """Carry out a change, then tell it: nothing here waits for anybody."""
+        pressed_by = ", ".join(self._emergency_stop.pressed_by)
+        if self._stream.emergency_stop(self._emergency_stop.pressed, now):
+            self._send()
+            rospy.logwarn("emergency stop %s", f"pressed by {pressed_by}" if pressed_by else
+                          "released; waiting for new commands")
+        self._pressed_by.publish(pressed_by)
+        self._kept.changed()
 
     def _send(self):
-        self._sent_at = time.monotonic()
+        self._sent_at = boot_time()
         twist = self._stream.twist(self._sent_at)
         units = self._rounding.round(self._kinematics.units_of_twist(twist), self._sent_at)
         self._packets.publish(Packet(units, self._form % tuple(units)))
@@ -113,8 +138,8 @@ class DriverNode:
     def _repeat(self):
         """Send the newest command again when nothing went out for a period; return the time to rest."""
         with self._lock:
-            now = time.monotonic()
-            self._stalls.tick(now)
+            now = boot_time()
+            self._arrivals.stalls.tick(now)
             left = self._stream.time_left(now)
             if now - self._sent_at >= self._period or left == 0.0:
                 self._send()
@@ -124,23 +149,23 @@ class DriverNode:
 
     def _stop(self):
         with self._lock:
-            self._stream.emergency_stop(True)
+            self._stream.emergency_stop(True, boot_time())
             self._send()
 
     def _report(self):
         with self._lock:
             stream = self._stream
-            age = stream.age(time.monotonic())
+            age = stream.age(boot_time())
             values = {
                 "commands": stream.commands,
                 "refused": stream.refused,
                 "time-outs": stream.timeouts,
                 "newest command limited": stream.limited,
-                "emergency stop": "pressed" if stream.stopped else "not pressed",
-                "times that this node was stopped or starved": self._stalls.stalls,
+                "emergency stop": ", ".join(self._emergency_stop.pressed_by) or "not pressed",
+                "times that this node was stopped or starved": self._arrivals.stalls.stalls,
                 "age of newest command [s]": "none yet" if age is None else f"{age:.2f}",
             }
-            complaint = stream.complaint()
+            complaint = stream.complaint(boot_time())
         waiting = "no cmd_vel yet" if age is None else "following cmd_vel"
         return (WARN, complaint, values) if complaint else (OK, waiting, values)
 

@@ -17,9 +17,10 @@ import diagnostic_updater
 import rospy
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 
+from robotont_driver import rospy_end
+from robotont_driver.log_queue import queue_log
 from robotont_driver.parameters import Parameter, ParameterError, fault, help_text, is_number, read_parameters
-from robotont_driver.rospy_end import end_servers_with_their_sockets
-from robotont_driver.wheels import read_wheels
+from robotont_driver.wheels import KEYS, read_wheels
 
 SEND_TIMEOUT = struct.pack("@ll", 0, 50000)  # a struct timeval: [s], [us]
 OK, WARN, ERROR = DiagnosticStatus.OK, DiagnosticStatus.WARN, DiagnosticStatus.ERROR
@@ -58,8 +59,8 @@ def answer_help(name, explanation, table=()):
 def init_node(name, explanation, table=()):
     """Make this process the node `name`, after `answer_help`."""
     answer_help(name, explanation, table)
-    end_servers_with_their_sockets()
-    rospy.init_node(name)
+    rospy_end.init_node(name)
+    queue_log()
 
 
 def run_node(name, node_class, table, check=None):
@@ -89,9 +90,9 @@ def _read_all(parts):
     faults = []
     wheels = None
     try:
-        wheels = read_wheels(rospy.get_param(rospy.get_namespace(), {}))
+        wheels = running_wheels(rospy.get_namespace())
     except ParameterError as error:
-        faults += [f"{message} (wheel parameters are read from {rospy.get_namespace()})" for message in error.faults]
+        faults += error.faults
     starts = []
     for part in parts:
         whose = "" if part.name == rospy.get_name() else part.name + ": "
@@ -108,16 +109,32 @@ def _read_all(parts):
     return starts
 
 
+def running_wheels(namespace):
+    """`Wheels` of the robot that runs in a namespace, from its parameters. Raises ParameterError."""
+    given = rospy.get_param(namespace, {})
+    if not any(key in given for key in KEYS):
+        raise ParameterError([f"wheelAmount and its kin: found none in {namespace}, where no robot runs: start "
+                              "robot.launch or simulation.launch first, or rosparam load config/wheel_params.yaml"])
+    try:
+        return read_wheels(given)
+    except ParameterError as error:
+        raise ParameterError(f"{message} (wheel parameters are read from {namespace})"
+                             for message in error.faults) from None
+
+
 @contextlib.contextmanager
 def signals_wait():
-    """SIGINT and SIGTERM that come within take effect behind it.
+    """SIGINT and SIGTERM that come within take effect behind it, or end the process where that takes too long.
 
     rospy shuts down within the signal's handler, which asks the master. Where the handler interrupts another question
     to the master, as starting nodes ask many, it waits for ever for the lock that the interrupted question holds.
     """
     came = []
-    handlers = {number: signal.signal(number, lambda number, _frame: came.append(number))
-                for number in (signal.SIGINT, signal.SIGTERM)}
+
+    def note(number, _frame):
+        came.append(number)
+        rospy_end.end_soon()
+    handlers = {number: signal.signal(number, note) for number in (signal.SIGINT, signal.SIGTERM)}
     try:
         yield
     finally:

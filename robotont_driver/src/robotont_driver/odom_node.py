@@ -23,7 +23,6 @@ from robotont_driver.parameters import Parameter
 from robotont_driver.refusals import Refusals
 from robotont_driver.slip import CommandWatch, SlipDetector
 from robotont_driver.solvers import SOLVERS
-from robotont_driver.thinning import Thinning
 
 # Variance of z, roll and pitch (and their rates): a robot on the floor has none; filters like no zeros.
 FLAT = 1e-6
@@ -33,6 +32,8 @@ PLANAR = [6 * row + column for row in (0, 1, 5) for column in (0, 1, 5)]
 # [s] Without a newer command for this long, serial_com_node and the board have stopped the robot.
 COMMAND_AGE = 0.5
 
+GYRO_BIAS_DRIFT = 1e-5   # [rad/s] how far a gyro's bias walks in 1 s, growing with the square root of the time
+GYRO_SCALE_NOISE = 3e-4  # [rad/s] standard deviation of the scale once it is calibrated, at 1 rad/s
 RECENTLY = 10 * SECOND  # [ns] for which the diagnostics warn that the clock was set
 
 PARAMETERS = (
@@ -50,20 +51,12 @@ PARAMETERS = (
     Parameter("slip_false_alarms", 0.1, "false alarms per hour of driving that the search for slipping wheels may "
               "raise at most (4 or more wheels, or a gyro); 0 = no search", "1/h", minimum=0.0,
               maximum=1000.0),
-    Parameter("twist_window", 0.0, "time over which the twist is the mean; 0 = the newest packet, in which one edge is "
-              "9 mm/s", "s", minimum=0.0, maximum=2.0, reason="older speeds are no speed"),
     Parameter("imu", "", "topic of a gyro (sensor_msgs/Imu) that takes part in the heading; empty: none"),
     Parameter("gyro_noise", 2.5e-4, "density of the gyro's noise", "rad/s/sqrt(Hz)", minimum=1e-7, maximum=1.0),
-    Parameter("gyro_bias_drift", 1e-5, "how far the gyro's bias walks in 1 s, growing with the square root of the time",
-              "rad/s", minimum=0.0, maximum=1.0),
     Parameter("gyro_scale", 1.0, "rate that the gyro reports when the robot turns at 1 rad/s", "rad/s", minimum=0.5,
               maximum=2.0, reason="a gyro that is farther off is broken"),
-    Parameter("gyro_scale_noise", 3e-4, "standard deviation of gyro_scale; about 0.01 until it is calibrated", "rad/s",
-              minimum=0.0, maximum=0.5),
     Parameter("joint_names", "", "names of the wheel joints in the wheel file's order, between blanks; empty: "
               "wheel_0_joint, ..."),
-    Parameter("joint_state_rate", 0.0, "how often joint_states are published, at most; 0 = with each packet", "Hz",
-              minimum=0.0, maximum=1000.0),
     Parameter("joint_prefix", "", "put before the names of the wheel joints"),
 )
 
@@ -83,9 +76,9 @@ class OdomNode:
         self._gyro = None
         if parameters["imu"] and period:
             self._gyro = GyroFusion(
-                Gyro(period, *(parameters["gyro_" + name] for name in ("noise", "bias_drift", "scale", "scale_noise"))),
+                Gyro(period, parameters["gyro_noise"], GYRO_BIAS_DRIFT, parameters["gyro_scale"], GYRO_SCALE_NOISE),
                 false_alarms)
-        self._odometry = WheelOdometry(kinematics, period, noise, parameters["twist_window"], self._gyro)
+        self._odometry = WheelOdometry(kinematics, period, noise, self._gyro)
         self._detector = self._watch = None  # packets of speeds (period 0) are no measurement
         if period and wheels.amount > 3 and false_alarms:
             self._detector = SlipDetector(
@@ -103,10 +96,11 @@ class OdomNode:
         self._broadcaster = tf2_ros.TransformBroadcaster() if parameters["publish_tf"] else None
         self._odom_publisher = DroppingPublisher("odom", Odometry)
         self._joint_publisher = DroppingPublisher("joint_states", JointState)
-        self._joint_states = Thinning(parameters["joint_state_rate"])
         rospy.Service("reset_odometry", Trigger, self._on_reset)
         # no queue_size: every packet counts
         topics.serial_read.subscribe(wheels.amount, self._on_packet, self._on_refused)
+        if period:
+            topics.serial_doubt.subscribe(wheels.amount, self._on_doubt, self._on_refused)
         if self._watch:
             topics.serial_write.subscribe(wheels.amount, self._on_command, self._on_refused_command, queue_size=1)
         subjects = {"wheel feedback": self._report, "stamps": self._report_stamps}
@@ -151,6 +145,10 @@ class OdomNode:
         if changed:
             self._report_change()
 
+    def _on_doubt(self, edges):
+        with self._lock:
+            self._odometry.doubt(edges)
+
     def _alarms(self):
         """State whose changes the diagnostics report at once."""
         return (self._clock.event_at, self._detector.slipping if self._detector else (), self._gyro_suspects())
@@ -190,10 +188,9 @@ class OdomNode:
         self._odom_publisher.publish(odom)
         if self._broadcaster:
             self._broadcaster.sendTransform(self._transform)
-        if self._joint_states.passes(nanoseconds):
-            joints.position = odometry.wheel_angles
-            joints.velocity = odometry.wheel_rates
-            self._joint_publisher.publish(joints)
+        joints.position = odometry.wheel_angles
+        joints.velocity = odometry.wheel_rates
+        self._joint_publisher.publish(joints)
 
     def _on_reset(self, _request):
         with self._lock:

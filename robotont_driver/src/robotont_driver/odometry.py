@@ -10,8 +10,7 @@ from robotont_driver import se2
 from robotont_driver.covariance import NONE, Covariance, WeightedSum
 from robotont_driver.gyro import UNCHANGED
 from robotont_driver.kinematics import Kinematics
-from robotont_driver.mean_twist import MeanTwist
-from robotont_driver.wheel_noise import READING_VARIANCE, variance_per_edge
+from robotont_driver.wheel_noise import PATH_VARIANCE, READING_VARIANCE, variance_per_edge
 
 # Variance of each coordinate before the first step: the start is exact, but filters need a positive variance.
 START_VARIANCE = 1e-9
@@ -86,17 +85,16 @@ class WheelOdometry:
 
     period: time [s] that one packet stands for. 0: packets contain speeds, each valid until the next one.
     wheel_noise: standard deviation [m] of a wheel's path after 1 m; its variance grows with the path.
-    twist_window: [s] over which the twist is the mean; 0: that of the newest packet. gyro: a gyro.GyroFusion, or None.
+    gyro: a gyro.GyroFusion, or None.
     """
 
-    def __init__(self, kinematics, period, wheel_noise, twist_window=0.0, gyro=None):
+    def __init__(self, kinematics, period, wheel_noise, gyro=None):
         wheels = kinematics.wheels
         self.kinematics = kinematics
         self.period = period
         self._variance_per_edge = variance_per_edge(wheel_noise, wheels.metres_per_edge)
         self._gyro = gyro
         self._rate = 1.0 / period if period else wheels.pid_frequency  # [Hz] packets per second
-        self._mean_twist = MeanTwist(1.0 / self._rate, max(1, round(twist_window * self._rate)) if period else 1)
         self.exclude(())
         self.pose = Pose(self._end_covariance)
         self.twist = (0.0, 0.0, 0.0)               # (v_x, v_y, omega)
@@ -111,7 +109,8 @@ class WheelOdometry:
         self.kinematics = Kinematics(self.kinematics.wheels, self.kinematics.solver, wheels)
         by_edge = self.kinematics.inverse * self.kinematics.wheels.metres_per_edge  # 3 x n: step by one edge of each
         by_wheel = [Covariance.of_vector(column.tolist()) for column in by_edge.T]  # of a step, for 1 edge^2 of each
-        self._edge_covariance = WeightedSum(by_wheel)([1.0] * len(by_wheel))        # for 1 edge^2 in every wheel
+        self._variance_covariance = WeightedSum(by_wheel)                          # by n variances [edges^2]
+        self._edge_covariance = self._variance_covariance([1.0] * len(by_wheel))   # for 1 edge^2 in every wheel
         self._end_covariance = self._edge_covariance.times(READING_VARIANCE)
         self._path_covariance = WeightedSum([                                      # by n paths [edges]
             covariance.times(variance) for covariance, variance in zip(by_wheel, self._variance_per_edge.tolist())])
@@ -141,9 +140,15 @@ class WheelOdometry:
             held = [edges * share for edges in self._held]
             self._move(held, *self._step(held))
             self._held = counts
-        self.twist, self.twist_covariance = self._mean_twist.add(step, covariance, edge_covariance)
+        self.twist = [length * self._rate for length in step]
+        self.twist_covariance = Covariance(*[
+            (own + PATH_VARIANCE * edge) * self._rate ** 2 for own, edge in zip(covariance, edge_covariance)])
         factor = self._radians_per_edge * self._rate
         self.wheel_rates = [edges * factor for edges in counts]
+
+    def doubt(self, edges):
+        """The path of each wheel up to now may be wrong by these `edges` (n)."""
+        self.pose.move((0.0, 0.0, 0.0), self._variance_covariance([path ** 2 for path in edges]))
 
     def _move_with_gyro(self, counts, step, covariance, stamp):
         """Move by wheels and gyro; the step, its Covariance, and its Covariance for 1 edge^2 in every wheel."""

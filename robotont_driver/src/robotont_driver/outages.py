@@ -1,18 +1,20 @@
-"""Reconnects to publishers on other machines at once when the network between them comes back.
+"""Watches the network to the publishers on other machines, and connects to them anew when it comes back.
 
 After an outage of T seconds TCP sends again only up to T seconds later, for it doubles its pause with every failed
 attempt: after 30 s without Wi-Fi a robot would stand for up to another 30 s. A new connection needs a fraction of a
-second.
+second. It brings nothing old, either.
 """
 
+import contextlib
 import socket
 import threading
-import time
 import xmlrpc.client
 from urllib.parse import urlsplit
 
 import rospy
 
+from robotont_driver.arrivals import Link
+from robotont_driver.clocks import boot_time
 from robotont_driver.node import Worker
 
 PERIOD = 0.25        # [s] between two looks
@@ -20,7 +22,7 @@ ANSWER_WITHIN = 0.4  # [s] or a machine counts as out of reach
 
 
 class OutageWatch:
-    """Connects subscribers again to publishers of machines that were out of reach and are back.
+    """Looks at the machines of silent publishers, and connects subscribers again to those that were out of reach.
 
     `newest`: subscribers of commands; data that waits in their old connections is too old and dropped. `every`:
     subscribers that may lose no message, such as an emergency stop's; their old connections still deliver, late.
@@ -29,73 +31,87 @@ class OutageWatch:
     def __init__(self, newest=(), every=()):
         self._newest = [subscriber.impl for subscriber in newest]
         self._every = [subscriber.impl for subscriber in every]
-        self._addresses = {}  # address of each publisher's machine by URI; None: this machine
-        self._received = {}   # bytes received from each connection
-        self._lost = set()    # URIs of machines out of reach
+        self._links = {}     # Link of each connection
+        self._received = {}  # bytes received from each connection
+        self._probed = set()  # URIs that are being probed
+        self._looked = boot_time()
         Worker(self._look)
 
+    def link(self, header):
+        """The Link of the connection with this header, of a subscriber in `newest`; None: there is none any more."""
+        for topic in self._newest:
+            for connection in topic.connections:
+                if connection.header is header:
+                    return self._links.get(connection) or self._link(connection)
+        return None
+
+    def _link(self, connection):
+        link = self._links.setdefault(connection, Link(self._looked))  # a new one was not there at the last look
+        link.local = link.local or _is_local(connection)
+        return link
+
     def _look(self):
-        """Probe the machines of silent connections; returns the time to rest."""
-        silent = set()
+        """Probe the machines of silent and of lost connections; returns the time to rest."""
+        now = boot_time()
+        silent = {}
         for topic in (*self._newest, *self._every):
             for connection in topic.connections:
                 if not connection.endpoint_id.startswith("http"):
                     continue  # an old one, kept for the messages that it may still deliver
+                link = self._link(connection)
                 active = connection.stat_bytes != self._received.get(connection)
                 self._received[connection] = connection.stat_bytes
-                if active:
-                    self._lost.discard(connection.endpoint_id)
-                else:
-                    silent.add(connection.endpoint_id)
-        self._received = {connection: amount for connection, amount in self._received.items() if not connection.done}
-        probes = [threading.Thread(target=self._probe, args=(uri,), daemon=True) for uri in silent]
-        for probe in probes:
-            probe.start()
-        for probe in probes:
-            probe.join()
+                if not link.local and (link.lost or not active):
+                    silent.setdefault(connection.endpoint_id, []).append((topic, connection, link))
+        self._looked = now
+        for known in (self._links, self._received):
+            for connection in [one for one in list(known) if one.done]:
+                del known[connection]
+        for uri, ways in silent.items():
+            if uri not in self._probed:
+                self._probed.add(uri)
+                threading.Thread(target=self._probe, args=(uri, ways, now), daemon=True).start()
         return PERIOD
 
-    def _probe(self, uri):
-        if uri not in self._addresses:
-            self._addresses[uri] = _address_elsewhere(urlsplit(uri).hostname)
-        address = self._addresses[uri]
-        if address is None:
-            return
+    def _probe(self, uri, ways, now):
+        """Look at a machine; ways: (topic, connection, link) of each connection to the publisher at `uri`."""
         try:
+            address = _ends(ways[0][1])[1] or urlsplit(uri).hostname
             socket.create_connection((address, urlsplit(uri).port), ANSWER_WITHIN).close()
-        except ConnectionRefusedError:
-            self._lost.discard(uri)  # the machine is there, the publisher has ended
-        except OSError:
-            if uri not in self._lost:
+        except OSError as error:  # refused: the publisher has ended, but what it has sent may still come
+            if not isinstance(error, ConnectionRefusedError) and not any(link.lost for _, _, link in ways):
                 rospy.logwarn("the machine of %s is out of reach", uri)
-            self._lost.add(uri)
+            for _, _, link in ways:
+                link.lost = True
         else:
-            if uri in self._lost:
-                self._lost.discard(uri)
-                rospy.loginfo("the machine of %s is back", uri)
-                self._reconnect(uri)
-
-    def _reconnect(self, uri):
-        own = xmlrpc.client.ServerProxy(rospy.get_node_uri())
-        for topic in (*self._every, *self._newest):
-            for connection in [one for one in topic.connections if one.endpoint_id == uri]:
+            for topic, _, link in ways:
                 if topic in self._newest:
-                    connection.close()
-                    topic.remove_connection(connection)
-                else:
-                    connection.endpoint_id = f"before the outage at {time.monotonic():.3f}: {uri}"
-                uris = [one.endpoint_id for one in topic.connections if one.endpoint_id.startswith("http")]
-                own.publisherUpdate("/master", topic.resolved_name, [*uris, uri])  # rospy then connects
+                    link.reached(now)
+            if any(link.lost for _, _, link in ways):
+                rospy.loginfo("the machine of %s is back: new connection", uri)
+                self._reconnect(uri, [(topic, connection) for topic, connection, link in ways if link.lost])
+        finally:
+            self._probed.discard(uri)
+
+    def _reconnect(self, uri, lost):
+        own = xmlrpc.client.ServerProxy(rospy.get_node_uri())
+        for topic, connection in sorted(lost, key=lambda pair: pair[0] in self._newest):
+            if topic in self._newest:
+                connection.close()
+                topic.remove_connection(connection)
+            else:
+                connection.endpoint_id = f"before the outage at {boot_time():.3f}: {uri}"
+            uris = [one.endpoint_id for one in topic.connections if one.endpoint_id.startswith("http")]
+            own.publisherUpdate("/master", topic.resolved_name, [*uris, uri])  # rospy then connects
 
 
-def _address_elsewhere(host):
-    """IPv4 address of a host that is not this machine; else None."""
-    try:
-        address = socket.gethostbyname(host)
-        with socket.socket() as probe:
-            probe.bind((address, 0))
-    except socket.gaierror:
-        return None
-    except OSError:
-        return address  # no interface of this machine has this address
-    return None
+def _ends(connection):
+    """(address of this end, of the other) of a connection; (None, None) while there is none."""
+    with contextlib.suppress(AttributeError, OSError):
+        return connection.socket.getsockname()[0], connection.socket.getpeername()[0]
+    return None, None
+
+
+def _is_local(connection):
+    here, there = _ends(connection)
+    return here is not None and (here == there or there.startswith("127."))

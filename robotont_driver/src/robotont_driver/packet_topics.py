@@ -1,4 +1,4 @@
-"""The topics `serial_write` and `serial_read` as driver_node, serial_com_node and odom_node use them.
+"""The topics `serial_write`, `serial_read` and `serial_doubt` as driver_node, serial_com_node and odom_node use them.
 
 Nodes in processes of their own exchange packets over ROS (`PacketTopic`); nodes in one process call each other, and
 ROS gets a copy where somebody listens (`SharedPacketTopic`).
@@ -75,20 +75,21 @@ class SharedPacketTopic:
 
 
 class PacketTopics(NamedTuple):
-    """Both topics of a robot."""
+    """The topics of a robot."""
 
     serial_write: Any
     serial_read: Any
+    serial_doubt: Any  # edges by which the paths of the wheels up to the newest packet may be wrong
 
 
 def topics_between_processes():
     """`PacketTopics` of a node in a process of its own."""
-    return PacketTopics(PacketTopic("serial_write"), PacketTopic("serial_read"))
+    return PacketTopics(*map(PacketTopic, PacketTopics._fields))
 
 
 def topics_within_process(from_outside):
     """`PacketTopics` of nodes that share a process."""
-    return PacketTopics(SharedPacketTopic("serial_write", from_outside), SharedPacketTopic("serial_read", from_outside))
+    return PacketTopics(*(SharedPacketTopic(name, from_outside) for name in PacketTopics._fields))
 
 
 def deliver(text, wheels, taken, refused):

@@ -12,8 +12,8 @@ class ParameterError(ValueError):
     """Parameters that cannot be used. `faults` lists every one: name, what was found, what is allowed."""
 
     def __init__(self, faults):
-        super().__init__("\n".join(faults))
         self.faults = list(faults)
+        super().__init__("\n".join(self.faults))
 
 
 class Parameter(NamedTuple):

@@ -7,29 +7,24 @@ from geometry_msgs.msg import PoseStamped
 from nav_msgs.msg import Odometry, Path
 
 from robotont_driver.node import run_without_wheels
-from robotont_driver.parameters import Parameter
 from robotont_driver.se2 import yaw_of
 from robotont_driver.travelled_path import Sample, Trail
 
-PARAMETERS = (
-    Parameter("max_poses", 1000, "poses that the path keeps; the oldest go first", minimum=1, maximum=100000,
-              reason="every pose goes out again with each path"),
-    Parameter("min_distance", 0.05, "between two poses of the path", "m", minimum=0.001, maximum=100.0),
-    Parameter("publish_rate", 5.0, "how often a path that has changed is published, at most", "Hz", minimum=0.1,
-              maximum=100.0, reason="no screen shows more"),
-)
+MAX_POSES = 1000      # that the path keeps; the oldest go first
+MIN_DISTANCE = 0.05   # [m] between two poses of the path
+PUBLISH_PERIOD = 0.2  # [s] between two paths
 
 
 class PathNode:
     """Publishes the way of the robot whenever it has become longer."""
 
-    def __init__(self, parameters):
-        self._trail = Trail(parameters["max_poses"], parameters["min_distance"])
+    def __init__(self, _parameters):
+        self._trail = Trail(MAX_POSES, MIN_DISTANCE)
         self._frame = ""
         self._changed = False
         self._publisher = rospy.Publisher("path", Path, queue_size=1, latch=True)
         rospy.Subscriber("odom", Odometry, self._on_odometry, queue_size=10, tcp_nodelay=True)
-        rospy.Timer(rospy.Duration(1.0 / parameters["publish_rate"]), self._publish, reset=True)
+        rospy.Timer(rospy.Duration(PUBLISH_PERIOD), self._publish, reset=True)
 
     def _on_odometry(self, message):
         self._frame = message.header.frame_id
@@ -68,4 +63,4 @@ def path_of(frame, samples):
 
 def main():
     """Run path_node; list wrong parameters, if any, and exit with 1."""
-    run_without_wheels("path_node", PathNode, PARAMETERS)
+    run_without_wheels("path_node", PathNode, ())

@@ -5,10 +5,13 @@ so is the feedback of the board, whose checked trailer also contains a counter a
 """
 
 import binascii
+import math
 import re
 from collections import Counter
+from typing import NamedTuple, Tuple
 
 from robotont_driver.board_status import BoardHealth, BoardStatus
+from robotont_driver.restarts import ANY, Arrival, doubt_about
 
 LONGEST_LINE = 256  # [bytes] without the newline; a longer line is dropped
 
@@ -62,13 +65,24 @@ QUESTION = add_checksum("?;")  # asks for the identity, which boards with firmwa
 
 
 class Packet(tuple):
-    r"""The values [units] of a plain packet, one per wheel, and its `text`, `m0:m1:...;\\n`, which writes them."""
+    r"""The values [units] of a plain packet, one per wheel, and its `text`, `m0:m1:...;\\n`, which writes them.
+
+    `doubt`: None, or a `Packet` of the edges by which the path of each wheel up to here may be wrong; not in `text`.
+    """
+
+    doubt = None
 
     def __new__(cls, values, text=None):
         """From values; without `text` they are written as whole numbers."""
         packet = super().__new__(cls, values)
         packet.text = format_packet(packet) if text is None else text
         return packet
+
+    def doubted(self, edges):
+        """The same `Packet` with a doubt: n floats, or none for no doubt."""
+        if edges:
+            self.doubt = Packet(math.ceil(abs(edge)) for edge in edges)
+        return self
 
     @property
     def is_whole(self):
@@ -133,8 +147,10 @@ class LineSplitter:
 class CheckedPacket:
     """Feedback with a valid CRC: `counts` per wheel, packet `counter`, encoder `totals` modulo 2^16.
 
-    `status`: the board's BoardStatus; None from firmware before 2.0.
+    `status`: the board's BoardStatus; None from firmware before 2.0. `arrival`: its reader's `Arrival`.
     """
+
+    arrival = None
 
     def __init__(self, line, wheels):
         """From a line without newline. Raises PacketError."""
@@ -177,20 +193,23 @@ class FeedbackReader:
     mode: "plain" reads the thesis' packets and ignores everything behind the semicolon; "checked" takes
     only packets with a valid trailer; "auto" takes plain ones until the first valid checked one.
     reach: edges that a motor can make in one period; more means an error. rate: [Hz] packets per second that the
-    board should send, compared with its identity; None: not compared. decimals: whether plain packets may have
-    decimals; encoders count whole edges, so usually such a packet is an echo of a command. `health`: the board's own
-    reports. Counted in `dropped` by kind, `packets`, `repaired` (periods), `restarts` (of the board).
+    board should send, compared with its identity. Plain packets with decimals are echoes of commands, for encoders
+    count whole edges. `health`: the board's own reports. Counted in `dropped` by kind (`newest_error`: description of
+    the newest), `packets`, `repaired` (periods), `restarts` (of the board), `doubts` (gaps in which it may have
+    restarted).
     """
 
-    def __init__(self, wheels, reach, mode="auto", rate=None, decimals=False):
+    def __init__(self, wheels, reach, rate, mode="auto"):
         self.wheels = wheels
         self.reach = reach
+        self._rate = rate
         self.mode = mode
-        self.decimals = decimals
         self.packets = 0
         self.repaired = 0
         self.restarts = 0
+        self.doubts = 0
         self.dropped = Counter()
+        self.newest_error = ""
         self.health = BoardHealth(wheels, rate)
         self.connect()
 
@@ -202,9 +221,12 @@ class FeedbackReader:
         self._first = True
         self._last = None      # newest trusted checked packet
         self._suspect = None   # a checked packet that does not continue `_last`: an error, or a restart
+        self._suspicion = ()   # doubt [edges] that a restart at `_suspect` leaves
+        self._now = 0.0        # [periods]
 
-    def feed(self, data):
-        """List of `Packet`, one per PID period, that `data` completes; missed periods included."""
+    def feed(self, data, now):
+        """List of `Packet`, one per PID period, that `data` completes at `now` [s]; missed periods included."""
+        self._now = now * self._rate
         packets = []
         overlong = self._splitter.overlong
         for line in self._splitter.feed(data):
@@ -212,6 +234,7 @@ class FeedbackReader:
                 packets += self._read(line.rstrip(b"\r"))
             except PacketError as error:
                 self.dropped[error.kind] += 1
+                self.newest_error = str(error)
             self._first = False
         if self._splitter.overlong > overlong:
             self.dropped["overlong"] += self._splitter.overlong - overlong
@@ -284,7 +307,7 @@ class FeedbackReader:
         if self._first:
             raise PacketError("first line", "the first line may be incomplete")
         counts = parse_packet(text, self.wheels)
-        if not (self.decimals or counts.is_whole):
+        if not counts.is_whole:
             raise PacketError("decimals", f"counts with decimals in {text[:40]!r}")
         self._check_reach(counts)
         return [counts]
@@ -294,45 +317,69 @@ class FeedbackReader:
         self._check_reach(packet.counts)
         self.checked = True
         if self._last is None:
+            packet.arrival = Arrival(self._now)
             self._last = packet
             return [packet.counts]
         if packet.repeats(self._last):
             raise PacketError("repeated", "the same packet twice")
-        missed = self._missed_between(self._last, packet)
-        if missed is not None:
+        gap = self._gap(self._last, packet)
+        if gap is not None and not gap.restarted:
             if self._suspect is not None:
                 self.dropped["inconsistent"] += 1
-            return self._continue(packet, *missed)
-        if self._suspect is not None:
-            suspect, missed = self._suspect, self._missed_between(self._suspect, packet)
-            if missed is not None:
+            return self._continue(self._last, packet, gap)
+        suspect, suspicion = self._suspect, self._suspicion
+        if suspect is not None:
+            step = self._gap(suspect, packet)
+            if step is not None and not step.restarted:
                 # Two packets agree with each other and not with those before: the board has restarted.
                 self.restarts += 1
-                return [suspect.counts, *self._continue(packet, *missed)]
+                self.doubts += bool(suspicion)
+                return [suspect.counts.doubted(suspicion), *self._continue(suspect, packet, step)]
             self.dropped["inconsistent"] += 1
-        self._suspect = packet
+        packet.arrival = self._last.arrival.next(self._now, 1)
+        self._suspect, self._suspicion = packet, gap.doubt if gap else ()
         return []
 
     def _check_reach(self, counts):
         if max(map(abs, counts)) > self.reach:
             raise PacketError("reach", f"more than {self.reach} edges in one period")
 
-    def _missed_between(self, last, packet):
-        """(periods, counts per wheel) between the two packets; None where the motors cannot have made these counts.
+    def _gap(self, last, packet):
+        """`_Gap` between the two packets; None where time or motors cannot have made it.
 
         Beyond 2^15 edges the totals modulo 2^16 no longer determine how many are missing.
         """
         periods, counts = packet.missed_since(last)
         bound = self.reach * periods
-        return (periods, counts) if bound < 0x8000 and max(map(abs, counts)) <= bound else None
+        most = last.arrival.most(self._now)
+        if periods + 1 > most or bound >= 0x8000 or max(map(abs, counts)) > bound:
+            return None
+        # the counter begins at 0 with the board: whether all its packets may have been made since `last`
+        if periods and packet.counter + 1 <= most < ANY:
+            doubt = doubt_about(counts, periods, self._now - last.arrival.at, last.counts, packet.counts)
+            if doubt:
+                return _Gap(periods, counts, doubt.edges, doubt.late and doubt.unexplained > 0)
+        return _Gap(periods, counts, (), False)
 
-    def _continue(self, packet, periods, counts):
+    def _continue(self, last, packet, gap):
+        periods, counts, doubt, _ = gap
+        packet.arrival = last.arrival.next(self._now, periods + 1)
         self._last = packet
         self._suspect = None
         if not periods:
             return [packet.counts]
         self.repaired += periods
-        return [*spread(counts, periods), packet.counts]
+        self.doubts += bool(doubt)
+        return [*spread(counts, periods), packet.counts.doubted(doubt)]
+
+
+class _Gap(NamedTuple):
+    """Between two packets."""
+
+    periods: int             # whose packets are missing
+    counts: Tuple[int, ...]  # per wheel, in these
+    doubt: Tuple[float, ...]  # [edges] as in a `Packet`
+    restarted: bool          # whether a restart is likelier than these counts
 
 
 def spread(counts, periods):

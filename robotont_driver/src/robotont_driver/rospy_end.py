@@ -1,16 +1,43 @@
-"""Lets rospy processes end without using a whole core meanwhile."""
+"""Lets rospy processes end: soon, whatever hangs, and without using a whole core meanwhile."""
+
+import atexit
+import faulthandler
+import functools
+import os
 
 import rosgraph.xmlrpc
 import rospy
 
+FAREWELL = 3.0  # [s] for the last messages and for the master to hear of the end; roslaunch and systemd wait for 10
+
 
 def init_tool(name):
     """Make this process a node, beside others of that name; signals stay with the process."""
-    end_servers_with_their_sockets()
+    _end_servers_with_their_sockets()
+    atexit.register(end_soon)  # before rospy's own, which was registered earlier; a tool may work on after a shutdown
     rospy.init_node(name, anonymous=True, disable_signals=True)
 
 
-def end_servers_with_their_sockets():
+def init_node(name):
+    """Make this process the node `name`, which ends soon after it was told to."""
+    _end_servers_with_their_sockets()
+    rospy.on_shutdown(end_soon)  # the first of all
+    rospy.init_node(name)
+
+
+@functools.lru_cache(maxsize=None)  # the first call counts
+def end_soon():
+    """End this process after FAREWELL at the latest, with status 1: its way out may lead to a master that hangs.
+
+    rospy unregisters from the master without a time limit. All that stops a robot is sent before.
+    """
+    faulthandler.dump_traceback_later(FAREWELL, exit=True, file=_NOWHERE)  # a thread that needs nothing of Python
+
+
+_NOWHERE = open(os.devnull, "w")  # noqa: SIM115  open for as long as the process lives
+
+
+def _end_servers_with_their_sockets():
     """From now on the XML-RPC server of this process ends when rospy closes its socket; call before init_node.
 
     rospy only closes the socket, and Python's server then polls it without a pause until the process ends: 0.2 s of

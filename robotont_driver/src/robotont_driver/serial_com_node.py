@@ -5,7 +5,7 @@ import traceback
 
 import rospy
 
-from robotont_driver.dialects import AUTO, DISTANCE, NAMES, make_dialect
+from robotont_driver.dialects import AUTO, DISTANCE, NAMES, Recognised, expect_dialect
 from robotont_driver.dialects.dialect import DialectError
 from robotont_driver.motor import counts_in_reach
 from robotont_driver.node import ERROR, OK, WARN, Health, Part, Rate, init_node, serve
@@ -17,6 +17,8 @@ from robotont_driver.refusals import Refusals
 from robotont_driver.serial_link import SerialLink, usb_id
 from robotont_driver.timeouts import PUBLISH_RATE, WRITE_TIMEOUT, check_repetition
 
+DOUBT = ("lines of the board were lost, or it has restarted: the odometry may be wrong by the counts between, and its "
+         "covariance contains them")
 LARGEST_REACH = 0x7FFF  # [edges] what the 16 bits of a packet's totals can represent
 
 PARAMETERS = (
@@ -24,19 +26,12 @@ PARAMETERS = (
     Parameter("baudrate", 115200, "speed of the line", "baud", minimum=1200, maximum=4000000,
               reason="no serial port is faster", official="serial/baudrate"),
     Parameter("packets", AUTO, "dialect of the board: plain (the thesis'), checked (with CRC), robotont2, robotont3 "
-              "or robotont2018 (official firmware), or auto: recognised from its output", choices=NAMES),
-    Parameter("decimal_counts", False, "whether the board's plain packets may contain decimals; else such a packet is "
-              "taken for an echo of a command"),
+              "or robotont2018 (official firmware, another board is refused), or auto: recognised from its output",
+              choices=NAMES),
     Parameter("write_timeout", WRITE_TIMEOUT, "one stop packet after this long without a serial_write", "s",
               minimum=0.05, maximum=2.0, reason="for so long the robot drives on when driver_node dies"),
-    Parameter("retry_period", 0.5, "pause between attempts to open the port", "s", minimum=0.05, maximum=60.0,
-              reason="a board that is back should not wait longer"),
-    Parameter("max_counts_per_period", 0, "what a motor can reach in one PID period, more is taken for an error on "
-              "the line; 0 = from the wheel parameters, for a motor of 9375 rpm", "edges", minimum=0,
-              maximum=LARGEST_REACH, reason="the totals in a packet have 16 bits"),
     Parameter("board_wheel_distance", DISTANCE, "centre to wheel as the official firmware of generations 2 and 3 has "
               "it; 0.127 in firmware from before March 2020", "m", minimum=0.01, maximum=10.0),
-    Parameter("usb_id", "", "vendor:product of the port, 0483:5740 for generation 3; empty: as the system reports it"),
     Parameter("range_frame_prefix", "range_sensor_", "frames of the range sensors, before their number",
               official="range/sensor_frame_prefix"),
     Parameter("base_frame", "base_link", "frame in which the range sensors stand"),
@@ -53,23 +48,25 @@ class SerialComNode:
         self._wheels = wheels.amount
         self._parameters = parameters
         try:
-            self._dialect = make_dialect(parameters["packets"], wheels, reach(wheels, parameters),
-                                         parameters["board_wheel_distance"], parameters["decimal_counts"])
+            self._dialect = expect_dialect(parameters["packets"], wheels, counts_in_reach(wheels),
+                                           parameters["board_wheel_distance"])
         except DialectError as error:
             rospy.logfatal("~packets is %s, but its board cannot have these wheels: %s", parameters["packets"], error)
             raise SystemExit(1) from None
         self._met = None          # the dialect that was greeted
         self._held = None         # (command, its arrival [s]) that could not be sent before the board was recognised
         self._refusals = Refusals()  # of malformed messages on serial_write
-        self._restarts = 0        # of the board, already reported
+        self._restarts = self._doubts = 0  # of the board, already reported
         self._failures = 0        # of this program, already reported
         self._trouble_before = 0  # errors up to the last report
         self._rate = Rate()
         self._packets = topics.serial_read
         self._packets.advertise()
+        self._doubtful = topics.serial_doubt
+        self._doubtful.advertise()
         self._link = SerialLink(
             parameters["port"], parameters["baudrate"], self._on_bytes, self._on_change, self._stop_packet,
-            self._on_failure, write_timeout=parameters["write_timeout"], retry_period=parameters["retry_period"])
+            self._on_failure, write_timeout=parameters["write_timeout"])
         self._topics = OfficialTopics(parameters["range_frame_prefix"], parameters["base_frame"], self._on_light)
         self._link.start()
         rospy.on_shutdown(self._close)
@@ -111,19 +108,23 @@ class SerialComNode:
         for line in data.splitlines(keepends=True):  # of a burst, each packet goes out before the next line is read
             for packet in dialect.feed(line, time.monotonic()):
                 self._packets.publish(packet)
+                if packet.doubt:
+                    self._doubtful.publish(packet.doubt)
         spoken = dialect.spoken
         if spoken is not self._met:
             self._meet(spoken)
         self._topics.publish(spoken.take_readings())
         if spoken.restarts > self._restarts:
             rospy.logwarn("the board has restarted; counts that it has not sent before are missing in the odometry")
-        self._restarts = spoken.restarts
+        if spoken.doubts > self._doubts:
+            rospy.logwarn_throttle(10.0, DOUBT)
+        self._restarts, self._doubts = spoken.restarts, spoken.doubts
 
     def _meet(self, spoken):
         """Greet the board, once per connection, when its dialect has been recognised."""
-        self._restarts = spoken.restarts
+        self._restarts, self._doubts = spoken.restarts, spoken.doubts
         self._link.pace(spoken.pacing)
-        if spoken is self._dialect and self._parameters["packets"] == AUTO:
+        if isinstance(spoken, Recognised):
             self._met = spoken
             return  # still listening
         rospy.loginfo("the board speaks %s", spoken.name)
@@ -150,7 +151,7 @@ class SerialComNode:
             rospy.logwarn("port open again; what the wheels have turned meanwhile is missing in the odometry")
         else:
             rospy.loginfo("port open")
-        self._dialect.usb_id = self._parameters["usb_id"] or usb_id(self._parameters["port"])
+        self._dialect.usb_id = usb_id(self._parameters["port"])
         self._dialect.connect(time.monotonic())
         self._meet(self._dialect.spoken)
 
@@ -177,6 +178,7 @@ class SerialComNode:
             **{"lines dropped: " + kind: count for kind, count in sorted(dialect.dropped.items())},
             "periods repaired": dialect.repaired,
             "board restarts": dialect.restarts,
+            "lost lines that may have been a restart": dialect.doubts,
             "reconnects": max(0, link.opened - 1),
             "faults of this program": link.failures,
         }
@@ -188,7 +190,7 @@ class SerialComNode:
         if dialect.complaint:
             return WARN, dialect.complaint, values
         if rate == 0.0:
-            return WARN, "port open, but no packets: is the firmware running, at this baudrate?", values
+            return WARN, silence(dialect, new_errors), values
         if new_errors:
             return WARN, f"{new_errors} lines dropped in the last second: check cable and baudrate", values
         return OK, f"{rate:.0f} packets/s", values
@@ -201,18 +203,21 @@ class SerialComNode:
         return level, " / ".join(errors + warnings) or "reports no fault", values
 
 
-def reach(wheels, parameters):
-    """[edges] that a motor can make in one PID period."""
-    return parameters["max_counts_per_period"] or counts_in_reach(wheels)
+def silence(dialect, dropped):
+    """Message about a board that has sent no packet since the last report, but lines that were `dropped`."""
+    if not dropped:
+        return "port open, but no packets: is the firmware running, at this baudrate?"
+    return (f"{dropped} lines came in the last second, and none is a packet of a board that speaks {dialect.name}: "
+            f"{dialect.newest_error}; is it another board (~packets), another firmware, or another baudrate?")
 
 
 def check(wheels, parameters, other):
     """List of conflicts between parameters, or with those of driver_node."""
     faults = check_repetition(other("driver_node/publish_rate", PUBLISH_RATE), parameters["write_timeout"])
-    edges = reach(wheels, parameters)
+    edges = counts_in_reach(wheels)
     if edges > LARGEST_REACH:
         faults.append(f"encoderEdgesPerMotorRevolution and pidControlFrequency: found {edges} edges in one PID period, "
-                      f"allowed: up to {LARGEST_REACH}, or a ~max_counts_per_period")
+                      f"allowed: up to {LARGEST_REACH}")
     return faults
 
 

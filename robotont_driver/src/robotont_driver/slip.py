@@ -1,8 +1,9 @@
 """Wheels that slip, are blocked or count nothing: detected by parity checks, and by comparison with the command.
 
 With n > 3 wheels the counts are redundant: the wheel matrix J leaves n - 3 combinations of them (parity checks)
-that are zero while every wheel rolls. A chi-square test compares them with their noise over a short window. With
-three wheels nothing is redundant; there, and for any n, commanded and measured paths are compared. Counts and
+that are zero while every wheel rolls. A chi-square test compares them with their noise over a short window; its
+statistic is the weighted sum of squares that remains of the paths when the step that fits them best is taken off.
+With three wheels nothing is redundant; there, and for any n, commanded and measured paths are compared. Counts and
 paths of wheels are in edges.
 """
 
@@ -12,7 +13,7 @@ from collections import deque
 
 import numpy as np
 
-from robotont_driver.solvers import LARGEST_CONDITION, condition, least_squares, parity
+from robotont_driver.solvers import LARGEST_CONDITION
 from robotont_driver.wheel_noise import PATH_VARIANCE, variance_per_edge
 
 WINDOW = 10             # [packets with motion] that the test looks back on: 0.2 s at 50 Hz
@@ -20,6 +21,8 @@ TOLERANCE = 0.01        # wheel parameters are taken to be right within this par
 PREDICTION = 0.3        # relative error of the predicted motion; decides only where parity cannot
 DOUBT = 6.0             # wheels whose costs differ by less (odds of 20 to 1) are almost equally suspect ...
 PATIENCE = 3            # ... which is tolerated for so many packets
+ALL_SUBSETS = 6         # wheels up to which every set of them is tried as the slipping ones; ...
+LARGEST_SET = 2         # ... of more wheels every set up to this size, and the likeliest with one wheel more, and more
 CLEAR = 0.05            # an excluded wheel is included again when clean counts would look worse this often ...
 PROVEN = 0.3            # ... and a slip of this part of its path would have been detected
 
@@ -36,8 +39,17 @@ class SlipDetector:
         self._matrix = np.asarray(matrix)
         self._edge = np.array(metres_per_edge)
         self._noise = variance_per_edge(wheel_noise, self._edge)
-        self._rate = min(0.5, false_alarms / (3600.0 * frequency))
-        self._views = {}
+        amount = len(self._matrix)
+        rate = min(0.5, false_alarms / (3600.0 * frequency))
+        # of the statistic, by number of wheels in use; three are not redundant
+        self._limits = {wheels: chi_square_limit(rate, wheels - 3) for wheels in range(4, amount + 1)}
+        self._clear = {wheels: chi_square_limit(CLEAR, wheels - 3) for wheels in range(4, amount + 1)}
+        self._products = np.einsum("ni,nj->nij", self._matrix, self._matrix).reshape(amount, 9)
+        largest = amount - 3 if amount <= ALL_SUBSETS else LARGEST_SET
+        self._sets = [self._prepare(itertools.combinations(range(amount), number)) for number in range(1, largest + 1)]
+        self._all = np.ones((1, amount))
+        self._used = self._all               # 1 for each wheel in use, 0 for those excluded
+        self._paths = self._weights = None   # n: of the window [m], and the inverse of their variances
         self._counts = deque(maxlen=WINDOW)
         self._commands = deque(maxlen=WINDOW)
         self._path = np.zeros(len(matrix))   # [edges] over the window
@@ -58,11 +70,12 @@ class SlipDetector:
         self._path = self._path + (counts - self._counts[0] if full else counts)
         self._counts.append(counts)
         self._commands.append(commanded)
+        variances = PATH_VARIANCE + self._noise * np.abs(self._path) + (TOLERANCE * self._path) ** 2
+        self._paths, self._weights = self._path * self._edge, 1.0 / (variances * self._edge ** 2)
         before = self.slipping
-        if before:
+        if before and len(self._counts) == WINDOW:
             self._release()
-        view = self._view(self.slipping)
-        if view.limit is None or self._statistic(view) <= view.limit:
+        if not self._complains(self.slipping, self._statistics(self._used)[0]):
             self._doubts = 0
             if not self.slipping:
                 self._good.append(self._path)
@@ -70,59 +83,77 @@ class SlipDetector:
             self._accuse()
         return self.slipping != before
 
+    def _complains(self, excluded, statistic):
+        """Whether the wheels but the `excluded` ones do not roll consistently."""
+        limit = self._limits.get(len(self._path) - len(excluded))
+        return limit is not None and statistic > limit
+
     def _accuse(self):
         """Exclude the smallest set of wheels that makes the rest consistent; break ties by likelihood.
 
         While two wheels are almost equally suspect, wait for a few more packets.
         """
         amount = len(self._path)
+        expected = self._expected() * self._edge
+        wheels = ()
         for number in range(1, amount - 2):
-            suspects = sorted(
-                (self._cost(wheels), wheels) for wheels in itertools.combinations(range(amount), number)
-                if self._can_spare(wheels))
-            if not suspects:
+            sets, used = self._sets[number - 1] if number <= len(self._sets) else self._prepare(
+                tuple(sorted((*wheels, other))) for other in range(amount) if other not in wheels)
+            if not sets:
                 return
-            cost, wheels = suspects[0]
-            view = self._view(wheels)
-            if view.limit is None or self._statistic(view) <= view.limit:
+            statistics, costs = self._compare(used, expected)
+            if amount - number > 3:
+                costs = costs + statistics
+            first, *second = np.argsort(costs, kind="stable")[:2]
+            wheels = sets[first]
+            if not self._complains(wheels, statistics[first]):
                 # where the rest is not redundant, waiting would add no information
-                doubtful = view.limit is not None and len(suspects) > 1 and suspects[1][0] - cost < DOUBT
+                doubtful = amount - number > 3 and any(costs[second] - costs[first] < DOUBT)
                 self._doubts += 1
                 if not doubtful or self._doubts > PATIENCE:
                     self.alarms += len(set(wheels) - set(self.slipping))
-                    self.slipping = wheels
+                    self._exclude(wheels)
                     self._doubts = 0
                 return
 
+    def _exclude(self, wheels):
+        self.slipping = wheels
+        self._used = self._all.copy()
+        self._used[0, list(wheels)] = 0.0
+
     def _release(self):
         """Include each wheel again that has rolled consistently with the others for the whole window."""
-        if len(self._counts) < WINDOW:
-            return
-        for wheel in self.slipping:
-            rest = tuple(other for other in self.slipping if other != wheel)
-            view = self._view(rest)
+        wheels = list(self.slipping)
+        in_use = len(self._path) - len(wheels) + 1
+        while wheels:
+            rows = range(len(wheels))
+            used = np.repeat(self._used, len(wheels), axis=0)
+            used[rows, wheels] = 1.0
+            clean = self._statistics(used) <= self._clear[in_use]
+            if not clean.any():
+                return
             # path of this wheel that follows from the others; whether a slip of a part of it would have been detected
-            expected = self._matrix[wheel] @ (self._view(self.slipping).solution @ (self._path * self._edge))
-            slip = np.zeros(len(self._path))
-            slip[wheel] = PROVEN * expected / self._edge[wheel]
-            if self._statistic(view) <= view.clear and self._statistic(view, slip) > view.limit:
-                self.slipping = rest
+            steps, _ = self._fit(self._used, self._paths)
+            slips = np.zeros_like(used)
+            slips[rows, wheels] = PROVEN * (self._matrix[wheels] @ steps[0])
+            proven = clean & (self._statistics(used, slips) > self._limits[in_use])
+            if not proven.any():
+                return
+            first = int(np.argmax(proven))
+            self._exclude(tuple(other for other in self.slipping if other != wheels[first]))
+            in_use += 1
+            del wheels[:first + 1]
 
-    def _cost(self, wheels):
-        """How badly the counts fit without these `wheels`.
-
-        The sum of the parity test of the rest and of the distance between their motion and the expected one.
-        """
-        view = self._view(wheels)
-        cost = self._statistic(view) if view.limit is not None else 0.0
-        expected = self._expected() * self._edge
+    def _compare(self, used, expected):
+        """(statistics, distances from the `expected` paths (n [m])), s each, with the wheels `used` (s x n)."""
+        steps, remains = self._fit(np.concatenate((used * self._weights, used)), self._paths)
         length = expected @ expected
-        if length:
-            moved = self._matrix @ (view.solution @ (self._path * self._edge))
-            # any speed will do (motors lag behind their command), not any direction
-            share = min(max(moved @ expected / length, 0.0), 1.5)
-            cost += np.sum((moved - share * expected) ** 2) / (PREDICTION ** 2 * length)
-        return cost
+        if not length:
+            return remains[:len(used)], np.zeros(len(used))
+        moved = steps[len(used):] @ self._matrix.T
+        # any speed will do (motors lag behind their command), not any direction
+        share = np.clip(moved @ expected / length, 0.0, 1.5)
+        return remains[:len(used)], ((moved - share[:, None] * expected) ** 2).sum(axis=1) / (PREDICTION ** 2 * length)
 
     def _expected(self):
         """[edges] path that was commanded over the window; without commands, the one before the complaint."""
@@ -132,44 +163,40 @@ class SlipDetector:
             return path
         return self._good[0]
 
-    def parity_test(self, excluded=()):
-        """(statistic, degrees of freedom) of the newest window's parity checks without the `excluded` wheels.
+    def parity_test(self):
+        """(statistic, degrees of freedom) of the newest window's parity checks.
 
         Chi-square distributed while the wheels in use roll.
         """
-        view = self._view(tuple(excluded))
-        return self._statistic(view), len(view.parity)
+        return self._statistics(self._used)[0], len(self._path) - len(self.slipping) - 3
 
-    def _statistic(self, view, path=None):
-        """Squared parity checks of a path [edges] (that of the window when None) over their covariance."""
-        driven = self._path
-        variances = PATH_VARIANCE + self._noise * np.abs(driven) + (TOLERANCE * driven) ** 2
-        checks = view.parity @ (driven if path is None else path)
-        if len(checks) == 1:
-            return float(checks[0] ** 2 / (view.squares @ variances)[0])
-        return float(checks @ np.linalg.solve((view.parity * variances) @ view.parity.T, checks))
+    def _statistics(self, used, paths=None):
+        """For each set of wheels `used` (s x n), of paths [m] (n or s x n; those of the window when None): s."""
+        return self._fit(used * self._weights, self._paths if paths is None else paths)[1]
 
-    def _can_spare(self, wheels):
-        """Whether the other wheels still determine every motion."""
-        return condition(self._matrix[self._view(wheels).wheels]) <= LARGEST_CONDITION
+    def _fit(self, weights, paths):
+        """Steps (s x 3) that fit paths [m] best by `weights` (s x n), and the weighted sums of squares (s) that remain.
 
-    def _view(self, excluded):
-        if excluded not in self._views:
-            self._views[excluded] = _View(self._matrix, self._edge, excluded, self._rate)
-        return self._views[excluded]
+        paths: n, or s x n.
+        """
+        products = (weights @ self._products).reshape(-1, 3, 3)
+        weighted = weights * paths
+        projected = weighted @ self._matrix
+        steps = np.linalg.solve(products, projected[:, :, None])[:, :, 0]
+        return steps, (weighted * paths).sum(axis=1) - (projected * steps).sum(axis=1)
 
-
-class _View:
-    """The wheels in use when some are excluded: their solution and, of more than three, their parity checks."""
-
-    def __init__(self, matrix, edge, excluded, rate):
-        self.wheels = [wheel for wheel in range(len(matrix)) if wheel not in excluded]
-        self.solution = least_squares(matrix, self.wheels)
-        self.parity = parity(matrix, self.wheels) * edge  # of edges
-        self.squares = self.parity ** 2
-        degrees = len(self.wheels) - 3
-        self.limit = chi_square_limit(rate, degrees) if degrees else None
-        self.clear = chi_square_limit(CLEAR, degrees) if degrees else None
+    def _prepare(self, sets):
+        """Those of sets of wheels without which the others still determine every motion, and their `used` (s x n)."""
+        sets = list(sets)
+        used = np.ones((len(sets), len(self._matrix)))
+        used[np.arange(len(sets))[:, None], sets] = 0.0
+        scale = used @ np.abs(self._matrix[:, 2]) / used.sum(axis=1)  # turning taken at the wheels, as in `condition`
+        products = (used @ self._products).reshape(-1, 3, 3)
+        products[:, 2, :] /= scale[:, None]
+        products[:, :, 2] /= scale[:, None]
+        values = np.linalg.eigvalsh(products)
+        spare = values[:, 2] <= LARGEST_CONDITION ** 2 * values[:, 0]
+        return [wheels for wheels, spared in zip(sets, spare) if spared], used[spare]
 
 
 class CommandWatch:

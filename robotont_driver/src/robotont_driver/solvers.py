@@ -1,4 +1,4 @@
-"""From wheel paths to the step of the robot: two solvers for n >= 3 wheels, and parity checks where n > 3.
+"""From wheel paths to the step of the robot: two solvers for n >= 3 wheels.
 
 All of it is linear, so a solver is a 3 x n matrix: step (dx [m], dy [m], dyaw [rad]) = matrix @ paths [m, n].
 """
@@ -49,19 +49,6 @@ def condition(matrix):
     scaled = matrix / (1.0, 1.0, np.abs(matrix[:, 2]).mean())
     values = np.linalg.svd(scaled, compute_uv=False)
     return values[0] / values[2] if len(matrix) >= 3 and values[2] > 1e-9 * values[0] else np.inf
-
-
-def parity(matrix, wheels=None):
-    """(m - 3) x n: the m - 3 parity checks of the m `wheels` in use, parity @ paths [m].
-
-    Zero for every motion of a robot whose wheels roll; its rows are orthonormal (the left null space of the
-    wheel matrix), so equal noise of the wheels is the same noise of every row. Columns of excluded wheels are 0.
-    """
-    wheels = _all(matrix, wheels)
-    rows = np.zeros((len(wheels) - 3, len(matrix)))
-    left, _, _ = np.linalg.svd(matrix[wheels])
-    rows[:, wheels] = left[:, 3:].T
-    return rows
 
 
 def _all(matrix, wheels):

@@ -11,11 +11,11 @@ import time
 
 import serial
 
-from robotont_driver.dialects import AUTO, NAMES, make_dialect
+from robotont_driver.dialects import expect_dialect
 from robotont_driver.dialects.dialect import DialectError
 from robotont_driver.motor import counts_in_reach
+from robotont_driver.robots import read_robot, take_robot
 from robotont_driver.serial_link import explain, usb_id
-from robotont_driver.wheel_file import read_wheel_file
 
 STEP = 30  # [degrees] of a wheel between two lines
 ROTATION = {1: "counterclockwise", -1: "clockwise"}
@@ -74,15 +74,16 @@ def watch(port, dialect, turned, seconds):
 
 def main(arguments=None):
     """Run; returns the exit status."""
-    parser = argparse.ArgumentParser(prog="turned_wheels", description=__doc__)
+    robot, words = take_robot(sys.argv[1:] if arguments is None else arguments)
+    parser = argparse.ArgumentParser(prog="turned_wheels", usage="%(prog)s [-h] [--seconds SECONDS] [port] "
+                                     "[robot:=NAME or FOLDER]", description=__doc__)
     parser.add_argument("port", nargs="?", default="/dev/ttyACM0", help="serial port [%(default)s]")
-    parser.add_argument("--wheel-params", required=True, metavar="FILE", help="wheel parameters of the robot")
-    parser.add_argument("--packets", choices=NAMES, default=AUTO, help="dialect of the board [%(default)s: recognised]")
     parser.add_argument("--seconds", type=float, default=60.0, help="how long to watch [%(default)s]")
-    options = parser.parse_args(arguments)
+    options = parser.parse_args(words)
     try:
-        wheels = read_wheel_file(options.wheel_params)[0]
-        dialect = make_dialect(options.packets, wheels, counts_in_reach(wheels))
+        found = read_robot(robot)
+        wheels = found.wheels
+        dialect = expect_dialect(found.packets, wheels, counts_in_reach(wheels))
     except (DialectError, ValueError, OSError) as error:
         print(f"turned_wheels: {error}", file=sys.stderr)
         return 1

@@ -1,8 +1,13 @@
 """Reader of wheel_params.yaml that lists all errors in it."""
 
-from robotont_driver.parameters import ParameterError
+import difflib
+import re
+
+from robotont_driver.parameters import ParameterError, fault
 from robotont_driver.wheels import KEYS, read_wheels
 from robotont_driver.yaml_file import read_mapping
+
+_RATIO = re.compile(r"^ *(\w+) *: *([0-9]+(?::[0-9.]+)+)", re.MULTILINE)  # YAML reads 1:30 as 90, in base 60
 
 
 def read_wheel_file(path):
@@ -12,7 +17,21 @@ def read_wheel_file(path):
     it cannot be read. Everything that takes a wheel file reads it here.
     """
     given, text = read_mapping(path, "wheel parameters: " + ", ".join(KEYS))
+    faults = [f"{key}: found {found}, allowed: a number, such as {found.rpartition(':')[2]}"
+              for key, found in _RATIO.findall(text)]
+    faults += [fault(str(key), given[key], f"no such key, only {', '.join(KEYS)}" + _nearest(key))
+               for key in given if key not in KEYS]
     try:
-        return read_wheels(given), given, text
+        wheels = read_wheels(given)
     except ParameterError as error:
-        raise ValueError("\n".join(f"{path}: {fault}" for fault in error.faults)) from error
+        faults += error.faults
+    if faults:
+        raise ValueError("\n".join(f"{path}: {words}" for words in faults))
+    return wheels, given, text
+
+
+def _nearest(key):
+    """Question about the key that a misspelt one was meant to be; empty when none is near."""
+    folded = {known.lower(): known for known in KEYS}
+    near = difflib.get_close_matches(str(key).lower(), folded, n=1)
+    return f"; {folded[near[0]]}?" if near else ""

@@ -2,9 +2,8 @@
 
 import math
 from collections.abc import Mapping
+from operator import mul
 from typing import NamedTuple, Tuple
-
-import numpy as np
 
 from robotont_driver.parameters import ParameterError, fault, is_number
 
@@ -19,9 +18,11 @@ THESIS_KEYS = (
 )
 KEYS = (*THESIS_KEYS, "referenceDirection", "positiveRotation")
 MOST_WHEELS = 16           # their packets fit into a line: 160 bytes to the board, 256 bytes from it
-# Beyond any robot; a larger value is a mistake (millimetres, degrees).
-LARGEST_ANGLE = 1000.0     # [rad]
-LARGEST_LENGTH = 10.0      # [m]
+# Beyond any robot: a mistake.
+LARGEST_ANGLE = 4 * math.pi  # [rad] more is meant in degrees
+SMALLEST_LENGTH, LARGEST_LENGTH = 0.001, 10.0  # [m] more is meant in millimetres
+LARGEST_WHEEL = 2.0        # radius per distance from the centre; larger wheels are meant in other units
+SMALLEST_GEAR = 0.01       # motor turns per wheel turn
 LARGEST_GEAR = 10000.0     # motor turns per wheel turn
 MOST_EDGES = 100000        # encoder edges per motor turn
 LARGEST_FREQUENCY = 1000.0  # [Hz] PID periods per second
@@ -65,8 +66,8 @@ def read_wheels(given):
     """`Wheels` from a mapping with the keys of wheel_params.yaml; other keys are ignored.
 
     Raises ParameterError with every fault at once: a missing key, a wrong type or length, a value
-    that is not finite, not positive or beyond any robot, fewer than 3 wheels or more than packets can
-    contain, wheels that cannot move the robot in every direction (wheel matrix of rank < 3). There are no
+    that is not finite, not positive or beyond any robot (degrees, millimetres), fewer than 3 wheels or more than
+    packets can contain, wheels that cannot move the robot in every direction (wheel matrix of rank < 3). There are no
     defaults for the thesis' keys.
     """
     if not isinstance(given, Mapping):
@@ -91,28 +92,34 @@ def read_wheels(given):
 
     def is_length(value):
         """Whether `value` is a length that a robot can have."""
-        return _is_positive(value) and value <= LARGEST_LENGTH
+        return is_number(value) and SMALLEST_LENGTH <= value <= LARGEST_LENGTH
 
     def check_per_wheel(key, unit):
         """One positive number per wheel, given as a list or as one number for all."""
         value = check(key, lambda v: is_length(v) or is_list(v, is_length),
-                      f"a number > 0 and <= {LARGEST_LENGTH:g} [{unit}], or a list of {several} of them")
+                      f"a number from {SMALLEST_LENGTH:g} to {LARGEST_LENGTH:g} [{unit}], or a list of {several}"
+                      + meant(given.get(key), LARGEST_LENGTH, "millimetres", 0.001))
         return value if isinstance(value, (list, tuple)) else [value] * (amount or 0)
 
     rads = check("wheelRads", lambda v: is_list(v, _is_angle),
-                 f"a list of {several} finite numbers up to {LARGEST_ANGLE:g} [rad]")
+                 f"a list of {several} numbers up to {LARGEST_ANGLE:.2f} [rad]"
+                 + meant(given.get("wheelRads"), LARGEST_ANGLE, "degrees", math.pi / 180))
     distances = check_per_wheel("wheelDistanceFromCenter", "m")
     radii = check_per_wheel("wheelRadius", "m")
-    gear = check("gearboxReductionRatio", lambda v: _is_positive(v) and v <= LARGEST_GEAR,
-                 f"a number > 0 and <= {LARGEST_GEAR:g}")
+    gear = check("gearboxReductionRatio", lambda v: is_number(v) and SMALLEST_GEAR <= v <= LARGEST_GEAR,
+                 f"a number from {SMALLEST_GEAR:g} to {LARGEST_GEAR:g}")
     edges = check("encoderEdgesPerMotorRevolution", lambda v: _is_whole(v) and v <= MOST_EDGES,
                   f"a whole number from 1 to {MOST_EDGES}")
     frequency = check("pidControlFrequency", lambda v: _is_positive(v) and 1 <= v <= LARGEST_FREQUENCY,
                       f"a number from 1 to {LARGEST_FREQUENCY:g} [Hz]")
     given = {"referenceDirection": 0.0, "positiveRotation": "counterclockwise", **given}
-    reference = check("referenceDirection", _is_angle, f"a finite number up to {LARGEST_ANGLE:g} [rad]")
+    reference = check("referenceDirection", _is_angle, f"a number up to {LARGEST_ANGLE:.2f} [rad]"
+                      + meant(given["referenceDirection"], LARGEST_ANGLE, "degrees", math.pi / 180))
     rotation = check("positiveRotation", lambda v: isinstance(v, str) and v in ROTATIONS,
                      " or ".join(sorted(ROTATIONS)))
+    if not faults and max(radius / distance for radius, distance in zip(radii, distances)) > LARGEST_WHEEL:
+        faults.append(fault("wheelRadius", given["wheelRadius"], f"up to {LARGEST_WHEEL:g} times "
+                            f"wheelDistanceFromCenter, {given['wheelDistanceFromCenter']} [m]: are both in metres?"))
     if faults:
         raise ParameterError(faults)
 
@@ -132,6 +139,17 @@ def read_wheels(given):
     return wheels
 
 
+def meant(value, largest, unit, factor):
+    """Hint about numbers beyond `largest` that are right in another unit, as `factor` times them; else empty."""
+    numbers = value if isinstance(value, (list, tuple)) else [value]
+    if not 0 < len(numbers) <= MOST_WHEELS or not all(map(is_number, numbers)):
+        return ""
+    converted = [round(factor * number, 6) for number in numbers]
+    if max(map(abs, numbers)) <= largest or max(map(abs, converted)) > largest:
+        return ""
+    return f"; in {unit}? then write {converted if numbers is value else converted[0]}"
+
+
 def can_move_every_way(wheels):
     """Whether the wheel matrix has rank 3, with some reserve.
 
@@ -139,9 +157,12 @@ def can_move_every_way(wheels):
     placed wheels, 0 for rank 2.
     """
     largest = max(wheels.distances)
-    rows = np.array([(math.cos(direction), math.sin(direction), distance / largest)
-                     for direction, distance in zip(wheels.directions, wheels.distances)])
-    return bool(np.linalg.det(rows.T @ rows) > SMALLEST_DETERMINANT * len(rows) ** 3)
+    columns = ([math.cos(direction) for direction in wheels.directions],
+               [math.sin(direction) for direction in wheels.directions],
+               [distance / largest for distance in wheels.distances])
+    (a, b, c), (_, d, e), (_, _, f) = [[sum(map(mul, one, other)) for other in columns] for one in columns]
+    determinant = a * (d * f - e * e) - b * (b * f - e * c) + c * (b * e - d * c)  # of rows abc, bde, cef
+    return determinant > SMALLEST_DETERMINANT * wheels.amount ** 3
 
 
 def _is_positive(value):

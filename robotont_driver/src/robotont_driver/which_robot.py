@@ -7,28 +7,26 @@ import time
 
 import serial
 
-from robotont_driver.dialects.recognition import PATIENCE, Listener
+from robotont_driver.dialects.recognition import LEAST_WHEELS, PATIENCE, ROBOTS, Listener
 from robotont_driver.serial_link import explain, usb_id
 
-LINES = {
-    "checked": "roslaunch robotont_bringup robot.launch port:={}",
-    "plain": "roslaunch robotont_bringup robot.launch port:={}",
-    "robotont2": "roslaunch robotont_bringup robot.launch generation:=2 port:={}",
-    "robotont3": "roslaunch robotont_bringup robot.launch generation:=3 port:={}",
-    "robotont2018": "roslaunch robotont_bringup robot.launch port:={}",
-}
+LINE = "roslaunch robotont_bringup robot.launch {} port:={}"
 
 
 def listen(port, baudrate, seconds):
-    """(dialect's name or None, description of the received data). Sends nothing. Raises OSError."""
-    listener = Listener(wheels=3, usb_id=usb_id(port))
+    """(dialect's name or None; the robot for it, or a description of the received data). Sends nothing.
+
+    Raises OSError.
+    """
+    listener = Listener(usb_id=usb_id(port))
     with serial.Serial(port, baudrate, timeout=0, exclusive=True) as line:
         end = time.monotonic() + seconds
         while time.monotonic() < end:
             if select.select([line.fileno()], [], [], max(0.0, end - time.monotonic()))[0]:
                 name = listener.feed(line.read(4096))
                 if name:
-                    return name, ""
+                    own = name in ("plain", "checked") and listener.fields not in (0, LEAST_WHEELS)
+                    return name, f"robot:=FOLDER_OF_{listener.fields}_WHEELS" if own else ROBOTS[name]
     return None, listener.heard
 
 
@@ -47,5 +45,5 @@ def main(arguments=None):
     if name is None:
         print(f"which_robot: {options.port}: {received}", file=sys.stderr)
         return 1
-    print(f"the board speaks {name}; start it with\n  {LINES[name].format(options.port)}")
+    print(f"the board speaks {name}; start it with\n  {LINE.format(received, options.port)}")
     return 0

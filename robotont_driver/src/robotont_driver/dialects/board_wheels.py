@@ -9,7 +9,7 @@ DISTANCE = 0.145       # [m] centre to wheel; 0.127 in firmware from before Marc
 RADIUS = 0.035         # [m]
 PERIOD = 0.02          # [s] between two lines of feedback
 LARGEST_ANGLE = 0.1    # [rad] by which a wheel file may differ from POSITIONS: a calibrated one differs a little
-CALIBRATED = 0.05      # part by which a calibrated distance may differ from DISTANCE
+CALIBRATED = 0.05      # part by which a calibrated distance may differ from the board's
 
 
 class BoardWheels:
@@ -55,10 +55,9 @@ class BoardWheels:
     def doubt(self, wheels):
         """Warning about wheels at another distance than the board assumes; empty when they agree."""
         for distance in wheels.distances:
-            if abs(distance / DISTANCE - 1) > CALIBRATED:
-                return (f"the wheel file has {distance:g} m from centre to wheel, the board assumes "
-                        f"{DISTANCE:g} m: turns will be wrong; start with generation:=2 or 3, or "
-                        "wheel_params_robotont2.yaml")
+            if abs(distance / self.distance - 1) > CALIBRATED:
+                return (f"the robot has {distance:g} m from centre to wheel, the board assumes {self.distance:g} m, so "
+                        "turns would be wrong")
         return ""
 
     def board_speeds(self, units):

@@ -39,9 +39,12 @@ class Dialect:
     packets = 0    # count tuples handed out
     repaired = 0   # of these, how many stand for periods whose lines were lost
     restarts = 0   # of the board
+    doubts = 0     # gaps in which the board may have restarted
+    newest_error = ""  # description of the newest line that was not used
     banner = ""    # newest start-up banner of the board
     fault = ""     # that the board reports
     obstacle = ""  # why the board cannot be driven
+    doubt = ""     # about the robot's wheels on this board, which can be driven if its robot says so
 
     def __init__(self, wheels):
         self.wheels = wheels
@@ -126,6 +129,7 @@ class LineDialect(Dialect):
                 packets += self.read_line(decode(line), now)
             except PacketError as error:
                 self.dropped[error.kind] += 1
+                self.newest_error = str(error)
         if self._splitter.overlong > overlong:
             self.dropped["overlong"] += self._splitter.overlong - overlong
         self.packets += len(packets)

@@ -20,13 +20,15 @@ class Plain(Dialect):
     packets = _of_reader("packets")
     repaired = _of_reader("repaired")
     restarts = _of_reader("restarts")
+    doubts = _of_reader("doubts")
+    newest_error = _of_reader("newest_error")
     banner = _of_reader("banner")
     fault = _of_reader("fault")
     obstacle = _of_reader("obstacle")
 
-    def __init__(self, wheels, reach, decimals=False):
+    def __init__(self, wheels, reach):
         super().__init__(wheels)
-        self._reader = FeedbackReader(wheels.amount, reach, self.name, wheels.pid_frequency, decimals)
+        self._reader = FeedbackReader(wheels.amount, reach, wheels.pid_frequency, self.name)
         self._echo = EchoWatch()
         self.dropped = self._reader.dropped
 
@@ -43,7 +45,7 @@ class Plain(Dialect):
     def feed(self, data, now):
         """List of `Packet` that `data` completes, missed periods included; none from a board that sends an echo."""
         reader = self._reader
-        packets = reader.feed(data)
+        packets = reader.feed(data, now)
         if not reader.checked:  # no echo is a checked packet of counts
             self._echo.received(data)
             packets = [] if self._echo.echoing else packets

@@ -11,6 +11,7 @@ from typing import NamedTuple
 
 from robotont_driver.dialects.board_wheels import PERIOD
 from robotont_driver.protocol import Packet, PacketError
+from robotont_driver.restarts import NEGLIGIBLE, Arrival, doubt_about, largest
 
 _FLOAT = r"(-?(?:0|[1-9][0-9]{0,8})\.[0-9]{6})"  # what C's %f prints
 _ODOM = re.compile("ODOM:" + ":".join([_FLOAT] * 6))
@@ -51,16 +52,18 @@ def parse_pose(text):
 class PoseTracker:
     """Lines in, counts per period out; an inconsistent line is kept until the next ones confirm it.
 
-    wheels: `BoardWheels`. reach: edges that a wheel can make in one period. burst: lines that may come at once.
-    Counted: `repaired` periods, `restarts`, and `inconsistent` lines that were dropped.
+    wheels: `BoardWheels`. reach: edges that a wheel can make in one period; usual: that the board lets it make.
+    Counted: `repaired` periods, `restarts`, `doubts` (gaps in which the board may have restarted), and `inconsistent`
+    lines that were dropped.
     """
 
-    def __init__(self, wheels, reach, burst):
+    def __init__(self, wheels, reach, usual):
         self._wheels = wheels
         self._reach = reach
-        self._burst = burst
+        self._usual = usual
         self.repaired = 0
         self.restarts = 0
+        self.doubts = 0
         self.inconsistent = 0
         self.forget()
 
@@ -73,8 +76,8 @@ class PoseTracker:
         """Forget the board's pose."""
         self._last = None        # newest trusted line
         self._suspects = []      # lines that follow each other, but not it: noise, or lines were lost, or a restart
-        self._last_at = 0.0      # [s] when `_last` came
-        self._suspected_at = 0.0  # [s] when the first of `_suspects` came
+        self._arrival = None          # of `_last`
+        self._suspected_at = 0.0      # [periods] when the first of `_suspects` came
         self._frames = (IN_BASE, IN_ODOM)  # in which the twist may be given; one, as soon as that is clear
         self._speed = [0.0] * 3  # [edges] of the newest period
         self._rest = [0.0] * 3   # [edges] fractions of edges that no packet has contained yet
@@ -82,17 +85,22 @@ class PoseTracker:
     def restart(self, now):
         """The board reports a restart: its pose is the origin again."""
         self.restarts += self._last is not None
-        self._begin(ORIGIN, now)
+        self._begin(ORIGIN, now / PERIOD)
 
     def _begin(self, line, now):
         """Take a line as the first of a board that has restarted; what the motors have made stays counted."""
-        rest = self._rest
+        rest, arrival = self._rest, self._arrival
         self.forget()
-        self._rest = rest
-        self._last, self._last_at = line, now
+        self._rest, self._arrival = rest, arrival
+        self._take(line, now, 1)
+
+    def _take(self, line, now, periods):
+        """Trust a line, so many periods after the last one."""
+        self._last, self._arrival = line, self._arrival.next(now, periods) if self._arrival else Arrival(now)
 
     def update(self, line, now):
-        """List of `Packet`, one per period, that a `PoseLine` completes. Raises PacketError."""
+        """List of `Packet`, one per period, that a `PoseLine` completes at `now` [s]. Raises PacketError."""
+        now /= PERIOD
         if self._wheels.most_edges(line.vx * PERIOD, line.vy * PERIOD, line.turn * PERIOD) > self._reach:
             raise PacketError("reach", f"more than {self._reach} edges in one period")
         before = ORIGIN if self._last is None else self._last
@@ -126,31 +134,56 @@ class PoseTracker:
         fitting = tuple(frame for frame in self._frames if frame.fits(before, line))
         if len(fitting) == 1:
             self._frames = fitting
-        self._last, self._last_at = line, now
+        self._take(line, now, 1)
         self._speed = self._wheels.edges(body_step(before, line, 1))
         return self._share(self._speed, 1)
 
     def _bridge(self, line, now):
         """From the last trusted line to one that the next ones have confirmed."""
-        last, last_at = self._last, self._last_at
+        last = self._last
         if last is None:
             return []
-        periods_at_most = max(1, round((now - last_at) / PERIOD)) + self._burst
-        edges = self._wheels.edges(body_step(last, line, 1))
+        elapsed = now - self._arrival.at
         if self._fits(ORIGIN, line):
             self.restarts += 1
             self._begin(ORIGIN, now)
             return self._advance(ORIGIN, line, now)
-        if max(map(abs, edges)) > self._reach * periods_at_most:
+        most = max(1, math.floor(self._arrival.most(now)))
+        after = self._wheels.edges((*self._frames[0].path(line), line.turn * PERIOD))
+        periods, edges = self._path(last, line, after, most)
+        possible = largest(edges) <= self._usual * most
+        doubt = None
+        # a translation and a turn, each with wheels as fast as they can
+        if self._wheels.most_edges(line.x, line.y, line.yaw) <= 2 * self._usual * most:
+            anew, made = self._path(ORIGIN, line, after, most)
+            difference = [one - other for one, other in zip(edges, made)]
+            if possible and largest(difference) > NEGLIGIBLE:
+                before = [edge - newest for edge, newest in zip(edges, after)]
+                doubt = doubt_about(before, periods - 1, elapsed, self._speed, after)
+            if not possible or (doubt and largest(made) < doubt.unexplained):
+                self.restarts += 1
+                self._begin(ORIGIN, now)
+                return self._repair(line, anew, made, difference if possible else (), now)
+        elif not possible:
             self.restarts += 1
             self._begin(line, now)
             return []
-        after = self._wheels.edges((*self._frames[0].path(line), line.turn * PERIOD))
+        return self._repair(line, periods, edges, doubt.edges if doubt else (), now)
+
+    def _path(self, before, line, after, most):
+        """(periods, edges) of the way from a line to another, whose own period made the edges `after`."""
+        edges = self._wheels.edges(body_step(before, line, 1))
         pace = max((abs(old) + abs(new)) / 2 for old, new in zip(self._speed, after))
-        periods = round(max(map(abs, edges)) / max(pace, SMALLEST_EDGES))
-        periods = max(1, min(periods, periods_at_most))
+        periods = max(1, min(round(max(map(abs, edges)) / max(pace, SMALLEST_EDGES)), most))
+        return periods, self._wheels.edges(body_step(before, line, periods))
+
+    def _repair(self, line, periods, edges, doubt, now):
+        """Packets for the lines that were lost and the one that came."""
         self.repaired += periods - 1
-        return self._share(self._wheels.edges(body_step(last, line, periods)), periods)
+        self.doubts += bool(doubt)
+        self._take(line, now, periods)
+        *packets, newest = self._share(edges, periods)
+        return [*packets, newest.doubted(doubt)]
 
     def _share(self, edges, periods):
         """Whole counts of `edges`, evenly over the periods; the remainder is carried to the next packet."""

@@ -3,7 +3,7 @@
 import re
 
 from robotont_driver.carried_rounding import CarriedRounding
-from robotont_driver.dialects.board_wheels import DISTANCE, BoardWheels
+from robotont_driver.dialects.board_wheels import DISTANCE, PERIOD, BoardWheels
 from robotont_driver.dialects.dialect import LineDialect, Power, Ranges
 from robotont_driver.dialects.pose_feedback import PoseTracker, parse_pose
 from robotont_driver.protocol import LineSplitter, PacketError
@@ -12,6 +12,7 @@ BANNER = "**** MAIN ****"
 STOP = b"RS:0:0:0\n"
 DECIMALS = 4          # of a speed [m/s]
 STANDING = 0.0005     # [m/s] slower wheels are stopped
+PUSHED = 1.5          # part of the board's limit that a wheel exceeds at most while its lines are lost
 LIGHTS_PER_LINE = 20  # the board takes lines of at most 254 bytes
 RANGE_SENSORS = 12
 
@@ -31,7 +32,6 @@ class Robotont2(LineDialect):
     hello = b"\x1b"     # ESC stops the board and clears what a former program may have left in its buffer
     goodbye = b"\x1b"
     fastest = 0.30      # [m/s] the board limits each wheel to this by itself, which would bend the path
-    burst = 2
 
     def __init__(self, wheels, reach, distance=DISTANCE):
         """Raises DialectError when the board cannot have these wheels. distance [m]: as the board's firmware has it."""
@@ -39,12 +39,18 @@ class Robotont2(LineDialect):
         self._board_wheels = BoardWheels(wheels, distance)
         self._rounding = CarriedRounding(3, DECIMALS, hold=1.0)  # its time counts lines: each is held for as long
         self._lines = 0
-        self._tracker = PoseTracker(self._board_wheels, reach, self.burst)
+        usual = PUSHED * self.fastest * PERIOD * self._board_wheels.edges_per_metre
+        self._tracker = PoseTracker(self._board_wheels, reach, usual)
+
+    @property
+    def doubt(self):
+        """How the robot's wheels differ from those of the board; empty when they do not."""
+        return self._board_wheels.doubt(self.wheels)
 
     @property
     def complaint(self):
-        """A warning when the wheel file's wheels do not match the board's; empty otherwise."""
-        return self._board_wheels.doubt(self.wheels)
+        """The doubt: a warning."""
+        return self.doubt
 
     @property
     def board_pose(self):
@@ -61,7 +67,7 @@ class Robotont2(LineDialect):
         """List of `Packet` that `data` completes, those of lost lines included."""
         packets = super().feed(data, now)
         tracker = self._tracker
-        self.repaired, self.restarts = tracker.repaired, tracker.restarts
+        self.repaired, self.restarts, self.doubts = tracker.repaired, tracker.restarts, tracker.doubts
         if tracker.inconsistent:
             self.dropped["inconsistent"] = tracker.inconsistent
         return packets

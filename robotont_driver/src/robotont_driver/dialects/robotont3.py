@@ -19,7 +19,6 @@ class Robotont3(Robotont2):
     goodbye = b""
     pause = 0.0
     fastest = 0.40
-    burst = 18
 
     def encode_lights(self, first, colours):
         """The lines that show these colours and turn all other lights off; none when they do not fit into a transfer.

@@ -1,0 +1,95 @@
+"""The rule of the emergency stop, over all orders in which nodes may speak."""
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from robotont_driver.emergency_stop import EmergencyStop, StandFirst
+
+NODES = ("/button", "/page", "/keys")
+TIMEOUT = 0.5
+
+
+def words():
+    """What may happen: a node says something, latched or not; a person releases; the node that follows restarts."""
+    said = st.tuples(st.just("say"), st.sampled_from(NODES), st.booleans(), st.booleans())
+    return st.lists(st.one_of(said, st.just(("release",)), st.just(("restart",))), max_size=40)
+
+
+@given(words())
+def test_the_robot_stands_from_each_press_until_that_node_or_a_person_takes_it_back(history):
+    stop = EmergencyStop()
+    for number, (what, *how) in enumerate(history):
+        if what == "say":
+            stop.hear(*how)
+        elif what == "release":
+            stop.release()
+        else:
+            stop = EmergencyStop(list(stop.pressed_by))
+        presses = {node for node in NODES if presses_still(node, history[:number + 1])}
+        assert set(stop.pressed_by) == presses
+        assert stop.pressed == bool(presses)
+
+
+def presses_still(node, history):
+    """The rule once more, from the end: the newest of what concerns this node's press decides."""
+    for what, *how in reversed(history):
+        if what == "release":
+            return False
+        if what == "say" and how[0] == node and (how[1] or not how[2]):
+            return how[1]
+    return False
+
+
+@given(words())
+def test_whether_something_has_changed(history):
+    stop = EmergencyStop()
+    for what, *how in history:
+        before = stop.pressed_by
+        changed = stop.hear(*how) if what == "say" else stop.release() if what == "release" else False
+        assert changed == (stop.pressed_by != before)
+
+
+@pytest.mark.parametrize("kept, pressed_by", [
+    ((), ()), (False, ()), ([], ()), (["/page"], ("/page",)), (True, ("somebody",)), ({"a": 1}, ("somebody",)),
+    ("yes", ("somebody",)),
+])
+def test_what_was_kept_is_believed_where_it_is_in_doubt(kept, pressed_by):
+    assert EmergencyStop(kept).pressed_by == pressed_by
+
+
+SENDERS = ("/navigation", "/unblock")
+
+
+@given(st.lists(st.tuples(st.sampled_from([*SENDERS, "press", "release"]), st.booleans(), st.floats(0.001, 1.0)),
+                max_size=40))
+def test_who_has_asked_for_motion_drives_after_a_release_only_after_a_stop_of_his_own(history):
+    stand_first = StandFirst(TIMEOUT)
+    now, asked, held = 0.0, {}, set()
+    for who, moves, pause in history:
+        now += pause
+        if who == "press":
+            stand_first.press(now)
+            asked = {sender: at for sender, at in asked.items() if now - at < TIMEOUT}
+            held = held & set(asked)
+        elif who == "release":
+            stand_first.release(now)
+            asked = dict.fromkeys(asked, now)
+            held = set(asked)
+        else:
+            if not moves or now - asked.get(who, now) >= TIMEOUT:
+                held.discard(who)
+            assert stand_first.admits(who, moves, now) == (who not in held)
+            asked.pop(who, None)
+            if moves:
+                asked[who] = now
+        assert stand_first.waiting(now) == sorted(sender for sender in held if now - asked[sender] < TIMEOUT)
+
+
+def test_a_person_may_excuse_from_standing_first():
+    stand_first = StandFirst(TIMEOUT)
+    stand_first.admits("/navigation", True, 0.0)
+    stand_first.release(0.1)
+    assert not stand_first.admits("/navigation", True, 0.2)
+    stand_first.excuse()
+    assert stand_first.admits("/navigation", True, 0.3)

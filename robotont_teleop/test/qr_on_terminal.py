@@ -1,10 +1,10 @@
 """Reads a QR code from lines of a terminal, as a phone's camera does from its screen."""
 
 import numpy as np
-import zxingcpp
 from PIL import Image
 
 from robotont_teleop.web_teleop_node import LIGHT_ON_BLACK, RESET
+from robotont_testing.harness import tool_module
 
 HALVES = {"█": (255, 255), "▀": (255, 0), "▄": (0, 255), " ": (0, 0)}  # brightness of upper and lower half
 PIXELS = 6  # of a module
@@ -12,6 +12,7 @@ PIXELS = 6  # of a module
 
 def read_qr(lines):
     """Text of the QR code among the lines of a dark terminal."""
+    zxingcpp = tool_module("zxingcpp")
     rows = [line.replace(LIGHT_ON_BLACK, "").replace(RESET, "") for line in lines]
     rows = [row for row in rows if row and set(row) <= set(HALVES)]
     modules = np.array([[HALVES[sign][half] for sign in row] for row in rows for half in (0, 1)], dtype=np.uint8)

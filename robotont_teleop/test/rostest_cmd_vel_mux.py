@@ -66,7 +66,7 @@ class Wire:
                       for name in ("hand", "navigation", "default")}
         self.senders = {name: Sender(publisher) for name, publisher in publishers.items()}
         wait_for(lambda: all(publisher.get_num_connections() for publisher in publishers.values()), "cmd_vel_mux")
-        wait_for(lambda: self.emergency_stop.get_num_connections() >= 2, "both nodes")
+        wait_for(self.emergency_stop.get_num_connections, "driver_node")
         wait_for(lambda: self.packets and self.drivers, "both nodes")
 
     def send(self, **commands):
@@ -180,6 +180,7 @@ class CmdVelMuxTest(NodeTest):
         wire.moving()
         stop = wire.stopped_after(wire.press(True))
         wire.driven_by("emergency stop")
+        wait_for(lambda: rospy.get_param("/restarted/emergency_stop_pressed", []), "the parameter")
         for name, package, task in (("driver_node", "robotont_driver", "command stream"),
                                     ("cmd_vel_mux", "robotont_teleop", "who drives")):
             self.processes.stop(nodes[name])
@@ -189,7 +190,7 @@ class CmdVelMuxTest(NodeTest):
             seen = len(wire.packets)
             wait_for(lambda seen=seen: len(wire.packets) > seen + 5, "packets")
         self.assertEqual({packet for at, packet in wire.packets if at >= stop}, {STOPPED})
-        wait_for(lambda: wire.emergency_stop.get_num_connections() >= 2, "both nodes")
+        wait_for(wire.emergency_stop.get_num_connections, "driver_node")
         wire.press(False)
         wire.driven_by("nobody")
         seen = len(wire.packets)

@@ -13,7 +13,7 @@ import rospy
 import rostest
 from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
-from std_msgs.msg import Bool
+from std_msgs.msg import Bool, String
 
 from robotont_testing import places
 from robotont_testing.harness import wait_for
@@ -125,7 +125,7 @@ class KeyboardTeleopTest(NodeTest):
         wait_for(lambda: "drives: hand" in terminal.line, "who drives")
 
     def test_space_is_the_emergency_stop(self):
-        stops = self.listen("emergency_stop", Bool)
+        stops = self.listen("emergency_stop/pressed_by", String, publishers=1)
         terminal = self.start()
         self.moves(terminal)
         terminal.type(" ")
@@ -142,7 +142,7 @@ class KeyboardTeleopTest(NodeTest):
 
     def test_a_stop_by_somebody_else_lets_go_of_the_keys(self):
         terminal = self.start(f"_first_hold:={HOLD}")
-        person = self.publisher("emergency_stop", Bool, subscribers=2)
+        person = self.publisher("emergency_stop", Bool, subscribers=1)
         pressed = self.moves(terminal)
         person.publish(True)
         wait_for(lambda: "EMERGENCY STOP" in terminal.line, "words about the stop")

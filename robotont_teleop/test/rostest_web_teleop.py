@@ -4,7 +4,6 @@
 import itertools
 import json
 import time
-from importlib.util import find_spec
 from pathlib import Path
 
 import rospy
@@ -13,7 +12,7 @@ from sensor_msgs.msg import BatteryState
 from web_pages import OPEN, PagesTest, rim_speed
 
 from robotont_testing.browser import DESKTOP, PHONE, PHONE_LYING, Browser
-from robotont_testing.harness import wait_for
+from robotont_testing.harness import tool_module, wait_for
 
 STANDS = 0.02     # [m/s] slower than this is standing
 STOPS_IN = 0.5    # [s]
@@ -295,7 +294,7 @@ class WebTeleopTest(PagesTest):
 
 def axe():
     """The script of axe-core."""
-    return Path(find_spec("axe_core_python").origin).with_name("axe.min.js").read_text()
+    return Path(tool_module("axe_core_python").__file__).with_name("axe.min.js").read_text()
 
 
 if __name__ == "__main__":

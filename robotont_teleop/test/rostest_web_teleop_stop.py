@@ -4,12 +4,13 @@
 import rospy
 import rostest
 from page_server_test import PageServerTest
-from std_msgs.msg import Bool
+from std_srvs.srv import Trigger
 
 from robotont_testing.harness import wait_for
 from robotont_testing.node_test import WARN
 from robotont_testing.stalling_proxy import StallingProxy
 
+DRIVER = "driver_node: command stream"
 LOG_SOCKETS = """window.sockets = 0;
 window.sent = [];
 const Real = WebSocket;
@@ -28,61 +29,64 @@ window.WebSocket = class extends Real {
 
 class WebTeleopStopTest(PageServerTest):
     def test_an_emergency_stop_reaches_whoever_starts_later_and_only_a_person_releases_it(self):
-        stops = self.listen("emergency_stop", Bool)
-        rospy.set_param("/emergency_stop_pressed", False)
         server = self.start()
         page = self.page()
         page.send({"kind": "stop"})
         wait_for(lambda: page.messages["state"]["stopped"], "the stop")
-        driver = self.processes.node("driver_node")
-        self.wait_for_status("driver_node: command stream", WARN, "emergency stop")
+        driver = self.start_driver_node()
+        self.wait_for_status(DRIVER, WARN, "emergency stop")
         self.processes.stop(server)
         self.log.write_text("")
         self.start()
         page = self.page()
-        self.assertTrue(page.messages["state"]["stopped"], "forgotten over a restart of the page's server")
-        self.assertTrue(all(stop.data for stop in stops), "released by a start or an end")
+        wait_for(lambda: page.messages["state"]["stopped"], "the stop, over a restart of the page's server")
 
         page.send({"kind": "stop"})  # which this server latches
-        wait_for(lambda: len(stops) > 1, "the stop")
-        self.publisher("emergency_stop", Bool, subscribers=3).publish(False)
+        wait_for(lambda: rospy.get_param("/emergency_stop_pressed", []), "the parameter")
+        rospy.ServiceProxy("emergency_stop/release", Trigger)()
         wait_for(lambda: not page.messages["state"]["stopped"], "the release by somebody else")
+        wait_for(lambda: not rospy.get_param("/emergency_stop_pressed", []), "the parameter")
         self.processes.stop(driver)
+        self.start_driver_node()
+        seen = self.status[DRIVER]
+        wait_for(lambda: self.status[DRIVER] is not seen, "newer diagnostics")
+        self.assertEqual(self.values(DRIVER)["emergency stop"], "not pressed", "a press that was released lives on")
+
+    def start_driver_node(self):
+        """driver_node, when it says that it is there."""
         self.status.clear()
-        self.processes.node("driver_node")
-        wait_for(lambda: "driver_node: command stream" in self.status, "driver_node")
-        self.publisher("emergency_stop", Bool, subscribers=3)
-        seen = self.status["driver_node: command stream"]
-        wait_for(lambda: self.status["driver_node: command stream"] is not seen, "newer diagnostics")
-        self.assertEqual(self.values("driver_node: command stream")["emergency stop"], "not pressed",
-                         "a press that was released lives on")
+        driver = self.processes.node("driver_node")
+        wait_for(lambda: DRIVER in self.status, "driver_node")
+        return driver
+
+    def pressed(self):
+        """Whether driver_node says that it is."""
+        return self.values(DRIVER)["emergency stop"] != "not pressed"
 
     def open_through_proxy(self):
         """(page, proxy); the page counts its sockets and keeps what it sends."""
-        self.addCleanup(rospy.set_param, "/emergency_stop_pressed", False)
-        rospy.set_param("/emergency_stop_pressed", False)
+        self.addCleanup(rospy.set_param, "/emergency_stop_pressed", [])
+        self.start_driver_node()
         self.start()
         proxy = StallingProxy(self.port)
         self.addCleanup(proxy.close)
         return self.open(f"http://127.0.0.1:{proxy.port}/", script=LOG_SOCKETS), proxy
 
     def test_a_stop_that_a_broken_connection_swallows_goes_out_on_the_next(self):
-        stops = self.listen("emergency_stop", Bool)
         page, proxy = self.open_through_proxy()
         proxy.stall()
         page.finger(1, "#stop")
         page.lift()
         page.wait("document.getElementById('message').textContent.includes('has not reached')", "words for the driver")
-        self.assertFalse(stops)
+        self.assertFalse(self.pressed())
         page.wait("window.sockets > 1", "a new connection instead of the dead one")
         proxy.cut()
         proxy.flow()
-        wait_for(lambda: stops, "the stop")
+        wait_for(self.pressed, "the stop")
         page.wait("document.getElementById('message').hidden", "the end of these words")
         page.wait("!document.getElementById('stopped').hidden", "words about the stop")
 
     def test_a_release_that_a_stall_holds_up_releases_nothing(self):
-        stops = self.listen("emergency_stop", Bool)
         page, proxy = self.open_through_proxy()
         page.finger(1, "#stop")
         page.lift()
@@ -96,9 +100,9 @@ class WebTeleopStopTest(PageServerTest):
         wait_for(lambda: page.run("performance.now()") > then + 250, "a release that is too old")
         proxy.flow()
         page.wait("document.getElementById('message').textContent.includes('too late')", "words for the driver")
-        self.assertTrue(all(stop.data for stop in stops))
+        self.assertTrue(self.pressed())
         page.finger(2, "#release")
-        wait_for(lambda: not stops[-1].data, "the release that is held anew")
+        wait_for(lambda: not self.pressed(), "the release that is held anew")
         page.lift()
 
 

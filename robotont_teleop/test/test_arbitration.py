@@ -140,6 +140,43 @@ def test_after_an_emergency_stop_silence_counts_as_a_stop(arbiter):
     assert arbiter.command("navigation", NAVIGATION, 0.8) == [NAVIGATION]
 
 
+def test_a_zero_of_another_sender_is_no_stop_of_who_asked_for_motion_during_an_emergency_stop():
+    arbiter = Arbiter([Input("navigation", 0.5, 1.0, zeros_of_all=True)])
+    arbiter.command("navigation", NAVIGATION, 0.0, "move_base")
+    arbiter.emergency_stop(True, 0.1)
+    arbiter.command("navigation", NAVIGATION, 0.2, "move_base")
+    arbiter.emergency_stop(False, 0.3)
+    assert arbiter.command("navigation", STOP, 0.35, "unblock") == []
+    assert arbiter.command("navigation", NAVIGATION, 0.4, "move_base") == []
+    assert arbiter.barred(0.4) == ["navigation"]
+    assert arbiter.command("navigation", STOP, 0.45, "move_base") == []
+    assert arbiter.command("navigation", NAVIGATION, 0.5, "move_base") == [NAVIGATION]
+
+
+def test_silence_during_an_emergency_stop_is_no_stop_after_it():
+    arbiter = Arbiter([Input("navigation", 0.5, 1.0)])
+    arbiter.emergency_stop(True, 0.0)
+    arbiter.command("navigation", NAVIGATION, 0.1, "move_base")
+    arbiter.emergency_stop(False, 20.0)
+    assert arbiter.command("navigation", NAVIGATION, 20.1, "move_base") == []
+
+
+def test_who_has_not_asked_for_motion_may_drive_beside_one_who_has_to_stop_first():
+    arbiter = Arbiter([Input("hand", 0.3, 2.0)])
+    other = (-0.1, 0.0, 0.0)
+    arbiter.emergency_stop(True, 0.0)
+    arbiter.command("hand", HAND, 0.1, "page")
+    arbiter.emergency_stop(False, 0.2)
+    assert arbiter.command("hand", HAND, 0.25, "page") == []
+    assert arbiter.command("hand", other, 0.3, "keys") == [other]
+
+
+def test_a_command_that_has_waited_drives_for_as_much_less(arbiter):
+    assert arbiter.command("hand", HAND, 1.0, age=0.2) == [HAND]
+    assert arbiter.look(1.09) == []
+    assert arbiter.look(1.1) == [STOP]
+
+
 def test_a_request_lets_navigation_go_on_after_an_emergency_stop(arbiter):
     arbiter.emergency_stop(True, 0.0)
     arbiter.command("navigation", NAVIGATION, 0.1)
@@ -185,3 +222,33 @@ def test_whatever_happens_drivers_do_not_mix_and_silence_stops(events):
         if sent and sent[-1] != STOP:
             name = next(name for name, twist in TWISTS.items() if twist == sent[-1])
             assert now - received[name] <= 0.5, "a driver that is silent"
+
+
+SENDERS = {name: (0.1 * number, 0.0, 0.0) for number, name in enumerate("abc", start=1)}  # the motion of each
+WORDS = st.lists(st.tuples(
+    st.sampled_from([0.01, 0.1, 0.1, 0.25, 0.6, 1.5]),
+    st.one_of(st.sampled_from(["press", "release"]), st.tuples(st.sampled_from(list(SENDERS)), st.booleans()))),
+    min_size=8, max_size=60)
+
+
+@given(WORDS)
+def test_after_a_release_nobody_drives_who_asked_for_motion_before_it_and_has_not_stopped(words):
+    arbiter, now, released = Arbiter([Input("navigation", 0.5, 1.0, zeros_of_all=True)]), 0.0, 0.0
+    asked = {}   # [s] of each whose newest word is motion
+    barred = set()
+    for pause, word in words:
+        now += pause
+        if word in ("press", "release"):
+            if word == "release" and arbiter.locked:
+                released = now
+                barred = {sender for sender, at in asked.items() if now - at < 0.5}
+            assert set(arbiter.emergency_stop(word == "press", now)) <= {STOP}
+            continue
+        sender, moving = word
+        if not moving or now - max(asked.get(sender, released), released) >= 0.5:
+            barred.discard(sender)
+        asked.pop(sender, None)
+        if moving:
+            asked[sender] = now
+        sent = arbiter.command("navigation", SENDERS[sender] if moving else STOP, now, sender)
+        assert not {SENDERS[one] for one in barred} & set(sent)

@@ -25,10 +25,19 @@ def certificate(tmp_path_factory):
     return paths
 
 
+def together(*paths):
+    """Path of a file with the contents of these; of the one as it is."""
+    if len(paths) == 1:
+        return str(paths[0])
+    file = paths[0].with_name("together.pem")
+    file.write_text("".join(path.read_text() for path in paths))
+    return str(file)
+
+
 def test_the_users_certificate(certificate):
-    context = make_tls(*map(str, certificate))
+    context = make_tls(together(*certificate))
     assert context.minimum_version >= ssl.TLSVersion.TLSv1_2
-    assert make_tls("", "") is None
+    assert make_tls("") is None
 
 
 def test_wrong_certificates_are_named(certificate, tmp_path):
@@ -36,27 +45,34 @@ def test_wrong_certificates_are_named(certificate, tmp_path):
     encrypted, other = tmp_path / "encrypted.pem", tmp_path / "other.pem"
     openssl("pkey", "-in", key, "-aes256", "-passout", "pass:secret", "-out", encrypted)
     openssl("genpkey", "-algorithm", "RSA", "-out", other)
-    for paths, words in (((tmp_path / "none.pem", key), "No such file"), ((cert, encrypted), "key is encrypted"),
-                         ((cert, other), "MISMATCH"), ((key, key), "~certificate")):
+    for paths, words in (((tmp_path / "none.pem",), "No such file"), ((cert, encrypted), "key is encrypted"),
+                         ((cert, other), "MISMATCH"), ((key,), "~certificate")):
         with pytest.raises(SetUpError) as refusal:
-            make_tls(*map(str, paths))
+            make_tls(together(*paths))
         assert words.lower() in str(refusal.value).lower()
 
 
 @pytest.mark.parametrize("url", ["http://10.0.0.5:8100/", "https://[2001:db8::12:3]:65535/",
                                  "https://a-rather-long-name-of-a-robot.in-a-network.example:8100/"])
-@pytest.mark.parametrize("colours", [False, True])
-def test_the_qr_code_on_the_terminal_leads_in(url, colours):
-    lines = invitation(url, TOKEN, colours)
+def test_the_qr_code_on_the_terminal_leads_in(url):
+    lines = invitation(url, TOKEN, "/file", terminal=True)
     assert url in lines[0]
-    assert all(line.startswith(LIGHT_ON_BLACK) and line.endswith(RESET) for line in lines if "█" in line) or not colours
+    assert all(line.startswith(LIGHT_ON_BLACK) and line.endswith(RESET) for line in lines if "█" in line)
     assert read_qr(lines) == f"{url}#token={TOKEN}"
     assert max(map(len, lines)) <= 100
 
 
 def test_without_a_token_there_is_no_qr_code():
-    lines = invitation("http://127.0.0.1:8100/", None)
+    lines = invitation("http://127.0.0.1:8100/", None, None, terminal=True)
     assert not any("█" in line or "token" in line for line in lines)
+
+
+def test_where_there_is_no_terminal_the_token_stays_in_its_file():
+    """What is printed there goes into the journal, and into a report."""
+    words = "\n".join(invitation("http://10.0.0.5:8100/", TOKEN, "/home/robot/token", terminal=False))
+    assert "cat /home/robot/token" in words
+    assert TOKEN not in words
+    assert "█" not in words
 
 
 def test_names_under_which_browsers_may_come():

@@ -7,7 +7,7 @@ import unittest
 import rospy
 from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
-from std_msgs.msg import Bool
+from std_srvs.srv import Trigger
 
 from robotont_testing import places
 from robotont_testing.browser import CHROMIUM, PHONE, Browser
@@ -48,7 +48,7 @@ class PagesTest(NodeTest):
         cls.log = cls.robot.folder / "web.log"
         cls.robot.launch("simulation.launch", f"port:={cls.robot.folder / 'robotont'}")
         wait_for(lambda: cls.truth, "the simulator", timeout=60)
-        cls.emergency_stop = rospy.Publisher("emergency_stop", Bool, queue_size=1, tcp_nodelay=True)
+        cls.release_emergency_stop = staticmethod(rospy.ServiceProxy("emergency_stop/release", Trigger))
         cls.port = free_port()
         rospy.set_param("/web_teleop_node/port", cls.port)
         cls.proxy = StallingProxy(cls.port)
@@ -68,7 +68,7 @@ class PagesTest(NodeTest):
     def setUp(self):
         super().setUp()
         self.addCleanup(self.proxy.flow)
-        self.addCleanup(self.emergency_stop.publish, False)
+        self.addCleanup(self.release_emergency_stop)
         self.pages = []
         self.addCleanup(lambda: [page.close() for page in self.pages])
 

@@ -5,12 +5,13 @@ import hmac
 import ipaddress
 import os
 import secrets
+from collections import deque
 from pathlib import Path
 from urllib.parse import urlsplit
 
 LOCAL_NAMES = ("localhost", "127.0.0.1", "::1")
 ATTEMPTS, ATTEMPTS_PERIOD = 5, 60.0  # wrong tokens of an address within [s], after which none of it is looked at
-ALL_ATTEMPTS = 100                   # the same for all addresses together
+REMEMBERED = 1000                    # wrong tokens, of all addresses
 LONGEST_TOKEN = 128
 
 
@@ -43,7 +44,7 @@ class Access:
 
     def __init__(self, token):
         self._token = token
-        self._failures = []  # (time [s], address) of wrong tokens
+        self._failures = deque(maxlen=REMEMBERED)  # (time [s], address) of wrong tokens, the oldest first
 
     @property
     def needs_token(self):
@@ -62,11 +63,10 @@ class Access:
     def log_in(self, token, address, now):
         """"in", "wrong" or "later", for a token shown by an address at time `now` [s].
 
-        Each address has attempts of its own, so that nobody locks out others by wrong tokens.
+        Each address has attempts of its own and there is no limit for all together, so that nobody locks out others by
+        wrong tokens, from however many addresses. They do not help to guess: a token that was made here has 128 bits.
         """
-        self._failures = [(time, other) for time, other in self._failures if now - time < ATTEMPTS_PERIOD]
-        own = sum(other == address for _, other in self._failures)
-        if own >= ATTEMPTS or len(self._failures) >= ALL_ATTEMPTS:
+        if sum(other == address and now - time < ATTEMPTS_PERIOD for time, other in self._failures) >= ATTEMPTS:
             return "later"
         if self.needs_token and _same(token, self._token):
             return "in"

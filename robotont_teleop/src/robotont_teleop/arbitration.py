@@ -5,6 +5,8 @@ A twist is (v_x [m/s], v_y [m/s], omega [rad/s]). Times [s] are the caller's, fr
 
 from typing import NamedTuple
 
+from robotont_driver.emergency_stop import StandFirst
+
 STOP = (0.0, 0.0, 0.0)
 NOBODY, EMERGENCY_STOP = "nobody", "emergency stop"
 LOCK_PERIOD = 0.2  # [s] between two zeros during an emergency stop, for receivers that start meanwhile
@@ -28,9 +30,19 @@ class _State:
         self.twist = STOP
         self.received = None  # [s] time of the newest command
         self.moved = None     # [s] time of the newest command with motion; None = no claim
-        self.barred = False   # has to stop once before it may drive
+        self.stand_first = StandFirst(settings.timeout)
         self.sender = None    # the one whose motion this is
         self.ignored = None   # (sender, [s]) of the newest motion that another sender has asked for meanwhile
+
+    def lock(self, now):
+        """An emergency stop begins: nobody claims the robot."""
+        self.stand_first.press(now)
+        self.moved = None
+
+    def release(self, now):
+        """It ends, and nothing moves by it."""
+        self.stand_first.release(now)
+        self.twist = STOP
 
     def moving(self, now):
         """Whether it asks for motion now."""
@@ -57,8 +69,9 @@ class Arbiter:
     Of the senders of one input the first that asks for motion has it until it stops or falls silent; the commands of
     others are ignored meanwhile. An input takes the robot with its first command other than zero, and keeps it until
     its `rest` has passed since its last motion. Zeros of an input that does not drive are ignored, so that an idle
-    sender blocks no other. An emergency stop takes the robot from all of them; an input that still asks for motion at
-    its release has to stop once, by a zero or by silence, before it drives: releasing never moves the robot.
+    sender blocks no other. An emergency stop takes the robot from all of them; each sender that has asked for motion
+    and not stopped when it is released has to stop first, by a zero of its own or by silence: releasing never moves
+    the robot.
     """
 
     def __init__(self, inputs):
@@ -84,23 +97,25 @@ class Arbiter:
 
     def barred(self, now):
         """Names of the inputs that have to stop once before they drive."""
-        return [state.name for state in self._states if state.barred and state.moving(now)]
+        return [state.name for state in self._states if state.stand_first.waiting(now)]
 
     def ignored(self, now):
         """List of (input, sender, sender that has the input) where somebody asks in vain for motion."""
         return [(state.name, state.ignored[0], state.sender) for state in self._states
                 if state.ignored and now - state.ignored[1] < state.timeout and state.moving(now)]
 
-    def command(self, name, twist, now, sender=""):
-        """Take a command that a sender has put on an input; the time-outs that were due before it come first."""
+    def command(self, name, twist, now, sender="", age=0.0):
+        """Take a command that a sender has put on an input; the time-outs that were due before it come first.
+
+        age: [s] for which it has waited on its way, less than the input's time-out.
+        """
         due = self.look(now)
         state = self._by_name[name]
-        if not state.admits(sender, twist, now):
+        may_drive = state.stand_first.admits(sender, twist != STOP, now) or self.locked
+        if not may_drive or not state.admits(sender, twist, now):
             return due
-        if twist == STOP or state.received is None or now - state.received >= state.timeout:
-            state.barred = False
-        state.twist, state.received = tuple(twist), now
-        if self.locked or state.barred:
+        state.twist, state.received = tuple(twist), now if twist == STOP else now - age
+        if self.locked:
             return due
         if twist != STOP:
             state.moved = now
@@ -117,8 +132,7 @@ class Arbiter:
             return []
         self.locked = pressed
         for state in self._states:
-            state.moved = None
-            state.barred = state.moving(now)
+            (state.lock if pressed else state.release)(now)
         self._driver = None
         return self._stop_lock(now) if pressed else []
 
@@ -127,7 +141,7 @@ class Arbiter:
         if self._driver:
             self._driver.moved = None
         for state in self._states:
-            state.barred = False
+            state.stand_first.excuse()
         return self._choose(now)
 
     def look(self, now):

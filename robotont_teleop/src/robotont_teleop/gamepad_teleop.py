@@ -19,9 +19,10 @@ PARAMETERS = (
     Parameter("fast_linear_speed", 0.8, "with the fast button", "m/s", minimum=0.01, maximum=100.0),
     Parameter("fast_angular_speed", 2.0, "with the fast button", "rad/s", minimum=0.01, maximum=100.0),
     Parameter("dead_zone", 0.12, "part of a stick's way that counts as its middle", minimum=0.0, maximum=0.9),
-    Parameter("publish_rate", 20.0, "of commands while the robot is driven", "Hz", minimum=5.0, maximum=200.0),
-    Parameter("retry_period", 0.5, "between two looks for the gamepad", "s", minimum=0.05, maximum=60.0),
 )
+
+PUBLISH_PERIOD = 0.05  # [s] between commands while the robot is driven
+RETRY_PERIOD = 0.5     # [s] between two looks for the gamepad
 
 
 class GamepadTeleop:
@@ -58,7 +59,7 @@ class GamepadTeleop:
             self._let_go()
             if device is not None:
                 device.close()
-        return self._parameters["retry_period"]
+        return RETRY_PERIOD
 
     def _find(self):
         """(device, name of its layout), or (None, None) with the reason in `_trouble`. Raises OSError."""
@@ -139,7 +140,7 @@ class GamepadTeleop:
                 self._send()
             if self._output.sent != STOP:
                 self._output.send(self._output.sent)
-        return 1.0 / self._parameters["publish_rate"]
+        return PUBLISH_PERIOD
 
     def _let_go(self):
         with self._lock:

@@ -13,7 +13,7 @@ import rospy
 
 from robotont_driver.node import answer_help, own_parameters
 from robotont_driver.parameters import Parameter
-from robotont_driver.rospy_end import init_tool
+from robotont_driver.rospy_end import end_soon, init_tool
 from robotont_teleop.hand_output import HandOutput
 from robotont_teleop.keys import EMERGENCY_STOP, QUIT, RELEASE, HeldKeys, split_keys
 from robotont_teleop.speeds import STOP, Speeds
@@ -26,10 +26,9 @@ PARAMETERS = (
     Parameter("first_hold", 0.75, "how long one press drives; longer than the keyboard's delay before it repeats", "s",
               minimum=0.1, maximum=2.0,
               reason="for so long one press drives"),
-    Parameter("repeat_hold", 0.3, "how long a held key drives on after its last repeat", "s", minimum=0.1, maximum=2.0,
-              reason="for so long the robot drives on after the key"),
-    Parameter("publish_rate", 20.0, "of commands while the robot is driven", "Hz", minimum=5.0, maximum=200.0),
 )
+PUBLISH_PERIOD = 0.05  # [s] between commands while the robot is driven
+REPEAT_HOLD = 0.3    # [s] for which a held key drives on after its last repeat
 SHOW_PERIOD = 0.1  # [s] between two lines
 HELP = """\
 hold to drive              speed                  the robot stops when no key is held
@@ -45,11 +44,11 @@ class KeyboardTeleop:
 
     def __init__(self, parameters, terminal):
         self._terminal = terminal
-        self._period = 1.0 / parameters["publish_rate"]
+        self._period = PUBLISH_PERIOD
         self._keys = HeldKeys(
             Speeds(parameters["linear_speed"], parameters["angular_speed"]),
             Speeds(parameters["max_linear_speed"], parameters["max_angular_speed"]),
-            parameters["first_hold"], parameters["repeat_hold"])
+            parameters["first_hold"], REPEAT_HOLD)
         self._output = HandOutput()
         self._rest = ""
         self._shown = 0.0
@@ -153,6 +152,7 @@ def main():
             print(f"\n{why}; stopping the robot", flush=True)
         except (OSError, termios.error):  # no terminal any more
             sys.stdout = open(os.devnull, "w")  # noqa: SIM115  discards the rest of its buffer
+        end_soon()
         rospy.signal_shutdown(why)
 
 

@@ -37,7 +37,8 @@ class PageSocket(Guarded, tornado.websocket.WebSocketHandler):
     def get_websocket_protocol(self):
         """Called by tornado; None for a version of WebSockets that it does not know."""
         protocol = super().get_websocket_protocol()
-        return protocol and PageFrames(self, False, protocol.params)
+        # tornado 5 (Ubuntu 20.04) has no params: it asks the handler itself, and takes options of a compression here
+        return protocol and PageFrames(self, False, getattr(protocol, "params", None))
 
     def check_origin(self, _origin):
         """Called by tornado; without an Origin it is not called, `prepare` sees to that."""

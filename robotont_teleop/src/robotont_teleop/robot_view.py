@@ -26,9 +26,9 @@ from robotont_driver.se2 import compose, pose_of, yaw_of
 from robotont_map_navigation.goal import Goal
 from robotont_map_navigation.goto import GoTo
 from robotont_teleop.camera import Camera
-from robotont_teleop.emergency_stop import EmergencyStop
 from robotont_teleop.robot_requests import NewestGoal, ServiceRequest
 from robotont_teleop.speeds import STOP
+from robotont_teleop.stop_button import StopButton
 from robotont_teleop.twist_message import twist_message
 
 MAP_FRAME = "map"
@@ -68,7 +68,7 @@ class RobotView:
         self._listener = tf2_ros.TransformListener(self._transforms)
         self._goto = GoTo(MAP_FRAME, lambda words: self._goal.show_progress(words), self._transforms)
         self._goal = NewestGoal(self._goto, self._say)
-        self._emergency_stop = EmergencyStop()
+        self._emergency_stop = StopButton(lambda words: self._say(words, False))
         self._publish()
         rospy.on_shutdown(self._stop)
         Worker(self._look_at_transforms)
@@ -103,11 +103,11 @@ class RobotView:
             self._ended = True
 
     def press_emergency_stop(self):
-        """It stays pressed until somebody releases it."""
+        """It stays pressed until a person releases it."""
         self._emergency_stop.press()
 
     def release_emergency_stop(self):
-        """Commands move the robot again."""
+        """Ask for its release, after which commands move the robot again."""
         self._emergency_stop.release()
 
     @property

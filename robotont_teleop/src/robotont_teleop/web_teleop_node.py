@@ -1,6 +1,7 @@
 """The node of the web page: parameters, token, address; then the server and the robot's view are brought together."""
 
 import asyncio
+import contextlib
 import gc
 import os
 import signal
@@ -13,9 +14,9 @@ import qrcode
 import rospkg
 import rospy
 
-from robotont_driver.node import OK, WARN, Health, init_node, own_parameters, robot_name, signals_wait
+from robotont_driver.node import OK, WARN, Health, init_node, own_parameters, robot_name, running_wheels, signals_wait
 from robotont_driver.parameters import Parameter, ParameterError
-from robotont_driver.wheels import read_wheels
+from robotont_driver.rospy_end import end_soon
 from robotont_teleop.access import Access, is_loopback_address, read_or_make_token
 from robotont_teleop.robot_view import RobotView
 from robotont_teleop.speeds import Speeds
@@ -28,20 +29,18 @@ PARAMETERS = (
     Parameter("host_names", "", "further names of this computer in the page's address, separated by commas"),
     Parameter("token_file", "", "file of the token, made at the first start; empty: robotont_teleop_token in "
               "ROS_HOME"),
-    Parameter("certificate", "", "file of a TLS certificate, for https; empty: http"),
-    Parameter("certificate_key", "", "file of the certificate's private key"),
+    Parameter("certificate", "", "file of a TLS certificate and its private key, for https; empty: http"),
     Parameter("max_linear_speed", 0.5, "of a stick pushed to its rim", "m/s", minimum=0.01, maximum=100.0),
     Parameter("max_angular_speed", 2.0, "of a stick pushed to its rim", "rad/s", minimum=0.01, maximum=100.0),
-    Parameter("state_rate", 20.0, "of the state that open pages get", "Hz", minimum=1.0, maximum=200.0),
     Parameter("oldest_command", 0.2, "motion asked for longer ago is dropped", "s", minimum=0.02, maximum=2.0,
               reason="older commands surprise"),
     Parameter("dead_man", 0.25, "the robot stops after this long without a command of the page that drives it", "s",
               minimum=0.05, maximum=2.0,
               reason="for so long the robot drives on when the page dies"),
-    Parameter("max_pages", 16, "open at once", minimum=1, maximum=1000),
-    Parameter("max_connections", 64, "open at once", minimum=4, maximum=10000),
     Parameter("camera", "camera/color/image_raw/compressed", "topic of the camera's JPEG pictures"),
 )
+STATE_RATE = 20.0  # [Hz] of the state that open pages get
+MAX_PAGES, MAX_CONNECTIONS = 16, 64  # open at once
 LIGHT_ON_BLACK, RESET = "\x1b[97;40m", "\x1b[0m"  # of a terminal (ECMA-48)
 
 
@@ -50,28 +49,28 @@ class SetUpError(Exception):
 
 
 def make_access(parameters):
-    """(Access, token or None): the token only where others than this computer can connect. Raises SetUpError."""
+    """(Access, token, its file): the token only where others than this computer can connect. Raises SetUpError."""
     if is_loopback_address(parameters["address"]):
-        return Access(None), None
+        return Access(None), None, None
     home = os.environ.get("ROS_HOME") or str(Path.home() / ".ros")
     path = parameters["token_file"] or str(Path(home) / "robotont_teleop_token")
     try:
         token = read_or_make_token(path)
     except (OSError, ValueError) as error:
         raise SetUpError(f"~token_file: {error}") from None
-    return Access(token), token
+    return Access(token), token, path
 
 
-def make_tls(certificate, key):
+def make_tls(certificate):
     """ssl.SSLContext, or None without a certificate. Raises SetUpError."""
     if not certificate:
         return None
     context = ssl.create_default_context(ssl.Purpose.CLIENT_AUTH)
     context.minimum_version = ssl.TLSVersion.TLSv1_2
     try:
-        context.load_cert_chain(certificate, key or None, password=_refuse_password)
+        context.load_cert_chain(certificate, password=_refuse_password)
     except (OSError, ValueError) as error:  # ssl.SSLError is an OSError
-        raise SetUpError(f"~certificate {certificate}, ~certificate_key {key}: {error}") from None
+        raise SetUpError(f"~certificate {certificate}: {error}") from None
     return context
 
 
@@ -97,38 +96,45 @@ def own_address():
             return socket.gethostname()
 
 
-def invitation(url, token, colours=False):
-    """Lines for the terminal: the page's address, how to get in, and how to drive without a browser.
+def invitation(url, token, file, terminal):
+    """Lines that tell the page's address, how to get in, and how to drive without a browser.
 
-    `colours`: the QR code is light on black whatever the terminal's colours are; else its dark modules are spaces.
+    The token and its QR code for a terminal only, light on black whatever its colours are: all else may be a log that
+    others read. Those are told the token's file.
     """
     lines = [f"drive the robot in a browser: {url}",
              "or by keys, in a second terminal: ./robotont keys   (rosrun robotont_teleop keyboard_teleop)"]
-    if token:
+    if token and not terminal:
+        lines.append(f"token, asked for once: cat {file}")
+    elif token:
         code = qrcode.QRCode(border=2)
         code.add_data(f"{url}#token={token}")  # the part after # is sent to no server and written to no log
         code.make()
         rows = code.get_matrix()
         rows += [[False] * len(rows[0])] * (len(rows) % 2)
         blocks = {(True, True): " ", (True, False): "▄", (False, True): "▀", (False, False): "█"}
-        before, after = (LIGHT_ON_BLACK, RESET) if colours else ("", "")
-        lines += ["", *(before + "".join(blocks[pair] for pair in zip(upper, lower)) + after
+        lines += ["", *(LIGHT_ON_BLACK + "".join(blocks[pair] for pair in zip(upper, lower)) + RESET
                         for upper, lower in zip(rows[::2], rows[1::2])), "", f"token, asked for once: {token}"]
     return lines
 
 
-async def serve(robot, access, token, parameters):
-    """Serve until ROS shuts down."""
+async def serve(robot, access, token, file, parameters):
+    """Serve until ROS shuts down. token, file: as of `make_access`."""
     loop = asyncio.get_running_loop()
-    for number in (signal.SIGINT, signal.SIGTERM):  # taken between two messages, never amid the publishing of one
-        loop.add_signal_handler(number, rospy.signal_shutdown, signal.Signals(number).name)
-    tls = make_tls(parameters["certificate"], parameters["certificate_key"])
+
+    def end(number, _frame):  # shuts down between two messages, never amid the publishing of one
+        end_soon()
+        with contextlib.suppress(RuntimeError):  # the loop has ended
+            loop.call_soon_threadsafe(rospy.signal_shutdown, signal.Signals(number).name)
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, end)
+    tls = make_tls(parameters["certificate"])
     scheme = "https" if tls else "http"
     speeds = Speeds(parameters["max_linear_speed"], parameters["max_angular_speed"])
     settings = ServerSettings(
-        names=host_names(parameters["host_names"]), scheme=scheme, rate=parameters["state_rate"],
-        oldest=parameters["oldest_command"], dead_man=parameters["dead_man"], max_pages=parameters["max_pages"],
-        max_connections=parameters["max_connections"], speeds=speeds)
+        names=host_names(parameters["host_names"]), scheme=scheme, rate=STATE_RATE,
+        oldest=parameters["oldest_command"], dead_man=parameters["dead_man"], max_pages=MAX_PAGES,
+        max_connections=MAX_CONNECTIONS, speeds=speeds)
     folder = Path(rospkg.RosPack().get_path("robotont_teleop")) / "web"
     server = WebServer(robot, access, settings, folder)
     address, port = parameters["address"], parameters["port"]
@@ -138,7 +144,8 @@ async def serve(robot, access, token, parameters):
         raise SetUpError(f"~address {address}, ~port {port}: {error.strerror or error}; choose another one, e.g. "
                          f"web_port:={port + 1}. By keys: ./robotont keys") from None
     shown = own_address() if address in ("", "0.0.0.0", "::") else address
-    for line in invitation(f"{scheme}://{f'[{shown}]' if ':' in shown else shown}:{port}/", token, sys.stdout.isatty()):
+    url = f"{scheme}://{f'[{shown}]' if ':' in shown else shown}:{port}/"
+    for line in invitation(url, token, file, sys.stdout.isatty()):
         print(line, flush=True)  # not to the log: the token is for this terminal
     Health(robot_name(), {"web page": lambda: report(server)})
     gc.collect()
@@ -177,14 +184,14 @@ def main():
     try:
         with signals_wait():
             parameters = own_parameters(PARAMETERS)
-            wheels = read_wheels(rospy.get_param(rospy.get_namespace(), {}))
-            access, token = make_access(parameters)
+            wheels = running_wheels(rospy.get_namespace())
+            access, token, file = make_access(parameters)
             robot = RobotView(wheels, parameters["camera"])
         if not rospy.is_shutdown():
-            asyncio.run(serve(robot, access, token, parameters))
+            asyncio.run(serve(robot, access, token, file, parameters))
     except ParameterError as error:
         for fault in error.faults:
-            rospy.logfatal("wrong parameter %s (wheel parameters are read from %s)", fault, rospy.get_namespace())
+            rospy.logfatal("wrong parameter %s", fault)
         sys.exit(1)
     except SetUpError as error:
         rospy.logfatal("%s", error)

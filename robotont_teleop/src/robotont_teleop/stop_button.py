@@ -1,0 +1,98 @@
+"""The emergency stop as a node for driving by hand sees and presses it; robotont_driver.emergency_stop has the rule."""
+
+import threading
+import time
+
+import rospy
+from std_msgs.msg import Bool, String
+from std_srvs.srv import Trigger
+
+from robotont_driver.node import Worker
+
+OLDEST_REQUEST = 1.0  # [s] a release that could not be asked for within this time is dropped
+
+
+class StopButton:
+    """Presses for this node, follows driver_node's word of who presses, and asks it for a release.
+
+    A press stays latched, for a driver_node that starts or connects later, until driver_node has it released.
+    failed(words): called when a request for a release has failed.
+    """
+
+    def __init__(self, failed=lambda words: None):
+        self._failed = failed
+        self._lock = threading.RLock()
+        self._pressed_by = ""      # as driver_node has said
+        self._latched = False
+        self._named = None         # connection on which driver_node has named this node since its newest press
+        self.pressed_at = time.monotonic()  # [s] newest press; before the start of this node nothing was seen
+        self._asked_at = 0.0       # [s] newest request for a release
+        self._wanted = threading.Event()
+        self._service = rospy.ServiceProxy("emergency_stop/release", Trigger)
+        self._publisher = rospy.Publisher("emergency_stop", Bool, queue_size=5, tcp_nodelay=True, latch=True)
+        rospy.Subscriber("emergency_stop/pressed_by", String, self._on_pressed_by, queue_size=5, tcp_nodelay=True)
+        Worker(self._release)
+
+    @property
+    def pressed(self):
+        """Whether the robot stands by it, or will as soon as driver_node hears of it."""
+        return bool(self._pressed_by) or self._latched
+
+    def press(self):
+        """Stop the robot until a person releases it."""
+        with self._lock:
+            self._latched = True
+            if not self._is_named():
+                self._named = None
+            self.pressed_at = time.monotonic()
+            self._publisher.publish(True)
+
+    def release(self):
+        """Ask driver_node to let commands move the robot again; returns at once."""
+        self._asked_at = time.monotonic()
+        self._wanted.set()
+
+    def _release(self):
+        """Carry out the newest request, but not late, and not over a newer press; returns the time to rest."""
+        if not self._wanted.wait(1.0):
+            return 0.0
+        self._wanted.clear()
+        asked = self._asked_at  # not now: the request before may have waited for the master
+        try:
+            self._service.wait_for_service(OLDEST_REQUEST)
+            if time.monotonic() - asked > OLDEST_REQUEST:
+                raise rospy.ServiceException("the master has answered too late")
+            if self.pressed_at > asked:
+                raise rospy.ServiceException("it was pressed again meanwhile")
+            answer = self._service()
+            if not answer.success:
+                raise rospy.ServiceException(answer.message)
+        except (rospy.ServiceException, rospy.ROSException, OSError) as error:
+            rospy.logerr("emergency stop not released: %s", error)
+            self._failed(f"emergency stop not released: {error}")
+            return 0.0
+        with self._lock:
+            if self.pressed_at > asked:
+                self.press()
+            else:
+                self._unlatch()
+        return 0.0
+
+    def _on_pressed_by(self, message):
+        with self._lock:
+            if message.data and message.data != self._pressed_by:
+                self.pressed_at = time.monotonic()
+            self._pressed_by = message.data
+            if self._is_named():
+                self._named = message._connection_header
+            elif self._named is message._connection_header:
+                self._unlatch()
+
+    def _is_named(self):
+        return rospy.get_name() in self._pressed_by.split(", ")
+
+    def _unlatch(self):
+        """Behind a release: who connects from now on hears no press. A latched `false` releases nothing."""
+        if self._latched:
+            self._latched = False
+            self._publisher.publish(False)

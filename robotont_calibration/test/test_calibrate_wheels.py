@@ -61,6 +61,16 @@ def test_with_a_ground_truth(runs, tmp_path, capsys):
     assert (tmp_path / "a.png").read_bytes().startswith(b"\x89PNG")
 
 
+def test_a_gap_in_the_stamps_is_named(runs, tmp_path, capsys):
+    file = tmp_path / "gap.csv"
+    rows = Path(runs[1][0]).read_text().splitlines()
+    shifted = [row.split(",", 1) for row in rows[len(rows) // 2:]]
+    file.write_text("\n".join(rows[:len(rows) // 2] + [f"{float(time) + 3600:.6f},{rest}" for time, rest in shifted]))
+    status, _ = calibrated(tmp_path, str(file))
+    assert status == 1
+    assert f"{file}: found a gap of 3600.02 s behind the packet at " in capsys.readouterr().err
+
+
 def test_each_number_of_the_table_is_in_one_unit(runs, tmp_path, capsys):
     """The parameters in the unit beside their names, changes and standard deviations each in one of its own."""
     calibrated(tmp_path, *runs[1])

@@ -34,7 +34,7 @@ from robotont_driver.wheels import read_wheels
 from robotont_testing.robots import SHIPPED, UNEVEN_4
 from robotont_testing.simulated_wheels import PERIOD, path_of, spin, square
 
-DOUBLED = 0.01            # [m] after 1 m: twice the wheel noise of config/driver.yaml
+DOUBLED = 0.01            # [m] after 1 m: twice the wheel noise of driver.yaml
 MARKER = (0.03, -0.0335)  # [m] 45 mm off the middle
 
 

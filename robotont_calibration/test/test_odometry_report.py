@@ -86,7 +86,7 @@ def evo(metric, *arguments, folder):
         return json.loads(archive.read("stats.json").decode())
 
 
-with_evo = pytest.mark.skipif(sys.version_info < (3, 9), reason="evo's relatives need a newer numpy than Noetic's")
+with_evo = pytest.mark.skipif(sys.version_info < (3, 10), reason="evo's relatives need a newer numpy than the system's")
 
 
 @pytest.fixture(scope="module")

@@ -19,7 +19,7 @@ from std_msgs.msg import Bool, String
 from robotont_operations.black_box import bags_of, runs_in
 from robotont_testing import places
 from robotont_testing.harness import wait_for
-from robotont_testing.node_test import ERROR, OK, NodeTest, twist
+from robotont_testing.node_test import ERROR, OK, WARN, NodeTest, twist
 
 
 class RecorderNodeTest(NodeTest):
@@ -93,6 +93,7 @@ class RecorderNodeTest(NodeTest):
         broken.publish(False)
         self.wait_for_status("recorder_node: black box", ERROR, "cannot write to")
         broken.unregister()
+        self.wait_for_status("recorder_node: black box", WARN, "messages lost: cannot write to")
         self.wait_for_status("recorder_node: black box", OK)
         back = len(self.sent)
         wait_for(lambda: self.packets()[-1] > back, "packets in the black box")

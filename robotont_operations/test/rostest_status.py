@@ -1,7 +1,9 @@
 #!/usr/bin/env python3
 """status and report beside the real stack."""
 
+import contextlib
 import os
+import signal
 import subprocess
 import tarfile
 
@@ -11,7 +13,7 @@ import rostest
 
 from robotont_operations.black_box import bags_of, runs_in
 from robotont_testing import places
-from robotont_testing.harness import suspended, wait_for
+from robotont_testing.harness import START, suspended, wait_for
 from robotont_testing.node_test import OK, NodeTest
 from robotont_testing.stand_in_board import Board
 
@@ -29,12 +31,12 @@ class StatusTest(NodeTest):
     def run_tool(self, name, *arguments, **environment):
         script = places.package("robotont_operations") / "scripts" / name
         return subprocess.run(["/usr/bin/python3", script, *map(str, arguments)], check=False, text=True,
-                              capture_output=True, env={**os.environ, **environment})
+                              timeout=60, capture_output=True, env={**os.environ, **environment})
 
     def test_status_from_well_to_dead(self):
         done = self.run_tool("status")
         self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
-        for words in ("nodes", "link", "board", "command stream"):
+        for words in ("nodes", "link", "board", "command stream", "config/robots/thesis"):
             self.assertIn(words, done.stdout)
         self.assertNotIn("\033", done.stdout)  # colours are for terminals
         self.board.unplug()
@@ -45,10 +47,23 @@ class StatusTest(NodeTest):
         with suspended(self.processes.pid("/robotont_node")):
             done = self.run_tool("status")
         self.assertIn("/robotont_node does not answer", done.stdout)
-        done = self.run_tool("status", ROS_MASTER_URI="http://127.0.0.1:9")
-        self.assertEqual(done.returncode, 3)
-        self.assertIn("no ROS master", done.stderr)
+        for uri, words in (("http://127.0.0.1:9", "no ROS master"),
+                           (self.processes.uri.replace("http:", "https:"), "allowed: http://HOST:PORT")):
+            done = self.run_tool("status", ROS_MASTER_URI=uri)
+            self.assertEqual(done.returncode, 3)
+            self.assertIn(words, done.stderr)
         self.board.plug()
+        self.wait_for_status("serial_com_node: link", OK)
+        pid = self.processes.pid("/robotont_node")
+        os.kill(pid, signal.SIGKILL)
+
+        def is_back():
+            with contextlib.suppress(OSError):
+                return self.processes.pid("/robotont_node") != pid
+        wait_for(is_back, "robotont_node", START)
+        self.status.clear()
+        self.wait_for_status("serial_com_node: link", OK)
+        self.assertIn("restarts of /robotont_node: 1", self.run_tool("status").stdout)
 
     def test_report(self):
         rospy.set_param("/web_teleop/token", "hunter22")
@@ -59,6 +74,8 @@ class StatusTest(NodeTest):
         logs = self.processes.folder / "logs"
         logs.mkdir()
         (logs / "web.log").write_text("open http://robot/?token=hunter22\nwheels turn\n")
+        (folder / "run_000000_x").mkdir()
+        (folder / "run_000000_x/000001.bag").write_bytes(os.urandom(5000))
         output = self.processes.folder / "out.tar.gz"
         done = self.run_tool("report", "--output", output, "--black-box", folder, ROS_LOG_DIR=str(logs))
         self.assertEqual(done.returncode, 0, done.stderr)
@@ -70,6 +87,7 @@ class StatusTest(NodeTest):
         self.assertIn("wheelRads", (root / "ros/parameters.yaml").read_text())
         self.assertIn("/robotont_node", (root / "ros/graph.yaml").read_text())
         self.assertIn("robotont_driver", (root / "versions/stack.txt").read_text())
+        self.assertIn("run_000000_x/000001.bag", (root / "notes.txt").read_text())
         self.assertIn("wheels turn", (root / "logs/ros/web.log").read_text())
         with rosbag.Bag(str(max((root / "black_box").glob("*.bag")))) as bag:
             self.assertIn("/serial_read", bag.get_type_and_topic_info()[1])

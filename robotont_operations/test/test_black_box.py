@@ -1,6 +1,7 @@
 """The black box on files: what it keeps, what it deletes, and what a loss of power leaves of it."""
 
 import errno
+import io
 import os
 import shutil
 import subprocess
@@ -8,6 +9,7 @@ from pathlib import Path
 
 import pytest
 import rosbag
+from rosgraph_msgs.msg import Log
 from std_msgs.msg import String
 
 from robotont_driver.parameters import markdown_rows
@@ -60,8 +62,47 @@ def test_merged_into_one(tmp_path):
     box = BlackBox(tmp_path)
     for second in range(10):
         box.write([record(second)], now=float(second))
-    assert merge(bags_of(box.folder), tmp_path / "all.bag") == 10
+    assert merge(bags_of(box.folder), tmp_path / "all.bag") == (10, [])
     assert [stamp for _, _, stamp in messages([tmp_path / "all.bag"])] == [1000.0 + second for second in range(10)]
+
+
+def test_a_file_that_cannot_be_read_costs_nothing_but_itself(tmp_path):
+    box = BlackBox(tmp_path)
+    for second in range(3):
+        box.write([record(second)], now=float(second))
+    middle = bags_of(box.folder)[1]
+    for content in (os.urandom(5000), b"#ROSBAG V2.0\n" + b"\xff" * 5000, b"", middle.read_bytes()[:-100]):
+        middle.write_bytes(content)
+        count, (words,) = merge(bags_of(box.folder), tmp_path / "all.bag")
+        assert count == 2
+        assert f"{box.folder.name}/000002.bag: " in words
+
+
+def test_what_is_no_run_of_the_recorder_stays_alone(tmp_path):
+    (tmp_path / "elsewhere").mkdir()
+    (tmp_path / "elsewhere/kept").touch()
+    (tmp_path / "run_000000_link").symlink_to(tmp_path / "elsewhere")
+    (tmp_path / "run_000001_file").touch()
+    (tmp_path / "run_000002_gone").symlink_to(tmp_path / "nowhere")
+    runs = [BlackBox(tmp_path, runs=2).folder for _ in range(4)]
+    assert runs_in(tmp_path) == runs[2:]
+    os.mkfifo(str(runs[3] / "000001.bag"))
+    assert bags_of(runs[3]) == []
+    assert sorted(path.name for path in tmp_path.iterdir() if path not in runs) == [
+        "elsewhere", "run_000000_link", "run_000001_file", "run_000002_gone"]
+    assert (tmp_path / "elsewhere/kept").exists()
+
+
+def test_secrets_in_the_log_are_left_out(tmp_path):
+    data = io.BytesIO()
+    Log(msg="password=hunter22", name="/node").serialize(data)
+    header = {"type": Log._type, "md5sum": Log._md5sum, "message_definition": Log._full_text}
+    box = BlackBox(tmp_path)
+    box.write([Record("/rosout", 1000.0, data.getvalue(), header), record(1)], now=0.0)
+    assert merge(bags_of(box.folder), tmp_path / "all.bag") == (2, [])
+    with rosbag.Bag(str(tmp_path / "all.bag")) as bag:
+        (_, log, _), (_, packet, _) = bag.read_messages()
+    assert (log.msg, log.name, packet.data) == ("password= (removed)", "/node", "0:0:0;\n")
 
 
 def test_a_full_disk_makes_room_and_says_so(tmp_path, monkeypatch):

@@ -13,9 +13,14 @@ import pytest
 import rosbag
 
 from robotont_operations import install_robot as install_robot_module
+from robotont_operations import robot_choice
 from robotont_operations.black_box import bags_of, runs_in
 from robotont_testing import places
+from robotont_testing.board_port import BoardPort
+from robotont_testing.dc_motors import Motors
 from robotont_testing.harness import Processes, wait_for
+from robotont_testing.official_boards import BOARDS
+from robotont_testing.robots import BARE, robot_folder
 from robotont_testing.stand_in_board import Board
 
 REPOSITORY = Path(__file__).resolve().parents[2]
@@ -59,6 +64,24 @@ def test_dry_run_writes_nothing(tmp_path):
     assert not files(tmp_path)
 
 
+@pytest.mark.parametrize("model", [True, False])
+def test_without_xacro_the_robot_starts_without_its_model(model, tmp_path, monkeypatch):
+    """As on Debian, whose robots take nothing from PyPI."""
+    own = [path for path in os.environ["PYTHONPATH"].split(":") if not (Path(path) / "xacro").exists()]
+    if model:
+        (tmp_path / "xacro").mkdir()
+        own.append(str(tmp_path))
+    monkeypatch.setenv("PYTHONPATH", os.pathsep.join(own))
+    if not model and subprocess.run(["/usr/bin/python3", "-c", "import xacro"], check=False, capture_output=True,
+                                    ).returncode == 0:
+        pytest.skip("the distribution has xacro")
+    done = install_robot("--root", tmp_path / "root")
+    assert done.returncode == 0, done.stderr
+    assert ("no xacro" in done.stdout) != model
+    configuration = (tmp_path / "root" / "etc/robotont/robot.conf").read_text()
+    assert ("ROBOTONT_ARGUMENTS=description:=false\n" in configuration) != model
+
+
 def test_a_workspace_that_the_services_may_not_enter(tmp_path, monkeypatch):
     """Refused where the services would start from it at once; for another root there is only a warning."""
     closed = tmp_path / "closed"
@@ -83,6 +106,55 @@ def test_removal_leaves_no_file(tmp_path):
     again = install_robot("--root", tmp_path, "--remove")
     assert again.returncode == 1
     assert "nothing is installed" in again.stderr
+
+
+@pytest.mark.parametrize("link", ["etc/robotont", "etc/systemd", "etc/udev/rules.d"])
+def test_a_folder_that_is_a_link_out_of_an_image_is_refused(link, tmp_path):
+    root, outside = tmp_path / "root", tmp_path / "outside"
+    (root / link).parent.mkdir(parents=True)
+    outside.mkdir()
+    (root / link).symlink_to(outside)
+    before = files(tmp_path)
+    done = install_robot("--root", root)
+    assert done.returncode == 1
+    assert f"install-robot: {root / link} is a link to {outside}" in done.stderr
+    assert install_robot("--root", root, "--remove").returncode == 1
+    assert files(tmp_path) == before
+
+
+@pytest.mark.parametrize("link", ["etc/robotont/installed", "etc/robotont/robot.conf",
+                                  "etc/udev/rules.d/60-robotont.rules"])
+def test_a_file_that_is_a_link_out_of_an_image_is_refused(link, tmp_path):
+    root, outside = tmp_path / "root", tmp_path / "outside"
+    (root / link).parent.mkdir(parents=True)
+    outside.write_text("mine\n")
+    outside.chmod(0o600)
+    (root / link).symlink_to(outside)
+    before = files(tmp_path)
+    done = install_robot("--root", root)
+    assert done.returncode == 1
+    assert f"install-robot: {root / link} is a link to {outside}" in done.stderr
+    assert (outside.read_text(), outside.stat().st_mode & 0o777) == ("mine\n", 0o600)
+    assert files(tmp_path) == before
+
+
+def test_removal_deletes_nothing_outside_of_an_image_and_all_inside(tmp_path):
+    root, outside = tmp_path / "root", tmp_path / "outside"
+    for name in ("victim", "black_box/run", "folder/robotont-master.service"):
+        (outside / name).parent.mkdir(parents=True, exist_ok=True)
+        (outside / name).touch()
+    assert install_robot("--root", root).returncode == 0
+    with open(str(root / "etc/robotont/installed"), "a") as listed:
+        listed.write(f"../outside/victim\n{outside}/victim\netc/linked/robotont-master.service\n")
+    (root / "etc/linked").symlink_to(outside / "folder")
+    (root / "var/lib").mkdir(parents=True)
+    (root / "var/lib/robotont").symlink_to(outside / "black_box")
+    done = install_robot("--root", root, "--remove")
+    assert done.returncode == 0, done.stderr
+    for words in ("../outside/victim", f"{outside}/victim", f"{root}/etc/linked is a link", f"{outside}/black_box"):
+        assert words in done.stderr
+    assert files(root) == ["etc", "etc/linked", "var", "var/lib"]
+    assert files(outside) == ["black_box", "black_box/run", "folder", "folder/robotont-master.service", "victim"]
 
 
 def test_removal_stops_nothing_where_nothing_is_installed(tmp_path, monkeypatch):
@@ -127,6 +199,38 @@ def test_the_users_own_settings_are_kept(tmp_path):
     assert "network-online" not in (tmp_path / "etc/systemd/system/robotont-master.service").read_text()
 
 
+def test_the_robot_that_is_named_is_kept_until_another_one_is(tmp_path):
+    conf = tmp_path / "etc/robotont/robot.conf"
+
+    def lines():
+        return [line for line in conf.read_text().splitlines() if line.startswith("ROBOTONT_")]
+    assert install_robot("--root", tmp_path, "robot:=robotont2").returncode == 0
+    assert lines()[:2] == ["ROBOTONT_PORT=/dev/robotont", "ROBOTONT_ROBOT=robotont2"]
+    conf.write_text(conf.read_text().replace("/dev/robotont\n", "/dev/robotont_7\n"))
+    install_robot("--root", tmp_path)
+    assert lines()[:2] == ["ROBOTONT_PORT=/dev/robotont_7", "ROBOTONT_ROBOT=robotont2"]
+    install_robot("--root", tmp_path, "robot:=robotont3")
+    assert lines()[:2] == ["ROBOTONT_PORT=/dev/robotont_7", "ROBOTONT_ROBOT=robotont3"]
+    conf.write_text("ROBOTONT_PORT=/dev/ttyACM1\n")  # of an older installation
+    install_robot("--root", tmp_path, "robot:=four_wheels")
+    assert lines() == ["ROBOTONT_PORT=/dev/ttyACM1", "ROBOTONT_ROBOT=four_wheels"]
+    assert "allowed: four_wheels, robotont2" in install_robot("--root", tmp_path, "robot:=robotont4").stderr
+
+
+def test_a_board_that_is_plugged_in_is_proposed(tmp_path, monkeypatch, capsys):
+    port = BoardPort(str(tmp_path / "board"), lambda now: BOARDS["robotont2"](Motors(), start=now))
+    port.plug()
+    monkeypatch.setattr(robot_choice, "ports", lambda: [str(tmp_path / "none"), port.link])
+    monkeypatch.setattr("sys.argv", ["install-robot", "--dry-run"])
+    try:
+        assert install_robot_module._install(install_robot_module.parse_arguments(), live=True) == 1
+    finally:
+        port.unplug()
+    words = f"the board at {port.link} speaks robotont2: ./robotont install-robot robot:=robotont2"
+    assert words in capsys.readouterr().err
+    assert port.heard == []
+
+
 def test_units_are_valid(tmp_path):
     need("systemd-analyze")
     install_robot("--root", tmp_path)
@@ -135,6 +239,19 @@ def test_units_are_valid(tmp_path):
     # it also reads the units of this machine, whose faults are not ours
     assert not [line for line in done.stderr.splitlines() if "robotont" in line], done.stderr
     assert done.returncode == 0, done.stderr
+
+
+@pytest.mark.parametrize("unit", UNITS)
+def test_a_unit_may_do_little_beside_its_work(unit, tmp_path):
+    """systemd's own measure, from 0 to 10. That it still does its work, the tests that boot show."""
+    need("systemd-analyze")
+    install_robot("--root", tmp_path)
+    done = subprocess.run(["systemd-analyze", "security", "--offline=true", "--no-pager",
+                           str(tmp_path / "etc/systemd/system" / unit)], check=False, text=True, capture_output=True)
+    if "unrecognized option" in done.stderr:
+        pytest.skip("systemd-analyze security has no --offline here: it needs systemd 250")
+    exposure = re.search(rf"exposure level for {unit}: ([0-9.]+)", done.stdout)
+    assert float(exposure.group(1)) <= 5.0, done.stdout
 
 
 def usb_port(sys, port, serial, name, minor):
@@ -208,13 +325,29 @@ class BootedRobot:
 
     def ask(self, *command):
         """What a ROS command prints in the machine's network; "" when it fails."""
-        environment = {**os.environ, "ROS_MASTER_URI": "http://127.0.0.1:11311", "ROS_IP": "127.0.0.1"}
         with contextlib.suppress(subprocess.TimeoutExpired):
-            done = subprocess.run(
-                ["nsenter", "--target", str(self.process("systemd\0--system")), "--net", *command], env=environment,
-                timeout=10, check=False, text=True, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL)
+            done = subprocess.run(self._within("--net", *command), env=self._environment(), timeout=10, check=False,
+                                  text=True, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL)
             return "" if done.returncode else done.stdout
         return ""
+
+    def run(self, *command):
+        """Run a command of the machine itself."""
+        subprocess.run(self._within("--all", "--root", "--wd", *command), check=True, timeout=60)
+
+    @contextlib.contextmanager
+    def started(self, *command):
+        """A block in which a ROS command runs in the machine's network."""
+        with Processes() as processes:
+            processes.start(*self._within("--net", *command), **self._environment())
+            yield
+
+    def _within(self, *words):
+        return ["nsenter", "--target", str(self.process("systemd\0--system")), *words]
+
+    @staticmethod
+    def _environment():
+        return {**os.environ, "ROS_MASTER_URI": "http://127.0.0.1:11311", "ROS_IP": "127.0.0.1"}
 
     def recorded_odometry(self, since):
         """Whether a file of the black box holds odometry of after a time [s]."""
@@ -330,3 +463,18 @@ def removed(group):
         with contextlib.suppress(OSError):
             os.rmdir(folder)
     return not group.exists()
+
+
+@pytest.mark.timed
+def test_a_robot_that_is_switched_in_robot_conf_drives_as_on_a_new_master(robot):
+    """As the file's comment says: changed, and the services restarted; the master lives on with what the thesis set."""
+    come(robot, lambda: robot.process(DRIVER), "the driver")
+    before, root = robot.process(DRIVER), Path(f"/proc/{robot.process('systemd' + chr(0) + '--system')}/root")
+    robot_folder(robot.shared / "bare", BARE)
+    conf = root / "etc/robotont/robot.conf"
+    conf.write_text(conf.read_text() + "ROBOTONT_ROBOT=/shared/bare\n")
+    robot.run("systemctl", "restart", "robotont", "robotont-recorder")
+    come(robot, lambda: robot.process(DRIVER) not in (None, before), "another driver")
+    with robot.started("rostopic", "pub", "-r", "20", "cmd_vel", "geometry_msgs/Twist", "{linear: {x: 0.2}}"):
+        come(robot, lambda: "10.91:-21.83:10.91" in robot.ask("rostopic", "echo", "-n", "1", "serial_write"),
+             "wheel speeds of a robot without reference direction")

@@ -35,6 +35,11 @@ def test_a_warning():
     assert worst(table(ALL, {**FINE, "serial_com_node: link": (WARN, "3 lines dropped", {})})) == 1
 
 
+def test_restarts_are_a_warning():
+    rows = table(ALL, FINE, [("/driver_node", 3), ("/odom_node", 1)])
+    assert rows[0] == Row(WARN, "nodes", "3 running; restarts of /driver_node: 3; restarts of /odom_node: 1")
+
+
 def test_nodes_that_are_missing_silent_or_say_nothing():
     rows = table({"/driver_node": True, "/serial_com_node": False}, {})
     assert rows[0] == Row(ERROR, "nodes", "odom_node is not running; /serial_com_node does not answer")

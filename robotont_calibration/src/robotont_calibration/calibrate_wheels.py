@@ -73,7 +73,10 @@ def read_run(text, wheels, topics, form="auto"):
     truth = recording.trajectory("truth")
     if truth is None:
         raise ValueError(f"{file}: found no true pose, allowed: a ground truth, or {file}=X,Y,YAW with the end")
-    return tracked_run(name, times, counts, truth, SECONDS, TRACKED)
+    try:
+        return tracked_run(name, times, counts, truth, SECONDS, TRACKED)
+    except ValueError as error:
+        raise ValueError(f"{file}: {error}") from None
 
 
 def main(arguments=None):

@@ -31,7 +31,7 @@ def table(given, found, runs, blind=None):
                 if key == "wheelRads" else ("m", f"{value:+.3%}", f"{deviation:.3%}")
         lines.append(f"{name:24} {unit:4} {before:10.6f} {after:10.6f} {change:>10} {spread:>10}"
                      + ("   NOT DETERMINED by these runs" if name in found.undetermined else ""))
-    lines.append(f"{'wheel_noise':24} {'m':4} {'':10} {found.wheel_noise:10.4f}   after 1 m, for config/driver.yaml")
+    lines.append(f"{'wheel_noise':24} {'m':4} {'':10} {found.wheel_noise:10.4f}   after 1 m, for driver.yaml")
     lines.append(f"{'slip':24} {'':4} {'':10} {found.slip:10.2%}   by which parameters differ from drive to drive")
     if "point x" in found.names:
         lines += ["", SAME_THING]

@@ -9,6 +9,7 @@ from robotont_driver import se2
 from robotont_driver.kinematics import Kinematics
 
 TURNING = math.radians(30)  # runs in which the heading changes by more than this determine the measured point
+LONGEST_GAP = 5.0    # [s] between two packets of a run; all that the wheels turned within is missing
 ALIKE = 0.1          # runs whose wheels' paths differ by less than this part of them repeat the same drive
 
 
@@ -39,11 +40,16 @@ def tracked_run(name, times, counts, truth, seconds, deviation):
     """`Run` of which the truth is known all the way, in stretches of about so many `seconds`.
 
     times: K [s] of the packets, rising; counts: K x n; truth: `Trajectory`. Only where the truth is known. Stretches
-    without motion are excluded. Raises ValueError when nothing is left.
+    without motion are excluded. Raises ValueError when nothing is left, or when packets of a long time are missing.
     """
     tracked = np.flatnonzero((times >= truth.times[0]) & (times <= truth.times[-1]))
     stretches = []
     if len(tracked) > 1:
+        gaps = np.diff(times[tracked])
+        widest = gaps.argmax()
+        if gaps[widest] > LONGEST_GAP:
+            raise ValueError(f"found a gap of {gaps[widest]:.6g} s behind the packet at {times[tracked[widest]]:.6f}, "
+                             f"allowed: up to {LONGEST_GAP:g} s: make two recordings of it, or repeat the run")
         amount = max(1, round((times[tracked[-1]] - times[tracked[0]]) / seconds))
         marks = np.unique(np.linspace(tracked[0], tracked[-1], amount + 1).round().astype(int))
         counts = np.asarray(counts)

@@ -6,6 +6,7 @@ import re
 import yaml
 from ruamel.yaml import YAML
 from ruamel.yaml.comments import CommentedSeq
+from ruamel.yaml.constructor import DuplicateKeyError
 from ruamel.yaml.error import YAMLError
 
 
@@ -49,7 +50,7 @@ def _replaced(text, changed):
             else:
                 data[key] = _in_brackets(value) if isinstance(value, list) else value
         document.dump(data, stream)
-    except YAMLError as error:
+    except (YAMLError, DuplicateKeyError) as error:  # two kinds in ruamel.yaml 0.15
         raise ValueError(f"found a file that cannot be rewritten with its comments: {error}") from error
     return head + stream.getvalue()
 

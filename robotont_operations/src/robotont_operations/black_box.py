@@ -7,6 +7,7 @@ overwrite what led to it.
 
 import contextlib
 import errno
+import io
 import os
 import shutil
 import time
@@ -17,6 +18,8 @@ from typing import Mapping, NamedTuple
 
 import genpy
 import rosbag
+
+from robotont_operations.privacy import clean_message, may_hold_secrets
 
 UNFINISHED = ".writing"
 FULL = {errno.ENOSPC, errno.EDQUOT}  # no room: the oldest file gives way
@@ -45,7 +48,7 @@ class BlackBox:
         folder.mkdir(parents=True, exist_ok=True)
         old = runs_in(folder)
         for run in old[:max(0, len(old) - (runs - 1))]:
-            shutil.rmtree(run)
+            shutil.rmtree(run, ignore_errors=True)  # another user's: the new run is wanted all the same
         number = int(old[-1].name.split("_")[1]) + 1 if old else 1
         self.folder = folder / f"run_{number:06d}_{time.strftime('%Y-%m-%dT%H-%M-%SZ', time.gmtime())}"
         self.folder.mkdir()
@@ -93,13 +96,14 @@ class BlackBox:
 
 
 def runs_in(folder):
-    """Folders of the recorder's runs, the oldest first."""
-    return sorted(path for path in Path(folder).glob("run_*_*") if path.name.split("_")[1].isdigit())
+    """Folders of the recorder's runs, the oldest first; links and files of such names are not its own."""
+    return sorted(path for path in Path(folder).glob("run_*_*")
+                  if path.name.split("_")[1].isdigit() and path.is_dir() and not path.is_symlink())
 
 
 def bags_of(run):
     """Complete bag files of a run, the oldest first."""
-    return sorted(Path(run).glob("*.bag"))
+    return sorted(path for path in Path(run).glob("*.bag") if path.is_file() and not path.is_symlink())
 
 
 def write_bag(path, records):
@@ -113,15 +117,32 @@ def write_bag(path, records):
 
 
 def merge(bags, output):
-    """Write the messages of several bag files into one; returns their number."""
-    count = 0
+    """Write the messages of several bag files into one, without secrets.
+
+    Returns (number of messages, [words on each file that could not be read, or not to its end]).
+    """
+    count, unread = 0, []
     with rosbag.Bag(str(output), "w", compression=rosbag.Compression.BZ2) as merged:
         for path in bags:
-            with rosbag.Bag(str(path)) as bag:
-                for topic, message, stamp in bag.read_messages(raw=True):
-                    merged.write(topic, message, stamp, raw=True)
-                    count += 1
-    return count
+            try:
+                with rosbag.Bag(str(path)) as bag:
+                    for topic, message, stamp in bag.read_messages(raw=True):
+                        merged.write(topic, _without_secrets(message), stamp, raw=True)
+                        count += 1
+            except Exception as error:  # a corrupt bag can raise whatever rosbag and its decompressors raise
+                unread.append(f"{path.parent.name}/{path.name}: {type(error).__name__}: {str(error)[:200]}")
+    return count, unread
+
+
+def _without_secrets(raw):
+    """A raw message of rosbag: (type, data, md5sum, position, class)."""
+    if not may_hold_secrets(raw[1]):
+        return raw
+    message = raw[-1]().deserialize(raw[1])
+    clean_message(message)
+    cleaned = io.BytesIO()
+    message.serialize(cleaned)
+    return (raw[0], cleaned.getvalue(), *raw[2:])
 
 
 def _flush_folder(folder):

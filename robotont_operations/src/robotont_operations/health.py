@@ -18,11 +18,12 @@ class Row(NamedTuple):
     words: str
 
 
-def table(alive, statuses):
+def table(alive, statuses, restarts=(), folders=None):
     """Rows of the table.
 
     alive: {node name: whether it answers} of all that the master lists; statuses: {name: (level, words, {key: value})}
-    of the newest diagnostics, whose names are "NODE: SUBJECT".
+    of the newest diagnostics, whose names are "NODE: SUBJECT"; restarts: (node name, how often it was
+    started again); folders: {namespace, with slashes: the robot's folder}.
     """
     rows = []
     robots = sorted({re.sub(r"[^/]+$", "", node) for node in alive
@@ -37,7 +38,11 @@ def table(alive, statuses):
                 if f"/{full}".startswith(robot) and not _belongs_to_another(full, robot, robots)]
         label = f"{name}: " if name else ""
         running = sum(node.startswith(robot) for node in alive)
-        rows.append(Row(ERROR if faults else OK, label + "nodes", "; ".join(faults) or f"{running} running"))
+        again = [f"restarts of {node}: {count}" for node, count in restarts if node.startswith(robot)]
+        rows.append(Row(ERROR if faults else WARN if again else OK, label + "nodes",
+                        "; ".join((faults or [f"{running} running"]) + again)))
+        if robot in (folders or {}):
+            rows.append(Row(OK, label + "robot", folders[robot]))
         board = [values["board"] for subject, _, _, values in tasks if "board" in values and subject == "link"]
         if not any(subject == "board" for subject, *_ in tasks):
             tasks += [("board", OK, text, {}) for text in board]

@@ -1,6 +1,7 @@
 """./robotont install-robot: the services that start Robotont at boot, and names for its boards."""
 
 import argparse
+import importlib.util
 import ipaddress
 import os
 import re
@@ -11,7 +12,19 @@ from pathlib import Path
 
 import rospkg
 
-from robotont_operations.installation import STATE, UNITS, install, installation, installed, remove, unreadable
+from robotont_driver.robots import take_robot
+from robotont_operations.installation import (
+    KEPT,
+    STATE,
+    UNITS,
+    LinkError,
+    install,
+    installation,
+    installed,
+    remove,
+    unreadable,
+)
+from robotont_operations.robot_choice import chosen, proposal
 
 AFTER_INSTALL = (("systemd-sysusers",), ("udevadm", "control", "--reload"),
                  ("udevadm", "trigger", "--subsystem-match=tty"), ("systemctl", "daemon-reload"),
@@ -54,7 +67,8 @@ def parse_arguments():
                                              "is an IPv4 address as in 10.0.0.1 (ip address), or a host name")
         return text
     parser = argparse.ArgumentParser(
-        prog="install-robot", description="Install services that start Robotont at boot, without any network, under a "
+        prog="install-robot", usage="%(prog)s [options] [robot:=NAME or FOLDER]",
+        description="Install services that start Robotont at boot, without any network, under a "
         "user of their own; udev rules that name its boards /dev/robotont and /dev/robotont_SERIALNUMBER; black box.")
     parser.add_argument("--remove", action="store_true", help="remove all of it again, the black boxes too")
     parser.add_argument("--dry-run", action="store_true", help="only show what would be done")
@@ -63,7 +77,13 @@ def parse_arguments():
     parser.add_argument("--network", type=address, metavar="ADDRESS",
                         help="let other machines use the robot under this address of its (docs/network.md: "
                         "there is no password); default: the robot keeps to itself")
-    return parser.parse_args()
+    robot, words = take_robot(sys.argv[1:])
+    options = parser.parse_args(words)
+    try:
+        options.robot = robot and chosen(robot)
+    except (OSError, ValueError) as error:
+        parser.error(str(error))
+    return options
 
 
 def main():
@@ -74,12 +94,17 @@ def main():
         return _remove(options, live) if options.remove else _install(options, live)
     except PermissionError as error:
         print(f"install-robot: {error.filename} may not be written: sudo ./robotont install-robot", file=sys.stderr)
-    except OSError as error:
+    except (OSError, LinkError) as error:
         print(f"install-robot: {error}", file=sys.stderr)
     return 1
 
 
 def _install(options, live):
+    if live and not options.robot and not (Path("/") / KEPT).exists():
+        proposed = proposal()
+        if proposed:
+            print(f"install-robot: {proposed} (or robot:=thesis)", file=sys.stderr)
+            return 1
     packages = rospkg.RosPack()
     own, bringup = Path(packages.get_path("robotont_operations")), Path(packages.get_path("robotont_bringup"))
     used = [part for name in ("CMAKE_PREFIX_PATH", "ROS_PACKAGE_PATH", "PYTHONPATH")
@@ -90,8 +115,11 @@ def _install(options, live):
               "or move the workspace to /opt", file=sys.stderr)
         if live:
             return 1  # under another root it may be open where it will run
+    model = importlib.util.find_spec("xacro") is not None
+    if not model:
+        print("install-robot: no xacro: the robot starts without its model; ./robotont setup sim, and again, for one")
     what = installation(own / "install", sorted((bringup / "udev").glob("*.rules")), os.environ,
-                        options.network or "")
+                        options.network or "", options.robot, model)
     commands = AFTER_INSTALL if live else ()
     if options.dry_run:
         print(f"would write, under {options.root}:")
@@ -116,6 +144,8 @@ def _remove(options, live):
         print(f"would remove, under {options.root}: what etc/robotont/installed lists; {STATE} with the black boxes")
         return 0
     good = run(BEFORE_REMOVAL) if live else True
-    gone = remove(options.root)
+    gone, left = remove(options.root)
     print(f"removed, under {options.root}:", *gone, sep="\n  ")
+    for words in left:
+        print(f"install-robot: not removed: {words}", file=sys.stderr)
     return 0 if (not live or run(AFTER_REMOVAL)) and good else 1

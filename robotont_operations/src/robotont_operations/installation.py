@@ -6,6 +6,8 @@ import shutil
 from pathlib import Path
 from typing import Mapping, NamedTuple, Tuple
 
+from robotont_operations.robot_choice import with_robot
+
 UNITS = ("robotont-master.service", "robotont.service", "robotont-recorder.service")
 LIST = "etc/robotont/installed"    # every file and folder that the installation made, by their paths under the root
 STATE = "var/lib/robotont"         # black boxes; made by systemd
@@ -20,13 +22,16 @@ class Installation(NamedTuple):
 
     files: Mapping[str, str]
     links: Tuple[Tuple[str, str], ...]
+    robot: str  # to be put into a robot.conf that is there already; "": none
 
 
-def installation(templates, udev_rules, environment, address=""):
+def installation(templates, udev_rules, environment, address="", robot="", model=True):
     """The Installation of a robot.
 
     templates: folder of the units; udev_rules: paths of the rules; environment: that of a shell with the workspace
-    sourced; address: IP address or host name under which other machines find the robot, "" for none.
+    sourced; address: IP address or host name under which other machines find the robot, "" for none. robot: of
+    robot.launch; "": the one of before, or the thesis'. model: whether the robot's model can be made, for which there
+    has to be xacro.
     """
     templates = Path(templates)
     files = {f"etc/udev/rules.d/{path.name}": path.read_text() for path in map(Path, udev_rules)}
@@ -35,11 +40,13 @@ def installation(templates, udev_rules, environment, address=""):
         files["etc/systemd/system/" + unit] = text.replace("@NETWORK@", NETWORK_ONLINE if address else "")
     files["etc/sysusers.d/robotont.conf"] = (templates / "sysusers.conf").read_text()
     files["etc/robotont/python_logging.conf"] = (templates / "python_logging.conf").read_text()
-    files[KEPT] = (templates / "robot.conf").read_text()
+    arguments = "ROBOTONT_ARGUMENTS=" + ("" if model else "description:=false")
+    text = (templates / "robot.conf").read_text().replace("ROBOTONT_ARGUMENTS=", arguments)
+    files[KEPT] = with_robot(text, robot)
     files["etc/robotont/environment"] = environment_file(environment, address)
     links = tuple((f"etc/systemd/system/multi-user.target.wants/{unit}", f"/etc/systemd/system/{unit}")
                   for unit in UNITS)
-    return Installation(files, links)
+    return Installation(files, links, robot)
 
 
 def environment_file(environment, address):
@@ -57,9 +64,40 @@ def environment_file(environment, address):
     return head + "".join(f'{name}="{value}"\n' for name, value in sorted(variables.items()))
 
 
+class LinkError(ValueError):
+    """A path may lead out of the root folder: by a link on its way, or by its own text."""
+
+
+def under(root, name):
+    """The path of a name under `root`, no folder on the way to which is a link. Raises LinkError."""
+    path = root
+    if Path(name).is_absolute() or ".." in Path(name).parts:
+        raise LinkError(f"found {name!r}, allowed: paths under {root}, without '..'")
+    for part in Path(name).parts[:-1]:
+        path /= part
+        if path.is_symlink():
+            raise LinkError(f"{path} is a link to {os.readlink(str(path))}; allowed: a folder")
+    return path / Path(name).name
+
+
+def _file(root, name):
+    """As `under`, of a file that is to be read or written. Raises LinkError where it is a link."""
+    path = under(root, name)
+    if path.is_symlink():
+        raise LinkError(f"{path} is a link to {os.readlink(str(path))}; allowed: a file")
+    return path
+
+
 def install(what, root):
-    """Write an Installation under `root`; returns the paths under it that were written. Raises OSError."""
+    """Write an Installation under `root`; returns the paths under it that were written.
+
+    Raises OSError; LinkError before anything is written.
+    """
     root = Path(root)
+    for name in (*what.files, LIST):
+        _file(root, name)
+    for name, _ in what.links:
+        under(root, name)
     root.mkdir(parents=True, exist_ok=True)
     made = _listed(root)
 
@@ -70,10 +108,12 @@ def install(what, root):
             path.chmod(0o755)
             made.append(str(path.relative_to(root)))
     written = []
-    for name, text in what.files.items():
+    for name, contents in what.files.items():
         path = root / name
-        if name == KEPT and path.exists():
+        own = name == KEPT and path.exists()
+        if own and not what.robot:
             continue
+        text = with_robot(path.read_text(), what.robot) if own else contents
         make_folder(path.parent)
         path.write_text(text)
         path.chmod(0o644)
@@ -91,17 +131,24 @@ def install(what, root):
 
 
 def installed(root):
-    """Whether anything is installed under `root`."""
+    """Whether anything is installed under `root`. Raises LinkError."""
     return bool(_listed(Path(root)))
 
 
 def remove(root):
-    """Delete what `install` has made, and the black boxes; returns the paths under `root` that are gone."""
+    """Delete what `install` has made, and the black boxes.
+
+    Returns (paths under `root` that are gone, words on each that was left because it leads out of it). Of a link the
+    link goes, not what it leads to. Raises OSError, and LinkError before anything is deleted.
+    """
     root = Path(root)
-    listed = _listed(root)
-    gone = []
-    for name in sorted(listed, key=lambda name: name.count("/"), reverse=True):
-        path = root / name
+    gone, left = [], []
+    for name in sorted(_listed(root), key=lambda name: name.count("/"), reverse=True):
+        try:
+            path = under(root, name)
+        except LinkError as error:
+            left.append(str(error))
+            continue
         if path.is_symlink() or path.is_file():
             path.unlink()
         elif path.is_dir() and not any(path.iterdir()):
@@ -109,14 +156,22 @@ def remove(root):
         else:
             continue  # already deleted, or the folder holds other files
         gone.append(name)
-    if listed and (root / STATE).exists():
-        shutil.rmtree(root / STATE)
-        gone.append(STATE)
-    return gone
+    try:
+        state = under(root, STATE)
+    except LinkError as error:
+        return gone, [*left, str(error)]
+    if state.is_symlink():
+        left.append(f"the black boxes, in {os.readlink(str(state))}, to which {state} was a link")
+        state.unlink()
+    elif state.exists():
+        shutil.rmtree(state)
+    else:
+        return gone, left
+    return [*gone, STATE], left
 
 
 def _listed(root):
-    path = root / LIST
+    path = _file(root, LIST)
     return path.read_text().splitlines() if path.exists() else []
 
 

@@ -11,6 +11,7 @@ import xml.parsers.expat
 import xmlrpc.client
 from calendar import timegm
 from email.utils import parsedate
+from urllib.parse import urlsplit
 
 OPEN, REFUSED, SILENT, NO_ROUTE = "open", "refused", "silent", "no route"  # outcomes of `reach`
 OTHER_PORTS = (22, 80, 443, 9)  # asked only to see whether a host is there at all
@@ -154,6 +155,16 @@ class _Transport(xmlrpc.client.Transport):
         connection = super().make_connection(host)
         connection.timeout = self._timeout
         return connection
+
+
+def master_place(uri):
+    """(host, port) of a ROS master's URI, or None where it is no http://HOST:PORT."""
+    try:
+        parts = urlsplit(uri)
+        place = parts.hostname, parts.port
+    except ValueError:
+        return None
+    return place if parts.scheme == "http" and all(place) else None
 
 
 def remote(uri, timeout):

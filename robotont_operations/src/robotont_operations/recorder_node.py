@@ -18,12 +18,10 @@ PARAMETERS = (
               "serial_read odom /diagnostics /rosout", "what is recorded, separated by blanks"),
     Parameter("keep", 60.0, "how long this run's messages are kept", "s", minimum=1.0, maximum=3600.0,
               reason="more does not fit into memory"),
-    Parameter("period", 1.0, "time between two files, each flushed to the disk: what a loss of power may cost", "s",
-              minimum=0.1, maximum=60.0),
-    Parameter("limit", 64, "size of all files together", "MB", minimum=4, maximum=100000),
-    Parameter("runs", 4, "runs of the recorder whose files are kept, the present one included", minimum=1,
-              maximum=1000),
 )
+PERIOD = 1.0         # [s] between two files, each flushed to the disk: what a loss of power may cost
+SIZE = 64_000_000    # [bytes] of all files together
+RUNS = 4             # runs of the recorder whose files are kept, the present one included
 WAITING = 8_000_000  # [bytes] that may wait for the disk
 RECENTLY = 10.0      # [s] for which the diagnostics warn of lost messages
 REMEDIES = {errno.ENOSPC: "free space there", errno.EDQUOT: "free space there",
@@ -43,15 +41,14 @@ class RecorderNode:
     """Gathers messages and hands them to the black box once a period."""
 
     def __init__(self, parameters):
-        self._box = BlackBox(parameters["folder"], parameters["keep"], parameters["limit"] * 1_000_000,
-                             parameters["runs"])
-        self._period = parameters["period"]
+        self._box = BlackBox(parameters["folder"], parameters["keep"], SIZE, RUNS)
         self._lock = threading.Lock()
         self._writing = threading.Lock()
         self._records = []
         self._size = 0
         self._written = self._dropped = 0
         self._dropped_at = -math.inf  # [s]
+        self._dropped_why = ""
         self._trouble = ""
         for topic in parameters["topics"].split():
             rospy.Subscriber(topic, rospy.AnyMsg, self._on_message, rospy.resolve_name(topic), tcp_nodelay=True)
@@ -64,7 +61,7 @@ class RecorderNode:
         record = Record(topic, time.time(), message._buff, message._connection_header)
         with self._lock:
             if self._size > WAITING:
-                self._drop(1)
+                self._drop(1, "the disk is too slow")
                 return
             self._records.append(record)
             self._size += len(record.data)
@@ -72,7 +69,7 @@ class RecorderNode:
     def _work(self):
         begun = time.monotonic()
         self._write()
-        return max(0.0, begun + self._period - time.monotonic())
+        return max(0.0, begun + PERIOD - time.monotonic())
 
     def _write(self):
         with self._writing:
@@ -83,12 +80,13 @@ class RecorderNode:
                 self._written += len(records)
                 self._trouble = ""
             except Exception as error:  # whatever it is: the next second shall be recorded
-                self._drop(len(records))
                 self._trouble = trouble(self._box.folder, error)
+                self._drop(len(records), self._trouble)
                 rospy.logerr_throttle(60.0, "%s", self._trouble)
 
-    def _drop(self, amount):
+    def _drop(self, amount, why):
         self._dropped += amount
+        self._dropped_why = why
         self._dropped_at = time.monotonic()
 
     def _report(self):
@@ -96,7 +94,7 @@ class RecorderNode:
         if self._trouble:
             return ERROR, self._trouble, values
         if time.monotonic() - self._dropped_at < RECENTLY:
-            return WARN, f"{self._dropped} messages lost: is the disk too slow?", values
+            return WARN, f"{self._dropped} messages lost: {self._dropped_why}", values
         return OK, "recording", values
 
 

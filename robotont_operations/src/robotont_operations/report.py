@@ -15,7 +15,6 @@ from xml.etree import ElementTree
 import rosgraph
 import rospkg
 import yaml
-from rosbag import ROSBagException
 
 from robotont_operations import probes
 from robotont_operations.black_box import bags_of, merge, runs_in
@@ -88,7 +87,7 @@ class Report:
             return
         kinds = zip(("publishers", "subscribers", "services"), state)
         self.text("ros/graph.yaml", yaml.safe_dump({kind: dict(map(tuple, pairs)) for kind, pairs in kinds}))
-        self.text("ros/parameters.yaml", yaml.safe_dump(clean_parameters(parameters)))
+        (self._folder / "ros/parameters.yaml").write_text(yaml.safe_dump(clean_parameters(parameters)), "utf-8")
 
     def settings(self):
         """The files of install-robot in /etc, with the user's changes."""
@@ -121,10 +120,7 @@ class Report:
         for run in runs:
             output = self._folder / "black_box" / (run.name + ".bag")
             output.parent.mkdir(exist_ok=True)
-            try:
-                merge(bags_of(run), output)
-            except (OSError, ROSBagException) as error:
-                self.notes.append(f"black box {run.name}: {error}")
+            self.notes += [f"black box {words}" for words in merge(bags_of(run), output)[1]]
 
 
 def _version(package):
@@ -161,12 +157,12 @@ def main():
     output = options.output or time.strftime("robotont_report_%Y-%m-%dT%H-%M-%S.tar.gz")
     with tempfile.TemporaryDirectory(prefix="robotont_report_") as folder:
         report = Report(folder)
-        report.versions()
-        report.commands()
-        report.graph()
-        report.settings()
-        report.logs(rospkg.get_log_dir())
-        report.black_box(options.black_box)
+        for part, *arguments in ((report.versions,), (report.commands,), (report.graph,), (report.settings,),
+                                 (report.logs, rospkg.get_log_dir()), (report.black_box, options.black_box)):
+            try:
+                part(*arguments)
+            except Exception as error:  # whatever is wrong on this machine, the rest is wanted all the more
+                report.notes.append(f"the rest of {part.__name__}: {type(error).__name__}: {error}")
         report.text("notes.txt", "".join(note + "\n" for note in report.notes) or "nothing is missing\n")
         try:
             pack(folder, output)

@@ -18,11 +18,12 @@ from robotont_operations.health import OK, WARN, WORDS, table, worst
 CALLER = "/robotont_status"
 NO_MASTER = 3
 DIAGNOSTICS = 2.2  # [s] in which every node publishes its diagnostics at least twice
+LONGEST = 10.0     # [s] for all of it; a master that hangs meanwhile holds up each question for ever
 COLOURS = (GREEN, YELLOW, RED, RED)
 
 
 def nodes_alive(master):
-    """{node: whether it answers} of all nodes that the master lists. Raises OSError, rosgraph.MasterException."""
+    """{node: whether it answers} of all nodes that the master lists. Raises rosgraph.MasterException, RPC_ERRORS."""
     names = sorted({name for kind in master.getSystemState() for _, names in kind for name in names})
     names = [name for name in names if not name.startswith((CALLER, "/rosout"))]
     uris = [master.lookupNode(name) for name in names]
@@ -33,6 +34,31 @@ def nodes_alive(master):
         except probes.RPC_ERRORS:
             return False
     return dict(zip(names, map(bool, probes.all_in_time(answers, uris, 1.5))))
+
+
+def restarts(master):
+    """{node: how often its roslaunch has started it again} of those that it had to. Raises as `nodes_alive`."""
+    uris = list(master.getParam("/roslaunch/uris").values()) if master.hasParam("/roslaunch/uris") else []
+
+    def processes(uri):
+        try:
+            running, ended = probes.remote(uri, 1.0).list_processes()[2]
+        except (*probes.RPC_ERRORS, TypeError, ValueError):  # gone, or another program at its port
+            return ()
+        return running + ended
+    counts = {}
+    for name, started in (pair for pairs in probes.all_in_time(processes, uris, 1.5) for pair in pairs or ()):
+        node = "/" + name.rpartition("-")[0]
+        counts[node] = counts.get(node, 0) + started - 1
+    return {node: count for node, count in counts.items() if count > 0}
+
+
+def look():
+    """Rows of the table. Raises as `nodes_alive`."""
+    init_tool(CALLER[1:])
+    master = rosgraph.Master(CALLER)
+    alive = nodes_alive(master)
+    return table(alive, newest_diagnostics(DIAGNOSTICS), sorted(restarts(master).items()), robots_of(alive))
 
 
 def newest_diagnostics(duration):
@@ -46,6 +72,15 @@ def newest_diagnostics(duration):
     rospy.Subscriber("/diagnostics", DiagnosticArray, on_diagnostics)
     time.sleep(duration)
     return statuses
+
+
+def robots_of(alive):
+    """{namespace, with slashes: folder of the robot that a launch file has started there}."""
+    found = {}
+    for space in {node.rpartition("/")[0] + "/" for node in alive}:
+        with contextlib.suppress(*probes.RPC_ERRORS, rosgraph.MasterException):
+            found[space] = str(rosgraph.Master(CALLER).getParam(space + "robot"))
+    return found
 
 
 def show(rows):
@@ -62,20 +97,21 @@ def main():
         epilog="exit status: 0 all well; 1 a warning; 2 an error, a node that is missing or silent; 3 no ROS master")
     parser.parse_args(rospy.myargv()[1:])
     uri = os.environ.get("ROS_MASTER_URI", "http://localhost:11311")
-    answered = False
+    if probes.master_place(uri) is None:
+        print(f"status: found ROS_MASTER_URI={uri}, allowed: http://HOST:PORT", file=sys.stderr)
+        return NO_MASTER
+    answered = finished = False
     with contextlib.suppress(*probes.RPC_ERRORS):
         answered, _ = probes.in_time(probes.remote(uri, 2.0).getPid, 2.5, CALLER)
     if not answered:
         print(f"status: no ROS master at {uri}: is the robot's stack running? see ./robotont network",
               file=sys.stderr)
         return NO_MASTER
-    init_tool(CALLER[1:])
-    try:
-        alive = nodes_alive(rosgraph.Master(CALLER))
-    except (OSError, rosgraph.MasterException) as error:
-        print(f"status: the ROS master at {uri} has stopped answering: {error}", file=sys.stderr)
-        return NO_MASTER
-    rows = table(alive, newest_diagnostics(DIAGNOSTICS))
+    with contextlib.suppress(rosgraph.MasterException, *probes.RPC_ERRORS):
+        finished, rows = probes.in_time(look, LONGEST)
+    if not finished:
+        print(f"status: the ROS master at {uri} has stopped answering", file=sys.stderr, flush=True)
+        os._exit(NO_MASTER)  # rospy would ask it once more
     show(rows)
     status = worst(rows)
     if status not in {OK, WARN}:

@@ -29,13 +29,11 @@ class Master:
 
     def find(self):
         """Finding of whether it answers."""
-        try:
-            host, port = urlsplit(self.uri).hostname, urlsplit(self.uri).port
-        except ValueError:
-            host = port = None
-        if not host or not port or not self.uri.startswith("http://"):
+        place = probes.master_place(self.uri)
+        if place is None:
             return Finding(FAULT, f"wrong ROS_MASTER_URI: {self.uri!r} is no http://HOST:PORT: "
                                   "export ROS_MASTER_URI=http://ADDRESS_OF_THE_ROBOT:11311")
+        host, port = place
         address = probes.resolve(host, self._budget.left(1.5))
         if address is None:
             return Finding(FAULT, f"unresolvable name: this machine finds no address of {host!r} (ROS_MASTER_URI): "

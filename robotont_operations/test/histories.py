@@ -1,0 +1,324 @@
+"""A robot and its commanders through outages, hangs, kills and restarts; each motion of the board tells its own age.
+
+    ./robotont shell -c "python3 robotont_operations/test/histories.py --seed 1 --count 100"
+
+plays random histories, and prints each motion that is older than ALLOWED.
+"""
+
+import argparse
+import contextlib
+import os
+import random
+import signal
+import sys
+import time
+from collections import Counter
+from pathlib import Path
+
+import numpy as np
+
+from robotont_driver.kinematics import Kinematics
+from robotont_driver.wheels import read_wheels
+from robotont_testing import places
+from robotont_testing.harness import suspend, wait_for
+from robotont_testing.robots import SHIPPED
+from robotont_testing.stand_in_board import Board
+from robotont_testing.two_machines import ADDRESSES, TwoMachines
+
+MASTER = {"ROS_MASTER_URI": f"http://{ADDRESSES['robot']}:11311"}
+TIMEOUT, NOTICED = 0.5, 0.15  # [s] cmd_timeout; the shortest wait on the way that the receiver can notice, at 20 Hz
+SLACK = 0.1                   # [s] of this machine: scheduling, and the resolution of the stamps
+ALLOWED = TIMEOUT + NOTICED + SLACK  # [s]
+TICK, WRAP = 0.02, 2000       # [s], number of stamps: ages up to 40 s
+# (v_x, v_y, omega) of stamp 0 and of each tick, for each commander; no two alike in direction
+MOTIONS = (((0.1, 0, 0), (0.0006, 0, 0)), ((0, 0.1, 0), (0, 0.0006, 0)), ((0, 0, 0.5), (0, 0, 0.004)),
+           ((-0.1, 0, 0), (-0.0006, 0, 0)))
+LATCHED = 3
+
+# Does what the word in the file argv[4] says: drive (at 20 Hz), rest, or once and a number.
+COMMANDER = f"""
+import sys, time, rospy
+from geometry_msgs.msg import Twist
+topic, first, step, orders, latch = sys.argv[1], eval(sys.argv[2]), eval(sys.argv[3]), sys.argv[4], sys.argv[5]
+rospy.init_node("commander", anonymous=True, disable_signals=True)
+class Listener(rospy.SubscribeListener):
+    def peer_subscribe(self, *_):
+        print("connected", flush=True)
+publisher = rospy.Publisher(topic, Twist, Listener(), tcp_nodelay=True, latch=latch == "True", queue_size=1)
+def publish():
+    stamp = int(time.monotonic() / {TICK}) % {WRAP}
+    message = Twist()
+    message.linear.x, message.linear.y, message.angular.z = (a + b * stamp for a, b in zip(first, step))
+    publisher.publish(message)
+before = ""
+while True:
+    order = open(orders).read()
+    if order == "drive" or order != before and order.startswith("once"):
+        publish()
+    before = order
+    time.sleep(0.05)
+"""
+
+
+class Stamps:
+    """Which commander's motion a packet carries, and how old it is."""
+
+    def __init__(self):
+        self._kinematics = Kinematics(read_wheels(SHIPPED))
+
+    def read(self, line, now):
+        """(commander, age [s]) of the motion in a packet heard at `now`; None for a stop."""
+        units = [float(field) for field in line.partition(";")[0].split(":")]
+        if not any(units):
+            return None
+        twist = np.array(self._kinematics.twist_of_units(units))
+        rates = [np.dot(twist, step) / np.dot(step, step) for _, step in MOTIONS]  # [stamps] and more
+        errors = [np.linalg.norm(twist - rate * np.array(step)) if rate > 0 else np.inf
+                  for rate, (_, step) in zip(rates, MOTIONS)]
+        who = int(np.argmin(errors))
+        first, step = MOTIONS[who]
+        stamp = np.dot(twist - np.array(first), step) / np.dot(step, step)
+        return who, ((now / TICK - stamp + 5) % WRAP - 5) * TICK
+
+
+class Stage(TwoMachines):
+    """robot.launch on the robot, a board at its port, and commanders on either machine."""
+
+    def __init__(self, mux=True, composed=True):
+        super().__init__()
+        self.mux = mux
+        self.board = Board(str(self.folder / "board"), checked=True)
+        self.board.plug()
+        self._stamps = Stamps()
+        self._read = 0
+        self._commanders = {}
+        self._stopped = set()
+        self._dropping = False
+        self._orders = 0
+        self.robot = self.on("robot", "roslaunch", places.launch("robot.launch"), f"port:={self.board.link}",
+                             f"mux:={str(mux).lower()}", f"composed:={str(composed).lower()}", "description:=false",
+                             log=self.folder / "robot.log", **self._environment("robot"))
+        self.driver = "robotont_node" if composed else "driver_node"
+        wait_for(lambda: self.pid("rosmaster") and self.pid(self.driver), "the robot", timeout=60)
+
+    def _environment(self, machine):
+        return {**MASTER, "ROS_IP": ADDRESSES[machine], "ROS_LOG_DIR": str(self.folder)}
+
+    def close(self):
+        """End all."""
+        self.resume()
+        self.board.close()
+        super().close()
+
+    def pid(self, name):
+        """Process id of a process of robot.launch by its program's name; 0: it does not run now."""
+        for folder in Path("/proc").iterdir():
+            try:
+                if folder.name.isdigit() and int((folder / "stat").read_text().rpartition(")")[2].split()[1]) == \
+                        self.robot.pid and f"/{name}\0" in (folder / "cmdline").read_text():
+                    return int(folder.name)
+            except OSError:
+                continue  # it has ended
+        return 0
+
+    def command(self, who, order, machine="laptop", topic="cmd_vel", latch=False):
+        """Let commander `who` drive, rest, or publish once; it starts where it does not run."""
+        file = self.folder / f"orders.{who}"
+        if order == "once":
+            self._orders += 1
+            order = f"once {self._orders}"
+        new = self.folder / f"orders.{who}.new"
+        new.write_text(order)
+        new.replace(file)
+        process = self._commanders.get(who)
+        if process is None or process.poll() is not None:
+            first, step = MOTIONS[who]
+            self._commanders[who] = self.on(
+                machine, "/usr/bin/python3", "-c", COMMANDER, topic, first, step, file, latch,
+                log=self.folder / f"commander.{who}.log", **self._environment(machine))
+
+    def commander_log(self, who):
+        """What a commander has printed: "connected" for each subscriber."""
+        return (self.folder / f"commander.{who}.log").read_text()
+
+    def drop(self):
+        """The network loses everything from the laptop, and nobody notices, until `mend`."""
+        self.block("robot", f"ip saddr {ADDRESSES['laptop']}")
+        self._dropping = True
+
+    def mend(self):
+        """End `cut` and `drop`."""
+        super().mend()
+        if self._dropping:
+            self.open_firewall("robot")
+            self._dropping = False
+
+    def kill(self, who, how=signal.SIGKILL):
+        """End a commander."""
+        process = self._commanders.pop(who, None)
+        if process:
+            self._stopped.discard(process.pid)
+            self.stop(process, how)
+
+    def hang(self, who):
+        """A commander, or a program of robot.launch, stands until `resume`."""
+        pid = self._commanders[who].pid if who in self._commanders else isinstance(who, str) and self.pid(who)
+        if pid:
+            suspend(pid)
+            self._stopped.add(pid)
+
+    def resume(self):
+        """All that hang go on."""
+        for pid in self._stopped:
+            with contextlib.suppress(ProcessLookupError):  # it was killed meanwhile
+                os.kill(pid, signal.SIGCONT)
+        self._stopped.clear()
+
+    def respawn(self, name):
+        """Kill a program of robot.launch; roslaunch starts it anew."""
+        pid = self.pid(name)
+        if pid:
+            os.kill(pid, signal.SIGKILL)
+            self._stopped.discard(pid)
+
+    def motions(self):
+        """(commander, age [s]) of each motion that the board has heard since the last call."""
+        heard = self.board.heard[self._read:]
+        self._read += len(heard)
+        read = [self._stamps.read(line, at) for at, line in heard if line and line[0] in "-0123456789"]
+        return [motion for motion in read if motion]
+
+    def drives(self, who):
+        """Wait until a commander moves the board."""
+        try:
+            wait_for(lambda: any(one == who and age < ALLOWED for one, age in self.motions()), f"motion by {who}", 60.0)
+        except AssertionError:
+            print((self.folder / "robot.log").read_text()[-5000:], self.commander_log(who), flush=True)
+            raise
+
+
+class Player:
+    """Plays random histories on a stage."""
+
+    EVENTS = (*3 * ("cut_or_heal",), *2 * ("kill",), *2 * ("resume",), "hang", "respawn", "latch", "hang_master",
+              "suspend", "drive", "rest", "once")
+
+    def __init__(self, stage):
+        self._stage = stage
+        inputs = ("cmd_vel/hand", "cmd_vel/navigation", "cmd_vel/default") if stage.mux else ("cmd_vel",) * 3
+        self._places = tuple(zip(("laptop", "laptop", "robot"), inputs))
+        self._robot = [stage.driver, *(["cmd_vel_mux"] if stage.mux else [])]
+        self._chance = None
+        self._cut = self._latched = False
+        self.events = Counter()
+        self.heard = 0
+
+    def play(self, seed):
+        """One history; returns the (commander, age [s]) of what drove although it was too old."""
+        stage, chance = self._stage, random.Random(seed)
+        self._chance, self._cut, self._latched = chance, False, False
+        leader = chance.randrange(3)
+        for who in range(3):
+            self._command(who, "drive" if who == leader else "rest")
+        stage.drives(leader)
+        old, told = [], []
+        for _ in range(chance.randint(4, 9)):
+            event, who = chance.choice(self.EVENTS), leader if chance.random() < 0.7 else chance.randrange(3)
+            getattr(self, "_" + event)(who)
+            self.events[event] += 1
+            told.append(f"{event} {who}")
+            time.sleep(chance.choice((0.05, 0.2, 0.4, 0.7, 1.2)))
+            old += self._judge()
+        stage.resume()
+        stage.mend()
+        time.sleep(chance.choice((0.0, 0.5)))
+        for who in range(3):
+            self._command(who, "rest")
+        self._wait_for_quiet(old)
+        stage.kill(LATCHED)
+        for who, age in old:
+            print(f"seed {seed}: commander {who} drove at an age of {age:.2f} s; {', '.join(told)}", flush=True)
+        return old
+
+    def _command(self, who, order):
+        machine, topic = self._places[who]
+        self._stage.command(who, order, machine, topic)
+
+    def _cut_or_heal(self, _who):
+        self._cut = not self._cut
+        if self._cut:
+            self._chance.choice((self._stage.drop, self._stage.cut, lambda: self._stage.cut(carrier=True)))()
+        else:
+            self._stage.mend()
+
+    def _kill(self, who):
+        self._stage.kill(who, self._chance.choice((signal.SIGKILL, signal.SIGINT)))
+
+    def _hang(self, who):
+        self._stage.hang(who)
+
+    def _resume(self, _who):
+        self._stage.resume()
+
+    def _respawn(self, _who):
+        self._stage.respawn(self._chance.choice(self._robot))
+
+    def _latch(self, _who):
+        if not self._latched:
+            self._latched = True
+            self._stage.command(LATCHED, "once", "laptop", self._chance.choice(self._places)[1], latch=True)
+
+    def _hang_master(self, _who):
+        self._stage.hang("rosmaster")
+
+    def _suspend(self, _who):
+        for name in self._robot:
+            self._stage.hang(name)
+
+    def _drive(self, who):
+        self._command(who, "drive")
+
+    def _rest(self, who):
+        self._command(who, "rest")
+
+    def _once(self, who):
+        self._command(who, "once")
+
+    def _wait_for_quiet(self, old):
+        """What waited anywhere has come when a second passes without motion."""
+        quiet = time.monotonic()
+        while time.monotonic() - quiet < 1.0:
+            time.sleep(0.05)
+            before = self.heard
+            old += self._judge()
+            if self.heard != before:
+                quiet = time.monotonic()
+
+    def _judge(self):
+        motions = self._stage.motions()
+        self.heard += len(motions)
+        return [(who, age) for who, age in motions if age > ALLOWED]
+
+
+def main():
+    """Play histories; exit status 1 when something old has driven."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--seed", type=int, default=1, help="of the first history; default: 1")
+    parser.add_argument("--count", type=int, default=10, help="number of histories; default: 10")
+    parser.add_argument("--no-mux", action="store_true", help="commanders publish on cmd_vel")
+    parser.add_argument("--three", action="store_true", help="three processes instead of one")
+    arguments = parser.parse_args()
+    failed, began = [], time.monotonic()
+    with Stage(not arguments.no_mux, not arguments.three) as stage:
+        player = Player(stage)
+        for seed in range(arguments.seed, arguments.seed + arguments.count):
+            if player.play(seed):
+                failed.append(seed)
+        print(f"{arguments.count} histories from seed {arguments.seed} in {time.monotonic() - began:.0f} s: "
+              f"{sum(player.events.values())} events {dict(player.events)}, {player.heard} packets with motion; "
+              f"histories with old motion: {failed or 'none'}")
+    return 1 if failed else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

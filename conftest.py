@@ -11,6 +11,8 @@ import os
 import re
 import shutil
 import subprocess
+import sys
+import sysconfig
 import tempfile
 from pathlib import Path
 
@@ -22,10 +24,24 @@ ROBOTONT_MSGS = Path(os.environ.get("ROBOTONT_MSGS",
 
 # Files of 20 s and more, the longest first. They begin first: else one is left when all others are done.
 LONG = ("timed_cmd_vel_mux", "timed_mux_and_navigation", "timed_keyboard_teleop", "timed_navigation_demands",
-        "timed_simulator_drive", "test_network_outage", "test_network", "test_boot", "test_robotont_script",
-        "serial_com_node", "calibrate_wheels", "stack", "goto_cancelled", "rviz", "official_boards", "simulator_faults",
-        "board_health", "recorder_node", "goto", "driver_node", "web_teleop_stop", "status", "wrong_parameters",
-        "web_teleop_node", "web_teleop_camera")
+        "timed_simulator_drive", "test_old_commands", "test_network_outage", "test_network", "test_boot",
+        "test_robotont_script", "serial_com_node", "calibrate_wheels", "stack", "goto_cancelled", "rviz",
+        "official_boards", "simulator_faults", "board_health", "recorder_node", "goto", "driver_node",
+        "web_teleop_stop", "status", "wrong_parameters", "web_teleop_node", "web_teleop_camera")
+
+
+class WithoutTf2:
+    """tf2 is compiled for the system's Python: on another one (test --python3.8) who imports it is skipped."""
+
+    @staticmethod
+    def find_spec(name, _path=None, _target=None):
+        """Called by Python."""
+        if name == "tf2_py":
+            pytest.skip("needs tf2_py, which is compiled for the system's Python only", allow_module_level=True)
+
+
+if "ROBOTONT_WITHOUT_TF2" in os.environ:
+    sys.meta_path.insert(0, WithoutTf2)
 
 
 def pytest_collect_file(file_path, parent):
@@ -84,6 +100,7 @@ class Rostest(pytest.Item):
         environment = {**os.environ, "ROS_IP": "127.0.0.1"}
         environment.pop("ROS_MASTER_URI", None)
         environment.pop("ROS_HOSTNAME", None)
+        environment["ROBOTONT_TOOLS"] = sysconfig.get_path("purelib")  # the tests' own, on no node's path
         environment["PYTHONPATH"] = os.pathsep.join(filter(None, [os.environ.get("PYTHONPATH"), str(ROBOTONT_MSGS)]))
         with tempfile.TemporaryDirectory() as results:  # both ways to start a file's nodes may run at the same time
             environment["ROS_TEST_RESULTS_DIR"] = results

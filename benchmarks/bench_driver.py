@@ -1,21 +1,27 @@
 """The driver's latency, losses, processor time, memory and start: each arrangement beside the floor, and peers."""
 
 import gc
+import statistics
 import sys
 import time
 
+import numpy as np
 from rig import Loop, SilenceError, late
 from subjects import COMPOSED, COUNTED, FLOOR, RATE, THREE, WAYS, Subject, arrangements, measure, title_of
 
+from robotont_driver.kinematics import Kinematics
+from robotont_driver.slip import SlipDetector
+from robotont_driver.wheels import read_wheels
 from robotont_testing.figures import percentile, row
 from robotont_testing.harness import Master
 from robotont_testing.robots import SHIPPED
-from robotont_testing.simulated_wheels import even_wheels
+from robotont_testing.simulated_wheels import PERIOD, counted, even_wheels, mixed_drive, rolled
 
 STOPS = 10           # per round
 FLOOD = 0.3          # [s] of commands at FAST before each stop
 FAST = 1000          # [Hz]
 MANY_WHEELS = 12
+WHEEL_NOISE, FALSE_ALARMS = 0.005, 0.1  # the defaults of odom_node
 
 
 class Rounds:
@@ -203,6 +209,40 @@ def bench_wheels(options):
                 "" if "p99" in name else "<= 1.5 x floor", "floor: 3 wheels", best) for name, unit in figures]
 
 
+def bench_slip(options):
+    """Rows of the processor time of a packet in the search for slip; the floor leaves out each wheel once."""
+    wheels = read_wheels(even_wheels(MANY_WHEELS))
+    matrix, generator = Kinematics(wheels).matrix, np.random.default_rng(1)
+    driven = counted(wheels, rolled(wheels, mixed_drive(options.seconds, generator)), WHEEL_NOISE, generator)
+    rows = []
+    for what, counts in (("all roll", driven), ("wheels in a wrong order", generator.permutation(driven, axis=1)),
+                         ("counts at random", generator.integers(-60, 60, driven.shape))):
+        times, floors = [], []
+        for _ in range(options.rounds):
+            detector = SlipDetector(matrix, wheels.metres_per_edge, WHEEL_NOISE, FALSE_ALARMS, 1 / PERIOD)
+            times.append([1000 * processor_time(detector.update, packet) for packet in counts.tolist()])
+            floors.append(1000 * statistics.median(
+                processor_time(leave_one_out, matrix, packet) for packet in counts[:100]))
+        note = f"{MANY_WHEELS} wheels, {what}"
+        rows += [row(f"search for slip, {what}, p50", list(map(statistics.median, times)), "ms", floors, note=note),
+                 row(f"search for slip, {what}, longest", max(map(min, zip(*times))), "ms", floors, "<= 2",
+                     note + "; of each packet the shortest time of all rounds")]
+    return rows
+
+
+def processor_time(function, *arguments):
+    """[s] that a call takes of this thread's."""
+    begin = time.thread_time()
+    function(*arguments)
+    return time.thread_time() - begin
+
+
+def leave_one_out(matrix, counts):
+    """The steps that the counts give without each of the wheels: the simplest search."""
+    for wheel in range(len(matrix)):
+        np.linalg.lstsq(np.delete(matrix, wheel, axis=0), np.delete(counts, wheel), rcond=None)
+
+
 def bench_start(options):
     """Rows of the time to the first /odom and of memory, each subject alone with a master of its own."""
     rounds = Rounds()
@@ -244,4 +284,4 @@ def start_alone(what, options):
         return seconds, subject.memory()
 
 
-PARTS = (bench_latency, bench_stop, bench_throughput, bench_wheels, bench_start)
+PARTS = (bench_latency, bench_stop, bench_throughput, bench_wheels, bench_slip, bench_start)

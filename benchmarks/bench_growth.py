@@ -249,7 +249,8 @@ def draw_delays(axes, rows):
     axes.set(title="Robots at 50 Hz: delay, p99", xlabel="robots", ylabel="[ms]", yscale="log")
     low, high = axes.get_ylim()
     ticks = [tick for tick in (0.5, 1, 2, 5, 10, 20, 50, 100, 200, 500, 1000) if low <= tick <= high * 3]
-    axes.set_yticks(ticks, labels=[f"{tick:g}" for tick in ticks])
+    axes.set_yticks(ticks)
+    axes.set_yticklabels([f"{tick:g}" for tick in ticks])
     axes.set_ylim(low, high * 3)  # room for the legend
     axes.minorticks_off()
     axes.legend(frameon=False, loc="upper left", fontsize=8, ncol=2)

@@ -19,7 +19,6 @@ import tty
 import xmlrpc.client
 from xmlrpc.server import SimpleXMLRPCServer
 
-import yaml
 from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
 from rosgraph.network import read_ros_handshake_header, write_ros_handshake_header
@@ -28,6 +27,7 @@ from robotont_driver.kinematics import Kinematics
 from robotont_driver.protocol import crc16
 from robotont_driver.wheels import read_wheels
 from robotont_testing.figures import percentile
+from robotont_testing.robots import robot_folder
 from robotont_testing.streams import Stream
 
 LEVELS = 50      # speeds forward, by which packets and messages are recognised: level * STEP
@@ -125,9 +125,7 @@ class Robot:
 
     def __init__(self, loop, name, uri, folder, parameters, feedback="checked"):
         self.name, self.uri, self.port = name, uri, str(folder / name)
-        self.parameters = str(folder / (name + ".yaml"))
-        with open(self.parameters, "w", encoding="ascii") as file:
-            yaml.safe_dump(parameters, file)
+        self.folder = robot_folder(folder / (name + "_robot"), parameters)
         self.loop = loop
         self.listener = None   # socket of the subscriber of cmd_vel
         self.stops = []        # [s] when lines with a zero command came

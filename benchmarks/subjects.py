@@ -38,8 +38,8 @@ def title_of(what):
 def launch_arguments(robot, arrangement):
     """Arguments of robot.launch for the driver alone."""
     composed = [f"composed:={str(arrangement == COMPOSED).lower()}"] if COMPOSED in arrangements() else []
-    return [f"namespace:={robot.name}", f"port:={robot.port}", f"wheel_params:={robot.parameters}",
-            f"frame_prefix:={robot.name}/", *COMPONENTS, *composed]
+    return [f"namespace:={robot.name}", f"port:={robot.port}", f"robot:={robot.folder}",
+            *COMPONENTS, *composed]
 
 
 class Subject:

@@ -13,14 +13,13 @@ from pathlib import Path
 
 import rospkg
 import rospy
-import yaml
 from nav_msgs.msg import Odometry
 from std_srvs.srv import Trigger
 
 from robotont_testing import places
 from robotont_testing import rviz_sight as sight
 from robotont_testing.harness import Master, wait_for
-from robotont_testing.robots import ROBOTS
+from robotont_testing.robots import ROBOTS, robot_folder
 from robotont_testing.rviz_stage import Robot, Stage, save_picture, seen_from_above
 
 GOAL_IN_THE_ROOM = (8, 8, 1.57)  # x [m], y [m], yaw [rad]
@@ -45,9 +44,7 @@ def draw_model(file, parameters=None):
     with Stage() as stage:
         arguments = []
         if parameters:
-            path = stage.folder / "wheel_params.yaml"
-            path.write_text(yaml.safe_dump(parameters))
-            arguments = [f"wheel_params:={path}"]
+            arguments = ["robot:=" + robot_folder(stage.folder / "pictured", parameters)]
         stage.show("display.launch", *arguments)
         keep(still(stage, displays=2)[150:690, 434:1194], file)  # the window's 3D part without its edges
 
@@ -57,7 +54,7 @@ def draw_drive(folder):
     with Stage() as stage:
         robot = Robot(stage)
         config, _ = seen_from_above("odometry.rviz", stage.folder)
-        from_above = stage.show("rviz.launch", f"config:={config}")
+        from_above = stage.show("rviz.launch", f"view:={config}")
         keep(still(stage, displays=5), folder / "odometry_at_0_0.png")
         robot.drive_to(GOAL)
         keep(still(stage, displays=5), folder / "odometry_at_2_1.png")

@@ -44,6 +44,6 @@ def test_counts_up_and_drives_forward_where_the_official_firmware_does(motor):
 
 
 def test_order_and_positive_direction_are_the_wheel_files():
-    text = (ROOT / "config" / "wheel_params_robotont2.yaml").read_text()
+    text = (ROOT / "config" / "robots" / "robotont2" / "wheel_params.yaml").read_text()
     assert "[2.617994, 4.712389, 0.523599]" in text  # 60, 180, 300 degrees and a quarter turn: counterclockwise
     assert "positiveRotation: clockwise" not in text

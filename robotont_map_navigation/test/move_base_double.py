@@ -5,7 +5,6 @@ What tests need of it: ten commands per second while a goal is active, feedback 
 the end and at a cancellation, and its words. A goal beyond x = 100 is given up as one without a way.
 """
 
-import sys
 from pathlib import Path
 
 import actionlib
@@ -14,7 +13,7 @@ from geometry_msgs.msg import PoseStamped, Twist
 from move_base_msgs.msg import MoveBaseAction, MoveBaseFeedback, MoveBaseResult
 from nav_msgs.msg import Odometry
 
-from robotont_driver.rospy_end import end_servers_with_their_sockets
+from robotont_driver.rospy_end import init_node
 
 RECORD = Path(__file__).resolve().parent / "data" / "dwa_commands.csv"
 NO_WAY = "Failed to find a valid plan. Even after executing recovery behaviors."
@@ -84,7 +83,6 @@ class MoveBaseDouble:
 
 
 if __name__ == "__main__":
-    end_servers_with_their_sockets()
-    rospy.init_node("move_base", argv=sys.argv)
+    init_node("move_base")
     MoveBaseDouble()
     rospy.spin()

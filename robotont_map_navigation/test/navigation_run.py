@@ -24,8 +24,8 @@ from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
 
 from robotont_description.geometry import robot_radius
+from robotont_driver.robots import read_robot
 from robotont_driver.se2 import pose_of
-from robotont_driver.wheels import read_wheels
 from robotont_map_navigation.floor_map import FloorMap
 from robotont_simulator.world import OCCUPIED, draw_map, read_world
 from robotont_testing.harness import Master, wait_for
@@ -33,7 +33,6 @@ from robotont_testing.places import program
 
 ROOT = Path(__file__).resolve().parents[2]
 
-WHEEL_PARAMS = ROOT / "config" / "wheel_params.yaml"
 GOAL_TIMEOUT = 180  # [s]
 NEAR = (0.2, 0.3)   # [m] between a wall and the robot's centre
 FIT = "rays that end at the map's walls"
@@ -76,21 +75,23 @@ def random_goals(world, radius, count, seed):
 class Run:
     """navigation.launch and what is recorded beside it."""
 
-    def __init__(self, master, arguments, wheel_params, world, start=None):
+    def __init__(self, master, arguments, robot, world, start=None):
         """start: (x, y, yaw) of the robot, and of amcl unless the arguments give it another; None: the world's."""
-        self.radius = robot_radius(read_wheels(yaml.safe_load(Path(wheel_params).read_text())))
+        self.radius = robot_radius(read_robot(robot).wheels)
         world_file = ROOT / "config" / "worlds" / f"{world}.yaml"
         self.world = read_world(world_file)
+        place = world
         if start:
-            arguments = [*(f"initial_{name}:={value}" for name, value in zip(("x", "y", "yaw"), start)), *arguments]
+            arguments = ["start:=" + " ".join(map(str, start)), *arguments]
             moved = {**yaml.safe_load(world_file.read_text()), "start": start}
             world_file = master.folder / "world.yaml"
             world_file.write_text(yaml.safe_dump(moved))
+            place = world_file
         self.log = master.folder / "log"
         self.truth, self.commands, self.reports = [], [], []
         self.launch = master.launch("navigation.launch", "sim:=true", f"port:={master.folder / 'board'}",
-                                    f"wheel_params:={wheel_params}", f"world:={world}",
-                                    f"world_file:={world_file}", *arguments, log=self.log)
+                                    f"robot:={robot}", f"world:={place}",
+                                    f"map:={ROOT}/config/maps/{world}.yaml", *arguments, log=self.log)
         rospy.init_node("navigation_run", disable_signals=True)
         rospy.Subscriber("ground_truth/odom", Odometry, self.truth.append, tcp_nodelay=True)
         rospy.Subscriber("cmd_vel", Twist, lambda message: self.commands.append((time.monotonic(), message)))
@@ -172,12 +173,12 @@ def main():
     parser.add_argument("--seed", type=int, default=1, help="of the random goals [%(default)s]")
     parser.add_argument("--world", default="room")
     parser.add_argument("--start", nargs=3, type=float, metavar=("X", "Y", "YAW"), help="of the robot and of amcl")
-    parser.add_argument("--wheel-params", default=str(WHEEL_PARAMS))
+    parser.add_argument("--robot", default="thesis")
     parser.add_argument("--log", help="copy of what the launch file printed")
     parser.add_argument("--commands", help="file for the recorded commands of the last goal: seconds, v_x, v_y, omega")
     options, arguments = parser.parse_known_args()
     with Master() as master:
-        run = Run(master, arguments, options.wheel_params, options.world, options.start)
+        run = Run(master, arguments, options.robot, options.world, options.start)
         figures = []
         goals = options.goal or random_goals(run.world, run.radius + 0.05, options.random, options.seed)
         for goal in goals or [[8.0, 8.0, 1.57]]:

@@ -3,15 +3,19 @@
 import os
 import subprocess
 import tempfile
+import xmlrpc.client
 from functools import lru_cache
 from pathlib import Path
 from typing import Any, Dict, NamedTuple
 
+import pytest
 import rospkg
 from roslaunch import substitution_args
 from roslaunch.config import load_config_default
 
 from robotont_testing import places
+from robotont_testing.harness import Master
+from robotont_testing.robots import SHIPPED
 
 PACKAGE = Path(__file__).resolve().parents[1]
 ROOT = PACKAGE.parent
@@ -65,3 +69,16 @@ def roslaunch(*words):
     """A finished run of roslaunch with all that it said."""
     return subprocess.run(["roslaunch", *map(str, words)], env={**os.environ, "ROS_IP": "127.0.0.1"}, check=False,
                           text=True, timeout=60, stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
+
+
+@pytest.fixture(scope="module")
+def running():
+    """A master on which a robot's parameters stand: call it with other wheel parameters for another robot."""
+    with Master() as master:
+        server = xmlrpc.client.ServerProxy(master.uri)
+
+        def run(parameters):
+            server.setParam("/test", "/", parameters)
+            read_launch.cache_clear()
+        run(SHIPPED)
+        yield run

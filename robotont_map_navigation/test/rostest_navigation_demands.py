@@ -15,6 +15,7 @@ from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
 from tf2_msgs.msg import TFMessage
 
+from robotont_driver.driver_node import PARAMETERS
 from robotont_driver.se2 import pose_of
 from robotont_testing import places
 from robotont_testing.harness import Processes, wait_for
@@ -135,7 +136,8 @@ class NavigationDemandsTest(NodeTest):
         self.assertLess(fastest[2], PLANNER["theta_stopped_vel"])
 
     def test_the_watchdog_is_longer_than_a_control_period_and_stops_the_robot_when_move_base_dies(self):
-        timeout = rospy.get_param("driver_node/cmd_timeout")
+        default = next(parameter.default for parameter in PARAMETERS if parameter.name == "cmd_timeout")
+        timeout = rospy.get_param("driver_node/cmd_timeout", default)
         self.assertGreater(timeout, 2 * CONTROLLER_PERIOD)  # one command may be late
         double = self.processes.start(DOUBLE, "_repeat:=true")
         goto = self.processes.start(places.program("robotont_map_navigation", "goto"), "2", "2", "0")

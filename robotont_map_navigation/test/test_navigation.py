@@ -6,6 +6,8 @@ import subprocess
 import pytest
 from navigation_tools import NAVIGATION_PACKAGES, PACKAGE, ROOT, lacking
 
+from robotont_testing.robots import SHIPPED, robot_folder
+
 pytestmark = pytest.mark.skipif(bool(lacking(*NAVIGATION_PACKAGES)), reason=lacking(*NAVIGATION_PACKAGES) or "-")
 
 IN_THE_ROOM = ["--goal", "8", "8", "1.57"]
@@ -42,7 +44,7 @@ def test_three_goals_in_a_row():
 
 @pytest.mark.parametrize("x, y, yaw", [(1.4, 0.7, 0.3), (0.6, 1.3, -0.3)])
 def test_from_an_initial_pose_that_is_half_a_metre_and_0_3_rad_off(x, y, yaw):
-    drive(*IN_THE_ROOM, f"initial_x:={x}", f"initial_y:={y}", f"initial_yaw:={yaw}")
+    drive(*IN_THE_ROOM, f"start:={x} {y} {yaw}")
 
 
 def test_with_the_truth_for_a_localization():
@@ -78,7 +80,7 @@ def test_fifty_random_goals_a_third_of_them_at_walls_none_of_which_traps_the_rob
 
 
 def test_a_robot_2_cm_from_a_wall_that_amcl_believes_even_nearer_gets_away_from_it():
-    away, refused = run("--start", "0.22", "3", "0.5", "initial_x:=0.15", "--goal", "1.2", "3.6", "0",
+    away, refused = run("--start", "0.22", "3", "0.5", "start:=0.15 3 0.5", "--goal", "1.2", "3.6", "0",
                         "--goal", "0.23", "3", "0", timeout=400)  # the wall is 0.1 m thick, the robot's radius 0.15 m
     print(away, refused)
     assert away["start_to_wall_m"] == 0.17
@@ -93,7 +95,7 @@ def test_a_robot_2_cm_from_a_wall_that_amcl_believes_even_nearer_gets_away_from_
     (("3.80", "3.02", "0.6"), "3.86", ("5.75", "1.78", "0")), (("3.78", "1", "1.57"), "3.9", ("5.75", "1.78", "0")),
     (("4.2", "2.6", "2.5"), "4.14", ("2.6", "0.28", "0"))], ids=["left", "left, believed in it", "right"])
 def test_a_robot_pressed_to_a_wall_gets_to_its_other_side(start, believed_x, goal):
-    figures, = run("--start", *start, f"initial_x:={believed_x}", "--goal", *goal, timeout=400)
+    figures, = run("--start", *start, f"start:={believed_x} {start[1]} {start[2]}", "--goal", *goal, timeout=400)
     print(figures)
     assert figures["start_to_wall_m"] <= 0.17  # the robot's radius is 0.15 m
     assert figures["status"] == 0, figures
@@ -111,10 +113,5 @@ def test_no_alarm_on_the_right_map_and_one_on_a_map_of_another_place():
 
 
 def test_with_four_wheels(tmp_path):
-    wheels = tmp_path / "wheels.yaml"
-    wheels.write_text((ROOT / "config" / "wheel_params.yaml").read_text()
-                      .replace("wheelAmount: 3", "wheelAmount: 4")
-                      .replace("wheelRads: [5.235988, 3.141593, 1.047198]", "wheelRads: [0.785, 2.356, 3.927, 5.498]"))
-    assert "wheelAmount: 4" in wheels.read_text()
-    assert "2.356" in wheels.read_text()
-    drive("--goal", "3", "3", "-3.0", "--wheel-params", str(wheels))
+    robot = robot_folder(tmp_path, {**SHIPPED, "wheelAmount": 4, "wheelRads": [0.785, 2.356, 3.927, 5.498]})
+    drive("--goal", "3", "3", "-3.0", "--robot", robot)

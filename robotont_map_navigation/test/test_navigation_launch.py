@@ -6,15 +6,16 @@ import sys
 from pathlib import Path
 
 import pytest
-import yaml
-from navigation_tools import NAVIGATION_PACKAGES, ROOT, missing, read_launch, roslaunch
+from navigation_tools import NAVIGATION_PACKAGES, ROOT, missing, read_launch, roslaunch, running  # noqa: F401
 from roslaunch import RLException
 
 from robotont_description.geometry import robot_radius
 from robotont_driver.wheels import read_wheels
 from robotont_map_navigation import map_file
 from robotont_simulator.world import read_world, write_map
+from robotont_testing.robots import ROBOTONT2, SHIPPED, robot_folder
 
+pytestmark = pytest.mark.usefixtures("running")
 FILES = {"navigation.launch": [name for name in NAVIGATION_PACKAGES if name != "fake_localization"],
          "slam.launch": ["gmapping"], "camera_scan.launch": ["depthimage_to_laserscan"]}
 NOISE = ("... logging to", "Checking log directory", "Press Ctrl-C", "Done checking", "\x1b]2;")
@@ -58,13 +59,13 @@ def test_sim_starts_the_robot_and_map_none_no_map_server():
 
 
 def test_rviz_shows_the_view_of_navigation():
-    arguments = read_launch("navigation.launch", "rviz:=true").nodes["/rviz"]
+    arguments = read_launch("navigation.launch", "sim:=true", "rviz:=true").nodes["/rviz"]
     assert "navigation.rviz" in arguments
     assert "-f map" in arguments
 
 
 def test_frames_and_topics_of_a_second_robot():
-    found = read_launch("navigation.launch", "namespace:=robot2", "frame_prefix:=robot2/").parameters
+    found = read_launch("navigation.launch", "sim:=true", "namespace:=robot2").parameters
     assert found["/robot2/amcl/odom_frame_id"] == "robot2/odom"
     assert found["/robot2/amcl/base_frame_id"] == "robot2/base_link"
     assert found["/robot2/amcl/global_frame_id"] == found["/robot2/map_server/frame_id"] == "map"
@@ -76,20 +77,29 @@ def test_frames_and_topics_of_a_second_robot():
 
 
 def test_the_footprint_is_that_of_the_wheels(tmp_path):
-    shipped = yaml.safe_load((ROOT / "config" / "wheel_params.yaml").read_text())
-    assert robot_radius(read_wheels(shipped)) == 0.15
-    large = tmp_path / "large.yaml"
-    large.write_text(yaml.safe_dump({**shipped, "wheelDistanceFromCenter": [0.2, 0.3, 0.2], "wheelRadius": 0.06}))
-    found = read_launch("navigation.launch", f"wheel_params:={large}").parameters
+    assert robot_radius(read_wheels(SHIPPED)) == 0.15
+    large = robot_folder(tmp_path, {**SHIPPED, "wheelDistanceFromCenter": [0.2, 0.3, 0.2], "wheelRadius": 0.06})
+    found = read_launch("navigation.launch", "sim:=true", f"robot:={large}").parameters
     # the outer corner of the second wheel: hypot(0.3 + 0.021, 0.06) = 0.3266
     assert found["/move_base/global_costmap/robot_radius"] == found["/move_base/local_costmap/robot_radius"] == 0.33
 
 
+def test_the_footprint_is_that_of_the_robot_that_runs(running):  # noqa: F811
+    def footprint():
+        return read_launch("navigation.launch").parameters["/move_base/global_costmap/robot_radius"]
+    running(ROBOTONT2)
+    assert footprint() == 0.17
+    running(SHIPPED)
+    assert footprint() == 0.15
+    with pytest.raises(RLException, match="robot_radius"):
+        read_launch("navigation.launch", "namespace:=robot2")  # where none runs
+
+
 def test_robot_radius_explains_wrong_wheels(tmp_path):
-    wrong = tmp_path / "wrong.yaml"
-    wrong.write_text("wheelAmount: 2")
+    wrong = robot_folder(tmp_path, {"wheelAmount": 2})
     script = ROOT / "robotont_description" / "scripts" / "robot_radius"
-    result = subprocess.run([sys.executable, str(script), str(wrong)], check=False, text=True, capture_output=True)
+    result = subprocess.run([sys.executable, str(script), "robot:=" + wrong], check=False, text=True,
+                            capture_output=True)
     assert result.returncode == 1
     assert "wheelAmount: found 2" in result.stderr
     assert "Traceback" not in result.stderr

@@ -5,12 +5,14 @@ import re
 
 import pytest
 import yaml
-from navigation_tools import NAVIGATION, PACKAGE, read_launch
+from navigation_tools import NAVIGATION, PACKAGE, read_launch, running  # noqa: F401
 
+from robotont_driver import driver_node
 from robotont_driver.parameters import markdown_rows, read_parameters
 from robotont_map_navigation import localization_monitor
 from robotont_testing import places
 
+pytestmark = pytest.mark.usefixtures("running")
 KNOWN = {section: set(names) for section, names in yaml.safe_load(
     (PACKAGE / "test" / "data" / "navigation_parameters.yaml").read_text()).items()}
 BLIND_ROTATION = "TrajectoryPlannerROS as RotateRecovery reads it"
@@ -132,7 +134,8 @@ def test_the_base_may_strafe_as_fast_as_it_drives():
 
 def test_the_limits_fit_the_driver():
     given, robot = read("navigation.launch")["move_base"], read("robot.launch", "description:=false")
-    assert robot["driver_node"]["cmd_timeout"] > 1.0 / given["controller_frequency"]
+    defaults = {parameter.name: parameter.default for parameter in driver_node.PARAMETERS}
+    assert defaults["cmd_timeout"] > 1.0 / given["controller_frequency"]
     assert given["DWAPlannerROS"]["max_vel_trans"] < robot["driver_node"]["max_wheel_speed"]
     for mine, other in (("acc_lim_theta", "acc_lim_theta"), ("min_in_place_vel_theta", "min_vel_theta")):
         assert given["TrajectoryPlannerROS"][mine] == given["DWAPlannerROS"][other]
@@ -166,4 +169,4 @@ def test_every_file_is_loaded():
     text = "".join(places.launch(file).read_text()
                    for file in ("navigation.launch", "slam.launch", "camera_scan.launch"))
     for file in NAVIGATION.glob("*.yaml"):
-        assert f"$(arg params)/{file.name}" in text
+        assert f"/config/navigation/{file.name}" in text

@@ -75,7 +75,7 @@ class SimulatorNodeTest(SimulationTest):
         port = self.processes.folder / "board"
         launch = self.processes.launch("simulation.launch", "world:=moon", f"port:={port}", log=log)
         wait_for(lambda: "moon.yaml" in log.read_text(), "words about the world")
-        self.assertIsNone(launch.poll())
+        wait_for(lambda: launch.poll() is not None, "the end: there is no robot without a simulator")
         self.assertNotIn("Traceback", log.read_text())
 
 

@@ -3,14 +3,13 @@ import subprocess
 import sys
 
 import pytest
-import yaml
 from robot_runs import ROOT
 
 from robotont_description.geometry import robot_radius
 from robotont_driver.wheels import read_wheels
 from robotont_simulator.simulation import Simulation
 from robotont_simulator.world import World
-from robotont_testing.robots import ROBOTS
+from robotont_testing.robots import ROBOTS, robot_folder
 
 
 @pytest.mark.parametrize("name", ROBOTS)
@@ -18,10 +17,9 @@ def test_the_simulated_body_is_as_large_as_the_model_and_the_footprint(name, tmp
     wheels = read_wheels(ROBOTS[name])
     model = Simulation(wheels, World((), (0.0, 0.0, 0.0))).mujoco_model
     assert model.geom("body").size[0] == pytest.approx(robot_radius(wheels))
-    file = tmp_path / "wheel_params.yaml"
-    file.write_text(yaml.safe_dump(ROBOTS[name]))
+    robot = robot_folder(tmp_path, ROBOTS[name])
     script = ROOT / "robotont_description" / "scripts" / "robot_radius"  # navigation.launch makes the footprint with it
-    printed = subprocess.run([sys.executable, str(script), str(file)], check=True, stdout=subprocess.PIPE)
+    printed = subprocess.run([sys.executable, str(script), f"robot:={robot}"], check=True, stdout=subprocess.PIPE)
     assert float(printed.stdout) == robot_radius(wheels)
 
 

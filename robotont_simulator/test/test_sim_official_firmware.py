@@ -24,7 +24,7 @@ class Drive:
 
     def __init__(self, name):
         wheels = read_wheels(ROBOTONT2)
-        self.simulation = make_simulation(wheels, FLOOR, 1)
+        self.simulation = make_simulation(name, wheels, FLOOR, 1)
         self.board = BOARDS[name](SimulatedMotors(self.simulation))
         self.kinematics = Kinematics(wheels)
         self.odometry = WheelOdometry(self.kinematics, PERIOD, 0.008)
@@ -78,5 +78,5 @@ def test_a_square_and_a_turning_circle_against_the_truth(name):
 
 
 def test_the_official_board_needs_its_own_wheels():
-    with pytest.raises(ValueError, match="wheel_params_robotont2"):
-        make_simulation(read_wheels(SHIPPED), 18.75, FLOOR, 0)
+    with pytest.raises(ValueError, match="robot:=robotont2"):
+        make_simulation("robotont2", read_wheels(SHIPPED), FLOOR, 0)

@@ -16,23 +16,29 @@ import rospy
 from robotont_demo.drive import Commander, drive
 from robotont_demo.picture import draw
 from robotont_demo.recording import Recorder, end_error
-from robotont_demo.robots import SIMULATED, IdealMotors
+from robotont_demo.robots import IdealMotors, Simulated
 from robotont_demo.scenario import commanded_path, plan
+from robotont_driver.robots import read_robot, take_robot
 from robotont_testing.harness import Master
 
 
 def parse(words):
     """The options; exits with status 2 and a message when they are wrong."""
-    parser = argparse.ArgumentParser(prog="demo", description=__doc__.splitlines()[0])
+    parser = argparse.ArgumentParser(prog="demo", usage="%(prog)s [options] [robot:=NAME or FOLDER]",
+                                     description=__doc__.splitlines()[0])
     parser.add_argument("--picture", type=Path, default="demo.png", help="where to put the picture [%(default)s]")
     parser.add_argument("--bad-bytes", type=float, default=0.001, metavar="RATE",
                         help="share of the board's bytes that the line spoils [%(default)s]")
-    kind = parser.add_mutually_exclusive_group()
-    kind.add_argument("--ideal", action="store_true", help="ideal motors instead of the simulator")
-    kind.add_argument("--firmware", choices=SIMULATED, default="own",
-                      help="of the simulated board: this project's or an official one [%(default)s]")
+    parser.add_argument("--ideal", action="store_true", help="ideal motors instead of the simulator")
+    robot, words = take_robot(words)
     options = parser.parse_args(words)
-    options.robot = IdealMotors if options.ideal else SIMULATED[options.firmware]
+    if options.ideal and robot:
+        parser.error(f"--ideal: found robot:={robot} too, allowed: one of them")
+    options.kind = IdealMotors if options.ideal else Simulated
+    try:
+        options.robot = read_robot(robot)
+    except (OSError, ValueError) as error:
+        parser.error(str(error))
     if not 0.0 <= options.bad_bytes <= 0.05:
         parser.error(f"--bad-bytes: found {options.bad_bytes}, allowed: 0 to 0.05")
     try:
@@ -42,11 +48,16 @@ def parse(words):
     return options
 
 
+def name_of(options):
+    """What is driven."""
+    return "a board with ideal motors" if options.ideal else f"the simulator, robot {options.robot.folder.name}"
+
+
 def run(options):
     """Drive, print the figures, draw; whether the end pose is right. AssertionError when the stack does not work."""
-    steps = plan(options.robot.SPEED)
+    steps = plan(0.4 if options.robot.packets == "auto" else 0.2)  # [m/s]
     with Master() as master:
-        robot = options.robot(master, options.bad_bytes)
+        robot = options.kind(master, options.bad_bytes, options.robot)
         rospy.init_node("demo", disable_signals=True)
         recorder, commander = Recorder(), Commander()
         robot.connect()
@@ -82,7 +93,7 @@ def main():
     """Run the demo; returns the exit status."""
     signal.signal(signal.SIGTERM, signal.default_int_handler)
     options = parse(sys.argv[1:])
-    print(f"driving {options.robot.name}: a square of 1 m, then a circle while turning", flush=True)
+    print(f"driving {name_of(options)}: a square of 1 m, then a circle while turning", flush=True)
     try:
         good = run(options)
     except AssertionError as error:

@@ -1,6 +1,6 @@
 """The robots that the demo drives. Each starts the stack behind a line that spoils bytes, and records its truth.
 
-`name` for display; `SPEED` [m/s] of its drive; `LARGEST_ERROR` ([m], [rad]) that the odometry may have at the end;
+`name` for display; `LARGEST_ERROR` ([m], [rad]) that the odometry may have at the end;
 `truth` a Track; `log` the file with the stack's output; `figures(commands)` rows for the closing table that only this
 robot can give.
 """
@@ -24,17 +24,16 @@ from robotont_testing.stand_in_board import Board
 class Simulated:
     """The simulator. Truth: where its robot stands; wheels slip a little, which no odometry can see."""
 
-    name = "the simulator"
-    firmware = "own"
-    SPEED = 0.4
-    LARGEST_ERROR = (0.03, math.radians(2.0))
-
-    def __init__(self, master, bad_bytes):
+    def __init__(self, master, bad_bytes, robot):
+        # the official firmware allows a wheel 0.3 m/s; generation 2 sums every second encoder window only
+        official = robot.packets != "auto"
+        self.name = f"the simulator, robot {robot.folder.name}"
+        self.LARGEST_ERROR = (0.06, math.radians(5.0)) if official else (0.03, math.radians(2.0))
         self.truth = Track()
         self.log = master.folder / "log"
         self._bad_bytes = bad_bytes
         self._stands = False
-        master.launch("simulation.launch", f"port:={master.folder / 'board'}", f"firmware:={self.firmware}",
+        master.launch("simulation.launch", f"port:={master.folder / 'board'}", f"robot:={robot.folder}/",
                       log=self.log)
 
     def connect(self):
@@ -61,30 +60,13 @@ class Simulated:
         self._subscriber.unregister()
 
 
-class Robotont2(Simulated):
-    """The simulator with the official firmware of generation 2, which sums every second encoder window only."""
-
-    name = "the simulator with the official firmware of generation 2"
-    firmware = "robotont2"
-    SPEED = 0.2  # the official firmware allows each wheel 0.3 m/s
-    LARGEST_ERROR = (0.06, math.radians(5.0))
-
-
-class Robotont3(Robotont2):
-    """The same of generation 3, which sends in bursts: between two of them the odometry stands still."""
-
-    name = "the simulator with the official firmware of generation 3"
-    firmware = "robotont3"
-
-
 class IdealMotors:
     """A board with ideal motors. Truth: the path that the wheels really make, fractions of edges included."""
 
     name = "a board with ideal motors"
-    SPEED = 0.4
     LARGEST_ERROR = (1e-3, math.radians(0.1))
 
-    def __init__(self, master, bad_bytes):
+    def __init__(self, master, bad_bytes, _robot):
         self.truth = Track()
         self.log = master.folder / "log"
         kinematics = Kinematics(read_wheels(SHIPPED))
@@ -128,6 +110,3 @@ class IdealMotors:
     def close(self):
         """Unplug."""
         self._board.unplug()
-
-
-SIMULATED = {robot.firmware: robot for robot in (Simulated, Robotont2, Robotont3)}

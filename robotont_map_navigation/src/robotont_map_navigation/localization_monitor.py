@@ -19,13 +19,12 @@ from robotont_map_navigation.messages import floor_map_of
 
 PARAMETERS = (
     Parameter("min_fit", 0.6, "least share of the scan's rays that end at a wall of the map", minimum=0.0, maximum=1.0),
-    Parameter("fit_tolerance", 0.2, "distance from a wall at which a ray still ends at it", "m",
-              minimum=0.01, maximum=2.0),
     Parameter("fit_time", 5.0, "over which the share is averaged", "s", minimum=0.5, maximum=60.0),
     Parameter("max_position_deviation", 0.6, "largest standard deviation of amcl's position", "m",
               minimum=0.01, maximum=10.0),
     Parameter("max_yaw_deviation", 0.6, "largest standard deviation of amcl's yaw", "rad", minimum=0.01, maximum=4.0),
 )
+FIT_TOLERANCE = 0.2  # [m] from a wall at which a ray still ends at it
 LOOK_PERIOD = 0.5  # [s] between two scans that are compared with the map
 REMEDY = "set the pose by RViz' 2D Pose Estimate"
 
@@ -75,7 +74,7 @@ class LocalizationMonitor:
             pose = found.translation.x, found.translation.y, yaw_of(found.rotation)
             angles = scan.angle_min + scan.angle_increment * np.arange(len(scan.ranges))
             share = fit(floor_map, pose, scan.ranges, angles, (scan.range_min, scan.range_max),
-                        self._parameters["fit_tolerance"])
+                        FIT_TOLERANCE)
             with self._lock:
                 self._lost = ""
                 self._laid_at = time.monotonic()

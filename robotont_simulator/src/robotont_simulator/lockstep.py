@@ -23,7 +23,7 @@ class LockstepRun:
         self.counts = []
         self.path = []
         self._to_board = bytearray()
-        self._reader = FeedbackReader(wheels.amount, counts_in_reach(wheels))
+        self._reader = FeedbackReader(wheels.amount, counts_in_reach(wheels), wheels.pid_frequency)
         self._board = SimulatedBoard(simulation, self, lambda: True, real_time=False)
         self._controller = Controller(self._board, configuration(wheels), wheels.amount, "simulated")
         self._controller.start()
@@ -53,7 +53,7 @@ class LockstepRun:
 
     def write(self, data):
         """The board writes."""
-        for counts in self._reader.feed(data):
+        for counts in self._reader.feed(data, self.simulation.time):
             self.counts.append(counts)
             self.odometry.update(counts, 0.0)
             pose = self.odometry.pose

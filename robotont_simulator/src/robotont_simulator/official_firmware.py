@@ -6,7 +6,6 @@ import time
 from robotont_simulator.simulation import Simulation
 from robotont_testing.official_boards import BOARDS, POSITIONS
 
-FIRMWARES = ("own", "robotont2", "robotont3", "robotont2018")
 MOTORS_FREQUENCY = 100  # [Hz] the physics moves on in periods of the fastest control, 10 ms
 LOOK = 0.005            # [s] between two looks at the serial port
 LONGEST_STALL = 0.1     # [s] of time that is made up for; what the computer loses beyond that is given up
@@ -33,11 +32,13 @@ class SimulatedMotors:
         return [int(edges) for edges in turned]
 
 
-def make_simulation(wheels, world, seed, imu_rate=0.0):
-    """`Simulation` for a board with the official firmware. Raises ValueError for wheels that it cannot have."""
+def make_simulation(name, wheels, world, seed, imu_rate=0.0):
+    """`Simulation` for a board with an official firmware. Raises ValueError for wheels that it cannot have."""
+    own_order = name == "robotont2018"  # its wheels are the wheel file's, in that order
     places = [math.remainder(found - wanted, 2 * math.pi) for found, wanted in zip(wheels.positions, POSITIONS)]
-    if wheels.amount != 3 or wheels.rotation != 1 or max(map(abs, places)) > LARGEST_ANGLE:
-        raise ValueError("found another wheel file, allowed: wheel_params_robotont2.yaml or a calibrated copy of it")
+    placed = own_order or (wheels.rotation == 1 and max(map(abs, places)) <= LARGEST_ANGLE)
+    if wheels.amount != 3 or not placed:
+        raise ValueError(f"found another robot's wheels, allowed: those of robot:={name}, or calibrated ones")
     return Simulation(wheels._replace(pid_frequency=MOTORS_FREQUENCY), world, seed, imu_rate)
 
 

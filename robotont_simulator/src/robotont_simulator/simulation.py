@@ -173,8 +173,9 @@ class Simulation:
         geoms = np.empty(len(angles), np.int32)
         groups = np.zeros(6, np.uint8)
         groups[model.WORLD_GROUP] = 1
+        normals = {"normal": None} if "normal:" in mujoco.mj_multiRay.__doc__ else {}  # newer MuJoCo asks for them
         mujoco.mj_multiRay(self.mujoco_model, self.data, origin, directions.ravel(), groups, 1, self._body,
-                           geoms, distances, len(angles), farthest)
+                           geoms, distances, nray=len(angles), cutoff=farthest, **normals)
         seen = geoms >= 0
         distances[~seen | (distances > farthest)] = math.inf
         distances[seen & (distances < nearest)] = -math.inf

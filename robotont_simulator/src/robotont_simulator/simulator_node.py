@@ -14,33 +14,27 @@ from std_srvs.srv import SetBool, SetBoolResponse, Trigger, TriggerResponse
 from robotont_driver.clocks import read_clocks
 from robotont_driver.node import OK, WARN, Health, run_node
 from robotont_driver.parameters import Parameter
-from robotont_simulator.official_firmware import FIRMWARES, OfficialFirmware, make_simulation
+from robotont_simulator.official_firmware import OfficialFirmware, make_simulation
 from robotont_simulator.port import Port, PortError
 from robotont_simulator.simulated_board import SimulatedBoard, SimulatedFirmware
 from robotont_simulator.simulation import GOOD, REVERSED, UNPLUGGED, Simulation
 from robotont_simulator.world import World, WorldError, read_world
+from robotont_testing.official_boards import BOARDS
 
+SCAN_RAYS = 128     # measurements per scan
+SCAN_NEAREST = 0.3  # [m] nearer things read -inf (REP 117)
+IMU_RATE = 250.0    # [Hz] readings of gyro and accelerometer
 PARAMETERS = (
     Parameter("port", "/tmp/robotont", "name under which the board's serial port appears"),
-    Parameter("firmware", "own", "what runs on the board: this project's firmware, or the official one of a generation",
-              choices=FIRMWARES),
     Parameter("world", "", "file of walls and boxes; empty: nothing but a floor"),
-    Parameter("start_x", math.nan, "start position; nan: the world's", "m", minimum=-1000.0, maximum=1000.0),
-    Parameter("start_y", math.nan, "start position; nan: the world's", "m", minimum=-1000.0, maximum=1000.0),
-    Parameter("start_yaw", math.nan, "start direction; nan: the world's", "rad", minimum=-1000.0, maximum=1000.0),
     Parameter("seed", 0, "of everything random: encoder offsets, spoilt bytes, errors of the gyro", minimum=0,
               maximum=999999999),
-    Parameter("world_frame", "map", "frame of the ground truth"),
     Parameter("base_frame", "base_link", "child frame of the ground truth"),
     Parameter("laser_frame", "laser", "frame of the scan"),
     Parameter("scan_rate", 10.0, "scans per second; 0 = off", "Hz", minimum=0.0, maximum=1000.0),
     Parameter("scan_field_of_view", 1.03, "centred on forward; 6.2831853 for all around", "rad", minimum=0.1,
               maximum=6.2831854, reason="a whole turn"),
-    Parameter("scan_rays", 128, "measurements per scan", minimum=2, maximum=10000),
-    Parameter("scan_nearest", 0.3, "nearer things read -inf (REP 117)", "m", minimum=0.0, maximum=100.0),
-    Parameter("scan_farthest", 4.0, "farther things are not seen", "m", minimum=0.1, maximum=1000.0),
-    Parameter("imu_rate", 250.0, "readings per second of gyro and accelerometer, rounded down to what fits the steps "
-              "of 2 ms; 0 = off", "Hz", minimum=0.0, maximum=500.0),
+    Parameter("scan_farthest", 4.0, "farther things are not seen", "m", minimum=2 * SCAN_NEAREST, maximum=1000.0),
 )
 
 IMU_BURST = 500  # readings that may wait: more than a stall makes up for
@@ -51,6 +45,9 @@ class SimulatorNode:
 
     def __init__(self, wheels, parameters):
         self._parameters = parameters
+        # the robot's dialect tells which firmware its board has; any that is not official is this project's
+        packets = rospy.get_param("serial_com_node/packets", "")
+        self._official = packets if packets in BOARDS else ""
         world = self._read_world()
         self._simulation = self._make_simulation(wheels, world)
         self._port = self._make_port()
@@ -88,20 +85,19 @@ class SimulatorNode:
 
     def _make_simulation(self, wheels, world):
         given = self._parameters
-        if given["firmware"] == "own":
-            return Simulation(wheels, world, given["seed"], given["imu_rate"])
+        if not self._official:
+            return Simulation(wheels, world, given["seed"], IMU_RATE)
         try:
-            return make_simulation(wheels, world, given["seed"], given["imu_rate"])
+            return make_simulation(self._official, wheels, world, given["seed"], IMU_RATE)
         except ValueError as error:
-            rospy.logfatal("firmware %s: %s", given["firmware"], error)
+            rospy.logfatal("firmware of %s: %s", self._official, error)
             raise SystemExit(1) from None
 
     def _make_firmware(self, wheels):
         """An object with start() and run(); `_board` has `due`, when the newest period was over, and `late`."""
-        name = self._parameters["firmware"]
-        if name != "own":
+        if self._official:
             self._port.spoil_commands = False  # one corrupted field can kill the official firmware
-            self._board = OfficialFirmware(name, self._simulation, self._port, self._on_tick)
+            self._board = OfficialFirmware(self._official, self._simulation, self._port, self._on_tick)
             return self._board
         self._board = SimulatedBoard(self._simulation, self._port, self._on_tick, real_time=True)
         return SimulatedFirmware(self._board)
@@ -109,23 +105,20 @@ class SimulatorNode:
     def _read_world(self):
         given = self._parameters
         try:
-            world = read_world(given["world"]) if given["world"] else World((), (0.0, 0.0, 0.0))
+            return read_world(given["world"]) if given["world"] else World((), (0.0, 0.0, 0.0))
         except (OSError, WorldError) as error:
             rospy.logfatal("world: %s", error)
             raise SystemExit(1) from None
-        start = (given["start_x"], given["start_y"], given["start_yaw"])
-        return world._replace(start=tuple(
-            own if math.isnan(value) else value for value, own in zip(start, world.start)))
 
     def _prepare_messages(self, wheels):
         given = self._parameters
         self._truth = Odometry(child_frame_id=given["base_frame"])
-        self._truth.header.frame_id = given["world_frame"]
-        field, rays = given["scan_field_of_view"], given["scan_rays"]
+        self._truth.header.frame_id = "map"
+        field, rays = given["scan_field_of_view"], SCAN_RAYS
         self._angles = np.linspace(-field / 2, field / 2, rays, endpoint=field < 2 * math.pi - 1e-6)
         self._scan = LaserScan(
             angle_min=self._angles[0], angle_max=self._angles[-1], angle_increment=self._angles[1] - self._angles[0],
-            range_min=given["scan_nearest"], range_max=given["scan_farthest"],
+            range_min=SCAN_NEAREST, range_max=given["scan_farthest"],
             scan_time=1.0 / given["scan_rate"] if given["scan_rate"] else 0.0)
         self._scan.header.frame_id = given["laser_frame"]
         rate = given["scan_rate"]
@@ -242,7 +235,7 @@ class SimulatorNode:
     def _on_brown_out(self, _request):
         """Let the board's supply break down for half a second."""
         if not isinstance(self._firmware, SimulatedFirmware):
-            return TriggerResponse(success=False, message="only with ~firmware own")
+            return TriggerResponse(success=False, message="not with official firmware")
         self._order(self._firmware.fail)
         return TriggerResponse(success=True, message="the board restarts in half a second")
 
@@ -279,13 +272,6 @@ def check(name, value, lowest, highest):
     return good
 
 
-def check_together(_wheels, parameters, _other):
-    """Description of conflicting parameters."""
-    nearest, farthest = parameters["scan_nearest"], parameters["scan_farthest"]
-    return [] if nearest < farthest else [
-        f"~scan_nearest and ~scan_farthest: found {nearest:g} and {farthest:g}, allowed: nearest < farthest"]
-
-
 def main():
     """Run simulator_node."""
-    run_node("simulator_node", SimulatorNode, PARAMETERS, check_together)
+    run_node("simulator_node", SimulatorNode, PARAMETERS)

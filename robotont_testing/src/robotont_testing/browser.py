@@ -31,12 +31,12 @@ class Browser:
     """A browser with a profile of its own; ends with the `with` block."""
 
     def __init__(self):
-        self._folder = tempfile.TemporaryDirectory(prefix="robotont_browser_", ignore_cleanup_errors=True)
+        self._folder = tempfile.mkdtemp(prefix="robotont_browser_")
         self.process = subprocess.Popen(
             [CHROMIUM, "--headless=new", "--no-sandbox", "--disable-gpu", "--no-first-run", "--remote-debugging-port=0",
              "--disable-dev-shm-usage", "--disable-background-networking", "--disable-component-update",
              "--disable-extensions", "--disable-breakpad",
-             "--hide-scrollbars=false", f"--user-data-dir={self._folder.name}", "about:blank"],
+             "--hide-scrollbars=false", f"--user-data-dir={self._folder}", "about:blank"],
             stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, start_new_session=True,
             env={name: value for name, value in os.environ.items() if name != "PYTHONPATH"})
         self._loop = asyncio.new_event_loop()
@@ -46,7 +46,7 @@ class Browser:
         self._answers = {}
         self.events = []  # (session, method, parameters)
         try:
-            self._connect(Path(self._folder.name) / "DevToolsActivePort")
+            self._connect(Path(self._folder) / "DevToolsActivePort")
         except BaseException:
             self.__exit__()
             raise
@@ -59,7 +59,7 @@ class Browser:
             return await websocket_connect(
                 f"ws://127.0.0.1:{port}{path}", max_message_size=2 ** 28, on_message_callback=self._on_message)
         self._socket = asyncio.run_coroutine_threadsafe(connect(), self._loop).result(PATIENCE)
-        self._socket.protocol.set_nodelay(True)  # else a message may wait until the one before is acknowledged
+        self._socket.protocol.stream.set_nodelay(True)  # else a message may wait until the one before is acknowledged
 
     def _on_message(self, text):
         if text is None:
@@ -121,7 +121,7 @@ class Browser:
             self.kill()
         self._loop.call_soon_threadsafe(self._loop.stop)
         self._thread.join()
-        self._folder.cleanup()
+        shutil.rmtree(self._folder, ignore_errors=True)
 
 
 class Page:

@@ -1,6 +1,7 @@
 """A ROS master of one's own, processes that end with it, and waiting for conditions."""
 
 import contextlib
+import importlib
 import os
 import signal
 import socket
@@ -8,6 +9,7 @@ import subprocess
 import sys
 import tempfile
 import time
+import unittest
 import xmlrpc.client
 from pathlib import Path
 
@@ -17,6 +19,17 @@ START = 60.0  # [s] after which a launch file's nodes must be there, also on a m
 
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:  # a shell's background processes start so
     signal.signal(signal.SIGINT, signal.default_int_handler)  # else processes started here would ignore Ctrl-C too
+
+
+def tool_module(name):
+    """A module of setup/pypi/test.txt, also in a rostest, whose path is that of nodes; skips where there is none."""
+    tools = os.environ.get("ROBOTONT_TOOLS")
+    if tools and tools not in sys.path:
+        sys.path.append(tools)
+    try:
+        return importlib.import_module(name)
+    except ModuleNotFoundError as error:
+        raise unittest.SkipTest(f"no {name} on this system") from error
 
 
 def wait_for(condition, what, timeout=20.0, period=0.005):

@@ -1,5 +1,6 @@
 """Base of the rostests: recorded topics, commands, and the newest diagnostics."""
 
+import itertools
 import unittest
 from typing import ClassVar
 
@@ -71,6 +72,11 @@ class NodeTest(unittest.TestCase):
         publisher = self._publishers[topic]
         wait_for(lambda: publisher.get_num_connections() >= subscribers, "subscribers of " + topic, START)
         return publisher
+
+    def let_go_and_drive(self, publisher, moving, x=0.2):
+        """Publish zeros and motion [m/s] in turns until moving(): of two words at once a node hears the newer one."""
+        speeds = itertools.cycle((0.0, x))
+        wait_for(lambda: moving() or publisher.publish(twist(next(speeds))), "a driving robot", period=0.1)
 
     def wait_for_status(self, name, level, words=""):
         """Wait until the newest diagnostics of a task have a level, and words in the message."""

@@ -1,11 +1,13 @@
 """Wheel parameters of the robots that the tests build: the shipped files, the bare seven keys, uneven wheels."""
 
+from pathlib import Path
+
 import yaml
 
 from robotont_testing.places import data
 
 WHEEL_PARAMS = data("wheel_params.yaml")
-ROBOTONT2_PARAMS = data("wheel_params_robotont2.yaml")
+ROBOTONT2_PARAMS = data("robotont2.yaml")
 SHIPPED = yaml.safe_load(WHEEL_PARAMS.read_text())
 ROBOTONT2 = yaml.safe_load(ROBOTONT2_PARAMS.read_text())
 BARE = yaml.safe_load(data("bare_wheel_params.yaml").read_text())
@@ -14,3 +16,12 @@ UNEVEN_4 = {**SHIPPED, "wheelAmount": 4, "wheelRads": [0.1, 1.4, 3.3, 5.0],
 UNEVEN_5 = {**BARE, "wheelAmount": 5, "wheelRads": [0.3, 1.2, 2.9, 3.6, 5.5],
             "wheelRadius": [0.035, 0.036, 0.034, 0.035, 0.05], "referenceDirection": 0.4}
 ROBOTS = {"shipped": SHIPPED, "bare": BARE, "uneven4": UNEVEN_4, "uneven5": UNEVEN_5}
+
+
+def robot_folder(folder, parameters, **nodes):
+    """Path of a new folder for `robot:=`, with these wheel parameters; nodes: parameters of its driver.yaml."""
+    folder = Path(folder)
+    folder.mkdir(parents=True, exist_ok=True)
+    (folder / "wheel_params.yaml").write_text(yaml.safe_dump(parameters))
+    (folder / "driver.yaml").write_text(yaml.safe_dump(nodes))
+    return str(folder)

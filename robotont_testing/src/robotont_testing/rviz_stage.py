@@ -15,6 +15,7 @@ from PIL import Image
 
 from robotont_testing.harness import START, Processes, wait_for
 from robotont_testing.places import package
+from robotont_testing.robots import robot_folder
 from robotont_testing.stand_in_board import Board
 
 WIDTH, HEIGHT = 1280, 800  # [pixels] of the screen
@@ -65,12 +66,10 @@ class Robot:
     def __init__(self, stage, namespace="", parameters=None):
         prefix = namespace + "/" if namespace else ""
         name = namespace or "robot"
-        self.arguments = [f"namespace:=/{namespace}", f"frame_prefix:={prefix}"]
+        self.arguments = [f"namespace:=/{namespace}"]
         wheels = 3
         if parameters:
-            file = stage.folder / (name + ".yaml")
-            file.write_text(yaml.safe_dump(parameters))
-            self.arguments.append(f"wheel_params:={file}")
+            self.arguments.append("robot:=" + robot_folder(stage.folder / (name + "_robot"), parameters))
             wheels = parameters["wheelAmount"]
         self.board = Board(str(stage.folder / name), wheels)
         self.board.plug()

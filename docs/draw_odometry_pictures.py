@@ -17,10 +17,10 @@ from robotont_calibration.calibration import Unknowns, calibrate
 from robotont_calibration.calibration_report import draw, table
 from robotont_calibration.synthetic_runs import taped_runs, true_of
 from robotont_calibration.trajectory_errors import BLUE, GREY, INK, ORANGE, drawing_style, pyplot
-from robotont_driver.kinematics import Kinematics
-from robotont_driver.odometry import WheelOdometry
-from robotont_driver.slip import SlipDetector
-from robotont_driver.wheels import read_wheels
+from robotont_driver.kinematics.kinematics import Kinematics
+from robotont_driver.kinematics.wheels import read_wheels
+from robotont_driver.odometry.odometry import WheelOdometry
+from robotont_driver.odometry.slip import SlipDetector
 from robotont_testing.robots import SHIPPED
 from robotont_testing.simulated_wheels import PERIOD, counted, even_wheels, mixed_drive, path_of, rolled, straight
 

@@ -11,13 +11,13 @@ import atheris
 
 with atheris.instrument_imports(include=["robotont_driver", "robotont_calibration", "robotont_simulator"]):
     from robotont_calibration.recordings import RecordingError, read_recording
-    from robotont_driver import driver_node, odom_node, serial_com_node
-    from robotont_driver.dialects import NAMES, make_dialect
-    from robotont_driver.parameters import ParameterError, read_parameters
-    from robotont_driver.protocol import Packet, PacketError, parse_packet
-    from robotont_driver.wheel_file import read_wheel_file
-    from robotont_driver.wheels import read_wheels
-    from robotont_driver.yaml_file import read_mapping
+    from robotont_driver.kinematics.wheels import read_wheels
+    from robotont_driver.nodes import driver_node, odom_node, serial_com_node
+    from robotont_driver.parameters.parameters import ParameterError, read_parameters
+    from robotont_driver.parameters.yaml_file import read_mapping
+    from robotont_driver.protocol.dialects import NAMES, make_dialect
+    from robotont_driver.protocol.protocol import Packet, PacketError, parse_packet
+    from robotont_driver.robots.wheel_file import read_wheel_file
     from robotont_simulator.world import WorldError, read_world
 
 from robotont_testing.robots import ROBOTONT2

@@ -18,10 +18,10 @@ from sensor_msgs.msg import JointState
 from std_msgs.msg import String
 from tf2_msgs.msg import TFMessage
 
-from robotont_driver.kinematics import Kinematics
-from robotont_driver.odometry import Pose
-from robotont_driver.se2 import pose_of
-from robotont_driver.wheels import read_wheels
+from robotont_driver.kinematics.kinematics import Kinematics
+from robotont_driver.kinematics.se2 import pose_of
+from robotont_driver.kinematics.wheels import read_wheels
+from robotont_driver.odometry.odometry import Pose
 from robotont_testing.harness import START, suspended, wait_for
 from robotont_testing.node_test import ERROR, OK, NodeTest, twist
 from robotont_testing.robots import WHEEL_PARAMS, robot_folder

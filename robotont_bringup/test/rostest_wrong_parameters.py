@@ -7,7 +7,7 @@ import rosparam
 import rostest
 import yaml
 
-from robotont_driver.wheels import KEYS
+from robotont_driver.kinematics.wheels import KEYS
 from robotont_testing.harness import wait_for
 from robotont_testing.node_test import NodeTest
 from robotont_testing.robots import WHEEL_PARAMS

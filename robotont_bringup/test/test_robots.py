@@ -18,9 +18,9 @@ from roslaunch.launch import ROSLaunchRunner
 from sensor_msgs.msg import JointState
 from std_msgs.msg import String
 
-from robotont_driver import driver_node, odom_node, robotont_node, serial_com_node
-from robotont_driver.robots import read_robot, shipped
-from robotont_driver.wheels import read_wheels
+from robotont_driver.kinematics.wheels import read_wheels
+from robotont_driver.nodes import driver_node, odom_node, robotont_node, serial_com_node
+from robotont_driver.robots.robot_folder import read_robot, shipped
 from robotont_simulator import simulator_node
 from robotont_testing import places
 from robotont_testing.board_port import BoardPort

@@ -11,7 +11,7 @@ import rostest
 import yaml
 from nav_msgs.msg import Odometry
 
-from robotont_driver.se2 import between, pose_of, wrap
+from robotont_driver.kinematics.se2 import between, pose_of, wrap
 from robotont_testing import places
 from robotont_testing.harness import Processes, wait_for
 from robotont_testing.node_test import NodeTest

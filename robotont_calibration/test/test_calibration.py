@@ -28,9 +28,9 @@ from robotont_calibration.synthetic_runs import (
     true_of,
 )
 from robotont_calibration.trajectory import Trajectory
-from robotont_driver.kinematics import Kinematics
-from robotont_driver.odometry import WheelOdometry
-from robotont_driver.wheels import read_wheels
+from robotont_driver.kinematics.kinematics import Kinematics
+from robotont_driver.kinematics.wheels import read_wheels
+from robotont_driver.odometry.odometry import WheelOdometry
 from robotont_testing.robots import SHIPPED, UNEVEN_4
 from robotont_testing.simulated_wheels import PERIOD, path_of, spin, square
 

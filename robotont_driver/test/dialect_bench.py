@@ -3,12 +3,12 @@
 import math
 import random
 
-from robotont_driver.dialects import make_dialect
-from robotont_driver.kinematics import Kinematics
-from robotont_driver.odometry import WheelOdometry
-from robotont_driver.outbox import Outbox
-from robotont_driver.protocol import format_packet, parse_packet
-from robotont_driver.wheels import read_wheels
+from robotont_driver.kinematics.kinematics import Kinematics
+from robotont_driver.kinematics.wheels import read_wheels
+from robotont_driver.link.outbox import Outbox
+from robotont_driver.odometry.odometry import WheelOdometry
+from robotont_driver.protocol.dialects import make_dialect
+from robotont_driver.protocol.protocol import format_packet, parse_packet
 from robotont_testing.dc_motors import Motors
 from robotont_testing.official_boards import BOARDS
 from robotont_testing.robots import ROBOTONT2

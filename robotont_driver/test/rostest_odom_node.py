@@ -15,11 +15,11 @@ from std_msgs.msg import String
 from std_srvs.srv import Trigger
 from tf2_msgs.msg import TFMessage
 
-from robotont_driver.kinematics import Kinematics
-from robotont_driver.odometry import WheelOdometry
-from robotont_driver.protocol import format_packet
-from robotont_driver.se2 import pose_of
-from robotont_driver.wheels import read_wheels
+from robotont_driver.kinematics.kinematics import Kinematics
+from robotont_driver.kinematics.se2 import pose_of
+from robotont_driver.kinematics.wheels import read_wheels
+from robotont_driver.odometry.odometry import WheelOdometry
+from robotont_driver.protocol.protocol import format_packet
 from robotont_testing.harness import wait_for
 from robotont_testing.node_test import OK, WARN, NodeTest, twist
 from robotont_testing.robots import WHEEL_PARAMS

@@ -7,9 +7,9 @@ import rostest
 from nav_msgs.msg import Odometry
 from std_msgs.msg import String
 
-from robotont_driver.kinematics import Kinematics
-from robotont_driver.protocol import format_packet
-from robotont_driver.wheels import read_wheels
+from robotont_driver.kinematics.kinematics import Kinematics
+from robotont_driver.kinematics.wheels import read_wheels
+from robotont_driver.protocol.protocol import format_packet
 from robotont_testing.harness import wait_for
 from robotont_testing.node_test import OK, WARN, NodeTest
 

@@ -1,6 +1,6 @@
 import pytest
 
-from robotont_driver.board_status import BoardHealth, BoardStatus, Identity
+from robotont_driver.protocol.board_status import BoardHealth, BoardStatus, Identity
 
 WHO = "robotont_firmware 2.0.0 wheels 3 rate 50 units edges/period profile ours reset power"
 

@@ -5,10 +5,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from robotont_driver import se2
-from robotont_driver.carried_rounding import CarriedRounding
-from robotont_driver.kinematics import Kinematics
-from robotont_driver.wheels import read_wheels
+from robotont_driver.kinematics import se2
+from robotont_driver.kinematics.kinematics import Kinematics
+from robotont_driver.kinematics.wheels import read_wheels
+from robotont_driver.protocol.carried_rounding import CarriedRounding
 from robotont_testing.robots import SHIPPED
 
 HOLD = 0.05  # [s]

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from scipy.stats import binom, chi2
 
-from robotont_driver.kinematics import Kinematics
-from robotont_driver.odometry import WheelOdometry
-from robotont_driver.solvers import SOLVERS
-from robotont_driver.wheels import read_wheels
+from robotont_driver.kinematics.kinematics import Kinematics
+from robotont_driver.kinematics.least_squares import SOLVERS
+from robotont_driver.kinematics.wheels import read_wheels
+from robotont_driver.odometry.odometry import WheelOdometry
 from robotont_testing.robots import SHIPPED
 from robotont_testing.simulated_wheels import PERIOD, counted, end_pose, even_wheels, rolled, still
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from robotont_driver.covariance import NONE, Covariance, WeightedSum
+from robotont_driver.odometry.covariance import NONE, Covariance, WeightedSum
 
 
 def random_covariance(generator):

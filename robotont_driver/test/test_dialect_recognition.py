@@ -3,9 +3,9 @@
 import pytest
 from dialect_bench import REACH, Bench, official_wheels
 
-from robotont_driver.dialects import NAMES, expect_dialect, make_dialect
-from robotont_driver.dialects.dialect import DialectError
-from robotont_driver.wheels import read_wheels
+from robotont_driver.kinematics.wheels import read_wheels
+from robotont_driver.protocol.dialects import NAMES, expect_dialect, make_dialect
+from robotont_driver.protocol.dialects.dialect import DialectError
 from robotont_testing.robots import SHIPPED, UNEVEN_4
 from robotont_testing.stand_in_board import Board
 

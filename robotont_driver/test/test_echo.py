@@ -1,8 +1,8 @@
 import pytest
 
-from robotont_driver.echo import EchoWatch
-from robotont_driver.ideal_motors import IdealMotors
-from robotont_driver.protocol import add_checksum, format_packet
+from robotont_driver.kinematics.ideal_motors import IdealMotors
+from robotont_driver.protocol.dialects.echo import EchoWatch
+from robotont_driver.protocol.protocol import add_checksum, format_packet
 
 
 def commands(number, decimals=2):

@@ -3,7 +3,7 @@
 import pytest
 from feedback_bench import reader
 
-from robotont_driver.protocol import QUESTION, add_checksum, crc16
+from robotont_driver.protocol.protocol import QUESTION, add_checksum, crc16
 
 
 def modern_packet(status, counter=0, wheels=3):

@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 from scipy.stats import chi2
 
-from robotont_driver import se2
-from robotont_driver.gyro import GAP, SECOND, Gyro, GyroFusion, TurnIntegral
-from robotont_driver.kinematics import Kinematics
-from robotont_driver.odometry import WheelOdometry
-from robotont_driver.packet_clock import PacketClock
-from robotont_driver.wheels import read_wheels
+from robotont_driver.kinematics import se2
+from robotont_driver.kinematics.kinematics import Kinematics
+from robotont_driver.kinematics.wheels import read_wheels
+from robotont_driver.odometry.gyro import GAP, SECOND, Gyro, GyroFusion, TurnIntegral
+from robotont_driver.odometry.odometry import WheelOdometry
+from robotont_driver.timing.packet_clock import PacketClock
 from robotont_testing.robots import SHIPPED
 from robotont_testing.simulated_wheels import PERIOD, counted, even_wheels, mixed_drive, path_of, rolled, still
 

@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from robotont_driver.limits import Limits, limit_acceleration, limit_speed
+from robotont_driver.command.limits import Limits, limit_acceleration, limit_speed
 
 speeds = st.floats(-5, 5)
 twists = st.tuples(speeds, speeds, speeds)

@@ -6,8 +6,8 @@ import time
 
 import pytest
 
-from robotont_driver import rospy_end
-from robotont_driver.node import signals_wait
+from robotont_driver.ros import rospy_end
+from robotont_driver.ros.node import signals_wait
 
 
 @pytest.fixture

@@ -4,11 +4,11 @@ import mpmath
 import numpy as np
 import pytest
 
-from robotont_driver import se2
-from robotont_driver.covariance import Covariance
-from robotont_driver.kinematics import Kinematics
-from robotont_driver.odometry import LONGEST_HOLD, Pose, WheelOdometry
-from robotont_driver.wheels import read_wheels
+from robotont_driver.kinematics import se2
+from robotont_driver.kinematics.kinematics import Kinematics
+from robotont_driver.kinematics.wheels import read_wheels
+from robotont_driver.odometry.covariance import Covariance
+from robotont_driver.odometry.odometry import LONGEST_HOLD, Pose, WheelOdometry
 from robotont_testing.robots import SHIPPED
 
 KINEMATICS = Kinematics(read_wheels(SHIPPED))

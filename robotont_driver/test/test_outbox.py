@@ -1,4 +1,4 @@
-from robotont_driver.outbox import LONGEST_QUEUE, Outbox
+from robotont_driver.link.outbox import LONGEST_QUEUE, Outbox
 
 
 def test_of_commands_only_the_newest_waits():

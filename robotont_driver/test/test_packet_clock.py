@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from robotont_driver.packet_clock import SECOND, TICK, PacketClock
+from robotont_driver.timing.packet_clock import SECOND, TICK, PacketClock
 
 PERIOD = 0.02  # [s]
 EPOCH = 1_700_000_000 * SECOND

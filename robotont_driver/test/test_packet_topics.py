@@ -2,9 +2,9 @@
 
 import pytest
 
-from robotont_driver import packet_topics
-from robotont_driver.packet_topics import SharedPacketTopic, deliver
-from robotont_driver.protocol import Packet, parse_packet
+from robotont_driver.protocol.protocol import Packet, parse_packet
+from robotont_driver.ros import packet_topics
+from robotont_driver.ros.packet_topics import SharedPacketTopic, deliver
 
 
 class FakePublisher:

@@ -1,18 +1,18 @@
 import pytest
 
-from robotont_driver.driver_node import PARAMETERS as DRIVER
-from robotont_driver.driver_node import check as check_driver
-from robotont_driver.motor import counts_in_reach
-from robotont_driver.node import COMMON_PARAMETERS
-from robotont_driver.odom_node import PARAMETERS as ODOM
-from robotont_driver.odom_node import check as check_odom
-from robotont_driver.parameters import ParameterError, read_parameters, shown
-from robotont_driver.robotont_node import PARAMETERS as ROBOTONT
-from robotont_driver.robots import read_robot, shipped
-from robotont_driver.serial_com_node import PARAMETERS as SERIAL_COM
-from robotont_driver.serial_com_node import check as check_serial_com
-from robotont_driver.timeouts import check_repetition
-from robotont_driver.wheels import read_wheels
+from robotont_driver.command.timeouts import check_repetition
+from robotont_driver.kinematics.motor import counts_in_reach
+from robotont_driver.kinematics.wheels import read_wheels
+from robotont_driver.nodes.driver_node import PARAMETERS as DRIVER
+from robotont_driver.nodes.driver_node import check as check_driver
+from robotont_driver.nodes.odom_node import PARAMETERS as ODOM
+from robotont_driver.nodes.odom_node import check as check_odom
+from robotont_driver.nodes.robotont_node import PARAMETERS as ROBOTONT
+from robotont_driver.nodes.serial_com_node import PARAMETERS as SERIAL_COM
+from robotont_driver.nodes.serial_com_node import check as check_serial_com
+from robotont_driver.parameters.parameters import ParameterError, read_parameters, shown
+from robotont_driver.robots.robot_folder import read_robot, shipped
+from robotont_driver.ros.node import COMMON_PARAMETERS
 from robotont_testing.robots import SHIPPED
 
 TIMEOUT = "a finite number from 0.05 to 2 [s]: for so long the robot drives on when its commander dies"

@@ -8,14 +8,14 @@ import time
 
 import pytest
 
-from robotont_driver import port_owner
-from robotont_driver.serial_link import SerialLink, explain
+from robotont_driver.link import port_owner
+from robotont_driver.link.serial_link import SerialLink, explain
 from robotont_testing.harness import wait_for
 from robotont_testing.port_owners import given_away, program
 
 OWNER = """
 import os, sys, time
-from robotont_driver import port_owner
+from robotont_driver.link import port_owner
 master, slave = os.openpty()
 os.symlink(os.ttyname(slave), sys.argv[1])
 port_owner.sign(sys.argv[1], os.ttyname(slave))

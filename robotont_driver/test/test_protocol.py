@@ -7,7 +7,7 @@ from feedback_bench import reader, total
 from hypothesis import given
 from hypothesis import strategies as st
 
-from robotont_driver.protocol import (
+from robotont_driver.protocol.protocol import (
     LONGEST_LINE,
     QUESTION,
     CheckedPacket,

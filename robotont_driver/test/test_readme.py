@@ -4,14 +4,15 @@ from pathlib import Path
 import pytest
 import yaml
 
-from robotont_driver import kinematics, solvers
-from robotont_driver.driver_node import PARAMETERS as DRIVER
-from robotont_driver.kinematics import Kinematics
-from robotont_driver.odom_node import PARAMETERS as ODOM
-from robotont_driver.parameters import markdown_rows
-from robotont_driver.robotont_node import PARAMETERS as ROBOTONT
-from robotont_driver.serial_com_node import PARAMETERS as SERIAL_COM
-from robotont_driver.wheels import KEYS, read_wheels
+from robotont_driver.kinematics import kinematics
+from robotont_driver.kinematics import least_squares as solvers
+from robotont_driver.kinematics.kinematics import Kinematics
+from robotont_driver.kinematics.wheels import KEYS, read_wheels
+from robotont_driver.nodes.driver_node import PARAMETERS as DRIVER
+from robotont_driver.nodes.odom_node import PARAMETERS as ODOM
+from robotont_driver.nodes.robotont_node import PARAMETERS as ROBOTONT
+from robotont_driver.nodes.serial_com_node import PARAMETERS as SERIAL_COM
+from robotont_driver.parameters.parameters import markdown_rows
 from robotont_testing.robots import SHIPPED
 
 ROOT = Path(__file__).resolve().parents[2]

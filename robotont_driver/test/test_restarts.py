@@ -12,9 +12,9 @@ import numpy as np
 import pytest
 from dialect_bench import REACH, official_wheels
 
-from robotont_driver.dialects import make_dialect
-from robotont_driver.kinematics import Kinematics
-from robotont_driver.odometry import WheelOdometry
+from robotont_driver.kinematics.kinematics import Kinematics
+from robotont_driver.odometry.odometry import WheelOdometry
+from robotont_driver.protocol.dialects import make_dialect
 
 PERIOD = 0.02
 EDGES_PER_METRE = 1200 / (2 * math.pi * 0.035)

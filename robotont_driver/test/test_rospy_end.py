@@ -4,7 +4,7 @@ import threading
 
 from rosgraph.xmlrpc import ThreadingXMLRPCServer, XmlRpcHandler, XmlRpcNode
 
-from robotont_driver import rospy_end
+from robotont_driver.ros import rospy_end
 from robotont_testing.harness import wait_for
 
 

@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.linalg import expm
 
-from robotont_driver import se2
+from robotont_driver.kinematics import se2
 
 LENGTH = st.floats(-10.0, 10.0)
 ANGLE = st.floats(-7.0, 7.0)

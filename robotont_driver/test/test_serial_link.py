@@ -8,10 +8,10 @@ import time
 
 import pytest
 
-from robotont_driver import serial_link
-from robotont_driver.protocol import FeedbackReader, add_checksum, format_packet
-from robotont_driver.serial_link import SerialLink, explain
-from robotont_driver.stall_watch import StallWatch
+from robotont_driver.link import serial_link
+from robotont_driver.link.serial_link import SerialLink, explain
+from robotont_driver.protocol.protocol import FeedbackReader, add_checksum, format_packet
+from robotont_driver.timing.starvation import StallWatch
 from robotont_testing.harness import wait_for
 from robotont_testing.stand_in_board import Board
 
@@ -347,7 +347,7 @@ def test_programs_that_ignore_locks_cannot_open_a_real_port():
 def test_a_pseudo_terminal_can_be_opened_again_after_kill_9(port):
     """The kernel would keep the mark of a killed process for as long as the other end lives."""
     with Board(str(port)):
-        code = ("import sys, time; from robotont_driver.serial_link import SerialLink; "
+        code = ("import sys, time; from robotont_driver.link.serial_link import SerialLink; "
                 "link = SerialLink(sys.argv[1], 115200, print, print, lambda: b'', print); link.start(); "
                 "time.sleep(100)")
         program = ["setpriv", "--bounding-set=-sys_admin", "/usr/bin/python3", "-u", "-c", code, str(port)]

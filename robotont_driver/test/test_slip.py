@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 from scipy.stats import chi2
 
-from robotont_driver.kinematics import Kinematics
-from robotont_driver.odometry import WheelOdometry
-from robotont_driver.slip import WINDOW, CommandWatch, SlipDetector, chi_square_limit, chi_square_tail
-from robotont_driver.wheels import read_wheels
+from robotont_driver.kinematics.kinematics import Kinematics
+from robotont_driver.kinematics.wheels import read_wheels
+from robotont_driver.odometry.odometry import WheelOdometry
+from robotont_driver.odometry.slip import WINDOW, CommandWatch, SlipDetector, chi_square_limit, chi_square_tail
 from robotont_testing.robots import SHIPPED
 from robotont_testing.simulated_wheels import PERIOD, counted, end_pose, even_wheels, mixed_drive, rolled
 

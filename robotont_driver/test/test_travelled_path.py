@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from robotont_driver.travelled_path import Sample, Trail, distance
+from robotont_driver.nodes.travelled_path import Sample, Trail, distance
 
 PERIOD = 0.02  # [s] between odometry messages
 

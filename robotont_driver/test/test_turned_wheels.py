@@ -2,8 +2,8 @@ from pathlib import Path
 
 import pytest
 
-from robotont_driver.turned_wheels import TurnedWheels, main
-from robotont_driver.wheel_file import read_wheel_file
+from robotont_driver.robots.wheel_file import read_wheel_file
+from robotont_driver.tools.turned_wheels import TurnedWheels, main
 from robotont_testing.board_port import BoardPort
 from robotont_testing.dc_motors import Motors
 from robotont_testing.official_boards import BOARDS

@@ -3,9 +3,9 @@
 import numpy as np
 from scipy.stats import chi2
 
-from robotont_driver.kinematics import Kinematics
-from robotont_driver.odometry import WheelOdometry
-from robotont_driver.wheels import read_wheels
+from robotont_driver.kinematics.kinematics import Kinematics
+from robotont_driver.kinematics.wheels import read_wheels
+from robotont_driver.odometry.odometry import WheelOdometry
 from robotont_testing.robots import SHIPPED
 from robotont_testing.simulated_wheels import PERIOD, counted, rolled
 

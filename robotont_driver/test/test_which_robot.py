@@ -2,7 +2,7 @@ import time
 
 import pytest
 
-from robotont_driver.which_robot import main
+from robotont_driver.tools.which_robot import main
 from robotont_testing.board_port import BoardPort
 from robotont_testing.dc_motors import Motors
 from robotont_testing.official_boards import BOARDS

@@ -24,8 +24,8 @@ from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
 
 from robotont_description.geometry import robot_radius
-from robotont_driver.robots import read_robot
-from robotont_driver.se2 import pose_of
+from robotont_driver.kinematics.se2 import pose_of
+from robotont_driver.robots.robot_folder import read_robot
 from robotont_map_navigation.floor_map import FloorMap
 from robotont_simulator.world import OCCUPIED, draw_map, read_world
 from robotont_testing.harness import Master, wait_for

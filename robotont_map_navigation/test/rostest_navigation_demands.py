@@ -15,8 +15,8 @@ from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
 from tf2_msgs.msg import TFMessage
 
-from robotont_driver.driver_node import PARAMETERS
-from robotont_driver.se2 import pose_of
+from robotont_driver.kinematics.se2 import pose_of
+from robotont_driver.nodes.driver_node import PARAMETERS
 from robotont_testing import places
 from robotont_testing.harness import Processes, wait_for
 from robotont_testing.node_test import NodeTest, twist

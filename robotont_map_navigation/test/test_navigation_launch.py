@@ -10,7 +10,7 @@ from navigation_tools import NAVIGATION_PACKAGES, ROOT, missing, read_launch, ro
 from roslaunch import RLException
 
 from robotont_description.geometry import robot_radius
-from robotont_driver.wheels import read_wheels
+from robotont_driver.kinematics.wheels import read_wheels
 from robotont_map_navigation import map_file
 from robotont_simulator.world import read_world, write_map
 from robotont_testing.robots import ROBOTONT2, SHIPPED, robot_folder

@@ -7,8 +7,8 @@ import pytest
 import yaml
 from navigation_tools import NAVIGATION, PACKAGE, read_launch, running  # noqa: F401
 
-from robotont_driver import driver_node
-from robotont_driver.parameters import markdown_rows, read_parameters
+from robotont_driver.nodes import driver_node
+from robotont_driver.parameters.parameters import markdown_rows, read_parameters
 from robotont_map_navigation import localization_monitor
 from robotont_testing import places
 

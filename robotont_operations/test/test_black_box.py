@@ -12,7 +12,7 @@ import rosbag
 from rosgraph_msgs.msg import Log
 from std_msgs.msg import String
 
-from robotont_driver.parameters import markdown_rows
+from robotont_driver.parameters.parameters import markdown_rows
 from robotont_operations.black_box import BlackBox, Record, bags_of, merge, runs_in
 from robotont_operations.recorder_node import PARAMETERS, trouble
 

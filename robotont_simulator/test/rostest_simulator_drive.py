@@ -11,7 +11,7 @@ import yaml
 from simulation_test import LINK, SimulationTest, pose
 from std_srvs.srv import SetBool
 
-from robotont_driver.se2 import between, wrap
+from robotont_driver.kinematics.se2 import between, wrap
 from robotont_testing.harness import wait_for
 from robotont_testing.node_test import ERROR, OK
 from robotont_testing.robots import WHEEL_PARAMS

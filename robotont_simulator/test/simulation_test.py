@@ -8,7 +8,7 @@ from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import LaserScan
 
-from robotont_driver.se2 import between, pose_of, wrap
+from robotont_driver.kinematics.se2 import between, pose_of, wrap
 from robotont_testing import places
 from robotont_testing.harness import Processes, wait_for
 from robotont_testing.node_test import OK, NodeTest, twist

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from robot_runs import run_in
 
-from robotont_driver.board_status import DRIVER_FAULT, NO_COUNTS, OVERLOAD, WRONG_WAY
+from robotont_driver.protocol.board_status import DRIVER_FAULT, NO_COUNTS, OVERLOAD, WRONG_WAY
 from robotont_simulator.simulation import REVERSED, UNPLUGGED
 
 UNIT = 2 * math.pi / 1200 * 50  # [rad/s] of a wheel

@@ -7,11 +7,11 @@ import pytest
 from robot_runs import ROBOTS
 from scipy.stats import chi2
 
-from robotont_driver import se2
-from robotont_driver.gyro import SECOND, Gyro, GyroFusion
-from robotont_driver.kinematics import Kinematics
-from robotont_driver.odometry import WheelOdometry
-from robotont_driver.wheels import read_wheels
+from robotont_driver.kinematics import se2
+from robotont_driver.kinematics.kinematics import Kinematics
+from robotont_driver.kinematics.wheels import read_wheels
+from robotont_driver.odometry.gyro import SECOND, Gyro, GyroFusion
+from robotont_driver.odometry.odometry import WheelOdometry
 from robotont_simulator import imu
 from robotont_simulator.lockstep import LockstepRun
 from robotont_simulator.simulation import Simulation

@@ -18,7 +18,7 @@ from geometry_msgs.msg import Twist
 from recorded_pads import PADS, RETURN_OF_A_STICK
 from std_msgs.msg import String
 
-from robotont_driver.parameters import read_parameters
+from robotont_driver.parameters.parameters import read_parameters
 from robotont_teleop.gamepad import (
     ABS_RX,
     ABS_X,

@@ -23,7 +23,7 @@ while not rospy.is_shutdown():
     time.sleep(0.02)
 """
 PAGE = """
-from robotont_driver.wheels import read_wheels
+from robotont_driver.kinematics.wheels import read_wheels
 from robotont_teleop.robot_view import RobotView
 view = RobotView(read_wheels(rospy.get_param("/")), "camera")
 """
@@ -33,7 +33,7 @@ output = HandOutput()
 rospy.on_shutdown(lambda: output.send((0.0, 0.0, 0.0)))
 """
 MUX = """
-from robotont_driver.node import own_parameters
+from robotont_driver.ros.node import own_parameters
 from robotont_teleop.cmd_vel_mux import PARAMETERS, CmdVelMux
 CmdVelMux(own_parameters(PARAMETERS))
 """

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 import yaml
 
-from robotont_driver.parameters import markdown_rows, read_parameters
+from robotont_driver.parameters.parameters import markdown_rows, read_parameters
 from robotont_teleop import cmd_vel_mux, gamepad_teleop, keyboard_teleop, web_teleop_node
 from robotont_testing import places
 

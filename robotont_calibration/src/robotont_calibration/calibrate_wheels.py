@@ -12,7 +12,7 @@ from robotont_calibration.calibration_runs import taped_run, tracked_run, turns
 from robotont_calibration.cross_validation import cross_validate, next_run
 from robotont_calibration.recordings import FORMATS, read_recording
 from robotont_calibration.wheel_file_writer import with_values
-from robotont_driver.wheel_file import read_wheel_file
+from robotont_driver.robots.wheel_file import read_wheel_file
 
 TRACKED = (0.002, math.radians(0.2))  # [m], [rad] error of a ground truth's poses, and of their stamps
 TAPED = (0.003, math.radians(0.7))    # [m], [rad] error of a tape and a ruler on the floor

@@ -5,8 +5,8 @@ from typing import NamedTuple, Tuple
 
 import numpy as np
 
-from robotont_driver import se2
-from robotont_driver.kinematics import Kinematics
+from robotont_driver.kinematics import se2
+from robotont_driver.kinematics.kinematics import Kinematics
 
 TURNING = math.radians(30)  # runs in which the heading changes by more than this determine the measured point
 LONGEST_GAP = 5.0    # [s] between two packets of a run; all that the wheels turned within is missing

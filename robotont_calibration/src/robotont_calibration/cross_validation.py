@@ -9,8 +9,8 @@ from scipy.stats import ttest_rel
 from robotont_calibration import drives
 from robotont_calibration.calibration import calibrate, information
 from robotont_calibration.calibration_runs import Run, errors_along, poses_at_marks, repeats, taped_run
-from robotont_driver.kinematics import Kinematics
-from robotont_driver.wheels import read_wheels
+from robotont_driver.kinematics.kinematics import Kinematics
+from robotont_driver.kinematics.wheels import read_wheels
 
 WORTH = 0.95     # more radii are taken when they leave less than this part of the error on held-out runs ...
 CHANCE = 0.025   # ... and by chance that much less would be rarer than this

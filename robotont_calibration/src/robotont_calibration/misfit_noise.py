@@ -8,9 +8,9 @@ from scipy.linalg import block_diag, cho_solve_banded, cholesky_banded
 from scipy.optimize import minimize
 
 from robotont_calibration.calibration_runs import seen_from, steps_of
-from robotont_driver import se2
-from robotont_driver.kinematics import Kinematics
-from robotont_driver.wheel_noise import READING_VARIANCE, variance_per_edge
+from robotont_driver.kinematics import se2
+from robotont_driver.kinematics.kinematics import Kinematics
+from robotont_driver.odometry.wheel_noise import READING_VARIANCE, variance_per_edge
 
 NOISE_TIE = np.log((3.0, 1.5))  # by what factors the wheels' noise and the measurement's may be off before the runs
 BAND = 6             # numbers of two neighbouring stretches

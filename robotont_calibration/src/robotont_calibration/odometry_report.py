@@ -11,9 +11,9 @@ from robotont_calibration.arguments import coordinates
 from robotont_calibration.recordings import FORMATS, Recording, RecordingError, read_recording
 from robotont_calibration.trajectory import ALIGNMENTS, Trajectory, write_tum
 from robotont_calibration.trajectory_errors import Report
-from robotont_driver import se2
-from robotont_driver.kinematics import Kinematics
-from robotont_driver.wheel_file import read_wheel_file
+from robotont_driver.kinematics import se2
+from robotont_driver.kinematics.kinematics import Kinematics
+from robotont_driver.robots.wheel_file import read_wheel_file
 
 
 def parse(arguments):
@@ -81,7 +81,7 @@ def listen(topics, seconds):
     from rostopic import get_topic_class
     from std_msgs.msg import String
 
-    from robotont_driver.rospy_end import init_tool
+    from robotont_driver.ros.rospy_end import init_tool
 
     if not rosgraph.is_master_online():
         raise RecordingError(f"found no ROS master at {rosgraph.get_master_uri()}; is the robot running?")

@@ -16,11 +16,11 @@ from pathlib import Path
 import numpy as np
 
 from robotont_calibration.trajectory import Trajectory
-from robotont_driver.odometry import LONGEST_HOLD, Pose, WheelOdometry
-from robotont_driver.packet_clock import SECOND, PacketClock
-from robotont_driver.parameters import shown
-from robotont_driver.protocol import LONGEST_LINE, PacketError, parse_packet
-from robotont_driver.se2 import yaw_of
+from robotont_driver.kinematics.se2 import yaw_of
+from robotont_driver.odometry.odometry import LONGEST_HOLD, Pose, WheelOdometry
+from robotont_driver.parameters.parameters import shown
+from robotont_driver.protocol.protocol import LONGEST_LINE, PacketError, parse_packet
+from robotont_driver.timing.packet_clock import SECOND, PacketClock
 
 FORMATS = ("auto", "optiodom")
 NOISE = 0.0  # these odometries need no covariance

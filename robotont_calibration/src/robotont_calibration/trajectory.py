@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from robotont_driver import se2
+from robotont_driver.kinematics import se2
 
 ALIGNMENTS = ("origin", "best", "none")
 

@@ -18,7 +18,7 @@ from robotont_demo.picture import draw
 from robotont_demo.recording import Recorder, end_error
 from robotont_demo.robots import IdealMotors, Simulated
 from robotont_demo.scenario import commanded_path, plan
-from robotont_driver.robots import read_robot, take_robot
+from robotont_driver.robots.robot_folder import read_robot, take_robot
 from robotont_testing.harness import Master
 
 

@@ -9,7 +9,7 @@ from diagnostic_msgs.msg import DiagnosticArray
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import JointState
 
-from robotont_driver import se2
+from robotont_driver.kinematics import se2
 
 
 class TimedPoses(NamedTuple):

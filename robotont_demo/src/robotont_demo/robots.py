@@ -14,9 +14,9 @@ from nav_msgs.msg import Odometry
 from std_msgs.msg import Float32
 
 from robotont_demo.recording import Track
-from robotont_driver import se2
-from robotont_driver.kinematics import Kinematics
-from robotont_driver.wheels import read_wheels
+from robotont_driver.kinematics import se2
+from robotont_driver.kinematics.kinematics import Kinematics
+from robotont_driver.kinematics.wheels import read_wheels
 from robotont_testing.robots import SHIPPED
 from robotont_testing.stand_in_board import Board
 

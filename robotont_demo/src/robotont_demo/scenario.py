@@ -5,7 +5,7 @@ from typing import NamedTuple, Tuple
 
 import numpy as np
 
-from robotont_driver import se2
+from robotont_driver.kinematics import se2
 
 PERIOD = 0.02             # [s] between commands
 SIDE, RADIUS = 1.0, 0.5   # [m] of the square, of the circle

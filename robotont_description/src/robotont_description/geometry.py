@@ -13,8 +13,8 @@ from pathlib import Path
 
 import rospkg
 
-from robotont_driver.robots import read_robot
-from robotont_driver.yaml_file import read_mapping
+from robotont_driver.parameters.yaml_file import read_mapping
+from robotont_driver.robots.robot_folder import read_robot
 
 
 @functools.lru_cache(maxsize=None)
@@ -60,7 +60,7 @@ def radius_of(whose):
     kind, _, name = whose.partition(":=")
     if kind != "namespace":
         return robot_radius(read_robot(name).wheels)
-    from robotont_driver.node import running_wheels  # here: the simulator needs no ROS for its geometry
+    from robotont_driver.ros.node import running_wheels  # here: the simulator needs no ROS for its geometry
 
     socket.setdefaulttimeout(5.0)  # [s] a master that hangs
     return robot_radius(running_wheels("/" + name.strip("/")))

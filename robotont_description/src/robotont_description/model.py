@@ -5,7 +5,7 @@ from pathlib import Path
 
 import rospkg
 
-from robotont_driver.robots import WHEELS, read_robot
+from robotont_driver.robots.robot_folder import WHEELS, read_robot
 
 XACRO = Path("urdf") / "robotont.urdf.xacro"
 USAGE = "usage: describe [robot:=NAME or FOLDER] [prefix:=robot1/] [official:=true]   prints the URDF"

@@ -1,5 +1,5 @@
-"""Drive a robot with n >= 3 omni wheels: kinematics, odometry, the serial link, and the ROS nodes.
+"""Drive a robot with n >= 3 omni wheels.
 
-Nodes are in modules named after them (`*_node`), on top of `node`, `packet_topics` and `serial_link`. All that is not
-listed in test_pure.py is pure: no ROS, no port, no clock. `dialects` holds one module per kind of board.
+Each folder is a room; a room imports only from those that stand before it here: parameters, timing, kinematics, robots,
+odometry, protocol, link, command, ros, nodes and tools. Rooms up to command are pure, but for link: no ROS, no clock.
 """

@@ -2,7 +2,7 @@
 
 import rospy
 
-from robotont_driver.parameters import is_number
+from robotont_driver.parameters.parameters import is_number
 
 COSTMAP = "move_base/global_costmap/"
 

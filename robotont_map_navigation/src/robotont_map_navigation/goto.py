@@ -16,8 +16,8 @@ from actionlib_msgs.msg import GoalID, GoalStatus, GoalStatusArray
 from move_base_msgs.msg import MoveBaseAction, MoveBaseGoal
 from nav_msgs.msg import OccupancyGrid
 
-from robotont_driver.rospy_end import init_tool
-from robotont_driver.se2 import compose, pose_of, yaw_of
+from robotont_driver.kinematics.se2 import compose, pose_of, yaw_of
+from robotont_driver.ros.rospy_end import init_tool
 from robotont_map_navigation.floor_map import refusal
 from robotont_map_navigation.footprint import base_frame, needed_radius
 from robotont_map_navigation.goal import (

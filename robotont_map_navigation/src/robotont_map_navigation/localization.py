@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from robotont_driver.se2 import compose
+from robotont_driver.kinematics.se2 import compose
 
 FEWEST_RAYS = 10  # of a scan that end somewhere; fewer prove nothing
 

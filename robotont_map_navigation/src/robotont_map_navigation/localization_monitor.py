@@ -11,9 +11,9 @@ from geometry_msgs.msg import PoseWithCovarianceStamped
 from nav_msgs.msg import OccupancyGrid
 from sensor_msgs.msg import LaserScan
 
-from robotont_driver.node import OK, WARN, Health, Worker, robot_name, run_without_wheels
-from robotont_driver.parameters import Parameter
-from robotont_driver.se2 import yaw_of
+from robotont_driver.kinematics.se2 import yaw_of
+from robotont_driver.parameters.parameters import Parameter
+from robotont_driver.ros.node import OK, WARN, Health, Worker, robot_name, run_without_wheels
 from robotont_map_navigation.localization import deviations, fit
 from robotont_map_navigation.messages import floor_map_of
 

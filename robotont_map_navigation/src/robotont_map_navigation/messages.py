@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from robotont_driver.se2 import pose_of
+from robotont_driver.kinematics.se2 import pose_of
 from robotont_map_navigation.floor_map import FloorMap
 
 

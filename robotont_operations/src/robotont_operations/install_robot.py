@@ -12,7 +12,7 @@ from pathlib import Path
 
 import rospkg
 
-from robotont_driver.robots import take_robot
+from robotont_driver.robots.robot_folder import take_robot
 from robotont_operations.installation import (
     KEPT,
     STATE,

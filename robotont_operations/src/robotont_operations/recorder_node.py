@@ -8,8 +8,8 @@ import time
 
 import rospy
 
-from robotont_driver.node import ERROR, OK, WARN, Health, Worker, robot_name, run_without_wheels
-from robotont_driver.parameters import Parameter
+from robotont_driver.parameters.parameters import Parameter
+from robotont_driver.ros.node import ERROR, OK, WARN, Health, Worker, robot_name, run_without_wheels
 from robotont_operations.black_box import BlackBox, Record
 
 PARAMETERS = (

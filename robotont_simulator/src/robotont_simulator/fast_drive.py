@@ -8,8 +8,8 @@ from pathlib import Path
 
 from robotont_calibration.drives import DRIVES, PAUSE, REST
 from robotont_calibration.recordings import write_csv
-from robotont_driver import se2
-from robotont_driver.wheel_file import read_wheel_file
+from robotont_driver.kinematics import se2
+from robotont_driver.robots.wheel_file import read_wheel_file
 from robotont_simulator.lockstep import LockstepRun
 from robotont_simulator.simulation import Simulation
 from robotont_simulator.world import World, read_world

@@ -1,9 +1,9 @@
 """A PC and a board in one process, as fast as the machine allows: for fast_drive, tests and benchmarks."""
 
-from robotont_driver.kinematics import Kinematics
-from robotont_driver.motor import counts_in_reach
-from robotont_driver.odometry import WheelOdometry
-from robotont_driver.protocol import FeedbackReader, add_checksum, format_packet
+from robotont_driver.kinematics.kinematics import Kinematics
+from robotont_driver.kinematics.motor import counts_in_reach
+from robotont_driver.odometry.odometry import WheelOdometry
+from robotont_driver.protocol.protocol import FeedbackReader, add_checksum, format_packet
 from robotont_firmware.controller import Controller
 from robotont_simulator.simulated_board import SimulatedBoard, configuration
 

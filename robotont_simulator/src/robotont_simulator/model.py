@@ -4,7 +4,7 @@ import math
 from xml.etree import ElementTree
 
 from robotont_description.geometry import lower_plate_radius, robot_radius
-from robotont_driver.motor import NO_LOAD_SPEED
+from robotont_driver.kinematics.motor import NO_LOAD_SPEED
 from robotont_simulator.world import HEIGHT
 
 TIMESTEP = 0.002       # [s]

@@ -6,7 +6,7 @@ import random
 import select
 import tty
 
-from robotont_driver import port_owner
+from robotont_driver.link import port_owner
 
 
 class PortError(OSError):

@@ -6,8 +6,8 @@ from typing import NamedTuple, Tuple
 
 import numpy as np
 
-from robotont_driver.parameters import fault, is_number, shown
-from robotont_driver.yaml_file import read_mapping
+from robotont_driver.parameters.parameters import fault, is_number, shown
+from robotont_driver.parameters.yaml_file import read_mapping
 
 WALL_THICKNESS = 0.1  # [m]
 HEIGHT = 0.4          # [m] of walls and boxes

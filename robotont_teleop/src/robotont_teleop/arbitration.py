@@ -5,7 +5,7 @@ A twist is (v_x [m/s], v_y [m/s], omega [rad/s]). Times [s] are the caller's, fr
 
 from typing import NamedTuple
 
-from robotont_driver.emergency_stop import StandFirst
+from robotont_driver.command.emergency_stop import StandFirst
 
 STOP = (0.0, 0.0, 0.0)
 NOBODY, EMERGENCY_STOP = "nobody", "emergency stop"

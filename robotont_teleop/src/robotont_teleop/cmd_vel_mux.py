@@ -10,13 +10,13 @@ from geometry_msgs.msg import Twist
 from std_msgs.msg import String
 from std_srvs.srv import Trigger, TriggerResponse
 
-from robotont_driver.arrivals import Arrivals
-from robotont_driver.clocks import boot_time
-from robotont_driver.command_stream import refuse
-from robotont_driver.node import OK, WARN, DroppingPublisher, Health, Worker, robot_name, run_without_wheels
-from robotont_driver.outages import OutageWatch
-from robotont_driver.parameters import Parameter
-from robotont_driver.refusals import Refusals
+from robotont_driver.command.command_stream import refuse
+from robotont_driver.command.message_age import Arrivals
+from robotont_driver.parameters.parameters import Parameter
+from robotont_driver.ros.clocks import boot_time
+from robotont_driver.ros.log_throttle import Refusals
+from robotont_driver.ros.node import OK, WARN, DroppingPublisher, Health, Worker, robot_name, run_without_wheels
+from robotont_driver.ros.reconnection import OutageWatch
 from robotont_teleop.arbitration import STOP, Arbiter, Input
 from robotont_teleop.twist_message import twist_message
 

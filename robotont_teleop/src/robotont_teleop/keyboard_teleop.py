@@ -11,9 +11,9 @@ import tty
 import rosgraph
 import rospy
 
-from robotont_driver.node import answer_help, own_parameters
-from robotont_driver.parameters import Parameter
-from robotont_driver.rospy_end import end_soon, init_tool
+from robotont_driver.parameters.parameters import Parameter
+from robotont_driver.ros.node import answer_help, own_parameters
+from robotont_driver.ros.rospy_end import end_soon, init_tool
 from robotont_teleop.hand_output import HandOutput
 from robotont_teleop.keys import EMERGENCY_STOP, QUIT, RELEASE, HeldKeys, split_keys
 from robotont_teleop.speeds import STOP, Speeds

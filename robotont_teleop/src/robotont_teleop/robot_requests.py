@@ -4,7 +4,7 @@ import threading
 
 import rospy
 
-from robotont_driver.node import Worker
+from robotont_driver.ros.node import Worker
 
 
 class NewestGoal:

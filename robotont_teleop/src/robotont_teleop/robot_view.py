@@ -19,10 +19,10 @@ from sensor_msgs.msg import BatteryState, LaserScan, Range
 from std_msgs.msg import String
 from std_srvs.srv import Trigger
 
-from robotont_driver.kinematics import Kinematics
-from robotont_driver.node import DroppingPublisher, Worker
-from robotont_driver.protocol import PacketError, parse_packet
-from robotont_driver.se2 import compose, pose_of, yaw_of
+from robotont_driver.kinematics.kinematics import Kinematics
+from robotont_driver.kinematics.se2 import compose, pose_of, yaw_of
+from robotont_driver.protocol.protocol import PacketError, parse_packet
+from robotont_driver.ros.node import DroppingPublisher, Worker
 from robotont_map_navigation.goal import Goal
 from robotont_map_navigation.goto import GoTo
 from robotont_teleop.camera import Camera

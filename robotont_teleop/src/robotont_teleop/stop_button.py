@@ -1,4 +1,4 @@
-"""The emergency stop as a node for driving by hand sees and presses it; robotont_driver.emergency_stop has the rule."""
+"""The emergency stop as a node for driving by hand sees and presses it; `emergency_stop` of the driver has the rule."""
 
 import threading
 import time
@@ -7,7 +7,7 @@ import rospy
 from std_msgs.msg import Bool, String
 from std_srvs.srv import Trigger
 
-from robotont_driver.node import Worker
+from robotont_driver.ros.node import Worker
 
 OLDEST_REQUEST = 1.0  # [s] a release that could not be asked for within this time is dropped
 

@@ -14,9 +14,18 @@ import qrcode
 import rospkg
 import rospy
 
-from robotont_driver.node import OK, WARN, Health, init_node, own_parameters, robot_name, running_wheels, signals_wait
-from robotont_driver.parameters import Parameter, ParameterError
-from robotont_driver.rospy_end import end_soon
+from robotont_driver.parameters.parameters import Parameter, ParameterError
+from robotont_driver.ros.node import (
+    OK,
+    WARN,
+    Health,
+    init_node,
+    own_parameters,
+    robot_name,
+    running_wheels,
+    signals_wait,
+)
+from robotont_driver.ros.rospy_end import end_soon
 from robotont_teleop.access import Access, is_loopback_address, read_or_make_token
 from robotont_teleop.robot_view import RobotView
 from robotont_teleop.speeds import Speeds

@@ -1,0 +1,75 @@
+"""Omni-wheel kinematics for n >= 3 wheels: the thesis' chapter 3, formulas (1)-(11).
+
+A twist is (v_x [m/s], v_y [m/s], omega [rad/s]) in base_link: x forward, y left, counterclockwise
+positive (REP 103). A wheel speed [m/s] is that of the rim along the wheel's positive driving direction.
+A unit is one encoder edge per PID period, the number that stands in packets.
+"""
+
+import math
+from operator import mul, truediv
+
+import numpy as np
+
+from robotont_driver.kinematics.least_squares import least_squares
+
+
+def wheel_matrix(wheels):
+    """Formulas (1) and (6): n x 3, wheel speeds [m/s] = matrix @ (v_x [m/s], v_y [m/s], omega [rad/s]).
+
+    Row i is (cos theta_i, sin theta_i, +-R_i) with theta_i [rad] the wheel's direction in base_link; the
+    sign is negative where the robot turns clockwise when all wheels turn positive.
+    """
+    return np.array([
+        (math.cos(direction), math.sin(direction), wheels.rotation * distance)
+        for direction, distance in zip(wheels.directions, wheels.distances)
+    ])
+
+
+def units_per_speed(wheels):
+    """Formula (5), wheelSpeedToMainboardUnits: n factors [units per m/s]."""
+    return 1.0 / (np.array(wheels.metres_per_edge) * wheels.pid_frequency)
+
+
+class Kinematics:
+    """Twist to units and back, for one set of `wheels`: one at a time in plain numbers, many by the matrices.
+
+    solver: one of solvers.SOLVERS, for n > 3 wheels. excluded: indices of wheels that twists are computed without.
+    """
+
+    def __init__(self, wheels, solver=least_squares, excluded=()):
+        self.wheels = wheels
+        self.solver = solver
+        self.matrix = wheel_matrix(wheels)              # (6)
+        self.units_per_speed = units_per_speed(wheels)  # (5)
+        included = [wheel for wheel in range(wheels.amount) if wheel not in excluded]
+        self.inverse = solver(self.matrix, included)    # (7), 3 x n; 0 in the columns of excluded wheels
+        self._rows, self._inverse_rows, self._units_per_speed = (
+            array.tolist() for array in (self.matrix, self.inverse, self.units_per_speed))
+
+    def wheel_speeds(self, twist):
+        """Wheel speeds [m/s], a list of n, of a twist: formula (1), v_i = R omega + |v| cos(theta_i - phi).
+
+        |v| cos(theta - phi) = v_x cos(theta) + v_y sin(theta) spares (2) and (3).
+        """
+        x, y, omega = twist
+        return [cos * x + sin * y + distance * omega for cos, sin, distance in self._rows]
+
+    def units_of_twist(self, twist):
+        """Units, a list of n, that a packet to the board carries for a twist: formula (4)."""
+        return list(map(mul, self._units_per_speed, self.wheel_speeds(twist)))
+
+    def speeds_of_units(self, units):
+        """Wheel speeds [m/s], a list of n, of units: formula (8)."""
+        return list(map(truediv, units, self._units_per_speed))
+
+    def twist_of_speeds(self, speeds):
+        """Twist, a tuple of 3, of wheel speeds [m/s], n: formulas (9)-(11).
+
+        With more than three wheels the speeds may disagree (noise, slip); the solver decides: by default the
+        twist with the least sum of squared differences.
+        """
+        return tuple([sum(map(mul, row, speeds)) for row in self._inverse_rows])
+
+    def twist_of_units(self, units):
+        """Twist, a tuple of 3, of the units in a packet from the board: formulas (8)-(11)."""
+        return self.twist_of_speeds(self.speeds_of_units(units))

@@ -1,0 +1,339 @@
+"""A serial port that may come and go: bytes in without polling, newest command out without waiting."""
+
+import contextlib
+import errno
+import fcntl
+import os
+import select
+import sys
+import termios
+import threading
+import time
+
+import serial
+
+from robotont_driver.link.outbox import Outbox
+from robotont_driver.link.port_owner import is_pseudo_terminal, refusal, users_of
+from robotont_driver.timing.starvation import StallWatch
+
+READ_SIZE = 4096    # [bytes]
+BITS_OF_A_BYTE = 10  # on the serial line, with start and stop
+FULL_LINE = 0.005   # [s] after which a driver that still has bytes to send is checked again
+ADVICE = {
+    errno.EACCES: "add your user to the group dialout (sudo usermod -aG dialout $USER) and log in again",
+    errno.ENOENT: "is the board plugged in, and is this the right port?",
+}
+BUSY = (errno.EAGAIN, errno.EBUSY)  # locked by another program, or marked as its own
+
+
+class SerialLink:
+    """Keeps a serial port open, in one thread, and survives whatever happens to it.
+
+    received(data): called with bytes as they come. changed(trouble): called once per change, with None
+    when the port is open and with a message when it is not; both are called from the link's thread.
+    stop_packet() gives the bytes that are sent once when nothing was sent for `write_timeout` [s]; it may give none.
+    failed(error): called with an exception that one of these calls, or the link itself, has raised; the link goes on.
+
+    Lines are never joined in one write, and with `pace` no line follows another too soon. The driver of the port never
+    holds more than two lines, so that no command waits behind old ones. What waited for this process while it was
+    stopped or starved for `write_timeout` is not sent.
+    """
+
+    def __init__(self, port, baudrate, received, changed, stop_packet, failed, write_timeout=0.5, retry_period=0.5):
+        self._name = port
+        self._baudrate = baudrate
+        self._received = received
+        self._changed = changed
+        self._stop_packet = stop_packet
+        self._failed = failed
+        self._write_timeout = write_timeout
+        self._retry_period = retry_period
+        self._tick_period = write_timeout / 8  # [s] of the watch for stalls
+        self._lock = threading.Lock()
+        self._descriptor = None  # of the port; None while it is closed
+        self._tried = False     # whether it has been attempted to open the port
+        self._rest = b""        # of a line that is half written: it must be finished first
+        self._outbox = Outbox(BITS_OF_A_BYTE / baudrate)  # what waits behind it
+        self._newest_length = 0  # [bytes] of the newest line that was written
+        self._deadline = None   # [s] when to send the stop packet
+        self._closing = False
+        self._close_by = None   # [s] when to give up sending the last packet
+        self._woken, self._wake = os.pipe()
+        os.set_blocking(self._wake, False)
+        self.trouble = "not opened yet"  # None while the port is open
+        self.opened = 0         # times
+        self.sent = 0           # lines
+        self.unsent = 0         # packets given while the port was closed
+        self.timeouts = 0       # stop packets sent
+        self.outdated = 0       # packets that waited for this process for too long
+        self.failures = 0       # exceptions out of callbacks, and of this class
+        self.failure = ""       # description of the newest
+        self.stalls = StallWatch(write_timeout / 2, time.monotonic())  # of this process
+        self._thread = threading.Thread(target=self._run, daemon=True)
+
+    def start(self):
+        """Begin: from now on the callbacks may be called."""
+        self._thread.start()
+
+    @property
+    def replaced(self):
+        """Packets that a newer one overtook before they were sent."""
+        return self._outbox.replaced
+
+    def pace(self, pacing):
+        """From now on let at least `pacing` [s] pass between the beginnings of two lines; 0: as fast as may be."""
+        with self._lock:
+            self._outbox.pacing = pacing
+
+    def earliest_arrival(self):
+        """[s] on the monotonic clock: when a message that is handled now may have arrived at the earliest."""
+        with self._lock:
+            return self.stalls.earliest_arrival(time.monotonic())
+
+    def send(self, packet, arrived=None):
+        """Send bytes as soon as the line takes them. Never blocks; a newer packet replaces a waiting one.
+
+        arrived: `earliest_arrival` of the command; None: as of now. Older than `write_timeout` it is not sent.
+        After `close` nothing is sent any more: its packet is the last one.
+        """
+        with self._lock:
+            if self._closing:
+                return
+            now = time.monotonic()
+            deadline = (self.stalls.earliest_arrival(now) if arrived is None else arrived) + self._write_timeout
+            if deadline <= now:
+                self.outdated += 1
+                return
+            self._deadline = deadline
+            if self._descriptor is None:
+                self.unsent += 1
+            else:
+                self._queue(self._outbox.put, packet)
+
+    def hurry(self, line, pause):
+        """Send a line before all packets, then nothing for `pause` [s]."""
+        self._send_line(self._outbox.hurry, line, pause)
+
+    def add(self, line):
+        """Send a line when no packet waits."""
+        self._send_line(self._outbox.add, line)
+
+    def _send_line(self, put, *arguments):
+        with self._lock:
+            if self._descriptor is not None and not self._closing:
+                self._queue(put, *arguments)
+
+    def close(self, packet, goodbye=b"", pause=0.0):
+        """Send `goodbye`, after a pause [s] a last packet, close the port and end the thread."""
+        with self._lock:
+            if self._descriptor is not None:
+                self._outbox.hurry(goodbye, pause)
+                self._queue(self._outbox.put, packet)
+            self._closing = True
+            self._close_by = time.monotonic() + self._write_timeout + pause
+        self._notify()
+        self._thread.join(self._retry_period + self._write_timeout + pause)
+
+    def _queue(self, put, *arguments):
+        waited = bool(self._rest or self._outbox)
+        put(*arguments)
+        self._write()
+        if not waited and (self._rest or self._outbox):
+            self._notify()  # the thread has to wait for room, or for the time, from now on
+
+    def _write(self):
+        """Write what the line takes now."""
+        try:
+            while self._rest or self._take_line():
+                self._rest = self._rest[os.write(self._descriptor, self._rest):]
+                if not self._rest:
+                    self._outbox.written(time.monotonic())
+        except OSError:
+            pass  # full, or gone, which the thread notices by itself
+
+    def _take_line(self):
+        """Take the line to write now, if any; returns whether there is one. Raises OSError.
+
+        The driver must not hold more than two lines, and none before a paced one, which would join it.
+        """
+        now = time.monotonic()
+        self._stop_when_silent(now)  # rather than to send a command that has waited for too long
+        if not self._outbox or waiting_bytes(self._descriptor) > (0 if self._outbox.pacing else self._newest_length):
+            return False
+        self._rest = self._outbox.take(now)
+        if self._rest:
+            self._newest_length = len(self._rest)
+            self.sent += 1
+        return bool(self._rest)
+
+    def _notify(self):
+        with contextlib.suppress(BlockingIOError):  # when full, it has been woken often enough
+            os.write(self._wake, b"!")
+
+    def _run(self):
+        while not self._closing:
+            try:
+                check_owner(self._name)
+                with serial.Serial(self._name, self._baudrate, timeout=0, exclusive=True) as port, claimed(port):
+                    self._opened(port.fileno())
+                    try:
+                        self._serve(port.fileno())
+                    finally:
+                        with self._lock:  # no thread may write to a descriptor that is closed, or opened by others
+                            self._descriptor = None
+            except (OSError, ValueError, termios.error) as error:  # pyserial's own errors are OSErrors
+                self._lost(explain(self._name, error))
+            except Exception as error:  # without this thread nothing would stop the robot
+                self._note_failure(error)
+                self._lost(f"{self._name}: {self.failure}")
+            self._wait(self._retry_period)
+
+    def _call(self, callback, *arguments):
+        """Result of a callback; None where it raises."""
+        try:
+            return callback(*arguments)
+        except Exception as error:  # a fault in there is not one of the port, and must not end the thread
+            self._note_failure(error)
+            return None
+
+    def _note_failure(self, error):
+        self.failures += 1
+        self.failure = f"{type(error).__name__}: {error}"
+        self._failed(error)
+
+    def _opened(self, descriptor):
+        with self._lock:
+            self._descriptor = descriptor
+            self._rest = b""
+            self._outbox.clear()
+            self._newest_length = 0
+            self._deadline = time.monotonic() + self._write_timeout
+            self.opened += 1
+            self.trouble = None
+        self._call(self._changed, None)
+
+    def _lost(self, trouble):
+        changed = self.trouble is None or not self._tried
+        self._tried = True
+        self.trouble = trouble  # may become another one while the port stays closed
+        if changed and not self._closing:
+            self._call(self._changed, trouble)
+
+    def _serve(self, descriptor):
+        """Move bytes both ways until the port fails or the link is closed."""
+        while True:
+            with self._lock:
+                now = time.monotonic()
+                self.stalls.tick(now)
+                self._stop_when_silent(now)
+                if self._outbox and not self._rest:
+                    self._write()  # lines whose time has come
+                blocked = bool(self._rest)
+                timeout = self._time_to_rest(now)
+                if self._closing and (timeout == 0.0 or not (blocked or self._outbox)):
+                    return
+            readable, writable, _ = select.select(
+                [descriptor, self._woken], [descriptor] if blocked else [], [], timeout)
+            if self._woken in readable:
+                os.read(self._woken, READ_SIZE)
+            if writable:
+                with self._lock:
+                    self._write()
+            if descriptor in readable:
+                data = os.read(descriptor, READ_SIZE)
+                if not data:
+                    raise OSError("the device is gone")
+                self._call(self._received, data)
+
+    def _time_to_rest(self, now):
+        """[s] until something has to be done although nothing comes."""
+        if self._closing:
+            left = max(0.0, self._close_by - now)
+        else:
+            left = self._tick_period if self._deadline is None else max(0.0, self._deadline - now)
+        if not self._rest and self._outbox and left != 0.0:
+            left = min(left, self._outbox.wait(now) or FULL_LINE)
+        return min(left, self._tick_period)
+
+    def _stop_when_silent(self, now):
+        """Replace the command by the stop packet when it is too old."""
+        if self._deadline is not None and now >= self._deadline and not self._closing:
+            self._deadline = None
+            packet = self._call(self._stop_packet) or b""
+            self.timeouts += bool(packet)
+            self._outbox.put(packet)
+
+    def _wait(self, duration):
+        end = time.monotonic() + duration
+        while not self._closing:
+            with self._lock:
+                now = time.monotonic()
+                self.stalls.tick(now)
+            if now >= end:
+                return
+            if select.select([self._woken], [], [], min(end - now, self._tick_period))[0]:
+                os.read(self._woken, READ_SIZE)
+
+
+def waiting_bytes(descriptor):
+    """Bytes written to a port that its driver has not sent yet."""
+    return int.from_bytes(fcntl.ioctl(descriptor, termios.TIOCOUTQ, b"\0\0\0\0"), sys.byteorder)
+
+
+@contextlib.contextmanager
+def claimed(port):
+    """The open port as this process' own: also programs that look at no lock are refused. Raises OSError.
+
+    A pseudo-terminal stays as it is: after `kill -9` it would stay marked for as long as its other end lives, while
+    a real port loses the mark with its last user.
+    """
+    if is_pseudo_terminal(port.name):
+        yield
+        return
+    if users_of(port.name):
+        raise OSError(errno.EBUSY, os.strerror(errno.EBUSY))
+    fcntl.ioctl(port.fileno(), termios.TIOCEXCL)
+    try:
+        yield
+    finally:
+        with contextlib.suppress(OSError):  # the device is gone
+            fcntl.ioctl(port.fileno(), termios.TIOCNXCL)
+
+
+def usb_id(port):
+    """The id "vendor:product" of the USB device behind a port such as /dev/ttyACM0; empty when there is none."""
+    folder = os.path.realpath(os.path.join("/sys/class/tty", os.path.basename(os.path.realpath(port)), "device"))
+    while len(folder) > len("/sys"):
+        with contextlib.suppress(OSError):
+            return ":".join(read_text(os.path.join(folder, name)) for name in ("idVendor", "idProduct"))
+        folder = os.path.dirname(folder)
+    return ""
+
+
+def read_text(file):
+    """Contents of a small file, without surrounding white space."""
+    with open(file, encoding="ascii") as stream:
+        return stream.read().strip()
+
+
+class ForeignPortError(OSError):
+    """A port that belongs to another process."""
+
+
+def check_owner(port):
+    """Raise ForeignPortError where a port leads to a user's terminal, or may soon."""
+    reason = refusal(port)
+    if reason:
+        raise ForeignPortError(reason)
+
+
+def explain(port, error):
+    """Message about an error on opening or using a port, with advice."""
+    if isinstance(error, ForeignPortError):
+        return f"{port}: {error}"
+    number = getattr(error, "errno", None)
+    if number in BUSY:
+        return ": ".join([f"{port}: another program holds it open", *users_of(port)[:1]])
+    advice = ADVICE.get(number, "is the board still plugged in?")
+    # pyserial's own message contains the port and the system's message twice
+    return f"{port}: {os.strerror(number).lower() if number else error}; {advice}"

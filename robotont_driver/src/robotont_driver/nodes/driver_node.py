@@ -1,0 +1,186 @@
+"""The ROS side of driver_node: cmd_vel in, serial_write out."""
+
+import threading
+
+import rospy
+from geometry_msgs.msg import Twist
+from std_msgs.msg import Bool, String
+from std_srvs.srv import Trigger, TriggerResponse
+
+from robotont_driver.command.command_stream import CommandStream
+from robotont_driver.command.emergency_stop import EmergencyStop
+from robotont_driver.command.limits import Limits
+from robotont_driver.command.message_age import Arrivals
+from robotont_driver.command.timeouts import PUBLISH_RATE, WRITE_TIMEOUT, check_repetition
+from robotont_driver.kinematics.kinematics import Kinematics
+from robotont_driver.parameters.parameters import Parameter
+from robotont_driver.protocol.carried_rounding import CarriedRounding
+from robotont_driver.protocol.protocol import Packet, packet_form
+from robotont_driver.ros.clocks import boot_time
+from robotont_driver.ros.kept_parameter import KeptParameter
+from robotont_driver.ros.log_throttle import Refusals
+from robotont_driver.ros.node import OK, WARN, Health, Part, Worker, init_node, robot_name, serve
+from robotont_driver.ros.packet_topics import topics_between_processes
+from robotont_driver.ros.reconnection import OutageWatch
+
+PARAMETERS = (
+    Parameter("publish_rate", PUBLISH_RATE, "how often the newest command is repeated", "Hz", minimum=5.0,
+              maximum=200.0,
+              reason="the board stops after 0.5 s without a packet, and a line of 115200 baud carries no more"),
+    Parameter("cmd_timeout", 0.5, "zeros after this long without a cmd_vel", "s", minimum=0.05, maximum=2.0,
+              reason="for so long the robot drives on when its commander dies"),
+    Parameter("command_decimals", 2, "decimals of each wheel speed; 0 for boards that read whole units",
+              minimum=0, maximum=3, reason="with more, the packets of many wheels do not fit into a line"),
+    Parameter("max_linear_speed", 0.0, "limit of the speed over ground; 0 = off", "m/s", minimum=0.0,
+              maximum=100.0),
+    Parameter("max_angular_speed", 0.0, "limit of the turning speed; 0 = off", "rad/s", minimum=0.0,
+              maximum=100.0),
+    Parameter("max_wheel_speed", 0.0, "limit of the fastest wheel; 0 = off", "m/s", minimum=0.0, maximum=100.0),
+    Parameter("max_linear_acceleration", 0.0, "limit of the change of speed; 0 = off", "m/s^2", minimum=0.0,
+              maximum=1000.0),
+    Parameter("max_angular_acceleration", 0.0, "limit of the change of turning speed; 0 = off", "rad/s^2",
+              minimum=0.0, maximum=1000.0),
+)
+
+
+PRESSED_BY = "emergency_stop_pressed"  # parameter in the namespace of the wheels': a restarted node stays stopped
+
+
+class DriverNode:
+    """Sends each command at once, repeats the newest, and stops when commands stop.
+
+    name: full name of the node. topics: `PacketTopics`.
+    """
+
+    def __init__(self, name, wheels, parameters, topics):
+        self._period = 1.0 / parameters["publish_rate"]
+        self._kinematics = Kinematics(wheels)
+        self._rounding = CarriedRounding(wheels.amount, parameters["command_decimals"], self._period)
+        self._form = packet_form(wheels.amount, parameters["command_decimals"])
+        limits = Limits(*(parameters["max_" + limit] for limit in Limits._fields))
+        self._stream = CommandStream(self._kinematics, limits, parameters["cmd_timeout"], self._period)
+        self._emergency_stop = EmergencyStop(rospy.get_param(PRESSED_BY, ()))
+        self._stream.emergency_stop(self._emergency_stop.pressed, 0.0)
+        self._lock = threading.Lock()
+        self._sent_at = boot_time()
+        self._refusals = Refusals()
+        self._arrivals = Arrivals(parameters["cmd_timeout"] / 2, self._sent_at)
+        self._packets = topics.serial_write
+        self._packets.advertise()
+        self._limited = rospy.Publisher("cmd_vel/limited", Twist, queue_size=1, tcp_nodelay=True)
+        self._pressed_by = rospy.Publisher("emergency_stop/pressed_by", String, queue_size=1, latch=True)
+        self._pressed_by.publish(", ".join(self._emergency_stop.pressed_by))
+        self._kept = KeptParameter(PRESSED_BY, lambda: list(self._emergency_stop.pressed_by))
+        self._repeater = Worker(self._repeat)
+        rospy.on_shutdown(self._stop)
+        emergency_stop = rospy.Subscriber("emergency_stop", Bool, self._on_emergency_stop, tcp_nodelay=True)
+        rospy.Service("emergency_stop/release", Trigger, self._on_release)
+        cmd_vel = rospy.Subscriber("cmd_vel", Twist, self._on_command, queue_size=1, tcp_nodelay=True)
+        self._arrivals.link = OutageWatch(newest=[cmd_vel], every=[emergency_stop]).link
+        Health(robot_name(), {"command stream": self._report}, name)
+
+    def _on_command(self, message):
+        linear, angular = message.linear, message.angular
+        now = boot_time()
+        moves = any((linear.x, linear.y, linear.z, angular.x, angular.y, angular.z))
+        with self._lock:
+            age = self._arrivals.age(message._connection_header, now)
+            old = moves and age >= self._stream.timeout
+            if not old:  # zeros stop at any age
+                refusal = self._stream.command((linear.x, linear.y, linear.z), (angular.x, angular.y, angular.z),
+                                               now - age if moves else now,
+                                               message._connection_header.get("callerid", ""))
+                self._send()
+        if old:
+            if self._refusals.refuse("old", now):
+                rospy.logwarn("an old cmd_vel (kept back on its way, or latched before) does not drive")
+            return
+        if refusal and self._refusals.refuse(refusal.split()[0], now):
+            rospy.logwarn("cmd_vel refused, the robot stops: %s", refusal)
+
+    def _on_emergency_stop(self, message):
+        header = message._connection_header
+        with self._lock:
+            if self._emergency_stop.hear(header["callerid"], message.data, header.get("latching") == "1"):
+                self._follow_emergency_stop(boot_time())
+
+    def _on_release(self, _request):
+        """A person releases all presses, whoever has pressed."""
+        with self._lock:
+            now = boot_time()
+            if self._arrivals.stalls.earliest_arrival(now) < now:  # a press may be newer
+                return TriggerResponse(False, "not released: this node was stopped or starved; ask again")
+            before = ", ".join(self._emergency_stop.pressed_by)
+            if self._emergency_stop.release():
+                self._follow_emergency_stop(now)
+        return TriggerResponse(True, f"released; {before} had pressed it" if before else "was not pressed")
+
+    def _follow_emergency_stop(self, now):
+        """Carry out a change, then tell it: nothing here waits for anybody."""
+        pressed_by = ", ".join(self._emergency_stop.pressed_by)
+        if self._stream.emergency_stop(self._emergency_stop.pressed, now):
+            self._send()
+            rospy.logwarn("emergency stop %s", f"pressed by {pressed_by}" if pressed_by else
+                          "released; waiting for new commands")
+        self._pressed_by.publish(pressed_by)
+        self._kept.changed()
+
+    def _send(self):
+        self._sent_at = boot_time()
+        twist = self._stream.twist(self._sent_at)
+        units = self._rounding.round(self._kinematics.units_of_twist(twist), self._sent_at)
+        self._packets.publish(Packet(units, self._form % tuple(units)))
+        if self._limited.get_num_connections():
+            limited = Twist()
+            limited.linear.x, limited.linear.y, limited.angular.z = twist
+            self._limited.publish(limited)
+
+    def _repeat(self):
+        """Send the newest command again when nothing went out for a period; return the time to rest."""
+        with self._lock:
+            now = boot_time()
+            self._arrivals.stalls.tick(now)
+            left = self._stream.time_left(now)
+            if now - self._sent_at >= self._period or left == 0.0:
+                self._send()
+                now, left = self._sent_at, self._stream.time_left(self._sent_at)
+            rest = self._sent_at + self._period - now
+            return rest if left is None else min(rest, left)
+
+    def _stop(self):
+        with self._lock:
+            self._stream.emergency_stop(True, boot_time())
+            self._send()
+
+    def _report(self):
+        with self._lock:
+            stream = self._stream
+            age = stream.age(boot_time())
+            values = {
+                "commands": stream.commands,
+                "refused": stream.refused,
+                "time-outs": stream.timeouts,
+                "newest command limited": stream.limited,
+                "emergency stop": ", ".join(self._emergency_stop.pressed_by) or "not pressed",
+                "times that this node was stopped or starved": self._arrivals.stalls.stalls,
+                "age of newest command [s]": "none yet" if age is None else f"{age:.2f}",
+            }
+            complaint = stream.complaint(boot_time())
+        waiting = "no cmd_vel yet" if age is None else "following cmd_vel"
+        return (WARN, complaint, values) if complaint else (OK, waiting, values)
+
+
+def check(_wheels, parameters, other):
+    """List of conflicts with serial_com_node's parameters."""
+    return check_repetition(parameters["publish_rate"], other("serial_com_node/write_timeout", WRITE_TIMEOUT))
+
+
+def part(name, topics):
+    """driver_node as a part of a process."""
+    return Part(name, lambda wheels, parameters: DriverNode(name, wheels, parameters, topics), PARAMETERS, check)
+
+
+def main():
+    """Run driver_node."""
+    init_node("driver_node", __doc__, PARAMETERS)
+    serve(part(rospy.get_name(), topics_between_processes()))

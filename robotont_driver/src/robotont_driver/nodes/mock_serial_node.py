@@ -1,0 +1,31 @@
+"""The ROS side of mock_serial_node: a board whose motors follow at once, without a serial port."""
+
+import rospy
+from std_msgs.msg import String
+
+from robotont_driver.kinematics.ideal_motors import IdealMotors
+from robotont_driver.protocol.protocol import PacketError, format_packet, parse_packet
+from robotont_driver.ros.node import run_node
+
+
+class MockSerialNode:
+    """Answers each packet on serial_write with one on serial_read, as if one PID period had passed."""
+
+    def __init__(self, wheels, _parameters):
+        self._wheels = wheels.amount
+        self._motors = IdealMotors(wheels.amount)
+        self._publisher = rospy.Publisher("serial_read", String, queue_size=100)
+        rospy.Subscriber("serial_write", String, self._on_write, tcp_nodelay=True)
+
+    def _on_write(self, message):
+        try:
+            units = parse_packet(message.data, self._wheels)
+        except PacketError as error:
+            rospy.logwarn_throttle(10.0, "serial_write refused: %s", error)
+            return
+        self._publisher.publish(format_packet(self._motors.follow(units)))
+
+
+def main():
+    """Run mock_serial_node."""
+    run_node("mock_serial_node", MockSerialNode, ())

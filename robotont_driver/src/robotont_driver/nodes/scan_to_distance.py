@@ -1,0 +1,35 @@
+"""The ROS side of scan_to_distance: scan in, three distances out, as the course exercises expect them."""
+
+import rospy
+from sensor_msgs.msg import LaserScan
+
+from robotont_driver.nodes.scan_sectors import sectors
+from robotont_driver.ros.node import init_node
+
+
+class ScanToDistance:
+    """Publishes the minimum and the mean of each third of a scan."""
+
+    def __init__(self, message_type):
+        self._message_type = message_type
+        self._publisher = rospy.Publisher("scan_to_distance", message_type, queue_size=1)
+        rospy.Subscriber("scan", LaserScan, self._on_scan, queue_size=1)
+
+    def _on_scan(self, scan):
+        right, centre, left = sectors(scan.ranges, scan.range_min, scan.range_max)
+        self._publisher.publish(self._message_type(
+            stamp=scan.header.stamp, leftMin=left[0], leftMean=left[1], centerMin=centre[0], centerMean=centre[1],
+            rightMin=right[0], rightMean=right[1]))
+
+
+def main():
+    """Run scan_to_distance."""
+    init_node("scan_to_distance", __doc__)
+    try:
+        from robotont_msgs.msg import LaserScanSplit
+    except ImportError:
+        rospy.logfatal("scan_to_distance publishes robotont_msgs/LaserScanSplit: put the official package "
+                       "robotont_msgs (https://github.com/robotont/robotont_msgs) into the workspace and build it")
+        raise SystemExit(1) from None
+    ScanToDistance(LaserScanSplit)
+    rospy.spin()

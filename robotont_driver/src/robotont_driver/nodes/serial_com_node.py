@@ -1,0 +1,232 @@
+"""The ROS side of serial_com_node: serial_write to the port, the port to serial_read."""
+
+import time
+import traceback
+
+import rospy
+
+from robotont_driver.command.timeouts import PUBLISH_RATE, WRITE_TIMEOUT, check_repetition
+from robotont_driver.kinematics.motor import counts_in_reach
+from robotont_driver.link.serial_link import SerialLink, usb_id
+from robotont_driver.parameters.parameters import Parameter
+from robotont_driver.protocol.dialects import AUTO, DISTANCE, NAMES, Recognised, expect_dialect
+from robotont_driver.protocol.dialects.dialect import DialectError
+from robotont_driver.protocol.protocol import format_packet
+from robotont_driver.ros.log_throttle import Refusals
+from robotont_driver.ros.node import ERROR, OK, WARN, Health, Part, Rate, init_node, serve
+from robotont_driver.ros.official_topics import OfficialTopics
+from robotont_driver.ros.packet_topics import topics_between_processes
+
+DOUBT = ("lines of the board were lost, or it has restarted: the odometry may be wrong by the counts between, and its "
+         "covariance contains them")
+LARGEST_REACH = 0x7FFF  # [edges] what the 16 bits of a packet's totals can represent
+
+PARAMETERS = (
+    Parameter("port", "/dev/ttyACM0", "serial port of the board", official="serial/port"),
+    Parameter("baudrate", 115200, "speed of the line", "baud", minimum=1200, maximum=4000000,
+              reason="no serial port is faster", official="serial/baudrate"),
+    Parameter("packets", AUTO, "dialect of the board: plain (the thesis'), checked (with CRC), robotont2, robotont3 "
+              "or robotont2018 (official firmware, another board is refused), or auto: recognised from its output",
+              choices=NAMES),
+    Parameter("write_timeout", WRITE_TIMEOUT, "one stop packet after this long without a serial_write", "s",
+              minimum=0.05, maximum=2.0, reason="for so long the robot drives on when driver_node dies"),
+    Parameter("board_wheel_distance", DISTANCE, "centre to wheel as the official firmware of generations 2 and 3 has "
+              "it; 0.127 in firmware from before March 2020", "m", minimum=0.01, maximum=10.0),
+    Parameter("range_frame_prefix", "range_sensor_", "frames of the range sensors, before their number",
+              official="range/sensor_frame_prefix"),
+    Parameter("base_frame", "base_link", "frame in which the range sensors stand"),
+)
+
+
+class SerialComNode:
+    """Carries packets between the topics and the board, in the board's dialect, and reports errors on the line.
+
+    name: full name of the node. topics: `PacketTopics`.
+    """
+
+    def __init__(self, name, wheels, parameters, topics):
+        self._wheels = wheels.amount
+        self._parameters = parameters
+        try:
+            self._dialect = expect_dialect(parameters["packets"], wheels, counts_in_reach(wheels),
+                                           parameters["board_wheel_distance"])
+        except DialectError as error:
+            rospy.logfatal("~packets is %s, but its board cannot have these wheels: %s", parameters["packets"], error)
+            raise SystemExit(1) from None
+        self._met = None          # the dialect that was greeted
+        self._held = None         # (command, its arrival [s]) that could not be sent before the board was recognised
+        self._refusals = Refusals()  # of malformed messages on serial_write
+        self._restarts = self._doubts = 0  # of the board, already reported
+        self._failures = 0        # of this program, already reported
+        self._trouble_before = 0  # errors up to the last report
+        self._rate = Rate()
+        self._packets = topics.serial_read
+        self._packets.advertise()
+        self._doubtful = topics.serial_doubt
+        self._doubtful.advertise()
+        self._link = SerialLink(
+            parameters["port"], parameters["baudrate"], self._on_bytes, self._on_change, self._stop_packet,
+            self._on_failure, write_timeout=parameters["write_timeout"])
+        self._topics = OfficialTopics(parameters["range_frame_prefix"], parameters["base_frame"], self._on_light)
+        self._link.start()
+        rospy.on_shutdown(self._close)
+        topics.serial_write.subscribe(self._wheels, self._on_write, self._on_refused, queue_size=1)
+        Health(parameters["port"], {"link": self._report, "board": self._report_board}, name)
+
+    def _on_refused(self, error):
+        if self._refusals.refuse(error.kind, time.monotonic()):
+            rospy.logwarn("serial_write refused: %s", error)
+
+    def _on_write(self, command):
+        self._dialect.tick(time.monotonic())
+        spoken = self._dialect.spoken
+        if spoken.obstacle:
+            rospy.logerr_throttle(10.0, "does not drive: %s", spoken.obstacle)
+        # a command must not reach the board before its greeting, which the link's thread is about to send
+        line = spoken.encode(command) if spoken is self._met else b""
+        if line or self._link.trouble:  # a closed port counts it as unsent
+            self._link.send(line)
+        else:
+            self._held = command, self._link.earliest_arrival()
+
+    def _stop_packet(self):
+        self._dialect.tick(time.monotonic())
+        spoken = self._dialect.spoken
+        return spoken.stop() if spoken is self._met else b""
+
+    def _close(self):
+        spoken = self._dialect.spoken
+        stop = spoken.stop() or format_packet([0] * self._wheels).encode("ascii")  # no dialect yet: plain may be right
+        self._link.close(stop, spoken.goodbye, spoken.pause)
+
+    def _on_light(self, first, colours):
+        for line in self._dialect.spoken.encode_lights(first, colours):
+            self._link.add(line)
+
+    def _on_bytes(self, data):
+        dialect = self._dialect
+        for line in data.splitlines(keepends=True):  # of a burst, each packet goes out before the next line is read
+            for packet in dialect.feed(line, time.monotonic()):
+                self._packets.publish(packet)
+                if packet.doubt:
+                    self._doubtful.publish(packet.doubt)
+        spoken = dialect.spoken
+        if spoken is not self._met:
+            self._meet(spoken)
+        self._topics.publish(spoken.take_readings())
+        if spoken.restarts > self._restarts:
+            rospy.logwarn("the board has restarted; counts that it has not sent before are missing in the odometry")
+        if spoken.doubts > self._doubts:
+            rospy.logwarn_throttle(10.0, DOUBT)
+        self._restarts, self._doubts = spoken.restarts, spoken.doubts
+
+    def _meet(self, spoken):
+        """Greet the board, once per connection, when its dialect has been recognised."""
+        self._restarts, self._doubts = spoken.restarts, spoken.doubts
+        self._link.pace(spoken.pacing)
+        if isinstance(spoken, Recognised):
+            self._met = spoken
+            return  # still listening
+        rospy.loginfo("the board speaks %s", spoken.name)
+        if spoken.complaint:
+            rospy.logwarn("%s", spoken.complaint)
+        self._link.hurry(spoken.hello, spoken.pause)
+        self._met = spoken
+        held, self._held = self._held, None
+        if held:
+            self._link.send(spoken.encode(held[0]), held[1])
+
+    def _on_failure(self, error):
+        """An exception in the link's thread: a fault of this program."""
+        if not rospy.is_shutdown():
+            lines = "".join(traceback.format_exception(type(error), error, error.__traceback__))
+            rospy.logerr_throttle(10.0, "a fault of serial_com_node itself; please report it: %s", lines)
+
+    def _on_change(self, trouble):
+        if trouble:
+            self._met = None
+            rospy.logwarn("%s", trouble)
+            return
+        if self._link.opened > 1:
+            rospy.logwarn("port open again; what the wheels have turned meanwhile is missing in the odometry")
+        else:
+            rospy.loginfo("port open")
+        self._dialect.usb_id = usb_id(self._parameters["port"])
+        self._dialect.connect(time.monotonic())
+        self._meet(self._dialect.spoken)
+
+    def _report(self):
+        dialect, link = self._dialect.spoken, self._link
+        read = dialect.packets - dialect.repaired
+        rate = self._rate.look(read, time.monotonic())
+        dropped = sum(dialect.dropped.values())
+        errors = dropped + self._refusals.amount
+        new_errors, self._trouble_before = max(0, errors - self._trouble_before), errors
+        values = {
+            "packets": dialect.description,
+            "packets read per second": f"{rate:.1f}",
+            "packets read": read,
+            "packets published": dialect.packets,
+            "packets written": link.sent,
+            "commands overtaken by newer ones": link.replaced,
+            "commands while the port was closed": link.unsent,
+            "commands refused": self._refusals.amount,
+            "commands too old": link.outdated,
+            "times that this node was stopped or starved": link.stalls.stalls,
+            "stops for lack of commands": link.timeouts,
+            "lines dropped": dropped,
+            **{"lines dropped: " + kind: count for kind, count in sorted(dialect.dropped.items())},
+            "periods repaired": dialect.repaired,
+            "board restarts": dialect.restarts,
+            "lost lines that may have been a restart": dialect.doubts,
+            "reconnects": max(0, link.opened - 1),
+            "faults of this program": link.failures,
+        }
+        new_failures, self._failures = link.failures - self._failures, link.failures
+        if new_failures:
+            return ERROR, f"a fault of serial_com_node itself, {link.failure}; please report it, with its log", values
+        if link.trouble:
+            return ERROR, link.trouble, values
+        if dialect.complaint:
+            return WARN, dialect.complaint, values
+        if rate == 0.0:
+            return WARN, silence(dialect, new_errors), values
+        if new_errors:
+            return WARN, f"{new_errors} lines dropped in the last second: check cable and baudrate", values
+        return OK, f"{rate:.0f} packets/s", values
+
+    def _report_board(self):
+        errors, warnings, values = self._dialect.spoken.report_board()
+        if self._link.trouble:
+            return WARN, "the port is closed", values
+        level = ERROR if errors else WARN if warnings else OK
+        return level, " / ".join(errors + warnings) or "reports no fault", values
+
+
+def silence(dialect, dropped):
+    """Message about a board that has sent no packet since the last report, but lines that were `dropped`."""
+    if not dropped:
+        return "port open, but no packets: is the firmware running, at this baudrate?"
+    return (f"{dropped} lines came in the last second, and none is a packet of a board that speaks {dialect.name}: "
+            f"{dialect.newest_error}; is it another board (~packets), another firmware, or another baudrate?")
+
+
+def check(wheels, parameters, other):
+    """List of conflicts between parameters, or with those of driver_node."""
+    faults = check_repetition(other("driver_node/publish_rate", PUBLISH_RATE), parameters["write_timeout"])
+    edges = counts_in_reach(wheels)
+    if edges > LARGEST_REACH:
+        faults.append(f"encoderEdgesPerMotorRevolution and pidControlFrequency: found {edges} edges in one PID period, "
+                      f"allowed: up to {LARGEST_REACH}")
+    return faults
+
+
+def part(name, topics):
+    """serial_com_node as a part of a process."""
+    return Part(name, lambda wheels, parameters: SerialComNode(name, wheels, parameters, topics), PARAMETERS, check)
+
+
+def main():
+    """Run serial_com_node."""
+    init_node("serial_com_node", __doc__, PARAMETERS)
+    serve(part(rospy.get_name(), topics_between_processes()))

@@ -1,0 +1,289 @@
+"""Wheels that slip, are blocked or count nothing: detected by parity checks, and by comparison with the command.
+
+With n > 3 wheels the counts are redundant: the wheel matrix J leaves n - 3 combinations of them (parity checks)
+that are zero while every wheel rolls. A chi-square test compares them with their noise over a short window; its
+statistic is the weighted sum of squares that remains of the paths when the step that fits them best is taken off.
+With three wheels nothing is redundant; there, and for any n, commanded and measured paths are compared. Counts and
+paths of wheels are in edges.
+"""
+
+import itertools
+import math
+from collections import deque
+
+import numpy as np
+
+from robotont_driver.kinematics.least_squares import LARGEST_CONDITION
+from robotont_driver.odometry.wheel_noise import PATH_VARIANCE, variance_per_edge
+
+WINDOW = 10             # [packets with motion] that the test looks back on: 0.2 s at 50 Hz
+TOLERANCE = 0.01        # wheel parameters are taken to be right within this part of a wheel's path
+PREDICTION = 0.3        # relative error of the predicted motion; decides only where parity cannot
+DOUBT = 6.0             # wheels whose costs differ by less (odds of 20 to 1) are almost equally suspect ...
+PATIENCE = 3            # ... which is tolerated for so many packets
+ALL_SUBSETS = 6         # wheels up to which every set of them is tried as the slipping ones; ...
+LARGEST_SET = 2         # ... of more wheels every set up to this size, and the likeliest with one wheel more, and more
+CLEAR = 0.05            # an excluded wheel is included again when clean counts would look worse this often ...
+PROVEN = 0.3            # ... and a slip of this part of its path would have been detected
+
+
+class SlipDetector:
+    """Finds which of n >= 4 wheels do not roll consistently with the others.
+
+    matrix: n x 3 wheel matrix. metres_per_edge: n [m]. wheel_noise: standard deviation [m] of a wheel's
+    path after 1 m. false_alarms: how often per hour of driving clean counts may raise an alarm, at
+    `frequency` [Hz] packets per second; an upper bound, as the tests of neighbouring packets overlap.
+    """
+
+    def __init__(self, matrix, metres_per_edge, wheel_noise, false_alarms, frequency):
+        self._matrix = np.asarray(matrix)
+        self._edge = np.array(metres_per_edge)
+        self._noise = variance_per_edge(wheel_noise, self._edge)
+        amount = len(self._matrix)
+        rate = min(0.5, false_alarms / (3600.0 * frequency))
+        # of the statistic, by number of wheels in use; three are not redundant
+        self._limits = {wheels: chi_square_limit(rate, wheels - 3) for wheels in range(4, amount + 1)}
+        self._clear = {wheels: chi_square_limit(CLEAR, wheels - 3) for wheels in range(4, amount + 1)}
+        self._products = np.einsum("ni,nj->nij", self._matrix, self._matrix).reshape(amount, 9)
+        largest = amount - 3 if amount <= ALL_SUBSETS else LARGEST_SET
+        self._sets = [self._prepare(itertools.combinations(range(amount), number)) for number in range(1, largest + 1)]
+        self._all = np.ones((1, amount))
+        self._used = self._all               # 1 for each wheel in use, 0 for those excluded
+        self._paths = self._weights = None   # n: of the window [m], and the inverse of their variances
+        self._counts = deque(maxlen=WINDOW)
+        self._commands = deque(maxlen=WINDOW)
+        self._path = np.zeros(len(matrix))   # [edges] over the window
+        self._good = deque(maxlen=WINDOW)    # such paths while there was no complaint
+        self._doubts = 0                     # packets for which two wheels have been almost equally suspect
+        self.slipping = ()                   # indices of the excluded wheels, ascending
+        self.alarms = 0                      # how many times a wheel was excluded
+
+    def update(self, counts, commanded=None):
+        """Take one packet: n counts, and the n units commanded for it (None: unknown).
+
+        Returns whether `slipping` has changed. A packet of a robot at rest contains no information and is ignored.
+        """
+        counts = np.array(counts, dtype=float)
+        if not counts.any():
+            return False
+        full = len(self._counts) == WINDOW
+        self._path = self._path + (counts - self._counts[0] if full else counts)
+        self._counts.append(counts)
+        self._commands.append(commanded)
+        variances = PATH_VARIANCE + self._noise * np.abs(self._path) + (TOLERANCE * self._path) ** 2
+        self._paths, self._weights = self._path * self._edge, 1.0 / (variances * self._edge ** 2)
+        before = self.slipping
+        if before and len(self._counts) == WINDOW:
+            self._release()
+        if not self._complains(self.slipping, self._statistics(self._used)[0]):
+            self._doubts = 0
+            if not self.slipping:
+                self._good.append(self._path)
+        else:
+            self._accuse()
+        return self.slipping != before
+
+    def _complains(self, excluded, statistic):
+        """Whether the wheels but the `excluded` ones do not roll consistently."""
+        limit = self._limits.get(len(self._path) - len(excluded))
+        return limit is not None and statistic > limit
+
+    def _accuse(self):
+        """Exclude the smallest set of wheels that makes the rest consistent; break ties by likelihood.
+
+        While two wheels are almost equally suspect, wait for a few more packets.
+        """
+        amount = len(self._path)
+        expected = self._expected() * self._edge
+        wheels = ()
+        for number in range(1, amount - 2):
+            sets, used = self._sets[number - 1] if number <= len(self._sets) else self._prepare(
+                tuple(sorted((*wheels, other))) for other in range(amount) if other not in wheels)
+            if not sets:
+                return
+            statistics, costs = self._compare(used, expected)
+            if amount - number > 3:
+                costs = costs + statistics
+            first, *second = np.argsort(costs, kind="stable")[:2]
+            wheels = sets[first]
+            if not self._complains(wheels, statistics[first]):
+                # where the rest is not redundant, waiting would add no information
+                doubtful = amount - number > 3 and any(costs[second] - costs[first] < DOUBT)
+                self._doubts += 1
+                if not doubtful or self._doubts > PATIENCE:
+                    self.alarms += len(set(wheels) - set(self.slipping))
+                    self._exclude(wheels)
+                    self._doubts = 0
+                return
+
+    def _exclude(self, wheels):
+        self.slipping = wheels
+        self._used = self._all.copy()
+        self._used[0, list(wheels)] = 0.0
+
+    def _release(self):
+        """Include each wheel again that has rolled consistently with the others for the whole window."""
+        wheels = list(self.slipping)
+        in_use = len(self._path) - len(wheels) + 1
+        while wheels:
+            rows = range(len(wheels))
+            used = np.repeat(self._used, len(wheels), axis=0)
+            used[rows, wheels] = 1.0
+            clean = self._statistics(used) <= self._clear[in_use]
+            if not clean.any():
+                return
+            # path of this wheel that follows from the others; whether a slip of a part of it would have been detected
+            steps, _ = self._fit(self._used, self._paths)
+            slips = np.zeros_like(used)
+            slips[rows, wheels] = PROVEN * (self._matrix[wheels] @ steps[0])
+            proven = clean & (self._statistics(used, slips) > self._limits[in_use])
+            if not proven.any():
+                return
+            first = int(np.argmax(proven))
+            self._exclude(tuple(other for other in self.slipping if other != wheels[first]))
+            in_use += 1
+            del wheels[:first + 1]
+
+    def _compare(self, used, expected):
+        """(statistics, distances from the `expected` paths (n [m])), s each, with the wheels `used` (s x n)."""
+        steps, remains = self._fit(np.concatenate((used * self._weights, used)), self._paths)
+        length = expected @ expected
+        if not length:
+            return remains[:len(used)], np.zeros(len(used))
+        moved = steps[len(used):] @ self._matrix.T
+        # any speed will do (motors lag behind their command), not any direction
+        share = np.clip(moved @ expected / length, 0.0, 1.5)
+        return remains[:len(used)], ((moved - share[:, None] * expected) ** 2).sum(axis=1) / (PREDICTION ** 2 * length)
+
+    def _expected(self):
+        """[edges] path that was commanded over the window; without commands, the one before the complaint."""
+        commands = [commanded for commanded in self._commands if commanded is not None]
+        path = np.sum(commands, axis=0) if commands else np.zeros(len(self._path))
+        if path.any() or not self._good:
+            return path
+        return self._good[0]
+
+    def parity_test(self):
+        """(statistic, degrees of freedom) of the newest window's parity checks.
+
+        Chi-square distributed while the wheels in use roll.
+        """
+        return self._statistics(self._used)[0], len(self._path) - len(self.slipping) - 3
+
+    def _statistics(self, used, paths=None):
+        """For each set of wheels `used` (s x n), of paths [m] (n or s x n; those of the window when None): s."""
+        return self._fit(used * self._weights, self._paths if paths is None else paths)[1]
+
+    def _fit(self, weights, paths):
+        """Steps (s x 3) that fit paths [m] best by `weights` (s x n), and the weighted sums of squares (s) that remain.
+
+        paths: n, or s x n.
+        """
+        products = (weights @ self._products).reshape(-1, 3, 3)
+        weighted = weights * paths
+        projected = weighted @ self._matrix
+        steps = np.linalg.solve(products, projected[:, :, None])[:, :, 0]
+        return steps, (weighted * paths).sum(axis=1) - (projected * steps).sum(axis=1)
+
+    def _prepare(self, sets):
+        """Those of sets of wheels without which the others still determine every motion, and their `used` (s x n)."""
+        sets = list(sets)
+        used = np.ones((len(sets), len(self._matrix)))
+        used[np.arange(len(sets))[:, None], sets] = 0.0
+        scale = used @ np.abs(self._matrix[:, 2]) / used.sum(axis=1)  # turning taken at the wheels, as in `condition`
+        products = (used @ self._products).reshape(-1, 3, 3)
+        products[:, 2, :] /= scale[:, None]
+        products[:, :, 2] /= scale[:, None]
+        values = np.linalg.eigvalsh(products)
+        spare = values[:, 2] <= LARGEST_CONDITION ** 2 * values[:, 0]
+        return [wheels for wheels, spared in zip(sets, spare) if spared], used[spare]
+
+
+class CommandWatch:
+    """Compares commanded and measured paths of n >= 3 wheels, over about a second.
+
+    frequency: [Hz] packets per second. Motors lag behind their commands, so each change of command
+    excuses a difference of `LAG` times the change.
+    """
+
+    BLOCK = 0.1        # [s]
+    BLOCKS = 10        # blocks in a window ...
+    EARLIER = 5        # ... and before it, from which changes of command still show
+    LAG = 0.3          # [s] in which a motor may follow
+    SHARE = 0.3        # part of the commanded path by which a wheel may differ
+    LEAST = 50.0       # [edges] by which it may differ always: motors have a least speed
+
+    def __init__(self, wheels, frequency):
+        self._packets = max(1, round(self.BLOCK * frequency))
+        self._lag = self.LAG * frequency  # [packets]
+        self._blocks = deque(maxlen=self.BLOCKS + self.EARLIER)
+        self._last = None
+        self._wheels = wheels
+        self._start_block()
+        self.followed = None  # per wheel: measured over commanded path of the newest window; None: hardly commanded
+        self.lagging = ()     # indices of the wheels that do not follow their command
+
+    def update(self, counts, commanded):
+        """Take one packet: n counts and the n units commanded for it (None: unknown, starts again)."""
+        if commanded is None:
+            if self._last is not None:
+                self._blocks.clear()
+                self._start_block()
+                self._last = None
+                self.followed, self.lagging = None, ()
+            return
+        measured, path = self._measured, self._path
+        for wheel in range(self._wheels):
+            measured[wheel] += counts[wheel]
+            path[wheel] += commanded[wheel]
+        if commanded != self._last:
+            for wheel, old in enumerate(self._last or [0.0] * self._wheels):
+                self._change[wheel] += abs(commanded[wheel] - old)
+            self._last = commanded
+        self._left -= 1
+        if not self._left:
+            self._blocks.append((measured, path, self._change))
+            self._start_block()
+            if len(self._blocks) >= self.BLOCKS:
+                self._judge()
+
+    def _start_block(self):
+        self._left = self._packets
+        self._measured = [0.0] * self._wheels
+        self._path = [0.0] * self._wheels      # commanded
+        self._change = [0.0] * self._wheels
+
+    def _judge(self):
+        measured, commanded, change = (np.array(part) for part in zip(*self._blocks))
+        measured, commanded = measured[-self.BLOCKS:].sum(axis=0), commanded[-self.BLOCKS:].sum(axis=0)
+        allowed = self.LEAST + self.SHARE * abs(commanded) + self._lag * change.sum(axis=0)
+        self.followed = tuple(
+            float(did / wanted) if abs(wanted) > self.LEAST else None for did, wanted in zip(measured, commanded))
+        self.lagging = tuple(np.flatnonzero(abs(measured - commanded) > allowed).tolist())
+
+
+def chi_square_tail(value, degrees):
+    """Probability that a chi-square variable of `degrees` (a whole number > 0) of freedom exceeds `value`.
+
+    The upper incomplete gamma function of a half-integer, which is a finite sum. scipy.special has it too (the tests
+    compare), but would cost odom_node 0.14 s of its start and 14 MB, and the robot 62 MB of disk, for these lines.
+    """
+    half = value / 2
+    tail = math.erfc(math.sqrt(half)) if degrees % 2 else 0.0
+    power = 0.5 if degrees % 2 else 0.0
+    while power < degrees / 2:
+        tail += math.exp(-half) * half ** power / math.gamma(power + 1)
+        power += 1
+    # the odd sum runs over 1/2, 3/2, ... below degrees / 2; the even one over 0, 1, ...
+    return tail
+
+
+def chi_square_limit(rate, degrees):
+    """The value that a chi-square variable of `degrees` of freedom exceeds with probability `rate` (0 to 1)."""
+    low, high = 0.0, 10.0
+    while chi_square_tail(high, degrees) > rate and high < 1e3:
+        high *= 2
+    for _ in range(60):
+        middle = (low + high) / 2
+        low, high = (middle, high) if chi_square_tail(middle, degrees) > rate else (low, middle)
+    return high

@@ -1,0 +1,41 @@
+"""Dialects: the serial protocols of the boards of Robotont, each a pure module behind the same small interface.
+
+dialect: the interface. plain, checked: this project's own packets. robotont2, robotont3, robotont2018: the official
+firmware of each generation. recognition: identifies the dialect from the board's output. See docs/dialects.md
+"""
+
+from robotont_driver.protocol.dialects.board_wheels import DISTANCE
+from robotont_driver.protocol.dialects.checked import Checked
+from robotont_driver.protocol.dialects.plain import Plain
+from robotont_driver.protocol.dialects.recognition import Recognised
+from robotont_driver.protocol.dialects.robotont2 import Robotont2
+from robotont_driver.protocol.dialects.robotont3 import Robotont3
+from robotont_driver.protocol.dialects.robotont2018 import Robotont2018
+
+AUTO = "auto"
+NAMES = (AUTO, Plain.name, Checked.name, Robotont2.name, Robotont3.name, Robotont2018.name)
+
+
+OFFICIAL = (Robotont2.name, Robotont3.name, Robotont2018.name)  # their boards tell at once who they are
+
+
+def expect_dialect(name, *robot):
+    """As `make_dialect`, for a board that has to show by its lines that it is of the official dialect of that name."""
+    if name not in OFFICIAL:
+        return make_dialect(name, *robot)
+    return Recognised(robot[0], lambda found: make_dialect(found, *robot), name)
+
+
+def make_dialect(name, wheels, reach, board_distance=DISTANCE):
+    """The dialect of a name out of NAMES for `Wheels`. Raises DialectError when its board cannot have such wheels.
+
+    reach: edges that a motor can make in one period; more is taken for an error. board_distance: [m] from centre to
+    wheel, as the official firmware assumes it.
+    """
+    if name == AUTO:
+        return Recognised(wheels, lambda found: make_dialect(found, wheels, reach, board_distance))
+    if name in (Robotont2.name, Robotont3.name):
+        return (Robotont2 if name == Robotont2.name else Robotont3)(wheels, reach, board_distance)
+    if name == Robotont2018.name:
+        return Robotont2018(wheels, reach)
+    return (Plain if name == Plain.name else Checked)(wheels, reach)

@@ -1,0 +1,148 @@
+"""What every dialect offers, and the values that pass between it and serial_com_node."""
+
+from collections import Counter
+from typing import NamedTuple, Tuple
+
+from robotont_driver.protocol.protocol import Packet, PacketError
+
+
+class Ranges(NamedTuple):
+    """Distances [m] that the board's range sensors measured, by sensor."""
+
+    distances: Tuple[float, ...]
+
+
+class Power(NamedTuple):
+    """State of the battery as the board measured it."""
+
+    voltage: float  # [V]
+    current: float  # [A] drawn; NaN: not measured
+
+
+class DialectError(ValueError):
+    """A dialect that cannot drive these wheels: what was found and what is allowed."""
+
+
+class Dialect:
+    """The serial protocol of one kind of board: bytes in, counts and readings out; commands in, bytes out.
+
+    Pure: times `now` [s] are the caller's, from any clock that never goes back. A subclass sets the constants
+    and defines `read_line` or `feed`, and `encode`.
+    """
+
+    name = ""
+    pacing = 0.0   # [s] least time between the beginnings of two lines to the board; 0: none is needed
+    pause = 0.0    # [s] that hello and goodbye need before the next line
+    hello = b""    # sent once per connection, before the first command
+    goodbye = b""  # sent before the last stop
+    usb_id = ""    # "vendor:product" of the port, for the recognition; empty when unknown
+    packets = 0    # count tuples handed out
+    repaired = 0   # of these, how many stand for periods whose lines were lost
+    restarts = 0   # of the board
+    doubts = 0     # gaps in which the board may have restarted
+    newest_error = ""  # description of the newest line that was not used
+    banner = ""    # newest start-up banner of the board
+    fault = ""     # that the board reports
+    obstacle = ""  # why the board cannot be driven
+    doubt = ""     # about the robot's wheels on this board, which can be driven if its robot says so
+
+    def __init__(self, wheels):
+        self.wheels = wheels
+        self.dropped = Counter()  # lines that were not used, by reason
+        self._readings = []
+
+    @property
+    def spoken(self):
+        """The dialect in use: this one, unless another was recognised."""
+        return self
+
+    @property
+    def description(self):
+        """The dialect as the diagnostics show it."""
+        return self.name
+
+    @property
+    def complaint(self):
+        """A warning about a board that can be driven nevertheless; empty when all is well."""
+        return ""
+
+    def report_board(self):
+        """(errors, warnings, values): what the board reports about itself; lists of sentences, and values by name.
+
+        Call it once per report of the diagnostics: it may contain what is new since the last one.
+        """
+        return [message for message in (self.obstacle, self.fault) if message], [], {
+            "board": self.banner or "no banner received"}
+
+    def tick(self, now):
+        """Advance the time while no data arrives."""
+
+    def connect(self, now):
+        """Begin a new connection: forget all about the board; its first line may be incomplete."""
+
+    def feed(self, data, now):
+        """List of `Packet` of whole counts, one per PID period, that `data` completes.
+
+        No data can raise out of it.
+        """
+        raise NotImplementedError
+
+    def encode(self, command):
+        """Bytes of one line for a command, a `Packet`; empty while nothing may be sent."""
+        raise NotImplementedError
+
+    def encode_lights(self, first, colours):
+        """List of lines (bytes) that colour the lights `first`, `first` + 1, ...; colours: (r, g, b), 0..255.
+
+        Empty where the board has no lights.
+        """
+        return []
+
+    def take_readings(self):
+        """List of `Ranges` and `Power` that came since the last call."""
+        readings, self._readings = self._readings, []
+        return readings
+
+    def stop(self):
+        """Bytes of the line that stops all wheels."""
+        return self.encode(Packet([0] * self.wheels.amount))
+
+
+class LineDialect(Dialect):
+    """A dialect of text lines: `read_line(text, now)` gets each and may raise PacketError."""
+
+    def __init__(self, wheels, splitter):
+        super().__init__(wheels)
+        self._make_splitter = splitter
+        self._splitter = splitter()
+
+    def connect(self, now):
+        """Begin a new connection."""
+        self._splitter = self._make_splitter()
+
+    def feed(self, data, now):
+        """List of `Packet` that `data` completes."""
+        packets = []
+        overlong = self._splitter.overlong
+        for line in self._splitter.feed(data):
+            try:
+                packets += self.read_line(decode(line), now)
+            except PacketError as error:
+                self.dropped[error.kind] += 1
+                self.newest_error = str(error)
+        if self._splitter.overlong > overlong:
+            self.dropped["overlong"] += self._splitter.overlong - overlong
+        self.packets += len(packets)
+        return packets
+
+    def read_line(self, text, now):
+        """List of `Packet` that the line completes. Raises PacketError."""
+        raise NotImplementedError
+
+
+def decode(line):
+    """The text of a line (bytes), without carriage returns at its ends. Raises PacketError."""
+    try:
+        return line.decode("ascii").strip("\r")
+    except UnicodeDecodeError:
+        raise PacketError("not ascii", "bytes outside ASCII") from None

@@ -1,0 +1,63 @@
+"""The thesis' packets, `m0:m1:m2;`, as boards with this project's firmware or the thesis' own use them."""
+
+from robotont_driver.protocol.dialects.dialect import Dialect
+from robotont_driver.protocol.dialects.echo import EchoWatch
+from robotont_driver.protocol.protocol import FeedbackReader
+
+ECHO = ("the board sends back what it gets: it runs a REPL or another firmware (./robotont flash), or the line is a "
+        "loop; nothing is published on serial_read")
+
+
+def _of_reader(name):
+    """An attribute that the FeedbackReader holds."""
+    return property(lambda dialect: getattr(dialect._reader, name))
+
+
+class Plain(Dialect):
+    """Plain packets both ways; what stands behind a semicolon is ignored."""
+
+    name = "plain"
+    packets = _of_reader("packets")
+    repaired = _of_reader("repaired")
+    restarts = _of_reader("restarts")
+    doubts = _of_reader("doubts")
+    newest_error = _of_reader("newest_error")
+    banner = _of_reader("banner")
+    fault = _of_reader("fault")
+    obstacle = _of_reader("obstacle")
+
+    def __init__(self, wheels, reach):
+        super().__init__(wheels)
+        self._reader = FeedbackReader(wheels.amount, reach, wheels.pid_frequency, self.name)
+        self._echo = EchoWatch()
+        self.dropped = self._reader.dropped
+
+    def connect(self, now):
+        """Begin a new connection."""
+        self._reader.connect()
+        self._echo.connect()
+
+    @property
+    def complaint(self):
+        """A warning when the line returns an echo instead of packets; empty otherwise."""
+        return ECHO if self._echo.echoing else ""
+
+    def feed(self, data, now):
+        """List of `Packet` that `data` completes, missed periods included; none from a board that sends an echo."""
+        reader = self._reader
+        packets = reader.feed(data, now)
+        if not reader.checked:  # no echo is a checked packet of counts
+            self._echo.received(data)
+            packets = [] if self._echo.echoing else packets
+        return packets
+
+    def report_board(self):
+        """(errors, warnings, values) of the board's status, identity and notices."""
+        return self._reader.health.report()
+
+    def encode(self, command):
+        """The packet as it is, with a CRC where the board reads one; see `FeedbackReader.encode`."""
+        line = self._reader.encode(command.text)
+        if not self._reader.checked:
+            self._echo.sent(line)
+        return line

@@ -1,0 +1,88 @@
+"""Robots: folders with wheel_params.yaml and driver.yaml. `robot:=` names one in config/robots, or gives its path."""
+
+import argparse
+import sys
+from pathlib import Path
+from typing import Mapping, NamedTuple
+
+import rospkg
+
+from robotont_driver.kinematics.wheels import Wheels
+from robotont_driver.parameters.parameters import fault
+from robotont_driver.parameters.yaml_file import read_mapping
+from robotont_driver.robots.wheel_file import read_wheel_file
+
+DEFAULT = "thesis"
+ARGUMENT = "robot:="
+WHEELS, PARAMETERS = "wheel_params.yaml", "driver.yaml"
+NODES = ("driver_node", "serial_com_node", "odom_node", "robotont_node")  # whose parameters a robot may have
+
+
+class Robot(NamedTuple):
+    """A checked robot."""
+
+    folder: Path
+    wheels: Wheels
+    given: Mapping       # contents of its wheel_params.yaml
+    text: str            # of that file
+    parameters: Mapping  # by node and name, of its driver.yaml
+
+    @property
+    def packets(self):
+        """Dialect that its board must speak; "auto" for any."""
+        return self.parameters.get("serial_com_node", {}).get("packets", "auto")
+
+
+def shipped():
+    """Folder of the robots that robotont_bringup ships. Raises OSError where the package is not installed."""
+    try:
+        return Path(rospkg.RosPack().get_path("robotont_bringup")) / "config" / "robots"
+    except rospkg.ResourceNotFound:
+        raise OSError("found no package robotont_bringup with robots, allowed: the folder of a robot") from None
+
+
+def robot_folder(robot=""):
+    """Path of a robot's folder. robot: a name, or a path with a slash in it; empty: thesis. Raises OSError."""
+    if "/" in str(robot):
+        folder, others = Path(robot), "a folder with wheel_params.yaml and driver.yaml"
+    else:
+        folder = shipped() / (str(robot) or DEFAULT)
+        others = ", ".join(sorted(path.name for path in shipped().iterdir())) + ", or a folder (with a / in its name)"
+    if not folder.is_dir():
+        raise OSError(fault("robot", str(robot), others + ": docs/robots.md"))
+    return folder
+
+
+def read_robot(robot=""):
+    """The `Robot` of a name or folder. Raises OSError without one, ValueError with all faults of its files."""
+    folder = robot_folder(robot)
+    faults = []
+    try:
+        wheels, given, text = read_wheel_file(folder / WHEELS)
+    except (OSError, ValueError) as error:
+        faults.append(str(error))
+    try:
+        parameters = read_mapping(folder / PARAMETERS, "parameters by node and name")[0]
+        faults += [f"{folder / PARAMETERS}: " + fault(name, value, "parameters of " + ", ".join(NODES))
+                   for name, value in parameters.items() if name not in NODES or not isinstance(value, dict)]
+    except (OSError, ValueError) as error:
+        faults.append(str(error))
+    if faults:
+        raise ValueError("\n".join(faults))
+    return Robot(folder, wheels, given, text, parameters)
+
+
+def take_robot(words):
+    """(robot, other words) of a command line with a `robot:=NAME or FOLDER` in it, as launch files have; "" without."""
+    given = [word[len(ARGUMENT):] for word in words if word.startswith(ARGUMENT)]
+    return (given or [""])[-1], [word for word in words if not word.startswith(ARGUMENT)]
+
+
+def main():
+    """Check a robot and print its path; exit status 1 and all faults when it is wrong."""
+    parser = argparse.ArgumentParser(prog="robot", description=__doc__)
+    parser.add_argument("robot", nargs="?", default="", help="name or folder [thesis]")
+    try:
+        print(read_robot(parser.parse_args().robot).folder.resolve(), end="")
+    except (OSError, ValueError) as error:
+        sys.exit(f"robot: {error}")

@@ -1,0 +1,96 @@
+"""Topics of the official driver: what boards measure besides the wheels, and the lights of some of them.
+
+The messages of `power_supply`, `led_pixel` and `led_segment` are those of the official package robotont_msgs; without
+it there are only `range` and `battery`.
+"""
+
+import math
+
+import rospy
+from geometry_msgs.msg import TransformStamped
+from sensor_msgs.msg import BatteryState, Range
+from tf2_msgs.msg import TFMessage
+
+from robotont_driver.protocol.dialects.dialect import Power, Ranges
+
+try:
+    from robotont_msgs.msg import LedModulePixel, LedModuleSegment, PowerSupply
+except ImportError:
+    LedModulePixel = LedModuleSegment = PowerSupply = None
+
+FIELD_OF_VIEW = math.radians(25)
+NEAREST, FARTHEST = 0.04, 4.0  # [m]
+# Where the range sensors sit in base_link: distance from the centre [m], angle of the place and angle of the view
+# [rad], both clockwise from forward.
+SENSORS = (
+    (0.163, 0.593, 0.52), (0.176, 1.047, 1.04), (0.163, 1.501, 1.57), (0.165, 2.094, 2.09), (0.161, 2.548, 2.63),
+    (0.136, 3.142, 3.14), (0.162, 3.752, 3.66), (0.165, 4.206, 4.18), (0.163, 4.800, 4.71), (0.176, 5.253, 5.27),
+    (0.163, 5.707, 5.76), (0.165, 0.0, 0.0),
+)
+
+
+class OfficialTopics:
+    """Publishes readings of a dialect; `light(first, colours)` is called for messages that colour lights."""
+
+    def __init__(self, sensor_prefix, base_frame, light):
+        self._sensor_prefix = sensor_prefix
+        self._base_frame = base_frame
+        self._light = light
+        self._publishers = {}  # by topic; made when the first reading comes
+        if LedModulePixel:
+            rospy.Subscriber("led_pixel", LedModulePixel, self._on_pixel, queue_size=50)
+            rospy.Subscriber("led_segment", LedModuleSegment, self._on_segment, queue_size=50)
+
+    def publish(self, readings):
+        """Publish a list of `Ranges` and `Power`."""
+        for reading in readings:
+            if isinstance(reading, Ranges):
+                self._publish_ranges(reading)
+            elif isinstance(reading, Power):
+                self._publish_power(reading)
+
+    def _publish_ranges(self, ranges):
+        if "range" not in self._publishers:
+            self._place_sensors(len(ranges.distances))
+        message = Range(radiation_type=Range.INFRARED, field_of_view=FIELD_OF_VIEW,
+                        min_range=NEAREST, max_range=FARTHEST)
+        message.header.stamp = rospy.Time.now()
+        for sensor, distance in enumerate(ranges.distances):
+            message.header.frame_id = f"{self._sensor_prefix}{sensor}"
+            message.range = distance
+            self._publisher("range", Range, queue_size=2 * len(SENSORS)).publish(message)
+
+    def _publish_power(self, power):
+        message = BatteryState(voltage=power.voltage, current=-power.current, charge=math.nan, capacity=math.nan,
+                               design_capacity=math.nan, percentage=math.nan, present=True)
+        message.header.stamp = rospy.Time.now()
+        self._publisher("battery", BatteryState).publish(message)
+        if PowerSupply:
+            supply = PowerSupply(voltage=power.voltage, current=power.current)
+            self._publisher("power_supply", PowerSupply).publish(supply)
+
+    def _publisher(self, topic, message_type, queue_size=1):
+        if topic not in self._publishers:
+            self._publishers[topic] = rospy.Publisher(topic, message_type, queue_size=queue_size)
+        return self._publishers[topic]
+
+    def _place_sensors(self, amount):
+        """Publish where the sensors are, once."""
+        transforms = []
+        for sensor, (distance, place, view) in enumerate(SENSORS[:amount]):
+            transform = TransformStamped(child_frame_id=f"{self._sensor_prefix}{sensor}")
+            transform.header.frame_id = self._base_frame
+            transform.header.stamp = rospy.Time.now()
+            transform.transform.translation.x = distance * math.cos(place)
+            transform.transform.translation.y = -distance * math.sin(place)
+            transform.transform.rotation.z = math.sin(-view / 2)
+            transform.transform.rotation.w = math.cos(-view / 2)
+            transforms.append(transform)
+        self._tf_publisher = rospy.Publisher("/tf_static", TFMessage, queue_size=1, latch=True)
+        self._tf_publisher.publish(transforms)
+
+    def _on_pixel(self, message):
+        self._light(message.idx, [(message.color.r, message.color.g, message.color.b)])
+
+    def _on_segment(self, message):
+        self._light(message.idx_start, [(color.r, color.g, color.b) for color in message.colors])

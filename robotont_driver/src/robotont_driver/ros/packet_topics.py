@@ -1,0 +1,107 @@
+"""The topics `serial_write`, `serial_read` and `serial_doubt` as driver_node, serial_com_node and odom_node use them.
+
+Nodes in processes of their own exchange packets over ROS (`PacketTopic`); nodes in one process call each other, and
+ROS gets a copy where somebody listens (`SharedPacketTopic`).
+"""
+
+import traceback
+from typing import Any, NamedTuple
+
+import rospy
+from std_msgs.msg import String
+
+from robotont_driver.protocol.protocol import PacketError, parse_packet
+from robotont_driver.ros.node import ImmediatePublisher
+
+BURST = 200  # copies that may wait for a slow listener; then the oldest are dropped
+
+
+class PacketTopic:
+    """A topic of packets between processes."""
+
+    def __init__(self, name):
+        self._name = name
+        self._publisher = None
+
+    def advertise(self):
+        """Announce that this process publishes on the topic."""
+        self._publisher = ImmediatePublisher(self._name, String)
+
+    def publish(self, packet):
+        """Publish a `Packet`; it is in the subscribers' sockets when this returns."""
+        self._publisher.publish(packet.text)
+
+    def subscribe(self, wheels, taken, refused, queue_size=None):
+        """From now on call taken(packet) for each `Packet` of `wheels` values, refused(error) for other messages.
+
+        Of more than `queue_size` waiting messages the oldest are dropped; None: every one is kept.
+        """
+        rospy.Subscriber(self._name, String, lambda message: deliver(message.data, wheels, taken, refused),
+                         queue_size=queue_size, tcp_nodelay=True)
+
+
+class SharedPacketTopic:
+    """A topic of packets within this process: `publish` calls the subscribers, in the same thread.
+
+    from_outside: whether subscribers get the messages of other processes, too.
+    """
+
+    def __init__(self, name, from_outside=False):
+        self._name = name
+        self._from_outside = from_outside
+        self._publisher = None
+        self._subscribers = ()
+
+    def advertise(self):
+        """Announce that this process publishes on the topic."""
+        self._publisher = rospy.Publisher(self._name, String, queue_size=BURST)
+
+    def publish(self, packet):
+        """Hand a `Packet` to the subscribers, then to listeners in other processes, for whom nobody waits."""
+        for taken in self._subscribers:
+            try:
+                taken(packet)
+            except Exception:  # a fault in one node must not end a thread of another, as over ROS
+                rospy.logerr("%s: a subscriber failed:\n%s", self._name, traceback.format_exc())
+        if self._publisher.get_num_connections():
+            self._publisher.publish(packet.text)
+
+    def subscribe(self, wheels, taken, refused, queue_size=None):
+        """From now on call taken(packet) for each `Packet`; refused(error) for malformed messages from outside."""
+        self._subscribers = (*self._subscribers, taken)
+        if self._from_outside:
+            rospy.Subscriber(self._name, String, lambda message: is_own(message) or deliver(
+                message.data, wheels, taken, refused), queue_size=queue_size, tcp_nodelay=True)
+
+
+class PacketTopics(NamedTuple):
+    """The topics of a robot."""
+
+    serial_write: Any
+    serial_read: Any
+    serial_doubt: Any  # edges by which the paths of the wheels up to the newest packet may be wrong
+
+
+def topics_between_processes():
+    """`PacketTopics` of a node in a process of its own."""
+    return PacketTopics(*map(PacketTopic, PacketTopics._fields))
+
+
+def topics_within_process(from_outside):
+    """`PacketTopics` of nodes that share a process."""
+    return PacketTopics(*(SharedPacketTopic(name, from_outside) for name in PacketTopics._fields))
+
+
+def deliver(text, wheels, taken, refused):
+    """Call taken(packet) with the `Packet` of a string, or refused(error)."""
+    try:
+        packet = parse_packet(text, wheels)
+    except PacketError as error:
+        refused(error)
+        return
+    taken(packet)
+
+
+def is_own(message):
+    """Whether a message comes from this very process, which has handed it over already."""
+    return message._connection_header["callerid"] == rospy.get_name()

@@ -1,0 +1,117 @@
+"""Watches the network to the publishers on other machines, and connects to them anew when it comes back.
+
+After an outage of T seconds TCP sends again only up to T seconds later, for it doubles its pause with every failed
+attempt: after 30 s without Wi-Fi a robot would stand for up to another 30 s. A new connection needs a fraction of a
+second. It brings nothing old, either.
+"""
+
+import contextlib
+import socket
+import threading
+import xmlrpc.client
+from urllib.parse import urlsplit
+
+import rospy
+
+from robotont_driver.command.message_age import Link
+from robotont_driver.ros.clocks import boot_time
+from robotont_driver.ros.node import Worker
+
+PERIOD = 0.25        # [s] between two looks
+ANSWER_WITHIN = 0.4  # [s] or a machine counts as out of reach
+
+
+class OutageWatch:
+    """Looks at the machines of silent publishers, and connects subscribers again to those that were out of reach.
+
+    `newest`: subscribers of commands; data that waits in their old connections is too old and dropped. `every`:
+    subscribers that may lose no message, such as an emergency stop's; their old connections still deliver, late.
+    """
+
+    def __init__(self, newest=(), every=()):
+        self._newest = [subscriber.impl for subscriber in newest]
+        self._every = [subscriber.impl for subscriber in every]
+        self._links = {}     # Link of each connection
+        self._received = {}  # bytes received from each connection
+        self._probed = set()  # URIs that are being probed
+        self._looked = boot_time()
+        Worker(self._look)
+
+    def link(self, header):
+        """The Link of the connection with this header, of a subscriber in `newest`; None: there is none any more."""
+        for topic in self._newest:
+            for connection in topic.connections:
+                if connection.header is header:
+                    return self._links.get(connection) or self._link(connection)
+        return None
+
+    def _link(self, connection):
+        link = self._links.setdefault(connection, Link(self._looked))  # a new one was not there at the last look
+        link.local = link.local or _is_local(connection)
+        return link
+
+    def _look(self):
+        """Probe the machines of silent and of lost connections; returns the time to rest."""
+        now = boot_time()
+        silent = {}
+        for topic in (*self._newest, *self._every):
+            for connection in topic.connections:
+                if not connection.endpoint_id.startswith("http"):
+                    continue  # an old one, kept for the messages that it may still deliver
+                link = self._link(connection)
+                active = connection.stat_bytes != self._received.get(connection)
+                self._received[connection] = connection.stat_bytes
+                if not link.local and (link.lost or not active):
+                    silent.setdefault(connection.endpoint_id, []).append((topic, connection, link))
+        self._looked = now
+        for known in (self._links, self._received):
+            for connection in [one for one in list(known) if one.done]:
+                del known[connection]
+        for uri, ways in silent.items():
+            if uri not in self._probed:
+                self._probed.add(uri)
+                threading.Thread(target=self._probe, args=(uri, ways, now), daemon=True).start()
+        return PERIOD
+
+    def _probe(self, uri, ways, now):
+        """Look at a machine; ways: (topic, connection, link) of each connection to the publisher at `uri`."""
+        try:
+            address = _ends(ways[0][1])[1] or urlsplit(uri).hostname
+            socket.create_connection((address, urlsplit(uri).port), ANSWER_WITHIN).close()
+        except OSError as error:  # refused: the publisher has ended, but what it has sent may still come
+            if not isinstance(error, ConnectionRefusedError) and not any(link.lost for _, _, link in ways):
+                rospy.logwarn("the machine of %s is out of reach", uri)
+            for _, _, link in ways:
+                link.lost = True
+        else:
+            for topic, _, link in ways:
+                if topic in self._newest:
+                    link.reached(now)
+            if any(link.lost for _, _, link in ways):
+                rospy.loginfo("the machine of %s is back: new connection", uri)
+                self._reconnect(uri, [(topic, connection) for topic, connection, link in ways if link.lost])
+        finally:
+            self._probed.discard(uri)
+
+    def _reconnect(self, uri, lost):
+        own = xmlrpc.client.ServerProxy(rospy.get_node_uri())
+        for topic, connection in sorted(lost, key=lambda pair: pair[0] in self._newest):
+            if topic in self._newest:
+                connection.close()
+                topic.remove_connection(connection)
+            else:
+                connection.endpoint_id = f"before the outage at {boot_time():.3f}: {uri}"
+            uris = [one.endpoint_id for one in topic.connections if one.endpoint_id.startswith("http")]
+            own.publisherUpdate("/master", topic.resolved_name, [*uris, uri])  # rospy then connects
+
+
+def _ends(connection):
+    """(address of this end, of the other) of a connection; (None, None) while there is none."""
+    with contextlib.suppress(AttributeError, OSError):
+        return connection.socket.getsockname()[0], connection.socket.getpeername()[0]
+    return None, None
+
+
+def _is_local(connection):
+    here, there = _ends(connection)
+    return here is not None and (here == there or there.startswith("127."))

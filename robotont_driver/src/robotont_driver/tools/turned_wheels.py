@@ -1,0 +1,106 @@
+"""Command line of turned_wheels: shows which wheel counts which way while you turn it by hand.
+
+It listens to the board, of any firmware, and sends nothing, so the motors stay off.
+"""
+
+import argparse
+import math
+import select
+import sys
+import time
+
+import serial
+
+from robotont_driver.kinematics.motor import counts_in_reach
+from robotont_driver.link.serial_link import explain, usb_id
+from robotont_driver.protocol.dialects import expect_dialect
+from robotont_driver.protocol.dialects.dialect import DialectError
+from robotont_driver.robots.robot_folder import read_robot, take_robot
+
+STEP = 30  # [degrees] of a wheel between two lines
+ROTATION = {1: "counterclockwise", -1: "clockwise"}
+
+
+class TurnedWheels:
+    """Sums the counts of `Wheels` and describes their turns."""
+
+    def __init__(self, wheels):
+        self._wheels = wheels
+        self._totals = [0] * wheels.amount  # [edges]
+        self._described = [0] * wheels.amount  # [steps] of STEP degrees at the last description
+
+    def add(self, counts):
+        """Add one packet's counts (n,) [edges]; returns a line for each wheel that has turned by another step."""
+        self._totals = [total + count for total, count in zip(self._totals, counts)]
+        steps = [round(degrees / STEP) for degrees in self._degrees()]
+        changed = [wheel for wheel, step in enumerate(steps) if step != self._described[wheel]]
+        lines = [self._describe(wheel, steps[wheel] > self._described[wheel]) for wheel in changed]
+        self._described = steps
+        return lines
+
+    @property
+    def verdict(self):
+        """What the wheels' signs show about the rotation of the robot."""
+        turned = [0 if abs(degrees) < STEP else math.copysign(1, degrees) for degrees in self._degrees()]
+        if 0 in turned:
+            still = [wheel for wheel, sign in enumerate(turned) if not sign]
+            return f"less than {STEP} degrees: wheel " + ", ".join(map(str, still))
+        if len(set(turned)) == 1:
+            return f"all wheels turned as if the robot had been turned {ROTATION[turned[0] * self._wheels.rotation]}"
+        signs = ", ".join(f"wheel {wheel} {'forward' if sign > 0 else 'backward'}" for wheel, sign in enumerate(turned))
+        return f"the wheels disagree about the robot's rotation: {signs}"
+
+    def _degrees(self):
+        return [360 * total / self._wheels.edges_per_turn for total in self._totals]
+
+    def _describe(self, wheel, forward):
+        place = round(math.degrees(self._wheels.positions[wheel])) % 360
+        return (f"wheel {wheel} (at {place} degrees): {'forward' if forward else 'backward'}, "
+                f"{self._degrees()[wheel]:+.0f} degrees in all")
+
+
+def watch(port, dialect, turned, seconds):
+    """Print what the wheels do for a time [s]. Raises OSError."""
+    with serial.Serial(port, 115200, timeout=0, exclusive=True) as line:
+        dialect.usb_id = usb_id(port)
+        dialect.connect(time.monotonic())
+        end = time.monotonic() + seconds
+        while time.monotonic() < end:
+            if select.select([line.fileno()], [], [], max(0.0, end - time.monotonic()))[0]:
+                for packet in dialect.feed(line.read(4096), time.monotonic()):
+                    for text in turned.add(packet):
+                        print(text, flush=True)
+
+
+def main(arguments=None):
+    """Run; returns the exit status."""
+    robot, words = take_robot(sys.argv[1:] if arguments is None else arguments)
+    parser = argparse.ArgumentParser(prog="turned_wheels", usage="%(prog)s [-h] [--seconds SECONDS] [port] "
+                                     "[robot:=NAME or FOLDER]", description=__doc__)
+    parser.add_argument("port", nargs="?", default="/dev/ttyACM0", help="serial port [%(default)s]")
+    parser.add_argument("--seconds", type=float, default=60.0, help="how long to watch [%(default)s]")
+    options = parser.parse_args(words)
+    try:
+        found = read_robot(robot)
+        wheels = found.wheels
+        dialect = expect_dialect(found.packets, wheels, counts_in_reach(wheels))
+    except (DialectError, ValueError, OSError) as error:
+        print(f"turned_wheels: {error}", file=sys.stderr)
+        return 1
+    turned = TurnedWheels(wheels)
+    try:
+        print(f"Turn each wheel by hand, or the whole robot on the floor: turned {ROTATION[wheels.rotation]}, all its "
+              "wheels must count forward. Ctrl-C ends it.", flush=True)
+        try:
+            watch(options.port, dialect, turned, options.seconds)
+        except KeyboardInterrupt:
+            print()
+    except (OSError, ValueError) as error:
+        print(f"turned_wheels: {explain(options.port, error)}", file=sys.stderr)
+        return 1
+    spoken = dialect.spoken
+    if spoken.obstacle or not spoken.packets:
+        print(f"turned_wheels: {spoken.obstacle or spoken.complaint or 'no packets came'}", file=sys.stderr)
+        return 1
+    print(turned.verdict)
+    return 0

@@ -1,0 +1,49 @@
+"""Command line of which_robot: listens to a board and prints the launch line that drives it. Needs no ROS master."""
+
+import argparse
+import select
+import sys
+import time
+
+import serial
+
+from robotont_driver.link.serial_link import explain, usb_id
+from robotont_driver.protocol.dialects.recognition import LEAST_WHEELS, PATIENCE, ROBOTS, Listener
+
+LINE = "roslaunch robotont_bringup robot.launch {} port:={}"
+
+
+def listen(port, baudrate, seconds):
+    """(dialect's name or None; the robot for it, or a description of the received data). Sends nothing.
+
+    Raises OSError.
+    """
+    listener = Listener(usb_id=usb_id(port))
+    with serial.Serial(port, baudrate, timeout=0, exclusive=True) as line:
+        end = time.monotonic() + seconds
+        while time.monotonic() < end:
+            if select.select([line.fileno()], [], [], max(0.0, end - time.monotonic()))[0]:
+                name = listener.feed(line.read(4096))
+                if name:
+                    own = name in ("plain", "checked") and listener.fields not in (0, LEAST_WHEELS)
+                    return name, f"robot:=FOLDER_OF_{listener.fields}_WHEELS" if own else ROBOTS[name]
+    return None, listener.heard
+
+
+def main(arguments=None):
+    """Run; returns the exit status."""
+    parser = argparse.ArgumentParser(prog="which_robot", description=__doc__)
+    parser.add_argument("port", nargs="?", default="/dev/ttyACM0", help="serial port [%(default)s]")
+    parser.add_argument("--baudrate", type=int, default=115200, help="[%(default)s]")
+    parser.add_argument("--seconds", type=float, default=2 * PATIENCE, help="how long to listen [%(default)s]")
+    options = parser.parse_args(arguments)
+    try:
+        name, received = listen(options.port, options.baudrate, options.seconds)
+    except (OSError, ValueError) as error:
+        print(f"which_robot: {explain(options.port, error)}", file=sys.stderr)
+        return 1
+    if name is None:
+        print(f"which_robot: {options.port}: {received}", file=sys.stderr)
+        return 1
+    print(f"the board speaks {name}; start it with\n  {LINE.format(received, options.port)}")
+    return 0

@@ -1,0 +1,87 @@
+import numpy as np
+import pytest
+
+from robotont_driver.kinematics.kinematics import Kinematics, wheel_matrix
+from robotont_driver.kinematics.least_squares import SOLVERS, condition, least_squares, triples
+from robotont_driver.kinematics.wheels import read_wheels
+from robotont_driver.odometry.odometry import WheelOdometry
+from robotont_testing.robots import UNEVEN_4, UNEVEN_5
+from robotont_testing.simulated_wheels import even_wheels
+
+ROBOTS = {
+    **{f"even {number}": read_wheels(even_wheels(number)) for number in (3, 4, 5, 6)},
+    "uneven 4": read_wheels(UNEVEN_4),
+    "uneven 5": read_wheels(UNEVEN_5),
+}
+each_robot = pytest.mark.parametrize("wheels", ROBOTS.values(), ids=ROBOTS)
+
+
+@each_robot
+def test_without_noise_both_solvers_give_the_twist(wheels):
+    matrix = wheel_matrix(wheels)
+    twists = np.random.default_rng(1).uniform(-2, 2, (1000, 3))
+    speeds = twists @ matrix.T
+    for solver in SOLVERS.values():
+        assert np.abs(speeds @ solver(matrix).T - twists).max() < 1e-9
+    difference = np.abs(speeds @ (least_squares(matrix) - triples(matrix)).T).max()
+    print(f"largest difference of the solvers for n = {wheels.amount}: {difference:.1e}")
+    assert difference < 1e-9
+
+
+@each_robot
+def test_with_noise_least_squares_is_at_least_as_good_as_triples(wheels):
+    matrix = wheel_matrix(wheels)
+    generator = np.random.default_rng(2)
+    twists = generator.uniform(-1, 1, (10_000, 3))
+    speeds = twists @ matrix.T + generator.normal(0, 0.02, (10_000, wheels.amount))
+    errors = {name: np.mean((speeds @ solver(matrix).T - twists) ** 2, axis=0) for name, solver in SOLVERS.items()}
+    print("n = {}: mean squared error of (v_x, v_y, omega) over 10^4 draws: {}".format(
+        wheels.amount, ", ".join(f"{name} {np.array2string(value, precision=6)}" for name, value in errors.items())))
+    for own, others in zip(errors["least_squares"], errors["triples"]):
+        assert own <= others * (1 + 1e-9)
+    if wheels.amount == 3:
+        np.testing.assert_allclose(errors["least_squares"], errors["triples"], rtol=1e-9)
+
+
+def test_a_triple_that_cannot_distinguish_motions_is_no_part_of_the_mean():
+    """Six wheels, three of which stand (almost) in parallel: their inverse would drown all others."""
+    wheels = read_wheels({**UNEVEN_5, "wheelAmount": 6, "wheelRadius": 0.035,
+                          "wheelRads": [0.0, 1e-4, 2e-4, 1.5, 3.0, 4.5]})
+    matrix = wheel_matrix(wheels)
+    assert condition(matrix[:3]) > 1e3
+    solution = triples(matrix)
+    assert np.abs(solution @ matrix - np.eye(3)).max() < 1e-9
+    assert np.abs(solution).max() < 2 * np.abs(least_squares(matrix)).max() + 5
+
+
+def test_the_best_triple_serves_where_none_is_good():
+    wheels = read_wheels({**UNEVEN_4, "wheelRads": [0.0, 0.25, 0.5, 0.75], "wheelDistanceFromCenter": 0.1})
+    matrix = wheel_matrix(wheels)
+    assert min(condition(matrix[[a, b, c]]) for a, b, c in ((0, 1, 2), (0, 1, 3), (0, 2, 3), (1, 2, 3))) > 10
+    assert np.abs(triples(matrix) @ matrix - np.eye(3)).max() < 1e-9
+
+
+@pytest.mark.parametrize("solver", SOLVERS.values(), ids=SOLVERS)
+def test_wheels_that_do_not_count_do_not_matter(solver):
+    matrix = wheel_matrix(read_wheels(UNEVEN_5))
+    solution = solver(matrix, (0, 2, 3, 4))
+    assert np.array_equal(solution[:, 1], np.zeros(3))
+    assert np.abs(solution @ matrix - np.eye(3)).max() < 1e-9
+
+
+@pytest.mark.parametrize("solver", SOLVERS.values(), ids=SOLVERS)
+def test_odometry_with_a_wheel_left_out_and_taken_back(solver):
+    wheels = read_wheels(even_wheels(4))
+    kinematics = Kinematics(wheels, solver)
+    odometry = WheelOdometry(kinematics, 0.02, 0.005)
+    right = kinematics.units_of_twist((0.3, 0.1, 0.5))
+    wrong = right.copy()
+    wrong[2] = 0.0
+    odometry.update(wrong, 0.0)
+    assert np.abs(np.subtract(odometry.twist, (0.3, 0.1, 0.5))).max() > 0.05
+    odometry.exclude((2,))
+    odometry.update(wrong, 0.0)
+    np.testing.assert_allclose(odometry.twist, (0.3, 0.1, 0.5), atol=1e-12)
+    odometry.exclude(())
+    odometry.update(right, 0.0)
+    np.testing.assert_allclose(odometry.twist, (0.3, 0.1, 0.5), atol=1e-12)

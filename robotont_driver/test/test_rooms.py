@@ -1,0 +1,46 @@
+"""Each folder of robotont_driver imports only from those below it, and most know neither ROS nor a clock."""
+
+import ast
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+SOURCE = Path(__file__).resolve().parents[1] / "src" / "robotont_driver"
+PURE = ["parameters", "timing", "kinematics", "robots", "odometry", "protocol", "command"]
+ROOMS = [*PURE, "link", "ros", "nodes", "tools"]
+IMPURE_MODULES = {"rospy", "roslib", "genpy", "serial", "time", "threading", "socket", "std_msgs"}
+
+
+def imports(room):
+    """(file, module) of each import in a room."""
+    for file in sorted((SOURCE / room).rglob("*.py")):
+        for node in ast.walk(ast.parse(file.read_text())):
+            names = [alias.name for alias in node.names] if isinstance(node, ast.Import) else \
+                [node.module] if isinstance(node, ast.ImportFrom) else []
+            yield from ((file.name, name) for name in names)
+
+
+def test_each_module_is_in_a_room():
+    assert sorted(path.name for path in SOURCE.iterdir() if path.name != "__pycache__") == sorted([*ROOMS, "__init__.py"])
+
+
+@pytest.mark.parametrize("room", ROOMS)
+def test_a_room_imports_only_from_rooms_below(room):
+    above = ROOMS[ROOMS.index(room) + 1:]
+    wrong = [(file, name) for file, name in imports(room)
+             if name.startswith("robotont_driver.") and name.split(".")[1] in above]
+    assert not wrong
+
+
+@pytest.mark.parametrize("room", PURE)
+def test_a_pure_room_imports_no_ros_no_port_and_no_clock(room):
+    assert not [(file, name) for file, name in imports(room) if name.split(".")[0] in IMPURE_MODULES]
+
+
+def test_pure_rooms_load_where_there_is_no_ros():
+    modules = ["robotont_driver." + ".".join(file.relative_to(SOURCE).with_suffix("").parts)
+               for room in PURE for file in (SOURCE / room).rglob("*.py")]
+    code = f"import sys; sys.modules.update(rospy=None, serial=None); import {', '.join(modules)}"
+    subprocess.run([sys.executable, "-c", code], check=True, cwd=str(SOURCE.parent))

@@ -16,7 +16,7 @@ with atheris.instrument_imports(include=["robotont_driver", "robotont_calibratio
     from robotont_driver.parameters.parameters import ParameterError, read_parameters
     from robotont_driver.parameters.yaml_file import read_mapping
     from robotont_driver.protocol.dialects import NAMES, make_dialect
-    from robotont_driver.protocol.protocol import Packet, PacketError, parse_packet
+    from robotont_driver.protocol.packet import Packet, PacketError, parse_packet
     from robotont_driver.robots.wheel_file import read_wheel_file
     from robotont_simulator.world import WorldError, read_world
 

@@ -2,7 +2,7 @@
 
 import random
 
-from robotont_driver.protocol.protocol import FeedbackReader
+from robotont_driver.protocol.feedback_reader import FeedbackReader
 from robotont_testing.stand_in_board import Board
 
 REACH = 300  # [edges per period]

@@ -19,7 +19,7 @@ from robotont_driver.kinematics.kinematics import Kinematics
 from robotont_driver.kinematics.se2 import pose_of
 from robotont_driver.kinematics.wheels import read_wheels
 from robotont_driver.odometry.odometry import WheelOdometry
-from robotont_driver.protocol.protocol import format_packet
+from robotont_driver.protocol.packet import format_packet
 from robotont_testing.harness import wait_for
 from robotont_testing.node_test import OK, WARN, NodeTest, twist
 from robotont_testing.robots import WHEEL_PARAMS

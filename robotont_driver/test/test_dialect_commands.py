@@ -13,7 +13,7 @@ from robotont_driver.protocol.dialects import make_dialect
 from robotont_driver.protocol.dialects.board_wheels import BoardWheels
 from robotont_driver.protocol.dialects.dialect import DialectError
 from robotont_driver.protocol.dialects.robotont2 import Robotont2
-from robotont_driver.protocol.protocol import Packet
+from robotont_driver.protocol.packet import Packet
 from robotont_testing.dc_motors import Motors
 from robotont_testing.official_boards import BOARDS
 from robotont_testing.robots import BARE, SHIPPED, UNEVEN_4

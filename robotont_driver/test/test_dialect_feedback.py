@@ -11,7 +11,7 @@ from robotont_driver.protocol.dialects import NAMES, make_dialect
 from robotont_driver.protocol.dialects.dialect import Power, Ranges
 from robotont_driver.protocol.dialects.pose_feedback import IN_BASE, IN_ODOM, ORIGIN, PoseLine, body_step, parse_pose
 from robotont_driver.protocol.dialects.robotont2 import Robotont2
-from robotont_driver.protocol.protocol import PacketError
+from robotont_driver.protocol.packet import PacketError
 
 FUZZED_LINES = int(os.environ.get("FUZZED_LINES", "100000"))  # docs/dialects.md states the figure of 100000
 

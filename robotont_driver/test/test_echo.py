@@ -2,7 +2,7 @@ import pytest
 
 from robotont_driver.kinematics.ideal_motors import IdealMotors
 from robotont_driver.protocol.dialects.echo import EchoWatch
-from robotont_driver.protocol.protocol import add_checksum, format_packet
+from robotont_driver.protocol.packet import add_checksum, format_packet
 
 
 def commands(number, decimals=2):

@@ -3,7 +3,8 @@
 import pytest
 from feedback_bench import reader
 
-from robotont_driver.protocol.protocol import QUESTION, add_checksum, crc16
+from robotont_driver.protocol.feedback_reader import QUESTION
+from robotont_driver.protocol.packet import add_checksum, crc16
 
 
 def modern_packet(status, counter=0, wheels=3):

@@ -13,7 +13,7 @@ from robotont_driver.nodes import driver_node, odom_node, serial_com_node
 from robotont_driver.parameters.parameters import ParameterError, read_parameters
 from robotont_driver.protocol.board_status import BoardStatus, Identity
 from robotont_driver.protocol.dialects import NAMES, make_dialect
-from robotont_driver.protocol.protocol import Packet, PacketError, add_checksum, parse_packet
+from robotont_driver.protocol.packet import Packet, PacketError, add_checksum, parse_packet
 from robotont_driver.robots.wheel_file import read_wheel_file
 from robotont_testing.robots import ROBOTONT2, WHEEL_PARAMS
 

@@ -10,8 +10,10 @@ from scipy.stats import chi2
 from robotont_driver.kinematics import se2
 from robotont_driver.kinematics.kinematics import Kinematics
 from robotont_driver.kinematics.wheels import read_wheels
-from robotont_driver.odometry.gyro import GAP, SECOND, Gyro, GyroFusion, TurnIntegral
+from robotont_driver.odometry.gyro import SECOND, Gyro
+from robotont_driver.odometry.gyro_fusion import GyroFusion
 from robotont_driver.odometry.odometry import WheelOdometry
+from robotont_driver.odometry.turn_integral import GAP, TurnIntegral
 from robotont_driver.timing.packet_clock import PacketClock
 from robotont_testing.robots import SHIPPED
 from robotont_testing.simulated_wheels import PERIOD, counted, even_wheels, mixed_drive, path_of, rolled, still

@@ -7,7 +7,7 @@ import time
 import pytest
 
 from robotont_driver.ros import rospy_end
-from robotont_driver.ros.node import signals_wait
+from robotont_driver.ros.lifecycle import signals_wait
 
 
 @pytest.fixture

@@ -2,7 +2,7 @@
 
 import pytest
 
-from robotont_driver.protocol.protocol import Packet, parse_packet
+from robotont_driver.protocol.packet import Packet, parse_packet
 from robotont_driver.ros import packet_topics
 from robotont_driver.ros.packet_topics import SharedPacketTopic, deliver
 

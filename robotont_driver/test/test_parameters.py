@@ -12,7 +12,7 @@ from robotont_driver.nodes.serial_com_node import PARAMETERS as SERIAL_COM
 from robotont_driver.nodes.serial_com_node import check as check_serial_com
 from robotont_driver.parameters.parameters import ParameterError, read_parameters, shown
 from robotont_driver.robots.robot_folder import read_robot, shipped
-from robotont_driver.ros.node import COMMON_PARAMETERS
+from robotont_driver.ros.node_parameters import COMMON_PARAMETERS
 from robotont_testing.robots import SHIPPED
 
 TIMEOUT = "a finite number from 0.05 to 2 [s]: for so long the robot drives on when its commander dies"

@@ -9,7 +9,8 @@ import time
 import pytest
 
 from robotont_driver.link import port_owner
-from robotont_driver.link.serial_link import SerialLink, explain
+from robotont_driver.link.port import explain
+from robotont_driver.link.serial_link import SerialLink
 from robotont_testing.harness import wait_for
 from robotont_testing.port_owners import given_away, program
 

@@ -7,18 +7,17 @@ from feedback_bench import reader, total
 from hypothesis import given
 from hypothesis import strategies as st
 
-from robotont_driver.protocol.protocol import (
+from robotont_driver.protocol.feedback_reader import QUESTION, spread
+from robotont_driver.protocol.line_splitter import LineSplitter
+from robotont_driver.protocol.packet import (
     LONGEST_LINE,
-    QUESTION,
     CheckedPacket,
-    LineSplitter,
     Packet,
     PacketError,
     add_checksum,
     crc16,
     format_packet,
     parse_packet,
-    spread,
 )
 from robotont_testing import places
 

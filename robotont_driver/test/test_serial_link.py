@@ -9,8 +9,10 @@ import time
 import pytest
 
 from robotont_driver.link import serial_link
-from robotont_driver.link.serial_link import SerialLink, explain
-from robotont_driver.protocol.protocol import FeedbackReader, add_checksum, format_packet
+from robotont_driver.link.port import explain
+from robotont_driver.link.serial_link import SerialLink
+from robotont_driver.protocol.feedback_reader import FeedbackReader
+from robotont_driver.protocol.packet import add_checksum, format_packet
 from robotont_driver.timing.starvation import StallWatch
 from robotont_testing.harness import wait_for
 from robotont_testing.stand_in_board import Board

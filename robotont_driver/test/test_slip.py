@@ -6,8 +6,10 @@ from scipy.stats import chi2
 
 from robotont_driver.kinematics.kinematics import Kinematics
 from robotont_driver.kinematics.wheels import read_wheels
+from robotont_driver.odometry.chi_square import chi_square_limit, chi_square_tail
+from robotont_driver.odometry.command_watch import CommandWatch
 from robotont_driver.odometry.odometry import WheelOdometry
-from robotont_driver.odometry.slip import WINDOW, CommandWatch, SlipDetector, chi_square_limit, chi_square_tail
+from robotont_driver.odometry.slip import WINDOW, SlipDetector
 from robotont_testing.robots import SHIPPED
 from robotont_testing.simulated_wheels import PERIOD, counted, end_pose, even_wheels, mixed_drive, rolled
 

@@ -9,7 +9,7 @@ from robotont_driver.kinematics.wheels import read_wheels
 from robotont_driver.link.outbox import Outbox
 from robotont_driver.odometry.odometry import WheelOdometry
 from robotont_driver.protocol.dialects import make_dialect
-from robotont_driver.protocol.protocol import format_packet, parse_packet
+from robotont_driver.protocol.packet import format_packet, parse_packet
 from robotont_simulator.official_firmware import SimulatedMotors, make_simulation
 from robotont_simulator.world import World
 from robotont_testing.official_boards import BOARDS

@@ -9,7 +9,7 @@ from geometry_msgs.msg import TransformStamped, Twist
 from nav_msgs.msg import OccupancyGrid, Odometry
 from web_client import Client
 
-from robotont_driver.ros.node import Worker
+from robotont_driver.ros.worker import Worker
 from robotont_testing import places
 from robotont_testing.browser import CHROMIUM, PHONE, Browser
 from robotont_testing.harness import free_port, wait_for

@@ -33,7 +33,7 @@ output = HandOutput()
 rospy.on_shutdown(lambda: output.send((0.0, 0.0, 0.0)))
 """
 MUX = """
-from robotont_driver.ros.node import own_parameters
+from robotont_driver.ros.node_parameters import own_parameters
 from robotont_teleop.cmd_vel_mux import PARAMETERS, CmdVelMux
 CmdVelMux(own_parameters(PARAMETERS))
 """

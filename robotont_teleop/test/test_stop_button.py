@@ -2,39 +2,34 @@
 
 import time
 
-import pytest
 import rospy
 from std_msgs.msg import String
 
 from robotont_teleop.stop_button import OLDEST_REQUEST, StopButton
-from robotont_testing.harness import Master, suspended, wait_for
+from robotont_testing.harness import Master, in_own_process, suspended, wait_for
 from robotont_testing.robots import WHEEL_PARAMS
 
 
-@pytest.fixture
-def master():
-    with Master() as processes:
-        yield processes
-
-
-def test_a_release_is_never_carried_out_late(master):
-    rospy.init_node("hand", disable_signals=True)
-    master.start("rosparam", "load", WHEEL_PARAMS).wait()
-    master.node("driver_node")
-    said, failures = [], []
-    rospy.Subscriber("emergency_stop/pressed_by", String, lambda message: said.append(message.data))
-    button = StopButton(failures.append)
-    wait_for(lambda: said, "driver_node")
-    button.press()
-    wait_for(lambda: said[-1] == "/hand", "the press")
-    with suspended(master._master.pid):
+@in_own_process
+def test_a_release_is_never_carried_out_late():
+    with Master() as master:
+        rospy.init_node("hand", disable_signals=True)
+        master.start("rosparam", "load", WHEEL_PARAMS).wait()
+        master.node("driver_node")
+        said, failures = [], []
+        rospy.Subscriber("emergency_stop/pressed_by", String, lambda message: said.append(message.data))
+        button = StopButton(failures.append)
+        wait_for(lambda: said, "driver_node")
+        button.press()
+        wait_for(lambda: said[-1] == "/hand", "the press")
+        with suspended(master._master.pid):
+            button.release()
+            time.sleep(0.1)  # the first is on its way to the master
+            button.release()
+            button.press()  # newer than both
+            time.sleep(OLDEST_REQUEST)  # so long they take
+        wait_for(lambda: len(failures) == 2, "words about both")
+        assert said[-1] == "/hand"
+        assert button.pressed
         button.release()
-        time.sleep(0.1)  # the first is on its way to the master
-        button.release()
-        button.press()  # newer than both
-        time.sleep(OLDEST_REQUEST)  # so long they take
-    wait_for(lambda: len(failures) == 2, "words about both")
-    assert said[-1] == "/hand"
-    assert button.pressed
-    button.release()
-    wait_for(lambda: said[-1] == "" and not button.pressed, "a release that is asked for now")
+        wait_for(lambda: said[-1] == "" and not button.pressed, "a release that is asked for now")

@@ -19,7 +19,7 @@ from robotont_calibration.trajectory import Trajectory
 from robotont_driver.kinematics.se2 import yaw_of
 from robotont_driver.odometry.odometry import LONGEST_HOLD, Pose, WheelOdometry
 from robotont_driver.parameters.parameters import shown
-from robotont_driver.protocol.protocol import LONGEST_LINE, PacketError, parse_packet
+from robotont_driver.protocol.packet import LONGEST_LINE, PacketError, parse_packet
 from robotont_driver.timing.packet_clock import SECOND, PacketClock
 
 FORMATS = ("auto", "optiodom")

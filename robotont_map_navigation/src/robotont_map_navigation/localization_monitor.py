@@ -13,7 +13,9 @@ from sensor_msgs.msg import LaserScan
 
 from robotont_driver.kinematics.se2 import yaw_of
 from robotont_driver.parameters.parameters import Parameter
-from robotont_driver.ros.node import OK, WARN, Health, Worker, robot_name, run_without_wheels
+from robotont_driver.ros.diagnostics import OK, WARN, Health, robot_name
+from robotont_driver.ros.lifecycle import run_without_wheels
+from robotont_driver.ros.worker import Worker
 from robotont_map_navigation.localization import deviations, fit
 from robotont_map_navigation.messages import floor_map_of
 

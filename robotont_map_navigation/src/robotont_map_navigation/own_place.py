@@ -10,7 +10,8 @@ import tf2_ros
 from map_msgs.msg import OccupancyGridUpdate
 from nav_msgs.msg import OccupancyGrid
 
-from robotont_driver.ros.node import Worker, run_without_wheels
+from robotont_driver.ros.lifecycle import run_without_wheels
+from robotont_driver.ros.worker import Worker
 from robotont_map_navigation.footprint import base_frame, needed_radius
 from robotont_map_navigation.messages import floor_map_of
 from robotont_map_navigation.room import OwnPlace

@@ -7,7 +7,7 @@ import rospy
 from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
 
-from robotont_driver.ros.node import run_without_wheels
+from robotont_driver.ros.lifecycle import run_without_wheels
 from robotont_map_navigation.blockage import PATIENCE, TRIES, Blockage
 
 

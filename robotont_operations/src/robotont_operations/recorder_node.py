@@ -9,7 +9,9 @@ import time
 import rospy
 
 from robotont_driver.parameters.parameters import Parameter
-from robotont_driver.ros.node import ERROR, OK, WARN, Health, Worker, robot_name, run_without_wheels
+from robotont_driver.ros.diagnostics import ERROR, OK, WARN, Health, robot_name
+from robotont_driver.ros.lifecycle import run_without_wheels
+from robotont_driver.ros.worker import Worker
 from robotont_operations.black_box import BlackBox, Record
 
 PARAMETERS = (

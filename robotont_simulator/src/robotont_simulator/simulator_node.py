@@ -13,7 +13,8 @@ from std_srvs.srv import SetBool, SetBoolResponse, Trigger, TriggerResponse
 
 from robotont_driver.parameters.parameters import Parameter
 from robotont_driver.ros.clocks import read_clocks
-from robotont_driver.ros.node import OK, WARN, Health, run_node
+from robotont_driver.ros.diagnostics import OK, WARN, Health
+from robotont_driver.ros.lifecycle import run_node
 from robotont_simulator.official_firmware import OfficialFirmware, make_simulation
 from robotont_simulator.port import Port, PortError
 from robotont_simulator.simulated_board import SimulatedBoard, SimulatedFirmware

@@ -14,9 +14,12 @@ from robotont_driver.command.command_stream import refuse
 from robotont_driver.command.message_age import Arrivals
 from robotont_driver.parameters.parameters import Parameter
 from robotont_driver.ros.clocks import boot_time
+from robotont_driver.ros.diagnostics import OK, WARN, Health, robot_name
+from robotont_driver.ros.lifecycle import run_without_wheels
 from robotont_driver.ros.log_throttle import Refusals
-from robotont_driver.ros.node import OK, WARN, DroppingPublisher, Health, Worker, robot_name, run_without_wheels
+from robotont_driver.ros.publishers import DroppingPublisher
 from robotont_driver.ros.reconnection import OutageWatch
+from robotont_driver.ros.worker import Worker
 from robotont_teleop.arbitration import STOP, Arbiter, Input
 from robotont_teleop.twist_message import twist_message
 

@@ -6,7 +6,9 @@ import evdev
 import rospy
 
 from robotont_driver.parameters.parameters import Parameter
-from robotont_driver.ros.node import OK, WARN, Health, Worker, robot_name, run_without_wheels
+from robotont_driver.ros.diagnostics import OK, WARN, Health, robot_name
+from robotont_driver.ros.lifecycle import run_without_wheels
+from robotont_driver.ros.worker import Worker
 from robotont_teleop.gamepad import EV_ABS, EV_KEY, EV_SYN, LAYOUTS, SYN_DROPPED, SYN_REPORT, Gamepad, layout_for
 from robotont_teleop.hand_output import HandOutput
 from robotont_teleop.speeds import STOP, Speeds

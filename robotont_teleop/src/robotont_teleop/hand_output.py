@@ -8,7 +8,7 @@ from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
 from std_msgs.msg import String
 
-from robotont_driver.ros.node import DroppingPublisher
+from robotont_driver.ros.publishers import DroppingPublisher
 from robotont_teleop.speeds import STOP
 from robotont_teleop.stop_button import StopButton
 from robotont_teleop.twist_message import twist_message

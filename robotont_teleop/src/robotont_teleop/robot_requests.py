@@ -4,7 +4,7 @@ import threading
 
 import rospy
 
-from robotont_driver.ros.node import Worker
+from robotont_driver.ros.worker import Worker
 
 
 class NewestGoal:

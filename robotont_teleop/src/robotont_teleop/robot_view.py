@@ -21,8 +21,9 @@ from std_srvs.srv import Trigger
 
 from robotont_driver.kinematics.kinematics import Kinematics
 from robotont_driver.kinematics.se2 import compose, pose_of, yaw_of
-from robotont_driver.protocol.protocol import PacketError, parse_packet
-from robotont_driver.ros.node import DroppingPublisher, Worker
+from robotont_driver.protocol.packet import PacketError, parse_packet
+from robotont_driver.ros.publishers import DroppingPublisher
+from robotont_driver.ros.worker import Worker
 from robotont_map_navigation.goal import Goal
 from robotont_map_navigation.goto import GoTo
 from robotont_teleop.camera import Camera

@@ -7,7 +7,7 @@ import rospy
 from std_msgs.msg import Bool, String
 from std_srvs.srv import Trigger
 
-from robotont_driver.ros.node import Worker
+from robotont_driver.ros.worker import Worker
 
 OLDEST_REQUEST = 1.0  # [s] a release that could not be asked for within this time is dropped
 

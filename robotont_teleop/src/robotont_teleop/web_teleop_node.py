@@ -15,16 +15,9 @@ import rospkg
 import rospy
 
 from robotont_driver.parameters.parameters import Parameter, ParameterError
-from robotont_driver.ros.node import (
-    OK,
-    WARN,
-    Health,
-    init_node,
-    own_parameters,
-    robot_name,
-    running_wheels,
-    signals_wait,
-)
+from robotont_driver.ros.diagnostics import OK, WARN, Health, robot_name
+from robotont_driver.ros.lifecycle import init_node, signals_wait
+from robotont_driver.ros.node_parameters import own_parameters, running_wheels
 from robotont_driver.ros.rospy_end import end_soon
 from robotont_teleop.access import Access, is_loopback_address, read_or_make_token
 from robotont_teleop.robot_view import RobotView

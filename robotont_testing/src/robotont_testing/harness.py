@@ -1,6 +1,7 @@
 """A ROS master of one's own, processes that end with it, and waiting for conditions."""
 
 import contextlib
+import functools
 import importlib
 import os
 import signal
@@ -52,6 +53,17 @@ def threads_take_turns(interval):
         yield
     finally:
         sys.setswitchinterval(before)
+
+
+def in_own_process(test):
+    """A test without arguments that runs in a process of its own: rospy.init_node works once in each."""
+    def run():
+        result = subprocess.run(
+            [sys.executable, "-c", f"import sys, runpy; runpy.run_path({test.__code__.co_filename!r})"
+                                   f"[{test.__name__!r}].__wrapped__()"],
+            stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, check=False)
+        assert not result.returncode, result.stdout
+    return functools.wraps(test)(run)
 
 
 def free_port():

@@ -15,13 +15,15 @@ from robotont_driver.command.timeouts import PUBLISH_RATE, WRITE_TIMEOUT, check_
 from robotont_driver.kinematics.kinematics import Kinematics
 from robotont_driver.parameters.parameters import Parameter
 from robotont_driver.protocol.carried_rounding import CarriedRounding
-from robotont_driver.protocol.protocol import Packet, packet_form
+from robotont_driver.protocol.packet import Packet, packet_form
 from robotont_driver.ros.clocks import boot_time
+from robotont_driver.ros.diagnostics import OK, WARN, Health, robot_name
 from robotont_driver.ros.kept_parameter import KeptParameter
+from robotont_driver.ros.lifecycle import Part, init_node, serve
 from robotont_driver.ros.log_throttle import Refusals
-from robotont_driver.ros.node import OK, WARN, Health, Part, Worker, init_node, robot_name, serve
 from robotont_driver.ros.packet_topics import topics_between_processes
 from robotont_driver.ros.reconnection import OutageWatch
+from robotont_driver.ros.worker import Worker
 
 PARAMETERS = (
     Parameter("publish_rate", PUBLISH_RATE, "how often the newest command is repeated", "Hz", minimum=5.0,

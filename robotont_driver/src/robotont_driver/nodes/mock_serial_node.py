@@ -4,8 +4,8 @@ import rospy
 from std_msgs.msg import String
 
 from robotont_driver.kinematics.ideal_motors import IdealMotors
-from robotont_driver.protocol.protocol import PacketError, format_packet, parse_packet
-from robotont_driver.ros.node import run_node
+from robotont_driver.protocol.packet import PacketError, format_packet, parse_packet
+from robotont_driver.ros.lifecycle import run_node
 
 
 class MockSerialNode:

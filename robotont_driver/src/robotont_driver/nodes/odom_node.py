@@ -13,15 +13,19 @@ from std_srvs.srv import Trigger, TriggerResponse
 
 from robotont_driver.kinematics.kinematics import Kinematics
 from robotont_driver.kinematics.least_squares import SOLVERS
-from robotont_driver.odometry.gyro import Gyro, GyroFusion
+from robotont_driver.odometry.command_watch import CommandWatch
+from robotont_driver.odometry.gyro import Gyro
+from robotont_driver.odometry.gyro_fusion import GyroFusion
 from robotont_driver.odometry.odometry import WheelOdometry
-from robotont_driver.odometry.slip import CommandWatch, SlipDetector
+from robotont_driver.odometry.slip import SlipDetector
 from robotont_driver.parameters.parameters import Parameter
 from robotont_driver.ros.clocks import read_clocks
+from robotont_driver.ros.diagnostics import OK, WARN, Health, Rate, robot_name
 from robotont_driver.ros.imu_input import ImuInput
+from robotont_driver.ros.lifecycle import Part, init_node, serve
 from robotont_driver.ros.log_throttle import Refusals
-from robotont_driver.ros.node import OK, WARN, DroppingPublisher, Health, Part, Rate, init_node, robot_name, serve
 from robotont_driver.ros.packet_topics import topics_between_processes
+from robotont_driver.ros.publishers import DroppingPublisher
 from robotont_driver.timing.packet_clock import SECOND, ArrivalClock, PacketClock
 
 # Variance of z, roll and pitch (and their rates): a robot on the floor has none; filters like no zeros.

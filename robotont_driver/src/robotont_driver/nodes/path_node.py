@@ -8,7 +8,7 @@ from nav_msgs.msg import Odometry, Path
 
 from robotont_driver.kinematics.se2 import yaw_of
 from robotont_driver.nodes.travelled_path import Sample, Trail
-from robotont_driver.ros.node import run_without_wheels
+from robotont_driver.ros.lifecycle import run_without_wheels
 
 MAX_POSES = 1000      # that the path keeps; the oldest go first
 MIN_DISTANCE = 0.05   # [m] between two poses of the path

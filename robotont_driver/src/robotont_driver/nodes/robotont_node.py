@@ -7,7 +7,8 @@ import rospy
 
 from robotont_driver.nodes import driver_node, odom_node, serial_com_node
 from robotont_driver.parameters.parameters import Parameter
-from robotont_driver.ros.node import init_node, own_parameters, serve, signals_wait
+from robotont_driver.ros.lifecycle import init_node, serve, signals_wait
+from robotont_driver.ros.node_parameters import own_parameters
 from robotont_driver.ros.packet_topics import topics_within_process
 
 PARAMETERS = (

@@ -4,7 +4,7 @@ import rospy
 from sensor_msgs.msg import LaserScan
 
 from robotont_driver.nodes.scan_sectors import sectors
-from robotont_driver.ros.node import init_node
+from robotont_driver.ros.lifecycle import init_node
 
 
 class ScanToDistance:

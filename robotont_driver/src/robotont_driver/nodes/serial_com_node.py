@@ -7,13 +7,15 @@ import rospy
 
 from robotont_driver.command.timeouts import PUBLISH_RATE, WRITE_TIMEOUT, check_repetition
 from robotont_driver.kinematics.motor import counts_in_reach
-from robotont_driver.link.serial_link import SerialLink, usb_id
+from robotont_driver.link.port import usb_id
+from robotont_driver.link.serial_link import SerialLink
 from robotont_driver.parameters.parameters import Parameter
 from robotont_driver.protocol.dialects import AUTO, DISTANCE, NAMES, Recognised, expect_dialect
 from robotont_driver.protocol.dialects.dialect import DialectError
-from robotont_driver.protocol.protocol import format_packet
+from robotont_driver.protocol.packet import format_packet
+from robotont_driver.ros.diagnostics import ERROR, OK, WARN, Health, Rate
+from robotont_driver.ros.lifecycle import Part, init_node, serve
 from robotont_driver.ros.log_throttle import Refusals
-from robotont_driver.ros.node import ERROR, OK, WARN, Health, Part, Rate, init_node, serve
 from robotont_driver.ros.official_topics import OfficialTopics
 from robotont_driver.ros.packet_topics import topics_between_processes
 

@@ -9,7 +9,7 @@ import math
 from robotont_driver.kinematics import se2
 from robotont_driver.kinematics.kinematics import Kinematics
 from robotont_driver.odometry.covariance import NONE, Covariance, WeightedSum
-from robotont_driver.odometry.gyro import UNCHANGED
+from robotont_driver.odometry.gyro_fusion import UNCHANGED
 from robotont_driver.odometry.wheel_noise import PATH_VARIANCE, READING_VARIANCE, variance_per_edge
 
 # Variance of each coordinate before the first step: the start is exact, but filters need a positive variance.

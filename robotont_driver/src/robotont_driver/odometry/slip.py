@@ -3,17 +3,17 @@
 With n > 3 wheels the counts are redundant: the wheel matrix J leaves n - 3 combinations of them (parity checks)
 that are zero while every wheel rolls. A chi-square test compares them with their noise over a short window; its
 statistic is the weighted sum of squares that remains of the paths when the step that fits them best is taken off.
-With three wheels nothing is redundant; there, and for any n, commanded and measured paths are compared. Counts and
-paths of wheels are in edges.
+With three wheels nothing is redundant; there, and for any n, `CommandWatch` compares commanded and measured paths.
+Counts and paths of wheels are in edges.
 """
 
 import itertools
-import math
 from collections import deque
 
 import numpy as np
 
 from robotont_driver.kinematics.least_squares import LARGEST_CONDITION
+from robotont_driver.odometry.chi_square import chi_square_limit
 from robotont_driver.odometry.wheel_noise import PATH_VARIANCE, variance_per_edge
 
 WINDOW = 10             # [packets with motion] that the test looks back on: 0.2 s at 50 Hz
@@ -197,93 +197,3 @@ class SlipDetector:
         values = np.linalg.eigvalsh(products)
         spare = values[:, 2] <= LARGEST_CONDITION ** 2 * values[:, 0]
         return [wheels for wheels, spared in zip(sets, spare) if spared], used[spare]
-
-
-class CommandWatch:
-    """Compares commanded and measured paths of n >= 3 wheels, over about a second.
-
-    frequency: [Hz] packets per second. Motors lag behind their commands, so each change of command
-    excuses a difference of `LAG` times the change.
-    """
-
-    BLOCK = 0.1        # [s]
-    BLOCKS = 10        # blocks in a window ...
-    EARLIER = 5        # ... and before it, from which changes of command still show
-    LAG = 0.3          # [s] in which a motor may follow
-    SHARE = 0.3        # part of the commanded path by which a wheel may differ
-    LEAST = 50.0       # [edges] by which it may differ always: motors have a least speed
-
-    def __init__(self, wheels, frequency):
-        self._packets = max(1, round(self.BLOCK * frequency))
-        self._lag = self.LAG * frequency  # [packets]
-        self._blocks = deque(maxlen=self.BLOCKS + self.EARLIER)
-        self._last = None
-        self._wheels = wheels
-        self._start_block()
-        self.followed = None  # per wheel: measured over commanded path of the newest window; None: hardly commanded
-        self.lagging = ()     # indices of the wheels that do not follow their command
-
-    def update(self, counts, commanded):
-        """Take one packet: n counts and the n units commanded for it (None: unknown, starts again)."""
-        if commanded is None:
-            if self._last is not None:
-                self._blocks.clear()
-                self._start_block()
-                self._last = None
-                self.followed, self.lagging = None, ()
-            return
-        measured, path = self._measured, self._path
-        for wheel in range(self._wheels):
-            measured[wheel] += counts[wheel]
-            path[wheel] += commanded[wheel]
-        if commanded != self._last:
-            for wheel, old in enumerate(self._last or [0.0] * self._wheels):
-                self._change[wheel] += abs(commanded[wheel] - old)
-            self._last = commanded
-        self._left -= 1
-        if not self._left:
-            self._blocks.append((measured, path, self._change))
-            self._start_block()
-            if len(self._blocks) >= self.BLOCKS:
-                self._judge()
-
-    def _start_block(self):
-        self._left = self._packets
-        self._measured = [0.0] * self._wheels
-        self._path = [0.0] * self._wheels      # commanded
-        self._change = [0.0] * self._wheels
-
-    def _judge(self):
-        measured, commanded, change = (np.array(part) for part in zip(*self._blocks))
-        measured, commanded = measured[-self.BLOCKS:].sum(axis=0), commanded[-self.BLOCKS:].sum(axis=0)
-        allowed = self.LEAST + self.SHARE * abs(commanded) + self._lag * change.sum(axis=0)
-        self.followed = tuple(
-            float(did / wanted) if abs(wanted) > self.LEAST else None for did, wanted in zip(measured, commanded))
-        self.lagging = tuple(np.flatnonzero(abs(measured - commanded) > allowed).tolist())
-
-
-def chi_square_tail(value, degrees):
-    """Probability that a chi-square variable of `degrees` (a whole number > 0) of freedom exceeds `value`.
-
-    The upper incomplete gamma function of a half-integer, which is a finite sum. scipy.special has it too (the tests
-    compare), but would cost odom_node 0.14 s of its start and 14 MB, and the robot 62 MB of disk, for these lines.
-    """
-    half = value / 2
-    tail = math.erfc(math.sqrt(half)) if degrees % 2 else 0.0
-    power = 0.5 if degrees % 2 else 0.0
-    while power < degrees / 2:
-        tail += math.exp(-half) * half ** power / math.gamma(power + 1)
-        power += 1
-    # the odd sum runs over 1/2, 3/2, ... below degrees / 2; the even one over 0, 1, ...
-    return tail
-
-
-def chi_square_limit(rate, degrees):
-    """The value that a chi-square variable of `degrees` of freedom exceeds with probability `rate` (0 to 1)."""
-    low, high = 0.0, 10.0
-    while chi_square_tail(high, degrees) > rate and high < 1e3:
-        high *= 2
-    for _ in range(60):
-        middle = (low + high) / 2
-        low, high = (middle, high) if chi_square_tail(middle, degrees) > rate else (low, middle)
-    return high

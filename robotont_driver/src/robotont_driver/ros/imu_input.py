@@ -8,7 +8,7 @@ import tf2_ros
 from sensor_msgs.msg import Imu
 
 from robotont_driver.odometry.gyro import LEARNING, SETTLING, up_in
-from robotont_driver.ros.node import OK, WARN, Rate
+from robotont_driver.ros.diagnostics import OK, WARN, Rate
 
 BURST = 1000  # samples that may wait: 4 s at 250 Hz, on a machine that is late with everything
 

@@ -4,7 +4,7 @@ import threading
 
 import rospy
 
-from robotont_driver.ros.node import Worker
+from robotont_driver.ros.worker import Worker
 
 AGAIN = 1.0  # [s] after which it is written again, to a master that did not answer, or to a new one
 

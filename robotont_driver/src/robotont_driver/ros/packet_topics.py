@@ -10,8 +10,8 @@ from typing import Any, NamedTuple
 import rospy
 from std_msgs.msg import String
 
-from robotont_driver.protocol.protocol import PacketError, parse_packet
-from robotont_driver.ros.node import ImmediatePublisher
+from robotont_driver.protocol.packet import PacketError, parse_packet
+from robotont_driver.ros.publishers import ImmediatePublisher
 
 BURST = 200  # copies that may wait for a slow listener; then the oldest are dropped
 

@@ -15,7 +15,7 @@ import rospy
 
 from robotont_driver.command.message_age import Link
 from robotont_driver.ros.clocks import boot_time
-from robotont_driver.ros.node import Worker
+from robotont_driver.ros.worker import Worker
 
 PERIOD = 0.25        # [s] between two looks
 ANSWER_WITHIN = 0.4  # [s] or a machine counts as out of reach

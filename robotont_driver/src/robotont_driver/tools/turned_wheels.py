@@ -12,7 +12,7 @@ import time
 import serial
 
 from robotont_driver.kinematics.motor import counts_in_reach
-from robotont_driver.link.serial_link import explain, usb_id
+from robotont_driver.link.port import explain, usb_id
 from robotont_driver.protocol.dialects import expect_dialect
 from robotont_driver.protocol.dialects.dialect import DialectError
 from robotont_driver.robots.robot_folder import read_robot, take_robot

@@ -7,7 +7,7 @@ import time
 
 import serial
 
-from robotont_driver.link.serial_link import explain, usb_id
+from robotont_driver.link.port import explain, usb_id
 from robotont_driver.protocol.dialects.recognition import LEAST_WHEELS, PATIENCE, ROBOTS, Listener
 
 LINE = "roslaunch robotont_bringup robot.launch {} port:={}"

@@ -3,7 +3,7 @@
 from collections import Counter
 from typing import NamedTuple, Tuple
 
-from robotont_driver.protocol.protocol import Packet, PacketError
+from robotont_driver.protocol.packet import Packet, PacketError
 
 
 class Ranges(NamedTuple):

@@ -2,7 +2,7 @@
 
 from collections import deque
 
-from robotont_driver.protocol.protocol import LineSplitter
+from robotont_driver.protocol.line_splitter import LineSplitter
 
 SENT_KEPT = 100   # newest lines to the board that an echo may still be of
 CERTAIN = 4       # lines that came back, before it is called an echo

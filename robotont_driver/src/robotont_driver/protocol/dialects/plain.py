@@ -2,7 +2,7 @@
 
 from robotont_driver.protocol.dialects.dialect import Dialect
 from robotont_driver.protocol.dialects.echo import EchoWatch
-from robotont_driver.protocol.protocol import FeedbackReader
+from robotont_driver.protocol.feedback_reader import FeedbackReader
 
 ECHO = ("the board sends back what it gets: it runs a REPL or another firmware (./robotont flash), or the line is a "
         "loop; nothing is published on serial_read")

@@ -10,7 +10,7 @@ import re
 from typing import NamedTuple
 
 from robotont_driver.protocol.dialects.board_wheels import PERIOD
-from robotont_driver.protocol.protocol import Packet, PacketError
+from robotont_driver.protocol.packet import Packet, PacketError
 from robotont_driver.protocol.restarts import NEGLIGIBLE, Arrival, doubt_about, largest
 
 _FLOAT = r"(-?(?:0|[1-9][0-9]{0,8})\.[0-9]{6})"  # what C's %f prints

@@ -5,7 +5,8 @@ from robotont_driver.protocol.dialects.dialect import Dialect, DialectError, dec
 from robotont_driver.protocol.dialects.pose_feedback import parse_pose
 from robotont_driver.protocol.dialects.robotont2 import BANNER
 from robotont_driver.protocol.dialects.robotont3 import USB_ID
-from robotont_driver.protocol.protocol import CheckedPacket, ForeignPacketError, LineSplitter, PacketError, parse_packet
+from robotont_driver.protocol.line_splitter import LineSplitter
+from robotont_driver.protocol.packet import CheckedPacket, ForeignPacketError, PacketError, parse_packet
 
 PATIENCE = 1.0  # [s] of listening before a board of unknown dialect gets plain packets
 OWN_BANNER = "# robotont_firmware"

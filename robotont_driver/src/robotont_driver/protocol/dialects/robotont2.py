@@ -6,7 +6,8 @@ from robotont_driver.protocol.carried_rounding import CarriedRounding
 from robotont_driver.protocol.dialects.board_wheels import DISTANCE, PERIOD, BoardWheels
 from robotont_driver.protocol.dialects.dialect import LineDialect, Power, Ranges
 from robotont_driver.protocol.dialects.pose_feedback import PoseTracker, parse_pose
-from robotont_driver.protocol.protocol import LineSplitter, PacketError
+from robotont_driver.protocol.line_splitter import LineSplitter
+from robotont_driver.protocol.packet import PacketError
 
 BANNER = "**** MAIN ****"
 STOP = b"RS:0:0:0\n"

@@ -4,7 +4,8 @@ import re
 
 from robotont_driver.protocol.carried_rounding import CarriedRounding
 from robotont_driver.protocol.dialects.dialect import DialectError, LineDialect
-from robotont_driver.protocol.protocol import LineSplitter, Packet, PacketError
+from robotont_driver.protocol.line_splitter import LineSplitter
+from robotont_driver.protocol.packet import Packet, PacketError
 
 WHEELS = 3
 WINDOW = 0.01     # [s] in which the board counts edges; it reports one of every two windows or more

@@ -1,0 +1,80 @@
+"""A serial port: who holds it, what is behind it, and what its errors mean."""
+
+import contextlib
+import errno
+import fcntl
+import os
+import sys
+import termios
+
+from robotont_driver.link.port_owner import is_pseudo_terminal, refusal, users_of
+
+ADVICE = {
+    errno.EACCES: "add your user to the group dialout (sudo usermod -aG dialout $USER) and log in again",
+    errno.ENOENT: "is the board plugged in, and is this the right port?",
+}
+BUSY = (errno.EAGAIN, errno.EBUSY)  # locked by another program, or marked as its own
+
+
+def waiting_bytes(descriptor):
+    """Bytes written to a port that its driver has not sent yet."""
+    return int.from_bytes(fcntl.ioctl(descriptor, termios.TIOCOUTQ, b"\0\0\0\0"), sys.byteorder)
+
+
+@contextlib.contextmanager
+def claimed(port):
+    """The open port as this process' own: also programs that look at no lock are refused. Raises OSError.
+
+    A pseudo-terminal stays as it is: after `kill -9` it would stay marked for as long as its other end lives, while
+    a real port loses the mark with its last user.
+    """
+    if is_pseudo_terminal(port.name):
+        yield
+        return
+    if users_of(port.name):
+        raise OSError(errno.EBUSY, os.strerror(errno.EBUSY))
+    fcntl.ioctl(port.fileno(), termios.TIOCEXCL)
+    try:
+        yield
+    finally:
+        with contextlib.suppress(OSError):  # the device is gone
+            fcntl.ioctl(port.fileno(), termios.TIOCNXCL)
+
+
+def usb_id(port):
+    """The id "vendor:product" of the USB device behind a port such as /dev/ttyACM0; empty when there is none."""
+    folder = os.path.realpath(os.path.join("/sys/class/tty", os.path.basename(os.path.realpath(port)), "device"))
+    while len(folder) > len("/sys"):
+        with contextlib.suppress(OSError):
+            return ":".join(read_text(os.path.join(folder, name)) for name in ("idVendor", "idProduct"))
+        folder = os.path.dirname(folder)
+    return ""
+
+
+def read_text(file):
+    """Contents of a small file, without surrounding white space."""
+    with open(file, encoding="ascii") as stream:
+        return stream.read().strip()
+
+
+class ForeignPortError(OSError):
+    """A port that belongs to another process."""
+
+
+def check_owner(port):
+    """Raise ForeignPortError where a port leads to a user's terminal, or may soon."""
+    reason = refusal(port)
+    if reason:
+        raise ForeignPortError(reason)
+
+
+def explain(port, error):
+    """Message about an error on opening or using a port, with advice."""
+    if isinstance(error, ForeignPortError):
+        return f"{port}: {error}"
+    number = getattr(error, "errno", None)
+    if number in BUSY:
+        return ": ".join([f"{port}: another program holds it open", *users_of(port)[:1]])
+    advice = ADVICE.get(number, "is the board still plugged in?")
+    # pyserial's own message contains the port and the system's message twice
+    return f"{port}: {os.strerror(number).lower() if number else error}; {advice}"

@@ -1,0 +1,130 @@
+"""Fusion of a gyro with the wheels' odometry. Turns are counterclockwise, in [rad]."""
+
+import math
+from operator import add
+from typing import NamedTuple, Tuple
+
+from robotont_driver.odometry.covariance import Covariance
+from robotont_driver.odometry.gyro import SECOND, Rows
+from robotont_driver.odometry.turn_integral import TurnIntegral
+from robotont_driver.odometry.turn_watch import TurnWatch
+from robotont_driver.odometry.wheel_noise import PATH_VARIANCE
+
+LEAP = 5.0              # [periods] more than this between the stamps of two packets is a leap; ...
+CROWDED = 0.5           # ... behind it, packets that waited are less than this apart
+UNIT = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
+UNCHANGED = (1.0, 1.0)  # factors on the errors of bias and scale of a period without learning
+
+
+class Fused(NamedTuple):
+    """A step of wheels and gyro together."""
+
+    step: Tuple[float, float, float]  # (dx [m], dy [m], dyaw [rad])
+    covariance: Covariance  # of the errors that are independent from period to period
+    wheels: Rows            # 3 x 3, sensitivity of the step to an error of the wheels' step
+    # (how the step depends on the errors of bias [rad/s] and scale [1], 3 x 2; their variances, 2), which are the same
+    # in the periods to come, so that their covariance with the pose has to be kept (S. F. Schmidt, 1966)
+    lasting: Tuple[Rows, Tuple[float, float]]
+
+
+class GyroFusion:
+    """Weighs the turns of wheels and gyro by their covariances, and detects disagreement.
+
+    gyro: a `Gyro`. false_alarms: of `TurnWatch`, per hour; 0: no watch. learnt: (2) factors by which the newest
+    period reduced the errors of bias and scale.
+    """
+
+    def __init__(self, gyro, false_alarms):
+        self.gyro = gyro
+        self.integral = TurnIntegral()
+        self.watch = TurnWatch(gyro, false_alarms) if false_alarms else None
+        self.learnt = UNCHANGED
+        self._stamp = None    # [ns] of the newest packet
+        self._leapt = False   # whether the stamps have leapt, and packets still come at once
+        self.used = 0     # packets in which the gyro counted
+        self.missing = 0  # packets without its turn
+        self.made_good = 0.0  # [rad] that samples which came too late have corrected, to and fro
+        self.turned = 0.0  # [rad] by the gyro since it counts, to and fro, for its calibration
+
+    def add(self, stamp, rates, up):
+        """Take rates [rad/s], 3, around axes in which `up` (3) points up, at `stamp` [ns]; whether they are finite."""
+        rate = sum(a * b for a, b in zip(rates, up))
+        if not math.isfinite(rate):
+            return False
+        self.integral.add(stamp, rate)
+        return True
+
+    def use_wheels(self, by_edge):
+        """From now on one edge of each wheel moves the robot by `by_edge`, 3 x n ([m], [m], [rad])."""
+        self._by_edge = by_edge
+        self._readings = (PATH_VARIANCE * by_edge @ by_edge[2]).tolist()  # (3,) of a step with its turn
+        if self.watch:
+            self.watch.use_wheels(by_edge[2].tolist())
+
+    def fuse(self, counts, step, covariance, stamp):
+        """`Fused` step of the period that ended at `stamp` [ns]; None without a turn of the gyro.
+
+        counts: n. step: (dx, dy, dyaw) of the wheels, with its Covariance.
+        """
+        gyro = self.gyro
+        gyro.watch_wheels(counts)
+        self.learnt = UNCHANGED
+        self._watch_stamps(stamp)
+        measured, late = self.integral.turned(stamp, gyro.scale * (step[2] + gyro.bias * gyro.period))
+        fused = self._fuse_measured(counts, step, covariance, measured)
+        if not late or not gyro.ready:
+            return fused
+        self.made_good += abs(late / gyro.scale)
+        if fused is None:
+            fused = Fused(step, covariance, UNIT, (((0.0, 0.0),) * 3, (0.0, 0.0)))
+        dx, dy, dyaw = fused.step
+        return fused._replace(step=(dx, dy, dyaw + late / gyro.scale))
+
+    def _watch_stamps(self, stamp):
+        """After a leap of the stamps the packets that waited come at once; until they pass, the wheels count alone."""
+        periods = 1.0 if self._stamp is None else (stamp - self._stamp) / SECOND / self.gyro.period
+        self._stamp = stamp
+        self._leapt = not 0.0 < periods < LEAP or (self._leapt and periods < CROWDED)
+        if self._leapt:
+            self.integral.forget()
+
+    def _fuse_measured(self, counts, step, covariance, measured):
+        """`Fused` step with the turn that the gyro measured in this period; None without."""
+        gyro = self.gyro
+        if measured is None:
+            self.missing += 1
+            if self.watch:
+                self.watch.forget()
+            return None
+        turn = gyro.turn(measured)
+        self.learnt = (gyro.learnt_part, 1.0)
+        if not gyro.ready:
+            return None
+        self.used += 1
+        self.turned += turn
+        difference = turn - step[2]
+        if self.watch and self.watch.update(counts, turn, difference, covariance.aa):
+            covariance = self._doubt(covariance, difference)
+        elif gyro.stands:
+            return None  # an encoder that flickers between two edges is no reason to add up the gyro's noise
+        return self._weigh(step, covariance, turn, difference)
+
+    def _doubt(self, covariance, difference):
+        """The covariance of the wheels' step when each of the suspects may have made the `difference` [rad]."""
+        columns = self._by_edge[:, list(self.watch.suspects)]
+        columns = columns[:, columns[2] != 0.0]
+        slips = columns * (difference / columns[2])
+        return covariance.plus(Covariance.of_matrix(slips @ slips.T))
+
+    def _weigh(self, step, covariance, turn, difference):
+        gyro = self.gyro
+        period = gyro.period
+        x, y, yaw = map(add, (covariance.xa, covariance.ya, covariance.aa), self._readings)
+        whole = yaw + gyro.noise + gyro.bias_variance * period ** 2 + gyro.scale_variance * turn ** 2
+        gain = x, y, yaw = x / whole, y / whole, yaw / whole
+        kept = (1.0, 0.0, -x), (0.0, 1.0, -y), (0.0, 0.0, 1.0 - yaw)
+        dx, dy, dyaw = step
+        return Fused(
+            (dx + x * difference, dy + y * difference, dyaw + yaw * difference),
+            covariance.propagated(kept).plus(Covariance.of_vector(gain).times(gyro.noise)),
+            kept, (tuple([(part * period, part * turn) for part in gain]), (gyro.bias_variance, gyro.scale_variance)))

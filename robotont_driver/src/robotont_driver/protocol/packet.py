@@ -1,0 +1,154 @@
+"""Packets on the serial line: written, read and checked.
+
+See docs/protocol.md. A command is plain (`m0:m1:m2;`) or checked (with a CRC behind the semicolon); so is the feedback
+of the board, whose checked trailer also contains a counter and the encoder totals.
+"""
+
+import binascii
+import math
+import re
+
+from robotont_driver.protocol.board_status import BoardStatus
+
+LONGEST_LINE = 256  # [bytes] without the newline; a longer line is dropped
+
+# far more than any motor can make, and few enough digits for every sum and square to stay finite
+_NUMBER = r"-?[0-9]{1,7}(?:\.[0-9]{1,9})?"
+_PLAIN = re.compile(rf"({_NUMBER}(?::{_NUMBER})*);")
+
+# counts, counter, totals, status (from firmware 2.0 on; with at least 3 wheels it is longer than a total), CRC
+_CHECKED = re.compile(r"([^;]*);([0-9A-F]{2})((?::[0-9A-F]{4})+)(?::([0-9A-F]{9,}))?:([0-9A-F]{4})\Z")
+
+
+class PacketError(ValueError):
+    """A packet that cannot be used. The `kind` is a short name under which it is counted."""
+
+    def __init__(self, kind, text):
+        super().__init__(text)
+        self.kind = kind
+
+
+class ForeignPacketError(PacketError):
+    """A valid checked packet of a board with another number of `wheels`."""
+
+    def __init__(self, wheels, text):
+        super().__init__("fields", text)
+        self.wheels = wheels
+
+
+def packet_form(wheels, decimals):
+    r"""A format for the %-operator and that many values: `%.2f:%.2f:%.2f;\\n`."""
+    return ":".join([f"%.{decimals}f"] * wheels) + ";\n"
+
+
+def crc16(data):
+    """CRC-16/CCITT-FALSE of bytes: polynomial 0x1021, initial value 0xFFFF, not reflected."""
+    return binascii.crc_hqx(data, 0xFFFF)
+
+
+def format_packet(values, decimals=0):
+    r"""The plain packet `m0:m1:...;\\n` of the values [units], each with that many decimals."""
+    # round() may leave a negative zero, which "+ 0.0" makes positive
+    return ":".join([f"{round(value, decimals) + 0.0:.{decimals}f}" for value in values]) + ";\n"
+
+
+def add_checksum(packet):
+    r"""The checked form, as bytes, of a plain command packet that ends with `;\\n`."""
+    body = packet.rstrip("\n").encode("ascii")
+    return body + b"%04X\n" % crc16(body)
+
+
+class Packet(tuple):
+    r"""The values [units] of a plain packet, one per wheel, and its `text`, `m0:m1:...;\\n`, which writes them.
+
+    `doubt`: None, or a `Packet` of the edges by which the path of each wheel up to here may be wrong; not in `text`.
+    """
+
+    doubt = None
+
+    def __new__(cls, values, text=None):
+        """From values; without `text` they are written as whole numbers."""
+        packet = super().__new__(cls, values)
+        packet.text = format_packet(packet) if text is None else text
+        return packet
+
+    def doubted(self, edges):
+        """The same `Packet` with a doubt: n floats, or none for no doubt."""
+        if edges:
+            self.doubt = Packet(math.ceil(abs(edge)) for edge in edges)
+        return self
+
+    @property
+    def is_whole(self):
+        """Whether all values are written without decimals."""
+        return "." not in self.text
+
+
+def parse_packet(text, wheels):
+    """The `Packet` of `wheels` values at the start of a string; anything behind `;` is ignored.
+
+    Raises PacketError when the string is longer than a line, there is no semicolon, a field is not a number (or one
+    of too many digits), or there are not `wheels` fields.
+    """
+    if len(text) > LONGEST_LINE + 1:
+        raise PacketError("overlong", f"{len(text)} characters, allowed: a line of {LONGEST_LINE}; {text[:40]!r}...")
+    match = _PLAIN.match(text)
+    fields = match.group(1).split(":") if match else ()
+    if len(fields) != wheels:
+        raise _explain(text, wheels)
+    return Packet([float(field) if "." in field else int(field) for field in fields], match.group() + "\n")
+
+
+def _explain(text, wheels):
+    """The PacketError for a plain packet that has not `wheels` numbers and a semicolon."""
+    body, semicolon, _ = text.partition(";")
+    if not semicolon:
+        return PacketError("fields", f"no semicolon in {text[:40]!r}")
+    for field in body.split(":"):
+        if not re.fullmatch(_NUMBER, field):
+            return PacketError("number", f"{field[:20]!r} is not a number of up to 7 digits, in {text[:40]!r}")
+    return PacketError(
+        "fields", "{} fields instead of {} in {!r}".format(body.count(":") + 1, wheels, text[:40]))
+
+
+class CheckedPacket:
+    """Feedback with a valid CRC: `counts` per wheel, packet `counter`, encoder `totals` modulo 2^16.
+
+    `status`: the board's BoardStatus; None from firmware before 2.0. `arrival`: its reader's `Arrival`.
+    """
+
+    arrival = None
+
+    def __init__(self, line, wheels):
+        """From a line without newline. Raises PacketError."""
+        match = _CHECKED.match(line)
+        if not match:
+            raise PacketError("trailer", f"no valid trailer in {line[:60]!r}")
+        counts, counter, totals, status, checksum = match.groups()
+        if crc16(line[:-4].encode("ascii")) != int(checksum, 16):
+            raise PacketError("checksum", f"wrong checksum in {line[:60]!r}")
+        self.counter = int(counter, 16)
+        self.totals = tuple([int(total, 16) for total in totals.split(":")[1:]])
+        self.status = BoardStatus.parse(status) if status else None
+        if len(self.totals) != wheels:
+            found = len(self.totals)
+            raise ForeignPacketError(found, f"{found} totals instead of {wheels} in {line[:60]!r}")
+        self.counts = parse_packet(counts + ";", wheels)
+        if not self.counts.is_whole or (status and len(self.status.wheels) != wheels):
+            raise PacketError("fields", f"not {wheels} whole counts and faults in {line[:60]!r}")
+
+    def missed_since(self, last):
+        """(periods, counts per wheel) that the board sent after packet `last` and before this one.
+
+        Totals are known modulo 2^16, so the counts are those of the smallest magnitude.
+        """
+        periods = (self.counter - last.counter - 1) % 256
+        counts = [
+            (total - before - count + 0x8000) % 0x10000 - 0x8000
+            for total, before, count in zip(self.totals, last.totals, self.counts)
+        ]
+        return periods, counts
+
+    def repeats(self, other):
+        """Whether both are the same packet."""
+        return self.counter == other.counter and self.totals == other.totals and self.counts == other.counts

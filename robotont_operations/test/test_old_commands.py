@@ -81,7 +81,7 @@ def latched(stage):
 
 
 @pytest.mark.parametrize("outage, how", [
-    (1.2, signal.SIGKILL), (3.0, signal.SIGSTOP), pytest.param(3.0, signal.SIGINT, marks=pytest.mark.long),
+    (1.2, signal.SIGKILL), (2.0, signal.SIGSTOP), pytest.param(3.0, signal.SIGINT, marks=pytest.mark.long),
     pytest.param(10.0, signal.SIGKILL, marks=pytest.mark.long)])
 def test_what_waited_for_the_network_does_not_drive(stage, outage, how):
     stage.command(0, "drive", "laptop", stage.topic)
@@ -122,7 +122,7 @@ def test_a_latched_command_of_a_publisher_that_hung_does_not_drive(stage, latche
     nothing_moves(stage, LATE)
 
 
-@pytest.mark.parametrize("outage, carrier", [(1.0, False), (6.0, True)])
+@pytest.mark.parametrize("outage, carrier", [pytest.param(1.0, False, marks=pytest.mark.long), (6.0, True)])
 def test_the_robot_stops_at_once_in_an_outage_and_drives_at_once_after_it(stage, outage, carrier):
     board = stage.board
     stage.command(0, "drive", "laptop", stage.topic)
@@ -157,7 +157,7 @@ def test_an_emergency_stop_pressed_during_an_outage_is_not_lost(stage):
     stage.release()
 
 
-@pytest.mark.parametrize("seeds", [range(12, 13), pytest.param(range(13, 13 + SEEDS), marks=pytest.mark.long)])
+@pytest.mark.parametrize("seeds", [[12], pytest.param(range(13, 13 + SEEDS), marks=pytest.mark.long)])
 def test_whatever_happens_nothing_old_drives(stage, seeds):
     player = Player(stage)
     for seed in seeds:

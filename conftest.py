@@ -23,9 +23,9 @@ ROBOTONT_MSGS = Path(os.environ.get("ROBOTONT_MSGS",
                                     str(Path(__file__).parent / ".build/robotont_msgs/lib/python3/dist-packages")))
 
 # Files of 20 s and more, the longest first. They begin first: else one is left when all others are done.
-LONG = ("timed_cmd_vel_mux", "timed_mux_and_navigation", "timed_keyboard_teleop", "timed_navigation_demands",
+LONG = ("timed_cmd_vel_mux", "timed_keyboard_teleop", "timed_navigation_demands",
         "timed_simulator_drive", "test_old_commands", "test_network", "test_boot",
-        "test_robotont_script", "serial_com_node", "calibrate_wheels", "stack", "goto_cancelled", "rviz",
+        "test_robotont_script", "serial_com_node", "calibrate_wheels", "stack", "rviz",
         "official_boards", "simulator_faults", "board_health", "recorder_node", "goto", "driver_node",
         "web_teleop_stop", "status", "wrong_parameters", "web_teleop_node", "web_teleop_camera")
 

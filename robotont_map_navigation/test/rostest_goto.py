@@ -1,23 +1,76 @@
 #!/usr/bin/env python3
-"""goto: goals that are reached, given up or refused, and servers that are not there or die."""
+"""goto, as a user runs it, against a stand-in for move_base: every end that a goal can have."""
 
 import os
 import re
 import signal
+from pathlib import Path
+from unittest import mock
 
 import numpy as np
 import rospy
 import rostest
-from geometry_msgs.msg import TransformStamped
-from goto_test import GotoTest
+from actionlib_msgs.msg import GoalStatus, GoalStatusArray
+from geometry_msgs.msg import TransformStamped, Twist
 from move_base_msgs.msg import MoveBaseActionGoal
 from nav_msgs.msg import OccupancyGrid
 from tf2_msgs.msg import TFMessage
 
-from robotont_testing.harness import wait_for
+from robotont_map_navigation import goto as goto_module
+from robotont_map_navigation.goal import Goal
+from robotont_map_navigation.goto import GOING_ON, GoTo
+from robotont_testing import places
+from robotont_testing.harness import Processes, wait_for
+from robotont_testing.node_test import NodeTest
+
+DOUBLE = Path(__file__).resolve().parent / "move_base_double.py"
+SHARED = "/shared"  # namespace of the one stand-in that drives on until its goal is cancelled
 
 
-class GoalsTest(GotoTest):
+class GotoTest(NodeTest):
+    """Tests that end their server have a namespace of their own, so that nothing of it is left to others."""
+
+    @classmethod
+    def setUpClass(cls):
+        super().setUpClass()
+        cls.server = Processes()
+        cls.server.start(DOUBLE, f"__ns:={SHARED}", "_repeat:=true", log=cls.server.folder / "log")
+
+    @classmethod
+    def tearDownClass(cls):
+        text = (cls.server.folder / "log").read_text()
+        cls.server.close()
+        assert "Traceback" not in text, text
+
+    def setUp(self):
+        super().setUp()
+        self.use(SHARED)
+
+    def use(self, space):
+        """Watch a namespace, and run goto in it."""
+        self.space = space
+        self.commands = self.listen(space + "/cmd_vel", Twist)
+
+    def start_server(self, space, **parameters):
+        self.use(space)
+        words = [f"_{name}:={value}" for name, value in parameters.items()]
+        return self.processes.start(DOUBLE, f"__ns:={space}", *words)
+
+    def start_goto(self, *words, log="goto"):
+        self.log = self.processes.folder / log
+        words = (*words, f"__ns:={self.space}")
+        return self.processes.start(places.program("robotont_map_navigation", "goto"), *words, log=self.log)
+
+    def end(self, process, timeout=30.0):
+        """(exit status, lines) of goto when it has ended."""
+        wait_for(lambda: process.poll() is not None, "the end of goto", timeout)
+        text = self.log.read_text()
+        self.assertNotIn("Traceback", text)
+        return process.returncode, text.splitlines()
+
+    def moving(self):
+        return any(message.linear.x for message in self.commands)
+
     def test_reached(self):
         self.use("/late")
         goals = self.listen("/late/move_base/goal", MoveBaseActionGoal)
@@ -54,24 +107,22 @@ class GoalsTest(GotoTest):
         status, lines = self.end(patient)
         self.assertEqual((status, lines[-1]), (130, "interrupted"))
 
-    def test_the_server_dies(self):
-        server = self.start_server("/mortal", repeat=True)
+    def test_the_server_dies_and_is_started_again_or_not(self):
+        respawned, mortal = self.start_server("/respawned", repeat=True), self.start_server("/mortal", repeat=True)
+        first = self.start_goto("2", "2", "0", log="mortal")
+        wait_for(self.moving, "motion")
+        self.use("/respawned")
         goto = self.start_goto("2", "2", "0")
         wait_for(self.moving, "motion")
-        self.processes.stop(server, signal.SIGKILL)
-        status, lines = self.end(goto)
-        self.assertEqual(status, 3, lines)
-        self.assertEqual(lines[-1], "move_base has not been heard for 3 s: has it died?")
-
-    def test_the_server_dies_and_is_started_again(self):
-        server = self.start_server("/respawned", repeat=True)
-        goto = self.start_goto("2", "2", "0")
-        wait_for(self.moving, "motion")
-        self.processes.stop(server, signal.SIGKILL)
+        self.processes.stop(respawned, signal.SIGKILL)
+        self.processes.stop(mortal, signal.SIGKILL)
         self.start_server("/respawned")
         status, lines = self.end(goto)
         self.assertEqual(status, 3, lines)
         self.assertRegex(lines[-1], r"^move_base died after \d+\.\d s and was started again: send the goal again$")
+        self.log = self.processes.folder / "mortal"
+        status, lines = self.end(first)
+        self.assertEqual((status, lines[-1]), (3, "move_base has not been heard for 3 s: has it died?"))
 
     def show_map(self, robot):
         """A latched map of two rooms, (0, 0) to (4, 2), without a door; the robot is at x = `robot` [m]."""
@@ -111,6 +162,73 @@ class GoalsTest(GotoTest):
         self.start_goto("1.5", "1", "0")
         wait_for(self.moving, "motion to a goal within reach")
 
+    def test_kill_cancels(self):
+        goto = self.start_goto("2", "2", "0")
+        wait_for(self.moving, "motion")
+        os.killpg(goto.pid, signal.SIGTERM)
+        status, lines = self.end(goto)
+        self.assertEqual(status, 130, lines)
+        self.assertEqual(lines[-1], "interrupted; the goal is cancelled")
+        wait_for(lambda: self.commands[-1] == Twist(), "a zero Twist")
+        moved = max(number for number, message in enumerate(self.commands) if message != Twist())
+        self.assertEqual(len(self.commands) - moved, 2)  # one zero Twist, and nothing after it
+
+    def test_too_long(self):
+        status, lines = self.end(self.start_goto("2", "2", "0", "--timeout", "1"))
+        self.assertEqual((status, lines[-1]), (5, "not there after 1 s; the goal is cancelled"))
+
+    def test_a_move_base_that_confirms_no_cancellation_and_one_who_does_not_wait_for_it(self):
+        self.start_server("/deaf", repeat=True, deaf=1000.0)
+        hasty = self.start_goto("2", "2", "0", "--timeout", "1")
+        wait_for(lambda: "s  cancelled; not confirmed yet" in self.log.read_text(), "words about the cancellation")
+        os.killpg(hasty.pid, signal.SIGINT)
+        status, lines = self.end(hasty, 5.0)
+        self.assertEqual(status, 5, lines)
+        self.assertRegex(lines[-1], "^not there after 1 s; cancelled, but .* not confirmed it within [1-5] s")
+
+    def start_in_root(self, **parameters):
+        """(GoTo of this process, recorded statuses, server) in the namespace of this process."""
+        server = self.start_server("", repeat=True, **parameters)
+        statuses = self.listen("/move_base/status", GoalStatusArray)
+        goto = GoTo("map", lambda _line: None)
+        self.assertTrue(goto.wait_for_server(20.0))
+        return goto, statuses, server
+
+    def test_the_patience_for_a_cancellation_ends(self):
+        goto, _, server = self.start_in_root(deaf=1000.0)
+        with mock.patch.object(goto_module, "CANCELLING", 1.5):
+            status, words = goto.follow(goto.send(Goal(2.0, 2.0, 0.0)), 0.5)
+        self.assertEqual(status, 5)
+        self.assertEqual(words, "not there after 0.5 s; cancelled, but move_base has not confirmed it within 2 s: the "
+                                "robot may still move")
+        self.processes.stop(server)
+
+    def test_a_cancellation_that_overtakes_its_goal_ends_the_goal_before_it_too(self):
+        goto, statuses, _ = self.start_in_root()
+        goto.send(Goal(2.0, 2.0, 0.0))
+        wait_for(self.moving, "motion")
+        on_the_way = []
+        goals = goto._client.action_client.manager
+        with mock.patch.object(goals, "send_goal_fn", on_the_way.append):
+            goto.send(Goal(3.0, 3.0, 0.0))
+            goto.leave(cancel=True)
+        recalled = wait_for(lambda: [status for status in statuses[-1].status_list
+                                     if status.status == GoalStatus.RECALLING], "the cancellation of an unknown goal")
+        self.assertEqual(recalled[0].goal_id.id, on_the_way[0].goal_id.id)
+        goals.send_goal_fn(on_the_way[0])
+        wait_for(lambda: not any(status.status in GOING_ON for status in statuses[-1].status_list),
+                 "the end of both goals")
+
+    def test_another_goal_takes_its_place(self):
+        first = self.start_goto("2", "2", "0")
+        wait_for(self.moving, "motion")
+        second = self.start_goto("3", "3", "0", log="second")
+        self.log = self.processes.folder / "goto"
+        status, lines = self.end(first)
+        self.assertEqual(status, 4, lines)
+        self.assertIn("another goal took its place", lines[-1])
+        self.assertIsNone(second.poll())
+
 
 if __name__ == "__main__":
-    rostest.rosrun("robotont_map_navigation", "goto", GoalsTest)
+    rostest.rosrun("robotont_map_navigation", "goto", GotoTest)

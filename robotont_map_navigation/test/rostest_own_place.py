@@ -11,7 +11,6 @@ from map_msgs.msg import OccupancyGridUpdate
 from nav_msgs.msg import OccupancyGrid
 from tf2_msgs.msg import TFMessage
 
-from robotont_map_navigation.room import REPEATED
 from robotont_testing import places
 from robotont_testing.harness import wait_for
 from robotont_testing.node_test import NodeTest
@@ -77,14 +76,8 @@ class OwnPlaceTest(NodeTest):
         wait_for(lambda: self.drawn()[30, 0] == 0, "room in the wall")
         self.assertEqual(self.drawn()[:, 0].tolist(), [100] * 25 + [0] * 10 + [100] * 25)
         self.assertEqual({update.x for update in self.updates}, {0})
-        first = len(self.updates)
-        time.sleep(3.5 * REPEATED)
-        self.assertIn(len(self.updates) - first, (2, 3, 4))  # again and again, for costmaps that came late
         self.place(0.5, 0.5)
         wait_for(lambda: (self.drawn() == self.map).all(), "the map as it was")
-        quiet = len(self.updates)
-        time.sleep(2 * REPEATED)
-        self.assertEqual(len(self.updates), quiet)  # nothing new
         self.place(0.5, -0.88)
         wait_for(lambda: self.drawn()[0, 30] == 0, "room in the lower wall")
         sent = time.monotonic()

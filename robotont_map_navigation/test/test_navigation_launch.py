@@ -1,23 +1,40 @@
-"""The launch files of navigation, read as roslaunch reads them; nothing is started."""
+"""The launch files and the parameters of navigation, read as roslaunch reads them; nothing is started."""
 
+import copy
 import re
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
-from navigation_tools import NAVIGATION_PACKAGES, ROOT, missing, read_launch, roslaunch, running  # noqa: F401
+import yaml
+from navigation_tools import (  # noqa: F401
+    NAVIGATION,
+    NAVIGATION_PACKAGES,
+    PACKAGE,
+    ROOT,
+    missing,
+    read_launch,
+    roslaunch,
+    running,
+)
 from roslaunch import RLException
 
 from robotont_description.geometry import robot_radius
 from robotont_driver.kinematics.wheels import read_wheels
-from robotont_map_navigation import map_file
+from robotont_driver.nodes import driver_node
+from robotont_driver.parameters.parameters import markdown_rows, read_parameters
+from robotont_map_navigation import localization_monitor, map_file
 from robotont_simulator.world import read_world, write_map
+from robotont_testing import places
 from robotont_testing.robots import ROBOTONT2, SHIPPED, robot_folder
 
 pytestmark = pytest.mark.usefixtures("running")
 FILES = {"navigation.launch": [name for name in NAVIGATION_PACKAGES if name != "fake_localization"],
          "slam.launch": ["gmapping"], "camera_scan.launch": ["depthimage_to_laserscan"]}
+KNOWN = {section: set(names) for section, names in yaml.safe_load(
+    (PACKAGE / "test" / "data" / "navigation_parameters.yaml").read_text()).items()}
+BLIND_ROTATION = "TrajectoryPlannerROS as RotateRecovery reads it"
 NOISE = ("... logging to", "Checking log directory", "Press Ctrl-C", "Done checking", "\x1b]2;")
 
 
@@ -26,15 +43,18 @@ def lines(result):
     return [line for line in result.stdout.splitlines() if line and not line.startswith(NOISE)]
 
 
-@pytest.mark.parametrize("file", FILES)
-def test_a_missing_package_is_named_in_the_first_line(tmp_path, file):
-    """The shipped file where the stack is missing; else a copy that asks for one more package."""
-    path, lacks = ROOT / "launch" / file, missing(FILES[file])
+def test_a_missing_package_is_named_in_the_first_line(tmp_path):
+    """The shipped file where the stack is missing; else a copy that asks for one more package. So do the others."""
+    for file, packages in FILES.items():
+        _, require, after = (ROOT / "launch" / file).read_text().partition(f"/require {file}")
+        assert all(package in after.partition("/>")[0] for package in packages if package != "amcl"), require
+    file, packages = "navigation.launch", FILES["navigation.launch"]
+    path, lacks = ROOT / "launch" / file, missing(packages)
     if not lacks:
         lacks = ["no_such_package"]
         before, require, after = path.read_text().partition("/require ")
         path = tmp_path / file
-        path.write_text(before + require + after.replace(FILES[file][0], f"no_such_package {FILES[file][0]}", 1))
+        path.write_text(before + require + after.replace(packages[0], f"no_such_package {packages[0]}", 1))
     result = roslaunch(path)
     assert re.fullmatch(rf"{file} needs the ROS packages? {', '.join(lacks)}, which (is|are) missing: "
                         r"sudo apt-get install ros-noetic-\S+ \(ROS Noetic; Debian itself has none\)", lines(result)[0])
@@ -43,25 +63,19 @@ def test_a_missing_package_is_named_in_the_first_line(tmp_path, file):
     assert result.returncode != 0
 
 
-@pytest.mark.parametrize("localization, nodes", [
-    ("amcl", {"/amcl", "/localization_monitor", "/map_server", "/move_base", "/own_place", "/unblock"}),
-    ("fake", {"/fake_localization", "/localization_monitor", "/map_server", "/move_base", "/own_place", "/unblock"}),
-    ("none", {"/localization_monitor", "/map_server", "/move_base", "/own_place", "/unblock"}),
-])
-def test_each_localization_starts_its_nodes(localization, nodes):
-    assert set(read_launch("navigation.launch", f"localization:={localization}").nodes) == nodes
+@pytest.mark.parametrize("arguments, localization", [
+    ((), {"/amcl"}), (("localization:=fake",), {"/fake_localization"}), (("localization:=none",), set())])
+def test_each_localization_starts_its_nodes(arguments, localization):
+    assert set(read_launch("navigation.launch", *arguments).nodes) == {
+        *localization, "/localization_monitor", "/map_server", "/move_base", "/own_place", "/unblock"}
 
 
-def test_sim_starts_the_robot_and_map_none_no_map_server():
-    nodes = set(read_launch("navigation.launch", "sim:=true", "map:=none").nodes)
-    assert nodes >= {"/simulator_node", "/robotont_node", "/robot_state_publisher", "/move_base", "/amcl"}
+def test_sim_starts_the_robot_map_none_no_map_server_and_rviz_the_view_of_navigation():
+    nodes = read_launch("navigation.launch", "sim:=true", "map:=none", "rviz:=true").nodes
+    assert set(nodes) >= {"/simulator_node", "/robotont_node", "/robot_state_publisher", "/move_base", "/amcl"}
     assert "/map_server" not in nodes
-
-
-def test_rviz_shows_the_view_of_navigation():
-    arguments = read_launch("navigation.launch", "sim:=true", "rviz:=true").nodes["/rviz"]
-    assert "navigation.rviz" in arguments
-    assert "-f map" in arguments
+    assert "navigation.rviz" in nodes["/rviz"]
+    assert "-f map" in nodes["/rviz"]
 
 
 def test_frames_and_topics_of_a_second_robot():
@@ -82,17 +96,6 @@ def test_the_footprint_is_that_of_the_wheels(tmp_path):
     found = read_launch("navigation.launch", "sim:=true", f"robot:={large}").parameters
     # the outer corner of the second wheel: hypot(0.3 + 0.021, 0.06) = 0.3266
     assert found["/move_base/global_costmap/robot_radius"] == found["/move_base/local_costmap/robot_radius"] == 0.33
-
-
-def test_the_footprint_is_that_of_the_robot_that_runs(running):  # noqa: F811
-    def footprint():
-        return read_launch("navigation.launch").parameters["/move_base/global_costmap/robot_radius"]
-    running(ROBOTONT2)
-    assert footprint() == 0.17
-    running(SHIPPED)
-    assert footprint() == 0.15
-    with pytest.raises(RLException, match="robot_radius"):
-        read_launch("navigation.launch", "namespace:=robot2")  # where none runs
 
 
 def test_robot_radius_explains_wrong_wheels(tmp_path):
@@ -145,3 +148,168 @@ def test_what_dies_is_started_again():
     text = (ROOT / "launch" / "navigation.launch").read_text()
     for node in re.findall(r"<node [^>]*>", text):
         assert 'respawn="true"' in node, node
+
+
+def read(file, *arguments):
+    """{node: tree of its parameters} of a launch file."""
+    return tree(read_launch(file, *arguments).parameters)
+
+
+def tree(flat):
+    """Nested dictionaries of {"/a/b": value}."""
+    found = {}
+    for name, value in flat.items():
+        *above, last = name.strip("/").split("/")
+        place = found
+        for part in above:
+            place = place.setdefault(part, {})
+        place[last] = value
+    return found
+
+
+def unknown(section, given, inner=()):
+    """Names in `given` that the section does not read, but for those of the inner sections."""
+    return [f"{section}: {name}" for name in given if name not in KNOWN[section] and name not in inner]
+
+
+def unknown_of_costmap(costmap):
+    """Names that no costmap and no layer of it reads."""
+    types = {plugin["name"]: plugin["type"] for plugin in costmap["plugins"]}
+    faults = unknown("costmap_2d", costmap, types)
+    for name, kind in types.items():
+        layer = costmap.get(name, {})
+        sources = layer.get("observation_sources", "").split()
+        faults += unknown(kind, layer, sources)
+        for source in sources:
+            faults += unknown("observation source", layer[source])
+    return faults
+
+
+def unknown_of_move_base(given):
+    """Names under ~move_base that nobody reads."""
+    behaviors = {behavior["name"]: behavior["type"] for behavior in given["recovery_behaviors"]}
+    planners = {given[key].split("/")[1]: given[key] for key in ("base_global_planner", "base_local_planner")}
+    costmaps = ("global_costmap", "local_costmap")
+    faults = unknown("move_base", given, (*behaviors, *planners, *costmaps, "TrajectoryPlannerROS"))
+    for name, kind in {**behaviors, **planners}.items():
+        faults += unknown(kind, given.get(name, {}))
+    faults += unknown(BLIND_ROTATION, given["TrajectoryPlannerROS"])
+    return faults + [fault for costmap in costmaps for fault in unknown_of_costmap(given[costmap])]
+
+
+def test_every_parameter_is_one_that_its_node_reads():
+    given = read("navigation.launch")
+    assert unknown_of_move_base(given["move_base"]) == []
+    assert unknown("amcl", given["amcl"]) == []
+    assert unknown("map_server", given["map_server"]) == []
+    assert unknown("fake_localization", read("navigation.launch", "localization:=fake")["fake_localization"]) == []
+    mapping = read("slam.launch", "camera:=true")
+    assert unknown("gmapping", mapping["slam_gmapping"]) == []
+    assert unknown("depthimage_to_laserscan", mapping["depthimage_to_laserscan"]) == []
+
+
+@pytest.mark.parametrize("path, wrong", [
+    (("recovery_behavior_enabled",), "recovery_behaviour_enabled"),
+    (("DWAPlannerROS", "vth_samples"), "vtheta_samples"),
+    (("DWAPlannerROS", "max_vel_theta"), "max_rot_vel"),
+    (("global_costmap", "update_frequency"), "update_frequncy"),
+    (("local_costmap", "inflation", "cost_scaling_factor"), "cost_scaling"),
+    (("local_costmap", "obstacles", "scan", "obstacle_range"), "obstacle_rage"),
+    (("forget_far_obstacles", "reset_distance"), "reset_dist"),
+    (("NavfnROS", "default_tolerance"), "tolerance"),
+])
+def test_a_misspelt_name_is_found(path, wrong):
+    given = copy.deepcopy(read("navigation.launch")["move_base"])
+    place = given
+    for part in path[:-1]:
+        place = place[part]
+    place[wrong] = place.pop(path[-1])
+    assert [fault.rpartition(": ")[2] for fault in unknown_of_move_base(given)] == [wrong]
+
+
+def test_every_name_that_has_no_good_default_is_set():
+    """Defaults of the stack that do not fit this robot: they must be overwritten, not forgotten."""
+    given = read("navigation.launch")
+    planner = given["move_base"]["DWAPlannerROS"]
+    left_out = {"cheat_factor", "global_frame_id", "sum_scores"}  # only of the debugging cloud; how scores are added
+    assert KNOWN["dwa_local_planner/DWAPlannerROS"] - set(planner) == left_out
+    assert given["move_base"]["base_local_planner"] == "dwa_local_planner/DWAPlannerROS"
+    assert given["move_base"]["recovery_behavior_enabled"] is True
+
+
+def test_the_local_costmap_is_little_wider_than_dwa_looks_ahead():
+    """With the footprint, and half a cell by which the robot is off the middle. costmap_2d reads whole metres."""
+    given = read("navigation.launch")["move_base"]
+    planner, costmap = given["DWAPlannerROS"], given["local_costmap"]
+    footprint = costmap["robot_radius"] * (1 + planner["max_scaling_factor"]) + costmap["footprint_padding"]
+    reach = planner["sim_time"] * planner["max_vel_trans"] + footprint + costmap["resolution"] / 2
+    for side in ("width", "height"):
+        assert type(costmap[side]) is int
+        assert reach < costmap[side] / 2 < 1.1 * reach
+
+
+def test_the_map_gives_way_to_the_robot_by_updates_only():
+    """What the scan has found free takes no wall away; own_place does, of which the costmaps must hear."""
+    given = read("navigation.launch")["move_base"]
+    for costmap in (given["global_costmap"], given["local_costmap"]):
+        assert costmap["obstacles"]["combination_method"] == 1
+        assert costmap["static_layer"]["subscribe_to_updates"] is True
+        assert costmap["static_layer"]["map_topic"] == "map"
+
+
+def test_the_base_may_strafe_as_fast_as_it_drives():
+    planner = read("navigation.launch")["move_base"]["DWAPlannerROS"]
+    assert planner["max_vel_y"] == -planner["min_vel_y"] == planner["max_vel_x"] == -planner["min_vel_x"] > 0
+    assert planner["vy_samples"] > 1
+    assert read("navigation.launch")["amcl"]["odom_model_type"] == "omni-corrected"
+
+
+def test_the_limits_fit_the_driver():
+    given, robot = read("navigation.launch")["move_base"], read("robot.launch", "description:=false")
+    defaults = {parameter.name: parameter.default for parameter in driver_node.PARAMETERS}
+    assert defaults["cmd_timeout"] > 1.0 / given["controller_frequency"]
+    assert given["DWAPlannerROS"]["max_vel_trans"] < robot["driver_node"]["max_wheel_speed"]
+    for mine, other in (("acc_lim_theta", "acc_lim_theta"), ("min_in_place_vel_theta", "min_vel_theta")):
+        assert given["TrajectoryPlannerROS"][mine] == given["DWAPlannerROS"][other]
+
+
+def test_amcl_never_divides_by_a_rate_of_zero():
+    amcl = read("navigation.launch")["amcl"]
+    assert amcl["save_pose_rate"] != 0
+    assert amcl["gui_publish_rate"] != 0
+
+
+def test_localization_monitor_takes_its_shipped_parameters():
+    given = read("navigation.launch")["localization_monitor"]
+    assert set(read_parameters(localization_monitor.PARAMETERS, given)) == set(given)
+
+
+@pytest.mark.parametrize("row", markdown_rows(localization_monitor.PARAMETERS))
+def test_every_parameter_of_localization_monitor_is_in_the_docs(row):
+    assert row in (PACKAGE.parent / "docs" / "navigation.md").read_text()
+
+
+def test_every_number_has_a_comment():
+    for file in sorted(NAVIGATION.glob("*.yaml")):
+        lines = file.read_text().splitlines()
+        numbers = [line for line in lines if re.match(r"\s*\w+: -?[\d.]+", line)]
+        assert numbers
+        assert [line for line in numbers if "  # " not in line] == [], file
+
+
+def test_every_file_is_loaded():
+    text = "".join(places.launch(file).read_text()
+                   for file in ("navigation.launch", "slam.launch", "camera_scan.launch"))
+    for file in NAVIGATION.glob("*.yaml"):
+        assert f"/config/navigation/{file.name}" in text
+
+
+def test_the_footprint_is_that_of_the_robot_that_runs(running):  # noqa: F811
+    def footprint():
+        return read_launch("navigation.launch").parameters["/move_base/global_costmap/robot_radius"]
+    running(ROBOTONT2)
+    assert footprint() == 0.17
+    running(SHIPPED)
+    assert footprint() == 0.15
+    with pytest.raises(RLException, match="robot_radius"):
+        read_launch("navigation.launch", "namespace:=robot2")  # where none runs

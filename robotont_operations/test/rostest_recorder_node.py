@@ -59,7 +59,7 @@ class RecorderNodeTest(NodeTest):
         return found
 
     def test_killed_by_force_all_but_the_last_second_opens_with_stock_rosbag(self):
-        wait_for(lambda: len(self.sent) > 400, "a stream")
+        wait_for(lambda: len(self.sent) > 150, "a stream")
         os.killpg(self.recorder.pid, signal.SIGKILL)
         killed = time.time()
         self.recorder.wait()

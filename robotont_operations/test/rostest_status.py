@@ -13,18 +13,27 @@ import rostest
 
 from robotont_operations.black_box import bags_of, runs_in
 from robotont_testing import places
-from robotont_testing.harness import START, suspended, wait_for
+from robotont_testing.harness import START, Processes, suspended, wait_for
 from robotont_testing.node_test import OK, NodeTest
 from robotont_testing.stand_in_board import Board
 
 
 class StatusTest(NodeTest):
+    @classmethod
+    def setUpClass(cls):
+        super().setUpClass()
+        cls.robot = Processes()
+        cls.board = Board(str(cls.robot.folder / "board"))
+        cls.board.plug()
+        cls.robot.launch("robot.launch", f"port:={cls.board.link}", "description:=false")
+
+    @classmethod
+    def tearDownClass(cls):
+        cls.board.__exit__()
+        cls.robot.close()
+
     def setUp(self):
         super().setUp()
-        self.board = Board(str(self.processes.folder / "board"))
-        self.board.plug()
-        self.addCleanup(self.board.__exit__)
-        self.processes.launch("robot.launch", f"port:={self.board.link}", "description:=false")
         self.wait_for_status("serial_com_node: link", OK)
         self.wait_for_status("odom_node: wheel feedback", OK)
 

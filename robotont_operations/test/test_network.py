@@ -1,6 +1,7 @@
 """The network check on two machines out of namespaces: each fault, seen from either side, in one line within 5 s."""
 
 import os
+import re
 import shutil
 import signal
 import time
@@ -63,8 +64,7 @@ def node(machines, name, called, code=NODE, **environment):
     process = machines.on(name, "/usr/bin/python3", "-c", code, called, log=log,
                           ROS_LOG_DIR=str(machines.folder), **{**MASTER, **environment})
     try:
-        wait_for(lambda: "/" + called in machines.run("robot", "rosnode", "list", **MASTER).stdout or
-                 process.poll() is not None, "the node", period=0.2)
+        wait_for(lambda: f"'/{called}'" in registered(machines) or process.poll() is not None, "the node", period=0.1)
         assert process.poll() is None, log.read_text()
         yield
     finally:
@@ -94,9 +94,7 @@ def test_nothing_is_wrong(machines):
 
 @pytest.mark.parametrize("environment, kind, remedy", [
     ({"ROS_IP": "10.77.0.99"}, "wrong ROS_IP/ROS_HOSTNAME: ROS_IP=10.77.0.99", "export ROS_IP=10.77.0.2"),
-    ({"ROS_IP": "127.0.0.1"}, "wrong ROS_IP/ROS_HOSTNAME: ROS_IP=127.0.0.1", "export ROS_IP=10.77.0.2"),
     ({"ROS_HOSTNAME": "localhost"}, "wrong ROS_IP/ROS_HOSTNAME: ROS_HOSTNAME=localhost", "unset ROS_HOSTNAME"),
-    ({"ROS_HOSTNAME": "nobody.local"}, "wrong ROS_IP/ROS_HOSTNAME: ROS_HOSTNAME=nobody.local", "unset ROS_HOSTNAME"),
     ({"ROS_HOSTNAME": "robot", "ROS_IP": LAPTOP}, "wrong ROS_IP/ROS_HOSTNAME: ROS_HOSTNAME=robot",
      "unset ROS_HOSTNAME"),
     ({"ROS_MASTER_URI": "http://robto:11311"}, "unresolvable name: this machine finds no address of 'robto'",
@@ -135,19 +133,15 @@ def test_the_robots_firewall(machines):
             "firewall: 10.77.0.1 answers, but not at the ports of /behind")
 
 
-@pytest.mark.parametrize("verdict", ["reject", "reject with tcp reset", "reject with icmp type admin-prohibited"])
+@pytest.mark.parametrize("verdict", ["reject with tcp reset", "reject with icmp type admin-prohibited"])
 def test_a_firewall_that_rejects(machines, verdict):
     with firewall(machines, "robot", "tcp dport 11311", verdict):
         fault = the_fault(check(machines, "laptop", ROS_IP=LAPTOP))
-        assert "10.77.0.1 answers, but" in fault
-        assert "firewall" in fault
-        assert "sudo ufw allow from 10.77.0.2" in fault
+        assert all(words in fault for words in ("10.77.0.1 answers, but", "firewall", "sudo ufw allow from 10.77.0.2"))
     with node(machines, "robot", "behind", ROS_IP=ROBOT), \
             firewall(machines, "robot", "tcp dport 11312-65535 ct state new", verdict):
         fault = the_fault(check(machines, "laptop", ROS_IP=LAPTOP))
-        assert fault.startswith("firewall")
-        assert "/behind" in fault
-        assert "sudo ufw allow from 10.77.0.2" in fault
+        assert re.match("firewall.*/behind.*sudo ufw allow from 10.77.0.2", fault)
 
 
 @contextmanager

@@ -12,8 +12,7 @@ import time
 PATIENCE = 8.0  # [s]
 AT_ONCE = 5000  # frames
 MASKED = b"\x80\0\0\0\0"   # no payload; all that clients send is masked
-FRAMES = {"text": b"\x81\x85\0\0\0\0hello", "ping": b"\x89" + MASKED, "pong": b"\x8a" + MASKED,
-          "part": b"\x00" + MASKED}  # of a message that does not end
+FRAMES = {"text": b"\x81\x85\0\0\0\0hello", "part": b"\x00" + MASKED}  # of a message that does not end
 FIRST_PART = b"\x01" + MASKED
 
 

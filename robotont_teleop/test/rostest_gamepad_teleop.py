@@ -15,7 +15,7 @@ import rospy
 import rostest
 from evdev.eventio import EventIO
 from geometry_msgs.msg import Twist
-from recorded_pads import PADS, RETURN_OF_A_STICK
+from recorded_pads import PADS
 from std_msgs.msg import String
 
 from robotont_driver.parameters.parameters import read_parameters
@@ -30,7 +30,6 @@ from robotont_teleop.gamepad import (
     EV_ABS,
     EV_KEY,
     EV_SYN,
-    LAYOUTS,
     SYN_DROPPED,
     SYN_REPORT,
 )
@@ -43,7 +42,6 @@ UINPUT = "/dev/uinput"
 EVENT = struct.Struct("llHHi")  # struct input_event: seconds, microseconds, type, code, value
 PATH = "/dev/input/event99"
 NAME = "pad of this test"
-OFF_CENTRE = 0.03  # [m/s] that a worn stick, not in its middle at rest, adds while the other axis drives
 XBOX = PADS["Microsoft X-Box 360 pad, xpad"]
 
 
@@ -68,10 +66,10 @@ class RecordedDevice(EventIO):
         return iter(events)
 
     def capabilities(self):
-        return self._pad.model.capabilities
+        return XBOX.capabilities
 
     def absinfo(self, code):
-        return self._pad.model.axes[code]._replace(value=self._pad.axes[code])
+        return XBOX.axes[code]._replace(value=self._pad.axes[code])
 
     def active_keys(self):
         return sorted(self._pad.keys)
@@ -81,15 +79,14 @@ class RecordedDevice(EventIO):
 
 
 class RecordedPad:
-    """Devices as evdev shows them: one pad while it is plugged in. `model`: of recorded_pads."""
+    """Devices as evdev shows them: one pad while it is plugged in."""
 
     def __init__(self):
-        self.model = XBOX
         self.axes, self.keys = {}, set()
         self._write = None
 
     def plug(self):
-        self.axes, self.keys = {code: info.value for code, info in self.model.axes.items()}, set()
+        self.axes, self.keys = {code: info.value for code, info in XBOX.axes.items()}, set()
         self._read, self._write = os.pipe()
 
     def unplug(self):
@@ -187,8 +184,8 @@ class GamepadTest:
         self.status.clear()
         self.wait_for_status(f"{rospy.get_name().lstrip('/')}: gamepad", WARN, "no gamepad found")
 
-    def newest_is(self, twist, what, within=1e-3):
-        wait_for(lambda: self.commands and all(abs(one - other) < within for one, other in
+    def newest_is(self, twist, what):
+        wait_for(lambda: self.commands and all(abs(one - other) < 1e-3 for one, other in
                                                zip(self.commands[-1], twist)), what)
 
     def test_the_dead_man_button_and_both_sticks(self):
@@ -204,7 +201,7 @@ class GamepadTest:
 
     def test_both_axes_of_a_group_count_at_once(self):
         self.pad.frame((EV_KEY, BTN_TL, 1))
-        for _ in range(10):
+        for _ in range(5):
             self.pad.frame((EV_ABS, ABS_X, 32767), (EV_ABS, ABS_Y, -32768))
             self.newest_is((0.3 / 2 ** 0.5, -0.3 / 2 ** 0.5, 0.0), "a diagonal")
             self.pad.frame((EV_ABS, ABS_X, 0), (EV_ABS, ABS_Y, 0))
@@ -277,71 +274,11 @@ class RecordedGamepadTest(GamepadTest, NodeTest):
 
     def test_an_emergency_stop_among_lost_events_is_found(self):
         stops = self.listen("emergency_stop/pressed_by", String, publishers=1)
-        self.addCleanup(self.release_the_emergency_stop)
+        self.addCleanup(self.teleop._output.emergency_stop.release)
         self.pad.lose((EV_KEY, BTN_EAST, 1))
         self.pad.overflow()
         self.pad.frame()
         wait_for(lambda: stops and stops[-1].data, "the emergency stop")
-
-    def release_the_emergency_stop(self):
-        self.teleop._output.emergency_stop.release()
-
-    def test_real_pads_drive_as_they_are_held(self):
-        stops = self.listen("emergency_stop/pressed_by", String, publishers=1)
-        self.addCleanup(setattr, self.pad, "model", XBOX)
-        for name, model in PADS.items():
-            print(name, flush=True)
-            self.unplug()
-            self.pad.model = model
-            self.plug()
-            seen = len(self.commands)
-            self.touch_what_drives_nothing(model)
-            self.drive_with_both_sticks(model)
-            driven = [one for one in self.commands[seen:] if one != STOP]
-            wrong = [one for one in driven if one[0] < -OFF_CENTRE or one[1] > OFF_CENTRE or one[2] < 0.0]
-            self.assertFalse(wrong, name)
-            self.pad.frame((EV_KEY, model.right_hand_button, 1))
-            wait_for(lambda: stops and stops[-1].data, f"the emergency stop of {name}")
-            self.release_the_emergency_stop()
-            wait_for(lambda: not stops[-1].data, "the release")
-
-    def touch_what_drives_nothing(self, model):
-        """Hold every other button, and pull the triggers to their ends."""
-        layout = LAYOUTS[model.layout]
-        others = set(model.buttons) - layout.buttons
-        self.pad.frame(*[(EV_KEY, button, 1) for button in sorted(others)])
-        for trigger in model.triggers:
-            info = model.axes[trigger]
-            for value in (info.max // 2, info.max, info.max // 2, info.value):
-                self.pad.frame((EV_ABS, trigger, value))
-        self.pad.frame(*[(EV_KEY, button, 0) for button in sorted(others)])
-
-    def drive_with_both_sticks(self, model):
-        """Ahead, then right and turning left, then back to rest."""
-        right, down = model.left_stick
-        turn = model.right_stick
-        self.pad.frame((EV_KEY, model.left_shoulder, 1))
-        self.pad.frame((EV_ABS, down, model.axes[down].min))
-        self.newest_is((0.3, 0.0, 0.0), "driving ahead", OFF_CENTRE)
-        self.pad.frame((EV_ABS, down, model.axes[down].value), (EV_ABS, right, model.axes[right].max),
-                       (EV_ABS, turn, model.axes[turn].min))
-        self.newest_is((0.0, -0.3, 1.0), "strafing right and turning left", OFF_CENTRE)
-        self.pad.frame((EV_KEY, model.right_shoulder, 1))
-        self.newest_is((0.0, -0.8, 2.0), "faster", 3 * OFF_CENTRE)
-        for stick in (right, turn):
-            self.pad.frame((EV_ABS, stick, model.axes[stick].value))
-        self.newest_is(STOP, "the stop")
-        self.pad.frame((EV_KEY, model.left_shoulder, 0), (EV_KEY, model.right_shoulder, 0))
-
-    def test_a_stick_that_springs_back_brakes_to_zero(self):
-        self.pad.frame((EV_KEY, BTN_TL, 1))
-        for group in RETURN_OF_A_STICK:
-            self.pad.frame(*[(EV_ABS, code, value) for code, value in group.items()])
-            time.sleep(0.008)  # as the pad sends them
-        self.newest_is(STOP, "the stop")
-        speeds = [ahead for ahead, _, _ in self.commands]
-        self.assertEqual(speeds, sorted(speeds))
-        self.assertLess(speeds[0], -0.05)
 
 
 @unittest.skipUnless(os.access(UINPUT, os.W_OK), f"no {UINPUT} that may be written to")

@@ -18,7 +18,7 @@ STANDS = 0.02     # [m/s] slower than this is standing
 STOPS_IN = 0.5    # [s]
 REST = 0.3        # [s] in which a robot that would swing back does
 OLDEST = 0.2      # [s]
-STALL = 3.0       # [s]
+STALL = 1.5       # [s]
 NARROW = ((360, 740, 2), (390, 844, 2))  # phones
 LANGUAGES = ("en", "de", "et")
 WHO = ("who_you_navigation", "who_navigation", "who_other", "who_you", "who_nobody", "lost")
@@ -80,11 +80,6 @@ class WebTeleopTest(PagesTest):
         self.open(DESKTOP).call("Page.bringToFront")
         page.wait("document.hidden", "the hidden page")
 
-    def press(self, page, down):
-        """Keys to strafe left and turn left."""
-        for key in ("KeyA", "KeyQ"):
-            page.key(key, down=down)
-
     def release(self, page):
         """Hold the button that releases the emergency stop; again where the page says that it came too late."""
         def released():
@@ -111,18 +106,13 @@ class WebTeleopTest(PagesTest):
 
     def test_whatever_happens_to_the_page_the_robot_stops(self):
         for what, act in (
-                ("letting go", lambda page: page.lift()),
-                ("pointercancel", lambda page: page.cancel_fingers()),
-                ("losing the focus", lambda page: page.run("window.dispatchEvent(new Event('blur'))")),
                 ("hiding", self.hide),
                 ("freezing", lambda page: page.call("Page.setWebLifecycleState", state="frozen")),
-                ("a cut connection", lambda page: self.proxy.cut()),
-                ("closing", self.close)):
+                ("a cut connection", lambda page: self.proxy.cut())):
             page = self.open()
             self.drive_on(page)
             self.stops_after(lambda act=act, page=page: act(page), what)
-            if page in self.pages:
-                self.close(page)
+            self.close(page)
         with Browser() as browser:
             page = self.open(browser=browser)
             self.pages.remove(page)
@@ -130,7 +120,7 @@ class WebTeleopTest(PagesTest):
             self.stops_after(browser.kill, "killing the browser")
 
     def test_a_stalled_connection_stops_and_delivers_nothing_old(self):
-        for directions in (("up",), ("down",), ("up", "down")):
+        for directions in (("up",), ("down",)):
             page = self.open()
             self.drive_on(page)
             self.stops_after(lambda directions=directions: self.proxy.stall(*directions), f"a stall {directions}")
@@ -195,19 +185,10 @@ class WebTeleopTest(PagesTest):
         one.call("Page.bringToFront")
         self.drive_on(one)
         two.wait("document.getElementById('driver').textContent === 'Another page drives'", "words about the driver")
-        seen = len(self.truth)
         two.tap("#take")
         two.wait("document.getElementById('driver').textContent === 'You drive'", "the take-over")
         one.wait("!document.getElementById('take').hidden", "the button to take over")
         wait_for(lambda: self.speed() < STANDS, "the stop")
-        self.assertGreater(len(self.truth), seen)
-        two.call("Page.bringToFront")
-
-        def drives():
-            self.press(two, not two.run("document.getElementById('message').textContent.includes('Let go')"))
-            return self.truth[-1][1][1] > 0.1 and self.truth[-1][1][2] > 0.3
-        wait_for(drives, "strafing and turning by keys", period=0.05)
-        self.stops_after(lambda: self.press(two, False), "keys")
 
     def test_it_looks_right_and_everybody_can_use_it(self):
         page = self.open(language="de")

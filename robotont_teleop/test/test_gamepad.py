@@ -1,6 +1,7 @@
 """Events of gamepads to twists."""
 
 import pytest
+from recorded_pads import PADS, RETURN_OF_A_STICK
 
 from robotont_teleop.gamepad import (
     ABS_RX,
@@ -20,6 +21,7 @@ from robotont_teleop.gamepad import (
 from robotont_teleop.speeds import STOP, Speeds
 
 XBOX = LAYOUTS["xbox"]
+OFF_CENTRE = 0.03  # [m/s] that a worn stick, not in its middle at rest, adds while the other axis drives
 
 
 @pytest.fixture
@@ -94,3 +96,45 @@ def test_the_state_after_lost_events_replaces_all(pad):
     pad.event(EV_ABS, ABS_Y, -32768)
     assert pad.twist == STOP, "the dead-man button was let go of"
     assert pad.replace({}, [BTN_EAST]) == "stop"
+
+
+@pytest.mark.parametrize("model", PADS.values(), ids=PADS)
+def test_real_pads_drive_as_they_are_held(model):
+    name = layout_for({EV_KEY: set(model.buttons), EV_ABS: set(model.axes)})
+    pad = Gamepad(LAYOUTS[name], {code: (info.min, info.max) for code, info in model.axes.items()}, Speeds(0.3, 1.0),
+                  Speeds(0.8, 2.0), dead_zone=0.1)
+    pad.replace({code: info.value for code, info in model.axes.items()}, [])
+    for button in set(model.buttons) - LAYOUTS[name].buttons:
+        assert pad.event(EV_KEY, button, 1) is None
+    for trigger in model.triggers:
+        info = model.axes[trigger]
+        for value in (info.max // 2, info.max, info.value):
+            pad.event(EV_ABS, trigger, value)
+            assert pad.twist == STOP
+    right, down = model.left_stick
+    turn = model.right_stick
+    pad.event(EV_KEY, model.left_shoulder, 1)
+    pad.event(EV_ABS, down, model.axes[down].min)
+    assert pad.twist == pytest.approx((0.3, 0.0, 0.0), abs=OFF_CENTRE)
+    pad.event(EV_ABS, down, model.axes[down].value)
+    pad.event(EV_ABS, right, model.axes[right].max)
+    pad.event(EV_ABS, turn, model.axes[turn].min)
+    assert pad.twist == pytest.approx((0.0, -0.3, 1.0), abs=OFF_CENTRE)
+    pad.event(EV_KEY, model.right_shoulder, 1)
+    assert pad.twist == pytest.approx((0.0, -0.8, 2.0), abs=3 * OFF_CENTRE)
+    for stick in (right, turn):
+        pad.event(EV_ABS, stick, model.axes[stick].value)
+    assert pad.twist == STOP
+    assert pad.event(EV_KEY, model.right_hand_button, 1) == "stop"
+
+
+def test_a_stick_that_springs_back_brakes_to_zero(pad):
+    pad.event(EV_KEY, BTN_TL, 1)
+    speeds = []
+    for group in RETURN_OF_A_STICK:
+        for code, value in group.items():
+            pad.event(EV_ABS, code, value)
+        speeds.append(pad.twist[0])
+    assert speeds == sorted(speeds)
+    assert speeds[0] < -0.05
+    assert pad.twist == STOP

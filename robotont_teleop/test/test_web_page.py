@@ -59,27 +59,31 @@ def drive_by_key(page, server):
     wait_for(lambda: drives(server), "motion")
 
 
-@pytest.mark.parametrize("what, act", [
+SWALLOWERS = (
     ("Cmd", lambda page: key_event(page, "keydown", "MetaLeft", "metaKey")),
     ("the end of Cmd", lambda page: key_event(page, "keyup", "MetaLeft")),
+    ("losing the focus", lambda page: page.run("window.dispatchEvent(new Event('blur')) && 0")),
     ("Ctrl and a key", lambda page: key_event(page, "keydown", "KeyT", "ctrlKey")),
     ("Alt", lambda page: key_event(page, "keydown", "AltLeft", "altKey")),
     ("a context menu by the mouse", lambda page: press_mouse(page, "#view", button="right")),
     ("a context menu by a key", lambda page: page.run(
         "document.body.dispatchEvent(new MouseEvent('contextmenu', {bubbles: true, cancelable: true})) && 0")),
-    ("the list", lambda page: page.run("document.getElementById('language').focus()"))])
-def test_whatever_may_swallow_the_end_of_a_key_stops(page, served, what, act):
-    drive_by_key(page, served)
-    act(page)
-    wait_for(lambda: not drives(served), f"the stop after {what}")
-    page.run("new Promise((done) => setTimeout(done, 300))")
-    assert not drives(served)
-    page.key("KeyW", down=False)
-    page.run("document.activeElement.blur()")
+    ("the list", lambda page: page.run("document.getElementById('language').focus()")))
+
+
+def test_whatever_may_swallow_the_end_of_a_key_stops(page, served):
+    for what, act in SWALLOWERS:
+        drive_by_key(page, served)
+        act(page)
+        wait_for(lambda: not drives(served), f"the stop after {what}")
+        page.run("new Promise((done) => setTimeout(done, 100))")
+        assert not drives(served), what
+        page.key("KeyW", down=False)
+        page.run("document.activeElement.blur()")
     drive_by_key(page, served)
 
 
-def test_a_thumb_that_rests_on_its_stick_drives_on(page, served):
+def test_a_thumb_that_rests_on_its_stick_drives_on_until_it_is_cancelled(page, served):
     """Android reports a long press as a request for the context menu; the stick refuses it, so that none opens."""
     page.finger(1, "#move", up=0.5)
     wait_for(lambda: drives(served), "motion")
@@ -87,15 +91,17 @@ def test_a_thumb_that_rests_on_its_stick_drives_on(page, served):
                         "{bubbles: true, cancelable: true}))")
     page.run("new Promise((done) => setTimeout(done, 300))")
     assert drives(served)
+    page.cancel_fingers()
+    wait_for(lambda: not drives(served), "the stop")
 
 
 def test_after_the_mouse_the_slider_leaves_the_keys_to_the_robot(page, served):
     press_mouse(page, "#cap", 0.4)
     assert page.run("document.getElementById('cap').value") == "80"
     page.wait("document.activeElement === document.body", "the end of the slider's focus")
-    for key in ("KeyW", "ArrowUp"):
+    for key, axis in (("KeyW", 0), ("ArrowUp", 0), ("KeyA", 1), ("KeyQ", 2)):
         page.key(key, down=True)
-        wait_for(lambda: drives(served), f"motion by {key}")
+        wait_for(lambda axis=axis: drives(served) and served.robot.sent[-1][axis] > 0, f"motion by {key}")
         page.key(key, down=False)
         wait_for(lambda: not drives(served), "the stop")
 

@@ -10,7 +10,7 @@ import time
 from pathlib import Path
 
 import pytest
-from flooding_page import FRAMES, open_socket
+from flooding_page import open_socket
 from tornado.httpclient import HTTPClientError
 from web_client import Client
 
@@ -31,9 +31,8 @@ def is_closed(connection):
 
 
 @pytest.mark.parametrize("text, code", [
-    ("x" * 5000, 1009), (b"\xff\xfe", 1008), ("{", 1008), ("[" * 400, 1008), ('{"kind":"shutdown"}', 1008),
-    ('{"kind":"drive","time":1,"x":NaN,"y":0,"turn":0}', 1008),
-    ('{"kind":"drive","time":1,"x":1e999,"y":0,"turn":0}', 1008)])
+    ("x" * 5000, 1009), (b"\xff\xfe", 1008), ("{", 1008),
+    ('{"kind":"drive","time":1,"x":NaN,"y":0,"turn":0}', 1008)])
 def test_malformed_messages_move_nothing_and_end_the_page(served, text, code):
     page = served.ready_page()
     for _ in range(WRONG_MESSAGES):
@@ -44,7 +43,7 @@ def test_malformed_messages_move_nothing_and_end_the_page(served, text, code):
     assert served.ready_page()
 
 
-@pytest.mark.parametrize("letter", ["o", "õ", "机", "🤖"])
+@pytest.mark.parametrize("letter", ["o", "🤖"])
 def test_the_reason_of_a_close_is_as_long_as_it_may_be_and_whole(served, letter):
     page = served.ready_page()
     page.send(*['{"kind":"' + letter * 100 + '"}'] * WRONG_MESSAGES)
@@ -53,14 +52,6 @@ def test_the_reason_of_a_close_is_as_long_as_it_may_be_and_whole(served, letter)
     reason = page.socket.close_reason
     assert reason.startswith("found kind '" + letter * 20)
     assert 120 <= len(reason.encode()) <= 123  # RFC 6455: a control frame has 125 bytes, two of them for the code
-
-
-def test_a_message_with_nan_is_refused_with_words(served):
-    page = served.ready_page()
-    page.send(f'{{"kind":"drive","time":{page.time},"x":NaN,"y":0,"turn":0}}')
-    wait_for(lambda: "error" in page.messages, "the refusal")
-    assert "NaN" in page.messages["error"]["words"]
-    assert not served.robot.sent
 
 
 def test_a_thousand_messages_at_once_end_the_page_and_stop_the_robot(served):
@@ -76,7 +67,7 @@ def test_a_thousand_messages_at_once_end_the_page_and_stop_the_robot(served):
     assert served.ready_page()
 
 
-@pytest.mark.parametrize("kind", FRAMES)
+@pytest.mark.parametrize("kind", ["text", "part"])
 def test_a_page_that_floods_holds_up_nobody_and_is_closed(served, kind):
     with Client(served.port) as other:
         page = other.ready_page()
@@ -94,19 +85,6 @@ def test_a_page_that_floods_holds_up_nobody_and_is_closed(served, kind):
             assert time.monotonic() - start > 1.5, "states in a bundle"
             assert flood.wait() == 0, "it was not closed"
         assert len(served.server.pages) == 1
-
-
-def test_two_hundred_connections(served):
-    page = served.ready_page()
-    sockets = [socket.create_connection(("127.0.0.1", served.port)) for _ in range(200)]
-    wait_for(lambda: sum(map(is_closed, sockets)) >= 200 - 40, "the end of those beyond the limit")
-    seen = page.states
-    wait_for(lambda: page.states > seen + 3, "states for the page that is open")
-    page.drive(0.2)
-    wait_for(lambda: served.robot.moved, "its command")
-    for connection in sockets:
-        connection.close()
-    wait_for(lambda: served.request("GET", "/app.js")[0] == 200, "an answer")
 
 
 def test_a_stranger_who_holds_all_connections_keeps_nobody_out(guarded):
@@ -176,21 +154,12 @@ def test_a_slow_reader_holds_up_nobody_and_is_closed(served, monkeypatch):
 
 
 @pytest.mark.timed
-def test_eight_viewers_at_20_hz_take_a_quarter_of_a_core_at_most(served):
+def test_eight_viewers_get_20_hz_at_a_quarter_of_a_core_at_most(served):
     pages = [served.ready_page() for _ in range(8)]
-    seen, before, start = pages[0].states, time.process_time(), time.monotonic()
-    wait_for(lambda: pages[0].states >= seen + 100, "states", period=0.1)
-    share = (time.process_time() - before) / (time.monotonic() - start)
-    print(f"server and its eight clients in one process: {100 * share:.0f} % of a core")
-    assert share < 0.25
-
-
-def test_eight_viewers_get_the_state_at_its_rate(served):
-    pages = [served.ready_page() for _ in range(8)]
-    before = [page.states for page in pages]
-    start = time.monotonic()
-    wait_for(lambda: pages[0].states >= before[0] + 20, "states")
+    seen, used, start = [page.states for page in pages], time.process_time(), time.monotonic()
+    wait_for(lambda: pages[0].states >= seen[0] + 60, "states", period=0.1)
     elapsed = time.monotonic() - start
-    for page, count in zip(pages, before):
-        assert page.states - count >= 15
-    assert elapsed > 0.8
+    assert elapsed > 2.5
+    assert min(page.states - before for page, before in zip(pages, seen)) >= 50
+    share = (time.process_time() - used) / elapsed
+    assert share < 0.25, f"server and its eight clients in one process: {100 * share:.0f} % of a core"

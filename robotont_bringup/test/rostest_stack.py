@@ -161,7 +161,9 @@ class StackTest(NodeTest):
             robot.board.unplug()
 
     def test_a_subscriber_that_stops_reading_holds_up_nobody(self):
-        robot = Robot(self, nodes={"robotont_node": {"packets_from_outside": True}})
+        if self.composed:
+            return  # it takes no packets of others, and publishes in the same way
+        robot = Robot(self)
         hung = self.subscribe_without_reading("/odom", Odometry)
         wait_for(lambda: self.subscribers("/odom") == 2, "the second subscriber")
         read = self.publisher("serial_read", String)

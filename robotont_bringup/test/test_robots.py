@@ -6,7 +6,6 @@ import re
 import signal
 import xmlrpc.client
 from pathlib import Path
-from xml.etree import ElementTree
 
 import numpy as np
 import pytest
@@ -223,13 +222,8 @@ def between(rig, turn, name):
     return happen
 
 
-def test_the_page_about_robots_has_every_launch_argument_and_every_robot():
+def test_the_page_about_robots_has_every_robot():
     page = (Path(__file__).resolve().parents[2] / "docs" / "robots.md").read_text()
-    arguments = [(file.name, argument.get("name")) for file in sorted(places.launch("robot.launch").parent.iterdir())
-                 for argument in ElementTree.parse(str(file)).getroot().findall("arg") if argument.get("value") is None]
-    listed = re.findall(r"^\| `(\w+\.launch)` \| `(\w+)` \|", page, re.MULTILINE)
-    assert sorted(listed) == sorted(arguments)
-    assert len(arguments) <= 45
     assert all(f"`{folder.name}`" in page for folder in shipped().iterdir())
 
 

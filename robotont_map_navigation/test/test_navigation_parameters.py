@@ -8,7 +8,7 @@ import yaml
 from navigation_tools import NAVIGATION, PACKAGE, read_launch, running  # noqa: F401
 
 from robotont_driver.nodes import driver_node
-from robotont_driver.parameters.parameters import markdown_rows, read_parameters
+from robotont_driver.parameters.parameters import read_parameters
 from robotont_map_navigation import localization_monitor
 from robotont_testing import places
 
@@ -150,11 +150,6 @@ def test_amcl_never_divides_by_a_rate_of_zero():
 def test_localization_monitor_takes_its_shipped_parameters():
     given = read("navigation.launch")["localization_monitor"]
     assert set(read_parameters(localization_monitor.PARAMETERS, given)) == set(given)
-
-
-@pytest.mark.parametrize("row", markdown_rows(localization_monitor.PARAMETERS))
-def test_every_parameter_of_localization_monitor_is_in_the_docs(row):
-    assert row in (PACKAGE.parent / "docs" / "navigation.md").read_text()
 
 
 def test_every_number_has_a_comment():

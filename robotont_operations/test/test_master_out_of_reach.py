@@ -56,7 +56,7 @@ class Stage(TwoMachines):
                 f"mux:={mux}", f"composed:={composed}", "description:=false", log=self.folder / "robot.log", **given)
         self._orders, self._log, self._count = self.folder / "orders", self.folder / "hand.log", 0
         self.order("rest")
-        self.on("robot", "/usr/bin/python3", "-c", HAND, "cmd_vel/hand" if mux else "cmd_vel", self._orders,
+        self.on("robot", "/usr/bin/python3", "-c", HAND, "cmd_vel/hand" if mux == "true" else "cmd_vel", self._orders,
                 log=self._log, **given)
 
     def order(self, words):

@@ -184,7 +184,8 @@ def test_lint_needs_no_git_and_leaves_what_is_built_alone(tmp_path):
     archive = clone(tmp_path / "archive")
     (archive / ".build" / "devel").mkdir(parents=True)
     (archive / ".build" / "devel" / "others.py").write_text("")
-    result = subprocess.run([str(Path(sys.executable).with_name("ruff")), "check", "--show-files", "."], cwd=str(archive), check=True, text=True,
+    ruff = str(Path(sys.executable).with_name("ruff"))
+    result = subprocess.run([ruff, "check", "--show-files", "."], cwd=str(archive), check=True, text=True,
                             stdout=subprocess.PIPE)
     assert f"{archive}/robotont_testing/setup.py" in result.stdout
     assert "others.py" not in result.stdout

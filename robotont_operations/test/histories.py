@@ -1,18 +1,10 @@
-"""A robot and its commanders through outages, hangs, kills and restarts; each motion of the board tells its own age.
+"""A robot and its commanders through outages, hangs, kills and restarts; each motion of the board tells its own age."""
 
-    ./robotont shell -c "python3 robotont_operations/test/histories.py --seed 1 --count 100"
-
-plays random histories, and prints each motion that is older than ALLOWED.
-"""
-
-import argparse
 import contextlib
 import os
 import random
 import signal
-import sys
 import time
-from collections import Counter
 from pathlib import Path
 
 import numpy as np
@@ -35,10 +27,11 @@ MOTIONS = (((0.1, 0, 0), (0.0006, 0, 0)), ((0, 0.1, 0), (0, 0.0006, 0)), ((0, 0,
            ((-0.1, 0, 0), (-0.0006, 0, 0)))
 LATCHED = 3
 
-# Does what the word in the file argv[4] says: drive (at 20 Hz), rest, or once and a number.
+# Does what the word in the file argv[4] says: drive (at 20 Hz), rest, once and a number, or press: the emergency stop.
 COMMANDER = f"""
 import sys, time, rospy
 from geometry_msgs.msg import Twist
+from std_msgs.msg import Bool
 topic, first, step, orders, latch = sys.argv[1], eval(sys.argv[2]), eval(sys.argv[3]), sys.argv[4], sys.argv[5]
 rospy.init_node("commander", anonymous=True, disable_signals=True)
 class Listener(rospy.SubscribeListener):
@@ -50,10 +43,13 @@ def publish():
     message = Twist()
     message.linear.x, message.linear.y, message.angular.z = (a + b * stamp for a, b in zip(first, step))
     publisher.publish(message)
+stop = rospy.Publisher("emergency_stop", Bool, queue_size=1)
 before = ""
 while True:
     order = open(orders).read()
-    if order == "drive" or order != before and order.startswith("once"):
+    if order == "press" != before:
+        stop.publish(True)
+    if order in ("drive", "press") or order != before and order.startswith("once"):
         publish()
     before = order
     time.sleep(0.05)
@@ -122,7 +118,7 @@ class Stage(TwoMachines):
         return 0
 
     def command(self, who, order, machine="laptop", topic="cmd_vel", latch=False):
-        """Let commander `who` drive, rest, or publish once; it starts where it does not run."""
+        """Let commander `who` drive, rest, publish once or press; it starts where it does not run."""
         file = self.folder / f"orders.{who}"
         if order == "once":
             self._orders += 1
@@ -140,6 +136,10 @@ class Stage(TwoMachines):
     def commander_log(self, who):
         """What a commander has printed: "connected" for each subscriber."""
         return (self.folder / f"commander.{who}.log").read_text()
+
+    def release(self):
+        """Release the emergency stop."""
+        self.check("robot", "rosservice", "call", "/emergency_stop/release")
 
     def drop(self):
         """The network loses everything from the laptop, and nobody notices, until `mend`."""
@@ -210,7 +210,6 @@ class Player:
         self._robot = [stage.driver, *(["cmd_vel_mux"] if stage.mux else [])]
         self._chance = None
         self._cut = self._latched = False
-        self.events = Counter()
         self.heard = 0
 
     def play(self, seed):
@@ -225,7 +224,6 @@ class Player:
         for _ in range(chance.randint(4, 9)):
             event, who = chance.choice(self.EVENTS), leader if chance.random() < 0.7 else chance.randrange(3)
             getattr(self, "_" + event)(who)
-            self.events[event] += 1
             told.append(f"{event} {who}")
             time.sleep(chance.choice((0.05, 0.2, 0.4, 0.7, 1.2)))
             old += self._judge()
@@ -298,27 +296,3 @@ class Player:
         motions = self._stage.motions()
         self.heard += len(motions)
         return [(who, age) for who, age in motions if age > ALLOWED]
-
-
-def main():
-    """Play histories; exit status 1 when something old has driven."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--seed", type=int, default=1, help="of the first history; default: 1")
-    parser.add_argument("--count", type=int, default=10, help="number of histories; default: 10")
-    parser.add_argument("--no-mux", action="store_true", help="commanders publish on cmd_vel")
-    parser.add_argument("--three", action="store_true", help="three processes instead of one")
-    arguments = parser.parse_args()
-    failed, began = [], time.monotonic()
-    with Stage(not arguments.no_mux, not arguments.three) as stage:
-        player = Player(stage)
-        for seed in range(arguments.seed, arguments.seed + arguments.count):
-            if player.play(seed):
-                failed.append(seed)
-        print(f"{arguments.count} histories from seed {arguments.seed} in {time.monotonic() - began:.0f} s: "
-              f"{sum(player.events.values())} events {dict(player.events)}, {player.heard} packets with motion; "
-              f"histories with old motion: {failed or 'none'}")
-    return 1 if failed else 0
-
-
-if __name__ == "__main__":
-    sys.exit(main())

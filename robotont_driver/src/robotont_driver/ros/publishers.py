@@ -1,8 +1,10 @@
 """Publishers that send from the calling thread."""
 
+import contextlib
 import select
 import socket
 import struct
+import warnings
 
 import rospy
 
@@ -19,9 +21,12 @@ class ImmediatePublisher(rospy.SubscribeListener):
 
     def __init__(self, topic, message_type):
         super().__init__()
-        self._publisher = rospy.Publisher(topic, message_type, subscriber_listener=self, tcp_nodelay=True, queue_size=1)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", SyntaxWarning)  # that there is no queue
+            self._publisher = rospy.Publisher(topic, message_type, tcp_nodelay=True)
         self._topic = self._publisher.impl
-        self._topic.set_queue_size(None)
+        self._topic.add_subscriber_listener(self)  # last: subscribers connect before the constructor returns
+        self.peer_subscribe()
 
     def publish(self, message):
         """Publish a message, or the contents of its only field."""
@@ -31,10 +36,10 @@ class ImmediatePublisher(rospy.SubscribeListener):
         """Number of subscribers, as of a rospy.Publisher."""
         return self._publisher.get_num_connections()
 
-    def peer_subscribe(self, _topic, _publish, _publish_to_peer):
-        """Called by rospy after a subscriber has connected."""
+    def peer_subscribe(self, *_):
+        """Called by rospy after a subscriber has connected; whatever it raised would disconnect that one for good."""
         for connection in self._topic.connections:
-            if hasattr(connection, "socket"):  # a subscriber in this very process has none
+            with contextlib.suppress(AttributeError, OSError):  # who is in this process, or has left, has no socket
                 connection.socket.setsockopt(socket.SOL_SOCKET, socket.SO_SNDTIMEO, SEND_TIMEOUT)
 
 

@@ -1,12 +1,14 @@
-"""Lets rospy processes end: soon, whatever hangs, and without using a whole core meanwhile."""
+"""Lets rospy processes end: soon, whatever hangs, without using a whole core meanwhile; and hear who connects."""
 
 import atexit
 import faulthandler
 import functools
 import os
+import threading
 
 import rosgraph.xmlrpc
 import rospy
+from rospy.impl.tcpros_base import TCPROSServer
 
 FAREWELL = 3.0  # [s] for the last messages and for the master to hear of the end; roslaunch and systemd wait for 10
 
@@ -14,6 +16,7 @@ FAREWELL = 3.0  # [s] for the last messages and for the master to hear of the en
 def init_tool(name):
     """Make this process a node, beside others of that name; signals stay with the process."""
     _end_servers_with_their_sockets()
+    _hear_all_who_connect()
     atexit.register(end_soon)  # before rospy's own, which was registered earlier; a tool may work on after a shutdown
     rospy.init_node(name, anonymous=True, disable_signals=True)
 
@@ -21,6 +24,7 @@ def init_tool(name):
 def init_node(name):
     """Make this process the node `name`, which ends soon after it was told to."""
     _end_servers_with_their_sockets()
+    _hear_all_who_connect()
     rospy.on_shutdown(end_soon)  # the first of all
     rospy.init_node(name)
 
@@ -44,6 +48,21 @@ def _end_servers_with_their_sockets():
     processor time, taken from all that still runs, and from the end itself.
     """
     rosgraph.xmlrpc.ThreadingXMLRPCServer.service_actions = _end_without_socket
+
+
+@functools.lru_cache(maxsize=None)
+def _hear_all_who_connect():
+    """Read in a thread of its own what each says who connects for a topic; call before init_node.
+
+    rospy reads it, without a time limit, in the thread that accepts them: whoever connects and says nothing shuts out
+    all others. So does a question by XML-RPC to a killed node that had this port: its first four bytes, "POST", are
+    a length of 1.4 GB. The master names killed nodes for ever, and subscribers ask them at each change of publishers.
+    """
+    hear = TCPROSServer._tcp_server_callback
+
+    def hear_aside(*connection):
+        threading.Thread(target=hear, args=connection, daemon=True).start()
+    TCPROSServer._tcp_server_callback = hear_aside
 
 
 def _end_without_socket(server):

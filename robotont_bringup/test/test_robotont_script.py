@@ -131,12 +131,14 @@ def test_half_a_virtual_environment_is_made_anew_and_the_callers_own_does_not_co
     assert "pip failed" in result.stdout
 
 
-def test_each_group_installs_its_own(tmp_path):
+def test_each_group_installs_its_own_and_again_what_was_deleted(tmp_path):
     folder = clone(tmp_path / "clone")
-    script = 'install_packages() { echo "packages $*"; }; install_python() { echo "python $*"; }; mkdir .build; '
-    first = functions(folder, f"cd '{folder}'; {script} setup robot flash; setup robot flash sim; setup robot sim")
-    assert first.stdout.splitlines() == ["packages robot flash", "python tools flash",
-                                         "packages sim", "python venv sim"]
+    script = 'install_packages() { echo "packages $*"; }; install_python() { echo "python $*"; mkdir -p .build/$1; }; '
+    result = functions(folder, f"cd '{folder}'; {script} setup robot flash; setup robot flash sim; setup robot sim; "
+                               "rm -r .build/tools; setup robot sim flash; setup robot sim flash")
+    assert result.stdout.splitlines() == ["packages robot flash", "python tools flash",
+                                          "packages sim", "python venv sim",
+                                          "packages flash", "python tools flash"]
 
 
 @pytest.mark.parametrize("system, ros, found", [

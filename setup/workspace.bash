@@ -89,26 +89,35 @@ install_python() {
 
 # Inputs of the setup of a group; an unchanged value means that nothing is to be done.
 setup_state() {
+    readlink -f /usr/bin/python3
     opt_ros
     wanted_packages "$1"
     cat "$ROOT/setup/pypi/$1.txt" 2>/dev/null || true
 }
 
-# setup GROUP ...
+# venv_of GROUP: where its Python packages go, if it has any.
+venv_of() {
+    [ -f "$ROOT/setup/pypi/$1.txt" ] || return 0
+    case $1 in
+        sim) echo venv ;;  # for nodes
+        *) echo tools ;;  # for no node
+    esac
+}
+
+# setup GROUP ... A group's state is kept beside what was installed, so that it goes when that is deleted.
 setup() {
-    local group groups=()
+    local group folder groups=()
     for group; do
-        [ "$(cat "$WORK/setup/$group" 2>/dev/null)" = "$(setup_state "$group")" ] || groups+=("$group")
+        folder=$WORK/$(venv_of "$group")
+        [ "$(cat "$folder/setup/$group" 2>/dev/null)" = "$(setup_state "$group")" ] || groups+=("$group")
     done
     [ ${#groups[@]} != 0 ] || return 0
     install_packages "${groups[@]}"
-    mkdir -p "$WORK/setup"
     for group in "${groups[@]}"; do
-        case $group in
-            sim) install_python venv sim ;;  # for nodes
-            *) [ ! -f "$ROOT/setup/pypi/$group.txt" ] || install_python tools "$group" ;;  # for no node
-        esac
-        setup_state "$group" >"$WORK/setup/$group"
+        folder=$(venv_of "$group")
+        [ -z "$folder" ] || install_python "$folder" "$group"
+        mkdir -p "$WORK/$folder/setup"
+        setup_state "$group" >"$WORK/$folder/setup/$group"
     done
 }
 

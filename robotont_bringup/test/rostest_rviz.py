@@ -88,6 +88,8 @@ class RvizTest(NodeTest):
 
     def test_the_drive_of_figures_11_and_12(self):
         robot = self.start_robot()
+        joints = self.listen("/joint_states", JointState)
+        transforms = self.listen("/tf", TFMessage)
         config, view = seen_from_above("odometry.rviz", self.stage.folder)
         self.stage.show("rviz.launch", f"view:={config}", log=self.log)
         self.see_content(5)
@@ -109,51 +111,20 @@ class RvizTest(NodeTest):
         self.wait_to_see(lambda picture: sight.is_path(picture, *middle), "the path")
         self.see_content(5)
 
+        self.assertGreater(max(map(abs, joints[-1].position)), 1.0)
+        wait_for(lambda: wheels_follow(transforms, joints[-1].position), "wheels that have turned with joint_states")
         rospy.ServiceProxy("reset_odometry", Trigger)()
         self.see_at(*before)
-        self.wait_to_see(lambda picture: not sight.is_path(picture, *middle), "no path after the reset")
         self.see_content(5)
         self.check_logs()
 
-    def test_the_wheels_turn_with_the_joints(self):
-        robot = self.start_robot()
-        joints = self.listen("/joint_states", JointState)
-        transforms = self.listen("/tf", TFMessage)
-        robot.drive_to((0.1, 0.1, 0.3))
-        self.assertGreater(max(map(abs, joints[-1].position)), 1.0)
-
-        def angles():
-            """Angle [rad] of each wheel around its axle, which points outwards, in the newest TF."""
-            newest = {}
-            for message in list(transforms):
-                newest.update((each.child_frame_id, each.transform) for each in message.transforms)
-            found = [newest.get(f"wheel_{wheel}_link") for wheel in range(3)]
-            return [_turn_around_x(each, _outwards(each)) for each in found] if all(found) else None
-
-        def follows():
-            found = angles()
-            # positive wheels turn the shipped robot clockwise: around the axle that points outwards
-            return found and all(abs(math.remainder(angle - turn, 2 * math.pi)) < 1e-3
-                                 for angle, turn in zip(found, joints[-1].position))
-        wait_for(follows, "wheels that have turned with joint_states")
-
-    def test_the_model_alone(self):
-        self.stage.show("display.launch", log=self.log)
-        self.see_content(2)
-        self.wait_to_see(lambda picture: (picture[sight.VIEW].max(axis=2) < 100).sum() > 20000, "a robot")
-        self.check_logs()
-
-    def test_a_display_that_complains_is_seen(self):
-        config = drawn_seldom("odometry.rviz", self.stage.folder)
-        self.stage.show("rviz.launch", f"view:={config}", "namespace:=/nowhere", log=self.log)
-        self.wait_to_see(lambda picture: sight.complaints(picture) > 100, "complaints about a frame that is not")
-
-    def test_navigation(self):
+    def test_navigation_and_displays_that_complain_before_there_is_a_map(self):
         self.start_robot()
         stand_in = NavigationStandIn(self)
         config = drawn_seldom("navigation.rviz", self.stage.folder)
         self.stage.show("rviz.launch", f"view:={config}", log=self.log)
         wait_for(stand_in.is_heard, "RViz to subscribe")
+        self.wait_to_see(lambda picture: sight.complaints(picture) > 100, "complaints about a frame that is not")
         timer = rospy.Timer(rospy.Duration(0.2), lambda _event: stand_in.publish())
         self.addCleanup(timer.shutdown)
         self.see_content(11)
@@ -169,14 +140,26 @@ class RvizTest(NodeTest):
         first, second = (self.wait_to_see(lambda picture, rows=rows: sight.position(picture, rows), "a robot")
                          for rows in (upper, lower))
         np.testing.assert_allclose(np.subtract(first, second), (0.0, 1.0), atol=PIXELS)
-        robots[0].drive_to((1.0, 0.0, 0.0))
-        self.see_at(first[0] + 1.0, first[1], upper)
+        robots[0].drive_to((0.5, 0.0, 0.0))
+        self.see_at(first[0] + 0.5, first[1], upper)
         self.see_at(*second, lower)
-        robots[1].drive_to((1.5, 0.2, 0.0))
-        self.see_at(second[0] + 1.5, second[1] + 0.2, lower)
-        self.see_at(first[0] + 1.0, first[1], upper)
+        robots[1].drive_to((0.3, 0.2, 0.0))
+        self.see_at(second[0] + 0.3, second[1] + 0.2, lower)
+        self.see_at(first[0] + 0.5, first[1], upper)
         self.see_content(8)
         self.check_logs()
+
+
+def wheels_follow(transforms, positions):
+    """Whether each wheel's newest TF has turned by its angle [rad] of joint_states around its axle, outwards."""
+    newest = {}
+    for message in list(transforms):
+        newest.update((each.child_frame_id, each.transform) for each in message.transforms)
+    found = [newest.get(f"wheel_{wheel}_link") for wheel in range(3)]
+    # positive wheels turn the shipped robot clockwise: around the axle that points outwards
+    return all(found) and all(
+        abs(math.remainder(_turn_around_x(each, _outwards(each)) - turn, 2 * math.pi)) < 1e-3
+        for each, turn in zip(found, positions))
 
 
 def _is_harmless(words):

@@ -1,5 +1,9 @@
-"""Every program explains itself: `-h` needs no ROS master, and nodes name a wrong argument."""
+"""Every program explains itself: `-h` needs no ROS master, and nodes name a wrong argument.
 
+Every number that a user may set has bounds: without them a slip of the pen drives on, or takes the machine down.
+"""
+
+import importlib
 import runpy
 import sys
 from pathlib import Path
@@ -33,3 +37,14 @@ def test_help(program, monkeypatch, capsys):
         assert "~diagnostic_period" in text
         assert run(program, "--unheard-of", monkeypatch) == 2
         assert "--unheard-of" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("program", [file for file in PROGRAMS if file.name in NODES], ids=lambda file: file.name)
+def test_every_number_of_a_node_has_bounds(program):
+    package = program.parts[-3]
+    module = package + (".nodes." if package == "robotont_driver" else ".") + program.name
+    for parameter in importlib.import_module(module).PARAMETERS:
+        if parameter.is_numeric:
+            assert None not in (parameter.minimum, parameter.maximum), parameter.name
+            assert parameter.default != parameter.default or parameter.accepts(parameter.default), parameter.name
+            assert not parameter.accepts(type(parameter.default)(1e10)), parameter.name

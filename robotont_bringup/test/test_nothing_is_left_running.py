@@ -1,10 +1,15 @@
-"""What a command of ./robotont has started ends with it, whatever ends it, and leaves no temporary files."""
+"""What a command of ./robotont has started ends with it, whatever ends it, and leaves no temporary files.
+
+The simulator is driven before, as its own words say.
+"""
 
 import contextlib
 import os
+import re
 import signal
 import subprocess
 import sys
+import urllib.request
 import uuid
 from pathlib import Path
 
@@ -17,13 +22,15 @@ COMMANDS = {  # arguments, and programs that run when the command is in the midd
     "demo": (["--picture", "{folder}/demo.png"], {"rosmaster", "robotont_node", "simulator_node"}),
     "bench": (["driver"], {"rosmaster", "serial_com_node", "odom_node"}),
     "pictures": (["{folder}"], {"rosmaster", "Xvfb", "rviz"}),
-    "sim": (["port:={folder}/board"], {"rosmaster", "robotont_node", "simulator_node"}),
+    "sim": (["port:={folder}/board", "web_port:={port}"], {"rosmaster", "robotont_node", "simulator_node"}),
 }
 MADE_LAST = {"demo": "demo.png", "pictures": "two_robots.png"}  # by those that would end by themselves
 # each command and each end once; the rest of the pairs that differ takes as long again
 ENDINGS = [("demo", "SIGHUP"), ("bench", "SIGINT"), ("pictures", "SIGTERM"), ("sim", "SIGKILL"),
            *(pytest.param(*pair, marks=pytest.mark.long) for pair in (
                ("demo", "SIGTERM"), ("demo", "SIGKILL"), ("bench", "SIGTERM")))]
+TERMINAL = {"PATH": "/usr/bin:/bin", **{name: os.environ[name] for name in ("HOME", "ROBOTONT_LIFELINE")
+                                         if name in os.environ}}  # a terminal without ROS' environment
 # Its signals as in a terminal, also where these tests run under nohup or in a shell's background.
 IN_A_TERMINAL = """import os, signal, sys
 for number in signal.SIGHUP, signal.SIGINT:
@@ -42,20 +49,39 @@ def programs(mark):
     return found
 
 
+def drive_as_it_says(log, terminal):
+    """What sim prints on how to go on is taken by its word."""
+    wait_for(lambda: "Ctrl-C here ends all of it." in log.read_text(), "the hint", 60.0, 0.1)
+    page, = re.findall(r"Drive it in a browser: (\S+)", log.read_text())
+    assert b"<html" in urllib.request.urlopen(page, timeout=10.0).read()
+    drive, = re.findall(r"by a topic +(.*)", log.read_text())
+    tools, = re.findall(r"ROS' tools +(.*?) +\(", log.read_text())
+    see = "rostopic echo -n 1 --filter \"m.twist.twist.linear.x > 0.15\" odom && rosrun robotont_driver which_robot -h"
+    with subprocess.Popen(["bash", "-c", drive], env=terminal, cwd="/", stdout=subprocess.DEVNULL,
+                          start_new_session=True) as driving:
+        subprocess.run(["bash", "-c", f"{tools} -c '{see}'"], env=terminal, check=True, stdout=subprocess.DEVNULL,
+                       timeout=60.0)
+        os.killpg(driving.pid, signal.SIGINT)
+
+
 @pytest.mark.parametrize("command, ending", ENDINGS)
 def test_nothing_is_left(command, ending, tmp_path):
     arguments, in_the_middle = COMMANDS[command]
     temporary, mark = tmp_path / "tmp", "TEST_MARK=" + uuid.uuid4().hex
     temporary.mkdir()
-    environment = {**os.environ, "TMPDIR": str(temporary), "ROS_MASTER_URI": f"http://127.0.0.1:{free_port()}",
-                   **dict([mark.split("=")])}
+    environment = {**(TERMINAL if command == "sim" else os.environ), "TMPDIR": str(temporary),
+                   "ROS_MASTER_URI": f"http://127.0.0.1:{free_port()}", **dict([mark.split("=")])}
     environment.pop("DISPLAY", None)
+    web_port = free_port()
     with open(str(tmp_path / "output"), "wb") as output:
         process = subprocess.Popen([sys.executable, "-c", IN_A_TERMINAL, str(ROBOTONT), command,
-                                    *(word.format(folder=tmp_path) for word in arguments)], env=environment,
-                                   stdin=subprocess.DEVNULL, stdout=output, stderr=output, start_new_session=True)
+                                    *(word.format(folder=tmp_path, port=web_port) for word in arguments)],
+                                   env=environment, stdin=subprocess.DEVNULL, stdout=output, stderr=output,
+                                   start_new_session=True)
     try:
         wait_for(lambda: in_the_middle <= set().union(*programs(mark).values()), f"the middle of {command}", 60.0, 0.1)
+        if command == "sim":
+            drive_as_it_says(tmp_path / "output", environment)
         if ending in ("SIGINT", "SIGHUP"):  # a terminal sends these to all of its foreground processes
             os.killpg(process.pid, getattr(signal, ending))
         else:

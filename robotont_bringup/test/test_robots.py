@@ -1,56 +1,43 @@
-"""What a launch sets replaces all that an earlier one left: each robot behind each other one, on one master."""
+"""What a launch sets replaces all that earlier ones left, whatever their robots were, on one master."""
 
-import itertools
 import os
 import re
 import signal
 import xmlrpc.client
 from pathlib import Path
-from xml.etree import ElementTree
 
 import numpy as np
-import pytest
 import rospy
 from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
 from roslaunch.config import load_config_default
 from roslaunch.launch import ROSLaunchRunner
 from sensor_msgs.msg import JointState
-from std_msgs.msg import String
 
 from robotont_driver.kinematics.wheels import read_wheels
 from robotont_driver.nodes import driver_node, odom_node, robotont_node, serial_com_node
-from robotont_driver.robots.robot_folder import read_robot, shipped
+from robotont_driver.robots.robot_folder import shipped
 from robotont_simulator import simulator_node
 from robotont_testing import places
 from robotont_testing.board_port import BoardPort
 from robotont_testing.dc_motors import Motors
-from robotont_testing.harness import START, Master, free_port, wait_for
-from robotont_testing.official_boards import BOARDS
+from robotont_testing.harness import START, Master, free_port, in_own_process, wait_for
+from robotont_testing.node_test import twist
+from robotont_testing.official_boards import Robotont2Board
 from robotont_testing.stand_in_board import Board
 
 NAMES = ("thesis", "robotont2", "robotont3", "four_wheels")
-OFFICIAL = str(places.package("robotont_driver") / "launch" / "driver_basic.launch")
 LAUNCHES = {
     **{name: ("robot.launch", f"robot:={name}", "description:=false") for name in NAMES},
-    **{name + " in three": ("robot.launch", f"robot:={name}", "description:=false", "composed:=false")
-       for name in ("robotont2",)},
+    "in three": ("robot.launch", "robot:=robotont2", "description:=false", "composed:=false"),
     **{"simulated " + name: ("simulation.launch", f"robot:={name}", "description:=false") for name in NAMES},
     "driver_basic": ("driver_basic.launch",),
     "commands": ("odometry_from_commands.launch",),
     "tuned": ("robot.launch", "robot:=robotont2", "publish_tf:=false", "imu:=imu", "description:=false"),
-    "official": (OFFICIAL,),
 }
+OFFICIAL = (str(places.package("robotont_driver") / "launch" / "driver_basic.launch"),)  # leaves names of its own
 TABLES = {"driver_node": driver_node, "serial_com_node": serial_com_node, "odom_node": odom_node,
           "robotont_node": robotont_node, "simulator_node": simulator_node}
-ALL = [*NAMES, "driver_basic", *("simulated " + name for name in NAMES)]
-TWISTS = ((0.2, 0.0, 0.0), (0.0, 0.2, 0.0), (0.0, 0.0, 0.5))
-
-
-def configuration(name):
-    """A launch file as roslaunch reads it."""
-    file, *arguments = LAUNCHES[name]
-    return load_config_default([(str(places.launch(file)), arguments)], None)
 
 
 def seen(parameters, nodes):
@@ -66,8 +53,10 @@ def seen(parameters, nodes):
     return found
 
 
-def test_parameters_of_each_launch_behind_each_other_one_are_those_on_a_fresh_master():
-    configurations = {name: configuration(name) for name in LAUNCHES}
+def test_parameters_of_each_launch_behind_all_others_are_those_on_a_fresh_master():
+    """Forward and backward, so that each stands before and behind each other one."""
+    configurations = {name: load_config_default([(str(places.launch(file)), arguments)], None)
+                      for name, (file, *arguments) in {**LAUNCHES, "official": OFFICIAL}.items()}
     with Master() as master:
         server = xmlrpc.client.ServerProxy(master.uri)
 
@@ -77,16 +66,14 @@ def test_parameters_of_each_launch_behind_each_other_one_are_those_on_a_fresh_ma
             ROSLaunchRunner("test", configured)._load_parameters()
             return seen(server.getParam("/test", "/")[2], {node.name for node in configured.nodes})
 
-        def alone(name):
+        fresh = {}
+        for name in LAUNCHES:
             for key in server.getParam("/test", "/")[2]:
                 server.deleteParam("/test", "/" + key)
-            return load(name)
-        fresh = {name: alone(name) for name in LAUNCHES}
-        for before, after in itertools.product(LAUNCHES, LAUNCHES):
-            if after == "official":  # its own names; docs/from-the-official-stack.md
-                continue
-            alone(before)
-            assert load(after) == fresh[after], f"{after} behind {before}"
+            fresh[name] = load(name)
+        load("official")
+        for name in (*LAUNCHES, *reversed(LAUNCHES)):
+            assert load(name) == fresh[name], name
 
 
 class Rig:
@@ -94,148 +81,58 @@ class Rig:
 
     def __init__(self, master):
         self.master = master
-        self.link = str(master.folder / "board")
-        self.written, self.odom, self.joints = [], [], []
+        self.odom, self.joints = [], []
         rospy.init_node("rig", disable_signals=True)
-        rospy.Subscriber("serial_write", String, self.written.append, tcp_nodelay=True)
         rospy.Subscriber("odom", Odometry, self.odom.append, tcp_nodelay=True)
         rospy.Subscriber("joint_states", JointState, self.joints.append, tcp_nodelay=True)
         self.command = rospy.Publisher("cmd_vel", Twist, queue_size=1)
 
-    def forget(self):
-        """All parameters, as a new master."""
-        server = xmlrpc.client.ServerProxy(self.master.uri)
-        for key in set(server.getParam("/rig", "/")[2]) - {"run_id"}:
-            server.deleteParam("/rig", "/" + key)
-
-    def start(self, name):
-        """Start it with its board; waits for odometry."""
-        self.board = self._board(name)
-        if self.board:
-            self.board.plug()
-        file, *arguments = LAUNCHES[name]
+    def behaviour(self, name, board, between=lambda: None):
+        """Numbers on the wire for two twists, and the names of frames and joints; between(): before the drive."""
+        board.plug()
         self.odom.clear()
-        self.log = self.master.folder / "log"
-        self.launch = self.master.launch(file, f"port:={self.link}", *arguments, log=self.log)
+        launch = self.master.launch(*LAUNCHES[name], f"port:={board.link}")
         wait_for(lambda: self.odom, f"odometry of {name}", START)
-
-    def _board(self, name):
-        robot = name.replace(" in three", "")
-        if robot in ("robotont2", "robotont3"):
-            return BoardPort(self.link, lambda now: BOARDS[robot](Motors(), start=now))
-        if name in ("thesis", "driver_basic", "four_wheels"):
-            return Board(self.link, 4 if name == "four_wheels" else 3)
-        return None
-
-    def drive(self):
-        """What three twists become: numbers on serial_write and on the wire; and the names of frames and joints."""
+        between()
         found = []
-        for x, y, turn in TWISTS:
-            twist = Twist()
-            twist.linear.x, twist.linear.y, twist.angular.z = x, y, turn
-            self.written.clear()
-
-            def driven(twist=twist, wanted=(x, y, turn)):
-                self.command.publish(twist)
-                measured = self.odom[-1].twist.twist
-                return len(self.written) > 10 and np.allclose(
-                    (measured.linear.x, measured.linear.y, measured.angular.z), wanted, atol=0.1)
-            wait_for(driven, f"the robot to drive {x, y, turn}", period=0.03)
-            found += [numbers(self.written[-1].data), numbers(self._wire())]
+        for wanted in ((0.0, 0.2, 0.0), (0.2, 0.0, 0.3)):
+            def driven(wanted=wanted):
+                self.command.publish(twist(*wanted))
+                measured = self.odom[-1].twist.twist if self.odom else Twist()
+                return np.allclose((measured.linear.x, measured.linear.y, measured.angular.z), wanted, atol=0.05)
+            wait_for(driven, f"the robot to drive {wanted}", period=0.03)
+            lines = [line if isinstance(line, bytes) else line.encode() for _, line in board.heard]
+            line = next(line for line in reversed(lines) if b"." in line).partition(b";")[0]
+            found += map(float, re.findall(rb"-?\d+\.\d+", line))
+        self.master.stop(launch)
+        board.unplug()
         return found, self.odom[-1].header.frame_id, self.odom[-1].child_frame_id, tuple(self.joints[-1].name)
 
-    def _wire(self):
-        """The newest line of speeds that the board heard; empty without one."""
-        heard = self.board.heard if self.board else ()
-        lines = [line if isinstance(line, str) else line.decode() for _, line in heard]
-        return next((line.partition(";")[0] for line in reversed(lines) if "." in line), "")
-
-    def stop(self):
-        """End the robot and its board."""
-        self.master.stop(self.launch)
-        if self.board:
-            self.board.unplug()
-
-    def behaviour(self, name, between=lambda: None):
-        """Start, drive and end it. between(): called before the drive."""
-        self.start(name)
-        between()
-        found = self.drive()
-        self.stop()
-        return found
-
-    def kill_driver(self):
-        """Kill robotont_node, which is started again."""
-        os.kill(self.master.pid("/driver_node"), signal.SIGKILL)
-        self.odom.clear()
-        wait_for(lambda: self.odom, "odometry of the new process", START)
-
-    def join(self):
-        """Start and end the page beside the robot: it joins, and may set nothing of the robot."""
+    def disturb(self):
+        """The page joins the robot and goes, and may set nothing of it; the driver is killed, and started again."""
         log = self.master.folder / "teleop.log"
         page = self.master.launch("teleop.launch", f"web_port:={free_port()}", log=log)
         wait_for(lambda: "drive the robot in a browser" in log.read_text(), "the page", START)
         self.master.stop(page)
+        os.kill(self.master.pid("/driver_node"), signal.SIGKILL)
+        self.odom.clear()
+        wait_for(lambda: self.odom, "odometry of the new process", START)
 
 
-def numbers(text):
-    """All decimals in a text."""
-    return [float(number) for number in re.findall(r"-?\d+\.\d+", text)]
-
-
-def assert_same(found, wanted, name):
-    """The same numbers but for rounding, the same names."""
-    assert found[1:] == wanted[1:], name
-    for one, other in zip(found[0], wanted[0]):
-        assert len(one) == len(other), (name, found, wanted)
-        assert np.allclose(one, other, atol=0.02), (name, found, wanted)
-
-
-def each_behind_each(names):
-    """A walk in which each name stands once behind each other one."""
-    walk = names[:1]
-    for turn, name in enumerate(names):
-        for other in (*names[1:turn], *(names[:1] if turn else ())):
-            walk = [*walk, name, other]
-    return walk
-
-
-@pytest.mark.parametrize("walk", [
-    ("thesis", "four_wheels", "robotont2", "driver_basic", "simulated robotont3", "four_wheels"),
-    pytest.param(each_behind_each(ALL), marks=pytest.mark.long),
-], ids=["some", "each behind each"])
-def test_each_robot_drives_behind_another_one_as_alone(walk):
+@in_own_process
+def test_a_robot_drives_behind_another_one_as_alone():
     with Master() as master:
-        rig = Rig(master)
-        alone = {name: rig.forget() or rig.behaviour(name) for name in dict.fromkeys(walk)}
-        rig.forget()
-        for turn, name in enumerate(walk):
-            found = rig.behaviour(name, between(rig, turn, name))
-            assert_same(found, alone[name], f"{name} behind {list(walk[:turn][-1:])}")
+        rig, link = Rig(master), str(master.folder / "board")
+
+        def drive(between=lambda: None):
+            return rig.behaviour("robotont2", BoardPort(link, lambda now: Robotont2Board(Motors(), start=now)), between)
+        alone = drive()
+        rig.behaviour("four_wheels", Board(link, 4))
+        behind = drive(rig.disturb)
+        assert behind[1:] == alone[1:]
+        np.testing.assert_allclose(behind[0], alone[0], atol=0.02)
 
 
-def between(rig, turn, name):
-    """What happens between start and drive: the page joins, and at every other turn the driver is killed."""
-    def happen():
-        rig.join()
-        if turn % 2 and name in NAMES:
-            rig.kill_driver()
-    return happen
-
-
-def test_the_page_about_robots_has_every_launch_argument_and_every_robot():
+def test_the_page_about_robots_has_every_robot():
     page = (Path(__file__).resolve().parents[2] / "docs" / "robots.md").read_text()
-    arguments = [(file.name, argument.get("name")) for file in sorted(places.launch("robot.launch").parent.iterdir())
-                 for argument in ElementTree.parse(str(file)).getroot().findall("arg") if argument.get("value") is None]
-    listed = re.findall(r"^\| `(\w+\.launch)` \| `(\w+)` \|", page, re.MULTILINE)
-    assert sorted(listed) == sorted(arguments)
-    assert len(arguments) <= 45
     assert all(f"`{folder.name}`" in page for folder in shipped().iterdir())
-
-
-def test_the_shipped_robots_are_whole():
-    for folder in shipped().iterdir():
-        robot = read_robot(folder.name)
-        assert set(robot.given) == {"wheelAmount", "wheelRads", "wheelDistanceFromCenter", "wheelRadius",
-                                    "gearboxReductionRatio", "encoderEdgesPerMotorRevolution", "pidControlFrequency",
-                                    "referenceDirection", "positiveRotation"}

@@ -17,17 +17,13 @@ PROGRAMS = {
     "robotont_simulator/scripts/fast_drive": ["--wheel-params", "FILE"],
     "robotont_simulator/scripts/show_model": ["robot.png", "--wheel-params", "FILE"],
 }
-FILES = {
-    "missing": (None, "No such file or directory"),
-    "latin_1": (b"# Rads\xe4tze\nwheelAmount: 3\n", "found the byte 0xe4 in line 1, allowed: text in UTF-8"),
-    "binary": (bytes(range(256)), "found the byte 0x80 in line 2, allowed: text in UTF-8"),
-    "no_yaml": (b"wheelRads: [0.0, 2.0", "no YAML: "),
-    "no_mapping": (b"- wheelAmount\n", "found ['wheelAmount'], allowed: wheel parameters: wheelAmount, "),
-    "two_wheels": (b"wheelAmount: 2\n", "wheelAmount: found 2, allowed: a whole number from 3 to 16"),
-}
 
 
-@pytest.mark.parametrize("content, words", FILES.values(), ids=FILES)
+@pytest.mark.parametrize("content, words", [
+    (None, "No such file or directory"),
+    (b"# Rads\xe4tze\nwheelAmount: 3\n", "found the byte 0xe4 in line 1, allowed: text in UTF-8"),
+    (b"wheelAmount: 2\n", "wheelAmount: found 2, allowed: a whole number from 3 to 16"),
+], ids=["missing", "latin_1", "two_wheels"])
 @pytest.mark.parametrize("program", PROGRAMS, ids=lambda program: Path(program).name)
 def test_a_wrong_wheel_file(program, content, words, tmp_path, monkeypatch, capsys):
     file, drive = tmp_path / "wheel_params.yaml", tmp_path / "drive.csv"

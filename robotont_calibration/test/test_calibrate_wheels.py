@@ -47,7 +47,11 @@ def calibrated(folder, *arguments):
 
 
 def test_with_a_ground_truth(runs, tmp_path, capsys):
-    status, found = calibrated(tmp_path, *runs[1])
+    """No file is overwritten unasked; the table has each number in one unit, changes and deviations in their own."""
+    (tmp_path / "new.yaml").write_text("mine: 1\n")
+    assert calibrated(tmp_path, *runs[1]) == (1, {"mine": 1})
+    assert "new.yaml: exists; --force overwrites it" in capsys.readouterr().err
+    status, found = calibrated(tmp_path, *runs[1], "--force")
     assert status == 0
     assert found["wheelRadius"] == pytest.approx(TRUE["wheelRadius"], rel=0.002)
     assert found["wheelDistanceFromCenter"] == pytest.approx(TRUE["wheelDistanceFromCenter"], rel=0.002)
@@ -55,7 +59,10 @@ def test_with_a_ground_truth(runs, tmp_path, capsys):
     assert {key: found[key] for key in found if key not in (
         "wheelRadius", "wheelDistanceFromCenter", "wheelRads")}.items() <= SHIPPED.items()
     output, error = capsys.readouterr()
-    assert "wheelRads[2]" in output
+    rows = {row[:24].strip(): re.sub(r"[-+]?\d+\.\d+", "#", row[24:]).split() for row in output.splitlines()}
+    assert rows["wheelRadius"] == rows["wheelDistanceFromCenter"] == ["m", "#", "#", "#%", "#%"]
+    assert rows["wheelRads[2]"] == ["rad", "#", "#", "#°", "#°"]
+    assert rows["point x"] == ["m", "#", "#", "#", "mm", "#", "mm"]
     assert "tracked 5" in output
     assert error == ""
     assert (tmp_path / "a.png").read_bytes().startswith(b"\x89PNG")
@@ -69,16 +76,6 @@ def test_a_gap_in_the_stamps_is_named(runs, tmp_path, capsys):
     status, _ = calibrated(tmp_path, str(file))
     assert status == 1
     assert f"{file}: found a gap of 3600.02 s behind the packet at " in capsys.readouterr().err
-
-
-def test_each_number_of_the_table_is_in_one_unit(runs, tmp_path, capsys):
-    """The parameters in the unit beside their names, changes and standard deviations each in one of its own."""
-    calibrated(tmp_path, *runs[1])
-    rows = {row[:24].strip(): re.sub(r"[-+]?\d+\.\d+", "#", row[24:]).split()
-            for row in capsys.readouterr().out.splitlines()}
-    assert rows["wheelRadius"] == rows["wheelDistanceFromCenter"] == ["m", "#", "#", "#%", "#%"]
-    assert rows["wheelRads[2]"] == ["rad", "#", "#", "#°", "#°"]
-    assert rows["point x"] == ["m", "#", "#", "#", "mm", "#", "mm"]
 
 
 def test_with_a_tape_and_arguments_from_a_file(runs, tmp_path):
@@ -110,14 +107,6 @@ def test_what_the_runs_do_not_determine_is_warned_of(runs, tmp_path, capsys):
     output, error = capsys.readouterr()
     assert "NOT DETERMINED" in output
     assert "warning: these runs do not determine wheelRadius" in error
-
-
-def test_no_file_is_overwritten_unasked(runs, tmp_path, capsys):
-    (tmp_path / "new.yaml").write_text("mine: 1\n")
-    status, found = calibrated(tmp_path, *runs[1])
-    assert (status, found) == (1, {"mine": 1})
-    assert "new.yaml: exists; --force overwrites it" in capsys.readouterr().err
-    assert calibrated(tmp_path, *runs[1], "--force")[1]["wheelAmount"] == 3
 
 
 @pytest.mark.parametrize("arguments, words", [

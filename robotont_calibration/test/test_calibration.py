@@ -97,17 +97,17 @@ def test_a_tape_will_do():
     pytest.param(lambda true, seed: tracked_runs(true, seed, DOUBLED, MARKER), MARKER, marks=pytest.mark.long),
 ], ids=["by tape", "tracked, doubled noise, a point off the middle"])
 def test_stated_uncertainties_are_the_ones_that_there_are(make, point):
-    """Over 40 calibrations, errors over stated deviations have a root mean square of about one."""
+    """Over 16 calibrations, errors over stated deviations have a root mean square of about one."""
     true = true_of(SHIPPED, 1.01, 0.98, [(0, 1.0)])
     ratios = []
-    for seed in range(40):
+    for seed in range(16):
         found = calibrate(SHIPPED, make(true, 1000 * seed), Unknowns(SHIPPED, point="free" if point else (0, 0)), 0.003)
         ratios.append(errors_of(found, true, point) / found.deviations)
     spread = np.sqrt(np.mean(np.square(ratios), axis=0))
     print("errors over stated deviations:", np.round(spread, 2), "all:", np.sqrt(np.mean(np.square(ratios))).round(2))
     assert 0.8 < np.sqrt(np.mean(np.square(ratios))) < 1.2
-    assert spread.min() > 0.66  # 40 samples: three standard deviations of 11 %
-    assert spread.max() < 1.34
+    assert spread.min() > 0.5  # 16 samples: three standard deviations of 18 %
+    assert spread.max() < 1.5
 
 
 def allowed_by_information(found, true, amount=4000):

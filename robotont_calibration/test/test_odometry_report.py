@@ -337,10 +337,6 @@ def test_live_topics(tmp_path):
         wait_for(lambda: process.poll() is not None, "the report", 60.0)
         assert process.returncode == 0, log.read_text()
         text = log.read_text()
-        wrong = master.start(sys.executable, script, "--truth", "nowhere", log=log)
-        wait_for(lambda: wrong.poll() is not None, "its refusal", 60.0)
-        assert wrong.returncode == 1
-        assert "found no topic nowhere; is its node running?" in log.read_text()
     assert (tmp_path / "live.png").exists()
     assert len((tmp_path / "tum" / "odometry.tum").read_text().splitlines()) > 2
     assert "path of the ground truth" in text

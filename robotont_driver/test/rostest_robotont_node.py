@@ -54,22 +54,7 @@ class RobotontNodeTest(NodeTest):
         self.assertEqual({message.data for message in written}, {"0.00:0.00:0.00;\n"})
         self.assertEqual({message.data for message in read}, {"0:0:0;\n"})
 
-    def test_packets_of_other_processes_are_taken_where_asked(self):
-        rospy.set_param("robotont_node/packets_from_outside", True)
-        self.start()
-        write, read = self.publisher("serial_write", String), self.publisher("serial_read", String)
-        wait_for(lambda: write.publish("7.00:7.00:7.00;\n") or "7.00:7.00:7.00" in self.heard(), "a packet on the wire",
-                 period=0.05)
-        x = self.odom[-1].pose.pose.position.x
-        wait_for(lambda: read.publish("-100:0:100;\n") or self.odom[-1].pose.pose.position.x > x + 0.005, "a step",
-                 period=0.05)
-        # those that it publishes itself, and hears again, count once
-        packets = len(self.odom)
-        reported = len(self.board.reported)
-        wait_for(lambda: len(self.board.reported) > reported + 50, "a second")
-        self.assertLess(len(self.odom) - packets, 60)
-
-    def test_packets_of_other_processes_are_not_taken_without_being_asked_for(self):
+    def test_packets_of_other_processes_are_not_taken(self):
         self.start()
         subscriptions = dict(rospy.get_master().getSystemState()[2][1])
         self.assertNotIn("/robotont_node", subscriptions.get("/serial_write", []))

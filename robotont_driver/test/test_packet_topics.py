@@ -35,7 +35,7 @@ def shared_topic(*subscribers):
     topic = SharedPacketTopic("serial_read")
     topic.advertise()
     for taken in subscribers:
-        topic.subscribe(3, taken, refused=None)
+        topic.subscribe(3, taken)
     return topic
 
 

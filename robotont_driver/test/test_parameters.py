@@ -7,7 +7,6 @@ from robotont_driver.nodes.driver_node import PARAMETERS as DRIVER
 from robotont_driver.nodes.driver_node import check as check_driver
 from robotont_driver.nodes.odom_node import PARAMETERS as ODOM
 from robotont_driver.nodes.odom_node import check as check_odom
-from robotont_driver.nodes.robotont_node import PARAMETERS as ROBOTONT
 from robotont_driver.nodes.serial_com_node import PARAMETERS as SERIAL_COM
 from robotont_driver.nodes.serial_com_node import check as check_serial_com
 from robotont_driver.parameters.parameters import ParameterError, read_parameters, shown
@@ -18,7 +17,7 @@ from robotont_testing.robots import SHIPPED
 TIMEOUT = "a finite number from 0.05 to 2 [s]: for so long the robot drives on when its commander dies"
 DECIMALS = "a whole number from 0 to 3: with more, the packets of many wheels do not fit into a line"
 TABLES = {"driver_node": DRIVER, "serial_com_node": SERIAL_COM, "odom_node": ODOM,
-          "robotont_node": ROBOTONT, "every node": COMMON_PARAMETERS}
+          "every node": COMMON_PARAMETERS}
 
 
 def test_defaults_are_used_and_have_the_right_type():

@@ -38,7 +38,7 @@ def test_leads_with_which_robot_needs_what():
         profile = runpy.run_path(str(path))["PROFILE"]
         assert [row for row in rows if f"`./robotont flash --profile {profile}`" in row], profile
     assert "**The wiring `ours` is not Robotont's.**" in lead
-    assert "flash nothing" in (ROOT / "README.md").read_text(encoding="utf-8")
+    assert "Nothing is flashed" in (ROOT / "README.md").read_text(encoding="utf-8")
 
 
 def test_wiring_table():

@@ -23,7 +23,7 @@ from roslaunch import RLException
 from robotont_description.geometry import robot_radius
 from robotont_driver.kinematics.wheels import read_wheels
 from robotont_driver.nodes import driver_node
-from robotont_driver.parameters.parameters import markdown_rows, read_parameters
+from robotont_driver.parameters.parameters import read_parameters
 from robotont_map_navigation import localization_monitor, map_file
 from robotont_simulator.world import read_world, write_map
 from robotont_testing import places
@@ -282,11 +282,6 @@ def test_amcl_never_divides_by_a_rate_of_zero():
 def test_localization_monitor_takes_its_shipped_parameters():
     given = read("navigation.launch")["localization_monitor"]
     assert set(read_parameters(localization_monitor.PARAMETERS, given)) == set(given)
-
-
-@pytest.mark.parametrize("row", markdown_rows(localization_monitor.PARAMETERS))
-def test_every_parameter_of_localization_monitor_is_in_the_docs(row):
-    assert row in (PACKAGE.parent / "docs" / "navigation.md").read_text()
 
 
 def test_every_number_has_a_comment():

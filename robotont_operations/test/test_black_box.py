@@ -5,16 +5,14 @@ import io
 import os
 import shutil
 import subprocess
-from pathlib import Path
 
 import pytest
 import rosbag
 from rosgraph_msgs.msg import Log
 from std_msgs.msg import String
 
-from robotont_driver.parameters.parameters import markdown_rows
 from robotont_operations.black_box import BlackBox, Record, bags_of, merge, runs_in
-from robotont_operations.recorder_node import PARAMETERS, trouble
+from robotont_operations.recorder_node import trouble
 
 HEADER = {"type": String._type, "md5sum": String._md5sum, "message_definition": String._full_text}
 
@@ -181,11 +179,3 @@ def test_what_a_loss_of_power_leaves(tmp_path):
         subprocess.run(["rosbag", "info", *map(str, bags_of(run))], check=True, stdout=subprocess.DEVNULL)
     finally:
         subprocess.run(["umount", str(folder)], check=True)
-
-
-def test_every_parameter_of_the_recorder_stands_in_the_readme():
-    readme = Path(__file__).resolve().parents[2] / "README.md"
-    if not readme.exists():
-        pytest.skip("installed without the README")
-    for row in markdown_rows(PARAMETERS):
-        assert row in readme.read_text()

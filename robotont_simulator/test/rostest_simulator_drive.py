@@ -1,20 +1,17 @@
 #!/usr/bin/env python3
-"""What has its time: drives on the simulator, a pulled cable, its end."""
-
-import time
+"""Drives on one simulator: odometry against the truth, a pulled cable, every fault and what diagnostics say of it."""
 
 import numpy as np
-import rosparam
 import rospy
 import rostest
-import yaml
-from simulation_test import LINK, SimulationTest, pose
-from std_srvs.srv import SetBool
+from geometry_msgs.msg import Vector3
+from simulation_test import BOARD, LINK, SimulationTest, pose
+from std_msgs.msg import Float32, Float32MultiArray, Int8MultiArray
+from std_srvs.srv import SetBool, Trigger
 
 from robotont_driver.kinematics.se2 import between, wrap
 from robotont_testing.harness import wait_for
-from robotont_testing.node_test import ERROR, OK
-from robotont_testing.robots import WHEEL_PARAMS
+from robotont_testing.node_test import ERROR, OK, WARN
 
 
 class SimulatorDriveTest(SimulationTest):
@@ -53,17 +50,69 @@ class SimulatorDriveTest(SimulationTest):
         self.wait_for_status(LINK, OK)
         self.assertNotIn("Traceback", self.log.read_text())
 
-    def test_ctrl_c_ends_it_at_once_and_leaves_nothing(self):
-        rosparam.upload_params("/", yaml.safe_load(WHEEL_PARAMS.read_text()))
-        port = self.processes.folder / "alone"
-        process, log = self.simulator(port, "__name:=alone")
-        wait_for(lambda: "a board at" in log.read_text(), "the board", timeout=30)
-        self.wait_for_status("alone: real time", OK)
-        begun = time.monotonic()
-        self.processes.stop(process)
-        self.assertLess(time.monotonic() - begun, 1.0)  # it waited that long for a thread that waited for it
-        self.assertEqual([path.name for path in self.processes.folder.glob("alone*")], [])
-        self.assertNotIn("Traceback", log.read_text())
+    def fault(self, topic, kind):
+        """A latched publisher that ends with the test: it must not reach the next test's simulator."""
+        publisher = rospy.Publisher("simulator_node/" + topic, kind, queue_size=1, latch=True)
+        self.addCleanup(publisher.unregister)
+        return publisher
+
+    def test_faults_come_and_go(self):
+        self.start()
+        repaired = int(self.values(LINK)["periods repaired"])
+        errors = self.fault("byte_errors", Float32)
+        errors.publish(0.01)
+        self.drive((0.2, 0.0, 0.3), lambda: int(self.values(LINK)["periods repaired"]) > repaired + 20, "repairs")
+        errors.publish(0.0)
+        grip = self.fault("wheel_grip", Float32MultiArray)
+        grip.publish(Float32MultiArray(data=[0.02, 1.0, 1.0]))
+        before = self.poses()
+        self.drive((0.3, 0.0, 0.0), lambda: np.linalg.norm(self.error_since(before)[:2]) > 0.1, "an error from slip")
+        grip.publish(Float32MultiArray(data=[1.0, 1.0, 1.0]))
+        self.rest()
+        push = self.fault("push", Vector3)
+        start = pose(self.truth[-1])
+        push.publish(Vector3(0.0, 3.0, 0.0))
+        wait_for(lambda: pose(self.truth[-1])[1] - start[1] > 0.05, "the push")
+        self.rest()
+
+    def wheels_fault(self, topic, values, words, levels=(ERROR,)):
+        """Drive with a fault until the diagnostics name it; then mend it, and stop until they are content."""
+        fault = self.fault(topic, Int8MultiArray)
+        good = [1, 1, 1] if topic != "jam" else [0, 0, 0]
+        fault.publish(Int8MultiArray(data=values))
+        try:
+            self.drive((0.3, 0.0, 0.0), lambda: any(self.says(level, words) for level in levels), words)
+        except AssertionError:
+            status = self.status.get(BOARD)
+            raise AssertionError(f"no {words!r} but {status and (status.level, status.message)}, wheels turn "
+                                 f"{self.odom[-1].twist.twist.linear.x:.2f} m/s") from None
+        fault.publish(Int8MultiArray(data=good))
+        self.drive((0.0, 0.0, 0.0), lambda: self.says(OK, "no fault"), "the end of it")
+
+    def test_the_diagnostics_name_what_breaks(self):
+        self.start()
+        self.wheels_fault("encoders", [0, 1, 1], "wheel 0: no counts although it is driven: encoder unplugged")
+        self.wheels_fault("motors", [1, 1, 0], "wheel 2: ")
+        # held while it stands: no counts; held while it turns, the others drag it: overloaded, its current limited
+        self.wheels_fault("jam", [1, 0, 0], "wheel 0", levels=(WARN, ERROR))
+        battery = self.fault("battery", Float32)
+        battery.publish(9.0)
+        self.drive((0.0, 0.0, 0.0), lambda: self.says(WARN, "the battery is low"), "the battery")
+        battery.publish(12.0)
+        self.drive((0.0, 0.0, 0.0), lambda: self.says(OK, "no fault"), "a good battery")
+
+    def test_after_a_brown_out_the_robot_waits_for_zeros(self):
+        self.start()
+        self.drive((0.3, 0.0, 0.0), lambda: self.truth[-1].twist.twist.linear.x > 0.25, "motion")
+        self.assertTrue(rospy.ServiceProxy("simulator_node/brown_out", Trigger)().success)
+        self.drive((0.3, 0.0, 0.0), lambda: self.says(WARN, "waits for a command of zeros"), "the waiting")
+        self.assertEqual(self.values(BOARD)["board reset"], "power")
+        self.drive((0.3, 0.0, 0.0), lambda: abs(self.truth[-1].twist.twist.linear.x) < 0.02, "the stop")
+        stopped = len(self.truth)
+        self.drive((0.3, 0.0, 0.0), lambda: len(self.truth) > stopped + 25, "half a second")
+        self.assertLess(max(abs(message.twist.twist.linear.x) for message in self.truth[stopped:]), 0.02)
+        self.drive((0.0, 0.0, 0.0), lambda: self.says(OK, "no fault"), "the end of it")
+        self.drive((0.3, 0.0, 0.0), lambda: self.truth[-1].twist.twist.linear.x > 0.25, "motion again")
 
 
 if __name__ == "__main__":

@@ -37,23 +37,14 @@ class SimulatorNodeTest(SimulationTest):
             wait_for(lambda: time.monotonic() > end, "a stall")
         self.wait_for_status("simulator_node: real time", WARN, "stalls after which time was skipped")
 
-    def test_names_that_no_port_can_have(self):
-        folder = self.processes.folder
-        for port, words in ((folder, "found something that is no link"), (folder / "missing" / "port", "no such file"),
-                            ("''", "no such file")):
-            process, log = self.simulator(port, "__name:=refused")
-            wait_for(lambda process=process: process.poll() is not None, "the end", timeout=30)
-            self.assertEqual(process.returncode, 1)
-            self.assertIn(words, log.read_text())
-            self.assertNotIn("Traceback", log.read_text())
-
-    def test_files_that_no_world_can_be_read_from(self):
+    def test_a_wrong_port_or_world_is_explained(self):
+        """test_port.py and test_sim_world.py have all of them."""
         world = self.processes.folder / "world.yaml"
-        for content, words in ((b"walls:\n\t- [0, 0, 1, 1]", "no YAML"), (b"# W\xe4nde", "allowed: text in UTF-8"),
-                               (b"walls: 5", "walls: found 5, allowed: a list of lists of 4 numbers")):
-            world.write_bytes(content)
-            process, log = self.simulator(self.processes.folder / "board", f"_world:={world}", "__name:=worldless")
-            wait_for(lambda process=process: process.poll() is not None, "the end", timeout=30)
+        world.write_text("walls: 5")
+        for port, argument, words in (("''", "__name:=portless", "no such file"),
+                                      (self.processes.folder / "board", f"_world:={world}", "walls: found 5, allowed")):
+            process, log = self.simulator(port, argument)
+            wait_for(lambda process=process: process.poll() is not None, "the end", START)
             self.assertEqual(process.returncode, 1)
             self.assertIn(words, log.read_text())
             self.assertNotIn("Traceback", log.read_text())

@@ -2,16 +2,10 @@ import math
 
 import numpy as np
 import pytest
-from robot_runs import ROBOTS, run_in
+from robot_runs import run_in
 
 REST = (0.0, 0.0, 0.0)
 STANDS = 0.03  # [m/s] slower than this, at the centre and around it, is standing
-
-
-@pytest.fixture(params=sorted(ROBOTS), ids=lambda amount: f"{amount} wheels")
-def any_robot(request):
-    """Robots with three, four and five wheels on an empty floor."""
-    return run_in(wheels=request.param)
 
 
 RAMP = 0.5  # [s] until the speed is reached
@@ -32,10 +26,10 @@ def steady(run, twist, seconds):
     return math.cos(yaw0) * dx + math.sin(yaw0) * dy, -math.sin(yaw0) * dx + math.cos(yaw0) * dy, turned
 
 
-@pytest.mark.parametrize("angle", [0, 90, 180, 270, 45])
-def test_straight_on_in_every_direction(any_robot, angle):
+@pytest.mark.parametrize("wheels, angle", [(3, 0), (3, 90), (3, 225), (4, 45), (4, 180), (5, 0), (5, 270)])
+def test_straight_on_in_every_direction(wheels, angle):
     along = (math.cos(math.radians(angle)), math.sin(math.radians(angle)))
-    dx, dy, turned = steady(any_robot, (0.3 * along[0], 0.3 * along[1], 0.0), 5.0)
+    dx, dy, turned = steady(run_in(wheels=wheels), (0.3 * along[0], 0.3 * along[1], 0.0), 5.0)
     distance, drift = along[0] * dx + along[1] * dy, -along[1] * dx + along[0] * dy
     print(f"{angle} deg: {distance:.4f} m, drift {drift:+.4f} m, {math.degrees(turned):+.2f} deg")
     assert distance == pytest.approx(1.5, rel=0.02)
@@ -43,30 +37,33 @@ def test_straight_on_in_every_direction(any_robot, angle):
     assert abs(math.degrees(turned)) < 2.0
 
 
-@pytest.mark.parametrize("turn", [1.0, -1.0])
-def test_turning_on_the_spot(any_robot, turn):
-    dx, dy, turned = steady(any_robot, (0.0, 0.0, turn), 5.0)
+@pytest.mark.parametrize("wheels, turn", [(3, 1.0), (4, -1.0), (5, -1.0)])
+def test_turning_on_the_spot(wheels, turn):
+    dx, dy, turned = steady(run_in(wheels=wheels), (0.0, 0.0, turn), 5.0)
     print(f"{turned:.4f} rad, drift {math.hypot(dx, dy):.4f} m")
     assert turned == pytest.approx(5.0 * turn, rel=0.02)
     assert math.hypot(dx, dy) < 0.02
 
 
-@pytest.mark.parametrize("seconds", [0.2, 1.2], ids="driven for {} s".format)
-@pytest.mark.parametrize("twist", [(0.5, 0.0, 0.0), (0.24, -0.24, 1.09), (0.0, 0.3, -1.0), (0.0, 0.0, 2.0)], ids=str)
-def test_a_stop_is_short_and_the_robot_does_not_swing_back(any_robot, twist, seconds):
-    any_robot.hold(twist, seconds)
+@pytest.mark.parametrize("wheels, twist, seconds", [
+    (3, (0.5, 0.0, 0.0), 0.2), (3, (0.5, 0.0, 0.0), 1.2), (3, (0.0, 0.0, 2.0), 1.2), (4, (0.24, -0.24, 1.09), 0.2),
+    (4, (0.0, 0.3, -1.0), 1.2), (5, (0.24, -0.24, 1.09), 1.2), (5, (0.0, 0.0, 2.0), 0.2)])
+def test_a_stop_is_short_and_the_robot_does_not_swing_back(wheels, twist, seconds):
+    run = run_in(wheels=wheels)
+    run.hold(twist, seconds)
     moving = 0.0
     for period in range(1, 61):
-        any_robot.drive([REST])
-        x, y, turn = any_robot.simulation.twist()
+        run.drive([REST])
+        x, y, turn = run.simulation.twist()
         if math.hypot(x, y) + 0.15 * abs(turn) >= STANDS:
             moving = period / 50
     print(f"stands for good {moving:.2f} s after the command")
     assert moving <= 0.4
 
 
-def test_a_curve_sideways(any_robot):
-    run = any_robot
+@pytest.mark.parametrize("wheels", [3, 5])
+def test_a_curve_sideways(wheels):
+    run = run_in(wheels=wheels)
     run.hold((0.2, 0.2, 0.5), 3.0)
     odometry, truth = run.hold(REST, 0.6)
     assert math.dist(odometry[:2], truth[:2]) < 0.03

@@ -33,7 +33,7 @@ def test_a_drive_moves_by_its_number(name):
 
 
 def test_umbmark_reports_an_odometry_that_is_good_and_not_perfect(capsys):
-    assert main(["--wheel-params", WHEELS]) == 0
+    assert main(["square=1", "square_clockwise=1", "--wheel-params", WHEELS]) == 0
     text = capsys.readouterr().out
     with capsys.disabled():
         print("\n" + text)

@@ -43,8 +43,7 @@ def break_encoder(run, wheel, state, twist, within, whole):
     return max(speeds) / whole
 
 
-@pytest.mark.parametrize("units", [5, 20, 50, 100, 150, -50])
-@pytest.mark.parametrize("wheel", [0, 1, 2])
+@pytest.mark.parametrize("wheel, units", [(0, 5), (1, -50), (2, 150)])  # the firmware's suite_faults has them all
 @pytest.mark.parametrize("state, fault", [(UNPLUGGED, NO_COUNTS), (REVERSED, WRONG_WAY)])
 def test_an_encoder_that_breaks(state, fault, wheel, units):
     for driving in (False, True):
@@ -56,7 +55,7 @@ def test_an_encoder_that_breaks(state, fault, wheel, units):
         assert run.status.wheels == tuple(fault if other == wheel else 0 for other in range(3))
 
 
-@pytest.mark.parametrize("units", [20, 50, 150])
+@pytest.mark.parametrize("units", [20, 150])
 def test_a_wheel_that_is_jammed_does_not_heat_its_motor(units):
     run = run_in()
     twist = along(run, 1, units)
@@ -81,11 +80,10 @@ def test_silence_with_a_reversed_encoder_accelerates_nothing():
     assert max(np.diff(speeds[20:])) < 0.5, "it rolls out"
 
 
-@pytest.mark.parametrize("seed", [1, 2])
-def test_wild_driving_is_no_fault(seed):
+def test_wild_driving_is_no_fault():
     """Sharp turns, reversals, and wheels that others drag."""
-    run, rng = run_in(), random.Random(seed)
-    for leg in range(80):
+    run, rng = run_in(), random.Random(1)
+    for leg in range(60):
         speed = rng.choice((0.01, 0.03, 0.1, 0.3, 0.6, 1.2))
         twist = (rng.uniform(-speed, speed), rng.uniform(-speed, speed), 6 * rng.uniform(-speed, speed))
         run.hold(twist, rng.choice((0.1, 0.3, 0.8)))
@@ -93,8 +91,7 @@ def test_wild_driving_is_no_fault(seed):
 
 
 @pytest.mark.parametrize("wheels, twist", [
-    (3, (-0.49, 0.16, 1.92)), (3, (0.45, -0.29, -1.41)), (3, (0.44, 0.5, 1.09)), (3, (0.07, 0.34, -0.88)),
-    (4, (0.47, 0.36, -1.52)), (4, (-0.48, 0.02, -0.76)), (5, (-0.12, 0.38, -0.95)), (5, (0.47, 0.36, -1.52))])
+    (3, (-0.49, 0.16, 1.92)), (3, (0.44, 0.5, 1.09)), (4, (0.47, 0.36, -1.52)), (5, (-0.12, 0.38, -0.95))])
 def test_a_slow_wheel_beside_fast_ones_is_no_fault(wheels, twist):
     """In curves from rest one wheel may hardly have to turn, while the fast ones load it sideways and drag it."""
     run = run_in(wheels=wheels)

@@ -89,19 +89,17 @@ def test_a_start_within_a_wall_has_no_map():
         draw_map(world._replace(start=(7.5, 2.5, 0.0)))
 
 
-@pytest.mark.parametrize("content, words", [
-    (b"walls:\n\t- [0, 0, 1, 1]", "no YAML: "), (b"# W\xe4nde", "text in UTF-8"), (b"walls: 5", "walls: found 5")])
 @pytest.mark.parametrize("tool, arguments", [
     ("make_map", ["WORLD", "MAP"]),
     ("show_model", ["PICTURE", "--wheel-params", str(WHEEL_PARAMS), "--world", "WORLD"])])
-def test_tools_explain_a_wrong_file(tmp_path, tool, arguments, content, words):
-    (tmp_path / "WORLD").write_bytes(content)
+def test_tools_explain_a_wrong_file(tmp_path, tool, arguments):
+    (tmp_path / "WORLD").write_bytes(b"# W\xe4nde")
     script = ROOT / "robotont_simulator" / "scripts" / tool
     result = subprocess.run([sys.executable, str(script), *arguments], cwd=str(tmp_path), stderr=subprocess.PIPE,
                             text=True, check=False)
     assert result.returncode == 1
     assert result.stderr.startswith(f"{tool}: WORLD: ")
-    assert words in result.stderr
+    assert "text in UTF-8" in result.stderr
     assert "Traceback" not in result.stderr
 
 
@@ -110,8 +108,3 @@ def test_make_map_from_the_command_line(tmp_path):
     result = subprocess.run([sys.executable, str(script), str(ROOT / "config" / "worlds" / "maze.yaml"),
                              str(tmp_path / "maze")], stdout=subprocess.PIPE, text=True, check=True)
     assert result.stdout.strip() == str(tmp_path / "maze.yaml")
-    missing = subprocess.run([sys.executable, str(script), "/nowhere.yaml", str(tmp_path / "x")],
-                             stderr=subprocess.PIPE, text=True, check=False)
-    assert missing.returncode == 1
-    assert "make_map: " in missing.stderr
-    assert "Traceback" not in missing.stderr

@@ -1,10 +1,33 @@
 """Requests of a page that take their time, goals and calls of services; none is ever carried out late."""
 
 import threading
+import time
 
 import rospy
 
 from robotont_driver.ros.worker import Worker
+
+OLDEST_REQUEST = 1.0  # [s] a service that could not be asked within this time is not asked any more
+
+
+def call_in_time(service, asked, still_wanted=lambda: ""):
+    """Answer of a ServiceProxy that somebody asked for at the time `asked` [s].
+
+    still_wanted: gives the reason why it is not wanted any more. Raises rospy.ServiceException when it is too late, not
+    wanted, or refused.
+    """
+    try:
+        service.wait_for_service(OLDEST_REQUEST)
+    except (rospy.ROSException, OSError) as error:
+        raise rospy.ServiceException(str(error)) from error
+    if time.monotonic() - asked > OLDEST_REQUEST:
+        raise rospy.ServiceException("the master has answered too late")
+    if still_wanted():
+        raise rospy.ServiceException(still_wanted())
+    answer = service()
+    if not answer.success:
+        raise rospy.ServiceException(answer.message)
+    return answer
 
 
 class NewestGoal:
@@ -89,8 +112,8 @@ class ServiceRequest:
 
     def _call(self):
         try:
-            answer = self._service()
-            self._report(f"{self._what}: {answer.message or 'done'}", answer.success)
+            answer = call_in_time(self._service, time.monotonic())
+            self._report(f"{self._what}: {answer.message or 'done'}", True)
         except rospy.ServiceException as error:
             self._report(f"{self._what}: {error}", False)
         finally:

@@ -8,8 +8,7 @@ from std_msgs.msg import Bool, String
 from std_srvs.srv import Trigger
 
 from robotont_driver.ros.worker import Worker
-
-OLDEST_REQUEST = 1.0  # [s] a release that could not be asked for within this time is dropped
+from robotont_teleop.robot_requests import call_in_time
 
 
 class StopButton:
@@ -59,15 +58,8 @@ class StopButton:
         self._wanted.clear()
         asked = self._asked_at  # not now: the request before may have waited for the master
         try:
-            self._service.wait_for_service(OLDEST_REQUEST)
-            if time.monotonic() - asked > OLDEST_REQUEST:
-                raise rospy.ServiceException("the master has answered too late")
-            if self.pressed_at > asked:
-                raise rospy.ServiceException("it was pressed again meanwhile")
-            answer = self._service()
-            if not answer.success:
-                raise rospy.ServiceException(answer.message)
-        except (rospy.ServiceException, rospy.ROSException, OSError) as error:
+            call_in_time(self._service, asked, lambda: self.pressed_at > asked and "it was pressed again meanwhile")
+        except rospy.ServiceException as error:
             rospy.logerr("emergency stop not released: %s", error)
             self._failed(f"emergency stop not released: {error}")
             return 0.0

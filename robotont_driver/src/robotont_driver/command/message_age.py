@@ -33,13 +33,17 @@ class Link:
 
         The first one of a publisher that latches is as old as it likes.
         """
-        silence, pauses, first = now - self._heard, self._pauses, self._first
-        if not self.local:
-            self._miss(now)
-            if min(pauses) + BURST < silence < PAUSE:
-                self._began, self._settled = self._heard, now + BURST
-        self._heard, self._pauses, self._first = now, (silence, pauses[0]), False
-        if (first and latching) or (self.lost and not self.local):
+        first, self._first = self._first, False
+        if first and latching:
+            return math.inf
+        if self.local:
+            return 0.0
+        self._miss(now)
+        silence, pauses = now - self._heard, self._pauses
+        if min(pauses) + BURST < silence < PAUSE:
+            self._began, self._settled = self._heard, now + BURST
+        self._heard, self._pauses = now, (silence, pauses[0])
+        if self.lost:
             return math.inf
         return now - self._began if now < self._settled else 0.0
 

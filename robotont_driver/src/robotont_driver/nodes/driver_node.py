@@ -92,7 +92,7 @@ class DriverNode:
                 refusal = self._stream.command((linear.x, linear.y, linear.z), (angular.x, angular.y, angular.z),
                                                now - age if moves else now,
                                                message._connection_header.get("callerid", ""))
-                self._send()
+                self._send(now)
         if old:
             if self._refusals.refuse("old", now):
                 rospy.logwarn("an old cmd_vel (kept back on its way, or latched before) does not drive")
@@ -121,16 +121,16 @@ class DriverNode:
         """Carry out a change, then tell it: nothing here waits for anybody."""
         pressed_by = ", ".join(self._emergency_stop.pressed_by)
         if self._stream.emergency_stop(self._emergency_stop.pressed, now):
-            self._send()
+            self._send(now)
             rospy.logwarn("emergency stop %s", f"pressed by {pressed_by}" if pressed_by else
                           "released; waiting for new commands")
         self._pressed_by.publish(pressed_by)
         self._kept.changed()
 
-    def _send(self):
-        self._sent_at = boot_time()
-        twist = self._stream.twist(self._sent_at)
-        units = self._rounding.round(self._kinematics.units_of_twist(twist), self._sent_at)
+    def _send(self, now):
+        self._sent_at = now
+        twist = self._stream.twist(now)
+        units = self._rounding.round(self._kinematics.units_of_twist(twist), now)
         self._packets.publish(Packet(units, self._form % tuple(units)))
         if self._limited.get_num_connections():
             limited = Twist()
@@ -144,15 +144,16 @@ class DriverNode:
             self._arrivals.stalls.tick(now)
             left = self._stream.time_left(now)
             if now - self._sent_at >= self._period or left == 0.0:
-                self._send()
-                now, left = self._sent_at, self._stream.time_left(self._sent_at)
+                self._send(now)
+                left = self._stream.time_left(now)
             rest = self._sent_at + self._period - now
             return rest if left is None else min(rest, left)
 
     def _stop(self):
         with self._lock:
-            self._stream.emergency_stop(True, boot_time())
-            self._send()
+            now = boot_time()
+            self._stream.emergency_stop(True, now)
+            self._send(now)
 
     def _report(self):
         with self._lock:

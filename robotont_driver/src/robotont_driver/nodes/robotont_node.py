@@ -6,22 +6,15 @@ Each keeps its name for parameters, diagnostics, topics and services, as if it r
 import rospy
 
 from robotont_driver.nodes import driver_node, odom_node, serial_com_node
-from robotont_driver.parameters.parameters import Parameter
-from robotont_driver.ros.lifecycle import init_node, serve, signals_wait
-from robotont_driver.ros.node_parameters import own_parameters
+from robotont_driver.ros.lifecycle import init_node, serve
 from robotont_driver.ros.packet_topics import topics_within_process
 
-PARAMETERS = (
-    Parameter("packets_from_outside", False, "whether packets that other processes publish on serial_write and "
-              "serial_read are taken, too"),
-)
 # In this order they stop: driver_node's last packet is the stop that serial_com_node sends before it closes the port.
 PARTS = {"driver_node": driver_node, "serial_com_node": serial_com_node, "odom_node": odom_node}
 
 
 def main():
     """Run robotont_node."""
-    init_node("robotont_node", __doc__, PARAMETERS)
-    with signals_wait():
-        topics = topics_within_process(own_parameters(PARAMETERS)["packets_from_outside"])
+    init_node("robotont_node", __doc__)
+    topics = topics_within_process()
     serve(*(module.part(rospy.resolve_name(name), topics) for name, module in PARTS.items()))

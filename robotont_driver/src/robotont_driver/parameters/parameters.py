@@ -1,4 +1,4 @@
-"""Parameters that explain themselves: one table gives the checks, the defaults and the README."""
+"""Parameters that explain themselves: one table gives the checks, the defaults and the pages of docs/."""
 
 import difflib
 import math
@@ -124,14 +124,6 @@ def read_parameters(table, given):
     if faults:
         raise ParameterError(faults)
     return {name: type(p.default)(given.get(name, p.default)) for name, p in known.items()}
-
-
-def markdown_rows(table):
-    """Rows `| parameter | type | default | meaning |` of the README, which a test compares with it."""
-    for parameter in table:
-        kind = type(parameter.default).__name__
-        unit = f" [{parameter.unit}]" if parameter.unit else ""
-        yield f"| `~{parameter.name}` | {kind} | `{parameter.default}` | {parameter.meaning}{unit} |"
 
 
 def help_text(table):

@@ -43,12 +43,11 @@ class PacketTopic:
 class SharedPacketTopic:
     """A topic of packets within this process: `publish` calls the subscribers, in the same thread.
 
-    from_outside: whether subscribers get the messages of other processes, too.
+    Other processes get copies; packets that they publish are not taken.
     """
 
-    def __init__(self, name, from_outside=False):
+    def __init__(self, name):
         self._name = name
-        self._from_outside = from_outside
         self._publisher = None
         self._subscribers = ()
 
@@ -66,12 +65,9 @@ class SharedPacketTopic:
         if self._publisher.get_num_connections():
             self._publisher.publish(packet.text)
 
-    def subscribe(self, wheels, taken, refused, queue_size=None):
-        """From now on call taken(packet) for each `Packet`; refused(error) for malformed messages from outside."""
+    def subscribe(self, _wheels, taken, *_, **__):
+        """From now on call taken(packet) for each `Packet`."""
         self._subscribers = (*self._subscribers, taken)
-        if self._from_outside:
-            rospy.Subscriber(self._name, String, lambda message: is_own(message) or deliver(
-                message.data, wheels, taken, refused), queue_size=queue_size, tcp_nodelay=True)
 
 
 class PacketTopics(NamedTuple):
@@ -87,9 +83,9 @@ def topics_between_processes():
     return PacketTopics(*map(PacketTopic, PacketTopics._fields))
 
 
-def topics_within_process(from_outside):
+def topics_within_process():
     """`PacketTopics` of nodes that share a process."""
-    return PacketTopics(*(SharedPacketTopic(name, from_outside) for name in PacketTopics._fields))
+    return PacketTopics(*map(SharedPacketTopic, PacketTopics._fields))
 
 
 def deliver(text, wheels, taken, refused):
@@ -100,8 +96,3 @@ def deliver(text, wheels, taken, refused):
         refused(error)
         return
     taken(packet)
-
-
-def is_own(message):
-    """Whether a message comes from this very process, which has handed it over already."""
-    return message._connection_header["callerid"] == rospy.get_name()

@@ -1,3 +1,5 @@
+"""What the pages of docs/ name exists, and their example is valid."""
+
 import re
 from pathlib import Path
 
@@ -8,20 +10,9 @@ from robotont_driver.kinematics import kinematics
 from robotont_driver.kinematics import least_squares as solvers
 from robotont_driver.kinematics.kinematics import Kinematics
 from robotont_driver.kinematics.wheels import KEYS, read_wheels
-from robotont_driver.nodes.driver_node import PARAMETERS as DRIVER
-from robotont_driver.nodes.odom_node import PARAMETERS as ODOM
-from robotont_driver.nodes.robotont_node import PARAMETERS as ROBOTONT
-from robotont_driver.nodes.serial_com_node import PARAMETERS as SERIAL_COM
-from robotont_driver.parameters.parameters import markdown_rows
 from robotont_testing.robots import SHIPPED
 
 ROOT = Path(__file__).resolve().parents[2]
-README = (ROOT / "README.md").read_text()
-
-
-@pytest.mark.parametrize("row", [row for table in (DRIVER, SERIAL_COM, ODOM, ROBOTONT) for row in markdown_rows(table)])
-def test_every_parameter_stands_in_the_readme_as_it_is_in_the_code(row):
-    assert row in README
 
 
 def test_the_example_of_another_robot_is_a_whole_file():
@@ -32,13 +23,8 @@ def test_the_example_of_another_robot_is_a_whole_file():
     assert read_wheels(given).amount == 4
 
 
-@pytest.mark.parametrize("key", KEYS)
-def test_every_wheel_parameter_stands_in_the_readme(key):
-    assert f"| `{key}` |" in README
-
-
 OBJECTS = {"Kinematics": Kinematics(read_wheels(SHIPPED)), "kinematics": kinematics, "solvers": solvers}
-THESIS_TABLE = README.partition("## From the thesis to the code")[2].partition("## Licence")[0]
+THESIS_TABLE = (ROOT / "docs" / "thesis.md").read_text()
 
 
 @pytest.mark.parametrize("name", sorted(set(re.findall(r"`([^`]+)`", THESIS_TABLE))))

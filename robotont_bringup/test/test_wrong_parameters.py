@@ -1,0 +1,57 @@
+"""A node with wrong parameters lists every fault and exits with 1; it never drives with made-up ones."""
+
+import subprocess
+
+import pytest
+import yaml
+
+from robotont_driver.kinematics.wheels import KEYS
+from robotont_testing.harness import Master, wait_for
+from robotont_testing.robots import WHEEL_PARAMS
+
+GOOD = yaml.safe_load(WHEEL_PARAMS.read_text())
+NO_ROBOT = "where no robot runs: start robot.launch"
+STUTTER = "found a packet every 0.2 s and a stop after 0.3 s without one"
+# {case: (node, parameters of its namespace, its arguments, words of the log)}
+CASES = {
+    "none": ("driver_node", {}, (), [NO_ROBOT]),
+    "none for serial_com_node": ("serial_com_node", {}, (), [NO_ROBOT]),
+    "none for mock_serial_node": ("mock_serial_node", {}, (), [NO_ROBOT]),
+    "all wrong": ("driver_node", dict.fromkeys(KEYS, "?"), ("_cmd_timeout:=-1", "_publish_rat:=20.0"), [
+        *(f"{key}: found '?', allowed: " for key in KEYS), "did you mean ~publish_rate?",
+        "~cmd_timeout: found -1, allowed: a finite number from 0.05 to 2 [s]: for so long the"]),
+    "wheels in a line": ("odom_node", {**GOOD, "wheelRads": [0.5, 0.5, 0.5]}, (), ["rank < 3"]),
+    "beyond reason": ("serial_com_node", {**GOOD, "wheelAmount": 2147483647}, ("_write_timeout:=1e10",), [
+        "drives on when driver_node dies", "wheelAmount: found 2147483647, allowed: a whole number from 3 to 16"]),
+    "a value for all": ("driver_node", {**GOOD, "driver_node": 20.0}, (), [
+        "~: found 20.0, allowed: parameters by name"]),
+    "too slow for the next": ("driver_node", {**GOOD, "serial_com_node": {"write_timeout": 0.3}},
+                              ("_publish_rate:=5.0",), [STUTTER]),
+    "too quick for the one before": ("serial_com_node", {**GOOD, "driver_node": {"publish_rate": 5.0}},
+                                     ("_write_timeout:=0.3",), [STUTTER]),
+    "unknown to the mock": ("mock_serial_node", GOOD, ("_noise:=1",), ["~noise: no such parameter"]),
+}
+
+
+@pytest.fixture(name="ended", scope="module")
+def _ended():
+    """{case: (exit status, log)}; all at once, each in a namespace of its own."""
+    with Master() as master:
+        nodes = {}
+        for number, (case, (node, given, arguments, _)) in enumerate(CASES.items()):
+            file, log = master.folder / f"{number}.yaml", master.folder / f"{number}.log"
+            file.write_text(yaml.safe_dump({f"case{number}": {"nothing": 0, **given}}))
+            subprocess.run(["rosparam", "load", str(file)], check=True)
+            nodes[case] = master.node(node, f"__ns:=/case{number}", *arguments, log=log), log
+        wait_for(lambda: None not in [process.poll() for process, _ in nodes.values()], "their ends", 60.0, 0.1)
+        yield {case: (process.returncode, log.read_text()) for case, (process, log) in nodes.items()}
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_a_node_with_wrong_parameters(ended, case):
+    status, log = ended[case]
+    assert status == 1, log
+    assert all(words in log for words in CASES[case][-1]), log
+    assert "Traceback" not in log
+    if case.startswith("none"):
+        assert log.count("wrong parameter") == 1, log

@@ -26,7 +26,7 @@ ROBOTONT_MSGS = Path(os.environ.get("ROBOTONT_MSGS",
 LONG = ("timed_cmd_vel_mux", "timed_mux_and_navigation", "timed_keyboard_teleop", "timed_navigation_demands",
         "timed_simulator_drive", "test_old_commands", "test_network_outage", "test_network", "test_boot",
         "test_robotont_script", "serial_com_node", "calibrate_wheels", "stack", "goto_cancelled", "rviz",
-        "official_boards", "simulator_faults", "board_health", "recorder_node", "goto", "driver_node",
+        "odom_node", "official_boards", "simulator_faults", "recorder_node", "goto", "driver_node",
         "web_teleop_stop", "status", "wrong_parameters", "web_teleop_node", "web_teleop_camera")
 
 

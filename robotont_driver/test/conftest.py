@@ -1,13 +1,16 @@
 """What the tests of this folder share."""
 
 import pytest
-from hypothesis import settings
+from hypothesis import Phase, settings
 
 from robotont_driver.kinematics.wheels import read_wheels
 from robotont_testing.robots import ROBOTS
 
 settings.register_profile("shared machine", deadline=None)
 settings.load_profile("shared machine")
+# for ./robotont test --mutants: the same examples each time, and no search for the smallest one
+settings.register_profile("mutants", deadline=None, derandomize=True, database=None,
+                          phases=(Phase.explicit, Phase.generate))
 
 
 @pytest.fixture(scope="module", params=ROBOTS.values(), ids=ROBOTS.keys())

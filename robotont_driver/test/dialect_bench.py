@@ -55,21 +55,25 @@ class Bench:
         self.now = 0.0
         self.counts = []
         self.sent = []   # (time, line)
-        self._command = None
+        self.commanded = None
         self._repeat_at = math.inf
         self.outbox.hurry(self.dialect.hello, self.dialect.pause)
 
     def command(self, twist):
         """A command as driver_node and serial_com_node would pass it on."""
         units = self.kinematics.units_of_twist(twist)
-        self._command = parse_packet(format_packet(units, 2), self.wheels.amount)
+        self.commanded = parse_packet(format_packet(units, 2), self.wheels.amount)
         self._send()
 
     def _send(self):
         self._repeat_at = self.now + REPEAT
-        line = self.dialect.encode(self._command)
+        line = self.dialect.encode(self.commanded)
         if line:
             self.outbox.put(line)
+
+    def fall_silent(self):
+        """No command is repeated any more."""
+        self._repeat_at = math.inf
 
     def run(self, seconds, step=STEP):
         """Let time pass."""

@@ -97,6 +97,9 @@ class OdomNodeTest(NodeTest):
         self.assertEqual(self.joints[-1].name, ["wheel_0_joint", "wheel_1_joint", "wheel_2_joint"])
         self.assertGreater(self.odom[-1].pose.covariance[0], self.odom[0].pose.covariance[0])
         self.assertGreater(self.pose()[0], 0.09)
+        self.assertTrue(rospy.ServiceProxy("reset_odometry", Trigger)().success)
+        self.send([(0, 0, 0)])
+        self.assertEqual(self.pose(), (0.0, 0.0, 0.0))
 
     def test_counts_in_doubt_widen_the_covariance_and_move_nothing(self):
         self.send([(0, 0, 0)])
@@ -118,21 +121,41 @@ class OdomNodeTest(NodeTest):
         self.assertEqual(len(self.odom), 2)
         wait_for(lambda: TASK in self.status and int(self.values(TASK)["packets refused"]) >= 8, "the diagnostics")
 
-    def test_a_stream_of_malformed_packets_is_told_once(self):
-        self.processes.start("rosparam", "load", WHEEL_PARAMS, "/flooded").wait()
-        log = self.processes.folder / "log"
-        self.processes.node("odom_node", "__ns:=/flooded", log=log)
-        read = self.publisher("/flooded/serial_read", String)
-        wait_for(lambda: read.publish("9" * 5000 + ":0:0;\n") or (
-            int(self.values("flooded/" + TASK).get("packets refused", 0)) > 200), "refusals")
-        self.assertEqual(log.read_text().count("serial_read refused"), 1)
+    def keep_on_until(self, level, words, topic, counts, units):
+        """The task's values, once it has this level and these words while packets of `counts` come."""
+        task = topic.lstrip("/") + TASK
+        read, write = (self.publisher(topic + name, String) for name in ("serial_read", "serial_write"))
 
-    def test_reset(self):
-        self.send([(-10, 5, 20)] * 10)
-        reply = rospy.ServiceProxy("reset_odometry", Trigger)()
-        self.assertTrue(reply.success)
-        self.send([(0, 0, 0)])
-        self.assertEqual(self.pose(), (0.0, 0.0, 0.0))
+        def told():
+            write.publish(format_packet(units, 2))
+            read.publish(format_packet(counts))
+            status = self.status.get(task)
+            return status and status.level == level and words in status.message
+        wait_for(told, f"{words!r} in {task}", period=0.01)
+        return self.values(task)
+
+    def test_a_slipping_wheel_of_four_is_left_out_named_and_taken_back(self):
+        odom = self.listen("/four/odom", Odometry, publishers=1)
+        units = Kinematics(read_wheels(rospy.get_param("/four"))).units_of_twist((0.4, 0.0, 0.0))
+        right = [round(unit) for unit in units]
+        wrong = [round(1.4 * unit) if wheel == 2 else unit for wheel, unit in enumerate(right)]
+        self.keep_on_until(OK, "packets/s", "/four/", right, units)
+        values = self.keep_on_until(WARN, "wheel 2 ", "/four/", wrong, units)
+        self.assertAlmostEqual(odom[-1].twist.twist.linear.x, 0.4, delta=0.01)
+        self.assertAlmostEqual(odom[-1].twist.twist.angular.z, 0.0, delta=0.03)
+        self.assertEqual((values["wheels excluded"], values["wheels excluded so far"]), ("wheel 2", "1"))
+        self.assertIn("each other", values["wheels compared by"])
+        self.keep_on_until(OK, "packets/s", "/four/", right, units)
+
+    def test_of_three_wheels_a_blocked_one_is_named_from_its_command(self):
+        units = Kinematics(read_wheels(rospy.get_param("/"))).units_of_twist((0.0, 0.0, 2.0))
+        right = [round(unit) for unit in units]
+        blocked = [0 if wheel == 1 else unit for wheel, unit in enumerate(right)]
+        self.keep_on_until(OK, "packets/s", "/", right, units)
+        values = self.keep_on_until(WARN, "wheel 1 does not turn as commanded", "/", blocked, units)
+        self.assertEqual(values["wheels compared by"], "command and measurement only")
+        self.assertIn("wheel 1: part of the commanded path", values)
+        self.keep_on_until(OK, "packets/s", "/", right, units)
 
     def test_diagnostics_follow_the_feedback(self):
         self.wait_for_status(TASK, WARN, "no packets on serial_read")

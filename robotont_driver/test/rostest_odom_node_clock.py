@@ -61,8 +61,7 @@ class OdomNodeClockTest(NodeTest):
         return stamps
 
     def test_the_clock_jumps(self):
-        for jump, words in ((-80.0, "the clock was set back by 80 s"), (3600.0, None), (-3600.0, "back by 3600 s"),
-                            (0.2, None), (-0.2, "back by 0.")):
+        for jump, words in ((3600.0, None), (0.2, None), (-80.0, "the clock was set back by 80 s")):
             self.time += jump
             wait_for(lambda: abs(self.drive(1)[0] - self.time) < 0.1, "the clock, which the node gets separately")
             stamps = self.drive(30)  # of each packet, so no gap in the odometry
@@ -74,15 +73,6 @@ class OdomNodeClockTest(NodeTest):
                 self.wait_for_status(TASK, WARN, words)
         self.drive(round(11.0 / PERIOD))
         self.wait_for_status(TASK, OK, "stamps by packet number and arrival")
-
-    def test_a_clock_that_stands_still_silences_nothing(self):
-        self.odom.clear()
-        for number in range(1, 31):
-            self.read.publish(format_packet(MOVE))
-            wait_for(lambda number=number: len(self.odom) >= number, "odometry")
-        stamps = [message.header.stamp for message in self.odom]
-        self.assertTrue(all(new > old for old, new in zip(stamps, stamps[1:])))
-        self.assertLess(stamps[-1].to_sec(), self.time + 1e-3)
 
 
 if __name__ == "__main__":

@@ -42,7 +42,7 @@ class RobotontMsgsTest(NodeTest):
         wait_for(lights.get_num_connections, "the subscriber")
         return lights
 
-    def test_lights_of_generation_2(self):
+    def test_lights_and_power_of_generation_2(self):
         self.start("robotont2")
         segment, pixel = self.lights("led_segment", LedModuleSegment), self.lights("led_pixel", LedModulePixel)
         wait_for(lambda: b"\x1b" in self.wire(), "the greeting")
@@ -50,8 +50,9 @@ class RobotontMsgsTest(NodeTest):
         wait_for(lambda: b"LED:3:16711681:16711681\n" in self.wire(), "the line")
         pixel.publish(LedModulePixel(idx=7, color=ColorRGB(0, 0, 2)))
         wait_for(lambda: b"LED:7:2\n" in self.wire(), "the line of one light")
+        self.check_power_supply(b"POWER:1.5:14.8\r\n")
 
-    def test_lights_of_generation_3(self):
+    def test_lights_and_power_of_generation_3(self):
         self.start("robotont3", "_packets:=robotont3", lights=True)
         segment, pixel = self.lights("led_segment", LedModuleSegment), self.lights("led_pixel", LedModulePixel)
         # until the board is recognised nothing is sent to it
@@ -63,6 +64,7 @@ class RobotontMsgsTest(NodeTest):
         self.assertTrue(self.port.pieces())
         self.assertTrue(all(data.count(b"\n") == 1 and len(data) < 64 for data in self.port.pieces()))
         self.assertEqual((self.port.board.dead, self.port.swallowed()), ("", []))
+        self.check_power_supply(b"BATSTATE:1.0:0.5:0.0:14.8\n")
 
     def check_power_supply(self, line):
         supply = self.listen("power_supply", PowerSupply)
@@ -74,14 +76,6 @@ class RobotontMsgsTest(NodeTest):
         self.assertAlmostEqual(supply[0].voltage, 14.8, places=5)
         self.assertAlmostEqual(supply[0].current, 1.5, places=5)
         self.assertFalse(supply[0].estop_pressed)
-
-    def test_power_supply_of_generation_2(self):
-        self.start("robotont2")
-        self.check_power_supply(b"POWER:1.5:14.8\r\n")
-
-    def test_power_supply_of_generation_3(self):
-        self.start("robotont3", "_packets:=robotont3")
-        self.check_power_supply(b"BATSTATE:1.0:0.5:0.0:14.8\n")
 
     def test_scan_to_distance(self):
         split = self.listen("scan_to_distance", LaserScanSplit)

@@ -36,8 +36,12 @@ class RobotontNodeTest(NodeTest):
     def heard(self):
         return [line.partition(";")[0] for _, line in self.board.heard]
 
-    def test_a_command_reaches_the_board_and_its_counts_become_odometry(self):
+    def test_a_command_reaches_the_board_its_counts_become_odometry_and_the_last_packet_is_a_stop(self):
+        written, read = self.listen("serial_write", String), self.listen("serial_read", String)
         self.start()
+        wait_for(lambda: len(written) > 5 and len(read) > 5, "copies for other processes")
+        self.assertEqual({message.data for message in written}, {"0.00:0.00:0.00;\n"})
+        self.assertEqual({message.data for message in read}, {"0:0:0;\n"})
         command = self.publisher("cmd_vel", Twist)
         wait_for(lambda: command.publish(twist(0.2)) or self.odom[-1].pose.pose.position.x > 0.1, "motion", period=0.02)
         self.assertIn("-18.90:0.00:18.90", self.heard())
@@ -46,13 +50,8 @@ class RobotontNodeTest(NodeTest):
             self.wait_for_status(task, OK)
         self.assertIn("driver_node: command stream", self.status)
         self.assertNotIn("Traceback", self.log.read_text())
-
-    def test_other_processes_hear_the_packets(self):
-        written, read = self.listen("serial_write", String), self.listen("serial_read", String)
-        self.start()
-        wait_for(lambda: len(written) > 5 and len(read) > 5, "copies")
-        self.assertEqual({message.data for message in written}, {"0.00:0.00:0.00;\n"})
-        self.assertEqual({message.data for message in read}, {"0:0:0;\n"})
+        self.processes.stop(self.node, signal.SIGTERM)
+        wait_for(lambda: self.heard()[-1] in ("0.00:0.00:0.00", "0:0:0"), "the stop")
 
     def test_packets_of_other_processes_are_not_taken(self):
         self.start()
@@ -71,17 +70,6 @@ class RobotontNodeTest(NodeTest):
         for words in ("/driver_node: ~publish_rat: no such parameter; did you mean ~publish_rate?",
                       "/serial_com_node: ~packets: found 'maybe'", "/odom_node: ~publish_tf: found 5"):
             self.assertIn(words, log)
-
-    def test_the_last_packet_is_a_stop_however_it_ends(self):
-        for how in (signal.SIGINT, signal.SIGTERM):
-            self.start()
-            command = self.publisher("cmd_vel", Twist)
-            wait_for(lambda command=command: command.publish(twist(0.2)) or (
-                self.heard()[-1:] == ["-18.90:0.00:18.90"]), "the command", period=0.02)
-            self.processes.stop(self.node, how)
-            wait_for(lambda: self.heard()[-1] == "0.00:0.00:0.00" or self.heard()[-1] == "0:0:0", "the stop")
-            self.board.heard.clear()
-            self.odom.clear()
 
     def test_a_killed_node_leaves_the_stop_to_the_board(self):
         self.start()

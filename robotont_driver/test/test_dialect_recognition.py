@@ -76,19 +76,15 @@ def test_a_checked_packet_that_lost_its_trailer_makes_no_plain_board():
 
 
 def test_what_is_unknown_is_named_and_gets_plain_packets_after_a_second():
-    wheels = official_wheels()
-    dialect = make_dialect("auto", wheels, REACH)
+    dialect = make_dialect("auto", official_wheels(), REACH)
     dialect.connect(0.0)
-    assert "no data from the board" in dialect.spoken.complaint
-    dialect.feed(b"\xfe\x80\x80", 0.1)
-    assert r"\xfe\x80\x80" in dialect.spoken.complaint
-    dialect.feed(b"\nhello, I am a printer\r\n", 0.2)
-    assert "hello, I am a printer" in dialect.spoken.complaint
-    assert "of no known dialect" in dialect.spoken.complaint
-    assert "baudrate" not in dialect.spoken.complaint
-    dialect.feed(b"\x8f\x00\xf0\n", 0.3)
-    assert r"\x8f\x00\xf0" in dialect.spoken.complaint
-    assert "baudrate" in dialect.spoken.complaint
+    for at, data, words, baudrate in (
+            (0.0, b"", "no data from the board", False), (0.1, b"\xfe\x80\x80", r"\xfe\x80\x80", True),
+            (0.2, b"\nhello, I am a printer\r\n", "of no known dialect: 'hello, I am a printer'", False),
+            (0.3, b"\x8f\x00\xf0\n", r"\x8f\x00\xf0", True)):
+        dialect.feed(data, at)
+        assert words in dialect.spoken.complaint
+        assert ("baudrate" in dialect.spoken.complaint) == baudrate
     assert dialect.stop() == b""
     dialect.tick(1.1)
     assert dialect.stop() == b"0:0:0;\n"
@@ -116,24 +112,21 @@ def confirmed(name, board, usb_id="", wheels=None):
     return dialect
 
 
-@pytest.mark.parametrize("robot, board, usb_id", [
-    ("robotont2", "robotont2", ""), ("robotont2", "robotont2", "0483:374b"), ("robotont3", "robotont3", "0483:5740"),
-    ("robotont3", "robotont3", ""), ("robotont2018", "robotont2018", ""), ("auto", "checked", "")])
-def test_a_board_confirms_its_robot(robot, board, usb_id):
-    spoken = confirmed(robot, board, usb_id).spoken
-    assert (spoken.name, spoken.obstacle) == (board, "")
-
-
 @pytest.mark.parametrize("robot, board, usb_id, fits", [
+    ("robotont2", "robotont2", "", ""), ("robotont2", "robotont2", "0483:374b", ""),
+    ("robotont3", "robotont3", "0483:5740", ""), ("robotont3", "robotont3", "", ""),
+    ("robotont2018", "robotont2018", "", ""), ("auto", "checked", "", ""),
     ("robotont2", "checked", "", "thesis"), ("robotont2", "plain", "", "thesis"),
     ("robotont2", "robotont2018", "", "robotont2018"), ("robotont2018", "robotont2", "0483:374b", "robotont2"),
     ("robotont2", "robotont3", "0483:5740", "robotont3"), ("robotont3", "robotont2", "0483:374b", "robotont2"),
     ("robotont3", "checked", "", "thesis")])
-def test_a_board_of_another_robot_is_refused_with_the_one_that_fits(robot, board, usb_id, fits):
+def test_a_board_confirms_its_robot_or_is_refused_with_the_one_that_fits(robot, board, usb_id, fits):
     dialect = confirmed(robot, board, usb_id)
-    words = dialect.spoken.obstacle
-    assert f"packets: {robot}): " in words
-    assert words.endswith(f"robot:={fits}")
+    if not fits:
+        assert (dialect.spoken.name, dialect.spoken.obstacle) == (board, "")
+        return
+    assert f"packets: {robot}): " in dialect.spoken.obstacle
+    assert dialect.spoken.obstacle.endswith(f"robot:={fits}")
     dialect.tick(10.0)
     assert dialect.stop() == b""
 

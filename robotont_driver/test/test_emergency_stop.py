@@ -86,6 +86,22 @@ def test_who_has_asked_for_motion_drives_after_a_release_only_after_a_stop_of_hi
         assert stand_first.waiting(now) == sorted(sender for sender in held if now - asked[sender] < TIMEOUT)
 
 
+def test_exactly_the_time_out_of_silence_is_a_stop():
+    for pressed, held in ((TIMEOUT, False), (TIMEOUT - 0.01, True)):  # after his newest wish
+        stand_first = StandFirst(TIMEOUT)
+        stand_first.admits("/unblock", True, 0.0)
+        stand_first.press(pressed)
+        stand_first.release(1.0)
+        assert bool(stand_first.waiting(1.0)) == held
+        assert stand_first.admits("/unblock", True, 1.125) != held
+    assert stand_first.waiting(1.5) == ["/unblock"]
+    assert stand_first.waiting(1.125 + TIMEOUT) == []
+    assert not stand_first.admits("/unblock", True, 1.5)
+    assert stand_first.admits("/unblock", True, 1.5 + TIMEOUT)
+    stop = EmergencyStop(["/keys"])
+    assert stop.hear("/keys", False), "what is not said to be latched is not"
+
+
 def test_a_person_may_excuse_from_standing_first():
     stand_first = StandFirst(TIMEOUT)
     stand_first.admits("/navigation", True, 0.0)

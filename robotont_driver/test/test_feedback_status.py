@@ -5,6 +5,10 @@ from feedback_bench import reader
 
 from robotont_driver.protocol.feedback_reader import QUESTION
 from robotont_driver.protocol.packet import add_checksum, crc16
+from robotont_testing.stand_in_board import identity, sealed
+
+COMMAND = "5:5:5;\n"
+DRIVES, ASKS, STANDS = add_checksum(COMMAND), QUESTION + add_checksum("0:0:0;\n"), add_checksum("0:0:0;\n")
 
 
 def modern_packet(status, counter=0, wheels=3):
@@ -13,63 +17,56 @@ def modern_packet(status, counter=0, wheels=3):
     return body.encode() + b"%04X\n" % crc16(body.encode())
 
 
-def sealed(words):
-    line = f"# {words};".encode()
-    return line + b"%04X\n" % crc16(line)
+def test_a_fault_stands_in_every_packet_and_ends_with_it():
+    auto = reader()
+    for counter, (status, words) in enumerate((("020000030", "wheel 1: counts against its direction"),
+                                               ("000000000", ""), ("000000010", "wheel 1: "))):
+        auto.feed(modern_packet(status, counter))
+        assert words in auto.fault
+        assert bool(words) == bool(auto.fault)
+    auto.connect()
+    assert auto.fault == "", "of a board that is not known"
+    for words, fault in ((b"fault motor 1", "fault motor 1"), (b"fault cleared", "")):  # firmware before 2.0
+        auto.feed(b"# " + words + b"\n")
+        assert auto.fault == fault
 
 
-WHO = "robotont_firmware 2.0.0 wheels {} rate {} units edges/period profile ours reset power"
+def test_a_spoilt_word_is_none():
+    auto = reader()
+    auto.feed(modern_packet("000000000") + sealed("crash X").replace(b"X", b"Y"))
+    auto.feed(sealed("crash X")[:-3] + b"0\n" + b"# robotont_firmware\n")
+    assert list(auto.health.notices) == []
+    assert auto.dropped == {"checksum": 3}
 
 
-class TestWhatTheBoardSaysOfItself:
-    def test_a_fault_stands_in_every_packet_and_ends_with_it(self):
-        auto = reader()
-        auto.feed(modern_packet("020000030"))
-        assert "wheel 1: counts against its direction" in auto.fault
-        auto.feed(modern_packet("000000000", 1))
-        assert auto.fault == ""
-        auto.feed(modern_packet("000000010", 2))
-        auto.connect()
-        assert auto.fault == "", "of a board that is not known"
-
-    def test_a_spoilt_word_is_none(self):
-        auto = reader()
-        auto.feed(modern_packet("000000000") + sealed("crash X").replace(b"X", b"Y"))
-        auto.feed(sealed("crash X")[:-3] + b"0\n" + b"# robotont_firmware\n")
-        assert list(auto.health.notices) == []
-        assert auto.dropped == {"checksum": 3}
-
-    def test_an_unknown_board_is_asked_and_gets_zeros(self):
-        auto = reader()
-        command = "5:5:5;\n"
-        assert auto.encode(command) == b"5:5:5;\n"
+def test_an_unknown_board_is_asked_and_gets_zeros():
+    auto = reader()
+    assert auto.encode(COMMAND) == COMMAND.encode()
+    for _ in range(2):
         auto.feed(modern_packet("000000000"))
-        assert auto.encode(command) == QUESTION + add_checksum("0:0:0;\n")
-        auto.feed(sealed("identity " + WHO.format(3, 50)))
-        assert auto.encode(command) == add_checksum(command)
+        assert auto.encode(COMMAND) == ASKS
+        auto.feed(sealed("identity " + identity()))
+        assert auto.encode(COMMAND) == DRIVES
         auto.connect()
-        auto.feed(modern_packet("000000000"))
-        assert auto.encode(command).startswith(QUESTION)
+    auto.feed(sealed(identity()) + modern_packet("030000000"))  # a start makes the board known, too
+    assert auto.encode(COMMAND) == DRIVES
+    assert auto.health.identity.profile == "ours"
 
-    @pytest.mark.parametrize("wheels, rate, words", [(4, 50, "4 wheels"), (3, 100, "100 Hz")])
-    def test_another_robot_is_not_driven(self, wheels, rate, words):
-        auto = reader()
-        auto.feed(modern_packet("000000000") + sealed("identity " + WHO.format(wheels, rate)))
-        assert words in auto.obstacle
-        assert auto.encode("5:5:5;\n") == add_checksum("0:0:0;\n")
 
-    def test_two_packets_of_another_robot_show_its_wheels(self):
-        auto = reader()
-        auto.feed(modern_packet("0000000000", 0, 4))
-        assert auto.obstacle == "", "one may be an accident"
-        assert auto.encode("5:5:5;\n") == QUESTION + add_checksum("0:0:0;\n"), "but drives nothing"
-        auto.feed(modern_packet("0000000000", 1, 4))
-        assert "4 wheels" in auto.obstacle
-        auto.feed(modern_packet("000000000", 2))
-        assert auto.obstacle == ""
+@pytest.mark.parametrize("wheels, rate, words", [(4, 50, "4 wheels"), (3, 100, "100 Hz")])
+def test_another_robot_is_not_driven(wheels, rate, words):
+    auto = reader()
+    auto.feed(modern_packet("000000000") + sealed("identity " + identity(wheels, rate)))
+    assert words in auto.obstacle
+    assert auto.encode(COMMAND) == STANDS
 
-    def test_a_start_makes_the_board_known(self):
-        auto = reader()
-        auto.feed(sealed(WHO.format(3, 50)) + modern_packet("030000000"))
-        assert auto.encode("5:5:5;\n") == add_checksum("5:5:5;\n")
-        assert auto.health.identity.profile == "ours"
+
+def test_two_packets_of_another_robot_show_its_wheels():
+    auto = reader()
+    auto.feed(modern_packet("0000000000", 0, 4))
+    assert auto.obstacle == "", "one may be an accident"
+    assert auto.encode(COMMAND) == ASKS, "but drives nothing"
+    auto.feed(modern_packet("0000000000", 1, 4))
+    assert "4 wheels" in auto.obstacle
+    auto.feed(modern_packet("000000000", 2))
+    assert auto.obstacle == ""

@@ -1,11 +1,10 @@
 """Whatever a file, the parameter server or a line contains: results, or the documented errors, and nothing else."""
 
 import random
-from pathlib import Path
 
 import pytest
 import yaml
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from robotont_driver.kinematics.wheels import KEYS, read_wheels
@@ -49,6 +48,7 @@ def mutated(data, seed, most=6):
 
 
 @pytest.mark.parametrize("name", NAMES)
+@settings(max_examples=50)
 @given(st.lists(st.tuples(st.sampled_from(LINES), st.integers(0, 2 ** 32)) | st.binary(max_size=300), max_size=30))
 def test_dialects(name, pieces):
     dialect = make_dialect(name, read_wheels(ROBOTONT2), 300)
@@ -77,20 +77,16 @@ def test_packets(text, wheels):
     assert max(map(abs, packet)) < 1e7
 
 
-@given(st.text(max_size=120))
-def test_identities(text):
-    identity = Identity.parse(text)
+@given(st.text(max_size=120), st.text(alphabet="0123456789ABCDEF", min_size=9, max_size=30))
+def test_what_a_board_says_of_itself(text, digits):
+    identity, status = Identity.parse(text), BoardStatus.parse(digits)
     assert identity is None or identity.rate >= 0
-
-
-@given(st.text(alphabet="0123456789ABCDEF", min_size=9, max_size=30))
-def test_status(text):
-    status = BoardStatus.parse(text)
     assert isinstance(status.fault, str)
     assert all(isinstance(words, str) for words in status.complaints)
 
 
 @pytest.mark.parametrize("table", TABLES.values(), ids=TABLES.keys())
+@settings(max_examples=50)
 @given(st.data())
 def test_parameters(table, data):
     names = st.sampled_from([parameter.name for parameter in table]) | st.text(max_size=10)
@@ -114,22 +110,10 @@ def test_wheel_parameters(changes):
     assert wheels.amount >= 3
 
 
-SHIPPED_FILES = [WHEEL_PARAMS, *sorted((Path(__file__).resolve().parents[2] / "config").glob("*.yaml"))]
-
-
-@pytest.mark.parametrize("path", SHIPPED_FILES, ids=lambda path: path.name)
-@given(seed=st.integers(0, 2 ** 32))
-def test_wheel_files(tmp_path_factory, path, seed):
-    file = tmp_path_factory.getbasetemp() / f"fuzz_{path.name}"
-    file.write_bytes(mutated(path.read_bytes(), seed))
-    try:
-        read_wheel_file(file)  # by read_mapping, as all other files of YAML
-    except ValueError as error:
-        assert str(file) in str(error)
-
-
-@given(st.binary(max_size=200) | VALUES.map(lambda value: yaml.safe_dump(value).encode()))
-def test_files_of_anything(tmp_path_factory, content):
+@given(st.integers(0, 2 ** 32).map(lambda seed: mutated(WHEEL_PARAMS.read_bytes(), seed)) | st.binary(max_size=200)
+       | VALUES.map(lambda value: yaml.safe_dump(value).encode()))
+def test_files(tmp_path_factory, content):
+    """By read_mapping, as all other files of YAML."""
     file = tmp_path_factory.getbasetemp() / "fuzz.yaml"
     file.write_bytes(content)
     try:

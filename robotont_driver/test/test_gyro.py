@@ -1,6 +1,5 @@
 """A gyro beside the wheels: heading, covariance, bias, gaps, wheels that slip; with readings drawn as a BMI055's."""
 
-import functools
 import math
 
 import numpy as np
@@ -86,64 +85,47 @@ def with_rest(*parts, seconds=5.0):
 
 
 DRIVES = {
-    "two circles": with_rest(circles(2)),
-    "mixed": with_rest(mixed_drive(30.0, np.random.default_rng(3))),
-    "with a rest": with_rest(mixed_drive(20.0, np.random.default_rng(4)), still(5.0),
-                             mixed_drive(20.0, np.random.default_rng(5))),
+    "two circles": (with_rest(circles(2)), 0.005),
+    "with a rest": (with_rest(mixed_drive(20.0, np.random.default_rng(4)), still(5.0),
+                              mixed_drive(20.0, np.random.default_rng(5))), 0.01),
 }
 
 
-@functools.lru_cache(maxsize=None)
-def heading_errors(drive, seeds, noise=0.005, wheels=THREE):
-    """(errors [rad], standard deviations [rad]) of the heading at the end of one of DRIVES, one per seed."""
-    twists = DRIVES[drive]
-    truth = path_of(twists)[-1, 2]
-    errors, stated = [], []
+@pytest.mark.parametrize("drive", DRIVES)
+def test_the_heading_is_as_good_as_its_covariance_says(drive, seeds=10):
+    """The sum of the squared normalised errors within its bounds of 99.9 %."""
+    twists, noise = DRIVES[drive]
+    errors, stated = np.empty((2, seeds))
     for seed in range(seeds):
-        run = Run(wheels, Device(seed), noise)
-        run.drive(counted(wheels, rolled(wheels, twists), noise, np.random.default_rng([seed, 7])), twists)
-        errors.append(se2.wrap(run.pose[2] - truth))
-        stated.append(math.sqrt(run.odometry.pose_covariance.aa))
-    return np.array(errors), np.array(stated)
-
-
-@pytest.mark.parametrize("drive, noise", [("two circles", 0.005), ("mixed", 0.005), ("with a rest", 0.01)])
-def test_the_heading_is_as_good_as_its_covariance_says(drive, noise):
-    """The sum of the squared normalised errors of 20 seeds within its bounds of 99.9 %; they are printed with 95 %."""
-    errors, stated = heading_errors(drive, 20, noise)
-    value = float(np.sum((errors / stated) ** 2)) / 20
-    low, high = chi2.ppf((0.0005, 0.9995), 20) / 20
-    print(f"mean normalised error squared {value:.2f}, 95 % bounds "
-          "{:.2f} to {:.2f}; ".format(*chi2.ppf((0.025, 0.975), 20) / 20)
-          + f"heading off by {np.degrees(np.sqrt(np.mean(errors ** 2))):.2f} deg rms, "
-          f"{np.degrees(np.abs(errors).max()):.2f} at most")
+        run = Run(THREE, Device(seed), noise)
+        run.drive(counted(THREE, rolled(THREE, twists), noise, np.random.default_rng([seed, 7])), twists)
+        errors[seed] = se2.wrap(run.pose[2] - path_of(twists)[-1, 2])
+        stated[seed] = math.sqrt(run.odometry.pose_covariance.aa)
+    value = np.sum((errors / stated) ** 2)
+    print(f"mean normalised error squared {value / seeds:.2f}; heading off by "
+          f"{np.degrees(np.sqrt(np.mean(errors ** 2))):.2f} deg rms, {np.degrees(np.abs(errors).max()):.2f} at most")
+    low, high = chi2.ppf((0.0005, 0.9995), seeds)
     assert low < value < high
     assert np.degrees(np.abs(errors).max()) < 1.0
 
 
-def test_wheels_alone_are_worse():
-    twists = DRIVES["two circles"]
-    wheels_only = []
-    for seed in range(20):
-        odometry = WheelOdometry(Kinematics(THREE), PERIOD, 0.005)
-        for counts in counted(THREE, rolled(THREE, twists), 0.005, np.random.default_rng([seed, 7])).tolist():
-            odometry.update(counts, 0.0)
-        wheels_only.append(se2.wrap(odometry.pose.yaw - path_of(twists)[-1, 2]))
-    errors, _ = heading_errors("two circles", 20, 0.005)
-    assert np.std(errors) < 0.3 * np.std(wheels_only)
+def of_wheels_alone(counts):
+    """Odometry without a gyro."""
+    alone = WheelOdometry(Kinematics(THREE), PERIOD, 0.005)
+    for packet in counts.tolist():
+        alone.update(packet, 0.0)
+    return alone
 
 
 def test_at_rest_the_heading_stays_and_the_bias_is_learnt():
     run = Run(device=Device(1, bias=0.017))
-    for number in range(round(60 / PERIOD)):
+    for number in range(round(30 / PERIOD)):
         flicker = 1 if number % 7 == 0 else -1 if number % 7 == 1 else 0  # an encoder between two edges
         run.period((flicker, 0, 0), 0.0)
     drift = math.degrees(run.poses[-1][2] - run.poses[round(5 / PERIOD)][2])
-    print(f"drift {drift:.5f} deg in 55 s; bias off by {run.gyro.bias - run.device.bias:.1e} rad/s, "
-          f"stated {math.sqrt(run.gyro.bias_variance):.1e}")
     assert abs(drift) < 0.03
     assert abs(run.gyro.bias - run.device.bias) < 4 * math.sqrt(run.gyro.bias_variance)
-    assert math.sqrt(run.gyro.bias_variance) < 1e-4
+    assert math.sqrt(run.gyro.bias_variance) < 1.5e-4
     assert not any(run.suspects)
 
 
@@ -151,9 +133,7 @@ def test_until_the_robot_has_stood_the_wheels_decide():
     twists = circles(1)
     counts = counted(THREE, rolled(THREE, twists))
     run = Run(device=Device(1, bias=0.05)).drive(counts, twists)
-    alone = WheelOdometry(Kinematics(THREE), PERIOD, 0.005)
-    for packet in counts.tolist():
-        alone.update(packet, 0.0)
+    alone = of_wheels_alone(counts)
     assert run.pose == (alone.pose.x, alone.pose.y, alone.pose.yaw)
     assert run.odometry.pose_covariance == alone.pose_covariance
     assert not run.gyro.ready
@@ -183,23 +163,15 @@ def test_a_bias_that_jumps_is_learnt_anew():
     assert run.suspects[-1] == ()
 
 
-@pytest.mark.parametrize("length", [2, 3, 10, 100, 10000], ids=lambda packets: f"{packets} packets")
+@pytest.mark.parametrize("length", [2, 10, 10000], ids=lambda packets: f"{packets} packets")
 def test_unplugged_the_wheels_go_on_without_a_jump(length):
-    """Against a run with the gyro all the time and one with the wheels alone, packet by packet."""
-    twists = with_rest(mixed_drive(12.0, np.random.default_rng(8)))
-    start = round(9.0 / PERIOD)
-    paths = counted(THREE, rolled(THREE, twists))
-    run = Run(device=Device(4)).drive(paths, twists, range(start, start + length))
-    truth = path_of(twists)[1:]
-    off = np.array(run.poses) - truth
-    jumps = np.abs(np.diff(off, axis=0))[start - 5:]
-    jumps[:, 2] = np.minimum(jumps[:, 2], 2 * math.pi - jumps[:, 2])
-    plain = np.abs(np.diff(off, axis=0))[300:start - 5]
-    print(f"largest change from packet to packet against the truth: {1000 * jumps[:, :2].max():.2f} mm, "
-          f"{np.degrees(jumps[:, 2].max()):.3f} deg (before: {1000 * plain[:, :2].max():.2f} mm, "
-          f"{np.degrees(plain[:, 2].max()):.3f} deg)")
+    """Against the truth, packet by packet."""
+    twists = with_rest(mixed_drive(8.0, np.random.default_rng(8)))
+    start = round(8.0 / PERIOD)
+    run = Run(device=Device(4)).drive(counted(THREE, rolled(THREE, twists)), twists, range(start, start + length))
+    jumps = np.abs(np.diff(np.array(run.poses) - path_of(twists)[1:], axis=0))[start - 5:]
     assert 1000 * jumps[:, :2].max() < 1.0
-    assert np.degrees(jumps[:, 2].max()) < 0.1
+    assert np.degrees(np.abs(se2.wrap(jumps[:, 2])).max()) < 0.1
     assert run.fusion.missing > 0
 
 
@@ -211,14 +183,14 @@ def stalled(times, stalls):
     return arrivals
 
 
-@pytest.mark.parametrize("longest", [0.1, 0.5, 2.0], ids=lambda seconds: f"stalls of {seconds:g} s")
+@pytest.mark.parametrize("longest", [0.5, 2.0], ids=lambda seconds: f"stalls of {seconds:g} s")
 def test_a_machine_that_stalls_loses_no_heading(longest):
     """It turns nearly all the time, and the samples arrive behind all the packets of a stall, each with its stamp."""
-    twists = with_rest(*(circles(1) for _ in range(4)))
+    twists = with_rest(*(circles(1) for _ in range(3)))
     truth = path_of(twists)[-1, 2]
     counts = counted(THREE, rolled(THREE, twists), 0.005).tolist()
-    errors, made_good = [], 0.0
-    for seed in range(5):
+    errors = []
+    for seed in range(2):
         generator = np.random.default_rng([seed, 11])
         device, run = Device(seed, scale=1.0), Run()
         begins = np.cumsum(generator.uniform(0.2, 2 * longest + 0.2, 200)) + 4.0
@@ -236,24 +208,18 @@ def test_a_machine_that_stalls_loses_no_heading(longest):
                 now = round(at * SECOND)
                 run.odometry.update(counts[number], 0.0, clock.stamp(now, now))
         errors.append(math.degrees(se2.wrap(run.odometry.pose.yaw - truth)))
-        made_good += run.fusion.made_good
-    print(f"heading off by {np.round(errors, 2)} deg; {math.degrees(made_good):.1f} deg came too late")
     assert np.abs(errors).max() < 1.5
 
 
-@pytest.mark.parametrize("wheels", [3, 4], ids=lambda number: f"{number} wheels")
+@pytest.mark.parametrize("wheels", [THREE, read_wheels(even_wheels(4))], ids=["3 wheels", "4 wheels"])
 def test_clean_counts_raise_no_alarm(wheels):
-    wheels = THREE if wheels == 3 else read_wheels(even_wheels(wheels))
-    alarms = 0
-    for seed in range(4):
-        twists = with_rest(mixed_drive(60.0, np.random.default_rng(seed), speed=0.8))
-        counts = counted(wheels, rolled(wheels, twists), 0.005, np.random.default_rng([seed, 1]))
-        alarms += Run(wheels, Device(seed)).drive(counts, twists).fusion.watch.alarms
-    assert alarms == 0
+    twists = with_rest(mixed_drive(60.0, np.random.default_rng(0), speed=0.8))
+    counts = counted(wheels, rolled(wheels, twists), 0.005, np.random.default_rng([0, 1]))
+    assert Run(wheels, Device(0)).drive(counts, twists).fusion.watch.alarms == 0
 
 
-@pytest.mark.parametrize("slipping, twist", [(0, (0.3, 0.0, 0.0)), (2, (0.3, 0.0, 0.0)), (1, (0.0, 0.3, 0.0)),
-                                             (0, (0.2, 0.1, 0.5)), (2, (0.0, 0.0, 1.0))], ids=str)
+@pytest.mark.parametrize("slipping, twist", [(0, (0.3, 0.0, 0.0)), (1, (0.0, 0.3, 0.0)), (2, (0.0, 0.0, 1.0))],
+                         ids=str)
 def test_a_wheel_of_three_that_slips_is_named_within_three_tenths_of_a_second(slipping, twist):
     """It turns as commanded, but its part of the motion is not there."""
     part = 0.5
@@ -271,13 +237,8 @@ def test_a_wheel_of_three_that_slips_is_named_within_three_tenths_of_a_second(sl
     assert not any(run.suspects[:begins])
     named = next(number for number, suspects in enumerate(run.suspects[begins:]) if suspects)
     truth = path_of(twists)[-1]
-    alone = WheelOdometry(Kinematics(THREE), PERIOD, 0.005)
-    for packet in counts.tolist():
-        alone.update(packet, 0.0)
+    alone = of_wheels_alone(counts)
     off, wheels_off = (math.hypot(x - truth[0], y - truth[1]) for x, y in (run.pose[:2], (alone.pose.x, alone.pose.y)))
-    print(f"wheel {slipping} named as {run.suspects[begins + 25]} after {named * PERIOD:.2f} s; at the end "
-          f"{1000 * off:.0f} mm off, with the wheels alone {1000 * wheels_off:.0f} mm; heading "
-          f"{math.degrees(se2.wrap(run.pose[2] - truth[2])):.1f} deg")
     assert named * PERIOD <= 0.3
     assert slipping in run.suspects[begins + 25]
     assert abs(math.degrees(se2.wrap(run.pose[2] - truth[2]))) < 5.0

@@ -79,8 +79,3 @@ def test_more_wheels_than_needed_are_averaged_by_least_squares(wheels):
     noisy = kinematics.wheel_speeds((0.3, -0.2, 0.5)) + np.linspace(-0.01, 0.02, wheels.amount)
     expected = np.linalg.lstsq(kinematics.matrix, noisy, rcond=None)[0]
     assert kinematics.twist_of_speeds(noisy) == pytest.approx(expected, abs=1e-12)
-
-
-def test_odd_wheels_do_not_change_the_matrix_of_the_others(wheels):
-    assert Kinematics(wheels).matrix.shape == (wheels.amount, 3)
-    assert np.linalg.matrix_rank(Kinematics(wheels).matrix) == 3

@@ -14,12 +14,9 @@ def streamed(until, period=0.05):
     return link
 
 
-def test_a_stream_is_new():
-    assert not streamed(10.0).lost
-
-
-def test_a_slow_stream_is_new():
-    streamed(10.0, period=0.4)
+@pytest.mark.parametrize("period", [0.05, 0.4])
+def test_a_stream_is_new(period):
+    assert not streamed(10.0, period).lost
 
 
 def test_what_comes_after_a_short_silence_may_have_waited_all_the_time():
@@ -55,18 +52,12 @@ def test_a_look_after_a_gap_proves_nothing():
     assert link.age(10.7 + UNSEEN) == math.inf
 
 
-def test_a_machine_is_within_reach_of_itself():
-    link = Link(0.0)
-    link.local = True
-    assert link.age(100.0) == 0.0
-    assert link.age(200.0) == 0.0
-
-
 def test_the_first_message_of_a_publisher_that_latches_is_of_any_age():
     link = Link(0.0)
     link.local = True
     assert link.age(0.1, latching=True) == math.inf
     assert link.age(0.2, latching=True) == 0.0
+    assert link.age(100.0) == 0.0, "a machine is within reach of itself"
 
 
 def test_a_message_waits_for_its_process_and_on_its_way():

@@ -10,10 +10,10 @@ from robotont_driver.ros.packet_topics import SharedPacketTopic, deliver
 class FakePublisher:
     """A publisher with so many `listeners`."""
 
-    listeners = 0
+    listeners, published = 0, []  # of all of them
 
     def __init__(self, *_, **__):
-        self.published = []
+        self.published.clear()
 
     def get_num_connections(self):
         return self.listeners
@@ -62,14 +62,14 @@ def test_a_subscriber_that_fails_ends_neither_the_thread_nor_the_others(errors):
     assert "a fault" in errors[0]
 
 
-def test_other_processes_get_a_copy_when_they_listen(errors):
+def test_other_processes_get_a_copy_when_they_listen(errors, monkeypatch):
     topic = shared_topic()
     topic.publish(Packet([1, 2, 3]))
-    assert not topic._publisher.published
-    topic._publisher.listeners = 1
+    assert not FakePublisher.published
+    monkeypatch.setattr(FakePublisher, "listeners", 1)
     topic.publish(Packet([1, 2, 3]))
     topic.publish(parse_packet("0:1.5:-1.5;\n", 3))  # as it was written
-    assert topic._publisher.published == ["1:2:3;\n", "0:1.5:-1.5;\n"]
+    assert FakePublisher.published == ["1:2:3;\n", "0:1.5:-1.5;\n"]
 
 
 def test_text_becomes_a_packet_or_is_refused():

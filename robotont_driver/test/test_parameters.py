@@ -66,15 +66,12 @@ def test_every_number_has_bounds_and_its_default_lies_within(node):
 ], ids=["int", "int in a list", "string", "list", "lists", "mapping"])
 def test_whatever_was_found_is_shown_in_a_few_words(value):
     assert 3 < len(shown(value)) < 300
-
-
-def test_lists_in_lists_are_shown_however_deep_they_are():
-    value = []
+    deep = []
     for _ in range(100000):
-        value = [value]
-    assert shown(value) == "a list of 1 items"
-    while value:  # or freeing it would go as deep
-        value = value[0]
+        deep = [deep]
+    assert shown(deep) == "a list of 1 items"
+    while deep:  # or freeing it would go as deep
+        deep = deep[0]
 
 
 @pytest.mark.parametrize("rate, timeout, good", [
@@ -107,12 +104,8 @@ def test_counts_in_reach_follow_from_the_wheel_file():
 def test_a_misspelt_name_is_not_silently_ignored():
     with pytest.raises(ParameterError, match="~cmd_timout: no such parameter; did you mean ~cmd_timeout?"):
         read_parameters(DRIVER, {"cmd_timout": 1.0})
-
-
-@pytest.mark.parametrize("name", [None, 1, 0.5, True, (1, 2)])
-def test_a_name_that_is_no_text_is_named(name):
     with pytest.raises(ParameterError, match="no such parameter"):
-        read_parameters(DRIVER, {name: 1})
+        read_parameters(DRIVER, {(1, 2): 1})
 
 
 def test_all_faults_come_together():

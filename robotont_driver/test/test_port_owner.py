@@ -9,7 +9,6 @@ import time
 import pytest
 
 from robotont_driver.link import port_owner
-from robotont_driver.link.port import explain
 from robotont_driver.link.serial_link import SerialLink
 from robotont_testing.harness import wait_for
 from robotont_testing.port_owners import given_away, program
@@ -65,53 +64,29 @@ def driver(port):
         link.close(b"0:0:0;\n")
 
 
-def test_the_port_of_a_living_owner_may_be_opened(tmp_path, owner):
+def test_the_port_of_a_living_owner_may_be_opened_that_of_a_killed_one_not_whoever_has_it_now(tmp_path, owner):
     assert port_owner.read_owner(tmp_path / "port").lives
     assert port_owner.refusal(str(tmp_path / "port")) == ""
-
-
-def test_a_port_whose_owner_was_killed_is_refused_whoever_has_the_terminal_now(tmp_path, owner):
     device = os.readlink(str(tmp_path / "port"))
-    owner.kill()
-    owner.wait()
-    with given_away(device):
-        assert f"left behind by process {owner.pid}" in port_owner.refusal(str(tmp_path / "port"))
-
-
-def test_a_killed_owner_that_nobody_waits_for_is_dead(tmp_path, owner):
     owner.kill()
     wait_for(lambda: not port_owner.read_owner(tmp_path / "port").lives, "the end of a zombie")
-
-
-def test_the_terminal_of_a_session_is_refused(tmp_path):
-    master, slave = pty.openpty()
-    link = tmp_path / "port"
-    link.symlink_to(os.ttyname(slave))
-    assert port_owner.refusal(str(link)) == ""  # nobody's terminal: a stand-in without a marker
-    with shell_on(slave) as pid:
-        for name in (str(link), os.ttyname(slave)):
-            assert port_owner.refusal(name) == (f"leads to {os.ttyname(slave)}, the terminal of process {pid}; choose "
-                                                "another port, or remove the link")
-    assert port_owner.refusal(str(link)) == ""
-    os.close(slave)
-    os.close(master)
-
-
-def test_the_driver_does_not_open_what_a_killed_owner_left_behind(tmp_path, owner):
-    device = os.readlink(str(tmp_path / "port"))
-    owner.kill()
     owner.wait()
     with given_away(device), driver(tmp_path / "port") as changes:
         wait_for(lambda: changes, "a report")
-    assert f"{tmp_path / 'port'}: left behind by process {owner.pid}" in str(changes)
+        assert f"{tmp_path / 'port'}: left behind by process {owner.pid}" in str(changes)
+        assert f"left behind by process {owner.pid}" in port_owner.refusal(str(tmp_path / "port"))
 
 
-def test_the_driver_does_not_touch_the_terminal_of_a_session():
+def test_the_driver_does_not_touch_the_terminal_of_a_session(tmp_path):
     master, slave = pty.openpty()
-    settings = termios.tcgetattr(slave)
-    with shell_on(slave) as pid, driver(os.ttyname(slave)) as changes:
+    settings, name, link = termios.tcgetattr(slave), os.ttyname(slave), tmp_path / "port"
+    link.symlink_to(name)
+    assert port_owner.refusal(str(link)) == ""  # nobody's terminal: a stand-in without a marker
+    with shell_on(slave) as pid, driver(link) as changes:
         wait_for(lambda: changes, "a report")
-    assert f"the terminal of process {pid}" in str(changes)
+        words = f"leads to {name}, the terminal of process {pid}; choose another port, or remove the link"
+        assert port_owner.refusal(str(link)) == port_owner.refusal(name) == words
+        assert words in str(changes)
     assert termios.tcgetattr(slave) == settings  # else a shell would be raw, ...
     assert select.select([master], [], [], 0) == ([], [], [])  # ... with packets in it
     os.close(slave)
@@ -128,9 +103,3 @@ def test_a_marker_that_is_none(tmp_path, text):
 def test_real_ports_and_missing_ones_are_not_looked_at(tmp_path):
     for name in ("/dev/ttyACM0", "/dev/null", str(tmp_path / "missing"), ""):
         assert port_owner.refusal(name) == ""
-
-
-def test_words_of_the_system_come_once():
-    error = OSError(2, "could not open port /dev/x: [Errno 2] No such file or directory: '/dev/x'")
-    assert explain("/dev/x", error) == \
-        "/dev/x: no such file or directory; is the board plugged in, and is this the right port?"

@@ -51,22 +51,22 @@ class CheckedBoard:
     def __init__(self, robot, chance):
         self._robot, self._chance = robot, chance
         self.restart()
-        self._counter = chance.randrange(256)
-        self._totals = np.array([chance.choice((chance.randrange(-3000, 3000), chance.randrange(65536)))
+        self.counter = chance.randrange(256)
+        self.totals = np.array([chance.choice((chance.randrange(-3000, 3000), chance.randrange(65536)))
                                  for _ in range(3)])
 
     def restart(self):
-        self._counter = 0
+        self.counter = 0
         self._before = np.floor(self._robot.edges).astype(int)
-        self._totals = np.array([self._chance.choice((0, self._chance.randrange(65536))) for _ in range(3)])
+        self.totals = np.array([self._chance.choice((0, self._chance.randrange(65536))) for _ in range(3)])
 
     def send(self):
         now = np.floor(self._robot.edges).astype(int)
         counts, self._before = now - self._before, now
-        self._totals = self._totals + counts
-        line = b"%d:%d:%d;" % tuple(counts) + b"%02X" % self._counter
-        line += b":%04X:%04X:%04X:000000000:" % tuple(self._totals & 0xFFFF)
-        self._counter = (self._counter + 1) % 256
+        self.totals = self.totals + counts
+        line = b"%d:%d:%d;" % tuple(counts) + b"%02X" % self.counter
+        line += b":%04X:%04X:%04X:000000000:" % tuple(self.totals & 0xFFFF)
+        self.counter = (self.counter + 1) % 256
         return line + b"%04X\n" % binascii.crc_hqx(line, 0xFFFF)
 
 
@@ -199,24 +199,22 @@ def restarted(kind, seed):
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_no_restart_moves_the_robot_unless_it_is_told(kind):
-    told = doubted = 0
-    for seed in range(200):
+    told = 0
+    for seed in range(100):
         drive = restarted(kind, seed)
         told += drive.dialect.restarts
         if drive.dialect.restarts:
             continue
         bounds = drive.spread if drive.dialect.doubts else (0.0, 0.0)
-        doubted += drive.dialect.doubts > 0
         for error, bound, negligible in zip(drive.error, bounds, (METRES, RADIANS)):
             assert error <= negligible + 2 * bound, (seed, drive.error, bounds)
-    print(f"{kind}: of 200 restarts {told} recognised, {doubted} in doubt")
-    assert 150 < told < 205  # a spoilt line may be taken for one more
+    assert 75 < told < 104  # a spoilt line may be taken for one more
 
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_lost_lines_and_spoilt_bytes_are_no_restart(kind):
-    doubted = restarts = 0
-    for seed in range(50):
+    restarts = 0
+    for seed in range(25):
         drive = Drive(kind, seed)
         drive.run(10, change=0.0)
         drive.spoilt = 0.005
@@ -226,25 +224,23 @@ def test_lost_lines_and_spoilt_bytes_are_no_restart(kind):
             drive.lost = drive.chance.randrange(6)
         drive.spoilt, drive.lost = 0.0, 0
         drive.settle()
-        doubted += drive.dialect.doubts
         restarts += drive.dialect.restarts
         # near the board's origin three good lines after many bad ones may well be those of a restart
         bounds = drive.spread if drive.dialect.restarts else (0.0, 0.0)
         for error, bound, negligible in zip(drive.error, bounds, (METRES, RADIANS)):
             assert error <= negligible + 2 * bound, (seed, drive.error, bounds)
-    print(f"{kind}: {restarts} restarts, {doubted} doubts in 50 drives")
-    assert restarts <= (0 if kind == "checked" else 3)
+    assert restarts <= (0 if kind == "checked" else 2)
 
 
 @pytest.mark.parametrize("lost", [85, 90, 95])
 def test_a_counter_that_starts_anew_at_once_is_no_gap_of_periods_for_which_there_was_no_time(lost):
     drive = Drive("checked", lost)
-    drive.board._counter, drive.board._totals = (-lost - 201) % 256, np.array([3000, -2500, 2000])
+    drive.board.counter, drive.board.totals = (-lost - 201) % 256, np.array([3000, -2500, 2000])
     drive.wanted = (0.2, 0.0, 0.0)
     drive.run(200, change=0.0)
     before = drive.robot.pose - (drive.odometry.pose.x, drive.odometry.pose.y, drive.odometry.pose.yaw)
     drive.board.restart()
-    drive.board._totals[:] = 0
+    drive.board.totals[:] = 0
     drive.run(30, change=0.0)
     after = drive.robot.pose - (drive.odometry.pose.x, drive.odometry.pose.y, drive.odometry.pose.yaw)
     assert drive.dialect.restarts == 1

@@ -52,8 +52,8 @@ def ten_seconds(direction=0.0):
 SLIP = slice(200, 300)  # 2 s in the middle
 
 
-@pytest.mark.parametrize("known", [True, False], ids=["commands known", "commands unknown"])
-@pytest.mark.parametrize("number, wheel", [(4, 0), (4, 1), (4, 2), (4, 3), (5, 0), (5, 2), (6, 1), (6, 5)])
+@pytest.mark.parametrize("number, wheel, known", [
+    (4, 0, True), (4, 1, False), (4, 2, True), (4, 3, False), (5, 0, True), (5, 2, False), (6, 1, True), (6, 5, False)])
 def test_a_wheel_that_slips_by_30_percent_is_named_and_left_out(number, wheel, known):
     wheels = read_wheels(even_wheels(number))
     twists = ten_seconds(0.0 if number == 4 else wheels.directions[wheel] + 0.3)
@@ -74,36 +74,25 @@ def test_a_wheel_that_slips_by_30_percent_is_named_and_left_out(number, wheel, k
     assert finder.alarms == 1
     truth = end_pose(twists)
     with_detection, without = error(odometry, truth), error(drive(wheels, counts, detect=False)[0], truth)
-    print(f"n = {number}, wheel {wheel}: named after {delay:.2f} s; end pose wrong by {with_detection[0]:.3f} m, "
-          f"{math.degrees(with_detection[1]):.1f} deg; without detection {without[0]:.3f} m, "
-          f"{math.degrees(without[1]):.1f} deg")
     assert with_detection[0] <= without[0] / 4
     assert with_detection[1] <= without[1] / 4
 
 
-@pytest.mark.parametrize("number", [4, 5, 6])
-def test_no_false_alarm_in_ten_minutes_of_clean_driving(number):
-    wheels = read_wheels(even_wheels(number))
+@pytest.mark.parametrize("number, seconds, real", [
+    (4, 300, {}), (6, 120, {}), (4, 120, {"wheelRadius": [0.03515, 0.03485, 0.03512, 0.035]})])
+def test_no_false_alarm_in_clean_driving(number, seconds, real):
+    """Also with wheels that differ by up to 0.5 % from the parameters, as a ruler measures them."""
     generator = np.random.default_rng(number)
-    twists = mixed_drive(600, generator)
-    _, finder, _ = drive(wheels, counted(wheels, rolled(wheels, twists), NOISE, generator))
-    assert finder.alarms == 0
-
-
-def test_no_false_alarm_with_parameters_that_are_a_little_wrong():
-    """Counts of wheels that differ by up to 0.5 % from the parameters, as a ruler measures them."""
-    real = read_wheels(even_wheels(4, wheelRadius=[0.03515, 0.03485, 0.03512, 0.035]))
-    generator = np.random.default_rng(4)
-    twists = mixed_drive(120, generator)
-    _, finder, _ = drive(read_wheels(even_wheels(4)), counted(real, rolled(real, twists), NOISE, generator))
-    assert finder.alarms == 0
+    real = read_wheels(even_wheels(number, **real))
+    counts = counted(real, rolled(real, mixed_drive(seconds, generator)), NOISE, generator)
+    assert drive(read_wheels(even_wheels(number)), counts)[1].alarms == 0
 
 
 def test_the_false_alarm_rate_of_the_test_is_the_stated_one():
     """At a rate so high that it shows: the share of packets whose window complains, against the limit's."""
     wheels = read_wheels(even_wheels(4))
     generator = np.random.default_rng(3)
-    counts = counted(wheels, rolled(wheels, mixed_drive(600, generator)), NOISE, generator)
+    counts = counted(wheels, rolled(wheels, mixed_drive(200, generator)), NOISE, generator)
     finder = detector(wheels)
     share = 0.01
     limit = chi_square_limit(share, 1)
@@ -112,11 +101,10 @@ def test_the_false_alarm_rate_of_the_test_is_the_stated_one():
         finder.update(packet)
         values.append(finder.parity_test()[0])
     found = np.mean(np.array(values) > limit)
-    print(f"stated {share:.2%} of the windows, found {found:.2%}")
     assert 0.002 < found <= share  # less, because wheel parameters are right here and tolerance is kept for them
 
 
-@pytest.mark.parametrize("number, wheel", [(4, 0), (4, 1), (4, 2), (4, 3), (5, 0), (5, 3), (6, 2)])
+@pytest.mark.parametrize("number, wheel", [(4, 0), (4, 3), (5, 3), (6, 2)])
 def test_a_dead_encoder_is_named_while_the_robot_starts(number, wheel):
     wheels = read_wheels(even_wheels(number))
     twists = ten_seconds(0.0 if number == 4 else wheels.directions[wheel] + 0.3)
@@ -152,15 +140,13 @@ def test_two_wheels_of_six_may_slip_at_once():
     assert error(odometry, end_pose(twists))[0] < error(drive(wheels, counts, detect=False)[0], end_pose(twists))[0] / 4
 
 
-def test_the_search_among_many_wheels_has_bounds():
+def test_the_search_among_many_wheels_has_bounds(monkeypatch):
     """12 wheels in a wrong order: sets of up to 2, then one more wheel at a time, in one go per size."""
     wheels = read_wheels(even_wheels(12))
     generator = np.random.default_rng(1)
-    counts = counted(wheels, rolled(wheels, mixed_drive(10, generator)), NOISE, generator)
-    finder = detector(wheels)
-    fit, tried = finder._fit, []
-    finder._fit = lambda weights, paths: tried.append(len(weights)) or fit(weights, paths)
-    most = 0
+    counts = counted(wheels, rolled(wheels, mixed_drive(3, generator)), NOISE, generator)
+    finder, solve, tried, most = detector(wheels), np.linalg.solve, [], 0
+    monkeypatch.setattr(np.linalg, "solve", lambda sets, right: tried.append(len(sets)) or solve(sets, right))
     for packet in generator.permutation(counts, axis=1).tolist():
         tried.clear()
         finder.update(packet)
@@ -223,12 +209,11 @@ def commands(seconds=60.0, seed=1):
 
 
 def test_motors_that_lag_but_follow_raise_no_alarm():
-    commanded = commands(600)
+    commanded = commands(200)
     assert not any(watch(counted(WATCHED, lagged(commanded) * WATCHED.metres_per_edge, NOISE), commanded)[1])
 
 
-@pytest.mark.parametrize("wheel", range(3))
-@pytest.mark.parametrize("share", [0.0, 0.5, 1.5, -1.0])
+@pytest.mark.parametrize("wheel, share", [(0, 0.0), (1, 0.5), (2, 1.5), (0, -1.0)])
 def test_a_wheel_that_does_not_do_as_commanded_is_named(wheel, share):
     commanded = np.tile(Kinematics(WATCHED).units_of_twist((0.05, 0.05, 3.0)), (200, 1))
     paths = lagged(commanded)

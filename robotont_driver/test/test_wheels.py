@@ -76,7 +76,7 @@ def test_a_wrong_value_is_named_with_what_was_found(key, value):
     assert f"found {value!r}, allowed: " in named[0]
 
 
-@pytest.mark.parametrize("given", [5, None, "wheels", [1, 2]])
+@pytest.mark.parametrize("given", [5, None, [1, 2]])
 def test_what_is_no_mapping_is_explained(given):
     assert faults_of(given) == [f"wheel parameters: found {given!r}, allowed: parameters by name: {', '.join(KEYS)}"]
 

@@ -138,10 +138,9 @@ class LaunchesTest(NodeTest):
         self.assertEqual(sorted(joints[-1].name), sorted(names))
         # in a namespace all names have its prefix
         config = load_config_default([(str(file), ["__ns:=robotont"])], None)
-        parameters = {name: parameter.value for name, parameter in config.params.items()}
-        self.assertIn("robotont/rim_back_joint", parameters["/robot_description"])
-        self.assertIn("robotont/odom", parameters.values())
-        self.assertIn("robotont/base_footprint", parameters.values())
+        values = {str(parameter.value) for parameter in config.params.values()}
+        self.assertLessEqual({"robotont/odom", "robotont/base_footprint", "robotont/base_link"}, values)
+        self.assertTrue(any("robotont/rim_back_joint" in value for value in values))
 
     def test_the_official_fake_driver(self):
         odom, _, command = self.topics()

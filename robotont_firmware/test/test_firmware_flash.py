@@ -110,6 +110,8 @@ def board(tmp_path, flash, monkeypatch):
     board = FakeBoard(tmp_path)
     monkeypatch.setattr(flash, "tool", lambda name: board.program if name == "mpremote" else tool(name))
     monkeypatch.setattr(flash, "LISTENING", 0.2)
+    board.check_compiles = flash.check_compiles  # it takes seconds
+    monkeypatch.setattr(flash, "check_compiles", lambda files: None)
     yield board
     board.gone = True
 
@@ -215,6 +217,11 @@ def test_boot_gets_the_pins_of_the_profile(flash, board, monkeypatch):
 
 
 def test_flashes_everything_and_prints_the_banner(flash, board, monkeypatch, capsys):
+    assert {path.name for path in BOARD_FILES} == {
+        "__init__.py", "board.py", "boot.py", "bounds.py", "compat.py", "config.py", "controller.py",
+        "main.py", "pid.py", "protocol.py", "wiring.py", "wiring_robotont21.py",
+    }  # fmt: skip
+    monkeypatch.setattr(flash, "check_compiles", board.check_compiles)
     assert flash_ours(flash, monkeypatch, board) == 0
     assert board.asked
     assert capsys.readouterr().out.endswith("# robotont_firmware 9.9.9 wheels 3 reset button\n")
@@ -286,6 +293,7 @@ def test_reports_why_the_port_does_not_open(flash, board, monkeypatch, capsys, n
 def test_reports_what_does_not_compile(flash, tmp_path):
     bad = tmp_path / "bad.py"
     bad.write_text("def (")
+    flash.check_compiles([PACKAGE / "src" / "robotont_firmware" / "wiring_robotont21.py"])
     with pytest.raises(flash.FlashError, match=r"bad\.py does not compile"):
         flash.check_compiles([bad])
 

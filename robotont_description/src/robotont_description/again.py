@@ -1,7 +1,7 @@
 """Runs a program again when it crashes: the launch-prefix of RViz, whose end ends the others of its launch file.
 
-RViz was once seen to die of a segmentation fault as it started (docs/description.md). A user would start it again; whoever
-closes its window wants it closed.
+RViz was once seen to die of a segmentation fault as it started (docs/description.md). A user would start it again;
+whoever closes its window wants it closed.
 """
 
 import argparse

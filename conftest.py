@@ -25,8 +25,8 @@ ROBOTONT_MSGS = Path(os.environ.get("ROBOTONT_MSGS",
 # Files of 20 s and more, the longest first. They begin first: else one is left when all others are done.
 LONG = ("timed_cmd_vel_mux", "timed_mux_and_navigation", "timed_keyboard_teleop", "timed_navigation_demands",
         "timed_simulator_drive", "test_old_commands", "test_network_outage", "test_network", "test_boot",
-        "test_robotont_script", "serial_com_node", "calibrate_wheels", "stack", "goto_cancelled", "rviz",
-        "official_boards", "board_health", "recorder_node", "goto", "driver_node",
+        "test_robotont_script", "rviz", "serial_com_node", "calibrate_wheels", "launches", "goto_cancelled", "stack",
+        "test_install_space", "test_robots", "official_boards", "board_health", "recorder_node", "goto", "driver_node",
         "web_teleop_stop", "status", "web_teleop_node", "web_teleop_camera")
 
 

@@ -111,7 +111,7 @@ class RvizTest(NodeTest):
         np.testing.assert_allclose(np.subtract(end, start) / view["Scale"], (2.0, -1.0), atol=PIXELS)
         np.testing.assert_allclose(np.subtract(after, before), robot.pose[:2], atol=PIXELS)
         middle = [round(number) for number in np.add(start, end) / 2]
-        self.wait_to_see(lambda picture: sight.is_path(picture, *middle), "the path")
+        self.wait_to_see(lambda picture: sight.is_way(picture, *middle), "the way")
         self.see_content(5)
 
         self.assertGreater(max(map(abs, joints[-1].position)), 1.0)

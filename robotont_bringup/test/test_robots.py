@@ -15,7 +15,7 @@ from roslaunch.launch import ROSLaunchRunner
 from sensor_msgs.msg import JointState
 
 from robotont_driver.kinematics.wheels import read_wheels
-from robotont_driver.nodes import driver_node, odom_node, robotont_node, serial_com_node
+from robotont_driver.nodes import driver_node, odom_node, serial_com_node
 from robotont_driver.robots.robot_folder import shipped
 from robotont_simulator import simulator_node
 from robotont_testing import places
@@ -37,7 +37,7 @@ LAUNCHES = {
 }
 OFFICIAL = (str(places.package("robotont_driver") / "launch" / "driver_basic.launch"),)  # leaves names of its own
 TABLES = {"driver_node": driver_node, "serial_com_node": serial_com_node, "odom_node": odom_node,
-          "robotont_node": robotont_node, "simulator_node": simulator_node}
+          "simulator_node": simulator_node}
 
 
 def seen(parameters, nodes):

@@ -75,14 +75,16 @@ class SerialComNodeTest(NodeTest):
         self.assertLess(time.monotonic() - begun, 15.0)  # a number of 1 MB took minutes
         self.assertEqual({line[:6] for line in self.heard()[heard:]} - {"0:0:0;", "10.25:"}, set())
         self.board.line.cut = True
-        self.wait_for_status(TASK, WARN, "no packets")
         told = len(self.board.reported)
         wait_for(lambda: len(self.board.reported) > told + 60, "lost packets")
-        self.board.line.cut = False
+        self.board.line.cut = False  # before the counter of the packets has gone round
         values = wait_for(lambda: int(self.values(TASK)["periods repaired"]) >= 50 and self.values(TASK), "the repair")
         self.assertLess(float(values["packets read per second"]), 80.0)  # what is made up for has not been read
         read, repaired = int(values["packets read"]), int(values["periods repaired"])
         self.assertEqual(read + repaired, int(values["packets published"]))
+        self.board.line.cut = True
+        self.wait_for_status(TASK, WARN, "no packets")
+        self.board.line.cut = False
         self.board.line.corrupt = 0.02
         self.wait_for_status(TASK, WARN, "dropped in the last second")
         self.board.line.corrupt = 0.0

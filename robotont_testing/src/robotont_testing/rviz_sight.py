@@ -82,9 +82,9 @@ def heading(picture):
     return np.arctan2(reach - rows.mean(), columns.mean() - reach)
 
 
-def is_path(picture, column, row):
-    """Whether a pixel within 3 of the given one has the colour of the path, teal."""
-    part = picture[row - 3:row + 4, column - 3:column + 4]
+def is_way(picture, column, row):
+    """Whether a pixel within 9 of the given one has the colour of the way's dots, teal, which are 16 pixels apart."""
+    part = picture[row - 9:row + 10, column - 9:column + 10]
     return bool((np.abs(part - (60, 140, 125)).max(axis=2) < 16).any())
 
 

@@ -2,7 +2,10 @@
 """RViz on a virtual screen, a robot on a stand-in board, and checks of the picture."""
 
 import math
+import os
+import signal
 import tempfile
+import xmlrpc.client
 from pathlib import Path
 
 import numpy as np
@@ -17,7 +20,7 @@ from std_srvs.srv import Trigger
 from tf2_msgs.msg import TFMessage
 
 from robotont_testing import rviz_sight as sight
-from robotont_testing.harness import wait_for
+from robotont_testing.harness import START, wait_for
 from robotont_testing.node_test import NodeTest
 from robotont_testing.robots import SHIPPED
 from robotont_testing.rviz_stage import Robot, Stage, drawn_seldom, save_picture, seen_from_above
@@ -117,6 +120,22 @@ class RvizTest(NodeTest):
         self.see_at(*before)
         self.see_content(5)
         self.check_logs()
+
+    def test_the_model_alone_and_rviz_that_comes_back_when_it_crashes_and_ends_all_when_it_is_closed(self):
+        launch = self.stage.show("display.launch", log=self.log)
+        for crash in (True, False):
+            self.see_content(2)
+            self.wait_to_see(lambda picture: (picture[sight.VIEW].max(axis=2) < 100).sum() > 20000, "a robot")
+            uri = self.stage.node_uri("/rviz")
+            if crash:
+                self.check_logs()
+                os.kill(self.stage.pid("/rviz"), signal.SIGSEGV)
+                self.wait_to_see(lambda picture: not sight.content_displays(picture), "no RViz any more")
+                wait_for(lambda before=uri: self.stage.node_uri("/rviz") != before, "a new RViz", START)
+            else:
+                xmlrpc.client.ServerProxy(uri).shutdown("/test", "closed")
+        self.assertIn("crashed (SIGSEGV): started again", self.log.read_text())
+        wait_for(lambda: launch.poll() is not None, "the end of all")
 
     def test_navigation_and_displays_that_complain_before_there_is_a_map(self):
         self.start_robot()

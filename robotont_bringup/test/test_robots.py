@@ -30,7 +30,7 @@ NAMES = ("thesis", "robotont2", "robotont3", "four_wheels")
 LAUNCHES = {
     **{name: ("robot.launch", f"robot:={name}", "description:=false") for name in NAMES},
     "in three": ("robot.launch", "robot:=robotont2", "description:=false", "composed:=false"),
-    **{"simulated " + name: ("simulation.launch", f"robot:={name}", "description:=false") for name in NAMES},
+    "simulated": ("simulation.launch", "robot:=four_wheels", "description:=false"),
     "driver_basic": ("driver_basic.launch",),
     "commands": ("odometry_from_commands.launch",),
     "tuned": ("robot.launch", "robot:=robotont2", "publish_tf:=false", "imu:=imu", "description:=false"),

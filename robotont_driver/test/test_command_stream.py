@@ -48,6 +48,7 @@ def test_stops_when_commands_stop_and_recovers_by_itself(stream):
     drive(stream, 10.0, 0.0)
     assert stream.twist(11.0) == STOP
     assert stream.complaint(11.0) == "", "the end of commands at rest is no complaint"
+    assert stream.timeouts == 2
 
 
 @pytest.mark.parametrize("linear, angular, named", [
@@ -66,7 +67,8 @@ def test_a_motion_that_the_base_cannot_do_stops_it(stream, linear, angular, name
     assert named in stream.command(linear, angular, 1.1)
     assert stream.twist(1.1) == STOP
     assert named in stream.complaint(2.0)
-    assert stream.refused == 1
+    assert named in stream.command(linear, angular, 1.15)
+    assert stream.refused == 2
     drive(stream, 1.2)
     assert stream.twist(1.2) == (0.3, 0.0, 0.0)
 

@@ -9,7 +9,7 @@ from robotont_driver.kinematics.kinematics import Kinematics, units_per_speed
 from robotont_driver.kinematics.wheels import ParameterError, read_wheels
 from robotont_driver.odometry.odometry import WheelOdometry
 from robotont_driver.protocol.packet import format_packet
-from robotont_testing.robots import BARE, SHIPPED
+from robotont_testing.robots import BARE, SHIPPED, UNEVEN_4
 
 speeds = st.floats(-3.0, 3.0)
 
@@ -79,3 +79,10 @@ def test_more_wheels_than_needed_are_averaged_by_least_squares(wheels):
     noisy = kinematics.wheel_speeds((0.3, -0.2, 0.5)) + np.linspace(-0.01, 0.02, wheels.amount)
     expected = np.linalg.lstsq(kinematics.matrix, noisy, rcond=None)[0]
     assert kinematics.twist_of_speeds(noisy) == pytest.approx(expected, abs=1e-12)
+
+
+def test_excluded_wheels_move_nothing():
+    kinematics = Kinematics(read_wheels(UNEVEN_4), excluded=(2,))
+    speeds = kinematics.wheel_speeds((0.3, 0.1, 0.5))
+    speeds[2] = 0.0
+    assert kinematics.twist_of_speeds(speeds) == pytest.approx((0.3, 0.1, 0.5))

@@ -66,6 +66,9 @@ def test_every_number_has_bounds_and_its_default_lies_within(node):
 ], ids=["int", "int in a list", "string", "list", "lists", "mapping"])
 def test_whatever_was_found_is_shown_in_a_few_words(value):
     assert 3 < len(shown(value)) < 300
+
+
+def test_lists_in_lists_are_shown_however_deep_they_are():
     deep = []
     for _ in range(100000):
         deep = [deep]

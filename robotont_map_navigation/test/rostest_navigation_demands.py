@@ -114,7 +114,7 @@ class NavigationDemandsTest(NodeTest):
     def test_small_commands_move_the_base(self):
         self.assertLessEqual(PLANNER["min_vel_trans"], 0.05)
         slow, turn = PLANNER["min_vel_trans"], PLANNER["min_vel_theta"]
-        for command in ((slow, 0, 0), (0, slow, 0), (0, 0, turn)):
+        for command in ((slow, 0, 0), (0, slow, 0), (-slow, 0, 0), (0, -slow, 0), (0, 0, turn), (0, 0, -turn)):
             self.drive(command, lambda command=command: np.dot(speeds(self.truth[-1]), command)
                        > 0.8 * np.dot(command, command), f"motion with {command}")
             first = len(self.truth)

@@ -35,15 +35,15 @@ from std_msgs.msg import Bool
 topic, first, step, orders, latch = sys.argv[1], eval(sys.argv[2]), eval(sys.argv[3]), sys.argv[4], sys.argv[5]
 rospy.init_node("commander", anonymous=True, disable_signals=True)
 class Listener(rospy.SubscribeListener):
-    def peer_subscribe(self, *_):
-        print("connected", flush=True)
+    def peer_subscribe(self, topic, *_):
+        print("can press" if topic == "/emergency_stop" else "connected", flush=True)
 publisher = rospy.Publisher(topic, Twist, Listener(), tcp_nodelay=True, latch=latch == "True", queue_size=1)
 def publish():
     stamp = int(time.monotonic() / {TICK}) % {WRAP}
     message = Twist()
     message.linear.x, message.linear.y, message.angular.z = (a + b * stamp for a, b in zip(first, step))
     publisher.publish(message)
-stop = rospy.Publisher("emergency_stop", Bool, queue_size=1)
+stop = rospy.Publisher("emergency_stop", Bool, Listener(), queue_size=1)
 before = ""
 while True:
     order = open(orders).read()

@@ -13,7 +13,7 @@ def tasks():
     """Names of all diagnostic tasks in the sources, as keys of what Health is given."""
     found = set()
     for package in NODES:
-        for path in places.package(package).glob("src/*/*.py"):
+        for path in places.package(package).glob("src/**/*.py"):
             text = path.read_text()
             for keys in re.findall(r"Health\([^{]*\{([^}]*)\}", text) + re.findall(r"subjects = \{([^}]*)\}", text):
                 found |= set(re.findall(r'"([a-z ]+)": (?:self\.|lambda)', keys))

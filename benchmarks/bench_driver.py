@@ -215,7 +215,7 @@ def bench_slip(options):
     matrix, generator = Kinematics(wheels).matrix, np.random.default_rng(1)
     driven = counted(wheels, rolled(wheels, mixed_drive(options.seconds, generator)), WHEEL_NOISE, generator)
     rows = []
-    for what, counts in (("all roll", driven), ("wheels in a wrong order", generator.permutation(driven, axis=1)),
+    for what, counts in (("all roll", driven), ("wheels in a wrong order", generator.permutation(driven.T).T),
                          ("counts at random", generator.integers(-60, 60, driven.shape))):
         times, floors = [], []
         for _ in range(options.rounds):

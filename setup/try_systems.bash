@@ -52,7 +52,7 @@ try_system() {
         [ -z "${!name:-}" ] || kept+=("$name=${!name}")
     done
     # shellcheck disable=SC2016
-    unshare -m -p -f --kill-child bash -euc 'mount --rbind /dev "$1/dev"; mount --bind -o ro "$2" "$1/mnt"; shift 2
+    unshare -m -p -f --kill-child bash -euc 'mount --bind "$1" "$1"; mount --rbind /dev "$1/dev"; mount --bind -o ro "$2" "$1/mnt"; shift 2
         exec "$@"' - "$system" "$ROOT" chroot "$system" env -i HOME=/root USER=root LANG=C.UTF-8 TERM=dumb \
         PATH=/usr/sbin:/usr/bin:/sbin:/bin "ROBOTONT_LIFELINE=$ROBOTONT_LIFELINE" "${kept[@]}" \
         bash /as_a_new_user || true

@@ -147,7 +147,7 @@ def test_the_search_among_many_wheels_has_bounds(monkeypatch):
     counts = counted(wheels, rolled(wheels, mixed_drive(3, generator)), NOISE, generator)
     finder, solve, tried, most = detector(wheels), np.linalg.solve, [], 0
     monkeypatch.setattr(np.linalg, "solve", lambda sets, right: tried.append(len(sets)) or solve(sets, right))
-    for packet in generator.permutation(counts, axis=1).tolist():
+    for packet in generator.permutation(counts.T).T.tolist():
         tried.clear()
         finder.update(packet)
         most = max(most, sum(tried))

@@ -27,8 +27,9 @@ make_base() {
 # What a new user does, inside; the repository is at /mnt. Each step's log and "STEP SECONDS STATUS" in /results.
 as_a_new_user() {
     cat <<'END'
-mount -t proc proc /proc && mount -t sysfs -o ro sys /sys && mount -t tmpfs tmpfs /run
-cd /root && git config --global --add safe.directory '*' && git clone -q /mnt robotont && cd robotont || exit 1
+mount -t sysfs -o ro sys /sys && mount -t cgroup2 -o ro none /sys/fs/cgroup
+mount -t tmpfs tmpfs /run
+mkdir /home/new && cd /home/new && git config --global --add safe.directory '*' && git clone -q /mnt robotont && cd robotont || exit 1
 for step in demo test; do
     began=$SECONDS
     ./robotont $step >/results/$step.log 2>&1
@@ -51,10 +52,12 @@ try_system() {
     for name in http_proxy https_proxy no_proxy PIP_CERT PIP_DEFAULT_TIMEOUT; do
         [ -z "${!name:-}" ] || kept+=("$name=${!name}")
     done
+    # its root is that of a mount namespace, else nsenter in a test would leave it
     # shellcheck disable=SC2016
-    unshare -m -p -f --kill-child bash -euc 'mount --bind "$1" "$1"; mount --rbind /dev "$1/dev"; mount --bind -o ro "$2" "$1/mnt"; shift 2
-        exec "$@"' - "$system" "$ROOT" chroot "$system" env -i HOME=/root USER=root LANG=C.UTF-8 TERM=dumb \
-        PATH=/usr/sbin:/usr/bin:/sbin:/bin "ROBOTONT_LIFELINE=$ROBOTONT_LIFELINE" "${kept[@]}" \
+    unshare -m -p -f --kill-child bash -euc 'mount --bind "$1" "$1"; mount --rbind /dev "$1/dev"
+        mount -t proc proc "$1/proc"; mount --bind -o ro "$2" "$1/mnt"; mkdir "$1/old"; cd "$1"; shift 2
+        pivot_root . old; umount -l /old; exec "$@"' - "$system" "$ROOT" env -i HOME=/root USER=root LANG=C.UTF-8 \
+        TERM=dumb PATH=/usr/sbin:/usr/bin:/sbin:/bin "ROBOTONT_LIFELINE=$ROBOTONT_LIFELINE" "${kept[@]}" \
         bash /as_a_new_user || true
     mv "$system/results/"* "$logs/" || true
     write_row "$1" "$logs"

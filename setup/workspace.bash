@@ -69,8 +69,9 @@ install_packages() {
 }
 
 # install_python FOLDER LIST: the Python packages of setup/pypi/LIST.txt, into a virtual environment.
-# Isolated (-I): what the caller has on PYTHONPATH, as in the shell of another clone, is not installed here.
+# Without PYTHONPATH: what the caller has there, as in the shell of another clone, is not installed here, not even pip.
 install_python() {
+    local -x PYTHONPATH=
     local venv=$WORK/$1 pip=("$WORK/$1/bin/python" -I -m pip)
     if ! "${pip[@]}" --version >"$WORK/pip.log" 2>&1; then
         rm -rf "$venv" "$venv.new"

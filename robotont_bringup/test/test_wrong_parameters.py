@@ -1,5 +1,6 @@
 """A node with wrong parameters lists every fault and exits with 1; it never drives with made-up ones."""
 
+import re
 import subprocess
 
 import pytest
@@ -12,6 +13,8 @@ from robotont_testing.robots import WHEEL_PARAMS
 GOOD = yaml.safe_load(WHEEL_PARAMS.read_text())
 NO_ROBOT = "where no robot runs: start robot.launch"
 STUTTER = "found a packet every 0.2 s and a stop after 0.3 s without one"
+# Debian 11's rospy, at the end of any node; docs/systems.md
+ROSPY_ON_PYTHON_39 = re.compile(r"Traceback.*\n(  .*\n)*AttributeError: 'Thread' object has no attribute 'isAlive'")
 # {case: (node, parameters of its namespace, its arguments, words of the log)}
 CASES = {
     "none": ("driver_node", {}, (), [NO_ROBOT]),
@@ -52,6 +55,6 @@ def test_a_node_with_wrong_parameters(ended, case):
     status, log = ended[case]
     assert status == 1, log
     assert all(words in log for words in CASES[case][-1]), log
-    assert "Traceback" not in log
+    assert "Traceback" not in ROSPY_ON_PYTHON_39.sub("", log)
     if case.startswith("none"):
         assert log.count("wrong parameter") == 1, log

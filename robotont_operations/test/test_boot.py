@@ -282,6 +282,7 @@ def test_two_boards_keep_their_names_when_they_change_ports(tmp_path):
     if os.getuid() != 0:
         pytest.skip("needs root to show udev other devices")
     install_robot("--root", tmp_path / "root")
+    version = int(subprocess.check_output(["udevadm", "--version"], text=True).split()[0])
     for turn, ports in enumerate((("1-1", "1-2"), ("1-2", "1-1"))):
         sys = tmp_path / f"sys{turn}"
         for minor, (port, serial) in enumerate(zip(ports, ("0669FF31", "0670AA42"))):
@@ -293,8 +294,9 @@ def test_two_boards_keep_their_names_when_they_change_ports(tmp_path):
             links = re.search("DEVLINKS=(.*)", answers)
             assert links, answers
             assert set(links.group(1).split()) == {"/dev/robotont", f"/dev/robotont_{serial}"}
-            assert "MODE 0660" in answers, answers
-            assert re.search("GROUP [0-9]+", answers), answers
+            if version >= 250:  # older ones do not say it
+                assert "MODE 0660" in answers, answers
+                assert re.search("GROUP [0-9]+", answers), answers
             assert "ID_MM_DEVICE_IGNORE=1" in answers, answers
             assert "ID_MM_PORT_IGNORE=1" in answers, answers
 

@@ -33,7 +33,7 @@ class TwoMachines(Processes):
         try:
             self._make()
         except (subprocess.CalledProcessError, AssertionError) as error:
-            self.close()
+            super().close()  # not that of a class made of this, which is not complete yet
             raise NoNamespacesError(f"no namespaces here: {getattr(error, 'stderr', '') or error}".strip()) from None
 
     def _make(self):

@@ -104,8 +104,8 @@ class RvizTest(NodeTest):
 
         robot.drive_to((2.0, 1.0, math.pi / 2))
         after = self.see_at(before[0] + 2.0, before[1] + 1.0)
+        self.wait_to_see(lambda picture: abs(sight.heading(picture) - math.pi / 2) < 0.05, "the turn")
         picture = self.stage.picture()
-        self.assertAlmostEqual(sight.heading(picture), math.pi / 2, delta=0.05)
         # 2 m to the right and 1 m up, as x and y of a map are drawn
         end = sight.robot_centre(picture)
         np.testing.assert_allclose(np.subtract(end, start) / view["Scale"], (2.0, -1.0), atol=PIXELS)

@@ -79,7 +79,8 @@ def heading(picture):
     rows, columns = np.nonzero(part.max(axis=2) < 70)
     if len(rows) < 50:
         raise UnseenError("no camera")
-    return np.arctan2(reach - rows.mean(), columns.mean() - reach)
+    # medians: where wheels and cables are shaded, single pixels are as dark
+    return np.arctan2(reach - np.median(rows), np.median(columns) - reach)
 
 
 def is_way(picture, column, row):

@@ -69,8 +69,11 @@ class LaunchesTest(NodeTest):
             self.listen(topic, TFMessage, on_tf)
         return parents
 
-    def test_two_robots_in_namespaces_do_not_affect_each_other(self):
-        """One in one process; one in three, with four uneven wheels, on a bad line."""
+    def test_a_robot_in_a_namespace_does_not_affect_another_one(self):
+        """One in one process; one in three, with four uneven wheels, on a bad line.
+
+        By its name the first test: where a new node has the port of a dead one, rospy may take it for connected.
+        """
         boards = {"robot1": self.board("robot1"), "robot2": self.board("robot2", 4)}
         boards["robot2"].line.corrupt = 0.003
         folder = robot_folder(self.processes.folder / "robot", UNEVEN)

@@ -15,10 +15,8 @@ from roslaunch.config import load_config_default
 from roslaunch.launch import ROSLaunchRunner
 from sensor_msgs.msg import JointState
 from std_msgs.msg import String
+from test_robots import seen
 
-from robotont_driver.kinematics.wheels import read_wheels
-from robotont_driver.nodes import driver_node, odom_node, serial_com_node
-from robotont_simulator import simulator_node
 from robotont_testing import places
 from robotont_testing.board_port import BoardPort
 from robotont_testing.dc_motors import Motors
@@ -39,8 +37,6 @@ LAUNCHES = {
     "tuned": ("robot.launch", "robot:=robotont2", "publish_tf:=false", "imu:=imu", "description:=false"),
     "official": (OFFICIAL,),
 }
-TABLES = {"driver_node": driver_node, "serial_com_node": serial_com_node, "odom_node": odom_node,
-          "simulator_node": simulator_node}
 ALL = [*NAMES, "driver_basic", *("simulated " + name for name in NAMES)]
 TWISTS = ((0.2, 0.0, 0.0), (0.0, 0.2, 0.0), (0.0, 0.0, 0.5))
 
@@ -49,19 +45,6 @@ def configuration(name):
     """A launch file as roslaunch reads it."""
     file, *arguments = LAUNCHES[name]
     return load_config_default([(str(places.launch(file)), arguments)], None)
-
-
-def seen(parameters, nodes):
-    """What the nodes read of a master's parameters: the wheels, and theirs by node and name, official ones included."""
-    found = {"wheels": read_wheels(parameters), "robot": parameters.get("robot")}
-    composed = "robotont_node" in nodes
-    for node in {*nodes, *(("driver_node", "serial_com_node", "odom_node") if composed else ())} & set(TABLES):
-        own = parameters.get(node, {})
-        for parameter in TABLES[node].PARAMETERS:
-            place, _, name = parameter.official.partition("/")
-            default = parameters.get(place, {}).get(name, parameter.default)
-            found[node, parameter.name] = repr(own.get(parameter.name, default))  # nan is not equal to itself
-    return found
 
 
 def test_parameters_of_each_launch_behind_each_other_one_are_those_on_a_fresh_master():

@@ -33,7 +33,7 @@ def units_per_speed(wheels):
 class Kinematics:
     """Twist to units and back, for one set of `wheels`: one at a time in plain numbers, many by the matrices.
 
-    solver: one of solvers.SOLVERS, for n > 3 wheels. excluded: indices of wheels that twists are computed without.
+    solver: one of `SOLVERS`, for n > 3 wheels. excluded: indices of wheels that twists are computed without.
     """
 
     def __init__(self, wheels, solver=least_squares, excluded=()):

@@ -56,6 +56,13 @@ class DriverNodeTest(NodeTest):
         self.command.publish(twist())
         self.wait_for_status(TASK, OK)
 
+    def test_it_stops_at_once_when_its_commander_ends(self):
+        _, written = self.start_node("/left", "_cmd_timeout:=2.0")
+        command = self.publisher("/left/cmd_vel", Twist)
+        wait_for(lambda: command.publish(twist(0.2)) or written[-1].data == FORWARD, "motion", period=0.05)
+        command.unregister()
+        wait_for(lambda: written[-1].data == ZEROS, "the stop", timeout=1.0)
+
     def test_what_the_base_cannot_do_stops_it(self):
         flying = twist(0.2)
         flying.linear.z = 1.0

@@ -6,11 +6,10 @@ import random
 
 import pytest
 
-from robotont_driver.command.message_age import BURST, Link
+from robotont_driver.command.message_age import Link
 from robotont_driver.ros.reconnection import ANSWER_WITHIN, PERIOD
 
 TIMEOUT, TRIP, FIRST_RETRY = 0.5, 0.01, 0.2  # [s]
-TOLERANCE = BURST / 2  # [s] what two waits in a row may add, each too short to be noticed
 
 
 class History:
@@ -100,8 +99,8 @@ def longest_drive(history):
     return max(longest, until - published)
 
 
-@pytest.mark.parametrize("rate", [10.0, 20.0, 50.0])
-def test_no_command_moves_the_robot_for_much_longer_than_the_time_out_after_it_was_sent(rate):
-    for seed in range(3000):
+@pytest.mark.parametrize("rate", [5.0, 10.0, 20.0, 50.0])
+def test_no_command_moves_the_robot_for_longer_than_the_time_out_after_it_was_sent(rate):
+    for seed in range(2000):
         drive = longest_drive(History(seed, rate))
-        assert drive < TIMEOUT + BURST + 1.0 / rate + TOLERANCE, f"seed {seed}"
+        assert drive < 1.001 * (TIMEOUT + TRIP), f"seed {seed}"

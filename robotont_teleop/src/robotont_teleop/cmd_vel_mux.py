@@ -79,12 +79,12 @@ class CmdVelMux:
         with self._lock:
             now = boot_time()
             self._commands[name] += 1
-            age = self._arrivals.age(message._connection_header, now)
-            if twist != STOP and age >= self._timeouts[name]:
+            spent = self._arrivals.spent(message._connection_header, now, self._timeouts[name])
+            if twist != STOP and spent >= self._timeouts[name]:
                 self._outdated += 1
                 return
             before = self._arbiter.driver
-            self._send(self._arbiter.command(name, twist, now, message._connection_header.get("callerid", ""), age))
+            self._send(self._arbiter.command(name, twist, now, message._connection_header.get("callerid", ""), spent))
             changed = before != self._arbiter.driver
             news = refusal and self._refusals.refuse((name, refusal.split()[0]), now)
             if refusal:

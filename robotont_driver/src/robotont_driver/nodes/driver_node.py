@@ -66,6 +66,7 @@ class DriverNode:
         self._lock = threading.Lock()
         self._sent_at = boot_time()
         self._refusals = Refusals()
+        self._commander = None  # header of the connection by which the newest command came
         self._arrivals = Arrivals(parameters["cmd_timeout"] / 2, self._sent_at)
         self._packets = topics.serial_write
         self._packets.advertise()
@@ -82,16 +83,16 @@ class DriverNode:
         Health(robot_name(), {"command stream": self._report}, name)
 
     def _on_command(self, message):
-        linear, angular = message.linear, message.angular
+        linear, angular, header = message.linear, message.angular, message._connection_header
         now = boot_time()
         moves = any((linear.x, linear.y, linear.z, angular.x, angular.y, angular.z))
         with self._lock:
-            age = self._arrivals.age(message._connection_header, now)
-            old = moves and age >= self._stream.timeout
+            spent = self._arrivals.spent(header, now, self._stream.timeout)
+            old = moves and spent >= self._stream.timeout
             if not old:  # zeros stop at any age
                 refusal = self._stream.command((linear.x, linear.y, linear.z), (angular.x, angular.y, angular.z),
-                                               now - age if moves else now,
-                                               message._connection_header.get("callerid", ""))
+                                               now - spent if moves else now, header.get("callerid", ""))
+                self._commander = header
                 self._send(now)
         if old:
             if self._refusals.refuse("old", now):
@@ -142,6 +143,10 @@ class DriverNode:
         with self._lock:
             now = boot_time()
             self._arrivals.stalls.tick(now)
+            if self._commander and not self._arrivals.link(self._commander):
+                self._commander = None  # it has ended
+                self._stream.expire()
+                self._send(now)
             left = self._stream.time_left(now)
             if now - self._sent_at >= self._period or left == 0.0:
                 self._send(now)

@@ -19,6 +19,7 @@ from robotont_driver.ros.worker import Worker
 
 PERIOD = 0.25        # [s] between two looks
 ANSWER_WITHIN = 0.4  # [s] or a machine counts as out of reach
+TAKEN_WITHIN = 5.0   # [s] rospy has begun to connect to those that it was asked for
 
 
 class OutageWatch:
@@ -34,6 +35,8 @@ class OutageWatch:
         self._links = {}     # Link of each connection
         self._received = {}  # bytes received from each connection
         self._probed = set()  # URIs that are being probed
+        self._asked = {}      # [s] when rospy was asked to connect, by (topic, URI)
+        self._asking = threading.Lock()
         self._looked = boot_time()
         Worker(self._look)
 
@@ -94,15 +97,24 @@ class OutageWatch:
             self._probed.discard(uri)
 
     def _reconnect(self, uri, lost):
-        own = xmlrpc.client.ServerProxy(rospy.get_node_uri())
         for topic, connection in sorted(lost, key=lambda pair: pair[0] in self._newest):
             if topic in self._newest:
                 connection.close()
                 topic.remove_connection(connection)
             else:
                 connection.endpoint_id = f"before the outage at {boot_time():.3f}: {uri}"
-            uris = [one.endpoint_id for one in topic.connections if one.endpoint_id.startswith("http")]
-            own.publisherUpdate("/master", topic.resolved_name, [*uris, uri])  # rospy then connects
+            self._connect(topic, uri)
+
+    def _connect(self, topic, uri):
+        """Have rospy connect. Of several such words on a topic it takes the newest only: each holds those before it."""
+        with self._asking:
+            now = boot_time()
+            self._asked = {pair: at for pair, at in self._asked.items() if now - at < TAKEN_WITHIN}
+            self._asked[topic.resolved_name, uri] = now
+            uris = {one.endpoint_id for one in topic.connections if one.endpoint_id.startswith("http")}
+            uris |= {other for name, other in self._asked if name == topic.resolved_name}
+            own = xmlrpc.client.ServerProxy(rospy.get_node_uri())
+            own.publisherUpdate("/master", topic.resolved_name, sorted(uris))
 
 
 def _ends(connection):

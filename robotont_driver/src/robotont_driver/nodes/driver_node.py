@@ -1,9 +1,10 @@
 """The ROS side of driver_node: cmd_vel in, serial_write out."""
 
+import math
 import threading
 
 import rospy
-from geometry_msgs.msg import Twist
+from geometry_msgs.msg import Twist, TwistStamped
 from std_msgs.msg import Bool, String
 from std_srvs.srv import Trigger, TriggerResponse
 
@@ -45,6 +46,7 @@ PARAMETERS = (
 )
 
 
+CLOCKS_APART = 0.2  # [s] by which a stamp may lie ahead
 PRESSED_BY = "emergency_stop_pressed"  # parameter in the namespace of the wheels': a restarted node stays stopped
 
 
@@ -79,15 +81,24 @@ class DriverNode:
         emergency_stop = rospy.Subscriber("emergency_stop", Bool, self._on_emergency_stop, tcp_nodelay=True)
         rospy.Service("emergency_stop/release", Trigger, self._on_release)
         cmd_vel = rospy.Subscriber("cmd_vel", Twist, self._on_command, queue_size=1, tcp_nodelay=True)
-        self._arrivals.link = OutageWatch(newest=[cmd_vel], every=[emergency_stop]).link
+        stamped = rospy.Subscriber("cmd_vel_stamped", TwistStamped, self._on_stamped, queue_size=1, tcp_nodelay=True)
+        self._arrivals.link = OutageWatch(newest=[cmd_vel, stamped], every=[emergency_stop]).link
         Health(robot_name(), {"command stream": self._report}, name)
 
     def _on_command(self, message):
-        linear, angular, header = message.linear, message.angular, message._connection_header
+        self._command(message, message._connection_header)
+
+    def _on_stamped(self, message):
+        """A stamp only ever makes a command older than it is known to be without."""
+        age = (rospy.Time.now() - message.header.stamp).to_sec()
+        self._command(message.twist, message._connection_header, age if age > -CLOCKS_APART else math.inf)
+
+    def _command(self, twist, header, age=0.0):
+        linear, angular = twist.linear, twist.angular
         now = boot_time()
         moves = any((linear.x, linear.y, linear.z, angular.x, angular.y, angular.z))
         with self._lock:
-            spent = self._arrivals.spent(header, now, self._stream.timeout)
+            spent = max(age, self._arrivals.spent(header, now, self._stream.timeout))
             old = moves and spent >= self._stream.timeout
             if not old:  # zeros stop at any age
                 refusal = self._stream.command((linear.x, linear.y, linear.z), (angular.x, angular.y, angular.z),
@@ -96,7 +107,8 @@ class DriverNode:
                 self._send(now)
         if old:
             if self._refusals.refuse("old", now):
-                rospy.logwarn("an old cmd_vel (kept back on its way, or latched before) does not drive")
+                rospy.logwarn("an old command (kept back on its way, latched before, or of a clock that is apart) does "
+                              "not drive")
             return
         if refusal and self._refusals.refuse(refusal.split()[0], now):
             rospy.logwarn("cmd_vel refused, the robot stops: %s", refusal)

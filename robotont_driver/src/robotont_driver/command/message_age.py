@@ -41,11 +41,10 @@ class Link:
             return 0.0
         self._miss(now)
         heard = self._heard
-        if now - heard[-1] >= PAUSE:
-            heard.clear()
+        paused = now - heard[-1] >= PAUSE
         heard.append(now)
-        while len(heard) > 1 and heard[1] <= now - BURST:
-            heard.popleft()
+        while len(heard) > 1 and (paused or heard[1] <= now - BURST):
+            heard.popleft()  # never empty: another thread looks at the newest
         return math.inf if self.lost else now - heard[0]
 
     def reached(self, since):

@@ -62,9 +62,9 @@ def running(names, master_uri):
 
 def claimed(name, master_uri):
     """Claim a node's name for the launch that asks; (name, words on its process) when another one has, or None."""
-    master, key = xmlrpc.client.ServerProxy(master_uri), "/robotont_launch" + name
-    mine = [socket.gethostname(), os.getppid(), time.monotonic()]
+    key, mine = "/robotont_launch" + name, [socket.gethostname(), os.getppid(), time.monotonic()]
     try:
+        master = xmlrpc.client.ServerProxy(master_uri)
         code, _, other = master.getParam(CALLER, key)
         if code != 1 or not _starts(*other):
             master.setParam(CALLER, key, mine)
@@ -77,7 +77,11 @@ def claimed(name, master_uri):
 
 def _starts(host, pid, since):
     """Whether the launch that has claimed a name may still be about to start its nodes; of other computers unknown."""
-    return host == socket.gethostname() and os.path.exists(f"/proc/{pid}") and time.monotonic() - since < FRESH
+    try:
+        with open(f"/proc/{pid}/cmdline", "rb") as file:
+            return bool(file.read()) and host == socket.gethostname() and time.monotonic() - since < FRESH
+    except OSError:
+        return False
 
 
 def _listens(uri):

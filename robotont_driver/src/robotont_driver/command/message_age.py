@@ -7,7 +7,7 @@ from robotont_driver.timing.starvation import StallWatch
 
 OLDEST = 0.5  # [s] up to which a command may drive; a shorter time-out only says how long its sender may be silent
 UNSEEN = 1.0  # [s] without data and without a look at the publisher's machine, after which its data may be of any age
-PAUSE = 2.0   # [s] up to which a silence may have been one of TCP, although the machine was within reach at each look
+PAUSE = 2.0   # [s] behind a longer silence nothing waited at the last look
 BURST = 0.1   # [s] for which data that waited comes at most
 
 
@@ -17,8 +17,9 @@ class Link:
     Behind an outage TCP delivers what waited in the sender's kernel, maybe seconds after the network is back, and also
     when the sender has ended. So only looks without a gap, from the last message to the next, prove that nothing
     waited. A link that misses one is `lost`, for good: another connection has to take its place. Outages between two
-    looks look like a pause. What waited comes in one burst behind it, in order; so each message may have been sent
-    right behind the newest that came at least a burst earlier. A machine is always within reach of itself.
+    looks look like a pause; one of TCP is no longer than PAUSE. What waited comes in one burst behind it, in order; so
+    each message may have been sent right behind the newest that came at least a burst earlier. A machine is always
+    within reach of itself.
     """
 
     def __init__(self, since):
@@ -41,10 +42,13 @@ class Link:
             return 0.0
         self._miss(now)
         heard = self._heard
-        paused = now - heard[-1] >= PAUSE
+        if now - heard[-1] >= PAUSE:
+            heard.append(self._reached)
+            while len(heard) > 1:
+                heard.popleft()  # never empty: another thread looks at the newest
         heard.append(now)
-        while len(heard) > 1 and (paused or heard[1] <= now - BURST):
-            heard.popleft()  # never empty: another thread looks at the newest
+        while len(heard) > 1 and heard[1] <= now - BURST:
+            heard.popleft()
         return math.inf if self.lost else now - heard[0]
 
     def reached(self, since):

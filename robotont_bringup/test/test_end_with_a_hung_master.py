@@ -1,9 +1,11 @@
 """Nodes and tools end when they are told to, though the ROS master hangs."""
 
+import contextlib
 import os
 import pty
 import signal
 import subprocess
+import time
 import xmlrpc.client
 
 from robotont_testing import places
@@ -20,6 +22,13 @@ def publishing(master):
     """Names of the nodes that publish something, beside /rosout."""
     publishers, _, _ = xmlrpc.client.ServerProxy(master.uri).getSystemState("/test")[2]
     return {node.rpartition("/")[2] for topic, nodes in publishers if topic != "/rosout" for node in nodes}
+
+
+def ended_within(process, end):
+    """Whether a process ends before that time [s]."""
+    with contextlib.suppress(subprocess.TimeoutExpired):
+        process.wait(max(0.0, end - time.monotonic()))
+    return process.poll() is not None
 
 
 def test_all_end():
@@ -39,10 +48,11 @@ def test_all_end():
             while b"no odometry" not in shown:  # its line of status
                 shown += os.read(terminal, 1000)
             with suspended(wait_for_master(master.uri)):
+                end = time.monotonic() + BEFORE_THEY_ARE_KILLED
                 for process in processes.values():
                     process.send_signal(signal.SIGTERM)
-                wait_for(lambda: not [name for name in processes if processes[name].poll() is None],
-                         "all ends", BEFORE_THEY_ARE_KILLED, 0.1)
+                left = [name for name in processes if not ended_within(processes[name], end)]
+            assert not left
             assert not [name for name in nodes if "Traceback" in (master.folder / name).read_text()]
         finally:
             keys.kill()

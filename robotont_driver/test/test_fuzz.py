@@ -7,7 +7,7 @@ import yaml
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from robotont_driver.kinematics.wheels import KEYS, read_wheels
+from robotont_driver.kinematics.wheel_params import KEYS, read_wheels
 from robotont_driver.nodes import driver_node, odom_node, serial_com_node
 from robotont_driver.parameters.parameters import ParameterError, read_parameters
 from robotont_driver.protocol.board_status import BoardStatus, Identity

@@ -11,7 +11,7 @@ from robotont_driver.ros.worker import Worker
 from robotont_teleop.robot_requests import call_in_time
 
 
-class StopButton:
+class EmergencyStopClient:
     """Presses for this node, follows driver_node's word of who presses, and asks it for a release.
 
     A press stays latched, for a driver_node that starts or connects later, until driver_node has it released.

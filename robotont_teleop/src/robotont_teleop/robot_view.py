@@ -41,7 +41,7 @@ SCAN_PERIOD, SCAN_RAYS = 0.2, 180  # [s] between two scans for the pages, rays a
 CAMERA_LOOK = 2.0       # [s] between two looks at whether there is a camera
 LIGHTS, LONGEST_WORDS, RANGES = 24, 200, 16
 LARGEST_MAP = 4000 * 4000  # [cells]
-OCCUPIED, FREE, UNKNOWN = (130, 255), (130, 36), (0, 0)  # (grey, opacity): seen on light and on dark ground alike
+OCCUPIED, FREE, UNKNOWN = (130, 255), (255, 48), (0, 64)  # (grey, opacity): on light and on dark ground alike
 NEVER = -math.inf
 
 

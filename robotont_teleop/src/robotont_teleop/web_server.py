@@ -36,6 +36,7 @@ class ServerSettings(NamedTuple):
     max_pages: int          # open pages
     max_connections: int    # open connections, pages among them
     speeds: Any             # Speeds that no page exceeds
+    robot: str = "Robotont"  # name that people know it by
 
 
 class WebServer:
@@ -47,7 +48,7 @@ class WebServer:
         self.settings = settings
         self.seat = DrivingSeat(settings.speeds, settings.oldest, settings.dead_man)
         self.pages = set()
-        self.files = read_files(Path(folder))
+        self.files = read_files(Path(folder), settings.robot)
         self.refused = 0        # messages and requests that were malformed, foreign or too many
         self.commands = 0       # sent to the robot
         self._next_id = 1

@@ -39,6 +39,7 @@ PARAMETERS = (
     Parameter("dead_man", 0.25, "the robot stops after this long without a command of the page that drives it", "s",
               minimum=0.05, maximum=2.0,
               reason="for so long the robot drives on when the page dies"),
+    Parameter("robot_name", "", "name of the robot on the page; empty: its namespace, or this computer's name"),
     Parameter("camera", "camera/color/image_raw/compressed", "topic of the camera's JPEG pictures"),
 )
 STATE_RATE = 20.0  # [Hz] of the state that open pages get
@@ -136,7 +137,8 @@ async def serve(robot, access, token, file, parameters):
     settings = ServerSettings(
         names=host_names(parameters["host_names"]), scheme=scheme, rate=STATE_RATE,
         oldest=parameters["oldest_command"], dead_man=parameters["dead_man"], max_pages=MAX_PAGES,
-        max_connections=MAX_CONNECTIONS, speeds=speeds)
+        max_connections=MAX_CONNECTIONS, speeds=speeds,
+        robot=parameters["robot_name"] or rospy.get_namespace().strip("/") or socket.gethostname())
     folder = Path(rospkg.RosPack().get_path("robotont_teleop")) / "web"
     server = WebServer(robot, access, settings, folder)
     address, port = parameters["address"], parameters["port"]

@@ -119,7 +119,8 @@ def main():
                 for number, picture in enumerate(pictures):
                     sheet.paste(picture.resize((wide, high), Image.LANCZOS),
                                 (number % columns * (wide + 8), number // columns * (high + 8)))
-                sheet.quantize(256, Image.Quantize.FASTOCTREE).save(folder / f"page_faults_{name}_{'dark' if dark else 'light'}.png", optimize=True)
+                path = folder / f"page_faults_{name}_{'dark' if dark else 'light'}.png"
+                sheet.quantize(256, Image.Quantize.FASTOCTREE).save(path, optimize=True)
 
 
 def take(browser, fault, size, dark):
@@ -143,7 +144,7 @@ def take(browser, fault, size, dark):
 
 def room():
     """A room of 6 x 5 m, as a PNG of RobotView."""
-    from robotont_teleop.robot_view import FREE, OCCUPIED, UNKNOWN
+    from robotont_teleop.page_pictures import FREE, OCCUPIED, UNKNOWN
     picture = Image.new("LA", (120, 100), UNKNOWN)
     picture.paste(OCCUPIED, (10, 10, 110, 90))
     picture.paste(FREE, (12, 12, 108, 88))

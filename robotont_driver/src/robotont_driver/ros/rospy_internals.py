@@ -63,14 +63,14 @@ def disconnect(subscriber, connection):
     subscriber.impl.remove_connection(connection)
 
 
-def connect_anew(subscriber, uri):
-    """Connect to the publisher at `uri` once more, as if the master had just named it; nobody else can ask for that.
+def connect_anew(subscriber, uris):
+    """Connect to the publishers at `uris` (a set) once more, as if the master had just named them; nobody else can ask.
 
-    One that is connected already, as `uri`, keeps its connection.
+    Those that are connected already keep their connection.
     """
-    known = [one.endpoint_id for one in connections(subscriber) if one.endpoint_id.startswith("http")]
+    known = {one.endpoint_id for one in connections(subscriber) if one.endpoint_id.startswith("http")}
     own = xmlrpc.client.ServerProxy(rospy.get_node_uri())
-    own.publisherUpdate("/master", subscriber.resolved_name, [*known, uri])
+    own.publisherUpdate("/master", subscriber.resolved_name, sorted(known | uris))
 
 
 def goal_id(client):

@@ -131,7 +131,7 @@ environment() {
     set +u
     # shellcheck disable=SC1090,SC1091
     [ -z "$ros" ] || . "$ros/setup.bash"
-    # shellcheck disable=SC1091
+    # shellcheck disable=SC1090,SC1091
     [ ! -f "$WORK/devel/setup.bash" ] || . "$WORK/devel/setup.bash"
     set -u
     # last, as in PATH, so that it hides nothing: what the distribution lacks (MuJoCo), for /usr/bin/python3; no tools

@@ -14,14 +14,14 @@ FAREWELL = 3.0  # [s] for the last messages and for the master to hear of the en
 
 def init_tool(name):
     """Make this process a node, beside others of that name; signals stay with the process."""
-    rospy_internals.mend_servers()
+    rospy_internals.mend()
     atexit.register(end_soon)  # before rospy's own, which was registered earlier; a tool may work on after a shutdown
     rospy.init_node(name, anonymous=True, disable_signals=True)
 
 
 def init_node(name):
     """Make this process the node `name`, which ends soon after it was told to."""
-    rospy_internals.mend_servers()
+    rospy_internals.mend()
     rospy.on_shutdown(end_soon)  # the first of all
     rospy.init_node(name)
 

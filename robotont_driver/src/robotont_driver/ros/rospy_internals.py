@@ -78,8 +78,10 @@ def goal_id(client):
     return client.gh.comm_state_machine.action_goal.goal_id.id
 
 
-def mend_servers():
-    """Mend both servers of this process; call before rospy.init_node."""
+def mend():
+    """Mend both servers of this process, and its end; call before rospy.init_node."""
+    # Debian 11's rospy 1.15.9 asks its threads by this name as it ends, Python 3.9 has it no more: traceback, status 1
+    threading.Thread.isAlive = threading.Thread.is_alive
     rosgraph.xmlrpc.ThreadingXMLRPCServer.service_actions = _end_without_socket
     _hear_all_who_connect()
 

@@ -76,8 +76,8 @@ class NetworkCheck:
 def main():
     """Run the check; returns the exit status."""
     parser = argparse.ArgumentParser(
-        prog="network", description="Check from this machine, robot or laptop, whether ROS 1 nodes of two machines can "
-        "hear each other: addresses, names, firewalls, clocks, both directions. Takes at most 5 s.",
+        prog="./robotont network", description="Check from this machine, robot or laptop, whether ROS 1 nodes of two "
+        "machines can hear each other: addresses, names, firewalls, clocks, both directions. Takes at most 5 s.",
         epilog="exit status: 0 no fault; 1 at least one")
     parser.parse_args()
     check = NetworkCheck(os.environ)

@@ -93,7 +93,8 @@ def show(rows):
 def main():
     """Run status; returns the exit status."""
     parser = argparse.ArgumentParser(
-        prog="status", description="Show what runs, the line to the board, the board, who drives, and what is wrong.",
+        prog="./robotont status",
+        description="Show what runs, the line to the board, the board, who drives, and what is wrong.",
         epilog="exit status: 0 all well; 1 a warning; 2 an error, a node that is missing or silent; 3 no ROS master")
     parser.parse_args(rospy.myargv()[1:])
     uri = os.environ.get("ROS_MASTER_URI", "http://localhost:11311")

@@ -1,0 +1,126 @@
+"""roslaunch for ./robotont: launch.py FILE ARGUMENT ...
+
+Where a part cannot start, the reason is the last line, and the exit status 1: roslaunch buries it, and its own
+status is 0 when a required node has died. With simulation.launch it prints how to go on, once the robot runs.
+"""
+
+import contextlib
+import os
+import re
+import signal
+import socket
+import subprocess
+import sys
+import threading
+import time
+import tty
+from pathlib import Path
+
+ROBOTONT = Path(__file__).resolve().parents[3] / "robotont"
+COLOUR = re.compile("\x1b\\[[0-9;]*m")
+LOG_LINE = re.compile(r"\[(\w+)\] \[[^]]*\]( /\S+)?: ")  # rospy's
+REFUSED = ("RLException: ", "Value error: ", "Resource not found: ")  # roslaunch's, of a launch file
+USUAL_MASTER = ("", "http://localhost:11311", "http://127.0.0.1:11311")
+NEXT_STEPS = """
+The robot runs. In another terminal{master}:
+  by keys      {robotont} keys{remapping}
+  by a topic   {robotont} shell -c 'rostopic pub -r 10 {namespace}cmd_vel geometry_msgs/Twist "{{linear: {{x: 0.2}}, angular: {{z: 0.5}}}}"'
+  see it       {robotont} rviz{argument}
+  ROS' tools   {robotont} shell    (in it rostopic, rosnode, rosrun find the robot and its packages)
+Ctrl-C here ends all of it.
+"""  # noqa: E501
+
+
+class Errors:
+    """Standard error of this process and of all that it starts: passed on, and searched for what ends the whole."""
+
+    def __init__(self):
+        self.fatal = []      # words of nodes that cannot start
+        self.failed = False  # whether that has ended the whole
+        self._plain = []     # other lines, but for the log
+        self._refused = False
+        self._shown = os.dup(2)
+        # a terminal for a terminal: nodes ask for one before they colour their lines
+        self._reader, writer = os.openpty() if os.isatty(2) else os.pipe()
+        if os.isatty(writer):
+            tty.setraw(writer)
+        os.dup2(writer, 2)
+        os.close(writer)
+        self._thread = threading.Thread(target=self._pass_on, daemon=True)
+        self._thread.start()
+
+    def close(self):
+        """Wait for the last lines; returns what has ended the whole, where that is not the last of them."""
+        os.dup2(self._shown, 2)
+        self._thread.join(2.0)
+        return (self.fatal or self._plain[-5:]) if self.failed and not self._refused else []
+
+    def _pass_on(self):
+        rest = b""
+        with contextlib.suppress(OSError):  # that is a terminal's end
+            for data in iter(lambda: os.read(self._reader, 4096), b""):
+                *lines, rest = (rest + data).split(b"\n")
+                for line in lines:
+                    self._look(COLOUR.sub("", line.decode(errors="replace")).strip())
+                if not (self._refused and self._plain):  # what follows only names the launch files' lines
+                    os.write(self._shown, data)
+
+    def _look(self, text):
+        logged = LOG_LINE.match(text)
+        if text.startswith(REFUSED):
+            self.failed = self._refused = True
+        elif "REQUIRED process [" in text:
+            self.failed = True
+        elif text == "process has finished cleanly":  # such as RViz, when its window was closed
+            self.failed = False
+        elif logged and logged[1] == "FATAL":
+            self.fatal.append(text[logged.end():])
+        elif text and not logged and not self.failed:
+            self._plain.append(text)
+
+
+def show_next_steps(arguments, errors):
+    """Print them once the simulated robot runs, and its page is there."""
+    given = dict(argument.partition(":=")[::2] for argument in arguments)
+    name = given.get("namespace", "").strip("/")
+    namespace = f"/{name}/" if name else "/"
+    odometry = ["rostopic", "echo", "-n", "1", namespace + "odom"]  # ends at once without a master; with one it waits
+    while subprocess.call(odometry, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL):
+        time.sleep(1.0)
+    while given.get("teleop") == "true" and not errors.fatal:
+        with contextlib.suppress(OSError, ValueError):
+            socket.create_connection(("127.0.0.1", int(given.get("web_port", 8100)))).close()
+            break
+        time.sleep(0.5)
+    if not errors.fatal:
+        master = os.environ.get("ROS_MASTER_URI", "")
+        print(NEXT_STEPS.format(
+            robotont=ROBOTONT, namespace=namespace, remapping=f" __ns:=/{name}" if name else "",
+            argument=f" --namespace {name}" if name else "",
+            master="" if master in USUAL_MASTER else f", after  export ROS_MASTER_URI={master}"), flush=True)
+
+
+def main():
+    """Run roslaunch; returns the exit status."""
+    file, *arguments = sys.argv[1:]
+    signal.signal(signal.SIGINT, signal.SIG_DFL)  # ends without a traceback while nothing is there yet
+    import roslaunch
+    errors = Errors()
+    if Path(file).name == "simulation.launch":
+        threading.Thread(target=show_next_steps, args=(arguments, errors), daemon=True).start()
+    status = 0
+    signal.signal(signal.SIGINT, signal.default_int_handler)
+    try:
+        roslaunch.main(["roslaunch", "--no-summary", "--skip-log-check", file, *arguments])
+    except KeyboardInterrupt:
+        status = 130
+    except SystemExit as end:
+        status = end.code
+    words = errors.close()
+    if words:
+        print("", *words, sep="\nrobotont: ", file=sys.stderr)
+    return 1 if errors.failed else status
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -5,6 +5,7 @@ stands in `robotont_teleop/page_frames.py`.
 """
 
 import functools
+import io
 import threading
 import xmlrpc.client
 
@@ -22,8 +23,15 @@ def connection_header(message):
 
 
 def serialized(message):
-    """The bytes of an AnyMsg, which has no fields."""
-    return message._buff
+    """The bytes of a message; those of an AnyMsg, which has no fields, as they came.
+
+    Where the process has a typed subscriber of the topic as well, rospy hands on typed messages to all.
+    """
+    if isinstance(message, rospy.AnyMsg):
+        return message._buff
+    output = io.BytesIO()
+    message.serialize(output)
+    return output.getvalue()
 
 
 def connections(topic):

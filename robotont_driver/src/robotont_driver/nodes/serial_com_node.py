@@ -86,7 +86,7 @@ class SerialComNode:
         self._dialect.tick(time.monotonic())
         spoken = self._dialect.spoken
         if spoken.obstacle:
-            rospy.logerr_throttle(10.0, "does not drive: %s", spoken.obstacle)
+            rospy.logerr_throttle(10.0, "does not drive: %s (docs/robots.md)", spoken.obstacle)
         # a command must not reach the board before its greeting, which the link's thread is about to send
         line = spoken.encode(command) if spoken is self._met else b""
         if line or self._link.trouble:  # a closed port counts it as unsent

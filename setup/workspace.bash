@@ -122,6 +122,12 @@ setup() {
     done
 }
 
+# What Python says when a Ctrl-C interrupts it.
+without_tracebacks() {
+    trap '' INT
+    grep -v '^Traceback\|^  \|^KeyboardInterrupt' >&2
+}
+
 # This workspace only, whatever the caller has sourced.
 environment() {
     unset CMAKE_PREFIX_PATH ROS_PACKAGE_PATH PYTHONPATH PYTHONHOME VIRTUAL_ENV
@@ -130,9 +136,9 @@ environment() {
     ros=$(opt_ros)
     set +u
     # shellcheck disable=SC1090,SC1091
-    [ -z "$ros" ] || . "$ros/setup.bash"
+    [ -z "$ros" ] || . "$ros/setup.bash" 2> >(without_tracebacks)
     # shellcheck disable=SC1091
-    [ ! -f "$WORK/devel/setup.bash" ] || . "$WORK/devel/setup.bash"
+    [ ! -f "$WORK/devel/setup.bash" ] || . "$WORK/devel/setup.bash" 2> >(without_tracebacks)
     set -u
     # last, as in PATH, so that it hides nothing: what the distribution lacks (MuJoCo), for /usr/bin/python3; no tools
     for site in "$WORK"/venv/lib/python3*/site-packages; do

@@ -41,3 +41,20 @@ def test_ctrl_c_while_a_program_loads(program, tmp_path):
     result = subprocess.run([sys.executable, str(program)], check=False, text=True, capture_output=True,
                             env={**os.environ, "PYTHONPATH": path}, cwd=str(Path("/")))
     assert (result.returncode, result.stderr) == (-2, "")
+
+
+def test_tracebacks_of_a_ctrl_c_are_dropped_and_others_are_not(tmp_path):
+    """Of ROS' own programs, too, such as rosversion, which roslaunch runs as it starts."""
+    for name, text in (("interrupted", "def f():\n    raise KeyboardInterrupt\n\nf()\n"), ("wrong", "1 / 0\n")):
+        (tmp_path / f"{name}.py").write_text(text)
+    program = f"""
+import os
+from robotont_bringup.launch import Errors
+errors = Errors()
+os.system("cd {tmp_path}; python3 interrupted.py; python3 wrong.py")
+errors.close()
+"""
+    result = subprocess.run([sys.executable, "-c", program], check=True, text=True, stderr=subprocess.PIPE)
+    assert "KeyboardInterrupt" not in result.stderr
+    assert result.stderr.startswith("Traceback")
+    assert result.stderr.endswith("ZeroDivisionError: division by zero\n")

@@ -4,10 +4,14 @@ Where a part cannot start, the reason is the last line, and the exit status 1: r
 status is 0 when a required node has died. With simulation.launch it prints how to go on, once the robot runs.
 """
 
+# ruff: noqa: E402
+import signal
+
+signal.signal(signal.SIGINT, signal.SIG_DFL)  # ends without a traceback while nothing is there yet
+
 import contextlib
 import os
 import re
-import signal
 import socket
 import subprocess
 import sys
@@ -20,6 +24,7 @@ ROBOTONT = Path(__file__).resolve().parents[3] / "robotont"
 COLOUR = re.compile("\x1b\\[[0-9;]*m")
 LOG_LINE = re.compile(r"\[(\w+)\] \[[^]]*\]( /\S+)?: ")  # rospy's
 REFUSED = ("RLException: ", "Value error: ", "Resource not found: ")  # roslaunch's, of a launch file
+TRACEBACK = ("Traceback (most recent", "During handling of", "The above exception")
 USUAL_MASTER = ("", "http://localhost:11311", "http://127.0.0.1:11311")
 NEXT_STEPS = """
 The robot runs. In another terminal{master}:
@@ -56,14 +61,27 @@ class Errors:
         return (self.fatal or self._plain[-5:]) if self.failed and not self._refused else []
 
     def _pass_on(self):
-        rest = b""
+        rest, held = "", []
         with contextlib.suppress(OSError):  # that is a terminal's end
             for data in iter(lambda: os.read(self._reader, 4096), b""):
-                *lines, rest = (rest + data).split(b"\n")
+                *lines, rest = (rest + data.decode(errors="replace")).split("\n")
+                if COLOUR.fullmatch(rest):  # the end of a colour stands behind its line
+                    lines, rest = [*lines[:-1], "".join((*lines[-1:], rest))], ""
                 for line in lines:
-                    self._look(COLOUR.sub("", line.decode(errors="replace")).strip())
-                if not (self._refused and self._plain):  # what follows only names the launch files' lines
-                    os.write(self._shown, data)
+                    held.append(line)
+                    text = COLOUR.sub("", line)
+                    if text.startswith(TRACEBACK) or (len(held) > 1 and (not text or text.startswith("  "))):
+                        continue  # up to the line that names the exception
+                    if len(held) == 1 or not text.startswith("KeyboardInterrupt"):  # of what was loading at a Ctrl-C
+                        for one in held:
+                            self._look(COLOUR.sub("", one).strip())
+                        self._show(held)
+                    held = []
+        self._show([*held, rest] if rest else held)
+
+    def _show(self, lines):
+        if not (self._refused and self._plain):  # what follows only names the launch files' lines
+            os.write(self._shown, "".join(line + "\n" for line in lines).encode())
 
     def _look(self, text):
         logged = LOG_LINE.match(text)
@@ -100,16 +118,23 @@ def show_next_steps(arguments, errors):
             master="" if master in USUAL_MASTER else f", after  export ROS_MASTER_URI={master}"), flush=True)
 
 
+def interrupt(number, _frame):
+    """End at once before roslaunch has its own handler, which calls this one: it would take it for another fault."""
+    if signal.getsignal(number) is interrupt:
+        signal.signal(number, signal.SIG_DFL)
+        os.kill(os.getpid(), number)
+    raise KeyboardInterrupt
+
+
 def main():
     """Run roslaunch; returns the exit status."""
     file, *arguments = sys.argv[1:]
-    signal.signal(signal.SIGINT, signal.SIG_DFL)  # ends without a traceback while nothing is there yet
     import roslaunch
     errors = Errors()
     if Path(file).name == "simulation.launch":
         threading.Thread(target=show_next_steps, args=(arguments, errors), daemon=True).start()
     status = 0
-    signal.signal(signal.SIGINT, signal.default_int_handler)
+    signal.signal(signal.SIGINT, interrupt)
     try:
         roslaunch.main(["roslaunch", "--no-summary", "--skip-log-check", file, *arguments])
     except KeyboardInterrupt:

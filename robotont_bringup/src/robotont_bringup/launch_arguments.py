@@ -4,6 +4,11 @@ launch_arguments.py COMMAND FILE[,FILE ...] OWN ... -- WORD ...: the arguments a
 which counts where several have one; OWN are the command's defaults, where the files have others.
 """
 
+# ruff: noqa: E402
+import signal
+
+signal.signal(signal.SIGINT, signal.SIG_DFL)  # no traceback
+
 import sys
 from pathlib import Path
 from xml.etree import ElementTree

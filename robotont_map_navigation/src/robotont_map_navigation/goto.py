@@ -15,6 +15,7 @@ import tf2_ros
 from actionlib_msgs.msg import GoalID, GoalStatus, GoalStatusArray
 from move_base_msgs.msg import MoveBaseAction, MoveBaseGoal
 from nav_msgs.msg import OccupancyGrid
+from std_msgs.msg import String
 
 from robotont_driver.kinematics.se2 import compose, pose_of, yaw_of
 from robotont_driver.ros.rospy_end import init_tool
@@ -23,6 +24,7 @@ from robotont_map_navigation.floor_map import refusal
 from robotont_map_navigation.footprint import base_frame, needed_radius
 from robotont_map_navigation.goal import (
     INTERRUPTED,
+    LOST,
     NOT_THERE,
     REFUSED,
     REPLACED,
@@ -44,8 +46,8 @@ CANCELLING = 20.0  # [s] that move_base has to confirm a cancellation: it hears 
 TERMINAL_PERIOD, LOG_PERIOD = 0.2, 2.0  # [s] between two lines of progress on a terminal and in a file
 GOING_ON = (GoalStatus.PENDING, GoalStatus.ACTIVE, GoalStatus.PREEMPTING, GoalStatus.RECALLING)
 EXIT_STATUS = """exit status: 0 reached; 1 move_base gave up; 2 wrong arguments; 3 no move_base, or it died;
-4 another goal took its place; 5 --timeout; 6 no such place on the map, or no way to it; 130 Ctrl-C (the goal is
-cancelled first)"""
+4 another goal took its place; 5 --timeout; 6 no such place on the map, or no way to it; 7 as near as possible, but
+not there; 8 the robot does not know where it is; 130 Ctrl-C (the goal is cancelled first)"""
 
 
 class Pursuit(NamedTuple):
@@ -66,7 +68,9 @@ class GoTo:
         self._map = None                # nav_msgs/OccupancyGrid
         self._floor_map = (None, None)  # the message, and the FloorMap that is made of it at the first goal
         self._map_came = threading.Event()
+        self._trouble = ""  # why the robot's pose is wrong, of localization_monitor
         self._pose = None
+        self._comparable = False  # whether that pose is in the frame of the goals
         self._sent = set()  # ids of the goals of this client that move_base has not reported as ended
         self._ended = threading.Event()
         self._ended.set()  # nothing is pursued yet
@@ -75,6 +79,7 @@ class GoTo:
         self._client = actionlib.SimpleActionClient("move_base", MoveBaseAction)
         rospy.Subscriber("move_base/status", GoalStatusArray, self._on_status, queue_size=1)
         rospy.Subscriber("map", OccupancyGrid, self._on_map, queue_size=1)
+        rospy.Subscriber("localization/trouble", String, self._on_trouble, queue_size=1)
 
     @property
     def answers(self):
@@ -97,6 +102,8 @@ class GoTo:
         """The Outcome of a Goal that the map shows to be out of reach; else None."""
         start = time.monotonic()
         reason = self._refusal(goal)
+        if self._trouble:
+            return self._lost()
         return Outcome(REFUSED, f"refused after {time.monotonic() - start:.1f} s: {reason}") if reason else None
 
     def send(self, goal):
@@ -121,6 +128,8 @@ class GoTo:
             while not self._ended.wait(0.1):
                 now = time.monotonic()
                 self._show(progress(self._pose, goal, now - start))
+                if self._trouble:
+                    return self._lost()
                 if now - self._heard > SILENCE:
                     self._take_back()  # should it only be slow
                     return Outcome(NOT_THERE, f"move_base has not been heard for {SILENCE:g} s: has it died?")
@@ -128,10 +137,21 @@ class GoTo:
                     return Outcome(TOO_LONG, f"not there after {timeout:g} s; {self.cancel()}")
         except KeyboardInterrupt:
             return Outcome(INTERRUPTED, f"interrupted; {self.cancel()}")
+        return self._end(goal, start)
+
+    def _end(self, goal, start):
+        """The Outcome of a goal that has ended."""
         if self._left:
             return Outcome(REPLACED, "cancelled")
+        if self._trouble:
+            return self._lost()
         return outcome(GoalStatus.to_string(self._client.get_state()), self._client.get_goal_status_text(), goal,
-                       self._pose, time.monotonic() - start)
+                       self._pose if self._comparable else None, time.monotonic() - start)
+
+    def _lost(self):
+        self._take_back()
+        return Outcome(LOST, f"the robot does not know where it is, the goal is cancelled: {self._trouble}; set the "
+                       "pose by RViz' 2D Pose Estimate")
 
     def leave(self, cancel=False):
         """Make `follow` return, from another thread; the robot goes on to its goal unless that is to `cancel`."""
@@ -194,6 +214,9 @@ class GoTo:
             return None
         return found.translation.x, found.translation.y, yaw_of(found.rotation)
 
+    def _on_trouble(self, message):
+        self._trouble = message.data
+
     def _on_map(self, message):
         self._map = message
         self._map_came.set()
@@ -204,8 +227,9 @@ class GoTo:
             status.goal_id.id for status in message.status_list if status.status not in GOING_ON)
 
     def _on_feedback(self, feedback):
-        pose = feedback.base_position.pose
-        self._pose = Goal(*pose_of(pose))
+        position = feedback.base_position
+        self._pose = Goal(*pose_of(position.pose))
+        self._comparable = position.header.frame_id.lstrip("/") == self._frame.lstrip("/")
 
     def _on_done(self, _state, _result):
         self._ended.set()

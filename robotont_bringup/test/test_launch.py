@@ -43,6 +43,15 @@ def test_ctrl_c_while_a_program_loads(program, tmp_path):
     assert (result.returncode, result.stderr) == (-2, "")
 
 
+@pytest.mark.parametrize("world, installed, words", [
+    ("room", ["move_base"], "navigation.launch localization:=fake world:=room'"), ("empty", ["move_base"], ""), ("room", [], "")])
+def test_how_to_navigate_is_told_where_one_can(world, installed, words, monkeypatch):
+    monkeypatch.setattr(launch.rospkg.RosPack, "list", lambda _self: installed)
+    found = launch.navigation_step({"world": world})
+    assert words in found
+    assert bool(found) == bool(words)
+
+
 def test_tracebacks_of_a_ctrl_c_are_dropped_and_others_are_not(tmp_path):
     """Of ROS' own programs, too, such as rosversion, which roslaunch runs as it starts."""
     for name, text in (("interrupted", "def f():\n    raise KeyboardInterrupt\n\nf()\n"), ("wrong", "1 / 0\n")):

@@ -20,6 +20,8 @@ import time
 import tty
 from pathlib import Path
 
+import rospkg
+
 ROBOTONT = Path(__file__).resolve().parents[3] / "robotont"
 COLOUR = re.compile("\x1b\\[[0-9;]*m")
 LOG_LINE = re.compile(r"\[(\w+)\] \[[^]]*\]( /\S+)?: ")  # rospy's
@@ -31,9 +33,12 @@ The robot runs. In another terminal{master}:
   by keys      {robotont} keys{remapping}
   by a topic   {robotont} shell -c 'rostopic pub -r 10 {namespace}cmd_vel geometry_msgs/Twist "{{linear: {{x: 0.2}}, angular: {{z: 0.5}}}}"'
   see it       {robotont} rviz{argument}
-  ROS' tools   {robotont} shell    (in it rostopic, rosnode, rosrun find the robot and its packages)
+{navigation}  ROS' tools   {robotont} shell    (in it rostopic, rosnode, rosrun find the robot and its packages)
 Ctrl-C here ends all of it.
 """  # noqa: E501
+NAVIGATION = """  navigate     {robotont} shell -c 'roslaunch robotont_bringup navigation.launch {arguments}'
+               then click a goal: the page's target button, or 2D Nav Goal in RViz
+"""
 
 
 class Errors:
@@ -113,9 +118,21 @@ def show_next_steps(arguments, errors):
     if not errors.fatal:
         master = os.environ.get("ROS_MASTER_URI", "")
         print(NEXT_STEPS.format(
-            robotont=ROBOTONT, namespace=namespace, remapping=f" __ns:=/{name}" if name else "",
-            argument=f" --namespace {name}" if name else "",
+            robotont=ROBOTONT, namespace=namespace, navigation=navigation_step(given),
+            remapping=f" __ns:=/{name}" if name else "", argument=f" --namespace {name}" if name else "",
             master="" if master in USUAL_MASTER else f", after  export ROS_MASTER_URI={master}"), flush=True)
+
+
+def navigation_step(given):
+    """How to navigate in a world that has a map, where the navigation stack is installed; empty elsewhere.
+
+    By the ground truth: amcl would begin at the world's start, wherever the robot has been driven since.
+    """
+    if given.get("world", "empty") == "empty" or "move_base" not in rospkg.RosPack().list():
+        return ""
+    arguments = " ".join(["localization:=fake", *(f"{name}:={given[name]}" for name in ("world", "namespace")
+                                                  if name in given)])
+    return NAVIGATION.format(robotont=ROBOTONT, arguments=arguments)
 
 
 def interrupt(number, _frame):

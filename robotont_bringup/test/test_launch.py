@@ -44,7 +44,8 @@ def test_ctrl_c_while_a_program_loads(program, tmp_path):
 
 
 @pytest.mark.parametrize("world, installed, words", [
-    ("room", ["move_base"], "navigation.launch localization:=fake world:=room'"), ("empty", ["move_base"], ""), ("room", [], "")])
+    ("room", ["move_base"], "navigation.launch localization:=fake world:=room'"),
+    ("empty", ["move_base"], ""), ("room", [], "")])
 def test_how_to_navigate_is_told_where_one_can(world, installed, words, monkeypatch):
     monkeypatch.setattr(launch.rospkg.RosPack, "list", lambda _self: installed)
     found = launch.navigation_step({"world": world})

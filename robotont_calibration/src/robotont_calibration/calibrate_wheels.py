@@ -104,9 +104,9 @@ def run(options):
     runs = [read_run(recorded, wheels, topics, options.format) for recorded in options.runs]
     unknowns, found, blind = choose(options, given, runs)
     print(table(given, found, runs, blind))
-    for name in found.undetermined:
-        print(f"warning: these runs do not determine {name}: it stays near its old value; "
-              "squares both ways, turns on the spot and straight lines with an end of their own do", file=sys.stderr)
+    if found.undetermined:
+        print(f"warning: these runs do not determine {', '.join(found.undetermined)}, kept near the old values; "
+              "squares both ways,\nturns on the spot and straight lines with an end of their own do", file=sys.stderr)
     for name in found.outlying:
         print(f"warning: {name} disagrees with the other runs and counts less; bumped, or measured wrongly?",
               file=sys.stderr)

@@ -130,7 +130,7 @@ class CmdVelMux:
                 return
             self._driver = driver
             self._driven_by.publish(driver)
-        rospy.loginfo("drives: %s", driver)
+        rospy.loginfo("who drives: %s", driver)
 
     def _look_for_others(self):
         """Find other publishers of cmd_vel; returns the time to rest."""
@@ -162,9 +162,9 @@ class CmdVelMux:
                        for name, sender, owner in arbiter.ignored(now)]
             values = {
                 "drives": driver,
-                "wait": ", ".join(waiting) or "nobody",
+                "waiting": ", ".join(waiting) or "none",
                 **{f"commands of {name}": count for name, count in self._commands.items()},
-                "ignored": "; ".join(ignored) or "nobody",
+                "ignored": "; ".join(ignored) or "none",
                 "commands refused": self._refusals.amount,
                 "commands too old": self._outdated,
                 "times that this node was stopped or starved": self._arrivals.stalls.stalls,

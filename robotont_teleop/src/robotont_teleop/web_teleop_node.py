@@ -157,7 +157,7 @@ async def serve(robot, access, token, file, parameters):
     url = f"{scheme}://{f'[{shown}]' if ':' in shown else shown}:{port}/"
     for line in invitation(url, token, file, sys.stdout.isatty()):
         print(line, flush=True)  # not to the log: the token is for this terminal
-    Health(robot_name(), {"web page": lambda: report(server)})
+    Health(robot_name(), {"web page": lambda: report(server, url, file)})
     gc.collect()
     gc.freeze()  # what exists now stays: the collector need not look through it while commands wait
     ended = asyncio.Event()
@@ -171,8 +171,8 @@ async def serve(robot, access, token, file, parameters):
             end.result()  # raises what ended it
 
 
-def report(server):
-    """(level, words, values) for the diagnostics."""
+def report(server, url, file):
+    """(level, words, values) for the diagnostics: how to get in, too. file: of the token, or None."""
     seat = server.seat
     values = {
         "open pages": len(server.pages),
@@ -185,7 +185,7 @@ def report(server):
     }
     if seat.hands_off:
         return WARN, "the page that drives fell silent or the robot was stopped: let go of the sticks once", values
-    return OK, f"open pages: {len(server.pages)}", values
+    return OK, f"{url}, open pages: {len(server.pages)}" + (f"; its token: sudo cat {file}" if file else ""), values
 
 
 def main():

@@ -181,7 +181,7 @@ class DriverNode:
                 "commands": stream.commands,
                 "refused": stream.refused,
                 "time-outs": stream.timeouts,
-                "newest command limited": stream.limited,
+                "newest command limited": "yes" if stream.limited else "no",
                 "emergency stop": ", ".join(self._emergency_stop.pressed_by) or "not pressed",
                 "times that this node was stopped or starved": self._arrivals.stalls.stalls,
                 "age of newest command [s]": "none yet" if age is None else f"{age:.2f}",

@@ -270,7 +270,7 @@ class OdomNode:
             recently = clock.event and arrived - clock.event_at < RECENTLY
         if recently:
             return WARN, clock.event + "; odometry, transforms and joint states go on with its new time", values
-        return OK, "stamps by packet number and arrival" if self._odometry.period else "stamps by arrival", values
+        return OK, "by packet number and arrival" if self._odometry.period else "by arrival", values
 
     def _warning(self):
         """Hint that three wheels have no redundancy; empty where there is some."""

@@ -12,10 +12,10 @@ from pathlib import Path
 import numpy as np
 
 from robotont_calibration.calibrate_wheels import SECONDS, TRACKED, WHEEL_NOISE
-from robotont_calibration.calibration import Unknowns, calibrate
 from robotont_calibration.calibration_runs import errors_along, steps_of, tracked_run
 from robotont_calibration.recordings import read_recording
-from robotont_driver.kinematics.wheels import read_wheels
+from robotont_calibration.wheel_estimation import Unknowns, calibrate
+from robotont_driver.kinematics.wheel_params import read_wheels
 from robotont_driver.robots.wheel_file import read_wheel_file
 from robotont_testing.figures import row
 

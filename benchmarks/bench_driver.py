@@ -10,7 +10,7 @@ from rig import Loop, SilenceError, late
 from subjects import COMPOSED, COUNTED, FLOOR, RATE, THREE, WAYS, Subject, arrangements, measure, title_of
 
 from robotont_driver.kinematics.kinematics import Kinematics
-from robotont_driver.kinematics.wheels import read_wheels
+from robotont_driver.kinematics.wheel_params import read_wheels
 from robotont_driver.odometry.slip import SlipDetector
 from robotont_testing.figures import percentile, row
 from robotont_testing.harness import Master

@@ -15,7 +15,7 @@ import tempfile
 import time
 from pathlib import Path
 
-from robotont_driver.protocol.packet import add_checksum
+from robotont_driver.protocol.checksum import add_checksum
 from robotont_testing.figures import row as figure
 
 ROOT = Path(__file__).resolve().parents[1]

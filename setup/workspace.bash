@@ -24,13 +24,13 @@ system_row() {
     sed -n "s/ *| */|/g; s/^|$1|/$1|/p" "$ROOT/docs/systems.md"
 }
 
-# wanted_packages GROUP ...: the distribution's packages of setup/packages.txt for these groups.
+# wanted_packages GROUP ...: the distribution's packages of setup/apt_packages.txt for these groups.
 wanted_packages() {
     local ros row lacks
     ros=$(opt_ros)
     row=$(system_row "$(system_name)")
     lacks=" $(cut -d "|" -f 5 <<<"$row") "
-    sed 's/#.*//' "$ROOT/setup/packages.txt" | while read -r group debian other; do
+    sed 's/#.*//' "$ROOT/setup/apt_packages.txt" | while read -r group debian other; do
         case " $* " in *" $group "*) ;; *) continue ;; esac
         [ -z "$ros" ] || debian=${other:-$debian}
         debian=${debian/\*/${ros##*/}}

@@ -31,7 +31,7 @@ def clone(folder):
 def clone_that_needs_nothing(folder):
     """A clone without packages, whose build takes seconds."""
     clone(folder)
-    (folder / "setup" / "packages.txt").write_text("")
+    (folder / "setup" / "apt_packages.txt").write_text("")
     (folder / "CMakeLists.txt").write_text("cmake_minimum_required(VERSION 3.10)\nproject(none NONE)\n")
     return folder
 

@@ -2,9 +2,10 @@ import pytest
 from dialect_bench import official_wheels
 
 from robotont_driver.kinematics.ideal_motors import IdealMotors
+from robotont_driver.protocol.checksum import add_checksum
 from robotont_driver.protocol.dialects import make_dialect
 from robotont_driver.protocol.dialects.echo import EchoWatch
-from robotont_driver.protocol.packet import add_checksum, format_packet, parse_packet
+from robotont_driver.protocol.packet import format_packet, parse_packet
 
 
 def commands(number, decimals=2):

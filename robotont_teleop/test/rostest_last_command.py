@@ -23,7 +23,7 @@ while not rospy.is_shutdown():
     time.sleep(0.02)
 """
 PAGE = """
-from robotont_driver.kinematics.wheels import read_wheels
+from robotont_driver.kinematics.wheel_params import read_wheels
 from robotont_teleop.robot_view import RobotView
 view = RobotView(read_wheels(rospy.get_param("/")), "camera")
 """

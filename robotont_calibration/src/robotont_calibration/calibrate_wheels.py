@@ -6,11 +6,11 @@ import sys
 from pathlib import Path
 
 from robotont_calibration.arguments import point, positive, read_end
-from robotont_calibration.calibration import Unknowns, calibrate
 from robotont_calibration.calibration_report import draw, table
 from robotont_calibration.calibration_runs import taped_run, tracked_run, turns
 from robotont_calibration.cross_validation import cross_validate, next_run
 from robotont_calibration.recordings import FORMATS, read_recording
+from robotont_calibration.wheel_estimation import Unknowns, calibrate
 from robotont_calibration.wheel_file_writer import with_values
 from robotont_driver.robots.wheel_file import read_wheel_file
 

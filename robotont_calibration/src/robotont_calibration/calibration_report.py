@@ -6,7 +6,7 @@ import numpy as np
 
 from robotont_calibration.calibration_runs import end_misfit, errors_along
 from robotont_calibration.trajectory_errors import BLUE, GREY, INK, ORANGE, drawing_style, pyplot
-from robotont_driver.kinematics.wheels import read_wheels
+from robotont_driver.kinematics.wheel_params import read_wheels
 
 SAME_THING = """\
 The point is where in base_link the measured poses are taken: marker, laser or camera. A distance for each wheel and

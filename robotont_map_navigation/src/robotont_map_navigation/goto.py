@@ -18,6 +18,7 @@ from nav_msgs.msg import OccupancyGrid
 
 from robotont_driver.kinematics.se2 import compose, pose_of, yaw_of
 from robotont_driver.ros.rospy_end import init_tool
+from robotont_driver.ros.rospy_internals import goal_id
 from robotont_map_navigation.floor_map import refusal
 from robotont_map_navigation.footprint import base_frame, needed_radius
 from robotont_map_navigation.goal import (
@@ -110,7 +111,7 @@ class GoTo:
         self._ended.clear()
         self._left = False
         self._client.send_goal(message, done_cb=self._on_done, feedback_cb=self._on_feedback)
-        self._sent.add(self._client.gh.comm_state_machine.action_goal.goal_id.id)
+        self._sent.add(goal_id(self._client))
         return Pursuit(goal, self._heard)
 
     def follow(self, pursuit, timeout):

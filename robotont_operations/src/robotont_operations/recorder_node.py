@@ -11,6 +11,7 @@ import rospy
 from robotont_driver.parameters.parameters import Parameter
 from robotont_driver.ros.diagnostics import ERROR, OK, WARN, Health, robot_name
 from robotont_driver.ros.lifecycle import run_without_wheels
+from robotont_driver.ros.rospy_internals import connection_header, serialized
 from robotont_driver.ros.worker import Worker
 from robotont_operations.black_box import BlackBox, Record
 
@@ -60,7 +61,7 @@ class RecorderNode:
         rospy.loginfo("recording to %s", self._box.folder)
 
     def _on_message(self, message, topic):
-        record = Record(topic, time.time(), message._buff, message._connection_header)
+        record = Record(topic, time.time(), serialized(message), connection_header(message))
         with self._lock:
             if self._size > WAITING:
                 self._drop(1, "the disk is too slow")

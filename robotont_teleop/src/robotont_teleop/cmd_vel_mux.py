@@ -19,6 +19,7 @@ from robotont_driver.ros.lifecycle import run_without_wheels
 from robotont_driver.ros.log_throttle import Refusals
 from robotont_driver.ros.publishers import DroppingPublisher
 from robotont_driver.ros.reconnection import OutageWatch
+from robotont_driver.ros.rospy_internals import connection_header
 from robotont_driver.ros.worker import Worker
 from robotont_teleop.arbitration import STOP, Arbiter, Input
 from robotont_teleop.twist_message import twist_message
@@ -77,14 +78,14 @@ class CmdVelMux:
         refusal = refuse((linear.x, linear.y, linear.z), (angular.x, angular.y, angular.z))
         twist = STOP if refusal else (linear.x, linear.y, angular.z)
         with self._lock:
-            now = boot_time()
+            now, header = boot_time(), connection_header(message)
             self._commands[name] += 1
-            age = self._arrivals.age(message._connection_header, now)
+            age = self._arrivals.age(header, now)
             if twist != STOP and age >= self._timeouts[name]:
                 self._outdated += 1
                 return
             before = self._arbiter.driver
-            self._send(self._arbiter.command(name, twist, now, message._connection_header.get("callerid", ""), age))
+            self._send(self._arbiter.command(name, twist, now, header.get("callerid", ""), age))
             changed = before != self._arbiter.driver
             news = refusal and self._refusals.refuse((name, refusal.split()[0]), now)
             if refusal:

@@ -9,8 +9,8 @@ from nav_msgs.msg import Odometry
 from std_msgs.msg import String
 
 from robotont_driver.ros.publishers import DroppingPublisher
+from robotont_teleop.emergency_stop_client import EmergencyStopClient
 from robotont_teleop.speeds import STOP
-from robotont_teleop.stop_button import StopButton
 from robotont_teleop.twist_message import twist_message
 
 HAND, DIRECT = "cmd_vel/hand", "cmd_vel"
@@ -22,7 +22,7 @@ class HandOutput:
     def __init__(self):
         self.topic = HAND if self._is_subscribed(HAND) else DIRECT
         self._command = DroppingPublisher(self.topic, Twist)
-        self.emergency_stop = StopButton()
+        self.emergency_stop = EmergencyStopClient()
         self._driven_by = ""
         self._velocity, self._heard = STOP, -1e9
         self.sent = STOP

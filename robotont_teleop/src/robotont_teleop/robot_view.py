@@ -27,9 +27,9 @@ from robotont_driver.ros.worker import Worker
 from robotont_map_navigation.goal import Goal
 from robotont_map_navigation.goto import GoTo
 from robotont_teleop.camera import Camera
+from robotont_teleop.emergency_stop_client import EmergencyStopClient
 from robotont_teleop.robot_requests import NewestGoal, ServiceRequest
 from robotont_teleop.speeds import STOP
-from robotont_teleop.stop_button import StopButton
 from robotont_teleop.twist_message import twist_message
 
 MAP_FRAME = "map"
@@ -69,7 +69,7 @@ class RobotView:
         self._listener = tf2_ros.TransformListener(self._transforms)
         self._goto = GoTo(MAP_FRAME, lambda words: self._goal.show_progress(words), self._transforms)
         self._goal = NewestGoal(self._goto, self._say)
-        self._emergency_stop = StopButton(lambda words: self._say(words, False))
+        self._emergency_stop = EmergencyStopClient(lambda words: self._say(words, False))
         self._publish()
         rospy.on_shutdown(self._stop)
         Worker(self._look_at_transforms)

@@ -23,6 +23,7 @@ from robotont_driver.ros.lifecycle import Part, init_node, serve
 from robotont_driver.ros.log_throttle import Refusals
 from robotont_driver.ros.packet_topics import topics_between_processes
 from robotont_driver.ros.reconnection import OutageWatch
+from robotont_driver.ros.rospy_internals import connection_header
 from robotont_driver.ros.worker import Worker
 
 PARAMETERS = (
@@ -83,15 +84,16 @@ class DriverNode:
 
     def _on_command(self, message):
         linear, angular = message.linear, message.angular
+        header = connection_header(message)
         now = boot_time()
         moves = any((linear.x, linear.y, linear.z, angular.x, angular.y, angular.z))
         with self._lock:
-            age = self._arrivals.age(message._connection_header, now)
+            age = self._arrivals.age(header, now)
             old = moves and age >= self._stream.timeout
             if not old:  # zeros stop at any age
                 refusal = self._stream.command((linear.x, linear.y, linear.z), (angular.x, angular.y, angular.z),
                                                now - age if moves else now,
-                                               message._connection_header.get("callerid", ""))
+                                               header.get("callerid", ""))
                 self._send(now)
         if old:
             if self._refusals.refuse("old", now):
@@ -101,7 +103,7 @@ class DriverNode:
             rospy.logwarn("cmd_vel refused, the robot stops: %s", refusal)
 
     def _on_emergency_stop(self, message):
-        header = message._connection_header
+        header = connection_header(message)
         with self._lock:
             if self._emergency_stop.hear(header["callerid"], message.data, header.get("latching") == "1"):
                 self._follow_emergency_stop(boot_time())

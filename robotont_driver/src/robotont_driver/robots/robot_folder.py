@@ -7,7 +7,7 @@ from typing import Mapping, NamedTuple
 
 import rospkg
 
-from robotont_driver.kinematics.wheels import Wheels
+from robotont_driver.kinematics.wheel_params import Wheels
 from robotont_driver.parameters.parameters import fault
 from robotont_driver.parameters.yaml_file import read_mapping
 from robotont_driver.robots.wheel_file import read_wheel_file

@@ -8,13 +8,13 @@ second. It brings nothing old, either.
 import contextlib
 import socket
 import threading
-import xmlrpc.client
 from urllib.parse import urlsplit
 
 import rospy
 
 from robotont_driver.command.message_age import Link
 from robotont_driver.ros.clocks import boot_time
+from robotont_driver.ros.rospy_internals import connect_anew, connections, disconnect
 from robotont_driver.ros.worker import Worker
 
 PERIOD = 0.25        # [s] between two looks
@@ -29,8 +29,8 @@ class OutageWatch:
     """
 
     def __init__(self, newest=(), every=()):
-        self._newest = [subscriber.impl for subscriber in newest]
-        self._every = [subscriber.impl for subscriber in every]
+        self._newest = newest
+        self._every = every
         self._links = {}     # Link of each connection
         self._received = {}  # bytes received from each connection
         self._probed = set()  # URIs that are being probed
@@ -40,7 +40,7 @@ class OutageWatch:
     def link(self, header):
         """The Link of the connection with this header, of a subscriber in `newest`; None: there is none any more."""
         for topic in self._newest:
-            for connection in topic.connections:
+            for connection in connections(topic):
                 if connection.header is header:
                     return self._links.get(connection) or self._link(connection)
         return None
@@ -55,7 +55,7 @@ class OutageWatch:
         now = boot_time()
         silent = {}
         for topic in (*self._newest, *self._every):
-            for connection in topic.connections:
+            for connection in connections(topic):
                 if not connection.endpoint_id.startswith("http"):
                     continue  # an old one, kept for the messages that it may still deliver
                 link = self._link(connection)
@@ -94,15 +94,12 @@ class OutageWatch:
             self._probed.discard(uri)
 
     def _reconnect(self, uri, lost):
-        own = xmlrpc.client.ServerProxy(rospy.get_node_uri())
         for topic, connection in sorted(lost, key=lambda pair: pair[0] in self._newest):
             if topic in self._newest:
-                connection.close()
-                topic.remove_connection(connection)
+                disconnect(topic, connection)
             else:
                 connection.endpoint_id = f"before the outage at {boot_time():.3f}: {uri}"
-            uris = [one.endpoint_id for one in topic.connections if one.endpoint_id.startswith("http")]
-            own.publisherUpdate("/master", topic.resolved_name, [*uris, uri])  # rospy then connects
+            connect_anew(topic, uri)
 
 
 def _ends(connection):

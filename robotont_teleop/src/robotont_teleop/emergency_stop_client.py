@@ -7,11 +7,12 @@ import rospy
 from std_msgs.msg import Bool, String
 from std_srvs.srv import Trigger
 
+from robotont_driver.ros.rospy_internals import connection_header
 from robotont_driver.ros.worker import Worker
 from robotont_teleop.robot_requests import call_in_time
 
 
-class StopButton:
+class EmergencyStopClient:
     """Presses for this node, follows driver_node's word of who presses, and asks it for a release.
 
     A press stays latched, for a driver_node that starts or connects later, until driver_node has it released.
@@ -76,8 +77,8 @@ class StopButton:
                 self.pressed_at = time.monotonic()
             self._pressed_by = message.data
             if self._is_named():
-                self._named = message._connection_header
-            elif self._named is message._connection_header:
+                self._named = connection_header(message)
+            elif self._named is connection_header(message):
                 self._unlatch()
 
     def _is_named(self):

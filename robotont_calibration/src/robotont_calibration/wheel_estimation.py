@@ -17,7 +17,7 @@ from robotont_calibration.calibration_runs import misfits, repeats, seen_from, s
 from robotont_calibration.misfit_noise import likely_noise, spread_of, whitening
 from robotont_driver.kinematics import se2
 from robotont_driver.kinematics.kinematics import Kinematics
-from robotont_driver.kinematics.wheels import read_wheels
+from robotont_driver.kinematics.wheel_params import read_wheels
 
 # How far off a parameter may be before the runs: standard deviations of the loose tie to its old value.
 RADIUS_TIE = 0.1     # part of the radius

@@ -8,14 +8,13 @@ Counts and paths of wheels are in edges.
 """
 
 import itertools
-import math
 from collections import deque
 
 import numpy as np
 
 from robotont_driver.kinematics.least_squares import LARGEST_CONDITION
 from robotont_driver.odometry.chi_square import chi_square_limit
-from robotont_driver.odometry.wheel_noise import PATH_VARIANCE, variance_per_edge
+from robotont_driver.odometry.wheel_noise import PATH_VARIANCE, LearntNoise, variance_per_edge
 
 WINDOW = 10             # [packets with motion] that the test looks back on: 0.2 s at 50 Hz
 TOLERANCE = 0.01        # wheel parameters are taken to be right within this part of a wheel's path
@@ -26,12 +25,8 @@ ALL_SUBSETS = 6         # wheels up to which every set of them is tried as the s
 LARGEST_SET = 2         # ... of more wheels every set up to this size, and the likeliest with one wheel more, and more
 CLEAR = 0.05            # an excluded wheel is included again when clean counts would look worse this often ...
 PROVEN = 0.3            # ... and a slip of this part of its path would have been detected
-FIRST = 2.0             # times `wheel_noise`: the noise until it has been learnt, ...
-TRUST = 12              # ... which counts like so many windows, ...
-MEMORY = 1500           # [windows] ... of so many, 5 min of driving, in which the wheels' noise is learnt
+FIRST = 2.0             # times `wheel_noise`: the noise until it has been learnt
 OVERLAP = 5.0           # windows that overlap alarm together: of so many packets one is a test of its own
-DRIVEN = 50.0           # [edges] mean path of the wheels in a window that says something about it
-BOUNDS = 1 / 3, 4.0     # times `wheel_noise`
 
 
 class SlipDetector:
@@ -62,9 +57,7 @@ class SlipDetector:
         self._path = np.zeros(len(matrix))   # [edges] over the window
         self._way = np.zeros(len(matrix))    # [edges] over the window, to and fro
         self._others = (others_matrix(self._matrix) * self._edge / self._edge[:, None]).T
-        self._excess = FIRST ** 2            # variance by noise, learnt over stated
-        self._learnt = TRUST                 # [windows] behind that
-        self._unlearnt = WINDOW              # packets until the next window does not overlap the last
+        self.noise = LearntNoise(WINDOW, FIRST)
         self._good = deque(maxlen=WINDOW)    # such paths while there was no complaint
         self._doubts = 0                     # packets for which two wheels have been almost equally suspect
         self.slipping = ()                   # indices of the excluded wheels, ascending
@@ -97,11 +90,6 @@ class SlipDetector:
             self._accuse()
         return self.slipping != before
 
-    @property
-    def noise(self):
-        """[1] Standard deviation of the wheels' noise as learnt, over the stated one."""
-        return math.sqrt(self._excess)
-
     def _noise_variances(self):
         """[edges^2], n: of the window's paths.
 
@@ -109,17 +97,13 @@ class SlipDetector:
         is that which follows from the others.
         """
         way = np.maximum(self._way, np.abs(self._path @ self._others))
-        return PATH_VARIANCE + self._excess * self._noise * way
+        return PATH_VARIANCE + self.noise.excess * self._noise * way
 
     def _learn(self):
-        """Adjust the noise, a little with each window, so that the statistic without tolerance has its mean."""
-        self._unlearnt -= 1
-        if self._unlearnt > 0 or np.abs(self._path).mean() < DRIVEN:
-            return
-        self._unlearnt, self._learnt = WINDOW, min(self._learnt + 1, MEMORY)
-        ratio = self._statistics(self._used / (self._noise_variances() * self._edge ** 2))[0] / (len(self._path) - 3)
-        low, high = (bound ** 2 for bound in BOUNDS)
-        self._excess = min(max(self._excess * (1.0 + (ratio - 1.0) / self._learnt), low), high)
+        """The noise is learnt without tolerance, which would hide it."""
+        if self.noise.wants(self._path.tolist()):
+            weights = self._used / (self._noise_variances() * self._edge ** 2)
+            self.noise.learn(self._statistics(weights)[0] / (len(self._path) - 3))
 
     def _complains(self, excluded, statistic):
         """Whether the wheels but the `excluded` ones do not roll consistently."""
@@ -238,7 +222,7 @@ class SlipDetector:
 
 
 def others_matrix(matrix):
-    """n x n: path of each wheel as it follows from those of the others, which is 0 where no other one tells."""
+    """Path of each wheel as it follows from those of the others, n x n; 0 where none of them tells."""
     fit = matrix @ np.linalg.pinv(matrix)
     spare = 1.0 - np.diag(fit)
     share = np.where(spare > 1e-6, 1.0 / np.maximum(spare, 1e-6), 0.0)

@@ -232,8 +232,9 @@ def test_any_order_of_arrivals_settles_again():
 
 
 @pytest.mark.parametrize("given", [
-    {}, {"drift": 0.01}, {"drift": -0.01}, {"drift": 0.02}, {"drift": -0.02}, {"lost": 0.01}, {"lost": 0.002, "burst": 5},
-    {"lost": 0.01, "burst": 5}, {"lost": 0.01, "drift": 0.01}, {"late": 0.1}, {"jitter": 0.005}], ids=str)
+    {}, {"drift": 0.01}, {"drift": -0.01}, {"drift": 0.02}, {"drift": -0.02}, {"lost": 0.01},
+    {"lost": 0.002, "burst": 5}, {"lost": 0.01, "burst": 5}, {"lost": 0.01, "drift": 0.01}, {"late": 0.1},
+    {"jitter": 0.005}], ids=str)
 def test_ten_minutes_of_the_other_generator(given):
     """From the first packet on; the least delay is 2 ms. Lost packets have no counter."""
     ends, at, come = other_noise.arrivals(30000, np.random.default_rng(1), **given)

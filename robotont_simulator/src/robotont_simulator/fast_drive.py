@@ -105,7 +105,7 @@ def main(arguments=None):
     """Run; returns the exit status."""
     options = parse(arguments)
     try:
-        for name, number in options.drives:
+        for index, (name, number) in enumerate(options.drives):
             run = make_run(options)
             start, begun = run.path[-1], time.perf_counter()
             run.drive(DRIVES[name][2](number, run.simulation.wheels.pid_frequency))
@@ -115,7 +115,8 @@ def main(arguments=None):
                   f"{math.degrees(turn):+7.2f}°   {run.simulation.time:6.1f} s, {speed:.0f} x real time")
             if options.csv:
                 Path(options.csv).mkdir(parents=True, exist_ok=True)
-                write_csv(Path(options.csv) / f"{name}.csv",
+                again = sum(name == before for before, _ in options.drives[:index])
+                write_csv(Path(options.csv) / f"{name}{f'_{again + 1}' if again else ''}.csv",
                           [(at, counts) for (at, _, _), counts in zip(run.path, run.counts)],
                           [(at, truth) for at, _, truth in run.path])
     except (OSError, ValueError) as error:

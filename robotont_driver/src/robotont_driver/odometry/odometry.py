@@ -47,23 +47,19 @@ class Pose:
         cos, sin = math.cos(self.yaw + half), math.sin(self.yaw + half)
         straight_x, straight_y = cos * dx - sin * dy, sin * dx + cos * dy
         moved_x, moved_y = chord * straight_x, chord * straight_y  # as se2.arc has it
-        by_pose = (
-            (1.0, 0.0, -moved_y),
-            (0.0, 1.0, moved_x),
-            (0.0, 0.0, 1.0),
-        )
         by_step = (
             (chord * cos, -chord * sin, slope * straight_x - moved_y / 2),
             (chord * sin, chord * cos, slope * straight_y + moved_x / 2),
             (0.0, 0.0, 1.0),
         )
         self.x, self.y, self.yaw = self.x + moved_x, self.y + moved_y, se2.wrap(self.yaw + dyaw)
-        self.covariance = self.covariance.propagated(by_pose).plus(step_covariance.propagated(by_step))
+        self.covariance = self.covariance.carried(moved_x, moved_y).plus(step_covariance.propagated(by_step))
         if lasting is not None or self._lasting is not None:
-            self._carry(by_pose, by_step, lasting)
+            self._carry((moved_x, moved_y), by_step, lasting)
 
-    def _carry(self, by_pose, by_step, lasting):
+    def _carry(self, moved, by_step, lasting):
         """Propagate the covariance with the lasting errors, C <- F C + G L B, and add its part to P."""
+        by_pose = (1.0, 0.0, -moved[1]), (0.0, 1.0, moved[0]), (0.0, 0.0, 1.0)
         before = _product(by_pose, self._lasting or NOTHING)
         self._lasting = before
         if lasting is not None:

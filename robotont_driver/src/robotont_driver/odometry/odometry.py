@@ -5,6 +5,7 @@ twist (v_x t [m], v_y t [m], omega t [rad]) in base_link.
 """
 
 import math
+from operator import mul
 
 from robotont_driver.kinematics import se2
 from robotont_driver.kinematics.kinematics import Kinematics
@@ -104,6 +105,7 @@ class WheelOdometry:
         """From now on no packet moves the robot by the counts of these `wheels` (indices)."""
         self.kinematics = Kinematics(self.kinematics.wheels, self.kinematics.solver, wheels)
         by_edge = self.kinematics.inverse * self.kinematics.wheels.metres_per_edge  # 3 x n: step by one edge of each
+        self._rows = by_edge.tolist()
         by_wheel = [Covariance.of_vector(column.tolist()) for column in by_edge.T]  # of a step, for 1 edge^2 of each
         self._variance_covariance = WeightedSum(by_wheel)                          # by n variances [edges^2]
         self._edge_covariance = self._variance_covariance([1.0] * len(by_wheel))   # for 1 edge^2 in every wheel
@@ -160,10 +162,9 @@ class WheelOdometry:
     def _step(self, edges):
         """Step (3 floats) by n encoder `edges`, and its Covariance by noise that grows with each wheel's path.
 
-        Edges of one PID period are units, so (8)-(11) give their twist, and that times the period the step.
+        (8)-(11), with paths for speeds.
         """
-        frequency = self.kinematics.wheels.pid_frequency
-        step = [speed / frequency for speed in self.kinematics.twist_of_units(edges)]
+        step = [sum(map(mul, row, edges)) for row in self._rows]
         return step, self._path_covariance([abs(path) for path in edges])
 
     def _move(self, edges, step, covariance, lasting=None):

@@ -24,7 +24,7 @@ from robotont_driver.odometry.slip import SlipDetector
 from robotont_testing.robots import SHIPPED
 from robotont_testing.simulated_wheels import PERIOD, counted, even_wheels, mixed_drive, path_of, rolled, straight
 
-NOISE = 0.005        # [m] of a wheel's path after 1 m, as in driver.yaml
+NOISE = 0.005        # [m] of a wheel's path after 1 m, on a smooth floor
 LAG = 0.1            # [s] time constant of the motors
 SAMPLE = 5           # [periods] between steps of the thesis' odometry: 10 Hz
 

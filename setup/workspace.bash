@@ -137,7 +137,7 @@ environment() {
     set +u
     # shellcheck disable=SC1090,SC1091
     [ -z "$ros" ] || . "$ros/setup.bash" 2> >(without_tracebacks)
-    # shellcheck disable=SC1091
+    # shellcheck disable=SC1090,SC1091
     [ ! -f "$WORK/devel/setup.bash" ] || . "$WORK/devel/setup.bash" 2> >(without_tracebacks)
     set -u
     # last, as in PATH, so that it hides nothing: what the distribution lacks (MuJoCo), for /usr/bin/python3; no tools

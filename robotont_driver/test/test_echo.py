@@ -76,3 +76,16 @@ def test_an_echo_that_ends_is_forgotten():
     assert watch.echoing
     watch.received(b"3:3:3;\n")
     assert not watch.echoing
+
+
+def test_commands_that_push_an_echoed_one_out_meanwhile_are_no_fault():
+    """The link's thread sends while the other one looks for the line that has come back."""
+    watch = EchoWatch()
+
+    class Sent(list):
+        def popleft(self):
+            raise IndexError("pop from an empty deque")
+
+    watch._sent = Sent([b"1:2:3;"])
+    watch.received(b"1:2:3;\n")
+    assert not watch.echoing

@@ -17,9 +17,9 @@ from nav_msgs.msg import OccupancyGrid
 from std_msgs.msg import String
 from tf2_msgs.msg import TFMessage
 
-from robotont_map_navigation import goto as goto_module
+from robotont_map_navigation import goto_client as goto_module
 from robotont_map_navigation.goal import Goal
-from robotont_map_navigation.goto import GOING_ON, GoTo
+from robotont_map_navigation.goto_client import GOING_ON, GoTo
 from robotont_testing import places
 from robotont_testing.harness import Processes, wait_for
 from robotont_testing.node_test import NodeTest

@@ -22,7 +22,7 @@ from page_server_test import DRIVE, LASER, MAP_TO_ODOM, POSE, STOP, YAW, PageSer
 from sensor_msgs.msg import BatteryState, JointState, LaserScan
 
 from robotont_driver.ros.worker import Worker
-from robotont_map_navigation.goto import GOING_ON
+from robotont_map_navigation.goto_client import GOING_ON
 from robotont_testing import places
 from robotont_testing.harness import wait_for
 

@@ -20,7 +20,7 @@ class HandOutput:
     """Publishes commands for the mux, or straight on cmd_vel where no mux runs when it starts."""
 
     def __init__(self):
-        self.topic = HAND if self._is_subscribed(HAND) else DIRECT
+        self.topic = HAND if self._mux_runs() else DIRECT
         self._command = DroppingPublisher(self.topic, Twist)
         self.emergency_stop = EmergencyStopClient()
         self._driven_by = ""
@@ -67,7 +67,8 @@ class HandOutput:
         self._driven_by = message.data
 
     @staticmethod
-    def _is_subscribed(topic):
-        _, subscribers, _ = rosgraph.Master(rospy.get_name()).getSystemState()
-        name = rospy.resolve_name(topic)
-        return any(subscribed == name for subscribed, _ in subscribers)
+    def _mux_runs():
+        """Anybody may listen to commands by hand, as a recorder does; who drives only the mux tells."""
+        publishers, _, _ = rosgraph.Master(rospy.get_name()).getSystemState()
+        name = rospy.resolve_name("cmd_vel/driven_by")
+        return any(topic == name for topic, _ in publishers)

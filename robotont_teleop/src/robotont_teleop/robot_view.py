@@ -25,7 +25,7 @@ from robotont_driver.protocol.packet import PacketError, parse_packet
 from robotont_driver.ros.publishers import DroppingPublisher
 from robotont_driver.ros.worker import Worker
 from robotont_map_navigation.goal import Goal
-from robotont_map_navigation.goto import GoTo
+from robotont_map_navigation.goto_client import GoTo
 from robotont_teleop.camera import Camera
 from robotont_teleop.emergency_stop_client import EmergencyStopClient
 from robotont_teleop.page_pictures import finite, map_picture, rounded, thinned_scan

@@ -37,8 +37,7 @@ PLANAR = [6 * row + column for row in (0, 1, 5) for column in (0, 1, 5)]
 # [s] Without a newer command for this long, serial_com_node and the board have stopped the robot.
 COMMAND_AGE = 0.5
 
-GYRO_BIAS_DRIFT = 1e-5   # [rad/s] how far a gyro's bias walks in 1 s, growing with the square root of the time
-GYRO_SCALE_NOISE = 3e-4  # [rad/s] standard deviation of the scale once it is calibrated, at 1 rad/s
+GYRO_BIAS_DRIFT = 5e-5   # [rad/s] how far a gyro's bias walks in 1 s, growing with the square root of the time
 RECENTLY = 10 * SECOND  # [ns] for which the diagnostics warn that the clock was set
 
 PARAMETERS = (
@@ -50,7 +49,7 @@ PARAMETERS = (
               "0 = packets contain speeds, measure the time between them", "s", minimum=-1.0, maximum=10.0),
     Parameter("solver", "least_squares", "step of the robot from n wheels: least_squares, or triples, the mean over "
               "every combination of three wheels", choices=("least_squares", "triples")),
-    Parameter("wheel_noise", 0.005, "standard deviation of a wheel's path after 1 m, growing with the "
+    Parameter("wheel_noise", 0.012, "standard deviation of a wheel's path after 1 m, growing with the "
               "square root of the path", "m", minimum=0.0, maximum=1.0,
               reason="wheels whose error exceeds their path measure nothing"),
     Parameter("slip_false_alarms", 0.1, "false alarms per hour of driving that the search for slipping wheels may "
@@ -60,6 +59,8 @@ PARAMETERS = (
     Parameter("gyro_noise", 2.5e-4, "density of the gyro's noise", "rad/s/sqrt(Hz)", minimum=1e-7, maximum=1.0),
     Parameter("gyro_scale", 1.0, "rate that the gyro reports when the robot turns at 1 rad/s", "rad/s", minimum=0.5,
               maximum=2.0, reason="a gyro that is farther off is broken"),
+    Parameter("gyro_scale_noise", 0.01, "standard deviation of gyro_scale; once it is calibrated 3e-4", "rad/s",
+              minimum=0.0, maximum=0.5),
     Parameter("joint_names", "", "names of the wheel joints in the wheel file's order, between blanks; empty: "
               "wheel_0_joint, ..."),
     Parameter("run", "", "set by odom_node itself: started again with the same one, it goes on from its newest pose"),
@@ -82,8 +83,8 @@ class OdomNode:
         self._gyro = None
         if parameters["imu"] and period:
             self._gyro = GyroFusion(
-                Gyro(period, parameters["gyro_noise"], GYRO_BIAS_DRIFT, parameters["gyro_scale"], GYRO_SCALE_NOISE),
-                false_alarms)
+                Gyro(period, parameters["gyro_noise"], GYRO_BIAS_DRIFT, parameters["gyro_scale"],
+                     parameters["gyro_scale_noise"]), false_alarms)
         self._odometry = WheelOdometry(kinematics, period, noise, self._gyro)
         self._kept = KeptPose(name, parameters["run"], boot_time())
         if self._kept.found:
@@ -227,6 +228,8 @@ class OdomNode:
         values["wheels compared by"] = self._comparison()
         values["wheels excluded"] = list_wheels(slipping) or "none"
         values["wheels excluded so far"] = alarms
+        if self._detector:
+            values["noise of the wheels, learnt"] = f"{self._detector.noise.ratio:.1f} x wheel_noise"
         for wheel, share in enumerate(followed or ()):
             values[f"wheel {wheel}: part of the commanded path"] = "at rest" if share is None else f"{share:.0%}"
         if rate == 0.0:

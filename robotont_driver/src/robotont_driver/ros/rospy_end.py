@@ -18,7 +18,7 @@ FAREWELL = 3.0  # [s] for the last messages and for the master to hear of the en
 
 def init_tool(name):
     """Make this process a node, beside others of that name; signals stay with the process."""
-    rospy_internals.mend_servers()
+    rospy_internals.mend()
     atexit.register(end_soon)  # before rospy's own, which was registered earlier; a tool may work on after a shutdown
     rospy.init_node(name, anonymous=True, disable_signals=True)
 
@@ -36,7 +36,7 @@ def init_node(name):
         if end - time.monotonic() > MASTER_WITHIN - 0.3:
             print(f"{words}: waiting {MASTER_WITHIN:g} s for one", file=sys.stderr, flush=True)
         time.sleep(0.4)
-    rospy_internals.mend_servers()
+    rospy_internals.mend()
     rospy.on_shutdown(end_soon)  # the first of all
     rospy.init_node(name)
 

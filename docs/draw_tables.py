@@ -40,8 +40,10 @@ def table(parameters, mark="~"):
 
 def parameters_page():
     """Text of parameters.md."""
-    lines = [HEAD, "# Parameters", "", "A node reads its parameters once, as it starts. A wrong value ends it with a "
-             "message; `-h` shows the same table. What belongs to a robot stands in its folder: [robots](robots.md).",
+    lines = [HEAD, "# Parameters", "", "A node reads its parameters once, as it starts; after `rosparam set`, "
+             "`rosnode kill NODE` applies it where roslaunch starts the node again. There is no dynamic_reconfigure. A "
+             "wrong value ends the node with a message; `-h` shows the same table. What belongs to a robot stands in "
+             "its folder: [robots](robots.md).",
              "", "Each node has one more:", "", *table(COMMON_PARAMETERS)]
     for node in NODES:
         lines += ["", f"## {node.__name__.rpartition('.')[2]}", "", *table(node.PARAMETERS)]

@@ -49,6 +49,19 @@ def test_the_second_launch_is_refused_with_the_name_of_the_first_until_that_was_
         assert (gone.returncode, gone.stdout, gone.stderr) == (0, "true\n", "")
 
 
+def test_of_two_launches_at_once_one_is_refused_with_the_name_of_the_other():
+    with Master() as master:
+        logs = [master.folder / "one", master.folder / "two"]
+        launches = [master.launch("robot.launch", "description:=false", "mux:=false", f"port:={master.folder}/none",
+                                  log=log) for log in logs]
+        wait_for(lambda: any(launch.poll() is not None for launch in launches), "the end of one of them", START)
+        refused = 0 if launches[0].poll() is not None else 1
+        assert f"process {launches[1 - refused].pid} on " in logs[refused].read_text()
+        assert launches[refused].returncode == 1
+        pid_of(master)
+        assert launches[1 - refused].poll() is None
+
+
 @pytest.mark.parametrize("master_uri", ["", "nonsense", "http://127.0.0.1:{port}", "https://127.0.0.1:{port}"])
 def test_without_a_master_nothing_runs(master_uri):
     done = finished(REQUIRE, ROS_MASTER_URI=master_uri.format(port=free_port()))

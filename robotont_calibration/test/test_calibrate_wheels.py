@@ -1,12 +1,15 @@
 import json
 import math
 import re
+import unittest.mock
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 import yaml
 
+from robotont_calibration import calibration_guide
 from robotont_calibration.calibrate_wheels import main
 from robotont_calibration.cross_validation import HeldOut
 from robotont_calibration.odometry_report import main as odometry_report
@@ -227,3 +230,13 @@ def test_comments_order_and_style_stay():
                    "wheelRadius: 0.0341  # [m] new tyres\nb: x\n")
     with pytest.raises(ValueError, match="cannot be rewritten"):
         with_values("wheelRadius: 1.0\nwheelRadius: 1.0\n", {"wheelRadius": 2.0}, "")
+
+
+def test_a_run_is_kept_when_its_user_quits_at_the_question(tmp_path, monkeypatch, capsys):
+    robot = SimpleNamespace(_recording=SimpleNamespace(packets=[(0.0, (1, 2, 3)), (0.02, (1, 2, 3))]), _frequency=50,
+                            _with_truth=False)
+    monkeypatch.setattr("builtins.input", unittest.mock.Mock(side_effect=KeyboardInterrupt))
+    with pytest.raises(KeyboardInterrupt):
+        calibration_guide._Robot.save(robot, tmp_path / "spin.csv")
+    assert (tmp_path / "spin.csv").exists()
+    assert f"RUN {tmp_path / 'spin.csv'}=X,Y,YAW" in capsys.readouterr().out

@@ -7,7 +7,7 @@ import time
 
 import rospy
 import rostest
-from geometry_msgs.msg import Twist
+from geometry_msgs.msg import Twist, TwistStamped
 from std_msgs.msg import Bool, String
 from std_srvs.srv import Trigger
 
@@ -55,6 +55,28 @@ class DriverNodeTest(NodeTest):
         self.drive(0.2, 0, 0, packet=FORWARD)
         self.command.publish(twist())
         self.wait_for_status(TASK, OK)
+
+    def test_it_stops_at_once_when_its_commander_ends(self):
+        _, written = self.start_node("/left", "_cmd_timeout:=2.0")
+        command = self.publisher("/left/cmd_vel", Twist)
+        wait_for(lambda: command.publish(twist(0.2)) or written[-1].data == FORWARD, "motion", period=0.05)
+        command.unregister()
+        wait_for(lambda: written[-1].data == ZEROS, "the stop", timeout=1.0)
+
+    def test_a_stamp_makes_a_command_old_and_never_new(self):
+        stamped = self.publisher("cmd_vel_stamped", TwistStamped)
+
+        def publish(speed, age):
+            message = TwistStamped(twist=twist(speed))
+            message.header.stamp = rospy.Time.now() - rospy.Duration(age)
+            stamped.publish(message)
+        wait_for(lambda: publish(0.2, 0.0) or self.packets()[-1] == FORWARD, "motion", period=0.05)
+        publish(0.0, 10.0)
+        wait_for(lambda: self.packets()[-1] == ZEROS, "the stop by an old zero")
+        before = len(self.written)
+        wait_for(lambda: publish(0.2, 0.6) or publish(0.2, -0.3) or len(self.written) > before + 20, "packets",
+                 period=0.05)
+        assert set(self.packets()[before:]) == {ZEROS}
 
     def test_what_the_base_cannot_do_stops_it(self):
         flying = twist(0.2)
@@ -130,7 +152,7 @@ class DriverNodeTest(NodeTest):
         self.wait_for_status(task, OK)
         assert {message.data for message in written} == {zeros}  # the latched command may be of any age
         wait_for(newest_drives, "a command that is published now, limited")
-        wait_for(lambda: newest_drives() and self.values(task)["newest command limited"] == "True" and
+        wait_for(lambda: newest_drives() and self.values(task)["newest command limited"] == "yes" and
                  self.status[task].level == OK, "word of the limit, and no complaint", period=0.1)
         with suspended(self.processes.pid("/other/driver_node")):
             end = time.monotonic() + 1.0  # longer than ~cmd_timeout

@@ -6,11 +6,12 @@ import random
 
 import pytest
 
-from robotont_driver.command.message_age import BURST, Link
+from robotont_driver.command.message_age import Link
 from robotont_driver.ros.reconnection import ANSWER_WITHIN, PERIOD
 
-TIMEOUT, TRIP, FIRST_RETRY = 0.5, 0.01, 0.2  # [s]
-TOLERANCE = BURST / 2  # [s] what two waits in a row may add, each too short to be noticed
+TIMEOUT, TRIP = 0.5, 0.01    # [s]
+FIRST_RETRIES = 0.03, 0.2    # [s] of a link such as Wi-Fi, of TCP
+SEGMENT = 20                 # small messages in one, when they are sent again
 
 
 class History:
@@ -18,6 +19,7 @@ class History:
 
     def __init__(self, seed, rate):
         self.chance = random.Random(seed)
+        self.first_retry = self.chance.choice(FIRST_RETRIES)
         self.end = self.chance.uniform(2.0, 12.0)
         self.outages = list(self._outages())
         self.deliveries = sorted(self._deliver(list(self._publish(rate))))  # (arrival, publication) [s]
@@ -44,16 +46,16 @@ class History:
             now = max(now, pause)
 
     def _deliver(self, published):
-        """What is lost is sent again after 0.2, 0.6, 1.4 s ...; behind it all waits, and comes in growing pieces."""
-        waiting, retry, pause = [], None, FIRST_RETRY
+        """What is lost is sent again after one, three, seven ... first pauses; what waits comes in growing pieces."""
+        waiting, retry, pause = [], None, self.first_retry
         while published or waiting:
             if waiting and not (published and published[0] < retry):
                 if self.up(retry, retry + TRIP):
-                    arrival, amount = retry + TRIP, 1
+                    arrival, amount = retry + TRIP, SEGMENT
                     while waiting:
                         yield from ((arrival, one) for one in waiting[:amount])
                         waiting, amount, arrival = waiting[amount:], 2 * amount, arrival + 2 * TRIP
-                    pause = FIRST_RETRY
+                    pause = self.first_retry
                 else:
                     pause *= 2
                     retry += pause
@@ -62,7 +64,7 @@ class History:
                 if not waiting and self.up(now, now + TRIP):
                     yield now + TRIP, now
                 else:
-                    retry = retry if waiting else now + FIRST_RETRY
+                    retry = retry if waiting else now + self.first_retry
                     waiting.append(now)
 
 
@@ -100,8 +102,8 @@ def longest_drive(history):
     return max(longest, until - published)
 
 
-@pytest.mark.parametrize("rate", [10.0, 20.0, 50.0])
-def test_no_command_moves_the_robot_for_much_longer_than_the_time_out_after_it_was_sent(rate):
-    for seed in range(3000):
+@pytest.mark.parametrize("rate", [5.0, 10.0, 20.0, 50.0])
+def test_no_command_moves_the_robot_for_longer_than_the_time_out_after_it_was_sent(rate):
+    for seed in range(2000):
         drive = longest_drive(History(seed, rate))
-        assert drive < TIMEOUT + BURST + 1.0 / rate + TOLERANCE, f"seed {seed}"
+        assert drive < TIMEOUT + TRIP, f"seed {seed}"

@@ -172,7 +172,7 @@ def test_who_has_not_asked_for_motion_may_drive_beside_one_who_has_to_stop_first
 
 
 def test_a_command_that_has_waited_drives_for_as_much_less(arbiter):
-    assert arbiter.command("hand", HAND, 1.0, age=0.2) == [HAND]
+    assert arbiter.command("hand", HAND, 1.0, spent=0.2) == [HAND]
     assert arbiter.look(1.09) == []
     assert arbiter.look(1.1) == [STOP]
 

@@ -12,6 +12,7 @@ import http.client
 import os
 import socket
 import sys
+import time
 import xml.parsers.expat
 import xmlrpc.client
 from urllib.parse import urlsplit
@@ -20,6 +21,8 @@ import rospkg
 
 CALLER = "/robotont_require"
 PATIENCE = 1.0  # [s] for each answer
+SETTLE = 0.3    # [s] within which two launches that ask at once have both claimed
+FRESH = 30.0    # [s] for which a claim counts; until then a launch has its nodes on the master
 RPC_ERRORS = (OSError, ValueError, xmlrpc.client.Error, http.client.HTTPException, xml.parsers.expat.ExpatError)
 
 
@@ -57,6 +60,30 @@ def running(names, master_uri):
     return None
 
 
+def claimed(name, master_uri):
+    """Claim a node's name for the launch that asks; (name, words on its process) when another one has, or None."""
+    key, mine = "/robotont_launch" + name, [socket.gethostname(), os.getppid(), time.monotonic()]
+    try:
+        master = xmlrpc.client.ServerProxy(master_uri)
+        code, _, other = master.getParam(CALLER, key)
+        if code != 1 or not _starts(*other):
+            master.setParam(CALLER, key, mine)
+            time.sleep(SETTLE)
+            other = master.getParam(CALLER, key)[2]
+    except RPC_ERRORS:
+        return None
+    return (name, f"process {other[1]} on {other[0]} is starting it") if other[:2] != mine[:2] else None
+
+
+def _starts(host, pid, since):
+    """Whether the launch that has claimed a name may still be about to start its nodes; of other computers unknown."""
+    try:
+        with open(f"/proc/{pid}/cmdline", "rb") as file:
+            return bool(file.read()) and host == socket.gethostname() and time.monotonic() - since < FRESH
+    except OSError:
+        return False
+
+
 def _listens(uri):
     """Whether a process has the port of a node's URI; not when it was killed, or its computer is out of reach."""
     try:
@@ -78,7 +105,8 @@ def main():
     if lacking:
         sys.exit(words(options.launch_file, lacking, options.debian))
     master_uri = os.environ.get("ROS_MASTER_URI", "")
-    other = running(["/" + "/".join(filter(None, name.split("/"))) for name in options.free], master_uri)
+    names = ["/" + "/".join(filter(None, name.split("/"))) for name in options.free]
+    other = names and (running(names, master_uri) or claimed(names[0], master_uri))
     if other:
         name, process = other
         sys.exit(f"{options.launch_file}: {name} runs already on ROS master {master_uri}: {process}. Use that one, or "

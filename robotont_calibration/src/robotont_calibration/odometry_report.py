@@ -124,7 +124,7 @@ def main(arguments=None):
             listen(topics, options.seconds)
         report = make_report(recording, options)
         print(report.table())
-        report.draw(options.output, f"Odometry against {report.named}")
+        report.draw(options.output, f"Odometry against {report.named}: {options.recording or 'live'}")
         if options.tum:
             Path(options.tum).mkdir(parents=True, exist_ok=True)
             write_tum(str(Path(options.tum) / "reference.tum"), report.reference)

@@ -104,17 +104,17 @@ class Arbiter:
         return [(state.name, state.ignored[0], state.sender) for state in self._states
                 if state.ignored and now - state.ignored[1] < state.timeout and state.moving(now)]
 
-    def command(self, name, twist, now, sender="", age=0.0):
+    def command(self, name, twist, now, sender="", spent=0.0):
         """Take a command that a sender has put on an input; the time-outs that were due before it come first.
 
-        age: [s] for which it has waited on its way, less than the input's time-out.
+        spent: [s] of the input's time-out that it has used up on its way.
         """
         due = self.look(now)
         state = self._by_name[name]
         may_drive = state.stand_first.admits(sender, twist != STOP, now) or self.locked
         if not may_drive or not state.admits(sender, twist, now):
             return due
-        state.twist, state.received = tuple(twist), now if twist == STOP else now - age
+        state.twist, state.received = tuple(twist), now if twist == STOP else now - spent
         if self.locked:
             return due
         if twist != STOP:

@@ -80,12 +80,12 @@ class CmdVelMux:
         with self._lock:
             now, header = boot_time(), connection_header(message)
             self._commands[name] += 1
-            age = self._arrivals.age(header, now)
-            if twist != STOP and age >= self._timeouts[name]:
+            spent = self._arrivals.spent(header, now, self._timeouts[name])
+            if twist != STOP and spent >= self._timeouts[name]:
                 self._outdated += 1
                 return
             before = self._arbiter.driver
-            self._send(self._arbiter.command(name, twist, now, header.get("callerid", ""), age))
+            self._send(self._arbiter.command(name, twist, now, header.get("callerid", ""), spent))
             changed = before != self._arbiter.driver
             news = refusal and self._refusals.refuse((name, refusal.split()[0]), now)
             if refusal:
@@ -130,7 +130,7 @@ class CmdVelMux:
                 return
             self._driver = driver
             self._driven_by.publish(driver)
-        rospy.loginfo("drives: %s", driver)
+        rospy.loginfo("who drives: %s", driver)
 
     def _look_for_others(self):
         """Find other publishers of cmd_vel; returns the time to rest."""
@@ -139,7 +139,7 @@ class CmdVelMux:
         except (OSError, rosgraph.MasterException):
             return PUBLISHERS_PERIOD  # the master is gone; the robot is not
         topic = rospy.resolve_name("cmd_vel")
-        nodes = {node for name, names in publishers if name == topic for node in names}
+        nodes = {node for name, names in publishers if name in (topic, topic + "_stamped") for node in names}
         others = tuple(sorted(nodes - {rospy.get_name()}))
         if others and others != self._others:
             rospy.logwarn("%s publish%s straight to %s, past this mux: let them publish on cmd_vel/navigation or "
@@ -162,9 +162,9 @@ class CmdVelMux:
                        for name, sender, owner in arbiter.ignored(now)]
             values = {
                 "drives": driver,
-                "wait": ", ".join(waiting) or "nobody",
+                "waiting": ", ".join(waiting) or "none",
                 **{f"commands of {name}": count for name, count in self._commands.items()},
-                "ignored": "; ".join(ignored) or "nobody",
+                "ignored": "; ".join(ignored) or "none",
                 "commands refused": self._refusals.amount,
                 "commands too old": self._outdated,
                 "times that this node was stopped or starved": self._arrivals.stalls.stalls,

@@ -45,8 +45,9 @@ class HandOutput:
         count = self._command.get_num_connections()
         if not count:
             return f"no node listens to {rospy.resolve_name(self.topic)}"
-        return f"{count} listen to {rospy.resolve_name(self.topic)}" + \
-            (f", drives: {self._driven_by}" if self._driven_by else "")
+        if self._driven_by:
+            return f"drives: {self._driven_by}"
+        return f"{count} listen to {rospy.resolve_name(self.topic)}"
 
     @property
     def connected(self):

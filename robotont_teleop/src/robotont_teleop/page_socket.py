@@ -61,7 +61,7 @@ class PageSocket(Guarded, tornado.websocket.WebSocketHandler):
         limit_waiting(self, SEND_BUFFER)
         self._read_at = time.monotonic()
         settings = self.server.settings
-        self.send({"kind": "hello", "page": self.number, "linear": settings.speeds.linear,
+        self.send({"kind": "hello", "page": self.number, "robot": settings.robot, "linear": settings.speeds.linear,
                    "angular": settings.speeds.angular, "oldest": settings.oldest, "dead_man": settings.dead_man})
 
     def on_message(self, text):

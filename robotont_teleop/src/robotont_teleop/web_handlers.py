@@ -1,6 +1,7 @@
 """The requests of browsers other than the page's messages: who may ask, and files, login, map and camera."""
 
 import asyncio
+import json
 import mimetypes
 import time
 from typing import NamedTuple, Optional
@@ -158,8 +159,8 @@ class File(NamedTuple):
     content: bytes
 
 
-def read_files(folder):
-    """The page's files by name; nothing else can be asked for."""
+def read_files(folder, robot):
+    """The page's files by name, with the robot's name in that of the home screen; nothing else can be asked for."""
     kinds = {**mimetypes.types_map, ".webmanifest": "application/manifest+json", ".js": "text/javascript"}
     files = {}
     for path in folder.iterdir():
@@ -167,6 +168,9 @@ def read_files(folder):
         if kind and path.is_file():
             text = kind.startswith("text/") or kind.endswith("json")
             files[path.name] = File(kind + ("; charset=utf-8" if text else ""), path.read_bytes())
+    manifest = files["manifest.webmanifest"]
+    content = json.dumps({**json.loads(manifest.content), "name": robot, "short_name": robot}).encode()
+    files["manifest.webmanifest"] = manifest._replace(content=content)
     return files
 
 

@@ -16,6 +16,7 @@ import tornado.netutil
 import tornado.web
 
 from robotont_teleop.driving_seat import DrivingSeat
+from robotont_teleop.foxglove import Channels, FoxgloveSocket
 from robotont_teleop.messages import LONGEST, read_message
 from robotont_teleop.page_socket import GOING_AWAY, PageSocket
 from robotont_teleop.web_handlers import CameraHandler, FileHandler, LoginHandler, MapHandler, read_files
@@ -36,23 +37,26 @@ class ServerSettings(NamedTuple):
     max_pages: int          # open pages
     max_connections: int    # open connections, pages among them
     speeds: Any             # Speeds that no page exceeds
+    robot: str = "Robotont"  # name that people know it by
+    viewer_origins: Tuple[str, ...] = ()  # of viewers in browsers, beside this computer's own
 
 
 class WebServer:
     """All open pages, the seat from which one of them drives, and the loop that feeds them."""
 
-    def __init__(self, robot, access, settings, folder):
+    def __init__(self, robot, access, settings, folder, viewer_topics=None):
         self.robot = robot
         self.access = access
         self.settings = settings
         self.seat = DrivingSeat(settings.speeds, settings.oldest, settings.dead_man)
         self.pages = set()
-        self.files = read_files(Path(folder))
+        self.files = read_files(Path(folder), settings.robot)
         self.refused = 0        # messages and requests that were malformed, foreign or too many
         self.commands = 0       # sent to the robot
         self._next_id = 1
         self._dead_man = None   # the timer's handle
         self._loop = asyncio.get_running_loop()
+        self.channels = Channels(viewer_topics, self._loop)
         self._feeder = None
         self._server = None
 
@@ -183,7 +187,7 @@ class WebServer:
     def _application(self):
         application = tornado.web.Application(
             [(r"/socket", PageSocket), (r"/login", LoginHandler), (r"/map\.png", MapHandler),
-             (r"/camera\.jpg", CameraHandler), (r"/(.*)", FileHandler)],
+             (r"/camera\.jpg", CameraHandler), (r"/foxglove", FoxgloveSocket), (r"/(.*)", FileHandler)],
             websocket_max_message_size=2 * LONGEST, websocket_ping_interval=5.0, websocket_ping_timeout=10.0,
             log_function=lambda handler: None)
         application.web_server = self

@@ -69,12 +69,17 @@ class CommandStream:
             (self._stand_first.press if pressed else self._stand_first.release)(now)
         return changed
 
-    def twist(self, now):
-        """The twist to send at time `now`. Stops (time-out, refusal, emergency) are not slowed by limits."""
-        if self._target is not None and now - self._received >= self.timeout:
+    def expire(self):
+        """The newest command times out: now, whatever its age."""
+        if self._target is not None:
             self.timeouts += 1
             self.cut_off = self._target != STOP
             self._target = None
+
+    def twist(self, now):
+        """The twist to send at time `now`. Stops (time-out, refusal, emergency) are not slowed by limits."""
+        if self._target is not None and now - self._received >= self.timeout:
+            self.expire()
         if self.stopped or self._target is None:
             self._sent = STOP
         elif not self._limits_acceleration:

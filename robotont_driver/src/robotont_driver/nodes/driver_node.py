@@ -1,9 +1,10 @@
 """The ROS side of driver_node: cmd_vel in, serial_write out."""
 
+import math
 import threading
 
 import rospy
-from geometry_msgs.msg import Twist
+from geometry_msgs.msg import Twist, TwistStamped
 from std_msgs.msg import Bool, String
 from std_srvs.srv import Trigger, TriggerResponse
 
@@ -46,6 +47,7 @@ PARAMETERS = (
 )
 
 
+CLOCKS_APART = 0.2  # [s] by which a stamp may lie ahead
 PRESSED_BY = "emergency_stop_pressed"  # parameter in the namespace of the wheels': a restarted node stays stopped
 
 
@@ -67,6 +69,7 @@ class DriverNode:
         self._lock = threading.Lock()
         self._sent_at = boot_time()
         self._refusals = Refusals()
+        self._commander = None  # header of the connection by which the newest command came
         self._arrivals = Arrivals(parameters["cmd_timeout"] / 2, self._sent_at)
         self._packets = topics.serial_write
         self._packets.advertise()
@@ -79,25 +82,34 @@ class DriverNode:
         emergency_stop = rospy.Subscriber("emergency_stop", Bool, self._on_emergency_stop, tcp_nodelay=True)
         rospy.Service("emergency_stop/release", Trigger, self._on_release)
         cmd_vel = rospy.Subscriber("cmd_vel", Twist, self._on_command, queue_size=1, tcp_nodelay=True)
-        self._arrivals.link = OutageWatch(newest=[cmd_vel], every=[emergency_stop]).link
+        stamped = rospy.Subscriber("cmd_vel_stamped", TwistStamped, self._on_stamped, queue_size=1, tcp_nodelay=True)
+        self._arrivals.link = OutageWatch(newest=[cmd_vel, stamped], every=[emergency_stop]).link
         Health(robot_name(), {"command stream": self._report}, name)
 
     def _on_command(self, message):
-        linear, angular = message.linear, message.angular
-        header = connection_header(message)
+        self._command(message, connection_header(message))
+
+    def _on_stamped(self, message):
+        """A stamp only ever makes a command older than it is known to be without."""
+        age = (rospy.Time.now() - message.header.stamp).to_sec()
+        self._command(message.twist, connection_header(message), age if age > -CLOCKS_APART else math.inf)
+
+    def _command(self, twist, header, age=0.0):
+        linear, angular = twist.linear, twist.angular
         now = boot_time()
         moves = any((linear.x, linear.y, linear.z, angular.x, angular.y, angular.z))
         with self._lock:
-            age = self._arrivals.age(header, now)
-            old = moves and age >= self._stream.timeout
+            spent = max(age, self._arrivals.spent(header, now, self._stream.timeout))
+            old = moves and spent >= self._stream.timeout
             if not old:  # zeros stop at any age
                 refusal = self._stream.command((linear.x, linear.y, linear.z), (angular.x, angular.y, angular.z),
-                                               now - age if moves else now,
-                                               header.get("callerid", ""))
+                                               now - spent if moves else now, header.get("callerid", ""))
+                self._commander = header
                 self._send(now)
         if old:
             if self._refusals.refuse("old", now):
-                rospy.logwarn("an old cmd_vel (kept back on its way, or latched before) does not drive")
+                rospy.logwarn("an old command (kept back on its way, latched before, or of a clock that is apart) does "
+                              "not drive")
             return
         if refusal and self._refusals.refuse(refusal.split()[0], now):
             rospy.logwarn("cmd_vel refused, the robot stops: %s", refusal)
@@ -144,6 +156,10 @@ class DriverNode:
         with self._lock:
             now = boot_time()
             self._arrivals.stalls.tick(now)
+            if self._commander and not self._arrivals.link(self._commander):
+                self._commander = None  # it has ended
+                self._stream.expire()
+                self._send(now)
             left = self._stream.time_left(now)
             if now - self._sent_at >= self._period or left == 0.0:
                 self._send(now)
@@ -165,7 +181,7 @@ class DriverNode:
                 "commands": stream.commands,
                 "refused": stream.refused,
                 "time-outs": stream.timeouts,
-                "newest command limited": stream.limited,
+                "newest command limited": "yes" if stream.limited else "no",
                 "emergency stop": ", ".join(self._emergency_stop.pressed_by) or "not pressed",
                 "times that this node was stopped or starved": self._arrivals.stalls.stalls,
                 "age of newest command [s]": "none yet" if age is None else f"{age:.2f}",

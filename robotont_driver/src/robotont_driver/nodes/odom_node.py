@@ -19,9 +19,10 @@ from robotont_driver.odometry.gyro_fusion import GyroFusion
 from robotont_driver.odometry.odometry import WheelOdometry
 from robotont_driver.odometry.slip import SlipDetector
 from robotont_driver.parameters.parameters import Parameter
-from robotont_driver.ros.clocks import read_clocks
+from robotont_driver.ros.clocks import boot_time, read_clocks
 from robotont_driver.ros.diagnostics import OK, WARN, Health, Rate, robot_name
 from robotont_driver.ros.imu_input import ImuInput
+from robotont_driver.ros.kept_pose import KeptPose
 from robotont_driver.ros.lifecycle import Part, init_node, serve
 from robotont_driver.ros.log_throttle import Refusals
 from robotont_driver.ros.packet_topics import topics_between_processes
@@ -62,6 +63,7 @@ PARAMETERS = (
               minimum=0.0, maximum=0.5),
     Parameter("joint_names", "", "names of the wheel joints in the wheel file's order, between blanks; empty: "
               "wheel_0_joint, ..."),
+    Parameter("run", "", "set by odom_node itself: started again with the same one, it goes on from its newest pose"),
     Parameter("joint_prefix", "", "put before the names of the wheel joints"),
 )
 
@@ -84,6 +86,10 @@ class OdomNode:
                 Gyro(period, parameters["gyro_noise"], GYRO_BIAS_DRIFT, parameters["gyro_scale"],
                      parameters["gyro_scale_noise"]), false_alarms)
         self._odometry = WheelOdometry(kinematics, period, noise, self._gyro)
+        self._kept = KeptPose(name, parameters["run"], boot_time())
+        if self._kept.found:
+            self._odometry.pose.resume(*self._kept.found[:2])
+            rospy.logwarn("odom_node goes on from where it was %.1f s ago", self._kept.found.gap)
         self._detector = self._watch = None  # packets of speeds (period 0) are no measurement
         if period and wheels.amount > 3 and false_alarms:
             self._detector = SlipDetector(
@@ -144,6 +150,8 @@ class OdomNode:
             self._odometry.update(counts, elapsed, stamp)
             self._packets += 1
             self._publish(stamp)
+            pose = self._odometry.pose
+            self._kept.keep((pose.x, pose.y, pose.yaw), pose.covariance, self._odometry.twist, boot_time())
             if self._watch:  # the diagnostics can wait, the odometry need not
                 self._watch.update(counts, self._newest_command())
             changed = self._alarms() != alarms
@@ -215,6 +223,8 @@ class OdomNode:
             followed = self._watch.followed if self._watch else None
             alarms = self._detector.alarms if self._detector else 0
             suspects = self._gyro_suspects()
+        found = self._kept.found
+        values["went on from an earlier pose"] = f"after {found.gap:.1f} s without odometry" if found else "no"
         values["wheels compared by"] = self._comparison()
         values["wheels excluded"] = list_wheels(slipping) or "none"
         values["wheels excluded so far"] = alarms
@@ -263,7 +273,7 @@ class OdomNode:
             recently = clock.event and arrived - clock.event_at < RECENTLY
         if recently:
             return WARN, clock.event + "; odometry, transforms and joint states go on with its new time", values
-        return OK, "stamps by packet number and arrival" if self._odometry.period else "stamps by arrival", values
+        return OK, "by packet number and arrival" if self._odometry.period else "by arrival", values
 
     def _warning(self):
         """Hint that three wheels have no redundancy; empty where there is some."""

@@ -1,6 +1,7 @@
 """The ROS side of serial_com_node: serial_write to the port, the port to serial_read."""
 
 import contextlib
+import threading
 import time
 import traceback
 from collections import deque
@@ -14,6 +15,7 @@ from robotont_driver.link.serial_link import SerialLink
 from robotont_driver.parameters.parameters import Parameter
 from robotont_driver.protocol.dialects import AUTO, DISTANCE, NAMES, Recognised, expect_dialect
 from robotont_driver.protocol.dialects.dialect import DialectError
+from robotont_driver.protocol.dialects.recognition import explained
 from robotont_driver.protocol.packet import format_packet
 from robotont_driver.ros.diagnostics import ERROR, OK, WARN, Health, Rate
 from robotont_driver.ros.lifecycle import Part, init_node, serve
@@ -23,6 +25,7 @@ from robotont_driver.ros.packet_topics import topics_between_processes
 
 DOUBT = ("lines of the board were lost, or it has restarted: the odometry may be wrong by the counts between, and its "
          "covariance contains them")
+START_PATIENCE = 3.0  # [s] for which a board may be missing at the start before the log says so; diagnostics do at once
 LARGEST_REACH = 0x7FFF  # [edges] what the 16 bits of a packet's totals can represent
 
 PARAMETERS = (
@@ -85,7 +88,7 @@ class SerialComNode:
         self._dialect.tick(time.monotonic())
         spoken = self._dialect.spoken
         if spoken.obstacle:
-            rospy.logerr_throttle(10.0, "does not drive: %s", spoken.obstacle)
+            rospy.logerr_throttle(10.0, "does not drive: %s (docs/robots.md)", spoken.obstacle)
         # a command must not reach the board before its greeting, which the link's thread is about to send
         met = self._met
         line = spoken.encode(command) if spoken is met else b""
@@ -134,7 +137,7 @@ class SerialComNode:
         if isinstance(spoken, Recognised):
             self._met = spoken
             return  # still listening
-        rospy.loginfo("the board speaks %s", spoken.name)
+        rospy.loginfo("%s: the board speaks %s", self._parameters["port"], explained(spoken.name))
         if spoken.complaint:
             rospy.logwarn("%s", spoken.complaint)
         self._link.hurry(spoken.hello, spoken.pause)
@@ -157,15 +160,26 @@ class SerialComNode:
     def _on_change(self, trouble):
         if trouble:
             self._met = None
-            rospy.logwarn("%s", trouble)
+            if self._link.opened:
+                rospy.logwarn("%s", trouble)
+            else:  # the simulator's board comes a moment later
+                timer = threading.Timer(START_PATIENCE, self._complain)
+                timer.daemon = True
+                timer.start()
             return
+        port = self._parameters["port"]
         if self._link.opened > 1:
-            rospy.logwarn("port open again; what the wheels have turned meanwhile is missing in the odometry")
+            rospy.logwarn("%s: open again; what the wheels have turned meanwhile is missing in the odometry", port)
         else:
-            rospy.loginfo("port open")
-        self._dialect.usb_id = usb_id(self._parameters["port"])
+            rospy.loginfo("%s: open", port)
+        self._dialect.usb_id = usb_id(port)
         self._dialect.connect(time.monotonic())
         self._meet(self._dialect.spoken)
+
+    def _complain(self):
+        trouble = self._link.trouble
+        if trouble:
+            rospy.logwarn("%s", trouble)
 
     def _report(self):
         dialect, link = self._dialect.spoken, self._link
@@ -205,7 +219,7 @@ class SerialComNode:
             return WARN, silence(dialect, new_errors), values
         if new_errors:
             return WARN, f"{new_errors} lines dropped in the last second: check cable and baudrate", values
-        return OK, f"{rate:.0f} packets/s", values
+        return OK, f"{rate:.0f} packets/s, {dialect.name}", values
 
     def _report_board(self):
         errors, warnings, values = self._dialect.spoken.report_board()

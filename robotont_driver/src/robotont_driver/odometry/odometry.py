@@ -34,6 +34,12 @@ class Pose:
         self.x = self.y = self.yaw = 0.0
         self.covariance = self._start_covariance
 
+    def resume(self, pose, covariance):
+        """Go on from a pose (3 floats) with its Covariance."""
+        self.reset()
+        self.x, self.y, self.yaw = pose
+        self.covariance = covariance
+
     def move(self, step, step_covariance=NONE, lasting=None):
         """Move by a step (3 floats) with its Covariance.
 

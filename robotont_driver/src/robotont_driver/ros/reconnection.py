@@ -19,6 +19,7 @@ from robotont_driver.ros.worker import Worker
 
 PERIOD = 0.25        # [s] between two looks
 ANSWER_WITHIN = 0.4  # [s] or a machine counts as out of reach
+TAKEN_WITHIN = 5.0   # [s] rospy has begun to connect to those that it was asked for
 
 
 class OutageWatch:
@@ -34,6 +35,8 @@ class OutageWatch:
         self._links = {}     # Link of each connection
         self._received = {}  # bytes received from each connection
         self._probed = set()  # URIs that are being probed
+        self._asked = {}      # [s] when rospy was asked to connect, by (topic, URI)
+        self._asking = threading.Lock()
         self._looked = boot_time()
         Worker(self._look)
 
@@ -99,7 +102,15 @@ class OutageWatch:
                 disconnect(topic, connection)
             else:
                 connection.endpoint_id = f"before the outage at {boot_time():.3f}: {uri}"
-            connect_anew(topic, uri)
+            self._connect(topic, uri)
+
+    def _connect(self, topic, uri):
+        """Have rospy connect. Of several such words on a topic it takes the newest only: each holds those before it."""
+        with self._asking:
+            now = boot_time()
+            self._asked = {pair: at for pair, at in self._asked.items() if now - at < TAKEN_WITHIN}
+            self._asked[topic.resolved_name, uri] = now
+            connect_anew(topic, {other for name, other in self._asked if name == topic.resolved_name})
 
 
 def _ends(connection):

@@ -4,24 +4,39 @@ import atexit
 import faulthandler
 import functools
 import os
+import sys
+import time
 
+import rosgraph
 import rospy
 
 from robotont_driver.ros import rospy_internals
 
+MASTER_WITHIN = 10.0  # [s] for which a node waits for a master
 FAREWELL = 3.0  # [s] for the last messages and for the master to hear of the end; roslaunch and systemd wait for 10
 
 
 def init_tool(name):
     """Make this process a node, beside others of that name; signals stay with the process."""
-    rospy_internals.mend_servers()
+    rospy_internals.mend()
     atexit.register(end_soon)  # before rospy's own, which was registered earlier; a tool may work on after a shutdown
     rospy.init_node(name, anonymous=True, disable_signals=True)
 
 
 def init_node(name):
-    """Make this process the node `name`, which ends soon after it was told to."""
-    rospy_internals.mend_servers()
+    """Make this process the node `name`, which ends soon after it was told to. Without a master it ends this process.
+
+    rospy would ask the master for a clock for 10 s, take no signal meanwhile, and end with a traceback.
+    """
+    end = time.monotonic() + MASTER_WITHIN
+    while not rosgraph.is_master_online():
+        words = f"{name}: no ROS master at {rosgraph.get_master_uri()}"
+        if time.monotonic() > end:
+            sys.exit(f"{words}: is the robot running? roslaunch starts a master, or roscore")
+        if end - time.monotonic() > MASTER_WITHIN - 0.3:
+            print(f"{words}: waiting {MASTER_WITHIN:g} s for one", file=sys.stderr, flush=True)
+        time.sleep(0.4)
+    rospy_internals.mend()
     rospy.on_shutdown(end_soon)  # the first of all
     rospy.init_node(name)
 

@@ -5,6 +5,7 @@ stands in `robotont_teleop/page_frames.py`.
 """
 
 import functools
+import io
 import threading
 import xmlrpc.client
 
@@ -22,8 +23,15 @@ def connection_header(message):
 
 
 def serialized(message):
-    """The bytes of an AnyMsg, which has no fields."""
-    return message._buff
+    """The bytes of a message; those of an AnyMsg, which has no fields, as they came.
+
+    Where the process has a typed subscriber of the topic as well, rospy hands on typed messages to all.
+    """
+    if isinstance(message, rospy.AnyMsg):
+        return message._buff
+    output = io.BytesIO()
+    message.serialize(output)
+    return output.getvalue()
 
 
 def connections(topic):
@@ -55,14 +63,14 @@ def disconnect(subscriber, connection):
     subscriber.impl.remove_connection(connection)
 
 
-def connect_anew(subscriber, uri):
-    """Connect to the publisher at `uri` once more, as if the master had just named it; nobody else can ask for that.
+def connect_anew(subscriber, uris):
+    """Connect to the publishers at `uris` (a set) once more, as if the master had just named them; nobody else can ask.
 
-    One that is connected already, as `uri`, keeps its connection.
+    Those that are connected already keep their connection.
     """
-    known = [one.endpoint_id for one in connections(subscriber) if one.endpoint_id.startswith("http")]
+    known = {one.endpoint_id for one in connections(subscriber) if one.endpoint_id.startswith("http")}
     own = xmlrpc.client.ServerProxy(rospy.get_node_uri())
-    own.publisherUpdate("/master", subscriber.resolved_name, [*known, uri])
+    own.publisherUpdate("/master", subscriber.resolved_name, sorted(known | uris))
 
 
 def goal_id(client):
@@ -70,8 +78,10 @@ def goal_id(client):
     return client.gh.comm_state_machine.action_goal.goal_id.id
 
 
-def mend_servers():
-    """Mend both servers of this process; call before rospy.init_node."""
+def mend():
+    """Mend both servers of this process, and its end; call before rospy.init_node."""
+    # Debian 11's rospy 1.15.9 asks its threads by this name as it ends, Python 3.9 has it no more: traceback, status 1
+    threading.Thread.isAlive = threading.Thread.is_alive
     rosgraph.xmlrpc.ThreadingXMLRPCServer.service_actions = _end_without_socket
     _hear_all_who_connect()
 

@@ -5,10 +5,12 @@ import json
 import os
 import sys
 import time
+import xmlrpc.client
 from pathlib import Path
 
 from robotont_testing import places
 from robotont_testing.harness import Processes, free_port, wait_for, wait_for_master
+from robotont_testing.robots import SHIPPED
 from robotont_testing.stand_in_board import Board
 
 PATIENCE = 60.0  # [s]
@@ -88,8 +90,10 @@ class RobotRig:
         wait_for_master(self.environment["ROS_MASTER_URI"], PATIENCE)
         if board:
             self.board.plug()
-            self._rig.start("roslaunch", "-p", self._port, places.launch("robot.launch"), f"port:={self.board.link}",
-                            "description:=false", "mux:=false", **self.environment)
+            master = xmlrpc.client.ServerProxy(self.environment["ROS_MASTER_URI"])
+            for key, value in {**SHIPPED, "serial_com_node": {"port": self.board.link}}.items():
+                master.setParam("/rig", "/" + key, value)
+            self._rig.start(places.program("robotont_driver", "robotont_node"), **self.environment)
         self.navigation = self._rig.start(sys.executable, HERE / "stand_in_navigation.py", self.log, **self.environment)
 
     def start_fleet_node(self, *arguments):

@@ -66,7 +66,7 @@ function fill(card, robot) {
   const {voltage, charge} = robot.battery ?? {};
   find(".charge").textContent = (charge ?? null) !== null ? `${Math.round(100 * charge)} %` : voltage ? `${voltage.toFixed(1)} V` : "";
   find(".words").textContent = words(robot);
-  find(".facts").textContent = [robot.driven_by ? `driven by ${robot.driven_by}` : "nobody drives",
+  find(".now").textContent = [robot.driven_by ? `driven by ${robot.driven_by}` : "nobody drives",
     robot.speed ? `${robot.speed[0].toFixed(2)} m/s` : "", robot.frame === "map" ? "" : "not on the map"].filter(Boolean).join(" · ");
   find(".goal").disabled = !robot.present || robot.frame !== "map";
   find(".cancel").disabled = find(".one").disabled = !robot.present;

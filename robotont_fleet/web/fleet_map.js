@@ -56,7 +56,7 @@ export function draw(canvas, view, chosen) {
     pen.lineTo(width, down(y));
   }
   pen.stroke();
-  pen.font = "600 14px system-ui, sans-serif";
+  pen.font = `600 ${robots.length > 12 ? 11 : 14}px system-ui, sans-serif`;
   pen.textAlign = "center";
   for (const robot of robots) {
     const [x, y, yaw] = robot.pose, size = Math.max(8, 0.15 * scale);

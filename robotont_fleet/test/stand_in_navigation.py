@@ -11,6 +11,7 @@ from actionlib_msgs.msg import GoalID
 from geometry_msgs.msg import PoseStamped, TransformStamped, Twist
 from move_base_msgs.msg import MoveBaseAction, MoveBaseActionGoal
 from sensor_msgs.msg import BatteryState
+from std_msgs.msg import String
 from tf2_msgs.msg import TFMessage
 
 rospy.init_node("move_base")
@@ -39,6 +40,8 @@ action_goals = rospy.Publisher("move_base/goal", MoveBaseActionGoal, queue_size=
 rospy.Subscriber("move_base_simple/goal", PoseStamped, on_goal)
 rospy.Subscriber("move_base/cancel", GoalID, lambda message: LOG.write(f"cancel {message.id}\n"))
 server.start()
+pressed = ""
+rospy.Subscriber("emergency_stop/pressed_by", String, lambda message: globals().update(pressed=message.data))
 transforms = rospy.Publisher("/tf_static", TFMessage, queue_size=1, latch=True)
 battery = rospy.Publisher("battery", BatteryState, queue_size=1)
 commands = rospy.Publisher("cmd_vel", Twist, queue_size=1)
@@ -48,8 +51,8 @@ at_map.transform.translation.x, at_map.transform.rotation.w = 1.0, 1.0
 transforms.publish([at_map])
 rate = rospy.Rate(10)
 while not rospy.is_shutdown():
-    forward = Twist()
-    forward.linear.x = 0.2
-    commands.publish(forward)
+    command = Twist()
+    command.linear.x = 0.0 if pressed else 0.2  # who has not stopped at a stop may not drive behind it
+    commands.publish(command)
     battery.publish(BatteryState(voltage=15.2, percentage=0.75))
     rate.sleep()

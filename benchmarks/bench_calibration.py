@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from robotont_calibration.calibrate_wheels import SECONDS, TRACKED, WHEEL_NOISE
-from robotont_calibration.calibration_runs import errors_along, seen_from, steps_of, tracked_run
+from robotont_calibration.calibration_runs import end_misfit, errors_along, seen_from, steps_of, tracked_run
 from robotont_calibration.recordings import read_recording
 from robotont_calibration.wheel_estimation import Unknowns, calibrate
 from robotont_driver.kinematics import se2
@@ -66,8 +66,17 @@ def bench_splits(_options):
                 errors = np.mean([errors_along(read_wheels(parameters), run, point) for run in runs[unseen]], axis=0)
                 rows.append(row(f"{' + '.join(fitted) or 'nominal'} ({radius} radius) -> {unseen}", 1000 * errors[0],
                                 "mm", bound=MOST.get(unseen, "") if len(fitted) == 2 and radius == "common" else "",
-                                note=f"heading at the end {math.degrees(errors[1]):.1f} deg"))
+                                note=f"heading at the end {math.degrees(errors[1]):.1f} deg; at the ends "
+                                     + ends(read_wheels(parameters), runs[unseen], point)))
     return rows
+
+
+def ends(wheels, runs, point):
+    """The data set's own four measures: errors of place and heading where runs end, on average and at worst."""
+    errors = np.array([end_misfit(wheels, run, point) for run in runs])
+    places, turns = np.hypot(errors[:, 0], errors[:, 1]), np.degrees(np.abs(errors[:, 2]))
+    return (f"{places.mean():.3f} m and {turns.mean():.1f} deg on average, "
+            f"{places.max():.3f} m and {turns.max():.1f} deg at worst")
 
 
 def normalised_error(wheels, runs, point):

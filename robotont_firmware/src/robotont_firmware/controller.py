@@ -198,6 +198,9 @@ class Controller:
         for wheel in range(self._wheels):
             farthest = max(farthest, abs(targets[wheel] - setpoints[wheel]))
         for wheel in range(self._wheels):
+            if farthest == 0:
+                fastest = max(fastest, abs(setpoints[wheel]))
+                continue
             change = targets[wheel] - setpoints[wheel]
             if farthest > limit:
                 change = change * limit // farthest

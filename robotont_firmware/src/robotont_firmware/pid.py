@@ -9,18 +9,19 @@ from robotont_firmware.compat import const, micropython
 from robotont_firmware.fault_watch import NO_FAULT, FaultWatch
 
 MAX_COUNTS = const(400)  # [edges/period] twice the motor's reach; a larger difference is no speed
+_FASTEST = const(MAX_COUNTS << 8)  # [1/256 unit]
 MAX_PERIODS = const(16)  # [periods] the most missed ticks that a step makes up for; the watchdog comes before
 
 _GROWTH = const(2)  # [edges/period] by which a braked wheel may seem to grow faster
 
 
-@micropython.native
-def clamp(value, limit):
+@micropython.viper
+def clamp(value: int, limit: int) -> int:
     """Return `value` brought into -limit..limit."""
     if value > limit:
         return limit
-    if value < -limit:
-        return -limit
+    if value < 0 - limit:
+        return 0 - limit
     return value
 
 
@@ -155,22 +156,28 @@ class Pid:
             counts = counts // periods
         return clamp(counts, MAX_COUNTS)
 
-    @micropython.native
-    def _torque(self, effort, speed):
+    @micropython.viper
+    def _torque(self, effort: int, speed: int) -> int:
         """Return what current the motor has at an effort and a speed, as the effort that gives it at rest."""
-        emf = self._v * speed >> 16
-        return effort - effort * emf // self._full if self._coasts and effort * emf > 0 else effort - emf
+        emf = int(self._v) * speed >> 16
+        if self._coasts and effort * emf > 0:
+            return effort - effort * emf // int(self._full)
+        return effort - emf
 
-    @micropython.native
-    def _advance(self, setpoint):
+    @micropython.viper
+    def _advance(self, setpoint: int):
         """Bring the reference nearer to the set-point, and exactly there in the end."""
-        change = self._follow * (setpoint - self._reference) >> 8
-        self._reference = setpoint if change == 0 else self._reference + change
+        before = int(self._reference)
+        change = int(self._follow) * (setpoint - before) >> 8
+        self._reference = setpoint if change == 0 else before + change
 
-    @micropython.native
-    def _integrate(self, error, limit):
+    @micropython.viper
+    def _integrate(self, error: int, limit: int):
         """Add to the integral, up to `limit`; what it holds already it may keep."""
-        self._integral = clamp(self._integral + error, max(limit, abs(self._integral)))
+        before = int(self._integral)
+        limit = before if before > limit else 0 - before if 0 - before > limit else limit
+        after = before + error
+        self._integral = limit if after > limit else 0 - limit if after < 0 - limit else after
 
     @micropython.native
     def _rests(self, setpoint, counts):
@@ -181,28 +188,31 @@ class Pid:
             self._still = self._still + 1 if counts == 0 else 0
         return self._still >= self._standstill
 
-    @micropython.native
-    def _feed_forward(self, setpoint):
+    @micropython.viper
+    def _feed_forward(self, setpoint: int) -> int:
         """Return the effort that moves the wheel along the reference; STATIC bridges the dead-band."""
-        ahead = self._reference + (self._lead * (setpoint - self._reference) >> 8)
-        effort = self._forward * clamp(ahead, MAX_COUNTS << 8) >> 16
-        if setpoint > 0:
-            return effort + self._static
-        if setpoint < 0:
-            return effort - self._static
-        return effort
+        reference = int(self._reference)
+        ahead = reference + (int(self._lead) * (setpoint - reference) >> 8)
+        ahead = _FASTEST if ahead > _FASTEST else 0 - _FASTEST if ahead < 0 - _FASTEST else ahead
+        effort = int(self._forward) * ahead >> 16
+        static = int(self._static)
+        return effort + static if setpoint > 0 else effort - static if setpoint < 0 else effort
 
-    @micropython.native
-    def _limit(self, effort, speed):
+    @micropython.viper
+    def _limit(self, effort: int, speed: int) -> int:
         """Return the effort within the torque limit around the back-EMF, which bounds the current, and MAX_EFFORT."""
-        emf = 0 if self._coasts else self._v * speed >> 16
-        torque = self._continuous if self.overloaded else self._max_torque
-        return clamp(emf + clamp(effort - emf, torque), self._max_effort)
+        emf = 0 if self._coasts else int(self._v) * speed >> 16
+        torque = int(self._continuous) if self.overloaded else int(self._max_torque)
+        most = int(self._max_effort)
+        effort -= emf
+        effort = emf + (torque if effort > torque else 0 - torque if effort < 0 - torque else effort)
+        return most if effort > most else 0 - most if effort < 0 - most else effort
 
-    @micropython.native
-    def _warm(self, torque, periods):
+    @micropython.viper
+    def _warm(self, torque: int, periods: int):
         """Sum what the motor's current heats it more than its continuous current would; it cools as slowly."""
-        torque = abs(torque) >> 4
-        heat = self._heat + (torque * torque - self._heating) * periods
-        self.overloaded = heat >= self._max_heat
-        self._heat = max(0, min(heat, self._max_heat))
+        torque = (torque if torque > 0 else 0 - torque) >> 4
+        most = int(self._max_heat)
+        heat = int(self._heat) + (torque * torque - int(self._heating)) * periods
+        self.overloaded = bool(heat >= most)
+        self._heat = most if heat > most else heat if heat > 0 else 0

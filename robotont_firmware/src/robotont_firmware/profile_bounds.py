@@ -71,7 +71,7 @@ def _check_times(config):
         room = bounds.line_bytes(config)
         _require("RATE", config.RATE, room <= _REPL_RING, f"a period that brings {_REPL_RING} bytes at most: UART 2")
     period = 1000000 // config.RATE  # [us]
-    work = 1500 + 1000 * config.WHEELS + (20 + 11 * config.WHEELS) * 10000000 // config.BAUDRATE
+    work = 1500 + 1450 * config.WHEELS + (20 + 11 * config.WHEELS) * 10000000 // config.BAUDRATE
     _require("RATE", config.RATE, work * 100 <= period * _LOAD, f"a period of {work * 100 // _LOAD} us or more")
     bounds.check_number(config, "WATCHDOG", 3000 // config.RATE + 20, bounds.MAX_PERIODS * 1000 // config.RATE)
 

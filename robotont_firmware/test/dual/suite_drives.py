@@ -1,9 +1,7 @@
 """Some of the drives of drives.py on every interpreter; test_firmware_drives_long.py has 2000 and 10 hours."""
 
-import sys
-
 from drives import PROFILES, broken, healthy, say
-from dual_tools import Config, Robot
+from dual_tools import FAST, Config, Robot
 from sim_motor import COAST, MICRO
 from suite_fuzz import Random
 
@@ -38,7 +36,7 @@ def fault_of(name, seconds, fastest, units, wrong, config, driving):
 def test_broken_encoders_are_found_in_time_and_run_not_away():
     random = Random(20181102)
     found = []
-    for number in range(100 if sys.maxsize > 1 << 31 else EVERYWHERE):
+    for number in range(100 if FAST else EVERYWHERE):
         drive = broken(random)
         assert not fault_of(*drive), fault_of(*drive)
         if number < EVERYWHERE:
@@ -48,8 +46,8 @@ def test_broken_encoders_are_found_in_time_and_run_not_away():
 
 def test_healthy_wheels_are_not_blamed():
     random = Random(20181103)
-    for _ in range(10 if sys.maxsize > 1 << 31 else 1):
-        blamed, _, why = healthy(random, 60 if sys.maxsize > 1 << 31 else 10)
+    for _ in range(10 if FAST else 1):
+        blamed, _, why = healthy(random, 60 if FAST else 10)
         assert not blamed, why
 
 

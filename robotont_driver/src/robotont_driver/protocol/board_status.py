@@ -53,7 +53,7 @@ class BoardStatus(NamedTuple):
         if self.flags & BATTERY_LOW:
             warnings.append("the battery is low: charge it")
         if self.flags & WAITS_FOR_ZERO and not self.fault:
-            warnings.append("the board waits for a command of zeros: it restarted by itself, or a fault has just ended")
+            warnings.append("the board waits for a command of zeros: it has restarted, or a fault has just ended")
         elif self.flags & TIMED_OUT:
             warnings.append("no valid commands reach the board: its motors are off")
         return warnings

@@ -12,6 +12,7 @@ from xml.etree import ElementTree
 
 from robotont_driver.nodes import driver_node, odom_node, serial_com_node
 from robotont_driver.ros.node_parameters import COMMON_PARAMETERS
+from robotont_fleet import fleet_node
 from robotont_map_navigation import localization_monitor
 from robotont_operations import recorder_node
 from robotont_simulator import simulator_node
@@ -19,7 +20,7 @@ from robotont_teleop import cmd_vel_mux, gamepad_teleop, keyboard_teleop, web_te
 
 FOLDER = Path(__file__).resolve().parent
 NODES = (driver_node, serial_com_node, odom_node, cmd_vel_mux, keyboard_teleop, gamepad_teleop, web_teleop_node,
-         recorder_node, localization_monitor, simulator_node)
+         recorder_node, localization_monitor, simulator_node, fleet_node)
 HEAD = "<!-- Written by draw_tables.py: `./robotont docs`. -->\n"
 
 

@@ -100,7 +100,7 @@ setup_state() {
 venv_of() {
     [ -f "$ROOT/setup/pypi/$1.txt" ] || return 0
     case $1 in
-        sim) echo venv ;;  # for nodes
+        sim | fleet) echo venv ;;  # for nodes
         *) echo tools ;;  # for no node
     esac
 }

@@ -53,6 +53,8 @@ def programs(mark):
 def drive_as_it_says(log, terminal):
     """What sim prints on how to go on is taken by its word."""
     wait_for(lambda: "Ctrl-C here ends all of it." in log.read_text(), "the hint", 60.0, 0.1)
+    assert "[WARN]" not in log.read_text()  # a healthy start
+    assert re.search(r"/robotont_node: .*/board: the board speaks checked \(this project's firmware", log.read_text())
     page, = re.findall(r"drive the robot in a browser: (\S+)", log.read_text())
     assert b"<html" in urllib.request.urlopen(page, timeout=10.0).read()
     drive, = re.findall(r"by a topic +(.*)", log.read_text())

@@ -394,7 +394,7 @@ def robot(tmp_path_factory):
         pytest.skip("no writable cgroup2 hierarchy here")
     tree = tmp_path / "tree"
     tree.mkdir()
-    install_robot("--root", tree)
+    install_robot("--root", tree, "--page")
     (tree / "etc/robotont/robot.conf").write_text(
         "ROBOTONT_PORT=/shared/board\nROBOTONT_ARGUMENTS=\n"
         "ROBOTONT_RECORDER_ARGUMENTS=folder:=/shared/black_box\n")
@@ -464,6 +464,20 @@ def test_a_service_that_is_killed_comes_back_with_those_that_need_it(robot, vict
     back = time.time()
     come(robot, lambda: robot.recorded_odometry(back), "odometry in the black box")
     assert {words for words in before if robot.process(words) != before[words]} == set(lost)
+
+
+@pytest.mark.timed
+def test_the_page_asks_for_the_token_whose_file_the_journal_names(robot):
+    come(robot, lambda: robot.process(DRIVER), "the driver")
+    robot.run("systemctl", "start", "robotont-page")
+    look = """
+import urllib.error, urllib.request
+try:
+    urllib.request.urlopen("http://127.0.0.1:8100/")
+except urllib.error.HTTPError as error:
+    print(error.code)"""
+    come(robot, lambda: robot.ask("python3", "-c", look) == "401\n", "the page")
+    come(robot, lambda: "asked for once: cat /var/lib/robotont/robotont_teleop_token" in robot.journal(), "its words")
 
 
 def remaining(group):

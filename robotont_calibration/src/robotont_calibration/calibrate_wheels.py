@@ -134,8 +134,10 @@ def run(options):
 
 def doubts(found):
     """Warnings about what the runs of a `Calibration` leave open."""
-    words = [f"these runs do not determine {name}: it stays near its old value; squares both ways, turns on the spot "
-             "and straight lines with an end of their own do" for name in found.undetermined]
+    words = []
+    if found.undetermined:
+        words.append(f"these runs do not determine {', '.join(found.undetermined)}, kept near the old values; squares "
+                     "both ways, turns on the spot and straight lines with an end of their own do")
     words += [f"{name} disagrees with the other runs and counts less; bumped, or measured wrongly?"
               for name in found.outlying]
     if found.one_kind:

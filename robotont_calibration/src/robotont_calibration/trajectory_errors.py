@@ -127,6 +127,8 @@ class Report:
         other.plot(times, np.degrees(self.headings), color=ORANGE, label="heading (right axis)", linewidth=1.2)
         other.set_ylabel("heading [°]")
         other.set_ylim(bottom=0)
+        axis.set_zorder(other.get_zorder() + 1)  # the position is drawn over the heading's noise
+        axis.patch.set_visible(False)
         axis.legend(handles=[*axis.get_lines(), *other.get_lines()], loc="lower right",
                     bbox_to_anchor=(1.0, 1.0), ncol=2)
 

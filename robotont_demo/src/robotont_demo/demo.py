@@ -19,6 +19,7 @@ from robotont_demo.robots import IdealMotors, Simulated
 from robotont_demo.scenario import commanded_path, plan
 from robotont_driver.parameters.command_line import CommandLine
 from robotont_driver.robots.robot_folder import read_robot
+from robotont_driver.ros import rospy_internals
 from robotont_testing.harness import Master
 
 
@@ -57,6 +58,7 @@ def run(options):
     steps = plan(0.4 if options.robot.packets == "auto" else 0.2)  # [m/s]
     with Master() as master:
         robot = options.kind(master, options.bad_bytes, options.robot)
+        rospy_internals.mend()
         rospy.init_node("demo", disable_signals=True)
         recorder, commander = Recorder(), Commander()
         robot.connect()

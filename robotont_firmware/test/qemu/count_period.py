@@ -39,7 +39,7 @@ class Pyb:
 
 class Machine:
     WDT = Nothing
-    mem16 = {}  # noqa: RUF012
+    mem16 = mem32 = {}  # noqa: RUF012
 
     @staticmethod
     def reset_cause():
@@ -51,7 +51,7 @@ class Memory(dict):
         return 0
 
 
-Machine.mem16 = Memory()
+Machine.mem16 = Machine.mem32 = Memory()
 sys.modules["pyb"], sys.modules["machine"] = Pyb, Machine
 
 from robotont_firmware import board, config  # noqa: E402
@@ -107,7 +107,7 @@ class Bare:
 
 
 def make(hardware):
-    made = Controller(hardware, config)
+    made = Controller(hardware, config, reset_cause="test")
     made.start()
     return made
 

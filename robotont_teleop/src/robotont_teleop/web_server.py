@@ -63,7 +63,7 @@ class WebServer:
     def listen(self, address, port, tls=None):
         """Serve; returns the port (another one than `port` where that is 0). Raises OSError."""
         sockets = tornado.netutil.bind_sockets(port, address)
-        self._server = _LimitedServer(
+        self._server = LimitedServer(
             self._application(), limit=self.settings.max_connections, ssl_options=tls, max_header_size=LARGEST_HEADER,
             max_body_size=LARGEST_BODY, max_buffer_size=8 * LARGEST_HEADER, idle_connection_timeout=IDLE,
             body_timeout=BODY_TIMEOUT)
@@ -194,19 +194,21 @@ class WebServer:
         return application
 
 
-class _LimitedServer(tornado.httpserver.HTTPServer):
+class LimitedServer(tornado.httpserver.HTTPServer):
     """Beyond the limit closes the oldest connection on which nobody has shown that he may come in, or else the new one.
 
     So strangers can take the connections from each other only.
     """
 
     def initialize(self, *arguments, limit, **options):
+        """Called by tornado. limit: open connections."""
         super().initialize(*arguments, **options)
         self._limit = limit
         self._known = set()
         self._strangers = {}  # an ordered set
 
     def handle_stream(self, stream, address):
+        """Called by tornado for a new connection."""
         self._known = {other for other in self._known if not other.closed()}
         self._strangers = {other: None for other in self._strangers if not other.closed()}
         if len(self._known) >= self._limit:

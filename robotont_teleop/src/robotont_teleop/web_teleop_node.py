@@ -20,6 +20,7 @@ from robotont_driver.ros.lifecycle import init_node, signals_wait
 from robotont_driver.ros.node_parameters import own_parameters, running_wheels
 from robotont_driver.ros.rospy_end import end_soon
 from robotont_teleop.access import Access, is_loopback_address, read_or_make_token
+from robotont_teleop.page_address import host_names, own_address
 from robotont_teleop.robot_view import RobotView
 from robotont_teleop.speeds import Speeds
 from robotont_teleop.viewer_topics import ViewerTopics
@@ -85,23 +86,6 @@ def make_tls(certificate):
 def _refuse_password():
     """Called for an encrypted key; else OpenSSL would ask for it on the terminal, and wait."""
     raise ValueError("the key is encrypted; allowed: one without a password (openssl pkey -in KEY -out PLAIN_KEY)")
-
-
-def host_names(given):
-    """Names under which browsers may come: those given, separated by commas, and this computer's."""
-    own = socket.gethostname().lower()
-    names = {own, own.partition(".")[0] + ".local", *(name.strip().lower() for name in given.split(","))}
-    return tuple(sorted(names - {""}))
-
-
-def own_address():
-    """Address of this computer in the network, to show it; its name where there is no network."""
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
-        try:
-            probe.connect(("192.0.2.1", 9))  # sends nothing
-            return probe.getsockname()[0]
-        except OSError:
-            return socket.gethostname()
 
 
 def invitation(url, token, file, terminal):

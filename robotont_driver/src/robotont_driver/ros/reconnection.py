@@ -6,6 +6,7 @@ second. It brings nothing old, either.
 """
 
 import contextlib
+import math
 import socket
 import threading
 from urllib.parse import urlsplit
@@ -19,7 +20,7 @@ from robotont_driver.ros.worker import Worker
 
 PERIOD = 0.25        # [s] between two looks
 ANSWER_WITHIN = 0.4  # [s] or a machine counts as out of reach
-TAKEN_WITHIN = 5.0   # [s] rospy has begun to connect to those that it was asked for
+TAKEN_WITHIN = 2.0   # [s] rospy connects to those that it was asked for, where nothing is in the way
 
 
 class OutageWatch:
@@ -35,6 +36,7 @@ class OutageWatch:
         self._links = {}     # Link of each connection
         self._received = {}  # bytes received from each connection
         self._probed = set()  # URIs that are being probed
+        self._seen = set()    # (topic, URI) of each connection, those included that rospy is about to make
         self._asked = {}      # [s] when rospy was asked to connect, by (topic, URI)
         self._asking = threading.Lock()
         self._looked = boot_time()
@@ -56,17 +58,19 @@ class OutageWatch:
     def _look(self):
         """Probe the machines of silent and of lost connections; returns the time to rest."""
         now = boot_time()
-        silent = {}
+        silent, there = {}, set()
         for topic in (*self._newest, *self._every):
             for connection in connections(topic):
                 if not connection.endpoint_id.startswith("http"):
                     continue  # an old one, kept for the messages that it may still deliver
+                there.add((topic, connection.endpoint_id))
                 link = self._link(connection)
                 active = connection.stat_bytes != self._received.get(connection)
                 self._received[connection] = connection.stat_bytes
                 if not link.local and (link.lost or not active):
                     silent.setdefault(connection.endpoint_id, []).append((topic, connection, link))
         self._looked = now
+        self._follow(there, now)
         for known in (self._links, self._received):
             for connection in [one for one in list(known) if one.done]:
                 del known[connection]
@@ -75,6 +79,17 @@ class OutageWatch:
                 self._probed.add(uri)
                 threading.Thread(target=self._probe, args=(uri, ways, now), daemon=True).start()
         return PERIOD
+
+    def _follow(self, there, now):
+        """Connect anew, once, to those that are connected no more; whoever has ended refuses.
+
+        The handshake of an earlier connection, which waited for an outage to end, makes a publisher drop a newer one.
+        """
+        gone = self._seen - there
+        coming = {pair for pair in gone if now - self._asked.get(pair, -math.inf) < TAKEN_WITHIN}
+        self._seen = there | coming
+        for topic, uri in gone - coming:
+            self._connect(topic, uri)
 
     def _probe(self, uri, ways, now):
         """Look at a machine; ways: (topic, connection, link) of each connection to the publisher at `uri`."""
@@ -109,8 +124,8 @@ class OutageWatch:
         with self._asking:
             now = boot_time()
             self._asked = {pair: at for pair, at in self._asked.items() if now - at < TAKEN_WITHIN}
-            self._asked[topic.resolved_name, uri] = now
-            connect_anew(topic, {other for name, other in self._asked if name == topic.resolved_name})
+            self._asked[topic, uri] = now
+            connect_anew(topic, {other for asked, other in self._asked if asked is topic})
 
 
 def _ends(connection):

@@ -224,7 +224,7 @@ def bench_odometry(options):
     for what, bound in (("3 wheels", 12), ("3 wheels and a gyro", 60)):
         times = []
         for _ in range(options.rounds):
-            fusion = GyroFusion(Gyro(PERIOD, 2.5e-4, 5e-5, 1.0, 0.01), FALSE_ALARMS) if "gyro" in what else None
+            fusion = GyroFusion(Gyro(PERIOD, 2.5e-4, 7e-5, 1.0, 0.01), FALSE_ALARMS) if "gyro" in what else None
             odometry, waiting = WheelOdometry(Kinematics(wheels), PERIOD, WHEEL_NOISE, fusion), deque(samples)
             spent = []
             for number, packet in enumerate(counts, 1):

@@ -69,7 +69,6 @@ CASES = {
     "scales that are 1 % off": {"scale": lambda rng: rng.normal(0, 0.01)},
     "a bias that walks ten times as far": {"scale": lambda rng: rng.normal(0, 0.01), "walk": 1e-4},
     "dropouts": {"scale": lambda rng: rng.normal(0, 0.01), "dropouts": 0.1},
-    "a calibrated scale": {"scale": lambda rng: rng.normal(0, 3e-4), "changes": CALIBRATED},
 }
 
 
@@ -84,7 +83,10 @@ def test_the_heading_is_as_good_as_stated(case, seeds):
 
 
 def test_with_a_gyro_that_was_calibrated_the_heading_is_03_degrees_off():
-    assert normalised(10, changes=CALIBRATED)[1] < 0.3
+    """And stated to be more: most of it by a bias that may walk farther than this one."""
+    error, degrees, _ = normalised(10, changes=CALIBRATED, scale=lambda rng: rng.normal(0, 3e-4))
+    assert error < 1.5
+    assert degrees < 0.3
 
 
 @pytest.mark.parametrize("hours", [0.1, pytest.param(10, marks=pytest.mark.long)])

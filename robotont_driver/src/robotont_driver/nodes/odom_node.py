@@ -28,7 +28,7 @@ from robotont_driver.timing.packet_clock import SECOND, ArrivalClock, PacketCloc
 # [s] Without a newer command for this long, serial_com_node and the board have stopped the robot.
 COMMAND_AGE = 0.5
 
-GYRO_BIAS_DRIFT = 5e-5   # [rad/s] how far a gyro's bias walks in 1 s, growing with the square root of the time
+GYRO_BIAS_DRIFT = 7e-5   # [rad/s] how far a gyro's bias walks in 1 s, growing with the square root of the time
 RECENTLY = 10 * SECOND  # [ns] for which the diagnostics warn that the clock was set
 
 PARAMETERS = (

@@ -26,7 +26,7 @@ LARGEST_SET = 2         # ... of more wheels every set up to this size, and the 
 CLEAR = 0.05            # an excluded wheel is included again when clean counts would look worse this often ...
 PROVEN = 0.3            # ... and a slip of this part of its path would have been detected
 FIRST = 2.0             # times `wheel_noise`: the noise until it has been learnt
-OVERLAP = 5.0           # windows that overlap complain together, at least this many times more seldom than others
+OVERLAP = 2.0           # windows that overlap complain together, at least this many times more seldom than others
 
 
 class SlipDetector:

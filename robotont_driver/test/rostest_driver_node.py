@@ -3,11 +3,14 @@
 
 import math
 import signal
+import socket
 import time
+import xmlrpc.client
 
 import rospy
 import rostest
 from geometry_msgs.msg import Twist, TwistStamped
+from rosgraph.network import write_ros_handshake_header
 from std_msgs.msg import Bool, String
 from std_srvs.srv import Trigger
 
@@ -62,6 +65,18 @@ class DriverNodeTest(NodeTest):
         wait_for(lambda: command.publish(twist(0.2)) or written[-1].data == FORWARD, "motion", period=0.05)
         command.unregister()
         wait_for(lambda: written[-1].data == ZEROS, "the stop", timeout=1.0)
+
+    def test_a_commander_that_has_dropped_the_connection_is_heard_again(self):
+        """As rospy's publishers do when the handshake of an earlier connection comes late, behind an outage."""
+        time.sleep(1.0)  # it has been seen
+        own = xmlrpc.client.ServerProxy(rospy.get_node_uri())
+        _, host, port = own.requestTopic("/driver_node", "/cmd_vel", [["TCPROS"]])[2]
+        with socket.create_connection((host, port)) as late:
+            write_ros_handshake_header(late, {"callerid": "/driver_node", "topic": "/cmd_vel", "type": Twist._type,
+                                              "md5sum": Twist._md5sum})
+            late.recv(1)
+        wait_for(lambda: self.command.publish(twist(0.2)) or self.packets()[-1] == FORWARD, "motion", period=0.05)
+        self.command.publish(twist())
 
     def test_a_stamp_makes_a_command_old_and_never_new(self):
         stamped = self.publisher("cmd_vel_stamped", TwistStamped)

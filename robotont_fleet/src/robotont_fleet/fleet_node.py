@@ -7,6 +7,7 @@ import contextlib
 import io
 import json
 import math
+import queue
 import secrets
 import socket
 import threading
@@ -59,6 +60,7 @@ class FleetNode:
         self._numbers, self._trips = Numbered(), RoundTrips()
         self._heard, self._confirmed = None, None   # number of the newest stop, and of the newest that holds
         self._note = ""
+        self._arrived = queue.Queue()           # (what handles it, payload, newest answered question [s])
         self._session = None
         self._state_due = 0.0
         self._robot = RobotState(page_address(parameters["page"]))
@@ -76,10 +78,10 @@ class FleetNode:
         except zenoh.ZError as error:
             rospy.logerr("no fleet: %s", error)
             return
-        direct = lambda callback: zenoh.handlers.Callback(callback, indirect=False)  # noqa: E731  in the order of arrival
-        session.declare_subscriber(keys.ros_key(keys.GOAL, self.name), direct(self._on_goal))
-        session.declare_subscriber(keys.ros_key(keys.CANCEL, self.name), direct(self._on_cancel))
-        session.declare_subscriber(keys.order_key(self.name), direct(self._on_order))
+        for key, handle in ((keys.ros_key(keys.GOAL, self.name), self._on_goal),
+                            (keys.ros_key(keys.CANCEL, self.name), self._on_cancel),
+                            (keys.order_key(self.name), self._on_order)):
+            session.declare_subscriber(key, self._receiver(handle))
         session.declare_queryable(keys.state_key(self.name), self._on_query)
         session.declare_queryable(keys.values_key(self.name), self._on_query)
         session.liveliness().declare_subscriber(keys.alive_key(self.name), self._on_namesake, history=True)
@@ -90,6 +92,7 @@ class FleetNode:
         rospy.Subscriber("move_base/status", GoalStatusArray, self._on_status, queue_size=1)
         Worker(self._ask)
         Worker(self._tell)
+        Worker(self._obey)
 
     # Out
 
@@ -155,6 +158,23 @@ class FleetNode:
             self._trips.answered(asked, now)
         return max(0.0, QUESTION - (now - asked))
 
+    def _receiver(self, handle):
+        """Notes what has come, and how old it can be, in zenoh's own thread: in the order of arrival.
+
+        There it may do no more: what asked zenoh for anything would wait for ever where another thread asks, too.
+        """
+        return zenoh.handlers.Callback(lambda sample: self._arrived.put(
+            (handle, sample.payload.to_bytes(), self._trips.asked)), indirect=False)
+
+    def _obey(self):
+        """Carry out what has come; returns the time to rest."""
+        handle, payload, asked = self._arrived.get()
+        try:
+            handle(payload, time.monotonic() - asked)
+        except Exception as error:  # whatever somebody has sent
+            rospy.logwarn_throttle(10.0, "an order that is none: %r", error)
+        return 0.0
+
     def _on_namesake(self, sample):
         identity = str(sample.key_expr).rpartition("/")[2]
         if sample.kind == zenoh.SampleKind.DELETE:
@@ -162,20 +182,17 @@ class FleetNode:
         elif identity != self._identity:
             self._others.add(identity)
 
-    def _on_order(self, sample):
+    def _on_order(self, payload, _age):
         """An order of the fleet's page."""
-        try:
-            order = json.loads(sample.payload.to_bytes())
-            kind = order["kind"]
-            if kind == "stop":
-                self._stop(str(order["number"])[:40])
-            elif kind == "cancel":
-                self._robot.cancel()
-            elif kind == "goal" and order["id"] == self._identity:
-                age = self._numbers.age(order["seen"], time.monotonic())
-                self._pursue(age, lambda: self._robot.goal_at(float(order["x"]), float(order["y"])))
-        except (ValueError, KeyError, TypeError) as error:
-            rospy.logwarn_throttle(10.0, "an order that is none: %s", error)
+        order = json.loads(payload)
+        kind = order["kind"]
+        if kind == "stop":
+            self._stop(str(order["number"])[:40])
+        elif kind == "cancel":
+            self._robot.cancel()
+        elif kind == "goal" and order["id"] == self._identity:
+            x, y = float(order["x"]), float(order["y"])
+            self._pursue(self._numbers.age(order["seen"], time.monotonic()), lambda: self._robot.goal_at(x, y))
 
     def _stop(self, number):
         """Press the emergency stop once for each number; the same one again asks for the confirmation only."""
@@ -185,23 +202,13 @@ class FleetNode:
             rospy.logwarn("emergency stop pressed by the fleet's page")
         self._tell_state()
 
-    def _on_goal(self, sample):
+    def _on_goal(self, payload, age):
         """A goal of free_fleet, without a number."""
-        message = self._read(keys.GOAL, sample)
-        if message:
-            self._pursue(self._trips.age(time.monotonic()), lambda: self._robot.goal(message))
+        message = keys.GOAL[1]().deserialize(payload)
+        self._pursue(age, lambda: self._robot.goal(message))
 
-    def _on_cancel(self, sample):
-        message = self._read(keys.CANCEL, sample)
-        if message:
-            self._robot.cancel(message)
-
-    def _read(self, topic, sample):
-        try:
-            return topic[1]().deserialize(sample.payload.to_bytes())
-        except Exception as error:  # genpy and struct raise several
-            rospy.logwarn_throttle(10.0, "no %s: %s", topic[0], error)
-            return None
+    def _on_cancel(self, payload, _age):
+        self._robot.cancel(keys.CANCEL[1]().deserialize(payload))
 
     def _pursue(self, age, send):
         """Send a goal that is fresh and cannot be meant for another robot; else say why not."""

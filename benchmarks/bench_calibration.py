@@ -12,10 +12,14 @@ from pathlib import Path
 import numpy as np
 
 from robotont_calibration.calibrate_wheels import SECONDS, TRACKED, WHEEL_NOISE
-from robotont_calibration.calibration import Unknowns, calibrate
-from robotont_calibration.calibration_runs import errors_along, steps_of, tracked_run
+from robotont_calibration.calibration_runs import end_misfit, errors_along, seen_from, steps_of, tracked_run
 from robotont_calibration.recordings import read_recording
-from robotont_driver.kinematics.wheels import read_wheels
+from robotont_calibration.wheel_estimation import Unknowns, calibrate
+from robotont_driver.kinematics import se2
+from robotont_driver.kinematics.kinematics import Kinematics
+from robotont_driver.kinematics.wheel_params import read_wheels
+from robotont_driver.nodes.odom_node import PARAMETERS
+from robotont_driver.odometry.odometry import WheelOdometry
 from robotont_driver.robots.wheel_file import read_wheel_file
 from robotont_testing.figures import row
 
@@ -54,12 +58,42 @@ def bench_splits(_options):
                 unknowns = Unknowns(given, radius, point="free")
                 found = calibrate(given, [run for name in fitted for run in runs[name]], unknowns, WHEEL_NOISE)
                 parameters, point = found.parameters, found.point
+            if len(fitted) == 2 and radius == "common":
+                rows.append(row("normalised squared error at the joystick drives' ends, wheel_noise by default",
+                                normalised_error(read_wheels(parameters), runs["joystick"], point), "", bound="<= 4.5",
+                                note="3 is right; 95 % bounds 1.8 to 4.5"))
             for unseen in sorted(runs.keys() - set(fitted)):
                 errors = np.mean([errors_along(read_wheels(parameters), run, point) for run in runs[unseen]], axis=0)
                 rows.append(row(f"{' + '.join(fitted) or 'nominal'} ({radius} radius) -> {unseen}", 1000 * errors[0],
                                 "mm", bound=MOST.get(unseen, "") if len(fitted) == 2 and radius == "common" else "",
-                                note=f"heading at the end {math.degrees(errors[1]):.1f} deg"))
+                                note=f"heading at the end {math.degrees(errors[1]):.1f} deg; at the ends "
+                                     + ends(read_wheels(parameters), runs[unseen], point)))
     return rows
+
+
+def ends(wheels, runs, point):
+    """The data set's own four measures: errors of place and heading where runs end, on average and at worst."""
+    errors = np.array([end_misfit(wheels, run, point) for run in runs])
+    places, turns = np.hypot(errors[:, 0], errors[:, 1]), np.degrees(np.abs(errors[:, 2]))
+    return (f"{places.mean():.3f} m and {turns.mean():.1f} deg on average, "
+            f"{places.max():.3f} m and {turns.max():.1f} deg at worst")
+
+
+def normalised_error(wheels, runs, point):
+    """Mean over runs of the pose's squared error by its covariance, of odometry with the default `wheel_noise`."""
+    (noise,) = (parameter.default for parameter in PARAMETERS if parameter.name == "wheel_noise")
+    errors, mark = [], (*point, 0.0)
+    for run in runs:
+        odometry = WheelOdometry(Kinematics(wheels), 1.0 / wheels.pid_frequency, noise)
+        for counts in run.counts[:run.marks[-1]].tolist():
+            odometry.update(counts, 0.0)
+        moved = seen_from(run.poses[:1], run.poses[-1:])[0]
+        truth = se2.compose(se2.compose(mark, moved), se2.between(mark, (0.0, 0.0, 0.0)))
+        pose = odometry.pose
+        error = np.subtract((pose.x, pose.y, pose.yaw), truth)
+        error[2] = se2.wrap(float(error[2]))
+        errors.append(error @ np.linalg.solve(odometry.pose_covariance.matrix, error))
+    return float(np.mean(errors))
 
 
 def bench_headings():

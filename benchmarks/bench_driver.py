@@ -4,14 +4,19 @@ import gc
 import statistics
 import sys
 import time
+from collections import deque
 
 import numpy as np
 from rig import Loop, SilenceError, late
 from subjects import COMPOSED, COUNTED, FLOOR, RATE, THREE, WAYS, Subject, arrangements, measure, title_of
 
 from robotont_driver.kinematics.kinematics import Kinematics
-from robotont_driver.kinematics.wheels import read_wheels
+from robotont_driver.kinematics.wheel_params import read_wheels
+from robotont_driver.odometry.gyro import Gyro
+from robotont_driver.odometry.gyro_fusion import GyroFusion
+from robotont_driver.odometry.odometry import WheelOdometry
 from robotont_driver.odometry.slip import SlipDetector
+from robotont_testing import other_noise
 from robotont_testing.figures import percentile, row
 from robotont_testing.harness import Master
 from robotont_testing.robots import SHIPPED
@@ -21,7 +26,7 @@ STOPS = 10           # per round
 FLOOD = 0.3          # [s] of commands at FAST before each stop
 FAST = 1000          # [Hz]
 MANY_WHEELS = 12
-WHEEL_NOISE, FALSE_ALARMS = 0.005, 0.1  # the defaults of odom_node
+WHEEL_NOISE, FALSE_ALARMS = 0.012, 0.1  # the defaults of odom_node
 
 
 class Rounds:
@@ -209,6 +214,29 @@ def bench_wheels(options):
                 "" if "p99" in name else "<= 1.5 x floor", "floor: 3 wheels", best) for name, unit in figures]
 
 
+def bench_odometry(options):
+    """Rows of the processor time of a packet in the odometry of three wheels, without and with a gyro."""
+    wheels, rng = read_wheels(SHIPPED), np.random.default_rng(1)
+    twists = np.concatenate([np.zeros((100, 3)), other_noise.joystick(options.seconds, rng)])
+    counts, samples = other_noise.counts(wheels, twists, rng, WHEEL_NOISE).tolist(), other_noise.gyro(twists, rng)
+    samples = list(zip((1e9 * samples[0]).astype(int).tolist(), samples[1].tolist()))
+    rows = []
+    for what, bound in (("3 wheels", 12), ("3 wheels and a gyro", 60)):
+        times = []
+        for _ in range(options.rounds):
+            fusion = GyroFusion(Gyro(PERIOD, 2.5e-4, 7e-5, 1.0, 0.01), FALSE_ALARMS) if "gyro" in what else None
+            odometry, waiting = WheelOdometry(Kinematics(wheels), PERIOD, WHEEL_NOISE, fusion), deque(samples)
+            spent = []
+            for number, packet in enumerate(counts, 1):
+                stamp = round(number * PERIOD * 1e9)
+                while fusion and waiting and waiting[0][0] <= stamp + 5_000_000:
+                    fusion.integral.add(*waiting.popleft())
+                spent.append(1e6 * processor_time(odometry.update, packet, PERIOD, stamp))
+            times.append(statistics.median(spent))
+        rows.append(row(f"odometry, {what}, p50", times, "us", bound=f"<= {bound}"))
+    return rows
+
+
 def bench_slip(options):
     """Rows of the processor time of a packet in the search for slip; the floor leaves out each wheel once."""
     wheels = read_wheels(even_wheels(MANY_WHEELS))
@@ -284,4 +312,4 @@ def start_alone(what, options):
         return seconds, subject.memory()
 
 
-PARTS = (bench_latency, bench_stop, bench_throughput, bench_wheels, bench_slip, bench_start)
+PARTS = (bench_latency, bench_stop, bench_throughput, bench_wheels, bench_odometry, bench_slip, bench_start)

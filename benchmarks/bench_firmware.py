@@ -15,7 +15,7 @@ import tempfile
 import time
 from pathlib import Path
 
-from robotont_driver.protocol.packet import add_checksum
+from robotont_driver.protocol.checksum import add_checksum
 from robotont_testing.figures import row as figure
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -56,7 +56,7 @@ def bytecodes(_):
     x = 1
     for index in range(1000): x = index
 
-controller = Controller(Board({line!r}), config)
+controller = Controller(Board({line!r}), config, reset_cause="test")
 controller.start()
 receiver, sender, pid = controller._receiver, controller._sender, controller._pids[0]
 board, line = controller._board, bytearray({line!r})

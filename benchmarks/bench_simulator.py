@@ -6,7 +6,7 @@ import mujoco
 import rospy
 from subjects import processor_time
 
-from robotont_driver.kinematics.wheels import read_wheels
+from robotont_driver.kinematics.wheel_params import read_wheels
 from robotont_simulator.lockstep import LockstepRun
 from robotont_simulator.simulation import Simulation
 from robotont_simulator.world import read_world

@@ -24,8 +24,8 @@ from nav_msgs.msg import Odometry
 from rosgraph.network import read_ros_handshake_header, write_ros_handshake_header
 
 from robotont_driver.kinematics.kinematics import Kinematics
-from robotont_driver.kinematics.wheels import read_wheels
-from robotont_driver.protocol.packet import crc16
+from robotont_driver.kinematics.wheel_params import read_wheels
+from robotont_driver.protocol.checksum import crc16
 from robotont_testing.figures import percentile
 from robotont_testing.robots import robot_folder
 from robotont_testing.streams import Stream

@@ -1,17 +1,23 @@
-"""Run benchmarks: a table on the terminal; JSON, Markdown and a comparison with an older run on request.
+r"""Run benchmarks: a table here; JSON, Markdown, a comparison on request.
 
-NAME is that of a bench_*.py without bench_, or one of its parts: driver, driver.latency. Each figure is the median of
---rounds rounds, in which everything that is compared takes turns, with the smallest and the largest.
+NAME is that of a bench_*.py without bench_, or one of its parts: driver,
+driver.latency. Each figure is the median of --rounds rounds, in which
+everything that is compared takes turns, with the smallest and the largest.
 
---peer measures another driver in the same rounds: a command that starts any node with cmd_vel in, odom out and a serial
-port, with a title for the tables before it or without, e.g.
+--peer measures another driver in the same rounds: a command that starts any
+node with cmd_vel in, odom out and a serial port, with a title for the tables
+before it or without, e.g.
 
-    ./robotont bench driver.latency --peer "some driver: rosrun SOME_DRIVER SOME_NODE _port:={port}"
-    ./robotont bench driver.latency --peer "bash -c 'rosparam set port {port} && exec rosrun SOME_DRIVER SOME_NODE'"
+  ./robotont bench driver.latency --peer \
+    "some driver: rosrun SOME_DRIVER SOME_NODE _port:={port}"
+  ./robotont bench driver.latency --peer \
+    "bash -c 'rosparam set port {port} && exec rosrun SOME_DRIVER SOME_NODE'"
 
-{port} becomes the name of a pseudo-terminal, {namespace} that of the namespace in which the node is started and in
-which the parameters of the wheels stand; names that the node calls otherwise can be remapped as usual (drive:=cmd_vel).
-Its board speaks --peer-board: plain (the thesis' packets), checked (this project's), robotont2 (official firmware).
+{port} becomes the name of a pseudo-terminal, {namespace} that of the namespace
+in which the node is started and in which the parameters of the wheels stand;
+names that the node calls otherwise can be remapped as usual (drive:=cmd_vel).
+Its board speaks --peer-board: plain (the thesis' packets), checked (this
+project's), robotont2 (official firmware).
 """
 
 import argparse

@@ -13,18 +13,18 @@ from pathlib import Path
 import numpy as np
 
 from robotont_calibration.calibrate_wheels import WHEEL_NOISE
-from robotont_calibration.calibration import Unknowns, calibrate
 from robotont_calibration.calibration_report import draw, table
 from robotont_calibration.synthetic_runs import taped_runs, true_of
 from robotont_calibration.trajectory_errors import BLUE, GREY, INK, ORANGE, drawing_style, pyplot
+from robotont_calibration.wheel_estimation import Unknowns, calibrate
 from robotont_driver.kinematics.kinematics import Kinematics
-from robotont_driver.kinematics.wheels import read_wheels
+from robotont_driver.kinematics.wheel_params import read_wheels
 from robotont_driver.odometry.odometry import WheelOdometry
 from robotont_driver.odometry.slip import SlipDetector
 from robotont_testing.robots import SHIPPED
 from robotont_testing.simulated_wheels import PERIOD, counted, even_wheels, mixed_drive, path_of, rolled, straight
 
-NOISE = 0.005        # [m] of a wheel's path after 1 m, as in driver.yaml
+NOISE = 0.005        # [m] of a wheel's path after 1 m, on a smooth floor
 LAG = 0.1            # [s] time constant of the motors
 SAMPLE = 5           # [periods] between steps of the thesis' odometry: 10 Hz
 

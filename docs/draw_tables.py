@@ -12,6 +12,7 @@ from xml.etree import ElementTree
 
 from robotont_driver.nodes import driver_node, odom_node, serial_com_node
 from robotont_driver.ros.node_parameters import COMMON_PARAMETERS
+from robotont_fleet import fleet_node
 from robotont_map_navigation import localization_monitor
 from robotont_operations import recorder_node
 from robotont_simulator import simulator_node
@@ -19,7 +20,7 @@ from robotont_teleop import cmd_vel_mux, gamepad_teleop, keyboard_teleop, web_te
 
 FOLDER = Path(__file__).resolve().parent
 NODES = (driver_node, serial_com_node, odom_node, cmd_vel_mux, keyboard_teleop, gamepad_teleop, web_teleop_node,
-         recorder_node, localization_monitor, simulator_node)
+         recorder_node, localization_monitor, simulator_node, fleet_node)
 HEAD = "<!-- Written by draw_tables.py: `./robotont docs`. -->\n"
 
 
@@ -40,8 +41,10 @@ def table(parameters, mark="~"):
 
 def parameters_page():
     """Text of parameters.md."""
-    lines = [HEAD, "# Parameters", "", "A node reads its parameters once, as it starts. A wrong value ends it with a "
-             "message; `-h` shows the same table. What belongs to a robot stands in its folder: [robots](robots.md).",
+    lines = [HEAD, "# Parameters", "", "A node reads its parameters once, as it starts; after `rosparam set`, "
+             "`rosnode kill NODE` applies it where roslaunch starts the node again. There is no dynamic_reconfigure. A "
+             "wrong value ends the node with a message; `-h` shows the same table. What belongs to a robot stands in "
+             "its folder: [robots](robots.md).",
              "", "Each node has one more:", "", *table(COMMON_PARAMETERS)]
     for node in NODES:
         lines += ["", f"## {node.__name__.rpartition('.')[2]}", "", *table(node.PARAMETERS)]

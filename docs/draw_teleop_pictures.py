@@ -10,17 +10,11 @@ import sys
 from pathlib import Path
 
 import rospy
-import tf2_ros
-import yaml
-from geometry_msgs.msg import TransformStamped
-from nav_msgs.msg import OccupancyGrid, Odometry
-from PIL import Image
+from nav_msgs.msg import Odometry
 
-from robotont_testing import places
 from robotont_testing.browser import DESKTOP, PHONE, PHONE_LYING, Browser
 from robotont_testing.harness import Master, free_port, wait_for
 
-START = (1.0, 1.0)  # [m] of the simulated robot on the map of the room
 PICTURES = (  # name, size, dark
     ("teleop_phone_light", (*PHONE[:2], 2), False), ("teleop_phone_dark", (*PHONE[:2], 2), True),
     ("teleop_phone_lying", (*PHONE_LYING[:2], 2), True),
@@ -35,12 +29,11 @@ def main():
     folder.mkdir(parents=True, exist_ok=True)
     with Master() as master, Browser() as browser:
         rospy.init_node("pictures", disable_signals=True)
-        _held = show_map(), show_start()
         port = free_port()
         poses = []
         rospy.Subscriber("odom", Odometry, lambda message: poses.append(message.pose.pose.position), queue_size=1)
-        master.launch("simulation.launch", "world:=room", f"port:={master.folder / 'robotont'}", "teleop:=true",
-                      f"web_port:={port}")
+        master.launch("simulation.launch", "world:=room", "world_map:=true", f"port:={master.folder / 'robotont'}",
+                      "teleop:=true", f"web_port:={port}")
         wait_for(lambda: poses, "odometry", timeout=60)
         wait_for(lambda: answers(port), "the page", timeout=60)
         for name, size, dark in PICTURES:
@@ -82,34 +75,6 @@ def drive(page, poses):
     wait_for(gone, "the drive", period=0.1, timeout=60)
     wait_for(lambda: gone() and float(page.text("#speed")) > 0.1 and page.run(
         "document.getElementById('message').hidden"), "motion", period=0.05)
-
-
-def show_map():
-    """Publish the map of the room as map_server does; keep what is returned."""
-    description = yaml.safe_load(places.config("maps/room.yaml").read_text())
-    picture = Image.open(places.config("maps/room.yaml").parent / description["image"]).transpose(
-        Image.FLIP_TOP_BOTTOM)
-    message = OccupancyGrid()
-    message.header.frame_id = "map"
-    message.info.resolution = description["resolution"]
-    message.info.width, message.info.height = picture.size
-    message.info.origin.position.x, message.info.origin.position.y = description["origin"][:2]
-    message.info.origin.orientation.w = 1.0
-    message.data = [100 if grey < 100 else 0 if grey > 230 else -1 for grey in picture.tobytes()]
-    publisher = rospy.Publisher("map", OccupancyGrid, queue_size=1, latch=True)
-    publisher.publish(message)
-    return publisher
-
-
-def show_start():
-    """Publish where the odometry starts on the map; keep what is returned."""
-    transform = TransformStamped(child_frame_id="odom")
-    transform.header.frame_id = "map"
-    transform.transform.translation.x, transform.transform.translation.y = START
-    transform.transform.rotation.w = 1.0
-    broadcaster = tf2_ros.StaticTransformBroadcaster()
-    broadcaster.sendTransform(transform)
-    return broadcaster
 
 
 if __name__ == "__main__":

@@ -11,12 +11,19 @@ codename() {
     case $1 in debian-11) echo bullseye ;; debian-12) echo bookworm ;; debian-13) echo trixie ;; *) return 1 ;; esac
 }
 
+# inside COMMAND ...: in namespaces of its own. This shell waits beside it: unshare ignores Ctrl-C, and so would a shell that
+# has it in its foreground.
+inside() {
+    (trap - INT && exec unshare -m -p -f --kill-child "$@") &
+    wait "$!"
+}
+
 # The packages of a Debian that has just been installed, as an archive: whole or not at all.
 make_base() {
     [ ! -f "$SYSTEMS/$1.tar" ] || return 0
     echo "$1: installing the base system"
     mkdir "$RUN/base"
-    unshare -m -p -f --kill-child debootstrap --variant=minbase --include=git,ca-certificates "$(codename "$1")" \
+    inside debootstrap --variant=minbase --include=git,ca-certificates "$(codename "$1")" \
         "$RUN/base" >"$SYSTEMS/$1.debootstrap.log" 2>&1 || { tail -5 "$SYSTEMS/$1.debootstrap.log"; return 1; }
     rm -rf "$RUN/base/var/cache/apt/archives/"*.deb
     tar -C "$RUN/base" -cf "$RUN/$1.tar" .
@@ -54,7 +61,7 @@ try_system() {
     done
     # its root is that of a mount namespace, else nsenter in a test would leave it
     # shellcheck disable=SC2016
-    unshare -m -p -f --kill-child bash -euc 'mount --bind "$1" "$1"; mount --rbind /dev "$1/dev"
+    inside bash -euc 'mount --bind "$1" "$1"; mount --rbind /dev "$1/dev"
         mount -t proc proc "$1/proc"; mount --bind -o ro "$2" "$1/mnt"; mkdir "$1/old"; cd "$1"; shift 2
         pivot_root . old; umount -l /old; exec "$@"' - "$system" "$ROOT" env -i HOME=/root USER=root LANG=C.UTF-8 \
         TERM=dumb PATH=/usr/sbin:/usr/bin:/sbin:/bin "ROBOTONT_LIFELINE=$ROBOTONT_LIFELINE" "${kept[@]}" \

@@ -24,13 +24,13 @@ system_row() {
     sed -n "s/ *| */|/g; s/^|$1|/$1|/p" "$ROOT/docs/systems.md"
 }
 
-# wanted_packages GROUP ...: the distribution's packages of setup/packages.txt for these groups.
+# wanted_packages GROUP ...: the distribution's packages of setup/apt_packages.txt for these groups.
 wanted_packages() {
     local ros row lacks
     ros=$(opt_ros)
     row=$(system_row "$(system_name)")
     lacks=" $(cut -d "|" -f 5 <<<"$row") "
-    sed 's/#.*//' "$ROOT/setup/packages.txt" | while read -r group debian other; do
+    sed 's/#.*//' "$ROOT/setup/apt_packages.txt" | while read -r group debian other; do
         case " $* " in *" $group "*) ;; *) continue ;; esac
         [ -z "$ros" ] || debian=${other:-$debian}
         debian=${debian/\*/${ros##*/}}
@@ -62,7 +62,7 @@ install_packages() {
         *"|Debian|"*:* | *:/opt/*) ;;
         *) fail "no ROS 1 in /opt/ros: docs/systems.md tells how it comes to $name" ;;
     esac
-    echo "installing ${#missing[@]} packages: ${missing[*]}"
+    echo "installing ${#missing[@]} packages, some minutes: ${missing[*]}"
     as_root apt-get update -qq
     as_root env DEBIAN_FRONTEND=noninteractive apt-get install -qq -y --no-install-recommends "${missing[@]}" \
         >"$WORK/apt.log" 2>&1 || { tail -20 "$WORK/apt.log" >&2; fail "apt-get failed; see $WORK/apt.log"; }
@@ -78,7 +78,7 @@ install_python() {
         /usr/bin/python3 -m venv --system-site-packages "$venv.new"
         mv "$venv.new" "$venv"  # whole or not at all, whenever this is interrupted
     fi
-    echo "installing Python packages for $2 into $venv"
+    echo "installing Python packages for $2 into $venv (up to a minute)"
     pip+=(install -q --disable-pip-version-check)
     # Ubuntu 20.04's pip 20.0.2 knows no wheels for glibc 2.17 and newer by their present names
     case $("$venv/bin/python" -I -m pip --version) in
@@ -100,7 +100,7 @@ setup_state() {
 venv_of() {
     [ -f "$ROOT/setup/pypi/$1.txt" ] || return 0
     case $1 in
-        sim) echo venv ;;  # for nodes
+        sim | fleet) echo venv ;;  # for nodes
         *) echo tools ;;  # for no node
     esac
 }
@@ -122,6 +122,12 @@ setup() {
     done
 }
 
+# What Python says when a Ctrl-C interrupts it.
+without_tracebacks() {
+    trap '' INT
+    grep -v '^Traceback\|^  \|^KeyboardInterrupt' >&2
+}
+
 # This workspace only, whatever the caller has sourced.
 environment() {
     unset CMAKE_PREFIX_PATH ROS_PACKAGE_PATH PYTHONPATH PYTHONHOME VIRTUAL_ENV
@@ -130,9 +136,9 @@ environment() {
     ros=$(opt_ros)
     set +u
     # shellcheck disable=SC1090,SC1091
-    [ -z "$ros" ] || . "$ros/setup.bash"
-    # shellcheck disable=SC1091
-    [ ! -f "$WORK/devel/setup.bash" ] || . "$WORK/devel/setup.bash"
+    [ -z "$ros" ] || . "$ros/setup.bash" 2> >(without_tracebacks)
+    # shellcheck disable=SC1090,SC1091
+    [ ! -f "$WORK/devel/setup.bash" ] || . "$WORK/devel/setup.bash" 2> >(without_tracebacks)
     set -u
     # last, as in PATH, so that it hides nothing: what the distribution lacks (MuJoCo), for /usr/bin/python3; no tools
     for site in "$WORK"/venv/lib/python3*/site-packages; do
@@ -156,6 +162,7 @@ save_processor_time() {
 build() {
     environment
     if [ ! -f "$WORK/build/Makefile" ]; then
+        echo "building the workspace (some 10 s)"
         cmake -S "$ROOT" -B "$WORK/build" -DPYTHON_EXECUTABLE=/usr/bin/python3 \
             -DCATKIN_DEVEL_PREFIX="$WORK/devel" -DCMAKE_INSTALL_PREFIX="$WORK/install" \
             >"$WORK/cmake.log" 2>&1 || { tail -20 "$WORK/cmake.log" >&2; fail "cmake failed; see $WORK/cmake.log"; }

@@ -11,7 +11,7 @@ import atheris
 
 with atheris.instrument_imports(include=["robotont_driver", "robotont_calibration", "robotont_simulator"]):
     from robotont_calibration.recordings import RecordingError, read_recording
-    from robotont_driver.kinematics.wheels import read_wheels
+    from robotont_driver.kinematics.wheel_params import read_wheels
     from robotont_driver.nodes import driver_node, odom_node, serial_com_node
     from robotont_driver.parameters.parameters import ParameterError, read_parameters
     from robotont_driver.parameters.yaml_file import read_mapping

@@ -105,7 +105,7 @@ class LaunchesTest(NodeTest):
         self.processes.launch("driver_basic.launch", f"port:={board.link}")
         self.drive(command, odom, (0, 0.3, 0), lambda x, y: y > 0.1)
         packets = [line.partition(";")[0] for _, line in board.heard]
-        self.assertEqual(next(packet for packet in packets if packet != "0.00:0.00:0.00"), "-16.37:32.74:-16.37",
+        self.assertEqual(next(packet for packet in packets if packet.strip("0.:")), "-16.37:32.74:-16.37",
                          "the first one; later ones carry what rounding has left")
 
     def test_odometry_from_commands_launch(self):

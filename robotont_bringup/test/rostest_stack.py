@@ -19,7 +19,7 @@ from std_msgs.msg import String
 
 from robotont_driver.kinematics.kinematics import Kinematics
 from robotont_driver.kinematics.se2 import between, pose_of
-from robotont_driver.kinematics.wheels import read_wheels
+from robotont_driver.kinematics.wheel_params import read_wheels
 from robotont_driver.odometry.odometry import Pose
 from robotont_testing.harness import START, Processes, suspended, wait_for
 from robotont_testing.node_test import ERROR, OK, NodeTest, twist

@@ -32,23 +32,34 @@ for file in sys.argv[1:]:
 """
 
 
+def outside():
+    """The environment of somebody who has sourced ROS, and no workspace."""
+    environment = {name: value for name, value in os.environ.items() if name != "CMAKE_PREFIX_PATH"}
+    opt = next((path for path in ("/opt/ros/noetic", "/opt/ros/one") if Path(path).exists()), None)
+    return {**environment, "CMAKE_PREFIX_PATH": opt} if opt else environment
+
+
 @pytest.fixture(scope="module")
 def prefix(tmp_path_factory):
     """The whole repository, installed as `catkin_make install` does it, without tests."""
     folder = tmp_path_factory.mktemp("installed")
     options = {"CMAKE_INSTALL_PREFIX": folder / "prefix", "CATKIN_DEVEL_PREFIX": folder / "devel",
                "CATKIN_ENABLE_TESTING": "OFF", "PYTHON_EXECUTABLE": "/usr/bin/python3"}
-    environment = {name: value for name, value in os.environ.items() if name != "CMAKE_PREFIX_PATH"}
-    opt = next((path for path in ("/opt/ros/noetic", "/opt/ros/one") if Path(path).exists()), None)
-    if opt:
-        environment["CMAKE_PREFIX_PATH"] = opt
     definitions = [f"-D{key}={value}" for key, value in options.items()]
     for command in (["cmake", "-S", ROOT, "-B", folder / "build", *definitions],
                     ["cmake", "--build", folder / "build", "--target", "install"]):
-        done = subprocess.run([str(word) for word in command], env=environment, check=False, text=True,
+        done = subprocess.run([str(word) for word in command], env=outside(), check=False, text=True,
                               stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
         assert done.returncode == 0, done.stdout
     return folder / "prefix"
+
+
+def test_a_package_alone_configures_without_its_tests(tmp_path):
+    done = subprocess.run(["cmake", "-S", str(ROOT / "robotont_driver"), "-B", str(tmp_path),
+                           "-DPYTHON_EXECUTABLE=/usr/bin/python3", f"-DCATKIN_DEVEL_PREFIX={tmp_path / 'devel'}"],
+                          env=outside(), check=False, text=True, stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
+    assert done.returncode == 0, done.stdout
+    assert "no tests of robotont_driver: robotont_testing is not in this workspace" in done.stdout
 
 
 @pytest.fixture(scope="module")

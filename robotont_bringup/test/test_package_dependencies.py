@@ -17,7 +17,7 @@ import pytest
 ROOT = Path(__file__).resolve().parents[2]
 ORDER = ["robotont_testing", "robotont_firmware", "robotont_driver", "robotont_description", "robotont_calibration",
          "robotont_simulator", "robotont_map_navigation", "robotont_teleop", "robotont_bringup", "robotont_operations",
-         "robotont_demo"]
+         "robotont_fleet", "robotont_demo"]
 PACKAGES = [name for name in ORDER if (ROOT / name / "package.xml").exists()]
 ROSDEP_KEYS = {  # of modules that are no ROS packages
     "PIL": "python3-pil", "mujoco": "python3-mujoco-pip", "ruamel": "python3-ruamel.yaml",
@@ -36,7 +36,7 @@ OFFICIAL_PACKAGES = {
     "demo_ar_steering", "demo_slam", "demo_teleop", "robotont_demos", "robotont_description", "robotont_driver",
     "robotont_gazebo", "robotont_lite_description", "robotont_msgs", "robotont_navigation", "robotont_nuc_description",
     "robotont_sensors", "robotont_support", "robotont_tutorials", "robotont_webapp", "ros_koolitus"}
-NO_KEY = {"atheris"}  # of setup/pypi; rosdep has no name for them. For tests only
+NO_KEY = {"atheris", "zenoh"}  # of setup/pypi; rosdep has no name for them. Who needs them says so
 WHERE_INSTALLED = {"robotont_msgs"}  # messages of the official robot: used where they are, and missed nowhere else
 
 

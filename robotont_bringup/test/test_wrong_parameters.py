@@ -6,7 +6,7 @@ import subprocess
 import pytest
 import yaml
 
-from robotont_driver.kinematics.wheels import KEYS
+from robotont_driver.kinematics.wheel_params import KEYS
 from robotont_testing.harness import Master, wait_for
 from robotont_testing.robots import WHEEL_PARAMS
 

@@ -1,14 +1,18 @@
 import json
 import math
 import re
+import unittest.mock
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 import yaml
 
+from robotont_calibration import calibration_guide
 from robotont_calibration.calibrate_wheels import main
 from robotont_calibration.cross_validation import HeldOut
+from robotont_calibration.odometry_report import main as odometry_report
 from robotont_calibration.recordings import write_csv
 from robotont_calibration.synthetic_runs import TAPE, TRACKED, drives, recorded, true_of
 from robotont_calibration.wheel_file_writer import with_values
@@ -57,7 +61,7 @@ def test_with_a_ground_truth(runs, tmp_path, capsys):
     assert found["wheelDistanceFromCenter"] == pytest.approx(TRUE["wheelDistanceFromCenter"], rel=0.002)
     assert found["wheelRads"] == pytest.approx(TRUE["wheelRads"], abs=math.radians(0.1))
     assert {key: found[key] for key in found if key not in (
-        "wheelRadius", "wheelDistanceFromCenter", "wheelRads")}.items() <= SHIPPED.items()
+        "wheelRadius", "wheelDistanceFromCenter", "wheelRads", "measuredPoint")}.items() <= SHIPPED.items()
     output, error = capsys.readouterr()
     rows = {row[:24].strip(): re.sub(r"[-+]?\d+\.\d+", "#", row[24:]).split() for row in output.splitlines()}
     assert rows["wheelRadius"] == rows["wheelDistanceFromCenter"] == ["m", "#", "#", "#%", "#%"]
@@ -86,10 +90,15 @@ def test_with_a_tape_and_arguments_from_a_file(runs, tmp_path):
 
 
 def test_only_what_is_asked_for_changes(runs, tmp_path):
-    _, found = calibrated(tmp_path, *runs[1], "--angles", "fixed", "--distance", "fixed", "--radius", "each")
-    assert len(set(found["wheelRadius"])) == 3
-    assert {key: found[key] for key in SHIPPED if key != "wheelRadius"} == {
-        key: SHIPPED[key] for key in SHIPPED if key != "wheelRadius"}
+    _, found = calibrated(tmp_path, *runs[1], "--angles", "fixed")
+    assert {key for key in SHIPPED if found[key] != SHIPPED[key]} == {"wheelRadius", "wheelDistanceFromCenter"}
+
+
+def test_what_is_worse_than_the_old_file_is_not_written(runs, tmp_path, capsys):
+    """Three radii cannot make up for a distance and directions that are wrong."""
+    status, found = calibrated(tmp_path, *runs[1], "--angles", "fixed", "--distance", "fixed", "--radius", "each")
+    assert (status, found) == (3, None)
+    assert re.search(r"runs that were held out end \d+ mm off, with the old file 164 mm", capsys.readouterr().err)
 
 
 @pytest.mark.parametrize("gains, better", [
@@ -103,7 +112,7 @@ def test_more_radii_are_taken_only_for_a_gain_that_is_no_chance(gains, better):
 
 def test_what_the_runs_do_not_determine_is_warned_of(runs, tmp_path, capsys):
     status, _ = calibrated(tmp_path, runs[0][2])
-    assert status == 0
+    assert status == 3
     output, error = capsys.readouterr()
     assert "NOT DETERMINED" in output
     assert "warning: these runs do not determine wheelRadius" in error
@@ -163,7 +172,40 @@ def test_a_real_robot(tmp_path, capsys):
     before, after, blind = (float(place) for place in re.findall(r"([\d.]+) mm", text[text.index("mean "):])[:3])
     assert after < 0.5 * before
     assert blind < 0.6 * before
-    assert yaml.safe_load(output.read_text())["wheelRadius"] == pytest.approx(0.051 * 0.96, rel=0.02)
+    written = yaml.safe_load(output.read_text())
+    assert written["wheelRadius"] == pytest.approx(0.051 * 0.96, rel=0.02)
+    assert written["measuredPoint"] == pytest.approx((x, y), abs=1e-5)
+    report = ["--wheel-params", str(output), "--format", "optiodom", "-o", str(tmp_path / "b.png")]
+    places = []
+    for point in ([], ["--point", "0,0"]):  # the file knows the point
+        assert odometry_report([str(folder / "square_1.csv"), *report, *point]) == 0
+        places.append(float(re.search(r"mean square +([\d.]+) mm", capsys.readouterr().out)[1]))
+    assert places[0] < 0.7 * places[1]
+
+
+def of_optiodom(folder, runs, *arguments):
+    data = Path(__file__).parent / "data" / "optiodom"
+    return main(["--wheel-params", str(data / "wheel_params.yaml"), "-o", str(folder / "new.yaml"), *arguments,
+                 "--format", "optiodom", "--picture", str(folder / "a.png"), *map(str, sorted(data.glob(runs)))])
+
+
+def test_one_kind_of_drives_is_warned_of_and_stated_to_be_less_certain(tmp_path, capsys):
+    """Squares alone leave the distance 0.6 % off what circles and squares give."""
+    assert of_optiodom(tmp_path, "square_?.csv") == 3
+    output, error = capsys.readouterr()
+    assert "the runs are of one kind" in error
+    change, deviation = re.search(r"wheelDistanceFromCenter +m .* ([-+][\d.]+)% +([\d.]+)%", output).groups()
+    assert abs(float(change) + 2.39) < 2 * float(deviation)
+    assert (tmp_path / "new.yaml").exists()
+
+
+def test_a_point_that_the_runs_contradict_is_refused(tmp_path, capsys):
+    """The marker is 41 mm off the middle: a calibration would be worse than none."""
+    assert of_optiodom(tmp_path, "*_?.csv", "--point", "fixed") == 3
+    error = capsys.readouterr().err
+    assert "by the runs the measured point is -0.0" in error
+    assert "nothing is written" in error
+    assert not (tmp_path / "new.yaml").exists()
 
 
 @pytest.mark.parametrize("dump", [
@@ -188,3 +230,13 @@ def test_comments_order_and_style_stay():
                    "wheelRadius: 0.0341  # [m] new tyres\nb: x\n")
     with pytest.raises(ValueError, match="cannot be rewritten"):
         with_values("wheelRadius: 1.0\nwheelRadius: 1.0\n", {"wheelRadius": 2.0}, "")
+
+
+def test_a_run_is_kept_when_its_user_quits_at_the_question(tmp_path, monkeypatch, capsys):
+    robot = SimpleNamespace(_recording=SimpleNamespace(packets=[(0.0, (1, 2, 3)), (0.02, (1, 2, 3))]), _frequency=50,
+                            _with_truth=False)
+    monkeypatch.setattr("builtins.input", unittest.mock.Mock(side_effect=KeyboardInterrupt))
+    with pytest.raises(KeyboardInterrupt):
+        calibration_guide._Robot.save(robot, tmp_path / "spin.csv")
+    assert (tmp_path / "spin.csv").exists()
+    assert f"RUN {tmp_path / 'spin.csv'}=X,Y,YAW" in capsys.readouterr().out

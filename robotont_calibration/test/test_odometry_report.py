@@ -22,7 +22,7 @@ from robotont_calibration.recordings import Recording, RecordingError, read_reco
 from robotont_calibration.trajectory import Trajectory, align, relative_errors, synchronise, timing, write_tum
 from robotont_calibration.trajectory_errors import Report
 from robotont_driver.kinematics.kinematics import Kinematics
-from robotont_driver.kinematics.wheels import read_wheels
+from robotont_driver.kinematics.wheel_params import read_wheels
 from robotont_driver.protocol.packet import format_packet
 from robotont_testing.harness import Master, free_port, wait_for
 from robotont_testing.robots import SHIPPED, WHEEL_PARAMS

@@ -6,7 +6,7 @@ from robotont_calibration.recordings import Recording
 from robotont_calibration.trajectory import Trajectory
 from robotont_calibration.trajectory_errors import Report
 from robotont_driver.kinematics.kinematics import Kinematics
-from robotont_driver.kinematics.wheels import read_wheels
+from robotont_driver.kinematics.wheel_params import read_wheels
 from robotont_testing.robots import SHIPPED
 from robotont_testing.simulated_wheels import PERIOD, counted, path_of, rolled, still, straight
 

@@ -3,7 +3,7 @@
 import pytest
 from hypothesis import Phase, settings
 
-from robotont_driver.kinematics.wheels import read_wheels
+from robotont_driver.kinematics.wheel_params import read_wheels
 from robotont_testing.robots import ROBOTS
 
 settings.register_profile("shared machine", deadline=None)

@@ -167,7 +167,7 @@ class DriverNodeTest(NodeTest):
         self.wait_for_status(task, OK)
         assert {message.data for message in written} == {zeros}  # the latched command may be of any age
         wait_for(newest_drives, "a command that is published now, limited")
-        wait_for(lambda: newest_drives() and self.values(task)["newest command limited"] == "True" and
+        wait_for(lambda: newest_drives() and self.values(task)["newest command limited"] == "yes" and
                  self.status[task].level == OK, "word of the limit, and no complaint", period=0.1)
         with suspended(self.processes.pid("/other/driver_node")):
             end = time.monotonic() + 1.0  # longer than ~cmd_timeout

@@ -17,7 +17,7 @@ from tf2_msgs.msg import TFMessage
 
 from robotont_driver.kinematics.kinematics import Kinematics
 from robotont_driver.kinematics.se2 import pose_of
-from robotont_driver.kinematics.wheels import read_wheels
+from robotont_driver.kinematics.wheel_params import read_wheels
 from robotont_driver.odometry.odometry import WheelOdometry
 from robotont_driver.protocol.packet import format_packet
 from robotont_testing.harness import wait_for
@@ -139,8 +139,9 @@ class OdomNodeTest(NodeTest):
         units = Kinematics(read_wheels(rospy.get_param("/four"))).units_of_twist((0.4, 0.0, 0.0))
         right = [round(unit) for unit in units]
         wrong = [round(1.4 * unit) if wheel == 2 else unit for wheel, unit in enumerate(right)]
-        self.keep_on_until(OK, "packets/s", "/four/", right, units)
-        values = self.keep_on_until(WARN, "wheel 2 ", "/four/", wrong, units)
+        wait_for(lambda: float(self.keep_on_until(OK, "packets/s", "/four/", right, units)[
+            "noise of the wheels, learnt"].split()[0]) <= 0.5, "the wheels' noise", period=0.01)
+        values = self.keep_on_until(WARN, "wheel 2 disagrees", "/four/", wrong, units)
         self.assertAlmostEqual(odom[-1].twist.twist.linear.x, 0.4, delta=0.01)
         self.assertAlmostEqual(odom[-1].twist.twist.angular.z, 0.0, delta=0.03)
         self.assertEqual((values["wheels excluded"], values["wheels excluded so far"]), ("wheel 2", "1"))

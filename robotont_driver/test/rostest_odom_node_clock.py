@@ -74,7 +74,7 @@ class OdomNodeClockTest(NodeTest):
             if words:
                 self.wait_for_status(TASK, WARN, words)
         self.drive(round(11.0 / PERIOD))
-        self.wait_for_status(TASK, OK, "stamps by packet number and arrival")
+        self.wait_for_status(TASK, OK, "by packet number and arrival")
 
 
 if __name__ == "__main__":

@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 """robotont_node: what differs from three processes. What is the same, driver_node.test and stack.test show of both."""
 
+import math
 import signal
 
 import rospy
@@ -77,6 +78,20 @@ class RobotontNodeTest(NodeTest):
         wait_for(lambda: command.publish(twist(0.2)) or any(self.board.speeds), "motion", period=0.02)
         self.processes.stop(self.node, signal.SIGKILL)
         wait_for(lambda: not any(self.board.speeds), "the board's own time-out")
+
+    def test_a_node_that_comes_after_a_killed_one_goes_on_from_its_pose(self):
+        self.start()
+        command = self.publisher("cmd_vel", Twist)
+        wait_for(lambda: command.publish(twist(0.2)) or self.odom[-1].pose.pose.position.x > 0.2, "motion", period=0.02)
+        self.processes.stop(self.node, signal.SIGKILL)
+        before = self.odom[-1].pose
+        self.odom.clear()
+        wait_for(lambda: not any(self.board.speeds), "the board's own time-out")
+        self.start()
+        after = self.odom[0].pose
+        self.assertAlmostEqual(after.pose.position.x, before.pose.position.x, delta=0.01)
+        self.assertGreater(math.sqrt(after.covariance[0]), 0.15, "the way that nobody counted")
+        self.assertIn("goes on from where it was", self.log.read_text())
 
 
 if __name__ == "__main__":

@@ -10,7 +10,7 @@ import rospy
 import rostest
 from sensor_msgs.msg import JointState
 
-from robotont_driver.kinematics.wheels import read_wheels
+from robotont_driver.kinematics.wheel_params import read_wheels
 from robotont_testing.even_board import PERIOD, numbers_of
 from robotont_testing.harness import wait_for
 from robotont_testing.node_test import NodeTest

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from robotont_driver.kinematics import se2
 from robotont_driver.kinematics.kinematics import Kinematics
-from robotont_driver.kinematics.wheels import read_wheels
+from robotont_driver.kinematics.wheel_params import read_wheels
 from robotont_driver.protocol.carried_rounding import CarriedRounding
 from robotont_testing.robots import SHIPPED
 

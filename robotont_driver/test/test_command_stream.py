@@ -5,7 +5,7 @@ import pytest
 from robotont_driver.command.command_stream import STOP, CommandStream
 from robotont_driver.command.limits import Limits
 from robotont_driver.kinematics.kinematics import Kinematics
-from robotont_driver.kinematics.wheels import read_wheels
+from robotont_driver.kinematics.wheel_params import read_wheels
 from robotont_testing.robots import SHIPPED
 
 FLAT = (0.0, 0.0, 0.0)

@@ -8,7 +8,7 @@ from scipy.stats import binom, chi2
 
 from robotont_driver.kinematics.kinematics import Kinematics
 from robotont_driver.kinematics.least_squares import SOLVERS
-from robotont_driver.kinematics.wheels import read_wheels
+from robotont_driver.kinematics.wheel_params import read_wheels
 from robotont_driver.odometry.odometry import WheelOdometry
 from robotont_testing.robots import SHIPPED
 from robotont_testing.simulated_wheels import PERIOD, counted, end_pose, even_wheels, rolled, still

@@ -7,7 +7,7 @@ import random
 import pytest
 from dialect_bench import REACH, Bench, command_of, official_wheels
 
-from robotont_driver.kinematics.wheels import read_wheels
+from robotont_driver.kinematics.wheel_params import read_wheels
 from robotont_driver.protocol.dialects import make_dialect
 from robotont_driver.protocol.dialects.dialect import DialectError
 from robotont_driver.protocol.dialects.robotont2 import Robotont2

@@ -3,7 +3,7 @@
 import pytest
 from dialect_bench import REACH, Bench, official_wheels
 
-from robotont_driver.kinematics.wheels import read_wheels
+from robotont_driver.kinematics.wheel_params import read_wheels
 from robotont_driver.protocol.dialects import NAMES, expect_dialect, make_dialect
 from robotont_driver.protocol.dialects.dialect import DialectError
 from robotont_testing.robots import SHIPPED, UNEVEN_4

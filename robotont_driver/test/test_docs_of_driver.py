@@ -9,7 +9,7 @@ import yaml
 from robotont_driver.kinematics import kinematics
 from robotont_driver.kinematics import least_squares as solvers
 from robotont_driver.kinematics.kinematics import Kinematics
-from robotont_driver.kinematics.wheels import KEYS, read_wheels
+from robotont_driver.kinematics.wheel_params import KEYS, read_wheels
 from robotont_testing.robots import SHIPPED
 
 ROOT = Path(__file__).resolve().parents[2]

@@ -2,9 +2,10 @@ import pytest
 from dialect_bench import official_wheels
 
 from robotont_driver.kinematics.ideal_motors import IdealMotors
+from robotont_driver.protocol.checksum import add_checksum
 from robotont_driver.protocol.dialects import make_dialect
 from robotont_driver.protocol.dialects.echo import EchoWatch
-from robotont_driver.protocol.packet import add_checksum, format_packet, parse_packet
+from robotont_driver.protocol.packet import format_packet, parse_packet
 
 
 def commands(number, decimals=2):
@@ -74,4 +75,17 @@ def test_an_echo_that_ends_is_forgotten():
         watch.received(packet.encode())
     assert watch.echoing
     watch.received(b"3:3:3;\n")
+    assert not watch.echoing
+
+
+def test_commands_that_push_an_echoed_one_out_meanwhile_are_no_fault():
+    """The link's thread sends while the other one looks for the line that has come back."""
+    watch = EchoWatch()
+
+    class Sent(list):
+        def popleft(self):
+            raise IndexError("pop from an empty deque")
+
+    watch._sent = Sent([b"1:2:3;"])
+    watch.received(b"1:2:3;\n")
     assert not watch.echoing

@@ -11,7 +11,7 @@ SPOILT = b"1:2:3;00:0001:0002:0003:0000\n"
 
 
 def state(checked):
-    return checked.restarts, checked.repaired, dict(checked.dropped)
+    return checked.lost.restarts, checked.lost.repaired, dict(checked.dropped)
 
 
 def test_after_too_long_a_gap_it_begins_anew():
@@ -31,7 +31,7 @@ def test_a_banner_shows_a_restart_even_where_counters_happen_to_fit():
     for restarts in (1, 2):
         assert checked.feed(b"# robotont_firmware 1.0\n" + Sender().packet([5, 5, 5])) == [(5, 5, 5)]
         assert state(checked) == (restarts, 0, {})
-    assert checked.banner == "robotont_firmware 1.0"
+    assert checked.health.banner == "robotont_firmware 1.0"
 
 
 def test_a_valid_packet_that_fits_nothing_is_not_believed_alone():
@@ -67,7 +67,7 @@ def test_the_edges_of_missed_ticks_in_one_packet_are_counted_once():
     assert checked.feed(sender.packet([2 * REACH, 0, 0])) == [], "more than a motor can make in one period"
     read = checked.feed(sender.packet([5, 5, 5]))
     assert (total(read), len(read)) == ([2 * REACH + 5, 5, 5], 4), "made up for from the totals"
-    assert checked.restarts == 0
+    assert checked.lost.restarts == 0
 
 
 @pytest.mark.parametrize("kinds, wheels", [(["corrupt"], 3), (["drop"], 4), (["double"], 5),
@@ -82,10 +82,10 @@ def test_one_percent_of_bad_bytes_costs_no_count_and_passes_no_wrong_packet(kind
             read += checked.feed(data)
     read += checked.feed(b"\n" + sender.packet())
     assert (total(read), len(read)) == (total(sender.sent), len(sender.sent))
-    assert checked.restarts == 0
+    assert checked.lost.restarts == 0
     # a packet is passed on as sent, or it is a repaired one
-    assert sum(packet != sent for packet, sent in zip(read, sender.sent)) <= checked.repaired
-    assert checked.repaired > 125
+    assert sum(packet != sent for packet, sent in zip(read, sender.sent)) <= checked.lost.repaired
+    assert checked.lost.repaired > 125
 
 
 @given(st.lists(st.integers(0, 100), max_size=30))

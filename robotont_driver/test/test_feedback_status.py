@@ -3,8 +3,8 @@
 import pytest
 from feedback_bench import reader
 
+from robotont_driver.protocol.checksum import add_checksum, crc16
 from robotont_driver.protocol.feedback_reader import QUESTION
-from robotont_driver.protocol.packet import add_checksum, crc16
 from robotont_testing.stand_in_board import identity, sealed
 
 COMMAND = "5:5:5;\n"
@@ -22,13 +22,13 @@ def test_a_fault_stands_in_every_packet_and_ends_with_it():
     for counter, (status, words) in enumerate((("020000030", "wheel 1: counts against its direction"),
                                                ("000000000", ""), ("000000010", "wheel 1: "))):
         auto.feed(modern_packet(status, counter))
-        assert words in auto.fault
-        assert bool(words) == bool(auto.fault)
+        assert words in auto.health.fault
+        assert bool(words) == bool(auto.health.fault)
     auto.connect()
-    assert auto.fault == "", "of a board that is not known"
+    assert auto.health.fault == "", "of a board that is not known"
     for words, fault in ((b"fault motor 1", "fault motor 1"), (b"fault cleared", "")):  # firmware before 2.0
         auto.feed(b"# " + words + b"\n")
-        assert auto.fault == fault
+        assert auto.health.fault == fault
 
 
 def test_a_spoilt_word_is_none():
@@ -57,16 +57,16 @@ def test_an_unknown_board_is_asked_and_gets_zeros():
 def test_another_robot_is_not_driven(wheels, rate, words):
     auto = reader()
     auto.feed(modern_packet("000000000") + sealed("identity " + identity(wheels, rate)))
-    assert words in auto.obstacle
+    assert words in auto.health.obstacle
     assert auto.encode(COMMAND) == STANDS
 
 
 def test_two_packets_of_another_robot_show_its_wheels():
     auto = reader()
     auto.feed(modern_packet("0000000000", 0, 4))
-    assert auto.obstacle == "", "one may be an accident"
+    assert auto.health.obstacle == "", "one may be an accident"
     assert auto.encode(COMMAND) == ASKS, "but drives nothing"
     auto.feed(modern_packet("0000000000", 1, 4))
-    assert "4 wheels" in auto.obstacle
+    assert "4 wheels" in auto.health.obstacle
     auto.feed(modern_packet("000000000", 2))
-    assert auto.obstacle == ""
+    assert auto.health.obstacle == ""

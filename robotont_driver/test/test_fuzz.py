@@ -7,12 +7,13 @@ import yaml
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from robotont_driver.kinematics.wheels import KEYS, read_wheels
+from robotont_driver.kinematics.wheel_params import KEYS, read_wheels
 from robotont_driver.nodes import driver_node, odom_node, serial_com_node
 from robotont_driver.parameters.parameters import ParameterError, read_parameters
 from robotont_driver.protocol.board_status import BoardStatus, Identity
+from robotont_driver.protocol.checksum import add_checksum
 from robotont_driver.protocol.dialects import NAMES, make_dialect
-from robotont_driver.protocol.packet import Packet, PacketError, add_checksum, parse_packet
+from robotont_driver.protocol.packet import Packet, PacketError, parse_packet
 from robotont_driver.robots.wheel_file import read_wheel_file
 from robotont_testing.robots import ROBOTONT2, WHEEL_PARAMS
 

@@ -6,7 +6,7 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from robotont_driver.kinematics.kinematics import Kinematics, units_per_speed
-from robotont_driver.kinematics.wheels import ParameterError, read_wheels
+from robotont_driver.kinematics.wheel_params import ParameterError, read_wheels
 from robotont_driver.odometry.odometry import WheelOdometry
 from robotont_driver.protocol.packet import format_packet
 from robotont_testing.robots import BARE, SHIPPED, UNEVEN_4

@@ -3,7 +3,7 @@ import pytest
 
 from robotont_driver.kinematics.kinematics import wheel_matrix
 from robotont_driver.kinematics.least_squares import SOLVERS, condition, least_squares, triples
-from robotont_driver.kinematics.wheels import read_wheels
+from robotont_driver.kinematics.wheel_params import read_wheels
 from robotont_testing.robots import UNEVEN_4, UNEVEN_5
 from robotont_testing.simulated_wheels import even_wheels
 

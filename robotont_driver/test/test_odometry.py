@@ -6,7 +6,7 @@ import pytest
 
 from robotont_driver.kinematics import se2
 from robotont_driver.kinematics.kinematics import Kinematics
-from robotont_driver.kinematics.wheels import read_wheels
+from robotont_driver.kinematics.wheel_params import read_wheels
 from robotont_driver.odometry.covariance import Covariance
 from robotont_driver.odometry.odometry import LONGEST_HOLD, Pose, WheelOdometry
 from robotont_testing.robots import SHIPPED

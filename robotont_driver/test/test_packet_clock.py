@@ -8,6 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from robotont_driver.timing.packet_clock import SECOND, TICK, PacketClock
+from robotont_testing import other_noise
 
 PERIOD = 0.02  # [s]
 EPOCH = 1_700_000_000 * SECOND
@@ -228,3 +229,20 @@ def test_any_order_of_arrivals_settles_again():
             clock.stamp(arrival, arrival)
         times = made(400) + arrival / SECOND
         assert np.abs(stamps(times, clock=clock) - times)[250:].max() < 1e-3
+
+
+@pytest.mark.parametrize("given", [
+    {}, {"drift": 0.01}, {"drift": -0.01}, {"drift": 0.02}, {"drift": -0.02}, {"lost": 0.01},
+    {"lost": 0.002, "burst": 5}, {"lost": 0.01, "burst": 5}, {"lost": 0.01, "drift": 0.01}, {"late": 0.1},
+    {"jitter": 0.005}], ids=str)
+def test_ten_minutes_of_the_other_generator(given):
+    """From the first packet on; the least delay is 2 ms. Lost packets have no counter."""
+    ends, at, come = other_noise.arrivals(30000, np.random.default_rng(1), **given)
+    clock = PacketClock(PERIOD)
+    p50, p99 = np.percentile(1000 * np.abs(stamps(1.0 + at[come], clock=clock) - 1.002 - ends[come]), (50, 99))
+    print(f"{given}: stamps p50 {p50:.2f}, p99 {p99:.2f} ms; arrivals p99 "
+          f"{np.percentile(1000 * (at - ends - 0.002), 99):.1f} ms; drift found {100 * clock.drift:.2f} %")
+    assert p50 <= 0.1
+    assert p99 <= 5.0
+    assert clock.drift == pytest.approx(given.get("drift", 0.0), abs=1e-4)
+    assert clock.restarts == 0

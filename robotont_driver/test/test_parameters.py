@@ -2,7 +2,7 @@ import pytest
 
 from robotont_driver.command.timeouts import check_repetition
 from robotont_driver.kinematics.motor import counts_in_reach
-from robotont_driver.kinematics.wheels import read_wheels
+from robotont_driver.kinematics.wheel_params import read_wheels
 from robotont_driver.nodes.driver_node import PARAMETERS as DRIVER
 from robotont_driver.nodes.driver_node import check as check_driver
 from robotont_driver.nodes.odom_node import PARAMETERS as ODOM

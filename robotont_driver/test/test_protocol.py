@@ -7,15 +7,15 @@ from feedback_bench import reader, total
 from hypothesis import given
 from hypothesis import strategies as st
 
-from robotont_driver.protocol.feedback_reader import QUESTION, spread
+from robotont_driver.protocol.checksum import add_checksum, crc16
+from robotont_driver.protocol.feedback_reader import QUESTION
 from robotont_driver.protocol.line_splitter import LineSplitter
+from robotont_driver.protocol.lost_packets import spread
 from robotont_driver.protocol.packet import (
     LONGEST_LINE,
     CheckedPacket,
     Packet,
     PacketError,
-    add_checksum,
-    crc16,
     format_packet,
     parse_packet,
 )

@@ -10,8 +10,9 @@ import pytest
 from robotont_driver.link import serial_link
 from robotont_driver.link.port import explain
 from robotont_driver.link.serial_link import SerialLink
+from robotont_driver.protocol.checksum import add_checksum
 from robotont_driver.protocol.feedback_reader import FeedbackReader
-from robotont_driver.protocol.packet import add_checksum, format_packet
+from robotont_driver.protocol.packet import format_packet
 from robotont_driver.timing.starvation import StallWatch
 from robotont_testing.harness import wait_for
 from robotont_testing.stand_in_board import Board
@@ -160,7 +161,7 @@ def test_bytes_split_and_merged_arrive_whole(port, ends):
         end.link.send(b"3:-7:11;\n")
         wait_for(lambda: end.packets.count((3, -7, 11)) > 20, "packets")
         assert not end.reader.dropped
-        assert end.reader.repaired == 0
+        assert end.reader.lost.repaired == 0
 
 
 def test_commands_wait_while_the_line_is_busy_and_the_newest_goes_out(port, ends, monkeypatch):

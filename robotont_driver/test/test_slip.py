@@ -5,7 +5,7 @@ import pytest
 from scipy.stats import chi2
 
 from robotont_driver.kinematics.kinematics import Kinematics
-from robotont_driver.kinematics.wheels import read_wheels
+from robotont_driver.kinematics.wheel_params import read_wheels
 from robotont_driver.odometry.chi_square import chi_square_limit, chi_square_tail
 from robotont_driver.odometry.command_watch import CommandWatch
 from robotont_driver.odometry.odometry import WheelOdometry

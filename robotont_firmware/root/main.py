@@ -5,7 +5,7 @@ import gc
 import micropython
 
 _CTRL_C = 3
-_HUNGRIEST_FIRST = ("pid", "protocol", "controller", "board")
+_HUNGRIEST_FIRST = ("pid", "fault_watch", "protocol", "controller", "profile_bounds", "board")
 
 
 def load():
@@ -26,9 +26,14 @@ def main():
     if note == board.REPL_WISHED or board.button_pressed(config):
         print("# robotont_firmware safe mode: the REPL is free")
         return
+    cause = board.reset_cause(note)
+    if board.starts_in_vain(cause) >= board.IN_VAIN:
+        board.forget_starts()
+        print("# robotont_firmware safe mode: the REPL is free, for start after start has ended by a", cause)
+        return
     hardware = board.Board(config)
     try:
-        controller = Controller(hardware, config, reset_cause=board.reset_cause(note))
+        controller = Controller(hardware, config, reset_cause=cause)
         hardware.start()  # the REPL is off, the watchdog armed: from here on every error ends in a reset
     except Exception:
         hardware.stop()

@@ -13,7 +13,7 @@ import pytest
 from firmware_tools import DUAL, GOLDEN, SRC
 
 BOUND = 1 << 30
-MODULES = ("protocol", "pid", "controller")
+MODULES = ("protocol", "fault_watch", "pid", "controller")
 
 
 class Watch:
@@ -214,7 +214,7 @@ def test_the_loop_stays_in_bounds(watched, extreme):
         def write(self, buffer, size):
             pass
 
-    controller = modules.controller.Controller(WildBoard(), config)
+    controller = modules.controller.Controller(WildBoard(), config, reset_cause="test")
     controller.start()
     for _ in range(1000):
         controller.step(rng.choice((1, 1, 2, 0xFFFF)))

@@ -10,6 +10,7 @@ import pty
 import select
 import shutil
 import stat
+import subprocess
 import sys
 import threading
 import tty
@@ -22,12 +23,16 @@ from firmware_tools import BOARD_FILES, PACKAGE, tool
 FAKE = """#!{python}
 import os, shutil, sys
 board = {board!r}
-open(board + ".log", "a").write(" ".join(sys.argv[3:5]) + "\\n")
+open(board + ".log", "a").write(" ".join(sys.argv[3:5]).replace("\\n", " ") + "\\n")
 assert sys.argv[1:3] == ["connect", {port!r}]
 if os.path.exists(board + ".broken"):
     print("mpremote.transport.TransportError: could not enter raw repl"); sys.exit(1)
 action = sys.argv[3]
-if action == "exec":
+if os.path.exists(board + ".hang"):
+    import time; time.sleep(60)
+if action == "exec" and "uname" in sys.argv[4]:
+    print(open(board + ".machine").read())
+elif action == "exec":
     os.chdir(board); exec(sys.argv[4])
 elif action == "fs":
     *sources, target = sys.argv[5:]
@@ -49,7 +54,9 @@ class FakeBoard:
         self.gone = False
         self.files = folder / "board"
         self.files.mkdir()
-        (self.files / "main.py").write_text("old")
+        (self.files / "main.py").write_text("# of an older robotont_firmware")
+        self.machine = folder / "board.machine"
+        self.machine.write_text("NUCLEO-L476RG with STM32L476RG (1, 24, 1, '')")
         self.banner = banner
         self.master, self.slave = pty.openpty()
         tty.setraw(self.slave)
@@ -219,7 +226,8 @@ def test_boot_gets_the_pins_of_the_profile(flash, board, monkeypatch):
 def test_flashes_everything_and_prints_the_banner(flash, board, monkeypatch, capsys):
     assert {path.name for path in BOARD_FILES} == {
         "__init__.py", "board.py", "boot.py", "bounds.py", "compat.py", "config.py", "controller.py",
-        "main.py", "pid.py", "protocol.py", "wiring.py", "wiring_robotont21.py",
+        "fault_watch.py", "main.py", "pid.py", "profile_bounds.py", "protocol.py", "wiring.py", "wiring_robotont21.py",
+        "wiring_vnh.py",
     }  # fmt: skip
     monkeypatch.setattr(flash, "check_compiles", board.check_compiles)
     assert flash_ours(flash, monkeypatch, board) == 0
@@ -231,15 +239,75 @@ def test_flashes_everything_and_prints_the_banner(flash, board, monkeypatch, cap
         there = board.files / ("" if path.name in ("boot.py", "main.py") else "robotont_firmware") / path.name
         assert there.read_bytes() == path.read_bytes()
     log = board.log()
-    assert log[0].startswith("exec"), "main.py goes first"
+    assert "uname" in log[0]
+    assert "main.py" in log[1], "main.py goes first"
     assert log[-1].startswith("reset")
 
 
 def test_half_a_copy_leaves_no_main(flash, board, monkeypatch, capsys):
+    (board.files / "boot.py").write_text("# robotont: old")
     monkeypatch.setattr(flash, "mpremote", _failing(flash.mpremote, flash.FlashError))
     assert flash_ours(flash, monkeypatch, board) == 1
     assert not (board.files / "main.py").exists()
-    assert "pulled out" in capsys.readouterr().err
+    assert (board.files / "boot.py").read_text() == "# robotont: old", "whole"
+    message = capsys.readouterr().err
+    assert "pulled out" in message
+    assert "main.py is gone from the board" in message
+
+
+@pytest.mark.parametrize("machine", [
+    "Raspberry Pi Pico with RP2040 (1, 24, 0, '')", "NUCLEO-F446RE with STM32F446xx (1, 24, 0, '')",
+    "NUCLEO-L476RG with STM32L476RG (1, 19, 1)", "what is that"])  # fmt: skip
+def test_another_board_is_refused_and_stays_as_it_is(flash, board, monkeypatch, capsys, machine):
+    board.machine.write_text(machine)
+    before = {path.name: path.read_text() for path in board.files.iterdir()}
+    assert flash_ours(flash, monkeypatch, board) == 1
+    message = capsys.readouterr().err
+    assert "Nothing was written" in message
+    assert machine.split(" (")[0] in message
+    assert {path.name: path.read_text() for path in board.files.iterdir()} == before
+
+
+def test_the_owners_files_stay(flash, board, monkeypatch, capsys):
+    for name in ("boot.py", "main.py"):
+        (board.files / name).write_text("print('mine')")
+    assert flash_ours(flash, monkeypatch, board) == 0
+    assert "The board's own main.py stays, as main.py.kept" in capsys.readouterr().out
+    assert {(board.files / (name + ".kept")).read_text() for name in ("boot.py", "main.py")} == {"print('mine')"}
+
+
+def test_a_step_that_hangs_ends(flash, board, monkeypatch, capsys):
+    open(str(board.files) + ".hang", "w").close()
+    monkeypatch.setattr(flash, "STEP_TIME", {"exec": 0.5, "fs": 0.5, "reset": 0.5})
+    assert flash_ours(flash, monkeypatch, board) == 1
+    assert "did not end within 0.5 s" in capsys.readouterr().err
+
+
+def test_the_users_message_is_no_traceback(flash, board, monkeypatch, capsys):
+    (board.files / "robotont_firmware").write_text("a file where a folder should be")
+    assert flash_ours(flash, monkeypatch, board) == 1
+    message = capsys.readouterr().err
+    assert "Traceback" not in message
+    assert "failed: " in message
+
+
+def test_a_port_that_a_program_holds_without_a_lock_is_refused(flash, board, monkeypatch, capsys):
+    program = "import sys; f = open(sys.argv[1]); print(flush=True); sys.stdin.read()"
+    with subprocess.Popen([sys.executable, "-c", program, board.port],
+                          stdin=subprocess.PIPE, stdout=subprocess.PIPE) as holder:  # fmt: skip
+        holder.stdout.readline()
+        assert flash_ours(flash, monkeypatch, board) == 1
+        holder.communicate()
+    message = capsys.readouterr().err
+    assert "in use by python" in message
+    assert f"(process {holder.pid})" in message
+    assert board.received == b""
+
+
+def test_versions_are_compared(flash, board, monkeypatch, capsys):
+    board.output = [b"0:0:0;00:0000:0000:0000:030000000:FBCF\n"]
+    assert flash_ours(flash, monkeypatch, board) == 0
+    assert "The board has firmware 2.0.0, the same as the 2.0.0" in capsys.readouterr().out
 
 
 def _failing(real, error):

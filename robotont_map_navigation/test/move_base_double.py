@@ -79,6 +79,7 @@ class MoveBaseDouble:
             if self._repeat and not rows:
                 start, rows = rospy.Time.now(), list(self._record)
         self._send()
+        self._server.publish_feedback(MoveBaseFeedback(base_position=goal.target_pose))  # it has arrived
         self._server.set_succeeded(MoveBaseResult(), "Goal reached.")
 
 

@@ -14,11 +14,12 @@ from actionlib_msgs.msg import GoalStatus, GoalStatusArray
 from geometry_msgs.msg import TransformStamped, Twist
 from move_base_msgs.msg import MoveBaseActionGoal
 from nav_msgs.msg import OccupancyGrid
+from std_msgs.msg import String
 from tf2_msgs.msg import TFMessage
 
-from robotont_map_navigation import goto as goto_module
+from robotont_map_navigation import goto_client as goto_module
 from robotont_map_navigation.goal import Goal
-from robotont_map_navigation.goto import GOING_ON, GoTo
+from robotont_map_navigation.goto_client import GOING_ON, GoTo
 from robotont_testing import places
 from robotont_testing.harness import Processes, wait_for
 from robotont_testing.node_test import NodeTest
@@ -88,6 +89,22 @@ class GotoTest(NodeTest):
         self.assertAlmostEqual(target.pose.orientation.z, 0.5646425, places=6)  # sin(0.6)
         self.assertAlmostEqual(target.pose.orientation.w, 0.8253356, places=6)
         self.assertEqual(len(goals), 1)
+
+    def test_a_robot_that_does_not_know_where_it_is_is_sent_nowhere_and_has_reached_nothing(self):
+        self.start_server("/lost", repeat=True)
+        trouble = rospy.Publisher("/lost/localization/trouble", String, queue_size=1, latch=True)
+        goto = self.start_goto("5", "0", "0")
+        wait_for(self.moving, "motion")
+        trouble.publish("a wrong pose")
+        status, lines = self.end(goto)
+        words = ("the robot does not know where it is, the goal is cancelled: a wrong pose; set the pose by RViz' 2D "
+                 "Pose Estimate")
+        self.assertEqual((status, lines[-1]), (8, words))
+        self.assertEqual(self.end(self.start_goto("1", "0", "0"))[0], 8)
+        wait_for(lambda: not self.commands[-1].linear.x, "the end of the motion")
+        trouble.publish("")
+        self.start_goto("1.5", "1", "0")
+        wait_for(self.moving, "motion")
 
     def test_move_base_gives_up(self):
         status, lines = self.end(self.start_goto("101", "0", "0"))

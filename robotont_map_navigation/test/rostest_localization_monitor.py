@@ -10,10 +10,11 @@ import rostest
 from geometry_msgs.msg import PoseWithCovarianceStamped, TransformStamped
 from nav_msgs.msg import OccupancyGrid
 from sensor_msgs.msg import LaserScan
+from std_msgs.msg import String
 from tf2_msgs.msg import TFMessage
 
 from robotont_testing.harness import wait_for
-from robotont_testing.node_test import OK, WARN, NodeTest
+from robotont_testing.node_test import ERROR, OK, WARN, NodeTest
 
 TASK = "localization_monitor: localization"
 ANGLES = np.linspace(-math.pi, math.pi, 90, endpoint=False)
@@ -26,11 +27,11 @@ def latched(topic, message):
     return publisher
 
 
-def place(x, yaw):
-    """The transform of a robot at (x, 0) [m], yaw [rad] on the map."""
+def place(x, yaw, y=0.0):
+    """The transform of a robot at (x, y) [m], yaw [rad] on the map."""
     transform = TransformStamped()
     transform.header.frame_id, transform.child_frame_id = "map", "laser"
-    transform.transform.translation.x = x
+    transform.transform.translation.x, transform.transform.translation.y = x, y
     transform.transform.rotation.z, transform.transform.rotation.w = math.sin(yaw / 2), math.cos(yaw / 2)
     return TFMessage([transform])
 
@@ -68,13 +69,28 @@ class LocalizationMonitorTest(NodeTest):
         cls.scans.publish(message)
 
     def test_what_the_diagnostics_say(self):
+        troubles = self.listen("localization/trouble", String)
         self.wait_for_status(TASK, WARN, "the scan cannot be laid on the map")  # nobody has said where the laser is
         transforms = latched("/tf_static", place(0.5, 0.3))
         self.wait_for_status(TASK, OK, "100% of the scan's rays end at walls of the map")
         transforms.publish(place(-1.5, 1.2))
-        status = self.wait_for_status(TASK, WARN, "at least 60% should: a map of another place, or a wrong pose")
+        status = self.wait_for_status(TASK, ERROR, "at least 60% should: a map of another place, or a wrong pose")
+        wait_for(lambda: "wrong pose" in troubles[-1].data, "words for goto")
         self.assertRegex(self.values(TASK)["rays that end at the map's walls"], r"^[1-5]?\d%$", status)
         transforms.publish(place(0.5, 0.3))
+        self.wait_for_status(TASK, OK, "rays end at walls of the map")
+        self.assertEqual(troubles[-1].data, "")
+        transforms.publish(place(0.5, 3.0, y=-1.02))
+        self.wait_for_status(TASK, ERROR, "of the sensor is in a wall of the map")
+        transforms.publish(place(50.0, 0.0))
+        self.wait_for_status(TASK, ERROR, "of the sensor is off the map")
+        transforms.publish(place(0.5, 0.3))
+        self.wait_for_status(TASK, OK, "rays end at walls of the map")
+        far = type(self).ranges
+        type(self).ranges = np.minimum(far, 0.4)
+        self.wait_for_status(TASK, WARN, "something that the map lacks fills the view")
+        self.assertEqual(troubles[-1].data, "", "the pose may be right")
+        type(self).ranges = far
         self.wait_for_status(TASK, OK, "rays end at walls of the map")
         unsure = PoseWithCovarianceStamped()
         unsure.pose.covariance[0] = 1.0  # [m^2]

@@ -7,6 +7,7 @@ import rospy
 import rostest
 from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
+from std_msgs.msg import String
 
 from robotont_testing import places
 from robotont_testing.harness import wait_for
@@ -41,6 +42,21 @@ class UnblockTest(NodeTest):
         self.assertEqual({math.copysign(1, message.linear.y) for message in heard}, {1.0})
         self.assertIn("a wheel blocked, at a wall", log.read_text())
         self.assertIsNone(node.poll())
+
+    def test_nothing_is_sent_while_another_drives(self):
+        driver = self.publisher("cmd_vel/driven_by", String, 0)
+        self.processes.start(places.program("robotont_map_navigation", "unblock"), "cmd_vel:=cmd_vel/navigation")
+        self.commands = self.publisher("cmd_vel/navigation", Twist)
+        self.odometry = self.publisher("odom", Odometry)
+        wait_for(driver.get_num_connections, "unblock's subscription")
+        heard = self.listen("cmd_vel/navigation", Twist)
+        for other in ("hand", "emergency stop"):
+            driver.publish(other)
+            self.drive(2.0, moves=False)
+        self.assertNotIn(Twist(), heard)
+        driver.publish("navigation")
+        self.drive(2.5, moves=False)
+        wait_for(lambda: Twist() in heard, "zeros")
 
 
 if __name__ == "__main__":

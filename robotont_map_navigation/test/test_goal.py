@@ -10,6 +10,7 @@ from navigation_tools import PACKAGE
 from robotont_map_navigation.goal import (
     DONE,
     GAVE_UP,
+    NEAR,
     NOT_THERE,
     REPLACED,
     Goal,
@@ -69,6 +70,8 @@ def test_progress_says_how_far_it_is():
 @pytest.mark.parametrize("state, text, pose, status, words", [
     ("SUCCEEDED", "Goal reached.", (8.03, 8.04, 1.5), DONE,
      "reached (8.00, 8.00, 1.57) after 31.2 s, within 0.05 m and 0.07 rad"),
+    ("SUCCEEDED", "Goal reached.", (8.18, 8.0, 1.57), NEAR,
+     "as near as possible to (8.00, 8.00, 1.57) after 31.2 s: 0.18 m and 0.00 rad away"),
     ("SUCCEEDED", "", None, DONE, "reached (8.00, 8.00, 1.57) after 31.2 s"),
     ("ABORTED", "Failed to find a valid plan.", (5.0, 4.0, 1.57), GAVE_UP,
      "move_base gave up (ABORTED): Failed to find a valid plan; 5.00 m and 0.00 rad were left"),

@@ -22,19 +22,27 @@ def ranges(x, y, yaw):
 
 def test_all_rays_fit_at_the_true_pose():
     pose = (0.3, 0.2, 0.7)
-    assert fit(MAP, pose, ranges(*pose), ANGLES, BOUNDS, 0.1) == 1.0
+    assert fit(MAP, pose, ranges(*pose), ANGLES, BOUNDS, 0.1) == (1.0, 0.0)
 
 
 @pytest.mark.parametrize("wrong", [(0.9, 0.2, 0.7), (0.3, -0.3, 0.7), (0.3, 0.2, 1.2)])
 def test_few_rays_fit_at_another_pose(wrong):
-    assert fit(MAP, wrong, ranges(0.3, 0.2, 0.7), ANGLES, BOUNDS, 0.1) < 0.7
+    at_walls, through_walls = fit(MAP, wrong, ranges(0.3, 0.2, 0.7), ANGLES, BOUNDS, 0.1)
+    assert at_walls < 0.7
+    assert through_walls > 0.1
+
+
+def test_an_obstacle_that_fills_the_view_goes_through_no_wall():
+    pose = (0.3, 0.2, 0.7)
+    at_walls, through_walls = fit(MAP, pose, np.minimum(ranges(*pose), 0.4), ANGLES, BOUNDS, 0.1)
+    assert (at_walls, through_walls) == (0.0, 0.0)
 
 
 def test_rays_that_end_nowhere_do_not_count():
     pose = (0.3, 0.2, 0.7)
     seen = ranges(*pose)
     seen[:40] = np.tile([math.inf, math.nan, 0.01, 5.0], 10)
-    assert fit(MAP, pose, seen, ANGLES, BOUNDS, 0.1) == 1.0
+    assert fit(MAP, pose, seen, ANGLES, BOUNDS, 0.1) == (1.0, 0.0)
     seen[9:] = math.inf
     assert fit(MAP, pose, seen, ANGLES, BOUNDS, 0.1) is None
 

@@ -21,7 +21,7 @@ from navigation_tools import (  # noqa: F401
 from roslaunch import RLException
 
 from robotont_description.geometry import robot_radius
-from robotont_driver.kinematics.wheels import read_wheels
+from robotont_driver.kinematics.wheel_params import read_wheels
 from robotont_driver.nodes import driver_node
 from robotont_driver.parameters.parameters import read_parameters
 from robotont_map_navigation import localization_monitor, map_file

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from robotont_driver.kinematics.kinematics import Kinematics
-from robotont_driver.kinematics.wheels import read_wheels
+from robotont_driver.kinematics.wheel_params import read_wheels
 from robotont_testing import places
 from robotont_testing.harness import suspend, wait_for
 from robotont_testing.robots import SHIPPED

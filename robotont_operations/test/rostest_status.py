@@ -45,7 +45,7 @@ class StatusTest(NodeTest):
     def test_status_from_well_to_dead(self):
         done = self.run_tool("status")
         self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
-        for words in ("nodes", "link", "board", "command stream", "config/robots/thesis"):
+        for words in ("nodes", "link", "board", "command stream", "config/robots/thesis", "packets/s, checked"):
             self.assertIn(words, done.stdout)
         self.assertNotIn("\033", done.stdout)  # colours are for terminals
         self.board.unplug()

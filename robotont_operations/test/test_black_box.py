@@ -11,7 +11,7 @@ import rosbag
 from rosgraph_msgs.msg import Log
 from std_msgs.msg import String
 
-from robotont_operations.black_box import BlackBox, Record, bags_of, merge, runs_in
+from robotont_operations.black_box import MOST_RUNS, BlackBox, Record, bags_of, merge, runs_in
 from robotont_operations.recorder_node import trouble
 
 HEADER = {"type": String._type, "md5sum": String._md5sum, "message_definition": String._full_text}
@@ -43,7 +43,7 @@ def test_each_file_opens_and_the_oldest_go(tmp_path):
 def test_the_disk_is_bounded(tmp_path):
     box = BlackBox(tmp_path, keep=1e9, limit=2_000_000, runs=4)
     for second in range(60):
-        box.write([record(second, "x" * 50_000)], now=float(second))
+        box.write([record(second, os.urandom(25_000).hex())], now=float(second))
     size = sum(path.stat().st_size for path in tmp_path.rglob("*") if path.is_file())
     assert 400_000 < size <= 500_000 + 60_000
     assert messages(bags_of(box.folder))[-1][2] == 1059.0
@@ -51,9 +51,17 @@ def test_the_disk_is_bounded(tmp_path):
 
 def test_a_restart_keeps_what_led_to_it(tmp_path):
     for run in range(6):
-        box = BlackBox(tmp_path, runs=3)
+        box = BlackBox(tmp_path, limit=1, runs=3)
         box.write([record(run, f"run {run}")], now=0.0)
     assert [messages(bags_of(run))[0][1] for run in runs_in(tmp_path)] == ["run 3", "run 4", "run 5"]
+
+
+def test_short_runs_of_a_robot_that_is_switched_on_and_off_push_nothing_out(tmp_path):
+    for run in range(60):
+        BlackBox(tmp_path).write([record(run, f"run {run}")], now=0.0)
+    kept = [messages(bags_of(run))[0][1] for run in runs_in(tmp_path)]
+    assert kept == [f"run {run}" for run in range(60 - len(kept), 60)]
+    assert len(kept) == MOST_RUNS
 
 
 def test_merged_into_one(tmp_path):
@@ -82,7 +90,7 @@ def test_what_is_no_run_of_the_recorder_stays_alone(tmp_path):
     (tmp_path / "run_000000_link").symlink_to(tmp_path / "elsewhere")
     (tmp_path / "run_000001_file").touch()
     (tmp_path / "run_000002_gone").symlink_to(tmp_path / "nowhere")
-    runs = [BlackBox(tmp_path, runs=2).folder for _ in range(4)]
+    runs = [BlackBox(tmp_path, limit=0, runs=2).folder for _ in range(4)]
     assert runs_in(tmp_path) == runs[2:]
     os.mkfifo(str(runs[3] / "000001.bag"))
     assert bags_of(runs[3]) == []

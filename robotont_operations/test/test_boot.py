@@ -71,21 +71,44 @@ def need(*tools):
         pytest.skip("these commands are missing: " + ", ".join(lacking))
 
 
-def test_dry_run_writes_nothing(tmp_path):
-    done = install_robot("--root", tmp_path / "root", "--dry-run")
+def test_dry_run_says_what_each_file_is_for_and_writes_nothing(tmp_path):
+    done = install_robot("--root", tmp_path, "--dry-run", "--page")
     assert done.returncode == 0
-    assert "etc/systemd/system/robotont.service" in done.stdout
+    assert re.search("etc/systemd/system/robotont.service +starts the driver\n", done.stdout)
+    assert "robotont-page.service -> /etc" in done.stdout
     assert not files(tmp_path)
+
+
+def test_a_root_that_is_not_there_is_refused(tmp_path):
+    done = install_robot("--root", tmp_path / "mnt")
+    assert done.returncode == 2
+    assert f"--root: found {tmp_path / 'mnt'}, which is no folder" in done.stderr
+    assert not files(tmp_path)
+
+
+def test_the_page_starts_at_boot_where_it_was_asked_for(tmp_path):
+    unit = tmp_path / "etc/systemd/system/robotont-page.service"
+    install_robot("--root", tmp_path)
+    assert not unit.exists()
+    install_robot("--root", tmp_path, "--page")
+    assert "teleop.launch address:=0.0.0.0 $ROBOTONT_PAGE_ARGUMENTS" in unit.read_text()
+    install_robot("--root", tmp_path)
+    assert unit.exists()
+    install_robot("--root", tmp_path, "page:=10.0.0.7")
+    assert "teleop.launch address:=10.0.0.7 " in unit.read_text()
+    assert install_robot("--root", tmp_path, "--page", "127.0.0.1").returncode == 2
+    install_robot("--root", tmp_path, "--remove")
+    assert not unit.exists()
 
 
 @pytest.mark.parametrize("model", [True, False])
 def test_without_xacro_the_robot_starts_without_its_model(model, tmp_path, monkeypatch):
     """As on Debian, whose robots take nothing from PyPI."""
     monkeypatch.setattr(install_robot_module.importlib.util, "find_spec", lambda _name: model or None)
-    done = install_robot("--root", tmp_path / "root")
+    done = install_robot("--root", tmp_path)
     assert done.returncode == 0, done.stderr
     assert ("no xacro" in done.stdout) != model
-    configuration = (tmp_path / "root" / "etc/robotont/robot.conf").read_text()
+    configuration = (tmp_path / "etc/robotont/robot.conf").read_text()
     assert ("ROBOTONT_ARGUMENTS=description:=false\n" in configuration) != model
 
 
@@ -94,7 +117,7 @@ def test_a_workspace_that_the_services_may_not_enter(tmp_path, monkeypatch):
     closed = tmp_path / "closed"
     closed.mkdir(mode=0o700)
     monkeypatch.setenv("PYTHONPATH", os.pathsep.join([os.environ.get("PYTHONPATH", ""), str(closed)]))
-    here, elsewhere = install_robot("--dry-run"), install_robot("--root", tmp_path / "root", "--dry-run")
+    here, elsewhere = install_robot("--dry-run"), install_robot("--root", tmp_path, "--dry-run")
     assert (here.returncode, elsewhere.returncode) == (1, 0)
     assert "would write" not in here.stdout
     for done in (here, elsewhere):
@@ -141,6 +164,7 @@ def test_removal_deletes_nothing_outside_of_an_image_and_all_inside(tmp_path):
     for name in ("victim", "black_box/run", "folder/robotont-master.service"):
         (outside / name).parent.mkdir(parents=True, exist_ok=True)
         (outside / name).touch()
+    root.mkdir()
     assert install_robot("--root", root).returncode == 0
     with open(str(root / "etc/robotont/installed"), "a") as listed:
         listed.write(f"../outside/victim\n{outside}/victim\netc/linked/robotont-master.service\n")
@@ -169,7 +193,7 @@ def test_removal_stops_nothing_where_nothing_is_installed(tmp_path, monkeypatch)
 @pytest.mark.parametrize("address", ["300.1.1.1", "10.0.0", "10.0.0.1.", "1", "127.0.0.1", "0.0.0.0", "localhost",
                                      "robot..local", "-robot", "robot-.local", "robot local", ""])
 def test_an_address_that_no_robot_can_have(address, tmp_path):
-    done = install_robot("--root", tmp_path / "root", f"--network={address}")
+    done = install_robot("--root", tmp_path, f"--network={address}")
     assert done.returncode == 2
     assert f"found {address!r}, which is no address of this robot" in done.stderr
     assert not files(tmp_path)
@@ -229,9 +253,9 @@ def test_a_board_that_is_plugged_in_is_proposed(tmp_path, monkeypatch, capsys):
 def test_units_are_valid_do_little_beside_their_work_and_come_back(tmp_path):
     """By systemd's own measure, from 0 to 10. That they still do their work, the tests that boot show."""
     need("systemd-analyze")
-    install_robot("--root", tmp_path)
-    units = [tmp_path / "etc/systemd/system" / unit for unit in UNITS]
-    assert ["Restart=always\n" in unit.read_text() for unit in units] == [True] * 3
+    install_robot("--root", tmp_path, "--page")
+    units = [tmp_path / "etc/systemd/system" / unit for unit in (*UNITS, "robotont-page.service")]
+    assert ["Restart=always\n" in unit.read_text() for unit in units] == [True] * 4
     done = subprocess.run(["systemd-analyze", "verify", *map(str, units)], check=False, text=True, capture_output=True)
     # it also reads the units of this machine, whose faults are not ours
     assert not [line for line in done.stderr.splitlines() if "robotont" in line], done.stderr
@@ -241,7 +265,7 @@ def test_units_are_valid_do_little_beside_their_work_and_come_back(tmp_path):
     if "unrecognized option" in done.stderr:
         pytest.skip("systemd-analyze security has no --offline here: it needs systemd 250")
     exposures = re.findall(r"exposure level for robotont\S*: ([0-9.]+)", done.stdout)
-    assert len(exposures) == 3
+    assert len(exposures) == 4
     assert max(map(float, exposures)) <= 5.0, done.stdout
 
 
@@ -281,6 +305,7 @@ def test_two_boards_keep_their_names_when_they_change_ports(tmp_path):
     need("udevadm", "unshare")
     if os.getuid() != 0:
         pytest.skip("needs root to show udev other devices")
+    (tmp_path / "root").mkdir()
     install_robot("--root", tmp_path / "root")
     version = int(subprocess.check_output(["udevadm", "--version"], text=True).split()[0])
     for turn, ports in enumerate((("1-1", "1-2"), ("1-2", "1-1"))):
@@ -368,7 +393,8 @@ def robot(tmp_path_factory):
     if hierarchy is None or not os.access(str(hierarchy), os.W_OK):
         pytest.skip("no writable cgroup2 hierarchy here")
     tree = tmp_path / "tree"
-    install_robot("--root", tree)
+    tree.mkdir()
+    install_robot("--root", tree, "--page")
     (tree / "etc/robotont/robot.conf").write_text(
         "ROBOTONT_PORT=/shared/board\nROBOTONT_ARGUMENTS=\n"
         "ROBOTONT_RECORDER_ARGUMENTS=folder:=/shared/black_box\n")
@@ -438,6 +464,20 @@ def test_a_service_that_is_killed_comes_back_with_those_that_need_it(robot, vict
     back = time.time()
     come(robot, lambda: robot.recorded_odometry(back), "odometry in the black box")
     assert {words for words in before if robot.process(words) != before[words]} == set(lost)
+
+
+@pytest.mark.timed
+def test_the_page_asks_for_the_token_whose_file_the_journal_names(robot):
+    come(robot, lambda: robot.process(DRIVER), "the driver")
+    robot.run("systemctl", "start", "robotont-page")
+    look = """
+import urllib.error, urllib.request
+try:
+    urllib.request.urlopen("http://127.0.0.1:8100/")
+except urllib.error.HTTPError as error:
+    print(error.code)"""
+    come(robot, lambda: robot.ask("python3", "-c", look) == "401\n", "the page")
+    come(robot, lambda: "asked for once: cat /var/lib/robotont/robotont_teleop_token" in robot.journal(), "its words")
 
 
 def remaining(group):

@@ -3,13 +3,17 @@
 
 import time
 
+import numpy as np
 import rosparam
 import rostest
 import yaml
-from nav_msgs.msg import Odometry
+from nav_msgs.msg import OccupancyGrid, Odometry
+from PIL import Image
 from simulation_test import SimulationTest
+from tf2_msgs.msg import TFMessage
 
 from robotont_simulator.simulated_board import LONGEST_STALL
+from robotont_testing import places
 from robotont_testing.harness import START, suspended, wait_for
 from robotont_testing.node_test import WARN
 from robotont_testing.robots import WHEEL_PARAMS
@@ -29,6 +33,22 @@ class SimulatorNodeTest(SimulationTest):
         self.assertAlmostEqual(scan.ranges[64], 2.95, delta=0.02)
         self.assertAlmostEqual(scan.angle_max, 1.03 / 2, delta=1e-3)
         self.assertAlmostEqual(scan.scan_time, 0.1, delta=1e-6)  # at the scan_rate of config/simulator.yaml
+
+    def test_the_worlds_own_map_and_the_start_on_it(self):
+        maps, transforms = self.listen("map", OccupancyGrid), self.listen("tf_static", TFMessage)
+        self.start("world:=maze", "world_map:=true")
+        wait_for(lambda: maps and transforms, "the map, and where odom starts on it")
+        with Image.open(str(places.config("maps/maze.pgm"))) as picture:
+            drawn = np.array(picture)[::-1]
+        seen = np.array(maps[0].data).reshape(drawn.shape)
+        for grey, cell in ((0, 100), (205, -1), (254, 0)):
+            self.assertTrue(((drawn == grey) == (seen == cell)).all())
+        shipped = yaml.safe_load(places.config("maps/maze.yaml").read_text())
+        place = maps[0].info.origin.position
+        self.assertEqual((round(place.x, 3), round(place.y, 3)), tuple(shipped["origin"][:2]))
+        start = next(one for message in transforms for one in message.transforms if one.child_frame_id == "odom")
+        self.assertEqual((start.header.frame_id, start.transform.translation.x), ("map", 0.5))
+        self.assertAlmostEqual(start.transform.rotation.z, 0.5 ** 0.5, delta=1e-6)
 
     def test_a_simulator_that_was_stopped_reports_the_time_that_it_skipped(self):
         self.start("world:=room")
@@ -65,7 +85,7 @@ class SimulatorNodeTest(SimulationTest):
         log = self.processes.folder / "log"
         port = self.processes.folder / "board"
         launch = self.processes.launch("simulation.launch", "world:=moon", f"port:={port}", log=log)
-        wait_for(lambda: "moon.yaml" in log.read_text(), "words about the world")
+        wait_for(lambda: "moon.yaml, allowed: empty, maze, room" in log.read_text(), "words about the world")
         wait_for(lambda: launch.poll() is not None, "the end: there is no robot without a simulator")
         self.assertNotIn("Traceback", log.read_text())
 

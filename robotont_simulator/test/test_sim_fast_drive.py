@@ -57,7 +57,8 @@ def test_wrong_parameters_and_slippery_wheels_show(capsys, tmp_path):
 
 
 def test_packets_and_truth_are_written(tmp_path):
-    assert main(["spin=-0.5", "--wheel-params", WHEELS, "--world", ROOM, "--csv", str(tmp_path)]) == 0
+    assert main(["spin=-0.5", "spin=0.1", "--wheel-params", WHEELS, "--world", ROOM, "--csv", str(tmp_path)]) == 0
+    assert sorted(file.name for file in tmp_path.iterdir()) == ["spin.csv", "spin_2.csv"]  # none over another
     with open(tmp_path / "spin.csv") as file:
         rows = list(csv.reader(file))
     assert rows[0] == ["time", "m0", "m1", "m2", "x", "y", "yaw"]
@@ -83,3 +84,8 @@ def test_bad_input(arguments, words, capsys):
         sys.exit(main([*arguments, "--wheel-params", WHEELS]))
     assert stop.value.code in (1, 2)
     assert words in capsys.readouterr().err
+
+
+def test_a_drive_that_is_made_twice_is_written_twice(tmp_path):
+    assert main(["spin=0.1", "spin=-0.1", "--wheel-params", WHEELS, "--csv", str(tmp_path)]) == 0
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["spin.csv", "spin_2.csv"]

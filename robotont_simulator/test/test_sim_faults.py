@@ -8,9 +8,11 @@ import pytest
 from robot_runs import run_in
 
 from robotont_driver.protocol.board_status import DRIVER_FAULT, NO_COUNTS, OVERLOAD, WRONG_WAY
+from robotont_firmware import config
 from robotont_simulator.simulation import REVERSED, UNPLUGGED
 
 UNIT = 2 * math.pi / 1200 * 50  # [rad/s] of a wheel
+CREEP = config.MAX_LOAD / 19.2 + 1  # [units] of a wheel that gets MAX_LOAD and counts nothing
 CONTINUOUS = 1.25  # [A] that the motor stands for ever: a quarter of its stall current
 
 
@@ -22,24 +24,25 @@ def along(run, wheel, units):
 
 
 def drive_on(run, wheel, twist, seconds):
-    """([s] until all motors are off or None, fastest speed [units] and current [A] of the wheel, per period)."""
+    """([s] until the wheel is off for a fault or None, its speed [units] and current [A], per period)."""
     off, speeds, currents = None, [], []
     for period in range(round(seconds * 50)):
         run.drive([twist])
         speeds.append(abs(run.simulation.wheel_speeds()[wheel]) / UNIT)
         currents.append(abs(run.simulation.currents()[wheel]))
-        if off is None and not run.simulation.driven():
+        if off is None and run.status.wheels[wheel] in (NO_COUNTS, WRONG_WAY):
             off = (period + 1) / 50
     return off, speeds, currents
 
 
 def break_encoder(run, wheel, state, twist, within, whole):
-    """Drive on with a broken encoder: all must be off `within` [s]; its fastest speed, in `whole` [units]."""
+    """Drive on with a broken encoder: the wheel is off `within` [s], then all; its fastest speed in `whole` [units]."""
     run.simulation.set_encoder(wheel, state)
     off, speeds, _ = drive_on(run, wheel, twist, within + 0.4)
     print(f"off after {off} s, the wheel at most at {max(speeds) / whole:.2f} of {whole:.0f} units")
     assert off is not None
     assert off <= within
+    assert not run.simulation.driven(), "the others have braked"
     return max(speeds) / whole
 
 
@@ -51,7 +54,9 @@ def test_an_encoder_that_breaks(state, fault, wheel, units):
         twist = along(run, wheel, units)
         if driving:
             run.hold(twist, 1.5)
-        assert break_encoder(run, wheel, state, twist, 0.6, abs(units)) <= 1.3
+        # The set-points take their time; and what a fast wheel does suddenly changes the motion of the robot.
+        within = 0.6 if driving and abs(units) < 150 else 0.6 + abs(units) / 500
+        assert break_encoder(run, wheel, state, twist, within, abs(units)) <= max(1.3, CREEP / abs(units))
         assert run.status.wheels == tuple(fault if other == wheel else 0 for other in range(3))
 
 
@@ -75,9 +80,9 @@ def test_silence_with_a_reversed_encoder_accelerates_nothing():
     run.simulation.set_encoder(0, REVERSED)
     _, speeds, _ = drive_on(run, 0, None, 1.5)
     print(f"at most {max(speeds) / 48:.2f} of the commanded speed")
-    assert max(speeds) <= 1.1 * 48
+    assert max(speeds) <= 1.16 * 48
     assert run.status.wheels == (WRONG_WAY, 0, 0)
-    assert max(np.diff(speeds[20:])) < 0.5, "it rolls out"
+    assert max(np.diff(speeds[20:])) < 1.0, "it rolls out, while the others brake"
 
 
 def test_wild_driving_is_no_fault():
@@ -108,4 +113,4 @@ def test_an_encoder_that_breaks_on_a_slow_wheel_beside_fast_ones(state):
     wheel = int(np.argmin(units))
     assert units[wheel] < max(units) / 5
     run.hold(twist, 1.5)
-    assert break_encoder(run, wheel, state, twist, 1.5, max(units)) <= 0.5
+    assert break_encoder(run, wheel, state, twist, 1.5, max(units)) <= 0.7

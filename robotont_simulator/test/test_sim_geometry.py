@@ -6,7 +6,7 @@ import pytest
 from robot_runs import ROOT
 
 from robotont_description.geometry import robot_radius
-from robotont_driver.kinematics.wheels import read_wheels
+from robotont_driver.kinematics.wheel_params import read_wheels
 from robotont_simulator.simulation import Simulation
 from robotont_simulator.world import World
 from robotont_testing.robots import ROBOTS, robot_folder

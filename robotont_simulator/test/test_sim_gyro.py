@@ -9,7 +9,7 @@ from scipy.stats import chi2
 
 from robotont_driver.kinematics import se2
 from robotont_driver.kinematics.kinematics import Kinematics
-from robotont_driver.kinematics.wheels import read_wheels
+from robotont_driver.kinematics.wheel_params import read_wheels
 from robotont_driver.odometry.gyro import SECOND, Gyro
 from robotont_driver.odometry.gyro_fusion import GyroFusion
 from robotont_driver.odometry.odometry import WheelOdometry

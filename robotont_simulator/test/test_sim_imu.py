@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from robot_runs import ROBOTS
 
-from robotont_driver.kinematics.wheels import read_wheels
+from robotont_driver.kinematics.wheel_params import read_wheels
 from robotont_simulator import imu
 from robotont_simulator.imu import GRAVITY, ImuErrors
 from robotont_simulator.lockstep import LockstepRun

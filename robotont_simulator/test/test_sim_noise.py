@@ -8,7 +8,7 @@ import pytest
 
 from robotont_driver.kinematics.kinematics import Kinematics, wheel_matrix
 from robotont_driver.kinematics.motor import counts_in_reach
-from robotont_driver.kinematics.wheels import read_wheels
+from robotont_driver.kinematics.wheel_params import read_wheels
 from robotont_driver.odometry.odometry import WheelOdometry
 from robotont_driver.protocol.dialects import make_dialect
 from robotont_driver.protocol.packet import format_packet, parse_packet

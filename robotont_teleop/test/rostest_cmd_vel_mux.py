@@ -143,7 +143,7 @@ class CmdVelMuxTest(NodeTest):
         self.wire.send(navigation=NAVIGATION, hand=HAND)
         self.wire.driven_by("hand")
         wait_for(lambda: "cmd_vel_mux: who drives" in self.status
-                 and self.values("cmd_vel_mux: who drives")["wait"] == "navigation", "navigation")
+                 and self.values("cmd_vel_mux: who drives")["waiting"] == "navigation", "navigation")
         self.wire.send(hand=None)
         answer = rospy.ServiceProxy("cmd_vel_mux/give_back", Trigger)()
         self.assertEqual((answer.success, answer.message), (True, "navigation drives"))

@@ -2,10 +2,13 @@
 """keyboard_teleop in a terminal of its own: every key, letting go, and every way to end it."""
 
 import contextlib
+import fcntl
 import os
 import pty
 import signal
+import struct
 import subprocess
+import termios
 import threading
 import time
 
@@ -29,6 +32,7 @@ class Terminal:
     def __init__(self, *arguments):
         self.shown = ""
         self._master, slave = pty.openpty()
+        fcntl.ioctl(slave, termios.TIOCSWINSZ, struct.pack("4H", 24, 80, 0, 0))
         # rosrun is a shell script, and so makes this the controlling terminal, from which Ctrl-C and SIGHUP come
         self.process = subprocess.Popen(["rosrun", "robotont_teleop", "keyboard_teleop", *arguments], stdin=slave,
                                         stdout=slave, stderr=slave, start_new_session=True)
@@ -83,7 +87,7 @@ class KeyboardTeleopTest(NodeTest):
 
     @staticmethod
     def ready(terminal):
-        wait_for(lambda: "listen to /cmd_vel/hand" in terminal.line, "the line of keyboard_teleop")
+        wait_for(lambda: "drives: " in terminal.line or "listen to /cmd_vel/hand" in terminal.line, "its line")
 
     def newest_is(self, twist, what):
         wait_for(lambda: self.hand and all(abs(one - other) < 1e-9 for one, other in zip(self.hand[-1], twist)), what)
@@ -101,14 +105,14 @@ class KeyboardTeleopTest(NodeTest):
         odometry = Odometry()
         odometry.twist.twist.linear.y = 0.25
         publisher = self.publisher("odom", Odometry)
-        wait_for(lambda: publisher.publish(odometry) or "robot +0.00 +0.25 +0.00" in terminal.line, "odometry",
+        wait_for(lambda: publisher.publish(odometry) or "| robot +0.00 +0.25 +0.00" in terminal.line, "odometry",
                  period=0.05)
         terminal.type("+")
-        wait_for(lambda: "speed 0.33 m/s 1.10" in terminal.line, "the speed")
+        wait_for(lambda: terminal.line.startswith("0.33 1.10 | sent"), "the speed")
         terminal.type("-a\x1b[D")
         self.newest_is((0, 0.3, 1), "strafing and turning")
         wait_for(lambda: "sent +0.00 +0.30 +1.00" in terminal.line, "the command")
-        wait_for(lambda: "drives: hand" in terminal.line, "who drives")
+        wait_for(lambda: "drives: hand | robot +0.00 +0.25 +0.00\x1b[K" in terminal.line, "who drives, in 80 columns")
         self.newest_is(STOP, "the stop")
 
     def test_space_is_the_emergency_stop(self):

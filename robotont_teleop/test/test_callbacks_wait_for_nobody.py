@@ -21,7 +21,7 @@ ROOTS = {
     "mock_serial_node.py": {"_on_write"},
     "cmd_vel_mux.py": {"_on_command", "_on_pressed_by", "_look", "_on_give_back", "_stop"},
     "odom_node.py": {"_on_packet"},
-    "stop_button.py": {"press", "release", "_on_pressed_by"},
+    "emergency_stop_client.py": {"press", "release", "_on_pressed_by"},
     "hand_output.py": {"send", "press_emergency_stop"},
     "robot_view.py": {"send", "press_emergency_stop", "cancel", "_stop"},
     "web_server.py": {"receive", "remove", "_look"},
@@ -110,6 +110,7 @@ def test_no_callback_of_a_command_or_a_stop_reaches_a_call_that_waits(file, func
 
 
 def test_a_call_that_waits_is_found():
-    assert any(way.endswith("call_in_time calls wait_for_service") for way in waits("stop_button.py", "_release"))
+    ways = waits("emergency_stop_client.py", "_release")
+    assert any(way.endswith("call_in_time calls wait_for_service") for way in ways)
     assert "_write calls set_param" in waits("kept_parameter.py", "_write")[0]
     assert waits("cmd_vel_mux.py", "_look_for_others")

@@ -1,13 +1,15 @@
 """The page in a real browser, on a server whose robot only takes notes."""
 
+import json
 import re
 
 import pytest
-from web_client import TOKEN
+from web_client import TOKEN, Served
 
 from robotont_teleop.speeds import STOP
-from robotont_testing.browser import CHROMIUM, DESKTOP, Browser
+from robotont_testing.browser import CHROMIUM, DESKTOP, PHONE, PHONE_LYING, Browser
 from robotont_testing.harness import wait_for
+from robotont_testing.stalling_proxy import StallingProxy
 
 pytestmark = pytest.mark.skipif(CHROMIUM is None, reason="no chromium")
 OPEN = "document.getElementById('app')?.dataset.state === 'open'"  # not yet on the login page
@@ -109,7 +111,7 @@ def test_after_the_mouse_the_slider_leaves_the_keys_to_the_robot(page, served):
 def test_the_keyboard_reaches_the_slider_and_letters_drive_meanwhile(page, served):
     page.run("document.getElementById('cap').focus()")
     type_key(page, "ArrowLeft", 37)
-    wait_for(lambda: page.text("#cap_value") == "40", "the slider's step")
+    wait_for(lambda: page.text("#cap_value") == "0.20", "the slider's step")
     assert focus(page) == "cap"
     assert not drives(served)
     drive_by_key(page, served)
@@ -207,3 +209,145 @@ def type_key(page, code, number, text=""):
     kind = "keyDown" if text else "rawKeyDown"
     page.call("Input.dispatchKeyEvent", type=kind, code=code, key=key, windowsVirtualKeyCode=number, text=text)
     page.call("Input.dispatchKeyEvent", type="keyUp", code=code, key=key, windowsVirtualKeyCode=number)
+
+
+LINK, WHEELS = "serial_com_node: link", "odom_node: wheel feedback"
+
+
+def report(server, lights=(), state=None, **status):
+    """Let the robot tell the page `lights`, {name: (level, words)}, and what else is given."""
+    robot, lights = server.robot, dict(lights or {LINK: (0, "50 packets/s")})
+    state, status = {**type(robot).state(robot), **(state or {})}, {**type(robot).status(robot), **status}
+    robot.state = lambda: {**state, "stopped": robot.stopped}
+    robot.status = lambda: {**status, "lights": [
+        {"name": name, "level": level, "words": words} for name, (level, words) in lights.items()]}
+
+
+def shown(page, selector):
+    return page.run(f"document.querySelector({selector!r}).offsetHeight > 0")
+
+
+def level(page):
+    return page.run("document.getElementById('dot').dataset.level")
+
+
+def choose_language(page, language):
+    page.run(f"(() => {{const list = document.getElementById('language'); list.value = '{language}'; "
+             "list.dispatchEvent(new Event('change'))})()")
+
+
+@pytest.mark.parametrize("fault, words", [
+    ({LINK: (2, "is the cable in?"), WHEELS: (1, "no packets")}, "Link to the board is the cable in?"),
+    ({LINK: (0, ""), WHEELS: (1, "wheel 2 stands")}, "Wheels wheel 2 stands"),
+    ({LINK: (3, "50 packets/s")}, "Link to the board Silent for 5 s: has it ended?"),
+    ({"other: thing": (2, "it burns")}, "thing it burns"),
+])
+def test_the_worst_fault_stands_where_one_looks(page, served, fault, words):
+    report(served, fault)
+    page.wait(f"document.getElementById('fault').innerText === {words!r}", "the bar")
+    assert level(page) == str(max(found for found, _ in fault.values()))
+    report(served)
+    page.wait("document.getElementById('fault').hidden", "its end")
+    assert level(page) == "0"
+    assert page.text("#summary") == "All is well (1)"
+
+
+def test_a_robot_that_reports_nothing_is_not_well(page):
+    page.wait("document.getElementById('fault').offsetHeight > 0", "the bar")
+    assert page.text("#fault_words") == "The robot reports nothing"
+
+
+def test_a_pressed_stop_is_seen_and_its_release_found_on_every_screen(page, served):
+    report(served)
+    served.robot.press_emergency_stop()
+    page.wait("document.getElementById('stop').getAttribute('aria-pressed') === 'true'", "the pressed button")
+    assert page.text("#driver") == "Emergency stop"
+    assert level(page) == "2"
+    for size in (PHONE, PHONE_LYING, DESKTOP):
+        page.look(size, False)
+        page.wait(f"innerWidth === {size[0]}", "the screen")
+        for _panel in range(2):
+            page.run("document.getElementById('details').click()")
+            x, y = page.place("#release")
+            assert page.run(f"document.elementFromPoint({x}, {y}).closest('button')?.id") == "release", size
+    other = served.ready_page()
+    other.order("take")
+    page.wait("document.getElementById('release_why').offsetHeight > 0", "why this page may not release it")
+    assert page.text("#release_why") == "Take over first"
+
+
+def test_a_page_that_was_overtaken_is_told(page, served):
+    page.key("KeyW", down=True)
+    wait_for(lambda: drives(served), "motion")
+    page.key("KeyW", down=False)
+    served.ready_page().order("take")
+    page.wait("document.getElementById('message').textContent === 'Another page has taken over'", "the words")
+
+
+def test_what_is_old_is_not_shown_as_if_it_were_of_now(browser, served):
+    report(served, state={"velocity": [0.2, 0.0, 0.1], "measured": [0.1, 0.1, 0.1]})
+    proxy = StallingProxy(served.port)
+    page = browser.page(f"http://127.0.0.1:{proxy.port}/")
+    page.wait("document.getElementById('speed').textContent === '0.20' && "
+              "document.getElementById('round_trip').textContent !== '–'", "numbers")
+    proxy.stall()
+    page.wait("['speed', 'turning', 'round_trip'].every((id) => document.getElementById(id).textContent === '–') && "
+              "document.querySelector('.wheels span.real').textContent === '–'", "no numbers")
+    proxy.flow()
+    page.wait("document.getElementById('speed').textContent === '0.20'", "numbers")
+    page.close()
+    proxy.close()
+
+
+def test_the_page_says_which_robot_it_is(browser):
+    with Served(robot="robot7") as server:
+        page = open_page(browser, server)
+        assert page.run("document.title") == page.text("#robot") == "robot7"
+        manifest = json.loads(server.request("GET", "/manifest.webmanifest")[2])
+        assert (manifest["name"], manifest["short_name"]) == ("robot7", "robot7")
+        page.close()
+
+
+def test_the_slider_and_the_bar_have_units(page):
+    assert page.text(".cap .whole") == "0.25 m/s"
+    bars = []
+    for button in ("closer", "farther", "farther", "farther", "farther"):
+        press_mouse(page, f"#{button}")
+        metres = float(page.text("#scale span").split()[0])
+        bars.append(page.run("document.querySelector('#scale i').getBoundingClientRect().width") / metres)
+    assert sorted(bars[1:], reverse=True) == bars[1:], "pixels per metre, as one goes farther away"
+
+
+@pytest.mark.parametrize("language", ["de", "et"])
+def test_no_english_is_left_in_other_languages(page, served, language):
+    """All that the page itself says; the robot's own words are marked as English."""
+    report(served, {f"node: {name}": (found % 3, "in English words") for found, name in enumerate(LIGHTS)},
+           battery={"voltage": 12.0, "charge": 0.1}, board="b", ranges=[0.5])
+    page.wait(f"document.querySelectorAll('#lights li').length === {len(LIGHTS)}", "the lights")
+    english = set(words(page))
+    choose_language(page, language)
+    page.wait(f"document.documentElement.lang === '{language}'", "the language")
+    assert set(words(page)) & english - SAME <= set()
+    page.run("localStorage.clear()")
+
+
+SAME = {"STOP", "English", "Deutsch", "Eesti", "Robotont", "Gamepad"}  # names, and what is the same
+LIGHTS = ["black box", "board", "command stream", "gamepad", "gyro", "link", "localization", "real time", "stamps",
+          "web page", "wheel feedback", "who drives"]  # of all nodes of the stack: `Health`
+
+
+def words(page):
+    """Each text of the page with letters that is not marked as English, labels and titles among them."""
+    return page.run("""(() => {
+        const found = [];
+        const walk = document.createTreeWalker(document.body, NodeFilter.SHOW_TEXT);
+        while (walk.nextNode()) {
+          if (!walk.currentNode.parentElement.closest('[lang], kbd, script')) {
+            found.push(walk.currentNode.textContent.trim());
+          }
+        }
+        for (const one of document.body.querySelectorAll('*')) {
+          found.push(one.title || '', one.getAttribute('aria-label') || '');
+        }
+        return found.filter((text) => /[a-zäöüõ]{2}/i.test(text) && !/^[0-9.,+ -]*(ms|m\\/s|rad\\/s|m)$/.test(text));
+    })()""")

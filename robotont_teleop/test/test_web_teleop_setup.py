@@ -2,11 +2,12 @@
 
 import ssl
 import subprocess
+from unittest import mock
 
 import pytest
 from qr_on_terminal import read_qr
 
-from robotont_teleop.web_teleop_node import LIGHT_ON_BLACK, RESET, SetUpError, host_names, invitation, make_tls
+from robotont_teleop.web_teleop_node import LIGHT_ON_BLACK, RESET, SetUpError, host_names, invitation, make_tls, report
 
 TOKEN = "dGhlIHRva2Vu-_123456"
 
@@ -73,6 +74,13 @@ def test_where_there_is_no_terminal_the_token_stays_in_its_file():
     assert "cat /home/robot/token" in words
     assert TOKEN not in words
     assert "█" not in words
+
+
+def test_who_may_read_the_diagnostics_is_told_how_to_get_in_but_not_the_token():
+    server = mock.Mock(pages=[], seat=mock.Mock(hands_off=False))
+    words = report(server, "http://10.0.0.5:8100/", "/var/lib/robotont/token")[1]
+    assert words == "http://10.0.0.5:8100/, open pages: 0; its token: sudo cat /var/lib/robotont/token"
+    assert "token" not in report(server, "http://127.0.0.1:8100/", None)[1]
 
 
 def test_names_under_which_browsers_may_come():

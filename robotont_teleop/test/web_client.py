@@ -123,8 +123,9 @@ class Client:
 class Served(Client):
     """The server in the same loop as its clients, for a `with` block."""
 
-    def __init__(self, token=None, **settings):
+    def __init__(self, token=None, viewer_topics=None, **settings):
         super().__init__()
+        self._viewer_topics = viewer_topics
         self.robot = NotedRobot()
         self.access = Access(token)
         self._settings = SETTINGS._replace(**settings)
@@ -133,7 +134,7 @@ class Served(Client):
         super().__enter__()
 
         async def start():
-            self.server = WebServer(self.robot, self.access, self._settings, WEB)
+            self.server = WebServer(self.robot, self.access, self._settings, WEB, self._viewer_topics)
             self.port = self.server.listen("127.0.0.1", 0)
         self.do(start())
         return self

@@ -5,12 +5,14 @@ import {actWhenHeld} from "./hold.js";
 import {Link} from "./link.js";
 import {Pace} from "./pace.js";
 import {$, number, write} from "./page.js";
-import {showFacts, showLights, showWheels} from "./panel.js";
+import {adviceOf, byWorst, nameOf, showFacts, showLights, showWheels} from "./panel.js";
 import {chosenLanguage, setLanguage, text} from "./texts.js";
 import {View} from "./view.js";
 
 const NOTE = 6000;    // [ms] that the robot's answers are shown
 const REFUSED = 2000; // [ms] that a refusal is shown
+const TAKEN = 4000;   // [ms] that is shown who has taken over
+const LOW_CHARGE = 0.15;
 const LOOK = 250;     // [ms] between two looks without any message: for stalls
 const app = $("app");
 
@@ -23,13 +25,18 @@ let state = null;
 let status = null;
 let limits = {linear: 0.5, angular: 2};
 let note = {number: null, until: 0};
-let refused = {key: "", until: 0};
+let refused = {key: "", until: 0}; // or another thing that the hands should know
 let heldInVain = false; // the hands have held something since another page drove
 let goalMode = false;
 const view = new View($("view"));
 
 const link = new Link({
-  hello: (message) => (limits = message),
+  hello: (message) => {
+    limits = message;
+    document.title = message.robot;
+    write($("robot"), message.robot);
+    showCap();
+  },
   connection: (open) => {
     app.dataset.state = open ? "open" : "lost";
     state = open ? state : null;
@@ -37,9 +44,13 @@ const link = new Link({
     show();
   },
   state: (message) => {
+    if (drives() && message.driver !== null && message.driver !== link.page) {
+      refused = {key: "taken", until: performance.now() + TAKEN};
+      navigator.vibrate?.(200);
+    }
     state = message;
     heldInVain = !hands.still && !drives() && (heldInVain || state.driver !== null);
-    view.setPose(message.pose);
+    view.setPose(message.pose, !link.stalled);
     if (message.hands_off && drives() && hands.still) {
       link.drive(0, 0, 0); // the hands are off
     }
@@ -87,23 +98,67 @@ function takeStatus(message) {
 function show() {
   const open = app.dataset.state === "open";
   const stalled = open && link.stalled;
-  $("dot").dataset.level = !open ? 2 : stalled || !state ? 1 : 0;
+  const now = open && !stalled ? state : null; // what is older is not shown as if it were of now
+  const worst = worstLight();
+  $("dot").dataset.level = !open || state?.stopped || worst?.level === 2 ? 2 : worst?.level ?? (now ? 0 : 1);
   write($("driver"), open && state ? text(who()) : text("lost"));
   $("take").hidden = !open || !state || state.driver === null || drives();
   $("give_back").hidden = !(drives() && state.driven_by === "hand" && status?.goal);
   app.dataset.role = drives() || state?.driver === null ? "driver" : "viewer";
   $("stopped").hidden = !state?.stopped;
+  $("stop").setAttribute("aria-pressed", Boolean(state?.stopped));
   $("release").disabled = Boolean(state) && state.driver !== null && !drives();
+  $("release_why").hidden = !$("release").disabled;
+  write($("release_why"), text("not_driver"));
+  $("fault").hidden = !open || !worst;
+  if (open && worst) {
+    $("fault").dataset.level = worst.level;
+    write($("fault_name"), worst.name ? nameOf(worst) : "");
+    write($("fault_words"), adviceOf(worst));
+  }
   const words = message(open, stalled);
   $("message").hidden = !words;
   write($("message"), words);
-  const [ahead, left, turning] = state?.velocity || [];
-  write($("speed"), state?.velocity ? number(Math.hypot(ahead, left)) : "–");
-  write($("turning"), state?.velocity ? number(turning) : "–");
-  showWheels(state?.commanded, state?.measured, 1.2 * limits.linear);
+  const [ahead, left, turning] = now?.velocity || [];
+  write($("speed"), now?.velocity ? number(Math.hypot(ahead, left)) : "–");
+  write($("turning"), now?.velocity ? number(turning) : "–");
+  if (!now) {
+    write($("round_trip"), "–");
+    view.setPose(null);
+  }
+  showWheels(now?.commanded, now?.measured, 1.2 * limits.linear);
+}
+
+// The light that a person should look at; null: all is well, or what is wrong is told already
+function worstLight() {
+  if (!status) {
+    return null;
+  }
+  const {charge} = status.battery || {};
+  if (!status.lights.length) {
+    return {name: "", level: 2, words: text("no_reports")};
+  }
+  const told = state?.stopped ? /: (command stream|who drives|web page)$/ : /: web page$/;
+  const worst = byWorst(status.lights.filter((light) => !told.test(light.name)))[0];
+  const empty = charge != null && charge <= LOW_CHARGE && {name: "battery", level: 1, words: text("fault_battery")};
+  return worst?.level ? worst : empty || null;
+}
+
+function showCap() {
+  write($("cap_value"), number($("cap").value / 100 * limits.linear));
+}
+
+function zoom(step) {
+  view.zoom(step);
+  const {metres, pixels} = view.scaleBar;
+  $("scale").firstElementChild.style.width = `${pixels}px`;
+  write($("scale").lastElementChild, `${metres} m`);
 }
 
 function who() {
+  if (state.stopped) {
+    return "stopped";
+  }
   if (state.driven_by === "navigation") {
     return drives() ? "who_you_navigation" : "who_navigation";
   }
@@ -155,6 +210,7 @@ function setLanguageTo(code) {
   $("camera").alt = text("camera");
   if (status) {
     showFacts(status);
+    showLights(status.lights);
   }
   show();
 }
@@ -168,8 +224,8 @@ for (const id of ["take", "give_back", "reset_odometry"]) {
   $(id).addEventListener("click", () => link.order({kind: id}));
 }
 $("cancel").addEventListener("click", () => link.send({kind: "cancel"}));
-$("closer").addEventListener("click", () => view.zoom(1));
-$("farther").addEventListener("click", () => view.zoom(-1));
+$("closer").addEventListener("click", () => zoom(1));
+$("farther").addEventListener("click", () => zoom(-1));
 $("goal").addEventListener("click", () => setGoalMode(!goalMode));
 $("view").addEventListener("click", (event) => {
   if (goalMode) {
@@ -183,7 +239,7 @@ $("details").addEventListener("click", () => {
   const open = app.classList.toggle("detailed");
   $("details").setAttribute("aria-expanded", open);
 });
-$("cap").addEventListener("input", () => ($("cap_value").textContent = $("cap").value));
+$("cap").addEventListener("input", showCap);
 $("language").addEventListener("change", () => {
   setLanguageTo($("language").value);
   try {
@@ -194,3 +250,5 @@ $("language").addEventListener("change", () => {
 });
 actWhenHeld($("release"), () => link.order({kind: "release"}));
 setLanguageTo(chosenLanguage());
+showCap();
+zoom(0);

@@ -1,43 +1,73 @@
 // The panel: the nodes' health, the wheels' speeds, and what else the robot reports.
 import {$, number, write} from "./page.js";
-import {text} from "./texts.js";
+import {speaksEnglish, text, textOr} from "./texts.js";
 
-const LEVELS = ["OK", "WARN", "ERROR", "STALE"];
+const LEVELS = ["level_ok", "level_warning", "level_error", "level_silent"];
+
+// Lights, the worst first: an error, silence, a warning
+export function byWorst(lights) {
+  const rank = [0, 1, 3, 2];
+  return [...lights].sort((one, other) => (rank[other.level] ?? 3) - (rank[one.level] ?? 3));
+}
+
+// The name of a light as people say it; one of another's node keeps its own
+export function nameOf(light) {
+  const name = light.name.replace(/^.*: /, "");
+  return textOr(`light_${name}`, name);
+}
+
+// What is wrong and what to do, in the page's language; in English the robot's own words, which know more
+export function adviceOf(light) {
+  const advice = textOr(`fault_${light.name.replace(/^.*: /, "")}`, "");
+  return light.level === 3 ? text("level_silent") : speaksEnglish() || !advice ? light.words : advice;
+}
 
 export function showLights(lights) {
-  $("worst").dataset.level = Math.max(0, ...lights.map((light) => light.level));
-  $("lights").replaceChildren(...lights.map(({name, level, words}) => {
+  const sorted = byWorst(lights);
+  const bad = sorted.filter((light) => light.level > 0);
+  $("worst").dataset.level = sorted.length ? sorted[0].level : 3;
+  if (Number($("health").dataset.bad ?? 0) !== bad.length) {
+    $("health").dataset.bad = bad.length;
+    $("health").open = bad.length > 0;
+  }
+  write($("summary"), bad.length ? `${text("some_bad")}: ${bad.length} / ${lights.length}` :
+    lights.length ? `${text("all_well")} (${lights.length})` : text("no_reports"));
+  $("lights").replaceChildren(...sorted.map((light) => {
     const line = document.createElement("li");
     const dot = document.createElement("span");
     dot.className = "dot";
-    dot.dataset.level = level;
+    dot.dataset.level = light.level;
     dot.setAttribute("role", "img");
-    dot.setAttribute("aria-label", LEVELS[level] || "ERROR");
+    dot.setAttribute("aria-label", text(LEVELS[light.level] || "level_error"));
     const title = document.createElement("b");
-    title.textContent = name.replace(/^.*: /, "");
+    title.textContent = nameOf(light);
     const report = document.createElement("span");
-    report.textContent = words;
-    line.append(dot, title, report);
+    const advice = adviceOf(light);
+    report.textContent = light.level && advice !== light.words ? advice : "";
+    const words = document.createElement("span"); // the robot's own, which are English
+    words.lang = "en";
+    words.textContent = light.level === 0 && !speaksEnglish() ? "" : light.words;
+    line.append(dot, title, report, words);
     return line;
   }));
 }
 
 // Speeds [m/s] of each wheel, null where unknown; bars reach `fastest` at both ends
 export function showWheels(commanded, measured, fastest) {
-  const wanted = commanded || measured?.map(() => 0) || [];
   const box = $("wheels");
+  const wanted = commanded || measured?.map(() => 0) || [...box.children].map(() => null);
   while (box.childElementCount < wanted.length) {
     const row = document.createElement("div");
-    row.innerHTML = '<span class="bar"><i class="wanted"></i><i class="real"></i></span>' +
+    row.innerHTML = `<b>${box.childElementCount}</b>` + '<span class="bar"><i class="wanted"></i><i class="real"></i></span>' +
       '<span class="wanted"></span><span class="real"></span><span>m/s</span>';
     box.append(row);
   }
   wanted.forEach((speed, wheel) => {
     const real = measured?.[wheel] ?? null;
     const row = box.children[wheel];
-    setBar(row.querySelector("i.wanted"), speed / fastest);
+    setBar(row.querySelector("i.wanted"), (speed ?? 0) / fastest);
     setBar(row.querySelector("i.real"), (real ?? 0) / fastest);
-    write(row.querySelector("span.wanted"), number(speed));
+    write(row.querySelector("span.wanted"), speed === null ? "–" : number(speed));
     write(row.querySelector("span.real"), real === null ? "–" : number(real));
   });
 }
@@ -48,7 +78,7 @@ function setBar(bar, part) {
   bar.style.width = `${Math.abs(length) * 50}%`;
 }
 
-export function showFacts({board, battery, ranges, pages}) {
+export function showFacts({board, battery, map, ranges, pages}) {
   const facts = [];
   const charge = battery?.charge == null ? "" : `${Math.round(battery.charge * 100)} % `;
   const voltage = battery?.voltage == null ? "" : `${battery.voltage.toFixed(1)} V`;
@@ -63,6 +93,7 @@ export function showFacts({board, battery, ranges, pages}) {
   if (board) {
     facts.push(["board", board]);
   }
+  facts.push(["map", map ? `${map.width.toFixed(1)} × ${map.height.toFixed(1)} m` : "–"]);
   facts.push(["pages", String(pages)]);
   $("facts").replaceChildren(...facts.flatMap(([name, value]) => {
     const [term, fact] = [document.createElement("dt"), document.createElement("dd")];

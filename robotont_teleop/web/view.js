@@ -6,6 +6,8 @@ const TRAIL_LONGEST = 4000;
 const JUMP = 0.5;          // [m] a longer step is no driving: the trail starts anew
 const SCAN_SHOWN = 1000;   // [ms] without a newer one
 const RADIUS = 0.15;       // [m] of the drawn robot
+const SMALLEST = 6;        // [px] the same
+const SCALE_BAR = 44;      // [px] at least
 const SCALES = [20, 30, 45, 70, 100, 150, 220, 330]; // [px/m]
 
 export class View {
@@ -14,6 +16,7 @@ export class View {
     this.context = canvas.getContext("2d");
     this.scale = 4;
     this.pose = null;
+    this.live = false; // whether the pose is that of now
     this.trail = [];
     this.scan = null;
     this.scanEnd = null; // timer
@@ -54,8 +57,13 @@ export class View {
     this.drawAll();
   }
 
-  setPose(pose) {
-    if (pose === null || pose.includes(null) || pose.every((value, axis) => value === this.pose?.[axis])) {
+  setPose(pose, live = true) {
+    live &&= pose !== null && !pose.includes(null);
+    if (live !== this.live) {
+      this.live = live;
+      this.draw();
+    }
+    if (!live || pose.every((value, axis) => value === this.pose?.[axis])) {
       return;
     }
     this.pose = pose;
@@ -108,6 +116,13 @@ export class View {
       this.scan = null;
       this.draw();
     }, SCAN_SHOWN);
+  }
+
+  // {metres, pixels} of a bar that shows the scale
+  get scaleBar() {
+    const pixels = SCALES[this.scale];
+    const metres = [0.25, 0.5, 1, 2, 5].find((length) => length * pixels >= SCALE_BAR);
+    return {metres, pixels: metres * pixels};
   }
 
   // Place in the world [m] of a point on the screen
@@ -190,8 +205,9 @@ export class View {
   }
 
   paintRobot(context, pixels) {
-    const radius = Math.max(RADIUS, 12 / pixels);
+    const radius = Math.max(RADIUS, SMALLEST / pixels);
     context.save();
+    context.globalAlpha = this.live ? 1 : 0.4;
     context.translate(this.pose[0], this.pose[1]);
     context.rotate(this.pose[2]);
     context.beginPath();

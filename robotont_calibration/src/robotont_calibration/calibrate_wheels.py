@@ -5,13 +5,16 @@ import math
 import sys
 from pathlib import Path
 
+import numpy as np
+
 from robotont_calibration.arguments import point, positive, read_end
-from robotont_calibration.calibration import Unknowns, calibrate
 from robotont_calibration.calibration_report import draw, table
-from robotont_calibration.calibration_runs import taped_run, tracked_run, turns
+from robotont_calibration.calibration_runs import errors_along, taped_run, tracked_run, turns
 from robotont_calibration.cross_validation import cross_validate, next_run
 from robotont_calibration.recordings import FORMATS, read_recording
+from robotont_calibration.wheel_estimation import Unknowns, calibrate
 from robotont_calibration.wheel_file_writer import with_values
+from robotont_driver.kinematics.wheel_params import read_wheels
 from robotont_driver.robots.wheel_file import read_wheel_file
 
 TRACKED = (0.002, math.radians(0.2))  # [m], [rad] error of a ground truth's poses, and of their stamps
@@ -19,6 +22,9 @@ TAPED = (0.003, math.radians(0.7))    # [m], [rad] error of a tape and a ruler o
 SECONDS = 1.0                         # [s] of a stretch of a run whose true pose is known all the way
 WHEEL_NOISE = 0.003                   # [m] after 1 m, to begin with; the table shows the estimate from the runs
 NOWHERE = (0.0, 0.0)                  # [m] the default measured point: the robot's middle
+DOUBTFUL = 3                          # exit status of a calibration with a warning
+CONTRADICTS = 4.0                     # standard deviations, and ...
+NEAR = 0.005                          # ... [m] by which a point that was given may differ from that of the runs
 
 
 def parse(arguments):
@@ -30,7 +36,8 @@ def parse(arguments):
                     "the robot stands after it.",
         epilog="A RUN is a .csv or .bag with a ground truth (columns x,y,yaw; --truth), or FILE=X,Y,YAW with the end "
                "as measured with a tape: [m] forward and left of the start, [degrees] turned, modulo full turns. "
-               "@FILE reads arguments from a file, one a line.")
+               "@FILE reads arguments from a file, one a line. "
+               f"Exit status: 0; {DOUBTFUL} with a warning; 1 or 2 where something was wrong.")
     parser.add_argument("runs", nargs="*", metavar="RUN", help="recorded runs")
     parser.add_argument("--wheel-params", required=True, metavar="FILE", help="wheel_params.yaml to begin with")
     parser.add_argument("-o", "--output", default="wheel_params.calibrated.yaml", metavar="FILE",
@@ -104,22 +111,58 @@ def run(options):
     runs = [read_run(recorded, wheels, topics, options.format) for recorded in options.runs]
     unknowns, found, blind = choose(options, given, runs)
     print(table(given, found, runs, blind))
-    for name in found.undetermined:
-        print(f"warning: these runs do not determine {name}: it stays near its old value; "
-              "squares both ways, turns on the spot and straight lines with an end of their own do", file=sys.stderr)
-    for name in found.outlying:
-        print(f"warning: {name} disagrees with the other runs and counts less; bumped, or measured wrongly?",
-              file=sys.stderr)
+    spoilt = contradictions(options, given, runs, found, blind)
+    warnings = doubts(found) + spoilt
+    for words in warnings:
+        print(f"warning: {words}", file=sys.stderr)
     advice = next_run(found, unknowns, TAPED)
     if advice:
         print(f"\nnext: {advice.name}. Of all runs this one is the most informative: the error expected of "
               f"the parameters, at the end of such drives,\nfalls from {1000 * advice.now:.0f} to "
               f"{1000 * advice.then:.0f} mm.")
-    note = "Made by calibrate_wheels from " + ", ".join(each.name for each in runs) + "."
-    Path(options.output).write_text(with_values(text, found.parameters, note))
     draw(options.picture, given, found, runs)
-    print(f"\nparameters: {options.output}\npicture: {options.picture}")
-    return 0
+    print(f"\npicture: {options.picture}")
+    if spoilt:
+        print("calibrate_wheels: nothing is written", file=sys.stderr)
+        return DOUBTFUL
+    note = "Made by calibrate_wheels from " + ", ".join(each.name for each in runs) + "."
+    point = {"measuredPoint": list(found.point)} if "measuredPoint" in given or found.point != NOWHERE else {}
+    Path(options.output).write_text(with_values(text, {**found.parameters, **point}, note))
+    print(f"parameters: {options.output}")
+    return DOUBTFUL if warnings else 0
+
+
+def doubts(found):
+    """Warnings about what the runs of a `Calibration` leave open."""
+    words = []
+    if found.undetermined:
+        words.append(f"these runs do not determine {', '.join(found.undetermined)}, kept near the old values; squares "
+                     "both ways, turns on the spot and straight lines with an end of their own do")
+    words += [f"{name} disagrees with the other runs and counts less; bumped, or measured wrongly?"
+              for name in found.outlying]
+    if found.one_kind:
+        words.append("the runs are of one kind; on a real robot other drives have other parameters, by half a per cent "
+                     "and more: make curves, squares and turns on the spot")
+    return words
+
+
+def contradictions(options, given, runs, found, blind):
+    """Reasons why a `Calibration` is worse than the file that there is. blind: its `HeldOut`, or None."""
+    words = []
+    if options.point not in (None, "free") and turns(runs):
+        free = calibrate(given, runs, unknowns_of(options, given, "free", options.radius), WHEEL_NOISE)
+        off = np.subtract(free.point, found.point)
+        if np.hypot(*off) > NEAR and off @ np.linalg.solve(free.covariance[-2:, -2:], off) > CONTRADICTS ** 2:
+            x, y = free.point
+            words.append(f"by the runs the measured point is {x:.3f},{y:.3f}, {1000 * np.hypot(*off):.0f} mm from the "
+                         "one that was given: measure it again, or take --point free")
+    if blind:
+        wheels = read_wheels(given)
+        before = np.mean([errors_along(wheels, run, found.point)[0] for run in runs])
+        if blind.place > before:
+            words.append(f"runs that were held out end {1000 * blind.place:.0f} mm off, with the old file "
+                         f"{1000 * before:.0f} mm")
+    return words
 
 
 def unknowns_of(options, given, where, radius):
@@ -129,7 +172,7 @@ def unknowns_of(options, given, where, radius):
 
 def choose(options, given, runs):
     """(`Unknowns`, `Calibration`, `HeldOut` or None) by the options, and by held-out runs where they leave it open."""
-    where = options.point or ("free" if turns(runs) else NOWHERE)
+    where = options.point or ("free" if turns(runs) else tuple(given.get("measuredPoint", NOWHERE)))
     best = None
     for radius in ("common", "each") if options.radius == "auto" else (options.radius,):
         unknowns = unknowns_of(options, given, where, radius)

@@ -162,7 +162,11 @@ class _Robot:
         packets = list(zip(stamps_of(np.array(arrivals), 1.0 / self._frequency).tolist(), counts))
         if not self._with_truth:
             write_csv(file, packets)
-            return "=" + ask_for_end()
+            try:
+                return "=" + ask_for_end()
+            except KeyboardInterrupt:
+                print(f"\nkept without its end: {file}. Measured later, it counts as RUN {file}=X,Y,YAW", end="")
+                raise
         truth = self._recording.trajectory("truth")
         packets = [packet for packet in packets if truth.times[0] <= packet[0] <= truth.times[-1]]
         poses = truth.at([at for at, _ in packets]).poses

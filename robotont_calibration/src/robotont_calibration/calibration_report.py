@@ -6,7 +6,7 @@ import numpy as np
 
 from robotont_calibration.calibration_runs import end_misfit, errors_along
 from robotont_calibration.trajectory_errors import BLUE, GREY, INK, ORANGE, drawing_style, pyplot
-from robotont_driver.kinematics.wheels import read_wheels
+from robotont_driver.kinematics.wheel_params import read_wheels
 
 SAME_THING = """\
 The point is where in base_link the measured poses are taken: marker, laser or camera. A distance for each wheel and
@@ -72,6 +72,9 @@ def draw(path, given, found, runs):
             wheels = read_wheels(parameters)
             missed = np.array([end_misfit(wheels, run, found.point) for run in runs])
             places.plot(1000 * missed[:, 0], 1000 * missed[:, 1], "o", color=colour, label=label, markersize=7)
+            if parameters is given:
+                for run, place in zip(runs, 1000 * missed):
+                    places.annotate(run.name, place[:2], xytext=(5, 3), textcoords="offset points", fontsize=7)
             turns.barh(rows + shift, np.degrees(missed[:, 2]), 0.34, color=colour, label=label)
         places.plot(0, 0, "+", color=INK, markersize=14, markeredgewidth=1.5, label="truth")
         places.axhline(0, color=GREY, linewidth=0.8, zorder=0)
@@ -84,5 +87,6 @@ def draw(path, given, found, runs):
         turns.axvline(0, color=INK, linewidth=0.8)
         turns.grid(axis="y", visible=False)
         turns.set(title="Heading", xlabel="turned too far [°]")
+        turns.locator_params(axis="x", nbins=5)
         figure.savefig(str(path))
         plt.close(figure)

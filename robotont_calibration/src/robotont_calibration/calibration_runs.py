@@ -9,7 +9,9 @@ from robotont_driver.kinematics import se2
 from robotont_driver.kinematics.kinematics import Kinematics
 
 TURNING = math.radians(30)  # runs in which the heading changes by more than this determine the measured point
+SECOND = 50          # [packets] about a second, in which a turn belongs to a travel
 LONGEST_GAP = 5.0    # [s] between two packets of a run; all that the wheels turned within is missing
+KIND = 0.15          # drives whose shares of travel, turns and turns while they travel differ by less are of one kind
 ALIKE = 0.1          # runs whose wheels' paths differ by less than this part of them repeat the same drive
 
 
@@ -75,6 +77,19 @@ def repeats(runs):
         else:
             drives.append((shape, [index]))
     return [group for _, group in drives]
+
+
+def kinds(wheels, runs):
+    """How many kinds of drives there are: ahead or aside, on the spot, along curves, or mixtures of these."""
+    found = []
+    for run in runs:
+        steps = steps_of(wheels, run.counts)
+        parts = np.array([part.sum(axis=0) for part in np.array_split(steps, max(1, len(steps) // SECOND))])
+        travel, turn = np.hypot(parts[:, 0], parts[:, 1]), np.abs(parts[:, 2]) * np.mean(wheels.distances)
+        kind = np.array((travel @ travel, turn @ turn, travel @ turn)) / max(travel @ travel + turn @ turn, 1e-12)
+        if not any(np.linalg.norm(kind - other) < KIND for other in found):
+            found.append(kind)
+    return len(found)
 
 
 def turns(runs):

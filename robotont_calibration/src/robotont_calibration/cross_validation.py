@@ -7,10 +7,10 @@ import numpy as np
 from scipy.stats import ttest_rel
 
 from robotont_calibration import drives
-from robotont_calibration.calibration import calibrate, information
 from robotont_calibration.calibration_runs import Run, errors_along, poses_at_marks, repeats, taped_run
+from robotont_calibration.wheel_estimation import calibrate, information
 from robotont_driver.kinematics.kinematics import Kinematics
-from robotont_driver.kinematics.wheels import read_wheels
+from robotont_driver.kinematics.wheel_params import read_wheels
 
 WORTH = 0.95     # more radii are taken when they leave less than this part of the error on held-out runs ...
 CHANCE = 0.025   # ... and by chance that much less would be rarer than this

@@ -29,8 +29,9 @@ def parse(arguments):
     parser.add_argument("--packets", metavar="TOPIC", default="serial_read", help="packets (default: %(default)s)")
     parser.add_argument("--wheel-params", metavar="FILE",
                         help="recompute the odometry from the packets, with this wheel_params.yaml")
-    parser.add_argument("--point", type=coordinates, default=(0.0, 0.0), metavar="X,Y", help=(
-        "which point of base_link the ground truth is of [m], as calibrate_wheels finds it (default: its middle)"))
+    parser.add_argument("--point", type=coordinates, metavar="X,Y", help=(
+        "which point of base_link the ground truth is of [m] (default: measuredPoint of the wheel_params.yaml, as "
+        "calibrate_wheels writes it; without: the middle)"))
     parser.add_argument("--format", choices=FORMATS, default="auto",
                         help="of the recording: by its name, or a run of the OptiOdom data set (default: %(default)s)")
     parser.add_argument("--align", choices=ALIGNMENTS, default="origin",
@@ -50,8 +51,10 @@ def parse(arguments):
 
 def make_report(recording, options):
     """`Report` of a recording. Raises RecordingError when it lacks what is needed."""
+    point = options.point or (0.0, 0.0)
     if options.wheel_params:
-        estimate = recording.recomputed(Kinematics(read_wheel_file(options.wheel_params)[0]))
+        wheels, given, _ = read_wheel_file(options.wheel_params)
+        estimate, point = recording.recomputed(Kinematics(wheels)), options.point or given.get("measuredPoint", point)
     else:
         estimate = recording.trajectory("odometry")
         if estimate is None:
@@ -59,7 +62,7 @@ def make_report(recording, options):
                 f"found no odometry on {options.odom}; with --wheel-params it is computed from packets")
     reference, named = recording.trajectory("truth"), "ground truth"
     if reference is not None:
-        estimate = Trajectory(estimate.times, np.transpose(se2.compose(estimate.poses.T, (*options.point, 0.0))))
+        estimate = Trajectory(estimate.times, np.transpose(se2.compose(estimate.poses.T, (*point, 0.0))))
     else:
         reference, named = recording.commanded_path(), "commanded path"
     if reference is None:
@@ -121,7 +124,7 @@ def main(arguments=None):
             listen(topics, options.seconds)
         report = make_report(recording, options)
         print(report.table())
-        report.draw(options.output, f"Odometry against {report.named}")
+        report.draw(options.output, f"Odometry against {report.named}: {options.recording or 'live'}")
         if options.tum:
             Path(options.tum).mkdir(parents=True, exist_ok=True)
             write_tum(str(Path(options.tum) / "reference.tum"), report.reference)

@@ -7,7 +7,7 @@ import numpy as np
 from robotont_calibration.calibration_runs import taped_run, tracked_run
 from robotont_calibration.trajectory import Trajectory
 from robotont_driver.kinematics import se2
-from robotont_driver.kinematics.wheels import read_wheels
+from robotont_driver.kinematics.wheel_params import read_wheels
 from robotont_testing.simulated_wheels import PERIOD, counted, path_of, rolled, spin, square, straight
 
 NOISE = 0.001                        # [m] after 1 m; the simulator's wheels have 0.0003

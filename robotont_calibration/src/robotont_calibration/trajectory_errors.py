@@ -118,7 +118,8 @@ class Report:
     def _draw_errors(self, axis, start):
         times = self.estimate.times - start
         axis.plot(times, 1000 * self.distances, color=BLUE, label="position (left axis)")
-        axis.set(title="Error", xlabel="time [s]", ylabel="position [mm]")
+        axis.set_title("Error", loc="left")
+        axis.set(xlabel="time [s]", ylabel="position [mm]")
         axis.set_ylim(bottom=0)
         other = axis.twinx()
         other.spines["right"].set_visible(True)
@@ -126,7 +127,10 @@ class Report:
         other.plot(times, np.degrees(self.headings), color=ORANGE, label="heading (right axis)", linewidth=1.2)
         other.set_ylabel("heading [°]")
         other.set_ylim(bottom=0)
-        axis.legend(handles=[*axis.get_lines(), *other.get_lines()], loc="upper left")
+        axis.set_zorder(other.get_zorder() + 1)  # the position is drawn over the heading's noise
+        axis.patch.set_visible(False)
+        axis.legend(handles=[*axis.get_lines(), *other.get_lines()], loc="lower right",
+                    bbox_to_anchor=(1.0, 1.0), ncol=2)
 
 
 def drawing_style():

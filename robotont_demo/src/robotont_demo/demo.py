@@ -5,7 +5,6 @@ line that spoils some bytes; drives by cmd_vel, and compares odom with where the
 only when the end pose is right within the bounds.
 """
 
-import argparse
 import math
 import signal
 import sys
@@ -18,25 +17,26 @@ from robotont_demo.picture import draw
 from robotont_demo.recording import Recorder, end_error
 from robotont_demo.robots import IdealMotors, Simulated
 from robotont_demo.scenario import commanded_path, plan
-from robotont_driver.robots.robot_folder import read_robot, take_robot
+from robotont_driver.parameters.command_line import CommandLine
+from robotont_driver.robots.robot_folder import read_robot
+from robotont_driver.ros import rospy_internals
 from robotont_testing.harness import Master
 
 
 def parse(words):
     """The options; exits with status 2 and a message when they are wrong."""
-    parser = argparse.ArgumentParser(prog="demo", usage="%(prog)s [options] [robot:=NAME or FOLDER]",
-                                     description=__doc__.splitlines()[0])
+    parser = CommandLine(prog="./robotont demo", description=__doc__.splitlines()[0])
+    parser.add_argument("--robot", default="", metavar="NAME or FOLDER", help="of config/robots [thesis]")
     parser.add_argument("--picture", type=Path, default="demo.png", help="where to put the picture [%(default)s]")
     parser.add_argument("--bad-bytes", type=float, default=0.001, metavar="RATE",
                         help="share of the board's bytes that the line spoils [%(default)s]")
     parser.add_argument("--ideal", action="store_true", help="ideal motors instead of the simulator")
-    robot, words = take_robot(words)
     options = parser.parse_args(words)
-    if options.ideal and robot:
-        parser.error(f"--ideal: found robot:={robot} too, allowed: one of them")
+    if options.ideal and options.robot:
+        parser.error(f"--ideal: found --robot {options.robot} too, allowed: one of them")
     options.kind = IdealMotors if options.ideal else Simulated
     try:
-        options.robot = read_robot(robot)
+        options.robot = read_robot(options.robot)
     except (OSError, ValueError) as error:
         parser.error(str(error))
     if not 0.0 <= options.bad_bytes <= 0.05:
@@ -58,6 +58,7 @@ def run(options):
     steps = plan(0.4 if options.robot.packets == "auto" else 0.2)  # [m/s]
     with Master() as master:
         robot = options.kind(master, options.bad_bytes, options.robot)
+        rospy_internals.mend()
         rospy.init_node("demo", disable_signals=True)
         recorder, commander = Recorder(), Commander()
         robot.connect()
@@ -82,7 +83,7 @@ def figures(link, error, allowed):
     return [
         ("packets written to the line", link["packets written"]),
         ("packets published on serial_read", link["packets published"]),
-        ("  lines corrupted on the way, and dropped", link["lines dropped"]),
+        ("  lines that the demo has spoilt, dropped", link["lines dropped"]),
         ("  periods repaired from the totals", link["periods repaired"]),
         ("end pose, odometry against truth", f"{error[0] * 1000:.2f} mm, {math.degrees(error[1]):.3f} deg"),
         ("  allowed", f"{allowed[0] * 1000:g} mm, {math.degrees(allowed[1]):g} deg"),
@@ -93,7 +94,8 @@ def main():
     """Run the demo; returns the exit status."""
     signal.signal(signal.SIGTERM, signal.default_int_handler)
     options = parse(sys.argv[1:])
-    print(f"driving {name_of(options)}: a square of 1 m, then a circle while turning", flush=True)
+    print(f"driving {name_of(options)}: a square of 1 m, then a circle while turning (some 30 s);\nthe demo itself "
+          f"spoils {100 * options.bad_bytes:g} % of the board's bytes on the way", flush=True)
     try:
         good = run(options)
     except AssertionError as error:

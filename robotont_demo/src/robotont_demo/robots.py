@@ -16,7 +16,7 @@ from std_msgs.msg import Float32
 from robotont_demo.recording import Track
 from robotont_driver.kinematics import se2
 from robotont_driver.kinematics.kinematics import Kinematics
-from robotont_driver.kinematics.wheels import read_wheels
+from robotont_driver.kinematics.wheel_params import read_wheels
 from robotont_testing.robots import SHIPPED
 from robotont_testing.stand_in_board import Board
 

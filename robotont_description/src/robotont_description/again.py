@@ -5,6 +5,7 @@ whoever closes its window wants it closed.
 """
 
 import argparse
+import os
 import signal
 import subprocess
 import sys
@@ -31,4 +32,8 @@ def main():
     """Run the command of the command line."""
     parser = argparse.ArgumentParser(description="Run a program, and again when it crashes; used by launch files.")
     parser.add_argument("command", nargs=argparse.REMAINDER, help="the program and its arguments")
-    sys.exit(run(parser.parse_args().command))
+    command = parser.parse_args().command
+    if command[:1] and os.path.basename(command[0]) == "rviz" and not os.environ.get("DISPLAY"):
+        sys.exit("rviz needs a display, and DISPLAY is not set: watch the robot from a computer that has one "
+                 "(docs/network.md), or in a browser: roslaunch robotont_bringup teleop.launch")
+    sys.exit(run(command))

@@ -8,6 +8,8 @@ from array import array
 import machine
 import pyb
 
+from robotont_firmware import bounds, profile_bounds
+
 TIMER_CLOCK = 80000000  # [Hz]
 _FULL_SCALE = 4095  # of the analogue input, 3.3 V
 
@@ -16,6 +18,9 @@ _FULL_SCALE = 4095  # of the analogue input, 3.3 V
 _NOTE = 0x400028CC  # RTC_BKP31R
 REPL_WISHED = 0x524F4231
 CRASHED = 0x524F4232
+_STARTS = 0x400028C8  # RTC_BKP30R: how many starts in a row have ended before LASTING periods
+IN_VAIN = 3  # such starts; the next one leaves the REPL free
+_LASTING = 100  # [periods]
 
 # Counter timers, for the filter registers that pyb does not reach; TIMx_CCMR1 is at 0x18 of each.
 _TIMERS = {1: 0x40012C00, 2: 0x40000000, 3: 0x40000400, 4: 0x40000800, 5: 0x40000C00, 8: 0x40013400}
@@ -42,6 +47,18 @@ def take_note():
 def leave_note(note):
     """Leave REPL_WISHED or CRASHED for the next start."""
     machine.mem32[_NOTE] = note
+
+
+def starts_in_vain(cause):
+    """Return how many starts in a row have ended at once by a crash or the watchdog; `cause` of this one."""
+    if cause not in ("crash", "watchdog"):
+        machine.mem32[_STARTS] = 0
+    return machine.mem32[_STARTS]
+
+
+def forget_starts():
+    """Let the next start try again."""
+    machine.mem32[_STARTS] = 0
 
 
 def button_pressed(config):
@@ -74,18 +91,23 @@ def reset_cause(note):
 class Board:
     """Claims timers and pins as in `config`; `start` also takes the serial line and arms the watchdog.
 
-    Until `start` the REPL works, so that an error in the configuration can be reported.
+    Until `start` the REPL works, so that an error in the configuration can be reported. Raises ValueError when
+    the configuration cannot work.
     """
 
     def __init__(self, config):
+        profile_bounds.check(config)
         motors_off(config)
         self._motors = len(config.PWM)
         self._config = config
         self._full = config.FULL_EFFORT
         self._ticks = 0  # written by the tick's interrupt alone
         self._seen = 0
-        self._latched = array("H", [0] * self._motors)
-        self._encoders = [_encoder(*wiring) for wiring in config.ENCODERS]
+        self._young = _LASTING
+        self._latched = array("H", [0] * self._motors)  # written by the tick's interrupt alone
+        self._taken = array("H", [0] * self._motors)  # what was latched at the tick that wait_tick has seen
+        pull = pyb.Pin.PULL_UP if config.ENCODER_PULL_UPS else pyb.Pin.PULL_NONE
+        self._encoders = [_encoder(pull, *wiring) for wiring in config.ENCODERS]
         self._backward_encoders = list(config.BACKWARD_ENCODERS)
         self._forward = [pyb.Pin(pins[0], pyb.Pin.OUT_PP) for pins in config.DIRECTIONS]
         self._backward = [pyb.Pin(pins[1], pyb.Pin.OUT_PP) for pins in config.DIRECTIONS]
@@ -113,16 +135,32 @@ class Board:
         """
         config = self._config
         self._on_tick = self._tick  # making the bound method in the interrupt would allocate
+        self._try()
         self._timer = pyb.Timer(config.TICK_TIMER, freq=config.RATE)
         self._timer.callback(self._on_tick)
         repl = pyb.repl_uart()
         pyb.repl_uart(None)  # also keeps a 0x03 on the line from raising KeyboardInterrupt
         try:
-            self._uart = pyb.UART(config.UART, config.BAUDRATE)
+            if config.UART == profile_bounds.REPL_UART:
+                self._uart = pyb.UART(config.UART, config.BAUDRATE)
+            else:
+                self._uart = pyb.UART(config.UART, config.BAUDRATE, rxbuf=bounds.line_bytes(config))
+            machine.mem32[_STARTS] += 1
             self._watchdog = machine.WDT(timeout=config.WATCHDOG)
         except Exception:
             pyb.repl_uart(repl)
             raise
+
+    def _try(self):
+        """Do once what the loop does: an error ends in the REPL as long as the watchdog sleeps."""
+        self._on_tick(None)
+        self.wait_tick()
+        self.counts(array("H", [0] * self._motors))
+        for wheel in range(self._motors):
+            self.fault(wheel)
+            self.drive(wheel, 0)
+        if self._config.BATTERY_PIN is not None:
+            self._battery()
 
     def _tick(self, _):
         """Latch all encoders at one moment, in the timer's interrupt."""
@@ -134,15 +172,19 @@ class Board:
         """Sleep until the next tick; return how many there were since the last call."""
         while self._ticks == self._seen:
             pyb.wfi()
-        ticks = self._ticks
+        ticks = -1
+        while ticks != self._ticks:  # again when the next tick came in between
+            ticks = self._ticks
+            for motor in range(self._motors):
+                self._taken[motor] = self._latched[motor]
         periods = (ticks - self._seen) & 0xFFFF
         self._seen = ticks
         return periods
 
     def counts(self, totals):
-        """Copy the encoder counters of the latest tick, 0..65535 each, up while the motor drives forward."""
+        """Copy the encoder counters of that tick, 0..65535 each, up while the motor drives forward."""
         for motor in range(self._motors):
-            count = self._latched[motor]
+            count = self._taken[motor]
             totals[motor] = -count & 0xFFFF if self._backward_encoders[motor] else count
 
     def drive(self, wheel, effort):
@@ -152,8 +194,8 @@ class Board:
         self._pwm[wheel].pulse_width(abs(effort) * self._width // self._full)
 
     def fault(self, wheel):
-        """Return True while the motor driver pulls its fault line low."""
-        return self._faults[wheel].value() == 0
+        """Return True while the motor driver pulls its fault line low; False where none is connected."""
+        return len(self._faults) > 0 and self._faults[wheel].value() == 0
 
     def _battery(self):
         """Return the battery's voltage [mV]."""
@@ -171,8 +213,12 @@ class Board:
         self._uart.write(buffer, size)
 
     def feed(self):
-        """Feed the watchdog."""
+        """Feed the watchdog, after every period."""
         self._watchdog.feed()
+        if self._young > 0:
+            self._young -= 1
+            if self._young == 0:
+                machine.mem32[_STARTS] = 0
 
     def stop(self):
         """Switch the motors off for good: no pulses, then plain pins held low, also after this program."""
@@ -181,10 +227,10 @@ class Board:
         motors_off(self._config)
 
 
-def _encoder(pin_a, pin_b, timer, function):
+def _encoder(pull, pin_a, pin_b, timer, function):
     """Return a 16-bit hardware counter of every edge of both channels, with the inputs' filters on."""
     for pin in (pin_a, pin_b):
-        pyb.Pin(pin, pyb.Pin.AF_PP, pull=pyb.Pin.PULL_NONE, alt=function)
+        pyb.Pin(pin, pyb.Pin.AF_PP, pull=pull, alt=function)
     counter = pyb.Timer(timer, prescaler=0, period=0xFFFF)
     counter.channel(1, pyb.Timer.ENC_AB)
     machine.mem16[_TIMERS[timer] + _CCMR1] |= _FILTER

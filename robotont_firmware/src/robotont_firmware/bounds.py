@@ -26,36 +26,45 @@ _RANGES = (  # name, least, most; what depends on other numbers is added in `che
     ("FOLLOW", 1, 256),  # more would swing around the set-point
     ("STANDSTILL", 1, 1000),
     ("BLIND_TIME", 1, 1000),
-    ("BLIND_EDGES", 1, 2000),
+    ("BLIND_SHARE", 0, 256),
+    ("CHANGING_SHARE", 0, 256),
+    ("BLIND_FLOOR", 0, 200),
+    ("BESIDE_SHARE", 0, 256),
+    ("WRONG_EDGES", 1, 2000),
     ("OVERLOAD_TIME", 1, 200),
 )
+
+
+def line_bytes(config):
+    """Return the bytes that the serial line brings in one period, and an eighth more for a late reader."""
+    return config.BAUDRATE // 10 // config.RATE * 9 // 8
 
 
 def check(config):
     """Raise ValueError, with what was found and what is allowed, for the first number that is out of range."""
     for name, least, most in _RANGES:
-        _check(config, name, least, most)
+        check_number(config, name, least, most)
     full, speed, battery = config.FULL_EFFORT, config.MAX_SPEED * 256, config.BATTERY
     error = MAX_COUNTS * 256 + speed
-    _check(config, "MAX_ACCELERATION", 1, LARGEST // (2 * speed * 256))  # all set-points move by one fraction
-    for name in ("STATIC", "MAX_EFFORT", "MAX_TORQUE", "CONTINUOUS_TORQUE"):
-        _check(config, name, 0, full)
+    check_number(config, "MAX_ACCELERATION", 1, LARGEST // (2 * speed * 256))  # all set-points move by one fraction
+    for name in ("STATIC", "MAX_EFFORT", "MAX_TORQUE", "CONTINUOUS_TORQUE", "MAX_LOAD"):
+        check_number(config, name, 0, full)
     for name, factor in (
         ("SPEED_GAIN", MAX_COUNTS * 256),
         ("P_GAIN", error),
         ("D_GAIN", 2 * MAX_COUNTS * 256),
         ("BRAKE_GAIN", MAX_COUNTS),
     ):
-        _check(config, name, 0, _unscaled(LARGEST // factor, battery))
-    _check(config, "LEAD", 0, LARGEST // (2 * speed))
+        check_number(config, name, 0, _unscaled(LARGEST // factor, battery))
+    check_number(config, "LEAD", 0, LARGEST // (2 * speed))
     for name in ("MAX_INTEGRAL", "BLOCKED_INTEGRAL"):
-        _check(config, name, 0, _unscaled(LARGEST >> 16, battery))
+        check_number(config, name, 0, _unscaled(LARGEST >> 16, battery))
     largest = at_battery(max(config.MAX_INTEGRAL, config.BLOCKED_INTEGRAL), battery)
     gain = config.I_GAIN
     if gain != 0:
         room = LARGEST - error * MAX_PERIODS  # one more error is added before the integral is cut
         least = _unscaled((largest << 16) // room + 1, battery) + 1
-        _check(config, "I_GAIN", least, _unscaled(LARGEST // error, battery))
+        check_number(config, "I_GAIN", least, _unscaled(LARGEST // error, battery))
 
 
 def at_battery(value, battery):
@@ -73,7 +82,8 @@ def _unscaled(value, battery):
     return value * battery // MOTOR_VOLTAGE
 
 
-def _check(config, name, least, most):
-    value = getattr(config, name)
+def check_number(config, name, least, most, what=""):
+    """Raise ValueError unless that number of the configuration is whole and in range."""
+    value = getattr(config, name, None)
     if type(value) is not int or not least <= value <= most:
-        raise ValueError(f"config.{name}: found {value!r}, allowed: a whole number from {least} to {most}")
+        raise ValueError(f"config.{name}: found {value!r}, allowed: a whole number from {least} to {most}{what}")

@@ -23,9 +23,17 @@ MAX_TORQUE = 2000  # [effort] above the back-EMF: half of the stall current, 2.5
 CONTINUOUS_TORQUE = 800  # [effort] above the back-EMF: 1 A, that the motor stands for ever (rated 1.25 A)
 OVERLOAD_TIME = 75  # [periods] of MAX_TORQUE bring a cold motor to where only CONTINUOUS_TORQUE is left
 MAX_INTEGRAL = 1200  # [effort] the most that the integral part may add
-BLOCKED_INTEGRAL = 300  # [effort] the most that it may reach while no counts show that the wheel turns
-BLIND_TIME = 15  # [periods] without counts that show it following, and
-BLIND_EDGES = 60  # [edges] owed meanwhile (18 degrees), make a fault of a wheel
+BLOCKED_INTEGRAL = 400  # [effort] the most that it may reach while FaultWatch bounds the effort
+
+# Broken encoders and wheels: see fault_watch.py.
+MAX_LOAD = 400  # [effort] of 0.5 A that a healthy wheel may need above a free one. The price of more: before it is
+#                 found, a wheel without an encoder turns at MAX_LOAD / 19.2 = 21 units, or 1.15 times the command
+BLIND_TIME = 14  # [periods] at that bound make a fault of a wheel; 24 while the robot changes its motion
+BLIND_SHARE = 197  # [1/256 of its speed] a wheel that counts less is slow,
+CHANGING_SHARE = 128 # [1/256 of its speed] or less than this while the robot changes its motion
+BLIND_FLOOR = 5  # [units] a wheel may always be driven by what turns a free one at 1.15 times this
+BESIDE_SHARE = 64  # [1/256] or at this part of the fastest wheel's set-point
+WRONG_EDGES = 16  # [edges] backward are no tremor; the least that a wheel has to owe for a fault
 
 # Speed controller. STATIC in effort, the gains in 1/256 effort per unit (I: per unit and period).
 STATIC = 160  # [effort] overcomes friction: 0.2 A without load, of 5 A

@@ -20,21 +20,21 @@ from array import array
 
 from robotont_firmware import __version__, bounds, protocol
 from robotont_firmware.compat import const, micropython
-from robotont_firmware.pid import DRIVER_FAULT, NO_FAULT, OVERLOAD, Pid
+from robotont_firmware.fault_watch import DRIVER_FAULT, NO_FAULT, OVERLOAD
+from robotont_firmware.pid import Pid
 from robotont_firmware.protocol import Receiver, Sender
 
-_RX_SIZE = 256  # [bytes] more than 115200 baud bring in one period
 _FLAGS, _MISSED, _REFUSED, _WHEELS = const(0), const(1), const(2), const(3)  # places in the status
-_LAG = const(1280)  # [1/256 unit] a wheel that misses its set-point by more shows that the robot changes its motion,
+_LAG = const(1280)  # [1/256 unit] a wheel or set-point that is farther from its aim changes the robot's motion,
 _SETTLING = const(10)  # [periods] and for so long afterwards one wheel may drag another
-UNASKED = ("power", "watchdog", "crash")  # starts after which a PC that still commands gets no motion
+SIMULATED = ("simulated", "test")  # causes of a start that was no reset of a board
 
 
 class Controller:
     """Runs `wheels` wheels (default config.WHEELS) of `board` with the numbers in `config`.
 
-    reset_cause: a word for the banner. After one of UNASKED the motors stay off until a command of all
-    zeros came. Raises ValueError when a number of `config` is out of range.
+    reset_cause: a word for the banner. After any but SIMULATED the motors stay off until a command of all zeros
+    came: a PC that still commands gets no motion. Raises ValueError when a number of `config` is out of range.
     """
 
     def __init__(self, board, config, wheels=None, reset_cause="unknown"):
@@ -46,7 +46,7 @@ class Controller:
         self._receiver = Receiver(wheels)
         self._sender = Sender(wheels)
         self._pids = [Pid(config) for _ in range(wheels)]
-        self._rx = bytearray(_RX_SIZE)
+        self._rx = bytearray(bounds.line_bytes(config))
         self._totals = array("H", [0] * wheels)
         self._last_totals = array("H", [0] * wheels)
         self._counts = array("i", [0] * wheels)
@@ -54,12 +54,12 @@ class Controller:
         self._setpoints = array("i", [0] * wheels)  # follows the targets at MAX_ACCELERATION
         self._max_speed = config.MAX_SPEED * 256
         self._max_change = config.MAX_ACCELERATION * 256
-        self._unsettled = 0  # [periods] until the robot is assumed to move as it should
+        self._unsettled = array("i", [0] * wheels)  # [periods] until the robot around the wheel moves as it should
         self._counter = 0
         self._silence = config.TIMEOUT  # [periods] since the last valid packet
         self._braking = 0  # [periods] left of the braking after a time-out
         self._fault_hold = 0  # [periods] that a fault stands at least; 0: no fault
-        self._waits_for_zero = reset_cause in UNASKED
+        self._waits_for_zero = reset_cause not in SIMULATED
         self._read_battery = getattr(board, "battery", None)
         self._battery_low = 0  # [periods] that the battery has been low
         self._answer_wait = 0  # [periods] until the next answer
@@ -99,7 +99,7 @@ class Controller:
         self._measure()
         self._receive(periods)
         if self._has_fault(periods) or self._waits_for_zero:
-            self._release_motors(periods)
+            self._brake(periods)
         elif self._silence < self._config.TIMEOUT:
             self._drive(periods)
         else:
@@ -154,31 +154,37 @@ class Controller:
     def _drive(self, periods):
         """Bring the set-points nearer to the targets and let every wheel's controller act."""
         fastest = self._slew(self._max_change)
-        failed = False
-        settled = self._unsettled <= 0
-        self._unsettled -= 0 if settled else periods
         for wheel in range(self._wheels):
             pid = self._pids[wheel]
             setpoint = self._setpoints[wheel]
+            settled = self._unsettled[wheel] <= 0
+            self._unsettled[wheel] -= 0 if settled else periods
             self._board.drive(wheel, pid.step(setpoint, self._counts[wheel], periods, settled, fastest))
             if pid.lag > _LAG + (abs(setpoint) >> 3):
-                self._unsettled = _SETTLING
+                self._unsettle(wheel)
             if pid.fault != NO_FAULT:
                 self._latch(wheel, pid.fault)
-                failed = True
-        if failed:
-            self._release_motors(0)
+        if self._fault_hold > 0:
+            self._brake(0)
 
     @micropython.native
     def _brake(self, periods):
-        """Stop the wheels as fast as the motors may, then let them roll: no commands arrive."""
-        if self._braking <= 0:
-            self._release_motors(periods)
-            return
-        self._braking -= periods
+        """Stop the wheels without a fault as fast as the motors may, then let all roll."""
         self._clear(self._setpoints)
         for wheel in range(self._wheels):
-            self._board.drive(wheel, self._pids[wheel].brake(self._counts[wheel], periods))
+            pid = self._pids[wheel]
+            if self._braking <= 0 or self._fault_of(wheel) != NO_FAULT:
+                pid.reset(periods)
+                self._board.drive(wheel, 0)
+            else:
+                self._board.drive(wheel, pid.brake(self._counts[wheel], periods))
+        self._braking = max(0, self._braking - periods)
+
+    @micropython.native
+    def _fault_of(self, wheel):
+        """Return the fault that stands for a wheel; an overload is none."""
+        fault = self._status[_WHEELS + wheel]
+        return NO_FAULT if fault == OVERLOAD else fault
 
     @micropython.native
     def _slew(self, limit):
@@ -192,14 +198,24 @@ class Controller:
         for wheel in range(self._wheels):
             farthest = max(farthest, abs(targets[wheel] - setpoints[wheel]))
         for wheel in range(self._wheels):
+            if farthest == 0:
+                fastest = max(fastest, abs(setpoints[wheel]))
+                continue
             change = targets[wheel] - setpoints[wheel]
             if farthest > limit:
                 change = change * limit // farthest
             setpoints[wheel] += change
             fastest = max(fastest, abs(setpoints[wheel]))
         if farthest > _LAG:
-            self._unsettled = _SETTLING
+            self._unsettle(-1)
         return fastest
+
+    @micropython.native
+    def _unsettle(self, but):
+        """The robot changes its motion: one wheel may drag another now. `but`: the one that does not follow."""
+        for wheel in range(self._wheels):
+            if wheel != but:
+                self._unsettled[wheel] = _SETTLING
 
     @micropython.native
     def _has_fault(self, periods):
@@ -226,18 +242,12 @@ class Controller:
 
     @micropython.native
     def _latch(self, wheel, fault):
-        """Note a wheel's fault; the motors stay off until a command of all zeros."""
+        """Note a wheel's fault: the others brake, and the motors stay off until a command of all zeros."""
+        if self._fault_hold == 0:
+            self._braking = self._config.BRAKING
         self._status[_WHEELS + wheel] = fault
         self._fault_hold = self._config.FAULT_HOLD
         self._waits_for_zero = True
-
-    @micropython.native
-    def _release_motors(self, periods):
-        """Let all wheels roll and start afresh from standstill afterwards."""
-        self._clear(self._setpoints)
-        for wheel in range(self._wheels):
-            self._board.drive(wheel, 0)
-            self._pids[wheel].reset(periods)
 
     @micropython.native
     def _describe(self, periods):

@@ -4,7 +4,7 @@ PC to board: set-points in units, `-18.90:0.00:18.90;\n` (plain) or `-18.90:0.00
 Board to PC: `-19:0:19;SS:E0E0:E1E1:E2E2:FFMMRRWWW:CCCC\n`, the edges of one period, always checked.
 CCCC is the CRC-16/CCITT-FALSE of every byte before it, SS the packet counter, EEEE each encoder's total
 modulo 2^16, all in upper-case hexadecimal. FFMMRRWWW is the board's status: flags, missed ticks and refused
-lines modulo 256, and one digit per wheel: what is wrong with it (robotont_firmware.pid).
+lines modulo 256, and one digit per wheel: what is wrong with it (robotont_firmware.fault_watch).
 Readable text, too: `# text;CCCC\n`. The PC may send `?;CCCC\n` (asks for the identity) and `!repl;CCCC\n`.
 
 Numbers are integers in 1/256 unit. Every intermediate value stays below 2^30 in magnitude, where the

@@ -18,9 +18,11 @@ ENCODERS = (  # A pin, B pin, timer (channels 1 and 2), alternate function
     ("PA0", "PA1", 2, 1),
 )
 BACKWARD_ENCODERS = (False, False, False)  # counts down while the motor drives forward
+ENCODER_PULL_UPS = False  # inside the chip; only for encoders fed 3.3 V: a pulled pin does not stand 5 V
+DRIVER = "brake"  # what the motor drivers do in the off phase of the PWM, brake or coast: see docs/firmware.md
 PWM_FREQUENCY = 20000  # [Hz]
 PWM = (("PC6", 8, 1, 3), ("PC7", 8, 2, 3), ("PC8", 8, 3, 3))  # pin, timer, channel, alternate function
 DIRECTIONS = (("PB8", "PB9"), ("PB12", "PB13"), ("PB14", "PB15"))  # high while forward, high while backward
-FAULTS = ("PC9", "PC10", "PC11")  # low: fault (open drain, pulled up inside the chip)
+FAULTS = ("PC9", "PC10", "PC11")  # low: fault (open drain, pulled up inside the chip); () where none is connected
 TICK_TIMER = 6
 SAFE_BUTTON = "PC13"  # USER, low while pressed

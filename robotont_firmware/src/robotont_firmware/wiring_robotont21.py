@@ -15,6 +15,9 @@ BATTERY_PIN = None  # the shield measures it on another board
 BATTERY_DIVIDER = 0
 BATTERY_LOW = 13200  # [mV] 3.3 V a cell
 
+STATIC = 330  # [effort] pulses of less than 0.6 ms give little current
+MAX_LOAD = 300  # [effort] little, and
+BLIND_TIME = 10  # [periods] short: with little effort a free wheel turns faster and faster, if its driver coasts
 MAX_EFFORT = 1000  # [effort] 25 % duty, the official limit
 MAX_SPEED = 33  # [units] 0.3 m/s, the official limit
 
@@ -24,7 +27,9 @@ ENCODERS = (  # A pin, B pin, timer (channels 1 and 2), alternate function
     ("PA8", "PA9", 1, 1),  # A moved from PC7
 )
 BACKWARD_ENCODERS = (False, False, False)  # A leads B while the motor drives forward: see docs/firmware.md
-PWM_FREQUENCY = 10000  # [Hz] the most that MC33887 drivers follow
+ENCODER_PULL_UPS = True  # they are fed 3.3 V: an unplugged one counts nothing, instead of noise
+DRIVER = "coast"  # MC33887, switched by D2
+PWM_FREQUENCY = 100  # [Hz] as in the official firmware; pulses much shorter than 1 ms give no torque
 PWM = (("PC6", 8, 1, 3), ("PB14", 15, 1, 14), ("PB6", 4, 1, 2))  # pin, timer, channel, alternate function
 DIRECTIONS = (("PC9", "PC8"), ("PB1", "PB15"), ("PA7", "PB12"))  # high while forward (DIR2), backward (DIR1)
 FAULTS = ("PA6", "PB3", "PB2")  # low: fault

@@ -1,6 +1,7 @@
 """What the suites share: golden vectors, configurations, running with the heap locked."""
 
 import json
+import sys
 
 from sim_motor import SimBoard, SimMotor
 
@@ -18,6 +19,9 @@ except ImportError:  # CPython always allocates; the proof is MicroPython's
 
     def unlock():
         pass
+
+
+FAST = sys.implementation.name == "micropython" and sys.maxsize > 1 << 31  # machine code on the PC's processor
 
 
 class Locked:

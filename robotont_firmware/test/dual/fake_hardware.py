@@ -7,6 +7,7 @@ TIMER_PINS = {
     ("PB6", 2): (4, 1), ("PB7", 2): (4, 2), ("PA6", 2): (3, 1), ("PA7", 2): (3, 2),
     ("PA0", 1): (2, 1), ("PA1", 1): (2, 2), ("PC6", 3): (8, 1), ("PC7", 3): (8, 2), ("PC8", 3): (8, 3),
     ("PB4", 2): (3, 1), ("PB5", 2): (3, 2), ("PA8", 1): (1, 1), ("PA9", 1): (1, 2), ("PB14", 14): (15, 1),
+    ("PC9", 3): (8, 4),
 }  # fmt: skip
 
 log = []
@@ -77,13 +78,22 @@ class Timer:
 class UART:
     last = None
 
-    def __init__(self, number, baudrate):
+    def __init__(self, number, baudrate, rxbuf=None):
         assert "repl_uart None" in log, "the REPL still listens"
         log.append(f"uart {number}")
+        if number == 2 and rxbuf is not None:
+            raise ValueError("UART is static and rxbuf can't be changed")
+        self.room = 259 if number == 2 else rxbuf or 64  # [bytes] of the receive buffer, as on the chip
         self.number, self.baudrate = number, baudrate
         self.inbox = bytearray()
         self.outbox = b""
         UART.last = self
+
+    def arrive(self, data):
+        """The line brings bytes; those beyond the buffer are lost. Return how many."""
+        lost = max(0, len(self.inbox) + len(data) - self.room)
+        self.inbox += data[: len(data) - lost]
+        return lost
 
     def any(self):
         return len(self.inbox)
@@ -151,7 +161,7 @@ class Pyb:
 class Machine:
     PWRON_RESET, HARD_RESET, WDT_RESET, SOFT_RESET = 1, 2, 3, 0
     WDT = WDT
-    cause = 3
+    cause = 2
     mem16 = Memory()  # the chip's registers
     mem32 = Memory()
 
@@ -198,7 +208,7 @@ def reset():
     levels.clear()
     pins.clear()
     Timer.all.clear()
-    Machine.cause = 3
+    Machine.cause = 2
     Machine.mem16.clear()
     Pyb.on_wait = None
     WDT.broken = False

@@ -1,8 +1,12 @@
-"""A DC motor with gear and encoder in integers, so that it moves alike on all interpreters.
+"""A DC motor with driver, gear and encoder in integers, so that it moves alike on all interpreters.
 
-First order: the speed approaches what the voltage allows with time constant `tau`; Coulomb friction takes
-its share and holds the wheel at rest. Speeds in millionths of a unit, one step is 1 ms. Every number stays
-below 2^30 in magnitude, and the steps are compiled to machine code, so that the emulated board keeps up.
+Mechanics of first order: the speed approaches what the torque allows with time constant `tau` (it grows with the
+mass that the motor moves); Coulomb friction takes its share and holds the wheel at rest, `load` (a slope) pulls
+backward. The torque is the mean current of a pulse period, by the driver's kind: see `SimMotor`. All are in units of
+speed: a torque of 20 units is what the back-EMF at 20 units would give in a shorted motor.
+
+Speeds in millionths of a unit, one step is 1 ms. Every number stays below 2^30 in magnitude, and the steps are
+compiled to machine code, so that the emulated board keeps up.
 """
 
 from robotont_firmware.compat import const, micropython
@@ -14,19 +18,34 @@ GOOD = const(0)  # encoders
 UNPLUGGED = const(1)
 REVERSED = const(2)
 HALF = const(3)  # one channel is dead
+PARTIAL = const(4)  # 60 % of the edges are lost
+FLOATING = const(5)  # unplugged, and noise of up to 2 edges a period
+WILD = const(6)  # unplugged, and noise of up to 6 edges a period
+HUM = const(7)  # unplugged, and 3 edges a period
+
+BRAKE = const(0)  # drivers, by the off phase: two switches short the motor, current flows either way
+DIODE = const(1)  # one switch and a diode (VNH): current goes on falling, and never turns round
+COAST = const(2)  # all switches open (MC33887, D2 low): the battery drives the current down
+DROP = const(14)  # [units] 0.8 V of a diode
+RISE = const(7)  # [0.1 ms] inductance over resistance
 
 
 class SimMotor:
-    """tau: [ms]. friction: [units] of speed that it costs. battery: [%] of 12 V.
+    """tau: [ms]. friction, breakaway (at rest; default: friction), load: [units]. battery: [%] of 12 V.
 
-    blocked: nothing turns it. powered: current reaches it. encoder: GOOD, UNPLUGGED, REVERSED or HALF.
+    driver: BRAKE, DIODE or COAST; frequency: [Hz] of its PWM. blocked: nothing turns it. powered: current reaches
+    it. encoder: one of GOOD .. HUM.
     """
 
-    def __init__(self, tau=60, friction=8, battery=100, full_effort=4000, no_load=208):
+    def __init__(self, tau=60, friction=8, battery=100, full_effort=4000, no_load=208, driver=BRAKE, frequency=20000,
+                 breakaway=0, load=0):  # fmt: skip
         self.tau = tau
         self.friction = friction * MICRO
-        self.per_effort = no_load * MICRO // full_effort * battery // 100
+        self.breakaway = max(friction, breakaway) * MICRO
+        self.load = load * MICRO
+        self.volts = no_load * 10 * battery  # [1/1000 unit]
         self.full_effort = full_effort
+        self.driver, self.frequency = driver, frequency
         self.blocked = False
         self.powered = True
         self.encoder = GOOD
@@ -35,14 +54,57 @@ class SimMotor:
         self.turned = 0  # [edges] that the wheel turned
         self.counted = 0  # [edges] of those that reach the board
         self._turned_part = self._counted_part = 0  # [millionths of an edge] 0..999999, on top of them
+        self._phase = self._current = self._drawn = 0  # of slow pulses: [0.1 ms], [1/1000 unit]
+        self._clock = 0  # [ms]
+        self._random = 1
 
     def current(self):
-        """Return the motor's current in [effort], whose 4000 are 5 A."""
-        return self.effort - self.speed // (208 * MICRO // self.full_effort) if self.powered else 0
+        """Return the motor's mean current in [effort], whose 4000 are 5 A; with slow pulses that of the last run."""
+        slow = self.driver != BRAKE and self.frequency < 1000
+        return (self._drawn if slow else self._torque(self.speed // 1000)) * self.full_effort // 208000
 
     def drive(self, effort):
         """Set the voltage; more than the battery has is cut off."""
         self.effort = max(-self.full_effort, min(self.full_effort, effort))
+
+    @micropython.viper
+    def _torque(self, speed: int) -> int:
+        """Return the torque [1/1000 unit] at a speed [1/1000 unit], friction not taken off."""
+        effort, volts = int(self.effort), int(self.volts)
+        if effort == 0 or not self.powered:
+            return (0 - speed) // 8
+        direction = 1 if effort > 0 else -1
+        duty = effort * direction * 1000 // int(self.full_effort)
+        emf = speed * direction
+        driver, frequency = int(self.driver), int(self.frequency)
+        if driver == BRAKE:
+            return (volts * duty // 1000 - emf) * direction
+        off = DROP * 1000 if driver == DIODE else volts + 2 * DROP * 1000
+        if frequency < 1000:
+            return int(self._slow_pulses(emf, duty, off)) * direction
+        torque = (volts * duty - off * (1000 - duty)) // 1000 - emf  # if the current never ends
+        ripple = (volts - emf) * duty // 1000 * (5000000 // RISE // frequency) // 1000
+        if emf + off > 0:  # it may end in every pulse
+            ended = ripple * duty // 1000 * ((volts + off) // 64) // ((emf + off) // 64 + 1)
+            ripple = ripple if ripple < ended else ended
+        torque = torque if torque > ripple else ripple
+        return torque * direction if torque > 0 else 0
+
+    @micropython.viper
+    def _slow_pulses(self, emf: int, duty: int, off: int) -> int:
+        """Return the mean torque of the next ms, in steps of 0.1 ms."""
+        volts, phase, current = int(self.volts), int(self._phase), int(self._current)
+        length = 10000 // int(self.frequency)
+        total = 0
+        for _ in range(10):
+            on = length * duty - phase * 1000
+            on = 0 if on < 0 else 1000 if on > 1000 else on
+            current += (volts * on // 1000 - off * (1000 - on) // 1000 - emf - current) // RISE
+            current = 0 if current < 0 else current
+            total += current
+            phase = phase + 1 if phase < length - 1 else 0
+        self._phase, self._current = phase, current
+        return total // 10
 
     @micropython.viper
     def run(self, milliseconds: int):
@@ -51,14 +113,24 @@ class SimMotor:
         turned, turned_part = int(self.turned), int(self._turned_part)
         counted, counted_part = int(self.counted), int(self._counted_part)
         tau, friction = int(self.tau), int(self.friction)
-        drive = int(self.per_effort) * int(self.effort)
-        powered, encoder = int(self.powered), int(self.encoder)
-        if self.blocked:
-            speed = milliseconds = 0
+        breakaway, load = int(self.breakaway), int(self.load)
+        encoder, clock, noise = int(self.encoder), int(self._clock), int(self._random)
+        blocked, drawn = int(self.blocked), 0
         for _ in range(milliseconds):
-            pull = drive - speed if powered else (0 - speed) // 8
-            if speed == 0 and pull <= friction and pull >= 0 - friction:
-                break
+            clock = clock + 1 if clock < PERIOD - 1 else 0
+            if encoder == FLOATING or encoder == WILD:  # noqa: PLR1714, SIM109 (a tuple would be made)
+                if clock == 0:
+                    noise = (noise * 25173 + 13849) & 0xFFFF
+                    counted += (noise >> 8) % 5 - 2 if encoder == FLOATING else (noise >> 8) % 13 - 6
+            elif encoder == HUM:
+                counted += 1 if clock % 7 == 0 and clock < 15 else 0
+            pull = int(self._torque(speed // 1000))
+            drawn += pull // milliseconds
+            pull = pull * 1000 - load
+            still = speed == 0 and pull <= breakaway and pull >= 0 - breakaway
+            if still or blocked:
+                speed = 0
+                continue
             direction = 1 if speed > 0 or (speed == 0 and pull > 0) else -1
             speed += (pull - direction * friction) // tau
             if speed * direction < 0:  # friction stops a wheel but never turns it round
@@ -69,13 +141,15 @@ class SimMotor:
             turned_part -= turned_part // MICRO * MICRO
             if encoder == HALF:  # there and back again, one edge
                 counted = counted // 2 * 2 + (turned & 1)
-            elif encoder != UNPLUGGED:
-                counted_part += 0 - step if encoder == REVERSED else step
+            elif encoder != UNPLUGGED and encoder < FLOATING:
+                step = 0 - step if encoder == REVERSED else step * 2 // 5 if encoder == PARTIAL else step
+                counted_part += step
                 counted += counted_part // MICRO
                 counted_part -= counted_part // MICRO * MICRO
         self.speed = speed
         self.turned, self._turned_part = turned, turned_part
         self.counted, self._counted_part = counted, counted_part
+        self._clock, self._random, self._drawn = clock, noise, drawn
 
 
 class SimBoard:

@@ -3,12 +3,13 @@
 import sys
 
 import fake_hardware
-from dual_tools import Config, Locked, checked  # it needs the real heap lock, so it comes before the stand-ins
+from dual_tools import FAST, Config, Locked, checked  # it needs the real heap lock, so it comes before the stand-ins
 from fake_hardware import ADC, UART, WDT, Machine, Pyb, Reset, Timer, levels, log, pins
 
 fake_hardware.install()
 
 from robotont_firmware import board, config, wiring_robotont21  # noqa: E402
+from robotont_firmware.controller import Controller  # noqa: E402
 
 ROOT = sys.path[1].rsplit("/", 1)[0] + "/root/"  # the runner puts src/ second
 
@@ -52,16 +53,51 @@ def test_encoders():
     totals = [None] * 3
     made.counts(totals)
     assert totals == [0, 0, 0], "counters are latched at the tick, not read later"
-    with Locked():
-        made._on_tick(None)
+    tick(made)
     made.counts(totals)
     assert totals == [7, 1007, 2007]
+
+
+class Interrupted:
+    """Latched counts that the tick's interrupt changes when the second one has been read."""
+
+    def __init__(self, made):
+        self.made, self.counts, self.left = made, list(made._latched), 1
+
+    def __getitem__(self, index):
+        count = self.counts[index]
+        if index == 1 and self.left:
+            self.left -= 1
+            for timer in (4, 3, 2):
+                Timer.all[timer].count += 100
+            self.made._tick(None)
+        return count
+
+    def __setitem__(self, index, count):
+        self.counts[index] = count
+
+
+def test_counts_are_of_one_tick():
+    made = make()
+    made._latched = Interrupted(made)
+    made._tick(None)
+    assert made.wait_tick() == 2, "and the periods are those until that tick"
+    totals = [None] * 3
+    made.counts(totals)
+    assert totals == [100, 100, 100], totals
+
+
+def tick(made):
+    with Locked():
+        made._on_tick(None)
+        made.wait_tick()
 
 
 def test_tick():
     made = make()
     timer = Timer.all[config.TICK_TIMER]
     assert timer.freq == 50
+    assert made._ticks == made._seen
     waits = [0]
 
     def wait():
@@ -109,7 +145,7 @@ def test_line():
     assert (uart.number, uart.baudrate) == (2, 115200)
     buffer = bytearray(4)
     assert made.read(buffer) == 0
-    uart.inbox = bytearray(b"abcdef")
+    uart.arrive(b"abcdef")
     assert (made.read(buffer), bytes(buffer)) == (4, b"abcd")
     assert (made.read(buffer), bytes(buffer)) == (2, b"efcd")
     made.write(b"0:0:0", 3)
@@ -150,15 +186,16 @@ def test_button_means_safe_mode():
     assert not [line for line in log if line.startswith("watchdog")]
 
 
-def run_main(lines, look=None):
+def run_main(lines, look=None, cause=2):
     """Run main.py with some bytes on the line until it ends; return what it sent and the error."""
     fake_hardware.reset()
+    Machine.cause = cause
     lines = [bytearray(line) for line in lines]
 
     def wait():
         if look:
             look()
-        UART.last.inbox += lines.pop(0)
+        UART.last.arrive(lines.pop(0))
         timer = Timer.all[config.TICK_TIMER]
         timer.handler(timer)
 
@@ -176,7 +213,7 @@ def test_main_gives_the_repl_when_asked():
     assert log.index("reset") > log.index("heap_unlock")
     lines = sent.split(b"\n")
     assert lines[0].startswith(b"# robotont_firmware ")
-    assert b" wheels 3 rate 50 units edges/period profile ours reset watchdog;" in lines[0]
+    assert b" wheels 3 rate 50 units edges/period profile ours reset button;" in lines[0]
     assert lines[1].startswith(b"0:0:0;00:0000:0000:0000:030000000:")
     assert lines[-2] + b"\n" == checked("# repl"), lines
     assert motor_pins_are_low()
@@ -198,15 +235,34 @@ def test_main_stops_the_motors_when_it_crashes():
     assert checked(last.decode().rsplit(";", 1)[0]) == last + b"\n"
 
 
-def test_after_a_crash_a_zero_command_comes_first():
-    run_main([b""])
-    Machine.cause = 2  # a reset by software looks like the button, were it not for the note
-    commands = [checked("30:30:30")] * 30 + [checked("0:0:0")] + [checked("30:30:30")] * 2
-    levels_seen = []
-    sent, _ = run_main(commands, lambda: levels_seen.append(levels.get("PB8")))
-    assert b" reset crash;" in sent
-    assert not any(levels_seen[:31]), "the PC's command still stood"
-    assert levels_seen[-1]
+def test_after_any_reset_a_zero_command_comes_first():
+    for cause, word in ((1, "power"), (2, "button"), (3, "watchdog"), (0, "soft"), (4, "other"), (2, "crash")):
+        if word == "crash":  # a reset by software looks like the button, were it not for the note
+            run_main([b""])
+        commands = [checked("30:30:30")] * 30 + [checked("0:0:0")] + [checked("30:30:30")] * 2 + [checked("!repl")]
+        levels_seen = []
+        sent, error = run_main(commands, lambda: levels_seen.append(levels.get("PB8")), cause)  # noqa: B023
+        assert isinstance(error, Reset), (word, error)
+        board.take_note()
+        assert b" reset " + word.encode() + b";" in sent, word
+        assert not any(levels_seen[:31]), (word, "the PC's command still stood")
+        assert levels_seen[-1], word
+
+
+def test_what_ends_at_once_again_and_again_leaves_the_repl():
+    board.take_note()
+    for _ in range(board.IN_VAIN):
+        sent, error = run_main([b""])
+        assert isinstance(error, IndexError)
+        assert b" reset " in sent
+    fake_hardware.reset()
+    start("main.py")
+    assert Timer.all == {}, "safe mode"
+    sent, _ = run_main([b""] * 101)
+    assert sent, "then it tries again"
+    assert board.starts_in_vain("watchdog") == 0, "a start that lasts counts for nothing"
+    board.take_note()
+    board.forget_starts()
 
 
 def test_ctrl_c_is_off_until_the_repl_is_free():
@@ -223,6 +279,7 @@ def test_a_wrong_configuration_leaves_the_repl_and_no_watchdog():
     config.P_GAIN = 1 << 29
     try:
         fake_hardware.reset()
+        start("boot.py")
         try:
             start("main.py")
             outcome = "it started"
@@ -233,6 +290,64 @@ def test_a_wrong_configuration_leaves_the_repl_and_no_watchdog():
         config.P_GAIN = before
     assert not [line for line in log if line.startswith(("watchdog", "repl_uart"))], log
     assert motor_pins_are_low()
+
+
+def test_what_the_loop_does_was_done_before_the_watchdog_is_armed():
+    """Whatever a profile gets past its check: an error then still ends in the REPL."""
+    for method in ("counts", "fault", "drive", "_tick"):
+        fake_hardware.reset()
+        made = board.Board(config)
+
+        def broken(*_):
+            raise IndexError
+
+        setattr(made, method, broken)
+        try:
+            made.start()
+            raise AssertionError(method)
+        except IndexError:
+            assert not [line for line in log if line.startswith(("watchdog", "repl_uart"))], log
+
+
+def test_a_profile_without_fault_lines():
+    fake_hardware.reset()
+    made = board.Board(Config(FAULTS=()))
+    made.start()
+    assert not made.fault(2)
+
+
+FOUR = {
+    "WHEELS": 4,
+    "ENCODERS": config.ENCODERS + (("PA8", "PA9", 1, 1),),  # noqa: RUF005 (MicroPython)
+    "BACKWARD_ENCODERS": (False,) * 4,
+    "PWM": config.PWM + (("PC9", 8, 4, 3),),  # noqa: RUF005
+    "DIRECTIONS": config.DIRECTIONS + (("PC0", "PC1"),),  # noqa: RUF005
+    "FAULTS": (),
+}
+PER_SECOND, MINUTES = 125, 10  # as many commands as the page's slider and a client may send
+
+
+def test_no_command_is_cut_or_refused():
+    """A whole period's bytes fit, on every UART; MicroPython on the PC sees ten minutes, the others one."""
+    for wheels, uart in ((3, 2), (3, 1), (4, 2), (4, 1)):
+        fake_hardware.reset()
+        settings = Config(**(FOUR if wheels == 4 else {}))
+        settings.UART = uart
+        made = board.Board(settings)
+        made.start()
+        controller = Controller(made, settings, reset_cause="test")
+        controller.start()
+        line = checked(":".join(["-179.55", "0.00", "179.55", "-98.76"][:wheels]))
+        sent = lost = 0
+        for period in range(50 * 60 * (MINUTES if FAST else 1)):
+            while sent * 50 < period * PER_SECOND:
+                lost += UART.last.arrive(line)
+                sent += 1
+            made._tick(None)
+            controller.step(made.wait_tick())
+            UART.last.outbox = b""
+        assert lost == controller._receiver.dropped == 0, (wheels, uart, lost)
+        assert UART.last.room >= 230
 
 
 def test_an_error_while_starting_gives_the_repl_back():
@@ -285,14 +400,14 @@ def test_profile_robotont21():
     made = board.Board(settings)
     made.start()
     for timer, channel in ((8, 1), (15, 1), (4, 1)):
-        assert Timer.all[timer].period == 7999, "10 kHz at 80 MHz"
+        assert (Timer.all[timer].prescaler + 1) * (Timer.all[timer].period + 1) in range(799900, 800001), "100 Hz"
         assert Timer.all[timer].channels[channel][0] == Timer.PWM
     with Locked():
         made.drive(1, 1000)
-    assert Timer.all[15].channels[1][1].width == 2000, "a quarter"
+    assert Timer.all[15].channels[1][1].width == (Timer.all[15].period + 1) // 4
     assert (levels["PB1"], levels["PB15"]) == (1, 0)
     Timer.all[1].count = 5
-    made._on_tick(None)
+    tick(made)
     totals = [None] * 3
     made.counts(totals)
     assert totals == [0, 0, 5], "counts up while the motor drives forward"
@@ -307,7 +422,7 @@ def test_backward_encoders():
     made = board.Board(Config(BACKWARD_ENCODERS=(False, True, False)))
     for timer in (4, 3, 2):
         Timer.all[timer].count = 5
-    made._tick(None)
+    made.start()
     totals = [None] * 3
     with Locked():
         made.counts(totals)

@@ -151,7 +151,11 @@ def test_fault_stops_all_until_quiet_and_zeroed():
     robot.tick(40, "30:30:30")
     robot.board.faults[1] = True
     robot.tick(1, "30:30:30")
+    efforts = robot.efforts()
+    assert efforts[1] == 0 > max(efforts[0], efforts[2]), "the others brake"
+    robot.tick(config.BRAKING, "30:30:30")
     assert robot.efforts() == [0, 0, 0]
+    assert max([abs(count) for count in robot.packets()[-1][0][::2]]) <= 3
     robot.tick(60, "30:30:30")
     robot.board.faults[1] = False
     robot.tick(60, "30:30:30")
@@ -293,7 +297,7 @@ def test_the_whole_loop_allocates_nothing():
         b"7" * 250,
     ]
     board = QuietBoard(lines)
-    controller = Controller(board, config)
+    controller = Controller(board, config, reset_cause="test")
     controller.start()
     with Locked():
         ended = controller.run()

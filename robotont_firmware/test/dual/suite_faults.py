@@ -4,10 +4,12 @@ from dual_tools import Config, Locked, Robot
 from sim_motor import GOOD, HALF, REVERSED, UNPLUGGED
 
 from robotont_firmware import config
-from robotont_firmware.pid import DRIVER_FAULT, NO_COUNTS, OVERLOAD, WRONG_WAY, Pid
+from robotont_firmware.fault_watch import DRIVER_FAULT, NO_COUNTS, OVERLOAD, WRONG_WAY
+from robotont_firmware.pid import Pid
 from robotont_firmware.protocol import BATTERY_IS_LOW, TIMED_OUT, WAITS_FOR_ZERO
 
 MICRO = 1000000
+CREEP = config.MAX_LOAD / 19.2 + 1  # [units] at which a free wheel turns that may have MAX_LOAD
 STEADY = 45  # [periods] from rest to a steady drive; a command was sent 2 periods before
 SHARES = (1, -1, 0.5)  # of the speed that each wheel gets, turned round so that every wheel gets each
 
@@ -19,7 +21,7 @@ def command(wheel, units):
 
 
 def lead_on(robot, wheel, units, periods=80, until_off=True):
-    """Command at 20 Hz; return (seconds until all motors are off, or None, fastest speed of the wheel [units])."""
+    """Command at 20 Hz; return (seconds until the wheel is off for a fault, or None, its fastest speed [units])."""
     fastest = 0
     for period in range(periods):
         if period % 3 == 0:
@@ -27,7 +29,8 @@ def lead_on(robot, wheel, units, periods=80, until_off=True):
         robot.board.sent = b""  # the emulated board's heap is small
         robot.tick(1)
         fastest = max(fastest, abs(robot.board.motors[wheel].speed) / MICRO)
-        if until_off and robot.efforts() == [0, 0, 0]:
+        if until_off and robot.newest()[3][wheel] not in (0, OVERLOAD):
+            assert robot.efforts()[wheel] == 0
             return (period + 1) / config.RATE, fastest
     return None, fastest
 
@@ -51,20 +54,21 @@ def test_a_broken_encoder_stops_all_within_half_a_second_and_never_runs_away():
                     case = kind, units, wheel, driving
                     assert seconds is not None, case
                     assert seconds <= 0.5, (case, seconds)
-                    assert fastest <= 1.3 * abs(units), (case, fastest)
+                    assert fastest <= max(1.3 * abs(units), CREEP), (case, fastest)
                     flags, _, _, faults = robot.newest()
                     assert faults == [fault if index == wheel else 0 for index in range(3)], (case, faults)
                     assert flags == WAITS_FOR_ZERO
-                    slowest, highest = max(slowest, seconds), max(highest, fastest / abs(units))
-    return f"off within {slowest:.2f} s, at most {highest:.2f} times the commanded speed"
+                    slowest = max(slowest, seconds)
+                    highest = max(highest, fastest / abs(units) if abs(units) >= 20 else 0)
+    return f"off within {slowest:.2f} s, from 20 units on at most {highest:.2f} times the commanded speed"
 
 
 def test_slower_than_5_units_a_wheel_without_encoder_creeps_and_stops():
     for kind in (UNPLUGGED, REVERSED):
         for units in (1, 2, 3, 4):
             (seconds, fastest), _ = broken_encoder(kind, units, 1, False)
-            assert seconds <= 1.3, (kind, units, seconds)
-            assert fastest <= 6.5, (kind, units, fastest)
+            assert seconds <= 1.6, (kind, units, seconds)
+            assert fastest <= CREEP, (kind, units, fastest)
 
 
 def test_a_latched_fault_waits_for_a_zero_that_comes_after_it():
@@ -102,7 +106,7 @@ def test_silence_with_a_reversed_encoder_accelerates_nothing():
                 robot.tick(1)
                 speed = abs(robot.board.motors[0].speed) / MICRO
                 # Reversed while it is still driven it may be a little faster; the brake accelerates nothing.
-                bound = abs(units) + 0.5 if period > config.TIMEOUT else 1.3 * abs(units)
+                bound = abs(units) + 0.5 if period > config.TIMEOUT else max(1.3 * abs(units), CREEP)
                 assert speed <= max(bound, before), (units, reversed_at, period, speed)
                 before = speed
             assert robot.efforts() == [0, 0, 0]
@@ -149,23 +153,23 @@ def test_a_blocked_wheel_gets_no_current_for_long():
 
 
 class Jammed:
-    """A wheel that something slows to a few edges a period, whatever the effort."""
+    """A wheel that something slows, whatever the effort."""
 
     def __init__(self, settings=config):
         self.pid = Pid(settings)
         self.battery = settings.BATTERY
 
-    def run(self, periods, units=100, edges=4):
+    def run(self, periods, units=100, edges=60):
         """Return the torque of every period [effort at 12 V]."""
         torques = []
         for _ in range(periods):
             with Locked():
-                effort = self.pid.step(units * 256, edges)
-            torques.append(effort * self.battery // 12000 - 19 * edges)
+                effort = self.pid.step(units * 256, edges, 1, False)
+            torques.append(effort * self.battery // 12000 - 4915 * edges // 256)
         return torques
 
 
-def test_a_wheel_that_hardly_turns_keeps_its_continuous_current_only():
+def test_a_wheel_that_is_held_back_keeps_its_continuous_current_only():
     wheel = Jammed()
     torques = wheel.run(400)
     assert torques[20] > 1900
@@ -199,7 +203,7 @@ def test_a_driver_fault_is_in_every_packet_and_clears():
     robot.tick(40, "30:30:30")
     robot.board.faults[1] = True
     robot.tick(1, "30:30:30")
-    assert robot.efforts() == [0, 0, 0]
+    assert robot.efforts()[1] == 0
     for _ in range(5):
         robot.tick(20, "30:30:30")
         assert robot.newest()[3] == [0, DRIVER_FAULT, 0]
@@ -210,8 +214,8 @@ def test_a_driver_fault_is_in_every_packet_and_clears():
     assert robot.newest()[3] == [0, 0, 0]
 
 
-def test_after_a_start_that_nobody_asked_for_a_zero_comes_first():
-    for cause in ("watchdog", "crash", "power"):
+def test_after_any_reset_a_zero_comes_first():
+    for cause in ("watchdog", "crash", "power", "button", "soft", "other", "unknown"):
         robot = Robot(cause=cause)
         robot.tick(50, "30:30:30")
         assert robot.efforts() == [0, 0, 0], cause
@@ -219,9 +223,6 @@ def test_after_a_start_that_nobody_asked_for_a_zero_comes_first():
         robot.tick(3, "0:0:0")
         robot.tick(20, "30:30:30")
         assert robot.efforts()[0] > 0
-    robot = Robot(cause="button")
-    robot.tick(20, "30:30:30")
-    assert robot.efforts()[0] > 0
 
 
 def test_missed_ticks_are_divided_out_of_the_speed():

@@ -20,7 +20,7 @@ class Bench:
     def __init__(self, settings=config, **motor):
         self.motor = SimMotor(**motor)
         self.pid = Pid(settings)
-        self.setpoint = 0
+        self.setpoint = self.unsettled = 0
         self.effort = 0
         self.last = 0
         gc.collect()  # the emulated board's heap is small
@@ -38,7 +38,10 @@ class Bench:
             self.last = total
             with Locked():
                 self.setpoint += max(-STEP, min(STEP, target - self.setpoint))
-                self.effort = self.pid.step(self.setpoint, counts)
+                self.unsettled -= 1
+                if abs(target - self.setpoint) > 1280 or self.pid.lag > 1280 + (abs(self.setpoint) >> 3):
+                    self.unsettled = 10  # as the controller does
+                self.effort = self.pid.step(self.setpoint, counts, 1, self.unsettled <= 0)
             self.speeds.append(self.motor.speed / 1000000)
             self.counts.append(counts)
         return self
@@ -190,8 +193,8 @@ def test_small_setpoints_overcome_friction():
 def test_derivative_brakes_a_rising_speed():
     flat, damped = Pid(Config(D_GAIN=0)), Pid(Config(D_GAIN=512))
     for pid in (flat, damped):
-        pid.step(50 * 256, 0)
-    assert flat.step(50 * 256, 10) - damped.step(50 * 256, 10) == 20
+        pid.step(50 * 256, 0, 1, False)
+    assert flat.step(50 * 256, 13, 1, False) - damped.step(50 * 256, 13, 1, False) == 26
 
 
 def test_gains_out_of_range_are_refused():

@@ -13,7 +13,8 @@ from robotont_firmware.protocol import crc16
 
 TUNED = (
     "MAX_SPEED", "MAX_ACCELERATION", "FULL_EFFORT", "MAX_EFFORT", "MAX_TORQUE", "CONTINUOUS_TORQUE", "OVERLOAD_TIME",
-    "MAX_INTEGRAL", "BLOCKED_INTEGRAL", "BLIND_TIME", "BLIND_EDGES", "STATIC", "SPEED_GAIN", "P_GAIN", "I_GAIN",
+    "MAX_INTEGRAL", "BLOCKED_INTEGRAL", "MAX_LOAD", "BLIND_TIME", "BLIND_SHARE", "CHANGING_SHARE", "BLIND_FLOOR",
+    "BESIDE_SHARE", "WRONG_EDGES", "STATIC", "SPEED_GAIN", "P_GAIN", "I_GAIN",
     "D_GAIN", "BRAKE_GAIN", "FOLLOW", "LEAD", "STANDSTILL", "BATTERY", "BATTERY_LOW", "TIMEOUT", "BRAKING",
     "FAULT_HOLD",
 )  # fmt: skip
@@ -113,7 +114,7 @@ class WildBoard:
 def drive(numbers):
     """Return "ok", or the error, of a wild drive with the heap locked."""
     gc.collect()
-    controller = Controller(WildBoard(), numbers)
+    controller = Controller(WildBoard(), numbers, reset_cause="test")
     controller.start()
     error = None
     micropython.heap_lock()

@@ -16,7 +16,7 @@ class Nothing:
     def __init__(self, _=None, mode=None, *__, **___):
         self.value = time.ticks_ms if mode == Nothing.IN else bool  # never 0: no fault
         self.pulse_width = self.callback = self.feed = bool
-        self.counter = int
+        self.counter = lambda: turned
 
     def channel(self, *_, **__):
         return self
@@ -39,7 +39,7 @@ class Pyb:
 
 class Machine:
     WDT = Nothing
-    mem16 = {}  # noqa: RUF012
+    mem16 = mem32 = {}  # noqa: RUF012
 
     @staticmethod
     def reset_cause():
@@ -51,13 +51,13 @@ class Memory(dict):
         return 0
 
 
-Machine.mem16 = Memory()
+Machine.mem16 = Machine.mem32 = Memory()
 sys.modules["pyb"], sys.modules["machine"] = Pyb, Machine
 
 from robotont_firmware import board, config  # noqa: E402
 from robotont_firmware.controller import Controller  # noqa: E402
 
-LINE = bytearray(b"-120.55:119.75:-118.25;")
+LINE = bytearray(b"-120.55:-119.75:-118.25;")
 from robotont_firmware.protocol import crc16  # noqa: E402
 
 LINE += b"%04X\n" % crc16(LINE, len(LINE))
@@ -77,6 +77,9 @@ def instructions(function):
     return (time.ticks_diff(middle, start) - time.ticks_diff(end, middle)) * 1000 // TIMES
 
 
+turned = 0
+
+
 def nothing(_):
     pass
 
@@ -88,7 +91,7 @@ class Bare:
         self.total = 0
 
     def counts(self, totals):
-        self.total = (self.total + 119) & 0xFFFF
+        self.total = (self.total - 119) & 0xFFFF
         for wheel in range(3):
             totals[wheel] = self.total
 
@@ -107,7 +110,7 @@ class Bare:
 
 
 def make(hardware):
-    made = Controller(hardware, config)
+    made = Controller(hardware, config, reset_cause="test")
     made.start()
     return made
 
@@ -115,7 +118,7 @@ def make(hardware):
 bare = make(Bare())
 print("whole period without board.py", instructions(bare.step))
 print("read one command", instructions(lambda _: bare._receiver.feed(LINE, len(LINE))))
-print("one wheel's controller", instructions(lambda _: bare._pids[0].step(30720, 119, 1, True)))
+print("one wheel's controller", instructions(lambda _: bare._pids[0].step(-30720, -119, 1, True, 30720)))
 print("write one packet", instructions(lambda _: bare._sender.pack(77, bare._counts, bare._totals, bare._status)))
 hardware = board.Board(config)
 hardware.start()
@@ -123,6 +126,8 @@ whole = make(hardware)
 
 
 def period(_):
+    global turned  # noqa: PLW0603
+    turned = (turned - 119) & 0xFFFF  # as commanded: no fault ends the drive
     hardware._tick(None)
     hardware.wait_tick()
     whole.step(1)

@@ -69,6 +69,20 @@ class FloorMap:
         inside = self._inside(row, column)
         return float(self._close_to_walls(tolerance)[row[inside], column[inside]].sum() / len(row))
 
+    def share_through_walls(self, start, places, tolerance):
+        """Share, 0 to 1, of N >= 1 rays from `start` (x, y) to places (2 x N, [m]) that cross a wall before they end.
+
+        One that ends at most `tolerance` [m] behind the wall ends at it.
+        """
+        way = np.subtract(places, np.reshape(start, (2, 1)))
+        lengths = np.maximum(np.hypot(*way), 1e-9)
+        steps = np.arange(0.0, lengths.max(), self.resolution)[:, None]  # [m] along each ray
+        row, column = self._cells(*(np.reshape(start, (2, 1, 1)) + (way / lengths)[:, None] * steps))
+        inside = self._inside(row, column) & (steps < lengths - tolerance)
+        walls = np.zeros(row.shape, bool)
+        walls[inside] = self._occupied[row[inside], column[inside]]
+        return float(walls.any(axis=0).mean())
+
     def _close_to_walls(self, radius):
         """Cells (H x W of bool) whose centres are closer than `radius` [m] to that of an occupied one."""
         if radius not in self._dilated:

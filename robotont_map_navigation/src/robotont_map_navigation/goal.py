@@ -6,7 +6,8 @@ from typing import NamedTuple
 FARTHEST = 1000.0        # [m] from the map's origin; more is a mistake
 FULL_TURN = 2 * math.pi  # [rad] more is a mistake: degrees
 # exit statuses
-DONE, GAVE_UP, WRONG_INPUT, NOT_THERE, REPLACED, TOO_LONG, REFUSED, INTERRUPTED = 0, 1, 2, 3, 4, 5, 6, 130
+DONE, GAVE_UP, WRONG_INPUT, NOT_THERE, REPLACED, TOO_LONG, REFUSED, NEAR, LOST, INTERRUPTED = *range(9), 130
+NEAR_DISTANCE, NEAR_TURN = 0.1, 0.2  # [m], [rad] farther away a goal was not reached, whatever move_base says
 
 
 class Goal(NamedTuple):
@@ -87,6 +88,10 @@ def outcome(state, text, goal, pose, elapsed):
     left = ""
     if pose is not None:
         left = "{:.2f} m and {:.2f} rad".format(*remaining(pose, goal))
+    if state == "SUCCEEDED" and pose is not None:
+        distance, turn = remaining(pose, goal)
+        if distance > NEAR_DISTANCE or turn > NEAR_TURN:
+            return Outcome(NEAR, f"as near as possible to {goal} after {elapsed:.1f} s: {left} away")
     if state == "SUCCEEDED":
         return Outcome(DONE, f"reached {goal} after {elapsed:.1f} s" + (f", within {left}" if left else ""))
     if state in ("PREEMPTED", "RECALLED"):

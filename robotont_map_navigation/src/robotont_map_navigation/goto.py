@@ -1,213 +1,30 @@
-"""The ROS side of goto: an action client of move_base that shows progress, and whose exit status is the outcome."""
+"""The command goto: sends the robot to a place, shows progress, and its exit status is the outcome."""
 
 import argparse
-import math
 import signal
 import sys
-import threading
 import time
-from typing import NamedTuple
 
-import actionlib
 import rosgraph
 import rospy
-import tf2_ros
-from actionlib_msgs.msg import GoalID, GoalStatus, GoalStatusArray
-from move_base_msgs.msg import MoveBaseAction, MoveBaseGoal
-from nav_msgs.msg import OccupancyGrid
 
-from robotont_driver.kinematics.se2 import compose, pose_of, yaw_of
 from robotont_driver.ros.rospy_end import init_tool
-from robotont_map_navigation.floor_map import refusal
-from robotont_map_navigation.footprint import base_frame, needed_radius
 from robotont_map_navigation.goal import (
     INTERRUPTED,
     NOT_THERE,
-    REFUSED,
-    REPLACED,
-    TOO_LONG,
     Goal,
     Outcome,
-    outcome,
-    progress,
     protect_negative,
     read_coordinate,
     read_seconds,
     read_yaw,
 )
-from robotont_map_navigation.messages import floor_map_of
+from robotont_map_navigation.goto_client import GoTo
 
-SILENCE = 3.0      # [s] without a status of move_base, which sends five per second, and it is gone
-LOOK_UP = 0.4      # [s] that the map and then the transforms have to come; without them a goal is not checked
-CANCELLING = 20.0  # [s] that move_base has to confirm a cancellation: it hears of none while it turns around, 10 s
 TERMINAL_PERIOD, LOG_PERIOD = 0.2, 2.0  # [s] between two lines of progress on a terminal and in a file
-GOING_ON = (GoalStatus.PENDING, GoalStatus.ACTIVE, GoalStatus.PREEMPTING, GoalStatus.RECALLING)
 EXIT_STATUS = """exit status: 0 reached; 1 move_base gave up; 2 wrong arguments; 3 no move_base, or it died;
-4 another goal took its place; 5 --timeout; 6 no such place on the map, or no way to it; 130 Ctrl-C (the goal is
-cancelled first)"""
-
-
-class Pursuit(NamedTuple):
-    """A goal that has been sent."""
-
-    goal: Goal
-    start: float  # [s] time.monotonic() when it was sent
-
-
-class GoTo:
-    """Sends a goal and watches it; the next one replaces it. What the map shows to be out of reach is never sent."""
-
-    def __init__(self, frame, show, transforms=None):
-        """frame: of the goals; show: called with lines of progress; transforms: a tf2_ros.Buffer, if there is one."""
-        self._frame = frame
-        self._show = show
-        self._transforms = transforms
-        self._map = None                # nav_msgs/OccupancyGrid
-        self._floor_map = (None, None)  # the message, and the FloorMap that is made of it at the first goal
-        self._map_came = threading.Event()
-        self._pose = None
-        self._sent = set()  # ids of the goals of this client that move_base has not reported as ended
-        self._ended = threading.Event()
-        self._ended.set()  # nothing is pursued yet
-        self._left = False
-        self._heard = -math.inf
-        self._client = actionlib.SimpleActionClient("move_base", MoveBaseAction)
-        rospy.Subscriber("move_base/status", GoalStatusArray, self._on_status, queue_size=1)
-        rospy.Subscriber("map", OccupancyGrid, self._on_map, queue_size=1)
-
-    @property
-    def answers(self):
-        """Whether move_base has been heard lately."""
-        return time.monotonic() - self._heard <= SILENCE
-
-    def wait_for_server(self, timeout):
-        """Whether move_base answers within `timeout` [s]."""
-        end = time.monotonic() + timeout
-        while not self._client.wait_for_server(rospy.Duration(0.2)):
-            if time.monotonic() > end:
-                return False
-        return True
-
-    def go(self, goal, timeout):
-        """Send the robot to a Goal; its Outcome, after `timeout` [s] at the latest (0: no limit)."""
-        return self.check(goal) or self.follow(self.send(goal), timeout)
-
-    def check(self, goal):
-        """The Outcome of a Goal that the map shows to be out of reach; else None."""
-        start = time.monotonic()
-        reason = self._refusal(goal)
-        return Outcome(REFUSED, f"refused after {time.monotonic() - start:.1f} s: {reason}") if reason else None
-
-    def send(self, goal):
-        """Send the robot to a Goal, in place of the one before; a Pursuit to follow."""
-        message = MoveBaseGoal()
-        target = message.target_pose
-        target.header.frame_id, target.header.stamp = self._frame, rospy.Time.now()
-        target.pose.position.x, target.pose.position.y = goal.x, goal.y
-        target.pose.orientation.z, target.pose.orientation.w = math.sin(goal.yaw / 2), math.cos(goal.yaw / 2)
-        self._heard = time.monotonic()
-        self._pose = None
-        self._ended.clear()
-        self._left = False
-        self._client.send_goal(message, done_cb=self._on_done, feedback_cb=self._on_feedback)
-        self._sent.add(self._client.gh.comm_state_machine.action_goal.goal_id.id)
-        return Pursuit(goal, self._heard)
-
-    def follow(self, pursuit, timeout):
-        """The Outcome of the goal that was sent last, after `timeout` [s] at the latest (0: no limit)."""
-        goal, start = pursuit
-        try:
-            while not self._ended.wait(0.1):
-                now = time.monotonic()
-                self._show(progress(self._pose, goal, now - start))
-                if now - self._heard > SILENCE:
-                    self._take_back()  # should it only be slow
-                    return Outcome(NOT_THERE, f"move_base has not been heard for {SILENCE:g} s: has it died?")
-                if timeout and now - start > timeout:
-                    return Outcome(TOO_LONG, f"not there after {timeout:g} s; {self.cancel()}")
-        except KeyboardInterrupt:
-            return Outcome(INTERRUPTED, f"interrupted; {self.cancel()}")
-        if self._left:
-            return Outcome(REPLACED, "cancelled")
-        return outcome(GoalStatus.to_string(self._client.get_state()), self._client.get_goal_status_text(), goal,
-                       self._pose, time.monotonic() - start)
-
-    def leave(self, cancel=False):
-        """Make `follow` return, from another thread; the robot goes on to its goal unless that is to `cancel`."""
-        if cancel:
-            self._take_back()
-        self._left = True
-        self._ended.set()
-
-    def cancel(self):
-        """Take the goal back; returns a sentence on whether move_base confirms it. Ctrl-C ends the wait for that."""
-        self._take_back()
-        start = time.monotonic()
-        waited = 0.0
-        try:
-            while not self._ended.wait(0.1):
-                waited = time.monotonic() - start
-                if waited > CANCELLING or not self.answers:
-                    break
-                if waited > 1.0:
-                    self._show(f"{waited:4.0f} s  cancelled; not confirmed yet: move_base ends its recovery first")
-        except KeyboardInterrupt:
-            pass
-        if self._ended.is_set():
-            return "the goal is cancelled"
-        return f"cancelled, but move_base has not confirmed it within {waited:.0f} s: the robot may still move"
-
-    def _take_back(self):
-        """Cancel every goal of this client that may go on.
-
-        Where a cancellation overtakes its goal on the way, move_base never begins that goal, nor ends the one before.
-        """
-        for sent in tuple(self._sent):
-            self._client.action_client.pub_cancel.publish(GoalID(id=sent))
-
-    def _refusal(self, goal):
-        """Why the map shows that the goal cannot be reached; None when it can, or when there is no map to tell."""
-        if not self._map_came.wait(LOOK_UP):
-            return None
-        message = self._map
-        if self._floor_map[0] is not message:
-            self._floor_map = message, floor_map_of(message)
-        if self._transforms is None:
-            self._transforms = tf2_ros.Buffer()
-            self._listener = tf2_ros.TransformListener(self._transforms)
-        frame = message.header.frame_id
-        place = (goal.x, goal.y, goal.yaw)
-        if self._frame != frame:
-            above = self._look_up(frame, self._frame)
-            if above is None:
-                return None
-            place = compose(above, place)
-        start = self._look_up(frame, base_frame())
-        return refusal(self._floor_map[1], place[:2], start and start[:2], needed_radius())
-
-    def _look_up(self, frame, child):
-        """Pose (x, y, yaw) of one frame in another; None when it is not known."""
-        try:
-            found = self._transforms.lookup_transform(frame, child, rospy.Time(), rospy.Duration(LOOK_UP)).transform
-        except tf2_ros.TransformException:
-            return None
-        return found.translation.x, found.translation.y, yaw_of(found.rotation)
-
-    def _on_map(self, message):
-        self._map = message
-        self._map_came.set()
-
-    def _on_status(self, message):
-        self._heard = time.monotonic()
-        self._sent.difference_update(
-            status.goal_id.id for status in message.status_list if status.status not in GOING_ON)
-
-    def _on_feedback(self, feedback):
-        pose = feedback.base_position.pose
-        self._pose = Goal(*pose_of(pose))
-
-    def _on_done(self, _state, _result):
-        self._ended.set()
+4 another goal took its place; 5 --timeout; 6 no such place on the map, or no way to it; 7 as near as possible, but
+not there; 8 the robot does not know where it is; 130 Ctrl-C (the goal is cancelled first)"""
 
 
 class Display:

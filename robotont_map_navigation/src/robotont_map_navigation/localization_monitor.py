@@ -10,13 +10,14 @@ import tf2_ros
 from geometry_msgs.msg import PoseWithCovarianceStamped
 from nav_msgs.msg import OccupancyGrid
 from sensor_msgs.msg import LaserScan
+from std_msgs.msg import String
 
 from robotont_driver.kinematics.se2 import yaw_of
 from robotont_driver.parameters.parameters import Parameter
-from robotont_driver.ros.diagnostics import OK, WARN, Health, robot_name
+from robotont_driver.ros.diagnostics import ERROR, OK, WARN, Health, robot_name
 from robotont_driver.ros.lifecycle import run_without_wheels
 from robotont_driver.ros.worker import Worker
-from robotont_map_navigation.localization import deviations, fit
+from robotont_map_navigation.localization import Fit, deviations, fit
 from robotont_map_navigation.messages import floor_map_of
 
 PARAMETERS = (
@@ -28,6 +29,7 @@ PARAMETERS = (
 )
 FIT_TOLERANCE = 0.2  # [m] from a wall at which a ray still ends at it
 LOOK_PERIOD = 0.5  # [s] between two scans that are compared with the map
+THROUGH_WALLS = 0.1  # share of rays that go through walls from which on a pose is wrong, whatever stands in the room
 REMEDY = "set the pose by RViz' 2D Pose Estimate"
 
 
@@ -40,7 +42,11 @@ class LocalizationMonitor:
         self._map = self._scan = self._covariance = None
         self._lost = ""          # why the newest scan could not be laid on the map
         self._laid_at = time.monotonic()  # [s] when the newest one that could be was
-        self._fits = deque()     # (time [s], share)
+        self._outside = ""       # why amcl's pose is none where a robot can be
+        self._fits = deque()     # (time [s], Fit)
+        self._wrong = ""         # why the pose is wrong, as goto has been told
+        self._trouble = rospy.Publisher("localization/trouble", String, queue_size=1, latch=True)
+        self._trouble.publish("")
         self._level = OK
         self._transforms = tf2_ros.Buffer()
         self._listener = tf2_ros.TransformListener(self._transforms)
@@ -75,13 +81,13 @@ class LocalizationMonitor:
                 return LOOK_PERIOD
             pose = found.translation.x, found.translation.y, yaw_of(found.rotation)
             angles = scan.angle_min + scan.angle_increment * np.arange(len(scan.ranges))
-            share = fit(floor_map, pose, scan.ranges, angles, (scan.range_min, scan.range_max),
-                        FIT_TOLERANCE)
+            found = fit(floor_map, pose, scan.ranges, angles, (scan.range_min, scan.range_max), FIT_TOLERANCE)
             with self._lock:
                 self._lost = ""
                 self._laid_at = time.monotonic()
-                if share is not None:
-                    self._fits.append((time.monotonic(), share))
+                self._outside = _outside(floor_map, pose[:2])
+                if found is not None:
+                    self._fits.append((time.monotonic(), found))
         return LOOK_PERIOD
 
     def _report(self):
@@ -90,30 +96,56 @@ class LocalizationMonitor:
             lost = self._lost if self._laid_at < oldest else ""  # a transform that is late now and then is no fault
             while self._fits and self._fits[0][0] < oldest:
                 self._fits.popleft()
-            shares = [share for _, share in self._fits]
-        level, words, values = self._judge(sum(shares) / len(shares) if shares else None, lost)
+            fits = [found for _, found in self._fits]
+            outside = self._outside
+        mean = Fit(*np.mean(fits, axis=0)) if fits else None
+        level, words, values, wrong = self._judge(mean, lost, outside)
         if level != self._level:
             self._level = level
-            (rospy.logwarn if level == WARN else rospy.loginfo)("localization: %s", words)
+            (rospy.loginfo if level == OK else rospy.logwarn)("localization: %s", words)
+        if bool(wrong) != bool(self._wrong):
+            self._wrong = wrong
+            self._trouble.publish(wrong)
         return level, words, values
 
-    def _judge(self, share, lost):
-        limits = self._parameters
+    def _judge(self, mean, lost, outside):
+        """(level, message, values, why the pose is wrong; empty when it may be right)."""
         position, yaw = deviations(self._covariance) if self._covariance is not None else (0.0, 0.0)
-        values = {"rays that end at the map's walls": "unknown" if share is None else f"{share:.0%}",
+        values = {"rays that end at the map's walls": "unknown" if mean is None else f"{mean.at_walls:.0%}",
+                  "rays that go through the map's walls": "unknown" if mean is None else f"{mean.through_walls:.0%}",
                   "deviation of the position [m]": f"{position:.2f}", "deviation of the yaw [rad]": f"{yaw:.2f}"}
+        limits, wrong = self._parameters, outside or self._misfit(mean)
         if self._map is None:
-            return WARN, "no map: does map_server run?", values
+            return WARN, "no map: does map_server run?", values, ""
         if lost:
-            return WARN, f"the scan cannot be laid on the map: {lost}", values
-        if share is not None and share < limits["min_fit"]:
-            return WARN, (f"{share:.0%} of the scan's rays end at walls of the map, at least {limits['min_fit']:.0%} "
-                          f"should: a map of another place, or a wrong pose; {REMEDY}"), values
+            return WARN, f"the scan cannot be laid on the map: {lost}", values, ""
+        if wrong:
+            return ERROR, f"{wrong}; {REMEDY}", values, wrong
         if position > limits["max_position_deviation"] or yaw > limits["max_yaw_deviation"]:
-            return WARN, f"amcl is unsure: {position:.2f} m, {yaw:.2f} rad; drive along walls, or {REMEDY}", values
-        if share is None:
-            return OK, "nothing to compare: no scan of late, or one that sees no walls", values
-        return OK, f"{share:.0%} of the scan's rays end at walls of the map", values
+            return WARN, f"amcl is unsure: {position:.2f} m, {yaw:.2f} rad; drive along walls, or {REMEDY}", values, ""
+        level, words = self._describe(mean)
+        return level, words, values, ""
+
+    def _misfit(self, mean):
+        """Why a mean `Fit` proves a wrong pose; empty when it does not."""
+        if mean is None or mean.at_walls >= self._parameters["min_fit"] or mean.through_walls < THROUGH_WALLS:
+            return ""
+        return (f"{mean.at_walls:.0%} of the scan's rays end at walls of the map, at least "
+                f"{self._parameters['min_fit']:.0%} should: a map of another place, or a wrong pose")
+
+    def _describe(self, mean):
+        if mean is None:
+            return OK, "nothing to compare: no scan of late, or one that sees no walls"
+        found = f"{mean.at_walls:.0%} of the scan's rays end at walls of the map"
+        if mean.at_walls < self._parameters["min_fit"]:
+            return WARN, f"{found}, the others before: something that the map lacks fills the view"
+        return OK, found
+
+
+def _outside(floor_map, place):
+    """Why the sensor cannot be at a place (x, y) [m]; empty when it can."""
+    where = "off the map" if place not in floor_map else "in a wall of the map" if floor_map.is_occupied(place) else ""
+    return where and f"the pose ({place[0]:.2f}, {place[1]:.2f}) of the sensor is {where}"
 
 
 def main():

@@ -22,6 +22,7 @@ import rosbag
 from robotont_operations.privacy import clean_message, may_hold_secrets
 
 UNFINISHED = ".writing"
+MOST_RUNS = 50  # however short
 FULL = {errno.ENOSPC, errno.EDQUOT}  # no room: the oldest file gives way
 
 
@@ -38,7 +39,8 @@ class BlackBox:
     """Writes records into a folder and keeps the newest ones.
 
     keep: age [s] beyond which this run's files are deleted; limit: size [bytes] of all runs together; runs: how many
-    are kept, this one included. Raises OSError where the folder cannot be written.
+    are kept, this one included, and more of them (a robot that is switched off and on has short ones) within the limit.
+    Raises OSError where the folder cannot be written.
     """
 
     def __init__(self, folder, keep=60.0, limit=64_000_000, runs=4):
@@ -47,8 +49,11 @@ class BlackBox:
         folder = Path(folder)
         folder.mkdir(parents=True, exist_ok=True)
         old = runs_in(folder)
-        for run in old[:max(0, len(old) - (runs - 1))]:
-            shutil.rmtree(run, ignore_errors=True)  # another user's: the new run is wanted all the same
+        kept = 0  # [bytes]
+        for age, run in enumerate(reversed(old), 2):  # this one is the first
+            kept += sum(path.stat().st_size for path in bags_of(run))
+            if age > runs and (kept >= limit - self._limit or age > MOST_RUNS):
+                shutil.rmtree(run, ignore_errors=True)  # another user's: the new run is wanted all the same
         number = int(old[-1].name.split("_")[1]) + 1 if old else 1
         self.folder = folder / f"run_{number:06d}_{time.strftime('%Y-%m-%dT%H-%M-%SZ', time.gmtime())}"
         self.folder.mkdir()
@@ -108,7 +113,7 @@ def bags_of(run):
 
 def write_bag(path, records):
     """Write a bag file of Records."""
-    with rosbag.Bag(str(path), "w") as bag:
+    with rosbag.Bag(str(path), "w", compression=rosbag.Compression.LZ4) as bag:  # a third of the size, no slower
         for record in records:
             header = record.header
             kind = SimpleNamespace(_md5sum=header["md5sum"], _full_text=header["message_definition"])

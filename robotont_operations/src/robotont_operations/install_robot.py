@@ -12,24 +12,25 @@ from pathlib import Path
 
 import rospkg
 
-from robotont_driver.robots.robot_folder import take_robot
+from robotont_driver.parameters.command_line import CommandLine
 from robotont_operations.installation import (
     KEPT,
+    PAGE_UNIT,
+    PURPOSES,
     STATE,
     UNITS,
     LinkError,
     install,
     installation,
     installed,
+    installed_units,
     remove,
     unreadable,
 )
 from robotont_operations.robot_choice import chosen, proposal
 
 AFTER_INSTALL = (("systemd-sysusers",), ("udevadm", "control", "--reload"),
-                 ("udevadm", "trigger", "--subsystem-match=tty"), ("systemctl", "daemon-reload"),
-                 ("systemctl", "restart", *UNITS))
-BEFORE_REMOVAL = (("systemctl", "stop", *reversed(UNITS)),)
+                 ("udevadm", "trigger", "--subsystem-match=tty"), ("systemctl", "daemon-reload"))
 AFTER_REMOVAL = (("userdel", "robotont"), ("udevadm", "control", "--reload"), ("systemctl", "daemon-reload"))
 
 
@@ -66,10 +67,15 @@ def parse_arguments():
             raise argparse.ArgumentTypeError(f"found {text!r}, which is no address of this robot in a network: allowed "
                                              "is an IPv4 address as in 10.0.0.1 (ip address), or a host name")
         return text
-    parser = argparse.ArgumentParser(
-        prog="install-robot", usage="%(prog)s [options] [robot:=NAME or FOLDER]",
-        description="Install services that start Robotont at boot, without any network, under a "
-        "user of their own; udev rules that name its boards /dev/robotont and /dev/robotont_SERIALNUMBER; black box.")
+
+    def page_address(text):
+        return text if text == "0.0.0.0" else address(text)
+    parser = CommandLine(
+        prog="./robotont install-robot",
+        description="Install services that start Robotont at boot, without any network, under a user "
+        "of their own; udev rules that name its boards /dev/robotont and /dev/robotont_SERIALNUMBER; black box.")
+    parser.add_argument("--robot", default="", metavar="NAME or FOLDER",
+                        help="of config/robots; default: the one that is installed, else what the board speaks")
     parser.add_argument("--remove", action="store_true", help="remove all of it again, the black boxes too")
     parser.add_argument("--dry-run", action="store_true", help="only show what would be done")
     parser.add_argument("--root", default="/", metavar="DIR",
@@ -77,10 +83,14 @@ def parse_arguments():
     parser.add_argument("--network", type=address, metavar="ADDRESS",
                         help="let other machines use the robot under this address of its (docs/network.md: "
                         "there is no password); default: the robot keeps to itself")
-    robot, words = take_robot(sys.argv[1:])
-    options = parser.parse_args(words)
+    parser.add_argument("--page", nargs="?", const="0.0.0.0", type=page_address, metavar="ADDRESS",
+                        help="start the page for driving in a browser, too, with a token: from every network of the "
+                        "robot, or at this address of its; kept when you install again")
+    options = parser.parse_args()
+    if not Path(options.root).is_dir():
+        parser.error(f"--root: found {options.root}, which is no folder; allowed: where the file system is mounted")
     try:
-        options.robot = robot and chosen(robot)
+        options.robot = options.robot and chosen(options.robot)
     except (OSError, ValueError) as error:
         parser.error(str(error))
     return options
@@ -119,8 +129,9 @@ def _install(options, live):
     if not model:
         print("install-robot: no xacro: the robot starts without its model; ./robotont setup sim, and again, for one")
     what = installation(own / "install", sorted((bringup / "udev").glob("*.rules")), os.environ,
-                        options.network or "", options.robot, model)
-    commands = AFTER_INSTALL if live else ()
+                        options.network or "", options.robot, model, options.page or "")
+    units = list(dict.fromkeys((*UNITS, *installed_units(options.root), *([PAGE_UNIT] if options.page else []))))
+    commands = (*AFTER_INSTALL, ("systemctl", "restart", *units)) if live else ()
     if options.dry_run:
         print(f"would write, under {options.root}:")
         names = [*what.files, *(f"{name} -> {target}" for name, target in what.links)]
@@ -128,12 +139,18 @@ def _install(options, live):
         print(f"written, under {options.root}:")
         names = install(what, options.root)
     for name in names:
-        print("  " + name)
+        print(f"  {name:46}", next(purpose for start, purpose in PURPOSES.items() if name.startswith(start)))
     if options.dry_run:
         if commands:
             print("would run:", *(" ".join(command) for command in commands), sep="\n  ")
         return 0
-    return 0 if run(commands) else 1
+    good = run(commands)
+    if live:
+        print("next: ./robotont status; the log: journalctl -fu 'robotont*'")
+    if PAGE_UNIT in units:
+        print(f"the page's address and the file of its token: journalctl -u {PAGE_UNIT}" if live else
+              "the page's token will be made at its first start")
+    return 0 if good else 1
 
 
 def _remove(options, live):
@@ -143,7 +160,7 @@ def _remove(options, live):
     if options.dry_run:
         print(f"would remove, under {options.root}: what etc/robotont/installed lists; {STATE} with the black boxes")
         return 0
-    good = run(BEFORE_REMOVAL) if live else True
+    good = run([("systemctl", "stop", *reversed(installed_units("/")))]) if live else True
     gone, left = remove(options.root)
     print(f"removed, under {options.root}:", *gone, sep="\n  ")
     for words in left:

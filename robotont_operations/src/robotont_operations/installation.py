@@ -9,6 +9,19 @@ from typing import Mapping, NamedTuple, Tuple
 from robotont_operations.robot_choice import with_robot
 
 UNITS = ("robotont-master.service", "robotont.service", "robotont-recorder.service")
+PAGE_UNIT = "robotont-page.service"  # with --page
+PURPOSES = {  # what each file of the installation is for, by the beginning of its path
+    "etc/udev/": "names the boards",
+    "etc/systemd/system/robotont-master": "starts the ROS master",
+    "etc/systemd/system/robotont.": "starts the driver",
+    "etc/systemd/system/robotont-recorder": "starts the black box",
+    "etc/systemd/system/robotont-page": "starts the page",
+    "etc/systemd/system/multi-user": "at boot",
+    "etc/sysusers": "makes the services' user",
+    "etc/robotont/python_logging": "logs to the journal",
+    "etc/robotont/robot.conf": "yours to change: robot, port",
+    "etc/robotont/environment": "the workspace, the master",
+}
 LIST = "etc/robotont/installed"    # every file and folder that the installation made, by their paths under the root
 STATE = "var/lib/robotont"         # black boxes; made by systemd
 KEPT = "etc/robotont/robot.conf"   # the user's own, not overwritten
@@ -25,18 +38,19 @@ class Installation(NamedTuple):
     robot: str  # to be put into a robot.conf that is there already; "": none
 
 
-def installation(templates, udev_rules, environment, address="", robot="", model=True):
+def installation(templates, udev_rules, environment, address="", robot="", model=True, page=""):
     """The Installation of a robot.
 
     templates: folder of the units; udev_rules: paths of the rules; environment: that of a shell with the workspace
     sourced; address: IP address or host name under which other machines find the robot, "" for none. robot: of
     robot.launch; "": the one of before, or the thesis'. model: whether the robot's model can be made, for which there
-    has to be xacro.
+    has to be xacro. page: address at which the page can be opened; "": there is none, or that of before.
     """
     templates = Path(templates)
     files = {f"etc/udev/rules.d/{path.name}": path.read_text() for path in map(Path, udev_rules)}
-    for unit in UNITS:
-        text = (templates / unit).read_text()
+    units = (*UNITS, PAGE_UNIT) if page else UNITS
+    for unit in units:
+        text = (templates / unit).read_text().replace("@PAGE@", page)
         files["etc/systemd/system/" + unit] = text.replace("@NETWORK@", NETWORK_ONLINE if address else "")
     files["etc/sysusers.d/robotont.conf"] = (templates / "sysusers.conf").read_text()
     files["etc/robotont/python_logging.conf"] = (templates / "python_logging.conf").read_text()
@@ -45,7 +59,7 @@ def installation(templates, udev_rules, environment, address="", robot="", model
     files[KEPT] = with_robot(text, robot)
     files["etc/robotont/environment"] = environment_file(environment, address)
     links = tuple((f"etc/systemd/system/multi-user.target.wants/{unit}", f"/etc/systemd/system/{unit}")
-                  for unit in UNITS)
+                  for unit in units)
     return Installation(files, links, robot)
 
 
@@ -98,7 +112,6 @@ def install(what, root):
         _file(root, name)
     for name, _ in what.links:
         under(root, name)
-    root.mkdir(parents=True, exist_ok=True)
     made = _listed(root)
 
     def make_folder(path):
@@ -128,6 +141,11 @@ def install(what, root):
     lines = dict.fromkeys((*made, *written, *(name for name in what.files if (root / name).exists()), LIST))
     (root / LIST).write_text("".join(line + "\n" for line in lines))
     return written
+
+
+def installed_units(root):
+    """Names of the services that are installed under `root`."""
+    return [unit for unit in (*UNITS, PAGE_UNIT) if (Path(root) / "etc/systemd/system" / unit).exists()]
 
 
 def installed(root):

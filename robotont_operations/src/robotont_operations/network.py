@@ -6,7 +6,7 @@ import os
 import sys
 
 from robotont_operations import probes
-from robotont_operations.colours import GREEN, RED, YELLOW, paint
+from robotont_operations.colours import GREEN, RED, YELLOW, hanging, paint
 from robotont_operations.network_check.announced_address import announced_by, check_announced
 from robotont_operations.network_check.clock import check_clock
 from robotont_operations.network_check.findings import FAULT, GOOD, NOTE, Finding, not_checked
@@ -76,8 +76,8 @@ class NetworkCheck:
 def main():
     """Run the check; returns the exit status."""
     parser = argparse.ArgumentParser(
-        prog="network", description="Check from this machine, robot or laptop, whether ROS 1 nodes of two machines can "
-        "hear each other: addresses, names, firewalls, clocks, both directions. Takes at most 5 s.",
+        prog="./robotont network", description="Check from this machine, robot or laptop, whether ROS 1 nodes of two "
+        "machines can hear each other: addresses, names, firewalls, clocks, both directions. Takes at most 5 s.",
         epilog="exit status: 0 no fault; 1 at least one")
     parser.parse_args()
     check = NetworkCheck(os.environ)
@@ -88,6 +88,6 @@ def main():
         os._exit(130)
     colour = {GOOD: GREEN, NOTE: YELLOW, FAULT: RED}
     for level, words in findings:
-        print(f"{paint(f'{level:5}', colour[level])}  {words}")
+        print(hanging(f"{paint(f'{level:5}', colour[level])}  ", words, 7))
     sys.stdout.flush()
     os._exit(any(level == FAULT for level, _ in findings))  # resolvers that still wait must not hold this up

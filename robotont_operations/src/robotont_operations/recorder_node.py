@@ -11,6 +11,7 @@ import rospy
 from robotont_driver.parameters.parameters import Parameter
 from robotont_driver.ros.diagnostics import ERROR, OK, WARN, Health, robot_name
 from robotont_driver.ros.lifecycle import run_without_wheels
+from robotont_driver.ros.rospy_internals import connection_header, serialized
 from robotont_driver.ros.worker import Worker
 from robotont_operations.black_box import BlackBox, Record
 
@@ -20,10 +21,11 @@ PARAMETERS = (
               "serial_read odom /diagnostics /rosout", "what is recorded, separated by blanks"),
     Parameter("keep", 60.0, "how long this run's messages are kept", "s", minimum=1.0, maximum=3600.0,
               reason="more does not fit into memory"),
+    Parameter("period", 1.0, "time between two files, each flushed to the disk: what a loss of power may cost", "s",
+              minimum=0.2, maximum=60.0),
 )
-PERIOD = 1.0         # [s] between two files, each flushed to the disk: what a loss of power may cost
 SIZE = 64_000_000    # [bytes] of all files together
-RUNS = 4             # runs of the recorder whose files are kept, the present one included
+RUNS = 4             # runs of the recorder whose files are kept whatever their size, the present one included
 WAITING = 8_000_000  # [bytes] that may wait for the disk
 RECENTLY = 10.0      # [s] for which the diagnostics warn of lost messages
 REMEDIES = {errno.ENOSPC: "free space there", errno.EDQUOT: "free space there",
@@ -43,6 +45,7 @@ class RecorderNode:
     """Gathers messages and hands them to the black box once a period."""
 
     def __init__(self, parameters):
+        self._period = parameters["period"]
         self._box = BlackBox(parameters["folder"], parameters["keep"], SIZE, RUNS)
         self._lock = threading.Lock()
         self._writing = threading.Lock()
@@ -60,7 +63,7 @@ class RecorderNode:
         rospy.loginfo("recording to %s", self._box.folder)
 
     def _on_message(self, message, topic):
-        record = Record(topic, time.time(), message._buff, message._connection_header)
+        record = Record(topic, time.time(), serialized(message), connection_header(message))
         with self._lock:
             if self._size > WAITING:
                 self._drop(1, "the disk is too slow")
@@ -71,7 +74,7 @@ class RecorderNode:
     def _work(self):
         begun = time.monotonic()
         self._write()
-        return max(0.0, begun + PERIOD - time.monotonic())
+        return max(0.0, begun + self._period - time.monotonic())
 
     def _write(self):
         with self._writing:

@@ -143,7 +143,8 @@ def parse_arguments():
         return text
     folder = next(parameter.default for parameter in PARAMETERS if parameter.name == "folder")
     parser = argparse.ArgumentParser(
-        prog="report", description="Pack the black box, versions, parameters and logs for whoever is asked for help. "
+        prog="./robotont report",
+        description="Pack the black box, versions, parameters and logs for whoever is asked for help. "
         "Passwords, tokens and keys are removed; look into the archive before you hand it on.")
     parser.add_argument("--output", type=archive, metavar="FILE.tar.gz",
                         help="default: robotont_report_TIME.tar.gz in this folder")

@@ -12,7 +12,7 @@ from diagnostic_msgs.msg import DiagnosticArray
 
 from robotont_driver.ros.rospy_end import init_tool
 from robotont_operations import probes
-from robotont_operations.colours import GREEN, RED, YELLOW, paint
+from robotont_operations.colours import GREEN, RED, YELLOW, hanging, paint
 from robotont_operations.health import OK, WARN, WORDS, table, worst
 
 CALLER = "/robotont_status"
@@ -87,13 +87,15 @@ def show(rows):
     """Print the table."""
     width = max(len(row.subject) for row in rows)
     for row in rows:
-        print(f"{paint(f'{WORDS[row.level]:7}', COLOURS[row.level])}  {row.subject:{width}}  {row.words}")
+        head = f"{paint(f'{WORDS[row.level]:7}', COLOURS[row.level])}  {row.subject:{width}}  "
+        print(hanging(head, row.words, width + 11))
 
 
 def main():
     """Run status; returns the exit status."""
     parser = argparse.ArgumentParser(
-        prog="status", description="Show what runs, the line to the board, the board, who drives, and what is wrong.",
+        prog="./robotont status",
+        description="Show what runs, the line to the board, the board, who drives, and what is wrong.",
         epilog="exit status: 0 all well; 1 a warning; 2 an error, a node that is missing or silent; 3 no ROS master")
     parser.parse_args(rospy.myargv()[1:])
     uri = os.environ.get("ROS_MASTER_URI", "http://localhost:11311")

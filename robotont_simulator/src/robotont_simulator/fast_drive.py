@@ -1,6 +1,7 @@
 """Command line of fast_drive: standard drives in the simulator without ROS, and the odometry's error on them."""
 
 import argparse
+import collections
 import math
 import sys
 import time
@@ -31,7 +32,8 @@ def parse(arguments):
     parser.add_argument("--grip", metavar="WHEEL=PART", action="append", default=[],
                         help="part 0 to 1 of the friction that a wheel has, e.g. 0=0.02")
     parser.add_argument("--seed", type=seed, default=0, help="of everything random (default: %(default)s)")
-    parser.add_argument("--csv", metavar="FOLDER", help="write each drive's packets and true poses there")
+    parser.add_argument("--csv", metavar="FOLDER", help="write each drive's packets and true poses there: "
+                        "DRIVE.csv, and DRIVE_2.csv for the second of its name")
     options = parser.parse_args(arguments)
     try:
         options.drives = [read_drive(text) for text in options.drives]
@@ -104,8 +106,10 @@ def errors(run, start):
 def main(arguments=None):
     """Run; returns the exit status."""
     options = parse(arguments)
+    seen = collections.Counter()
     try:
         for name, number in options.drives:
+            seen[name] += 1
             run = make_run(options)
             start, begun = run.path[-1], time.perf_counter()
             run.drive(DRIVES[name][2](number, run.simulation.wheels.pid_frequency))
@@ -115,7 +119,7 @@ def main(arguments=None):
                   f"{math.degrees(turn):+7.2f}°   {run.simulation.time:6.1f} s, {speed:.0f} x real time")
             if options.csv:
                 Path(options.csv).mkdir(parents=True, exist_ok=True)
-                write_csv(Path(options.csv) / f"{name}.csv",
+                write_csv(Path(options.csv) / (f"{name}_{seen[name]}.csv" if seen[name] > 1 else f"{name}.csv"),
                           [(at, counts) for (at, _, _), counts in zip(run.path, run.counts)],
                           [(at, truth) for at, _, truth in run.path])
     except (OSError, ValueError) as error:

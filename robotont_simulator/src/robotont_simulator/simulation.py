@@ -6,8 +6,8 @@ import mujoco
 import numpy as np
 
 from robotont_description.geometry import laser_height
-from robotont_simulator import model
 from robotont_simulator.imu import GRAVITY, ImuErrors
+from robotont_simulator.mujoco_model import FRICTION, STALL_CURRENT, TIMESTEP, VOLTAGE, WORLD_GROUP, build
 
 COAST_EFFORT = 0   # the motor driver leaves the motor open: no torque, no brake
 GOOD, UNPLUGGED, REVERSED = "good", "unplugged", "reversed"  # states of an encoder
@@ -27,10 +27,10 @@ class Simulation:
         self.wheels = wheels
         self.world = world
         self.random = np.random.default_rng(seed)
-        self.mujoco_model = mujoco.MjModel.from_xml_string(model.build(wheels, world))
+        self.mujoco_model = mujoco.MjModel.from_xml_string(build(wheels, world))
         self.data = mujoco.MjData(self.mujoco_model)
-        self.voltage = model.VOLTAGE
-        self._steps = round(1.0 / wheels.pid_frequency / model.TIMESTEP)
+        self.voltage = VOLTAGE
+        self._steps = round(1.0 / wheels.pid_frequency / TIMESTEP)
         self.mujoco_model.opt.timestep = 1.0 / wheels.pid_frequency / self._steps
         self._body = self.mujoco_model.body("base_link").id
         self._angle_at = [int(self.mujoco_model.joint(f"wheel{wheel}").qposadr[0]) for wheel in range(wheels.amount)]
@@ -71,7 +71,7 @@ class Simulation:
 
     def step(self):
         """One PID period."""
-        self.data.ctrl[:] = np.where(self._powered, self._efforts * (self.voltage / model.VOLTAGE), 0.0)
+        self.data.ctrl[:] = np.where(self._powered, self._efforts * (self.voltage / VOLTAGE), 0.0)
         self.mujoco_model.actuator_biasprm[:, 2] = np.where(self._coasting | ~self._powered, 0.0, self._brake)
         if self.time >= self._push_ends:
             self.data.xfrc_applied[self._body] = 0.0
@@ -127,7 +127,7 @@ class Simulation:
 
     def set_grip(self, wheel, part):
         """Make a wheel slippery: `part` (0..1) of the normal friction."""
-        self.mujoco_model.geom_friction[self._rollers[wheel], 0] = max(model.FRICTION * part, 1e-3)
+        self.mujoco_model.geom_friction[self._rollers[wheel], 0] = max(FRICTION * part, 1e-3)
 
     def set_encoder(self, wheel, state):
         """Make an encoder GOOD, UNPLUGGED or REVERSED."""
@@ -152,7 +152,7 @@ class Simulation:
     def currents(self):
         """[A] that each motor draws, n."""
         emf = self.wheel_speeds() * -self._brake / self._gains  # part of the nominal voltage
-        return model.STALL_CURRENT * np.where(self._coasting | ~self._powered, 0.0, self.data.ctrl - emf)
+        return STALL_CURRENT * np.where(self._coasting | ~self._powered, 0.0, self.data.ctrl - emf)
 
     def touches(self):
         """Whether the body touches a wall or a box."""
@@ -172,7 +172,7 @@ class Simulation:
         distances = np.empty(len(angles))
         geoms = np.empty(len(angles), np.int32)
         groups = np.zeros(6, np.uint8)
-        groups[model.WORLD_GROUP] = 1
+        groups[WORLD_GROUP] = 1
         normals = {"normal": None} if "normal:" in mujoco.mj_multiRay.__doc__ else {}  # newer MuJoCo asks for them
         mujoco.mj_multiRay(self.mujoco_model, self.data, origin, directions.ravel(), groups, 1, self._body,
                            geoms, distances, nray=len(angles), cutoff=farthest, **normals)

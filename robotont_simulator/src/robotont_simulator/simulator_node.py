@@ -2,6 +2,7 @@
 
 import math
 import threading
+from pathlib import Path
 
 import numpy as np
 import rospy
@@ -20,6 +21,7 @@ from robotont_simulator.port import Port, PortError
 from robotont_simulator.simulated_board import SimulatedBoard, SimulatedFirmware
 from robotont_simulator.simulation import GOOD, REVERSED, UNPLUGGED, Simulation
 from robotont_simulator.world import World, WorldError, read_world
+from robotont_simulator.world_map import WorldMap
 from robotont_testing.official_boards import BOARDS
 
 SCAN_RAYS = 128     # measurements per scan
@@ -28,6 +30,7 @@ IMU_RATE = 250.0    # [Hz] readings of gyro and accelerometer
 PARAMETERS = (
     Parameter("port", "/tmp/robotont", "name under which the board's serial port appears"),
     Parameter("world", "", "file of walls and boxes; empty: nothing but a floor"),
+    Parameter("odom_frame", "", "frame whose start on the map is published, with the world's own map; empty: neither"),
     Parameter("seed", 0, "of everything random: encoder offsets, spoilt bytes, errors of the gyro", minimum=0,
               maximum=999999999),
     Parameter("base_frame", "base_link", "child frame of the ground truth"),
@@ -49,7 +52,7 @@ class SimulatorNode:
         # the robot's dialect tells which firmware its board has; any that is not official is this project's
         packets = rospy.get_param("serial_com_node/packets", "")
         self._official = packets if packets in BOARDS else ""
-        world = self._read_world()
+        world, self._map = self._read_world()
         self._simulation = self._make_simulation(wheels, world)
         self._port = self._make_port()
         self._lock = threading.Lock()
@@ -104,12 +107,17 @@ class SimulatorNode:
         return SimulatedFirmware(self._board)
 
     def _read_world(self):
+        """(World, its WorldMap or None)."""
         given = self._parameters
         try:
-            return read_world(given["world"]) if given["world"] else World((), (0.0, 0.0, 0.0))
+            world = read_world(given["world"]) if given["world"] else World((), (0.0, 0.0, 0.0))
+            return world, WorldMap(world, given["odom_frame"]) if given["odom_frame"] else None
+        except FileNotFoundError:
+            others = ", ".join(sorted(file.stem for file in Path(given["world"]).resolve().parent.glob("*.yaml")))
+            rospy.logfatal("world: found no file %s, allowed: %s", given["world"], others or "a file that is there")
         except (OSError, WorldError) as error:
             rospy.logfatal("world: %s", error)
-            raise SystemExit(1) from None
+        raise SystemExit(1)
 
     def _prepare_messages(self, wheels):
         given = self._parameters

@@ -40,10 +40,14 @@ def read_or_make_token(path):
 
 
 class Access:
-    """Decides by token and cookie. `token`: None lets everybody in (for 127.0.0.1 only)."""
+    """Decides by token and cookie. `token`: None lets everybody in (for 127.0.0.1 only).
 
-    def __init__(self, token):
+    cookie_name: one of each page's own, for a computer's ports share their cookies.
+    """
+
+    def __init__(self, token, cookie_name="robotont_teleop"):
         self._token = token
+        self.cookie_name = cookie_name
         self._failures = deque(maxlen=REMEMBERED)  # (time [s], address) of wrong tokens, the oldest first
 
     @property
@@ -54,7 +58,8 @@ class Access:
     @property
     def cookie(self):
         """Value that a browser keeps once it has shown the token; the token cannot be derived from it."""
-        return hmac.new((self._token or "").encode(), b"robotont_teleop cookie", hashlib.sha256).hexdigest()
+        message = f"{self.cookie_name} cookie".encode()
+        return hmac.new((self._token or "").encode(), message, hashlib.sha256).hexdigest()
 
     def admits(self, cookie):
         """Whether a browser with this cookie (a string, or None) may come in."""

@@ -19,6 +19,7 @@ from robotont_driver.ros.lifecycle import run_without_wheels
 from robotont_driver.ros.log_throttle import Refusals
 from robotont_driver.ros.publishers import DroppingPublisher
 from robotont_driver.ros.reconnection import OutageWatch
+from robotont_driver.ros.rospy_internals import connection_header
 from robotont_driver.ros.worker import Worker
 from robotont_teleop.arbitration import STOP, Arbiter, Input
 from robotont_teleop.twist_message import twist_message
@@ -77,14 +78,14 @@ class CmdVelMux:
         refusal = refuse((linear.x, linear.y, linear.z), (angular.x, angular.y, angular.z))
         twist = STOP if refusal else (linear.x, linear.y, angular.z)
         with self._lock:
-            now = boot_time()
+            now, header = boot_time(), connection_header(message)
             self._commands[name] += 1
-            spent = self._arrivals.spent(message._connection_header, now, self._timeouts[name])
+            spent = self._arrivals.spent(header, now, self._timeouts[name])
             if twist != STOP and spent >= self._timeouts[name]:
                 self._outdated += 1
                 return
             before = self._arbiter.driver
-            self._send(self._arbiter.command(name, twist, now, message._connection_header.get("callerid", ""), spent))
+            self._send(self._arbiter.command(name, twist, now, header.get("callerid", ""), spent))
             changed = before != self._arbiter.driver
             news = refusal and self._refusals.refuse((name, refusal.split()[0]), now)
             if refusal:
@@ -129,7 +130,7 @@ class CmdVelMux:
                 return
             self._driver = driver
             self._driven_by.publish(driver)
-        rospy.loginfo("drives: %s", driver)
+        rospy.loginfo("who drives: %s", driver)
 
     def _look_for_others(self):
         """Find other publishers of cmd_vel; returns the time to rest."""
@@ -161,9 +162,9 @@ class CmdVelMux:
                        for name, sender, owner in arbiter.ignored(now)]
             values = {
                 "drives": driver,
-                "wait": ", ".join(waiting) or "nobody",
+                "waiting": ", ".join(waiting) or "none",
                 **{f"commands of {name}": count for name, count in self._commands.items()},
-                "ignored": "; ".join(ignored) or "nobody",
+                "ignored": "; ".join(ignored) or "none",
                 "commands refused": self._refusals.amount,
                 "commands too old": self._outdated,
                 "times that this node was stopped or starved": self._arrivals.stalls.stalls,

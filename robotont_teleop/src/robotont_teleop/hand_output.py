@@ -9,8 +9,8 @@ from nav_msgs.msg import Odometry
 from std_msgs.msg import String
 
 from robotont_driver.ros.publishers import DroppingPublisher
+from robotont_teleop.emergency_stop_client import EmergencyStopClient
 from robotont_teleop.speeds import STOP
-from robotont_teleop.stop_button import StopButton
 from robotont_teleop.twist_message import twist_message
 
 HAND, DIRECT = "cmd_vel/hand", "cmd_vel"
@@ -20,9 +20,9 @@ class HandOutput:
     """Publishes commands for the mux, or straight on cmd_vel where no mux runs when it starts."""
 
     def __init__(self):
-        self.topic = HAND if self._is_subscribed(HAND) else DIRECT
+        self.topic = HAND if self._mux_runs() else DIRECT
         self._command = DroppingPublisher(self.topic, Twist)
-        self.emergency_stop = StopButton()
+        self.emergency_stop = EmergencyStopClient()
         self._driven_by = ""
         self._velocity, self._heard = STOP, -1e9
         self.sent = STOP
@@ -45,8 +45,9 @@ class HandOutput:
         count = self._command.get_num_connections()
         if not count:
             return f"no node listens to {rospy.resolve_name(self.topic)}"
-        return f"{count} listen to {rospy.resolve_name(self.topic)}" + \
-            (f", drives: {self._driven_by}" if self._driven_by else "")
+        if self._driven_by:
+            return f"drives: {self._driven_by}"
+        return f"{count} listen to {rospy.resolve_name(self.topic)}"
 
     @property
     def connected(self):
@@ -66,7 +67,8 @@ class HandOutput:
         self._driven_by = message.data
 
     @staticmethod
-    def _is_subscribed(topic):
-        _, subscribers, _ = rosgraph.Master(rospy.get_name()).getSystemState()
-        name = rospy.resolve_name(topic)
-        return any(subscribed == name for subscribed, _ in subscribers)
+    def _mux_runs():
+        """Anybody may listen to commands by hand, as a recorder does; who drives only the mux tells."""
+        publishers, _, _ = rosgraph.Master(rospy.get_name()).getSystemState()
+        name = rospy.resolve_name("cmd_vel/driven_by")
+        return any(topic == name for topic, _ in publishers)

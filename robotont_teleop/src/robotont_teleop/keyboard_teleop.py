@@ -32,12 +32,15 @@ PUBLISH_PERIOD = 0.05  # [s] between commands while the robot is driven
 REPEAT_HOLD = 0.3    # [s] for which a held key drives on after its last repeat
 SHOW_PERIOD = 0.1  # [s] between two lines
 HELP = """\
-hold to drive              speed                  the robot stops when no key is held
-  q  w  e   turn, ahead      +  -  all
-  a  s  d   strafe, back     r  f  driving        space    emergency stop
-  arrows    drive and turn   t  g  turning        U        release it
-keys add up (a, then q: strafe and turn); the opposite key stops first, then reverses
-Ctrl-C or Esc: end"""
+hold to drive             speed              the robot stops when no key is held
+  q  w  e  turn, ahead      +  -  all
+  a  s  d  strafe, back     r  f  driving      space   emergency stop
+  arrows   drive and turn   t  g  turning      U       release it
+keys add up (a, then q: strafe and turn)
+the opposite key stops first, then reverses
+Ctrl-C or Esc: end
+below: the speeds of a held key [m/s] [rad/s], then x y turn of what is sent,
+who drives, and how the robot moves"""
 
 
 class KeyboardTeleop:
@@ -114,14 +117,14 @@ class KeyboardTeleop:
         output = self._output
         words = "EMERGENCY STOP, U releases it" if output.emergency_stop.pressed else _words(output.sent)
         robot = "no odometry" if output.velocity is None else _words(output.velocity)
-        line = (f"speed {self._keys.speeds.linear:.2f} m/s {self._keys.speeds.angular:.2f} rad/s | sent {words} | "
-                f"robot {robot} | {output.listeners}")
+        line = (f"{self._keys.speeds.linear:.2f} {self._keys.speeds.angular:.2f} | sent {words} | {output.listeners} | "
+                f"robot {robot}")
         columns = os.get_terminal_size(sys.stdout.fileno()).columns if sys.stdout.isatty() else 0
         print(f"\r{line[:columns - 1] if columns > 1 else line}\x1b[K", end="", flush=True)
 
 
 def _words(twist):
-    return "{:+.2f} {:+.2f} {:+.2f}".format(*(value + 0.0 for value in twist))
+    return "{:+.2f} {:+.2f} {:+.2f}".format(*(round(value, 2) + 0.0 for value in twist))
 
 
 def main():
@@ -145,12 +148,12 @@ def main():
         why = teleop.run()
     except KeyboardInterrupt:
         teleop.stop()
-        why = "ended by signal"
+        why = "ended"
     finally:
         signal.signal(signal.SIGHUP, signal.SIG_IGN)
         try:
             termios.tcsetattr(terminal, termios.TCSADRAIN, before)
-            print(f"\n{why}; stopping the robot", flush=True)
+            print(f"\n{why}; the robot stops", flush=True)
         except (OSError, termios.error):  # no terminal any more
             sys.stdout = open(os.devnull, "w")  # noqa: SIM115  discards the rest of its buffer
         end_soon()

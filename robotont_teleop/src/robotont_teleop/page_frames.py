@@ -1,6 +1,10 @@
-"""The frames of one page's WebSocket: after each one everybody else has a turn, and all of them are counted."""
+"""The frames of one page's WebSocket: after each one everybody else has a turn, and all of them are counted.
+
+All that is used of tornado beside its public interface stands here; `test_web_server_abuse.py` fails when it changes.
+"""
 
 import asyncio
+import socket
 
 import tornado.websocket
 
@@ -23,3 +27,19 @@ class PageFrames(tornado.websocket.WebSocketProtocol13):
         await super()._receive_frame()
         self.handler.count_frame()
         await asyncio.sleep(0)
+
+
+def limit_waiting(page, size):
+    """Let no more than about `size` bytes wait in the socket of a WebSocketHandler."""
+    page.ws_connection.stream.socket.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, size)
+
+
+def reads(page):
+    """Whether all that was sent to a WebSocketHandler's page has left for the network."""
+    return page.ws_connection is not None and not page.ws_connection.stream.writing()
+
+
+def drop(page):
+    """End the connection of a WebSocketHandler without words: nobody reads them."""
+    if page.ws_connection is not None:
+        page.ws_connection._abort()

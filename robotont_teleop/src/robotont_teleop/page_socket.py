@@ -2,7 +2,6 @@
 
 import contextlib
 import json
-import socket
 import time
 
 import tornado.web
@@ -10,7 +9,7 @@ import tornado.websocket
 
 from robotont_teleop.driving_seat import MessageRate
 from robotont_teleop.messages import MessageError
-from robotont_teleop.page_frames import PageFrames
+from robotont_teleop.page_frames import PageFrames, drop, limit_waiting, reads
 from robotont_teleop.web_handlers import Guarded
 
 FRAMES_PER_SECOND = 200.0     # of one page, of all kinds; it sends 25, and 125 at most while a stick moves fast
@@ -59,10 +58,10 @@ class PageSocket(Guarded, tornado.websocket.WebSocketHandler):
             self.close(TOO_MANY, "too many open pages")
             return
         self.set_nodelay(True)
-        self.ws_connection.stream.socket.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, SEND_BUFFER)
+        limit_waiting(self, SEND_BUFFER)
         self._read_at = time.monotonic()
         settings = self.server.settings
-        self.send({"kind": "hello", "page": self.number, "linear": settings.speeds.linear,
+        self.send({"kind": "hello", "page": self.number, "robot": settings.robot, "linear": settings.speeds.linear,
                    "angular": settings.speeds.angular, "oldest": settings.oldest, "dead_man": settings.dead_man})
 
     def on_message(self, text):
@@ -86,14 +85,15 @@ class PageSocket(Guarded, tornado.websocket.WebSocketHandler):
 
     def send(self, message):
         """Send an answer now; dropped when the page does not read."""
-        if self._reads():
+        if reads(self):
             self._write(json.dumps(message))
 
     def feed(self, state, now):
         """Send the state, unless the page has not read the one before; close a page that reads no more."""
-        if not self._reads():
+        if not reads(self):
             if now - self._read_at > SLOWEST_READER:
-                self._drop()
+                self.server.refused += 1
+                drop(self)
             return
         self._read_at = now
         for text in (state, *self.waiting.values()):
@@ -114,20 +114,10 @@ class PageSocket(Guarded, tornado.websocket.WebSocketHandler):
         else:
             self.send({"kind": "error", "words": words[:200]})
 
-    def _reads(self):
-        """Whether all that was sent has left for the network."""
-        return self.ws_connection is not None and not self.ws_connection.stream.writing()
-
     def _write(self, text):
         with contextlib.suppress(tornado.websocket.WebSocketClosedError):
             self._writing = self.write_message(text)
             self._writing.add_done_callback(_overlook)
-
-    def _drop(self):
-        self.server.refused += 1
-        connection = self.ws_connection
-        if connection is not None:
-            connection._abort()
 
 
 def _overlook(write):

@@ -1,10 +1,11 @@
-"""State of the robot for the web pages, and their commands: the ROS side, without any network of its own."""
+"""State of the robot for the web pages, and their commands: the ROS side, without any network of its own.
 
-import io
+Long, but one thing after the other: all that a page can ask for and see goes through one object, which tests replace.
+"""
+
 import math
 import threading
 import time
-import zlib
 
 import numpy as np
 import rosgraph
@@ -14,7 +15,6 @@ from actionlib_msgs.msg import GoalID
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import Twist
 from nav_msgs.msg import OccupancyGrid, Odometry
-from PIL import Image
 from sensor_msgs.msg import BatteryState, LaserScan, Range
 from std_msgs.msg import String
 from std_srvs.srv import Trigger
@@ -25,11 +25,12 @@ from robotont_driver.protocol.packet import PacketError, parse_packet
 from robotont_driver.ros.publishers import DroppingPublisher
 from robotont_driver.ros.worker import Worker
 from robotont_map_navigation.goal import Goal
-from robotont_map_navigation.goto import GoTo
+from robotont_map_navigation.goto_client import GoTo
 from robotont_teleop.camera import Camera
+from robotont_teleop.emergency_stop_client import EmergencyStopClient
+from robotont_teleop.page_pictures import finite, map_picture, rounded, thinned_scan
 from robotont_teleop.robot_requests import NewestGoal, ServiceRequest
 from robotont_teleop.speeds import STOP
-from robotont_teleop.stop_button import StopButton
 from robotont_teleop.twist_message import twist_message
 
 MAP_FRAME = "map"
@@ -37,11 +38,9 @@ STALE = 1.0             # [s] a value that has not come for so long is not shown
 STALE_LIGHT = 5.0       # [s] the same for diagnostics, which come once per second
 SLOW_PERIOD = 0.2       # [s] between two looks at transforms
 MEASURED_PACKETS = 5    # over which the measured wheel speeds are averaged
-SCAN_PERIOD, SCAN_RAYS = 0.2, 180  # [s] between two scans for the pages, rays at most
+SCAN_PERIOD = 0.2       # [s] between two scans for the pages
 CAMERA_LOOK = 2.0       # [s] between two looks at whether there is a camera
 LIGHTS, LONGEST_WORDS, RANGES = 24, 200, 16
-LARGEST_MAP = 4000 * 4000  # [cells]
-OCCUPIED, FREE, UNKNOWN = (130, 255), (130, 36), (0, 0)  # (grey, opacity): seen on light and on dark ground alike
 NEVER = -math.inf
 
 
@@ -69,7 +68,7 @@ class RobotView:
         self._listener = tf2_ros.TransformListener(self._transforms)
         self._goto = GoTo(MAP_FRAME, lambda words: self._goal.show_progress(words), self._transforms)
         self._goal = NewestGoal(self._goto, self._say)
-        self._emergency_stop = StopButton(lambda words: self._say(words, False))
+        self._emergency_stop = EmergencyStopClient(lambda words: self._say(words, False))
         self._publish()
         rospy.on_shutdown(self._stop)
         Worker(self._look_at_transforms)
@@ -150,9 +149,9 @@ class RobotView:
         """Fast-changing state, for JSON."""
         with self._lock:
             return {
-                "pose": _rounded(self._pose(), 4), "velocity": _rounded(self._fresh("velocity"), 3),
-                "limited": _rounded(self._fresh("limited"), 3), "commanded": _rounded(self._fresh("commanded"), 3),
-                "measured": _rounded(self._measured(), 3), "driven_by": self._driven_by, "stopped": self.stopped,
+                "pose": rounded(self._pose(), 4), "velocity": rounded(self._fresh("velocity"), 3),
+                "limited": rounded(self._fresh("limited"), 3), "commanded": rounded(self._fresh("commanded"), 3),
+                "measured": rounded(self._measured(), 3), "driven_by": self._driven_by, "stopped": self.stopped,
             }
 
     def status(self):
@@ -247,13 +246,13 @@ class RobotView:
 
     def _on_battery(self, message):
         charge = message.percentage
-        self._keep(battery={"voltage": _finite(message.voltage, 1), "charge": _finite(charge, 2)})
+        self._keep(battery={"voltage": finite(message.voltage, 1), "charge": finite(charge, 2)})
 
     def _on_range(self, message):
         distance = message.range if message.min_range <= message.range <= message.max_range else None
         with self._lock:
             if message.header.frame_id in self._ranges or len(self._ranges) < RANGES:
-                self._ranges[message.header.frame_id] = (time.monotonic(), _finite(distance, 2))
+                self._ranges[message.header.frame_id] = (time.monotonic(), finite(distance, 2))
 
     def _on_scan(self, message):
         now = time.monotonic()
@@ -263,38 +262,20 @@ class RobotView:
             return
         if now - self._scan_at < SCAN_PERIOD:
             return
-        if not (math.isfinite(message.angle_min) and math.isfinite(message.angle_increment)):
+        scan = thinned_scan(message, laser, self._scan["number"] + 1 if self._scan else 1)
+        if scan is None:
             return
-        step = max(1, math.ceil(len(message.ranges) / SCAN_RAYS))
-        ranges = [_finite(value, 2) if message.range_min <= value <= message.range_max else None
-                  for value in message.ranges[::step]]
-        number = self._scan["number"] + 1 if self._scan else 1
-        self._scan = {"number": number, "from": _rounded(laser, 3), "first": round(message.angle_min, 4),
-                      "step": round(message.angle_increment * step, 5), "ranges": ranges}
+        self._scan = scan
         self._scan_at = now
 
     def _on_map(self, message):
-        info = message.info
-        place = pose_of(info.origin)
-        if not (info.resolution > 0 and all(map(math.isfinite, (info.resolution, *place)))):
-            rospy.logwarn("a map with a resolution of %g m at %s is not shown", info.resolution, place)
+        try:
+            picture, described = map_picture(message)
+        except ValueError as error:
+            rospy.logwarn("a map is not shown: %s", error)
             return
-        if not 0 < info.width * info.height <= LARGEST_MAP or len(message.data) != info.width * info.height:
-            rospy.logwarn("a map of %d x %d cells with %d values is not shown; allowed: up to %d", info.width,
-                          info.height, len(message.data), LARGEST_MAP)
-            return
-        cells = np.array(message.data, dtype=np.int8).reshape(info.height, info.width)[::-1]
-        pixels = np.full((*cells.shape, 2), UNKNOWN, dtype=np.uint8)
-        pixels[cells >= 0] = FREE
-        pixels[cells >= 50] = OCCUPIED
-        output = io.BytesIO()
-        Image.fromarray(pixels, "LA").save(output, "PNG")
-        size = info.width * info.resolution, info.height * info.resolution
-        # of what it shows: a page that stays open over a restart of this node takes no other map for its own
-        number = zlib.crc32(repr((size, place)).encode(), zlib.crc32(output.getvalue()))
         with self._lock:
-            self._map_picture = output.getvalue()
-            self._map = {"number": number, "width": size[0], "height": size[1], "origin": place}
+            self._map_picture, self._map = picture, described
 
     def _look_at_transforms(self):
         if self._frames:
@@ -320,11 +301,3 @@ class RobotView:
         self._camera.look({name for name, _ in publishers})
         self._camera.wait(CAMERA_LOOK)
         return 0.0
-
-
-def _rounded(values, decimals):
-    return None if values is None else [round(value, decimals) if math.isfinite(value) else None for value in values]
-
-
-def _finite(value, decimals):
-    return round(value, decimals) if value is not None and math.isfinite(value) else None

@@ -1,6 +1,7 @@
 """The requests of browsers other than the page's messages: who may ask, and files, login, map and camera."""
 
 import asyncio
+import json
 import mimetypes
 import time
 from typing import NamedTuple, Optional
@@ -10,9 +11,8 @@ from tornado.iostream import StreamClosedError
 
 from robotont_teleop.access import LONGEST_TOKEN, host_allowed, origin_allowed
 
-COOKIE = "robotont_teleop"
 COOKIE_DAYS = 90
-PAGE, LOGIN_PAGE = "index.html", "login.html"
+PAGE, LOGIN_PAGE, MANIFEST = "index.html", "login.html", "manifest.webmanifest"
 CAMERA_WAIT = 5.0  # [s] a request waits for a new picture
 
 
@@ -66,7 +66,7 @@ class Guarded:
     @property
     def authorised(self):
         """Whether the browser has shown the token before."""
-        return self.server.access.admits(self.get_cookie(COOKIE))
+        return self.server.access.admits(self.get_cookie(self.server.access.cookie_name))
 
     @property
     def origin_allowed(self):
@@ -115,7 +115,8 @@ class LoginHandler(Guarded, tornado.web.RequestHandler):
             raise tornado.web.HTTPError(429, reason="too many wrong tokens: wait a minute")
         if answer == "wrong":
             raise tornado.web.HTTPError(401, reason="wrong token")
-        self.set_cookie(COOKIE, self.server.access.cookie, expires_days=COOKIE_DAYS, path="/", httponly=True,
+        access = self.server.access
+        self.set_cookie(access.cookie_name, access.cookie, expires_days=COOKIE_DAYS, path="/", httponly=True,
                         samesite="Strict", secure=self.server.settings.scheme == "https")
         self.redirect("/", status=303)
 
@@ -158,8 +159,8 @@ class File(NamedTuple):
     content: bytes
 
 
-def read_files(folder):
-    """The page's files by name; nothing else can be asked for."""
+def read_files(folder, robot="Robotont"):
+    """The page's files by name, with the robot's name in that of the home screen; nothing else can be asked for."""
     kinds = {**mimetypes.types_map, ".webmanifest": "application/manifest+json", ".js": "text/javascript"}
     files = {}
     for path in folder.iterdir():
@@ -167,6 +168,9 @@ def read_files(folder):
         if kind and path.is_file():
             text = kind.startswith("text/") or kind.endswith("json")
             files[path.name] = File(kind + ("; charset=utf-8" if text else ""), path.read_bytes())
+    if MANIFEST in files:
+        content = json.dumps({**json.loads(files[MANIFEST].content), "name": robot, "short_name": robot}).encode()
+        files[MANIFEST] = files[MANIFEST]._replace(content=content)
     return files
 
 

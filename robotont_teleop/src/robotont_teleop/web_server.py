@@ -16,6 +16,7 @@ import tornado.netutil
 import tornado.web
 
 from robotont_teleop.driving_seat import DrivingSeat
+from robotont_teleop.foxglove import Channels, FoxgloveSocket
 from robotont_teleop.messages import LONGEST, read_message
 from robotont_teleop.page_socket import GOING_AWAY, PageSocket
 from robotont_teleop.web_handlers import CameraHandler, FileHandler, LoginHandler, MapHandler, read_files
@@ -36,30 +37,33 @@ class ServerSettings(NamedTuple):
     max_pages: int          # open pages
     max_connections: int    # open connections, pages among them
     speeds: Any             # Speeds that no page exceeds
+    robot: str = "Robotont"  # name that people know it by
+    viewer_origins: Tuple[str, ...] = ()  # of viewers in browsers, beside this computer's own
 
 
 class WebServer:
     """All open pages, the seat from which one of them drives, and the loop that feeds them."""
 
-    def __init__(self, robot, access, settings, folder):
+    def __init__(self, robot, access, settings, folder, viewer_topics=None):
         self.robot = robot
         self.access = access
         self.settings = settings
         self.seat = DrivingSeat(settings.speeds, settings.oldest, settings.dead_man)
         self.pages = set()
-        self.files = read_files(Path(folder))
+        self.files = read_files(Path(folder), settings.robot)
         self.refused = 0        # messages and requests that were malformed, foreign or too many
         self.commands = 0       # sent to the robot
         self._next_id = 1
         self._dead_man = None   # the timer's handle
         self._loop = asyncio.get_running_loop()
+        self.channels = Channels(viewer_topics, self._loop)
         self._feeder = None
         self._server = None
 
     def listen(self, address, port, tls=None):
         """Serve; returns the port (another one than `port` where that is 0). Raises OSError."""
         sockets = tornado.netutil.bind_sockets(port, address)
-        self._server = _LimitedServer(
+        self._server = LimitedServer(
             self._application(), limit=self.settings.max_connections, ssl_options=tls, max_header_size=LARGEST_HEADER,
             max_body_size=LARGEST_BODY, max_buffer_size=8 * LARGEST_HEADER, idle_connection_timeout=IDLE,
             body_timeout=BODY_TIMEOUT)
@@ -183,26 +187,28 @@ class WebServer:
     def _application(self):
         application = tornado.web.Application(
             [(r"/socket", PageSocket), (r"/login", LoginHandler), (r"/map\.png", MapHandler),
-             (r"/camera\.jpg", CameraHandler), (r"/(.*)", FileHandler)],
+             (r"/camera\.jpg", CameraHandler), (r"/foxglove", FoxgloveSocket), (r"/(.*)", FileHandler)],
             websocket_max_message_size=2 * LONGEST, websocket_ping_interval=5.0, websocket_ping_timeout=10.0,
             log_function=lambda handler: None)
         application.web_server = self
         return application
 
 
-class _LimitedServer(tornado.httpserver.HTTPServer):
+class LimitedServer(tornado.httpserver.HTTPServer):
     """Beyond the limit closes the oldest connection on which nobody has shown that he may come in, or else the new one.
 
     So strangers can take the connections from each other only.
     """
 
     def initialize(self, *arguments, limit, **options):
+        """Called by tornado. limit: open connections."""
         super().initialize(*arguments, **options)
         self._limit = limit
         self._known = set()
         self._strangers = {}  # an ordered set
 
     def handle_stream(self, stream, address):
+        """Called by tornado for a new connection."""
         self._known = {other for other in self._known if not other.closed()}
         self._strangers = {other: None for other in self._strangers if not other.closed()}
         if len(self._known) >= self._limit:

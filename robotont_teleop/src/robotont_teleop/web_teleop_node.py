@@ -20,8 +20,10 @@ from robotont_driver.ros.lifecycle import init_node, signals_wait
 from robotont_driver.ros.node_parameters import own_parameters, running_wheels
 from robotont_driver.ros.rospy_end import end_soon
 from robotont_teleop.access import Access, is_loopback_address, read_or_make_token
+from robotont_teleop.page_address import host_names, own_address
 from robotont_teleop.robot_view import RobotView
 from robotont_teleop.speeds import Speeds
+from robotont_teleop.viewer_topics import ViewerTopics
 from robotont_teleop.web_server import ServerSettings, WebServer
 
 PARAMETERS = (
@@ -39,6 +41,11 @@ PARAMETERS = (
     Parameter("dead_man", 0.25, "the robot stops after this long without a command of the page that drives it", "s",
               minimum=0.05, maximum=2.0,
               reason="for so long the robot drives on when the page dies"),
+    Parameter("robot_name", "", "name of the robot on the page; empty: its namespace, or this computer's name"),
+    Parameter("viewer_topics", "odom scan map joint_states /tf /tf_static /diagnostics", "topics that viewers without "
+              "ROS may see (Lichtblick, Foxglove), between blanks; empty: none"),
+    Parameter("viewer_origins", "", "addresses of web sites whose viewer may come without the token, such as "
+              "https://app.foxglove.dev, between blanks; those of this computer always may"),
     Parameter("camera", "camera/color/image_raw/compressed", "topic of the camera's JPEG pictures"),
 )
 STATE_RATE = 20.0  # [Hz] of the state that open pages get
@@ -81,23 +88,6 @@ def _refuse_password():
     raise ValueError("the key is encrypted; allowed: one without a password (openssl pkey -in KEY -out PLAIN_KEY)")
 
 
-def host_names(given):
-    """Names under which browsers may come: those given, separated by commas, and this computer's."""
-    own = socket.gethostname().lower()
-    names = {own, own.partition(".")[0] + ".local", *(name.strip().lower() for name in given.split(","))}
-    return tuple(sorted(names - {""}))
-
-
-def own_address():
-    """Address of this computer in the network, to show it; its name where there is no network."""
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
-        try:
-            probe.connect(("192.0.2.1", 9))  # sends nothing
-            return probe.getsockname()[0]
-        except OSError:
-            return socket.gethostname()
-
-
 def invitation(url, token, file, terminal):
     """Lines that tell the page's address, how to get in, and how to drive without a browser.
 
@@ -136,9 +126,11 @@ async def serve(robot, access, token, file, parameters):
     settings = ServerSettings(
         names=host_names(parameters["host_names"]), scheme=scheme, rate=STATE_RATE,
         oldest=parameters["oldest_command"], dead_man=parameters["dead_man"], max_pages=MAX_PAGES,
-        max_connections=MAX_CONNECTIONS, speeds=speeds)
+        max_connections=MAX_CONNECTIONS, speeds=speeds,
+        robot=parameters["robot_name"] or rospy.get_namespace().strip("/") or socket.gethostname(),
+        viewer_origins=tuple(parameters["viewer_origins"].split()))
     folder = Path(rospkg.RosPack().get_path("robotont_teleop")) / "web"
-    server = WebServer(robot, access, settings, folder)
+    server = WebServer(robot, access, settings, folder, ViewerTopics(parameters["viewer_topics"].split()))
     address, port = parameters["address"], parameters["port"]
     try:
         port = server.listen(address, port, tls)
@@ -149,7 +141,7 @@ async def serve(robot, access, token, file, parameters):
     url = f"{scheme}://{f'[{shown}]' if ':' in shown else shown}:{port}/"
     for line in invitation(url, token, file, sys.stdout.isatty()):
         print(line, flush=True)  # not to the log: the token is for this terminal
-    Health(robot_name(), {"web page": lambda: report(server)})
+    Health(robot_name(), {"web page": lambda: report(server, url, file)})
     gc.collect()
     gc.freeze()  # what exists now stays: the collector need not look through it while commands wait
     ended = asyncio.Event()
@@ -163,8 +155,8 @@ async def serve(robot, access, token, file, parameters):
             end.result()  # raises what ended it
 
 
-def report(server):
-    """(level, words, values) for the diagnostics."""
+def report(server, url, file):
+    """(level, words, values) for the diagnostics: how to get in, too. file: of the token, or None."""
     seat = server.seat
     values = {
         "open pages": len(server.pages),
@@ -177,7 +169,7 @@ def report(server):
     }
     if seat.hands_off:
         return WARN, "the page that drives fell silent or the robot was stopped: let go of the sticks once", values
-    return OK, f"open pages: {len(server.pages)}", values
+    return OK, f"{url}, open pages: {len(server.pages)}" + (f"; its token: sudo cat {file}" if file else ""), values
 
 
 def main():

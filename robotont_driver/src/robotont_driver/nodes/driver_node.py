@@ -24,6 +24,7 @@ from robotont_driver.ros.lifecycle import Part, init_node, serve
 from robotont_driver.ros.log_throttle import Refusals
 from robotont_driver.ros.packet_topics import topics_between_processes
 from robotont_driver.ros.reconnection import OutageWatch
+from robotont_driver.ros.rospy_internals import connection_header
 from robotont_driver.ros.worker import Worker
 
 PARAMETERS = (
@@ -86,12 +87,12 @@ class DriverNode:
         Health(robot_name(), {"command stream": self._report}, name)
 
     def _on_command(self, message):
-        self._command(message, message._connection_header)
+        self._command(message, connection_header(message))
 
     def _on_stamped(self, message):
         """A stamp only ever makes a command older than it is known to be without."""
         age = (rospy.Time.now() - message.header.stamp).to_sec()
-        self._command(message.twist, message._connection_header, age if age > -CLOCKS_APART else math.inf)
+        self._command(message.twist, connection_header(message), age if age > -CLOCKS_APART else math.inf)
 
     def _command(self, twist, header, age=0.0):
         linear, angular = twist.linear, twist.angular
@@ -114,7 +115,7 @@ class DriverNode:
             rospy.logwarn("cmd_vel refused, the robot stops: %s", refusal)
 
     def _on_emergency_stop(self, message):
-        header = message._connection_header
+        header = connection_header(message)
         with self._lock:
             if self._emergency_stop.hear(header["callerid"], message.data, header.get("latching") == "1"):
                 self._follow_emergency_stop(boot_time())
@@ -180,7 +181,7 @@ class DriverNode:
                 "commands": stream.commands,
                 "refused": stream.refused,
                 "time-outs": stream.timeouts,
-                "newest command limited": stream.limited,
+                "newest command limited": "yes" if stream.limited else "no",
                 "emergency stop": ", ".join(self._emergency_stop.pressed_by) or "not pressed",
                 "times that this node was stopped or starved": self._arrivals.stalls.stalls,
                 "age of newest command [s]": "none yet" if age is None else f"{age:.2f}",

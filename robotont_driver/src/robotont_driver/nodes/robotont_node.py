@@ -1,6 +1,7 @@
 """driver_node, serial_com_node and odom_node in one process: no packet between them is serialised or changes thread.
 
-Each keeps its name for parameters, diagnostics, topics and services, as if it ran alone.
+Each keeps its name for parameters, diagnostics, topics and services, as if it ran alone;
+rosnode knows the process only, by its own name.
 """
 
 import rospy

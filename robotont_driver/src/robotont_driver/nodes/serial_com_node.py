@@ -1,7 +1,10 @@
 """The ROS side of serial_com_node: serial_write to the port, the port to serial_read."""
 
+import contextlib
+import threading
 import time
 import traceback
+from collections import deque
 
 import rospy
 
@@ -12,6 +15,7 @@ from robotont_driver.link.serial_link import SerialLink
 from robotont_driver.parameters.parameters import Parameter
 from robotont_driver.protocol.dialects import AUTO, DISTANCE, NAMES, Recognised, expect_dialect
 from robotont_driver.protocol.dialects.dialect import DialectError
+from robotont_driver.protocol.dialects.recognition import explained
 from robotont_driver.protocol.packet import format_packet
 from robotont_driver.ros.diagnostics import ERROR, OK, WARN, Health, Rate
 from robotont_driver.ros.lifecycle import Part, init_node, serve
@@ -21,6 +25,7 @@ from robotont_driver.ros.packet_topics import topics_between_processes
 
 DOUBT = ("lines of the board were lost, or it has restarted: the odometry may be wrong by the counts between, and its "
          "covariance contains them")
+START_PATIENCE = 3.0  # [s] for which a board may be missing at the start before the log says so; diagnostics do at once
 LARGEST_REACH = 0x7FFF  # [edges] what the 16 bits of a packet's totals can represent
 
 PARAMETERS = (
@@ -56,7 +61,7 @@ class SerialComNode:
             rospy.logfatal("~packets is %s, but its board cannot have these wheels: %s", parameters["packets"], error)
             raise SystemExit(1) from None
         self._met = None          # the dialect that was greeted
-        self._held = None         # (command, its arrival [s]) that could not be sent before the board was recognised
+        self._held = deque(maxlen=1)  # (command, its arrival [s]) that waits until the board is recognised
         self._refusals = Refusals()  # of malformed messages on serial_write
         self._restarts = self._doubts = 0  # of the board, already reported
         self._failures = 0        # of this program, already reported
@@ -83,13 +88,16 @@ class SerialComNode:
         self._dialect.tick(time.monotonic())
         spoken = self._dialect.spoken
         if spoken.obstacle:
-            rospy.logerr_throttle(10.0, "does not drive: %s", spoken.obstacle)
+            rospy.logerr_throttle(10.0, "does not drive: %s (docs/robots.md)", spoken.obstacle)
         # a command must not reach the board before its greeting, which the link's thread is about to send
-        line = spoken.encode(command) if spoken is self._met else b""
+        met = self._met
+        line = spoken.encode(command) if spoken is met else b""
         if line or self._link.trouble:  # a closed port counts it as unsent
             self._link.send(line)
         else:
-            self._held = command, self._link.earliest_arrival()
+            self._held.append((command, self._link.earliest_arrival()))
+            if self._met is not met:
+                self._send_held(self._met)  # greeted meanwhile, by the link's thread
 
     def _stop_packet(self):
         self._dialect.tick(time.monotonic())
@@ -129,14 +137,19 @@ class SerialComNode:
         if isinstance(spoken, Recognised):
             self._met = spoken
             return  # still listening
-        rospy.loginfo("the board speaks %s", spoken.name)
+        rospy.loginfo("%s: the board speaks %s", self._parameters["port"], explained(spoken.name))
         if spoken.complaint:
             rospy.logwarn("%s", spoken.complaint)
         self._link.hurry(spoken.hello, spoken.pause)
         self._met = spoken
-        held, self._held = self._held, None
-        if held:
-            self._link.send(spoken.encode(held[0]), held[1])
+        self._send_held(spoken)
+
+    def _send_held(self, spoken):
+        if spoken is None or isinstance(spoken, Recognised):
+            return  # not yet
+        with contextlib.suppress(IndexError):  # none, or the other thread has sent it
+            command, arrived = self._held.popleft()
+            self._link.send(spoken.encode(command), arrived)
 
     def _on_failure(self, error):
         """An exception in the link's thread: a fault of this program."""
@@ -147,15 +160,26 @@ class SerialComNode:
     def _on_change(self, trouble):
         if trouble:
             self._met = None
-            rospy.logwarn("%s", trouble)
+            if self._link.opened:
+                rospy.logwarn("%s", trouble)
+            else:  # the simulator's board comes a moment later
+                timer = threading.Timer(START_PATIENCE, self._complain)
+                timer.daemon = True
+                timer.start()
             return
+        port = self._parameters["port"]
         if self._link.opened > 1:
-            rospy.logwarn("port open again; what the wheels have turned meanwhile is missing in the odometry")
+            rospy.logwarn("%s: open again; what the wheels have turned meanwhile is missing in the odometry", port)
         else:
-            rospy.loginfo("port open")
-        self._dialect.usb_id = usb_id(self._parameters["port"])
+            rospy.loginfo("%s: open", port)
+        self._dialect.usb_id = usb_id(port)
         self._dialect.connect(time.monotonic())
         self._meet(self._dialect.spoken)
+
+    def _complain(self):
+        trouble = self._link.trouble
+        if trouble:
+            rospy.logwarn("%s", trouble)
 
     def _report(self):
         dialect, link = self._dialect.spoken, self._link
@@ -195,7 +219,7 @@ class SerialComNode:
             return WARN, silence(dialect, new_errors), values
         if new_errors:
             return WARN, f"{new_errors} lines dropped in the last second: check cable and baudrate", values
-        return OK, f"{rate:.0f} packets/s", values
+        return OK, f"{rate:.0f} packets/s, {dialect.name}", values
 
     def _report_board(self):
         errors, warnings, values = self._dialect.spoken.report_board()

@@ -53,6 +53,13 @@ class Covariance(NamedTuple):
         """Each variance and covariance times a factor."""
         return Covariance(*[value * factor for value in self])
 
+    def carried(self, x, y):
+        """Of a pose that has moved on by x, y [m], F P F': an error of its heading has become one of its place."""
+        xx, xy, xa, yy, ya, aa = self
+        return Covariance(
+            xx - 2 * y * xa + y * y * aa, xy + x * xa - y * (ya + x * aa), xa - y * aa,
+            yy + 2 * x * ya + x * x * aa, ya + x * aa, aa)
+
     def propagated(self, jacobian):
         """J P J' of a 3 x 3 Jacobian J, given by rows."""
         xx, xy, xa, yy, ya, aa = self

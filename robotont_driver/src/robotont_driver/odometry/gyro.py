@@ -55,9 +55,12 @@ class Gyro:
         else:
             self._still, self._path = self._still + 1, path
 
+    def age(self, periods):
+        """The bias has walked for so many periods, with samples or without."""
+        self.bias_variance = min(self.bias_variance + self._walk * max(periods, 0.0), FIRST_BIAS ** 2)
+
     def turn(self, measured):
         """[rad] that the robot turned in a period in which the gyro `measured` so much; learns while it stands."""
-        self.bias_variance += self._walk
         turn = measured / self.scale - self.bias * self.period
         self.learnt_part = 1.0
         if self.stands:

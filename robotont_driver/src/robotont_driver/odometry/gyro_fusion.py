@@ -6,6 +6,7 @@ from typing import NamedTuple, Tuple
 
 from robotont_driver.odometry.covariance import Covariance
 from robotont_driver.odometry.gyro import SECOND, Rows
+from robotont_driver.odometry.turn_agreement import TurnAgreement
 from robotont_driver.odometry.turn_integral import TurnIntegral
 from robotont_driver.odometry.turn_watch import TurnWatch
 from robotont_driver.odometry.wheel_noise import PATH_VARIANCE
@@ -13,6 +14,7 @@ from robotont_driver.odometry.wheel_noise import PATH_VARIANCE
 LEAP = 5.0              # [periods] more than this between the stamps of two packets is a leap; ...
 CROWDED = 0.5           # ... behind it, packets that waited are less than this apart
 UNIT = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
+NO_LASTING = ((0.0, 0.0),) * 3, (0.0, 0.0)
 UNCHANGED = (1.0, 1.0)  # factors on the errors of bias and scale of a period without learning
 
 
@@ -37,6 +39,7 @@ class GyroFusion:
     def __init__(self, gyro, false_alarms):
         self.gyro = gyro
         self.integral = TurnIntegral()
+        self.agreement = TurnAgreement(gyro.period)
         self.watch = TurnWatch(gyro, false_alarms) if false_alarms else None
         self.learnt = UNCHANGED
         self._stamp = None    # [ns] of the newest packet
@@ -72,17 +75,18 @@ class GyroFusion:
         self._watch_stamps(stamp)
         measured, late = self.integral.turned(stamp, gyro.scale * (step[2] + gyro.bias * gyro.period))
         fused = self._fuse_measured(counts, step, covariance, measured)
-        if not late or not gyro.ready:
+        if not late or not gyro.ready or self.agreement.refused:
             return fused
         self.made_good += abs(late / gyro.scale)
         if fused is None:
-            fused = Fused(step, covariance, UNIT, (((0.0, 0.0),) * 3, (0.0, 0.0)))
+            fused = Fused(step, covariance, UNIT, NO_LASTING)
         dx, dy, dyaw = fused.step
         return fused._replace(step=(dx, dy, dyaw + late / gyro.scale))
 
     def _watch_stamps(self, stamp):
         """After a leap of the stamps the packets that waited come at once; until they pass, the wheels count alone."""
         periods = 1.0 if self._stamp is None else (stamp - self._stamp) / SECOND / self.gyro.period
+        self.gyro.age(periods)
         self._stamp = stamp
         self._leapt = not 0.0 < periods < LEAP or (self._leapt and periods < CROWDED)
         if self._leapt:
@@ -100,14 +104,21 @@ class GyroFusion:
         self.learnt = (gyro.learnt_part, 1.0)
         if not gyro.ready:
             return None
+        difference = turn - step[2]
+        if self.agreement.refused:
+            self.agreement.update(turn, step[2], 0.0)
+            if self.watch:
+                self.watch.rest()
+            return None
         self.used += 1
         self.turned += turn
-        difference = turn - step[2]
         if self.watch and self.watch.update(counts, turn, difference, covariance.aa):
             covariance = self._doubt(covariance, difference)
         elif gyro.stands:
             return None  # an encoder that flickers between two edges is no reason to add up the gyro's noise
-        return self._weigh(step, covariance, turn, difference)
+        fused = self._weigh(step, covariance, turn, difference)
+        wrong = self.agreement.update(turn, step[2], fused.step[2] - step[2])
+        return Fused((*step[:2], step[2] - wrong), covariance, UNIT, NO_LASTING) if wrong else fused
 
     def _doubt(self, covariance, difference):
         """The covariance of the wheels' step when each of the suspects may have made the `difference` [rad]."""

@@ -5,6 +5,7 @@ twist (v_x t [m], v_y t [m], omega t [rad]) in base_link.
 """
 
 import math
+from operator import mul
 
 from robotont_driver.kinematics import se2
 from robotont_driver.kinematics.kinematics import Kinematics
@@ -33,6 +34,12 @@ class Pose:
         self.x = self.y = self.yaw = 0.0
         self.covariance = self._start_covariance
 
+    def resume(self, pose, covariance):
+        """Go on from a pose (3 floats) with its Covariance."""
+        self.reset()
+        self.x, self.y, self.yaw = pose
+        self.covariance = covariance
+
     def move(self, step, step_covariance=NONE, lasting=None):
         """Move by a step (3 floats) with its Covariance.
 
@@ -47,23 +54,19 @@ class Pose:
         cos, sin = math.cos(self.yaw + half), math.sin(self.yaw + half)
         straight_x, straight_y = cos * dx - sin * dy, sin * dx + cos * dy
         moved_x, moved_y = chord * straight_x, chord * straight_y  # as se2.arc has it
-        by_pose = (
-            (1.0, 0.0, -moved_y),
-            (0.0, 1.0, moved_x),
-            (0.0, 0.0, 1.0),
-        )
         by_step = (
             (chord * cos, -chord * sin, slope * straight_x - moved_y / 2),
             (chord * sin, chord * cos, slope * straight_y + moved_x / 2),
             (0.0, 0.0, 1.0),
         )
         self.x, self.y, self.yaw = self.x + moved_x, self.y + moved_y, se2.wrap(self.yaw + dyaw)
-        self.covariance = self.covariance.propagated(by_pose).plus(step_covariance.propagated(by_step))
+        self.covariance = self.covariance.carried(moved_x, moved_y).plus(step_covariance.propagated(by_step))
         if lasting is not None or self._lasting is not None:
-            self._carry(by_pose, by_step, lasting)
+            self._carry((moved_x, moved_y), by_step, lasting)
 
-    def _carry(self, by_pose, by_step, lasting):
+    def _carry(self, moved, by_step, lasting):
         """Propagate the covariance with the lasting errors, C <- F C + G L B, and add its part to P."""
+        by_pose = (1.0, 0.0, -moved[1]), (0.0, 1.0, moved[0]), (0.0, 0.0, 1.0)
         before = _product(by_pose, self._lasting or NOTHING)
         self._lasting = before
         if lasting is not None:
@@ -108,6 +111,7 @@ class WheelOdometry:
         """From now on no packet moves the robot by the counts of these `wheels` (indices)."""
         self.kinematics = Kinematics(self.kinematics.wheels, self.kinematics.solver, wheels)
         by_edge = self.kinematics.inverse * self.kinematics.wheels.metres_per_edge  # 3 x n: step by one edge of each
+        self._rows = by_edge.tolist()
         by_wheel = [Covariance.of_vector(column.tolist()) for column in by_edge.T]  # of a step, for 1 edge^2 of each
         self._variance_covariance = WeightedSum(by_wheel)                          # by n variances [edges^2]
         self._edge_covariance = self._variance_covariance([1.0] * len(by_wheel))   # for 1 edge^2 in every wheel
@@ -164,10 +168,9 @@ class WheelOdometry:
     def _step(self, edges):
         """Step (3 floats) by n encoder `edges`, and its Covariance by noise that grows with each wheel's path.
 
-        Edges of one PID period are units, so (8)-(11) give their twist, and that times the period the step.
+        (8)-(11), with paths for speeds.
         """
-        frequency = self.kinematics.wheels.pid_frequency
-        step = [speed / frequency for speed in self.kinematics.twist_of_units(edges)]
+        step = [sum(map(mul, row, edges)) for row in self._rows]
         return step, self._path_covariance([abs(path) for path in edges])
 
     def _move(self, edges, step, covariance, lasting=None):

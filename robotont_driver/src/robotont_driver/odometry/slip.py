@@ -14,7 +14,7 @@ import numpy as np
 
 from robotont_driver.kinematics.least_squares import LARGEST_CONDITION
 from robotont_driver.odometry.chi_square import chi_square_limit
-from robotont_driver.odometry.wheel_noise import PATH_VARIANCE, variance_per_edge
+from robotont_driver.odometry.wheel_noise import PATH_VARIANCE, LearntNoise, variance_per_edge
 
 WINDOW = 10             # [packets with motion] that the test looks back on: 0.2 s at 50 Hz
 TOLERANCE = 0.01        # wheel parameters are taken to be right within this part of a wheel's path
@@ -25,14 +25,16 @@ ALL_SUBSETS = 6         # wheels up to which every set of them is tried as the s
 LARGEST_SET = 2         # ... of more wheels every set up to this size, and the likeliest with one wheel more, and more
 CLEAR = 0.05            # an excluded wheel is included again when clean counts would look worse this often ...
 PROVEN = 0.3            # ... and a slip of this part of its path would have been detected
+FIRST = 2.0             # times `wheel_noise`: the noise until it has been learnt
+OVERLAP = 2.0           # windows that overlap complain together, at least this many times more seldom than others
 
 
 class SlipDetector:
     """Finds which of n >= 4 wheels do not roll consistently with the others.
 
-    matrix: n x 3 wheel matrix. metres_per_edge: n [m]. wheel_noise: standard deviation [m] of a wheel's
-    path after 1 m. false_alarms: how often per hour of driving clean counts may raise an alarm, at
-    `frequency` [Hz] packets per second; an upper bound, as the tests of neighbouring packets overlap.
+    matrix: n x 3 wheel matrix. metres_per_edge: n [m]. wheel_noise: about the standard deviation [m] of a wheel's
+    path after 1 m, which is learnt while all roll. false_alarms: how often per hour of driving clean counts may raise
+    an alarm, at `frequency` [Hz] packets per second.
     """
 
     def __init__(self, matrix, metres_per_edge, wheel_noise, false_alarms, frequency):
@@ -40,7 +42,7 @@ class SlipDetector:
         self._edge = np.array(metres_per_edge)
         self._noise = variance_per_edge(wheel_noise, self._edge)
         amount = len(self._matrix)
-        rate = min(0.5, false_alarms / (3600.0 * frequency))
+        rate = min(0.5, false_alarms * OVERLAP / (3600.0 * frequency))
         # of the statistic, by number of wheels in use; three are not redundant
         self._limits = {wheels: chi_square_limit(rate, wheels - 3) for wheels in range(4, amount + 1)}
         self._clear = {wheels: chi_square_limit(CLEAR, wheels - 3) for wheels in range(4, amount + 1)}
@@ -53,6 +55,9 @@ class SlipDetector:
         self._counts = deque(maxlen=WINDOW)
         self._commands = deque(maxlen=WINDOW)
         self._path = np.zeros(len(matrix))   # [edges] over the window
+        self._way = np.zeros(len(matrix))    # [edges] over the window, to and fro
+        self._others = (others_matrix(self._matrix) * self._edge / self._edge[:, None]).T
+        self.noise = LearntNoise(WINDOW, FIRST)
         self._good = deque(maxlen=WINDOW)    # such paths while there was no complaint
         self._doubts = 0                     # packets for which two wheels have been almost equally suspect
         self.slipping = ()                   # indices of the excluded wheels, ascending
@@ -66,22 +71,39 @@ class SlipDetector:
         counts = np.array(counts, dtype=float)
         if not counts.any():
             return False
-        full = len(self._counts) == WINDOW
-        self._path = self._path + (counts - self._counts[0] if full else counts)
+        oldest = self._counts[0] if len(self._counts) == WINDOW else np.zeros(len(counts))
+        self._path = self._path + counts - oldest
+        self._way = self._way + np.abs(counts) - np.abs(oldest)
         self._counts.append(counts)
         self._commands.append(commanded)
-        variances = PATH_VARIANCE + self._noise * np.abs(self._path) + (TOLERANCE * self._path) ** 2
+        variances = self._noise_variances() + (TOLERANCE * self._path) ** 2
         self._paths, self._weights = self._path * self._edge, 1.0 / (variances * self._edge ** 2)
         before = self.slipping
         if before and len(self._counts) == WINDOW:
             self._release()
-        if not self._complains(self.slipping, self._statistics(self._used)[0]):
+        if not self._complains(self.slipping, self._statistics(self._used * self._weights)[0]):
             self._doubts = 0
             if not self.slipping:
                 self._good.append(self._path)
+                self._learn()
         else:
             self._accuse()
         return self.slipping != before
+
+    def _noise_variances(self):
+        """[edges^2], n: of the window's paths.
+
+        The noise grows with the way that a wheel has rolled. Where it has counted little by that same noise, its way
+        is that which follows from the others.
+        """
+        way = np.maximum(self._way, np.abs(self._path @ self._others))
+        return PATH_VARIANCE + self.noise.excess * self._noise * way
+
+    def _learn(self):
+        """The noise is learnt without tolerance, which would hide it."""
+        if self.noise.wants(self._path.tolist()):
+            weights = self._used / (self._noise_variances() * self._edge ** 2)
+            self.noise.learn(self._statistics(weights)[0] / (len(self._path) - 3))
 
     def _complains(self, excluded, statistic):
         """Whether the wheels but the `excluded` ones do not roll consistently."""
@@ -129,14 +151,14 @@ class SlipDetector:
             rows = range(len(wheels))
             used = np.repeat(self._used, len(wheels), axis=0)
             used[rows, wheels] = 1.0
-            clean = self._statistics(used) <= self._clear[in_use]
+            clean = self._statistics(used * self._weights) <= self._clear[in_use]
             if not clean.any():
                 return
             # path of this wheel that follows from the others; whether a slip of a part of it would have been detected
             steps, _ = self._fit(self._used, self._paths)
             slips = np.zeros_like(used)
             slips[rows, wheels] = PROVEN * (self._matrix[wheels] @ steps[0])
-            proven = clean & (self._statistics(used, slips) > self._limits[in_use])
+            proven = clean & (self._statistics(used * self._weights, slips) > self._limits[in_use])
             if not proven.any():
                 return
             first = int(np.argmax(proven))
@@ -168,11 +190,11 @@ class SlipDetector:
 
         Chi-square distributed while the wheels in use roll.
         """
-        return self._statistics(self._used)[0], len(self._path) - len(self.slipping) - 3
+        return self._statistics(self._used * self._weights)[0], len(self._path) - len(self.slipping) - 3
 
-    def _statistics(self, used, paths=None):
-        """For each set of wheels `used` (s x n), of paths [m] (n or s x n; those of the window when None): s."""
-        return self._fit(used * self._weights, self._paths if paths is None else paths)[1]
+    def _statistics(self, weights, paths=None):
+        """For each set of `weights` (s x n), of paths [m] (n or s x n; those of the window when None): s."""
+        return self._fit(weights, self._paths if paths is None else paths)[1]
 
     def _fit(self, weights, paths):
         """Steps (s x 3) that fit paths [m] best by `weights` (s x n), and the weighted sums of squares (s) that remain.
@@ -197,3 +219,11 @@ class SlipDetector:
         values = np.linalg.eigvalsh(products)
         spare = values[:, 2] <= LARGEST_CONDITION ** 2 * values[:, 0]
         return [wheels for wheels, spared in zip(sets, spare) if spared], used[spare]
+
+
+def others_matrix(matrix):
+    """Path of each wheel as it follows from those of the others, n x n; 0 where none of them tells."""
+    fit = matrix @ np.linalg.pinv(matrix)
+    spare = 1.0 - np.diag(fit)
+    share = np.where(spare > 1e-6, 1.0 / np.maximum(spare, 1e-6), 0.0)
+    return (fit - np.diag(np.diag(fit))) * share[:, None]

@@ -5,9 +5,9 @@ from collections import deque
 
 from robotont_driver.odometry.chi_square import chi_square_limit
 from robotont_driver.odometry.slip import TOLERANCE, WINDOW
-from robotont_driver.odometry.wheel_noise import PATH_VARIANCE
+from robotont_driver.odometry.wheel_noise import PATH_VARIANCE, LearntNoise
 
-TIMING = 0.005          # [s] by which the times of gyro and wheels may differ
+TIMING = 0.016          # [s] by which the times of gyro and wheels differ (standard deviation)
 SLIPPING = 1.5          # a wheel slips by at most this part of its path
 BRAKING = 0.8           # a wheel brakes when the newer half of its path is shorter than this part of the older
 
@@ -21,6 +21,7 @@ class TurnWatch:
     def __init__(self, gyro, false_alarms):
         self._gyro = gyro
         self._limit = chi_square_limit(min(0.5, false_alarms * gyro.period / 3600.0), 1)
+        self.noise = LearntNoise(WINDOW)
         self._hold = 0      # packets until the alarm ends
         self.suspects = ()  # wheels of which one slips; all of them: the robot is pushed, lifted or carried
         self.alarms = 0
@@ -39,6 +40,11 @@ class TurnWatch:
         if not self._hold:
             self.suspects = ()
 
+    def rest(self):
+        """No gyro to compare with."""
+        self._hold = 0
+        self.forget()
+
     def update(self, counts, turn, difference, variance):
         """Take one packet; whether there is an alarm.
 
@@ -56,7 +62,8 @@ class TurnWatch:
         self._variance += variance
         self._turn += turn
         self._path = [path + count for path, count in zip(self._path, counts)]
-        if self._difference ** 2 > self._limit * self._expected_variance():
+        rolls = self._variance_of_rolling()
+        if self._difference ** 2 > self._limit * (rolls + self._tolerance()):
             self.alarms += not self.suspects
             self.suspects = self._suspected()
             self._hold = WINDOW
@@ -64,17 +71,23 @@ class TurnWatch:
             self._hold -= 1
             if not self._hold:
                 self.suspects = ()
+        elif self.noise.wants(self._path):
+            self.noise.learn(self._difference ** 2 / rolls)
         return bool(self.suspects)
 
-    def _expected_variance(self):
+    def _variance_of_rolling(self):
         """[rad^2] of the difference over the window, of wheels that roll."""
         gyro, lasted = self._gyro, len(self._window) * self._gyro.period
-        faster = (self._window[-1][1] - self._window[0][1]) / gyro.period  # [rad/s]
-        return (
-            self._edges + self._variance + len(self._window) * gyro.noise
-            + sum((TOLERANCE * turn * path) ** 2 for turn, path in zip(self._per_edge, self._path))
-            + gyro.bias_variance * lasted ** 2 + gyro.scale_variance * self._turn ** 2
-            + (TIMING * faster) ** 2)
+        return (self._edges + self.noise.excess * self._variance + len(self._window) * gyro.noise
+                + gyro.bias_variance * lasted ** 2 + gyro.scale_variance * self._turn ** 2)
+
+    def _tolerance(self):
+        """[rad^2] for wrong parameters of the wheels, and stamps of the gyro that are off."""
+        ends = [turn - part for _, turn, difference, _ in (self._window[0], self._window[-1])
+                for part in (0.0, difference)]  # of gyro and wheels, in a period
+        faster = (max(ends) - min(ends)) / self._gyro.period  # [rad/s]
+        return (TIMING * faster) ** 2 + sum(
+            (TOLERANCE * turn * path) ** 2 for turn, path in zip(self._per_edge, self._path))
 
     def _suspected(self):
         """The wheels that can have slipped alone: that turn too fast, or, when they brake, too slowly."""

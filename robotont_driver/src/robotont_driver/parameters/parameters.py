@@ -2,6 +2,7 @@
 
 import difflib
 import math
+import shutil
 import textwrap
 from typing import Any, NamedTuple, Optional, Tuple
 
@@ -128,11 +129,13 @@ def read_parameters(table, given):
 
 def help_text(table):
     """The parameters for `-h`: name and default, meaning, allowed values."""
-    lines = ["parameters, on the parameter server, from a launch file, or as _NAME:=VALUE on the command line:"]
+    columns = min(shutil.get_terminal_size().columns, 110) - 2
+    lines = textwrap.wrap("parameters, on the parameter server, from a launch file, or as _NAME:=VALUE on the command "
+                          "line:", columns)
     for parameter in table:
         unit = f" [{parameter.unit}]" if parameter.unit else ""
         lines += [f"  ~{parameter.name} (default: {parameter.default!r}{unit})",
-                  *textwrap.wrap(f"{parameter.meaning}; allowed: {parameter.allowed}", 110, initial_indent="      ",
+                  *textwrap.wrap(f"{parameter.meaning}; allowed: {parameter.allowed}", columns, initial_indent="      ",
                                  subsequent_indent="      ")]
     return "\n".join(lines) if table else ""
 

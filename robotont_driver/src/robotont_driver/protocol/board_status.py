@@ -53,7 +53,7 @@ class BoardStatus(NamedTuple):
         if self.flags & BATTERY_LOW:
             warnings.append("the battery is low: charge it")
         if self.flags & WAITS_FOR_ZERO and not self.fault:
-            warnings.append("the board waits for a command of zeros: it restarted by itself, or a fault has just ended")
+            warnings.append("the board waits for a command of zeros: it has restarted, or a fault has just ended")
         elif self.flags & TIMED_OUT:
             warnings.append("no valid commands reach the board: its motors are off")
         return warnings
@@ -128,7 +128,7 @@ class BoardHealth:
         self._text_fault = ""   # of a board without status
         self._foreign = 0       # number of wheels in the board's packets, when it is another one than ours
         self._suspect = 0       # the same, of the newest such packet
-        self._fleeting = ""     # a fault that no report has shown yet
+        self._fleeting = deque(maxlen=1)  # a fault that no report has shown yet
         self._shown = ""
 
     @property
@@ -186,18 +186,19 @@ class BoardHealth:
     def _note_fault(self):
         fault = self.fault
         if fault and fault != self._shown:
-            self._fleeting = fault
+            self._fleeting.append(fault)
 
     def report(self):
         """(errors, warnings, values) for the diagnostics, since the last call: call it once per report.
 
         errors, warnings: lists of messages. A fault that came and went since the last report is in this one.
         """
+        fleeting = self._fleeting.pop() if self._fleeting else ""  # the link's thread may set the next one meanwhile
         fault = self.fault
         errors = [message for message in (self.obstacle, fault) if message]
-        if self._fleeting and not fault:
-            errors.append("over again: " + self._fleeting)
-        self._fleeting, self._shown = "", fault
+        if fleeting and not fault:
+            errors.append("over again: " + fleeting)
+        self._shown = fault
         warnings = list(self.status.complaints) if self.status else []
         missed, refused = self._missed - self._reported[0], self._refused - self._reported[1]
         self._reported = (self._missed, self._refused)

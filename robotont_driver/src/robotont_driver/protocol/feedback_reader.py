@@ -1,22 +1,13 @@
-"""Feedback of a board: read, checked, and repaired where the line lost some."""
+"""Feedback of a board: lines read and checked, plain or with checksums."""
 
 import re
 from collections import Counter
-from typing import NamedTuple, Tuple
 
 from robotont_driver.protocol.board_status import BoardHealth
+from robotont_driver.protocol.checksum import add_checksum, has_checksum
 from robotont_driver.protocol.line_splitter import LineSplitter
-from robotont_driver.protocol.packet import (
-    CheckedPacket,
-    ForeignPacketError,
-    Packet,
-    PacketError,
-    add_checksum,
-    crc16,
-    format_packet,
-    parse_packet,
-)
-from robotont_driver.protocol.restarts import ANY, Arrival, doubt_about
+from robotont_driver.protocol.lost_packets import LostPackets
+from robotont_driver.protocol.packet import CheckedPacket, ForeignPacketError, PacketError, format_packet, parse_packet
 
 _SEALED = re.compile(r"#.*;[0-9A-F]{4}\Z")
 QUESTION = add_checksum("?;")  # asks for the identity, which boards with firmware from 2.0 on send
@@ -30,8 +21,7 @@ class FeedbackReader:
     reach: edges that a motor can make in one period; more means an error. rate: [Hz] packets per second that the
     board should send, compared with its identity. Plain packets with decimals are echoes of commands, for encoders
     count whole edges. `health`: the board's own reports. Counted in `dropped` by kind (`newest_error`: description of
-    the newest), `packets`, `repaired` (periods), `restarts` (of the board), `doubts` (gaps in which it may have
-    restarted).
+    the newest), `packets`, and those of `lost`: `LostPackets`.
     """
 
     def __init__(self, wheels, reach, rate, mode="auto"):
@@ -40,10 +30,8 @@ class FeedbackReader:
         self._rate = rate
         self.mode = mode
         self.packets = 0
-        self.repaired = 0
-        self.restarts = 0
-        self.doubts = 0
         self.dropped = Counter()
+        self.lost = LostPackets(reach, self.dropped)
         self.newest_error = ""
         self.health = BoardHealth(wheels, rate)
         self.connect()
@@ -54,10 +42,8 @@ class FeedbackReader:
         self.health.connect()
         self._splitter = LineSplitter()
         self._first = True
-        self._last = None      # newest trusted checked packet
-        self._suspect = None   # a checked packet that does not continue `_last`: an error, or a restart
-        self._suspicion = ()   # doubt [edges] that a restart at `_suspect` leaves
-        self._now = 0.0        # [periods]
+        self.lost.connect()
+        self._now = 0.0  # [periods]
 
     def feed(self, data, now):
         """List of `Packet`, one per PID period, that `data` completes at `now` [s]; missed periods included."""
@@ -100,21 +86,6 @@ class FeedbackReader:
                 return self._read_checked(packet)
         return self._read_plain(text)
 
-    @property
-    def fault(self):
-        """Description of what has stopped the motors, as the board reports it; empty when nothing has."""
-        return self.health.fault
-
-    @property
-    def obstacle(self):
-        """Why the board must not be driven; empty when it may."""
-        return self.health.obstacle
-
-    @property
-    def banner(self):
-        """The board's newest start-up banner."""
-        return self.health.banner
-
     def encode(self, packet):
         r"""The bytes to send for a plain command packet that ends with `;\n`, in the form that the board reads.
 
@@ -129,14 +100,13 @@ class FeedbackReader:
     def _read_text(self, text):
         """Take a line of text; after a start-up banner the totals start again."""
         if _SEALED.match(text):
-            if crc16(text[:-4].encode("ascii")) != int(text[-4:], 16):
+            if not has_checksum(text):
                 raise PacketError("checksum", f"wrong checksum in {text[:60]!r}")
             text = text[:-5]
         elif self.health.status is not None:  # this board adds a checksum to its text
             raise PacketError("checksum", f"no checksum in {text[:60]!r}")
         if self.health.hear_text(text[1:].strip()):
-            self.restarts += self._last is not None
-            self._last = self._suspect = None
+            self.lost.restart()
 
     def _read_plain(self, text):
         if self._first:
@@ -151,78 +121,8 @@ class FeedbackReader:
         self.health.hear_packet(packet.status)
         self._check_reach(packet.counts)
         self.checked = True
-        if self._last is None:
-            packet.arrival = Arrival(self._now)
-            self._last = packet
-            return [packet.counts]
-        if packet.repeats(self._last):
-            raise PacketError("repeated", "the same packet twice")
-        gap = self._gap(self._last, packet)
-        if gap is not None and not gap.restarted:
-            if self._suspect is not None:
-                self.dropped["inconsistent"] += 1
-            return self._continue(self._last, packet, gap)
-        suspect, suspicion = self._suspect, self._suspicion
-        if suspect is not None:
-            step = self._gap(suspect, packet)
-            if step is not None and not step.restarted:
-                # Two packets agree with each other and not with those before: the board has restarted.
-                self.restarts += 1
-                self.doubts += bool(suspicion)
-                return [suspect.counts.doubted(suspicion), *self._continue(suspect, packet, step)]
-            self.dropped["inconsistent"] += 1
-        packet.arrival = self._last.arrival.next(self._now, 1)
-        self._suspect, self._suspicion = packet, gap.doubt if gap else ()
-        return []
+        return self.lost.recover(packet, self._now)
 
     def _check_reach(self, counts):
         if max(map(abs, counts)) > self.reach:
             raise PacketError("reach", f"more than {self.reach} edges in one period")
-
-    def _gap(self, last, packet):
-        """`_Gap` between the two packets; None where time or motors cannot have made it.
-
-        Beyond 2^15 edges the totals modulo 2^16 no longer determine how many are missing.
-        """
-        periods, counts = packet.missed_since(last)
-        bound = self.reach * periods
-        most = last.arrival.most(self._now)
-        if periods + 1 > most or bound >= 0x8000 or max(map(abs, counts)) > bound:
-            return None
-        # the counter begins at 0 with the board: whether all its packets may have been made since `last`
-        if periods and packet.counter + 1 <= most < ANY:
-            doubt = doubt_about(counts, periods, self._now - last.arrival.at, last.counts, packet.counts)
-            if doubt:
-                return _Gap(periods, counts, doubt.edges, doubt.late and doubt.unexplained > 0)
-        return _Gap(periods, counts, (), False)
-
-    def _continue(self, last, packet, gap):
-        periods, counts, doubt, _ = gap
-        packet.arrival = last.arrival.next(self._now, periods + 1)
-        self._last = packet
-        self._suspect = None
-        if not periods:
-            return [packet.counts]
-        self.repaired += periods
-        self.doubts += bool(doubt)
-        return [*spread(counts, periods), packet.counts.doubted(doubt)]
-
-
-class _Gap(NamedTuple):
-    """Between two packets."""
-
-    periods: int             # whose packets are missing
-    counts: Tuple[int, ...]  # per wheel, in these
-    doubt: Tuple[float, ...]  # [edges] as in a `Packet`
-    restarted: bool          # whether a restart is likelier than these counts
-
-
-def spread(counts, periods):
-    """`counts` (ints, one per wheel) as evenly as whole numbers allow over `periods`: a list of `Packet`.
-
-    The sums over the list are the counts.
-    """
-    return [
-        Packet(count * (period + 1) // periods - count * period // periods for count in counts)
-        for period in range(periods)
-    ]

@@ -4,11 +4,11 @@ See docs/protocol.md. A command is plain (`m0:m1:m2;`) or checked (with a CRC be
 of the board, whose checked trailer also contains a counter and the encoder totals.
 """
 
-import binascii
 import math
 import re
 
 from robotont_driver.protocol.board_status import BoardStatus
+from robotont_driver.protocol.checksum import has_checksum
 
 LONGEST_LINE = 256  # [bytes] without the newline; a longer line is dropped
 
@@ -17,7 +17,7 @@ _NUMBER = r"-?[0-9]{1,7}(?:\.[0-9]{1,9})?"
 _PLAIN = re.compile(rf"({_NUMBER}(?::{_NUMBER})*);")
 
 # counts, counter, totals, status (from firmware 2.0 on; with at least 3 wheels it is longer than a total), CRC
-_CHECKED = re.compile(r"([^;]*);([0-9A-F]{2})((?::[0-9A-F]{4})+)(?::([0-9A-F]{9,}))?:([0-9A-F]{4})\Z")
+_CHECKED = re.compile(r"([^;]*);([0-9A-F]{2})((?::[0-9A-F]{4})+)(?::([0-9A-F]{9,}))?:[0-9A-F]{4}\Z")
 
 
 class PacketError(ValueError):
@@ -41,21 +41,10 @@ def packet_form(wheels, decimals):
     return ":".join([f"%.{decimals}f"] * wheels) + ";\n"
 
 
-def crc16(data):
-    """CRC-16/CCITT-FALSE of bytes: polynomial 0x1021, initial value 0xFFFF, not reflected."""
-    return binascii.crc_hqx(data, 0xFFFF)
-
-
 def format_packet(values, decimals=0):
     r"""The plain packet `m0:m1:...;\\n` of the values [units], each with that many decimals."""
     # round() may leave a negative zero, which "+ 0.0" makes positive
     return ":".join([f"{round(value, decimals) + 0.0:.{decimals}f}" for value in values]) + ";\n"
-
-
-def add_checksum(packet):
-    r"""The checked form, as bytes, of a plain command packet that ends with `;\\n`."""
-    body = packet.rstrip("\n").encode("ascii")
-    return body + b"%04X\n" % crc16(body)
 
 
 class Packet(tuple):
@@ -124,8 +113,8 @@ class CheckedPacket:
         match = _CHECKED.match(line)
         if not match:
             raise PacketError("trailer", f"no valid trailer in {line[:60]!r}")
-        counts, counter, totals, status, checksum = match.groups()
-        if crc16(line[:-4].encode("ascii")) != int(checksum, 16):
+        counts, counter, totals, status = match.groups()
+        if not has_checksum(line):
             raise PacketError("checksum", f"wrong checksum in {line[:60]!r}")
         self.counter = int(counter, 16)
         self.totals = tuple([int(total, 16) for total in totals.split(":")[1:]])

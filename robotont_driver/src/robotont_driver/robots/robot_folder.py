@@ -7,13 +7,12 @@ from typing import Mapping, NamedTuple
 
 import rospkg
 
-from robotont_driver.kinematics.wheels import Wheels
+from robotont_driver.kinematics.wheel_params import Wheels
 from robotont_driver.parameters.parameters import fault
 from robotont_driver.parameters.yaml_file import read_mapping
 from robotont_driver.robots.wheel_file import read_wheel_file
 
 DEFAULT = "thesis"
-ARGUMENT = "robot:="
 WHEELS, PARAMETERS = "wheel_params.yaml", "driver.yaml"
 NODES = ("driver_node", "serial_com_node", "odom_node", "robotont_node")  # whose parameters a robot may have
 
@@ -70,12 +69,6 @@ def read_robot(robot=""):
     if faults:
         raise ValueError("\n".join(faults))
     return Robot(folder, wheels, given, text, parameters)
-
-
-def take_robot(words):
-    """(robot, other words) of a command line with a `robot:=NAME or FOLDER` in it, as launch files have; "" without."""
-    given = [word[len(ARGUMENT):] for word in words if word.startswith(ARGUMENT)]
-    return (given or [""])[-1], [word for word in words if not word.startswith(ARGUMENT)]
 
 
 def main():

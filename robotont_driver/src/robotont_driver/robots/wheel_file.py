@@ -3,7 +3,7 @@
 import difflib
 import re
 
-from robotont_driver.kinematics.wheels import KEYS, read_wheels
+from robotont_driver.kinematics.wheel_params import KEYS, read_wheels
 from robotont_driver.parameters.parameters import ParameterError, fault
 from robotont_driver.parameters.yaml_file import read_mapping
 

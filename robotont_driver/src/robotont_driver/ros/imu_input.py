@@ -61,6 +61,7 @@ class ImuInput:
     def report(self):
         """The gyro's task of the diagnostics."""
         fusion, gyro = self._fusion, self._fusion.gyro
+        ratio = fusion.agreement.per_turn
         with self._lock:
             rate = self._rate.look(self._samples, time.monotonic())
             values = {
@@ -70,6 +71,7 @@ class ImuInput:
                 "bias": f"{math.degrees(gyro.bias):+.4f} deg/s, uncertain by "
                         f"{math.degrees(math.sqrt(gyro.bias_variance)):.4f} deg/s",
                 "turned": f"{math.degrees(fusion.turned):.2f} deg",
+                "turn for one of the wheels": "none yet" if ratio is None else f"{ratio:.2f}",
                 "packets with its turn": fusion.used,
                 "packets without": fusion.missing,
                 "turned by samples that came too late": f"{math.degrees(fusion.made_good):.2f} deg",
@@ -80,6 +82,9 @@ class ImuInput:
         if self._up is None:
             return WARN, (f"TF has no transform from {self._frame!r} to {self._base_frame}: {self._trouble}; "
                           "publish it, e.g. with static_transform_publisher"), values
+        if fusion.agreement.refused:
+            return WARN, (f"measures {ratio:.2f} turns for one of the wheels and is not used: look for a wrong sign, "
+                          "axis or frame (TF), a wrong gyro_scale, wheels that slip, a wrong wheel file"), values
         if not gyro.ready:
             return OK, f"let the robot stand for {SETTLING + LEARNING:g} s: the bias is learnt then", values
         return OK, "takes part in the heading", values

@@ -4,7 +4,7 @@ import sys
 
 import rospy
 
-from robotont_driver.kinematics.wheels import KEYS, read_wheels
+from robotont_driver.kinematics.wheel_params import KEYS, read_wheels
 from robotont_driver.parameters.parameters import (
     Parameter,
     ParameterError,

@@ -8,6 +8,8 @@ import warnings
 
 import rospy
 
+from robotont_driver.ros.rospy_internals import add_subscriber_listener, connections, publish_to
+
 SEND_TIMEOUT = struct.pack("@ll", 0, 50000)  # a struct timeval: [s], [us]
 
 
@@ -24,8 +26,7 @@ class ImmediatePublisher(rospy.SubscribeListener):
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", SyntaxWarning)  # that there is no queue
             self._publisher = rospy.Publisher(topic, message_type, tcp_nodelay=True)
-        self._topic = self._publisher.impl
-        self._topic.add_subscriber_listener(self)  # last: subscribers connect before the constructor returns
+        add_subscriber_listener(self._publisher, self)  # last: subscribers connect before the constructor returns
         self.peer_subscribe()
 
     def publish(self, message):
@@ -38,7 +39,7 @@ class ImmediatePublisher(rospy.SubscribeListener):
 
     def peer_subscribe(self, *_):
         """Called by rospy after a subscriber has connected; whatever it raised would disconnect that one for good."""
-        for connection in self._topic.connections:
+        for connection in connections(self._publisher):
             with contextlib.suppress(AttributeError, OSError):  # who is in this process, or has left, has no socket
                 connection.socket.setsockopt(socket.SOL_SOCKET, socket.SO_SNDTIMEO, SEND_TIMEOUT)
 
@@ -57,32 +58,25 @@ class DroppingPublisher(ImmediatePublisher):
 
     def publish(self, message):
         """Publish a message to those who have room for it."""
-        connections = self._topic.connections
-        if not connections:
+        subscribers = connections(self._publisher)
+        if not subscribers:
             return
-        if connections is not self._polled:
-            self._watch(connections)
+        if subscribers is not self._polled:
+            self._watch(subscribers)
         ready = self._room.poll(0)
-        if len(ready) == len(connections):
-            self._send(message)
+        if len(ready) == len(subscribers):
+            publish_to(self._publisher, message)
             return
         with_room = {descriptor for descriptor, _ in ready}
-        for connection in connections:
+        for connection in subscribers:
             if connection.fileno() in with_room:
-                self._send(message, connection)
+                publish_to(self._publisher, message, connection)
 
-    def _send(self, message, connection=None):
-        self._topic.acquire()
-        try:
-            self._topic.publish(message, connection)
-        finally:
-            self._topic.release()
-
-    def _watch(self, connections):
+    def _watch(self, subscribers):
         """Look at the sockets of these from now on; rospy makes a new list for each change."""
         self._room = select.poll()
-        for connection in connections:
+        for connection in subscribers:
             descriptor = connection.fileno()
             if descriptor is not None and descriptor >= 0:
                 self._room.register(descriptor, select.POLLOUT)
-        self._polled = connections
+        self._polled = subscribers

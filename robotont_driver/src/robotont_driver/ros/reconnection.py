@@ -9,13 +9,13 @@ import contextlib
 import math
 import socket
 import threading
-import xmlrpc.client
 from urllib.parse import urlsplit
 
 import rospy
 
 from robotont_driver.command.message_age import Link
 from robotont_driver.ros.clocks import boot_time
+from robotont_driver.ros.rospy_internals import connect_anew, connections, disconnect
 from robotont_driver.ros.worker import Worker
 
 PERIOD = 0.25        # [s] between two looks
@@ -31,8 +31,8 @@ class OutageWatch:
     """
 
     def __init__(self, newest=(), every=()):
-        self._newest = [subscriber.impl for subscriber in newest]
-        self._every = [subscriber.impl for subscriber in every]
+        self._newest = newest
+        self._every = every
         self._links = {}     # Link of each connection
         self._received = {}  # bytes received from each connection
         self._probed = set()  # URIs that are being probed
@@ -45,7 +45,7 @@ class OutageWatch:
     def link(self, header):
         """The Link of the connection with this header, of a subscriber in `newest`; None: there is none any more."""
         for topic in self._newest:
-            for connection in topic.connections:
+            for connection in connections(topic):
                 if connection.header is header:
                     return self._links.get(connection) or self._link(connection)
         return None
@@ -60,7 +60,7 @@ class OutageWatch:
         now = boot_time()
         silent, there = {}, set()
         for topic in (*self._newest, *self._every):
-            for connection in topic.connections:
+            for connection in connections(topic):
                 if not connection.endpoint_id.startswith("http"):
                     continue  # an old one, kept for the messages that it may still deliver
                 there.add((topic, connection.endpoint_id))
@@ -114,8 +114,7 @@ class OutageWatch:
     def _reconnect(self, uri, lost):
         for topic, connection in sorted(lost, key=lambda pair: pair[0] in self._newest):
             if topic in self._newest:
-                connection.close()
-                topic.remove_connection(connection)
+                disconnect(topic, connection)
             else:
                 connection.endpoint_id = f"before the outage at {boot_time():.3f}: {uri}"
             self._connect(topic, uri)
@@ -126,10 +125,7 @@ class OutageWatch:
             now = boot_time()
             self._asked = {pair: at for pair, at in self._asked.items() if now - at < TAKEN_WITHIN}
             self._asked[topic, uri] = now
-            uris = {one.endpoint_id for one in topic.connections if one.endpoint_id.startswith("http")}
-            uris |= {other for asked, other in self._asked if asked is topic}
-            own = xmlrpc.client.ServerProxy(rospy.get_node_uri())
-            own.publisherUpdate("/master", topic.resolved_name, sorted(uris))
+            connect_anew(topic, {other for asked, other in self._asked if asked is topic})
 
 
 def _ends(connection):

@@ -2,8 +2,11 @@
 
 import threading
 import time
+import traceback
 
 import rospy
+
+AFTER_FAULT = 0.2  # [s]
 
 
 class Worker(threading.Thread):
@@ -17,4 +20,14 @@ class Worker(threading.Thread):
     def run(self):
         """Work until ROS shuts down."""
         while not rospy.is_shutdown():
-            time.sleep(self._work())
+            time.sleep(self._rest())
+
+    def _rest(self):
+        """Work once; [s] to rest. A fault is no end: repeats, diagnostics and goals depend on it."""
+        try:
+            return self._work()
+        except Exception as error:
+            if not rospy.is_shutdown():
+                rospy.logerr_throttle(10.0, "a fault of this program; please report it: %s", "".join(
+                    traceback.format_exception(type(error), error, error.__traceback__)))
+            return AFTER_FAULT

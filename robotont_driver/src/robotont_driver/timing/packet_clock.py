@@ -8,19 +8,24 @@ Compare E. Olson, A Passive Solution to the Sensor Synchronization Problem (IROS
 it is estimated, too.
 """
 
+import math
+
 SECOND = 1_000_000_000  # [ns]
 
-BLOCK = 50              # [packets] of each of which the earliest arrival is kept
+BLOCK = 50              # [packets] of each of which the earliest arrival is kept; ...
+FIRST_BLOCK = 10        # ... of the first ones, so that the line does not run away from a board that drifts, ...
+FIRST_BLOCKS = 10       # ... of so many
 BLOCKS = 30             # earliest arrivals that the period is estimated from ...
 FEWEST = 2              # ... and the least number of them
 RECENT = 5              # earliest arrivals that the line touches the lowest of
 LARGEST_DRIFT = 0.02    # part by which the board's period may differ from the nominal one
-USUAL_DRIFT = 0.003     # ... and its standard deviation: a microcontroller's own oscillator
+USUAL_DRIFT = 0.02      # ... and its standard deviation: a microcontroller's own oscillator
 ROUGH = SECOND // 200   # [ns] standard deviation of the earliest arrival of a block
-RELIABLE = 10           # blocks behind a period that is kept when the line starts anew
+RELIABLE = 18           # blocks behind a period that is kept when the line starts anew
 LATE = 0.75             # [periods] packets all later than this, ...
 SPREAD = 1.0            # [periods] ... by about as much, ...
 PACKETS = 25            # ... so many of them in a row, mean that packets are missing; ...
+SHARP = 0.2             # [periods] beyond whole ones, late by which packets before are lost where some have been
 LATE_BLOCKS = 2         # ... so do as many blocks in a row in which even the earliest is so late
 CATCHING_UP = 0.8       # of its periods; a block that comes in less time is a queue that gets shorter
 TURN = SECOND // 2000   # [ns] a packet so soon behind its predecessor came with it, and waited for its turn ...
@@ -48,6 +53,8 @@ class PacketClock:
         self._newest = None           # [ns] newest stamp
         self._minima = []
         self._bursts = False          # whether the packets come in bursts
+        self._loses = False           # whether packets have been missing
+        self._skipped = 0             # packets that were taken for lost when the newest gap was seen
         self.restarts = self.shifts = self.steps = 0
         self.event = self.event_at = None
 
@@ -100,15 +107,29 @@ class PacketClock:
         self._number += 1
         self._line += self._period
         late = arrival - self._line
+        missing = math.floor(late / self._period + SHARP / 2)
+        lost = self._loses and alone and not self._bursts and missing > 0 and late / self._period - missing < SHARP
+        if lost:
+            late = max(0.0, self._skip(missing, late))
+        elif self._skipped and late < -self._period / 2:
+            late = self._skip(-self._skipped, late)  # they were not lost, but late
         if late < 0:
             self._line = arrival  # nothing arrives before it is made
             late = 0.0
         self._notice_shift(late)
-        if arrival - self._period * self._number < self._residual(self._earliest):
+        if not lost and arrival - self._period * self._number < self._residual(self._earliest):
             self._earliest = (self._number, arrival)
         self._left -= 1
         if not self._left:
             self._fit()
+
+    def _skip(self, packets, late):
+        """Count packets that were lost, or not after all; by how much the newest one is still `late` [ns] then."""
+        self._skipped = max(packets, 0)
+        self.shifts += packets > 0
+        self._number += packets
+        self._line += packets * self._period
+        return late - packets * self._period
 
     def _notice_shift(self, late):
         """Packets that are late by a period, one after the other: packets are missing, and the line has to follow."""
@@ -124,21 +145,22 @@ class PacketClock:
     def _shift(self, late):
         self._line += late
         self.shifts += 1
+        self._loses = True
         self._forget()
 
     def _fit(self):
         """Estimate the period from the earliest arrivals, and lay the line on the newest of them."""
         number, arrival = self._earliest
         late = arrival - self._line + self._period * (self._number - number)
-        self._bursts = self._groups * MANY <= BLOCK
-        if late > LATE * self._period and self._arrival - self._begun > CATCHING_UP * BLOCK * self._period:
-            self._late_blocks += 1
-            if self._late_blocks == LATE_BLOCKS:
+        self._bursts = self._groups * MANY <= self._size
+        if late > LATE * self._period and self._arrival - self._begun > CATCHING_UP * self._size * self._period:
+            self._late_packets += self._size
+            if self._late_packets >= LATE_BLOCKS * BLOCK:
                 self._shift(late)
             else:
                 self._begin_block()
             return
-        self._late_blocks = 0
+        self._late_packets = 0
         self._minima.append(self._earliest)
         del self._minima[:-BLOCKS]
         if len(self._minima) >= FEWEST:
@@ -153,6 +175,8 @@ class PacketClock:
         third = (len(self._minima) + 2) // 3
         old, new = (min(part, key=self._residual) for part in (self._minima[:third], self._minima[-third:]))
         packets = new[0] - old[0]
+        if packets <= 0:
+            return
         weight = 1 / (1 + (ROUGH / (packets * USUAL_DRIFT * self._nominal)) ** 2)
         drift = weight * ((new[1] - old[1]) / packets - self._nominal)
         bound = LARGEST_DRIFT * self._nominal
@@ -172,12 +196,12 @@ class PacketClock:
         if len(self._minima) < RELIABLE:
             self._period = self._nominal
         self._minima = []  # (packet number, arrival) of the earliest arrival of each block
-        self._late_blocks = 0  # in a row
+        self._late_packets = 0  # of blocks in a row
         self._late = []    # [ns] by which packets in a row were late
         self._begin_block()
 
     def _begin_block(self):
-        self._left = BLOCK
+        self._size = self._left = BLOCK if len(self._minima) >= FIRST_BLOCKS else FIRST_BLOCK
         self._groups = 0  # packets that came alone, and bursts
         self._begun = self._arrival
         self._earliest = (0, float("inf"))  # packet number, arrival

@@ -3,7 +3,6 @@
 It listens to the board, of any firmware, and sends nothing, so the motors stay off.
 """
 
-import argparse
 import math
 import select
 import sys
@@ -13,9 +12,10 @@ import serial
 
 from robotont_driver.kinematics.motor import counts_in_reach
 from robotont_driver.link.port import explain, usb_id
+from robotont_driver.parameters.command_line import CommandLine
 from robotont_driver.protocol.dialects import expect_dialect
 from robotont_driver.protocol.dialects.dialect import DialectError
-from robotont_driver.robots.robot_folder import read_robot, take_robot
+from robotont_driver.robots.robot_folder import read_robot
 
 STEP = 30  # [degrees] of a wheel between two lines
 ROTATION = {1: "counterclockwise", -1: "clockwise"}
@@ -74,14 +74,13 @@ def watch(port, dialect, turned, seconds):
 
 def main(arguments=None):
     """Run; returns the exit status."""
-    robot, words = take_robot(sys.argv[1:] if arguments is None else arguments)
-    parser = argparse.ArgumentParser(prog="turned_wheels", usage="%(prog)s [-h] [--seconds SECONDS] [port] "
-                                     "[robot:=NAME or FOLDER]", description=__doc__)
+    parser = CommandLine(prog="turned_wheels", description=__doc__)
     parser.add_argument("port", nargs="?", default="/dev/ttyACM0", help="serial port [%(default)s]")
     parser.add_argument("--seconds", type=float, default=60.0, help="how long to watch [%(default)s]")
-    options = parser.parse_args(words)
+    parser.add_argument("--robot", default="", metavar="NAME or FOLDER", help="[thesis]")
+    options = parser.parse_args(arguments)
     try:
-        found = read_robot(robot)
+        found = read_robot(options.robot)
         wheels = found.wheels
         dialect = expect_dialect(found.packets, wheels, counts_in_reach(wheels))
     except (DialectError, ValueError, OSError) as error:

@@ -1,6 +1,7 @@
 """Command line of which_robot: listens to a board and prints the launch line that drives it. Needs no ROS master."""
 
 import argparse
+import glob
 import select
 import sys
 import time
@@ -8,7 +9,7 @@ import time
 import serial
 
 from robotont_driver.link.port import explain, usb_id
-from robotont_driver.protocol.dialects.recognition import LEAST_WHEELS, PATIENCE, ROBOTS, Listener
+from robotont_driver.protocol.dialects.recognition import LEAST_WHEELS, PATIENCE, ROBOTS, Listener, explained
 
 LINE = "roslaunch robotont_bringup robot.launch {} port:={}"
 
@@ -30,6 +31,11 @@ def listen(port, baudrate, seconds):
     return None, listener.heard
 
 
+def serial_ports():
+    """Names of the serial ports at which a board may be."""
+    return sorted(file for kind in ("robotont*", "ttyACM*", "ttyUSB*") for file in glob.glob("/dev/" + kind))
+
+
 def main(arguments=None):
     """Run; returns the exit status."""
     parser = argparse.ArgumentParser(prog="which_robot", description=__doc__)
@@ -40,10 +46,12 @@ def main(arguments=None):
     try:
         name, received = listen(options.port, options.baudrate, options.seconds)
     except (OSError, ValueError) as error:
-        print(f"which_robot: {explain(options.port, error)}", file=sys.stderr)
+        others = [port for port in serial_ports() if port != options.port]
+        print(f"which_robot: {explain(options.port, error)}", *(["there are " + ", ".join(others)] if others else []),
+              sep="; ", file=sys.stderr)
         return 1
     if name is None:
         print(f"which_robot: {options.port}: {received}", file=sys.stderr)
         return 1
-    print(f"the board speaks {name}; start it with\n  {LINE.format(received, options.port)}")
+    print(f"the board speaks {explained(name)}; start it with\n  {LINE.format(received, options.port)}")
     return 0

@@ -1,5 +1,6 @@
 """Recognises a board that sends back what it gets: a REPL, another firmware, a loop of wire."""
 
+import contextlib
 from collections import deque
 
 from robotont_driver.protocol.line_splitter import LineSplitter
@@ -49,8 +50,9 @@ class EchoWatch:
         if original is None:
             self._witnesses = 0
             return
-        while self._sent.popleft() != original:
-            pass
+        with contextlib.suppress(IndexError):  # newer ones have pushed it out meanwhile
+            while self._sent.popleft() != original:
+                pass
         if b"." in original or not original.endswith(b";") or original != self._returned:
             self._witnesses += 1
         self._returned = original

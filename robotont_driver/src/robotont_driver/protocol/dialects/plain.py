@@ -1,5 +1,7 @@
 """The thesis' packets, `m0:m1:m2;`, as boards with this project's firmware or the thesis' own use them."""
 
+from operator import attrgetter
+
 from robotont_driver.protocol.dialects.dialect import Dialect
 from robotont_driver.protocol.dialects.echo import EchoWatch
 from robotont_driver.protocol.feedback_reader import FeedbackReader
@@ -9,8 +11,9 @@ ECHO = ("the board sends back what it gets: it runs a REPL or another firmware (
 
 
 def _of_reader(name):
-    """An attribute that the FeedbackReader holds."""
-    return property(lambda dialect: getattr(dialect._reader, name))
+    """An attribute that the FeedbackReader, or a part of it, holds."""
+    find = attrgetter("_reader." + name)
+    return property(lambda dialect: find(dialect))
 
 
 class Plain(Dialect):
@@ -18,13 +21,13 @@ class Plain(Dialect):
 
     name = "plain"
     packets = _of_reader("packets")
-    repaired = _of_reader("repaired")
-    restarts = _of_reader("restarts")
-    doubts = _of_reader("doubts")
+    repaired = _of_reader("lost.repaired")
+    restarts = _of_reader("lost.restarts")
+    doubts = _of_reader("lost.doubts")
     newest_error = _of_reader("newest_error")
-    banner = _of_reader("banner")
-    fault = _of_reader("fault")
-    obstacle = _of_reader("obstacle")
+    banner = _of_reader("health.banner")
+    fault = _of_reader("health.fault")
+    obstacle = _of_reader("health.obstacle")
 
     def __init__(self, wheels, reach):
         super().__init__(wheels)

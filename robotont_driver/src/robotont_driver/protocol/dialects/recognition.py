@@ -14,9 +14,17 @@ ST_LINK = "0483:374b"  # USB id of a NUCLEO board's port
 # What drives each board: the robot for it, as the launch files' argument.
 ROBOTS = {"plain": "robot:=thesis", "checked": "robot:=thesis", "robotont2": "robot:=robotont2",
           "robotont3": "robot:=robotont3", "robotont2018": "robot:=robotont2018"}
+FIRMWARE = {"plain": "the thesis' packets", "checked": "this project's firmware, packets with checksums",
+            "robotont2": "official firmware, generations 2 and 2.1", "robotont3": "official firmware, generation 3",
+            "robotont2018": "official firmware of 2018"}
 LONGEST_KEPT = 4096  # [bytes]
 LEAST_WHEELS = 3
 SHOWN = 40  # characters of the received data in messages
+
+
+def explained(name):
+    """A dialect's name, and whose it is."""
+    return f"{name} ({FIRMWARE[name]})"
 
 
 class Listener:

@@ -12,9 +12,9 @@ import pytest
 import yaml
 
 from robotont_description.geometry import laser_height, lower_plate_radius, robot_radius, upper_plate_radius
-from robotont_description.model import urdf
+from robotont_description.urdf_model import urdf
 from robotont_driver.kinematics.kinematics import wheel_matrix
-from robotont_driver.kinematics.wheels import read_wheels
+from robotont_driver.kinematics.wheel_params import read_wheels
 from robotont_testing.robots import BARE, ROBOTS, SHIPPED, robot_folder
 
 SOLIDS = ["body_link", "pc_link", "battery_link", "camera_link", "main_board_link"]

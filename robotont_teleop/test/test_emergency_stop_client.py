@@ -6,8 +6,8 @@ import rospy
 from std_msgs.msg import String
 from std_srvs.srv import Trigger
 
+from robotont_teleop.emergency_stop_client import EmergencyStopClient
 from robotont_teleop.robot_requests import OLDEST_REQUEST, ServiceRequest
-from robotont_teleop.stop_button import StopButton
 from robotont_testing.harness import Master, in_own_process, suspended, wait_for
 from robotont_testing.robots import WHEEL_PARAMS
 
@@ -20,7 +20,7 @@ def test_a_release_is_never_carried_out_late():
         master.node("driver_node")
         said, failures = [], []
         rospy.Subscriber("emergency_stop/pressed_by", String, lambda message: said.append(message.data))
-        button = StopButton(failures.append)
+        button = EmergencyStopClient(failures.append)
         wait_for(lambda: said, "driver_node")
         button.press()
         wait_for(lambda: said[-1] == "/hand", "the press")

@@ -7,11 +7,12 @@ import rospy
 from std_msgs.msg import Bool, String
 from std_srvs.srv import Trigger
 
+from robotont_driver.ros.rospy_internals import connection_header
 from robotont_driver.ros.worker import Worker
 from robotont_teleop.robot_requests import call_in_time
 
 
-class StopButton:
+class EmergencyStopClient:
     """Presses for this node, follows driver_node's word of who presses, and asks it for a release.
 
     A press stays latched, for a driver_node that starts or connects later, until driver_node has it released.
@@ -21,7 +22,7 @@ class StopButton:
     def __init__(self, failed=lambda words: None):
         self._failed = failed
         self._lock = threading.RLock()
-        self._pressed_by = ""      # as driver_node has said
+        self.pressed_by = ""       # as driver_node has said
         self._latched = False
         self._named = None         # connection on which driver_node has named this node since its newest press
         self.pressed_at = time.monotonic()  # [s] newest press; before the start of this node nothing was seen
@@ -35,7 +36,7 @@ class StopButton:
     @property
     def pressed(self):
         """Whether the robot stands by it, or will as soon as driver_node hears of it."""
-        return bool(self._pressed_by) or self._latched
+        return bool(self.pressed_by) or self._latched
 
     def press(self):
         """Stop the robot until a person releases it."""
@@ -72,16 +73,16 @@ class StopButton:
 
     def _on_pressed_by(self, message):
         with self._lock:
-            if message.data and message.data != self._pressed_by:
+            if message.data and message.data != self.pressed_by:
                 self.pressed_at = time.monotonic()
-            self._pressed_by = message.data
+            self.pressed_by = message.data
             if self._is_named():
-                self._named = message._connection_header
-            elif self._named is message._connection_header:
+                self._named = connection_header(message)
+            elif self._named is connection_header(message):
                 self._unlatch()
 
     def _is_named(self):
-        return rospy.get_name() in self._pressed_by.split(", ")
+        return rospy.get_name() in self.pressed_by.split(", ")
 
     def _unlatch(self):
         """Behind a release: who connects from now on hears no press. A latched `false` releases nothing."""

@@ -2,9 +2,10 @@ import math
 
 import pytest
 
-from robotont_driver.kinematics.wheels import KEYS, MOST_WHEELS, read_wheels
+from robotont_driver.kinematics.wheel_params import KEYS, MOST_WHEELS, read_wheels
 from robotont_driver.parameters.parameters import ParameterError
-from robotont_driver.protocol.packet import LONGEST_LINE, add_checksum, format_packet
+from robotont_driver.protocol.checksum import add_checksum
+from robotont_driver.protocol.packet import LONGEST_LINE, format_packet
 from robotont_driver.robots.wheel_file import read_wheel_file
 from robotont_testing.robots import BARE, SHIPPED, UNEVEN_5, WHEEL_PARAMS
 

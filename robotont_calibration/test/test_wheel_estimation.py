@@ -5,8 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from robotont_calibration import calibration
-from robotont_calibration.calibration import Unknowns, calibrate
+from robotont_calibration import wheel_estimation
 from robotont_calibration.calibration_runs import (
     end_misfit,
     errors_along,
@@ -28,8 +27,9 @@ from robotont_calibration.synthetic_runs import (
     true_of,
 )
 from robotont_calibration.trajectory import Trajectory
+from robotont_calibration.wheel_estimation import Unknowns, calibrate
 from robotont_driver.kinematics.kinematics import Kinematics
-from robotont_driver.kinematics.wheels import read_wheels
+from robotont_driver.kinematics.wheel_params import read_wheels
 from robotont_driver.odometry.odometry import WheelOdometry
 from robotont_testing.robots import SHIPPED, UNEVEN_4
 from robotont_testing.simulated_wheels import PERIOD, path_of, spin, square
@@ -183,9 +183,9 @@ def test_derivatives_are_those_of_differences():
     values = 0.01 * np.random.default_rng(0).standard_normal(len(unknowns.names))
     steps = 1e-6 * np.eye(len(values))
     differences = np.column_stack([
-        (calibration._residuals(runs, unknowns, whiten, values + step)
-         - calibration._residuals(runs, unknowns, whiten, values - step)) / 2e-6 for step in steps])
-    np.testing.assert_allclose(calibration._slopes(runs, unknowns, whiten, values), differences, atol=1e-4)
+        (wheel_estimation._residuals(runs, unknowns, whiten, values + step)
+         - wheel_estimation._residuals(runs, unknowns, whiten, values - step)) / 2e-6 for step in steps])
+    np.testing.assert_allclose(wheel_estimation._slopes(runs, unknowns, whiten, values), differences, atol=1e-4)
 
 
 def test_an_outlying_run_loses_its_weight():

@@ -5,10 +5,10 @@ from pathlib import Path
 
 import rospkg
 
+from robotont_driver.parameters.command_line import CommandLine
 from robotont_driver.robots.robot_folder import WHEELS, read_robot
 
 XACRO = Path("urdf") / "robotont.urdf.xacro"
-USAGE = "usage: describe [robot:=NAME or FOLDER] [prefix:=robot1/] [official:=true]   prints the URDF"
 
 
 def urdf(robot="", prefix="", official="false"):
@@ -30,16 +30,15 @@ def urdf(robot="", prefix="", official="false"):
 
 
 def main():
-    """Print the URDF; name:=value arguments as in launch files. Exit status 1 and a message when it fails."""
-    if {"-h", "--help"} & set(sys.argv[1:]):
-        print(USAGE)
-        return
-    arguments = dict(argument.split(":=", 1) for argument in sys.argv[1:] if ":=" in argument)
-    unknown = [word for word in sys.argv[1:] if word.split(":=")[0] not in ("robot", "prefix", "official")]
+    """Print the URDF; exit status 1 and a message when it fails."""
+    parser = CommandLine(prog="describe", description="Print the URDF; used by launch files.")
+    parser.add_argument("--robot", default="", metavar="NAME or FOLDER", help="[thesis; with --official robotont2]")
+    parser.add_argument("--prefix", default="", help="before the names of all links and joints, e.g. robot1/")
+    parser.add_argument("--official", choices=("true", "false"), default="false",
+                        help="true: the chassis of Robotont as delivered, with its names of frames and joints")
+    given = parser.parse_args()
     try:
-        if unknown:
-            raise ValueError(f"no such argument {' '.join(unknown)}\n{USAGE}")
-        print(urdf(**arguments))
+        print(urdf(**vars(given)))
     except (OSError, ValueError) as error:
         sys.exit(f"describe: {error}")
     except ModuleNotFoundError as error:

@@ -13,11 +13,11 @@ from typing import NamedTuple, Tuple
 import numpy as np
 from scipy.optimize import least_squares, minimize_scalar
 
-from robotont_calibration.calibration_runs import misfits, repeats, seen_from, steps_of
+from robotont_calibration.calibration_runs import kinds, misfits, repeats, seen_from, steps_of
 from robotont_calibration.misfit_noise import likely_noise, spread_of, whitening
 from robotont_driver.kinematics import se2
 from robotont_driver.kinematics.kinematics import Kinematics
-from robotont_driver.kinematics.wheels import read_wheels
+from robotont_driver.kinematics.wheel_params import read_wheels
 
 # How far off a parameter may be before the runs: standard deviations of the loose tie to its old value.
 RADIUS_TIE = 0.1     # part of the radius
@@ -29,6 +29,7 @@ PASSES = 3           # fits, each with the noise along the way that the one befo
 SLIP = 0.0005        # how much parameters differ from drive to drive, to begin with: a share, [rad]
 REPEATS = 8          # of a drive, from which on more add nothing about that
 SLIP_TIE = math.log(5.0)        # by what factor that may be off before the runs
+OTHER_KIND = 0.006   # the same from one kind of drive to another on a real robot, while the runs are all of one kind
 POINT_SLIP = 0.1     # [m] by which the point differs from drive to drive where lengths differ by their whole
 OUTLYING = 3.0       # a run with errors this many times as large as the noise explains loses weight
 STEP = 1e-6          # of a value, for derivatives
@@ -99,6 +100,7 @@ class Calibration(NamedTuple):
     measured: float             # together with so many times the stated deviation of the measurement
     slip: float                 # by how much parameters differ from drive to drive: a share of lengths, [rad]
     outlying: Tuple[str, ...]   # names of runs that lost weight
+    one_kind: bool              # whether the runs are of one kind, so that nothing shows how others differ
 
     @property
     def deviations(self):
@@ -127,12 +129,15 @@ def calibrate(given, runs, unknowns, wheel_noise, near=None):
         groups = _linear(runs, unknowns, whiten, values)
         slip = _likely_slip(groups, unknowns)
         values, covariance, _ = _mixed(groups, unknowns, slip)
+    one_kind = kinds(read_wheels(unknowns.parameters(values)), runs) < 2
+    if one_kind:
+        covariance = covariance + _own(unknowns, max(slip, OTHER_KIND))
     deviations = np.sqrt(np.diag(covariance))
     undetermined = tuple(
         name for name, open_, tie in zip(unknowns.names, deviations, unknowns.ties) if open_ > DETERMINED * tie)
     outlying = tuple(run.name for run, weight in zip(runs, weights) if weight < 0.99)
     return Calibration(unknowns.parameters(values), unknowns.point(values), tuple(unknowns.names), values, covariance,
-                       undetermined, *noise.tolist(), slip, outlying)
+                       undetermined, *noise.tolist(), slip, outlying, one_kind)
 
 
 def _weigh(runs, unknowns, values, weights, wheel_noise):

@@ -1,4 +1,4 @@
-"""The wheels and the drive train: the thesis' seven keys (Figure 4, Table 1) and two of our own."""
+"""The wheels and the drive train: the thesis' seven keys (Figure 4, Table 1) and three of our own."""
 
 import math
 from collections.abc import Mapping
@@ -16,7 +16,7 @@ THESIS_KEYS = (
     "encoderEdgesPerMotorRevolution",
     "pidControlFrequency",
 )
-KEYS = (*THESIS_KEYS, "referenceDirection", "positiveRotation")
+KEYS = (*THESIS_KEYS, "referenceDirection", "positiveRotation", "measuredPoint")
 MOST_WHEELS = 16           # their packets fit into a line: 160 bytes to the board, 256 bytes from it
 # Beyond any robot: a mistake.
 LARGEST_ANGLE = 4 * math.pi  # [rad] more is meant in degrees
@@ -112,11 +112,14 @@ def read_wheels(given):
                   f"a whole number from 1 to {MOST_EDGES}")
     frequency = check("pidControlFrequency", lambda v: _is_positive(v) and 1 <= v <= LARGEST_FREQUENCY,
                       f"a number from 1 to {LARGEST_FREQUENCY:g} [Hz]")
-    given = {"referenceDirection": 0.0, "positiveRotation": "counterclockwise", **given}
+    given = {"referenceDirection": 0.0, "positiveRotation": "counterclockwise", "measuredPoint": (0.0, 0.0), **given}
     reference = check("referenceDirection", _is_angle, f"a number up to {LARGEST_ANGLE:.2f} [rad]"
                       + meant(given["referenceDirection"], LARGEST_ANGLE, "degrees", math.pi / 180))
     rotation = check("positiveRotation", lambda v: isinstance(v, str) and v in ROTATIONS,
                      " or ".join(sorted(ROTATIONS)))
+    check("measuredPoint", lambda v: isinstance(v, (list, tuple)) and len(v) == 2
+          and all(is_number(part) and abs(part) <= LARGEST_LENGTH for part in v),
+          f"[x, y], two numbers up to {LARGEST_LENGTH:g} [m]: which point of base_link a ground truth is of")
     if not faults and max(radius / distance for radius, distance in zip(radii, distances)) > LARGEST_WHEEL:
         faults.append(fault("wheelRadius", given["wheelRadius"], f"up to {LARGEST_WHEEL:g} times "
                             f"wheelDistanceFromCenter, {given['wheelDistanceFromCenter']} [m]: are both in metres?"))

@@ -1,0 +1,100 @@
+"""The newest pose in shared memory, from which odom_node goes on when it is started again, however it has ended."""
+
+import contextlib
+import fcntl
+import mmap
+import os
+import re
+import struct
+import uuid
+import zlib
+from pathlib import Path
+from typing import NamedTuple, Tuple
+
+import rospy
+
+from robotont_driver.odometry.covariance import Covariance
+
+FOLDER = Path("/dev/shm")  # not on a disk: written for each packet, and gone with the machine's run
+LONGEST_GAP = 60.0         # [s] after a longer one nobody knows where the robot is
+STOPS_WITHIN = 1.0         # [s] for which it may have gone on at its speed, uncounted
+CONTENT = struct.Struct("<d12d")           # time [s], pose, its covariance (6), twist
+SLOT = struct.Struct(f"<I{CONTENT.size}s")  # with a checksum: a slot may be half written when the process dies
+SIZE = 2 * SLOT.size
+
+
+class Kept(NamedTuple):
+    """A pose before a gap."""
+
+    pose: Tuple[float, ...]  # x [m], y [m], yaw [rad]
+    covariance: Covariance   # with what the gap adds
+    gap: float               # [s] since it was measured
+
+
+class KeptPose:
+    """One file per run of a robot and user; a parameter of the node names it, so that a new launch starts anew.
+
+    name: full name of the node. run: its parameter `run`, empty in the first run. `found`: the `Kept` of the run
+    before, or None. Where there is no shared memory, nothing is kept.
+    """
+
+    def __init__(self, name, run, now):
+        self.found = None
+        self._slots = None
+        self._turn = 0
+        prefix = f"robotont_odom_{os.getuid()}_"
+        if not re.fullmatch("[0-9a-f]{32}", run):
+            run = uuid.uuid4().hex
+            rospy.set_param(name + "/run", run)
+            _clear_away(prefix, now)
+        try:
+            self._file = _open(FOLDER / (prefix + run), os.O_CREAT)
+            before = os.read(self._file, SIZE)
+            if len(before) == SIZE:
+                self.found = _newest(before, now)
+            os.ftruncate(self._file, SIZE)
+            self._slots = mmap.mmap(self._file, SIZE)
+        except OSError as error:
+            rospy.logwarn("odom_node will not go on from its pose if it is started again: %s", error)
+
+    def keep(self, pose, covariance, twist, now):
+        """Keep a pose (3), its Covariance and the twist (3) of `now` [s]."""
+        if self._slots is not None:
+            content = CONTENT.pack(now, *pose, *covariance, *twist)
+            SLOT.pack_into(self._slots, self._turn * SLOT.size, zlib.crc32(content), content)
+            self._turn = 1 - self._turn
+
+
+def _open(path, flags=0):
+    """A descriptor of the file, which nobody else has; it is closed as the process ends. Raises OSError."""
+    file = os.open(str(path), os.O_RDWR | os.O_NOFOLLOW | os.O_CLOEXEC | flags, 0o600)
+    try:
+        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except OSError:
+        os.close(file)
+        raise
+    return file
+
+
+def _clear_away(prefix, now):
+    """Remove the files of runs that nobody goes on with."""
+    for path in FOLDER.glob(prefix + "*"):
+        with contextlib.suppress(OSError):  # somebody has it: it runs
+            file = _open(path)
+            if _newest(os.read(file, SIZE).ljust(SIZE), now) is None:
+                path.unlink()
+            os.close(file)
+
+
+def _newest(data, now):
+    """The `Kept` in the bytes of a file; None: there is none, or it is too old."""
+    slots = [SLOT.unpack_from(data, turn * SLOT.size) for turn in range(2)]
+    whole = [CONTENT.unpack(content) for checksum, content in slots if zlib.crc32(content) == checksum]
+    ages = [content for content in whole if 0.0 <= now - content[0] <= LONGEST_GAP]
+    if not ages:
+        return None
+    at, *numbers = max(ages)
+    pose, covariance, (v_x, v_y, omega) = numbers[:3], Covariance(*numbers[3:9]), numbers[9:]
+    way = (v_x ** 2 + v_y ** 2) * STOPS_WITHIN ** 2
+    unseen = Covariance(way, 0.0, 0.0, way, 0.0, (omega * STOPS_WITHIN) ** 2)
+    return Kept(tuple(pose), covariance.plus(unseen), now - at)

@@ -1,0 +1,111 @@
+"""All that this stack uses of rospy and actionlib beside their public interface, each with its reason.
+
+`test_rospy_internals.py` fails when one of them changes, or when another module uses more. What is used of tornado
+stands in `robotont_teleop/page_frames.py`.
+"""
+
+import functools
+import io
+import threading
+import xmlrpc.client
+
+import rosgraph.xmlrpc
+import rospy
+from rospy.impl.tcpros_base import TCPROSServer
+
+
+def connection_header(message):
+    """What the publisher of a received message has said of itself: a dict with `callerid`, `latching`, `md5sum`, ...
+
+    The same object for all messages of a connection. rospy names the sender of a message nowhere else.
+    """
+    return message._connection_header
+
+
+def serialized(message):
+    """The bytes of a message; those of an AnyMsg, which has no fields, as they came.
+
+    Where the process has a typed subscriber of the topic as well, rospy hands on typed messages to all.
+    """
+    if isinstance(message, rospy.AnyMsg):
+        return message._buff
+    output = io.BytesIO()
+    message.serialize(output)
+    return output.getvalue()
+
+
+def connections(topic):
+    """The connections of a Publisher or Subscriber, a new list for each change: to look at their sockets.
+
+    rospy tells nobody whether a subscriber reads, or how much has come from a publisher.
+    """
+    return topic.impl.connections
+
+
+def add_subscriber_listener(publisher, listener):
+    """Tell a rospy.SubscribeListener of all who connect from now on, though others may be connected already."""
+    publisher.impl.add_subscriber_listener(listener)
+
+
+def publish_to(publisher, message, connection=None):
+    """Publish to one connection, or to all: one whose socket is full would hold up the others."""
+    topic = publisher.impl
+    topic.acquire()
+    try:
+        topic.publish(message, connection)
+    finally:
+        topic.release()
+
+
+def disconnect(subscriber, connection):
+    """End a connection to a publisher, with all that waits in it."""
+    connection.close()
+    subscriber.impl.remove_connection(connection)
+
+
+def connect_anew(subscriber, uris):
+    """Connect to the publishers at `uris` (a set) once more, as if the master had just named them; nobody else can ask.
+
+    Those that are connected already keep their connection.
+    """
+    known = {one.endpoint_id for one in connections(subscriber) if one.endpoint_id.startswith("http")}
+    own = xmlrpc.client.ServerProxy(rospy.get_node_uri())
+    own.publisherUpdate("/master", subscriber.resolved_name, sorted(known | uris))
+
+
+def goal_id(client):
+    """Id of the goal that an actionlib.SimpleActionClient has sent last: to know it among those of others."""
+    return client.gh.comm_state_machine.action_goal.goal_id.id
+
+
+def mend():
+    """Mend both servers of this process, and its end; call before rospy.init_node."""
+    # Debian 11's rospy 1.15.9 asks its threads by this name as it ends, Python 3.9 has it no more: traceback, status 1
+    threading.Thread.isAlive = threading.Thread.is_alive
+    rosgraph.xmlrpc.ThreadingXMLRPCServer.service_actions = _end_without_socket
+    _hear_all_who_connect()
+
+
+def _end_without_socket(server):
+    """Called by `serve_forever` in each round; XmlRpcNode expects an OSError as it shuts down.
+
+    rospy only closes the socket, and Python's server then polls it without a pause until the process ends: 0.2 s of
+    processor time, taken from all that still runs, and from the end itself.
+    """
+    if server.socket.fileno() < 0:
+        raise OSError("the socket was closed")
+
+
+@functools.lru_cache(maxsize=None)
+def _hear_all_who_connect():
+    """Read in a thread of its own what each says who connects for a topic.
+
+    rospy reads it, without a time limit, in the thread that accepts them: whoever connects and says nothing shuts out
+    all others. So does a question by XML-RPC to a killed node that had this port: its first four bytes, "POST", are
+    a length of 1.4 GB. The master names killed nodes for ever, and subscribers ask them at each change of publishers.
+    """
+    hear = TCPROSServer._tcp_server_callback
+
+    def hear_aside(*connection):
+        threading.Thread(target=hear, args=connection, daemon=True).start()
+    TCPROSServer._tcp_server_callback = hear_aside

@@ -1,0 +1,11 @@
+"""Imported before all else by each program: Ctrl-C while it loads ends it without a traceback."""
+
+import sys
+
+
+def _hook(kind, error, trace):
+    if not issubclass(kind, KeyboardInterrupt):
+        sys.__excepthook__(kind, error, trace)
+
+
+sys.excepthook = _hook

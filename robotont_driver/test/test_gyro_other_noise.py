@@ -1,0 +1,126 @@
+"""A gyro beside the wheels, on drives and noise of the other generator."""
+
+import math
+
+import numpy as np
+import pytest
+from scipy.stats import chi2
+
+from robotont_driver.kinematics import se2
+from robotont_driver.kinematics.kinematics import Kinematics
+from robotont_driver.kinematics.wheel_params import read_wheels
+from robotont_driver.nodes.odom_node import GYRO_BIAS_DRIFT, PARAMETERS
+from robotont_driver.odometry.gyro import SECOND, Gyro
+from robotont_driver.odometry.gyro_fusion import GyroFusion
+from robotont_driver.odometry.odometry import WheelOdometry
+from robotont_testing import other_noise
+from robotont_testing.robots import SHIPPED
+
+PERIOD = other_noise.PERIOD
+THREE = read_wheels(SHIPPED)
+DEFAULTS = {parameter.name: parameter.default for parameter in PARAMETERS}
+STANDS = np.zeros((100, 3))
+
+
+class Run:
+    """Odometry with its defaults along true twists, after a stand of 2 s; `changes` of the parameters."""
+
+    def __init__(self, twists, rng, wheel_noise=0.012, changes=(), **gyro):
+        twists = np.concatenate([STANDS, twists])
+        given = {**DEFAULTS, **dict(changes)}
+        self.fusion = GyroFusion(
+            Gyro(PERIOD, given["gyro_noise"], GYRO_BIAS_DRIFT, given["gyro_scale"], given["gyro_scale_noise"]),
+            given["slip_false_alarms"])
+        self.odometry = WheelOdometry(Kinematics(THREE), PERIOD, given["wheel_noise"], self.fusion)
+        self.refused_at = None
+        counts = other_noise.counts(THREE, twists, rng, wheel_noise).tolist()
+        samples = list(zip(*[part.tolist() for part in other_noise.gyro(twists, rng, **gyro)]))
+        sample, late = 0, max(0.0, gyro.get("offset", 0.0))
+        for index, packet in enumerate(counts):
+            now = (index + 1) * PERIOD
+            while sample < len(samples) and samples[sample][0] <= now + 0.005 + late:
+                self.fusion.integral.add(round(samples[sample][0] * SECOND), samples[sample][1])
+                sample += 1
+            self.odometry.update(packet, PERIOD, round(now * SECOND))
+            if self.fusion.agreement.refused and self.refused_at is None:
+                self.refused_at = now - 2.0
+        self.error = se2.wrap(self.odometry.pose.yaw - twists[:, 2].sum() * PERIOD)
+        self.stated = math.sqrt(self.odometry.pose_covariance.aa)
+
+
+def normalised(seeds, seconds=60, **given):
+    """(mean normalised squared error of the heading, rms error [deg], alarms per hour) of joystick drives."""
+    runs = []
+    for seed in range(seeds):
+        rng = np.random.default_rng(seed)
+        changing = {key: value(rng) if callable(value) else value for key, value in given.items()}
+        runs.append(Run(other_noise.joystick(seconds, rng), rng, **changing))
+    errors, stated = np.array([run.error for run in runs]), np.array([run.stated for run in runs])
+    alarms = sum(run.fusion.watch.alarms for run in runs) / (seeds * seconds / 3600)
+    figures = float(np.mean((errors / stated) ** 2)), float(np.degrees(np.sqrt(np.mean(errors ** 2)))), alarms
+    print("NEES {:.2f}, {:.2f} deg rms, {:.1f} alarms/h".format(*figures), given)
+    return figures
+
+
+CALIBRATED = (("gyro_scale_noise", 3e-4),)
+CASES = {
+    "a scale that is 1 % too large": {"scale": 0.01},
+    "a scale that is 1 % too small": {"scale": -0.01},
+    "scales that are 1 % off": {"scale": lambda rng: rng.normal(0, 0.01)},
+    "a bias that walks ten times as far": {"scale": lambda rng: rng.normal(0, 0.01), "walk": 1e-4},
+    "dropouts": {"scale": lambda rng: rng.normal(0, 0.01), "dropouts": 0.1},
+}
+
+
+@pytest.mark.parametrize("seeds", [10, pytest.param(40, marks=pytest.mark.long)])
+@pytest.mark.parametrize("case", CASES)
+def test_the_heading_is_as_good_as_stated(case, seeds):
+    """The mean normalised squared error within its bounds of 99 %."""
+    error, _, alarms = normalised(seeds, **CASES[case])
+    low, high = chi2.ppf((0.005, 0.995), seeds) / seeds
+    assert low < error < high
+    assert alarms == 0
+
+
+def test_with_a_gyro_that_was_calibrated_the_heading_is_03_degrees_off():
+    """And stated to be more: most of it by a bias that may walk farther than this one."""
+    error, degrees, _ = normalised(10, changes=CALIBRATED, scale=lambda rng: rng.normal(0, 3e-4))
+    assert error < 1.5
+    assert degrees < 0.3
+
+
+@pytest.mark.parametrize("hours", [0.1, pytest.param(10, marks=pytest.mark.long)])
+@pytest.mark.parametrize("given", [{"offset": 0.05}, {"offset": -0.05}, {"wheel_noise": 0.024}], ids=str)
+def test_a_clock_that_is_off_and_twice_the_noise_raise_no_alarm(given, hours):
+    assert normalised(round(60 * hours), **given)[2] * hours <= (0 if hours < 1 else 4)
+
+
+@pytest.mark.parametrize("drive", [other_noise.circles(rounds=2), other_noise.squares(rounds=2),
+                                   other_noise.joystick(60, np.random.default_rng(1))],
+                         ids=["circles", "squares", "joystick"])
+@pytest.mark.parametrize("wrong", [{"scale": -2.0}, {"axis": 0}], ids=["sign", "axis"])
+def test_a_gyro_that_turns_otherwise_is_refused_and_what_it_gave_is_taken_back(wrong, drive):
+    run = Run(drive, np.random.default_rng(3), **wrong)
+    turning = np.abs(drive[:round(run.refused_at / PERIOD), 2]) > 0.2
+    assert turning.sum() * PERIOD <= 10.0
+    assert run.fusion.agreement.per_turn == pytest.approx(1.0 + wrong.get("scale", -1.0), abs=0.2)
+    assert run.error ** 2 < 3 ** 2 * run.stated ** 2
+    assert not run.fusion.watch.suspects
+
+
+def test_a_robot_that_spins_at_a_wall_is_given_its_gyro_back():
+    spin, still = np.tile((0.0, 0.0, 1.0), (300, 1)), np.zeros((300, 3))
+    fusion = Run(np.concatenate([spin, still]), np.random.default_rng(0), axis=0).fusion
+    assert fusion.agreement.refused
+    for _ in range(300):
+        fusion.agreement.update(0.02, 0.02, 0.0)
+    assert not fusion.agreement.refused
+
+
+def test_an_hour_without_samples_is_in_the_heading_s_variance():
+    """Neither its samples nor packets come."""
+    run = Run(np.zeros((500, 3)), np.random.default_rng(0))
+    before, now = run.fusion.gyro.bias_variance, 20 * SECOND
+    for hour in range(1, 3):
+        run.odometry.update((0, 0, 0), PERIOD, now + hour * 3600 * SECOND)
+    assert run.fusion.gyro.bias_variance > before + 7000 * GYRO_BIAS_DRIFT ** 2

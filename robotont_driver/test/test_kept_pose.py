@@ -1,0 +1,81 @@
+"""Where odom_node goes on after it has ended, and where it must not."""
+
+import os
+
+import pytest
+import rospy
+
+from robotont_driver.odometry.covariance import NONE, Covariance
+from robotont_driver.ros import kept_pose
+from robotont_driver.ros.kept_pose import LONGEST_GAP, KeptPose
+
+POSE, MOVED, TWIST = (1.0, -2.0, 3.0), (1.5, -2.0, 3.0), (0.3, 0.4, 2.0)
+P = Covariance(1.0, 0.1, 0.2, 2.0, 0.3, 3.0)
+
+
+@pytest.fixture
+def parameters(monkeypatch, tmp_path):
+    """Those of a master, in a dict; the file is in `tmp_path`."""
+    found = {}
+    monkeypatch.setattr(kept_pose, "FOLDER", tmp_path)
+    monkeypatch.setattr(rospy, "get_param", lambda name, default: found.get(name, default))
+    monkeypatch.setattr(rospy, "set_param", found.__setitem__)
+    monkeypatch.setattr(kept_pose.fcntl, "flock", lambda *_: None)  # all runs are in this process
+    return found
+
+
+def start(now):
+    return KeptPose("/robot/odom_node", rospy.get_param("/robot/odom_node/run", ""), now)
+
+
+def test_the_next_run_goes_on_from_the_newest_pose_with_the_gap_in_its_covariance(parameters):
+    first = start(10.0)
+    assert first.found is None
+    first.keep(POSE, P, TWIST, 11.0)
+    first.keep(MOVED, P, TWIST, 12.0)
+    found = start(14.0).found
+    assert (found.pose, found.gap) == (MOVED, 2.0)
+    assert found.covariance == pytest.approx(P.plus(Covariance(0.25, 0.0, 0.0, 0.25, 0.0, 4.0)))
+
+
+def test_a_half_written_pose_is_not_taken(parameters, tmp_path):
+    run = start(10.0)
+    for at, pose in ((11.0, POSE), (12.0, MOVED)):
+        run.keep(pose, P, TWIST, at)
+    file, = tmp_path.iterdir()
+    with file.open("r+b") as opened:
+        opened.seek(kept_pose.SLOT.size + 20)  # amid the second slot, the newest
+        opened.write(b"\x55")
+    assert start(13.0).found.pose == POSE
+
+
+@pytest.mark.parametrize("what, now", [("a new launch", 13.0), ("too long ago", 12.1 + LONGEST_GAP), ("a reboot", 3.0)])
+def test_nothing_is_taken_from(parameters, what, now):
+    start(10.0).keep(POSE, NONE, TWIST, 12.0)
+    if what == "a new launch":
+        parameters.clear()  # as `clear_params` of robot.launch does
+    assert start(now).found is None
+
+
+def test_a_link_of_another_user_is_not_followed(parameters, tmp_path):
+    start(10.0).keep(POSE, NONE, TWIST, 11.0)
+    file, = tmp_path.iterdir()
+    file.unlink()
+    target = tmp_path / "target"
+    target.write_bytes(b"mine")
+    os.symlink(str(target), str(file))
+    run = start(12.0)
+    run.keep(POSE, NONE, TWIST, 13.0)
+    assert run.found is None
+    assert target.read_bytes() == b"mine"
+
+
+def test_a_new_run_clears_away_what_nobody_goes_on_with(parameters, tmp_path):
+    start(10.0).keep(POSE, NONE, TWIST, 11.0)
+    old, = tmp_path.iterdir()
+    parameters.clear()
+    start(12.0).keep(POSE, NONE, TWIST, 12.0)
+    assert old in tmp_path.iterdir(), "somebody may still go on with it"
+    parameters.clear()
+    start(12.0 + LONGEST_GAP)
+    assert old not in tmp_path.iterdir()

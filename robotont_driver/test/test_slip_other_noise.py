@@ -1,0 +1,107 @@
+"""False alarms of the search for slip, and what it finds, on drives and noise of the other generator."""
+
+import copy
+
+import numpy as np
+import pytest
+from scipy.stats import chi2
+
+from robotont_driver.kinematics.kinematics import Kinematics
+from robotont_driver.kinematics.wheel_params import read_wheels
+from robotont_driver.odometry.slip import TOLERANCE, WINDOW, SlipDetector
+from robotont_testing import other_noise
+from robotont_testing.simulated_wheels import even_wheels
+
+FALSE_ALARMS = 0.1  # [1/h]
+RATE = 50
+STATED = 0.012      # [m] after 1 m, as by default
+SMOOTH = 0.005      # [m] after 1 m, on a smooth floor
+HOUR = 3600
+
+
+def detector(wheels, noise):
+    return SlipDetector(Kinematics(wheels).matrix, wheels.metres_per_edge, noise, FALSE_ALARMS, RATE)
+
+
+def windows(values):
+    """Sums over each `WINDOW` rows and, at the start, fewer."""
+    sums = np.vstack([np.zeros((WINDOW, values.shape[1])), np.cumsum(values, axis=0)])
+    return sums[WINDOW:] - sums[:-WINDOW]
+
+
+def complaints(finder, counts):
+    """Times that clean counts would exclude a wheel, by the code of `finder` for all packets at once."""
+    counts = counts[counts.any(axis=1)].astype(float)
+    paths, ways = windows(counts), windows(np.abs(counts))
+    noise, excess = finder.noise, np.empty((len(counts), 1))
+    for index in range(0, len(counts), WINDOW):  # what it learns, from each window that shares nothing with the last
+        excess[index:index + WINDOW] = noise.excess
+        finder._path, finder._way, finder._paths = paths[index], ways[index], paths[index] * finder._edge
+        for _ in range(WINDOW):
+            finder._learn()
+    learnt, noise.excess, finder._path, finder._way = noise.excess, excess, paths, ways
+    variances = finder._noise_variances() + (TOLERANCE * paths) ** 2
+    noise.excess = learnt
+    values = finder._fit(1.0 / (variances * finder._edge ** 2), paths * finder._edge)[1]
+    over = np.flatnonzero(values > finder._limits[counts.shape[1]])
+    return int(np.sum(np.diff(over, prepend=-RATE) >= RATE)), values
+
+
+def test_the_windows_at_once_are_those_of_the_detector():
+    wheels = read_wheels(even_wheels(5))
+    rng = np.random.default_rng(0)
+    counts = other_noise.counts(wheels, other_noise.joystick(120, rng), rng, 0.012)
+    finder, values = detector(wheels, 0.012), []
+    for packet in counts[counts.any(axis=1)].tolist():
+        finder.update(packet)
+        values.append(finder.parity_test()[0])
+    other = detector(wheels, 0.012)
+    assert complaints(other, counts)[1] == pytest.approx(np.array(values), rel=0.2)
+    assert other.noise.ratio == pytest.approx(finder.noise.ratio, rel=0.02)
+
+
+def false_alarms(number, noise, hours):
+    """In so many hours, each begun anew."""
+    wheels = read_wheels(even_wheels(number))
+    rng = np.random.default_rng([number, int(1e6 * noise)])
+    roads = [other_noise.joystick(HOUR, rng) for _ in range(min(5, hours))]
+    alarms = 0
+    for hour in range(hours):
+        finder = detector(wheels, STATED)
+        alarms += complaints(finder, other_noise.counts(wheels, roads[hour % 5], rng, noise))[0]
+    print(f"{number} wheels, noise {1000 * noise:g} mm, stated {1000 * STATED:g}: {alarms} false alarms in {hours} h; "
+          f"learnt {1000 * finder.noise.ratio * STATED:.1f} mm", flush=True)
+    return alarms
+
+
+@pytest.mark.parametrize("number, noise", [(4, STATED), (8, 2 * STATED), (6, SMOOTH)])
+def test_clean_counts_raise_no_alarm(number, noise):
+    assert false_alarms(number, noise, 1) == 0
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("noise", [SMOOTH, STATED, 2 * STATED])
+@pytest.mark.parametrize("number", [4, 5, 6, 8])
+def test_false_alarms_of_a_hundred_hours(number, noise):
+    """The upper 95 % bound of their rate."""
+    assert chi2.ppf(0.95, 2 * (false_alarms(number, noise, 100) + 1)) / 2 / 100 <= FALSE_ALARMS
+
+
+@pytest.mark.parametrize("number, shares", [(4, (0.03, 0.5, 0.87)), (8, (0.05, 0.7, 0.87))])
+def test_slip_by_10_20_and_50_percent_is_found_within_2_s(number, shares):
+    """How often, in 200 drives, once the noise is learnt; of 4 wheels 7, 57 and 91 %."""
+    wheels, rng = read_wheels(even_wheels(number)), np.random.default_rng(number)
+    finder = detector(wheels, STATED)
+    for _ in range(2):
+        complaints(finder, other_noise.counts(wheels, other_noise.joystick(600, rng), rng, SMOOTH))
+    found = np.zeros(3)
+    for _ in range(200):
+        twists, wheel = other_noise.joystick(4, rng, stops=0), rng.integers(number)
+        for index, share in enumerate((0.1, 0.2, 0.5)):
+            slip = np.zeros((len(twists), number))
+            slip[100:, wheel] = share
+            counts = other_noise.counts(wheels, twists, rng, SMOOTH, slip=slip)
+            values, begin = complaints(copy.deepcopy(finder), counts)[1], np.count_nonzero(counts[:100].any(axis=1))
+            found[index] += (values[begin:] > finder._limits[number]).any()
+    print(f"{number} wheels: {found / 200}")
+    assert (found / 200 >= shares).all()

@@ -1,0 +1,24 @@
+"""Work at intervals."""
+
+import rospy
+
+from robotont_driver.ros import worker
+from robotont_testing.harness import wait_for
+
+
+def test_a_fault_is_reported_and_is_not_the_end(monkeypatch):
+    said, looks = [], []
+    monkeypatch.setattr(rospy, "logerr_throttle", lambda _, form, *words: said.append(form % words))
+    monkeypatch.setattr(rospy, "is_shutdown", lambda: len(looks) > 2)
+    monkeypatch.setattr(worker, "AFTER_FAULT", 0.0)
+
+    def look():
+        looks.append(1)
+        if len(looks) == 1:
+            raise KeyError("seam")
+        return 0.0
+
+    thread = worker.Worker(look)
+    wait_for(lambda: not thread.is_alive(), "the worker")
+    assert len(looks) == 3
+    assert "KeyError: 'seam'" in said[0]

@@ -1,0 +1,60 @@
+"""Names under which robots of a fleet talk to each other over zenoh; free of network.
+
+A ROS topic has the key that zenoh-bridge-ros1 and free_fleet's adapter for ROS 1 robots give it: the message type in
+hexadecimal, its MD5, the robot, the topic; the payload is the message as ROS 1 serialises it.
+"""
+
+import re
+
+from actionlib_msgs.msg import GoalID, GoalStatusArray
+from geometry_msgs.msg import PoseStamped
+from sensor_msgs.msg import BatteryState
+from tf2_msgs.msg import TFMessage
+
+TF, BATTERY, STATUS = ("tf", TFMessage), ("battery_state", BatteryState), ("move_base/status", GoalStatusArray)
+GOAL, CANCEL = ("move_base_simple/goal", PoseStamped), ("move_base/cancel", GoalID)
+OUT, IN = (TF, BATTERY, STATUS), (GOAL, CANCEL)
+OWN = "robotont"  # beginning of the keys that free_fleet does not know
+
+
+def check_name(name):
+    """The name of a robot, which is a part of its keys. Raises ValueError."""
+    if not re.fullmatch(r"[A-Za-z0-9][A-Za-z0-9_.-]{0,40}", name):
+        raise ValueError(f"name of a robot: found {name!r}, allowed: up to 41 letters, digits and _ . -")
+    return name
+
+
+def ros_key(topic, robot):
+    """Key of a topic of TF ... CANCEL."""
+    name, message = topic
+    return f"{message._type.encode().hex()}/{message._md5sum}/{robot}/{name}"
+
+
+def state_key(robot="*"):
+    """What the robot says of itself, as JSON, at ~state_rate and to who asks."""
+    return f"{OWN}/{robot}/state"
+
+
+def values_key(robot="*"):
+    """The numbers of its diagnostics, as JSON; to who asks."""
+    return f"{OWN}/{robot}/values"
+
+
+def order_key(robot):
+    """Orders to it, as JSON: stop, cancel, goal."""
+    return f"{OWN}/{robot}/order"
+
+
+def alive_key(robot="*", identity="*"):
+    """Liveliness token of a process of a robot."""
+    return f"{OWN}/{robot}/alive/{identity}"
+
+
+def robot_of(key):
+    """Name of the robot in one of our own keys."""
+    return str(key).split("/")[1]
+
+
+def keys_of(robot):
+    """All keys of a robot, for access control."""
+    return [f"{OWN}/{robot}/**", *(ros_key(topic, robot) for topic in (*OUT, *IN))]

@@ -1,0 +1,102 @@
+"""Eclipse zenoh: how robots and the router are set up, and what is said where it is not installed."""
+
+import json
+import os
+import secrets
+from pathlib import Path
+
+from robotont_fleet.keys import check_name, keys_of
+from robotont_teleop.access import read_or_make_token
+
+try:
+    import zenoh
+except ImportError:  # the robot drives without it
+    zenoh = None
+
+ABSENT = "no zenoh, which only the fleet needs: ./robotont setup fleet, or python3 -m pip install eclipse-zenoh"
+TEACHER = "teacher"   # the user whose orders robots obey
+LEASE = 2000          # [ms] a connection that is silent for so long is closed, with all that waits in it
+RETRY = 1000          # [ms] between two attempts to connect
+MESSAGES = ("put", "delete", "declare_subscriber", "query", "declare_queryable", "reply", "liveliness_token",
+            "declare_liveliness_subscriber", "liveliness_query")
+COMMON = {"scouting/multicast/enabled": False, "scouting/gossip/enabled": False, "transport/link/tx/lease": LEASE}
+
+
+def ros_home():
+    """Folder for the files of this user."""
+    return Path(os.environ.get("ROS_HOME") or Path.home() / ".ros")
+
+
+def client_settings(router, user="", password=""):
+    """Settings of a robot, or of a page beside a router: it reconnects for ever, and keeps nothing meanwhile.
+
+    Without classes of priority all that comes over a connection comes in the order in which the router has sent it.
+    """
+    settings = {**COMMON, "mode": "client", "connect/endpoints": [router], "connect/timeout_ms": -1,
+                "connect/exit_on_failure": False, "connect/retry": {"period_init_ms": RETRY, "period_max_ms": RETRY},
+                "transport/unicast/qos/enabled": False}
+    return {**settings, **_login(user, password)} if password else settings
+
+
+def router_settings(endpoint, users=None, users_file=""):
+    """Settings of a router. users: {name: password}; each robot may use its own keys only. None: anybody, all keys."""
+    settings = {**COMMON, "mode": "router", "listen/endpoints": [endpoint]}
+    if users is None:
+        return settings
+    keys = {name: ["**"] if name == TEACHER else keys_of(name) for name in users}
+    access = {"enabled": True, "default_permission": "deny",
+              "rules": [{"id": name, "permission": "allow", "messages": list(MESSAGES),
+                         "flows": ["ingress", "egress"], "key_exprs": keys[name]} for name in users],
+              "subjects": [{"id": name, "usernames": [name]} for name in users],
+              "policies": [{"rules": [name], "subjects": [name]} for name in users]}
+    return {**settings, **_login(TEACHER, users[TEACHER]), "transport/auth/usrpwd/dictionary_file": str(users_file),
+            "access_control": access}
+
+
+def _login(user, password):
+    return {"transport/auth/usrpwd/user": user, "transport/auth/usrpwd/password": password}
+
+
+def nested(settings):
+    """The settings as zenohd reads them from a file."""
+    tree = {}
+    for path, value in settings.items():
+        *folders, name = path.split("/")
+        place = tree
+        for folder in folders:
+            place = place.setdefault(folder, {})
+        place[name] = value
+    return tree
+
+
+def open_session(settings, file=""):
+    """A zenoh session; file: one in zenoh's own form, in place of the settings. Raises zenoh.ZError."""
+    config = zenoh.Config.from_file(file) if file else zenoh.Config()
+    for path, value in ({} if file else settings).items():
+        config.insert_json5(path, json.dumps(value))
+    return zenoh.open(config)
+
+
+def read_password(path):
+    """The password in a file that only its owner reads; "" where there is no file. Raises ValueError, OSError."""
+    return read_or_make_token(path) if Path(path).exists() else ""
+
+
+def read_users(path):
+    """{name: password}, as zenoh's dictionary_file holds it; raises OSError, ValueError."""
+    text = Path(path).read_text() if Path(path).exists() else ""
+    if text and Path(path).stat().st_mode & 0o077:
+        raise ValueError(f"{path}: others may read the passwords, allowed: mode 600")
+    return dict(line.split(":", 1) for line in text.split())
+
+
+def add_users(path, names):
+    """{name: password} with a new password for each name, and one for the teacher where there is none."""
+    users = read_users(path)
+    users.update({name: secrets.token_urlsafe(16) for name in map(check_name, names)})
+    users.setdefault(TEACHER, secrets.token_urlsafe(16))
+    path = Path(path)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    with os.fdopen(os.open(str(path), os.O_WRONLY | os.O_CREAT | os.O_TRUNC, 0o600), "w") as file:
+        file.writelines(f"{name}:{password}\n" for name, password in users.items())
+    return users

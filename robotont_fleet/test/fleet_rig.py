@@ -1,0 +1,132 @@
+"""Robots with masters of their own on stand-in boards, and a fleet page, all of this computer."""
+
+import http.client
+import json
+import os
+import sys
+import time
+import xmlrpc.client
+from pathlib import Path
+
+from robotont_testing import places
+from robotont_testing.harness import Processes, free_port, wait_for, wait_for_master
+from robotont_testing.robots import SHIPPED
+from robotont_testing.stand_in_board import Board
+
+PATIENCE = 60.0  # [s]
+HERE = Path(__file__).resolve().parent
+
+
+class Rig(Processes):
+    """All processes; robots are added one by one."""
+
+    def __init__(self):
+        super().__init__()
+        self.router_port, self.port = free_port(), free_port()
+        self.home = self.folder / "home"
+        self.page = None
+        self.robots = {}
+
+    def start_page(self, *arguments):
+        self.page = self.start(places.program("robotont_fleet", "fleet"), "--port", self.port, "--router-port",
+                               self.router_port, *arguments, log=self.folder / "page.log", ROS_HOME=str(self.home))
+        wait_for(self.answers, "the page", PATIENCE)
+
+    def answers(self):
+        assert self.page.poll() is None, (self.folder / "page.log").read_text()
+        try:
+            return self.request("GET", "/robots")[0] in (200, 401)
+        except OSError:
+            return False
+
+    def request(self, method, path, body=None, **headers):
+        connection = http.client.HTTPConnection("127.0.0.1", self.port, timeout=10)
+        try:
+            connection.request(method, path, body, {"Origin": f"http://127.0.0.1:{self.port}", **headers})
+            answer = connection.getresponse()
+            return answer.status, answer.read()
+        finally:
+            connection.close()
+
+    def view(self):
+        return json.loads(self.request("GET", "/robots")[1])
+
+    def seen(self, name):
+        """The newest of a robot that is present, or {}."""
+        return next((one for one in self.view()["robots"] if one["name"] == name and one["present"]), {})
+
+    def order(self, **fields):
+        status, answer = self.request("POST", "/order", json.dumps(fields))
+        assert status == 204, answer
+
+    def add_robot(self, name, *arguments, board=True):
+        robot = RobotRig(self, name)
+        self.robots[name] = robot
+        robot.start(board)
+        robot.start_fleet_node(*arguments)
+        return robot
+
+    def close(self):
+        for robot in self.robots.values():
+            robot.board.close()
+        super().close()
+
+
+class RobotRig:
+    """One robot with its master."""
+
+    def __init__(self, rig, name):
+        self._rig, self.name = rig, name
+        port = free_port()
+        self.environment = {"ROS_MASTER_URI": f"http://127.0.0.1:{port}", "ROS_IP": "127.0.0.1",
+                            "ROS_LOG_DIR": str(rig.folder / name)}
+        self._port = port
+        self.log = rig.folder / f"{name}.goals"
+        self.log.write_text("")
+        self.board = Board(str(rig.folder / f"{name}.port"))
+
+    def start(self, board):
+        self._rig.start("rosmaster", "--core", "-p", self._port, **self.environment)
+        wait_for_master(self.environment["ROS_MASTER_URI"], PATIENCE)
+        if board:
+            self.board.plug()
+            master = xmlrpc.client.ServerProxy(self.environment["ROS_MASTER_URI"])
+            for key, value in {**SHIPPED, "serial_com_node": {"port": self.board.link}}.items():
+                master.setParam("/rig", "/" + key, value)
+            self._rig.start(places.program("robotont_driver", "robotont_node"), **self.environment)
+        self.navigation = self._rig.start(sys.executable, HERE / "stand_in_navigation.py", self.log, **self.environment)
+
+    def start_fleet_node(self, *arguments):
+        self.fleet_node = self._rig.start(
+            places.program("robotont_fleet", "fleet_node"), f"_robot_name:={self.name}",
+            f"_router:=tcp/127.0.0.1:{self._rig.router_port}", *arguments, log=self._rig.folder / f"{self.name}.log",
+            **{**self.environment, "ROS_HOME": str(self._rig.folder / f"{self.name}.home")})
+
+    def words(self):
+        return (self._rig.folder / f"{self.name}.log").read_text()
+
+    def goals(self):
+        return self.log.read_text().split("\n")[:-1]
+
+    @property
+    def drives(self):
+        return any(self.board.speeds)
+
+
+def wait_until_driving(rig, *robots):
+    for robot in robots:
+        wait_for(lambda robot=robot: robot.drives and rig.seen(robot.name).get("frame") == "map",
+                 f"{robot.name} on the map", PATIENCE, period=0.1)
+
+
+def processor_time(pid):
+    fields = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()
+    return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
+
+
+def stop_time(rig, robots):
+    """[s] from STOP ALL until the last wheel stands."""
+    began = time.monotonic()
+    rig.order(kind="stop")
+    wait_for(lambda: not any(robot.drives for robot in robots), "all wheels' zeros", PATIENCE, period=0.001)
+    return time.monotonic() - began

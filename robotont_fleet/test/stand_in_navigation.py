@@ -1,0 +1,58 @@
+"""A node beside a robot: drives at 0.2 m/s, has a place on a map, a battery, and a move_base that is told to arrive.
+
+stand_in_navigation.py LOG: writes a line for each goal and each cancel.
+"""
+
+import sys
+
+import actionlib
+import rospy
+from actionlib_msgs.msg import GoalID
+from geometry_msgs.msg import PoseStamped, TransformStamped, Twist
+from move_base_msgs.msg import MoveBaseAction, MoveBaseActionGoal
+from sensor_msgs.msg import BatteryState
+from std_msgs.msg import String
+from tf2_msgs.msg import TFMessage
+
+rospy.init_node("move_base")
+LOG = open(sys.argv[1], "a", buffering=1)  # noqa: SIM115
+
+
+def follow(goal):
+    """Until it is cancelled."""
+    while not rospy.is_shutdown() and not server.is_preempt_requested():
+        rospy.sleep(0.02)
+    server.set_preempted()
+    LOG.write(f"left {goal.target_pose.pose.position.x:g}\n")
+
+
+def on_goal(message):
+    """As move_base does."""
+    LOG.write(f"goal {message.pose.position.x:g} {message.pose.position.y:g}\n")
+    goal = MoveBaseActionGoal()
+    goal.header.stamp = rospy.Time.now()
+    goal.goal.target_pose = message
+    action_goals.publish(goal)
+
+
+server = actionlib.SimpleActionServer("move_base", MoveBaseAction, follow, auto_start=False)
+action_goals = rospy.Publisher("move_base/goal", MoveBaseActionGoal, queue_size=1)
+rospy.Subscriber("move_base_simple/goal", PoseStamped, on_goal)
+rospy.Subscriber("move_base/cancel", GoalID, lambda message: LOG.write(f"cancel {message.id}\n"))
+server.start()
+pressed = ""
+rospy.Subscriber("emergency_stop/pressed_by", String, lambda message: globals().update(pressed=message.data))
+transforms = rospy.Publisher("/tf_static", TFMessage, queue_size=1, latch=True)
+battery = rospy.Publisher("battery", BatteryState, queue_size=1)
+commands = rospy.Publisher("cmd_vel", Twist, queue_size=1)
+at_map = TransformStamped(child_frame_id="odom")
+at_map.header.frame_id = "map"
+at_map.transform.translation.x, at_map.transform.rotation.w = 1.0, 1.0
+transforms.publish([at_map])
+rate = rospy.Rate(10)
+while not rospy.is_shutdown():
+    command = Twist()
+    command.linear.x = 0.0 if pressed else 0.2  # who has not stopped at a stop may not drive behind it
+    commands.publish(command)
+    battery.publish(BatteryState(voltage=15.2, percentage=0.75))
+    rate.sleep()

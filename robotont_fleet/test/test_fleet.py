@@ -1,0 +1,195 @@
+"""Three robots, each with a master and a board of its own, one router and one page; what breaks is mended by itself."""
+
+import io
+import os
+import signal
+import time
+from pathlib import Path
+
+import pytest
+from fleet_rig import Rig, processor_time, stop_time, wait_until_driving
+from geometry_msgs.msg import PoseStamped
+
+from robotont_fleet import keys
+from robotont_fleet.zenoh_setup import client_settings, open_session, zenoh
+from robotont_testing.harness import suspended, wait_for
+from robotont_testing.stalling_proxy import StallingProxy
+
+pytestmark = [pytest.mark.skipif(zenoh is None, reason="no zenoh on this system"), pytest.mark.timed]
+NAMES = ("r1", "r2", "r3")
+
+
+@pytest.fixture(scope="module")
+def rig():
+    with Rig() as one:
+        one.start_page()
+        for name in NAMES:
+            one.add_robot(name)
+        wait_until_driving(one, *one.robots.values())
+        yield one
+
+
+@pytest.fixture
+def adapter(rig):
+    """A session like that of free_fleet's adapter."""
+    with open_session(client_settings(f"tcp/127.0.0.1:{rig.router_port}")) as session:
+        yield session
+
+
+def bare_goal(session, name, x):
+    message = PoseStamped()
+    message.header.frame_id = "map"
+    message.pose.position.x, message.pose.orientation.w = x, 1.0
+    output = io.BytesIO()
+    message.serialize(output)
+    session.put(keys.ros_key(keys.GOAL, name), output.getvalue())
+
+
+def click(rig, name, x, state=None):
+    state = state or rig.seen(name)
+    rig.order(kind="goal", name=name, id=state["id"], seen=state["number"], x=x, y=0.0)
+
+
+def release(rig):
+    """A person goes to each robot."""
+    for robot in rig.robots.values():
+        rig.start("rosservice", "call", "/emergency_stop/release", **robot.environment).wait()
+        wait_for(lambda robot=robot: not rig.seen(robot.name).get("stopped", True), "the release", period=0.05)
+
+
+def test_goals_by_click_and_of_free_fleet_are_pursued_and_cancelled(rig, adapter):
+    robot = rig.robots["r1"]
+    click(rig, "r1", 2.0)
+    wait_for(lambda: "goal 2 0" in robot.goals(), "the goal by click")
+    bare_goal(adapter, "r1", 3.0)
+    wait_for(lambda: "goal 3 0" in robot.goals(), "the goal of free_fleet")
+    rig.order(kind="cancel", name="r1")
+    wait_for(lambda: "left 3" in robot.goals(), "the cancel")
+    assert not rig.robots["r2"].goals()
+
+
+def test_a_goal_that_waited_is_refused_without_asking_a_clock(rig):
+    robot, state = rig.robots["r1"], rig.seen("r1")
+    wait_for(lambda: rig.seen("r1")["number"] > state["number"] + 5, "2 s and more")
+    click(rig, "r1", 4.0, state)
+    wait_for(lambda: "goal refused" in rig.seen("r1")["note"], "the refusal")
+    click(rig, "r1", 5.0, {"id": "another", "number": rig.seen("r1")["number"]})
+    click(rig, "r1", 6.0)
+    wait_for(lambda: "goal 6 0" in robot.goals(), "a fresh goal")
+    assert not {"goal 4 0", "goal 5 0"} & set(robot.goals())
+    rig.order(kind="cancel", name="r1")
+
+
+def test_a_goal_that_waited_for_a_process_that_stood_is_refused_and_a_stop_obeyed(rig, adapter):
+    robot = rig.robots["r2"]
+    with suspended(robot.fleet_node.pid):
+        bare_goal(adapter, "r2", 7.0)
+        click(rig, "r2", 8.0)
+        rig.order(kind="stop", name="r2")
+        time.sleep(2.6)  # longer than ~oldest_goal
+    wait_for(lambda: not robot.drives, "the stop")
+    wait_for(lambda: rig.view()["stop"]["stand"] == 1, "the confirmation")
+    assert not [line for line in robot.goals() if line.startswith("goal")]
+    release(rig)
+
+
+def test_no_goal_is_executed_that_was_sent_before_a_cut(rig):
+    proxy = StallingProxy(rig.router_port)
+    robot = rig.add_robot("r4", f"_router:=tcp/127.0.0.1:{proxy.port}", board=False)
+    wait_for(lambda: rig.seen("r4"), "r4", 30.0)
+    with open_session(client_settings(f"tcp/127.0.0.1:{rig.router_port}")) as session:
+        proxy.stall()
+        bare_goal(session, "r4", 9.0)
+        click(rig, "r4", 9.0, rig.view()["robots"][-1])
+        wait_for(lambda: not rig.seen("r4"), "the page to miss it", 30.0)
+        proxy.flow()
+    wait_for(lambda: rig.seen("r4").get("age", 9.0) < 1.0, "r4 again", 30.0)
+    time.sleep(1.0)
+    assert robot.goals() == []
+    rig.stop(robot.fleet_node, signal.SIGKILL)
+    proxy.close()
+
+
+def test_the_router_is_killed_and_all_come_back_with_their_state(rig):
+    began = rig.seen("r1")["id"]
+    rig.stop(rig.page, signal.SIGKILL)
+    assert all(rig.robots[name].drives for name in NAMES)  # the driver does not care
+    rig.start_page()
+    for name in NAMES:
+        wait_for(lambda name=name: rig.seen(name).get("battery", {}).get("charge") == 0.75, f"{name} again", 30.0, 0.1)
+    assert rig.seen("r1")["id"] == began
+
+
+def test_stop_all_stands_all_wheels_and_each_robot_confirms(rig):
+    wait_until_driving(rig, *(rig.robots[name] for name in NAMES))
+    took = stop_time(rig, [rig.robots[name] for name in NAMES])
+    print(f"\nSTOP ALL to the last wheel's zero: {1000 * took:.0f} ms")
+    wait_for(lambda: rig.view()["stop"] == {"asked": 3, "stand": 3, "waiting": [], "gone": []}, "confirmations")
+    assert all(rig.seen(name)["stopped"] for name in NAMES)
+    click(rig, "r1", 5.5)
+    wait_for(lambda: "emergency stop" in rig.seen("r1")["note"], "a refusal while it is pressed")
+    release(rig)
+    wait_until_driving(rig, *(rig.robots[name] for name in NAMES))
+    assert took < 0.5
+
+
+def test_stop_is_repeated_until_a_robot_that_was_gone_has_confirmed(rig):
+    robot = rig.robots["r3"]
+    rig.stop(robot.fleet_node, signal.SIGKILL)
+    wait_for(lambda: not rig.seen("r3"), "the page to miss r3")
+    last = next(one for one in rig.view()["robots"] if one["name"] == "r3")
+    assert last["battery"]["charge"] == 0.75
+    assert not last["present"]
+    rig.order(kind="stop", name="r3")
+    assert rig.view()["stop"]["gone"] == ["r3"]
+    robot.start_fleet_node()
+    wait_for(lambda: not robot.drives, "the stop", 30.0)
+    wait_for(lambda: rig.view()["stop"]["stand"] == 1, "the confirmation")
+    assert [one["name"] for one in rig.view()["robots"]].count("r3") == 1
+    release(rig)
+
+
+def test_two_robots_of_one_name_are_told_and_get_no_goals_but_stops(rig, adapter):
+    two = rig.start("rosrun", "robotont_fleet", "fleet_node", "__name:=second", "_robot_name:=r1",
+                    f"_router:=tcp/127.0.0.1:{rig.router_port}", **rig.robots["r2"].environment)
+    named = lambda: [one for one in rig.view()["robots"] if one["name"] == "r1" and one["namesakes"]]  # noqa: E731
+    wait_for(lambda: len(named()) == 2, "both", 30.0)
+    bare_goal(adapter, "r1", 7.5)
+    wait_for(lambda: "another robot" in named()[0]["note"], "the refusal")
+    rig.order(kind="stop", name="r1")
+    wait_for(lambda: not rig.robots["r1"].drives and not rig.robots["r2"].drives, "both to stand")
+    rig.stop(two)
+    wait_for(lambda: rig.seen("r1")["namesakes"] == 0, "one to stay")
+    assert "goal 7.5 0" not in rig.robots["r1"].goals() + rig.robots["r2"].goals()
+    release(rig)
+
+
+def test_metrics_are_prometheus_text_with_the_diagnostics_of_each(rig):
+    status, text = rig.request("GET", "/metrics")
+    lines = text.decode().splitlines()
+    assert status == 200
+    assert f'robotont_battery_ratio{{robot="r1",id="{rig.seen("r1")["id"]}"}} 0.75' in lines
+    for name in NAMES:
+        assert f'robotont_diagnostic{{robot="{name}",task="serial_com_node: link",key="level"}} 0' in lines
+
+
+def test_fleet_node_costs_little(rig):
+    pid = rig.robots["r1"].fleet_node.pid
+    before, began = processor_time(pid), time.monotonic()
+    time.sleep(5.0)
+    used = 100 * (processor_time(pid) - before) / (time.monotonic() - began)
+    memory = int(Path(f"/proc/{pid}/status").read_text().split("VmRSS:")[1].split()[0]) / 1024
+    print(f"\nfleet_node: {used:.1f} % of a core, {memory:.0f} MiB")
+    assert used <= 3.0
+    assert memory <= 70.0  # rospy alone takes 47
+
+
+def test_garbage_from_the_network_harms_nobody(rig, adapter):
+    for key in (keys.order_key("r1"), keys.ros_key(keys.GOAL, "r1"), keys.ros_key(keys.CANCEL, "r1")):
+        for payload in (b"", b"\xff" * 50, b"[]", b"{}", b'{"kind": "goal", "id": 3}', os.urandom(2000)):
+            adapter.put(key, payload)
+    for payload in (b"", b"[]", b"{}", b"\xff" * 20000, b'{"id": 1, "number": "x"}'):
+        adapter.put(keys.state_key("ghost"), payload)
+    click(rig, "r1", 0.5)
+    wait_for(lambda: "goal 0.5 0" in rig.robots["r1"].goals(), "a goal behind all that")
+    assert rig.seen("r2")

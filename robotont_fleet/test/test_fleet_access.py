@@ -1,0 +1,101 @@
+"""Who may do what on a network, and what happens where zenoh is not installed."""
+
+import json
+import os
+import subprocess
+
+import pytest
+from fleet_rig import Rig
+
+from robotont_fleet import keys
+from robotont_fleet.zenoh_setup import ABSENT, client_settings, open_session, read_users, zenoh
+from robotont_testing import places
+from robotont_testing.harness import Master, wait_for
+
+needs_zenoh = pytest.mark.skipif(zenoh is None, reason="no zenoh on this system")
+
+
+def fleet(*arguments, **environment):
+    return subprocess.run([places.program("robotont_fleet", "fleet"), *map(str, arguments)], text=True, check=False,
+                          capture_output=True, env={**os.environ, **environment})
+
+
+@pytest.fixture(scope="module")
+def rig():
+    with Rig() as one:
+        one.home.mkdir()
+        refused = fleet("--network", "--port", one.port, ROS_HOME=str(one.home))
+        assert refused.returncode == 1
+        assert "./robotont fleet --add" in refused.stderr
+        added = fleet("--add", "r1", "r2", ROS_HOME=str(one.home))
+        one.users = read_users(one.home / "robotont_fleet_users")
+        assert f"echo {one.users['r1']} >~/.ros/robotont_fleet_password" in added.stdout
+        one.start_page("--network")
+        yield one
+
+
+def session(rig, user, password):
+    """Of a user; raises zenoh.ZError where the router refuses him."""
+    settings = client_settings(f"tcp/127.0.0.1:{rig.router_port}", user, password)
+    return open_session({**settings, "connect/timeout_ms": 2000, "connect/exit_on_failure": True})
+
+
+@needs_zenoh
+@pytest.mark.parametrize(("user", "password"), [("", ""), ("r1", "wrong"), ("nobody", "x"), ("teacher", "")])
+def test_a_stranger_gets_in_neither_to_the_router_nor_to_the_page(rig, user, password):
+    with pytest.raises(zenoh.ZError):
+        session(rig, user, password)
+    assert rig.request("GET", "/robots")[0] == 401
+    assert rig.request("POST", "/order", '{"kind": "stop"}')[0] == 401
+
+
+@needs_zenoh
+def test_a_robot_gives_no_orders_to_another_and_hears_none_of_its_orders(rig):
+    heard = {name: [] for name in ("r1", "r2")}
+    sessions = {name: session(rig, name, rig.users[name]) for name in (*heard, "teacher")}
+    inner = [keys.order_key("r2"), keys.ros_key(keys.GOAL, "r2"), keys.ros_key(keys.CANCEL, "r2")]
+    for name, samples in heard.items():
+        for key in (keys.order_key(name), *inner, "**"):
+            sessions[name].declare_subscriber(key, lambda sample, samples=samples: samples.append(
+                (str(sample.key_expr), sample.payload.to_string())))
+    states = []
+    sessions["teacher"].declare_subscriber(keys.state_key(), lambda sample: states.append(sample.payload.to_string()))
+    sessions["second r1"] = session(rig, "r1", rig.users["r1"])  # what a session puts it hears itself in any case
+    sessions["second r2"] = session(rig, "r2", rig.users["r2"])
+    for key in (*inner, keys.state_key("r2")):
+        sessions["second r1"].put(key, "r1 as another")
+
+    def teacher_is_heard():
+        for name in heard:
+            sessions["teacher"].put(keys.order_key(name), "from the teacher")
+        sessions["second r2"].put(keys.state_key("r2"), "r2")
+        return states and all((keys.order_key(name), "from the teacher") in samples for name, samples in heard.items())
+    wait_for(teacher_is_heard, "the teacher's orders", period=0.1)
+    assert set(heard["r1"]) == {(keys.order_key("r1"), "from the teacher")}
+    assert {words for _, words in heard["r2"]} <= {"from the teacher", "r2"}
+    assert set(states) == {"r2"}
+    for one in sessions.values():
+        one.close()
+
+
+@needs_zenoh
+def test_the_configuration_for_zenohd_is_the_same(rig):
+    file = rig.folder / "router.json5"
+    assert fleet("--write-router", file, ROS_HOME=str(rig.home)).returncode == 0
+    assert file.stat().st_mode & 0o077 == 0
+    config = zenoh.Config.from_file(str(file))
+    assert json.loads(config.get_json("access_control/default_permission")) == "deny"
+
+
+def test_without_zenoh_the_robot_drives_on_and_one_line_says_how_to_install_it(tmp_path):
+    (tmp_path / "zenoh.py").write_text("raise ImportError('not here')\n")
+    path = os.pathsep.join([str(tmp_path), os.environ["PYTHONPATH"]])
+    said = fleet(PYTHONPATH=path)
+    assert said.returncode == 1
+    assert said.stderr == f"fleet: {ABSENT}\n"
+    with Master() as master:
+        log = tmp_path / "log"
+        node = master.start(places.program("robotont_fleet", "fleet_node"), log=log, PYTHONPATH=path)
+        wait_for(lambda: ABSENT in log.read_text(), "the line")
+        assert node.poll() is None
+        assert log.read_text().count("\n") <= 2

@@ -1,0 +1,86 @@
+"""20 robots with masters of their own for minutes, then 200 that only talk: all there, states young, STOP at once."""
+
+import json
+import os
+import threading
+import time
+from pathlib import Path
+
+import pytest
+from fleet_rig import PATIENCE, Rig, processor_time, stop_time, wait_until_driving
+
+from robotont_fleet import keys
+from robotont_fleet.zenoh_setup import client_settings, open_session, zenoh
+from robotont_testing.figures import percentile
+from robotont_testing.harness import wait_for
+
+pytestmark = [pytest.mark.skipif(zenoh is None, reason="no zenoh on this system"), pytest.mark.long]
+SECONDS = float(os.environ.get("ROBOTONT_FLEET_SECONDS", "600"))
+ROBOTS = int(os.environ.get("ROBOTONT_FLEET_ROBOTS", "20"))
+STATE = {"number": 1, "frame": "map", "pose": [1, 2, 3], "speed": [0.1, 0.0], "driven": 0.0, "driven_by": "hand",
+         "stopped": "", "confirmed": None, "worst": [0, "link", "ok"], "battery": {"voltage": 15.0, "charge": 0.5},
+         "page": "", "versions": {"robotont": "1.0.0"}, "note": "", "namesakes": 0}
+
+
+def memory(pid):
+    """[MiB]"""
+    return int(Path(f"/proc/{pid}/status").read_text().split("VmRSS:")[1].split()[0]) / 1024
+
+
+def watch(rig, robots, seconds):
+    """Ages [s] of all states once a second; prints the page's processor time and memory."""
+    ages, before, began = [], memory(rig.page.pid), time.monotonic()
+    used = processor_time(rig.page.pid)
+    while time.monotonic() - began < seconds:
+        seen = rig.view()["robots"]
+        assert sum(one["present"] for one in seen) == robots
+        ages += [one["age"] for one in seen if one["present"]]
+        time.sleep(1.0)
+    used = 100 * (processor_time(rig.page.pid) - used) / (time.monotonic() - began)
+    print(f"\n{robots} robots, {seconds:g} s: state age p99 {percentile(ages, 0.99):.2f} s, router and page "
+          f"{used:.0f} % of a core, {before:.0f} -> {memory(rig.page.pid):.0f} MiB")
+    return percentile(ages, 0.99), memory(rig.page.pid) - before
+
+
+def test_robots_with_masters_of_their_own():
+    with Rig() as rig:
+        rig.start_page()
+        robots = [rig.add_robot(f"r{number}") for number in range(ROBOTS)]
+        wait_until_driving(rig, *robots)
+        age, grown = watch(rig, ROBOTS, SECONDS)
+        took = stop_time(rig, robots)
+        wait_for(lambda: rig.view()["stop"]["stand"] == ROBOTS, "confirmations", PATIENCE)
+        print(f"STOP ALL to the last wheel's zero: {1000 * took:.0f} ms")
+        assert age <= 1.0
+        assert took <= 0.5
+        assert grown < 10.0
+
+
+def test_200_stand_ins_without_ros():
+    with Rig() as rig:
+        rig.start_page()
+        ended, heard = threading.Event(), []
+        sessions = [open_session(client_settings(f"tcp/127.0.0.1:{rig.router_port}")) for _ in range(20)]
+        names = [(f"s{number}", sessions[number % len(sessions)]) for number in range(200)]
+        tokens = [session.liveliness().declare_token(keys.alive_key(name, "a")) for name, session in names]
+        for name, session in names:
+            session.declare_subscriber(keys.order_key(name), lambda sample: heard.append(str(sample.key_expr)))
+
+        def talk():
+            while not ended.wait(0.5):
+                for name, session in names:
+                    session.put(keys.state_key(name), json.dumps({**STATE, "id": "a"}))
+        talker = threading.Thread(target=talk)
+        talker.start()
+        try:
+            wait_for(lambda: len(rig.view()["robots"]) == len(tokens), "all", PATIENCE)
+            age, grown = watch(rig, len(tokens), SECONDS / 10)
+            rig.order(kind="stop")
+            wait_for(lambda: len(set(heard)) == len(tokens), "the stop at all")
+        finally:
+            ended.set()
+            talker.join()
+            for session in sessions:
+                session.close()
+        assert age <= 1.0
+        assert grown < 10.0

@@ -1,0 +1,156 @@
+"""The fleet's page: its server's doors, and the page in a real browser, with robots that only write down."""
+
+import asyncio
+import http.client
+import json
+import threading
+import time
+from pathlib import Path
+
+import pytest
+
+from robotont_fleet.fleet import Fleet
+from robotont_fleet.fleet_page import page_files, read_ground
+from robotont_fleet.fleet_server import FleetServer, FleetSettings
+from robotont_teleop.access import Access
+from robotont_testing.browser import CHROMIUM, DESKTOP, Browser
+from robotont_testing.harness import tool_module, wait_for
+from robotont_testing.places import config
+
+TOKEN = "the-token-of-these-tests"
+SMALL = (360, 740, 2)
+NEEDS_BROWSER = pytest.mark.skipif(CHROMIUM is None, reason="no chromium")
+
+
+class Served:
+    """A server in a thread, with robots that confirm each stop at once, but for those named `deaf`."""
+
+    def __init__(self, robots, token=None):
+        self.sent = []
+        self._loop = asyncio.new_event_loop()
+        self._thread = threading.Thread(target=self._loop.run_forever, daemon=True)
+        self._thread.start()
+        asyncio.run_coroutine_threadsafe(self._start(robots, token), self._loop).result(20)
+
+    async def _start(self, robots, token):
+        self.fleet = Fleet(self._send)
+        settings = FleetSettings(("fleet.local",), "http", read_ground(str(config("maps/room.yaml"))))
+        server = FleetServer(self.fleet, Access(token, "robotont_fleet"), settings, page_files(), dict)
+        self.port = server.listen("127.0.0.1", 0)
+        self.states = {}
+        for number in range(robots):
+            self.say(f"robot{number}", pose=[0.5 + number % 8, 0.5 + number // 8, number], frame="map")
+
+    def say(self, name, present=True, **fields):
+        self.states[name] = {
+            "id": name, "number": 7, "frame": "odom", "pose": None, "speed": [0.1, 0.0], "driven": 0.0,
+            "driven_by": "hand", "stopped": "", "confirmed": None, "worst": [0, "link", "ok"],
+            "battery": {"voltage": 15.2, "charge": 0.5},
+            "page": "http://192.0.2.1:8100/", "versions": {}, "note": "", "namesakes": 0,
+            **self.states.get(name, {}), **fields}
+        self.fleet.hear_token(name, name, present)
+        self.fleet.hear_state(name, json.dumps(self.states[name]).encode(), time.monotonic())
+
+    def _send(self, name, order):
+        self.sent.append((name, order))
+        if order["kind"] == "stop" and name != "robot2":
+            self._loop.call_soon(lambda: self.say(name, stopped="/fleet_node", confirmed=order["number"]))
+
+    def in_loop(self, call):
+        done = threading.Event()
+        self._loop.call_soon_threadsafe(lambda: (call(), done.set()))
+        done.wait(10)
+
+    def request(self, method, path, body=None, **headers):
+        connection = http.client.HTTPConnection("127.0.0.1", self.port, timeout=10)
+        connection.request(method, path, body, {"Origin": f"http://127.0.0.1:{self.port}", **headers})
+        answer = connection.getresponse()
+        return answer.status, answer.read(), answer.headers
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        self._loop.call_soon_threadsafe(self._loop.stop)
+        self._thread.join()
+
+
+@pytest.fixture(scope="module")
+def browser():
+    with Browser() as one:
+        yield one
+
+
+def test_only_who_has_the_token_sees_and_orders():
+    with Served(2, TOKEN) as server:
+        stop = json.dumps({"kind": "stop"})
+        for path in ("/robots", "/metrics", "/map.png"):
+            assert server.request("GET", path)[0] == 401
+            assert server.request("GET", path, Authorization="Bearer wrong")[0] == 401
+        assert server.request("POST", "/order", stop)[0] == 401
+        assert b'id="token"' in server.request("GET", "/")[1]
+        assert server.request("GET", "/metrics", Authorization=f"Bearer {TOKEN}")[0] == 200
+        form = {"Content-Type": "application/x-www-form-urlencoded"}
+        cookie = server.request("POST", "/login", f"token={TOKEN}", **form)[2]["Set-Cookie"].partition(";")[0]
+        assert cookie.startswith("robotont_fleet=")
+        assert server.request("GET", "/robots", Cookie=cookie)[0] == 200
+        assert server.request("POST", "/order", stop, Cookie=cookie, Origin="http://evil.example")[0] == 403
+        assert server.request("GET", "/robots", Cookie=cookie, Host="evil.example")[0] == 403
+        assert server.sent == []
+        assert server.request("POST", "/order", stop, Cookie=cookie)[0] == 204
+        wait_for(lambda: len(server.sent) == 2, "the stops")
+
+
+@pytest.mark.parametrize("order", [
+    "", "[]", "{}", "null", '{"kind": "stop", "name": "nobody"}', '{"kind": "cancel"}', '{"kind": "release"}',
+    '{"kind": "goal", "name": "robot0", "id": "robot0", "seen": 7, "x": NaN, "y": 0}',
+    '{"kind": "goal", "name": "robot0", "id": "robot0", "seen": 7, "x": 1e9, "y": 0}', '{"kind": "stop", "name": [1]}'])
+def test_what_is_no_order_is_refused(order):
+    with Served(1) as server:
+        assert server.request("POST", "/order", order)[0] == 400
+        assert server.sent == []
+
+
+@NEEDS_BROWSER
+def test_stop_all_shows_who_has_confirmed_and_a_click_sends_a_robot(browser):
+    with Served(3) as server:
+        page = browser.page(f"http://127.0.0.1:{server.port}/", SMALL)
+        page.wait("document.querySelectorAll('.card').length === 3", "three robots")
+        page.tap("#stop_all")
+        page.wait("document.getElementById('stopping').textContent.includes('Still asking robot2')", "who is missing")
+        assert page.text("#stopping").startswith("STOP: 2 of 3 have confirmed.")
+        page.tap(".card .goal")
+        x, y = page.place("#map")
+        page.run(f"document.getElementById('map').dispatchEvent(new MouseEvent('click', {{clientX: {x}, clientY: {y}, "
+                 "bubbles: true}))")
+        wait_for(lambda: any(order["kind"] == "goal" for _, order in server.sent), "the goal")
+        name, goal = next(one for one in server.sent if one[1]["kind"] == "goal")
+        assert (name, goal["id"], goal["seen"]) == ("robot0", "robot0", 7)
+        server.in_loop(lambda: server.say("robot1", present=False))
+        page.wait("document.querySelectorAll('.card[data-gone]').length === 1", "one that has gone")
+        assert page.text("#count") == "2 of 3 connected"
+        assert page.complaints() == []
+        page.close()
+
+
+@NEEDS_BROWSER
+@pytest.mark.parametrize(("size", "dark"), [(SMALL, False), (SMALL, True), (DESKTOP, False), (DESKTOP, True)])
+@pytest.mark.parametrize("robots", [0, 1, 40])
+def test_the_page_fits_and_axe_finds_nothing(browser, tmp_path, size, dark, robots):
+    with Served(robots) as server:
+        for name, fields in (("robot1", {"worst": [2, "serial_com_node: link", "no board " * 12]}),
+                             ("robot2", {"stopped": "/web_teleop_node"}), ("robot3", {"namesakes": 1, "page": ""})):
+            if robots > 3:
+                server.in_loop(lambda name=name, fields=fields: server.say(name, **fields))
+        page = browser.page(f"http://127.0.0.1:{server.port}/", size, dark)
+        page.wait(f"document.querySelectorAll('.card').length === {robots}", "the robots")
+        page.wait("document.getElementById('count').textContent.includes('connected')", "the first answer")
+        page.tap("#stop_all")
+        page.wait("!document.getElementById('stopping').hidden || !document.getElementById('none').hidden", "the stop")
+        assert page.run("document.documentElement.scrollWidth <= innerWidth")
+        page.screenshot(tmp_path / "fleet.png")
+        page.run((Path(tool_module("axe_core_python").__file__).parent / "axe.min.js").read_text())
+        found = page.run("axe.run().then((result) => result.violations.map((one) => one.id + one.nodes[0].html))")
+        assert found == []
+        assert page.complaints() == []
+        page.close()

@@ -1,0 +1,176 @@
+"""free_fleet's own adapter for ROS 1 robots, unchanged, reads a robot of ours and sends it two goals and a cancel.
+
+It is fetched beside, never a part of this repository: ROBOTONT_FREE_FLEET or .build/free_fleet, as git clone
+https://github.com/open-rmf/free_fleet makes it. rclpy and RMF are stood in for.
+"""
+
+import math
+import os
+import sys
+import time
+import types
+from pathlib import Path
+
+import pytest
+import rospy
+from fleet_rig import Rig, wait_until_driving
+from tf2_ros import BufferCore
+
+from robotont_fleet import keys
+from robotont_fleet.zenoh_setup import client_settings, open_session, zenoh
+from robotont_testing.harness import tool_module, wait_for
+
+ROOT = Path(__file__).resolve().parents[2]
+FREE_FLEET = Path(os.environ.get("ROBOTONT_FREE_FLEET", str(ROOT / ".build" / "free_fleet")))
+pytestmark = [
+    pytest.mark.timed, pytest.mark.skipif(zenoh is None, reason="no zenoh on this system"),
+    pytest.mark.skipif(not (FREE_FLEET / "free_fleet_adapter").is_dir(), reason="no free_fleet at ROBOTONT_FREE_FLEET"),
+    pytest.mark.skipif(sys.version_info < (3, 10), reason="free_fleet needs Python 3.10")]
+
+
+class Stub(types.ModuleType):
+    """A module in which everything is there."""
+
+    def __getattr__(self, name):
+        if name.startswith("__"):
+            raise AttributeError(name)
+        return type(name, (), {"__init__": lambda self, *_, **__: None})
+
+
+class Buffer(BufferCore):
+    """tf2's own buffer, behind rclpy's names."""
+
+    def lookup_transform(self, target, source, when):
+        return self.lookup_transform_core(target, source, when)
+
+
+class Future:
+    """Of rclpy."""
+
+    value = None
+
+    def set_result(self, value):
+        self.value = value
+
+    def result(self):
+        return self.value
+
+    def done(self):
+        return self.value is not None
+
+
+class Node:
+    """Of rclpy, with one timer."""
+
+    def __init__(self):
+        self.said = []
+        self.tick = None
+
+    def get_logger(self):
+        return types.SimpleNamespace(**{level: self.said.append for level in ("debug", "info", "warn", "error")})
+
+    def get_clock(self):
+        now = types.SimpleNamespace(seconds_nanoseconds=lambda: divmod(time.time_ns(), 10 ** 9))
+        return types.SimpleNamespace(now=lambda: now)
+
+    def create_timer(self, _period, callback):
+        self.tick = callback
+
+    def destroy_timer(self, _timer):
+        self.tick = None
+
+
+def spin_until_future_complete(node, future, timeout_sec):
+    end = time.monotonic() + timeout_sec
+    while not future.done() and time.monotonic() < end:
+        node.tick()
+        time.sleep(0.1)
+
+
+@pytest.fixture(scope="module")
+def adapter_module():
+    tool_module("rosbags.typesys")
+    before, path = dict(sys.modules), list(sys.path)
+    names = ("rclpy", "rclpy.time", "rclpy.node", "rmf_adapter", "rmf_adapter.easy_full_control", "builtin_interfaces",
+             "rmf_adapter.robot_update_handle", "builtin_interfaces.msg", "tf_transformations")
+    sys.modules.update({name: Stub(name) for name in names})
+    for name in names:
+        owner, _, part = name.rpartition(".")
+        if owner:
+            setattr(sys.modules[owner], part, sys.modules[name])
+    rclpy, transformations = sys.modules["rclpy"], sys.modules["tf_transformations"]
+    rclpy.Future, rclpy.spin_until_future_complete = Future, spin_until_future_complete
+    rclpy.time.Time = lambda seconds=0, nanoseconds=0: Stamp(seconds, nanoseconds)
+    transformations.euler_from_quaternion = lambda q: (0.0, 0.0, 2 * math.atan2(q[2], q[3]))
+    transformations.quaternion_from_euler = lambda _r, _p, yaw: (0.0, 0.0, math.sin(yaw / 2), math.cos(yaw / 2))
+    sys.modules["free_fleet.ros2_types"] = Stub("free_fleet.ros2_types")  # DDS, which no ROS 1 robot speaks
+    sys.path[:0] = [str(FREE_FLEET / "free_fleet"), str(FREE_FLEET / "free_fleet_adapter")]
+    from free_fleet_adapter import nav1_robot_adapter
+    yield nav1_robot_adapter
+    sys.path[:] = path
+    for name in set(sys.modules) - set(before):
+        if name.split(".")[0] in ("free_fleet", "free_fleet_adapter", *names):
+            del sys.modules[name]
+
+
+class Stamp(rospy.Time):
+    """Of rclpy and of tf2."""
+
+    def to_msg(self):
+        return self
+
+
+@pytest.fixture(scope="module")
+def rig():
+    with Rig() as one:
+        one.start_page()
+        one.add_robot("r1")
+        wait_until_driving(one, one.robots["r1"])
+        yield one
+
+
+@pytest.fixture
+def session(rig):
+    with open_session(client_settings(f"tcp/127.0.0.1:{rig.router_port}")) as one:
+        yield one
+
+
+def test_the_keys_are_those_of_its_own_function(adapter_module):
+    for topic in (*keys.OUT, *keys.IN):
+        package, name = topic[1]._type.split("/")
+        assert keys.ros_key(topic, "r1") == adapter_module.get_zenoh_name_of_ros1_topic(
+            adapter_module.ROS1_STORE, f"/r1/{topic[0]}", f"{package}/msg/{name}")
+
+
+def test_it_reads_the_robot_sends_it_two_goals_and_cancels_the_second(adapter_module, rig, session):
+    settings = {"initial_map": "L1", "robot_frame": "base_link"}
+    robot = adapter_module.Nav1RobotAdapter("r1", None, settings, Node(), session, None, Buffer())
+    seen = rig.seen("r1")["pose"]
+    wait_for(lambda: robot.get_pose()[0] >= seen[0], "a pose that moves on")
+    assert robot.get_pose()[1:] == pytest.approx(seen[1:], abs=0.02)
+    wait_for(lambda: robot.get_battery_soc() == 0.75, "the battery")
+    handler = robot.move_base_handler
+    wait_for(handler.get_goal_status_array, "move_base's status")
+    sent = []
+    for x in (2.0, 3.0):
+        # its trap: a goal's nanoseconds must be later than those of the status before, also over a second's end
+        for _ in range(10):
+            goal = handler.navigate_to_pose(x, 0.5, 0.0, 0.1)
+            if goal:
+                break
+        assert goal, (rig.seen("r1"), rig.robots["r1"].goals(), rig.robots["r1"].words(), handler.goal_status_array)
+        sent.append(goal)
+    assert {"goal 2 0.5", "goal 3 0.5"} <= set(rig.robots["r1"].goals())
+    wait_for(lambda: handler.get_active_goal_status(), "the goal to be active")
+    handler.stop_current_navigation()
+    wait_for(lambda: "left 3" in rig.robots["r1"].goals(), "the cancel")
+    wait_for(lambda: handler.get_goal_status(sent[-1]).status == 2, "PREEMPTED")
+
+
+def test_an_absent_robot_and_the_frame_base_footprint_are_its_known_traps(adapter_module, rig, session):
+    """docs/fleet.md tells both; they are free_fleet's to mend."""
+    for name, settings in (("nobody", {"robot_frame": "base_link"}), ("r1", {})):
+        with pytest.raises(RuntimeError, match=f"Timeout trying to initialize robot .{name}"):
+            adapter_module.Nav1RobotAdapter(name, None, {"initial_map": "L1", "init_timeout_sec": 1, **settings},
+                                            Node(), session, None, Buffer())
+    assert rig.seen("r1")

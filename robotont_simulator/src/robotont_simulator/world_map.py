@@ -1,0 +1,40 @@
+"""The world's own map, latched, and where on it the odometry starts: as a map server and a localization would send."""
+
+import math
+
+import numpy as np
+import rospy
+import tf2_ros
+from geometry_msgs.msg import TransformStamped
+from nav_msgs.msg import OccupancyGrid
+
+from robotont_simulator.world import FREE, OCCUPIED, draw_map
+
+RESOLUTION = 0.05  # [m] per cell
+
+
+class WorldMap:
+    """Publishes them for as long as it lives. Raises WorldError where the start is in a wall."""
+
+    def __init__(self, world, odom_frame):
+        start = TransformStamped(child_frame_id=odom_frame)
+        start.header.stamp, start.header.frame_id = rospy.Time.now(), "map"
+        start.transform.translation.x, start.transform.translation.y, yaw = world.start
+        start.transform.rotation.z, start.transform.rotation.w = math.sin(yaw / 2), math.cos(yaw / 2)
+        # static, so that the transforms of a localization which is started later take its place
+        self._broadcaster = tf2_ros.StaticTransformBroadcaster()
+        self._broadcaster.sendTransform(start)
+        if world.boxes:
+            self._publisher = rospy.Publisher("map", OccupancyGrid, queue_size=1, latch=True)
+            self._publisher.publish(message(*draw_map(world, RESOLUTION)))
+
+
+def message(image, origin):
+    """The OccupancyGrid of what `draw_map` has drawn."""
+    grid = OccupancyGrid()
+    grid.header.stamp, grid.header.frame_id = rospy.Time.now(), "map"
+    grid.info.resolution, (grid.info.height, grid.info.width) = RESOLUTION, image.shape
+    grid.info.origin.position.x, grid.info.origin.position.y = origin
+    grid.info.origin.orientation.w = 1.0
+    grid.data = np.select([image == FREE, image == OCCUPIED], [0, 100], -1)[::-1].ravel().tolist()
+    return grid

@@ -1,0 +1,56 @@
+"""Maps and scans in the form in which pages draw them."""
+
+import io
+import math
+import zlib
+
+import numpy as np
+from PIL import Image
+
+from robotont_driver.kinematics.se2 import pose_of
+
+LARGEST_MAP = 4000 * 4000  # [cells]
+SCAN_RAYS = 180            # at most
+OCCUPIED, FREE, UNKNOWN = (130, 255), (255, 48), (0, 64)  # (grey, opacity): on light and on dark ground alike
+
+
+def map_picture(message):
+    """(PNG, {number, width [m], height [m], origin: (x, y, yaw)}) of an OccupancyGrid. Raises ValueError."""
+    info = message.info
+    place = pose_of(info.origin)
+    if not (info.resolution > 0 and all(map(math.isfinite, (info.resolution, *place)))):
+        raise ValueError(f"a resolution of {info.resolution:g} m at {place}")
+    if not 0 < info.width * info.height <= LARGEST_MAP or len(message.data) != info.width * info.height:
+        raise ValueError(f"{info.width} x {info.height} cells with {len(message.data)} values; "
+                         f"allowed: up to {LARGEST_MAP}")
+    cells = np.array(message.data, dtype=np.int8).reshape(info.height, info.width)[::-1]
+    pixels = np.full((*cells.shape, 2), UNKNOWN, dtype=np.uint8)
+    pixels[cells >= 0] = FREE
+    pixels[cells >= 50] = OCCUPIED
+    output = io.BytesIO()
+    Image.fromarray(pixels, "LA").save(output, "PNG")
+    size = info.width * info.resolution, info.height * info.resolution
+    # of what it shows: a page that stays open over a restart of this node takes no other map for its own
+    number = zlib.crc32(repr((size, place)).encode(), zlib.crc32(output.getvalue()))
+    return output.getvalue(), {"number": number, "width": size[0], "height": size[1], "origin": place}
+
+
+def thinned_scan(message, laser, number):
+    """A LaserScan for JSON, of SCAN_RAYS at most, None where it has no angles; laser: (x, y, yaw) on the robot."""
+    if not (math.isfinite(message.angle_min) and math.isfinite(message.angle_increment)):
+        return None
+    step = max(1, math.ceil(len(message.ranges) / SCAN_RAYS))
+    ranges = [finite(value, 2) if message.range_min <= value <= message.range_max else None
+              for value in message.ranges[::step]]
+    return {"number": number, "from": rounded(laser, 3), "first": round(message.angle_min, 4),
+            "step": round(message.angle_increment * step, 5), "ranges": ranges}
+
+
+def rounded(values, decimals):
+    """List of the values, None for those that are not finite; None for None."""
+    return None if values is None else [finite(value, decimals) for value in values]
+
+
+def finite(value, decimals):
+    """The value rounded, or None where it is not finite."""
+    return round(value, decimals) if value is not None and math.isfinite(value) else None

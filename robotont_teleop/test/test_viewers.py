@@ -1,0 +1,161 @@
+"""Viewers by Foxglove's protocol: who may look, and what a rude or slow one does to others."""
+
+import json
+import struct
+
+import pytest
+from tornado.httpclient import HTTPClientError, HTTPRequest
+from tornado.websocket import websocket_connect
+from web_client import TOKEN, Served
+
+from robotont_testing.harness import wait_for
+
+SCAN = ("/scan", "sensor_msgs/LaserScan", "float32[] ranges")
+MAP = ("/map", "nav_msgs/OccupancyGrid", "int8[] data")
+
+
+class Topics:
+    """Stands in for ViewerTopics."""
+
+    hear = None
+
+    def start(self, hear):
+        self.hear = hear
+
+    def stop(self):
+        self.hear = None
+
+    def description(self):
+        return "<robot/>"
+
+
+class Viewer:
+    """A client that keeps all that comes."""
+
+    def __init__(self, served, query="", origin=None, protocol="foxglove.websocket.v1"):
+        self.told, self.data, self.closed = [], [], False
+        request = HTTPRequest(f"ws://127.0.0.1:{served.port}/foxglove{query}",
+                              headers={"Origin": origin} if origin else {})
+
+        async def connect():
+            return await websocket_connect(request, on_message_callback=self._take, subprotocols=[protocol])
+        self._served, self._connection = served, served.do(connect())
+
+    def _take(self, message):
+        if message is None:
+            self.closed = True
+        elif isinstance(message, bytes):
+            self.data.append((struct.unpack("<BIQ", message[:13])[1], message[13:]))
+        else:
+            self.told.append(json.loads(message))
+
+    def send(self, message):
+        async def write():
+            self._connection.write_message(message)
+        self._served.do(write())
+
+    def channels(self):
+        return {channel["topic"]: channel for message in self.told if message["op"] == "advertise"
+                for channel in message["channels"]}
+
+    def subscribe(self, topic, number):
+        channel = wait_for(lambda: self.channels().get(topic), topic)
+        self.send(json.dumps({"op": "subscribe", "subscriptions": [{"id": number, "channelId": channel["id"]}]}))
+
+    def close(self):
+        async def end():
+            self._connection.close()
+        self._served.do(end())
+
+
+@pytest.fixture
+def topics():
+    return Topics()
+
+
+@pytest.fixture
+def served(topics):
+    with Served(viewer_topics=topics, viewer_origins=("https://viewer.example",)) as server:
+        yield server
+
+
+@pytest.fixture
+def guarded(topics):
+    with Served(TOKEN, viewer_topics=topics) as server:
+        yield server
+
+
+@pytest.mark.parametrize("query, origin", [("", None), ("?token=wrong", None), ("?token=wrong", "http://localhost")])
+def test_in_the_network_nobody_looks_without_the_token(guarded, query, origin):
+    with pytest.raises(HTTPClientError) as refusal:
+        Viewer(guarded, query, origin)
+    assert refusal.value.code == 401
+
+
+def test_with_the_token_any_viewer_looks(guarded):
+    viewer = Viewer(guarded, f"?token={TOKEN}", "https://app.foxglove.dev")
+    wait_for(lambda: viewer.told and viewer.told[0]["op"] == "serverInfo", "the server's word")
+    assert viewer.told[0]["capabilities"] == ["parameters"]
+
+
+def test_without_a_token_web_sites_look_only_if_they_are_named(served):
+    for origin in (None, "http://localhost:8080", "https://viewer.example"):
+        viewer = Viewer(served, origin=origin)
+        wait_for(lambda viewer=viewer: viewer.told, "the server's word")
+    for origin in ("https://evil.example", "null"):
+        with pytest.raises(HTTPClientError) as refusal:
+            Viewer(served, origin=origin)
+        assert refusal.value.code == 403
+
+
+def test_another_protocol_is_refused(served):
+    viewer = Viewer(served, protocol="foxglove.websocket.v9")
+    wait_for(lambda: viewer.closed, "the end")
+
+
+def test_topics_are_subscribed_while_somebody_looks(served, topics):
+    assert topics.hear is None
+    one, other = Viewer(served), Viewer(served)
+    wait_for(lambda: topics.hear, "the subscriptions")
+    one.close()
+    topics.hear(*SCAN, b"1", False)
+    wait_for(lambda: other.channels(), "a channel")
+    other.close()
+    wait_for(lambda: topics.hear is None, "the end of the subscriptions")
+
+
+def test_messages_reach_those_who_subscribe_and_latched_ones_those_who_come_later(served, topics):
+    one = Viewer(served)
+    wait_for(lambda: topics.hear, "the subscriptions")
+    topics.hear(*MAP, b"map", True)
+    topics.hear(*SCAN, b"old", False)
+    one.subscribe("/scan", 7)
+    wait_for(lambda: topics.hear(*SCAN, b"new", False) or (7, b"new") in one.data, "a scan")
+    late = Viewer(served)
+    late.subscribe("/map", 3)
+    wait_for(lambda: late.data == [(3, b"map")], "the map")
+    assert {number for number, _ in one.data} == {7}
+    one.send(json.dumps({"op": "unsubscribe", "subscriptionIds": [7]}))
+    one.send(json.dumps({"op": "getParameters", "parameterNames": ["/robot_description"], "id": "a"}))
+    answer = wait_for(lambda: next((told for told in one.told if told["op"] == "parameterValues"), None), "the model")
+    assert answer == {"op": "parameterValues", "id": "a", "parameters": [
+        {"name": "/robot_description", "value": "<robot/>"}]}
+    seen = len(one.data)
+    topics.hear(*SCAN, b"unseen", False)
+    late.subscribe("/scan", 1)
+    wait_for(lambda: topics.hear(*SCAN, b"x", False) or (1, b"x") in late.data, "a scan")
+    assert len(one.data) == seen
+
+
+def test_a_viewer_cannot_publish_and_nonsense_disturbs_nobody(served, topics):
+    viewer = Viewer(served)
+    for text in ("", "[]", "{}", "nonsense", '{"op": "advertise", "channels": [{"id": 1, "topic": "cmd_vel"}]}',
+                 '{"op": "subscribe", "subscriptions": [{"id": 1, "channelId": 99}]}', '{"op": "subscribe"}',
+                 '{"op": "setParameters", "parameters": [{"name": "x", "value": 1}]}', "[" * 500, "\x01\x00"):
+        viewer.send(text)
+    wait_for(lambda: topics.hear, "the subscriptions")
+    topics.hear(*SCAN, b"1", False)
+    viewer.subscribe("/scan", 5)
+    wait_for(lambda: topics.hear(*SCAN, b"2", False) or (5, b"2") in viewer.data, "a scan")
+    assert served.robot.sent == []
+    assert served.robot.orders == []

@@ -107,6 +107,7 @@ def test_no_goal_is_executed_that_was_sent_before_a_cut(rig):
     time.sleep(1.0)
     assert robot.goals() == []
     rig.stop(robot.fleet_node, signal.SIGKILL)
+    del rig.robots["r4"]
     proxy.close()
 
 

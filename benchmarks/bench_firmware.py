@@ -31,7 +31,7 @@ TARGET = 50  # [%]
 PROGRAM = """
 sys.path.insert(0, {src!r})
 from robotont_firmware import config
-from robotont_firmware.controller import Controller
+from robotont_firmware.main_loop import Controller
 import micropython
 
 class Board:

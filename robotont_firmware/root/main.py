@@ -5,7 +5,7 @@ import gc
 import micropython
 
 _CTRL_C = 3
-_HUNGRIEST_FIRST = ("pid", "fault_watch", "protocol", "controller", "profile_bounds", "board")
+_HUNGRIEST_FIRST = ("wheel_speed", "fault_watch", "protocol", "main_loop", "profile_bounds", "board")
 
 
 def load():
@@ -19,7 +19,7 @@ def main():
     """Run until the PC asks for the REPL; however it ends, the motors are off and the heap is free."""
     load()
     from robotont_firmware import board, config
-    from robotont_firmware.controller import Controller
+    from robotont_firmware.main_loop import Controller
     from robotont_firmware.protocol import seal
 
     note = board.take_note()

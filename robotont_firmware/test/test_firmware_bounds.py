@@ -13,7 +13,7 @@ import pytest
 from firmware_tools import DUAL, GOLDEN, SRC
 
 BOUND = 1 << 30
-MODULES = ("protocol", "fault_watch", "pid", "controller")
+MODULES = ("protocol", "fault_watch", "wheel_speed", "main_loop")
 
 
 class Watch:
@@ -146,7 +146,7 @@ def test_control_stays_in_bounds(watched, extreme):
     watch, modules = watched
     config = modules.config
     if extreme:  # the largest gains that Pid lets pass
-        speed = modules.pid.MAX_COUNTS * 256
+        speed = modules.wheel_speed.MAX_COUNTS * 256
         error = speed + config.MAX_SPEED * 256
         reach = 2 * config.MAX_SPEED * 256
         largest = {
@@ -161,13 +161,13 @@ def test_control_stays_in_bounds(watched, extreme):
             setattr(config, name, value)
         while True:  # the integral may not outgrow 30 bits either: find the smallest I_GAIN that passes
             try:
-                modules.pid.Pid(config)
+                modules.wheel_speed.Pid(config)
                 break
             except ValueError:
                 config.I_GAIN += 1
     rng = random.Random(2)
     top = config.MAX_SPEED * 256
-    pid, braking = modules.pid.Pid(config), modules.pid.Pid(config)
+    pid, braking = modules.wheel_speed.Pid(config), modules.wheel_speed.Pid(config)
     patterns = [(a, b) for a in (top, -top, 1, 0) for b in (32767, -32768, 400, -400, 0)]
     for setpoint, counts in patterns + [
         (rng.randint(-top, top), rng.choice((-32768, 32767))) for _ in range(500)
@@ -175,7 +175,7 @@ def test_control_stays_in_bounds(watched, extreme):
         for _ in range(40 if abs(counts) != 1 else 1):
             pid.step(setpoint, counts)
             braking.brake(counts)
-    assert watch.where.startswith("pid:")
+    assert watch.where.startswith("wheel_speed:")
     assert watch.largest > 1 << 27
 
 
@@ -214,7 +214,7 @@ def test_the_loop_stays_in_bounds(watched, extreme):
         def write(self, buffer, size):
             pass
 
-    controller = modules.controller.Controller(WildBoard(), config, reset_cause="test")
+    controller = modules.main_loop.Controller(WildBoard(), config, reset_cause="test")
     controller.start()
     for _ in range(1000):
         controller.step(rng.choice((1, 1, 2, 0xFFFF)))

@@ -12,7 +12,7 @@ from robotont_driver.kinematics.wheel_params import read_wheels
 from robotont_driver.odometry.odometry import WheelOdometry
 from robotont_driver.protocol.dialects import make_dialect
 from robotont_driver.protocol.packet import format_packet, parse_packet
-from robotont_firmware.controller import Controller
+from robotont_firmware.main_loop import Controller
 from robotont_simulator.simulated_board import SimulatedBoard, configuration
 from robotont_testing.dc_motors import Motors
 from robotont_testing.robots import SHIPPED

@@ -6,7 +6,7 @@ import sys
 from sim_motor import SimBoard, SimMotor
 
 from robotont_firmware import config
-from robotont_firmware.controller import Controller
+from robotont_firmware.main_loop import Controller
 
 try:
     import micropython

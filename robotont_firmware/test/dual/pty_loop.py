@@ -18,7 +18,7 @@ sys.path.insert(0, __file__.rsplit("/", 1)[0])
 from sim_motor import SimMotor
 
 from robotont_firmware import config
-from robotont_firmware.controller import Controller
+from robotont_firmware.main_loop import Controller
 
 TICK = 1000000 // config.RATE  # [us]
 IN_TIME = 300  # [us] a tick that comes later is the operating system's doing

@@ -153,7 +153,7 @@ class SimMotor:
 
 
 class SimBoard:
-    """The board interface of robotont_firmware.controller over simulated motors; time is the ticks.
+    """The board interface of robotont_firmware.main_loop over simulated motors; time is the ticks.
 
     latency: [ms] from the tick until the new effort acts, which the board spends reading and calculating.
     sent: every byte that was written. faults: set faults[wheel] to raise a motor driver's fault.

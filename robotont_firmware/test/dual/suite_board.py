@@ -9,7 +9,7 @@ from fake_hardware import ADC, UART, WDT, Machine, Pyb, Reset, Timer, levels, lo
 fake_hardware.install()
 
 from robotont_firmware import board, config, wiring_robotont21  # noqa: E402
-from robotont_firmware.controller import Controller  # noqa: E402
+from robotont_firmware.main_loop import Controller  # noqa: E402
 
 ROOT = sys.path[1].rsplit("/", 1)[0] + "/root/"  # the runner puts src/ second
 

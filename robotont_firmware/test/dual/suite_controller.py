@@ -3,7 +3,7 @@
 from dual_tools import Config, Locked, Robot, checked
 
 from robotont_firmware import __version__, config
-from robotont_firmware.controller import Controller
+from robotont_firmware.main_loop import Controller
 from robotont_firmware.protocol import TIMED_OUT, WAITS_FOR_ZERO
 
 ABOUT = f"robotont_firmware {__version__} wheels {{}} rate 50 units edges/period profile ours reset test"

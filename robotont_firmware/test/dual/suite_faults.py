@@ -5,8 +5,8 @@ from sim_motor import GOOD, HALF, REVERSED, UNPLUGGED
 
 from robotont_firmware import config
 from robotont_firmware.fault_watch import DRIVER_FAULT, NO_COUNTS, OVERLOAD, WRONG_WAY
-from robotont_firmware.pid import Pid
 from robotont_firmware.protocol import BATTERY_IS_LOW, TIMED_OUT, WAITS_FOR_ZERO
+from robotont_firmware.wheel_speed import Pid
 
 MICRO = 1000000
 CREEP = config.MAX_LOAD / 19.2 + 1  # [units] at which a free wheel turns that may have MAX_LOAD

@@ -7,8 +7,8 @@ from dual_tools import Config, Locked
 from sim_motor import PERIOD, SimMotor
 
 from robotont_firmware import config
-from robotont_firmware.controller import Controller
-from robotont_firmware.pid import MAX_COUNTS, Pid
+from robotont_firmware.main_loop import Controller
+from robotont_firmware.wheel_speed import MAX_COUNTS, Pid
 
 STEP = config.MAX_ACCELERATION * 256
 LATENCY = 3  # [ms]

@@ -89,7 +89,7 @@ class Machine:
 sys.modules["pyb"], sys.modules["machine"] = Pyb, Machine
 
 from robotont_firmware import board, config, wiring_robotont21  # noqa: E402
-from robotont_firmware.controller import Controller  # noqa: E402
+from robotont_firmware.main_loop import Controller  # noqa: E402
 
 LISTS = ("ENCODERS", "BACKWARD_ENCODERS", "PWM", "DIRECTIONS", "FAULTS")
 NAMES = [name for name in sorted(dir(config)) if name[0].isupper() and name not in ("PROFILE", "DESCRIPTION")]

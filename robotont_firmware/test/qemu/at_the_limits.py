@@ -8,7 +8,7 @@ import gc
 import micropython
 
 from robotont_firmware import bounds, config
-from robotont_firmware.controller import Controller
+from robotont_firmware.main_loop import Controller
 from robotont_firmware.protocol import crc16
 
 TUNED = (

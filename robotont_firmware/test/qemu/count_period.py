@@ -55,7 +55,7 @@ Machine.mem16 = Machine.mem32 = Memory()
 sys.modules["pyb"], sys.modules["machine"] = Pyb, Machine
 
 from robotont_firmware import board, config  # noqa: E402
-from robotont_firmware.controller import Controller  # noqa: E402
+from robotont_firmware.main_loop import Controller  # noqa: E402
 
 LINE = bytearray(b"-120.55:-119.75:-118.25;")
 from robotont_firmware.protocol import crc16  # noqa: E402

@@ -6,7 +6,7 @@ from robotont_driver.odometry.odometry import WheelOdometry
 from robotont_driver.protocol.checksum import add_checksum
 from robotont_driver.protocol.feedback_reader import FeedbackReader
 from robotont_driver.protocol.packet import format_packet
-from robotont_firmware.controller import Controller
+from robotont_firmware.main_loop import Controller
 from robotont_simulator.simulated_board import SimulatedBoard, configuration
 
 

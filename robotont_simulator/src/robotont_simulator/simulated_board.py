@@ -1,10 +1,10 @@
-"""The firmware's board interface over the simulation; see robotont_firmware.controller."""
+"""The firmware's board interface over the simulation; see robotont_firmware.main_loop."""
 
 import time
 import types
 
 from robotont_firmware import config
-from robotont_firmware.controller import Controller
+from robotont_firmware.main_loop import Controller
 
 DARK = 25  # [periods] that a board without power and then starting does nothing
 

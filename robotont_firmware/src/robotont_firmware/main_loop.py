@@ -21,8 +21,8 @@ from array import array
 from robotont_firmware import __version__, bounds, protocol
 from robotont_firmware.compat import const, micropython
 from robotont_firmware.fault_watch import DRIVER_FAULT, NO_FAULT, OVERLOAD
-from robotont_firmware.pid import Pid
 from robotont_firmware.protocol import Receiver, Sender
+from robotont_firmware.wheel_speed import Pid
 
 _FLAGS, _MISSED, _REFUSED, _WHEELS = const(0), const(1), const(2), const(3)  # places in the status
 _LAG = const(1280)  # [1/256 unit] a wheel or set-point that is farther from its aim changes the robot's motion,

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
-LISTS = [ROOT / "setup" / "pypi" / f"{name}.txt" for name in ("sim", "flash", "lint", "docs", "test")]
+LISTS = [ROOT / "setup" / "pypi" / f"{name}.txt" for name in ("sim", "fleet", "flash", "lint", "docs", "test")]
 TABLE = (ROOT / "docs" / "systems.md").read_text()
 SYSTEMS = re.findall(r"^\| [\w.-]+-[\d.]+ \|.*?\| (3\.\d+) \|", TABLE, re.MULTILINE)
 UV = Path(sys.executable).with_name("uv")

@@ -73,7 +73,8 @@ def test_200_stand_ins_without_ros():
         talker = threading.Thread(target=talk)
         talker.start()
         try:
-            wait_for(lambda: len(rig.view()["robots"]) == len(tokens), "all", PATIENCE)
+            wait_for(lambda: len([one for one in rig.view()["robots"] if one["age"] is not None]) == len(tokens),
+                     "all", PATIENCE)
             age, grown = watch(rig, len(tokens), SECONDS / 10)
             rig.order(kind="stop")
             wait_for(lambda: len(set(heard)) == len(tokens), "the stop at all")

@@ -4,6 +4,7 @@ It is fetched beside, never a part of this repository: ROBOTONT_FREE_FLEET or .b
 https://github.com/open-rmf/free_fleet makes it. rclpy and RMF are stood in for.
 """
 
+import importlib
 import math
 import os
 import sys
@@ -105,8 +106,7 @@ def adapter_module():
     transformations.quaternion_from_euler = lambda _r, _p, yaw: (0.0, 0.0, math.sin(yaw / 2), math.cos(yaw / 2))
     sys.modules["free_fleet.ros2_types"] = Stub("free_fleet.ros2_types")  # DDS, which no ROS 1 robot speaks
     sys.path[:0] = [str(FREE_FLEET / "free_fleet"), str(FREE_FLEET / "free_fleet_adapter")]
-    from free_fleet_adapter import nav1_robot_adapter
-    yield nav1_robot_adapter
+    yield importlib.import_module("free_fleet_adapter.nav1_robot_adapter")
     sys.path[:] = path
     for name in set(sys.modules) - set(before):
         if name.split(".")[0] in ("free_fleet", "free_fleet_adapter", *names):

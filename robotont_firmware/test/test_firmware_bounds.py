@@ -96,7 +96,7 @@ def watched(monkeypatch):
         source = (SRC / "robotont_firmware" / (name + ".py")).read_text()
         setattr(modules, name, instrument(source, name, watch, "robotont_firmware"))
     modules.config = __import__("robotont_firmware.config").config
-    modules.bounds = __import__("robotont_firmware.bounds").bounds
+    modules.bounds = __import__("robotont_firmware.gain_bounds").gain_bounds
     yield watch, modules
     for name in [name for name in sys.modules if name.split(".")[0] == "robotont_firmware"]:
         del sys.modules[name]
@@ -184,7 +184,7 @@ def test_the_loop_stays_in_bounds(watched, extreme):
     watch, modules = watched
     from dual_tools import Config, checked
 
-    # at the limits that robotont_firmware.bounds sets; test_firmware_qemu.py has every number at its own
+    # at the limits that robotont_firmware.gain_bounds sets; test_firmware_qemu.py has every number at its own
     edges = {"MAX_SPEED": 262, "MAX_ACCELERATION": 31, "FOLLOW": 256, "P_GAIN": 6335} if extreme else {}
     config = Config(**edges)
     modules.bounds.check(config)

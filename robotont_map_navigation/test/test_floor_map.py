@@ -4,7 +4,8 @@ import time
 import numpy as np
 import pytest
 
-from robotont_map_navigation.floor_map import FloorMap, refusal
+from robotont_map_navigation.floor_map import FloorMap
+from robotont_map_navigation.goal_check import refusal
 
 RADIUS = 0.16
 # 4 m x 2 m with a wall around it, and one across it at x = 2 m whose door begins at the upper wall

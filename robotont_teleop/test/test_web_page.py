@@ -351,3 +351,22 @@ def words(page):
         }
         return found.filter((text) => /[a-zäöüõ]{2}/i.test(text) && !/^[0-9.,+ -]*(ms|m\\/s|rad\\/s|m)$/.test(text));
     })()""")
+
+
+def test_nothing_moves_when_something_goes_wrong(page, served):
+    """A person may be about to press it."""
+    report(served)
+    page.wait("document.getElementById('fault').hidden", "a robot that is well")
+    for size in (PHONE, PHONE_LYING, DESKTOP):
+        page.look(size, False)
+        page.wait(f"innerWidth === {size[0]}", "the screen")
+        controls = ("#stop", "#move", "#turn", "#cap", "#closer", "#farther", "#view", "#details")
+        before = [page.box(control) for control in controls]
+        report(served, {LINK: (2, "is the cable in? " * 10)})
+        served.robot.press_emergency_stop()
+        page.wait("document.getElementById('fault').offsetHeight * document.getElementById('stopped').offsetHeight > 0",
+                  "both bars")
+        assert [page.box(control) for control in controls] == before
+        served.robot.release_emergency_stop()
+        report(served)
+        page.wait("document.getElementById('fault').hidden && document.getElementById('stopped').hidden", "their end")

@@ -144,6 +144,8 @@ function worstLight() {
   return worst?.level ? worst : empty || null;
 }
 
+new ResizeObserver(() => app.style.setProperty("--alarms", `${$("alarms").offsetHeight}px`)).observe($("alarms"));
+
 function showCap() {
   write($("cap_value"), number($("cap").value / 100 * limits.linear));
 }

@@ -14,7 +14,7 @@ less than a quarter of its speed is bounded, and for longer.
 
 from array import array
 
-from robotont_firmware import bounds
+from robotont_firmware import gain_bounds as bounds
 from robotont_firmware.compat import const, micropython, ptr32
 
 # What is wrong with a wheel; the packets' status field carries these numbers.

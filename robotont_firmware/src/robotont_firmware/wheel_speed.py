@@ -1,10 +1,10 @@
 """Speed controller of one wheel in fixed-point integers: feed-forward, PI(D), and limits.
 
 Speeds are in 1/256 unit, gains in 1/256 effort per unit, so a product carries 2^16 and is shifted back.
-Every intermediate value stays below 2^30 in magnitude; robotont_firmware.bounds refuses what could break that.
+Every intermediate value stays below 2^30 in magnitude; robotont_firmware.gain_bounds refuses what could break that.
 """
 
-from robotont_firmware import bounds
+from robotont_firmware import gain_bounds as bounds
 from robotont_firmware.compat import const, micropython
 from robotont_firmware.fault_watch import NO_FAULT, FaultWatch
 

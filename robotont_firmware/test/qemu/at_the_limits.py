@@ -7,7 +7,8 @@ import gc
 
 import micropython
 
-from robotont_firmware import bounds, config
+from robotont_firmware import config
+from robotont_firmware import gain_bounds as bounds
 from robotont_firmware.main_loop import Controller
 from robotont_firmware.protocol import crc16
 

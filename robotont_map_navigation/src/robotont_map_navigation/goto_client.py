@@ -15,7 +15,6 @@ from std_msgs.msg import String
 
 from robotont_driver.kinematics.se2 import compose, pose_of, yaw_of
 from robotont_driver.ros.rospy_internals import goal_id
-from robotont_map_navigation.floor_map import refusal
 from robotont_map_navigation.footprint import base_frame, needed_radius
 from robotont_map_navigation.goal import (
     INTERRUPTED,
@@ -29,6 +28,7 @@ from robotont_map_navigation.goal import (
     outcome,
     progress,
 )
+from robotont_map_navigation.goal_check import refusal
 from robotont_map_navigation.messages import floor_map_of
 
 SILENCE = 3.0      # [s] without a status of move_base, which sends five per second, and it is gone

@@ -16,8 +16,8 @@ from robotont_driver.parameters.parameters import Parameter
 from robotont_driver.ros.clocks import read_clocks
 from robotont_driver.ros.diagnostics import OK, WARN, Health
 from robotont_driver.ros.lifecycle import run_node
+from robotont_simulator.faulty_port import Port, PortError
 from robotont_simulator.official_firmware import OfficialFirmware, make_simulation
-from robotont_simulator.port import Port, PortError
 from robotont_simulator.simulated_board import SimulatedBoard, SimulatedFirmware
 from robotont_simulator.simulation import GOOD, REVERSED, UNPLUGGED, Simulation
 from robotont_simulator.world import World, WorldError, read_world

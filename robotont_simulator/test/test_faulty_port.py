@@ -3,12 +3,12 @@ import pty
 
 import pytest
 
-from robotont_simulator.port import Port, PortError
+from robotont_simulator.faulty_port import Port, PortError
 from robotont_testing.port_owners import given_away, program
 
 OWNER = """
 import sys, time
-from robotont_simulator.port import Port
+from robotont_simulator.faulty_port import Port
 port = Port(sys.argv[1])
 print("ready", flush=True)
 time.sleep(100)

@@ -97,7 +97,7 @@ fi
 for name; do
     try_system "$name" || status=1
 done
-echo "| system | Python | demo, s | test, s | demo downloads, MB | passed | failed | skipped |"
+echo "| system | Python | demo, s | test, s | packages for the demo, MiB | passed | failed | skipped |"
 echo "| --- | --- | --- | --- | --- | --- | --- | --- |"
 for name; do
     cat "$SYSTEMS/$name.logs/row" || true

@@ -5,7 +5,7 @@ import gc
 import micropython
 
 _CTRL_C = 3
-_HUNGRIEST_FIRST = ("wheel_speed", "fault_watch", "protocol", "main_loop", "wiring_check", "board")
+_HUNGRIEST_FIRST = ("wheel_speed", "fault_watch", "protocol", "main_loop", "check_wiring", "board")
 
 
 def load():

@@ -225,9 +225,9 @@ def test_boot_gets_the_pins_of_the_profile(flash, board, monkeypatch):
 
 def test_flashes_everything_and_prints_the_banner(flash, board, monkeypatch, capsys):
     assert {path.name for path in BOARD_FILES} == {
-        "__init__.py", "board.py", "boot.py", "compat.py", "config.py", "fault_watch.py", "gain_bounds.py", "main.py",
-        "main_loop.py", "protocol.py", "wheel_speed.py", "wiring.py", "wiring_check.py", "wiring_robotont21.py",
-        "wiring_vnh.py",
+        "__init__.py", "board.py", "boot.py", "check_wiring.py", "compat.py", "config.py", "fault_watch.py",
+        "gain_bounds.py", "main.py", "main_loop.py", "protocol.py", "wheel_speed.py", "wiring.py",
+        "wiring_robotont21.py", "wiring_vnh.py",
     }  # fmt: skip
     monkeypatch.setattr(flash, "check_compiles", board.check_compiles)
     assert flash_ours(flash, monkeypatch, board) == 0

@@ -8,8 +8,8 @@ from array import array
 import machine
 import pyb
 
+from robotont_firmware import check_wiring
 from robotont_firmware import gain_bounds as bounds
-from robotont_firmware import wiring_check
 
 TIMER_CLOCK = 80000000  # [Hz]
 _FULL_SCALE = 4095  # of the analogue input, 3.3 V
@@ -97,7 +97,7 @@ class Board:
     """
 
     def __init__(self, config):
-        wiring_check.check(config)
+        check_wiring.check(config)
         motors_off(config)
         self._motors = len(config.PWM)
         self._config = config
@@ -142,7 +142,7 @@ class Board:
         repl = pyb.repl_uart()
         pyb.repl_uart(None)  # also keeps a 0x03 on the line from raising KeyboardInterrupt
         try:
-            if config.UART == wiring_check.REPL_UART:
+            if config.UART == check_wiring.REPL_UART:
                 self._uart = pyb.UART(config.UART, config.BAUDRATE)
             else:
                 self._uart = pyb.UART(config.UART, config.BAUDRATE, rxbuf=bounds.line_bytes(config))

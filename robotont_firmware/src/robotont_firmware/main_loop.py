@@ -18,7 +18,8 @@ so the same loop drives the robot, the simulator and the tests. Nothing in it al
 
 from array import array
 
-from robotont_firmware import __version__, bounds, protocol
+from robotont_firmware import __version__, protocol
+from robotont_firmware import gain_bounds as bounds
 from robotont_firmware.compat import const, micropython
 from robotont_firmware.fault_watch import DRIVER_FAULT, NO_FAULT, OVERLOAD
 from robotont_firmware.protocol import Receiver, Sender

@@ -370,3 +370,14 @@ def test_nothing_moves_when_something_goes_wrong(page, served):
         served.robot.release_emergency_stop()
         report(served)
         page.wait("document.getElementById('fault').hidden && document.getElementById('stopped').hidden", "their end")
+
+
+def test_a_token_that_is_typed_can_be_seen(browser, guarded):
+    page = browser.page(f"http://127.0.0.1:{guarded.port}/")
+    page.wait("document.getElementById('show') !== null", "the login page")
+    page.run("document.getElementById('token').value = 'x'")
+    page.tap("#show")
+    page.wait("document.getElementById('token').type === 'text'", "the token")
+    page.tap("#show")
+    page.wait("document.getElementById('token').type === 'password'", "dots")
+    page.close()

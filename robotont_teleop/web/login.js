@@ -15,6 +15,9 @@ async function logIn(token) {
   answer.hidden = false;
 }
 
+document.getElementById("show").addEventListener("change", (event) => {
+  form.elements.token.type = event.target.checked ? "text" : "password";
+});
 form.addEventListener("submit", (event) => {
   event.preventDefault();
   logIn(form.elements.token.value.trim());

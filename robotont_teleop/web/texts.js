@@ -77,6 +77,7 @@ const TEXTS = {
     "Token (roboti terminalis)"],
   token_later: ["Too many wrong tokens: wait a minute", "Zu viele falsche Token: eine Minute warten",
     "Liiga palju valesid tokeneid: oota minut"],
+  token_show: ["Show what I type", "Eingabe zeigen", "Näita sisestatut"],
   token_wrong: ["Wrong token", "Falsches Token", "Vale token"],
   turn: ["Turn left or right; keys Q, E", "Links oder rechts drehen; Tasten Q, E", "Pööra vasakule või paremale; klahvid Q, E"],
   view: ["The robot from above", "Der Roboter von oben", "Robot pealtvaates"],

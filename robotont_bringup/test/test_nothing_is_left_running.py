@@ -30,7 +30,8 @@ MADE_LAST = {"demo": "demo.png", "pictures": "two_robots.png"}  # by those that 
 ENDINGS = [("demo", "SIGHUP"), ("bench", "SIGINT"), ("pictures", "SIGTERM"), ("sim", "SIGKILL"),
            *(pytest.param(*pair, marks=pytest.mark.long) for pair in (
                ("demo", "SIGTERM"), ("demo", "SIGKILL"), ("bench", "SIGTERM")))]
-TERMINAL = {"PATH": "/usr/bin:/bin", **{name: os.environ[name] for name in ("HOME", "ROBOTONT_LIFELINE")
+TERMINAL = {"PATH": "/usr/bin:/bin", "PYTHONUNBUFFERED": "1",  # by lines, as on a terminal
+            **{name: os.environ[name] for name in ("HOME", "ROBOTONT_LIFELINE")
                                          if name in os.environ}}  # a terminal without ROS' environment
 # Its signals as in a terminal, also where these tests run under nohup or in a shell's background.
 IN_A_TERMINAL = """import os, signal, sys
@@ -54,7 +55,8 @@ def drive_as_it_says(log, terminal):
     """What sim prints on how to go on is taken by its word."""
     wait_for(lambda: "Ctrl-C here ends all of it." in log.read_text(), "the hint", 60.0, 0.1)
     assert "[WARN]" not in log.read_text()  # a healthy start
-    assert re.search(r"/robotont_node: .*/board: the board speaks checked \(this project's firmware", log.read_text())
+    speaks = r"/robotont_node: .*/board: the board speaks checked \(this project's firmware"
+    wait_for(lambda: re.search(speaks, log.read_text()), "which board it is", 60.0, 0.1)
     page, = re.findall(r"drive the robot in a browser: (\S+)", log.read_text())
     assert b"<html" in urllib.request.urlopen(page, timeout=10.0).read()
     drive, = re.findall(r"by a topic +(.*)", log.read_text())

@@ -15,7 +15,7 @@ from robotont_fleet.zenoh_setup import client_settings, open_session, zenoh
 from robotont_testing.harness import suspended, wait_for
 from robotont_testing.stalling_proxy import StallingProxy
 
-pytestmark = [pytest.mark.skipif(zenoh is None, reason="no zenoh on this system"), pytest.mark.timed]
+pytestmark = [pytest.mark.skipif(zenoh is None, reason="no zenoh on this system"), pytest.mark.timed, pytest.mark.alone]
 NAMES = ("r1", "r2", "r3")
 
 
@@ -57,6 +57,7 @@ def release(rig):
         wait_for(lambda robot=robot: not rig.seen(robot.name).get("stopped", True), "the release", period=0.05)
 
 
+@pytest.mark.long
 def test_goals_by_click_and_of_free_fleet_are_pursued_and_cancelled(rig, adapter):
     robot = rig.robots["r1"]
     click(rig, "r1", 2.0)
@@ -68,6 +69,7 @@ def test_goals_by_click_and_of_free_fleet_are_pursued_and_cancelled(rig, adapter
     assert not rig.robots["r2"].goals()
 
 
+@pytest.mark.long
 def test_a_goal_that_waited_is_refused_without_asking_a_clock(rig):
     robot, state = rig.robots["r1"], rig.seen("r1")
     wait_for(lambda: rig.seen("r1")["number"] > state["number"] + 5, "2 s and more")
@@ -80,6 +82,7 @@ def test_a_goal_that_waited_is_refused_without_asking_a_clock(rig):
     rig.order(kind="cancel", name="r1")
 
 
+@pytest.mark.long
 def test_a_goal_that_waited_for_a_process_that_stood_is_refused_and_a_stop_obeyed(rig, adapter):
     robot = rig.robots["r2"]
     with suspended(robot.fleet_node.pid):
@@ -93,6 +96,7 @@ def test_a_goal_that_waited_for_a_process_that_stood_is_refused_and_a_stop_obeye
     release(rig)
 
 
+@pytest.mark.long
 def test_no_goal_is_executed_that_was_sent_before_a_cut(rig):
     proxy = StallingProxy(rig.router_port)
     robot = rig.add_robot("r4", f"_router:=tcp/127.0.0.1:{proxy.port}", board=False)
@@ -111,6 +115,7 @@ def test_no_goal_is_executed_that_was_sent_before_a_cut(rig):
     proxy.close()
 
 
+@pytest.mark.long
 def test_the_router_is_killed_and_all_come_back_with_their_state(rig):
     began = rig.seen("r1")["id"]
     rig.stop(rig.page, signal.SIGKILL)
@@ -134,6 +139,7 @@ def test_stop_all_stands_all_wheels_and_each_robot_confirms(rig):
     assert took < 0.5
 
 
+@pytest.mark.long
 def test_stop_is_repeated_until_a_robot_that_was_gone_has_confirmed(rig):
     robot = rig.robots["r3"]
     rig.stop(robot.fleet_node, signal.SIGKILL)
@@ -150,6 +156,7 @@ def test_stop_is_repeated_until_a_robot_that_was_gone_has_confirmed(rig):
     release(rig)
 
 
+@pytest.mark.long
 def test_two_robots_of_one_name_are_told_and_get_no_goals_but_stops(rig, adapter):
     two = rig.start("rosrun", "robotont_fleet", "fleet_node", "__name:=second", "_robot_name:=r1",
                     f"_router:=tcp/127.0.0.1:{rig.router_port}", **rig.robots["r2"].environment)
@@ -165,6 +172,7 @@ def test_two_robots_of_one_name_are_told_and_get_no_goals_but_stops(rig, adapter
     release(rig)
 
 
+@pytest.mark.long
 def test_metrics_are_prometheus_text_with_the_diagnostics_of_each(rig):
     status, text = rig.request("GET", "/metrics")
     lines = text.decode().splitlines()
@@ -174,6 +182,7 @@ def test_metrics_are_prometheus_text_with_the_diagnostics_of_each(rig):
         assert f'robotont_diagnostic{{robot="{name}",task="serial_com_node: link",key="level"}} 0' in lines
 
 
+@pytest.mark.long
 def test_fleet_node_costs_little(rig):
     pid = rig.robots["r1"].fleet_node.pid
     before, began = processor_time(pid), time.monotonic()
@@ -185,6 +194,7 @@ def test_fleet_node_costs_little(rig):
     assert memory <= 70.0  # rospy alone takes 47
 
 
+@pytest.mark.long
 def test_garbage_from_the_network_harms_nobody(rig, adapter):
     for key in (keys.order_key("r1"), keys.ros_key(keys.GOAL, "r1"), keys.ros_key(keys.CANCEL, "r1")):
         for payload in (b"", b"\xff" * 50, b"[]", b"{}", b'{"kind": "goal", "id": 3}', os.urandom(2000)):

@@ -117,7 +117,7 @@ def read_state(payload):
                 "page": given["page"] if str(given["page"]).startswith(("http://", "https://")) else "",
                 "versions": {_text(name): _text(value) for name, value in list(given["versions"].items())[:5]},
                 "note": _text(given["note"]), "namesakes": int(given["namesakes"])}
-    except (ValueError, KeyError, TypeError, AttributeError, RecursionError):
+    except (ValueError, KeyError, TypeError, AttributeError, OverflowError, RecursionError):
         return None
 
 

@@ -1,7 +1,8 @@
-"""One page for all robots: zenoh's router and a web server in one process, on the teacher's computer.
+"""One page for all robots: zenoh's router and a web server in one process.
 
-On this computer only, unless --network opens both to others: the page with a token, the router with a password for each
-robot, which --add makes. docs/fleet.md
+On the teacher's computer only, unless --network opens both to others: the page
+with a token, the router with a password for each robot, which --add makes.
+docs/fleet.md
 """
 
 import argparse

@@ -127,7 +127,8 @@ def run(options):
         print("calibrate_wheels: nothing is written", file=sys.stderr)
         return DOUBTFUL
     note = "Made by calibrate_wheels from " + ", ".join(each.name for each in runs) + "."
-    point = {"measuredPoint": list(found.point)} if "measuredPoint" in given or found.point != NOWHERE else {}
+    point = [round(length, 4) + 0.0 for length in found.point]  # to 0.1 mm: YAML takes 1e-06 for text
+    point = {"measuredPoint": point} if "measuredPoint" in given or found.point != NOWHERE else {}
     Path(options.output).write_text(with_values(text, {**found.parameters, **point}, note))
     print(f"parameters: {options.output}")
     return DOUBTFUL if warnings else 0

@@ -134,8 +134,9 @@ def test_stop_all_shows_who_has_confirmed_and_a_click_sends_a_robot(browser):
 
 
 @NEEDS_BROWSER
-@pytest.mark.parametrize(("size", "dark"), [(SMALL, False), (SMALL, True), (DESKTOP, False), (DESKTOP, True)])
-@pytest.mark.parametrize("robots", [0, 1, 40])
+@pytest.mark.parametrize(("robots", "size", "dark"), [
+    (0, SMALL, False), (1, DESKTOP, True), (40, SMALL, False), (40, SMALL, True), (40, DESKTOP, False),
+    (40, DESKTOP, True)])
 def test_the_page_fits_and_axe_finds_nothing(browser, tmp_path, size, dark, robots):
     with Served(robots) as server:
         for name, fields in (("robot1", {"worst": [2, "serial_com_node: link", "no board " * 12]}),

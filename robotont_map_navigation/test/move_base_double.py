@@ -80,6 +80,7 @@ class MoveBaseDouble:
                 start, rows = rospy.Time.now(), list(self._record)
         self._send()
         self._server.publish_feedback(MoveBaseFeedback(base_position=goal.target_pose))  # it has arrived
+        rospy.sleep(0.2)  # the result comes on a connection of its own: move_base's, too, some periods later
         self._server.set_succeeded(MoveBaseResult(), "Goal reached.")
 
 

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""odom_node with a gyro on ~imu (odom_node.test): its frame by TF, unplugged and plugged in again."""
+"""odom_node with a gyro on ~imu (timed_odom_node.test): its frame by TF, unplugged and plugged in again."""
 
 import math
 

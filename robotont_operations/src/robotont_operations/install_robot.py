@@ -6,6 +6,7 @@ import ipaddress
 import os
 import re
 import shutil
+import socket
 import subprocess
 import sys
 from pathlib import Path
@@ -148,8 +149,9 @@ def _install(options, live):
     if live:
         print("next: ./robotont status; the log: journalctl -fu 'robotont*'")
     if PAGE_UNIT in units:
-        print(f"the page's address and the file of its token: journalctl -u {PAGE_UNIT}" if live else
-              "the page's token will be made at its first start")
+        host = socket.gethostname() if live else "ROBOT"
+        print(f"phones: http://{host}:8100/ , and once the token that is made at the first start: "
+              "sudo cat /var/lib/robotont/robotont_teleop_token")
     return 0 if good else 1
 
 

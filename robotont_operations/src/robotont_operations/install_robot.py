@@ -150,8 +150,8 @@ def _install(options, live):
         print("next: ./robotont status; the log: journalctl -fu 'robotont*'")
     if PAGE_UNIT in units:
         host = socket.gethostname() if live else "ROBOT"
-        print(f"phones: http://{host}:8100/ , and once the token that is made at the first start: "
-              "sudo cat /var/lib/robotont/robotont_teleop_token")
+        print(f"phones: http://{host}:8100/ (or the address that hostname -I prints there), and once the token that is "
+              "made at the first start: sudo cat /var/lib/robotont/robotont_teleop_token")
     return 0 if good else 1
 
 

@@ -367,6 +367,10 @@ def test_nothing_moves_when_something_goes_wrong(page, served):
         page.wait("document.getElementById('fault').offsetHeight * document.getElementById('stopped').offsetHeight > 0",
                   "both bars")
         assert [page.box(control) for control in controls] == before
+        release = page.box("#release")
+        report(served)
+        page.wait("document.getElementById('fault').hidden", "the end of the fault")
+        assert page.box("#release") == release
         served.robot.release_emergency_stop()
         report(served)
         page.wait("document.getElementById('fault').hidden && document.getElementById('stopped').hidden", "their end")

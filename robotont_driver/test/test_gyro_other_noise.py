@@ -9,7 +9,7 @@ from scipy.stats import chi2
 from robotont_driver.kinematics import se2
 from robotont_driver.kinematics.kinematics import Kinematics
 from robotont_driver.kinematics.wheel_params import read_wheels
-from robotont_driver.nodes.odom_node import GYRO_BIAS_DRIFT, PARAMETERS
+from robotont_driver.nodes.odom_node import GYRO_BIAS_DRIFT, GYRO_SCALE_NOISE, GYRO_SCALE_NOISE_CALIBRATED, PARAMETERS
 from robotont_driver.odometry.gyro import SECOND, Gyro
 from robotont_driver.odometry.gyro_fusion import GyroFusion
 from robotont_driver.odometry.odometry import WheelOdometry
@@ -23,13 +23,13 @@ STANDS = np.zeros((100, 3))
 
 
 class Run:
-    """Odometry with its defaults along true twists, after a stand of 2 s; `changes` of the parameters."""
+    """Odometry with its defaults along true twists, after a stand of 2 s."""
 
-    def __init__(self, twists, rng, wheel_noise=0.012, changes=(), **gyro):
+    def __init__(self, twists, rng, wheel_noise=0.012, scale_noise=GYRO_SCALE_NOISE, **gyro):
         twists = np.concatenate([STANDS, twists])
-        given = {**DEFAULTS, **dict(changes)}
+        given = DEFAULTS
         self.fusion = GyroFusion(
-            Gyro(PERIOD, given["gyro_noise"], GYRO_BIAS_DRIFT, given["gyro_scale"], given["gyro_scale_noise"]),
+            Gyro(PERIOD, given["gyro_noise"], GYRO_BIAS_DRIFT, given["gyro_scale"], scale_noise),
             given["slip_false_alarms"])
         self.odometry = WheelOdometry(Kinematics(THREE), PERIOD, given["wheel_noise"], self.fusion)
         self.refused_at = None
@@ -62,7 +62,7 @@ def normalised(seeds, seconds=60, **given):
     return figures
 
 
-CALIBRATED = (("gyro_scale_noise", 3e-4),)
+CALIBRATED = GYRO_SCALE_NOISE_CALIBRATED
 CASES = {
     "a scale that is 1 % too large": {"scale": 0.01},
     "a scale that is 1 % too small": {"scale": -0.01},
@@ -84,7 +84,7 @@ def test_the_heading_is_as_good_as_stated(case, seeds):
 
 def test_with_a_gyro_that_was_calibrated_the_heading_is_03_degrees_off():
     """And stated to be more: most of it by a bias that may walk farther than this one."""
-    error, degrees, _ = normalised(10, changes=CALIBRATED, scale=lambda rng: rng.normal(0, 3e-4))
+    error, degrees, _ = normalised(10, scale_noise=CALIBRATED, scale=lambda rng: rng.normal(0, 3e-4))
     assert error < 1.5
     assert degrees < 0.3
 

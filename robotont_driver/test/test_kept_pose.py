@@ -25,7 +25,7 @@ def parameters(monkeypatch, tmp_path):
 
 
 def start(now):
-    return KeptPose("/robot/odom_node", rospy.get_param("/robot/odom_node/run", ""), now)
+    return KeptPose("/robot/odom_node", now)
 
 
 def test_the_next_run_goes_on_from_the_newest_pose_with_the_gap_in_its_covariance(parameters):

@@ -31,15 +31,10 @@ from robotont_fleet.zenoh_setup import ABSENT, client_settings, open_session, re
 PARAMETERS = (
     Parameter("robot_name", "", "in the fleet; empty: the namespace, or this computer's name"),
     Parameter("router", "tcp/127.0.0.1:7447", "of the fleet, as zenoh writes it: tcp/ADDRESS:7447"),
-    Parameter("password_file", "", "file with this robot's password; empty: robotont_fleet_password in ROS_HOME, where "
-              "there is one"),
     Parameter("zenoh_config", "", "file of zenoh's own settings in place of router and password, as for TLS"),
-    Parameter("state_rate", 2.0, "of what the robot says of itself", "Hz", minimum=0.1, maximum=20.0),
-    Parameter("transform_rate", 10.0, "of the robot's place", "Hz", minimum=0.1, maximum=100.0),
-    Parameter("oldest_goal", 2.0, "a goal that was sent longer ago is refused", "s", minimum=0.6, maximum=60.0,
-              reason="the router is asked every 0.5 s"),
-    Parameter("page", "", "address of the robot's own page; empty: that of web_teleop_node, where others may open it"),
 )
+STATE_PERIOD, PLACE_PERIOD = 0.5, 0.1  # [s] of what the robot says of itself, and of its place
+OLDEST_GOAL = 2.0  # [s] one that was sent longer ago is refused
 QUESTION, ANSWER = 0.5, 2.0  # [s] between two questions to the router; an answer may take
 
 
@@ -52,7 +47,7 @@ class FleetNode:
         self.name = parameters["robot_name"] or namespace or socket.gethostname()
         try:
             keys.check_name(self.name)
-            self._password = read_password(parameters["password_file"] or ros_home() / "robotont_fleet_password")
+            self._password = read_password(ros_home() / "robotont_fleet_password")
         except (ValueError, OSError) as error:
             refuse([str(error)])
         self._identity = secrets.token_hex(4)   # of this process: two robots of one name differ in it
@@ -63,7 +58,7 @@ class FleetNode:
         self._arrived = queue.Queue()           # (what handles it, payload, newest answered question [s])
         self._session = None
         self._state_due = 0.0
-        self._robot = RobotState(page_address(parameters["page"]))
+        self._robot = RobotState(page_address())
         Health(robot_name(), {"fleet": self._report})
         if zenoh is None:
             rospy.logwarn("fleet_node: %s", ABSENT)
@@ -115,11 +110,11 @@ class FleetNode:
             self._put_message(keys.TF, TFMessage([self._robot.chain.named(transform, fixed, stamp)
                                                   for transform, fixed in links]))
         if now >= self._state_due:
-            self._state_due = now + 1.0 / self._parameters["state_rate"]
+            self._state_due = now + STATE_PERIOD
             self._tell_state()
         elif self._heard != self._confirmed:
             self._tell_state()
-        return 1.0 / self._parameters["transform_rate"]
+        return PLACE_PERIOD
 
     def _tell_state(self):
         self._put(keys.state_key(self.name), self._state())
@@ -214,9 +209,9 @@ class FleetNode:
         """Send a goal that is fresh and cannot be meant for another robot; else say why not."""
         if self._others:
             refusal = f"goal refused: another robot is called {self.name}, too"
-        elif age > self._parameters["oldest_goal"]:
+        elif age > OLDEST_GOAL:
             refusal = "goal refused: it was sent before the connection was cut" if age == math.inf else \
-                f"goal refused: it may be {age:.1f} s old, allowed: {self._parameters['oldest_goal']:g} s"
+                f"goal refused: it may be {age:.1f} s old, allowed: {OLDEST_GOAL:g} s"
         else:
             refusal = send()
         if refusal:

@@ -31,7 +31,7 @@ def ros_key(topic, robot):
 
 
 def state_key(robot="*"):
-    """What the robot says of itself, as JSON, at ~state_rate and to who asks."""
+    """What the robot says of itself, as JSON, twice a second and to who asks."""
     return f"{OWN}/{robot}/state"
 
 

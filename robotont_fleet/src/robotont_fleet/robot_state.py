@@ -155,11 +155,11 @@ class RobotState:
                                    self._board)
 
 
-def page_address(given):
-    """Address of the robot's own page, or "" where other computers cannot open it. given: by the user; empty: look."""
+def page_address():
+    """Address of the robot's own page, or "" where other computers cannot open it."""
     parameters = rospy.get_param("web_teleop_node", {})
-    if given or parameters.get("address") not in ("0.0.0.0", "::"):
-        return given
+    if parameters.get("address") not in ("0.0.0.0", "::"):
+        return ""
     scheme = "https" if parameters.get("certificate") else "http"
     return f"{scheme}://{own_address()}:{parameters.get('port', 8100)}/"
 

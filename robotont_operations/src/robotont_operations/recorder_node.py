@@ -21,9 +21,8 @@ PARAMETERS = (
               "serial_read odom /diagnostics /rosout", "what is recorded, separated by blanks"),
     Parameter("keep", 60.0, "how long this run's messages are kept", "s", minimum=1.0, maximum=3600.0,
               reason="more does not fit into memory"),
-    Parameter("period", 1.0, "time between two files, each flushed to the disk: what a loss of power may cost", "s",
-              minimum=0.2, maximum=60.0),
 )
+PERIOD = 1.0         # [s] between two files, each flushed to the disk: what a loss of power may cost
 SIZE = 64_000_000    # [bytes] of all files together
 RUNS = 4             # runs of the recorder whose files are kept whatever their size, the present one included
 WAITING = 8_000_000  # [bytes] that may wait for the disk
@@ -45,7 +44,6 @@ class RecorderNode:
     """Gathers messages and hands them to the black box once a period."""
 
     def __init__(self, parameters):
-        self._period = parameters["period"]
         self._box = BlackBox(parameters["folder"], parameters["keep"], SIZE, RUNS)
         self._lock = threading.Lock()
         self._writing = threading.Lock()
@@ -74,7 +72,7 @@ class RecorderNode:
     def _work(self):
         begun = time.monotonic()
         self._write()
-        return max(0.0, begun + self._period - time.monotonic())
+        return max(0.0, begun + PERIOD - time.monotonic())
 
     def _write(self):
         with self._writing:

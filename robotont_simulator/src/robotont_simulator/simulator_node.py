@@ -33,7 +33,6 @@ PARAMETERS = (
     Parameter("odom_frame", "", "frame whose start on the map is published, with the world's own map; empty: neither"),
     Parameter("seed", 0, "of everything random: encoder offsets, spoilt bytes, errors of the gyro", minimum=0,
               maximum=999999999),
-    Parameter("base_frame", "base_link", "child frame of the ground truth"),
     Parameter("laser_frame", "laser", "frame of the scan"),
     Parameter("scan_rate", 10.0, "scans per second; 0 = off", "Hz", minimum=0.0, maximum=1000.0),
     Parameter("scan_field_of_view", 1.03, "centred on forward; 6.2831853 for all around", "rad", minimum=0.1,
@@ -121,7 +120,7 @@ class SimulatorNode:
 
     def _prepare_messages(self, wheels):
         given = self._parameters
-        self._truth = Odometry(child_frame_id=given["base_frame"])
+        self._truth = Odometry(child_frame_id=rospy.get_param("odom_node/base_frame", "base_link"))
         self._truth.header.frame_id = "map"
         field, rays = given["scan_field_of_view"], SCAN_RAYS
         self._angles = np.linspace(-field / 2, field / 2, rays, endpoint=field < 2 * math.pi - 1e-6)
@@ -133,7 +132,7 @@ class SimulatorNode:
         rate = given["scan_rate"]
         self._scan_ticks = max(1, round(wheels.pid_frequency / rate)) if rate else 0
         self._imu = Imu()
-        self._imu.header.frame_id = given["base_frame"]
+        self._imu.header.frame_id = self._truth.child_frame_id
         self._imu.orientation_covariance[0] = -1.0  # it reports none
         errors = self._simulation.imu_errors
         if errors:

@@ -93,9 +93,9 @@ class FoxgloveSocket(Guarded, tornado.websocket.WebSocketHandler):
         return super().authorised or self.server.access.log_in(token, self.request.remote_ip, time.monotonic()) == "in"
 
     def check_origin(self, origin):
-        """Called by tornado. With the token any viewer; else one on this computer, or one that the user has named."""
+        """Called by tornado. With the token any viewer; else one that this computer has served."""
         given = bool(self.get_query_argument("token", "")) and self.server.access.needs_token
-        return given or urlsplit(origin).hostname in LOCAL_NAMES or origin in self.server.settings.viewer_origins
+        return given or urlsplit(origin).hostname in LOCAL_NAMES
 
     def prepare(self):
         """Called by tornado before the connection is upgraded."""

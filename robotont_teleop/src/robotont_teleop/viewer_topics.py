@@ -7,6 +7,7 @@ import rospy
 
 from robotont_driver.ros.rospy_internals import connection_header, serialized
 
+TOPICS = ("odom", "scan", "map", "joint_states", "/tf", "/tf_static", "/diagnostics")
 RATE = 10.0        # [Hz] at most, of each publisher of a topic
 QUEUE = 5
 DESCRIPTION = "robot_description"  # parameter with the robot's model
@@ -15,8 +16,7 @@ DESCRIPTION = "robot_description"  # parameter with the robot's model
 class ViewerTopics:
     """Hands on the messages of some topics, for `RobotView`'s server; nothing is ever published."""
 
-    def __init__(self, topics):
-        self._topics = topics
+    def __init__(self):
         self._subscribers = []
         self._lock = threading.Lock()
         self._handed = {}  # (topic, publisher): [s] of its newest message that was handed on
@@ -28,7 +28,7 @@ class ViewerTopics:
                 self._handed.clear()
                 self._subscribers = [
                     rospy.Subscriber(topic, rospy.AnyMsg, self._on_message, (rospy.resolve_name(topic), hear),
-                                     queue_size=QUEUE) for topic in self._topics]
+                                     queue_size=QUEUE) for topic in TOPICS]
 
     def stop(self):
         """Unsubscribe."""

@@ -38,7 +38,6 @@ class ServerSettings(NamedTuple):
     max_connections: int    # open connections, pages among them
     speeds: Any             # Speeds that no page exceeds
     robot: str = "Robotont"  # name that people know it by
-    viewer_origins: Tuple[str, ...] = ()  # of viewers in browsers, beside this computer's own
 
 
 class WebServer:

@@ -41,11 +41,6 @@ PARAMETERS = (
     Parameter("dead_man", 0.25, "the robot stops after this long without a command of the page that drives it", "s",
               minimum=0.05, maximum=2.0,
               reason="for so long the robot drives on when the page dies"),
-    Parameter("robot_name", "", "name of the robot on the page; empty: its namespace, or this computer's name"),
-    Parameter("viewer_topics", "odom scan map joint_states /tf /tf_static /diagnostics", "topics that viewers without "
-              "ROS may see (Lichtblick, Foxglove), between blanks; empty: none"),
-    Parameter("viewer_origins", "", "addresses of web sites whose viewer may come without the token, such as "
-              "https://app.foxglove.dev, between blanks; those of this computer always may"),
     Parameter("camera", "camera/color/image_raw/compressed", "topic of the camera's JPEG pictures"),
 )
 STATE_RATE = 20.0  # [Hz] of the state that open pages get
@@ -127,10 +122,9 @@ async def serve(robot, access, token, file, parameters):
         names=host_names(parameters["host_names"]), scheme=scheme, rate=STATE_RATE,
         oldest=parameters["oldest_command"], dead_man=parameters["dead_man"], max_pages=MAX_PAGES,
         max_connections=MAX_CONNECTIONS, speeds=speeds,
-        robot=parameters["robot_name"] or rospy.get_namespace().strip("/") or socket.gethostname(),
-        viewer_origins=tuple(parameters["viewer_origins"].split()))
+        robot=rospy.get_namespace().strip("/") or socket.gethostname())
     folder = Path(rospkg.RosPack().get_path("robotont_teleop")) / "web"
-    server = WebServer(robot, access, settings, folder, ViewerTopics(parameters["viewer_topics"].split()))
+    server = WebServer(robot, access, settings, folder, ViewerTopics())
     address, port = parameters["address"], parameters["port"]
     try:
         port = server.listen(address, port, tls)

@@ -29,6 +29,7 @@ from robotont_driver.timing.packet_clock import SECOND, ArrivalClock, PacketCloc
 COMMAND_AGE = 0.5
 
 GYRO_BIAS_DRIFT = 7e-5   # [rad/s] how far a gyro's bias walks in 1 s, growing with the square root of the time
+GYRO_SCALE_NOISE, GYRO_SCALE_NOISE_CALIBRATED = 0.01, 3e-4  # [rad/s] at 1 rad/s; docs/odometry.md
 RECENTLY = 10 * SECOND  # [ns] for which the diagnostics warn that the clock was set
 
 PARAMETERS = (
@@ -50,11 +51,8 @@ PARAMETERS = (
     Parameter("gyro_noise", 2.5e-4, "density of the gyro's noise", "rad/s/sqrt(Hz)", minimum=1e-7, maximum=1.0),
     Parameter("gyro_scale", 1.0, "rate that the gyro reports when the robot turns at 1 rad/s", "rad/s", minimum=0.5,
               maximum=2.0, reason="a gyro that is farther off is broken"),
-    Parameter("gyro_scale_noise", 0.01, "standard deviation of gyro_scale; once it is calibrated 3e-4", "rad/s",
-              minimum=0.0, maximum=0.5),
     Parameter("joint_names", "", "names of the wheel joints in the wheel file's order, between blanks; empty: "
               "wheel_0_joint, ..."),
-    Parameter("run", "", "set by odom_node itself: started again with the same one, it goes on from its newest pose"),
     Parameter("joint_prefix", "", "put before the names of the wheel joints"),
 )
 
@@ -75,9 +73,9 @@ class OdomNode:
         if parameters["imu"] and period:
             self._gyro = GyroFusion(
                 Gyro(period, parameters["gyro_noise"], GYRO_BIAS_DRIFT, parameters["gyro_scale"],
-                     parameters["gyro_scale_noise"]), false_alarms)
+                     scale_noise(parameters["gyro_scale"])), false_alarms)
         self._odometry = WheelOdometry(kinematics, period, noise, self._gyro)
-        self._kept = KeptPose(name, parameters["run"], boot_time())
+        self._kept = KeptPose(name, boot_time())
         if self._kept.found:
             self._odometry.pose.resume(*self._kept.found[:2])
             rospy.logwarn("odom_node goes on from where it was %.1f s ago", self._kept.found.gap)
@@ -205,6 +203,11 @@ class OdomNode:
         if recently:
             return WARN, clock.event + "; odometry, transforms and joint states go on with its new time", values
         return OK, "by packet number and arrival" if self._odometry.period else "by arrival", values
+
+def scale_noise(scale):
+    """Standard deviation of a gyro's scale: of one out of the box, or of one that somebody has measured."""
+    return GYRO_SCALE_NOISE if scale == 1.0 else GYRO_SCALE_NOISE_CALIBRATED
+
 
 def check(_wheels, parameters, _other):
     """List of conflicts between parameters."""

@@ -14,6 +14,7 @@ from typing import NamedTuple, Tuple
 import rospy
 
 from robotont_driver.odometry.covariance import Covariance
+from robotont_driver.ros.node_parameters import RUN
 
 FOLDER = Path("/dev/shm")  # not on a disk: written for each packet, and gone with the machine's run
 LONGEST_GAP = 60.0         # [s] after a longer one nobody knows where the robot is
@@ -34,18 +35,19 @@ class Kept(NamedTuple):
 class KeptPose:
     """One file per run of a robot and user; a parameter of the node names it, so that a new launch starts anew.
 
-    name: full name of the node. run: its parameter `run`, empty in the first run. `found`: the `Kept` of the run
-    before, or None. Where there is no shared memory, nothing is kept.
+    name: full name of the node. `found`: the `Kept` of the run before, or None. Where there is no shared memory,
+    nothing is kept.
     """
 
-    def __init__(self, name, run, now):
+    def __init__(self, name, now):
         self.found = None
         self._slots = None
         self._turn = 0
+        run = rospy.get_param(f"{name}/{RUN}", "")
         prefix = f"robotont_odom_{os.getuid()}_"
         if not re.fullmatch("[0-9a-f]{32}", run):
             run = uuid.uuid4().hex
-            rospy.set_param(name + "/run", run)
+            rospy.set_param(f"{name}/{RUN}", run)
             _clear_away(prefix, now)
         try:
             self._file = _open(FOLDER / (prefix + run), os.O_CREAT)

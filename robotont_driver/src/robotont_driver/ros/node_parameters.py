@@ -13,6 +13,7 @@ from robotont_driver.parameters.parameters import (
     read_parameters,
 )
 
+RUN = "run"  # what odom_node writes for the one that comes after it: no user's
 # Parameters that every node has besides its own; diagnostic_updater documents this one.
 COMMON_PARAMETERS = (
     Parameter("diagnostic_period", 1.0, "between two diagnostics", "s", minimum=0.1, maximum=60.0),
@@ -35,6 +36,8 @@ def running_wheels(namespace):
 def private_parameters(table, node="~"):
     """The parameters of a node of this process by name. Raises ParameterError."""
     given = rospy.get_param(node, {})
+    if isinstance(given, dict):
+        given = {name: value for name, value in given.items() if name != RUN}
     if not isinstance(given, dict):
         raise ParameterError([fault("~", given, "parameters by name, as in `publish_rate: 20.0`: is a line missing?")])
     return read_parameters((*table, *COMMON_PARAMETERS), {**official_parameters(table), **given})

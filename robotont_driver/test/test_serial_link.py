@@ -89,20 +89,6 @@ def test_a_missing_port_is_reported_once_and_opened_when_it_comes(port, ends):
         assert len(end.changes) == 2
 
 
-def test_a_port_that_vanishes_and_comes_back(port, ends):
-    with Board(str(port)) as board:
-        end = ends()
-        for round_trip in range(1, 3):
-            wait_for(lambda: end.link.trouble is None and end.packets, "packets")
-            board.unplug()
-            wait_for(lambda: end.link.trouble, "the loss to be noticed")
-            end.packets.clear()
-            board.plug()
-            wait_for(lambda: end.packets, "packets after replugging")
-            assert end.link.opened == round_trip + 1
-        assert [change is None for change in end.changes] == [True, False] * 2 + [True]
-
-
 @pytest.mark.parametrize("error, advice", [
     (OSError(13, "could not open port x: [Errno 13] Permission denied"), "dialout"),
     (OSError(2, "could not open port x: [Errno 2] No such file"), "plugged in"),

@@ -150,14 +150,6 @@ def test_packets_of_another_robot_and_parameters_that_are_none(runs, tmp_path, c
     assert "bad.yaml: wheelAmount: found 2" in capsys.readouterr().err
 
 
-def test_what_cannot_be_written_is_refused_before_anything_else(runs, tmp_path, capsys):
-    odd = tmp_path / "odd.yaml"
-    odd.write_text(PARAMS.read_text().replace("wheelRadius: ", "wheelRadius: 0.04\nwheelRadius: "))
-    assert main(["--wheel-params", str(odd), "-o", str(tmp_path / "new.yaml"), *runs[1]]) == 1
-    assert "cannot be rewritten" in capsys.readouterr().err
-    assert not (tmp_path / "new.yaml").exists()
-
-
 def test_a_real_robot(tmp_path, capsys):
     """An excerpt of OptiOdom: the point is found, the error falls, and held-out runs are better, too."""
     folder = Path(__file__).parent / "data" / "optiodom"

@@ -16,7 +16,8 @@ from nav_msgs.msg import Odometry
 from std_msgs.msg import String, UInt8MultiArray
 
 from robotont_calibration import odometry_report
-from robotont_calibration.recordings import Recording, RecordingError, read_recording, write_csv
+from robotont_calibration.recording_files import read_recording, write_csv
+from robotont_calibration.recordings import Recording, RecordingError
 from robotont_calibration.trajectory import Trajectory, align, relative_errors, synchronise, timing, write_tum
 from robotont_calibration.trajectory_errors import Report
 from robotont_driver.kinematics.kinematics import Kinematics

@@ -27,7 +27,8 @@ from robotont_calibration.synthetic_runs import (
     true_of,
 )
 from robotont_calibration.trajectory import Trajectory
-from robotont_calibration.wheel_estimation import Unknowns, calibrate
+from robotont_calibration.unknowns import Unknowns
+from robotont_calibration.wheel_estimation import calibrate
 from robotont_driver.kinematics.kinematics import Kinematics
 from robotont_driver.kinematics.wheel_params import read_wheels
 from robotont_driver.odometry.odometry import WheelOdometry

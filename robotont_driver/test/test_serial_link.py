@@ -7,7 +7,7 @@ import time
 
 import pytest
 
-from robotont_driver.link import serial_link
+from robotont_driver.link import line_writer, serial_link
 from robotont_driver.link.port import explain
 from robotont_driver.link.serial_link import SerialLink
 from robotont_driver.protocol.checksum import add_checksum
@@ -153,7 +153,7 @@ def test_bytes_split_and_merged_arrive_whole(port, ends):
 def test_commands_wait_while_the_line_is_busy_and_the_newest_goes_out(port, ends, monkeypatch):
     """For an adapter that reports its queue; where it reports none, by the baudrate: test_outbox, alone_flood.test."""
     waiting = [100]
-    monkeypatch.setattr(serial_link, "waiting_bytes", lambda _: waiting[0])
+    monkeypatch.setattr(line_writer, "waiting_bytes", lambda _: waiting[0])
     with Board(str(port)) as board:
         end = ends()
         wait_for(lambda: end.packets, "packets")

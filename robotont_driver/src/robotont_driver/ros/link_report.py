@@ -6,7 +6,7 @@ from robotont_driver.ros.diagnostics import ERROR, OK, WARN, Rate
 
 
 class LinkReport:
-    """Tasks for `Health`. link: `SerialLink`; dialect: the one that is expected; refusals: `Refusals` on serial_write."""
+    """Tasks for `Health`. link: `SerialLink`; dialect: the expected one; refusals: `Refusals` of serial_write."""
 
     def __init__(self, link, dialect, refusals):
         self._link = link

@@ -71,11 +71,6 @@ class TestPlainPackets:
     def test_format(self, values, decimals, packet):
         assert format_packet(values, decimals) == packet
 
-    @given(st.lists(st.floats(-1e3, 1e3), min_size=3, max_size=6), st.integers(0, 6))
-    def test_what_is_written_is_read(self, values, decimals):
-        packet = format_packet(values, decimals)
-        assert parse_packet(packet, len(values)) == pytest.approx(values, abs=0.51 * 10 ** -decimals)
-
     @pytest.mark.parametrize("text, kind, words", [
         ("1:2:3", "fields", "no semicolon"), ("", "fields", "no semicolon"),
         ("1:2;", "fields", "2 fields instead of 3"),

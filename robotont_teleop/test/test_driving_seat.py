@@ -20,11 +20,6 @@ def seat():
     return DrivingSeat(LARGEST, oldest=0.2, dead_man=0.3)
 
 
-def test_the_first_page_that_moves_drives(seat):
-    assert seat.command("one", 10.0, FORWARD, 10.05) == FORWARD
-    assert seat.driver == "one"
-
-
 def test_others_watch_until_they_take_over(seat):
     seat.command("one", 10.0, FORWARD, 10.05)
     assert seat.command("two", 10.05, FORWARD, 10.06) is None

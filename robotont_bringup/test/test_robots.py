@@ -101,8 +101,8 @@ class Rig:
                 measured = self.odom[-1].twist.twist if self.odom else Twist()
                 return np.allclose((measured.linear.x, measured.linear.y, measured.angular.z), wanted, atol=0.05)
             wait_for(driven, f"the robot to drive {wanted}", period=0.03)
-            lines = [line if isinstance(line, bytes) else line.encode() for _, line in board.heard]
-            line = next(line for line in reversed(lines) if b"." in line).partition(b";")[0]
+            lines = b"".join(line if isinstance(line, bytes) else line.encode() + b"\n" for _, line in board.heard)
+            line = next(line for line in reversed(lines.splitlines()) if b"." in line).partition(b";")[0]
             found += map(float, re.findall(rb"-?\d+\.\d+", line))
         self.master.stop(launch)
         board.unplug()

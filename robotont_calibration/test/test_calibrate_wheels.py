@@ -8,13 +8,13 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 import yaml
+from synthetic_runs import TAPE, TRACKED, drives, recorded, true_of
 
 from robotont_calibration import calibration_guide
 from robotont_calibration.calibrate_wheels import main
 from robotont_calibration.cross_validation import HeldOut
 from robotont_calibration.odometry_report import main as odometry_report
 from robotont_calibration.recording_files import write_csv
-from robotont_calibration.synthetic_runs import TAPE, TRACKED, drives, recorded, true_of
 from robotont_calibration.wheel_file_writer import with_values
 from robotont_testing.robots import SHIPPED, WHEEL_PARAMS
 from robotont_testing.simulated_wheels import PERIOD

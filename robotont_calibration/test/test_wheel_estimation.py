@@ -4,6 +4,15 @@ import math
 
 import numpy as np
 import pytest
+from synthetic_runs import (
+    NOISE,
+    TAPE,
+    TRACKED,
+    recorded,
+    taped_runs,
+    tracked_runs,
+    true_of,
+)
 
 from robotont_calibration import wheel_estimation
 from robotont_calibration.calibration_runs import (
@@ -17,15 +26,6 @@ from robotont_calibration.calibration_runs import (
     turns,
 )
 from robotont_calibration.cross_validation import cross_validate, next_run
-from robotont_calibration.synthetic_runs import (
-    NOISE,
-    TAPE,
-    TRACKED,
-    recorded,
-    taped_runs,
-    tracked_runs,
-    true_of,
-)
 from robotont_calibration.trajectory import Trajectory
 from robotont_calibration.unknowns import Unknowns
 from robotont_calibration.wheel_estimation import calibrate

@@ -42,6 +42,7 @@ PARAMETERS = (
               "it; 0.127 in firmware from before March 2020", "m", minimum=0.01, maximum=10.0),
     Parameter("range_frame_prefix", "range_sensor_", "frames of the range sensors, before their number",
               official="range/sensor_frame_prefix"),
+    Parameter("base_frame", "base_link", "frame in which the range sensors stand"),
 )
 
 
@@ -71,8 +72,7 @@ class SerialComNode:
         self._link = SerialLink(
             parameters["port"], parameters["baudrate"], self._on_bytes, self._on_change, self._stop_packet,
             self._on_failure, write_timeout=parameters["write_timeout"])
-        base_frame = rospy.get_param("odom_node/base_frame", "base_link")
-        self._topics = OfficialTopics(parameters["range_frame_prefix"], base_frame, self._on_light)
+        self._topics = OfficialTopics(parameters["range_frame_prefix"], parameters["base_frame"], self._on_light)
         self._link.start()
         rospy.on_shutdown(self._close)
         topics.serial_write.subscribe(self._wheels, self._on_write, self._on_refused, queue_size=1)

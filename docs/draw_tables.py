@@ -11,6 +11,7 @@ from pathlib import Path
 from xml.etree import ElementTree
 
 import yaml
+
 from robotont_driver.nodes import driver_node, odom_node, serial_com_node
 from robotont_driver.ros.node_parameters import COMMON_PARAMETERS
 from robotont_fleet import fleet_node

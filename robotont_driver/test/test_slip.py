@@ -78,22 +78,6 @@ def test_a_wheel_that_slips_by_30_percent_is_named_and_left_out(number, wheel, k
     assert with_detection[1] <= without[1] / 4
 
 
-def test_the_false_alarm_rate_of_the_test_is_the_stated_one():
-    """At a rate so high that it shows: the share of packets whose window complains, against the limit's."""
-    wheels = read_wheels(even_wheels(4))
-    generator = np.random.default_rng(3)
-    counts = counted(wheels, rolled(wheels, mixed_drive(200, generator)), NOISE, generator)
-    finder = detector(wheels)
-    share = 0.01
-    limit = chi_square_limit(share, 1)
-    values = []
-    for packet in counts.tolist():
-        finder.update(packet)
-        values.append(finder.parity_test()[0])
-    found = np.mean(np.array(values) > limit)
-    assert 0.002 < found <= share  # less, because wheel parameters are right here and tolerance is kept for them
-
-
 @pytest.mark.parametrize("number, wheel", [(4, 0), (4, 3), (5, 3), (6, 2)])
 def test_a_dead_encoder_is_named_while_the_robot_starts(number, wheel):
     wheels = read_wheels(even_wheels(number))

@@ -133,20 +133,6 @@ class OfficialBoardsTest(NodeTest):
         self.processes.stop(self.node)
         wait_for(lambda: self.wire().endswith(b"0:0:0\r") and b"\x1b" in self.wire(), "the goodbye")
 
-    def test_another_robot_is_refused_with_the_one_that_fits(self):
-        for name, value in SHIPPED.items():
-            rosparam.set_param("/" + name, str(value))
-        self.start()
-        self.wait_for_status("serial_com_node: board", ERROR, "turns would be wrong): robot:=robotont2")
-        self.write.publish(DRIVE)
-        wait_for(lambda: "does not drive: the board speaks robotont2" in self.log.read_text(), "words in the log")
-        self.assertEqual(self.wire(), b"")
-        self.processes.stop(self.node)
-        rosparam.set_param("/wheelRads", "[0.0, 2.094395, 4.18879]")
-        forced = self.processes.node("serial_com_node", "_packets:=robotont2", log=self.log)
-        self.assertEqual(forced.wait(20), 1)
-        self.assertIn("cannot have these wheels", self.log.read_text())
-
 
 def board_edges(board):
     """Edges per wheel that the board has summed."""

@@ -101,8 +101,9 @@ class Rig:
                 measured = self.odom[-1].twist.twist if self.odom else Twist()
                 return np.allclose((measured.linear.x, measured.linear.y, measured.angular.z), wanted, atol=0.05)
             wait_for(driven, f"the robot to drive {wanted}", period=0.03)
-            lines = b"".join(line if isinstance(line, bytes) else line.encode() + b"\n" for _, line in board.heard)
-            line = next(line for line in reversed(lines.splitlines()) if b"." in line).partition(b";")[0]
+            heard = b"".join(line if isinstance(line, bytes) else line.encode() + b"\n" for _, line in board.heard)
+            lines = [line.partition(b";")[0] for line in heard.splitlines()]
+            line = next(line for line in reversed(lines) if b"." in line and re.search(b"[1-9]", line))
             found += map(float, re.findall(rb"-?\d+\.\d+", line))
         self.master.stop(launch)
         board.unplug()

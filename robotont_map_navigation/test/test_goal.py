@@ -27,6 +27,14 @@ from robotont_map_navigation.goto import parse_arguments
 GOAL = Goal(8.0, 8.0, 1.57)
 
 
+@pytest.mark.parametrize("read, text, value", [
+    (read_coordinate, "8", 8.0), (read_coordinate, " -1e-3", -0.001), (read_coordinate, "1000", 1000.0),
+    (read_yaw, "-3.14159", -3.14159), (read_yaw, "6.2831853", 6.2831853), (read_seconds, "0", 0.0),
+])
+def test_numbers_are_read(read, text, value):
+    assert read(text) == value
+
+
 @pytest.mark.parametrize("read, text, words", [
     (read_coordinate, "eight", "found 'eight', allowed: a number from -1000 to 1000 [m]"),
     (read_coordinate, "nan", "found 'nan'"), (read_coordinate, "-inf", "found '-inf'"),

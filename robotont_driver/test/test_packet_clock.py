@@ -188,7 +188,7 @@ def test_never_newer_than_now_and_never_older_than_the_last(moves):
         stamp = clock.stamp(arrival, arrival + wall)
         assert isinstance(stamp, int)
         if clock.steps == steps and before is not None:
-            assert stamp > before
+            assert stamp >= before + TICK  # tf2 holds stamps that differ by less for the same
             assert stamp <= max(arrival + wall, before + TICK)
         before = stamp
 

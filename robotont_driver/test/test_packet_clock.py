@@ -178,6 +178,12 @@ def test_a_clock_that_stands_still_silences_nothing():
     assert found == [SECOND + number * TICK for number in range(100)]
 
 
+def test_a_burst_is_told_apart_though_the_two_clocks_are_not_read_at_one_instant():
+    """tf2 in Python holds stamps that are nearer than 0.2 us for the same, warns, and drops the transform."""
+    clock = PacketClock(PERIOD)
+    assert np.diff([clock.stamp(SECOND, EPOCH + 50 * number) for number in range(9)]).min() >= TICK
+
+
 @given(st.lists(st.tuples(st.integers(-3 * SECOND, 3 * SECOND), st.integers(-3 * SECOND, 3 * SECOND)), max_size=300))
 def test_never_newer_than_now_and_never_older_than_the_last(moves):
     clock = PacketClock(PERIOD)

@@ -15,8 +15,8 @@ import rospy
 from robotont_demo.drive import Commander, drive
 from robotont_demo.picture import draw
 from robotont_demo.recording import Recorder, end_error
-from robotont_demo.robots import IdealMotors, Simulated
 from robotont_demo.scenario import commanded_path, plan
+from robotont_demo.simulated import IdealMotors, Simulated
 from robotont_driver.parameters.command_line import CommandLine
 from robotont_driver.robots.robot_folder import read_robot
 from robotont_driver.ros import rospy_internals

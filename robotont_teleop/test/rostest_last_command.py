@@ -22,6 +22,11 @@ while not rospy.is_shutdown():
     {drive}
     time.sleep(0.02)
 """
+PAGE = """
+from robotont_driver.kinematics.wheel_params import read_wheels
+from robotont_teleop.robot_view import RobotView
+view = RobotView(read_wheels(rospy.get_param("/")), "camera")
+"""
 KEYS_AND_PAD = """
 from robotont_teleop.hand_output import HandOutput
 output = HandOutput()
@@ -44,6 +49,9 @@ class LastCommandTest(NodeTest):
         wait_for(lambda: heard[-1] == twist(), "the zero")
         return [command for command, _ in itertools.groupby((message.linear.x, message.linear.y, message.angular.z)
                                                             for message in heard)]
+
+    def test_a_page(self):
+        self.assertEqual(self.heard_until_the_end("cmd_vel/hand", PAGE, f"view.send({DRIVE})"), [DRIVE, STOP])
 
     def test_keys_and_gamepad(self):
         """Who listens to cmd_vel/hand is no mux: a recorder does, too."""

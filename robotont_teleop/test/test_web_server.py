@@ -33,6 +33,15 @@ def test_a_page_drives_and_its_silence_stops(timely):
     assert timely.robot.sent[-1] == STOP
 
 
+def test_a_page_that_closes_stops(served):
+    page = served.ready_page()
+    page.drive(0.3)
+    wait_for(lambda: served.robot.sent, "the command")
+    page.close()
+    wait_for(lambda: served.robot.sent[-1] == STOP, "the stop")
+    assert served.server.seat.timeouts == 0
+
+
 def test_one_drives_and_the_others_watch(served):
     one, two = served.ready_page(), served.ready_page()
     one.drive(0.3)

@@ -124,6 +124,11 @@ def processor_time(pid):
     return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
 
 
+def proportional_memory(pid):
+    """[MiB], of what other processes use as well its share only (PSS)."""
+    return int(Path(f"/proc/{pid}/smaps_rollup").read_text().split("\nPss:")[1].split()[0]) / 1024
+
+
 def stop_time(rig, robots):
     """[s] from STOP ALL until the last wheel stands."""
     began = time.monotonic()

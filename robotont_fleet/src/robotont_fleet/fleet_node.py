@@ -231,6 +231,7 @@ class FleetNode:
         if self._session is None or age > 2 * ANSWER:
             return WARN, (f"no answer from {self._parameters['router']}: does ./robotont fleet run there, and is the "
                           "password right? The robot drives without it"), values
+        values["there and back [s]"] = f"{self._trips.took:.3f}"
         return OK, f"connected, {1000 * self._trips.took:.0f} ms there and back", values
 
 

@@ -17,9 +17,11 @@ from robotont_driver.protocol.dialects import AUTO, DISTANCE, NAMES, Recognised,
 from robotont_driver.protocol.dialects.dialect import DialectError
 from robotont_driver.protocol.dialects.recognition import explained
 from robotont_driver.protocol.packet import format_packet
+from robotont_driver.robots.battery import Battery, read_pack
 from robotont_driver.ros.diagnostics import ERROR, OK, WARN, Health, Rate
 from robotont_driver.ros.lifecycle import Part, init_node, serve
 from robotont_driver.ros.log_throttle import Refusals
+from robotont_driver.ros.node_parameters import refuse
 from robotont_driver.ros.official_topics import OfficialTopics
 from robotont_driver.ros.packet_topics import topics_between_processes
 
@@ -74,7 +76,11 @@ class SerialComNode:
             parameters["port"], parameters["baudrate"], self._on_bytes, self._on_change, self._stop_packet,
             self._on_failure, write_timeout=parameters["write_timeout"])
         base_frame = rospy.get_param("odom_node/base_frame", "base_link")
-        self._topics = OfficialTopics(parameters["range_frame_prefix"], base_frame, self._on_light)
+        try:
+            self._battery = Battery(read_pack(rospy.get_param("battery", None)))
+        except ValueError as error:
+            refuse([str(error)])
+        self._topics = OfficialTopics(parameters["range_frame_prefix"], base_frame, self._battery, self._on_light)
         self._link.start()
         rospy.on_shutdown(self._close)
         topics.serial_write.subscribe(self._wheels, self._on_write, self._on_refused, queue_size=1)
@@ -223,6 +229,8 @@ class SerialComNode:
 
     def _report_board(self):
         errors, warnings, values = self._dialect.spoken.report_board()
+        empty, words = self._battery.complaint
+        (errors if empty else warnings).extend([words] if words else [])
         if self._link.trouble:
             return WARN, "the port is closed", values
         level = ERROR if errors else WARN if warnings else OK

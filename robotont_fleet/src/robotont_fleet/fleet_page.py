@@ -182,7 +182,8 @@ def main():
         if options.add:
             users = add_users(users_file(), options.add)
             for name in options.add:
-                print(f"on {name}: umask 077; echo {users[name]} >~/.ros/robotont_fleet_password")
+                print(f"on {name}: umask 077; echo {users[name]} >"
+                      '"${ROS_HOME:-$HOME/.ros}/robotont_fleet_password"')
             return 0
         if options.free_fleet:
             print(free_fleet_text(options.robot, options.free_fleet), end="")

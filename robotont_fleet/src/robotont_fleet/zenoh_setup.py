@@ -35,6 +35,8 @@ def client_settings(router, user="", password=""):
     settings = {**COMMON, "mode": "client", "connect/endpoints": [router], "connect/timeout_ms": -1,
                 "connect/exit_on_failure": False, "connect/retry": {"period_init_ms": RETRY, "period_max_ms": RETRY},
                 "transport/unicast/qos/enabled": False}
+    if router.startswith("tls/"):
+        settings["transport/link/tls/root_ca_certificate"] = str(ros_home() / "robotont_fleet_ca.pem")
     return {**settings, **_login(user, password)} if password else settings
 
 

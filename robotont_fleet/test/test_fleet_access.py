@@ -9,9 +9,18 @@ import pytest
 from fleet_rig import Rig
 
 from robotont_fleet import keys
-from robotont_fleet.zenoh_setup import ABSENT, client_settings, open_session, read_password, read_users, zenoh
+from robotont_fleet.zenoh_setup import (
+    ABSENT,
+    client_settings,
+    open_session,
+    read_password,
+    read_users,
+    router_settings,
+    send,
+    zenoh,
+)
 from robotont_testing import places
-from robotont_testing.harness import Master, wait_for
+from robotont_testing.harness import Master, free_port, wait_for
 
 needs_zenoh = pytest.mark.skipif(zenoh is None, reason="no zenoh on this system")
 
@@ -90,6 +99,24 @@ def test_the_configuration_for_zenohd_is_the_same(rig):
     assert file.stat().st_mode & 0o077 == 0
     config = zenoh.Config.from_file(str(file))
     assert json.loads(config.get_json("access_control/default_permission")) == "deny"
+
+
+@needs_zenoh
+def test_states_and_orders_go_on_behind_a_jam():
+    """A robot was silent to the page for ever, although connected, that had once been short of processor time."""
+    port = free_port()
+    heard = {"up": [], "down": []}
+    with open_session(router_settings(f"tcp/127.0.0.1:{port}")) as router, \
+            open_session(client_settings(f"tcp/127.0.0.1:{port}")) as robot:
+        for session, key in ((router, "up"), (robot, "down")):
+            session.declare_subscriber(key, lambda sample, key=key: heard[key].append(len(sample.payload)))
+        for session, key in ((robot, "up"), (router, "down")):
+            wait_for(lambda session=session, key=key: send(session, key, "x") or heard[key], "the connection",
+                     period=0.1)
+            for _ in range(2000):
+                send(session, key, b"x" * 20000)
+            send(session, key, b"x" * 3)
+            wait_for(lambda key=key: heard[key][-1] == 3, "the first behind the jam", 60.0)
 
 
 @needs_zenoh

@@ -42,7 +42,7 @@ TABLES = {"driver_node": driver_node, "serial_com_node": serial_com_node, "odom_
 
 def seen(parameters, nodes):
     """What the nodes read of a master's parameters: the wheels, and theirs by node and name, official ones included."""
-    found = {"wheels": read_wheels(parameters), "robot": parameters.get("robot")}
+    found = {"wheels": read_wheels(parameters), "robot": parameters.get("robot"), "battery": parameters.get("battery")}
     composed = "robotont_node" in nodes
     for node in {*nodes, *(("driver_node", "serial_com_node", "odom_node") if composed else ())} & set(TABLES):
         own = parameters.get(node, {})

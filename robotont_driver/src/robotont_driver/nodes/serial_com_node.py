@@ -17,10 +17,12 @@ from robotont_driver.protocol.dialects import AUTO, DISTANCE, NAMES, Recognised,
 from robotont_driver.protocol.dialects.dialect import DialectError
 from robotont_driver.protocol.dialects.recognition import explained
 from robotont_driver.protocol.packet import format_packet
+from robotont_driver.robots.battery import Battery, read_pack
 from robotont_driver.ros.diagnostics import Health
 from robotont_driver.ros.lifecycle import Part, init_node, serve
 from robotont_driver.ros.link_report import LinkReport
 from robotont_driver.ros.log_throttle import Refusals
+from robotont_driver.ros.node_parameters import refuse
 from robotont_driver.ros.official_topics import OfficialTopics
 from robotont_driver.ros.packet_topics import topics_between_processes
 
@@ -72,11 +74,16 @@ class SerialComNode:
         self._link = SerialLink(
             parameters["port"], parameters["baudrate"], self._on_bytes, self._on_change, self._stop_packet,
             self._on_failure, write_timeout=parameters["write_timeout"])
-        self._topics = OfficialTopics(parameters["range_frame_prefix"], parameters["base_frame"], self._on_light)
+        try:
+            battery = Battery(read_pack(rospy.get_param("battery", None)))
+        except ValueError as error:
+            refuse([str(error)])
+        self._topics = OfficialTopics(parameters["range_frame_prefix"], parameters["base_frame"], battery,
+                                      self._on_light)
         self._link.start()
         rospy.on_shutdown(self._close)
         topics.serial_write.subscribe(self._wheels, self._on_write, self._on_refused, queue_size=1)
-        self._report = LinkReport(self._link, self._dialect, self._refusals)
+        self._report = LinkReport(self._link, self._dialect, self._refusals, battery)
         Health(parameters["port"], {"link": self._report.report_link, "board": self._report.report_board}, name)
 
     def _on_refused(self, error):

@@ -8,10 +8,11 @@ from robotont_driver.ros.diagnostics import ERROR, OK, WARN, Rate
 class LinkReport:
     """Tasks for `Health`. link: `SerialLink`; dialect: the expected one; refusals: `Refusals` of serial_write."""
 
-    def __init__(self, link, dialect, refusals):
+    def __init__(self, link, dialect, refusals, battery):
         self._link = link
         self._dialect = dialect
         self._refusals = refusals
+        self._battery = battery
         self._rate = Rate()
         self._failures = 0        # of this program, already reported
         self._trouble_before = 0  # errors up to the last report
@@ -60,6 +61,8 @@ class LinkReport:
     def report_board(self):
         """Level, words and values of what the board says of itself."""
         errors, warnings, values = self._dialect.spoken.report_board()
+        empty, words = self._battery.complaint
+        (errors if empty else warnings).extend([words] if words else [])
         if self._link.trouble:
             return WARN, "the port is closed", values
         level = ERROR if errors else WARN if warnings else OK

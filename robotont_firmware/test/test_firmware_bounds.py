@@ -125,8 +125,8 @@ def test_packets_stay_in_bounds(watched):
     for line in lines:
         for wheels in (3, 4, 5):
             data = line.encode()
-            modules.protocol.Receiver(wheels).feed(data, len(data))
-    receiver = modules.protocol.Receiver(3)
+            modules.receiver.Receiver(wheels).feed(data, len(data))
+    receiver = modules.receiver.Receiver(3)
     receiver.dropped = BOUND // 2 - 2  # just before it starts again from 0
     for _ in range(3):
         receiver.feed(b"?\n", 2)

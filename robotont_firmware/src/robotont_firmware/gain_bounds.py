@@ -5,7 +5,7 @@ integer, which the locked heap refuses with a MemoryError: in mid-drive, not at 
 checked before the motors are given free. The tests run the loop at these limits on an emulated Cortex-M.
 """
 
-from robotont_firmware.protocol import MAX_UNITS
+from robotont_firmware.receiver import MAX_UNITS
 
 LARGEST = 0x3FFFFFFF  # the largest small integer
 MOTOR_VOLTAGE = 12000  # [mV] at which the gains of config.py hold

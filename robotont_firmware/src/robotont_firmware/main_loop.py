@@ -22,7 +22,8 @@ from robotont_firmware import __version__, protocol
 from robotont_firmware import gain_bounds as bounds
 from robotont_firmware.compat import const, micropython
 from robotont_firmware.fault_watch import DRIVER_FAULT, NO_FAULT, OVERLOAD
-from robotont_firmware.protocol import Receiver, Sender
+from robotont_firmware.protocol import Sender
+from robotont_firmware.receiver import Receiver
 from robotont_firmware.wheel_speed import Pid
 
 _FLAGS, _MISSED, _REFUSED, _WHEELS = const(0), const(1), const(2), const(3)  # places in the status

@@ -2,7 +2,8 @@
 
 from dual_tools import Locked, checked, crc_slow, golden
 
-from robotont_firmware.protocol import LINE_SIZE, Receiver, Sender, crc16, put_decimal, put_hex, seal
+from robotont_firmware.protocol import Sender, crc16, put_decimal, put_hex, seal
+from robotont_firmware.receiver import LINE_SIZE, Receiver
 
 
 def feed(receiver, data):

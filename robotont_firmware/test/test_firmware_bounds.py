@@ -13,7 +13,7 @@ import pytest
 from firmware_tools import DUAL, GOLDEN, SRC
 
 BOUND = 1 << 30
-MODULES = ("protocol", "fault_watch", "wheel_speed", "main_loop")
+MODULES = ("protocol", "receiver", "setpoints", "fault_watch", "status", "wheel_speed", "main_loop")
 
 
 class Watch:
@@ -137,7 +137,7 @@ def test_packets_stay_in_bounds(watched):
         receiver.feed(data, len(data))
     sender = modules.protocol.Sender(3)
     for value in (-32768, 32767):
-        sender.pack(255, [value] * 3, [65535] * 3, [255] * 6)
+        sender.pack(255, [value] * 3, [65535] * 3, [255] * 8)
     assert watch.largest > 1 << 26  # the fraction's rounding was reached
 
 

@@ -46,6 +46,10 @@ FOLLOW = 100  # [1/256 of the way per period] the reference nears the set-point:
 LEAD = 640  # [1/256] feed-forward's lead: the wheel's own time constant (100 ms) over the reference's
 STANDSTILL = 5  # [periods] set-point 0 and no edge for this long: motor off, integral 0
 
+# One wheel driven on its own while no commands come, by the order `!test` (./robotont wheels --bring-up).
+TEST_EFFORT = 400  # [effort] 10 %
+TEST_TIME = 25  # [periods] 0.5 s, whatever the PC does
+
 # Serial line to the PC: USART2, the ST-Link's virtual port, shared with the REPL.
 UART = 2
 BAUDRATE = 115200

@@ -32,6 +32,7 @@ _RANGES = (  # name, least, most; what depends on other numbers is added in `che
     ("BESIDE_SHARE", 0, 256),
     ("WRONG_EDGES", 1, 2000),
     ("OVERLOAD_TIME", 1, 200),
+    ("TEST_TIME", 1, 100),
 )
 
 
@@ -49,6 +50,7 @@ def check(config):
     check_number(config, "MAX_ACCELERATION", 1, LARGEST // (2 * speed * 256))  # all set-points move by one fraction
     for name in ("STATIC", "MAX_EFFORT", "MAX_TORQUE", "CONTINUOUS_TORQUE", "MAX_LOAD"):
         check_number(config, name, 0, full)
+    check_number(config, "TEST_EFFORT", 0, full // 4)
     for name, factor in (
         ("SPEED_GAIN", MAX_COUNTS * 256),
         ("P_GAIN", error),

@@ -1,11 +1,13 @@
 r"""Packets of the serial line, read and written without allocating memory.
 
 PC to board: set-points in units, `-18.90:0.00:18.90;\n` (plain) or `-18.90:0.00:18.90;1050\n` (checked).
-Board to PC: `-19:0:19;SS:E0E0:E1E1:E2E2:FFMMRRWWW:CCCC\n`, the edges of one period, always checked.
+Board to PC: `-19:0:19;SS:E0E0:E1E1:E2E2:FFMMRRWWWVVVLL:CCCC\n`, the edges of one period, always checked.
 CCCC is the CRC-16/CCITT-FALSE of every byte before it, SS the packet counter, EEEE each encoder's total
-modulo 2^16, all in upper-case hexadecimal. FFMMRRWWW is the board's status: flags, missed ticks and refused
-lines modulo 256, and one digit per wheel: what is wrong with it (robotont_firmware.fault_watch).
-Readable text, too: `# text;CCCC\n`. The PC may send `?;CCCC\n` (asks for the identity) and `!repl;CCCC\n`.
+modulo 2^16, all in upper-case hexadecimal. FFMMRRWWWVVVLL is the board's status: flags, missed ticks and refused
+lines modulo 256, one digit per wheel: what is wrong with it (robotont_firmware.fault_watch), the battery's voltage
+[10 mV] and the load [% of a period], each 0 where it is not measured.
+Readable text, too: `# text;CCCC\n`. The PC may send `?;CCCC\n` (asks for the identity), `!test 0+;CCCC\n`
+(drives one wheel for a moment) and `!repl;CCCC\n`.
 
 Numbers are integers in 1/256 unit. Every intermediate value stays below 2^30 in magnitude, where the
 board's small integers end and MicroPython would start to allocate.
@@ -13,12 +15,7 @@ board's small integers end and MicroPython would start to allocate.
 
 from array import array
 
-from robotont_firmware.compat import const, micropython, ptr8, ptr16
-
-# Flags of the status field.
-TIMED_OUT = const(1)  # no valid command for TIMEOUT: the motors are off
-WAITS_FOR_ZERO = const(2)  # after a fault, or a start that was not requested: a command of all zeros is needed
-BATTERY_IS_LOW = const(4)
+from robotont_firmware.compat import SIGN, const, micropython, ptr8, ptr16, ptr32
 
 _NEWLINE = const(10)
 _MINUS = const(45)
@@ -90,6 +87,41 @@ def put_hex(buffer, at: int, value: int, digits: int) -> int:
     return at
 
 
+@micropython.viper
+def _put_decimals(buffer, numbers, amount: int) -> int:
+    """Write `a:b:...;` from the beginning of the buffer; return the index behind it."""
+    out = ptr8(buffer)
+    values = ptr32(numbers)
+    sign = int(SIGN)
+    at = 0
+    for index in range(amount):
+        value = values[index] << sign >> sign
+        at = int(put_decimal(buffer, at, value))
+        out[at] = _COLON
+        at += 1
+    out[at - 1] = _SEMICOLON
+    return at
+
+
+@micropython.viper
+def _put_hexes(buffer, at: int, numbers, first: int, end: int, digits: int, colons: int) -> int:
+    """Write numbers[first:end] (16 bits each) in hexadecimal, behind a colon each or without; return the index."""
+    out = ptr8(buffer)
+    values = ptr16(numbers)
+    for index in range(first, end):
+        if colons:
+            out[at] = _COLON
+            at += 1
+        value = values[index]
+        shift = 4 * digits
+        while shift > 0:
+            shift -= 4
+            digit = (value >> shift) & 15
+            out[at] = digit + _ZERO if digit < 10 else digit + _TEN
+            at += 1
+    return at
+
+
 class Sender:
     """Writes feedback packets into one buffer, made once.
 
@@ -97,7 +129,7 @@ class Sender:
     """
 
     def __init__(self, wheels):
-        self.buffer = bytearray(40 + 13 * wheels)
+        self.buffer = bytearray(45 + 13 * wheels)
         self._wheels = wheels
 
     @micropython.native
@@ -105,28 +137,20 @@ class Sender:
         """Write a feedback packet; return its length [bytes].
 
         counter: packet counter, its low 8 bits are sent. counts: edges of this period, one integer per
-        wheel, within +-32768. totals: each encoder's total, 0..65535. status: flags, missed ticks, refused
-        lines (low 8 bits of each are sent), then each wheel's fault, 0..15.
+        wheel, within +-32768 (array "i"). totals: each encoder's total, 0..65535 (array "H"). status (array "H"):
+        flags, missed ticks, refused lines (low 8 bits of each are sent), each wheel's fault, 0..15, the battery's
+        voltage (12 bits) and the load (8 bits).
         """
         buffer = self.buffer
         wheels = self._wheels
-        at = 0
-        for wheel in range(wheels):
-            if wheel > 0:
-                buffer[at] = _COLON
-                at += 1
-            at = put_decimal(buffer, at, counts[wheel])
-        buffer[at] = _SEMICOLON
-        at = put_hex(buffer, at + 1, counter, 2)
-        for wheel in range(wheels):
-            buffer[at] = _COLON
-            at = put_hex(buffer, at + 1, totals[wheel], 4)
+        at = _put_decimals(buffer, counts, wheels)
+        at = put_hex(buffer, at, counter, 2)
+        at = _put_hexes(buffer, at, totals, 0, wheels, 4, 1)
         buffer[at] = _COLON
-        at += 1
-        for index in range(3):
-            at = put_hex(buffer, at, status[index], 2)
-        for wheel in range(wheels):
-            at = put_hex(buffer, at, status[3 + wheel], 1)
+        at = _put_hexes(buffer, at + 1, status, 0, 3, 2, 0)
+        at = _put_hexes(buffer, at, status, 3, 3 + wheels, 1, 0)
+        at = _put_hexes(buffer, at, status, 3 + wheels, 4 + wheels, 3, 0)
+        at = _put_hexes(buffer, at, status, 4 + wheels, 5 + wheels, 2, 0)
         buffer[at] = _COLON
         at += 1
         at = put_hex(buffer, at, crc16(buffer, at), 4)

@@ -369,6 +369,7 @@ tool = copying.tool
 copying.tool = lambda name: {program!r} if name == "mpremote" else tool(name)
 copying.compile_file = lambda path, target: shutil.copy(str(path), str(target))
 boards.LISTENING = 0.05
+boards.refuse_others = lambda port: None  # the stand-in has it open, too
 sys.argv[1:] = ["--port", {port!r}, "--profile", "ours", "--yes"]
 sys.exit(program.main())
 """
@@ -403,7 +404,7 @@ def test_killed_at_random_moments(flash, tmp_path, monkeypatch, moments):
         board.gone = True
     print(dict(seen))
     assert not seen["mixture"]
-    assert seen["old"]
+    assert min(seen["old"], seen["new"])
     assert sum(seen.values()) == moments
 
 

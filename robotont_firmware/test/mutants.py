@@ -15,9 +15,9 @@ from pathlib import Path
 
 from firmware_tools import DUAL, GOLDEN, SRC, tool
 
-SUITES = ("suite_faults", "suite_drives", "suite_controller", "suite_pid")
+SUITES = ("suite_watch", "suite_faults", "suite_drives", "suite_controller", "suite_pid")
 FUNCTIONS = ("direction", "reset", "bound", "look")
-NUMBERS = ("MAX_LOAD", "BLIND_TIME", "BLIND_SHARE", "CHANGING_SHARE", "BLIND_FLOOR", "BESIDE_SHARE", "WRONG_EDGES",
+NUMBERS = ("MAX_LOAD", "BLIND_TIME", "BLIND_SHARE", "CHANGING_SHARE", "BESIDE_SHARE", "WRONG_EDGES",
            "BLOCKED_INTEGRAL")  # fmt: skip
 OPPOSITE = {ast.Lt: ast.GtE, ast.Gt: ast.LtE, ast.LtE: ast.Gt, ast.GtE: ast.Lt, ast.Add: ast.Sub, ast.Sub: ast.Add,
             ast.And: ast.Or, ast.Or: ast.And, ast.LShift: ast.RShift, ast.RShift: ast.LShift}  # fmt: skip

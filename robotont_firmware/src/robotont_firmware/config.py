@@ -31,7 +31,6 @@ MAX_LOAD = 400  # [effort] of 0.5 A that a healthy wheel may need above a free o
 BLIND_TIME = 14  # [periods] at that bound make a fault of a wheel; 24 while the robot changes its motion
 BLIND_SHARE = 197  # [1/256 of its speed] a wheel that counts less is slow,
 CHANGING_SHARE = 128 # [1/256 of its speed] or less than this while the robot changes its motion
-BLIND_FLOOR = 5  # [units] a wheel may always be driven by what turns a free one at 1.15 times this
 BESIDE_SHARE = 64  # [1/256] or at this part of the fastest wheel's set-point
 WRONG_EDGES = 16  # [edges] backward are no tremor; the least that a wheel has to owe for a fault
 

@@ -28,7 +28,6 @@ _RANGES = (  # name, least, most; what depends on other numbers is added in `che
     ("BLIND_TIME", 1, 1000),
     ("BLIND_SHARE", 0, 256),
     ("CHANGING_SHARE", 0, 256),
-    ("BLIND_FLOOR", 0, 200),
     ("BESIDE_SHARE", 0, 256),
     ("WRONG_EDGES", 1, 2000),
     ("OVERLOAD_TIME", 1, 200),

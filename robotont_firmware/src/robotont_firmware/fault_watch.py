@@ -134,7 +134,6 @@ class FaultWatch:
         if settled and missing < 0 and counted > 0 and push * 8 < (n[_STATIC] + n[_LOAD]) * -7:
             fault = WRONG_WAY
             missing = 0 - missing
-            ahead = 0 - ahead
         if fault == NO_FAULT:
             if n[_BLIND] > 0:
                 owed = n[_OWED] - (counted * 2 * periods if counted > 0 else 0)

@@ -35,7 +35,8 @@ class TestGolden:
         assert plain == vector["plain"]
         assert add_checksum(plain).decode() == vector["checked"]
 
-    @pytest.mark.parametrize("vector", [*GOLDEN["feedback"], *GOLDEN["feedback_with_status"]])
+    @pytest.mark.parametrize("vector", [*GOLDEN["feedback"], *GOLDEN["feedback_with_status"],
+                                        *GOLDEN["feedback_with_battery"]])
     def test_feedback_is_read(self, vector):
         packet = CheckedPacket(vector["packet"].rstrip("\n"), len(vector["counts"]))
         assert (list(packet.counts), packet.counter) == (vector["counts"], vector["counter"])
@@ -45,6 +46,7 @@ class TestGolden:
         if status:
             found = [status.flags, status.missed, status.refused, list(status.wheels)]
             assert found == [vector[name] for name in ("flags", "missed", "refused", "faults")]
+            assert (status.voltage, status.load) == (vector.get("battery", 0) / 100, vector.get("load", 0))
 
     @pytest.mark.parametrize("vector", GOLDEN["texts"], ids=lambda v: v["words"])
     def test_texts_are_read(self, vector):

@@ -119,8 +119,10 @@ class Board:
     def _tick(self, _):
         """Latch all encoders at one moment, in the timer's interrupt."""
         self._tick_began = ticks_cpu()
+        latched = self._latched
+        encoders = self._encoders
         for motor in range(self._motors):
-            self._latched[motor] = self._encoders[motor].counter()
+            latched[motor] = encoders[motor].counter()
         self._ticks = (self._ticks + 1) & 0xFFFF
 
     @micropython.native
@@ -130,11 +132,14 @@ class Board:
         self._longest = max(spent, self._longest)
         while self._ticks == self._seen:
             pyb.wfi()
+        latched = self._latched
+        taken = self._taken
+        motors = self._motors
         ticks = -1
         while ticks != self._ticks:  # again when the next tick came in between
             ticks = self._ticks
-            for motor in range(self._motors):
-                self._taken[motor] = self._latched[motor]
+            for motor in range(motors):
+                taken[motor] = latched[motor]
             self._began = self._tick_began
         periods = (ticks - self._seen) & 0xFFFF
         self._seen = ticks

@@ -27,7 +27,7 @@ from robotont_firmware.fault_watch import DRIVER_FAULT, NO_FAULT, OVERLOAD
 from robotont_firmware.protocol import Sender
 from robotont_firmware.receiver import Receiver
 from robotont_firmware.setpoints import Setpoints, clear, differences
-from robotont_firmware.status import TIMED_OUT, WAITS_FOR_ZERO, WHEELS, Status
+from robotont_firmware.status import BEAT, TIMED_OUT, WAITS_FOR_ZERO, WHEELS, Status
 from robotont_firmware.wheel_speed import Pid
 
 _LAG = const(1280)  # [1/256 unit] a wheel or set-point that is farther from its aim changes the robot's motion,
@@ -142,15 +142,18 @@ class Controller:
     def _drive(self, periods):
         """Bring the set-points nearer to the targets and let every wheel's controller act."""
         setpoints = self._setpoints
+        unsettled = self._unsettled
+        board = self._board
         if setpoints.advance() > _LAG:
             self._unsettle(-1)
         fastest = setpoints.fastest()
         for wheel in range(self._wheels):
             pid = self._pids[wheel]
             setpoint = setpoints.now[wheel]
-            settled = self._unsettled[wheel] <= 0
-            self._unsettled[wheel] -= 0 if settled else periods
-            self._board.drive(wheel, pid.step(setpoint, self._counts[wheel], periods, settled, fastest))
+            settled = unsettled[wheel] <= 0
+            if not settled:
+                unsettled[wheel] -= periods
+            board.drive(wheel, pid.step(setpoint, self._counts[wheel], periods, settled, fastest))
             if pid.lag > _LAG + (abs(setpoint) >> 3):
                 self._unsettle(wheel)
             if pid.fault != NO_FAULT:
@@ -194,8 +197,9 @@ class Controller:
         One faulty motor stops all: the rest alone would drive the robot somewhere else.
         """
         quiet = True
+        board = self._board
         for wheel in range(self._wheels):
-            if self._board.fault(wheel):
+            if board.fault(wheel):
                 self._latch(wheel, DRIVER_FAULT)
                 quiet = False
         if quiet and self._fault_hold > 0:
@@ -228,10 +232,12 @@ class Controller:
             flags |= WAITS_FOR_ZERO
         status = self._status
         status.update(flags, periods, self._receiver.dropped)
-        status.show(self._counter, flags == 0 or self._test_left > 0, self._fault_hold > 0)
+        if self._counter & BEAT == 0:
+            status.show(self._counter, flags == 0 or self._test_left > 0, self._fault_hold > 0)
         if self._fault_hold == 0:
+            fields = status.fields
             for wheel in range(self._wheels):
-                status.fields[WHEELS + wheel] = OVERLOAD if self._pids[wheel].overloaded else NO_FAULT
+                fields[WHEELS + wheel] = OVERLOAD if self._pids[wheel].overloaded else NO_FAULT
 
     @micropython.native
     def _introduce(self, periods):

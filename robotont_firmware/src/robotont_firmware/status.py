@@ -11,7 +11,7 @@ BATTERY_IS_LOW = const(4)
 
 WHEELS = const(3)  # place of the first wheel's fault in the fields
 _FLAGS, _MISSED, _REFUSED = const(0), const(1), const(2)
-_BEAT = const(7)  # [periods - 1, a power of 2] in which the light does not change
+BEAT = const(7)  # [periods - 1, a power of 2] in which the light does not change
 
 
 class Status:
@@ -60,9 +60,8 @@ class Status:
             self._low_for += periods
         return self._low_for >= self._rate
 
-    @micropython.native
     def show(self, counter, driven, broken):
-        """Light: blinks with a fault, shines while the robot is driven, and flashes now and then else."""
-        if self._light is not None and counter & _BEAT == 0:
-            beat = counter // (_BEAT + 1)
+        """Once in a beat: blink with a fault, shine while the robot is driven, flash now and then else."""
+        if self._light is not None:
+            beat = counter // (BEAT + 1)
             self._light(beat & 1 if broken else driven or beat & 7 == 0)

@@ -113,6 +113,7 @@ class RobotRig:
 
     def release(self):
         """A person goes to it."""
+        wait_for(lambda: self._rig.seen(self.name).get("battery"), f"{self.name}'s navigation", PATIENCE, 0.1)
         self.navigation.send_signal(signal.SIGUSR1)
         wait_for(lambda: not self._rig.seen(self.name).get("stopped", True), f"{self.name} released", PATIENCE, 0.1)
 

@@ -161,7 +161,7 @@ def test_a_robot_that_restarts_takes_its_card_back_and_the_stop_that_waits_but_n
     wait_for(lambda: not robot.drives, "the stop")
     assert [one["name"] for one in rig.view()["robots"]].count("r3") == 1
     assert rig.seen("r3")["id"] != last["id"]
-    assert robot.goals() == []
+    assert not [line for line in robot.goals() if line.startswith("goal")]
     release(rig)
 
 
@@ -206,7 +206,7 @@ def test_two_robots_of_one_name_are_told_and_get_no_goals_but_stops(rig, adapter
     rig.order(kind="stop", name="r1")
     wait_for(lambda: not rig.robots["r1"].drives and not rig.robots["r2"].drives, "both to stand")
     rig.stop(two)
-    wait_for(lambda: rig.seen("r1")["namesakes"] == 0, "one to stay")
+    wait_for(lambda: rig.seen("r1").get("namesakes") == 0, "one to stay")
     assert "goal 7.5 0" not in rig.robots["r1"].goals() + rig.robots["r2"].goals()
     release(rig)
 

@@ -17,7 +17,7 @@ from robotont_testing.harness import wait_for
 pytestmark = [pytest.mark.skipif(zenoh is None, reason="no zenoh on this system"), pytest.mark.long]
 SECONDS = float(os.environ.get("ROBOTONT_FLEET_SECONDS", "600"))
 ROBOTS = int(os.environ.get("ROBOTONT_FLEET_ROBOTS", "20"))
-STOPS = 20
+STOPS = int(os.environ.get("ROBOTONT_FLEET_STOPS", "20"))
 STATE = {"number": 1, "frame": "map", "pose": [1, 2, 3], "speed": [0.1, 0.0], "driven": 0.0, "driven_by": "hand",
          "stopped": "", "confirmed": None, "worst": [0, "link", "ok"], "battery": {"voltage": 15.0, "charge": 0.5},
          "page": "", "versions": {"robotont": "1.0.0"}, "note": "", "namesakes": 0}

@@ -20,14 +20,16 @@ from array import array
 
 from robotont_firmware import __version__, protocol
 from robotont_firmware import gain_bounds as bounds
-from robotont_firmware.compat import const, micropython
+from robotont_firmware.compat import const, micropython, ptr32
 from robotont_firmware.fault_watch import DRIVER_FAULT, NO_FAULT, OVERLOAD
 from robotont_firmware.protocol import Receiver, Sender
 from robotont_firmware.wheel_speed import Pid
 
 _FLAGS, _MISSED, _REFUSED, _WHEELS = const(0), const(1), const(2), const(3)  # places in the status
-_LAG = const(1280)  # [1/256 unit] a wheel or set-point that is farther from its aim changes the robot's motion,
+_LAG = const(1280)  # [1/256 unit] a wheel that is farther from its aim changes the robot's motion,
+_CHANGE = const(128)  # [1/256 unit] as does a set-point that has to go farther than this in a period (0.23 m/s^2),
 _SETTLING = const(10)  # [periods] and for so long afterwards one wheel may drag another
+_ZERO = const(0x8000000)  # added to numbers that machine code reads without sign
 SIMULATED = ("simulated", "test")  # causes of a start that was no reset of a board
 
 
@@ -52,9 +54,16 @@ class Controller:
         self._last_totals = array("H", [0] * wheels)
         self._counts = array("i", [0] * wheels)
         self._targets = array("i", [0] * wheels)  # the command within the motors' reach [1/256 unit]
-        self._setpoints = array("i", [0] * wheels)  # follows the targets at MAX_ACCELERATION
+        self._setpoints = array("i", [0] * wheels)  # follows the targets at MAX_ACCELERATION, or MAX_BRAKING
         self._max_speed = config.MAX_SPEED * 256
+        self._references = array("i", [0] * wheels)  # of the wheels' controllers [1/256 unit]
+        self._straight = array("i", [0] * wheels)  # see _accelerate
+        self._turning = 0
+        self._follow = config.FOLLOW
+        self._arc = config.ARC
         self._max_change = config.MAX_ACCELERATION * 256
+        self._max_braking = config.MAX_BRAKING * 256
+        self._change = self._max_change  # of them, by the newest command
         self._unsettled = array("i", [0] * wheels)  # [periods] until the robot around the wheel moves as it should
         self._counter = 0
         self._silence = config.TIMEOUT  # [periods] since the last valid packet
@@ -142,8 +151,10 @@ class Controller:
         fastest = 0
         for wheel in range(self._wheels):
             fastest = max(fastest, abs(wished[wheel]))
+        self._change = self._max_change
         if fastest == 0:
             self._waits_for_zero = False
+            self._change = self._max_braking
         for wheel in range(self._wheels):
             target = wished[wheel]
             if fastest > self._max_speed:
@@ -154,19 +165,47 @@ class Controller:
     @micropython.native
     def _drive(self, periods):
         """Bring the set-points nearer to the targets and let every wheel's controller act."""
-        fastest = self._slew(self._max_change)
+        fastest = self._slew(self._change)
+        self._accelerate()
         for wheel in range(self._wheels):
             pid = self._pids[wheel]
             setpoint = self._setpoints[wheel]
             settled = self._unsettled[wheel] <= 0
             self._unsettled[wheel] -= 0 if settled else periods
-            self._board.drive(wheel, pid.step(setpoint, self._counts[wheel], periods, settled, fastest))
+            straight = self._straight[wheel]
+            effort = pid.step(setpoint, self._counts[wheel], periods, settled, fastest, straight, self._turning)
+            self._board.drive(wheel, effort)
             if pid.lag > _LAG + (abs(setpoint) >> 3):
                 self._unsettle(wheel)
             if pid.fault != NO_FAULT:
                 self._latch(wheel, pid.fault)
         if self._fault_hold > 0:
             self._brake(0)
+
+    @micropython.viper
+    def _accelerate(self):
+        """Note by what share the robot turns faster, and by what else each wheel accelerates: an arc bends the way.
+
+        All in 1/256 unit per period, in the direction of each wheel, for wheels at even angles: what they turn alike
+        is the robot's turn, and the bend is across the motion, in which the neighbours of a wheel differ.
+        """
+        wheels = int(self._wheels)
+        references = ptr32(self._references)
+        pids, setpoints, straight = self._pids, self._setpoints, self._straight
+        wished = turn = 0
+        for wheel in range(wheels):
+            reference = int(pids[wheel].reference)
+            references[wheel] = reference + _ZERO
+            turn += reference
+            wished += int(setpoints[wheel])
+        turning = (wished - turn) // wheels * int(self._follow) >> 8
+        self._turning = turning
+        turn = turn // wheels >> 4
+        arc = int(self._arc)
+        for wheel in range(wheels):
+            before = references[wheel - 1 if wheel > 0 else wheels - 1]
+            across = before - references[wheel + 1 if wheel < wheels - 1 else 0]
+            straight[wheel] = (across >> 4) * turn // arc - turning
 
     @micropython.native
     def _brake(self, periods):
@@ -187,27 +226,28 @@ class Controller:
         fault = self._status[_WHEELS + wheel]
         return NO_FAULT if fault == OVERLOAD else fault
 
-    @micropython.native
-    def _slew(self, limit):
+    @micropython.viper
+    def _slew(self, limit: int) -> int:
         """Move the set-points by at most `limit`, all by the same fraction of their way; return the fastest.
 
         Both in 1/256 unit.
         """
-        targets = self._targets
-        setpoints = self._setpoints
+        targets, setpoints = self._targets, self._setpoints
+        wheels = int(self._wheels)
         farthest = fastest = 0
-        for wheel in range(self._wheels):
-            farthest = max(farthest, abs(targets[wheel] - setpoints[wheel]))
-        for wheel in range(self._wheels):
-            if farthest == 0:
-                fastest = max(fastest, abs(setpoints[wheel]))
-                continue
-            change = targets[wheel] - setpoints[wheel]
-            if farthest > limit:
-                change = change * limit // farthest
-            setpoints[wheel] += change
-            fastest = max(fastest, abs(setpoints[wheel]))
-        if farthest > _LAG:
+        for wheel in range(wheels):
+            change = int(targets[wheel]) - int(setpoints[wheel])
+            change = change if change > 0 else 0 - change
+            farthest = change if change > farthest else farthest
+        for wheel in range(wheels):
+            setpoint = int(setpoints[wheel])
+            if farthest > 0:
+                change = int(targets[wheel]) - setpoint
+                setpoint += change * limit // farthest if farthest > limit else change
+                setpoints[wheel] = setpoint
+            setpoint = setpoint if setpoint > 0 else 0 - setpoint
+            fastest = setpoint if setpoint > fastest else fastest
+        if farthest > _CHANGE:
             self._unsettle(-1)
         return fastest
 

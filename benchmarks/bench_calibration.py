@@ -13,8 +13,9 @@ import numpy as np
 
 from robotont_calibration.calibrate_wheels import SECONDS, TRACKED, WHEEL_NOISE
 from robotont_calibration.calibration_runs import end_misfit, errors_along, seen_from, steps_of, tracked_run
-from robotont_calibration.recordings import read_recording
-from robotont_calibration.wheel_estimation import Unknowns, calibrate
+from robotont_calibration.recording_files import read_recording
+from robotont_calibration.unknowns import Unknowns
+from robotont_calibration.wheel_estimation import calibrate
 from robotont_driver.kinematics import se2
 from robotont_driver.kinematics.kinematics import Kinematics
 from robotont_driver.kinematics.wheel_params import read_wheels

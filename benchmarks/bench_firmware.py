@@ -62,7 +62,7 @@ receiver, sender, pid = controller._receiver, controller._sender, controller._pi
 board, line = controller._board, bytearray({line!r})
 def receive(_): receiver.feed(line, len(line))
 def speed(_): pid.step(30720, 119)
-def pack(_): sender.pack(77, controller._counts, controller._totals, controller._status)
+def pack(_): sender.pack(77, controller._counts, controller._totals, controller._status.fields)
 repeat({what}, 200)
 """
 

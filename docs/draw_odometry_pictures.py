@@ -11,12 +11,13 @@ import sys
 from pathlib import Path
 
 import numpy as np
+from synthetic_runs import taped_runs, true_of
 
 from robotont_calibration.calibrate_wheels import WHEEL_NOISE
 from robotont_calibration.calibration_report import draw, table
-from robotont_calibration.synthetic_runs import taped_runs, true_of
 from robotont_calibration.trajectory_errors import BLUE, GREY, INK, ORANGE, drawing_style, pyplot
-from robotont_calibration.wheel_estimation import Unknowns, calibrate
+from robotont_calibration.unknowns import Unknowns
+from robotont_calibration.wheel_estimation import calibrate
 from robotont_driver.kinematics.kinematics import Kinematics
 from robotont_driver.kinematics.wheel_params import read_wheels
 from robotont_driver.odometry.odometry import WheelOdometry

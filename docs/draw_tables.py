@@ -10,6 +10,8 @@ import sys
 from pathlib import Path
 from xml.etree import ElementTree
 
+import yaml
+
 from robotont_driver.nodes import driver_node, odom_node, serial_com_node
 from robotont_driver.ros.node_parameters import COMMON_PARAMETERS
 from robotont_fleet import fleet_node
@@ -19,6 +21,7 @@ from robotont_simulator import simulator_node
 from robotont_teleop import cmd_vel_mux, gamepad_teleop, keyboard_teleop, web_teleop_node
 
 FOLDER = Path(__file__).resolve().parent
+WHO = yaml.safe_load((FOLDER / "who_sets_it.yaml").read_text())
 NODES = (driver_node, serial_com_node, odom_node, cmd_vel_mux, keyboard_teleop, gamepad_teleop, web_teleop_node,
          recorder_node, localization_monitor, simulator_node, fleet_node)
 HEAD = "<!-- Written by draw_tables.py: `./robotont docs`. -->\n"
@@ -29,14 +32,22 @@ def cell(text):
     return str(text).replace("|", "\\|")
 
 
-def table(parameters, mark="~"):
+def who(place, name):
+    """Who sets a parameter of a node, or an argument of a launch file. Raises SystemExit when nobody does."""
+    if name not in WHO.get(place, {}):
+        sys.exit(f"docs/who_sets_it.yaml does not say who sets {name} of {place}; what nobody sets is a constant")
+    return cell(WHO[place][name])
+
+
+def table(place, parameters):
     """Lines of a table of parameters."""
-    yield "| parameter | default | meaning | allowed |"
-    yield "| --- | --- | --- | --- |"
+    yield "| parameter | default | meaning | allowed | who sets it |"
+    yield "| --- | --- | --- | --- | --- |"
     for one in parameters:
         unit = f" [{one.unit}]" if one.unit else ""
         default = f"`{one.default}`" if one.default != "" else "empty"
-        yield f"| `{mark}{one.name}` | {default} | {cell(one.meaning)}{unit} | {cell(one.allowed)} |"
+        yield (f"| `~{one.name}` | {default} | {cell(one.meaning)}{unit} | {cell(one.allowed)} | "
+               f"{who(place, one.name)} |")
 
 
 def parameters_page():
@@ -44,10 +55,11 @@ def parameters_page():
     lines = [HEAD, "# Parameters", "", "A node reads its parameters once, as it starts; after `rosparam set`, "
              "`rosnode kill NODE` applies it where roslaunch starts the node again. There is no dynamic_reconfigure. A "
              "wrong value ends the node with a message; `-h` shows the same table. What belongs to a robot stands in "
-             "its folder: [robots](robots.md).",
-             "", "Each node has one more:", "", *table(COMMON_PARAMETERS)]
+             "its folder: [robots](robots.md). Those that are gone: [removed](removed.md).",
+             "", "Each node has one more:", "", *table("common", COMMON_PARAMETERS)]
     for node in NODES:
-        lines += ["", f"## {node.__name__.rpartition('.')[2]}", "", *table(node.PARAMETERS)]
+        name = node.__name__.rpartition(".")[2]
+        lines += ["", f"## {name}", "", *table(name, node.PARAMETERS)]
     return "\n".join(lines) + "\n"
 
 
@@ -60,11 +72,12 @@ def launch_page():
         lines += ["", f"## {file.name}", "", re.sub(r"\s+", " ", comment)]
         arguments = [one for one in ElementTree.parse(str(file)).getroot().findall("arg") if one.get("doc")]
         if arguments:
-            lines += ["", "| argument | default | meaning |", "| --- | --- | --- |"]
+            lines += ["", "| argument | default | meaning | who sets it |", "| --- | --- | --- | --- |"]
         for one in arguments:
             default = re.sub(r"\$\(find (\w+)\)", r"\1", one.get("default"))
             shown = "empty" if not default else "computed" if "$(" in default else f"`{default}`"
-            lines.append(f"| `{one.get('name')}` | {shown} | {cell(one.get('doc'))} |")
+            lines.append(f"| `{one.get('name')}` | {shown} | {cell(one.get('doc'))} | "
+                         f"{who(file.name, one.get('name'))} |")
     return "\n".join(lines) + "\n"
 
 

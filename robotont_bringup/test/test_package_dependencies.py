@@ -36,7 +36,7 @@ OFFICIAL_PACKAGES = {
     "demo_ar_steering", "demo_slam", "demo_teleop", "robotont_demos", "robotont_description", "robotont_driver",
     "robotont_gazebo", "robotont_lite_description", "robotont_msgs", "robotont_navigation", "robotont_nuc_description",
     "robotont_sensors", "robotont_support", "robotont_tutorials", "robotont_webapp", "ros_koolitus"}
-NO_KEY = {"atheris", "zenoh"}  # of setup/pypi; rosdep has no name for them. Who needs them says so
+NO_KEY = {"zenoh"}  # of setup/pypi; rosdep has no name for them. Who needs them says so
 WHERE_INSTALLED = {"robotont_msgs"}  # messages of the official robot: used where they are, and missed nowhere else
 
 

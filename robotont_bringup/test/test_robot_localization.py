@@ -12,7 +12,6 @@ DATA = Path(__file__).resolve().parent / "data"
 KNOWN = yaml.safe_load((DATA / "robot_localization_parameters.yaml").read_text())
 CONFIG = places.config("robot_localization.yaml")
 GIVEN = yaml.safe_load(CONFIG.read_text())["ekf_odom"]
-STATES = ("x", "y", "z", "roll", "pitch", "yaw", "vx", "vy", "vz", "vroll", "vpitch", "vyaw", "ax", "ay", "az")
 
 
 def launch(file):
@@ -27,22 +26,12 @@ def unknown(given):
     return [name for name in given if not is_known(name)]
 
 
-def taken(sensor):
-    return {state for state, used in zip(STATES, GIVEN[sensor + "_config"]) if used}
-
-
 def test_every_parameter_is_one_that_the_filter_reads():
     node = launch("robot_localization.launch").find(".//node[@type='ekf_localization_node']")
     assert node.get("name") in yaml.safe_load(CONFIG.read_text())
     assert unknown([*GIVEN, *(param.get("name") for param in node.iter("param"))]) == []
     misspelt = ["odom0_conf", "two_d", "imu0_remove_gravity", "odom_config", "publish_transform"]
     assert unknown(misspelt) == misspelt
-
-
-def test_what_is_taken_of_each_message():
-    assert taken("odom0") == {"vx", "vy", "vyaw"}  # speeds alone: the pose is their sum
-    assert taken("imu0") == {"vyaw"}
-    assert all(len(GIVEN[sensor + "_config"]) == len(STATES) for sensor in ("odom0", "imu0"))
 
 
 def test_the_process_noise_is_a_covariance():
@@ -52,11 +41,3 @@ def test_the_process_noise_is_a_covariance():
     assert all(isinstance(value, (int, float)) for value in noise)  # 1e-4 without a point would be a string
     assert all((value > 0) if row == column else value == 0
                for row, values in enumerate(rows) for column, value in enumerate(values))
-
-
-def test_the_frames_are_those_of_the_driver_and_only_one_publishes_the_transform():
-    assert GIVEN["publish_tf"] is True
-    assert GIVEN["world_frame"] == GIVEN["odom_frame"] == "odom"
-    assert GIVEN["two_d_mode"] is True
-    assert launch("robot.launch").find("arg[@name='publish_tf']").get("default") == "true"
-    assert launch("robot.launch").find(".//param[@name='publish_tf']").get("value") == "$(arg publish_tf)"

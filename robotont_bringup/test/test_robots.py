@@ -42,7 +42,7 @@ TABLES = {"driver_node": driver_node, "serial_com_node": serial_com_node, "odom_
 
 def seen(parameters, nodes):
     """What the nodes read of a master's parameters: the wheels, and theirs by node and name, official ones included."""
-    found = {"wheels": read_wheels(parameters), "robot": parameters.get("robot")}
+    found = {"wheels": read_wheels(parameters), "robot": parameters.get("robot"), "battery": parameters.get("battery")}
     composed = "robotont_node" in nodes
     for node in {*nodes, *(("driver_node", "serial_com_node", "odom_node") if composed else ())} & set(TABLES):
         own = parameters.get(node, {})
@@ -101,8 +101,9 @@ class Rig:
                 measured = self.odom[-1].twist.twist if self.odom else Twist()
                 return np.allclose((measured.linear.x, measured.linear.y, measured.angular.z), wanted, atol=0.05)
             wait_for(driven, f"the robot to drive {wanted}", period=0.03)
-            lines = [line if isinstance(line, bytes) else line.encode() for _, line in board.heard]
-            line = next(line for line in reversed(lines) if b"." in line).partition(b";")[0]
+            heard = b"".join(line if isinstance(line, bytes) else line.encode() + b"\n" for _, line in board.heard)
+            lines = [line.partition(b";")[0] for line in heard.splitlines()]
+            line = next(line for line in reversed(lines) if b"." in line and re.search(b"[1-9]", line))
             found += map(float, re.findall(rb"-?\d+\.\d+", line))
         self.master.stop(launch)
         board.unplug()

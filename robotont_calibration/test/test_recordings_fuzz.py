@@ -11,7 +11,8 @@ from hypothesis import strategies as st
 from nav_msgs.msg import Odometry
 from std_msgs.msg import String
 
-from robotont_calibration.recordings import Recording, RecordingError, read_recording, write_csv
+from robotont_calibration.recording_files import read_recording, write_csv
+from robotont_calibration.recordings import Recording, RecordingError
 
 TOPICS = {"odometry": "odom", "packets": "serial_read", "commands": "cmd_vel"}
 

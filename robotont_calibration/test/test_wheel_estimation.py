@@ -4,6 +4,15 @@ import math
 
 import numpy as np
 import pytest
+from synthetic_runs import (
+    NOISE,
+    TAPE,
+    TRACKED,
+    recorded,
+    taped_runs,
+    tracked_runs,
+    true_of,
+)
 
 from robotont_calibration import wheel_estimation
 from robotont_calibration.calibration_runs import (
@@ -17,17 +26,9 @@ from robotont_calibration.calibration_runs import (
     turns,
 )
 from robotont_calibration.cross_validation import cross_validate, next_run
-from robotont_calibration.synthetic_runs import (
-    NOISE,
-    TAPE,
-    TRACKED,
-    recorded,
-    taped_runs,
-    tracked_runs,
-    true_of,
-)
 from robotont_calibration.trajectory import Trajectory
-from robotont_calibration.wheel_estimation import Unknowns, calibrate
+from robotont_calibration.unknowns import Unknowns
+from robotont_calibration.wheel_estimation import calibrate
 from robotont_driver.kinematics.kinematics import Kinematics
 from robotont_driver.kinematics.wheel_params import read_wheels
 from robotont_driver.odometry.odometry import WheelOdometry

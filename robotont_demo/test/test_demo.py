@@ -48,16 +48,6 @@ def test_a_snapshot_is_whole_while_another_thread_records():
     assert len(track) == 1000
 
 
-def test_a_snapshot_does_not_change():
-    track = Track()
-    assert track.snapshot().poses.shape == (0, 3)
-    track.add(1.0, (1.0, 2.0, 3.0))
-    before = track.snapshot()
-    track.add(2.0, (4.0, 5.0, 6.0))
-    assert len(before.stamps) == 1
-    assert len(track) == 2
-
-
 def test_poses_are_compared_at_the_stamps_of_the_odometry():
     truth = TimedPoses(np.array([10.0, 12.0, 13.0]), np.array([(0, 0, 0), (2, 0, 0), (2, 1, 0)], float))
     odometry = TimedPoses(np.array([11.0, 12.5, 14.0]), np.array([(1, 0.3, 0), (2, 0.5, 0), (2.3, 1.4, 0)]))

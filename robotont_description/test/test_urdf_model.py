@@ -15,7 +15,7 @@ from robotont_description.geometry import laser_height, lower_plate_radius, robo
 from robotont_description.urdf_model import urdf
 from robotont_driver.kinematics.kinematics import wheel_matrix
 from robotont_driver.kinematics.wheel_params import read_wheels
-from robotont_testing.robots import BARE, ROBOTS, SHIPPED, robot_folder
+from robotont_testing.robots import ROBOTS, robot_folder
 
 SOLIDS = ["body_link", "pc_link", "battery_link", "camera_link", "main_board_link"]
 PER_WHEEL = ["wheel_{}_link", "motor_{}_link", "motor_board_{}_link"]
@@ -106,15 +106,6 @@ def test_wheels_stand_on_the_floor_where_the_parameters_say(model, parameters):
         assert float(cylinder.get("radius")) == radius
 
 
-def test_shipped_wheels_are_front_right_back_front_left():
-    """Positive wheels 2 and negative 0 drive forward, as the thesis' robot does."""
-    model = Model(urdf())
-    places = [model.poses[f"wheel_{wheel}_link"][:2, 3] for wheel in range(3)]
-    assert places[0][0] > 0 > places[0][1]
-    assert places[1][0] < 0
-    assert places[2].min() > 0
-
-
 def test_the_laser_is_where_the_simulator_measures_from(model, parameters):
     place = (0.0, 0.0, laser_height(read_wheels(parameters)))
     np.testing.assert_allclose(model.poses["laser"][:3, 3], place, rtol=0, atol=1e-9)
@@ -144,20 +135,6 @@ def test_every_part_has_a_shape_a_collision_and_a_mass(model):
         assert all(model.links[name].find(tag) is not None for tag in ("visual", "collision", "inertial")), name
     for name in FRAMES:  # a root with a mass would make robot_state_publisher complain
         assert not list(model.links[name]), name
-
-
-def test_wheels_have_rollers_in_two_rows(model, parameters):
-    for wheel in range(parameters["wheelAmount"]):
-        rollers = [transform(visual.find("origin")) for visual in model.links[f"wheel_{wheel}_link"].findall("visual")
-                   if visual.find("material").get("name") == "roller"]
-        rows = {round(roller[0, 3], 6) for roller in rollers}
-        assert len(rollers) >= 12
-        assert len(rows) == 2
-        assert sum(rows) == pytest.approx(0.0)
-        for roller in rollers:  # each rolls across the wheel: its axle is along the rim
-            outwards = roller[1:3, 3] / np.linalg.norm(roller[1:3, 3])
-            assert roller[0, 2] == pytest.approx(0.0)
-            assert roller[1:3, 2] @ outwards == pytest.approx(0.0, abs=1e-12)
 
 
 def lowest(model, tag):
@@ -210,10 +187,6 @@ def test_the_camera_looks_ahead(model):
     np.testing.assert_allclose(optical[:3, :3], [[0, 0, 1], [-1, 0, 0], [0, -1, 0]], atol=1e-12)
 
 
-def test_base_footprint_is_on_the_floor(model):
-    np.testing.assert_allclose(model.poses["base_footprint"], np.eye(4), atol=1e-12)
-
-
 def test_check_urdf_is_content(text, tmp_path):
     file = tmp_path / "robot.urdf"
     file.write_text(text)
@@ -229,28 +202,6 @@ def test_a_prefix_is_put_before_every_link_and_joint():
     assert set(other.links) == {"robot1/" + name for name in plain.links}
     assert set(other.joints) == {"robot1/" + name for name in plain.joints}
     assert set(other.poses) == set(other.links)  # the joints lead to them
-
-
-def test_wrong_parameters_are_refused_as_the_driver_does(tmp_path):
-    file = tmp_path / "wheel_params.yaml"
-    with pytest.raises(ValueError, match="wheel") as error:
-        urdf(robot_folder(tmp_path, {**BARE, "wheelRadius": -1.0, "wheelRads": [1, 2]}))
-    assert [fault.split(": ")[:2] for fault in str(error.value).splitlines()] == [
-        [str(file), "wheelRads"], [str(file), "wheelRadius"]]
-
-
-@pytest.mark.parametrize("argument, status, words", [
-    ("robot:=/nowhere", 1, "/nowhere"),
-    ("wheel_params:=x", 2, "no argument --wheel_params"),
-    ("robot:=BAD", 1, "wheel_params.yaml: wheelAmount: found 2"),
-])
-def test_describe_says_what_is_wrong(argument, status, words, tmp_path):
-    robot_folder(tmp_path, {**SHIPPED, "wheelAmount": 2})
-    result = subprocess.run([str(DESCRIBE), argument.replace("BAD", str(tmp_path))], capture_output=True,
-                            text=True, check=False)
-    assert result.returncode == status
-    assert words in result.stderr
-    assert "Traceback" not in result.stderr
 
 
 def test_without_xacro_it_says_where_there_is_one():

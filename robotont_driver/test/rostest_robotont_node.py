@@ -72,13 +72,6 @@ class RobotontNodeTest(NodeTest):
                       "/serial_com_node: ~packets: found 'maybe'", "/odom_node: ~publish_tf: found 5"):
             self.assertIn(words, log)
 
-    def test_a_killed_node_leaves_the_stop_to_the_board(self):
-        self.start()
-        command = self.publisher("cmd_vel", Twist)
-        wait_for(lambda: command.publish(twist(0.2)) or any(self.board.speeds), "motion", period=0.02)
-        self.processes.stop(self.node, signal.SIGKILL)
-        wait_for(lambda: not any(self.board.speeds), "the board's own time-out")
-
     def test_a_node_that_comes_after_a_killed_one_goes_on_from_its_pose(self):
         self.start()
         command = self.publisher("cmd_vel", Twist)

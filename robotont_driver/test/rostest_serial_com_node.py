@@ -2,7 +2,6 @@
 """What passes serial_com_node, in both directions, and what does not; its port, its end; what it says of the board."""
 
 import math
-import signal
 import time
 
 import rospy
@@ -10,7 +9,7 @@ import rostest
 from diagnostic_msgs.msg import DiagnosticArray
 from std_msgs.msg import String
 
-from robotont_testing.harness import suspended, wait_for
+from robotont_testing.harness import wait_for
 from robotont_testing.node_test import ERROR, OK, WARN, NodeTest
 from robotont_testing.stand_in_board import Board, identity
 
@@ -120,77 +119,6 @@ class SerialComNodeTest(NodeTest):
         self.assertEqual(len(warnings), 2, log)  # once per change
         self.assertNotIn("Traceback", log)
 
-    def test_three_thousand_packets_at_1000_a_second_whole_and_in_order(self):
-        self.board.line.cut = True  # the board keeps silent, the test speaks
-        self.start()
-        speaker = Board("nobody", start_totals=7)
-        sent = []
-
-        def speak():
-            number = len(sent)
-            counts = [number % 101, -(number % 67), number % 13]
-            speaker.motors.counted = [old + new for old, new in zip(speaker.motors.counted, counts)]
-            data = speaker.packet(counts)
-            speaker.counter = (speaker.counter + 1) % 256
-            sent.append(tuple(counts))
-            self.board.send(data)
-        wait_for(lambda: speak() or self.read, "the connection", period=0.05)
-        wait_for(lambda: self.packets()[-1:] == sent[-1:], "the newest packet")
-        self.read.clear()
-        sent.clear()
-        begin = time.monotonic()
-        for number in range(3000):
-            speak()
-            time.sleep(max(0.0, begin + number * 0.001 - time.monotonic()))
-        wait_for(lambda: len(self.read) >= 3000, "all packets")
-        self.assertEqual(self.packets(), sent)
-
-    def test_a_fault_of_the_program_is_reported_and_ends_nothing(self):
-        broken = self.processes.folder / "broken"
-        code = (
-            "import os, sys\n"
-            "from robotont_driver.nodes import serial_com_node\n"
-            "feed = serial_com_node.SerialComNode._on_bytes\n"
-            "def fail(node, data):\n"
-            f"    return [][1] if os.path.exists({str(broken)!r}) else feed(node, data)\n"
-            "serial_com_node.SerialComNode._on_bytes = fail\n"
-            "serial_com_node.main()\n")
-        self.board.plug()
-        self.processes.start(
-            "python3", "-c", code, "__name:=serial_com_node", f"_port:={self.board.link}", log=self.log)
-        wait_for(lambda: self.read, "packets")
-        broken.touch()
-        self.wait_for_status(TASK, ERROR, "a fault of serial_com_node itself, IndexError: list index out of range")
-        broken.unlink()
-        self.wait_for_status(TASK, OK, "packets/s")
-        words = self.log.read_text()
-        self.assertIn("in fail", words)  # the traceback, ...
-        self.assertEqual(words.count("please report it"), 1)  # ... once
-
-    def test_commands_that_waited_while_the_node_was_stopped_do_not_drive_and_the_last_packet_is_a_stop(self):
-        self.start()
-        self.command("10:10:10;\n")
-        with suspended(self.processes.pid("/serial_com_node")):
-            end = time.monotonic() + 1.0  # longer than ~write_timeout
-            while time.monotonic() < end:
-                self.write.publish("20:20:20;\n")  # then its sender dies
-                time.sleep(0.02)
-            read = len(self.read)
-        wait_for(lambda: len(self.read) > read + 25, "packets afterwards")
-        self.assertNotIn("20:20:20;", "".join(self.heard()))
-        wait_for(lambda: int(self.values(TASK)["times that this node was stopped or starved"]) >= 1, "the diagnostics")
-        wait_for(lambda: self.write.publish("30:30:30;\n") or "30:30:30;" in "".join(self.heard()), "a new command",
-                 period=0.05)
-        self.processes.stop(self.node, signal.SIGINT)
-        wait_for(lambda: self.heard()[-1].startswith("0:0:0;"), "the stop")
-
-    def test_words_of_an_old_board_are_reported(self):
-        self.start()
-        for words, level in (("fault motor 1", ERROR), ("fault cleared", OK), ("crash ValueError()", WARN)):
-            self.board.say(f"# {words}\n".encode())
-            self.wait_for_status(BOARD, level, "" if level == OK else words)
-        self.assertIn("crash ValueError()", self.values(BOARD)["board's newest messages"])
-
     def wait_for_words(self, level, words):
         """In the diagnostics within 1.5 s."""
         began = time.monotonic()
@@ -227,15 +155,6 @@ class SerialComNodeTest(NodeTest):
         self.board.restart(start_totals=0x1234)
         wait_for(lambda: self.values(TASK)["board restarts"] == "1", "the diagnostics")
         wait_for(lambda: "restarted" in self.log.read_text(), "words in the log")
-
-    def test_a_board_at_another_rate_is_not_driven(self):
-        self.board.banner, self.board.identity = None, identity(rate=100)
-        self.board.restart()
-        self.start()
-        wait_for(lambda: self.write.publish("5:5:5;\n") or (BOARD in self.status and (
-            "the board controls at 100 Hz, pidControlFrequency is 50" in self.status[BOARD].message)), "it",
-            period=0.05)
-        self.assertNotIn("5:5:5;", "".join(self.heard()))
 
 
 if __name__ == "__main__":

@@ -59,15 +59,6 @@ def test_counts_that_are_as_commanded_are_no_echo():
         assert not watch.echoing
 
 
-def test_a_board_that_answers_faster_than_it_is_commanded_is_no_echo():
-    watch, motors = EchoWatch(), IdealMotors(3)
-    for packet in commands(200, decimals=0):
-        watch.sent(packet.encode())
-        for _ in range(2):
-            watch.received(format_packet(motors.follow(map(int, packet[:-2].split(":")))).encode())
-    assert not watch.echoing
-
-
 def test_an_echo_that_ends_is_forgotten():
     watch = EchoWatch()
     for packet in commands(10):

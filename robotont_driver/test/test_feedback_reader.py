@@ -127,12 +127,3 @@ def test_auto_takes_plain_packets_until_a_checked_one_comes_and_decides_anew_wit
         assert auto.feed(b"1:2:3;\n") == []
         auto.connect()
     assert auto.dropped == {"first line": 2, "trailer": 2}
-
-
-@given(st.lists(st.binary(max_size=400)), st.sampled_from(["auto", "plain", "checked"]))
-def test_nothing_raises(pieces, mode):
-    any_reader = reader(mode)
-    for piece in pieces:
-        for packet in any_reader.feed(piece):
-            assert len(packet) == 3
-            assert max(map(abs, packet)) <= REACH

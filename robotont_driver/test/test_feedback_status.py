@@ -1,10 +1,14 @@
 """The board's reports about itself, and what the reader lets out to it: faults, identity, zeros for an unknown one."""
 
+import math
+
 import pytest
 from feedback_bench import reader
 
 from robotont_driver.protocol.checksum import add_checksum, crc16
+from robotont_driver.protocol.dialects.checked import Checked
 from robotont_driver.protocol.feedback_reader import QUESTION
+from robotont_driver.robots.robot_folder import read_robot
 from robotont_testing.stand_in_board import identity, sealed
 
 COMMAND = "5:5:5;\n"
@@ -29,6 +33,22 @@ def test_a_fault_stands_in_every_packet_and_ends_with_it():
     for words, fault in ((b"fault motor 1", "fault motor 1"), (b"fault cleared", "")):  # firmware before 2.0
         auto.feed(b"# " + words + b"\n")
         assert auto.health.fault == fault
+
+
+def test_the_battery_of_our_own_board_is_a_reading_once_a_second():
+    dialect = Checked(read_robot("").wheels, 300)
+    taken = []
+    for counter in range(150):
+        dialect.feed(modern_packet("0000000004D231", counter), counter / 50)
+        taken += dialect.take_readings()
+    assert [(power.voltage, math.isnan(power.current)) for power in taken] == [(12.34, True)] * 3
+    assert dialect.report_board()[2]["battery [V]"] == "12.34"
+    for counter in range(150, 250):
+        dialect.feed(modern_packet("00000000000031", counter), counter / 50)
+    assert dialect.take_readings() == [], "not measured"
+    assert dialect.packets == 250
+    dialect.feed(modern_packet("0000000004D23", 250), 5.0)
+    assert dialect.dropped == {"fields": 1}, "a status of no known length"
 
 
 def test_a_spoilt_word_is_none():

@@ -5,17 +5,12 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from robotont_driver.kinematics.kinematics import Kinematics, units_per_speed
+from robotont_driver.kinematics.kinematics import Kinematics
 from robotont_driver.kinematics.wheel_params import ParameterError, read_wheels
-from robotont_driver.odometry.odometry import WheelOdometry
 from robotont_driver.protocol.packet import format_packet
 from robotont_testing.robots import BARE, SHIPPED, UNEVEN_4
 
 speeds = st.floats(-3.0, 3.0)
-
-
-def test_formula_5():
-    assert units_per_speed(read_wheels(SHIPPED)) == pytest.approx([109.1348] * 3, abs=1e-4)
 
 
 @pytest.mark.parametrize("parameters, twist, packet", [
@@ -47,14 +42,6 @@ def test_a_wheel_drives_along_its_direction_at_its_position(wheels, x, y, turn):
         contact = (x - turn * distance * math.sin(position), y + turn * distance * math.cos(position))
         along = contact[0] * math.cos(direction) + contact[1] * math.sin(direction)
         assert speed == pytest.approx(along, abs=1e-12)
-
-
-@given(x=speeds, y=speeds, turn=speeds)
-def test_command_to_units_to_odometry_gives_the_twist_back(wheels, x, y, turn):
-    kinematics = Kinematics(wheels)
-    odometry = WheelOdometry(kinematics, period=1.0 / wheels.pid_frequency, wheel_noise=0.01)
-    odometry.update(kinematics.units_of_twist((x, y, turn)), 0.0)
-    assert odometry.twist == pytest.approx((x, y, turn), abs=1e-9)
 
 
 @given(

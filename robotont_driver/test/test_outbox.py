@@ -11,18 +11,6 @@ def test_of_commands_only_the_newest_waits():
     assert not outbox
 
 
-def test_lines_keep_their_distance_in_time():
-    outbox = Outbox()
-    outbox.pacing = 0.03
-    outbox.put(b"one")
-    assert outbox.take(1.0) == b"one"
-    outbox.put(b"two")
-    assert outbox.take(1.029) == b""
-    assert abs(outbox.wait(1.02) - 0.01) < 1e-9
-    assert outbox.take(1.03) == b"two"
-    assert outbox.wait(1.04) is None
-
-
 def test_a_pause_begins_when_its_line_is_out():
     outbox = Outbox()
     outbox.pacing = 0.03

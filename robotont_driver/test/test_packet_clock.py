@@ -55,13 +55,6 @@ def judge(name, arrivals, times, settled=100, median=1.0, most=3.0):
     assert p99 <= most
 
 
-@pytest.mark.parametrize("quantiles", [QUIET, BUSY], ids=["quiet", "busy"])
-@pytest.mark.parametrize("drift", [0.0, 1e-4, 0.005, -0.005], ids=str)
-def test_jitter_on_a_clock_that_drifts(quantiles, drift):
-    times = made(6000, drift)
-    judge(f"drift {drift:g}", delayed(times, quantiles), times, settled=100 if abs(drift) < 1e-3 else 400)
-
-
 @pytest.mark.parametrize("drift", [0.0, -2e-4], ids=str)
 def test_bursts_of_17_packets_without_a_pause_between_them_are_spread_back(drift):
     times = made(6000, drift)
@@ -93,24 +86,6 @@ def test_a_period_that_is_wrong_is_found_again():
     assert clock.restarts == 1
     assert abs(clock.drift) < 1e-4
     assert np.abs(found - times)[2300:].max() < 3e-3
-
-
-def test_repaired_packets_are_spread_back():
-    """Lines of 45 bytes with 1 byte in 1000 spoilt: what was lost comes with the next packet that is good."""
-    times = made(6000)
-    lost = np.random.default_rng(2).uniform(size=len(times)) < 1 - 0.999 ** 45
-    lost[-1] = False
-    good = np.flatnonzero(~lost)
-    arrivals = delayed(times[good[np.searchsorted(good, np.arange(len(times)))]], BUSY)
-    judge("repaired", arrivals, times)
-
-
-def test_109_repaired_packets_at_once_have_109_stamps():
-    times = made(1000)
-    arrivals = times.copy()
-    arrivals[500:609] = times[609]
-    found = stamps(arrivals)
-    np.testing.assert_allclose(found, times, atol=1e-5)
 
 
 def test_a_stalled_computer_gets_all_its_packets_afterwards():
@@ -203,6 +178,12 @@ def test_a_clock_that_stands_still_silences_nothing():
     assert found == [SECOND + number * TICK for number in range(100)]
 
 
+def test_a_burst_is_told_apart_though_the_two_clocks_are_not_read_at_one_instant():
+    """tf2 in Python holds stamps that are nearer than 0.2 us for the same, warns, and drops the transform."""
+    clock = PacketClock(PERIOD)
+    assert np.diff([clock.stamp(SECOND, EPOCH + 50 * number) for number in range(9)]).min() >= TICK
+
+
 @given(st.lists(st.tuples(st.integers(-3 * SECOND, 3 * SECOND), st.integers(-3 * SECOND, 3 * SECOND)), max_size=300))
 def test_never_newer_than_now_and_never_older_than_the_last(moves):
     clock = PacketClock(PERIOD)
@@ -213,7 +194,7 @@ def test_never_newer_than_now_and_never_older_than_the_last(moves):
         stamp = clock.stamp(arrival, arrival + wall)
         assert isinstance(stamp, int)
         if clock.steps == steps and before is not None:
-            assert stamp > before
+            assert stamp >= before + TICK  # tf2 holds stamps that differ by less for the same
             assert stamp <= max(arrival + wall, before + TICK)
         before = stamp
 

@@ -7,7 +7,7 @@ import time
 
 import pytest
 
-from robotont_driver.link import serial_link
+from robotont_driver.link import line_writer, serial_link
 from robotont_driver.link.port import explain
 from robotont_driver.link.serial_link import SerialLink
 from robotont_driver.protocol.checksum import add_checksum
@@ -89,20 +89,6 @@ def test_a_missing_port_is_reported_once_and_opened_when_it_comes(port, ends):
         assert len(end.changes) == 2
 
 
-def test_a_port_that_vanishes_and_comes_back(port, ends):
-    with Board(str(port)) as board:
-        end = ends()
-        for round_trip in range(1, 3):
-            wait_for(lambda: end.link.trouble is None and end.packets, "packets")
-            board.unplug()
-            wait_for(lambda: end.link.trouble, "the loss to be noticed")
-            end.packets.clear()
-            board.plug()
-            wait_for(lambda: end.packets, "packets after replugging")
-            assert end.link.opened == round_trip + 1
-        assert [change is None for change in end.changes] == [True, False] * 2 + [True]
-
-
 @pytest.mark.parametrize("error, advice", [
     (OSError(13, "could not open port x: [Errno 13] Permission denied"), "dialout"),
     (OSError(2, "could not open port x: [Errno 2] No such file"), "plugged in"),
@@ -167,7 +153,7 @@ def test_bytes_split_and_merged_arrive_whole(port, ends):
 def test_commands_wait_while_the_line_is_busy_and_the_newest_goes_out(port, ends, monkeypatch):
     """For an adapter that reports its queue; where it reports none, by the baudrate: test_outbox, alone_flood.test."""
     waiting = [100]
-    monkeypatch.setattr(serial_link, "waiting_bytes", lambda _: waiting[0])
+    monkeypatch.setattr(line_writer, "waiting_bytes", lambda _: waiting[0])
     with Board(str(port)) as board:
         end = ends()
         wait_for(lambda: end.packets, "packets")

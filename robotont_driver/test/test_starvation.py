@@ -12,11 +12,6 @@ def ticked(until, start=0.0, period=0.05):
     return watch
 
 
-def test_a_message_arrives_when_it_is_handled():
-    assert ticked(10.0).earliest_arrival(10.01) == 10.01
-    assert ticked(10.0).stalls == 0
-
-
 def test_after_a_gap_messages_may_be_as_old_as_its_beginning():
     watch = ticked(10.0)
     assert watch.earliest_arrival(15.0) == 10.0
@@ -31,13 +26,6 @@ def test_messages_are_old_for_as_long_as_the_gap_lasted_and_a_second_at_most(gap
     for tick in range(1000):
         now = end + tick * 0.01
         assert watch.earliest_arrival(now) == (10.0 if now < end + settling else now)
-
-
-def test_a_gap_that_a_message_notices_first():
-    watch = ticked(10.0)
-    assert watch.earliest_arrival(12.0) == 10.0
-    watch.tick(12.001)
-    assert watch.earliest_arrival(12.002) == 10.0
 
 
 def test_a_gap_before_the_queues_are_empty_continues_the_one_before():

@@ -34,18 +34,6 @@ def test_one_value_per_wheel_or_one_for_all():
     assert wheels.distances == (0.125,) * 5
 
 
-def test_other_keys_are_not_looked_at():
-    assert read_wheels({**SHIPPED, "robot_description": "<robot/>"}) == read_wheels(SHIPPED)
-
-
-@pytest.mark.parametrize("key", [key for key in KEYS if key in BARE])
-def test_a_missing_key_is_named(key):
-    given = {**SHIPPED}
-    del given[key]
-    (fault,) = faults_of(given)
-    assert fault.startswith(key + ": found 'nothing', allowed: ")
-
-
 @pytest.mark.parametrize("key, value", [
     ("wheelAmount", 2), ("wheelAmount", 3.0), ("wheelAmount", "3"), ("wheelAmount", True), ("wheelAmount", None),
     ("wheelAmount", 4), ("wheelAmount", -3), ("wheelAmount", 17), ("wheelAmount", 2147483647),
@@ -75,15 +63,6 @@ def test_a_wrong_value_is_named_with_what_was_found(key, value):
         value = SHIPPED["wheelRads"]
     assert len(named) == 1
     assert f"found {value!r}, allowed: " in named[0]
-
-
-@pytest.mark.parametrize("given", [5, None, [1, 2]])
-def test_what_is_no_mapping_is_explained(given):
-    assert faults_of(given) == [f"wheel parameters: found {given!r}, allowed: parameters by name: {', '.join(KEYS)}"]
-
-
-def test_huge_values_are_not_printed():
-    assert len("\n".join(faults_of({**SHIPPED, "wheelRads": [0.1] * 10 ** 6, "wheelAmount": 10 ** 5000}))) < 1000
 
 
 def test_packets_of_the_most_wheels_fit_into_a_line():

@@ -1,34 +1,23 @@
 """Starts the firmware, or leaves the REPL free in safe mode (USER held, or the PC asked for it)."""
 
-import gc
-
 import micropython
 
 _CTRL_C = 3
-_HUNGRIEST_FIRST = ("wheel_speed", "fault_watch", "protocol", "main_loop", "check_wiring", "board")
-
-
-def load():
-    """Compile the modules that take most memory while there is most: 58 kB are enough then, and 72 kB else."""
-    for name in _HUNGRIEST_FIRST:
-        __import__("robotont_firmware." + name)
-        gc.collect()
 
 
 def main():
     """Run until the PC asks for the REPL; however it ends, the motors are off and the heap is free."""
-    load()
-    from robotont_firmware import board, config
+    from robotont_firmware import board, config, resets
     from robotont_firmware.main_loop import Controller
     from robotont_firmware.protocol import seal
 
-    note = board.take_note()
-    if note == board.REPL_WISHED or board.button_pressed(config):
+    note = resets.take_note()
+    if note == resets.REPL_WISHED or board.button_pressed(config):
         print("# robotont_firmware safe mode: the REPL is free")
         return
-    cause = board.reset_cause(note)
-    if board.starts_in_vain(cause) >= board.IN_VAIN:
-        board.forget_starts()
+    cause = resets.reset_cause(note)
+    if resets.starts_in_vain(cause) >= resets.IN_VAIN:
+        resets.forget_starts()
         print("# robotont_firmware safe mode: the REPL is free, for start after start has ended by a", cause)
         return
     hardware = board.Board(config)
@@ -48,7 +37,7 @@ def main():
     except Exception as error:
         # The watchdog is no longer fed: it resets the board, and the firmware starts again, and waits for
         # a command of zeros.
-        board.leave_note(board.CRASHED)
+        resets.leave_note(resets.CRASHED)
         line = seal(f"crash {error!r}")
         hardware.write(line, len(line))
         raise
@@ -57,7 +46,7 @@ def main():
     if wants_repl:
         line = seal("repl")
         hardware.write(line, len(line))
-        board.restart_into_repl()
+        resets.restart_into_repl()
 
 
 micropython.kbd_intr(-1)  # MicroPython allows Ctrl-C again for every file that it runs

@@ -30,14 +30,17 @@ def checked(body):
 
 
 class Firmware:
-    """Runs test/dual/pty_loop.py for `periods` ticks from `start` on; `port` is the serial port to open."""
+    """Runs test/dual/pty_loop.py for `periods` ticks from `start` on; `port` is the serial port to open.
 
-    def __init__(self, periods, wheels=3):
+    wrong: what is wrong with each motor, such as ",backward,half".
+    """
+
+    def __init__(self, periods, wheels=3, wrong=""):
         self._master, self._slave = pty.openpty()  # both stay open here, so that the line never hangs up
         tty.setraw(self._slave)
         os.set_blocking(self._master, False)
         self.port = os.ttyname(self._slave)
-        self._arguments = [str(SRC), str(self._master), str(periods), str(wheels)]
+        self._arguments = [str(SRC), str(self._master), str(periods), str(wheels), wrong]
         self.process = None
 
     def start(self):

@@ -31,8 +31,6 @@ def make_rom(folder, programs=()):
     for path in programs:
         compile_file(path, rom / "dual" / (path.stem + ".mpy"))
     shutil.copytree(str(PACKAGE / "root"), str(rom / "root"))
-    shutil.copytree(str(SRC / "robotont_firmware"), str(rom / "sources" / "robotont_firmware"),
-                    ignore=shutil.ignore_patterns("__pycache__", "wiring_*"))
     shutil.copy(str(GOLDEN), str(rom / "golden.json"))
     image = Path(folder) / "rom.img"
     subprocess.run([tool("mpremote"), "romfs", "--no-mpy", "--output", str(image), "build", str(rom)],

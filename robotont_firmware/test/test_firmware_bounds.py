@@ -13,7 +13,7 @@ import pytest
 from firmware_tools import DUAL, GOLDEN, SRC
 
 BOUND = 1 << 30
-MODULES = ("protocol", "fault_watch", "wheel_speed", "main_loop")
+MODULES = ("protocol", "receiver", "setpoints", "fault_watch", "status", "wheel_speed", "main_loop")
 
 
 class Watch:
@@ -125,8 +125,8 @@ def test_packets_stay_in_bounds(watched):
     for line in lines:
         for wheels in (3, 4, 5):
             data = line.encode()
-            modules.protocol.Receiver(wheels).feed(data, len(data))
-    receiver = modules.protocol.Receiver(3)
+            modules.receiver.Receiver(wheels).feed(data, len(data))
+    receiver = modules.receiver.Receiver(3)
     receiver.dropped = BOUND // 2 - 2  # just before it starts again from 0
     for _ in range(3):
         receiver.feed(b"?\n", 2)
@@ -137,7 +137,7 @@ def test_packets_stay_in_bounds(watched):
         receiver.feed(data, len(data))
     sender = modules.protocol.Sender(3)
     for value in (-32768, 32767):
-        sender.pack(255, [value] * 3, [65535] * 3, [255] * 6)
+        sender.pack(255, [value] * 3, [65535] * 3, [255] * 8)
     assert watch.largest > 1 << 26  # the fraction's rounding was reached
 
 

@@ -6,7 +6,7 @@ import runpy
 import sys
 
 from firmware_pty import checked
-from firmware_tools import PACKAGE, ROOT, SRC
+from firmware_tools import ROOT, SRC
 
 TEXT = (ROOT / "docs" / "firmware.md").read_text(encoding="utf-8")
 ROWS = [
@@ -72,13 +72,13 @@ def test_moved_wires():
 def test_question():
     line = checked("?").decode().strip()
     assert f"`{line}`" in TEXT
-    assert line in (PACKAGE / "scripts" / "flash").read_text()
+    assert line in (SRC / "robotont_flash" / "boards.py").read_text()
 
 
 def test_repl_line():
     line = checked("!repl").decode().strip()
     assert f"`{line}`" in TEXT
-    assert line in (PACKAGE / "scripts" / "flash").read_text()
+    assert line in (SRC / "robotont_flash" / "boards.py").read_text()
 
 
 def test_banner_after_flashing():

@@ -2,26 +2,30 @@
 
 import ast
 import contextlib
-import importlib.machinery
-import importlib.util
+import importlib
 import io
 import os
 import pty
+import runpy
 import select
 import shutil
+import signal
 import stat
 import subprocess
 import sys
 import threading
+import time
 import tty
 import types
+from collections import Counter
+from random import Random
 
 import pytest
-from firmware_pty import checked
-from firmware_tools import BOARD_FILES, PACKAGE, tool
+from firmware_pty import checked, crc16
+from firmware_tools import SRC, tool
 
 FAKE = """#!{python}
-import os, shutil, sys
+import os, shutil, subprocess, sys, time
 board = {board!r}
 open(board + ".log", "a").write(" ".join(sys.argv[3:5]).replace("\\n", " ") + "\\n")
 assert sys.argv[1:3] == ["connect", {port!r}]
@@ -29,75 +33,115 @@ if os.path.exists(board + ".broken"):
     print("mpremote.transport.TransportError: could not enter raw repl"); sys.exit(1)
 action = sys.argv[3]
 if os.path.exists(board + ".hang"):
-    import time; time.sleep(60)
+    time.sleep(60)
 if action == "exec" and "uname" in sys.argv[4]:
     print(open(board + ".machine").read())
 elif action == "exec":
-    os.chdir(board); exec(sys.argv[4])
+    sys.exit(subprocess.call([{micropython!r}, "-c", sys.argv[4]], cwd=board))
 elif action == "fs":
     *sources, target = sys.argv[5:]
     assert target[0] == ":"
     for source in sources:
-        shutil.copy(source, os.path.join(board, target[1:]))
+        if os.path.exists(board + ".gone"):
+            sys.exit("serial.serialutil.SerialException: device disconnected")
+        data = open(source, "rb").read()
+        with open(os.path.join(board, target[1:], os.path.basename(source)), "wb") as there:
+            for at in range(0, len(data), 256):
+                there.write(data[at : at + 256]); there.flush(); time.sleep({pace})
 elif action == "reset":
     open(board + ".reset", "w").write("now")
 """
+OLD = "# of an older robotont_firmware"
+VERSION = runpy.run_path(str(SRC / "robotont_firmware" / "__init__.py"))["__version__"]
 
 
 class FakeBoard:
-    """Answers on a pseudo-terminal: `# repl` when asked rightly, its banner after a reset."""
+    """Answers on a pseudo-terminal: `# repl` when asked rightly; after a reset banner, identity and packets."""
 
-    def __init__(self, folder, output=(), banner=b"# robotont_firmware 9.9.9 wheels 3 reset button\n"):
-        self.output = output  # lines, one every 20 ms until it is asked for the REPL
-        self.profile = "ours"
+    def __init__(self, folder, pace=0):
+        self.output = ()  # lines, one every 20 ms until it is asked for the REPL
+        self.profile = self.new_profile = "ours"
+        self.packet = "0:0:0;{:02X}:0000:0000:0000:00000000000{:03X}{:02X}"
+        self.version, self.load, self.missed = VERSION, 49, False
+        self.banner = checked(f"# robotont_firmware {VERSION} wheels 3 reset button")
         self.received = b""
         self.gone = False
+        self.plugged = threading.Lock()
         self.files = folder / "board"
-        self.files.mkdir()
-        (self.files / "main.py").write_text("# of an older robotont_firmware")
+        (self.files / "robotont_firmware").mkdir(parents=True)
+        for name in ("boot.py", "main.py", "robotont_firmware/wheel_speed.py", "robotont_firmware/board.py"):
+            (self.files / name).write_text(OLD)
+        self.old = self.content()
         self.machine = folder / "board.machine"
-        self.machine.write_text("NUCLEO-L476RG with STM32L476RG (1, 24, 1, '')")
-        self.banner = banner
+        self.machine.write_text("NUCLEO-L476RG with STM32L476RG (1, 24, 1, '') 7942")
         self.master, self.slave = pty.openpty()
         tty.setraw(self.slave)
         self.port = os.ttyname(self.slave)
         self.asked = False
         os.mkfifo(str(self.files) + ".reset")
         fake = folder / "mpremote"
-        fake.write_text(FAKE.format(python=sys.executable, board=str(self.files), port=self.port))
+        fake.write_text(FAKE.format(python=sys.executable, board=str(self.files), port=self.port, pace=pace,
+                                    micropython=tool("micropython")))  # fmt: skip
         fake.chmod(fake.stat().st_mode | stat.S_IEXEC)
         self.program = str(fake)
         os.set_blocking(self.master, False)
         threading.Thread(target=self._listen, daemon=True).start()
         threading.Thread(target=self._wait_for_reset, daemon=True).start()
 
+    def content(self):
+        """All files of the board: {name: bytes}."""
+        return {str(path.relative_to(self.files)): path.read_bytes()
+                for path in self.files.rglob("*") if path.is_file()}  # fmt: skip
+
     def _listen(self):
         turn = 0
-        while checked("!repl") not in self.received and not self.gone:
-            if select.select([self.master], [], [], 0.02)[0]:
-                self.received += os.read(self.master, 100)
-            elif self.output:
-                with contextlib.suppress(BlockingIOError):  # no reader: a real board does not wait either
-                    os.write(self.master, self.output[turn % len(self.output)])
-                turn += 1
-            if checked("?") in self.received and self.profile:
-                about = f"# identity robotont_firmware 2.0.0 wheels 3 profile {self.profile} reset power"
-                os.write(self.master, checked(about))
-                self.profile = ""
-        if self.gone:
-            return
+        while checked("!repl") not in self.received:
+            threading.Event().wait(0.02)
+            with self.plugged:
+                if self.gone:
+                    return
+                if select.select([self.master], [], [], 0)[0]:
+                    self.received += os.read(self.master, 100)
+                elif self.output:
+                    self._send(self.output[turn % len(self.output)])
+                    turn += 1
+                if checked("?") in self.received and self.profile:
+                    self._answer("2.0.0", self.profile)
+                    self.profile = ""
         self.asked = True
-        os.write(self.master, b"0:0:0;00:0000:0000:0000:1C8B\n# repl\n# robotont_firmware safe mode\n")
+        self._send(b"0:0:0;00:0000:0000:0000:1C8B\n# repl\n# robotont_firmware safe mode\n")
+
+    def _send(self, data):
+        with contextlib.suppress(OSError):  # no reader: a real board does not wait either
+            os.write(self.master, data)
+
+    def _answer(self, version, profile):
+        self._send(checked(f"# identity robotont_firmware {version} wheels 3 rate 50 profile {profile} reset power"))
 
     def _wait_for_reset(self):
         with open(str(self.files) + ".reset") as fifo:
             fifo.read()
-        self._send_until_received()
+        counter = 0
+        while True:
+            with self.plugged, contextlib.suppress(BlockingIOError):
+                if self.gone:
+                    return
+                if counter < 50:  # opening the port throws away what was there before
+                    self._send(self.banner)
+                status = self.packet.format(counter & 0xFF, 1234, self.load)
+                self._send(status.encode() + b":%04X\n" % crc16(status.encode() + b":"))
+                counter += 2 if self.missed and counter % 30 == 0 else 1
+                if checked("?") in os.read(self.master, 100):
+                    self._answer(self.version, self.new_profile)
+            threading.Event().wait(0.005)
 
-    def _send_until_received(self):
-        for _ in range(100):  # opening the port throws away what was there before
-            os.write(self.master, self.banner)
-            threading.Event().wait(0.05)
+    def vanish(self):
+        """The cable is pulled: the port hangs up, and mpremote finds nobody."""
+        with self.plugged:
+            self.gone = True
+            open(str(self.files) + ".gone", "w").close()
+            os.close(self.master)
+            os.close(self.slave)
 
     def log(self):
         with open(str(self.files) + ".log") as log:
@@ -105,20 +149,18 @@ class FakeBoard:
 
 
 @pytest.fixture
-def flash():
-    loader = importlib.machinery.SourceFileLoader("flash", str(PACKAGE / "scripts" / "flash"))
-    module = importlib.util.module_from_spec(importlib.util.spec_from_loader("flash", loader))
-    loader.exec_module(module)
-    return module
+def flash(monkeypatch):
+    monkeypatch.syspath_prepend(str(SRC))
+    return importlib.import_module("robotont_flash.program")
 
 
 @pytest.fixture
 def board(tmp_path, flash, monkeypatch):
     board = FakeBoard(tmp_path)
-    monkeypatch.setattr(flash, "tool", lambda name: board.program if name == "mpremote" else tool(name))
-    monkeypatch.setattr(flash, "LISTENING", 0.2)
-    board.check_compiles = flash.check_compiles  # it takes seconds
-    monkeypatch.setattr(flash, "check_compiles", lambda files: None)
+    monkeypatch.setattr(flash.copying, "tool", lambda name: board.program if name == "mpremote" else tool(name))
+    monkeypatch.setattr(flash.boards, "LISTENING", 0.2)
+    board.compile_file = flash.copying.compile_file  # it takes seconds
+    monkeypatch.setattr(flash.copying, "compile_file", lambda path, target: shutil.copy(str(path), str(target)))
     yield board
     board.gone = True
 
@@ -161,12 +203,13 @@ def test_a_board_with_unknown_output_is_refused_and_nothing_written(flash, board
     assert board.received == b""
 
 
-def test_generation_3_is_recognised_by_its_usb_number(flash, board, monkeypatch, capsys):
-    entry = types.SimpleNamespace(device=board.port, vid=0x0483, pid=0x5740)
-    monkeypatch.setattr(flash.list_ports, "comports", lambda: [entry])
-    assert flash_ours(flash, monkeypatch, board) == 1
-    assert "generation 3" in capsys.readouterr().err
-    assert board.received == b""
+def test_other_boards_are_recognised_by_their_usb_number(flash, board, monkeypatch, capsys):
+    for vid, pid, words in ((0x0483, 0x5740, "generation 3"), (0x2E8A, 0x0005, "no ST-Link")):  # and a Pico
+        entry = types.SimpleNamespace(device=board.port, vid=vid, pid=pid, description="")
+        monkeypatch.setattr(flash.boards.list_ports, "comports", lambda entry=entry: [entry])
+        assert flash_ours(flash, monkeypatch, board) == 1
+        assert words in capsys.readouterr().err
+        assert board.received == b""
 
 
 @pytest.mark.parametrize("answer", ["", "yes", "robotont21"])
@@ -199,10 +242,10 @@ def test_a_board_that_does_not_report_its_profile_needs_one(flash, board, monkey
 @pytest.mark.parametrize("packet", [b"0:0:0;00:0000:0000:0000:1C8B\n", b"0:0:0;00:0000:0000:0000:030000000:FBCF\n"])
 def test_our_own_firmware_keeps_its_profile(flash, board, monkeypatch, capsys, packet):
     board.output = [packet]
-    board.profile = "robotont21"
+    board.profile = board.new_profile = "robotont21"
     assert run(flash, monkeypatch, "--port", board.port, "--yes") == 0
     assert "Wiring profile robotont21" in capsys.readouterr().out
-    wiring = (board.files / "robotont_firmware" / "wiring.py").read_text()
+    wiring = (board.files / "robotont_firmware" / "wiring.mpy").read_text()
     assert 'PROFILE = "robotont21"' in wiring
 
 
@@ -215,76 +258,221 @@ def test_another_profile_than_the_boards_is_reported(flash, board, monkeypatch, 
 
 
 def test_boot_gets_the_pins_of_the_profile(flash, board, monkeypatch):
+    board.new_profile = "robotont21"
     assert run(flash, monkeypatch, "--port", board.port, "--profile", "robotont21", "--yes") == 0
     boot = (board.files / "boot.py").read_text()
-    names = flash.runpy.run_path(str(board.files / "robotont_firmware" / "wiring.py"))
+    names = flash.runpy.run_path(str(board.files / "robotont_firmware" / "wiring.mpy"))
     pins = {pwm[0] for pwm in names["PWM"]} | {pin for pair in names["DIRECTIONS"] for pin in pair}
     line = next(line for line in boot.splitlines() if line.startswith("MOTOR_PINS"))
     assert set(ast.literal_eval(line.split(" = ")[1])) == pins
 
 
-def test_flashes_everything_and_prints_the_banner(flash, board, monkeypatch, capsys):
-    assert {path.name for path in BOARD_FILES} == {
-        "__init__.py", "board.py", "boot.py", "check_wiring.py", "compat.py", "config.py", "fault_watch.py",
-        "gain_bounds.py", "main.py", "main_loop.py", "protocol.py", "wheel_speed.py", "wiring.py",
-        "wiring_robotont21.py", "wiring_vnh.py",
-    }  # fmt: skip
-    monkeypatch.setattr(flash, "check_compiles", board.check_compiles)
+def new_files(flash, folder):
+    """What the board has when it was flashed with the profile ours."""
+    folder.mkdir(exist_ok=True)
+    package, root = flash.folders()
+    flash.copying.stage(package, root, *flash.profiles(package)["ours"], folder)
+    return {("" if path.suffix == ".py" else "robotont_firmware/") + path.name: path.read_bytes()
+            for path in folder.iterdir()}  # fmt: skip
+
+
+def test_flashes_everything_and_tests_the_board(flash, board, monkeypatch, capsys, tmp_path):
+    monkeypatch.setattr(flash.copying, "compile_file", board.compile_file)
     assert flash_ours(flash, monkeypatch, board) == 0
     assert board.asked
-    assert capsys.readouterr().out.endswith("# robotont_firmware 9.9.9 wheels 3 reset button\n")
-    for path in BOARD_FILES:
-        if path.name.startswith("wiring_"):
-            continue  # another robot's
-        there = board.files / ("" if path.name in ("boot.py", "main.py") else "robotont_firmware") / path.name
-        assert there.read_bytes() == path.read_bytes()
+    shown = capsys.readouterr().out
+    assert "Self-test passed: 50 packets, no tick missed, load 49 % of a period" in shown
+    assert f"# robotont_firmware {VERSION} wheels 3 reset button" in shown
+    assert "The board has firmware" not in shown, "it did not say which"
+    assert board.content() == new_files(flash, tmp_path / "new"), "and nothing else"
+    assert [name for name in board.content() if name.endswith(".py")] == ["boot.py", "main.py"]
+    data = board.content()["robotont_firmware/wheel_speed.mpy"]
+    assert (data[0], data[1], data[2] >> 2, data[2] & 3) == (ord("M"), 6, 7, 3), "machine code for that processor"
     log = board.log()
     assert "uname" in log[0]
-    assert "main.py" in log[1], "main.py goes first"
     assert log[-1].startswith("reset")
 
 
-def test_half_a_copy_leaves_no_main(flash, board, monkeypatch, capsys):
-    (board.files / "boot.py").write_text("# robotont: old")
-    monkeypatch.setattr(flash, "mpremote", _failing(flash.mpremote, flash.FlashError))
+@pytest.mark.parametrize("change", [{"load": 90}, {"missed": True}, {"version": "1.0.0"}, {"new_profile": "vnh"},
+                                    {"packet": "0:0:0;{:02X}:0000:0000:0000:0000000000{:03X}0{:02X}:"}])  # fmt: skip
+def test_a_board_that_fails_its_test_is_reported(flash, board, monkeypatch, capsys, change):
+    vars(board).update(change)
     assert flash_ours(flash, monkeypatch, board) == 1
-    assert not (board.files / "main.py").exists()
-    assert (board.files / "boot.py").read_text() == "# robotont: old", "whole"
     message = capsys.readouterr().err
-    assert "pulled out" in message
-    assert "main.py is gone from the board" in message
+    assert "Self-test failed" in message or "The board should have firmware" in message
+    assert message.endswith("The new firmware is on the board, whole.\n")
+
+
+CUT = """
+import os as real
+class os:
+    listdir, stat, sync = real.listdir, real.stat, lambda: None
+def cut(function):
+    def step(*arguments):
+        global left
+        left -= 1
+        if left < 0:
+            raise SystemExit
+        return function(*arguments)
+    return step
+left = {}
+for name in ("remove", "rename", "rmdir", "mkdir"):
+    setattr(os, name, cut(getattr(real, name)))
+"""
+
+
+def test_wherever_it_is_cut_the_board_has_the_old_firmware_or_the_new_one_or_none_that_runs(flash, tmp_path):
+    """The power fails after each step of each program that runs on the board; and then it is flashed again."""
+    package, root = flash.folders()
+    (tmp_path / "staged").mkdir()
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(flash.copying, "compile_file", lambda path, target: shutil.copy(str(path), str(target)))
+        staged = flash.copying.stage(package, root, *flash.profiles(package)["ours"], tmp_path / "staged")
+    sizes = {path.name: path.stat().st_size for path in staged}
+    programs = flash.copying.PREPARE, flash.copying.EXCHANGE.format(sizes=sizes)
+    seen = set()
+    for cut in range(40):
+        board = tmp_path / f"board{cut}"
+        old = {"boot.py": OLD, "main.py": OLD, "robotont_firmware/wheel_speed.py": OLD}
+        (board / "robotont_firmware").mkdir(parents=True)
+        for name, text in old.items():
+            (board / name).write_text(text)
+        for attempt in (cut, 1000):
+            left = attempt
+            for program in programs:
+                code = CUT.format(left) + program.replace("import os", "") + "\nprint(left)"
+                run = subprocess.run([tool("micropython"), "-c", code], cwd=str(board), stdout=subprocess.PIPE,
+                                     stderr=subprocess.STDOUT, check=False, text=True)  # fmt: skip
+                assert "Error" not in run.stdout, run.stdout
+                if not run.stdout.strip().isdigit():
+                    break
+                left = int(run.stdout)
+                if program is programs[0]:
+                    for path in staged:
+                        shutil.copy(str(path), str(board / "robotont_new"))
+            found = {str(path.relative_to(board)): path.read_text() for path in board.rglob("*.*") if path.is_file()}
+            package_there = {name: text for name, text in found.items() if name.startswith("robotont_firmware/")}
+            kind = ("none" if "main.py" not in found else
+                    "old" if {**package_there, "boot.py": found["boot.py"], "main.py": found["main.py"]} == old else
+                    "new" if len(package_there) == len(staged) - 2 and OLD not in found.values() else "mixture")
+            assert kind == "new" if attempt == 1000 else kind != "mixture", (cut, found.keys())
+            assert "boot.py" in found
+            seen.add(kind)
+    assert seen == {"old", "none", "new"}
+
+
+CHILD = """
+import os, shutil, sys
+sys.path[:0] = [{src!r}]
+from robotont_flash import boards, copying, program
+tool = copying.tool
+copying.tool = lambda name: {program!r} if name == "mpremote" else tool(name)
+copying.compile_file = lambda path, target: shutil.copy(str(path), str(target))
+boards.LISTENING = 0.05
+boards.refuse_others = lambda port: None  # the stand-in has it open, too
+sys.argv[1:] = ["--port", {port!r}, "--profile", "ours", "--yes"]
+sys.exit(program.main())
+"""
+
+
+def judge(board, new):
+    """What runs on the board: old, new, none, or mixture."""
+    found = board.content()
+    there = {name: data for name, data in found.items() if not name.startswith(("robotont_new/", "main.new"))}
+    return "none" if "main.py" not in there else "old" if there == board.old else "new" if there == new else "mixture"
+
+
+@pytest.mark.parametrize("moments", [6, pytest.param(50, marks=pytest.mark.long)])
+def test_killed_at_random_moments(flash, tmp_path, monkeypatch, moments):
+    monkeypatch.setattr(flash.copying, "compile_file", lambda path, target: shutil.copy(str(path), str(target)))
+    new = new_files(flash, tmp_path / "new")
+    random = Random(20181102)
+    seen = Counter()
+    for number in range(moments):
+        folder = tmp_path / str(number)
+        folder.mkdir()
+        board = FakeBoard(folder, pace=0.0005)
+        child = CHILD.format(src=str(SRC), program=board.program, port=board.port)
+        with subprocess.Popen([sys.executable, "-c", child], start_new_session=True, stdout=subprocess.PIPE,
+                              stderr=subprocess.STDOUT) as process:  # fmt: skip
+            try:
+                process.wait(random.uniform(0.2, 2.5))
+            except subprocess.TimeoutExpired:
+                os.killpg(process.pid, signal.SIGKILL)  # with mpremote and what runs on the board
+            process.stdout.read()
+        seen[judge(board, new)] += 1
+        board.gone = True
+    print(dict(seen))
+    assert not seen["mixture"]
+    assert min(seen["old"], seen["new"])
+    assert sum(seen.values()) == moments
+
+
+@pytest.mark.parametrize("moments", [6, pytest.param(50, marks=pytest.mark.long)])
+def test_a_port_that_vanishes(flash, tmp_path, monkeypatch, moments):
+    """The cable is pulled at a random moment: an end in time, with words about what is on the board, which is true."""
+    monkeypatch.setattr(flash.copying, "compile_file", lambda path, target: shutil.copy(str(path), str(target)))
+    new = new_files(flash, tmp_path / "new")
+    random = Random(20181103)
+    seen = Counter()
+    for number in range(moments):
+        folder = tmp_path / str(number)
+        folder.mkdir()
+        board = FakeBoard(folder, pace=0.0005)
+        child = CHILD.format(src=str(SRC), program=board.program, port=board.port)
+        with subprocess.Popen([sys.executable, "-c", child], stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+                              text=True) as process:  # fmt: skip
+            time.sleep(random.uniform(0.1, 2.5))
+            board.vanish()
+            message = process.communicate(timeout=20)[1]
+        kind = judge(board, new)
+        assert "Traceback" not in message, message
+        assert process.returncode in (0, 1)
+        if process.returncode:
+            promised = {"Nothing was written": ("old",), "The board has the files that it had": ("old",),
+                        "The board has the old firmware, or the new one": ("old", "new", "none"),
+                        "The new firmware is on the board": ("new",)}  # fmt: skip
+            (kinds,) = [kinds for words, kinds in promised.items() if words in message]
+            assert kind in kinds, message
+        seen[kind] += 1
+    print(dict(seen))
+    assert not seen["mixture"]
 
 
 @pytest.mark.parametrize("machine", [
-    "Raspberry Pi Pico with RP2040 (1, 24, 0, '')", "NUCLEO-F446RE with STM32F446xx (1, 24, 0, '')",
-    "NUCLEO-L476RG with STM32L476RG (1, 19, 1)", "what is that"])  # fmt: skip
+    "Raspberry Pi Pico with RP2040 (1, 24, 0, '') 4870", "NUCLEO-F446RE with STM32F446xx (1, 24, 0, '') 7942",
+    "NUCLEO-L476RG with STM32L476RG (1, 19, 1) 7430", "NUCLEO-L476RG with STM32L476RG (1, 40, 0, '') 7943",
+    "what is that"])  # fmt: skip
 def test_another_board_is_refused_and_stays_as_it_is(flash, board, monkeypatch, capsys, machine):
     board.machine.write_text(machine)
-    before = {path.name: path.read_text() for path in board.files.iterdir()}
     assert flash_ours(flash, monkeypatch, board) == 1
     message = capsys.readouterr().err
-    assert "Nothing was written" in message
-    assert machine.split(" (")[0] in message
-    assert {path.name: path.read_text() for path in board.files.iterdir()} == before
+    assert "The board has the files that it had" in message
+    assert ("reads 7.3" if "(1, 40" in machine else machine.split(" (")[0]) in message
+    assert board.content() == board.old
+    assert board.log()[-1].startswith("reset"), "the program that may have run on it starts again"
 
 
 def test_the_owners_files_stay(flash, board, monkeypatch, capsys):
     for name in ("boot.py", "main.py"):
         (board.files / name).write_text("print('mine')")
+        (board.files / (name + ".kept")).write_text("print('mine, too')")
     assert flash_ours(flash, monkeypatch, board) == 0
-    assert "The board's own main.py stays, as main.py.kept" in capsys.readouterr().out
-    assert {(board.files / (name + ".kept")).read_text() for name in ("boot.py", "main.py")} == {"print('mine')"}
+    assert "The board's own main.py stays, as main.py.kept.kept" in capsys.readouterr().out
+    kept = {path.name: path.read_text() for path in board.files.glob("*.kept")}
+    assert kept == {"boot.py.kept": "print('mine, too')", "boot.py.kept.kept": "print('mine')",
+                    "main.py.kept": "print('mine, too')", "main.py.kept.kept": "print('mine')"}  # fmt: skip
 
 
 def test_a_step_that_hangs_ends(flash, board, monkeypatch, capsys):
     open(str(board.files) + ".hang", "w").close()
-    monkeypatch.setattr(flash, "STEP_TIME", {"exec": 0.5, "fs": 0.5, "reset": 0.5})
+    monkeypatch.setattr(flash.copying, "STEP_TIME", {"exec": 0.5, "fs": 0.5, "reset": 0.5})
     assert flash_ours(flash, monkeypatch, board) == 1
     assert "did not end within 0.5 s" in capsys.readouterr().err
 
 
 def test_the_users_message_is_no_traceback(flash, board, monkeypatch, capsys):
-    (board.files / "robotont_firmware").write_text("a file where a folder should be")
+    (board.files / "robotont_new").write_text("a file where a folder should be")
     assert flash_ours(flash, monkeypatch, board) == 1
     message = capsys.readouterr().err
     assert "Traceback" not in message
@@ -304,19 +492,11 @@ def test_a_port_that_a_program_holds_without_a_lock_is_refused(flash, board, mon
     assert board.received == b""
 
 
-def test_versions_are_compared(flash, board, monkeypatch, capsys):
-    board.output = [b"0:0:0;00:0000:0000:0000:030000000:FBCF\n"]
-    assert flash_ours(flash, monkeypatch, board) == 0
-    assert "The board has firmware 2.0.0, the same as the 2.0.0" in capsys.readouterr().out
-
-
-def _failing(real, error):
-    def mpremote(port, *arguments):
-        if arguments[0] == "fs":
-            raise error("pulled out")
-        return real(port, *arguments)
-
-    return mpremote
+@pytest.mark.parametrize(("there", "word"), [
+    ("1.9.9", "older than"), (VERSION, "the same as"), ("99.0.0", "newer than")])  # fmt: skip
+def test_versions_are_compared(flash, capsys, there, word):
+    flash.compare(there, VERSION)
+    assert f"The board has firmware {there}, {word} the {VERSION}" in capsys.readouterr().out
 
 
 def test_explains_how_to_install_micropython(flash, board, monkeypatch, capsys):
@@ -330,19 +510,22 @@ def test_explains_how_to_install_micropython(flash, board, monkeypatch, capsys):
 
 
 def test_reports_when_the_board_stays_silent(flash, board, monkeypatch, capsys):
-    monkeypatch.setattr(flash, "restart", lambda port: None)
+    board.banner = b"Traceback"
+    board.packet = "{0}{1}{2}"
     assert flash_ours(flash, monkeypatch, board) == 1
-    assert "does not introduce itself" in capsys.readouterr().err
+    message = capsys.readouterr().err
+    assert "does not introduce itself" in message
+    assert "The new firmware is on the board, whole" in message
 
 
 def test_reports_when_there_is_no_port(flash, monkeypatch, capsys):
     assert run(flash, monkeypatch, "--port", "/dev/no_such_port") == 1
     assert "There is no /dev/no_such_port" in capsys.readouterr().err
-    monkeypatch.setattr(flash.glob, "glob", lambda pattern: [])
+    monkeypatch.setattr(flash.boards.glob, "glob", lambda pattern: [])
     assert run(flash, monkeypatch) == 1
     assert "No board found" in capsys.readouterr().err
     monkeypatch.setattr(
-        flash.glob, "glob", lambda pattern: ["/dev/ttyACM0", "/dev/ttyACM1"] if "ACM" in pattern else []
+        flash.boards.glob, "glob", lambda pattern: ["/dev/ttyACM0", "/dev/ttyACM1"] if "ACM" in pattern else []
     )
     assert run(flash, monkeypatch) == 1
     assert "Choose one with --port" in capsys.readouterr().err
@@ -351,9 +534,9 @@ def test_reports_when_there_is_no_port(flash, monkeypatch, capsys):
 @pytest.mark.parametrize(("number", "message"), [(13, "dialout"), (16, "in use"), (5, "does not open")])
 def test_reports_why_the_port_does_not_open(flash, board, monkeypatch, capsys, number, message):
     def refuse(*_, **__):
-        raise flash.serial.SerialException(number, "refused")
+        raise flash.boards.serial.SerialException(number, "refused")
 
-    monkeypatch.setattr(flash.serial, "Serial", refuse)
+    monkeypatch.setattr(flash.boards.serial, "Serial", refuse)
     assert flash_ours(flash, monkeypatch, board) == 1
     assert message in capsys.readouterr().err
 
@@ -361,19 +544,14 @@ def test_reports_why_the_port_does_not_open(flash, board, monkeypatch, capsys, n
 def test_reports_what_does_not_compile(flash, tmp_path):
     bad = tmp_path / "bad.py"
     bad.write_text("def (")
-    flash.check_compiles([PACKAGE / "src" / "robotont_firmware" / "wiring_robotont21.py"])
     with pytest.raises(flash.FlashError, match=r"bad\.py does not compile"):
-        flash.check_compiles([bad])
+        flash.copying.compile_file(bad, tmp_path / "bad.mpy")
 
 
 def test_finds_its_files_when_installed(flash, tmp_path, monkeypatch):
     share = tmp_path / "share" / "robotont_firmware" / "root"
     share.mkdir(parents=True)
+    (share / "boot.py").touch()
     package = tmp_path / "lib" / "python3" / "dist-packages" / "robotont_firmware"
-    package.mkdir(parents=True)
-    shutil.copy(str(PACKAGE / "src" / "robotont_firmware" / "__init__.py"), str(package))
-    monkeypatch.syspath_prepend(str(package.parent))
-    monkeypatch.delitem(sys.modules, "robotont_firmware", raising=False)
-    monkeypatch.setattr(flash, "__file__", str(tmp_path / "lib" / "robotont_firmware" / "flash"))
+    monkeypatch.setattr(flash.robotont_firmware, "__file__", str(package / "__init__.py"))
     assert flash.folders() == (package, share)
-    monkeypatch.delitem(sys.modules, "robotont_firmware")

@@ -13,7 +13,7 @@ PERIOD = 0.02  # [s]
 CYCLES = 3.0  # [cycles] of one instruction, flash wait states included: a pessimistic assumption
 BYTE_TIME = 10 / 115200  # [s]
 DOCS = (ROOT / "docs" / "firmware.md").read_text(encoding="utf-8")
-PACKET = len("-180:-180:-180;SS:E0E0:E1E1:E2E2:FFMMRRWWW:CCCC\n")
+PACKET = len("-180:-180:-180;SS:E0E0:E1E1:E2E2:FFMMRRWWWVVVLL:CCCC\n")
 
 pytestmark = needs_qemu
 
@@ -46,8 +46,8 @@ def test_at_its_limits_no_number_outgrows_31_bits(rom):
     ]  # fmt: skip
 
 
-def test_the_heap_is_large_enough_to_compile_the_firmware_on_the_board(rom):
-    output = run(rom, "import compile_on_the_board")
+def test_the_heap_is_large_enough_to_load_the_firmware(rom):
+    output = run(rom, "import load_on_the_board")
     print(output)
     assert "# robotont_firmware safe mode" in output
     assert re.search(r"^ok keeps \d+$", output, flags=re.MULTILINE)

@@ -3,6 +3,7 @@
 import http.client
 import json
 import os
+import signal
 import sys
 import time
 import xmlrpc.client
@@ -59,8 +60,9 @@ class Rig(Processes):
         status, answer = self.request("POST", "/order", json.dumps(fields))
         assert status == 204, answer
 
-    def add_robot(self, name, *arguments, board=True):
+    def add_robot(self, name, *arguments, board=True, **environment):
         robot = RobotRig(self, name)
+        robot.environment.update(environment)
         self.robots[name] = robot
         robot.start(board)
         robot.start_fleet_node(*arguments)
@@ -84,17 +86,35 @@ class RobotRig:
         self.log = rig.folder / f"{name}.goals"
         self.log.write_text("")
         self.board = Board(str(rig.folder / f"{name}.port"))
+        self._computer = []
 
     def start(self, board):
-        self._rig.start("rosmaster", "--core", "-p", self._port, **self.environment)
+        self._start("rosmaster", "--core", "-p", self._port)
         wait_for_master(self.environment["ROS_MASTER_URI"], PATIENCE)
         if board:
             self.board.plug()
             master = xmlrpc.client.ServerProxy(self.environment["ROS_MASTER_URI"])
             for key, value in {**SHIPPED, "serial_com_node": {"port": self.board.link}}.items():
                 master.setParam("/rig", "/" + key, value)
-            self._rig.start(places.program("robotont_driver", "robotont_node"), **self.environment)
-        self.navigation = self._rig.start(sys.executable, HERE / "stand_in_navigation.py", self.log, **self.environment)
+            self._start(places.program("robotont_driver", "robotont_node"))
+        self.navigation = self._start(sys.executable, HERE / "stand_in_navigation.py", self.log)
+
+    def _start(self, *command):
+        self._computer.append(self._rig.start(*command, **self.environment))
+        return self._computer[-1]
+
+    def fall(self):
+        """Its supply fails."""
+        for process in (self.fleet_node, *self._computer):
+            self._rig.stop(process, signal.SIGKILL)
+        self._computer.clear()
+        self.board.unplug()
+        self.board.restart()
+
+    def release(self):
+        """A person goes to it."""
+        self.navigation.send_signal(signal.SIGUSR1)
+        wait_for(lambda: not self._rig.seen(self.name).get("stopped", True), f"{self.name} released", PATIENCE, 0.1)
 
     def start_fleet_node(self, *arguments):
         self.fleet_node = self._rig.start(
@@ -122,6 +142,11 @@ def wait_until_driving(rig, *robots):
 def processor_time(pid):
     fields = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()
     return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
+
+
+def proportional_memory(pid):
+    """[MiB], of what other processes use as well its share only (PSS)."""
+    return int(Path(f"/proc/{pid}/smaps_rollup").read_text().split("\nPss:")[1].split()[0]) / 1024
 
 
 def stop_time(rig, robots):

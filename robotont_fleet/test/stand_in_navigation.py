@@ -1,8 +1,9 @@
 """A node beside a robot: drives at 0.2 m/s, has a place on a map, a battery, and a move_base that is told to arrive.
 
-stand_in_navigation.py LOG: writes a line for each goal and each cancel.
+stand_in_navigation.py LOG: writes a line for each goal and each cancel. SIGUSR1: a person releases the emergency stop.
 """
 
+import signal
 import sys
 
 import actionlib
@@ -12,6 +13,7 @@ from geometry_msgs.msg import PoseStamped, TransformStamped, Twist
 from move_base_msgs.msg import MoveBaseAction, MoveBaseActionGoal
 from sensor_msgs.msg import BatteryState
 from std_msgs.msg import String
+from std_srvs.srv import Trigger
 from tf2_msgs.msg import TFMessage
 
 rospy.init_node("move_base")
@@ -49,6 +51,8 @@ at_map = TransformStamped(child_frame_id="odom")
 at_map.header.frame_id = "map"
 at_map.transform.translation.x, at_map.transform.rotation.w = 1.0, 1.0
 transforms.publish([at_map])
+signal.signal(signal.SIGUSR1, lambda *_: release())
+release = rospy.ServiceProxy("emergency_stop/release", Trigger)
 rate = rospy.Rate(10)
 while not rospy.is_shutdown():
     command = Twist()

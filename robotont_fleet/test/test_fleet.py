@@ -3,11 +3,13 @@
 import io
 import os
 import signal
+import struct
+import subprocess
 import time
 from pathlib import Path
 
 import pytest
-from fleet_rig import Rig, processor_time, stop_time, wait_until_driving
+from fleet_rig import Rig, processor_time, proportional_memory, stop_time, wait_until_driving
 from geometry_msgs.msg import PoseStamped
 
 from robotont_fleet import keys
@@ -17,6 +19,7 @@ from robotont_testing.stalling_proxy import StallingProxy
 
 pytestmark = [pytest.mark.skipif(zenoh is None, reason="no zenoh on this system"), pytest.mark.timed, pytest.mark.alone]
 NAMES = ("r1", "r2", "r3")
+CUT = 10.0  # [s]
 
 
 @pytest.fixture(scope="module")
@@ -53,8 +56,7 @@ def click(rig, name, x, state=None):
 def release(rig):
     """A person goes to each robot."""
     for robot in rig.robots.values():
-        rig.start("rosservice", "call", "/emergency_stop/release", **robot.environment).wait()
-        wait_for(lambda robot=robot: not rig.seen(robot.name).get("stopped", True), "the release", period=0.05)
+        robot.release()
 
 
 @pytest.mark.long
@@ -106,6 +108,8 @@ def test_no_goal_is_executed_that_was_sent_before_a_cut(rig):
         bare_goal(session, "r4", 9.0)
         click(rig, "r4", 9.0, rig.view()["robots"][-1])
         wait_for(lambda: not rig.seen("r4"), "the page to miss it", 30.0)
+        time.sleep(CUT)
+        click(rig, "r4", 9.0, rig.view()["robots"][-1])
         proxy.flow()
     wait_for(lambda: rig.seen("r4").get("age", 9.0) < 1.0, "r4 again", 30.0)
     time.sleep(1.0)
@@ -140,20 +144,55 @@ def test_stop_all_stands_all_wheels_and_each_robot_confirms(rig):
 
 
 @pytest.mark.long
-def test_stop_is_repeated_until_a_robot_that_was_gone_has_confirmed(rig):
+def test_a_robot_that_restarts_takes_its_card_back_and_the_stop_that_waits_but_no_goal(rig, adapter):
+    """Computer and board fall, so that nothing remembers that it had stopped."""
     robot = rig.robots["r3"]
-    rig.stop(robot.fleet_node, signal.SIGKILL)
-    wait_for(lambda: not rig.seen("r3"), "the page to miss r3")
+    robot.fall()
+    wait_for(lambda: not rig.seen("r3"), "the page to miss r3", 30.0)
     last = next(one for one in rig.view()["robots"] if one["name"] == "r3")
     assert last["battery"]["charge"] == 0.75
-    assert not last["present"]
+    bare_goal(adapter, "r3", 9.5)
+    click(rig, "r3", 9.5, last)
     rig.order(kind="stop", name="r3")
     assert rig.view()["stop"]["gone"] == ["r3"]
+    robot.start(board=True)
     robot.start_fleet_node()
-    wait_for(lambda: not robot.drives, "the stop", 30.0)
-    wait_for(lambda: rig.view()["stop"]["stand"] == 1, "the confirmation")
+    wait_for(lambda: rig.view()["stop"]["stand"] == 1, "the confirmation", 60.0)
+    wait_for(lambda: not robot.drives, "the stop")
     assert [one["name"] for one in rig.view()["robots"]].count("r3") == 1
+    assert rig.seen("r3")["id"] != last["id"]
+    assert robot.goals() == []
     release(rig)
+
+
+@pytest.mark.long
+def test_a_clock_that_is_wrong_by_an_hour_and_set_changes_nothing(rig, adapter):
+    """Of all that is on a robot; then it jumps, as by NTP."""
+    library, ahead = rig.folder / "set_clock.so", rig.folder / "ahead"
+    source = Path(__file__).resolve().parents[2] / "robotont_driver" / "test" / "set_clock.c"
+    subprocess.run(["cc", "-shared", "-fPIC", "-O1", "-o", str(library), str(source)], check=True)
+    ahead.write_bytes(struct.pack("d", 3600.0))
+    robot = rig.add_robot("r5", LD_PRELOAD=str(library), CLOCK_AHEAD=str(ahead))
+    try:
+        wait_until_driving(rig, robot)
+        for place in (1.5, 2.5):
+            old = rig.seen("r5")
+            wait_for(lambda: rig.seen("r5")["age"] < 1.0, "a young state")
+            click(rig, "r5", place)
+            wait_for(lambda: f"goal {place:g} 0" in robot.goals(), "the goal by click")  # noqa: B023
+            bare_goal(adapter, "r5", place + 10)
+            wait_for(lambda: f"goal {place + 10:g} 0" in robot.goals(), "the goal of free_fleet")  # noqa: B023
+            time.sleep(2.6)
+            click(rig, "r5", place + 20, old)
+            wait_for(lambda: "may be" in rig.seen("r5")["note"], "the refusal of an old goal")
+            with ahead.open("r+b") as file:  # in place: the processes have mapped it
+                file.write(struct.pack("d", 0.0))
+        assert stop_time(rig, [robot]) < 1.0
+    finally:
+        rig.stop(robot.fleet_node)
+        robot.fall()
+        del rig.robots["r5"]
+        release(rig)
 
 
 @pytest.mark.long
@@ -188,10 +227,10 @@ def test_fleet_node_costs_little(rig):
     before, began = processor_time(pid), time.monotonic()
     time.sleep(5.0)
     used = 100 * (processor_time(pid) - before) / (time.monotonic() - began)
-    memory = int(Path(f"/proc/{pid}/status").read_text().split("VmRSS:")[1].split()[0]) / 1024
+    memory = proportional_memory(pid)
     print(f"\nfleet_node: {used:.1f} % of a core, {memory:.0f} MiB")
     assert used <= 3.0
-    assert memory <= 70.0  # rospy alone takes 47
+    assert memory <= 60.0
 
 
 @pytest.mark.long

@@ -2,15 +2,25 @@
 
 import json
 import os
+import shutil
 import subprocess
 
 import pytest
 from fleet_rig import Rig
 
 from robotont_fleet import keys
-from robotont_fleet.zenoh_setup import ABSENT, client_settings, open_session, read_users, zenoh
+from robotont_fleet.zenoh_setup import (
+    ABSENT,
+    client_settings,
+    open_session,
+    read_password,
+    read_users,
+    router_settings,
+    send,
+    zenoh,
+)
 from robotont_testing import places
-from robotont_testing.harness import Master, wait_for
+from robotont_testing.harness import Master, free_port, wait_for
 
 needs_zenoh = pytest.mark.skipif(zenoh is None, reason="no zenoh on this system")
 
@@ -29,7 +39,11 @@ def rig():
         assert "./robotont fleet --add" in refused.stderr
         added = fleet("--add", "r1", "r2", ROS_HOME=str(one.home))
         one.users = read_users(one.home / "robotont_fleet_users")
-        assert f"echo {one.users['r1']} >~/.ros/robotont_fleet_password" in added.stdout
+        home = one.folder / "robot's own"
+        home.mkdir()
+        order = next(line for line in added.stdout.splitlines() if line.startswith("on r1: ")).partition(": ")[2]
+        subprocess.run(["sh", "-c", order], check=True, env={**os.environ, "ROS_HOME": str(home)})
+        assert read_password(home / "robotont_fleet_password") == one.users["r1"]
         one.start_page("--network")
         yield one
 
@@ -85,6 +99,61 @@ def test_the_configuration_for_zenohd_is_the_same(rig):
     assert file.stat().st_mode & 0o077 == 0
     config = zenoh.Config.from_file(str(file))
     assert json.loads(config.get_json("access_control/default_permission")) == "deny"
+
+
+@needs_zenoh
+def test_states_and_orders_go_on_behind_a_jam():
+    """A robot was silent to the page for ever, although connected, that had once been short of processor time."""
+    port = free_port()
+    heard = {"up": [], "down": []}
+    with open_session(router_settings(f"tcp/127.0.0.1:{port}")) as router, \
+            open_session(client_settings(f"tcp/127.0.0.1:{port}")) as robot:
+        for session, key in ((router, "up"), (robot, "down")):
+            session.declare_subscriber(key, lambda sample, key=key: heard[key].append(len(sample.payload)))
+        for session, key in ((robot, "up"), (router, "down")):
+            wait_for(lambda session=session, key=key: send(session, key, "x") or heard[key], "the connection",
+                     period=0.1)
+            for _ in range(2000):
+                send(session, key, b"x" * 20000)
+            send(session, key, b"x" * 3)
+            wait_for(lambda key=key: heard[key][-1] == 3, "the first behind the jam", 60.0)
+
+
+@needs_zenoh
+def test_with_tls_only_who_trusts_the_certificate_and_has_a_password_gets_in(tmp_path, monkeypatch):
+    """As docs/fleet.md writes it: a CA of one's own, a certificate of the teacher's computer by its address."""
+    def openssl(*words):
+        subprocess.run(["openssl", *words], check=True, cwd=str(tmp_path), capture_output=True)
+    for name in ("ca", "stranger"):
+        openssl("req", "-x509", "-newkey", "rsa:2048", "-nodes", "-days", "365", "-subj", f"/CN={name}", "-keyout",
+                f"{name}.key", "-out", f"{name}.pem")
+    openssl("req", "-newkey", "rsa:2048", "-nodes", "-subj", "/CN=teacher", "-keyout", "key.pem", "-out", "request.pem")
+    (tmp_path / "names").write_text("subjectAltName=IP:127.0.0.1\n")
+    openssl("x509", "-req", "-in", "request.pem", "-CA", "ca.pem", "-CAkey", "ca.key", "-CAcreateserial",
+            "-days", "365", "-extfile", "names", "-out", "certificate.pem")
+    with Rig() as rig:
+        fleet("--add", "r1", ROS_HOME=str(rig.home))
+        password = read_users(rig.home / "robotont_fleet_users")["r1"]
+        fleet("--write-router", tmp_path / "router.json5", ROS_HOME=str(rig.home))
+        router = json.loads((tmp_path / "router.json5").read_text())
+        endpoint = f"tls/127.0.0.1:{rig.router_port}"
+        router["listen"]["endpoints"] = [endpoint]
+        router["transport"]["link"]["tls"] = {"listen_certificate": str(tmp_path / "certificate.pem"),
+                                              "listen_private_key": str(tmp_path / "key.pem")}
+        (tmp_path / "router.json5").write_text(json.dumps(router))
+        rig.start_page("--network", "--zenoh-config", tmp_path / "router.json5")
+
+        def joined(where, authority, password):
+            monkeypatch.setenv("ROS_HOME", str(rig.home))
+            shutil.copy(str(tmp_path / authority), str(rig.home / "robotont_fleet_ca.pem"))
+            return open_session({**client_settings(where, "r1", password), "connect/timeout_ms": 2000,
+                                 "connect/exit_on_failure": True})
+        with joined(endpoint, "ca.pem", password) as robot:
+            assert robot.info.routers_zid()
+        for wrong in ((endpoint, "stranger.pem", password), (endpoint, "ca.pem", "wrong"),
+                      (endpoint.replace("tls", "tcp"), "ca.pem", password)):
+            with pytest.raises(zenoh.ZError):
+                joined(*wrong)
 
 
 def test_without_zenoh_the_robot_drives_on_and_one_line_says_how_to_install_it(tmp_path):

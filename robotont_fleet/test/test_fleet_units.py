@@ -2,19 +2,22 @@
 
 import json
 import math
+import re
+from pathlib import Path
 
 import pytest
 from geometry_msgs.msg import TransformStamped
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from robotont_fleet import keys
+from robotont_driver.nodes import serial_com_node
+from robotont_fleet import fleet_node, keys
 from robotont_fleet.fleet import Fleet, read_state
 from robotont_fleet.free_fleet import free_fleet_text
 from robotont_fleet.freshness import Numbered, RoundTrips
-from robotont_fleet.metrics import metrics
 from robotont_fleet.transforms import Chain
 from robotont_fleet.zenoh_setup import add_users, nested, read_users, router_settings
+from robotont_teleop.metrics import GAUGES, metrics
 from robotont_testing.harness import tool_module
 from robotont_testing.places import launch
 
@@ -143,3 +146,15 @@ def test_metrics_escape_what_robots_say():
 def test_the_shipped_configuration_of_free_fleet_is_that_of_the_robots_folder():
     shipped = launch("fleet.launch").parents[1] / "config" / "fleet" / "free_fleet.yaml"
     assert shipped.read_text() == free_fleet_text("robotont3", ["robot1", "robot2"])
+
+
+def test_the_dashboard_asks_for_numbers_that_there_are():
+    board = json.loads((launch("fleet.launch").parents[1] / "config" / "fleet" / "grafana.json").read_text())
+    asked = {name for panel in board["panels"] for target in panel["targets"]
+             for name in re.findall(r"robotont_\w+", target["expr"])}
+    assert asked <= {f"robotont_{name}" for name, *_ in GAUGES} | {"robotont_diagnostic"}
+    keys_asked = {key for panel in board["panels"] for target in panel["targets"]
+                  for key in re.findall(r'key="([^"]+)"', target["expr"])}
+    sources = "".join(Path(module.__file__).read_text() for module in (serial_com_node, fleet_node))
+    assert keys_asked
+    assert all(f'"{key}"' in sources for key in keys_asked)

@@ -3,6 +3,7 @@
 import asyncio
 import http.client
 import json
+import os
 import threading
 import time
 from pathlib import Path
@@ -140,8 +141,10 @@ def test_stop_all_shows_who_has_confirmed_and_a_click_sends_a_robot(browser):
 def test_the_page_fits_and_axe_finds_nothing(browser, tmp_path, size, dark, robots):
     with Served(robots) as server:
         for name, fields in (("robot1", {"worst": [2, "serial_com_node: link", "no board " * 12]}),
-                             ("robot2", {"stopped": "/web_teleop_node"}), ("robot3", {"namesakes": 1, "page": ""})):
-            if robots > 3:
+                             ("robot2", {"stopped": "/web_teleop_node"}), ("robot3", {"namesakes": 1, "page": ""}),
+                             ("robot4", {"battery": {"voltage": 14.5, "charge": 0.07}}),
+                             ("robot5", {"battery": {"voltage": 13.9, "charge": 0.03}})):
+            if robots > 5:
                 server.in_loop(lambda name=name, fields=fields: server.say(name, **fields))
         page = browser.page(f"http://127.0.0.1:{server.port}/", size, dark)
         page.wait(f"document.querySelectorAll('.card').length === {robots}", "the robots")
@@ -155,3 +158,42 @@ def test_the_page_fits_and_axe_finds_nothing(browser, tmp_path, size, dark, robo
         assert found == []
         assert page.complaints() == []
         page.close()
+
+
+@NEEDS_BROWSER
+@pytest.mark.long
+def test_a_page_that_is_open_over_night_takes_no_more_in_the_morning(browser):
+    """As many questions as in so many hours, a hundred times as fast; robots come and go meanwhile."""
+    polls = int(float(os.environ.get("ROBOTONT_FLEET_HOURS", "1")) * 7200)
+    with Served(8) as server:
+        fleet, asked = server.fleet, [0]
+        view = fleet.view
+        fleet.view = lambda now: asked.__setitem__(0, asked[0] + 1) or view(now)
+        page = browser.page(f"http://127.0.0.1:{server.port}/", SMALL,
+                            script="const slow = setInterval; window.setInterval = (f, ms) => slow(f, ms / 100);")
+        page.call("Performance.enable")
+
+        def taken():
+            page.call("HeapProfiler.collectGarbage")
+            page_takes = {one["name"]: one["value"] for one in page.call("Performance.getMetrics")["metrics"]}
+            own = int(Path("/proc/self/status").read_text().split("VmRSS:")[1].split()[0]) / 1024
+            return {"page [MiB]": page_takes["JSHeapUsedSize"] / 2 ** 20, "nodes": page_takes["Nodes"],
+                    "listeners": page_takes["JSEventListeners"], "server [MiB]": own,
+                    "files": len(os.listdir("/proc/self/fd"))}
+
+        def poll(number):
+            end = asked[0] + number
+            while asked[0] < end:
+                server.in_loop(lambda: [server.say(f"robot{one}", present=asked[0] // 100 % 8 != one, number=asked[0])
+                                        for one in range(8)])
+                time.sleep(0.05)
+        poll(polls // 5)
+        before = taken()
+        poll(polls)
+        after = taken()
+        grown = ", ".join(f"{name} {before[name]:.1f} -> {after[name]:.1f}" for name in before)
+        print(f"\n{polls} questions: {grown}")
+        assert page.complaints() == []
+        page.close()
+    allowed = {"page [MiB]": 1.0, "nodes": 50, "listeners": 5, "server [MiB]": 5.0, "files": 3}
+    assert {name: after[name] - before[name] > more for name, more in allowed.items()} == dict.fromkeys(allowed, False)

@@ -64,7 +64,7 @@ function fill(card, robot) {
   find(".dot").title = LEVELS[level];
   find(".age").textContent = age(robot.age);
   const {voltage, charge} = robot.battery ?? {};
-  find(".charge").textContent = (charge ?? null) !== null ? `${Math.round(100 * charge)} %` : voltage ? `${voltage.toFixed(1)} V` : "";
+  find(".charge").textContent = (charge ?? null) !== null ? `${Math.round(100 * charge)} %${charge <= 0.05 ? ", empty" : charge <= 0.15 ? ", low" : ""}` : voltage ? `${voltage.toFixed(1)} V` : "";
   find(".words").textContent = words(robot);
   find(".now").textContent = [robot.driven_by ? `driven by ${robot.driven_by}` : "nobody drives",
     robot.speed ? `${robot.speed[0].toFixed(2)} m/s` : "", robot.frame === "map" ? "" : "not on the map"].filter(Boolean).join(" · ");

@@ -1,5 +1,6 @@
 // All robots on one map.
 const MARGIN = 1, LEAST = 4;  // [m] around the robots; the smallest ground
+const CROWD = 12;             // robots whose names would hide each other
 const image = new Image();
 let shown = {scale: 1, left: 0, top: 0};
 
@@ -19,6 +20,15 @@ function bounds({robots, ground}) {
     ys.push(ground.y, ground.y + ground.height);
   }
   return [Math.floor(Math.min(...xs)), Math.ceil(Math.max(...xs)), Math.floor(Math.min(...ys)), Math.ceil(Math.max(...ys))];
+}
+
+// How many letters all names begin with: of robot1 ... robot40 the map shows the numbers.
+function sharedLetters(names) {
+  let count = 0;
+  while (/[^0-9]/.test(names[0][count] ?? "0") && names.every((name) => name[count] === names[0][count])) {
+    count++;
+  }
+  return names.some((name) => name.length === count) ? 0 : count;
 }
 
 export function draw(canvas, view, chosen) {
@@ -56,8 +66,9 @@ export function draw(canvas, view, chosen) {
     pen.lineTo(width, down(y));
   }
   pen.stroke();
-  pen.font = `600 ${robots.length > 12 ? 11 : 14}px system-ui, sans-serif`;
+  pen.font = `600 ${robots.length > CROWD ? 11 : 14}px system-ui, sans-serif`;
   pen.textAlign = "center";
+  const alike = robots.length > CROWD ? sharedLetters(robots.map((robot) => robot.name)) : 0;
   for (const robot of robots) {
     const [x, y, yaw] = robot.pose, size = Math.max(8, 0.15 * scale);
     pen.globalAlpha = robot.present ? 1 : 0.4;
@@ -77,9 +88,9 @@ export function draw(canvas, view, chosen) {
     pen.restore();
     pen.lineWidth = 3;
     pen.strokeStyle = colour("surface");
-    pen.strokeText(robot.name, across(x), down(y) - size - 5);
+    pen.strokeText(robot.name.slice(alike), across(x), down(y) - size - 5);
     pen.fillStyle = colour("text");
-    pen.fillText(robot.name, across(x), down(y) - size - 5);
+    pen.fillText(robot.name.slice(alike), across(x), down(y) - size - 5);
     pen.lineWidth = 1;
     pen.globalAlpha = 1;
   }

@@ -17,7 +17,6 @@ from nav_msgs.msg import OccupancyGrid
 from std_msgs.msg import String
 from tf2_msgs.msg import TFMessage
 
-from robotont_map_navigation import goto_client as goto_module
 from robotont_map_navigation.goal import Goal
 from robotont_map_navigation.goto_client import GOING_ON, GoTo
 from robotont_testing import places
@@ -179,17 +178,6 @@ class GotoTest(NodeTest):
         self.start_goto("1.5", "1", "0")
         wait_for(self.moving, "motion to a goal within reach")
 
-    def test_kill_cancels(self):
-        goto = self.start_goto("2", "2", "0")
-        wait_for(self.moving, "motion")
-        os.killpg(goto.pid, signal.SIGTERM)
-        status, lines = self.end(goto)
-        self.assertEqual(status, 130, lines)
-        self.assertEqual(lines[-1], "interrupted; the goal is cancelled")
-        wait_for(lambda: self.commands[-1] == Twist(), "a zero Twist")
-        moved = max(number for number, message in enumerate(self.commands) if message != Twist())
-        self.assertEqual(len(self.commands) - moved, 2)  # one zero Twist, and nothing after it
-
     def test_too_long(self):
         status, lines = self.end(self.start_goto("2", "2", "0", "--timeout", "1"))
         self.assertEqual((status, lines[-1]), (5, "not there after 1 s; the goal is cancelled"))
@@ -210,15 +198,6 @@ class GotoTest(NodeTest):
         goto = GoTo("map", lambda _line: None)
         self.assertTrue(goto.wait_for_server(20.0))
         return goto, statuses, server
-
-    def test_the_patience_for_a_cancellation_ends(self):
-        goto, _, server = self.start_in_root(deaf=1000.0)
-        with mock.patch.object(goto_module, "CANCELLING", 1.5):
-            status, words = goto.follow(goto.send(Goal(2.0, 2.0, 0.0)), 0.5)
-        self.assertEqual(status, 5)
-        self.assertEqual(words, "not there after 0.5 s; cancelled, but move_base has not confirmed it within 2 s: the "
-                                "robot may still move")
-        self.processes.stop(server)
 
     def test_a_cancellation_that_overtakes_its_goal_ends_the_goal_before_it_too(self):
         goto, statuses, _ = self.start_in_root()

@@ -101,6 +101,19 @@ def test_the_page_starts_at_boot_where_it_was_asked_for(tmp_path):
     assert not unit.exists()
 
 
+def test_the_fleet_is_joined_at_boot_where_it_was_asked_for(tmp_path):
+    unit = tmp_path / "etc/systemd/system/robotont-fleet.service"
+    done = install_robot("--root", tmp_path, "--fleet", "10.0.0.7")
+    assert "fleet.launch router:=tcp/10.0.0.7:7447\n" in unit.read_text()
+    assert "robotont_fleet_password" in done.stdout
+    assert (tmp_path / "etc/systemd/system/multi-user.target.wants/robotont-fleet.service").is_symlink()
+    assert install_robot("--root", tmp_path).returncode == 0
+    assert unit.exists()
+    assert install_robot("--root", tmp_path, "--fleet", "127.0.0.1").returncode == 2
+    install_robot("--root", tmp_path, "--remove")
+    assert not unit.exists()
+
+
 @pytest.mark.parametrize("model", [True, False])
 def test_without_xacro_the_robot_starts_without_its_model(model, tmp_path, monkeypatch):
     """As on Debian, whose robots take nothing from PyPI."""
@@ -253,9 +266,10 @@ def test_a_board_that_is_plugged_in_is_proposed(tmp_path, monkeypatch, capsys):
 def test_units_are_valid_do_little_beside_their_work_and_come_back(tmp_path):
     """By systemd's own measure, from 0 to 10. That they still do their work, the tests that boot show."""
     need("systemd-analyze")
-    install_robot("--root", tmp_path, "--page")
-    units = [tmp_path / "etc/systemd/system" / unit for unit in (*UNITS, "robotont-page.service")]
-    assert ["Restart=always\n" in unit.read_text() for unit in units] == [True] * 4
+    install_robot("--root", tmp_path, "--page", "--fleet", "teacher")
+    units = [tmp_path / "etc/systemd/system" / unit for unit in (
+        *UNITS, "robotont-page.service", "robotont-fleet.service")]
+    assert ["Restart=always\n" in unit.read_text() for unit in units] == [True] * len(units)
     done = subprocess.run(["systemd-analyze", "verify", *map(str, units)], check=False, text=True, capture_output=True)
     # it also reads the units of this machine, whose faults are not ours
     assert not [line for line in done.stderr.splitlines() if "robotont" in line], done.stderr
@@ -265,7 +279,7 @@ def test_units_are_valid_do_little_beside_their_work_and_come_back(tmp_path):
     if "unrecognized option" in done.stderr:
         pytest.skip("systemd-analyze security has no --offline here: it needs systemd 250")
     exposures = re.findall(r"exposure level for robotont\S*: ([0-9.]+)", done.stdout)
-    assert len(exposures) == 4
+    assert len(exposures) == len(units)
     assert max(map(float, exposures)) <= 5.0, done.stdout
 
 
@@ -394,7 +408,7 @@ def robot(tmp_path_factory):
         pytest.skip("no writable cgroup2 hierarchy here")
     tree = tmp_path / "tree"
     tree.mkdir()
-    install_robot("--root", tree, "--page")
+    install_robot("--root", tree, "--page", "--fleet", "10.255.0.1")
     (tree / "etc/robotont/robot.conf").write_text(
         "ROBOTONT_PORT=/shared/board\nROBOTONT_ARGUMENTS=\n"
         "ROBOTONT_RECORDER_ARGUMENTS=folder:=/shared/black_box\n")
@@ -478,6 +492,12 @@ except urllib.error.HTTPError as error:
     print(error.code)"""
     come(robot, lambda: robot.ask("python3", "-c", look) == "401\n", "the page")
     come(robot, lambda: "asked for once: cat /var/lib/robotont/robotont_teleop_token" in robot.journal(), "its words")
+
+
+def test_the_fleet_is_joined_beside_the_driver(robot):
+    come(robot, lambda: robot.process(DRIVER), "the driver")
+    robot.run("systemctl", "start", "robotont-fleet")
+    come(robot, lambda: "fleet_node" in robot.ask("rosnode", "list"), "the node")
 
 
 def remaining(group):

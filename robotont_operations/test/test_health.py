@@ -34,10 +34,6 @@ def test_one_process_that_is_silent_or_says_nothing():
     assert not [row for row in rows if row.subject == "wheel feedback" and row.level == STALE]
 
 
-def test_a_warning():
-    assert worst(table(ALL, {**FINE, "serial_com_node: link": (WARN, "3 lines dropped", {})})) == 1
-
-
 def test_restarts_are_a_warning():
     rows = table(ALL, FINE, [("/driver_node", 3), ("/odom_node", 1)])
     assert rows[0] == Row(WARN, "nodes", "3 running; restarts of /driver_node: 3; restarts of /odom_node: 1")
@@ -48,10 +44,6 @@ def test_nodes_that_are_missing_silent_or_say_nothing():
     assert rows[0] == Row(ERROR, "nodes", "odom_node is not running; /serial_com_node does not answer")
     assert Row(STALE, "command stream", "driver_node publishes nothing on /diagnostics") in rows
     assert worst(rows) == 2
-
-
-def test_no_robot_at_all():
-    assert table({}, {})[0].level == ERROR
 
 
 def test_two_robots():

@@ -57,18 +57,6 @@ class SimulatorNodeTest(SimulationTest):
             wait_for(lambda: time.monotonic() > end, "a stall")
         self.wait_for_status("simulator_node: real time", WARN, "stalls after which time was skipped")
 
-    def test_a_wrong_port_or_world_is_explained(self):
-        """test_port.py and test_sim_world.py have all of them."""
-        world = self.processes.folder / "world.yaml"
-        world.write_text("walls: 5")
-        for port, argument, words in (("''", "__name:=portless", "no such file"),
-                                      (self.processes.folder / "board", f"_world:={world}", "walls: found 5, allowed")):
-            process, log = self.simulator(port, argument)
-            wait_for(lambda process=process: process.poll() is not None, "the end", START)
-            self.assertEqual(process.returncode, 1)
-            self.assertIn(words, log.read_text())
-            self.assertNotIn("Traceback", log.read_text())
-
     def test_ctrl_c_ends_the_board_at_once_and_then_its_port(self):
         self.stop_simulation()  # its topics have the same names
         process, log = self.simulator(self.processes.folder / "board", "__name:=ending")

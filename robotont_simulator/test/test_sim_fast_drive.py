@@ -84,8 +84,3 @@ def test_bad_input(arguments, words, capsys):
         sys.exit(main([*arguments, "--wheel-params", WHEELS]))
     assert stop.value.code in (1, 2)
     assert words in capsys.readouterr().err
-
-
-def test_a_drive_that_is_made_twice_is_written_twice(tmp_path):
-    assert main(["spin=0.1", "spin=-0.1", "--wheel-params", WHEELS, "--csv", str(tmp_path)]) == 0
-    assert sorted(path.name for path in tmp_path.iterdir()) == ["spin.csv", "spin_2.csv"]

@@ -125,20 +125,6 @@ class CmdVelMuxTest(NodeTest):
         self.assertEqual(changes, [NAVIGATION, STOP, HAND, STOP, NAVIGATION])
         self.assertEqual(self.wire.drivers[-3:], ["navigation", "hand", "navigation"])
 
-    def test_of_two_hands_one_drives_and_the_other_is_named(self):
-        before = len(self.wire.commands)
-        self.wire.send(hand=HAND)
-        self.wire.driven_by("hand")
-        other = self.processes.start("rostopic", "pub", "-r", "50", "cmd_vel/hand", "geometry_msgs/Twist",
-                                     "{linear: {x: -0.1}}")
-        self.wait_for_status("cmd_vel_mux: who drives", WARN, "ignored: /rostopic")
-        self.wire.send(hand=None)
-        wait_for(lambda: self.wire.commands[-1] == OTHER_HAND, "the other hand's command")
-        commands = self.wire.commands[before:]
-        changes = [after for before, after in zip([STOP, *commands], commands) if after != before]
-        self.assertEqual(changes, [HAND, STOP, OTHER_HAND])
-        self.processes.stop(other)
-
     def test_the_hand_gives_back_on_request(self):
         self.wire.send(navigation=NAVIGATION, hand=HAND)
         self.wire.driven_by("hand")

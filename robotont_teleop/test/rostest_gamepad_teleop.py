@@ -272,14 +272,6 @@ class RecordedGamepadTest(GamepadTest, NodeTest):
         self.newest_is((0.0, 0.8, 0.0), "motion by the state after the loss")
         self.assertFalse([one for one in self.commands[seen:] if abs(one[0]) > 1e-3])
 
-    def test_an_emergency_stop_among_lost_events_is_found(self):
-        stops = self.listen("emergency_stop/pressed_by", String, publishers=1)
-        self.addCleanup(self.teleop._output.emergency_stop.release)
-        self.pad.lose((EV_KEY, BTN_EAST, 1))
-        self.pad.overflow()
-        self.pad.frame()
-        wait_for(lambda: stops and stops[-1].data, "the emergency stop")
-
 
 @unittest.skipUnless(os.access(UINPUT, os.W_OK), f"no {UINPUT} that may be written to")
 class UinputGamepadTest(GamepadTest, NodeTest):

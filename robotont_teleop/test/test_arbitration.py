@@ -15,17 +15,6 @@ def arbiter():
     return Arbiter(INPUTS)
 
 
-def test_nobody_drives_at_first(arbiter):
-    assert arbiter.driver == NOBODY
-    assert arbiter.look(0.0) == []
-    assert arbiter.time_left(0.0) is None
-
-
-def test_a_command_goes_straight_through(arbiter):
-    assert arbiter.command("default", DEFAULT, 1.0) == [DEFAULT]
-    assert arbiter.driver == "default"
-
-
 def test_the_hand_takes_over_at_once_with_a_zero_between(arbiter):
     arbiter.command("navigation", NAVIGATION, 1.0)
     assert arbiter.command("hand", HAND, 1.05) == [STOP, HAND]
@@ -122,17 +111,6 @@ def test_a_heartbeat_of_the_emergency_stop_changes_nothing(arbiter):
     assert arbiter.driver == "hand"
 
 
-@pytest.mark.parametrize("name", ["hand", "navigation", "default"])
-def test_releasing_the_emergency_stop_moves_nothing(arbiter, name):
-    arbiter.emergency_stop(True, 0.0)
-    arbiter.command(name, HAND, 0.1)
-    assert arbiter.emergency_stop(False, 0.2) == []
-    assert arbiter.command(name, HAND, 0.25) == []
-    assert arbiter.barred(0.25) == [name]
-    assert arbiter.command(name, STOP, 0.3) == []
-    assert arbiter.command(name, HAND, 0.35) == [HAND]
-
-
 def test_after_an_emergency_stop_silence_counts_as_a_stop(arbiter):
     arbiter.emergency_stop(True, 0.0)
     arbiter.command("navigation", NAVIGATION, 0.1)
@@ -151,14 +129,6 @@ def test_a_zero_of_another_sender_is_no_stop_of_who_asked_for_motion_during_an_e
     assert arbiter.barred(0.4) == ["navigation"]
     assert arbiter.command("navigation", STOP, 0.45, "move_base") == []
     assert arbiter.command("navigation", NAVIGATION, 0.5, "move_base") == [NAVIGATION]
-
-
-def test_silence_during_an_emergency_stop_is_no_stop_after_it():
-    arbiter = Arbiter([Input("navigation", 0.5, 1.0)])
-    arbiter.emergency_stop(True, 0.0)
-    arbiter.command("navigation", NAVIGATION, 0.1, "move_base")
-    arbiter.emergency_stop(False, 20.0)
-    assert arbiter.command("navigation", NAVIGATION, 20.1, "move_base") == []
 
 
 def test_who_has_not_asked_for_motion_may_drive_beside_one_who_has_to_stop_first():

@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from robotont_teleop.keys import MOVES, SPEED_KEYS, HeldKeys, split_keys
+from robotont_teleop.keys import SPEED_KEYS, HeldKeys, split_keys
 from robotont_teleop.speeds import STOP, Speeds
 
 SPEEDS = Speeds(0.3, 1.0)
@@ -21,10 +21,6 @@ def keys():
 def test_every_movement_key(keys, key, twist):
     assert keys.press(key, 1.0)
     assert keys.twist(1.0) == twist
-
-
-def test_all_movement_keys_are_tested():
-    assert len(MOVES) == 10
 
 
 def test_other_keys_mean_nothing(keys):
@@ -50,14 +46,6 @@ def test_a_diagonal_is_no_faster(keys):
     keys.press("w", 1.0)
     keys.press("a", 1.1)
     assert math.hypot(*keys.twist(1.2)[:2]) == pytest.approx(0.3)
-
-
-def test_strafing_and_turning_together(keys):
-    keys.press("a", 1.0)
-    keys.press("q", 1.3)
-    for step in range(10):
-        keys.press("q", 1.9 + step * 0.04)
-    assert keys.twist(2.3) == (0.0, 0.3, 1.0)
 
 
 def test_the_opposite_key_stops_and_then_reverses(keys):

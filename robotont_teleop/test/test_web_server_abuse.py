@@ -19,17 +19,6 @@ from robotont_teleop.speeds import STOP
 from robotont_testing.harness import wait_for
 
 
-def is_closed(connection):
-    """Whether the other end has closed it."""
-    connection.setblocking(False)
-    try:
-        return connection.recv(1) == b""
-    except BlockingIOError:
-        return False
-    except OSError:
-        return True
-
-
 @pytest.mark.parametrize("text, code", [
     ("x" * 5000, 1009), (b"\xff\xfe", 1008), ("{", 1008),
     ('{"kind":"drive","time":1,"x":NaN,"y":0,"turn":0}', 1008)])

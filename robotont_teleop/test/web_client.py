@@ -56,6 +56,9 @@ class NotedRobot:
         return {"pose": [0.0, 0.0, 0.0], "velocity": None, "limited": None, "commanded": None, "measured": None,
                 "driven_by": "nobody", "stopped": self.stopped}
 
+    def figures(self):
+        return [{"name": "r1", "id": "", "present": True, "age": None}], {"r1": {"link": {"level": 0}}}
+
     def status(self):
         return {"frame": "odom", "lights": [], "board": "", "battery": None, "ranges": [], "map": None,
                 "camera": False, "navigation": False, "goal": None, "note": {"number": 0, "words": "", "good": True}}

@@ -11,8 +11,9 @@ from robotont_calibration.arguments import point, positive, read_end
 from robotont_calibration.calibration_report import draw, table
 from robotont_calibration.calibration_runs import errors_along, taped_run, tracked_run, turns
 from robotont_calibration.cross_validation import cross_validate, next_run
-from robotont_calibration.recordings import FORMATS, read_recording
-from robotont_calibration.wheel_estimation import Unknowns, calibrate
+from robotont_calibration.recording_files import FORMATS, read_recording
+from robotont_calibration.unknowns import Unknowns
+from robotont_calibration.wheel_estimation import calibrate
 from robotont_calibration.wheel_file_writer import with_values
 from robotont_driver.kinematics.wheel_params import read_wheels
 from robotont_driver.robots.wheel_file import read_wheel_file

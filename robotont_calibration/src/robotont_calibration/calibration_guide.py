@@ -12,7 +12,8 @@ from std_msgs.msg import String
 
 from robotont_calibration.arguments import read_end
 from robotont_calibration.drives import sideways, spin, square
-from robotont_calibration.recordings import Recording, stamps_of, write_csv
+from robotont_calibration.recording_files import write_csv
+from robotont_calibration.recordings import Recording, stamps_of
 from robotont_driver.ros.rospy_end import init_tool
 
 CONNECTING = 5.0  # [s] for the driver and the robot's packets

@@ -8,7 +8,8 @@ from pathlib import Path
 import numpy as np
 
 from robotont_calibration.arguments import coordinates
-from robotont_calibration.recordings import FORMATS, Recording, RecordingError, read_recording
+from robotont_calibration.recording_files import FORMATS, read_recording
+from robotont_calibration.recordings import Recording, RecordingError
 from robotont_calibration.trajectory import ALIGNMENTS, Trajectory, write_tum
 from robotont_calibration.trajectory_errors import Report
 from robotont_driver.kinematics import se2

@@ -1,8 +1,7 @@
 """The driver at work without a robot: a square and a turning circle, figures, and a picture.
 
-Starts the stack on the simulator or, with --ideal, on a board with ideal motors, in both cases behind a serial
-line that spoils some bytes; drives by cmd_vel, and compares odom with where the robot truly is. Exit status 0
-only when the end pose is right within the bounds.
+Starts the stack on the simulator, behind a serial line that spoils some bytes; drives by cmd_vel, and compares odom
+with where the robot truly is. Exit status 0 only when the end pose is right within the bounds.
 """
 
 import math
@@ -15,8 +14,8 @@ import rospy
 from robotont_demo.drive import Commander, drive
 from robotont_demo.picture import draw
 from robotont_demo.recording import Recorder, end_error
-from robotont_demo.robots import IdealMotors, Simulated
 from robotont_demo.scenario import commanded_path, plan
+from robotont_demo.simulated import Simulated
 from robotont_driver.parameters.command_line import CommandLine
 from robotont_driver.robots.robot_folder import read_robot
 from robotont_driver.ros import rospy_internals
@@ -30,11 +29,7 @@ def parse(words):
     parser.add_argument("--picture", type=Path, default="demo.png", help="where to put the picture [%(default)s]")
     parser.add_argument("--bad-bytes", type=float, default=0.001, metavar="RATE",
                         help="share of the board's bytes that the line spoils [%(default)s]")
-    parser.add_argument("--ideal", action="store_true", help="ideal motors instead of the simulator")
     options = parser.parse_args(words)
-    if options.ideal and options.robot:
-        parser.error(f"--ideal: found --robot {options.robot} too, allowed: one of them")
-    options.kind = IdealMotors if options.ideal else Simulated
     try:
         options.robot = read_robot(options.robot)
     except (OSError, ValueError) as error:
@@ -48,16 +43,11 @@ def parse(words):
     return options
 
 
-def name_of(options):
-    """What is driven."""
-    return "a board with ideal motors" if options.ideal else f"the simulator, robot {options.robot.folder.name}"
-
-
 def run(options):
     """Drive, print the figures, draw; whether the end pose is right. AssertionError when the stack does not work."""
     steps = plan(0.4 if options.robot.packets == "auto" else 0.2)  # [m/s]
     with Master() as master:
-        robot = options.kind(master, options.bad_bytes, options.robot)
+        robot = Simulated(master, options.bad_bytes, options.robot)
         rospy_internals.mend()
         rospy.init_node("demo", disable_signals=True)
         recorder, commander = Recorder(), Commander()
@@ -70,8 +60,7 @@ def run(options):
         robot.close()
     odometry, truth = recorder.odometry.snapshot(), robot.truth.snapshot()
     error = end_error(odometry, truth)
-    for what, value in (("commands published", len(commander.times)), *robot.figures(commander.times),
-                        *figures(recorder.link, error, robot.LARGEST_ERROR)):
+    for what, value in figures(recorder.link, error, robot.LARGEST_ERROR):
         print(f"  {what:<42} {value}")
     draw(commanded_path(steps), odometry, truth, robot.LARGEST_ERROR[0], robot.name, options.picture)
     print(f"picture: {options.picture}")
@@ -94,8 +83,9 @@ def main():
     """Run the demo; returns the exit status."""
     signal.signal(signal.SIGTERM, signal.default_int_handler)
     options = parse(sys.argv[1:])
-    print(f"driving {name_of(options)}: a square of 1 m, then a circle while turning (some 30 s);\nthe demo itself "
-          f"spoils {100 * options.bad_bytes:g} % of the board's bytes on the way", flush=True)
+    print(f"driving the simulator, robot {options.robot.folder.name}: a square of 1 m, then a circle while turning "
+          f"(some 30 s);\nthe demo itself spoils {100 * options.bad_bytes:g} % of the board's bytes on the way",
+          flush=True)
     try:
         good = run(options)
     except AssertionError as error:

@@ -12,10 +12,9 @@ from robotont_testing.harness import wait_for
 
 
 class Commander:
-    """Publishes twists and keeps when: `times` [s], monotonic."""
+    """Publishes twists."""
 
     def __init__(self):
-        self.times = []
         self._publisher = rospy.Publisher("cmd_vel", Twist, queue_size=1)
 
     def connected(self):
@@ -26,7 +25,6 @@ class Commander:
         """Publish v_x, v_y [m/s], omega [rad/s]."""
         message = Twist()
         message.linear.x, message.linear.y, message.angular.z = twist
-        self.times.append(time.monotonic())
         self._publisher.publish(message)
 
     def stop(self):

@@ -8,20 +8,13 @@ from array import array
 import machine
 import pyb
 
-from robotont_firmware import check_wiring
+from robotont_firmware import check_wiring, resets
 from robotont_firmware import gain_bounds as bounds
+from robotont_firmware.compat import micropython, ptr16, ticks_cpu, ticks_diff
 
 TIMER_CLOCK = 80000000  # [Hz]
 _FULL_SCALE = 4095  # of the analogue input, 3.3 V
-
-# A note to the next start, in a backup register of the real-time clock: it outlives every reset but a power
-# cut, costs no file system, and MicroPython itself uses none of these registers.
-_NOTE = 0x400028CC  # RTC_BKP31R
-REPL_WISHED = 0x524F4231
-CRASHED = 0x524F4232
-_STARTS = 0x400028C8  # RTC_BKP30R: how many starts in a row have ended before LASTING periods
-IN_VAIN = 3  # such starts; the next one leaves the REPL free
-_LASTING = 100  # [periods]
+_LASTING = 100  # [periods] after which a start was not in vain
 
 # Counter timers, for the filter registers that pyb does not reach; TIMx_CCMR1 is at 0x18 of each.
 _TIMERS = {1: 0x40012C00, 2: 0x40000000, 3: 0x40000400, 4: 0x40000800, 5: 0x40000C00, 8: 0x40013400}
@@ -38,55 +31,9 @@ def motors_off(config):
             pyb.Pin(pin, pyb.Pin.OUT_PP, value=0)
 
 
-def take_note():
-    """Return the note that the last run left for this start, and forget it."""
-    note = machine.mem32[_NOTE]
-    machine.mem32[_NOTE] = 0
-    return note & 0xFFFFFFFF
-
-
-def leave_note(note):
-    """Leave REPL_WISHED or CRASHED for the next start."""
-    machine.mem32[_NOTE] = note
-
-
-def starts_in_vain(cause):
-    """Return how many starts in a row have ended at once by a crash or the watchdog; `cause` of this one."""
-    if cause not in ("crash", "watchdog"):
-        machine.mem32[_STARTS] = 0
-    return machine.mem32[_STARTS]
-
-
-def forget_starts():
-    """Let the next start try again."""
-    machine.mem32[_STARTS] = 0
-
-
 def button_pressed(config):
     """Return True while the USER button is held."""
     return pyb.Pin(config.SAFE_BUTTON, pyb.Pin.IN).value() == 0
-
-
-def restart_into_repl():
-    """Reset the board, which then stays in the REPL: the watchdog allows no REPL without a reset."""
-    leave_note(REPL_WISHED)
-    machine.reset()
-
-
-def reset_cause(note):
-    """Return why the board started, in one word; `note` is what take_note returned.
-
-    A reset by software looks like the reset button to the chip.
-    """
-    if note == CRASHED:
-        return "crash"
-    causes = {
-        machine.PWRON_RESET: "power",
-        machine.HARD_RESET: "button",
-        machine.WDT_RESET: "watchdog",
-        machine.SOFT_RESET: "soft",
-    }
-    return causes.get(machine.reset_cause(), "other")
 
 
 class Board:
@@ -109,7 +56,7 @@ class Board:
         self._taken = array("H", [0] * self._motors)  # what was latched at the tick that wait_tick has seen
         pull = pyb.Pin.PULL_UP if config.ENCODER_PULL_UPS else pyb.Pin.PULL_NONE
         self._encoders = [_encoder(pull, *wiring) for wiring in config.ENCODERS]
-        self._backward_encoders = list(config.BACKWARD_ENCODERS)
+        self._backward_encoders = array("H", [int(backward) for backward in config.BACKWARD_ENCODERS])
         self._forward = [pyb.Pin(pins[0], pyb.Pin.OUT_PP) for pins in config.DIRECTIONS]
         self._backward = [pyb.Pin(pins[1], pyb.Pin.OUT_PP) for pins in config.DIRECTIONS]
         divider = TIMER_CLOCK // config.PWM_FREQUENCY  # [ticks] of a PWM period
@@ -128,6 +75,11 @@ class Board:
         if config.BATTERY_PIN is not None:
             self._adc = pyb.ADC(pyb.Pin(config.BATTERY_PIN))
             self.battery = self._battery  # a board that does not measure has no such method
+        if config.LIGHT is not None:
+            self.light = pyb.Pin(config.LIGHT, pyb.Pin.OUT_PP).value
+        self._hundredth = TIMER_CLOCK // config.RATE // 100  # [cycles] of a period
+        self._began = self._tick_began = ticks_cpu()
+        self._longest = 0  # [cycles] from a tick to the end of its work, since `load` was asked last
 
     def start(self):
         """From here on USART2 carries packets and no REPL, ticks come, and last the watchdog is armed.
@@ -146,7 +98,7 @@ class Board:
                 self._uart = pyb.UART(config.UART, config.BAUDRATE)
             else:
                 self._uart = pyb.UART(config.UART, config.BAUDRATE, rxbuf=bounds.line_bytes(config))
-            machine.mem32[_STARTS] += 1
+            resets.begin()
             self._watchdog = machine.WDT(timeout=config.WATCHDOG)
         except Exception:
             pyb.repl_uart(repl)
@@ -163,14 +115,19 @@ class Board:
         if self._config.BATTERY_PIN is not None:
             self._battery()
 
+    @micropython.native
     def _tick(self, _):
         """Latch all encoders at one moment, in the timer's interrupt."""
+        self._tick_began = ticks_cpu()
         for motor in range(self._motors):
             self._latched[motor] = self._encoders[motor].counter()
         self._ticks = (self._ticks + 1) & 0xFFFF
 
+    @micropython.native
     def wait_tick(self):
         """Sleep until the next tick; return how many there were since the last call."""
+        spent = ticks_diff(ticks_cpu(), self._began)
+        self._longest = max(spent, self._longest)
         while self._ticks == self._seen:
             pyb.wfi()
         ticks = -1
@@ -178,22 +135,34 @@ class Board:
             ticks = self._ticks
             for motor in range(self._motors):
                 self._taken[motor] = self._latched[motor]
+            self._began = self._tick_began
         periods = (ticks - self._seen) & 0xFFFF
         self._seen = ticks
         return periods
 
+    @micropython.viper
     def counts(self, totals):
         """Copy the encoder counters of that tick, 0..65535 each, up while the motor drives forward."""
-        for motor in range(self._motors):
-            count = self._taken[motor]
-            totals[motor] = -count & 0xFFFF if self._backward_encoders[motor] else count
+        there = ptr16(totals)
+        taken = ptr16(self._taken)
+        backward = ptr16(self._backward_encoders)
+        for motor in range(int(self._motors)):
+            there[motor] = 0 - taken[motor] & 0xFFFF if backward[motor] else taken[motor]
 
+    def load(self):
+        """Return the longest work since the last call [% of a period], 255 at most."""
+        longest = min(self._longest // self._hundredth, 255)
+        self._longest = 0
+        return longest
+
+    @micropython.native
     def drive(self, wheel, effort):
         """Set direction and pulse width; 0 leaves both direction pins low."""
         self._forward[wheel].value(effort > 0)
         self._backward[wheel].value(effort < 0)
         self._pwm[wheel].pulse_width(abs(effort) * self._width // self._full)
 
+    @micropython.native
     def fault(self, wheel):
         """Return True while the motor driver pulls its fault line low; False where none is connected."""
         return len(self._faults) > 0 and self._faults[wheel].value() == 0
@@ -202,6 +171,7 @@ class Board:
         """Return the battery's voltage [mV]."""
         return self._adc.read() * self._config.BATTERY_DIVIDER // _FULL_SCALE
 
+    @micropython.native
     def read(self, buffer):
         """Read what waits, at most len(buffer) bytes; return how many."""
         size = min(self._uart.any(), len(buffer))
@@ -213,13 +183,14 @@ class Board:
         """Send buffer[0:size]; takes 87 us a byte."""
         self._uart.write(buffer, size)
 
+    @micropython.native
     def feed(self):
         """Feed the watchdog, after every period."""
         self._watchdog.feed()
         if self._young > 0:
             self._young -= 1
             if self._young == 0:
-                machine.mem32[_STARTS] = 0
+                resets.forget_starts()
 
     def stop(self):
         """Switch the motors off for good: no pulses, then plain pins held low, also after this program."""

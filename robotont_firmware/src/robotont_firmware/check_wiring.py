@@ -47,6 +47,8 @@ def _check_timers(config):
 def _check_pins(config):
     pins = [pin for wiring in config.ENCODERS for pin in wiring[:2]] + [wiring[0] for wiring in config.PWM]
     pins += [pin for pair in config.DIRECTIONS for pin in pair] + list(config.FAULTS) + [config.SAFE_BUTTON]
+    if config.LIGHT is not None:
+        pins.append(config.LIGHT)
     if config.BATTERY_PIN is not None:
         pins.append(config.BATTERY_PIN)
         bounds.check_number(config, "BATTERY_DIVIDER", 1, bounds.LARGEST // _FULL_SCALE)

@@ -4,7 +4,11 @@
 machine words and `ptr8`, `ptr16`, `ptr32` reach into a buffer directly. On CPython they all do nothing.
 """
 
+import sys
+
 try:
+    from time import ticks_cpu, ticks_diff
+
     import micropython
 except ImportError:
 
@@ -35,7 +39,18 @@ except ImportError:
         """Return the array: indexing it reads and writes 32-bit numbers."""
         return numbers
 
+    SIGN = 0
+
+    def ticks_cpu():
+        """Return the processor's cycles, modulo a power of 2: none here."""
+        return 0
+
+    def ticks_diff(now, before):
+        """Return the difference of two such numbers."""
+        return now - before
+
 else:
     ptr8 = ptr16 = ptr32 = None  # viper recognises them by name
+    SIGN = 32 if sys.maxsize >> 31 else 0  # ptr32 reads no sign: `n[0] << SIGN >> SIGN` has it on every processor
 
 const = micropython.const

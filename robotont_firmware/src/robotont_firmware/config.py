@@ -32,7 +32,6 @@ MAX_LOAD = 400  # [effort] of 0.5 A that a healthy wheel may need above a free o
 BLIND_TIME = 14  # [periods] at that bound make a fault of a wheel; 24 while the robot changes its motion
 BLIND_SHARE = 197  # [1/256 of its speed] a wheel that counts less is slow,
 CHANGING_SHARE = 128 # [1/256 of its speed] or less than this while the robot changes its motion
-BLIND_FLOOR = 5  # [units] a wheel may always be driven by what turns a free one at 1.15 times this
 BESIDE_SHARE = 64  # [1/256] or at this part of the fastest wheel's set-point
 WRONG_EDGES = 16  # [edges] backward are no tremor; the least that a wheel has to owe for a fault
 
@@ -49,6 +48,10 @@ TURN_LEAD = 110  # [1/16 period] of motors that turn it on the spot,
 FREE_LEAD = 64  # [1/16 period] and, for tests, of motors that turn free wheels
 ARC = 1181  # [edges] 2 * sin(120 deg) * wheel distance / way of an edge: how turning bends the way of three even wheels
 STANDSTILL = 5  # [periods] set-point 0 and no edge for this long: motor off, integral 0
+
+# One wheel driven on its own while no commands come, by the order `!test` (./robotont wheels --bring-up).
+TEST_EFFORT = 400  # [effort] 10 %
+TEST_TIME = 25  # [periods] 0.5 s, whatever the PC does
 
 # Serial line to the PC: USART2, the ST-Link's virtual port, shared with the REPL.
 UART = 2

@@ -36,18 +36,17 @@ _LOAD = const(2)  # [effort] that a healthy wheel may need above a free one
 _TIME = const(3)  # [periods/5]
 _SETTLED_SHARE = const(4)  # [1/256]
 _CHANGING_SHARE = const(5)  # [1/256]
-_FLOOR = const(6)  # [1/256 unit]
-_BESIDE = const(7)  # [1/256]
-_WRONG = const(8)  # [1/256 edge]
+_BESIDE = const(6)  # [1/256]
+_WRONG = const(7)  # [1/256 edge]
 # and of its past. Machine code reads them without sign: those that may be negative have _ZERO added.
-_DIRECTION = const(9)  # in which it was driven last: -1, 0, 1
-_COUNTED = const(10)  # [1/256 unit] ahead, smoothed over four periods
-_MOST = const(11)  # [effort] ahead, while it is bounded
-_BOUNDED = const(12)  # 0 or 1
-_BLIND = const(13)  # [periods/5] at the bound
-_OWED = const(14)  # [1/256 edge] that it should have made meanwhile and did not
-_AHEAD = const(15)  # [1/256 edge] that it did make; negative: the wrong way
-_PLACES = const(16)
+_DIRECTION = const(8)  # in which it was driven last: -1, 0, 1
+_COUNTED = const(9)  # [1/256 unit] ahead, smoothed over four periods
+_MOST = const(10)  # [effort] ahead, while it is bounded
+_BOUNDED = const(11)  # 0 or 1
+_BLIND = const(12)  # [periods/5] at the bound
+_OWED = const(13)  # [1/256 edge] that it should have made meanwhile and did not
+_AHEAD = const(14)  # [1/256 edge] that it did make; negative: the wrong way
+_PLACES = const(15)
 _ZERO = const(0x8000000)
 
 
@@ -65,7 +64,6 @@ class FaultWatch:
         self.numbers[_LOAD] = bounds.at_battery(config.MAX_LOAD, battery)
         self.numbers[_TIME] = config.BLIND_TIME * _SETTLED
         self.numbers[_SETTLED_SHARE], self.numbers[_CHANGING_SHARE] = config.BLIND_SHARE, config.CHANGING_SHARE
-        self.numbers[_FLOOR] = config.BLIND_FLOOR * 256
         self.numbers[_BESIDE] = config.BESIDE_SHARE
         self.numbers[_WRONG] = config.WRONG_EDGES * 256
 
@@ -121,8 +119,7 @@ class FaultWatch:
 
         believed = ahead if ahead < counted else counted
         free = n[_STATIC] + ((n[_GAIN] * believed >> 16) if believed > 0 else 0)
-        unseen = setpoint if setpoint > n[_FLOOR] else n[_FLOOR]
-        most = n[_STATIC] + (n[_GAIN] * (unseen * 294 >> 8) >> 16)  # 1.15 times
+        most = n[_STATIC] + (n[_GAIN] * (setpoint * 294 >> 8) >> 16)  # 1.15 times
         beside = (fastest - setpoint) * n[_BESIDE] >> 8
         laden = free + n[_LOAD] + ((n[_GAIN] * beside >> 16) if beside > 0 else 0)
         most = laden if laden > most else most
@@ -137,7 +134,6 @@ class FaultWatch:
         if settled and missing < 0 and counted > 0 and push * 8 < (n[_STATIC] + n[_LOAD]) * -7:
             fault = WRONG_WAY
             missing = 0 - missing
-            ahead = 0 - ahead
         if fault == NO_FAULT:
             if n[_BLIND] > 0:
                 owed = n[_OWED] - (counted * 2 * periods if counted > 0 else 0)

@@ -5,7 +5,7 @@ integer, which the locked heap refuses with a MemoryError: in mid-drive, not at 
 checked before the motors are given free. The tests run the loop at these limits on an emulated Cortex-M.
 """
 
-from robotont_firmware.protocol import MAX_UNITS
+from robotont_firmware.receiver import MAX_UNITS
 
 LARGEST = 0x3FFFFFFF  # the largest small integer
 MOTOR_VOLTAGE = 12000  # [mV] at which the gains of config.py hold
@@ -29,10 +29,10 @@ _RANGES = (  # name, least, most; what depends on other numbers is added in `che
     ("BLIND_TIME", 1, 1000),
     ("BLIND_SHARE", 0, 256),
     ("CHANGING_SHARE", 0, 256),
-    ("BLIND_FLOOR", 0, 200),
     ("BESIDE_SHARE", 0, 256),
     ("WRONG_EDGES", 1, 2000),
     ("OVERLOAD_TIME", 1, 200),
+    ("TEST_TIME", 1, 100),
 )
 
 
@@ -51,6 +51,7 @@ def check(config):
         check_number(config, name, 1, LARGEST // (2 * speed * 256))  # all set-points move by one fraction
     for name in ("STATIC", "MAX_EFFORT", "MAX_TORQUE", "CONTINUOUS_TORQUE", "MAX_LOAD"):
         check_number(config, name, 0, full)
+    check_number(config, "TEST_EFFORT", 0, full // 4)
     for name, factor in (
         ("SPEED_GAIN", MAX_COUNTS * 256),
         ("P_GAIN", error),

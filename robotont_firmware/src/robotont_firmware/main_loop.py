@@ -6,7 +6,9 @@ It reaches the hardware only through a board object:
     counts(totals)       fill totals[wheel] with the encoder counters latched at that tick, 0..65535
     drive(wheel, effort) effort -FULL_EFFORT..FULL_EFFORT; 0 lets the wheel roll
     fault(wheel)         True while the motor driver reports a fault
-    battery()            [mV] of the motors' battery; a board that cannot measure it has no such method
+    battery()            [mV] of the motors' battery
+    load()               [%] of a period, the most since the last call, that the work took
+    light(on)            switch a light; boards that lack these three have no such methods
     read(buffer)         read at most len(buffer) waiting bytes; return how many; never wait
     write(buffer, size)  send buffer[0:size]
     feed()               feed the watchdog
@@ -20,16 +22,17 @@ from array import array
 
 from robotont_firmware import __version__, protocol
 from robotont_firmware import gain_bounds as bounds
-from robotont_firmware.compat import const, micropython, ptr32
+from robotont_firmware.compat import const, micropython
 from robotont_firmware.fault_watch import DRIVER_FAULT, NO_FAULT, OVERLOAD
-from robotont_firmware.protocol import Receiver, Sender
+from robotont_firmware.protocol import Sender
+from robotont_firmware.receiver import Receiver
+from robotont_firmware.setpoints import Setpoints, clear, differences
+from robotont_firmware.status import TIMED_OUT, WAITS_FOR_ZERO, WHEELS, Status
 from robotont_firmware.wheel_speed import Pid
 
-_FLAGS, _MISSED, _REFUSED, _WHEELS = const(0), const(1), const(2), const(3)  # places in the status
 _LAG = const(1280)  # [1/256 unit] a wheel that is farther from its aim changes the robot's motion,
 _CHANGE = const(128)  # [1/256 unit] as does a set-point that has to go farther than this in a period (0.23 m/s^2),
 _SETTLING = const(10)  # [periods] and for so long afterwards one wheel may drag another
-_ZERO = const(0x8000000)  # added to numbers that machine code reads without sign
 SIMULATED = ("simulated", "test")  # causes of a start that was no reset of a board
 
 
@@ -53,27 +56,18 @@ class Controller:
         self._totals = array("H", [0] * wheels)
         self._last_totals = array("H", [0] * wheels)
         self._counts = array("i", [0] * wheels)
-        self._targets = array("i", [0] * wheels)  # the command within the motors' reach [1/256 unit]
-        self._setpoints = array("i", [0] * wheels)  # follows the targets at MAX_ACCELERATION, or MAX_BRAKING
-        self._max_speed = config.MAX_SPEED * 256
-        self._references = array("i", [0] * wheels)  # of the wheels' controllers [1/256 unit]
-        self._straight = array("i", [0] * wheels)  # see _accelerate
-        self._turning = 0
-        self._follow = config.FOLLOW
-        self._arc = config.ARC
-        self._max_change = config.MAX_ACCELERATION * 256
-        self._max_braking = config.MAX_BRAKING * 256
-        self._change = self._max_change  # of them, by the newest command
+        self._setpoints = Setpoints(wheels, config)
         self._unsettled = array("i", [0] * wheels)  # [periods] until the robot around the wheel moves as it should
         self._counter = 0
         self._silence = config.TIMEOUT  # [periods] since the last valid packet
         self._braking = 0  # [periods] left of the braking after a time-out
         self._fault_hold = 0  # [periods] that a fault stands at least; 0: no fault
         self._waits_for_zero = reset_cause not in SIMULATED
-        self._read_battery = getattr(board, "battery", None)
-        self._battery_low = 0  # [periods] that the battery has been low
+        self._test_left = 0  # [periods] that one wheel is still driven by an order `!test`
+        self._tested = 0  # that wheel + 1, negative: backward
+        self._test_effort = min(config.TEST_EFFORT, config.MAX_EFFORT)
         self._answer_wait = 0  # [periods] until the next answer
-        self._status = array("B", [0] * (_WHEELS + wheels))
+        self._status = Status(board, config, wheels)
         about = (
             f"robotont_firmware {__version__} wheels {wheels} rate {config.RATE} units edges/period "
             f"profile {config.PROFILE} reset {reset_cause}"
@@ -112,68 +106,55 @@ class Controller:
             self._brake(periods)
         elif self._silence < self._config.TIMEOUT:
             self._drive(periods)
+        elif self._receiver.test != 0 or self._test_left > 0:
+            self._test(periods)
         else:
             self._brake(periods)
+        self._receiver.test = 0  # at any other time it is for nothing
         # A tick that was missed shows as a gap in the counter; the totals give the PC the missing counts.
         self._counter = (self._counter + periods) & 0xFF
         self._describe(periods)
-        size = self._sender.pack(self._counter - 1, self._counts, self._totals, self._status)
+        size = self._sender.pack(self._counter - 1, self._counts, self._totals, self._status.fields)
         self._board.write(self._sender.buffer, size)
         self._introduce(periods)
 
     @micropython.native
     def _measure(self):
-        """Take each encoder's edges since the last tick, as a difference modulo 2^16."""
+        """Take each encoder's edges since the last tick."""
         self._board.counts(self._totals)
-        for wheel in range(self._wheels):
-            change = (self._totals[wheel] - self._last_totals[wheel]) & 0xFFFF
-            self._counts[wheel] = change - 0x10000 if change & 0x8000 else change
-            self._last_totals[wheel] = self._totals[wheel]
+        differences(self._totals, self._last_totals, self._counts, self._wheels)
 
     @micropython.native
     def _receive(self, periods):
         """Take the newest valid command, or stop when none came for TIMEOUT."""
         receiver = self._receiver
         if receiver.feed(self._rx, self._board.read(self._rx)) > 0:
-            self._silence = 0
-            self._take_command()
+            self._silence = self._test_left = 0
+            if self._setpoints.take(receiver.setpoints) == 0:
+                self._waits_for_zero = False
         elif self._silence < self._config.TIMEOUT:
             self._silence += periods
             if self._silence >= self._config.TIMEOUT:
                 receiver.release()
-                self._clear(self._targets)
+                clear(self._setpoints.targets, self._wheels)
                 self._braking = self._config.BRAKING
-
-    @micropython.native
-    def _take_command(self):
-        """Make the command the target; faster than MAX_SPEED, all wheels shrink by one factor."""
-        wished = self._receiver.setpoints
-        fastest = 0
-        for wheel in range(self._wheels):
-            fastest = max(fastest, abs(wished[wheel]))
-        self._change = self._max_change
-        if fastest == 0:
-            self._waits_for_zero = False
-            self._change = self._max_braking
-        for wheel in range(self._wheels):
-            target = wished[wheel]
-            if fastest > self._max_speed:
-                # Both factors lose 4 bits, so that the product stays below 2^30.
-                target = target * (self._max_speed >> 4) // (fastest >> 4)
-            self._targets[wheel] = target
 
     @micropython.native
     def _drive(self, periods):
         """Bring the set-points nearer to the targets and let every wheel's controller act."""
-        fastest = self._slew(self._change)
-        self._accelerate()
+        setpoints = self._setpoints
+        if setpoints.advance() > _CHANGE:
+            self._unsettle(-1)
+        fastest = setpoints.fastest()
+        setpoints.accelerate(self._pids)
+        turning = setpoints.turning
         for wheel in range(self._wheels):
             pid = self._pids[wheel]
-            setpoint = self._setpoints[wheel]
+            setpoint = setpoints.now[wheel]
             settled = self._unsettled[wheel] <= 0
             self._unsettled[wheel] -= 0 if settled else periods
-            straight = self._straight[wheel]
-            effort = pid.step(setpoint, self._counts[wheel], periods, settled, fastest, straight, self._turning)
+            straight = setpoints.straight[wheel]
+            effort = pid.step(setpoint, self._counts[wheel], periods, settled, fastest, straight, turning)
             self._board.drive(wheel, effort)
             if pid.lag > _LAG + (abs(setpoint) >> 3):
                 self._unsettle(wheel)
@@ -182,74 +163,27 @@ class Controller:
         if self._fault_hold > 0:
             self._brake(0)
 
-    @micropython.viper
-    def _accelerate(self):
-        """Note by what share the robot turns faster, and by what else each wheel accelerates: an arc bends the way.
-
-        All in 1/256 unit per period, in the direction of each wheel, for wheels at even angles: what they turn alike
-        is the robot's turn, and the bend is across the motion, in which the neighbours of a wheel differ.
-        """
-        wheels = int(self._wheels)
-        references = ptr32(self._references)
-        pids, setpoints, straight = self._pids, self._setpoints, self._straight
-        wished = turn = 0
-        for wheel in range(wheels):
-            reference = int(pids[wheel].reference)
-            references[wheel] = reference + _ZERO
-            turn += reference
-            wished += int(setpoints[wheel])
-        turning = (wished - turn) // wheels * int(self._follow) >> 8
-        self._turning = turning
-        turn = turn // wheels >> 4
-        arc = int(self._arc)
-        for wheel in range(wheels):
-            before = references[wheel - 1 if wheel > 0 else wheels - 1]
-            across = before - references[wheel + 1 if wheel < wheels - 1 else 0]
-            straight[wheel] = (across >> 4) * turn // arc - turning
-
     @micropython.native
     def _brake(self, periods):
         """Stop the wheels without a fault as fast as the motors may, then let all roll."""
-        self._clear(self._setpoints)
+        clear(self._setpoints.now, self._wheels)
         for wheel in range(self._wheels):
             pid = self._pids[wheel]
-            if self._braking <= 0 or self._fault_of(wheel) != NO_FAULT:
+            if self._braking <= 0 or self._status.fault_of(wheel) != NO_FAULT:
                 pid.reset(periods)
                 self._board.drive(wheel, 0)
             else:
                 self._board.drive(wheel, pid.brake(self._counts[wheel], periods))
         self._braking = max(0, self._braking - periods)
 
-    @micropython.native
-    def _fault_of(self, wheel):
-        """Return the fault that stands for a wheel; an overload is none."""
-        fault = self._status[_WHEELS + wheel]
-        return NO_FAULT if fault == OVERLOAD else fault
-
-    @micropython.viper
-    def _slew(self, limit: int) -> int:
-        """Move the set-points by at most `limit`, all by the same fraction of their way; return the fastest.
-
-        Both in 1/256 unit.
-        """
-        targets, setpoints = self._targets, self._setpoints
-        wheels = int(self._wheels)
-        farthest = fastest = 0
-        for wheel in range(wheels):
-            change = int(targets[wheel]) - int(setpoints[wheel])
-            change = change if change > 0 else 0 - change
-            farthest = change if change > farthest else farthest
-        for wheel in range(wheels):
-            setpoint = int(setpoints[wheel])
-            if farthest > 0:
-                change = int(targets[wheel]) - setpoint
-                setpoint += change * limit // farthest if farthest > limit else change
-                setpoints[wheel] = setpoint
-            setpoint = setpoint if setpoint > 0 else 0 - setpoint
-            fastest = setpoint if setpoint > fastest else fastest
-        if farthest > _CHANGE:
-            self._unsettle(-1)
-        return fastest
+    def _test(self, periods):
+        """Drive one wheel with TEST_EFFORT for TEST_TIME and let the others roll; while no commands come."""
+        if self._receiver.test != 0:
+            self._tested, self._test_left = self._receiver.test, self._config.TEST_TIME
+        for wheel in range(self._wheels):
+            effort = self._test_effort if self._test_left > 0 and abs(self._tested) == wheel + 1 else 0
+            self._board.drive(wheel, effort if self._tested > 0 else -effort)
+        self._test_left -= periods
 
     @micropython.native
     def _unsettle(self, but):
@@ -278,43 +212,31 @@ class Controller:
                 if not self._waits_for_zero:
                     self._fault_hold = 0
                     for wheel in range(self._wheels):
-                        self._status[_WHEELS + wheel] = NO_FAULT
+                        self._status.fields[WHEELS + wheel] = NO_FAULT
         return self._fault_hold > 0
 
     @micropython.native
     def _latch(self, wheel, fault):
         """Note a wheel's fault: the others brake, and the motors stay off until a command of all zeros."""
+        self._test_left = 0
         if self._fault_hold == 0:
             self._braking = self._config.BRAKING
-        self._status[_WHEELS + wheel] = fault
+        self._status.fields[WHEELS + wheel] = fault
         self._fault_hold = self._config.FAULT_HOLD
         self._waits_for_zero = True
 
     @micropython.native
     def _describe(self, periods):
-        """Bring the status field up to date."""
-        status = self._status
-        flags = 0
-        if self._silence >= self._config.TIMEOUT:
-            flags |= protocol.TIMED_OUT
+        """Bring the status and the light up to date."""
+        flags = TIMED_OUT if self._silence >= self._config.TIMEOUT else 0
         if self._waits_for_zero:
-            flags |= protocol.WAITS_FOR_ZERO
-        if self._read_battery is not None and self._is_battery_low(periods):
-            flags |= protocol.BATTERY_IS_LOW
-        status[_FLAGS] = flags
-        status[_MISSED] = (status[_MISSED] + periods - 1) & 0xFF
-        status[_REFUSED] = self._receiver.dropped & 0xFF
+            flags |= WAITS_FOR_ZERO
+        status = self._status
+        status.update(flags, periods, self._receiver.dropped)
+        status.show(self._counter, flags == 0 or self._test_left > 0, self._fault_hold > 0)
         if self._fault_hold == 0:
             for wheel in range(self._wheels):
-                status[_WHEELS + wheel] = OVERLOAD if self._pids[wheel].overloaded else NO_FAULT
-
-    def _is_battery_low(self, periods):
-        """Return True when the battery has been below BATTERY_LOW for a second."""
-        if self._read_battery() >= self._config.BATTERY_LOW:
-            self._battery_low = 0
-        elif self._battery_low < self._config.RATE:
-            self._battery_low += periods
-        return self._battery_low >= self._config.RATE
+                status.fields[WHEELS + wheel] = OVERLOAD if self._pids[wheel].overloaded else NO_FAULT
 
     @micropython.native
     def _introduce(self, periods):
@@ -325,8 +247,3 @@ class Controller:
             self._receiver.asked = False
             self._answer_wait = self._config.ANSWER_INTERVAL
             self._board.write(self._answer, len(self._answer))
-
-    @micropython.native
-    def _clear(self, numbers):
-        for wheel in range(self._wheels):
-            numbers[wheel] = 0

@@ -35,3 +35,4 @@ DIRECTIONS = (("PC9", "PC8"), ("PB1", "PB15"), ("PA7", "PB12"))  # high while fo
 FAULTS = ("PA6", "PB3", "PB2")  # low: fault
 TICK_TIMER = 6
 SAFE_BUTTON = "PC13"  # USER, low while pressed
+LIGHT = None  # whether the shield leads LD2's pin anywhere is not known

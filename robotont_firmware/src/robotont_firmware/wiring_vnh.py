@@ -12,6 +12,7 @@ BATTERY_PIN = None  # analogue input behind a divider, or None: not measured
 BATTERY_DIVIDER = 0  # [mV] of battery at which that input stands at its full scale (3.3 V)
 BATTERY_LOW = 10500  # [mV] below this for a second the battery is low
 STATIC = 400  # [effort] friction, and the drop of the diode through which current goes on in the off phase
+TEST_EFFORT = 600  # [effort] turns a free wheel at 11 units, as 400 do with drivers that brake
 SPEED_GAIN = 4608  # [1/256 effort per unit] (FULL_EFFORT - STATIC) / 200 units
 
 ENCODERS = (  # A pin, B pin, timer (channels 1 and 2), alternate function
@@ -28,3 +29,4 @@ DIRECTIONS = (("PB8", "PB9"), ("PB12", "PB13"), ("PB14", "PB15"))  # high while 
 FAULTS = ("PC9", "PC10", "PC11")  # low: fault (open drain, pulled up inside the chip); () where none is connected
 TICK_TIMER = 6
 SAFE_BUTTON = "PC13"  # USER, low while pressed
+LIGHT = "PA5"  # LD2: idle, driven, fault

@@ -60,7 +60,7 @@ def say(robot, speeds, periods, first=0):
         robot.board.sent = b""
         robot.tick(1)
         for wheel in range(3):
-            if robot.controller._fault_of(wheel) != NO_FAULT:
+            if robot.controller._status.fault_of(wheel) != NO_FAULT:
                 return wheel
     return None
 

@@ -112,11 +112,12 @@ class Robot:
         return found
 
     def newest(self):
-        """Return (flags, ticks missed, lines refused, [fault of each wheel]) of the newest packet."""
+        """Return (flags, ticks missed, lines refused, [faults], [10 mV], [% load]) of the newest packet."""
         self.board.sent = self.board.sent[self.board.sent.rfind(b"\n", 0, -1) + 1 :]
         self.packets()
         text = self.status
-        return int(text[:2], 16), int(text[2:4], 16), int(text[4:6], 16), [int(digit, 16) for digit in text[6:]]
+        numbers = [int(part, 16) for part in (text[:2], text[2:4], text[4:6], text[-5:-2], text[-2:])]
+        return tuple(numbers[:3] + [[int(digit, 16) for digit in text[6:-5]]] + numbers[3:])
 
     def efforts(self):
         return list(self.board._next)

@@ -195,6 +195,13 @@ class Micropython:
         log.append(f"kbd_intr {character}")
 
 
+cycles = [0]  # of the processor
+
+
+def ticks_cpu():
+    return cycles[0]
+
+
 def install():
     """Make main.py and board.py find these."""
     sys.modules["pyb"] = Pyb

@@ -1,4 +1,4 @@
-"""The firmware in real time on a pseudo-terminal: `pty_loop.py SRC FD PERIODS WHEELS`, under MicroPython.
+"""The firmware in real time on a pseudo-terminal: `pty_loop.py SRC FD PERIODS WHEELS [WRONG]`, under MicroPython.
 
 FD is the terminal's master side, inherited and non-blocking. Motors are simulated. From the first tick on
 the heap is locked. At the end it prints how many ticks it missed, and by how much 99 % of the periods, from
@@ -15,7 +15,7 @@ import micropython
 sys.path.insert(0, sys.argv[1])
 sys.path.insert(0, __file__.rsplit("/", 1)[0])
 
-from sim_motor import SimMotor
+from sim_motor import HALF, SimMotor
 
 from robotont_firmware import config
 from robotont_firmware.main_loop import Controller
@@ -84,6 +84,14 @@ class PtyBoard:
 
 wheels = int(sys.argv[4])
 board = PtyBoard(int(sys.argv[2]), int(sys.argv[3]), wheels)
+for wheel, wrong in enumerate(sys.argv[5].split(",") if len(sys.argv) > 5 else ()):
+    motor = board.motors[wheel]
+    if wrong == "backward":
+        motor.drive = lambda effort, drive=motor.drive: drive(-effort)
+    elif wrong == "unpowered":
+        motor.powered = False
+    elif wrong == "half":
+        motor.encoder = HALF
 controller = Controller(board, config, wheels, "test")
 controller.start()
 micropython.heap_lock()

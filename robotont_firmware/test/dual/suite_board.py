@@ -1,6 +1,7 @@
 """board.py, boot.py and main.py on stand-ins for the hardware modules."""
 
 import sys
+from array import array
 
 import fake_hardware
 from dual_tools import FAST, Config, Locked, checked  # it needs the real heap lock, so it comes before the stand-ins
@@ -8,7 +9,7 @@ from fake_hardware import ADC, UART, WDT, Machine, Pyb, Reset, Timer, levels, lo
 
 fake_hardware.install()
 
-from robotont_firmware import board, config, wiring_robotont21  # noqa: E402
+from robotont_firmware import board, config, resets, wiring_robotont21  # noqa: E402
 from robotont_firmware.main_loop import Controller  # noqa: E402
 
 ROOT = sys.path[1].rsplit("/", 1)[0] + "/root/"  # the runner puts src/ second
@@ -50,12 +51,12 @@ def test_encoders():
         ["af", 1],
         ["af", 1],
     ]
-    totals = [None] * 3
+    totals = array("H", [0] * 3)
     made.counts(totals)
-    assert totals == [0, 0, 0], "counters are latched at the tick, not read later"
+    assert list(totals) == [0, 0, 0], "counters are latched at the tick, not read later"
     tick(made)
     made.counts(totals)
-    assert totals == [7, 1007, 2007]
+    assert list(totals) == [7, 1007, 2007]
 
 
 class Interrupted:
@@ -82,9 +83,9 @@ def test_counts_are_of_one_tick():
     made._latched = Interrupted(made)
     made._tick(None)
     assert made.wait_tick() == 2, "and the periods are those until that tick"
-    totals = [None] * 3
+    totals = array("H", [0] * 3)
     made.counts(totals)
-    assert totals == [100, 100, 100], totals
+    assert list(totals) == [100, 100, 100], totals
 
 
 def tick(made):
@@ -214,7 +215,7 @@ def test_main_gives_the_repl_when_asked():
     lines = sent.split(b"\n")
     assert lines[0].startswith(b"# robotont_firmware ")
     assert b" wheels 3 rate 50 units edges/period profile ours reset button;" in lines[0]
-    assert lines[1].startswith(b"0:0:0;00:0000:0000:0000:030000000:")
+    assert lines[1].startswith(b"0:0:0;00:0000:0000:0000:03000000000000:")
     assert lines[-2] + b"\n" == checked("# repl"), lines
     assert motor_pins_are_low()
     fake_hardware.reset()
@@ -222,7 +223,7 @@ def test_main_gives_the_repl_when_asked():
     assert Timer.all == {}
     sent, error = run_main([checked("!repl")])
     assert b"# robotont_firmware " in sent, "and only once"
-    board.take_note()
+    resets.take_note()
 
 
 def test_main_stops_the_motors_when_it_crashes():
@@ -243,15 +244,15 @@ def test_after_any_reset_a_zero_command_comes_first():
         levels_seen = []
         sent, error = run_main(commands, lambda: levels_seen.append(levels.get("PB8")), cause)  # noqa: B023
         assert isinstance(error, Reset), (word, error)
-        board.take_note()
+        resets.take_note()
         assert b" reset " + word.encode() + b";" in sent, word
         assert not any(levels_seen[:31]), (word, "the PC's command still stood")
         assert levels_seen[-1], word
 
 
 def test_what_ends_at_once_again_and_again_leaves_the_repl():
-    board.take_note()
-    for _ in range(board.IN_VAIN):
+    resets.take_note()
+    for _ in range(resets.IN_VAIN):
         sent, error = run_main([b""])
         assert isinstance(error, IndexError)
         assert b" reset " in sent
@@ -260,9 +261,9 @@ def test_what_ends_at_once_again_and_again_leaves_the_repl():
     assert Timer.all == {}, "safe mode"
     sent, _ = run_main([b""] * 101)
     assert sent, "then it tries again"
-    assert board.starts_in_vain("watchdog") == 0, "a start that lasts counts for nothing"
-    board.take_note()
-    board.forget_starts()
+    assert resets.starts_in_vain("watchdog") == 0, "a start that lasts counts for nothing"
+    resets.take_note()
+    resets.forget_starts()
 
 
 def test_ctrl_c_is_off_until_the_repl_is_free():
@@ -370,16 +371,16 @@ def test_the_watchdog_is_armed_last():
 def test_reset_causes():
     for cause, word in ((1, "power"), (2, "button"), (3, "watchdog"), (0, "soft"), (4, "other")):
         Machine.cause = cause
-        assert board.reset_cause(0) == word
-        assert board.reset_cause(board.CRASHED) == "crash"
+        assert resets.reset_cause(0) == word
+        assert resets.reset_cause(resets.CRASHED) == "crash"
 
 
 def test_a_note_is_read_once():
-    board.leave_note(board.REPL_WISHED)
-    assert Machine.mem32[0x40002800 + 0xCC] == board.REPL_WISHED, "in RTC_BKP31R: a file could be damaged"
+    resets.leave_note(resets.REPL_WISHED)
+    assert Machine.mem32[0x40002800 + 0xCC] == resets.REPL_WISHED, "in RTC_BKP31R: a file could be damaged"
     fake_hardware.reset()
-    assert board.take_note() == board.REPL_WISHED
-    assert board.take_note() == 0
+    assert resets.take_note() == resets.REPL_WISHED
+    assert resets.take_note() == 0
 
 
 def test_boot_has_the_pins_of_the_profile():
@@ -408,9 +409,9 @@ def test_profile_robotont21():
     assert (levels["PB1"], levels["PB15"]) == (1, 0)
     Timer.all[1].count = 5
     tick(made)
-    totals = [None] * 3
+    totals = array("H", [0] * 3)
     made.counts(totals)
-    assert totals == [0, 0, 5], "counts up while the motor drives forward"
+    assert list(totals) == [0, 0, 5], "counts up while the motor drives forward"
     used = [wiring[0] for wiring in settings.PWM] + list(settings.FAULTS)
     used += [pin for pair in settings.DIRECTIONS for pin in pair]
     used += [pin for wiring in settings.ENCODERS for pin in wiring[:2]]
@@ -423,10 +424,40 @@ def test_backward_encoders():
     for timer in (4, 3, 2):
         Timer.all[timer].count = 5
     made.start()
-    totals = [None] * 3
+    totals = array("H", [0] * 3)
     with Locked():
         made.counts(totals)
-    assert totals == [5, 65531, 5]
+    assert list(totals) == [5, 65531, 5]
+
+
+def test_load_is_the_longest_work_since_it_was_asked_and_counts_from_the_tick():
+    board.ticks_cpu, board.ticks_diff = fake_hardware.ticks_cpu, lambda now, before: now - before
+    made = make()
+    for work in (400000, 800000, 80000):  # [cycles] of 1 600 000
+        made._on_tick(None)
+        made.wait_tick()
+        fake_hardware.cycles[0] += work
+        Pyb.on_wait = lambda: made._on_tick(None)
+        made.wait_tick()
+    with Locked():
+        assert made.load() == 50
+    fake_hardware.cycles[0] += 16000
+    made._on_tick(None)  # the next tick comes before the work is done
+    fake_hardware.cycles[0] += 1600000
+    made.wait_tick()
+    assert made.load() == 101, "from its own tick to its end"
+    fake_hardware.cycles[0] += 10000000
+    made.wait_tick()
+    assert made.load() == 255
+
+
+def test_light():
+    made = make()
+    for on in (1, 0):
+        made.light(on)
+        assert levels["PA5"] == on
+    fake_hardware.reset()
+    assert not hasattr(board.Board(Config(LIGHT=None)), "light")
 
 
 def test_battery():

@@ -4,7 +4,7 @@ from dual_tools import Config, Locked, Robot, checked
 
 from robotont_firmware import __version__, config
 from robotont_firmware.main_loop import Controller
-from robotont_firmware.protocol import TIMED_OUT, WAITS_FOR_ZERO
+from robotont_firmware.status import TIMED_OUT, WAITS_FOR_ZERO
 
 ABOUT = f"robotont_firmware {__version__} wheels {{}} rate 50 units edges/period profile ours reset test"
 
@@ -183,7 +183,7 @@ def test_fault_hold_outlasts_a_flicker():
 def test_too_fast_keeps_the_direction():
     robot = Robot()
     robot.tick(1, "720:-360:90")
-    targets = list(robot.controller._targets)
+    targets = list(robot.controller._setpoints.targets)
     limit = config.MAX_SPEED * 256
     for target, wished in zip(targets, (limit, -limit // 2, limit // 8)):
         assert abs(target - wished) <= 8, targets
@@ -194,7 +194,7 @@ def test_slew_keeps_the_direction():
     previous = [0, 0, 0]
     for _ in range(12):
         robot.tick(1, "100:-50:25")
-        now = list(robot.controller._setpoints)
+        now = list(robot.controller._setpoints.now)
         step = max([abs(a - b) for a, b in zip(now, previous)])
         assert step <= config.MAX_ACCELERATION * 256
         assert abs(now[0] + 2 * now[1]) <= 32, now
@@ -209,6 +209,64 @@ def test_effort_limit():
         robot.tick(1, "150:-150:150")
         assert max([abs(effort) for effort in robot.efforts()]) <= 1000
     assert max([abs(effort) for effort in robot.efforts()]) == 1000
+
+
+def test_one_wheel_is_driven_on_its_own_for_half_a_second_while_no_commands_come():
+    """Order !test: 10 % of the effort, by the firmware's own clock; any command, fault or reset ends or refuses it."""
+    robot = Robot()
+    efforts = []
+    for sign in (1, -1):
+        robot.board.inbox += checked("!test 1" + ("+" if sign > 0 else "-"))
+        for _ in range(60):
+            robot.tick(1)
+            efforts.append(robot.efforts())
+        assert efforts.count([0, sign * config.TEST_EFFORT, 0]) == config.TEST_TIME
+    assert [effort for effort in efforts if any(effort)] == [
+        [0, sign * 400, 0] for sign in (1, -1) for _ in range(25)], "10 %, and nobody else"  # fmt: skip
+    for name, before in (("commanded", lambda made: made.tick(1, "0:0:0")), ("faulty", lambda made: fail(made, True))):
+        robot = Robot()
+        robot.board.inbox += checked("!test 0+")
+        robot.tick(5)
+        assert robot.efforts() == [400, 0, 0]
+        before(robot)
+        robot.tick(1)
+        assert robot.efforts() == [0, 0, 0], name
+        robot.board.inbox += checked("!test 0+")
+        fail(robot, False)
+        robot.tick(40)
+        assert robot.efforts() == [0, 0, 0], (name, "an order that came then is forgotten")
+    robot = Robot(cause="power")
+    robot.board.inbox += checked("!test 0+")
+    robot.tick(1)
+    assert robot.efforts() == [0, 0, 0], "zeros first"
+
+
+def fail(robot, broken):
+    robot.board.faults[2] = broken
+    robot.tick(1)
+
+
+def test_status_has_voltage_and_load_once_a_second_and_the_light_shows_what_goes_on():
+    robot = Robot(battery_mv=12340)
+    lights = []
+    robot.board.load = lambda: 49
+    robot.board.light = lambda on: lights.append(bool(on))
+    robot.controller = Controller(robot.board, config, 3, "test")
+    robot.tick(1)
+    assert robot.newest()[4:] == (1234, 49)
+    robot.board.battery_mv = 11000
+    robot.tick(config.RATE - 1)
+    assert robot.newest()[4] == 1234, "the same for a second"
+    robot.tick(1)
+    assert 1100 <= robot.newest()[4] <= 1110, "then the mean over some periods"
+    shown = {}
+    for name, command, fault in (("idle", None, False), ("driven", "20:20:20", False), ("fault", None, True)):
+        fail(robot, fault)
+        robot.tick(40, command)
+        lights.clear()
+        robot.tick(64, command)
+        shown[name] = sum(lights), len(lights)
+    assert shown == {"idle": (1, 8), "driven": (8, 8), "fault": (4, 8)}
 
 
 def test_run_ends_with_the_motors_off():

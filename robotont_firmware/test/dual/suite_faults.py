@@ -5,7 +5,7 @@ from sim_motor import GOOD, HALF, REVERSED, UNPLUGGED
 
 from robotont_firmware import config
 from robotont_firmware.fault_watch import DRIVER_FAULT, NO_COUNTS, OVERLOAD, WRONG_WAY
-from robotont_firmware.protocol import BATTERY_IS_LOW, TIMED_OUT, WAITS_FOR_ZERO
+from robotont_firmware.status import BATTERY_IS_LOW, TIMED_OUT, WAITS_FOR_ZERO
 from robotont_firmware.wheel_speed import Pid
 
 MICRO = 1000000
@@ -55,7 +55,7 @@ def test_a_broken_encoder_stops_all_within_half_a_second_and_never_runs_away():
                     assert seconds is not None, case
                     assert seconds <= 0.5, (case, seconds)
                     assert fastest <= max(1.3 * abs(units), CREEP), (case, fastest)
-                    flags, _, _, faults = robot.newest()
+                    flags, _, _, faults = robot.newest()[:4]
                     assert faults == [fault if index == wheel else 0 for index in range(3)], (case, faults)
                     assert flags == WAITS_FOR_ZERO
                     slowest = max(slowest, seconds)

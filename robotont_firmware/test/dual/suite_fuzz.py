@@ -8,7 +8,7 @@ import sys
 
 from dual_tools import Locked, checked
 
-from robotont_firmware.protocol import Receiver
+from robotont_firmware.receiver import Receiver
 
 BYTES = 1000000
 EVERYWHERE = 100000

@@ -108,10 +108,10 @@ def spoil(random, settings):
     kind = random.below(4)
     if type(value) is tuple and value and kind < 3:
         entries = list(value)
+        at = random.below(len(entries))
         if kind == 0:
             entries = entries[:-1] if random.below(2) else entries + entries[:1]
-        elif type(entries[0]) is tuple and kind == 1:
-            at = random.below(len(entries))
+        elif type(entries[at]) is tuple and kind == 1:
             parts = list(entries[at])
             parts[random.below(len(parts))] = VALUES[random.below(len(VALUES))]
             entries[at] = tuple(parts)

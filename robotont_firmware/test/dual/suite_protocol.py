@@ -1,8 +1,11 @@
 """Packets: golden vectors, every way a line can be wrong, no allocation."""
 
+from array import array
+
 from dual_tools import Locked, checked, crc_slow, golden
 
-from robotont_firmware.protocol import LINE_SIZE, Receiver, Sender, crc16, put_decimal, put_hex, seal
+from robotont_firmware.protocol import Sender, crc16, put_decimal, put_hex, seal
+from robotont_firmware.receiver import LINE_SIZE, Receiver
 
 
 def feed(receiver, data):
@@ -69,11 +72,14 @@ def test_bad_numbers_with_a_right_crc():
 
 
 def test_feedback_golden():
-    for vector in golden()["feedback_with_status"]:
+    for vector in golden()["feedback_with_battery"]:
         sender = Sender(len(vector["counts"]))
         status = [vector["flags"], vector["missed"], vector["refused"]] + vector["faults"]
+        status.extend([vector["battery"], vector["load"]])
+        status = array("H", status)
+        counts, totals = array("i", vector["counts"]), array("H", vector["totals"])
         with Locked():
-            length = sender.pack(vector["counter"], vector["counts"], vector["totals"], status)
+            length = sender.pack(vector["counter"], counts, totals, status)
         assert bytes(sender.buffer[:length]).decode() == vector["packet"]
 
 
@@ -86,9 +92,9 @@ def test_longest_feedback_fits():
         assert line.endswith(b"%04X\n" % crc_slow(line[:-5]))
 
 
-LONGEST = {3: [-32768] * 3, 8: [-32768] * 8}
-TOTALS = {3: [65535] * 3, 8: [65535] * 8}
-STATUS = {3: [255] * 3 + [15] * 3, 8: [255] * 3 + [15] * 8}
+LONGEST = {wheels: array("i", [-32768] * wheels) for wheels in (3, 8)}
+TOTALS = {wheels: array("H", [65535] * wheels) for wheels in (3, 8)}
+STATUS = {wheels: array("H", [255] * 3 + [15] * wheels + [0xFFF, 255]) for wheels in (3, 8)}
 
 
 def test_plain_is_refused_after_checked_until_release():
@@ -186,5 +192,10 @@ def test_orders_golden():
         receiver = Receiver(3)
         assert feed(receiver, line.encode()) == 0
         assert receiver.asked == line.startswith("?"), line
-        assert receiver.leave == line.startswith("!"), line
+        assert receiver.leave == line.startswith("!r"), line
+        assert receiver.test == {"0": 1, "2": -3}.get(line[6:7] if "test" in line else "", 0), line
         assert receiver.dropped == 0
+    for order in ("!test 3+", "!test 0", "!test 0*", "!test +", "!test 0+0", "!test /+", "!tes 0+"):
+        receiver = Receiver(3)
+        feed(receiver, checked(order))
+        assert (receiver.test, receiver.dropped) == (0, 1), order

@@ -33,6 +33,7 @@ from robotont_fleet.zenoh_setup import (
     read_users,
     ros_home,
     router_settings,
+    send,
     zenoh,
 )
 from robotont_teleop.access import Access, is_loopback_address
@@ -131,8 +132,7 @@ class ZenohSide:
         self._tell(self.fleet.hear_state, keys.robot_of(sample.key_expr), sample.payload.to_bytes(), time.monotonic())
 
     def _send(self, name, order):
-        self._session.put(keys.order_key(name), json.dumps(order), express=True,
-                          congestion_control=zenoh.CongestionControl.DROP)
+        send(self._session, keys.order_key(name), json.dumps(order))
 
     def values(self):
         """{robot: {task: {key: number}}} of all that answer in time."""
@@ -182,7 +182,8 @@ def main():
         if options.add:
             users = add_users(users_file(), options.add)
             for name in options.add:
-                print(f"on {name}: umask 077; echo {users[name]} >~/.ros/robotont_fleet_password")
+                print(f"on {name}: umask 077; echo {users[name]} >"
+                      '"${ROS_HOME:-$HOME/.ros}/robotont_fleet_password"')
             return 0
         if options.free_fleet:
             print(free_fleet_text(options.robot, options.free_fleet), end="")

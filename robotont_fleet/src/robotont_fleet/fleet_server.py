@@ -10,8 +10,8 @@ import tornado.netutil
 import tornado.web
 
 from robotont_fleet.fleet import REPEAT
-from robotont_fleet.metrics import KIND, metrics
-from robotont_teleop.web_handlers import FileHandler, Guarded, LoginHandler
+from robotont_teleop.metrics import metrics
+from robotont_teleop.web_handlers import FileHandler, Guarded, LoginHandler, MetricsHandler
 from robotont_teleop.web_server import BODY_TIMEOUT, IDLE, LARGEST_BODY, LARGEST_HEADER, LimitedServer
 
 MAX_CONNECTIONS = 64
@@ -55,6 +55,11 @@ class FleetServer:
     def admit(self, stream):
         """Somebody who may come in has sent a request on this connection."""
         self._server.admit(stream)
+
+    async def metrics(self):
+        """Text for Prometheus."""
+        values = await asyncio.get_running_loop().run_in_executor(None, self.values)
+        return metrics(self.fleet.view(time.monotonic())["robots"], values)
 
     async def repeat_stops(self):
         """For ever: what is not confirmed is sent again."""
@@ -100,23 +105,6 @@ class OrderHandler(Guarded, tornado.web.RequestHandler):
             raise tornado.web.HTTPError(400, reason="no order") from error
         self.set_status(204)
         self.finish()
-
-
-class MetricsHandler(Guarded, tornado.web.RequestHandler):
-    """For Prometheus, which shows the page's token as a bearer token."""
-
-    @property
-    def authorised(self):
-        """Whether the request shows the token, or a browser has shown it before."""
-        kind, _, token = self.request.headers.get("Authorization", "").partition(" ")
-        return self.server.access.admits(self.get_cookie(self.server.access.cookie_name)) or (
-            kind == "Bearer" and self.server.access.log_in(token, self.request.remote_ip, time.monotonic()) == "in")
-
-    async def get(self):
-        """Called by tornado."""
-        values = await asyncio.get_running_loop().run_in_executor(None, self.server.values)
-        self.set_header("Content-Type", KIND)
-        await self.finish(metrics(self.server.fleet.view(time.monotonic())["robots"], values))
 
 
 class MapHandler(Guarded, tornado.web.RequestHandler):

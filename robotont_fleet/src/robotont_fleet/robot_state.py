@@ -16,17 +16,15 @@ from std_msgs.msg import String
 from tf2_msgs.msg import TFMessage
 
 from robotont_driver.kinematics.se2 import between
+from robotont_driver.robots.battery import EMPTY
 from robotont_fleet.transforms import Chain
 from robotont_teleop.emergency_stop_client import EmergencyStopClient
+from robotont_teleop.newest_diagnostics import NewestDiagnostics
 from robotont_teleop.page_address import own_address
 
-SILENT = 5.0            # [s] diagnostics that have not come for so long are shown as silent
-FORGOTTEN = 60.0        # [s] ... and then no more
 LONGEST_WORDS = 200
-MOST_TASKS = 60
 SHORTEST = 0.2          # [s] over which a speed is measured
 LONGEST_WAY = 1.0       # [m] between two states; beyond, somebody has put the robot elsewhere
-SILENCE = 3             # beside the levels of diagnostic_msgs/DiagnosticStatus
 
 
 class RobotState:
@@ -36,25 +34,23 @@ class RobotState:
         self._lock = threading.Lock()
         prefix = (rospy.get_namespace().strip("/") + "/").lstrip("/")
         self.chain = Chain(prefix + "base_link", prefix)
-        self._tasks = {}       # name: (time [s], level, words, {key: number})
+        self._diagnostics = NewestDiagnostics(rospy.get_namespace().strip("/"))
         self._battery = None
         self._driven_by = ""
-        self._board = ""
         self._page = page
         package = Path(rospkg.RosPack().get_path("robotont_fleet")) / "package.xml"
         self._version = ElementTree.parse(str(package)).findtext("version", "unknown")
         self._last = 0.0, None  # time [s] and pose of the state before
         self._speeds = None
         self._driven = 0.0     # [m]
-        self._namespace = rospy.get_namespace().strip("/")
         self.emergency_stop = EmergencyStopClient()
         self._goals = rospy.Publisher("move_base_simple/goal", PoseStamped, queue_size=1)
         self._cancels = rospy.Publisher("move_base/cancel", GoalID, queue_size=5)
         for topic, kind, callback in (
                 ("/tf", TFMessage, lambda message: self._on_transforms(message, False)),
                 ("/tf_static", TFMessage, lambda message: self._on_transforms(message, True)),
-                ("/diagnostics", DiagnosticArray, self._on_diagnostics), ("battery", BatteryState, self._on_battery),
-                ("cmd_vel/driven_by", String, self._on_driven_by)):
+                ("/diagnostics", DiagnosticArray, lambda message: self._diagnostics.hear(message, time.monotonic())),
+                ("battery", BatteryState, self._on_battery), ("cmd_vel/driven_by", String, self._on_driven_by)):
             rospy.Subscriber(topic, kind, callback, queue_size=50)
 
     # Orders
@@ -75,6 +71,8 @@ class RobotState:
             return "goal refused: it is no place"
         if self.emergency_stop.pressed:
             return "goal refused: the emergency stop is pressed"
+        if self._battery and self._battery["charge"] is not None and self._battery["charge"] <= EMPTY:
+            return "goal refused: the battery is empty"
         if not self._goals.get_num_connections():
             return "goal refused: no navigation runs"
         self._goals.publish(message)
@@ -100,14 +98,12 @@ class RobotState:
         with self._lock:
             return {"frame": frame, "pose": rounded(pose, 3), "speed": rounded(self._speed(pose, now), 3),
                     "driven": round(self._driven, 2), "battery": self._battery, "driven_by": self._driven_by,
-                    "stopped": self.emergency_stop.pressed_by, "worst": self._worst(now), "page": self._page,
-                    "versions": {"robotont": self._version, "board": self._board}}
+                    "stopped": self.emergency_stop.pressed_by, "worst": self._diagnostics.worst(now),
+                    "page": self._page, "versions": {"robotont": self._version, "board": self._diagnostics.board}}
 
     def values(self, now):
         """{task: {"level", key: number}} of the diagnostics at time `now` [s], for JSON."""
-        with self._lock:
-            return {name: {"level": level if now - at < SILENT else SILENCE, **values}
-                    for name, (at, level, _, values) in self._tasks.items()}
+        return self._diagnostics.values(now)
 
     def _speed(self, pose, now):
         """([m/s], [rad/s]) since the state before, or None."""
@@ -122,12 +118,6 @@ class RobotState:
             self._speeds = way / (now - then), math.remainder(turn, math.tau) / (now - then)
         return self._speeds
 
-    def _worst(self, now):
-        """[level, task, words] of the worst of the diagnostics, the silent ones before errors; None without any."""
-        found = [(SILENCE if now - at >= SILENT else level, name, words if now - at < SILENT else "silent for 5 s")
-                 for name, (at, level, words, _) in self._tasks.items() if now - at < FORGOTTEN]
-        return list(max(found, key=lambda one: one[0])) if found else None
-
     # From the robot
 
     def _on_transforms(self, message, fixed):
@@ -138,21 +128,6 @@ class RobotState:
 
     def _on_driven_by(self, message):
         self._driven_by = message.data[:LONGEST_WORDS]
-
-    def _on_diagnostics(self, message):
-        now = time.monotonic()
-        for status in message.status:
-            node = status.name.lstrip("/")
-            level = status.level[0] if isinstance(status.level, bytes) else int(status.level)
-            known = status.name in self._tasks or len(self._tasks) < MOST_TASKS
-            if not known or not node.startswith(self._namespace):
-                continue
-            values = {value.key: number for value in status.values for number in [_number(value.value)]
-                      if number is not None}
-            with self._lock:
-                self._tasks[status.name] = (now, level, status.message[:LONGEST_WORDS], values)
-                self._board = next((value.value[:LONGEST_WORDS] for value in status.values if value.key == "board"),
-                                   self._board)
 
 
 def page_address():
@@ -172,11 +147,3 @@ def rounded(values, decimals):
 def finite(value, decimals):
     """The value rounded, or None where it is not finite."""
     return round(value, decimals) if math.isfinite(value) else None
-
-
-def _number(text):
-    try:
-        value = float(text.split()[0])
-    except (ValueError, IndexError):
-        return None
-    return value if math.isfinite(value) else None

@@ -1,5 +1,6 @@
 """Eclipse zenoh: how robots and the router are set up, and what is said where it is not installed."""
 
+import contextlib
 import json
 import os
 import secrets
@@ -17,9 +18,12 @@ ABSENT = "no zenoh, which only the fleet needs: ./robotont setup fleet, or pytho
 TEACHER = "teacher"   # the user whose orders robots obey
 LEASE = 2000          # [ms] a connection that is silent for so long is closed, with all that waits in it
 RETRY = 1000          # [ms] between two attempts to connect
+JAM = 1000000         # [us] that a message waits for room on a connection, which is closed after it, and made anew
 MESSAGES = ("put", "delete", "declare_subscriber", "query", "declare_queryable", "reply", "liveliness_token",
             "declare_liveliness_subscriber", "liveliness_query")
-COMMON = {"scouting/multicast/enabled": False, "scouting/gossip/enabled": False, "transport/link/tx/lease": LEASE}
+COMMON = {"scouting/multicast/enabled": False, "scouting/gossip/enabled": False, "transport/link/tx/lease": LEASE,
+          "transport/link/tx/queue/congestion_control/block/wait_before_close": JAM,
+          "transport/link/tx/queue/congestion_control/drop/wait_before_drop": JAM}  # of free_fleet, see `send`
 
 
 def ros_home():
@@ -35,6 +39,8 @@ def client_settings(router, user="", password=""):
     settings = {**COMMON, "mode": "client", "connect/endpoints": [router], "connect/timeout_ms": -1,
                 "connect/exit_on_failure": False, "connect/retry": {"period_init_ms": RETRY, "period_max_ms": RETRY},
                 "transport/unicast/qos/enabled": False}
+    if router.startswith("tls/"):
+        settings["transport/link/tls/root_ca_certificate"] = str(ros_home() / "robotont_fleet_ca.pem")
     return {**settings, **_login(user, password)} if password else settings
 
 
@@ -75,6 +81,16 @@ def open_session(settings, file=""):
     for path, value in ({} if file else settings).items():
         config.insert_json5(path, json.dumps(value))
     return zenoh.open(config)
+
+
+def send(session, key, payload):
+    """Put a message; without a connection it is dropped.
+
+    Not by CongestionControl.DROP: without classes of priority zenoh 1.10 drops all that comes after the first such
+    message that has found no room, until the connection ends.
+    """
+    with contextlib.suppress(zenoh.ZError):  # closed, at the end of this process
+        session.put(key, payload, congestion_control=zenoh.CongestionControl.BLOCK, express=True)
 
 
 def read_password(path):

@@ -15,6 +15,7 @@ import rospkg
 
 from robotont_driver.parameters.command_line import CommandLine
 from robotont_operations.installation import (
+    FLEET_UNIT,
     KEPT,
     PAGE_UNIT,
     PURPOSES,
@@ -69,6 +70,12 @@ def parse_arguments():
                                              "is an IPv4 address as in 10.0.0.1 (ip address), or a host name")
         return text
 
+    def teacher(text):
+        if not can_be_found_under(text):
+            raise argparse.ArgumentTypeError(f"found {text!r}, allowed: an IPv4 address, or a host name, of the "
+                                             "fleet's computer in a network")
+        return text
+
     def page_address(text):
         return text if text == "0.0.0.0" else address(text)
     parser = CommandLine(
@@ -87,6 +94,9 @@ def parse_arguments():
     parser.add_argument("--page", nargs="?", const="0.0.0.0", type=page_address, metavar="ADDRESS",
                         help="start the page for driving in a browser, too, with a token: from every network of the "
                         "robot, or at this address of its; kept when you install again")
+    parser.add_argument("--fleet", type=teacher, metavar="ADDRESS",
+                        help="bring the robot onto the page of all robots, too: address of the computer of "
+                        "./robotont fleet; kept when you install again")
     options = parser.parse_args()
     if not Path(options.root).is_dir():
         parser.error(f"--root: found {options.root}, which is no folder; allowed: where the file system is mounted")
@@ -130,8 +140,9 @@ def _install(options, live):
     if not model:
         print("install-robot: no xacro: the robot starts without its model; ./robotont setup sim, and again, for one")
     what = installation(own / "install", sorted((bringup / "udev").glob("*.rules")), os.environ,
-                        options.network or "", options.robot, model, options.page or "")
-    units = list(dict.fromkeys((*UNITS, *installed_units(options.root), *([PAGE_UNIT] if options.page else []))))
+                        options.network or "", options.robot, model, options.page or "", options.fleet or "")
+    units = list(dict.fromkeys((*UNITS, *installed_units(options.root), *([PAGE_UNIT] if options.page else []),
+                                *([FLEET_UNIT] if options.fleet else []))))
     commands = (*AFTER_INSTALL, ("systemctl", "restart", *units)) if live else ()
     if options.dry_run:
         print(f"would write, under {options.root}:")
@@ -148,11 +159,19 @@ def _install(options, live):
     good = run(commands)
     if live:
         print("next: ./robotont status; the log: journalctl -fu 'robotont*'")
-    if PAGE_UNIT in units:
+    _tell_passwords(options, live, PAGE_UNIT in units)
+    return 0 if good else 1
+
+
+def _tell_passwords(options, live, page):
+    """Where the page's token lies, and where the fleet's password belongs."""
+    if page:
         host = socket.gethostname() if live else "ROBOT"
         print(f"phones: http://{host}:8100/ (or the address that hostname -I prints there), and once the token that is "
               "made at the first start: sudo cat /var/lib/robotont/robotont_teleop_token")
-    return 0 if good else 1
+    if options.fleet:
+        print("fleet: the password that ./robotont fleet --add prints there:\n  echo PASSWORD | sudo install -o "
+              f"robotont -m 600 /dev/stdin /{STATE}/robotont_fleet_password; sudo systemctl restart robotont-fleet")
 
 
 def _remove(options, live):

@@ -9,13 +9,14 @@ from typing import Mapping, NamedTuple, Tuple
 from robotont_operations.robot_choice import with_robot
 
 UNITS = ("robotont-master.service", "robotont.service", "robotont-recorder.service")
-PAGE_UNIT = "robotont-page.service"  # with --page
+PAGE_UNIT, FLEET_UNIT = "robotont-page.service", "robotont-fleet.service"  # with --page, with --fleet
 PURPOSES = {  # what each file of the installation is for, by the beginning of its path
     "etc/udev/": "names the boards",
     "etc/systemd/system/robotont-master": "starts the ROS master",
     "etc/systemd/system/robotont.": "starts the driver",
     "etc/systemd/system/robotont-recorder": "starts the black box",
     "etc/systemd/system/robotont-page": "starts the page",
+    "etc/systemd/system/robotont-fleet": "brings the robot onto the page of all robots",
     "etc/systemd/system/multi-user": "at boot",
     "etc/sysusers": "makes the services' user",
     "etc/robotont/python_logging": "logs to the journal",
@@ -38,19 +39,20 @@ class Installation(NamedTuple):
     robot: str  # to be put into a robot.conf that is there already; "": none
 
 
-def installation(templates, udev_rules, environment, address="", robot="", model=True, page=""):
+def installation(templates, udev_rules, environment, address="", robot="", model=True, page="", fleet=""):
     """The Installation of a robot.
 
     templates: folder of the units; udev_rules: paths of the rules; environment: that of a shell with the workspace
     sourced; address: IP address or host name under which other machines find the robot, "" for none. robot: of
     robot.launch; "": the one of before, or the thesis'. model: whether the robot's model can be made, for which there
-    has to be xacro. page: address at which the page can be opened; "": there is none, or that of before.
+    has to be xacro. page: address at which the page can be opened; "": there is none, or that of before. fleet: the
+    same, of the computer of ./robotont fleet.
     """
     templates = Path(templates)
     files = {f"etc/udev/rules.d/{path.name}": path.read_text() for path in map(Path, udev_rules)}
-    units = (*UNITS, PAGE_UNIT) if page else UNITS
+    units = (*UNITS, *([PAGE_UNIT] if page else []), *([FLEET_UNIT] if fleet else []))
     for unit in units:
-        text = (templates / unit).read_text().replace("@PAGE@", page)
+        text = (templates / unit).read_text().replace("@PAGE@", page).replace("@FLEET@", fleet)
         files["etc/systemd/system/" + unit] = text.replace("@NETWORK@", NETWORK_ONLINE if address else "")
     files["etc/sysusers.d/robotont.conf"] = (templates / "sysusers.conf").read_text()
     files["etc/robotont/python_logging.conf"] = (templates / "python_logging.conf").read_text()
@@ -145,7 +147,7 @@ def install(what, root):
 
 def installed_units(root):
     """Names of the services that are installed under `root`."""
-    return [unit for unit in (*UNITS, PAGE_UNIT) if (Path(root) / "etc/systemd/system" / unit).exists()]
+    return [unit for unit in (*UNITS, PAGE_UNIT, FLEET_UNIT) if (Path(root) / "etc/systemd/system" / unit).exists()]
 
 
 def installed(root):

@@ -25,7 +25,7 @@ from robotont_simulator.world_map import WorldMap
 from robotont_testing.official_boards import BOARDS
 
 SCAN_RAYS = 128     # measurements per scan
-SCAN_NEAREST = 0.3  # [m] nearer things read -inf (REP 117)
+SCAN_NEAREST, SCAN_FARTHEST = 0.3, 4.0  # [m] nearer things read -inf (REP 117), farther ones are not seen
 IMU_RATE = 250.0    # [Hz] readings of gyro and accelerometer
 PARAMETERS = (
     Parameter("port", "/tmp/robotont", "name under which the board's serial port appears"),
@@ -37,7 +37,6 @@ PARAMETERS = (
     Parameter("scan_rate", 10.0, "scans per second; 0 = off", "Hz", minimum=0.0, maximum=1000.0),
     Parameter("scan_field_of_view", 1.03, "centred on forward; 6.2831853 for all around", "rad", minimum=0.1,
               maximum=6.2831854, reason="a whole turn"),
-    Parameter("scan_farthest", 4.0, "farther things are not seen", "m", minimum=2 * SCAN_NEAREST, maximum=1000.0),
 )
 
 IMU_BURST = 500  # readings that may wait: more than a stall makes up for
@@ -126,7 +125,7 @@ class SimulatorNode:
         self._angles = np.linspace(-field / 2, field / 2, rays, endpoint=field < 2 * math.pi - 1e-6)
         self._scan = LaserScan(
             angle_min=self._angles[0], angle_max=self._angles[-1], angle_increment=self._angles[1] - self._angles[0],
-            range_min=SCAN_NEAREST, range_max=given["scan_farthest"],
+            range_min=SCAN_NEAREST, range_max=SCAN_FARTHEST,
             scan_time=1.0 / given["scan_rate"] if given["scan_rate"] else 0.0)
         self._scan.header.frame_id = given["laser_frame"]
         rate = given["scan_rate"]

@@ -85,7 +85,9 @@ class CmdVelMux:
                 self._outdated += 1
                 return
             before = self._arbiter.driver
-            self._send(self._arbiter.command(name, twist, now, header.get("callerid", ""), spent))
+            twists = self._arbiter.command(name, twist, now, header.get("callerid", ""), spent)
+            stopped_meanwhile = boot_time() - now >= self._timeouts[name]  # this process, since it has judged the age
+            self._send([STOP] if stopped_meanwhile else twists)
             changed = before != self._arbiter.driver
             news = refusal and self._refusals.refuse((name, refusal.split()[0]), now)
             if refusal:

@@ -4,6 +4,7 @@ Long, but one thing after the other: all that a page can ask for and see goes th
 """
 
 import math
+import socket
 import threading
 import time
 
@@ -28,6 +29,7 @@ from robotont_map_navigation.goal import Goal
 from robotont_map_navigation.goto_client import GoTo
 from robotont_teleop.camera import Camera
 from robotont_teleop.emergency_stop_client import EmergencyStopClient
+from robotont_teleop.newest_diagnostics import SILENT, NewestDiagnostics
 from robotont_teleop.page_pictures import finite, map_picture, rounded, thinned_scan
 from robotont_teleop.robot_requests import NewestGoal, ServiceRequest
 from robotont_teleop.speeds import STOP
@@ -35,11 +37,11 @@ from robotont_teleop.twist_message import twist_message
 
 MAP_FRAME = "map"
 STALE = 1.0             # [s] a value that has not come for so long is not shown
-STALE_LIGHT = 5.0       # [s] the same for diagnostics, which come once per second
 SLOW_PERIOD = 0.2       # [s] between two looks at transforms
 MEASURED_PACKETS = 5    # over which the measured wheel speeds are averaged
 SCAN_PERIOD = 0.2       # [s] between two scans for the pages
 CAMERA_LOOK = 2.0       # [s] between two looks at whether there is a camera
+LONGEST_WAY = 0.5       # [m] between two poses; beyond, the odometry was reset
 LIGHTS, LONGEST_WORDS, RANGES = 24, 200, 16
 NEVER = -math.inf
 
@@ -51,8 +53,9 @@ class RobotView:
         self._kinematics = Kinematics(wheels)
         self._lock = threading.Lock()
         self._newest = {}      # name: (time [s], value) of values that become stale
-        self._lights = {}      # name: (time [s], level, words)
-        self._board = ""
+        self._diagnostics = NewestDiagnostics()
+        self._driven = 0.0     # [m]
+        self._name = rospy.get_namespace().strip("/") or socket.gethostname()
         self._ranges = {}      # frame: (time [s], distance [m] or None)
         self._counts = []      # of the newest packets
         self._scan, self._scan_at = None, NEVER
@@ -157,17 +160,28 @@ class RobotView:
     def status(self):
         """Slow-changing state, for JSON."""
         now = time.monotonic()
+        lights = self._diagnostics.lights(now)
         with self._lock:
-            lights = [{"name": name, "level": level if now - at < STALE_LIGHT else 3, "words": words}
-                      for name, (at, level, words) in sorted(self._lights.items())]
             return {
                 "frame": MAP_FRAME if self._map_to_odom else (self._frames or ("",))[0],
-                "lights": lights[:LIGHTS], "board": self._board, "battery": self._fresh("battery", STALE_LIGHT),
+                "lights": lights[:LIGHTS], "board": self._diagnostics.board,
+                "battery": self._fresh("battery", SILENT),
                 "ranges": [value for _, (at, value) in sorted(self._ranges.items()) if now - at < STALE][:RANGES],
                 "map": self._map, "camera": self._camera.present,
                 "navigation": self._goto.answers, "goal": self._goal.shown,
                 "note": self._note,
             }
+
+    def figures(self):
+        """What `metrics` wants."""
+        now = time.monotonic()
+        with self._lock:
+            velocity = self._fresh("velocity")
+            robot = {"name": self._name, "id": "", "present": True, "age": 0.0, "driven": self._driven,
+                     "battery": self._fresh("battery", SILENT),
+                     "speed": [math.hypot(*velocity[:2])] if velocity else None,
+                     "stopped": self.stopped, "worst": self._diagnostics.worst(now)}
+        return [robot], {self._name: self._diagnostics.values(now)}
 
     def scan(self):
         """The newest scan for JSON, or None."""
@@ -206,7 +220,10 @@ class RobotView:
     def _on_odometry(self, message):
         self._frames = (message.header.frame_id, message.child_frame_id)
         twist = message.twist.twist
-        self._keep(pose=pose_of(message.pose.pose), velocity=(twist.linear.x, twist.linear.y, twist.angular.z))
+        pose, before = pose_of(message.pose.pose), self._newest.get("pose")
+        way = math.dist(pose[:2], before[1][:2]) if before else 0.0
+        self._driven += way if way < LONGEST_WAY else 0.0
+        self._keep(pose=pose, velocity=(twist.linear.x, twist.linear.y, twist.angular.z))
 
     def _on_limited(self, message):
         self._keep(limited=(message.linear.x, message.linear.y, message.angular.z))
@@ -230,16 +247,7 @@ class RobotView:
             return None
 
     def _on_diagnostics(self, message):
-        now = time.monotonic()
-        with self._lock:
-            for status in message.status[:4 * LIGHTS]:
-                name = status.name.lstrip("/")[:80]
-                self._lights[name] = (now, status.level[0] if isinstance(status.level, bytes) else int(status.level),
-                                      status.message[:LONGEST_WORDS])
-                self._board = next((value.value[:LONGEST_WORDS] for value in status.values if value.key == "board"),
-                                   self._board)
-            for name in [name for name, light in self._lights.items() if now - light[0] > 12 * STALE_LIGHT]:
-                del self._lights[name]
+        self._diagnostics.hear(message, time.monotonic())
 
     def _on_driven_by(self, message):
         self._driven_by = message.data

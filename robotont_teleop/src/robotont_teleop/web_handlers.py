@@ -10,6 +10,7 @@ import tornado.web
 from tornado.iostream import StreamClosedError
 
 from robotont_teleop.access import LONGEST_TOKEN, host_allowed, origin_allowed
+from robotont_teleop.metrics import KIND
 
 COOKIE_DAYS = 90
 PAGE, LOGIN_PAGE, MANIFEST = "index.html", "login.html", "manifest.webmanifest"
@@ -119,6 +120,22 @@ class LoginHandler(Guarded, tornado.web.RequestHandler):
         self.set_cookie(access.cookie_name, access.cookie, expires_days=COOKIE_DAYS, path="/", httponly=True,
                         samesite="Strict", secure=self.server.settings.scheme == "https")
         self.redirect("/", status=303)
+
+
+class MetricsHandler(Guarded, tornado.web.RequestHandler):
+    """For Prometheus, which shows the page's token as a bearer token."""
+
+    @property
+    def authorised(self):
+        """Whether the request shows the token, or a browser has shown it before."""
+        kind, _, token = self.request.headers.get("Authorization", "").partition(" ")
+        return self.server.access.admits(self.get_cookie(self.server.access.cookie_name)) or (
+            kind == "Bearer" and self.server.access.log_in(token, self.request.remote_ip, time.monotonic()) == "in")
+
+    async def get(self):
+        """Called by tornado."""
+        self.set_header("Content-Type", KIND)
+        await self.finish(await self.server.metrics())
 
 
 class MapHandler(Guarded, tornado.web.RequestHandler):

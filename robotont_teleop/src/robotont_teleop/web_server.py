@@ -18,8 +18,16 @@ import tornado.web
 from robotont_teleop.driving_seat import DrivingSeat
 from robotont_teleop.foxglove import Channels, FoxgloveSocket
 from robotont_teleop.messages import LONGEST, read_message
+from robotont_teleop.metrics import metrics
 from robotont_teleop.page_socket import GOING_AWAY, PageSocket
-from robotont_teleop.web_handlers import CameraHandler, FileHandler, LoginHandler, MapHandler, read_files
+from robotont_teleop.web_handlers import (
+    CameraHandler,
+    FileHandler,
+    LoginHandler,
+    MapHandler,
+    MetricsHandler,
+    read_files,
+)
 
 LARGEST_BODY, LARGEST_HEADER = 1024, 8192  # [bytes] of a request
 IDLE, BODY_TIMEOUT = 20.0, 5.0  # [s] an HTTP connection may be idle, a body may take
@@ -183,10 +191,15 @@ class WebServer:
                 page.waiting["status"] = json.dumps(status)
             page.feed(text, now)
 
+    async def metrics(self):
+        """Text for Prometheus."""
+        return metrics(*self.robot.figures())
+
     def _application(self):
         application = tornado.web.Application(
             [(r"/socket", PageSocket), (r"/login", LoginHandler), (r"/map\.png", MapHandler),
-             (r"/camera\.jpg", CameraHandler), (r"/foxglove", FoxgloveSocket), (r"/(.*)", FileHandler)],
+             (r"/camera\.jpg", CameraHandler), (r"/foxglove", FoxgloveSocket), (r"/metrics", MetricsHandler),
+             (r"/(.*)", FileHandler)],
             websocket_max_message_size=2 * LONGEST, websocket_ping_interval=5.0, websocket_ping_timeout=10.0,
             log_function=lambda handler: None)
         application.web_server = self

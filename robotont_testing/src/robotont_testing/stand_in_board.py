@@ -109,8 +109,7 @@ class Board:
     It goes on, with a battery of its own, while its cable is unplugged. `line`: faults of what it sends; `commands`:
     of what it receives. `motors.counted`: all counts since it was made, whatever has become of them.
     `heard`: (time, line) of each command line. `reported`: counts of each period in which the port was open.
-    `on_period(turned)` is called with the edges that the wheels have really turned, fractions included;
-    `on_bytes(time, data)` with the PC's bytes.
+    `on_period(turned)` is called with the edges that the wheels have really turned, fractions included.
 
     `byte_rate`: [bytes/s] at which commands arrive, as at a real line; None: at once. What comes faster waits in the
     pseudo-terminal. `stalled`: nothing arrives.
@@ -137,7 +136,6 @@ class Board:
         self.heard = []
         self.reported = []
         self.on_period = None
-        self.on_bytes = None
         self._start_totals = start_totals
         self.motors = Encoders(wheels)
         self._woken, self._wake = os.pipe()
@@ -278,8 +276,6 @@ class Board:
     def _take(self, data, now):
         if self.byte_rate:
             self._heard_until += len(data) / self.byte_rate
-        if self.on_bytes:
-            self.on_bytes(now, data)
         for piece in self.commands.delayed(data, now):
             self._obey(piece, now)
 

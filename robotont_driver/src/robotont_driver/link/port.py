@@ -7,6 +7,8 @@ import os
 import sys
 import termios
 
+from serial.tools.list_ports import comports
+
 from robotont_driver.link.port_owner import is_pseudo_terminal, refusal, users_of
 
 ADVICE = {
@@ -43,18 +45,8 @@ def claimed(port):
 
 def usb_id(port):
     """The id "vendor:product" of the USB device behind a port such as /dev/ttyACM0; empty when there is none."""
-    folder = os.path.realpath(os.path.join("/sys/class/tty", os.path.basename(os.path.realpath(port)), "device"))
-    while len(folder) > len("/sys"):
-        with contextlib.suppress(OSError):
-            return ":".join(read_text(os.path.join(folder, name)) for name in ("idVendor", "idProduct"))
-        folder = os.path.dirname(folder)
-    return ""
-
-
-def read_text(file):
-    """Contents of a small file, without surrounding white space."""
-    with open(file, encoding="ascii") as stream:
-        return stream.read().strip()
+    device = os.path.realpath(port)
+    return next((f"{info.vid:04x}:{info.pid:04x}" for info in comports() if info.device == device and info.vid), "")
 
 
 class ForeignPortError(OSError):

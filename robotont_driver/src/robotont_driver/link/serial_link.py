@@ -9,8 +9,8 @@ import time
 
 import serial
 
-from robotont_driver.link.outbox import Outbox
-from robotont_driver.link.port import check_owner, claimed, explain, waiting_bytes
+from robotont_driver.link.line_writer import LineWriter
+from robotont_driver.link.port import check_owner, claimed, explain
 from robotont_driver.timing.starvation import StallWatch
 
 READ_SIZE = 4096    # [bytes]
@@ -26,9 +26,8 @@ class SerialLink:
     stop_packet() gives the bytes that are sent once when nothing was sent for `write_timeout` [s]; it may give none.
     failed(error): called with an exception that one of these calls, or the link itself, has raised; the link goes on.
 
-    Lines are never joined in one write, and with `pace` no line follows another too soon. The driver of the port never
-    holds more than two lines, so that no command waits behind old ones. What waited for this process while it was
-    stopped or starved for `write_timeout` is not sent.
+    Lines are never joined in one write, and with `pace` no line follows another too soon. What waited for this process
+    while it was stopped or starved for `write_timeout` is not sent.
     """
 
     def __init__(self, port, baudrate, received, changed, stop_packet, failed, write_timeout=0.5, retry_period=0.5):
@@ -42,11 +41,8 @@ class SerialLink:
         self._retry_period = retry_period
         self._tick_period = write_timeout / 8  # [s] of the watch for stalls
         self._lock = threading.Lock()
-        self._descriptor = None  # of the port; None while it is closed
         self._tried = False     # whether it has been attempted to open the port
-        self._rest = b""        # of a line that is half written: it must be finished first
-        self._outbox = Outbox(BITS_OF_A_BYTE / baudrate)  # what waits behind it
-        self._newest_length = 0  # [bytes] of the newest line that was written
+        self._writer = LineWriter(BITS_OF_A_BYTE / baudrate, self._stop_when_silent)
         self._deadline = None   # [s] when to send the stop packet
         self._closing = False
         self._close_by = None   # [s] when to give up sending the last packet
@@ -54,7 +50,6 @@ class SerialLink:
         os.set_blocking(self._wake, False)
         self.trouble = "not opened yet"  # None while the port is open
         self.opened = 0         # times
-        self.sent = 0           # lines
         self.unsent = 0         # packets given while the port was closed
         self.timeouts = 0       # stop packets sent
         self.outdated = 0       # packets that waited for this process for too long
@@ -70,12 +65,17 @@ class SerialLink:
     @property
     def replaced(self):
         """Packets that a newer one overtook before they were sent."""
-        return self._outbox.replaced
+        return self._writer.outbox.replaced
+
+    @property
+    def sent(self):
+        """Lines."""
+        return self._writer.sent
 
     def pace(self, pacing):
         """From now on let at least `pacing` [s] pass between the beginnings of two lines; 0: as fast as may be."""
         with self._lock:
-            self._outbox.pacing = pacing
+            self._writer.outbox.pacing = pacing
 
     def earliest_arrival(self):
         """[s] on the monotonic clock: when a message that is handled now may have arrived at the earliest."""
@@ -97,66 +97,41 @@ class SerialLink:
                 self.outdated += 1
                 return
             self._deadline = deadline
-            if self._descriptor is None:
+            if self._writer.descriptor is None:
                 self.unsent += 1
             else:
-                self._queue(self._outbox.put, packet)
+                self._queue(self._writer.outbox.put, packet)
 
     def hurry(self, line, pause):
         """Send a line before all packets, then nothing for `pause` [s]."""
-        self._send_line(self._outbox.hurry, line, pause)
+        self._send_line(self._writer.outbox.hurry, line, pause)
 
     def add(self, line):
         """Send a line when no packet waits."""
-        self._send_line(self._outbox.add, line)
+        self._send_line(self._writer.outbox.add, line)
 
     def _send_line(self, put, *arguments):
         with self._lock:
-            if self._descriptor is not None and not self._closing:
+            if self._writer.descriptor is not None and not self._closing:
                 self._queue(put, *arguments)
 
     def close(self, packet, goodbye=b"", pause=0.0):
         """Send `goodbye`, after a pause [s] a last packet, close the port and end the thread."""
         with self._lock:
-            if self._descriptor is not None:
-                self._outbox.hurry(goodbye, pause)
-                self._queue(self._outbox.put, packet)
+            if self._writer.descriptor is not None:
+                self._writer.outbox.hurry(goodbye, pause)
+                self._queue(self._writer.outbox.put, packet)
             self._closing = True
             self._close_by = time.monotonic() + self._write_timeout + pause
         self._notify()
         self._thread.join(self._retry_period + self._write_timeout + pause)
 
     def _queue(self, put, *arguments):
-        waited = bool(self._rest or self._outbox)
+        waited = self._writer.waits
         put(*arguments)
-        self._write()
-        if not waited and (self._rest or self._outbox):
+        self._writer.write()
+        if not waited and self._writer.waits:
             self._notify()  # the thread has to wait for room, or for the time, from now on
-
-    def _write(self):
-        """Write what the line takes now."""
-        try:
-            while self._rest or self._take_line():
-                self._rest = self._rest[os.write(self._descriptor, self._rest):]
-                if not self._rest:
-                    self._outbox.written(time.monotonic())
-        except OSError:
-            pass  # full, or gone, which the thread notices by itself
-
-    def _take_line(self):
-        """Take the line to write now, if any; returns whether there is one. Raises OSError.
-
-        The driver must not hold more than two lines, and none before a paced one, which would join it.
-        """
-        now = time.monotonic()
-        self._stop_when_silent(now)  # rather than to send a command that has waited for too long
-        if not self._outbox or waiting_bytes(self._descriptor) > (0 if self._outbox.pacing else self._newest_length):
-            return False
-        self._rest = self._outbox.take(now)
-        if self._rest:
-            self._newest_length = len(self._rest)
-            self.sent += 1
-        return bool(self._rest)
 
     def _notify(self):
         with contextlib.suppress(BlockingIOError):  # when full, it has been woken often enough
@@ -172,7 +147,7 @@ class SerialLink:
                         self._serve(port.fileno())
                     finally:
                         with self._lock:  # no thread may write to a descriptor that is closed, or opened by others
-                            self._descriptor = None
+                            self._writer.descriptor = None
             except (OSError, ValueError, termios.error) as error:  # pyserial's own errors are OSErrors
                 self._lost(explain(self._name, error))
             except Exception as error:  # without this thread nothing would stop the robot
@@ -195,10 +170,7 @@ class SerialLink:
 
     def _opened(self, descriptor):
         with self._lock:
-            self._descriptor = descriptor
-            self._rest = b""
-            self._outbox.clear()
-            self._newest_length = 0
+            self._writer.open(descriptor)
             self._deadline = time.monotonic() + self._write_timeout
             self.opened += 1
             self.trouble = None
@@ -218,11 +190,11 @@ class SerialLink:
                 now = time.monotonic()
                 self.stalls.tick(now)
                 self._stop_when_silent(now)
-                if self._outbox and not self._rest:
-                    self._write()  # lines whose time has come
-                blocked = bool(self._rest)
+                if self._writer.outbox and not self._writer.blocked:
+                    self._writer.write()  # lines whose time has come
+                blocked = self._writer.blocked
                 timeout = self._time_to_rest(now)
-                if self._closing and (timeout == 0.0 or not (blocked or self._outbox)):
+                if self._closing and (timeout == 0.0 or not self._writer.waits):
                     return
             readable, writable, _ = select.select(
                 [descriptor, self._woken], [descriptor] if blocked else [], [], timeout)
@@ -230,7 +202,7 @@ class SerialLink:
                 os.read(self._woken, READ_SIZE)
             if writable:
                 with self._lock:
-                    self._write()
+                    self._writer.write()
             if descriptor in readable:
                 data = os.read(descriptor, READ_SIZE)
                 if not data:
@@ -243,8 +215,8 @@ class SerialLink:
             left = max(0.0, self._close_by - now)
         else:
             left = self._tick_period if self._deadline is None else max(0.0, self._deadline - now)
-        if not self._rest and self._outbox and left != 0.0:
-            left = min(left, self._outbox.wait(now) or FULL_LINE)
+        if self._writer.outbox and not self._writer.blocked and left != 0.0:
+            left = min(left, self._writer.outbox.wait(now) or FULL_LINE)
         return min(left, self._tick_period)
 
     def _stop_when_silent(self, now):
@@ -253,7 +225,7 @@ class SerialLink:
             self._deadline = None
             packet = self._call(self._stop_packet) or b""
             self.timeouts += bool(packet)
-            self._outbox.put(packet)
+            self._writer.outbox.put(packet)
 
     def _wait(self, duration):
         end = time.monotonic() + duration

@@ -106,7 +106,7 @@ class DriverNode:
                 refusal = self._stream.command((linear.x, linear.y, linear.z), (angular.x, angular.y, angular.z),
                                                now - spent if moves else now, header.get("callerid", ""))
                 self._commander = header
-                self._send(now)
+                self._send()
         if old:
             if self._refusals.refuse("old", now):
                 rospy.logwarn("an old command (kept back on its way, latched before, or of a clock that is apart) does "
@@ -136,14 +136,15 @@ class DriverNode:
         """Carry out a change, then tell it: nothing here waits for anybody."""
         pressed_by = ", ".join(self._emergency_stop.pressed_by)
         if self._stream.emergency_stop(self._emergency_stop.pressed, now):
-            self._send(now)
+            self._send()
             rospy.logwarn("emergency stop %s", f"pressed by {pressed_by}" if pressed_by else
                           "released; waiting for new commands")
         self._pressed_by.publish(pressed_by)
         self._kept.changed()
 
-    def _send(self, now):
-        self._sent_at = now
+    def _send(self):
+        """Send what may go out now: since a command was judged this process may have been stopped."""
+        self._sent_at = now = boot_time()
         twist = self._stream.twist(now)
         units = self._rounding.round(self._kinematics.units_of_twist(twist), now)
         self._packets.publish(Packet(units, self._form % tuple(units)))
@@ -160,10 +161,10 @@ class DriverNode:
             if self._commander and not self._arrivals.link(self._commander):
                 self._commander = None  # it has ended
                 self._stream.expire()
-                self._send(now)
+                self._send()
             left = self._stream.time_left(now)
             if now - self._sent_at >= self._pace() or left == 0.0:
-                self._send(now)
+                self._send()
                 left = self._stream.time_left(now)
             rest = self._sent_at + self._pace() - now
             return rest if left is None else min(rest, left)
@@ -176,7 +177,7 @@ class DriverNode:
         with self._lock:
             now = boot_time()
             self._stream.emergency_stop(True, now)
-            self._send(now)
+            self._send()
 
     def _report(self):
         with self._lock:

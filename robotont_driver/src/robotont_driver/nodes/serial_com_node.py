@@ -17,9 +17,12 @@ from robotont_driver.protocol.dialects import AUTO, DISTANCE, NAMES, Recognised,
 from robotont_driver.protocol.dialects.dialect import DialectError
 from robotont_driver.protocol.dialects.recognition import explained
 from robotont_driver.protocol.packet import format_packet
-from robotont_driver.ros.diagnostics import ERROR, OK, WARN, Health, Rate
+from robotont_driver.robots.battery import Battery, read_pack
+from robotont_driver.ros.diagnostics import Health
 from robotont_driver.ros.lifecycle import Part, init_node, serve
+from robotont_driver.ros.link_report import LinkReport
 from robotont_driver.ros.log_throttle import Refusals
+from robotont_driver.ros.node_parameters import refuse
 from robotont_driver.ros.official_topics import OfficialTopics
 from robotont_driver.ros.packet_topics import topics_between_processes
 
@@ -41,6 +44,7 @@ PARAMETERS = (
               "it; 0.127 in firmware from before March 2020", "m", minimum=0.01, maximum=10.0),
     Parameter("range_frame_prefix", "range_sensor_", "frames of the range sensors, before their number",
               official="range/sensor_frame_prefix"),
+    Parameter("base_frame", "base_link", "frame in which the range sensors stand"),
 )
 
 
@@ -63,9 +67,6 @@ class SerialComNode:
         self._held = deque(maxlen=1)  # (command, its arrival [s]) that waits until the board is recognised
         self._refusals = Refusals()  # of malformed messages on serial_write
         self._restarts = self._doubts = 0  # of the board, already reported
-        self._failures = 0        # of this program, already reported
-        self._trouble_before = 0  # errors up to the last report
-        self._rate = Rate()
         self._packets = topics.serial_read
         self._packets.advertise()
         self._doubtful = topics.serial_doubt
@@ -73,12 +74,17 @@ class SerialComNode:
         self._link = SerialLink(
             parameters["port"], parameters["baudrate"], self._on_bytes, self._on_change, self._stop_packet,
             self._on_failure, write_timeout=parameters["write_timeout"])
-        base_frame = rospy.get_param("odom_node/base_frame", "base_link")
-        self._topics = OfficialTopics(parameters["range_frame_prefix"], base_frame, self._on_light)
+        try:
+            battery = Battery(read_pack(rospy.get_param("battery", None)))
+        except ValueError as error:
+            refuse([str(error)])
+        self._topics = OfficialTopics(parameters["range_frame_prefix"], parameters["base_frame"], battery,
+                                      self._on_light)
         self._link.start()
         rospy.on_shutdown(self._close)
         topics.serial_write.subscribe(self._wheels, self._on_write, self._on_refused, queue_size=1)
-        Health(parameters["port"], {"link": self._report, "board": self._report_board}, name)
+        self._report = LinkReport(self._link, self._dialect, self._refusals, battery)
+        Health(parameters["port"], {"link": self._report.report_link, "board": self._report.report_board}, name)
 
     def _on_refused(self, error):
         if self._refusals.refuse(error.kind, time.monotonic()):
@@ -180,61 +186,6 @@ class SerialComNode:
         trouble = self._link.trouble
         if trouble:
             rospy.logwarn("%s", trouble)
-
-    def _report(self):
-        dialect, link = self._dialect.spoken, self._link
-        read = dialect.packets - dialect.repaired
-        rate = self._rate.look(read, time.monotonic())
-        dropped = sum(dialect.dropped.values())
-        errors = dropped + self._refusals.amount
-        new_errors, self._trouble_before = max(0, errors - self._trouble_before), errors
-        values = {
-            "packets": dialect.description,
-            "packets read per second": f"{rate:.1f}",
-            "packets read": read,
-            "packets published": dialect.packets,
-            "packets written": link.sent,
-            "commands overtaken by newer ones": link.replaced,
-            "commands while the port was closed": link.unsent,
-            "commands refused": self._refusals.amount,
-            "commands too old": link.outdated,
-            "times that this node was stopped or starved": link.stalls.stalls,
-            "stops for lack of commands": link.timeouts,
-            "lines dropped": dropped,
-            **{"lines dropped: " + kind: count for kind, count in sorted(dialect.dropped.items())},
-            "periods repaired": dialect.repaired,
-            "board restarts": dialect.restarts,
-            "lost lines that may have been a restart": dialect.doubts,
-            "reconnects": max(0, link.opened - 1),
-            "faults of this program": link.failures,
-        }
-        new_failures, self._failures = link.failures - self._failures, link.failures
-        if new_failures:
-            return ERROR, f"a fault of serial_com_node itself, {link.failure}; please report it, with its log", values
-        if link.trouble:
-            return ERROR, link.trouble, values
-        if dialect.complaint:
-            return WARN, dialect.complaint, values
-        if rate == 0.0:
-            return WARN, silence(dialect, new_errors), values
-        if new_errors:
-            return WARN, f"{new_errors} lines dropped in the last second: check cable and baudrate", values
-        return OK, f"{rate:.0f} packets/s, {dialect.name}", values
-
-    def _report_board(self):
-        errors, warnings, values = self._dialect.spoken.report_board()
-        if self._link.trouble:
-            return WARN, "the port is closed", values
-        level = ERROR if errors else WARN if warnings else OK
-        return level, " / ".join(errors + warnings) or "reports no fault", values
-
-
-def silence(dialect, dropped):
-    """Message about a board that has sent no packet since the last report, but lines that were `dropped`."""
-    if not dropped:
-        return "port open, but no packets: is the firmware running, at this baudrate?"
-    return (f"{dropped} lines came in the last second, and none is a packet of a board that speaks {dialect.name}: "
-            f"{dialect.newest_error}; is it another board (~packets), another firmware, or another baudrate?")
 
 
 def check(wheels, parameters, other):

@@ -185,13 +185,6 @@ class SlipDetector:
             return path
         return self._good[0]
 
-    def parity_test(self):
-        """(statistic, degrees of freedom) of the newest window's parity checks.
-
-        Chi-square distributed while the wheels in use roll.
-        """
-        return self._statistics(self._used * self._weights)[0], len(self._path) - len(self.slipping) - 3
-
     def _statistics(self, weights, paths=None):
         """For each set of `weights` (s x n), of paths [m] (n or s x n; those of the window when None): s."""
         return self._fit(weights, self._paths if paths is None else paths)[1]

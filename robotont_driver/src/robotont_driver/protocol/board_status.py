@@ -21,6 +21,7 @@ FAULTS = {
                "dragged" + OFF,
 }
 NOTICES_KEPT = 8
+MOST_LOAD = 90  # [%] of a period
 _IDENTITY = re.compile(
     r"robotont_firmware (?P<version>\S+) wheels (?P<wheels>\d{1,3}) rate (?P<rate>\d{1,5}) units (?P<units>\S+) "
     r"profile (?P<profile>\S+) reset (?P<reset>\S+)\Z")
@@ -33,12 +34,17 @@ class BoardStatus(NamedTuple):
     missed: int               # ticks that the board missed, modulo 256
     refused: int              # lines that the board refused, modulo 256
     wheels: Tuple[int, ...]   # one of NO_FAULT .. OVERLOAD per wheel
+    voltage: float = 0.0      # [V] of the battery; 0: not measured
+    load: int = 0             # [%] of a period that the board's work took at most; 0: not measured
 
     @classmethod
     @lru_cache(maxsize=8)  # it is the same in almost all packets
-    def parse(cls, text):
-        """From the field's hexadecimal text FFMMRRW..."""
-        return cls(*(int(text[at:at + 2], 16) for at in (0, 2, 4)), tuple(int(digit, 16) for digit in text[6:]))
+    def parse(cls, text, wheels=None):
+        """From the field's hexadecimal text FFMMRRW...VVVLL; without VVVLL from firmware 2.0."""
+        end = len(text) if wheels is None else 6 + wheels
+        measured = (int(text[end:end + 3], 16) / 100, int(text[end + 3:], 16)) if len(text) > end else ()
+        return cls(*(int(text[at:at + 2], 16) for at in (0, 2, 4)), tuple(int(digit, 16) for digit in text[6:end]),
+                   *measured)
 
     @property
     def fault(self):
@@ -51,7 +57,10 @@ class BoardStatus(NamedTuple):
         warnings = [f"wheel {wheel} works too hard (stalled, or overloaded): its motor's current is limited"
                     for wheel, fault in enumerate(self.wheels) if fault == OVERLOAD]
         if self.flags & BATTERY_LOW:
-            warnings.append("the battery is low: charge it")
+            at = f" ({self.voltage:.1f} V)" if self.voltage else ""
+            warnings.append(f"the battery is low{at}: charge it")
+        if self.load > MOST_LOAD:
+            warnings.append(f"the board's work takes {self.load} % of a period: it may miss ticks")
         if self.flags & WAITS_FOR_ZERO and not self.fault:
             warnings.append("the board waits for a command of zeros: it has restarted, or a fault has just ended")
         elif self.flags & TIMED_OUT:
@@ -129,6 +138,7 @@ class BoardHealth:
         self._foreign = 0       # number of wheels in the board's packets, when it is another one than ours
         self._suspect = 0       # the same, of the newest such packet
         self._fleeting = deque(maxlen=1)  # a fault that no report has shown yet
+        self._heard = 0         # packets, since the voltage was taken
         self._shown = ""
 
     @property
@@ -153,6 +163,7 @@ class BoardHealth:
     def hear_packet(self, status):
         """A packet of this robot's board, with its BoardStatus; None from firmware before 2.0."""
         self._foreign = self._suspect = 0
+        self._heard += 1
         if status is None or status is self.status:
             return
         if self.status is not None:
@@ -160,6 +171,13 @@ class BoardHealth:
             self._refused += (status.refused - self.status.refused) % 256
         self.status = status
         self._note_fault()
+
+    def take_voltage(self):
+        """The battery's voltage [V], once a second; else, and where the board does not measure it, 0."""
+        if self.status is None or self._heard < self._rate:
+            return 0.0
+        self._heard = 0
+        return self.status.voltage
 
     def hear_foreign_packet(self, wheels):
         """A whole packet of a board with that many wheels; the CRC lets one spoilt packet in 65 536 pass."""
@@ -219,4 +237,8 @@ class BoardHealth:
         if self.status:
             values.update({"ticks missed": self._missed, "lines refused by the board": self._refused,
                            "faults of the wheels": ":".join(map(str, self.status.wheels))})
+            if self.status.voltage:
+                values["battery [V]"] = f"{self.status.voltage:.2f}"
+            if self.status.load:
+                values["load of the board [% of a period]"] = self.status.load
         return values

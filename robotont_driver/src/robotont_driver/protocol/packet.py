@@ -118,13 +118,13 @@ class CheckedPacket:
             raise PacketError("checksum", f"wrong checksum in {line[:60]!r}")
         self.counter = int(counter, 16)
         self.totals = tuple([int(total, 16) for total in totals.split(":")[1:]])
-        self.status = BoardStatus.parse(status) if status else None
         if len(self.totals) != wheels:
             found = len(self.totals)
             raise ForeignPacketError(found, f"{found} totals instead of {wheels} in {line[:60]!r}")
         self.counts = parse_packet(counts + ";", wheels)
-        if not self.counts.is_whole or (status and len(self.status.wheels) != wheels):
+        if not self.counts.is_whole or (status and len(status) not in (wheels + 6, wheels + 11)):
             raise PacketError("fields", f"not {wheels} whole counts and faults in {line[:60]!r}")
+        self.status = BoardStatus.parse(status, wheels) if status else None
 
     def missed_since(self, last):
         """(periods, counts per wheel) that the board sent after packet `last` and before this one.

@@ -10,11 +10,13 @@ import rospkg
 from robotont_driver.kinematics.wheel_params import Wheels
 from robotont_driver.parameters.parameters import fault
 from robotont_driver.parameters.yaml_file import read_mapping
+from robotont_driver.robots.battery import read_pack
 from robotont_driver.robots.wheel_file import read_wheel_file
 
 DEFAULT = "thesis"
 WHEELS, PARAMETERS = "wheel_params.yaml", "driver.yaml"
 NODES = ("driver_node", "serial_com_node", "odom_node", "robotont_node")  # whose parameters a robot may have
+BATTERY = "battery"  # ... and its pack
 
 
 class Robot(NamedTuple):
@@ -62,8 +64,10 @@ def read_robot(robot=""):
         faults.append(str(error))
     try:
         parameters = read_mapping(folder / PARAMETERS, "parameters by node and name")[0]
-        faults += [f"{folder / PARAMETERS}: " + fault(name, value, "parameters of " + ", ".join(NODES))
-                   for name, value in parameters.items() if name not in NODES or not isinstance(value, dict)]
+        known = (*NODES, BATTERY)
+        faults += [f"{folder / PARAMETERS}: " + fault(name, value, "parameters of " + ", ".join(known))
+                   for name, value in parameters.items() if name not in known or not isinstance(value, dict)]
+        read_pack(parameters.get(BATTERY))
     except (OSError, ValueError) as error:
         faults.append(str(error))
     if faults:

@@ -5,6 +5,7 @@ it there are only `range` and `battery`.
 """
 
 import math
+import time
 
 import rospy
 from geometry_msgs.msg import TransformStamped
@@ -30,9 +31,13 @@ SENSORS = (
 
 
 class OfficialTopics:
-    """Publishes readings of a dialect; `light(first, colours)` is called for messages that colour lights."""
+    """Publishes readings of a dialect; `light(first, colours)` is called for messages that colour lights.
 
-    def __init__(self, sensor_prefix, base_frame, light):
+    battery: a `Battery`.
+    """
+
+    def __init__(self, sensor_prefix, base_frame, battery, light):
+        self._battery = battery
         self._sensor_prefix = sensor_prefix
         self._base_frame = base_frame
         self._light = light
@@ -61,8 +66,9 @@ class OfficialTopics:
             self._publisher("range", Range, queue_size=2 * len(SENSORS)).publish(message)
 
     def _publish_power(self, power):
+        self._battery.hear(power.voltage, power.current, time.monotonic())
         message = BatteryState(voltage=power.voltage, current=-power.current, charge=math.nan, capacity=math.nan,
-                               design_capacity=math.nan, percentage=math.nan, present=True)
+                               design_capacity=math.nan, percentage=self._battery.charge, present=True)
         message.header.stamp = rospy.Time.now()
         self._publisher("battery", BatteryState).publish(message)
         if PowerSupply:

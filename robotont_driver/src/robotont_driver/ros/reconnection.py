@@ -6,7 +6,6 @@ second. It brings nothing old, either.
 """
 
 import contextlib
-import math
 import socket
 import threading
 from urllib.parse import urlsplit
@@ -15,11 +14,10 @@ import rospy
 
 from robotont_driver.command.message_age import Link
 from robotont_driver.ros.clocks import boot_time
-from robotont_driver.ros.rospy_internals import connect_anew, connections, disconnect
+from robotont_driver.ros.rospy_internals import ANSWER_WITHIN, connect_anew, connections, disconnect
 from robotont_driver.ros.worker import Worker
 
 PERIOD = 0.25        # [s] between two looks
-ANSWER_WITHIN = 0.4  # [s] or a machine counts as out of reach
 TAKEN_WITHIN = 2.0   # [s] rospy connects to those that it was asked for, where nothing is in the way
 
 
@@ -38,7 +36,6 @@ class OutageWatch:
         self._probed = set()  # URIs that are being probed
         self._seen = set()    # (topic, URI) of each connection, those included that rospy is about to make
         self._asked = {}      # [s] when rospy was asked to connect, by (topic, URI)
-        self._asking = threading.Lock()
         self._looked = boot_time()
         Worker(self._look)
 
@@ -86,7 +83,10 @@ class OutageWatch:
         The handshake of an earlier connection, which waited for an outage to end, makes a publisher drop a newer one.
         """
         gone = self._seen - there
-        coming = {pair for pair in gone if now - self._asked.get(pair, -math.inf) < TAKEN_WITHIN}
+        for pair in list(self._asked):  # other threads add to it
+            if now - self._asked[pair] >= TAKEN_WITHIN:
+                del self._asked[pair]
+        coming = gone & set(self._asked)
         self._seen = there | coming
         for topic, uri in gone - coming:
             self._connect(topic, uri)
@@ -120,12 +120,8 @@ class OutageWatch:
             self._connect(topic, uri)
 
     def _connect(self, topic, uri):
-        """Have rospy connect. Of several such words on a topic it takes the newest only: each holds those before it."""
-        with self._asking:
-            now = boot_time()
-            self._asked = {pair: at for pair, at in self._asked.items() if now - at < TAKEN_WITHIN}
-            self._asked[topic, uri] = now
-            connect_anew(topic, {other for asked, other in self._asked if asked is topic})
+        self._asked[topic, uri] = boot_time()
+        connect_anew(topic, uri)
 
 
 def _ends(connection):

@@ -6,12 +6,17 @@ stands in `robotont_teleop/page_frames.py`.
 
 import functools
 import io
+import socket
 import threading
-import xmlrpc.client
+import time
+from urllib.parse import urlsplit
 
 import rosgraph.xmlrpc
 import rospy
+from rospy.impl.registration import RegManager, get_registration_listeners
 from rospy.impl.tcpros_base import TCPROSServer
+
+ANSWER_WITHIN = 0.4  # [s] or a machine counts as out of reach
 
 
 def connection_header(message):
@@ -63,14 +68,19 @@ def disconnect(subscriber, connection):
     subscriber.impl.remove_connection(connection)
 
 
-def connect_anew(subscriber, uris):
-    """Connect to the publishers at `uris` (a set) once more, as if the master had just named them; nobody else can ask.
+def connect_anew(subscriber, uri):
+    """Connect to the publisher at `uri` once more, as if the master had just named it; nobody else can ask.
 
-    Those that are connected already keep their connection.
+    Not by `publisherUpdate`: of several such words on a topic rospy takes the newest only, and the master's would be
+    lost, with the new publisher that it names.
     """
-    known = {one.endpoint_id for one in connections(subscriber) if one.endpoint_id.startswith("http")}
-    own = xmlrpc.client.ServerProxy(rospy.get_node_uri())
-    own.publisherUpdate("/master", subscriber.resolved_name, sorted(known | uris))
+    for manager in get_registration_listeners().listeners:
+        if isinstance(manager, RegManager):
+            _aside(manager._connect_topic_thread, subscriber.resolved_name, uri)
+
+
+def _aside(task, *arguments):
+    threading.Thread(target=task, args=arguments, daemon=True).start()
 
 
 def goal_id(client):
@@ -84,6 +94,7 @@ def mend():
     threading.Thread.isAlive = threading.Thread.is_alive
     rosgraph.xmlrpc.ThreadingXMLRPCServer.service_actions = _end_without_socket
     _hear_all_who_connect()
+    _connect_when_within_reach()
 
 
 def _end_without_socket(server):
@@ -107,5 +118,47 @@ def _hear_all_who_connect():
     hear = TCPROSServer._tcp_server_callback
 
     def hear_aside(*connection):
-        threading.Thread(target=hear, args=connection, daemon=True).start()
+        _aside(hear, *connection)
     TCPROSServer._tcp_server_callback = hear_aside
+
+
+@functools.lru_cache(maxsize=None)
+def _connect_when_within_reach():
+    """Ask a publisher for its connection as soon as its machine is within reach, and only then.
+
+    rospy asks at once, waits 60 s for an answer, and up to 32 s before it asks again: a commander that starts just
+    before an outage would be heard a minute after it.
+    """
+    connect, update = RegManager._connect_topic_thread, RegManager.publisher_update
+    named, waiting = {}, set()  # URIs that the master has named last, by topic; (topic, URI)
+
+    def remember(manager, topic, uris):
+        named[topic] = set(uris)
+        update(manager, topic, uris)
+
+    def connect_within_reach(manager, topic, uri):
+        if (topic, uri) in waiting:
+            return
+        waiting.add((topic, uri))
+        pause = 0.1
+        while uri in named.get(topic, ()) and not rospy.is_shutdown():
+            if within_reach(urlsplit(uri)):
+                waiting.discard((topic, uri))
+                connect(manager, topic, uri)
+                return
+            time.sleep(pause)
+            pause = min(2 * pause, 1.0)
+        waiting.discard((topic, uri))
+    RegManager.publisher_update = remember
+    RegManager._connect_topic_thread = connect_within_reach
+
+
+def within_reach(place):
+    """Whether the machine of an URI, as of `urlsplit`, answers: if only that nobody listens there."""
+    try:
+        socket.create_connection((place.hostname, place.port), ANSWER_WITHIN).close()
+    except ConnectionRefusedError:
+        return True
+    except OSError:
+        return False
+    return True

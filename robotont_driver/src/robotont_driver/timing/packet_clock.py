@@ -34,7 +34,7 @@ TOGETHER = 0.5          # [periods] packets that are closer to each other than t
 MANY = 4                # ... and do so where a burst has so many of them on average
 PAUSE = 3 * SECOND      # [ns] without packets; more than 109 periods at 50 Hz, which serial_com_node can repair
 STEP = SECOND // 200    # [ns] change of the wall clock against the steady one that is a step and no drift
-TICK = 1000             # [ns] least time between two stamps
+TICK = 1000             # [ns] least time between two stamps; tf2 in Python holds those that differ by less for the same
 
 
 class PacketClock:
@@ -77,8 +77,8 @@ class PacketClock:
             self._notice_step(arrival, now)
             self._advance(float(arrival - self._origin))
         stamp = self._origin + int(self._line) + self._offset
-        if self._newest is not None and stamp <= self._newest:
-            stamp = self._newest + TICK
+        if self._newest is not None:
+            stamp = max(stamp, self._newest + TICK)
         self._newest = stamp
         return stamp
 

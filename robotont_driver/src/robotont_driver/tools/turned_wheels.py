@@ -1,6 +1,7 @@
 """Command line of turned_wheels: shows which wheel counts which way while you turn it by hand.
 
-It listens to the board, of any firmware, and sends nothing, so the motors stay off.
+It listens to the board, of any firmware, and sends nothing, so the motors stay off; but with --bring-up, which
+drives one motor after another.
 """
 
 import math
@@ -11,11 +12,12 @@ import time
 import serial
 
 from robotont_driver.kinematics.motor import counts_in_reach
-from robotont_driver.link.port import explain, usb_id
+from robotont_driver.link.port import claimed, explain, usb_id
 from robotont_driver.parameters.command_line import CommandLine
 from robotont_driver.protocol.dialects import expect_dialect
 from robotont_driver.protocol.dialects.dialect import DialectError
 from robotont_driver.robots.robot_folder import read_robot
+from robotont_driver.tools.bring_up import QUESTIONS, BringUp, BringUpError, bring_up
 
 STEP = 30  # [degrees] of a wheel between two lines
 ROTATION = {1: "counterclockwise", -1: "clockwise"}
@@ -72,11 +74,33 @@ def watch(port, dialect, turned, seconds):
                         print(text, flush=True)
 
 
+def try_motors(port, wheels):
+    """Drive one motor after another; the exit status."""
+    try:
+        input(QUESTIONS)
+        with serial.Serial(port, 115200, timeout=0.02, exclusive=True) as line, claimed(line):
+            tried = BringUp(line, wheels.amount, counts_in_reach(wheels), wheels.pid_frequency)
+            tried.prepare()
+            return 0 if bring_up(tried, wheels.amount, lambda text: print(text, flush=True)) else 1
+    except EOFError:
+        error = "nothing was driven: --bring-up asks on a terminal whether the wheels are in the air"
+    except KeyboardInterrupt:
+        print()
+        return 130
+    except BringUpError as found:
+        error = str(found)
+    except OSError as found:
+        error = explain(port, found)
+    print(f"turned_wheels: {error}", file=sys.stderr)
+    return 1
+
+
 def main(arguments=None):
     """Run; returns the exit status."""
     parser = CommandLine(prog="turned_wheels", description=__doc__)
     parser.add_argument("port", nargs="?", default="/dev/ttyACM0", help="serial port [%(default)s]")
     parser.add_argument("--seconds", type=float, default=60.0, help="how long to watch [%(default)s]")
+    parser.add_argument("--bring-up", action="store_true", help="drive the lifted wheels, one at a time (own firmware)")
     parser.add_argument("--robot", default="", metavar="NAME or FOLDER", help="[thesis]")
     options = parser.parse_args(arguments)
     try:
@@ -86,6 +110,8 @@ def main(arguments=None):
     except (DialectError, ValueError, OSError) as error:
         print(f"turned_wheels: {error}", file=sys.stderr)
         return 1
+    if options.bring_up:
+        return try_motors(options.port, wheels)
     turned = TurnedWheels(wheels)
     try:
         print(f"Turn each wheel by hand, or the whole robot on the floor: turned {ROTATION[wheels.rotation]}, all its "

@@ -1,8 +1,9 @@
 """The thesis' packets, `m0:m1:m2;`, as boards with this project's firmware or the thesis' own use them."""
 
+import math
 from operator import attrgetter
 
-from robotont_driver.protocol.dialects.dialect import Dialect
+from robotont_driver.protocol.dialects.dialect import Dialect, Power
 from robotont_driver.protocol.dialects.echo import EchoWatch
 from robotont_driver.protocol.feedback_reader import FeedbackReader
 
@@ -49,6 +50,9 @@ class Plain(Dialect):
         """List of `Packet` that `data` completes, missed periods included; none from a board that sends an echo."""
         reader = self._reader
         packets = reader.feed(data, now)
+        voltage = reader.health.take_voltage()
+        if voltage:
+            self._readings = [Power(voltage, math.nan)]
         if not reader.checked:  # no echo is a checked packet of counts
             self._echo.received(data)
             packets = [] if self._echo.echoing else packets

@@ -1,4 +1,4 @@
-"""The fleet as numbers for Prometheus, in its text format 0.0.4; free of network."""
+"""Robots as numbers for Prometheus, in its text format 0.0.4; free of network."""
 
 KIND = "text/plain; version=0.0.4; charset=utf-8"
 GAUGES = (  # name, meaning, value of a robot's view
@@ -7,7 +7,7 @@ GAUGES = (  # name, meaning, value of a robot's view
     ("battery_volts", "of the pack", lambda robot: (robot.get("battery") or {}).get("voltage")),
     ("battery_ratio", "charge, 1: full", lambda robot: (robot.get("battery") or {}).get("charge")),
     ("speed_metres_per_second", "over the floor", lambda robot: (robot.get("speed") or [None])[0]),
-    ("driven_metres", "since its fleet_node was started", lambda robot: robot.get("driven")),
+    ("driven_metres", "since what reports it was started", lambda robot: robot.get("driven")),
     ("emergency_stop", "1 while it is pressed", lambda robot: bool(robot.get("stopped"))),
     ("worst_level", "of its diagnostics: 0 ok, 1 warning, 2 error, 3 silent",
      lambda robot: (robot.get("worst") or [None])[0]),
@@ -15,7 +15,7 @@ GAUGES = (  # name, meaning, value of a robot's view
 
 
 def metrics(robots, values):
-    """Text. robots: as in Fleet.view; values: {robot: {task: {key: number}}} of their diagnostics."""
+    """Text. robots: as in robotont_fleet's Fleet.view; values: {robot: {task: {key: number}}} of their diagnostics."""
     lines = []
     for name, meaning, read in GAUGES:
         lines += [f"# HELP robotont_{name} {meaning}", f"# TYPE robotont_{name} gauge"]

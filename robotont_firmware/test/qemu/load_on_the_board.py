@@ -1,10 +1,10 @@
-"""Runs on the emulated board: main.py compiles the firmware from source with less heap than the chip has."""
+"""Runs on the emulated board: main.py loads the compiled firmware with less heap than the chip has."""
 
 import gc
 import sys
 
-ENOUGH = 65000  # [bytes] free before main.py; the chip has a heap of 88 000
-REPL_WISHED = 0x524F4231  # main.py ends when all is compiled
+ENOUGH = 45000  # [bytes] free before main.py; the chip has a heap of 88 000
+REPL_WISHED = 0x524F4231  # main.py ends when all is loaded
 
 
 class Memory(dict):
@@ -15,13 +15,13 @@ class Memory(dict):
 
 
 class Chip:
-    """Stands in for `pyb` and `machine`, which nothing uses while it is compiled."""
+    """Stands in for `pyb` and `machine`, which nothing uses while it is loaded."""
 
     mem16 = mem32 = Memory()
 
 
 sys.modules["pyb"] = sys.modules["machine"] = Chip
-sys.path[:] = ["/rom/sources", "/rom/root"]
+sys.path[:] = ["/rom/src", "/rom/root"]
 gc.collect()
 before = gc.mem_alloc()
 ballast = bytearray(gc.mem_free() - ENOUGH)

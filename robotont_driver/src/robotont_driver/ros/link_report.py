@@ -1,0 +1,77 @@
+"""What the diagnostics say of the line to the board, and of the board."""
+
+import time
+
+from robotont_driver.ros.diagnostics import ERROR, OK, WARN, Rate
+
+
+class LinkReport:
+    """Tasks for `Health`. link: `SerialLink`; dialect: the expected one; refusals: `Refusals` of serial_write."""
+
+    def __init__(self, link, dialect, refusals, battery):
+        self._link = link
+        self._dialect = dialect
+        self._refusals = refusals
+        self._battery = battery
+        self._rate = Rate()
+        self._failures = 0        # of this program, already reported
+        self._trouble_before = 0  # errors up to the last report
+
+    def report_link(self):
+        """Level, words and values of the line."""
+        dialect, link = self._dialect.spoken, self._link
+        read = dialect.packets - dialect.repaired
+        rate = self._rate.look(read, time.monotonic())
+        dropped = sum(dialect.dropped.values())
+        errors = dropped + self._refusals.amount
+        new_errors, self._trouble_before = max(0, errors - self._trouble_before), errors
+        values = {
+            "packets": dialect.description,
+            "packets read per second": f"{rate:.1f}",
+            "packets read": read,
+            "packets published": dialect.packets,
+            "packets written": link.sent,
+            "commands overtaken by newer ones": link.replaced,
+            "commands while the port was closed": link.unsent,
+            "commands refused": self._refusals.amount,
+            "commands too old": link.outdated,
+            "times that this node was stopped or starved": link.stalls.stalls,
+            "stops for lack of commands": link.timeouts,
+            "lines dropped": dropped,
+            **{"lines dropped: " + kind: count for kind, count in sorted(dialect.dropped.items())},
+            "periods repaired": dialect.repaired,
+            "board restarts": dialect.restarts,
+            "lost lines that may have been a restart": dialect.doubts,
+            "reconnects": max(0, link.opened - 1),
+            "faults of this program": link.failures,
+        }
+        new_failures, self._failures = link.failures - self._failures, link.failures
+        if new_failures:
+            return ERROR, f"a fault of serial_com_node itself, {link.failure}; please report it, with its log", values
+        if link.trouble:
+            return ERROR, link.trouble, values
+        if dialect.complaint:
+            return WARN, dialect.complaint, values
+        if rate == 0.0:
+            return WARN, silence(dialect, new_errors), values
+        if new_errors:
+            return WARN, f"{new_errors} lines dropped in the last second: check cable and baudrate", values
+        return OK, f"{rate:.0f} packets/s, {dialect.name}", values
+
+    def report_board(self):
+        """Level, words and values of what the board says of itself."""
+        errors, warnings, values = self._dialect.spoken.report_board()
+        empty, words = self._battery.complaint
+        (errors if empty else warnings).extend([words] if words else [])
+        if self._link.trouble:
+            return WARN, "the port is closed", values
+        level = ERROR if errors else WARN if warnings else OK
+        return level, " / ".join(errors + warnings) or "reports no fault", values
+
+
+def silence(dialect, dropped):
+    """Message about a board that has sent no packet since the last report, but lines that were `dropped`."""
+    if not dropped:
+        return "port open, but no packets: is the firmware running, at this baudrate?"
+    return (f"{dropped} lines came in the last second, and none is a packet of a board that speaks {dialect.name}: "
+            f"{dialect.newest_error}; is it another board (~packets), another firmware, or another baudrate?")

@@ -1,0 +1,105 @@
+"""Drives one motor after another for a moment and judges what the encoders count: a robot's first minute.
+
+The board itself ends each drive (order `!test`, see docs/protocol.md), so nothing runs on when this program ends.
+"""
+
+import time
+
+from robotont_driver.protocol.board_status import TIMED_OUT, WAITS_FOR_ZERO
+from robotont_driver.protocol.checksum import add_checksum
+from robotont_driver.protocol.feedback_reader import QUESTION, FeedbackReader
+from robotont_driver.protocol.packet import format_packet
+
+MOVED = 15    # [edges] fewer in half a second are none
+REST = 1.2    # [s] from an order until its wheel stands again
+PATIENCE = 3.0  # [s] for an answer
+QUESTIONS = """\
+Lift the robot: no wheel may touch anything. Each motor turns for half a second forward, then backward, at a tenth
+of its effort. Before, `./robotont wheels` should have shown that each wheel, turned by hand, counts its own way.
+Press Enter when all wheels are in the air (Ctrl-C ends it): """
+
+
+class BringUpError(Exception):
+    """Why the motors cannot be tried, in words for the user."""
+
+
+class BringUp:
+    """Talks to the firmware over an open serial `line` (time-out 0 to 0.1 s); `wheels`: how many the robot has."""
+
+    def __init__(self, line, wheels, reach, rate):
+        self._line = line
+        self._wheels = wheels
+        self._reader = FeedbackReader(wheels, reach, rate, "checked")
+
+    def prepare(self):
+        """Wait until the board waits for nothing but orders. Raises BringUpError."""
+        self._talk(PATIENCE, lambda health: health.identity is not None, QUESTION)
+        health = self._reader.health
+        if health.identity is None:
+            raise BringUpError("no answer from this project's firmware, from 2.1 on (./robotont flash); other boards "
+                               "cannot drive one motor alone")
+        if health.obstacle:
+            raise BringUpError(health.obstacle)
+        if tuple(map(int, health.identity.version.split(".")[:2])) < (2, 1):
+            raise BringUpError(f"the board has firmware {health.identity.version}, older than 2.1: ./robotont flash")
+        zeros = add_checksum(format_packet([0] * self._wheels))
+        waiting = TIMED_OUT | WAITS_FOR_ZERO
+        self._talk(PATIENCE, lambda health: health.status and not health.status.flags & waiting, zeros)
+        self._talk(PATIENCE, lambda health: health.status.flags & TIMED_OUT)
+        self._check()
+
+    def turn(self, wheel, sign):
+        """Drive one wheel forward (sign 1) or backward (-1); list of the edges that each wheel made meanwhile."""
+        self._line.write(add_checksum("!test {}{};".format(wheel, "+" if sign > 0 else "-")))
+        counts = self._talk(REST, lambda health: health.fault)
+        self._check()
+        return counts
+
+    def _talk(self, seconds, done, words=b""):
+        """Read until `done(health)` or the time is over, say the words 5 times a second; the sums of the counts."""
+        sums = [0] * self._wheels
+        end, due = time.monotonic() + seconds, 0.0
+        while time.monotonic() < end and not done(self._reader.health):
+            if words and time.monotonic() >= due:
+                self._line.write(words)
+                due = time.monotonic() + 0.2
+            for packet in self._reader.feed(self._line.read(4096), time.monotonic()):
+                sums = [total + count for total, count in zip(sums, packet)]
+        return sums
+
+    def _check(self):
+        health = self._reader.health
+        if health.status is None or health.fault or health.status.flags & WAITS_FOR_ZERO:
+            raise BringUpError(health.fault or "the board does not get ready to drive")
+
+
+def judge(wheel, forward, backward):
+    """What is wrong with a motor, empty when nothing is; forward, backward: edges of all wheels in each drive."""
+    other = next((other for other in range(len(forward)) if other != wheel and
+                  min(abs(forward[other]), abs(backward[other])) >= MOVED), None)
+    ahead, back = forward[wheel], -backward[wheel]
+    still = max(abs(ahead), abs(back)) < MOVED
+    faults = (
+        (still and other is not None, f"turns wheel {other}, or its encoder is connected there: exchange plugs, or "
+                                      f"lines {wheel} and {other} of ENCODERS"),
+        (still, "does not turn, or its encoder counts nothing: battery, motor driver, motor cable, encoder's cable and "
+                "supply"),
+        (ahead <= -MOVED and back <= -MOVED, f"runs backward: swap DIRECTIONS[{wheel}]"),
+        (min(ahead, back) < MOVED, f"turns one way only: one of its direction pins (DIRECTIONS[{wheel}]) or of its "
+                                   "encoder's channels is not connected"),
+        (max(ahead, back) > 2 * min(ahead, back), "turns much slower one way: friction, or a bad contact"),
+        (other is not None, f"turns wheel {other}, too: a wheel touches the ground, or their pins are connected"),
+    )
+    return next((words for found, words in faults if found), "")
+
+
+def bring_up(tried, wheels, print_line):
+    """Try all motors by `tried`, a `BringUp`; whether all are right."""
+    right = True
+    for wheel in range(wheels):
+        forward, backward = tried.turn(wheel, 1), tried.turn(wheel, -1)
+        fault = judge(wheel, forward, backward)
+        right = right and not fault
+        print_line(f"motor {wheel} {fault or 'is right'} "
+                   f"({forward[wheel]:+d} edges forward, {backward[wheel]:+d} backward)")
+    return right

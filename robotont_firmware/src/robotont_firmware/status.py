@@ -1,0 +1,68 @@
+"""What every packet tells about the board: flags, counters, faults, battery and load; and what its light shows."""
+
+from array import array
+
+from robotont_firmware.compat import const, micropython
+from robotont_firmware.fault_watch import NO_FAULT, OVERLOAD
+
+TIMED_OUT = const(1)  # flags: no valid command for TIMEOUT: the motors are off
+WAITS_FOR_ZERO = const(2)  # after a fault, or a start that was not requested: a command of all zeros is needed
+BATTERY_IS_LOW = const(4)
+
+WHEELS = const(3)  # place of the first wheel's fault in the fields
+_FLAGS, _MISSED, _REFUSED = const(0), const(1), const(2)
+_BEAT = const(7)  # [periods - 1, a power of 2] in which the light does not change
+
+
+class Status:
+    """`fields`: array "H" as Sender.pack writes it. The board's battery, load and light are used where it has them."""
+
+    def __init__(self, board, config, wheels):
+        self.fields = array("H", [0] * (WHEELS + wheels + 2))
+        self._volts, self._share = WHEELS + wheels, WHEELS + wheels + 1  # places
+        self._battery = getattr(board, "battery", None)
+        self._load = getattr(board, "load", None)
+        self._light = getattr(board, "light", None)
+        self._low = config.BATTERY_LOW
+        self._rate = config.RATE
+        self._low_for = 0  # [periods] that the battery has been low
+        self._mean = 0  # [mV] of the battery, over some 16 periods
+        self._until = 0  # [periods] until voltage and load are taken anew
+
+    def fault_of(self, wheel):
+        """Return the fault that stands for a wheel; an overload is none."""
+        fault = self.fields[WHEELS + wheel]
+        return NO_FAULT if fault == OVERLOAD else fault
+
+    @micropython.native
+    def update(self, flags, periods, refused):
+        """Bring all but the faults up to date, `periods` ticks after the last time."""
+        fields = self.fields
+        fields[_MISSED] = (fields[_MISSED] + periods - 1) & 0xFF
+        fields[_REFUSED] = refused & 0xFF
+        if self._battery is not None and self._is_low(periods):
+            flags |= BATTERY_IS_LOW
+        fields[_FLAGS] = flags
+        self._until -= periods
+        if self._until <= 0:
+            self._until = self._rate
+            fields[self._volts] = min(self._mean // 10, 0xFFF)
+            if self._load is not None:
+                fields[self._share] = self._load()
+
+    def _is_low(self, periods):
+        """Return True when the battery has been below BATTERY_LOW for a second."""
+        voltage = self._battery()
+        self._mean = voltage if self._mean == 0 else self._mean + ((voltage - self._mean) >> 4)
+        if voltage >= self._low:
+            self._low_for = 0
+        elif self._low_for < self._rate:
+            self._low_for += periods
+        return self._low_for >= self._rate
+
+    @micropython.native
+    def show(self, counter, driven, broken):
+        """Light: blinks with a fault, shines while the robot is driven, and flashes now and then else."""
+        if self._light is not None and counter & _BEAT == 0:
+            beat = counter // (_BEAT + 1)
+            self._light(beat & 1 if broken else driven or beat & 7 == 0)

@@ -1,0 +1,168 @@
+"""From the repository's files to a board's: compiled, copied beside the old ones, and exchanged in one step.
+
+Everything is copied into a folder of its own first; until all is there, the board keeps what it has. The exchange
+is one program that runs on the board: it takes main.py away, without which nothing drives a motor, then moves the
+new files to their places, and main.py last. So wherever it is cut the board has the old firmware, the new one, or
+none that runs, and never parts of both.
+"""
+
+import os
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+from robotont_flash.boards import FlashError
+
+MACHINE, OLDEST = "NUCLEO-L476RG", (1, 24)  # board, and version of MicroPython
+ARCHITECTURE, ARCHITECTURE_NUMBER = "armv7emsp", 7  # of its processor, for mpy-cross and in MicroPython
+STEP_TIME = {"exec": 20, "fs": 60, "reset": 20}  # [s] of mpremote; all files take about 10 s
+OTHER_BOARD = """\
+{port} is "{machine}" with MicroPython {version}; this firmware is for a {wanted} with {oldest} or newer.
+The program that may have run on it was stopped and starts again now."""
+OTHER_MPY = """\
+The compiler here makes .mpy files of version {ours}, the board's MicroPython {version} reads {theirs}. Install another
+MicroPython on the board, or another mpy-cross here."""
+NO_MICROPYTHON = """\
+No MicroPython answers on {port}. If the board has never been flashed:
+  1. Download the image for NUCLEO_L476RG (.hex or .bin) from https://micropython.org/download/NUCLEO_L476RG/
+  2. Copy it to the disk that the board's ST-Link shows (NOD_L476RG, or NODE_L476RG), or
+         st-flash --reset write NUCLEO_L476RG-*.bin 0x08000000
+  3. Run this again.
+If the board has MicroPython and a program that does not answer: hold USER, press and release RESET, let
+USER go when the green LED has blinked twice (safe mode; three blinks would erase the files), and run
+this again."""
+WHO = """
+import os, sys
+print(os.uname().machine, sys.implementation.version, getattr(sys.implementation, "_mpy", 0))
+"""
+_REMOVE = """
+import os
+def remove(name):
+    if name in os.listdir():
+        for file in os.listdir(name):
+            os.remove(name + "/" + file)
+        os.rmdir(name)
+"""
+PREPARE = _REMOVE + """
+remove("robotont_new")
+os.mkdir("robotont_new")
+"""
+# An owner's own boot.py and main.py stay, under another name. Renaming replaces a file that is there.
+EXCHANGE = _REMOVE + """
+for name, size in {sizes}.items():
+    if os.stat("robotont_new/" + name)[6] != size:
+        raise OSError(name + " is not whole")
+for name in ("boot.py", "main.py"):
+    if name in os.listdir() and "robotont" not in open(name).read():
+        kept = name + ".kept"
+        while kept in os.listdir():
+            kept += ".kept"
+        os.rename(name, kept)
+        print("kept", name, kept)
+if "main.py" in os.listdir():
+    os.remove("main.py")
+os.rename("robotont_new/boot.py", "boot.py")
+os.rename("robotont_new/main.py", "main.new")
+remove("robotont_firmware")
+os.rename("robotont_new", "robotont_firmware")
+os.rename("main.new", "main.py")
+getattr(os, "sync", int)()
+"""
+
+
+def tool(name):
+    """Return the path of a program of the virtual environment, or of PATH."""
+    found = shutil.which(name, path=os.pathsep.join([os.path.dirname(sys.executable), os.environ.get("PATH", "")]))
+    if not found:
+        raise FlashError(f"{name} is not installed: use ./robotont flash, or pip install {name}")
+    return found
+
+
+def boot_for(template, wiring):
+    """Return the text of boot.py with the motor pins of a profile."""
+    pins = [pwm[0] for pwm in wiring["PWM"]] + [pin for pair in wiring["DIRECTIONS"] for pin in pair]
+    line = "MOTOR_PINS = ({})".format(", ".join(f'"{pin}"' for pin in pins))
+    text, count = re.subn(r"^MOTOR_PINS = \(.*\)$", line, template, flags=re.MULTILINE)
+    if count != 1:
+        raise FlashError("boot.py has no line MOTOR_PINS = (...)")
+    return text
+
+
+def stage(package, root, wiring_file, wiring, folder):
+    """Put the board's files into a folder, those of the package compiled; return their list."""
+    folder = Path(folder)
+    for path in package.glob("*.py"):
+        if not path.name.startswith("wiring"):
+            compile_file(path, folder / (path.stem + ".mpy"))
+    compile_file(wiring_file, folder / "wiring.mpy")
+    (folder / "boot.py").write_text(boot_for((root / "boot.py").read_text(encoding="utf-8"), wiring), encoding="utf-8")
+    shutil.copy(str(root / "main.py"), str(folder))
+    with tempfile.TemporaryDirectory() as nowhere:  # MicroPython starts these two as text only
+        for name in ("boot.py", "main.py"):
+            compile_file(folder / name, Path(nowhere) / "out.mpy")
+    return sorted(folder.iterdir())
+
+
+def compile_file(path, target):
+    """Compile a file for the board's processor."""
+    run = subprocess.run(
+        [tool("mpy-cross"), f"-march={ARCHITECTURE}", "-s", path.name, "-o", str(target), str(path)],
+        stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, check=False,
+    )  # fmt: skip
+    if run.returncode != 0:
+        raise FlashError(f"{path.name} does not compile:\n{run.stdout.strip()}")
+
+
+def mpremote(port, *arguments):
+    """Run mpremote on the port; FlashError when no MicroPython answers, a command fails or takes too long."""
+    what, seconds = arguments[0], STEP_TIME[arguments[0]]
+    try:
+        run = subprocess.run(
+            [tool("mpremote"), "connect", port, *arguments],
+            stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, check=False, timeout=seconds,
+        )  # fmt: skip
+    except subprocess.TimeoutExpired:
+        raise FlashError(f"mpremote {what} on {port} did not end within {seconds} s.") from None
+    if run.returncode != 0:
+        if "could not enter raw repl" in run.stdout:
+            raise FlashError(NO_MICROPYTHON.format(port=port))
+        last = ([line.strip() for line in run.stdout.splitlines() if line.strip()] or ["no reason given"])[-1]
+        raise FlashError(f"mpremote {what} on {port} failed: {last}")
+    return run.stdout
+
+
+def identify(port):
+    """Ask MicroPython which board it runs on; FlashError for any but ours, which is started again."""
+    answer = mpremote(port, "exec", WHO)
+    match = re.search(r"^(.*?) \((\d+), (\d+).*\) (\d+)$", answer, flags=re.MULTILINE)
+    machine, version = (match.group(1), (int(match.group(2)), int(match.group(3)))) if match else (answer.strip(), ())
+    said = ".".join(map(str, version)) or "of unknown version"
+    if not machine.startswith(MACHINE) or version < OLDEST:
+        mpremote(port, "reset")
+        raise FlashError(OTHER_BOARD.format(
+            port=port, machine=machine, version=said, wanted=MACHINE, oldest=".".join(map(str, OLDEST))))  # fmt: skip
+    made = subprocess.run([tool("mpy-cross"), "--version"], stdout=subprocess.PIPE, text=True, check=False).stdout
+    ours = tuple(map(int, re.search(r"mpy v(\d+)\.(\d+)", made).groups()))
+    number = int(match.group(4))
+    theirs = (number & 0xFF, number >> 8 & 3)
+    if ours != theirs or number >> 10 & 0x3F != ARCHITECTURE_NUMBER:
+        mpremote(port, "reset")
+        raise FlashError(OTHER_MPY.format(ours="{}.{}".format(*ours), version=said, theirs="{}.{} for architecture {}"
+                                          .format(*theirs, number >> 10 & 0x3F)))  # fmt: skip
+
+
+def copy(port, files):
+    """Copy all files beside those that the board has."""
+    mpremote(port, "exec", PREPARE)
+    mpremote(port, "fs", "cp", *map(str, files), ":robotont_new/")
+
+
+def exchange(port, files):
+    """Put the copied files into their places."""
+    sizes = {path.name: path.stat().st_size for path in files}
+    for line in mpremote(port, "exec", EXCHANGE.format(sizes=sizes)).splitlines():
+        if line.startswith("kept"):
+            print("The board's own {} stays, as {}.".format(*line.split()[1:]))

@@ -1,0 +1,146 @@
+"""Put the firmware on a NUCLEO-L476RG: listen, show the wiring, ask, compile, identify, copy, reset, test itself.
+
+A Robotont as it was built needs no flashing, and must not get it: the driver supports its official firmware.
+"""
+
+import argparse
+import runpy
+import sys
+import tempfile
+from pathlib import Path
+
+import serial
+
+import robotont_firmware
+from robotont_flash import boards, copying
+from robotont_flash.boards import FlashError
+from robotont_flash.self_test import self_test
+
+# What is on the board, as the last line of every message about a failure.
+UNTOUCHED = "Nothing was written: the board has what it had."
+STOPPED = "The board has the files that it had; a firmware that ran was stopped. RESET starts it again."
+EXCHANGING = ("The board has the old firmware, or the new one, or none that runs (then nothing drives its motors), "
+              "and no mixture. Run this again.")  # fmt: skip
+NEW = "The new firmware is on the board, whole."
+
+
+def folders():
+    """Return (package folder, folder of the root files), from the repository or the install space."""
+    package = Path(robotont_firmware.__file__).resolve().parent
+    for prefix in package.parents:
+        for root in (prefix / "root", prefix / "share" / "robotont_firmware" / "root"):
+            if (root / "boot.py").is_file():
+                return package, root
+    raise FlashError("the firmware's files are not where they were installed")
+
+
+def profiles(package):
+    """Return the wiring profiles: {name: (file, its names)}."""
+    files = [package / "wiring.py", *sorted(package.glob("wiring_*.py"))]
+    return {numbers["PROFILE"]: (path, numbers) for path in files for numbers in [runpy.run_path(str(path))]}
+
+
+def describe(wiring):
+    """Return a profile's wiring as a table for people."""
+    lines = ["Wiring profile {}: {}".format(wiring["PROFILE"], wiring["DESCRIPTION"]), ""]
+    lines.append(f"  {'motor':7}{'encoder A, B':15}{'PWM':7}{'forward, backward':20}fault")
+    for motor, (a, b, *_) in enumerate(wiring["ENCODERS"]):
+        encoder, directions = f"{a}, {b}", ", ".join(wiring["DIRECTIONS"][motor])
+        fault = wiring["FAULTS"][motor] if wiring["FAULTS"] else "none"
+        lines.append(f"  {motor:<7}{encoder:15}{wiring['PWM'][motor][0]:7}{directions:20}{fault}")
+    lines.append("")
+    lines.append("  PWM {:g} kHz, battery {:g} V. A board that is wired otherwise may run away.".format(
+        wiring["PWM_FREQUENCY"] / 1e3, wiring["BATTERY"] / 1e3))  # fmt: skip
+    return "\n".join(lines)
+
+
+def choose_profile(requested, on_board, known):
+    """Return the name of the profile to flash; FlashError when there is no such profile."""
+    name = requested or on_board
+    if name in known:
+        return name
+    lines = ["Which robot is it? Choose with --profile:"]
+    lines += [f"  {name:12}{wiring['DESCRIPTION']}" for name, (_, wiring) in known.items()]
+    raise FlashError("\n".join(lines))
+
+
+def confirm(wiring, on_board, yes):
+    """Show the wiring and ask; FlashError unless the answer is the profile's name."""
+    name = wiring["PROFILE"]
+    print(describe(wiring))
+    if on_board and on_board != name:
+        print(f"  ATTENTION: the board has the profile {on_board} now.")
+    if yes:
+        return
+    try:
+        answer = input(f"Is the board wired like that? Type {name} to go on: ")
+    except EOFError:
+        answer = ""
+    if answer.strip() != name:
+        raise FlashError("The answer was another one. (Without a terminal: --yes)")
+
+
+def compare(on_board, new):
+    """Say which version the board has, and which comes."""
+    if on_board:
+        numbers = [[int(part) for part in version.split(".") if part.isdigit()] for version in (on_board, new)]
+        word = "older than" if numbers[0] < numbers[1] else "newer than" if numbers[0] > numbers[1] else "the same as"
+        print(f"The board has firmware {on_board}, {word} the {new} that it gets now.")
+
+
+class Flash:
+    """One board's flashing; `on_the_board` says at any time what it has."""
+
+    on_the_board = UNTOUCHED
+
+    def run(self, port, profile, yes):
+        """Flash; FlashError states what went wrong."""
+        package, root = folders()
+        known = profiles(package)
+        new = runpy.run_path(str(package / "__init__.py"))["__version__"]
+        if profile:
+            choose_profile(profile, "", known)
+        port = boards.find_port(port)
+        print(f"Listening on {port} ...")
+        try:
+            profile_there, version_there = boards.check_board(port)
+            wiring_file, wiring = known[choose_profile(profile, profile_there, known)]
+            confirm(wiring, profile_there, yes)
+            with tempfile.TemporaryDirectory() as folder:
+                files = copying.stage(package, root, wiring_file, wiring, folder)
+                print(f"{len(files)} files compile.")
+                self.on_the_board = STOPPED
+                boards.free_repl(port)
+                copying.identify(port)
+                compare(version_there, new)
+                copying.copy(port, files)
+                self.on_the_board = EXCHANGING
+                copying.exchange(port, files)
+            self.on_the_board = NEW
+            print(f"Copied to {port}. The board restarts.")
+            copying.mpremote(port, "reset")
+            with boards.open_port(port) as line:
+                print(self_test(line, new, wiring["PROFILE"]))
+        except (OSError, serial.SerialException) as error:
+            raise FlashError(f"{port} does not answer any more: {error}") from error
+
+
+def main():
+    """Flash; return the exit status."""
+    parser = argparse.ArgumentParser(prog="./robotont flash", description=__doc__)
+    parser.add_argument(
+        "--port", help="serial port of the board (default: the only ST-Link, or the only ttyACM)"
+    )
+    parser.add_argument("--profile", help="how the board is wired; without it the profile that is on the board")
+    parser.add_argument("--yes", action="store_true", help="do not ask")
+    options = parser.parse_args()
+    flash = Flash()
+    try:
+        flash.run(options.port, options.profile, options.yes)
+    except FlashError as error:
+        print(error, flash.on_the_board, sep="\n", file=sys.stderr)
+        return 1
+    except KeyboardInterrupt:
+        print("", "Interrupted.", flash.on_the_board, sep="\n", file=sys.stderr)
+        return 130
+    return 0

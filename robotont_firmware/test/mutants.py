@@ -1,0 +1,117 @@
+#!/usr/bin/env python3
+"""Mutants of the fault rules: changes one thing at a time in fault_watch.py or config.py; which do the suites notice?
+
+`./robotont test --mutants fault_watch` runs all, some 20 minutes. Comparisons and conditions are turned round, sums
+become differences, numbers are doubled and halved, assignments to the wheel's memory left out.
+"""
+
+import ast
+import copy
+import shutil
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+from firmware_tools import DUAL, GOLDEN, SRC, tool
+
+SUITES = ("suite_watch", "suite_faults", "suite_drives", "suite_controller", "suite_pid")
+FUNCTIONS = ("direction", "reset", "bound", "look")
+NUMBERS = ("MAX_LOAD", "BLIND_TIME", "BLIND_SHARE", "CHANGING_SHARE", "BESIDE_SHARE", "WRONG_EDGES",
+           "BLOCKED_INTEGRAL")  # fmt: skip
+OPPOSITE = {ast.Lt: ast.GtE, ast.Gt: ast.LtE, ast.LtE: ast.Gt, ast.GtE: ast.Lt, ast.Add: ast.Sub, ast.Sub: ast.Add,
+            ast.And: ast.Or, ast.Or: ast.And, ast.LShift: ast.RShift, ast.RShift: ast.LShift}  # fmt: skip
+
+
+def changes(node):
+    """Yield functions that change a node of the tree in place."""
+    if isinstance(node, ast.Compare) and type(node.ops[0]) in OPPOSITE:
+        yield lambda: node.ops.__setitem__(0, OPPOSITE[type(node.ops[0])]())
+    if isinstance(node, (ast.BinOp, ast.AugAssign, ast.BoolOp)) and type(node.op) in OPPOSITE:
+        yield lambda: setattr(node, "op", OPPOSITE[type(node.op)]())
+    if isinstance(node, ast.BoolOp):
+        for index in range(len(node.values)):
+            yield lambda index=index: node.values.pop(index)
+    if isinstance(node, ast.IfExp):
+        yield lambda: setattr(node, "test", ast.Constant(1, None))
+        yield lambda: setattr(node, "test", ast.Constant(0, None))
+    if isinstance(node, ast.Constant) and type(node.value) is int and node.value > 1:
+        for value in (node.value * 2, node.value // 2):
+            yield lambda value=value: setattr(node, "value", value)
+    for field in ("body", "orelse"):
+        statements = getattr(node, field, None)
+        for index, statement in enumerate(statements if isinstance(statements, list) else ()):
+            if isinstance(statement, (ast.AugAssign, ast.Assign)) and isinstance(
+                    statement.target if isinstance(statement, ast.AugAssign) else statement.targets[0], ast.Subscript):
+                yield lambda field=field, index=index: getattr(node, field).__setitem__(index, ast.Pass())
+
+
+def mutants(source):
+    """Yield (line, old text, new text, changed source) of the rules' functions and their constants."""
+    tree = ast.parse(source)
+
+    def parts(whole):
+        for node in ast.walk(whole):
+            if isinstance(node, ast.FunctionDef) and node.name in FUNCTIONS:
+                node.body = [part for part in node.body if not isinstance(getattr(part, "value", None), ast.Constant)]
+                yield from ast.walk(node)
+            if isinstance(node, ast.Assign) and getattr(node.targets[0], "id", "") in (
+                    "_RISE", "_CLEAR_RISE", "_SETTLED", "_CHANGING"):  # fmt: skip
+                yield from ast.walk(node)
+
+    for place, node in enumerate(list(parts(copy.deepcopy(tree)))):
+        for number in range(len(list(changes(node)))):
+            changed = copy.deepcopy(tree)
+            there = list(parts(changed))[place]
+            list(changes(there))[number]()
+            before, after = ast.unparse(node).split("\n"), ast.unparse(there).split("\n")
+            lines = [(old, new) for old, new in zip(before, after) if old != new] or [(before[0], after[0])]
+            yield getattr(node, "lineno", 0), lines[0][0].strip(), lines[0][1].strip(), ast.unparse(changed)
+
+
+def noticed(folder):
+    """Return the test that fails with the sources in a folder, or "" when all pass."""
+    for suite in SUITES:
+        command = [tool("micropython"), str(DUAL / "run.py"), str(folder), str(GOLDEN), suite]
+        try:
+            run = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, timeout=120,
+                                 check=False)  # fmt: skip
+        except subprocess.TimeoutExpired:
+            return "no end"
+        if run.returncode != 0:
+            return next((line.split()[1] for line in run.stdout.splitlines() if line.startswith("FAIL")), "no start")
+    return ""
+
+
+def main():
+    """Run all; return 1 when one of them is not noticed."""
+    package = SRC / "robotont_firmware"
+    source = (package / "fault_watch.py").read_text()
+    numbers = (package / "config.py").read_text().split("\n")
+    todo = [("fault_watch.py", *mutant) for mutant in mutants(source)]
+    for at, line in enumerate(numbers):
+        name, _, rest = line.partition(" = ")
+        if name in NUMBERS:
+            for value in (int(rest.split()[0]) * 2, int(rest.split()[0]) // 2):
+                new = f"{name} = {value}"
+                changed = "\n".join([*numbers[:at], new, *numbers[at + 1 :]])
+                todo.append(("config.py", at + 1, line.split("  #")[0], new, changed))
+    survivors = []
+    with tempfile.TemporaryDirectory() as folder:
+        there = Path(folder) / "robotont_firmware"
+        shutil.copytree(str(package), str(there))
+        assert not noticed(folder), "the suites fail without any change"
+        for file, line, old, new, changed in todo:
+            (there / file).write_text(changed)
+            test = noticed(folder)
+            print(f"{file}:{line}: {old}  ->  {new}: {test or 'NOT NOTICED'}", flush=True)
+            survivors += [] if test else [(file, line, old, new)]
+            shutil.copy(str(package / file), str(there / file))
+    print(f"{len(todo)} mutants, {len(todo) - len(survivors)} noticed")
+    for file, line, old, new in survivors:
+        print(f"not noticed: {file}:{line}: {old}  ->  {new}")
+    return 1 if survivors else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -80,6 +80,8 @@ def parser():
     found.add_argument("--burst", type=float, default=60.0, help="seconds of driver.throughput (60)")
     found.add_argument("--robots", type=int, default=20, help="growth: at most (20)")
     found.add_argument("--minutes", type=float, default=10.0, help="growth.endurance: for so long (10)")
+    found.add_argument("--speeds", type=float, nargs="+", metavar="SPEED", default=(0.1, 0.3, 0.5, 0.8, 1.0),
+                       help="motion: [m/s] (0.1 0.3 0.5 0.8 1)")
     found.add_argument("--picture", metavar="FILE", default="growth.png", help="growth: draw there (growth.png)")
     found.add_argument("--part", help=argparse.SUPPRESS)
     return found

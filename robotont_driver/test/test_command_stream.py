@@ -128,7 +128,13 @@ def test_acceleration_rises_step_by_step_but_stops_do_not_wait():
     assert stream.twist(1.02) == pytest.approx((0.02, 0, 0))
     assert stream.twist(1.07) == pytest.approx((0.07, 0, 0))
     assert stream.twist(1.40) == pytest.approx((0.12, 0, 0))  # one step counts one period at most
+    assert stream.ramping
     assert stream.twist(1.53) == STOP
+    drive(stream, 1.6)
+    stream.twist(1.6)
+    drive(stream, 1.61, 0.0)
+    assert stream.twist(1.61) == STOP, "a commanded stop"
+    assert not stream.ramping
 
 
 def test_a_start_after_a_long_rest_is_as_slow_as_any():

@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from robotont_driver.command.limits import Limits, limit_acceleration, limit_speed
+from robotont_driver.command.limits import BRAKING, Limits, limit_acceleration, limit_bend, limit_speed
 
 speeds = st.floats(-5, 5)
 twists = st.tuples(speeds, speeds, speeds)
@@ -35,15 +35,45 @@ def test_the_tightest_limit_decides():
     assert limit_speed((3.0, 4.0, 2.0), (6.0, 0.0, 0.0), Limits(2.5, 1.5, 1.2)) == pytest.approx((0.6, 0.8, 0.4))
 
 
-@given(previous=twists, wanted=twists, elapsed=st.floats(0, 1), linear=bounds, angular=bounds)
-def test_acceleration_limits_hold_on_the_straight_way(previous, wanted, elapsed, linear, angular):
+@given(previous=twists, wanted=twists, elapsed=st.floats(0.001, 0.05), linear=bounds, angular=bounds)
+def test_acceleration_limits_hold_over_ground_or_as_the_robot_sees_it(previous, wanted, elapsed, linear, angular):
     twist = limit_acceleration(previous, wanted, elapsed, Limits(0, 0, 0, linear, angular))
-    change = [new - old for new, old in zip(twist, previous)]
-    wish = [new - old for new, old in zip(wanted, previous)]
-    assert not linear or math.hypot(change[0], change[1]) <= linear * elapsed + 1e-9
-    assert not angular or abs(change[2]) <= angular * elapsed + 1e-9
-    scale = max(map(abs, wish))
-    if scale > 1e-6:
-        factor = max(map(abs, change)) / scale
-        assert factor <= 1 + 1e-9
-        assert change == pytest.approx([factor * step for step in wish], abs=1e-9)
+    seen = [math.hypot(twist[0] - x, twist[1] - y) for x, y in (previous[:2], turned(previous, previous[2] * elapsed))]
+    assert not linear or min(seen) <= BRAKING * linear * elapsed + 1e-9
+    assert not angular or abs(twist[2] - previous[2]) <= angular * elapsed + 1e-9
+
+
+@given(wanted=twists, steps=st.integers(1, 30))
+def test_a_start_keeps_the_direction_and_the_curve(wanted, steps):
+    twist = (0.0, 0.0, 0.0)
+    for _ in range(steps):
+        twist = limit_acceleration(twist, wanted, 0.02, Limits(0, 0, 0, 1.5, 8.0))
+    part = max(map(abs, twist)) / max(*map(abs, wanted), 1e-12)
+    assert twist == pytest.approx([part * speed for speed in wanted], abs=1e-9)
+
+
+def test_a_robot_that_turns_beneath_a_straight_way_is_not_limited_and_one_on_an_arc_is():
+    limits = Limits(0, 0, 0, 1.5, 8.0)
+    previous = (1.0, 0.0, 3.0)
+    x, y = turned(previous, 3.0 * 0.02)
+    wanted = (x, y, 3.0)
+    assert limit_bend(wanted, previous, 0.02, limits) == wanted
+    assert limit_acceleration(previous, wanted, 0.02, limits) == pytest.approx(wanted)
+    x, y, turn = limit_bend(previous, previous, 0.02, limits)
+    assert abs(turn) * math.hypot(x, y) == pytest.approx(1.5)
+    assert (y, turn / x) == (0.0, pytest.approx(3.0))
+
+
+def test_a_corner_costs_the_way_that_the_acceleration_demands():
+    twist, lost, steps = (0.8, 0.0, 0.0), 0.0, 0
+    while twist != (0.0, 0.8, 0.0):
+        twist = limit_acceleration(twist, (0.0, 0.8, 0.0), 0.001, Limits(0, 0, 0, 1.5, 8.0))
+        lost, steps = lost + 0.001 * (0.8 - twist[1]), steps + 1
+    most = 0.8 ** 2 / (math.sqrt(2) * 1.5)
+    assert most / BRAKING <= lost <= most, "the first half brakes"
+    assert steps * 0.001 <= math.sqrt(2) * 0.8 / 1.5
+
+
+def turned(twist, angle):
+    return (math.cos(angle) * twist[0] + math.sin(angle) * twist[1],
+            math.cos(angle) * twist[1] - math.sin(angle) * twist[0])

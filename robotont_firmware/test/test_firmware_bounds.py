@@ -148,11 +148,12 @@ def test_control_stays_in_bounds(watched, extreme):
     if extreme:  # the largest gains that Pid lets pass
         speed = modules.wheel_speed.MAX_COUNTS * 256
         error = speed + config.MAX_SPEED * 256
-        reach = 2 * config.MAX_SPEED * 256
+        reach = 7 * config.MAX_SPEED * 256
         largest = {
             "SPEED_GAIN": (BOUND - 1) // speed, "P_GAIN": (BOUND - 1) // error,
             "D_GAIN": (BOUND - 1) // (2 * speed),
-            "FOLLOW": 256, "LEAD": (BOUND - 1) // reach, "MAX_INTEGRAL": (BOUND >> 16) - 1, "I_GAIN": 2,
+            "FOLLOW": 256, "LEAD": (BOUND - 1) // reach, "TURN_LEAD": (BOUND - 1) // reach,
+            "MAX_INTEGRAL": (BOUND >> 16) - 1, "I_GAIN": 2,
         }  # fmt: skip
         config = types.SimpleNamespace(
             **{name: getattr(config, name) for name in dir(config) if name[0].isupper()}
@@ -173,7 +174,7 @@ def test_control_stays_in_bounds(watched, extreme):
         (rng.randint(-top, top), rng.choice((-32768, 32767))) for _ in range(500)
     ]:
         for _ in range(40 if abs(counts) != 1 else 1):
-            pid.step(setpoint, counts)
+            pid.step(setpoint, counts, straight=3 * setpoint, turning=-2 * setpoint)
             braking.brake(counts)
     assert watch.where.startswith("wheel_speed:")
     assert watch.largest > 1 << 27

@@ -147,3 +147,15 @@ def test_the_laser_sees_the_walls_where_they_are():
 def test_the_laser_distinguishes_too_near_from_nothing_there():
     scan = run_in("room").simulation.scan
     assert scan(np.radians([0.0, 180.0]), 1.0, 2.0).tolist() == [np.inf, -np.inf]
+
+
+@pytest.mark.parametrize("twist, ramp", [((0.0, 0.5, 2.0), 0.0), ((0.8, 0.0, 2.0), 0.0), ((0.3, 0.0, 0.0), 0.4)])
+def test_a_healthy_robot_that_bends_its_way_or_starts_slowly_has_no_fault(twist, ramp):
+    """The acceleration is no load that only a blocked wheel has."""
+    run = run_in()
+    for part in np.arange(0.02, ramp, 0.02) / ramp if ramp else ():
+        run.hold([part * speed for speed in twist], 0.02)
+    run.hold(twist, 3.0)
+    x, y, _ = run.simulation.twist()
+    assert run.status.wheels == (0, 0, 0)
+    assert math.hypot(x - twist[0], y - twist[1]) < 0.05

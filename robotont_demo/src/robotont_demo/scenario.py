@@ -6,9 +6,11 @@ from typing import NamedTuple, Tuple
 import numpy as np
 
 from robotont_driver.kinematics import se2
+from robotont_testing.simulated_wheels import profile
 
 PERIOD = 0.02             # [s] between commands
 SIDE, RADIUS = 1.0, 0.5   # [m] of the square, of the circle
+ACCELERATION = 1.0        # [m/s^2] within the driver's limit, so that the robot does just as commanded
 SIDES = (("forward", 1, 0), ("left", 0, 1), ("back", -1, 0), ("right", 0, -1))
 
 
@@ -20,14 +22,14 @@ class Step(NamedTuple):
 
 
 def plan(speed):
-    """List of the Steps from start to end, at a speed [m/s]."""
-    periods = round(SIDE / speed / PERIOD)
-    square = [Step(f"square, {name}", (x * speed, y * speed, 0.0)) for name, x, y in SIDES for _ in range(periods)]
-    periods = round(2 * math.pi * RADIUS / speed / PERIOD)
-    turn = 2 * math.pi / periods  # [rad] in one period
+    """List of the Steps from start to end, at a speed [m/s]; each leg begins and ends with ACCELERATION."""
+    square = [Step(f"square, {name}", (x * now, y * now, 0.0))
+              for name, x, y in SIDES for now in profile(SIDE, speed, ACCELERATION)]
+    speeds = profile(2 * math.pi * RADIUS, speed, ACCELERATION)
+    angles = (np.cumsum(speeds) - speeds / 2) * PERIOD / RADIUS  # in the middle of each period
     # seen from the robot the direction goes round twice, because the robot turns once the other way
-    circle = [Step("circle, turning", (speed * math.cos(2 * turn * step), speed * math.sin(2 * turn * step),
-                                       -turn / PERIOD)) for step in range(periods)]
+    circle = [Step("circle, turning", (now * math.cos(2 * angle), now * math.sin(2 * angle), -now / RADIUS))
+              for now, angle in zip(speeds.tolist(), angles.tolist())]
     return square + circle
 
 

@@ -17,6 +17,7 @@ FAULT_HOLD = 25  # [periods] a fault stands for at least this long, and the faul
 # Limits.
 MAX_SPEED = 180  # [units] faster commands are scaled down, all wheels by one factor
 MAX_ACCELERATION = 10  # [units/period] of the wheel whose set-point changes most (500 units/s, 4.6 m/s^2)
+MAX_BRAKING = 7  # [units/period] likewise, to a stop: 3.2 m/s^2, for which no motor needs more than MAX_TORQUE
 FULL_EFFORT = 4000  # [effort] 100 % PWM
 MAX_EFFORT = 4000  # [effort] of the whole voltage
 MAX_TORQUE = 2000  # [effort] above the back-EMF: half of the stall current, 2.5 A
@@ -42,7 +43,10 @@ I_GAIN = 1280  # 5 effort per unit and period
 BRAKE_GAIN = 60  # [effort per unit] against the wheel's motion, after the time-out
 D_GAIN = 0  # on the measured speed; encoder counts are too coarse at 50 Hz to need it
 FOLLOW = 100  # [1/256 of the way per period] the reference nears the set-point: time constant 40 ms
-LEAD = 640  # [1/256] feed-forward's lead: the wheel's own time constant (100 ms) over the reference's
+LEAD = 240  # [1/16 period] time constant of motors that drive the robot straight on, on the floor: 0.3 s at 3 kg,
+TURN_LEAD = 110  # [1/16 period] of motors that turn it on the spot,
+FREE_LEAD = 64  # [1/16 period] and, for tests, of motors that turn free wheels
+ARC = 1181  # [edges] 2 * sin(120 deg) * wheel distance / way of an edge: how turning bends the way of three even wheels
 STANDSTILL = 5  # [periods] set-point 0 and no edge for this long: motor off, integral 0
 
 # One wheel driven on its own while no commands come, by the order `!test` (./robotont wheels --bring-up).

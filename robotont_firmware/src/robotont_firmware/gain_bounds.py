@@ -10,6 +10,7 @@ from robotont_firmware.receiver import MAX_UNITS
 LARGEST = 0x3FFFFFFF  # the largest small integer
 MOTOR_VOLTAGE = 12000  # [mV] at which the gains of config.py hold
 MAX_COUNTS = 400  # [edges/period] twice the motor's reach; a larger difference is no speed
+NO_ARC = 1 << 28  # [edges] an arc that bends nothing
 MAX_PERIODS = 16  # [periods] the most missed ticks that a step makes up for; the watchdog comes before
 
 _RANGES = (  # name, least, most; what depends on other numbers is added in `check`
@@ -46,7 +47,8 @@ def check(config):
         check_number(config, name, least, most)
     full, speed, battery = config.FULL_EFFORT, config.MAX_SPEED * 256, config.BATTERY
     error = MAX_COUNTS * 256 + speed
-    check_number(config, "MAX_ACCELERATION", 1, LARGEST // (2 * speed * 256))  # all set-points move by one fraction
+    for name in ("MAX_ACCELERATION", "MAX_BRAKING"):
+        check_number(config, name, 1, LARGEST // (2 * speed * 256))  # all set-points move by one fraction
     for name in ("STATIC", "MAX_EFFORT", "MAX_TORQUE", "CONTINUOUS_TORQUE", "MAX_LOAD"):
         check_number(config, name, 0, full)
     check_number(config, "TEST_EFFORT", 0, full // 4)
@@ -57,7 +59,9 @@ def check(config):
         ("BRAKE_GAIN", MAX_COUNTS),
     ):
         check_number(config, name, 0, _unscaled(LARGEST // factor, battery))
-    check_number(config, "LEAD", 0, LARGEST // (2 * speed))
+    check_number(config, "ARC", 2 * config.MAX_SPEED, NO_ARC)  # then a way bends by MAX_SPEED a period at most
+    for name in ("LEAD", "TURN_LEAD"):
+        check_number(config, name, 0, LARGEST // (7 * speed))  # on five speeds straight on, two of turning
     for name in ("MAX_INTEGRAL", "BLOCKED_INTEGRAL"):
         check_number(config, name, 0, _unscaled(LARGEST >> 16, battery))
     largest = at_battery(max(config.MAX_INTEGRAL, config.BLOCKED_INTEGRAL), battery)

@@ -30,7 +30,8 @@ from robotont_firmware.setpoints import Setpoints, clear, differences
 from robotont_firmware.status import BEAT, TIMED_OUT, WAITS_FOR_ZERO, WHEELS, Status
 from robotont_firmware.wheel_speed import Pid
 
-_LAG = const(1280)  # [1/256 unit] a wheel or set-point that is farther from its aim changes the robot's motion,
+_LAG = const(1280)  # [1/256 unit] a wheel that is farther from its aim changes the robot's motion,
+_CHANGE = const(128)  # [1/256 unit] as does a set-point that has to go farther than this in a period (0.23 m/s^2),
 _SETTLING = const(10)  # [periods] and for so long afterwards one wheel may drag another
 SIMULATED = ("simulated", "test")  # causes of a start that was no reset of a board
 
@@ -144,16 +145,19 @@ class Controller:
         setpoints = self._setpoints
         unsettled = self._unsettled
         board = self._board
-        if setpoints.advance() > _LAG:
+        if setpoints.advance() > _CHANGE:
             self._unsettle(-1)
         fastest = setpoints.fastest()
+        setpoints.accelerate(self._pids)
+        turning = setpoints.turning
         for wheel in range(self._wheels):
             pid = self._pids[wheel]
             setpoint = setpoints.now[wheel]
             settled = unsettled[wheel] <= 0
             if not settled:
                 unsettled[wheel] -= periods
-            board.drive(wheel, pid.step(setpoint, self._counts[wheel], periods, settled, fastest))
+            straight = setpoints.straight[wheel]
+            board.drive(wheel, pid.step(setpoint, self._counts[wheel], periods, settled, fastest, straight, turning))
             if pid.lag > _LAG + (abs(setpoint) >> 3):
                 self._unsettle(wheel)
             if pid.fault != NO_FAULT:

@@ -1,4 +1,4 @@
-"""The set-points of all wheels: the newest command within the motors' reach, neared at MAX_ACCELERATION.
+"""The set-points of all wheels: the newest command within the motors' reach, neared at MAX_ACCELERATION or MAX_BRAKING.
 
 All wheels are scaled by one factor and move by one fraction of their way, which keeps the direction of travel.
 """
@@ -9,7 +9,7 @@ from robotont_firmware.compat import SIGN, micropython, ptr16, ptr32
 
 
 class Setpoints:
-    """`now`: a number for each wheel [1/256 unit], on its way to `targets`."""
+    """`now`: a number for each wheel [1/256 unit], on its way to `targets`. `straight`, `turning`: see `accelerate`."""
 
     def __init__(self, wheels, config):
         self.targets = array("i", [0] * wheels)
@@ -17,6 +17,13 @@ class Setpoints:
         self._wheels = wheels
         self._max_speed = config.MAX_SPEED * 256
         self._max_change = config.MAX_ACCELERATION * 256
+        self._max_braking = config.MAX_BRAKING * 256
+        self._change = self._max_change  # one of both, by the newest command
+        self.straight = array("i", [0] * wheels)
+        self.turning = 0
+        self._references = array("i", [0] * wheels)
+        self._follow = config.FOLLOW
+        self._arc = config.ARC
 
     @micropython.viper
     def take(self, wished) -> int:
@@ -37,6 +44,7 @@ class Setpoints:
                 # Both factors lose 4 bits, so that the product stays below 2^30.
                 target = target * (most >> 4) // (fastest >> 4)
             targets[wheel] = target
+        self._change = self._max_braking if fastest == 0 else self._max_change
         return fastest
 
     @micropython.viper
@@ -44,7 +52,7 @@ class Setpoints:
         """Move all nearer to the targets; return how far the farthest was from its own."""
         sign = int(SIGN)
         wheels = int(self._wheels)
-        most = int(self._max_change)
+        most = int(self._change)
         targets = ptr32(self.targets)
         now = ptr32(self.now)
         farthest = 0
@@ -72,6 +80,33 @@ class Setpoints:
             speed = speed if speed > 0 else 0 - speed
             most = speed if speed > most else most
         return most
+
+    @micropython.viper
+    def accelerate(self, pids):
+        """Note by what share the robot turns faster, and by what else each wheel accelerates: an arc bends the way.
+
+        All in 1/256 unit per period, in the direction of each wheel, for wheels at even angles: what they turn alike
+        is the robot's turn, and the bend is across the motion, in which the neighbours of a wheel differ.
+        """
+        sign = int(SIGN)
+        wheels = int(self._wheels)
+        now = ptr32(self.now)
+        references = ptr32(self._references)
+        straight = ptr32(self.straight)
+        wished = turn = 0
+        for wheel in range(wheels):
+            reference = int(pids[wheel].reference)
+            references[wheel] = reference
+            turn += reference
+            wished += now[wheel] << sign >> sign
+        turning = (wished - turn) // wheels * int(self._follow) >> 8
+        self.turning = turning
+        turn = turn // wheels >> 4
+        arc = int(self._arc)
+        for wheel in range(wheels):
+            before = references[wheel - 1 if wheel > 0 else wheels - 1] << sign >> sign
+            across = before - (references[wheel + 1 if wheel < wheels - 1 else 0] << sign >> sign)
+            straight[wheel] = (across >> 4) * turn // arc - turning
 
 
 @micropython.viper

@@ -12,6 +12,7 @@ MAX_COUNTS = const(400)  # [edges/period] twice the motor's reach; a larger diff
 _FASTEST = const(MAX_COUNTS << 8)  # [1/256 unit]
 MAX_PERIODS = const(16)  # [periods] the most missed ticks that a step makes up for; the watchdog comes before
 
+_SLOW = const(256)  # [1/256 unit] a wheel that should turn slower than twice this tells nothing by standing still
 _GROWTH = const(2)  # [edges/period] by which a braked wheel may seem to grow faster
 
 
@@ -55,6 +56,7 @@ class Pid:
         self._brake = bounds.at_battery(config.BRAKE_GAIN, battery)
         self._follow = config.FOLLOW
         self._lead = config.LEAD
+        self._turn_lead = config.TURN_LEAD
         self._full = config.FULL_EFFORT
         self._max_effort = config.MAX_EFFORT
         self._max_torque = bounds.at_battery(config.MAX_TORQUE, battery)
@@ -74,16 +76,17 @@ class Pid:
     def reset(self, periods=1):
         """Forget the past: no integral, no suspicion, motor off (and cooling) until the next set-point other than 0."""
         self._integral = 0  # sum of errors [1/256 unit * period]
-        self._reference = 0  # the speed that the wheel should have at the end of the period [1/256 unit]
+        self.reference = 0  # the speed that the wheel should have at the end of the period [1/256 unit]
         self._speed = 0
         self._still = self._standstill
-        self._effort = 0
+        self._ahead = 0  # effort that the change of motion takes
+        self._push = 0  # effort, without what the change of motion takes
         self.lag = 0  # [1/256 unit] by which it misses its reference
         self._braked = 0  # [edges/period] the least speed since braking began
         self.fault = NO_FAULT
         self._limited = False
         self._watch.reset()
-        self._warm(0, periods)
+        self._warm(0, 0, periods)
 
     @micropython.native
     def brake(self, counts, periods=1):
@@ -100,20 +103,21 @@ class Pid:
         if self._braked == 0 or ahead < self._braked:
             self._braked = ahead
         self._integral = 0
-        self._reference = 0
+        self.reference = 0
         speed = ahead * direction << 8
         effort = self._limit(-self._brake * ahead * direction, speed)
-        self._warm(self._torque(effort, speed), periods)
+        self._warm(effort, speed, periods)
         return effort
 
     @micropython.native
-    def step(self, setpoint, counts, periods=1, settled=True, fastest=0):
+    def step(self, setpoint, counts, periods=1, settled=True, fastest=0, straight=0, turning=0):
         """Return the effort for the coming period, within +-MAX_EFFORT.
 
         setpoint: wanted speed [1/256 unit], within +-MAX_SPEED units. counts: edges since the last call.
         periods: how many control periods those took; more than one when the board missed ticks. settled:
         whether the robot as a whole moves as it should, so that no other wheel drags this one. fastest: the
-        largest set-point of all wheels, without sign [1/256 unit].
+        largest set-point of all wheels, without sign [1/256 unit]. straight, turning: the acceleration of the robot
+        in this period, in the wheel's direction, apart from the change of its own reference [1/256 unit].
         """
         if self._rests(setpoint, counts):
             self.reset(periods)
@@ -125,28 +129,15 @@ class Pid:
             speed = speed // periods
         watch = self._watch
         if setpoint == 0 and fastest == 0 and speed * watch.direction() <= 0:  # the robot should stop, and it has
-            self._integral = self._reference = 0
-        error = self._reference - speed
+            self._integral = self.reference = 0
+        error = self.reference - speed
         self.fault = watch.look(
-            setpoint, self._reference, speed, self._effort, self._limited, periods, settled, fastest)  # fmt: skip
-        self._advance(setpoint)
-        wanted = (
-            self._feed_forward(setpoint)
-            + (self._p * error >> 16)
-            + (self._i * self._integral >> 16)
-            - (self._d * (speed - self._speed) >> 16)
-        )
-        self._speed = speed
-        bound = watch.bound(wanted)
-        blind = bound != wanted
-        effort = self._limit(bound, speed)
-        self._limited = effort != wanted
-        self.lag = abs(error)
-        self._warm(self._torque(effort, speed), periods)
-        # Anti-windup: while a limit holds the effort, an error that would push further is not summed.
-        if not ((error > 0 and wanted > effort) or (error < 0 and wanted < effort)):
-            self._integrate(error * periods, self._blocked_integral if blind else self._max_integral)
-        self._effort = effort
+            setpoint, self.reference, speed, self._push, self._limited, periods, settled, fastest)  # fmt: skip
+        steady = self._steady(setpoint, speed, error, straight, turning)
+        bound = watch.bound(steady)
+        effort = self._limit(bound + self._ahead, speed)
+        self._warm(effort, speed, periods)
+        self._note(steady, bound, effort, error, periods)
         return effort
 
     @micropython.native
@@ -157,26 +148,53 @@ class Pid:
         return clamp(counts, MAX_COUNTS)
 
     @micropython.viper
-    def _torque(self, effort: int, speed: int) -> int:
-        """Return what current the motor has at an effort and a speed, as the effort that gives it at rest."""
-        emf = int(self._v) * speed >> 16
-        if self._coasts and effort * emf > 0:
-            return effort - effort * emf // int(self._full)
-        return effort - emf
+    def _steady(self, setpoint: int, speed: int, error: int, straight: int, turning: int) -> int:
+        """Bring the reference nearer to the set-point, and exactly there in the end; return the effort to follow it.
 
-    @micropython.viper
-    def _advance(self, setpoint: int):
-        """Bring the reference nearer to the set-point, and exactly there in the end."""
-        before = int(self._reference)
+        Feed-forward turns the wheel as fast as the reference, where STATIC bridges the dead-band, and P, I and D act on
+        the error. What the change of motion takes besides is `_ahead`; where the wheel is not seen to follow, it is a
+        part of the effort, as bounded as the rest.
+        """
+        before = int(self.reference)
         change = int(self._follow) * (setpoint - before) >> 8
-        self._reference = setpoint if change == 0 else before + change
+        reference = setpoint if change == 0 else before + change
+        self.reference = reference
+        ahead = int(self._lead) * (change + straight) + int(self._turn_lead) * turning >> 4
+        ahead = _FASTEST if ahead > _FASTEST else 0 - _FASTEST if ahead < 0 - _FASTEST else ahead
+        forward = int(self._forward)
+        ahead = forward * ahead >> 16
+        static = int(self._static)
+        effort = forward * reference >> 16
+        effort += static if setpoint > 0 else 0 - static if setpoint < 0 else 0
+        effort += int(self._p) * error >> 16
+        effort += int(self._i) * int(self._integral) >> 16
+        effort -= int(self._d) * (speed - int(self._speed)) >> 16
+        self._speed = speed
+        before >>= 1
+        if (before > _SLOW and speed < before) or (before < 0 - _SLOW and speed > before):
+            effort += ahead
+            ahead = 0
+        self._ahead = ahead
+        return effort
 
     @micropython.viper
-    def _integrate(self, error: int, limit: int):
-        """Add to the integral, up to `limit`; what it holds already it may keep."""
+    def _note(self, steady: int, bound: int, effort: int, error: int, periods: int):
+        """Remember what this period has shown, and add the error to the integral, up to its limit.
+
+        What it holds already it may keep. Anti-windup: while a limit holds the effort, an error that would push further
+        is not summed.
+        """
+        wanted = steady + int(self._ahead)
+        cut = effort - bound - int(self._ahead)  # by the motor's limits
+        self._limited = bool(effort != wanted)
+        self._push = bound + cut if bound * cut < 0 else bound
+        self.lag = error if error > 0 else 0 - error
+        if (error > 0 and wanted > effort) or (error < 0 and wanted < effort):
+            return
+        limit = int(self._max_integral) if bound == steady else int(self._blocked_integral)
         before = int(self._integral)
         limit = before if before > limit else 0 - before if 0 - before > limit else limit
-        after = before + error
+        after = before + error * periods
         self._integral = limit if after > limit else 0 - limit if after < 0 - limit else after
 
     @micropython.native
@@ -189,16 +207,6 @@ class Pid:
         return self._still >= self._standstill
 
     @micropython.viper
-    def _feed_forward(self, setpoint: int) -> int:
-        """Return the effort that moves the wheel along the reference; STATIC bridges the dead-band."""
-        reference = int(self._reference)
-        ahead = reference + (int(self._lead) * (setpoint - reference) >> 8)
-        ahead = _FASTEST if ahead > _FASTEST else 0 - _FASTEST if ahead < 0 - _FASTEST else ahead
-        effort = int(self._forward) * ahead >> 16
-        static = int(self._static)
-        return effort + static if setpoint > 0 else effort - static if setpoint < 0 else effort
-
-    @micropython.viper
     def _limit(self, effort: int, speed: int) -> int:
         """Return the effort within the torque limit around the back-EMF, which bounds the current, and MAX_EFFORT."""
         emf = 0 if self._coasts else int(self._v) * speed >> 16
@@ -209,8 +217,15 @@ class Pid:
         return most if effort > most else 0 - most if effort < 0 - most else effort
 
     @micropython.viper
-    def _warm(self, torque: int, periods: int):
-        """Sum what the motor's current heats it more than its continuous current would; it cools as slowly."""
+    def _warm(self, effort: int, speed: int, periods: int):
+        """Sum what the motor's current heats it more than its continuous current would; it cools as slowly.
+
+        That current is told as the effort that gives it at rest.
+        """
+        emf = int(self._v) * speed >> 16
+        if self._coasts and effort * emf > 0:
+            emf = effort * emf // int(self._full)
+        torque = effort - emf
         torque = (torque if torque > 0 else 0 - torque) >> 4
         most = int(self._max_heat)
         heat = int(self._heat) + (torque * torque - int(self._heating)) * periods

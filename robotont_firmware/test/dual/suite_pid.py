@@ -10,7 +10,7 @@ from robotont_firmware import config
 from robotont_firmware.main_loop import Controller
 from robotont_firmware.wheel_speed import MAX_COUNTS, Pid
 
-STEP = config.MAX_ACCELERATION * 256
+STEP, BRAKING = config.MAX_ACCELERATION * 256, config.MAX_BRAKING * 256
 LATENCY = 3  # [ms]
 
 
@@ -37,9 +37,10 @@ class Bench:
             counts = total - self.last
             self.last = total
             with Locked():
-                self.setpoint += max(-STEP, min(STEP, target - self.setpoint))
+                step = BRAKING if target == 0 else STEP
+                self.setpoint += max(-step, min(step, target - self.setpoint))
                 self.unsettled -= 1
-                if abs(target - self.setpoint) > 1280 or self.pid.lag > 1280 + (abs(self.setpoint) >> 3):
+                if abs(target - self.setpoint) > 128 or self.pid.lag > 1280 + (abs(self.setpoint) >> 3):
                     self.unsettled = 10  # as the controller does
                 self.effort = self.pid.step(self.setpoint, counts, 1, self.unsettled <= 0)
             self.speeds.append(self.motor.speed / 1000000)
@@ -172,14 +173,14 @@ def test_a_stopped_wheel_is_not_driven_back():
 
 
 def test_brakes_until_standstill():
-    bench = Bench().run(100, 50).run(0, 10)  # the slew limit takes 10 periods
+    bench = Bench().run(100, 50).run(0, 15)  # the slew limit takes 15 periods
     assert bench.setpoint == 0
     bench.run(0, 15)
     assert abs(bench.speeds[-1]) < 1
-    bench = Bench(tau=160).run(100, 50).run(0, 18)
+    bench = Bench(tau=160).run(100, 50).run(0, 22)
     coasting = SimMotor(tau=160)
     coasting.speed = 100000000
-    coasting.run(18 * PERIOD)
+    coasting.run(22 * PERIOD)
     assert bench.speeds[-1] < 3 < coasting.speed / 1000000  # not just switched off: braked
 
 

@@ -1,18 +1,33 @@
 """The firmware's board interface over the simulation; see robotont_firmware.main_loop."""
 
+import math
 import time
 import types
 
 from robotont_firmware import config
+from robotont_firmware.gain_bounds import NO_ARC
 from robotont_firmware.main_loop import Controller
 
+EVEN = 0.1  # by which the sines of the angles between wheels may differ
 DARK = 25  # [periods] that a board without power and then starting does nothing
 
 
 def configuration(wheels):
     """The firmware's configuration, for the rate of `Wheels`, as an object with its numbers as attributes."""
     numbers = {name: value for name, value in vars(config).items() if name.isupper()}
-    return types.SimpleNamespace(**{**numbers, "RATE": round(wheels.pid_frequency), "PROFILE": "simulated"})
+    shared = {name: 3 * numbers[name] // wheels.amount for name in ("LEAD", "TURN_LEAD")}  # the mass, by more wheels
+    return types.SimpleNamespace(**{**numbers, **shared, "ARC": arc(wheels), "RATE": round(wheels.pid_frequency),
+                                    "PROFILE": "simulated"})
+
+
+def arc(wheels):
+    """ARC of the firmware's configuration for wheels one after the other at even angles; of others NO_ARC."""
+    after = [*wheels.directions[1:], wheels.directions[0]]
+    steps = [math.sin(one - other) for one, other in zip(after, wheels.directions)]
+    if max(steps) - min(steps) > EVEN:
+        return NO_ARC
+    mean = sum(steps) / wheels.amount * sum(wheels.distances) / sum(wheels.metres_per_edge)
+    return max(round(2 * mean * wheels.rotation), 2 * config.MAX_SPEED) if mean * wheels.rotation > 0 else NO_ARC
 
 
 class SimulatedFirmware:

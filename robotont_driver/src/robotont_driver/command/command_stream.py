@@ -1,7 +1,7 @@
 """The motion to carry out, given what was commanded and when: time-outs, stops and limits."""
 
 from robotont_driver.command.emergency_stop import StandFirst
-from robotont_driver.command.limits import limit_acceleration, limit_speed
+from robotont_driver.command.limits import limit_acceleration, limit_bend, limit_speed
 
 STOP = (0.0, 0.0, 0.0)
 LARGEST = 1000.0  # [m/s, rad/s] beyond any robot; a larger number is a fault of the sender
@@ -30,6 +30,7 @@ class CommandStream:
         self._refusal = None      # why the newest command was refused
         self._target = None       # newest valid command within the limits; None = stop at once
         self._received = None     # [s] when it came
+        self._before = STOP       # newest valid command
         self._sent = STOP
         self._sent_at = 0.0
 
@@ -51,6 +52,10 @@ class CommandStream:
         self._target = wanted
         if self._limits_speed:
             self._target = limit_speed(wanted, self.kinematics.wheel_speeds(wanted), self.limits)
+        if self._limits_acceleration:
+            since = 0.0 if self._received is None else received - self._received
+            self._target = limit_bend(self._target, self._before, since, self.limits)
+            self._before = wanted
         self.limited = self._target != wanted
         self._received = received
         self.cut_off = False
@@ -77,10 +82,10 @@ class CommandStream:
             self._target = None
 
     def twist(self, now):
-        """The twist to send at time `now`. Stops (time-out, refusal, emergency) are not slowed by limits."""
+        """The twist to send at time `now`. Stops (zeros, time-out, refusal, emergency) are not slowed by limits."""
         if self._target is not None and now - self._received >= self.timeout:
             self.expire()
-        if self.stopped or self._target is None:
+        if self.stopped or self._target in (None, STOP):
             self._sent = STOP
         elif not self._limits_acceleration:
             self._sent = self._target
@@ -89,6 +94,11 @@ class CommandStream:
             self._sent = limit_acceleration(self._sent, self._target, elapsed, self.limits)
         self._sent_at = now
         return self._sent
+
+    @property
+    def ramping(self):
+        """Whether the robot is on its way to the newest command."""
+        return self._target is not None and self._sent != self._target
 
     def time_left(self, now):
         """[s] until the newest command times out, or None without a valid command."""

@@ -3,6 +3,8 @@
 import math
 from typing import NamedTuple
 
+BRAKING = 1.5  # times the linear acceleration: what rubs, slows down by itself
+
 
 class Limits(NamedTuple):
     """Bounds on the motion of the robot; 0 = no bound."""
@@ -10,7 +12,7 @@ class Limits(NamedTuple):
     linear_speed: float = 0.0          # [m/s]
     angular_speed: float = 0.0         # [rad/s]
     wheel_speed: float = 0.0           # [m/s]
-    linear_acceleration: float = 0.0   # [m/s^2]
+    linear_acceleration: float = 0.0   # [m/s^2] of the velocity over ground; BRAKING times as much to slow down
     angular_acceleration: float = 0.0  # [rad/s^2]
 
     @property
@@ -39,22 +41,54 @@ def limit_speed(twist, wheel_speeds, limits):
     return (x * factor, y * factor, turn * factor)
 
 
+def limit_bend(twist, before, since, limits):
+    """`twist`, scaled by one factor so that the bend of its path takes no more than the linear acceleration.
+
+    `before`: the twist commanded `since` [s] earlier. A robot that turns beneath a straight way, command by command,
+    does not bend it: what counts is the change of its velocity over ground.
+    """
+    speed = math.hypot(twist[0], twist[1])
+    bend = abs(twist[2]) * speed
+    if tuple(twist) != tuple(before) and since > 0.0:
+        x, y = _turned(before, twist[2] * since)
+        bend = min(bend, math.hypot(twist[0] - x, twist[1] - y) / since)
+    factor = math.sqrt(_factor(bend, limits.linear_acceleration))
+    return tuple(twist) if factor == 1.0 else tuple(part * factor for part in twist)
+
+
 def limit_acceleration(previous, wanted, elapsed, limits):
     """The twist between `previous` and `wanted` that the acceleration limits allow after `elapsed` [s].
 
-    It lies on the straight line from one to the other, so a start from rest keeps the direction.
+    It lies on the straight line from one to the other, so a start from rest keeps the direction and the curve. The line
+    begins at what needs less: the same motion as the robot sees it, or the same over ground, seen by a robot that has
+    turned meanwhile. Both accelerations share the wheels' torque: the root of the sum of their squared parts counts.
     """
-    change = [new - old for old, new in zip(previous, wanted)]
-    factor = min(
-        _factor(math.hypot(change[0], change[1]), limits.linear_acceleration, elapsed),
-        _factor(abs(change[2]), limits.angular_acceleration, elapsed),
+    ground = _turned(previous, previous[2] * elapsed)
+    x, y = min(previous[:2], ground, key=lambda start: math.hypot(wanted[0] - start[0], wanted[1] - start[1]))
+    change = (wanted[0] - x, wanted[1] - y, wanted[2] - previous[2])
+    slower = change[0] * x + change[1] * y < 0.0
+    share = math.hypot(
+        _share(math.hypot(change[0], change[1]), limits.linear_acceleration * (BRAKING if slower else 1.0), elapsed),
+        _share(abs(change[2]), limits.angular_acceleration, elapsed),
     )
-    if factor == 1.0:
+    if share <= 1.0:
         return tuple(wanted)
-    return tuple(old + factor * step for old, step in zip(previous, change))
+    return tuple(old + step / share for old, step in zip((x, y, previous[2]), change))
 
 
-def _factor(value, limit, elapsed=1.0):
-    """By how much to multiply `value` so that it is at most `limit` times `elapsed`; 1 where the limit is off (0)."""
-    bound = limit * elapsed
-    return 1.0 if limit == 0.0 or value <= bound else bound / value
+def _turned(twist, angle):
+    """(v_x, v_y) of a velocity over ground after the robot below it has turned by `angle` [rad]."""
+    cos, sin = math.cos(angle), math.sin(angle)
+    return cos * twist[0] + sin * twist[1], cos * twist[1] - sin * twist[0]
+
+
+def _share(value, limit, elapsed):
+    """How many times `limit` times `elapsed` a value is; 0 where the limit is off (0)."""
+    if limit == 0.0:
+        return 0.0
+    return value / (limit * elapsed) if elapsed > 0.0 else math.inf if value else 0.0
+
+
+def _factor(value, limit):
+    """By how much to multiply `value` so that it is at most `limit`; 1 where the limit is off (0)."""
+    return 1.0 if limit == 0.0 or value <= limit else limit / value

@@ -40,8 +40,8 @@ PARAMETERS = (
     Parameter("max_angular_speed", 0.0, "limit of the turning speed; 0 = off", "rad/s", minimum=0.0,
               maximum=100.0),
     Parameter("max_wheel_speed", 0.0, "limit of the fastest wheel; 0 = off", "m/s", minimum=0.0, maximum=100.0),
-    Parameter("max_linear_acceleration", 0.0, "limit of the change of speed; 0 = off", "m/s^2", minimum=0.0,
-              maximum=1000.0),
+    Parameter("max_linear_acceleration", 0.0, "limit of the change of velocity over ground, bends included; 1.5 times "
+              "as much to slow down; zeros stop at once; 0 = off", "m/s^2", minimum=0.0, maximum=1000.0),
     Parameter("max_angular_acceleration", 0.0, "limit of the change of turning speed; 0 = off", "rad/s^2",
               minimum=0.0, maximum=1000.0),
 )
@@ -59,6 +59,7 @@ class DriverNode:
 
     def __init__(self, name, wheels, parameters, topics):
         self._period = 1.0 / parameters["publish_rate"]
+        self._board_period = 1.0 / wheels.pid_frequency
         self._kinematics = Kinematics(wheels)
         self._rounding = CarriedRounding(wheels.amount, parameters["command_decimals"], self._period)
         self._form = packet_form(wheels.amount, parameters["command_decimals"])
@@ -162,11 +163,15 @@ class DriverNode:
                 self._stream.expire()
                 self._send()
             left = self._stream.time_left(now)
-            if now - self._sent_at >= self._period or left == 0.0:
+            if now - self._sent_at >= self._pace() or left == 0.0:
                 self._send()
                 left = self._stream.time_left(now)
-            rest = self._sent_at + self._period - now
+            rest = self._sent_at + self._pace() - now
             return rest if left is None else min(rest, left)
+
+    def _pace(self):
+        """[s] between two packets: those of the board while the speed changes."""
+        return min(self._period, self._board_period) if self._stream.ramping else self._period
 
     def _stop(self):
         with self._lock:

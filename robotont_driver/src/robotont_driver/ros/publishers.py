@@ -31,7 +31,11 @@ class ImmediatePublisher(rospy.SubscribeListener):
 
     def publish(self, message):
         """Publish a message, or the contents of its only field."""
-        self._publisher.publish(message)
+        try:
+            self._publisher.publish(message)
+        except rospy.ROSException:
+            if not rospy.core.is_shutdown_requested():  # rospy closes topics before `is_shutdown` says so
+                raise
 
     def get_num_connections(self):
         """Number of subscribers, as of a rospy.Publisher."""

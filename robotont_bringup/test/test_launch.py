@@ -16,11 +16,14 @@ LAUNCH_FILES = {  # words of the last line: a launch file
         '<param name="robot" command="$(find robotont_driver)/robot robotont4"/>',
     "robotont: wrong parameter wheelAmount and its kin: found none in /":
         '<node name="driver" pkg="robotont_driver" type="driver_node" output="screen" required="true"/>',
+    "robotont: the_simulator was killed; start it all again":
+        '<node name="the_simulator" pkg="robotont_driver" type="which_robot" required="true" '
+        'launch-prefix="bash -c \'kill -9 $$\'"/>',
     "": '<node name="bye" pkg="robotont_driver" type="which_robot" args="-h" required="true"/>',  # as RViz
 }
 
 
-@pytest.mark.parametrize("words", LAUNCH_FILES, ids=["refused", "died", "finished"])
+@pytest.mark.parametrize("words", LAUNCH_FILES, ids=["refused", "died", "killed", "finished"])
 def test_the_reason_is_the_last_line(words, tmp_path):
     file = tmp_path / "a.launch"
     file.write_text(f"<launch>{LAUNCH_FILES[words]}</launch>")

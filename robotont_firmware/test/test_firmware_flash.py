@@ -553,5 +553,7 @@ def test_finds_its_files_when_installed(flash, tmp_path, monkeypatch):
     share.mkdir(parents=True)
     (share / "boot.py").touch()
     package = tmp_path / "lib" / "python3" / "dist-packages" / "robotont_firmware"
-    monkeypatch.setattr(flash.robotont_firmware, "__file__", str(package / "__init__.py"))
+    package.mkdir(parents=True)
+    (package / "wiring.py").touch()
+    monkeypatch.setattr(flash.robotont_firmware, "__path__", [str(package)])
     assert flash.folders() == (package, share)

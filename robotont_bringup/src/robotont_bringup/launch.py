@@ -48,6 +48,7 @@ class Errors:
         self.fatal = []      # words of nodes that cannot start
         self.failed = False  # whether that has ended the whole
         self._plain = []     # other lines, but for the log
+        self._required = ""  # name of the process whose end has ended the whole
         self._refused = False
         self._shown = os.dup(2)
         # a terminal for a terminal: nodes ask for one before they colour their lines
@@ -94,6 +95,9 @@ class Errors:
             self.failed = self._refused = True
         elif "REQUIRED process [" in text:
             self.failed = True
+            self._required = re.sub(r".*REQUIRED process \[(.*?)(-\d+)?\].*", r"\1", text)
+        elif self.failed and text.startswith("process has died [") and "exit code -" in text:  # without a last word
+            self.fatal.append(f"{self._required} was killed; start it all again")
         elif text == "process has finished cleanly":  # such as RViz, when its window was closed
             self.failed = False
         elif logged and logged[1] == "FATAL":
@@ -115,7 +119,7 @@ def show_next_steps(arguments, errors):
             socket.create_connection(("127.0.0.1", int(given.get("web_port", 8100)))).close()
             break
         time.sleep(0.5)
-    if not errors.fatal:
+    if not (errors.fatal or errors.failed):
         master = os.environ.get("ROS_MASTER_URI", "")
         print(NEXT_STEPS.format(
             robotont=ROBOTONT, namespace=namespace, navigation=navigation_step(given),

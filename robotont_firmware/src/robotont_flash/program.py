@@ -26,7 +26,8 @@ NEW = "The new firmware is on the board, whole."
 
 def folders():
     """Return (package folder, folder of the root files), from the repository or the install space."""
-    package = Path(robotont_firmware.__file__).resolve().parent
+    # catkin's devel space has a package of that name, too, with nothing but the way to this one
+    package = next(path for path in map(Path, robotont_firmware.__path__) if (path / "wiring.py").is_file()).resolve()
     for prefix in package.parents:
         for root in (prefix / "root", prefix / "share" / "robotont_firmware" / "root"):
             if (root / "boot.py").is_file():

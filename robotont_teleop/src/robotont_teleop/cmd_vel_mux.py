@@ -59,6 +59,7 @@ class CmdVelMux:
         self._outdated = 0
         self._driver = None
         self._others = ()
+        self._pressed_by = ""  # who presses the emergency stop
         self._publisher = DroppingPublisher("cmd_vel", Twist)
         self._driven_by = rospy.Publisher("cmd_vel/driven_by", String, queue_size=1, latch=True)
         self._cancel = rospy.Publisher("move_base/cancel", GoalID, queue_size=1)
@@ -99,6 +100,7 @@ class CmdVelMux:
 
     def _on_pressed_by(self, message):
         with self._lock:
+            self._pressed_by = message.data
             self._send(self._arbiter.emergency_stop(bool(message.data), boot_time()))
         if message.data:
             self._cancel.publish(GoalID())  # every goal: else move_base would drive on once it has paused
@@ -174,9 +176,9 @@ class CmdVelMux:
                 "other publishers of cmd_vel": ", ".join(self._others) or "none",
             }
             refusal, self._refusal = self._refusal, ""
-            locked = arbiter.locked
-        if locked:
-            return WARN, "emergency stop; driver_node says who presses it", values
+            pressed_by = self._pressed_by if arbiter.locked else ""
+        if pressed_by:
+            return WARN, f"emergency stop, pressed by {pressed_by}", values
         if self._others:
             return WARN, f"{', '.join(self._others)} also on cmd_vel: commands may mix; use cmd_vel/default", values
         if ignored:

@@ -129,27 +129,18 @@ def _connect_when_within_reach():
     rospy asks at once, waits 60 s for an answer, and up to 32 s before it asks again: a commander that starts just
     before an outage would be heard a minute after it.
     """
-    connect, update = RegManager._connect_topic_thread, RegManager.publisher_update
-    named, waiting = {}, set()  # URIs that the master has named last, by topic; (topic, URI)
-
-    def remember(manager, topic, uris):
-        named[topic] = set(uris)
-        update(manager, topic, uris)
+    connect, waiting = RegManager._connect_topic_thread, set()  # (topic, URI)
 
     def connect_within_reach(manager, topic, uri):
         if (topic, uri) in waiting:
             return
         waiting.add((topic, uri))
         pause = 0.1
-        while uri in named.get(topic, ()) and not rospy.is_shutdown():
-            if within_reach(urlsplit(uri)):
-                waiting.discard((topic, uri))
-                connect(manager, topic, uri)
-                return
+        while not (within_reach(urlsplit(uri)) or rospy.is_shutdown()):
             time.sleep(pause)
             pause = min(2 * pause, 1.0)
         waiting.discard((topic, uri))
-    RegManager.publisher_update = remember
+        connect(manager, topic, uri)
     RegManager._connect_topic_thread = connect_within_reach
 
 

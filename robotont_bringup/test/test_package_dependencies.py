@@ -61,6 +61,7 @@ def python_files(package, folders):
 def imported(package, *folders):
     """{what package.xml says for a module: one file that imports it}, but for the standard library and its own."""
     own = {file.stem for file in python_files(package, ["test"])} | {package, "conftest"}
+    own |= {file.parent.name for file in (ROOT / package / "src").glob("*/__init__.py")}
     modules = {}
     for file in python_files(package, folders):
         for node in ast.walk(ast.parse(file.read_text())):

@@ -4,6 +4,7 @@ import ast
 import contextlib
 import importlib
 import io
+import itertools
 import os
 import pty
 import runpy
@@ -388,7 +389,9 @@ def test_killed_at_random_moments(flash, tmp_path, monkeypatch, moments):
     new = new_files(flash, tmp_path / "new")
     random = Random(20181102)
     seen = Counter()
-    for number in range(moments):
+    for number in itertools.count():
+        if number >= moments and min(seen["old"], seen["new"]):
+            break
         folder = tmp_path / str(number)
         folder.mkdir()
         board = FakeBoard(folder, pace=0.0005)
@@ -396,7 +399,7 @@ def test_killed_at_random_moments(flash, tmp_path, monkeypatch, moments):
         with subprocess.Popen([sys.executable, "-c", child], start_new_session=True, stdout=subprocess.PIPE,
                               stderr=subprocess.STDOUT) as process:  # fmt: skip
             try:
-                process.wait(random.uniform(0.2, 2.5))
+                process.wait(random.uniform(0.2, 2.5 + number / 5))  # on a slow machine it comes to an end, too
             except subprocess.TimeoutExpired:
                 os.killpg(process.pid, signal.SIGKILL)  # with mpremote and what runs on the board
             process.stdout.read()
@@ -404,7 +407,6 @@ def test_killed_at_random_moments(flash, tmp_path, monkeypatch, moments):
         board.gone = True
     print(dict(seen))
     assert not seen["mixture"]
-    assert min(seen["old"], seen["new"])
     assert sum(seen.values()) == moments
 
 
@@ -415,7 +417,9 @@ def test_a_port_that_vanishes(flash, tmp_path, monkeypatch, moments):
     new = new_files(flash, tmp_path / "new")
     random = Random(20181103)
     seen = Counter()
-    for number in range(moments):
+    for number in itertools.count():
+        if number >= moments and min(seen["old"], seen["new"]):
+            break
         folder = tmp_path / str(number)
         folder.mkdir()
         board = FakeBoard(folder, pace=0.0005)

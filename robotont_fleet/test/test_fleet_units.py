@@ -10,7 +10,7 @@ from geometry_msgs.msg import TransformStamped
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from robotont_driver.nodes import serial_com_node
+from robotont_driver.ros import link_report
 from robotont_fleet import fleet_node, keys
 from robotont_fleet.fleet import Fleet, read_state
 from robotont_fleet.free_fleet import free_fleet_text
@@ -155,6 +155,6 @@ def test_the_dashboard_asks_for_numbers_that_there_are():
     assert asked <= {f"robotont_{name}" for name, *_ in GAUGES} | {"robotont_diagnostic"}
     keys_asked = {key for panel in board["panels"] for target in panel["targets"]
                   for key in re.findall(r'key="([^"]+)"', target["expr"])}
-    sources = "".join(Path(module.__file__).read_text() for module in (serial_com_node, fleet_node))
+    sources = "".join(Path(module.__file__).read_text() for module in (link_report, fleet_node))
     assert keys_asked
     assert all(f'"{key}"' in sources for key in keys_asked)

@@ -12,10 +12,11 @@ import yaml
 from nav_msgs.msg import Odometry
 
 from robotont_driver.kinematics.se2 import between, pose_of, wrap
+from robotont_driver.robots.robot_folder import shipped
 from robotont_testing import places
 from robotont_testing.harness import Processes, wait_for
 from robotont_testing.node_test import NodeTest
-from robotont_testing.robots import WHEEL_PARAMS
+from robotont_testing.robots import ROBOTONT2_PARAMS, WHEEL_PARAMS
 from robotont_testing.stand_in_board import Board
 
 SIZES = ("--side", "0.2", "--turns", "0.25", "--line", "0.3")
@@ -108,15 +109,16 @@ class GuideTest(NodeTest):
         os.killpg(process.pid, signal.SIGINT)  # no more runs
         output += process.communicate(timeout=60)[0].decode()
         self.assertNotIn("Traceback", output)
-        self.assertEqual(process.returncode, 3, output)  # one spin determines neither radius nor distance
+        self.assertEqual(process.returncode, 4, output)  # one spin determines neither radius nor distance
         self.assertEqual(len(kept.read_text().split()), 1)
-        found = yaml.safe_load((self.processes.folder / "new.yaml").read_text())
-        self.assertAlmostEqual(found["wheelRadius"], 0.035, delta=1e-4)
+        self.assertFalse((self.processes.folder / "new.yaml").exists())
 
     def test_what_cannot_begin_says_why(self):
         """Each in a process of its own, all at once."""
         cases = [("for a node that takes commands on /elsewhere/cmd_vel",
                   self.begin("--packets", "/serial_read", ROS_NAMESPACE="elsewhere"), b"\n"),
+                 (f"--wheel-params {(shipped() / 'thesis').resolve() / 'wheel_params.yaml'}",
+                  self.begin("--wheel-params", str(ROBOTONT2_PARAMS)), b"\n"),
                  ("found no topic nowhere", self.begin("--truth", "nowhere"), b"q\n"),
                  ("for packets on nothing; is the robot running?", self.begin("--packets", "nothing"), b"q\n"),
                  ("found the end of the input", self.begin(), b"s\n")]

@@ -97,7 +97,7 @@ def test_only_what_is_asked_for_changes(runs, tmp_path):
 def test_what_is_worse_than_the_old_file_is_not_written(runs, tmp_path, capsys):
     """Three radii cannot make up for a distance and directions that are wrong."""
     status, found = calibrated(tmp_path, *runs[1], "--angles", "fixed", "--distance", "fixed", "--radius", "each")
-    assert (status, found) == (3, None)
+    assert (status, found) == (4, None)
     assert re.search(r"runs that were held out end \d+ mm off, with the old file 164 mm", capsys.readouterr().err)
 
 
@@ -110,12 +110,16 @@ def test_more_radii_are_taken_only_for_a_gain_that_is_no_chance(gains, better):
     assert HeldOut(common.places - gains, common.yaws).is_better_than(common) is better
 
 
-def test_what_the_runs_do_not_determine_is_warned_of(runs, tmp_path, capsys):
-    status, _ = calibrated(tmp_path, runs[0][2])
-    assert status == 3
+def test_a_run_that_determines_nothing_and_has_a_gap_is_named_and_not_written(runs, tmp_path, capsys):
+    file, _, end = runs[0][2].partition("=")
+    rows = Path(file).read_text().splitlines()
+    (tmp_path / "spin.csv").write_text("\n".join(rows[:100] + rows[112:]))
+    assert calibrated(tmp_path, f"{tmp_path / 'spin.csv'}={end}") == (4, None)
     output, error = capsys.readouterr()
     assert "NOT DETERMINED" in output
+    assert "spin: 12 packets are missing or came too late, the longest gap is 0.26 s" in output
     assert "warning: these runs do not determine wheelRadius" in error
+    assert error.endswith("nothing is written; use none of these values\n")
 
 
 @pytest.mark.parametrize("arguments, words", [
@@ -193,7 +197,7 @@ def test_one_kind_of_drives_is_warned_of_and_stated_to_be_less_certain(tmp_path,
 
 def test_a_point_that_the_runs_contradict_is_refused(tmp_path, capsys):
     """The marker is 41 mm off the middle: a calibration would be worse than none."""
-    assert of_optiodom(tmp_path, "*_?.csv", "--point", "fixed") == 3
+    assert of_optiodom(tmp_path, "*_?.csv", "--point", "fixed") == 4
     error = capsys.readouterr().err
     assert "by the runs the measured point is -0.0" in error
     assert "nothing is written" in error

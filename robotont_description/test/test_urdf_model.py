@@ -214,7 +214,8 @@ def test_without_xacro_it_says_where_there_is_one():
     result = subprocess.run(["/usr/bin/python3", str(DESCRIBE)], env=environment, check=False, capture_output=True,
                             text=True)
     assert result.returncode == 1
-    assert "describe: No module named 'xacro': ./robotont setup sim" in result.stderr
+    assert "describe: No module named 'xacro': ./robotont setup sim and roslaunch in ./robotont shell" in result.stderr
+    assert "description:=false" in result.stderr
 
 
 def test_xacro_alone_gives_the_same_model(tmp_path):

@@ -12,6 +12,7 @@ from robotont_calibration.calibration_report import draw, table
 from robotont_calibration.calibration_runs import errors_along, taped_run, tracked_run, turns
 from robotont_calibration.cross_validation import cross_validate, next_run
 from robotont_calibration.recording_files import FORMATS, read_recording
+from robotont_calibration.recordings import stamps_of
 from robotont_calibration.unknowns import Unknowns
 from robotont_calibration.wheel_estimation import calibrate
 from robotont_calibration.wheel_file_writer import with_values
@@ -23,7 +24,8 @@ TAPED = (0.003, math.radians(0.7))    # [m], [rad] error of a tape and a ruler o
 SECONDS = 1.0                         # [s] of a stretch of a run whose true pose is known all the way
 WHEEL_NOISE = 0.003                   # [m] after 1 m, to begin with; the table shows the estimate from the runs
 NOWHERE = (0.0, 0.0)                  # [m] the default measured point: the robot's middle
-DOUBTFUL = 3                          # exit status of a calibration with a warning
+DOUBTFUL = 3                          # exit status of a calibration with a warning, and ...
+USELESS = 4                           # ... of one that is not written
 CONTRADICTS = 4.0                     # standard deviations, and ...
 WORSE = 0.001                         # [m] on held-out runs; less is no evidence
 NEAR = 0.005                          # ... [m] by which a point that was given may differ from that of the runs
@@ -39,7 +41,8 @@ def parse(arguments):
         epilog="A RUN is a .csv or .bag with a ground truth (columns x,y,yaw; --truth), or FILE=X,Y,YAW with the end "
                "as measured with a tape: [m] forward and left of the start, [degrees] turned, modulo full turns. "
                "@FILE reads arguments from a file, one a line. "
-               f"Exit status: 0; {DOUBTFUL} with a warning; 1 or 2 where something was wrong.")
+               f"Exit status: 0; {DOUBTFUL} with a warning; {USELESS} where the result is of no use and is not "
+               "written; 1 or 2 where something was wrong.")
     parser.add_argument("runs", nargs="*", metavar="RUN", help="recorded runs")
     parser.add_argument("--wheel-params", required=True, metavar="FILE", help="wheel_params.yaml to begin with")
     parser.add_argument("-o", "--output", default="wheel_params.calibrated.yaml", metavar="FILE",
@@ -76,6 +79,13 @@ def read_run(text, wheels, topics, form="auto"):
     file, _, end = text.partition("=")
     recording = read_recording(file, topics, form)
     times, counts = recording.counts(wheels)
+    run = _run(file, end, recording, times, counts)
+    gaps = np.diff(times if recording.stamped else stamps_of(times, 1.0 / wheels.pid_frequency))
+    missing = np.maximum(np.round(gaps * wheels.pid_frequency) - 1, 0).sum()
+    return run._replace(missing=int(missing), longest_gap=float(gaps.max(initial=0.0)))
+
+
+def _run(file, end, recording, times, counts):
     name = Path(file).stem.replace("_", " ")
     if end:
         return taped_run(name, counts, read_end(end), TAPED)
@@ -123,10 +133,10 @@ def run(options):
               f"the parameters, at the end of such drives,\nfalls from {1000 * advice.now:.0f} to "
               f"{1000 * advice.then:.0f} mm.")
     draw(options.picture, given, found, runs)
-    print(f"\npicture: {options.picture}")
+    print(f"\npicture: {options.picture}", flush=True)
     if spoilt:
-        print("calibrate_wheels: nothing is written", file=sys.stderr)
-        return DOUBTFUL
+        print("calibrate_wheels: nothing is written; use none of these values", file=sys.stderr)
+        return USELESS
     note = "Made by calibrate_wheels from " + ", ".join(each.name for each in runs) + "."
     point = [round(length, 4) + 0.0 for length in found.point]  # to 0.1 mm: YAML takes 1e-06 for text
     point = {"measuredPoint": point} if "measuredPoint" in given or found.point != NOWHERE else {}
@@ -152,6 +162,8 @@ def doubts(found):
 def contradictions(options, given, runs, found, blind):
     """Reasons why a `Calibration` is worse than the file that there is. blind: its `HeldOut`, or None."""
     words = []
+    if {name for name in found.names if not name.startswith("point")} <= set(found.undetermined):
+        words.append("these runs determine nothing of the wheels")
     if options.point not in (None, "free") and turns(runs):
         free = calibrate(given, runs, unknowns_of(options, given, "free", options.radius), WHEEL_NOISE)
         off = np.subtract(free.point, found.point)

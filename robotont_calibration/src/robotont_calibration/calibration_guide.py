@@ -14,6 +14,8 @@ from robotont_calibration.arguments import read_end
 from robotont_calibration.drives import sideways, spin, square
 from robotont_calibration.recording_files import write_csv
 from robotont_calibration.recordings import Recording, stamps_of
+from robotont_driver.robots.robot_folder import WHEELS, shipped
+from robotont_driver.ros.node_parameters import running_wheels
 from robotont_driver.ros.rospy_end import init_tool
 
 CONNECTING = 5.0  # [s] for the driver and the robot's packets
@@ -38,7 +40,7 @@ def runs_of(options, frequency):
 def guide(options, wheels):
     """Make the runs; list of RUN arguments for calibrate_wheels. Nothing moves before the user confirms.
 
-    Raises ValueError when no packets come or when no run was made.
+    Raises ValueError when no packets come, for another robot's wheels, or when no run was made.
     """
     folder = Path(options.guide)
     folder.mkdir(parents=True, exist_ok=True)
@@ -47,6 +49,7 @@ def guide(options, wheels):
     runs = runs_of(options, wheels.pid_frequency)
     print(f"{len(runs)} runs. Before each, mark where the robot's middle stands and where it looks, e.g. with tape.")
     robot = _Robot(options, wheels)
+    _refuse_another_robot(options, wheels)
     for number, (name, what, room, twists) in enumerate(runs, 1):
         print(f"\nRun {number} of {len(runs)}: {what}. It needs {room}.")
         try:
@@ -63,6 +66,15 @@ def guide(options, wheels):
         raise ValueError("found no run to calibrate with")
     print(f"\nkept: {folder}/*.csv; the same again: calibrate_wheels --wheel-params ... @{folder}/runs.txt\n")
     return made
+
+
+def _refuse_another_robot(options, wheels):
+    """Raise ValueError unless these are the wheels of the robot whose packets come."""
+    namespace = rospy.resolve_name(options.packets).rpartition("/")[0]
+    if running_wheels(namespace or "/") != wheels:
+        folder = shipped() / rospy.get_param(namespace + "/robot", "NAME")  # a path stays what it is
+        raise ValueError(f"{options.wheel_params}: found other wheels than those of the running robot, allowed: "
+                         f"--wheel-params {folder / WHEELS}")
 
 
 def _one_run(robot, file, twists):

@@ -44,6 +44,8 @@ def table(given, found, runs, blind=None):
     rows = [run.name for run in runs], *errors
     lines += [f"{name:24} " + " ".join(f"{words(error):>18}" for error in row) for name, *row in zip(*rows)]
     lines.append(f"{'mean':24} " + " ".join(f"{words(np.mean(column, axis=0)):>18}" for column in errors))
+    lines += [f"{run.name}: {run.missing} packets are missing or came too late, the longest gap is "
+              f"{run.longest_gap:.2f} s: make this run again" for run in runs if run.missing]
     if blind:
         lines += ["", "held out: with parameters that were estimated without that run and without its repeats"]
     return "\n".join(lines)

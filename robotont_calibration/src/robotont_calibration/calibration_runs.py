@@ -24,6 +24,8 @@ class Run(NamedTuple):
     poses: np.ndarray              # M x 3 measured there: x [m], y [m], yaw [rad], modulo full turns
     deviation: Tuple[float, float]  # standard deviations of each as measured: place [m], yaw [rad]
     stretches: np.ndarray          # L x 2 indices of marks: begin and end
+    missing: int = 0               # packets, by the times of the others
+    longest_gap: float = 0.0       # [s] between two packets
 
     @property
     def moved(self):

@@ -42,4 +42,5 @@ def main():
     except (OSError, ValueError) as error:
         sys.exit(f"describe: {error}")
     except ModuleNotFoundError as error:
-        sys.exit(f"describe: {error}: ./robotont setup sim, or on Noetic apt-get install ros-noetic-xacro")
+        sys.exit(f"describe: {error}: ./robotont setup sim and roslaunch in ./robotont shell, or on Noetic apt-get "
+                 "install ros-noetic-xacro; or description:=false, without a model")

@@ -25,7 +25,8 @@ def running_wheels(namespace):
     given = rospy.get_param(namespace, {})
     if not any(key in given for key in KEYS):
         raise ParameterError([f"wheelAmount and its kin: found none in {namespace}, where no robot runs: start "
-                              "robot.launch or simulation.launch first, or rosparam load config/wheel_params.yaml"])
+                              "robot.launch or simulation.launch first, or rosparam load "
+                              "config/robots/NAME/wheel_params.yaml"])
     try:
         return read_wheels(given)
     except ParameterError as error:

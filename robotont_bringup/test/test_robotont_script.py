@@ -59,6 +59,8 @@ def test_every_command_answers_h(command, tmp_path):
     assert [line for line in result.stdout.splitlines() if len(line) > 80] == []
     named = {"sim": "--world", "demo": "--bad-bytes", "keys": "~linear_speed", "install-robot": "--network"}
     assert named.get(command, "") in result.stdout
+    if command in ("keys", "release"):
+        assert "__ns:=/NAMESPACE" in result.stdout
     assert not (tmp_path / "nothing").exists()
 
 

@@ -44,6 +44,8 @@ def rig():
         order = next(line for line in added.stdout.splitlines() if line.startswith("on r1: ")).partition(": ")[2]
         subprocess.run(["sh", "-c", order], check=True, env={**os.environ, "ROS_HOME": str(home)})
         assert read_password(home / "robotont_fleet_password") == one.users["r1"]
+        assert "in ./robotont shell" in added.stdout
+        assert "when it is started again" in added.stdout
         one.start_page("--network")
         yield one
 
@@ -154,6 +156,16 @@ def test_with_tls_only_who_trusts_the_certificate_and_has_a_password_gets_in(tmp
                       (endpoint.replace("tls", "tcp"), "ca.pem", password)):
             with pytest.raises(zenoh.ZError):
                 joined(*wrong)
+
+
+@needs_zenoh
+def test_a_robot_without_an_answer_says_which_password_it_reads(tmp_path):
+    with Master() as master:
+        master.start(places.program("robotont_fleet", "fleet_node"), f"_router:=tcp/127.0.0.1:{free_port()}",
+                     ROS_HOME=str(tmp_path))
+        said = subprocess.run(["rostopic", "echo", "-n", "1", "/diagnostics"], check=False, text=True, timeout=60,
+                              capture_output=True, env={**os.environ, "ROS_MASTER_URI": master.uri})
+    assert f"in {tmp_path / 'robotont_fleet_password'}?" in said.stdout
 
 
 def test_without_zenoh_the_robot_drives_on_and_one_line_says_how_to_install_it(tmp_path):

@@ -241,6 +241,15 @@ def test_the_worst_fault_stands_where_one_looks(page, served, fault, words):
     assert page.text("#summary") == "All is well (1)"
 
 
+def test_who_drove_through_the_stop_is_told_what_to_do_in_each_language(page, served):
+    barred = "default must stop once after the emergency stop before driving; or call /cmd_vel_mux/give_back"
+    report(served, {"cmd_vel_mux: who drives": (1, barred)})
+    for language, remedy in (("en", "end the program"), ("de", "Programm beenden"), ("et", "lõpeta programm")):
+        choose_language(page, language)
+        page.wait(f"document.getElementById('fault_words').innerText.includes({remedy!r})", "what to do")
+    page.run("localStorage.clear()")
+
+
 def test_a_robot_that_reports_nothing_is_not_well(page):
     page.wait("document.getElementById('fault').offsetHeight > 0", "the bar")
     assert page.text("#fault_words") == "The robot reports nothing"

@@ -18,6 +18,9 @@ export function nameOf(light) {
 
 // What is wrong and what to do, in the page's language; in English the robot's own words, which know more
 export function adviceOf(light) {
+  if (light.level === 1 && light.words.includes(" must stop once ")) {
+    return text("fault_barred");
+  }
   const advice = textOr(`fault_${light.name.replace(/^.*: /, "")}`, "");
   return light.level === 3 ? text("level_silent") : speaksEnglish() || !advice ? light.words : advice;
 }

@@ -35,5 +35,6 @@ def main():
     command = parser.parse_args().command
     if command[:1] and os.path.basename(command[0]) == "rviz" and not os.environ.get("DISPLAY"):
         sys.exit("rviz needs a display, and DISPLAY is not set: watch the robot from a computer that has one "
-                 "(docs/network.md), or in a browser: roslaunch robotont_bringup teleop.launch")
+                 "(docs/network.md), or in a browser: roslaunch robotont_bringup teleop.launch "
+                 "(in a clone: ./robotont shell -c 'roslaunch robotont_bringup teleop.launch')")
     sys.exit(run(command))

@@ -45,9 +45,10 @@ class FleetNode:
         self._parameters = parameters
         namespace = rospy.get_namespace().strip("/").replace("/", "_")
         self.name = parameters["robot_name"] or namespace or socket.gethostname()
+        self._password_file = ros_home() / "robotont_fleet_password"
         try:
             keys.check_name(self.name)
-            self._password = read_password(ros_home() / "robotont_fleet_password")
+            self._password = read_password(self._password_file)
         except (ValueError, OSError) as error:
             refuse([str(error)])
         self._identity = secrets.token_hex(4)   # of this process: two robots of one name differ in it
@@ -224,11 +225,12 @@ class FleetNode:
         if zenoh is None:
             return WARN, ABSENT, values
         if self._others:
-            return ERROR, f"another robot is called {self.name}, too: give one of them another robot_name", values
+            return ERROR, (f"another robot is called {self.name}, too: give one of them another robot_name in "
+                           "config/fleet/fleet.yaml"), values
         age = self._trips.age(time.monotonic())
         if self._session is None or age > 2 * ANSWER:
-            return WARN, (f"no answer from {self._parameters['router']}: does ./robotont fleet run there, and is the "
-                          "password right? The robot drives without it"), values
+            return WARN, (f"no answer from {self._parameters['router']}: does ./robotont fleet run there, and is its "
+                          f"password for {self.name} in {self._password_file}? The robot drives without it"), values
         values["there and back [s]"] = f"{self._trips.took:.3f}"
         return OK, f"connected, {1000 * self._trips.took:.0f} ms there and back", values
 

@@ -184,6 +184,8 @@ def main():
             for name in options.add:
                 print(f"on {name}: umask 077; echo {users[name]} >"
                       '"${ROS_HOME:-$HOME/.ros}/robotont_fleet_password"')
+            print("where ./robotont starts the robot (sim, shell): in ./robotont shell; where it starts at boot: as "
+                  "./robotont install-robot --fleet says\na fleet that runs takes them when it is started again")
             return 0
         if options.free_fleet:
             print(free_fleet_text(options.robot, options.free_fleet), end="")

@@ -167,8 +167,8 @@ def _tell_passwords(options, live, page):
     """Where the page's token lies, and where the fleet's password belongs."""
     if page:
         host = socket.gethostname() if live else "ROBOT"
-        print(f"phones: http://{host}:8100/ (or the address that hostname -I prints there), and once the token that is "
-              "made at the first start: sudo cat /var/lib/robotont/robotont_teleop_token")
+        print(f"phones: http://{host}:8100/ (or the first address that hostname -I prints there), and once the token "
+              "that is made at the first start: sudo cat /var/lib/robotont/robotont_teleop_token")
     if options.fleet:
         print("fleet: the password that ./robotont fleet --add prints there:\n  echo PASSWORD | sudo install -o "
               f"robotont -m 600 /dev/stdin /{STATE}/robotont_fleet_password; sudo systemctl restart robotont-fleet")

@@ -116,7 +116,9 @@ class Report:
             runs = []
             self.notes.append(f"black box: {error}")
         if not runs:
-            self.notes.append(f"black box: none in {folder}: was recorder_node running? --black-box FOLDER")
+            self.notes.append(f"black box: none in {folder}: --black-box FOLDER, where it is elsewhere; to have one: "
+                              "roslaunch robotont_bringup recorder.launch folder:=$HOME/black_box (beside ./robotont "
+                              "sim: ./robotont shell -c '...')")
         for run in runs:
             output = self._folder / "black_box" / (run.name + ".bag")
             output.parent.mkdir(exist_ok=True)
@@ -172,5 +174,7 @@ def main():
             return 1
     for note in report.notes:
         print("without", note)
-    print(f"{output}: {os.path.getsize(output) / 1e6:.1f} MB; look into it before you hand it on: tar tzf {output}")
+    size = os.path.getsize(output) / 1e6
+    size = f"{size:.1f} MB" if size >= 0.1 else f"{1000 * size:.0f} kB"
+    print(f"{output}: {size}; look into it before you hand it on: tar tzf {output}")
     return 0

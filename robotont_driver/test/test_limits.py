@@ -49,7 +49,8 @@ def test_a_start_keeps_the_direction_and_the_curve(wanted, steps):
     for _ in range(steps):
         twist = limit_acceleration(twist, wanted, 0.02, Limits(0, 0, 0, 1.5, 8.0))
     part = max(map(abs, twist)) / max(*map(abs, wanted), 1e-12)
-    assert twist == pytest.approx([part * speed for speed in wanted], abs=1e-9)
+    # of two starts that are equally far but for rounding either may be taken: a turn by the root of a float's precision
+    assert twist == pytest.approx([part * speed for speed in wanted], abs=1e-6)
 
 
 def test_a_robot_that_turns_beneath_a_straight_way_is_not_limited_and_one_on_an_arc_is():

@@ -13,7 +13,7 @@ from robotont_driver.kinematics.kinematics import Kinematics
 from robotont_driver.kinematics.wheel_params import read_wheels
 from robotont_testing import places
 from robotont_testing.harness import suspend, wait_for
-from robotont_testing.robots import SHIPPED
+from robotont_testing.robots import SHIPPED, robot_folder
 from robotont_testing.stand_in_board import Board
 from robotont_testing.two_machines import ADDRESSES, TwoMachines
 
@@ -91,7 +91,9 @@ class Stage(TwoMachines):
         self._stopped = set()
         self._dropping = False
         self._orders = 0
+        folder = robot_folder(self.folder / "robot", SHIPPED)  # without limits: each motion is as it was commanded
         self.robot = self.on("robot", "roslaunch", places.launch("robot.launch"), f"port:={self.board.link}",
+                             f"robot:={folder}",
                              f"mux:={str(mux).lower()}", f"composed:={str(composed).lower()}", "description:=false",
                              log=self.folder / "robot.log", **self._environment("robot"))
         self.driver = "robotont_node" if composed else "driver_node"

@@ -150,6 +150,9 @@ def _install(options, live):
     else:
         print(f"written, under {options.root}:")
         names = install(what, options.root)
+        kept = Path(options.root, "etc/robotont/robot.conf")
+        if model and "description:=false" in kept.read_text():
+            print(f"install-robot: {kept} is kept, and says description:=false: without it the robot has its model")
     for name in names:
         print(f"  {name:46}", next(purpose for start, purpose in PURPOSES.items() if name.startswith(start)))
     if options.dry_run:

@@ -89,8 +89,10 @@ def invitation(url, token, file, terminal):
     The token and its QR code for a terminal only, light on black whatever its colours are: all else may be a log that
     others read. Those are told the token's file.
     """
-    lines = [f"drive the robot in a browser: {url}",
-             "or by keys, in a second terminal: ./robotont keys   (rosrun robotont_teleop keyboard_teleop)"]
+    namespace = rospy.get_namespace().rstrip("/")
+    remapping = f" __ns:={namespace}" if namespace else ""
+    lines = [f"drive the robot in a browser: {url}", f"or by keys, in a second terminal: ./robotont keys{remapping}   "
+             f"(rosrun robotont_teleop keyboard_teleop{remapping})"]
     if token and not terminal:
         lines.append(f"token, asked for once: cat {file}")
     elif token:

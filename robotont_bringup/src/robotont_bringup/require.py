@@ -110,6 +110,6 @@ def main():
     if other:
         name, process = other
         sys.exit(f"{options.launch_file}: {name} runs already on ROS master {master_uri}: {process}. Use that one, or "
-                 "end it first: Ctrl-C where it was started, sudo systemctl stop 'robotont*' for the services (roslaunch "
-                 "starts again what is killed). For another robot: namespace:=NAME")
+                 "end it first: Ctrl-C where it was started, sudo systemctl stop 'robotont*' for the services "
+                 "(roslaunch starts again what is killed). For another robot: namespace:=NAME")
     print("true")

@@ -45,7 +45,7 @@ class WebTeleopStopTest(PageServerTest):
         wait_for(lambda: rospy.get_param("/emergency_stop_pressed", []), "the parameter")
         release = rospy.ServiceProxy("emergency_stop/release", Trigger)
         # asked for again, as by a person: the press of the new server may reach driver_node behind a first one
-        wait_for(lambda: release() and not page.messages["state"]["stopped"], "the release by somebody else", period=0.5)
+        wait_for(lambda: release() and not page.messages["state"]["stopped"], "the release of others", period=0.5)
         wait_for(lambda: not rospy.get_param("/emergency_stop_pressed", []), "the parameter")
         self.processes.stop(driver)
         self.start_driver_node()

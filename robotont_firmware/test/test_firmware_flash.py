@@ -383,23 +383,28 @@ def judge(board, new):
     return "none" if "main.py" not in there else "old" if there == board.old else "new" if there == new else "mixture"
 
 
+def trials(moments, seen, folder):
+    """(latest moment [s], board, program that flashes it), until both ends are seen: later on a slow machine."""
+    for number in itertools.count():
+        if number >= moments and min(seen["old"], seen["new"]):
+            return
+        own = folder / str(number)
+        own.mkdir()
+        board = FakeBoard(own, pace=0.0005)
+        yield 2.5 + number / 5, board, CHILD.format(src=str(SRC), program=board.program, port=board.port)
+
+
 @pytest.mark.parametrize("moments", [6, pytest.param(50, marks=pytest.mark.long)])
 def test_killed_at_random_moments(flash, tmp_path, monkeypatch, moments):
     monkeypatch.setattr(flash.copying, "compile_file", lambda path, target: shutil.copy(str(path), str(target)))
     new = new_files(flash, tmp_path / "new")
     random = Random(20181102)
     seen = Counter()
-    for number in itertools.count():
-        if number >= moments and min(seen["old"], seen["new"]):
-            break
-        folder = tmp_path / str(number)
-        folder.mkdir()
-        board = FakeBoard(folder, pace=0.0005)
-        child = CHILD.format(src=str(SRC), program=board.program, port=board.port)
+    for latest, board, child in trials(moments, seen, tmp_path):
         with subprocess.Popen([sys.executable, "-c", child], start_new_session=True, stdout=subprocess.PIPE,
                               stderr=subprocess.STDOUT) as process:  # fmt: skip
             try:
-                process.wait(random.uniform(0.2, 2.5 + number / 5))  # on a slow machine it comes to an end, too
+                process.wait(random.uniform(0.2, latest))
             except subprocess.TimeoutExpired:
                 os.killpg(process.pid, signal.SIGKILL)  # with mpremote and what runs on the board
             process.stdout.read()
@@ -407,7 +412,6 @@ def test_killed_at_random_moments(flash, tmp_path, monkeypatch, moments):
         board.gone = True
     print(dict(seen))
     assert not seen["mixture"]
-    assert sum(seen.values()) == moments
 
 
 @pytest.mark.parametrize("moments", [6, pytest.param(50, marks=pytest.mark.long)])
@@ -417,16 +421,10 @@ def test_a_port_that_vanishes(flash, tmp_path, monkeypatch, moments):
     new = new_files(flash, tmp_path / "new")
     random = Random(20181103)
     seen = Counter()
-    for number in itertools.count():
-        if number >= moments and min(seen["old"], seen["new"]):
-            break
-        folder = tmp_path / str(number)
-        folder.mkdir()
-        board = FakeBoard(folder, pace=0.0005)
-        child = CHILD.format(src=str(SRC), program=board.program, port=board.port)
+    for latest, board, child in trials(moments, seen, tmp_path):
         with subprocess.Popen([sys.executable, "-c", child], stdout=subprocess.PIPE, stderr=subprocess.PIPE,
                               text=True) as process:  # fmt: skip
-            time.sleep(random.uniform(0.1, 2.5))
+            time.sleep(random.uniform(0.1, latest))
             board.vanish()
             message = process.communicate(timeout=20)[1]
         kind = judge(board, new)

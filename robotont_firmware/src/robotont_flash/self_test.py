@@ -2,6 +2,7 @@
 
 import re
 
+from robotont_firmware.protocol import crc16
 from robotont_flash.boards import FlashError, ask, wait_for_line
 
 PACKETS = 50
@@ -10,16 +11,6 @@ PACKET = re.compile(
     rb"[-0-9:]+;([0-9A-F]{2})(?::[0-9A-F]{4})+:[0-9A-F]{2}([0-9A-F]{2})[0-9A-F]+([0-9A-F]{2}):([0-9A-F]{4})\n"
 )
 MOST_LOAD = 80  # [%] of a period
-
-
-def crc16(data):
-    """Return the CRC-16/CCITT-FALSE of bytes."""
-    crc = 0xFFFF
-    for byte in data:
-        crc ^= byte << 8
-        for _ in range(8):
-            crc = (crc << 1 ^ 0x1021 if crc & 0x8000 else crc << 1) & 0xFFFF
-    return crc
 
 
 def self_test(line, version, profile):
@@ -35,7 +26,7 @@ def self_test(line, version, profile):
     for _ in range(4 * PACKETS):
         text = line.read_until(b"\n")
         match = PACKET.match(text)
-        if match and int(match.group(4), 16) == crc16(text[:-5]):
+        if match and int(match.group(4), 16) == crc16(text, len(text) - 5):
             counters.append(int(match.group(1), 16))
             missed.append(int(match.group(2), 16))
             load = max(load, int(match.group(3), 16))

@@ -2,6 +2,7 @@
 
 import argparse
 import sys
+import threading
 import time
 from pathlib import Path
 
@@ -112,6 +113,8 @@ def listen(topics, seconds):
     except KeyboardInterrupt:
         pass
     print(file=sys.stderr)
+    # Beside the report: at the end of the process a slow master would cost time, and after some the status of success.
+    threading.Thread(target=rospy.signal_shutdown, args=("recorded",), daemon=True).start()
     return recording
 
 

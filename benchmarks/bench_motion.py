@@ -15,6 +15,7 @@ from robotont_driver.command.limits import Limits
 from robotont_driver.kinematics.kinematics import Kinematics
 from robotont_driver.robots.robot_folder import read_robot
 from robotont_simulator.lockstep import LockstepRun
+from robotont_simulator.mujoco_model import BODY_MASS
 from robotont_simulator.official_firmware import SimulatedMotors, make_simulation
 from robotont_simulator.simulation import Simulation
 from robotont_simulator.world import World
@@ -74,14 +75,18 @@ def commands(path, length, speed):
 
 
 class OwnRobot:
-    """The thesis' robot with this firmware, behind the driver's limits. mass: [kg] of its body."""
+    """The thesis' robot with this firmware, behind the driver's limits.
 
-    def __init__(self, mass=None):
+    mass: [kg] of its body. told: whether the firmware's LEAD is for that mass.
+    """
+
+    def __init__(self, mass=BODY_MASS, told=True):
         robot = read_robot("thesis")
         simulation = Simulation(robot.wheels, FLOOR)
-        if mass:
+        if told:
             weigh(simulation, mass)
         self.run = LockstepRun(simulation)
+        weigh(simulation, mass)
         settings = robot.parameters.get("driver_node", {})
         limits = Limits(*(settings.get("max_" + limit, 0.0) for limit in Limits._fields))
         self.stream = CommandStream(self.run.kinematics, limits, 0.5, PERIOD)

@@ -207,14 +207,21 @@ def bench_steps(options):
             for speed in options.speeds:
                 wanted = [REST] * LEAD_IN + [tuple(speed * part for part in direction)] * round(
                     (1.5 + speed / RAMP) / PERIOD)
+                untold, _ = settling(*along(direction, *OwnRobot(mass, told=False).drive(wanted)), name == "spin")
                 limited, poses = OwnRobot(mass).drive(wanted)
-                over, settled = settling(np.dot(limited, direction), poses, name == "spin")
+                over, settled = settling(*along(direction, limited, poses), name == "spin")
                 across, heading = deviation(limited, poses) if name != "spin" else (np.zeros(1), np.zeros(1))
                 unit = "rad/s" if name == "spin" else "m/s"
                 rows.append(row(f"{name} to {speed:g} {unit}, {mass:g} kg: overshoot", 100 * over, "%", None, "<= 3",
                                 f"within 5 % after {settled:.2f} s; {1000 * max(across):.0f} mm off the path, "
-                                f"{math.degrees(max(heading)):.1f} deg"))
+                                f"{math.degrees(max(heading)):.1f} deg; with LEAD for {BODY_MASS:g} kg: "
+                                f"{100 * untold:.1f} %"))
     return rows
+
+
+def along(direction, limited, poses):
+    """(speeds of the limited twists in a direction, poses)."""
+    return np.dot(limited, direction), poses
 
 
 def settling(limited, poses, turning):

@@ -15,6 +15,7 @@ from robotont_driver.command.limits import Limits
 from robotont_driver.kinematics.kinematics import Kinematics
 from robotont_driver.robots.robot_folder import read_robot
 from robotont_simulator.lockstep import LockstepRun
+from robotont_simulator.mujoco_model import BODY_MASS
 from robotont_simulator.official_firmware import SimulatedMotors, make_simulation
 from robotont_simulator.simulation import Simulation
 from robotont_simulator.world import World
@@ -74,14 +75,18 @@ def commands(path, length, speed):
 
 
 class OwnRobot:
-    """The thesis' robot with this firmware, behind the driver's limits. mass: [kg] of its body."""
+    """The thesis' robot with this firmware, behind the driver's limits.
 
-    def __init__(self, mass=None):
+    mass: [kg] of its body. told: whether the firmware's LEAD is for that mass.
+    """
+
+    def __init__(self, mass=BODY_MASS, told=True):
         robot = read_robot("thesis")
         simulation = Simulation(robot.wheels, FLOOR)
-        if mass:
+        if told:
             weigh(simulation, mass)
         self.run = LockstepRun(simulation)
+        weigh(simulation, mass)
         settings = robot.parameters.get("driver_node", {})
         limits = Limits(*(settings.get("max_" + limit, 0.0) for limit in Limits._fields))
         self.stream = CommandStream(self.run.kinematics, limits, 0.5, PERIOD)
@@ -202,14 +207,21 @@ def bench_steps(options):
             for speed in options.speeds:
                 wanted = [REST] * LEAD_IN + [tuple(speed * part for part in direction)] * round(
                     (1.5 + speed / RAMP) / PERIOD)
+                untold, _ = settling(*along(direction, *OwnRobot(mass, told=False).drive(wanted)), name == "spin")
                 limited, poses = OwnRobot(mass).drive(wanted)
-                over, settled = settling(np.dot(limited, direction), poses, name == "spin")
+                over, settled = settling(*along(direction, limited, poses), name == "spin")
                 across, heading = deviation(limited, poses) if name != "spin" else (np.zeros(1), np.zeros(1))
                 unit = "rad/s" if name == "spin" else "m/s"
                 rows.append(row(f"{name} to {speed:g} {unit}, {mass:g} kg: overshoot", 100 * over, "%", None, "<= 3",
                                 f"within 5 % after {settled:.2f} s; {1000 * max(across):.0f} mm off the path, "
-                                f"{math.degrees(max(heading)):.1f} deg"))
+                                f"{math.degrees(max(heading)):.1f} deg; with LEAD for {BODY_MASS:g} kg: "
+                                f"{100 * untold:.1f} %"))
     return rows
+
+
+def along(direction, limited, poses):
+    """(speeds of the limited twists in a direction, poses)."""
+    return np.dot(limited, direction), poses
 
 
 def settling(limited, poses, turning):

@@ -22,9 +22,10 @@ def evenly(amount):
 ROBOTS = {3: SHIPPED, 4: evenly(4), 5: evenly(5)}
 
 
-def run_in(world="empty", wheels=3, seed=1):
-    """A fresh robot in a world, at rest."""
-    simulation = Simulation(read_wheels(ROBOTS[wheels]), read_world(ROOT / "config" / "worlds" / f"{world}.yaml"), seed)
+def run_in(world="empty", wheels=3, seed=1, **parameters):
+    """A fresh robot in a world, at rest; `parameters` of its wheels that differ."""
+    simulation = Simulation(read_wheels({**ROBOTS[wheels], **parameters}),
+                            read_world(ROOT / "config" / "worlds" / f"{world}.yaml"), seed)
     run = LockstepRun(simulation)
     run.hold((0.0, 0.0, 0.0), 0.4)
     return run

@@ -149,6 +149,16 @@ def test_the_laser_distinguishes_too_near_from_nothing_there():
     assert scan(np.radians([0.0, 180.0]), 1.0, 2.0).tolist() == [np.inf, -np.inf]
 
 
+@pytest.mark.parametrize("radius", [0.06, 0.07])
+@pytest.mark.parametrize("twist", [(0.4, 0.0, 0.0), (0.0, 0.4, 0.0), (0.0, 0.2, -2.0)])
+def test_a_healthy_robot_on_larger_wheels_has_no_fault(radius, twist):
+    """Its motors feel more of its mass: LEAD, MAX_LOAD and the acceleration of the set-points follow the wheels."""
+    run = run_in(wheelRadius=radius)
+    run.hold(twist, 2.0)
+    assert run.status.wheels == (0, 0, 0)
+    assert run.simulation.twist() == pytest.approx(twist, abs=0.1)
+
+
 @pytest.mark.parametrize("twist, ramp", [((0.0, 0.5, 2.0), 0.0), ((0.8, 0.0, 2.0), 0.0), ((0.3, 0.0, 0.0), 0.4)])
 def test_a_healthy_robot_that_bends_its_way_or_starts_slowly_has_no_fault(twist, ramp):
     """The acceleration is no load that only a blocked wheel has."""

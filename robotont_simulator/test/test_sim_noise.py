@@ -90,7 +90,7 @@ class Drive:
         self.obeyed = self.wrong_commands = self.wrong_packets = 0
         self._to_board = bytearray()
         self._board = SimulatedBoard(self.body, self, lambda: True, real_time=False)
-        self._controller = Controller(self._board, configuration(self.wheels), 3, "simulated")
+        self._controller = Controller(self._board, configuration(self.wheels, 3.6, 0.043), 3, "simulated")
         self._controller.start()
 
     @property

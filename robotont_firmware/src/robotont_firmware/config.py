@@ -17,7 +17,8 @@ FAULT_HOLD = 25  # [periods] a fault stands for at least this long, and the faul
 # Limits.
 MAX_SPEED = 180  # [units] faster commands are scaled down, all wheels by one factor
 MAX_ACCELERATION = 10  # [units/period] of the wheel whose set-point changes most (500 units/s, 4.6 m/s^2)
-MAX_BRAKING = 7  # [units/period] likewise, to a stop: 3.2 m/s^2, for which no motor needs more than MAX_TORQUE
+MAX_BRAKING = 7  # [units/period] likewise, to a stop: 3.2 m/s^2. Both are less where MAX_TORQUE does not
+#                  give that to a robot of this LEAD (gain_bounds.acceleration)
 FULL_EFFORT = 4000  # [effort] 100 % PWM
 MAX_EFFORT = 4000  # [effort] of the whole voltage
 MAX_TORQUE = 2000  # [effort] above the back-EMF: half of the stall current, 2.5 A

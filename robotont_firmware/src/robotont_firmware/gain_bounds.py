@@ -77,6 +77,12 @@ def at_battery(value, battery):
     return value * MOTOR_VOLTAGE // battery
 
 
+def acceleration(config, most):
+    """Return how much a set-point may change [1/256 unit/period]: `most` units, or what MAX_TORQUE gives that LEAD."""
+    needed = max(config.LEAD, config.TURN_LEAD) * config.SPEED_GAIN  # for a unit/period: [1/4096 effort]
+    return max(1, min(most * 256, config.MAX_TORQUE * 4096 * 256 // needed)) if needed else most * 256
+
+
 def integral_for(effort, gain):
     """Return the sum of errors [1/256 unit * period] whose integral part is `effort`."""
     return 0 if gain == 0 else (effort << 16) // gain

@@ -5,6 +5,7 @@ All wheels are scaled by one factor and move by one fraction of their way, which
 
 from array import array
 
+from robotont_firmware import gain_bounds as bounds
 from robotont_firmware.compat import SIGN, micropython, ptr16, ptr32
 
 
@@ -16,8 +17,8 @@ class Setpoints:
         self.now = array("i", [0] * wheels)
         self._wheels = wheels
         self._max_speed = config.MAX_SPEED * 256
-        self._max_change = config.MAX_ACCELERATION * 256
-        self._max_braking = config.MAX_BRAKING * 256
+        self._max_change = bounds.acceleration(config, config.MAX_ACCELERATION)
+        self._max_braking = bounds.acceleration(config, config.MAX_BRAKING)
         self._change = self._max_change  # one of both, by the newest command
         self.straight = array("i", [0] * wheels)
         self.turning = 0

@@ -156,7 +156,7 @@ class Pid:
         part of the effort, as bounded as the rest.
         """
         before = int(self.reference)
-        change = int(self._follow) * (setpoint - before) >> 8
+        change = int(self._follow) * (setpoint - before) + 128 >> 8  # rounded: if all lag one way, the robot turns
         reference = setpoint if change == 0 else before + change
         self.reference = reference
         ahead = int(self._lead) * (change + straight) + int(self._turn_lead) * turning >> 4

@@ -203,6 +203,13 @@ def test_slew_keeps_the_direction():
     assert previous == [25600, -12800, 6400]
 
 
+def test_set_points_change_no_faster_than_the_torque_allows():
+    for lead, turn_lead, most in ((850, 850, 501), (850, 110, 501), (110, 850, 501), (0, 0, 2560)):
+        robot = Robot(settings=Config(LEAD=lead, TURN_LEAD=turn_lead))
+        robot.tick(1, "100:-50:25")
+        assert robot.controller._setpoints.now[0] == most, lead
+
+
 def test_effort_limit():
     robot = Robot(settings=Config(MAX_EFFORT=1000))
     for _ in range(100):

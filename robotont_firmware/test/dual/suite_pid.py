@@ -172,6 +172,16 @@ def test_a_stopped_wheel_is_not_driven_back():
         assert edges <= 4, edges
 
 
+def test_the_reference_lags_forward_and_backward_alike():
+    """Three wheels that lag one way, whichever way they turn, turn the robot."""
+    pid, owed = Pid(config), 0
+    for period in range(4000):
+        setpoint = abs(period % 400 - 200) * 13 - 1300  # up and down, 5 units at most
+        pid.step(setpoint, pid.reference >> 8)
+        owed += setpoint - pid.reference if period >= 400 else 0
+    assert abs(owed) < 3600 // 2, owed  # half of the least that a set-point has, per period
+
+
 def test_brakes_until_standstill():
     bench = Bench().run(100, 50).run(0, 15)  # the slew limit takes 15 periods
     assert bench.setpoint == 0

@@ -84,6 +84,10 @@ def test_the_bound_follows_the_lesser_of_what_it_counts_now_and_lately():
     assert wheel.watch.bound(FAR) == free(112.5) + CONFIG.MAX_LOAD
 
 
+def test_the_integral_of_a_bounded_wheel_may_hold_the_load_and_no_more():
+    assert CONFIG.BLOCKED_INTEGRAL == CONFIG.MAX_LOAD
+
+
 def test_the_direction_is_that_of_the_last_drive():
     wheel = Wheel(0)
     wheel.look(0, 0)
@@ -195,6 +199,11 @@ def test_time_at_the_bound_is_worked_off_by_twice_the_edges_that_it_makes():
         found, after = wheel.fault(0, 4000)
         assert found == NO_COUNTS, "edges the wrong way are pardoned, too"
         assert after == left, (first, edges, after)
+    wheel = Wheel(50)
+    wheel.fault(0, 4000, full - 1)
+    for edges in (-20,) * 8 + (50,) * 5:
+        wheel.look(edges, 0)
+    assert wheel.fault(0, 4000)[1] == full, "edges the wrong way are not owed while it is not at the bound"
     wheel = Wheel(50)
     wheel.fault(0, 4000, full - 1)
     wheel.bounds(45)

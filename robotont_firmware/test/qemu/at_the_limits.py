@@ -182,7 +182,7 @@ def test_the_lock_can_fail():
     keep = bounds.check
     bounds.check = lambda config: None
     numbers = Numbers()
-    numbers.FOLLOW = 11650
+    numbers.BRAKE_GAIN = 1 << 28
     result = drive(numbers)
     bounds.check = keep
     print("ok the lock can fail" if "MemoryError" in result else "FAIL nothing was caught: " + result)

@@ -27,7 +27,8 @@ class LockstepRun:
         self._to_board = bytearray()
         self._reader = FeedbackReader(wheels.amount, counts_in_reach(wheels), wheels.pid_frequency)
         self._board = SimulatedBoard(simulation, self, lambda: True, real_time=False)
-        self._controller = Controller(self._board, configuration(wheels), wheels.amount, "simulated")
+        numbers = configuration(wheels, *simulation.inertia)
+        self._controller = Controller(self._board, numbers, wheels.amount, "simulated")
         self._controller.start()
 
     @property

@@ -5,19 +5,40 @@ import time
 import types
 
 from robotont_firmware import config
-from robotont_firmware.gain_bounds import NO_ARC
+from robotont_firmware.gain_bounds import LARGEST, NO_ARC
 from robotont_firmware.main_loop import Controller
 
 EVEN = 0.1  # by which the sines of the angles between wheels may differ
+THESIS_MASS, THESIS_INERTIA = 3.576, 0.0429  # [kg, kg m^2] of the robot for which config.LEAD and TURN_LEAD are,
+THESIS_DISTANCE, THESIS_WAY = 0.125, 0.035 / 18.75  # [m] of its wheels from its middle; [m/rad] of rim by motor shaft
+ROTOR_LEAD = 38  # [1/16 period] of a motor that turns its wheel alone
 DARK = 25  # [periods] that a board without power and then starting does nothing
 
 
-def configuration(wheels):
-    """The firmware's configuration, for the rate of `Wheels`, as an object with its numbers as attributes."""
+def configuration(wheels, mass, inertia):
+    """The firmware's configuration for `Wheels` and a robot of `mass` [kg] and `inertia` [kg m^2], as attributes."""
     numbers = {name: value for name, value in vars(config).items() if name.isupper()}
-    shared = {name: 3 * numbers[name] // wheels.amount for name in ("LEAD", "TURN_LEAD")}  # the mass, by more wheels
-    return types.SimpleNamespace(**{**numbers, **shared, "ARC": arc(wheels), "RATE": round(wheels.pid_frequency),
-                                    "PROFILE": "simulated"})
+    turning = inertia / THESIS_INERTIA * (THESIS_DISTANCE * wheels.amount / sum(wheels.distances)) ** 2
+    larger = max(1.0, way(wheels) * 3 / wheels.amount)  # the same force is more torque
+    loads = {name: min(round(larger * numbers[name]), config.MAX_TORQUE) for name in ("MAX_LOAD", "BLOCKED_INTEGRAL")}
+    leads = {"LEAD": lead(config.LEAD, wheels, mass / THESIS_MASS),
+             "TURN_LEAD": lead(config.TURN_LEAD, wheels, turning)}
+    return types.SimpleNamespace(**{**numbers, **loads, **leads, "ARC": arc(wheels),
+                                    "RATE": round(wheels.pid_frequency), "PROFILE": "simulated"})
+
+
+def way(wheels):
+    """By how much farther than the thesis' robot a turn of the motor's shaft moves this one."""
+    return sum(wheels.radii) / wheels.amount / wheels.gear / THESIS_WAY
+
+
+def lead(number, wheels, times):
+    """LEAD or TURN_LEAD of a robot that is `times` as heavy as the thesis', whose `number` that is.
+
+    A motor feels mass by the square of the way by which it moves it.
+    """
+    load = times * way(wheels) ** 2 * 3 / wheels.amount
+    return min(round(ROTOR_LEAD + (number - ROTOR_LEAD) * load), LARGEST // (7 * 256 * config.MAX_SPEED))
 
 
 def arc(wheels):
@@ -39,7 +60,7 @@ class SimulatedFirmware:
 
     def _make(self, cause):
         wheels = self._board.wheels
-        self._controller = Controller(self._board, configuration(wheels), wheels.amount, cause)
+        self._controller = Controller(self._board, configuration(wheels, *self._board.inertia), wheels.amount, cause)
 
     def start(self):
         """Identify itself."""
@@ -82,6 +103,11 @@ class SimulatedBoard:
     def wheels(self):
         """The `Wheels` of the simulated robot."""
         return self._simulation.wheels
+
+    @property
+    def inertia(self):
+        """Mass [kg] and moment of inertia [kg m^2] of the simulated robot."""
+        return self._simulation.inertia
 
     def power_returns(self):
         """Supply the board again; bytes received meanwhile are lost."""

@@ -64,6 +64,14 @@ class Simulation:
         """[s] simulated since the start."""
         return self.data.time
 
+    @property
+    def inertia(self):
+        """Mass [kg] and moment of inertia [kg m^2], about its middle, of the robot with its wheels."""
+        turn, momentum = np.zeros(self.mujoco_model.nv), np.zeros(self.mujoco_model.nv)
+        turn[5] = 1.0
+        mujoco.mj_mulM(self.mujoco_model, self.data, momentum, turn)
+        return float(self.mujoco_model.body_subtreemass[self._body]), float(momentum[5])
+
     def drive(self, wheel, effort):
         """Put `effort` (-1..1 of the battery's voltage) on a motor; 0 lets it coast."""
         self._efforts[wheel] = effort

@@ -14,6 +14,7 @@ from roslaunch.config import load_config_default
 from roslaunch.launch import ROSLaunchRunner
 from sensor_msgs.msg import JointState
 
+from robotont_boards.official_boards import Robotont2Board
 from robotont_driver.kinematics.wheel_params import read_wheels
 from robotont_driver.nodes import driver_node, odom_node, serial_com_node
 from robotont_driver.robots.robot_folder import shipped
@@ -23,7 +24,6 @@ from robotont_testing.board_port import BoardPort
 from robotont_testing.dc_motors import Motors
 from robotont_testing.harness import START, Master, free_port, in_own_process, wait_for
 from robotont_testing.node_test import twist
-from robotont_testing.official_boards import Robotont2Board
 from robotont_testing.stand_in_board import Board
 
 NAMES = ("thesis", "robotont2", "robotont3", "four_wheels")

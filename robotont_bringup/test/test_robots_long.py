@@ -17,11 +17,11 @@ from sensor_msgs.msg import JointState
 from std_msgs.msg import String
 from test_robots import seen
 
+from robotont_boards.official_boards import BOARDS
 from robotont_testing import places
 from robotont_testing.board_port import BoardPort
 from robotont_testing.dc_motors import Motors
 from robotont_testing.harness import START, Master, free_port, wait_for
-from robotont_testing.official_boards import BOARDS
 from robotont_testing.stand_in_board import Board
 
 NAMES = ("thesis", "robotont2", "robotont3", "four_wheels")

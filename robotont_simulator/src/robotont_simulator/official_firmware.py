@@ -3,8 +3,8 @@
 import math
 import time
 
+from robotont_boards.official_boards import BOARDS, POSITIONS
 from robotont_simulator.simulation import Simulation
-from robotont_testing.official_boards import BOARDS, POSITIONS
 
 MOTORS_FREQUENCY = 100  # [Hz] the physics moves on in periods of the fastest control, 10 ms
 LOOK = 0.005            # [s] between two looks at the serial port

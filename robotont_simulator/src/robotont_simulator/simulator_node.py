@@ -12,6 +12,7 @@ from sensor_msgs.msg import Imu, LaserScan
 from std_msgs.msg import Float32, Float32MultiArray, Int8MultiArray
 from std_srvs.srv import SetBool, SetBoolResponse, Trigger, TriggerResponse
 
+from robotont_boards.official_boards import BOARDS
 from robotont_driver.parameters.parameters import Parameter
 from robotont_driver.ros.clocks import read_clocks
 from robotont_driver.ros.diagnostics import OK, WARN, Health
@@ -22,7 +23,6 @@ from robotont_simulator.simulated_board import SimulatedBoard, SimulatedFirmware
 from robotont_simulator.simulation import GOOD, REVERSED, UNPLUGGED, Simulation
 from robotont_simulator.world import World, WorldError, read_world
 from robotont_simulator.world_map import WorldMap
-from robotont_testing.official_boards import BOARDS
 
 SCAN_RAYS = 128     # measurements per scan
 SCAN_NEAREST, SCAN_FARTHEST = 0.3, 4.0  # [m] nearer things read -inf (REP 117), farther ones are not seen

@@ -10,7 +10,7 @@ import math
 import mujoco
 import numpy as np
 
-from robotont_boards.official_boards import BOARDS
+from robotont_boards import BOARDS
 from robotont_driver.command.command_stream import CommandStream
 from robotont_driver.command.limits import Limits
 from robotont_driver.kinematics.kinematics import Kinematics

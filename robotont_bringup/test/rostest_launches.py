@@ -10,7 +10,7 @@ from roslaunch.config import load_config_default
 from sensor_msgs.msg import JointState
 from tf2_msgs.msg import TFMessage
 
-from robotont_boards.official_boards import Robotont2Board
+from robotont_boards import Robotont2Board
 from robotont_driver.kinematics.kinematics import Kinematics
 from robotont_driver.kinematics.wheel_params import read_wheels
 from robotont_testing.board_port import BoardPort

@@ -14,7 +14,7 @@ from roslaunch.config import load_config_default
 from roslaunch.launch import ROSLaunchRunner
 from sensor_msgs.msg import JointState
 
-from robotont_boards.official_boards import Robotont2Board
+from robotont_boards import Robotont2Board
 from robotont_driver.kinematics.wheel_params import read_wheels
 from robotont_driver.nodes import driver_node, odom_node, serial_com_node
 from robotont_driver.robots.robot_folder import shipped

@@ -17,7 +17,7 @@ from sensor_msgs.msg import JointState
 from std_msgs.msg import String
 from test_robots import seen
 
-from robotont_boards.official_boards import BOARDS
+from robotont_boards import BOARDS
 from robotont_testing import places
 from robotont_testing.board_port import BoardPort
 from robotont_testing.dc_motors import Motors

@@ -3,7 +3,7 @@
 import math
 import random
 
-from robotont_boards.official_boards import BOARDS
+from robotont_boards import BOARDS
 from robotont_driver.kinematics.kinematics import Kinematics
 from robotont_driver.kinematics.wheel_params import read_wheels
 from robotont_driver.link.outbox import Outbox

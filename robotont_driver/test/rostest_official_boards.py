@@ -10,7 +10,7 @@ from sensor_msgs.msg import BatteryState, Range
 from std_msgs.msg import String
 from tf2_msgs.msg import TFMessage
 
-from robotont_boards.official_boards import BOARDS
+from robotont_boards import BOARDS
 from robotont_testing.board_port import BoardPort
 from robotont_testing.dc_motors import EDGES_PER_METRE, Motors
 from robotont_testing.harness import wait_for

@@ -10,7 +10,7 @@ import rosparam
 import rostest
 from sensor_msgs.msg import LaserScan
 
-from robotont_boards.official_boards import BOARDS
+from robotont_boards import BOARDS
 from robotont_testing.board_port import BoardPort
 from robotont_testing.dc_motors import Motors
 from robotont_testing.harness import wait_for

@@ -7,7 +7,7 @@ import random
 import pytest
 from dialect_bench import REACH, Bench, command_of, official_wheels
 
-from robotont_boards.official_boards import BOARDS
+from robotont_boards import BOARDS
 from robotont_driver.kinematics.wheel_params import read_wheels
 from robotont_driver.protocol.dialects import make_dialect
 from robotont_driver.protocol.dialects.dialect import DialectError

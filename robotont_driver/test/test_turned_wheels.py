@@ -2,7 +2,7 @@ from pathlib import Path
 
 import pytest
 
-from robotont_boards.official_boards import BOARDS
+from robotont_boards import BOARDS
 from robotont_driver.robots.wheel_file import read_wheel_file
 from robotont_driver.tools.turned_wheels import TurnedWheels, main
 from robotont_testing.board_port import BoardPort

@@ -2,7 +2,7 @@ import time
 
 import pytest
 
-from robotont_boards.official_boards import BOARDS
+from robotont_boards import BOARDS
 from robotont_driver.tools import which_robot
 from robotont_driver.tools.which_robot import main
 from robotont_testing.board_port import BoardPort

@@ -14,7 +14,7 @@ from pathlib import Path
 import pytest
 import rosbag
 
-from robotont_boards.official_boards import BOARDS
+from robotont_boards import BOARDS
 from robotont_operations import install_robot as install_robot_module
 from robotont_operations import robot_choice
 from robotont_operations.black_box import bags_of, runs_in

@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from robotont_boards.official_boards import BOARDS
+from robotont_boards import BOARDS
 from robotont_driver.kinematics.kinematics import Kinematics
 from robotont_driver.kinematics.wheel_params import read_wheels
 from robotont_driver.link.outbox import Outbox

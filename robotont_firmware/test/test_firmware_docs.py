@@ -83,7 +83,7 @@ def test_repl_line():
 
 def test_banner_after_flashing():
     """The chip takes MicroPython's reset for its button; test/dual/suite_board.py has the word of every cause."""
-    banner = module("main_loop").Controller(None, config(), reset_cause="button")._banner
+    banner = module("identity").Identity(None, config(), 3, "button").banner
     assert "`{}`".format(banner.decode().rsplit(";", 1)[0]) in TEXT
 
 

@@ -5,10 +5,10 @@ the bytes that the board has sent meanwhile. The motors are an object with `turn
 edges. Nothing here uses the driver's code. The fate of commands is recorded: `executed`, `swallowed`, `inversions`.
 """
 
-from robotont_boards.board import POSITIONS
 from robotont_boards.robotont2 import Robotont2Board
 from robotont_boards.robotont3 import Robotont3Board
 from robotont_boards.robotont2018 import Robotont2018Board
+from robotont_boards.virtual_board import POSITIONS
 
 __all__ = ["BOARDS", "POSITIONS", "Robotont2Board"]
 

@@ -3,7 +3,16 @@
 import math
 import re
 
-from robotont_boards.board import METRES_PER_EDGE, POSITIONS, TIME_OUT, Board, OfficialOdometry, atof, clamp, single
+from robotont_boards.virtual_board import (
+    METRES_PER_EDGE,
+    POSITIONS,
+    TIME_OUT,
+    Board,
+    OfficialOdometry,
+    atof,
+    clamp,
+    single,
+)
 
 
 class Robotont2Board(Board):

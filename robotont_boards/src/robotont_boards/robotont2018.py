@@ -2,7 +2,7 @@
 
 import re
 
-from robotont_boards.board import BYTE, Board, clamp
+from robotont_boards.virtual_board import BYTE, Board, clamp
 
 
 class Robotont2018Board(Board):

@@ -5,7 +5,16 @@ import re
 
 import numpy as np
 
-from robotont_boards.board import METRES_PER_EDGE, POSITIONS, TIME_OUT, Board, OfficialOdometry, atof, clamp, single
+from robotont_boards.virtual_board import (
+    METRES_PER_EDGE,
+    POSITIONS,
+    TIME_OUT,
+    Board,
+    OfficialOdometry,
+    atof,
+    clamp,
+    single,
+)
 
 
 class TransferBuffer:

@@ -19,7 +19,7 @@ from robotont_map_navigation.goto_client import GoTo
 from robotont_teleop.camera import Camera
 from robotont_teleop.emergency_stop_client import EmergencyStopClient
 from robotont_teleop.robot_requests import NewestGoal, ServiceRequest
-from robotont_teleop.robot_state import MAP_FRAME, RobotState
+from robotont_teleop.robot_topics import MAP_FRAME, RobotTopics
 from robotont_teleop.speeds import STOP
 from robotont_teleop.twist_message import twist_message
 
@@ -32,13 +32,13 @@ class RobotView:
 
     def __init__(self, wheels, camera_topic):
         self._lock = threading.Lock()
-        self._state = RobotState(wheels)
+        self._topics = RobotTopics(wheels)
         self._name = rospy.get_namespace().strip("/") or socket.gethostname()
         self._camera = Camera(camera_topic)
         self._note = {"number": 0, "words": "", "good": True}
         self._sending = threading.RLock()
         self._ended = False
-        self._goto = GoTo(MAP_FRAME, lambda words: self._goal.show_progress(words), self._state.transforms)
+        self._goto = GoTo(MAP_FRAME, lambda words: self._goal.show_progress(words), self._topics.transforms)
         self._goal = NewestGoal(self._goto, self._say)
         self._emergency_stop = EmergencyStopClient(lambda words: self._say(words, False))
         self._publish()
@@ -90,7 +90,7 @@ class RobotView:
 
     def goal(self, x, y):
         """Send the robot to (x, y) [m] on the map; it looks in the end as it looks now."""
-        self._goal.pursue(Goal(x, y, self._state.yaw_on_map()))
+        self._goal.pursue(Goal(x, y, self._topics.yaw_on_map()))
 
     def give_back(self):
         """Let navigation drive now."""
@@ -108,28 +108,28 @@ class RobotView:
 
     def state(self):
         """Fast-changing state, for JSON."""
-        return {**self._state.fast(), "stopped": self.stopped}
+        return {**self._topics.fast(), "stopped": self.stopped}
 
     def status(self):
         """Slow-changing state, for JSON."""
-        status = {**self._state.slow(), "camera": self._camera.present, "navigation": self._goto.answers,
+        status = {**self._topics.slow(), "camera": self._camera.present, "navigation": self._goto.answers,
                   "goal": self._goal.shown}
         with self._lock:
             return {**status, "note": self._note}
 
     def figures(self):
         """What `metrics` wants."""
-        robot, values = self._state.figures()
+        robot, values = self._topics.figures()
         return [{**robot, "name": self._name, "id": "", "present": True, "age": 0.0, "stopped": self.stopped}], \
             {self._name: values}
 
     def scan(self):
         """The newest scan for JSON, or None."""
-        return self._state.scan()
+        return self._topics.scan()
 
     def map_picture(self):
         """PNG of the map, or None."""
-        return self._state.map_picture
+        return self._topics.map_picture
 
     def camera_picture(self):
         """(number, JPEG) of now, or None."""

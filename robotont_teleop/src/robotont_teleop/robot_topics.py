@@ -30,7 +30,7 @@ LIGHTS, RANGES = 24, 16
 NEVER = -math.inf
 
 
-class RobotState:
+class RobotTopics:
     """The newest of everything that a robot publishes; calls never wait."""
 
     def __init__(self, wheels):

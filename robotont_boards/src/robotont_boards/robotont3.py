@@ -98,7 +98,7 @@ class Robotont3Board(Board):
         self._manual = None         # [%] duties of a DC command
         self._commanded_at = start
         self._printed = b""
-        self._sums, self._duties, self._before = [0.0] * 3, [0.0] * 3, [0.0] * 3
+        self._sums, self._before = [0.0] * 3, [0.0] * 3
         self._every(self.PERIOD, self._loop, self.PERIOD)
 
     def receive(self, data, now):

@@ -51,14 +51,17 @@ class SimulatorNode:
         self._sensors = Sensors(self._simulation, wheels.pid_frequency, parameters)
         rospy.Service("~unplug", SetBool, self._on_unplug)
         rospy.Subscriber("~byte_errors", Float32, self._on_byte_errors)
-        rospy.Subscriber("~wheel_grip", Float32MultiArray, self._on_wheel_grip)
         rospy.Subscriber("~push", Vector3, self._on_push)
         rospy.Subscriber("~battery", Float32, self._on_battery)
         self._stopping = threading.Event()
         self._late_before = 0
-        rospy.Subscriber("~encoders", Int8MultiArray, self._on_encoders)
-        rospy.Subscriber("~motors", Int8MultiArray, self._on_motors)
-        rospy.Subscriber("~jam", Int8MultiArray, self._on_jam)
+        simulation, states = self._simulation, {1: GOOD, 0: UNPLUGGED, -1: REVERSED}
+        for name, kind, lowest, function in (  # a number per wheel, from the lowest to 1
+                ("wheel_grip", Float32MultiArray, 0, simulation.set_grip),  # part of the normal friction
+                ("encoders", Int8MultiArray, -1, lambda wheel, value: simulation.set_encoder(wheel, states[value])),
+                ("motors", Int8MultiArray, 0, simulation.set_motor),        # 0: gets no current
+                ("jam", Int8MultiArray, 0, simulation.set_jam)):            # 1: held fast
+            rospy.Subscriber(f"~{name}", kind, self._on_wheels, (name, lowest, function))
         rospy.Service("~brown_out", Trigger, self._on_brown_out)
         self._firmware = self._make_firmware(wheels)
         self._thread = threading.Thread(target=self._run, daemon=True)
@@ -146,31 +149,13 @@ class SimulatorNode:
         if check("byte_errors", message.data, 0.0, 1.0):
             self._port.byte_errors = message.data
 
-    def _on_wheel_grip(self, message):
-        """One part (0..1) of the normal friction per wheel."""
-        self._order_for_wheels("wheel_grip", message.data, 0, 1, self._simulation.set_grip)
-
-    def _on_encoders(self, message):
-        """Per wheel 1: good, 0: unplugged, -1: counts backwards."""
-        states = {1: GOOD, 0: UNPLUGGED, -1: REVERSED}
-        self._order_for_wheels("encoders", message.data, -1, 1,
-                               lambda wheel, value: self._simulation.set_encoder(wheel, states[value]))
-
-    def _on_motors(self, message):
-        """Per wheel 1: connected, 0: gets no current."""
-        self._order_for_wheels("motors", message.data, 0, 1,
-                               lambda wheel, value: self._simulation.set_motor(wheel, bool(value)))
-
-    def _on_jam(self, message):
-        """Per wheel 1: held fast, 0: free."""
-        self._order_for_wheels("jam", message.data, 0, 1,
-                               lambda wheel, value: self._simulation.set_jam(wheel, bool(value)))
-
-    def _order_for_wheels(self, name, values, lowest, highest, function):
+    def _on_wheels(self, message, order):
         """Call function(wheel, value) for each wheel, between two periods."""
+        name, lowest, function = order
+        values = message.data
         if len(values) != self._simulation.wheels.amount:
             rospy.logwarn("~%s: found %d numbers, allowed: %d", name, len(values), self._simulation.wheels.amount)
-        elif all(check(name, value, lowest, highest) for value in values):
+        elif all(check(name, value, lowest, 1) for value in values):
             for wheel, value in enumerate(values):
                 self._order(function, wheel, value)
 

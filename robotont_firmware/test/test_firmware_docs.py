@@ -5,7 +5,6 @@ import re
 import runpy
 import sys
 
-from firmware_pty import checked
 from firmware_tools import ROOT, SRC
 
 TEXT = (ROOT / "docs" / "firmware.md").read_text(encoding="utf-8")
@@ -67,18 +66,6 @@ def test_moved_wires():
     wiring = runpy.run_path(str(SRC / "robotont_firmware" / "wiring_robotont21.py"))
     for motor, channel, _, pin in moved:
         assert wiring["ENCODERS"][int(motor)]["AB".index(channel)] == pin
-
-
-def test_question():
-    line = checked("?").decode().strip()
-    assert f"`{line}`" in TEXT
-    assert line in (SRC / "robotont_flash" / "boards.py").read_text()
-
-
-def test_repl_line():
-    line = checked("!repl").decode().strip()
-    assert f"`{line}`" in TEXT
-    assert line in (SRC / "robotont_flash" / "boards.py").read_text()
 
 
 def test_banner_after_flashing():

@@ -1,13 +1,11 @@
-"""Every ordered pair of launches, one behind the other on one master, in 10 min; test_robots.py tries some."""
+"""Launches of robots one behind the other on one master: what each sets, and how each drives."""
 
-import itertools
 import os
 import re
 import signal
 import xmlrpc.client
 
 import numpy as np
-import pytest
 import rospy
 from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
@@ -15,17 +13,18 @@ from roslaunch.config import load_config_default
 from roslaunch.launch import ROSLaunchRunner
 from sensor_msgs.msg import JointState
 from std_msgs.msg import String
-from test_robots import seen
 
 from robotont_boards import BOARDS
+from robotont_driver.kinematics.wheel_params import read_wheels
+from robotont_driver.nodes import driver_node, odom_node, serial_com_node
+from robotont_simulator import simulator_node
 from robotont_testing import places
 from robotont_testing.board_port import BoardPort
 from robotont_testing.dc_motors import Motors
-from robotont_testing.harness import START, Master, free_port, wait_for
+from robotont_testing.harness import START, free_port, wait_for
 from robotont_testing.stand_in_board import Board
 
 NAMES = ("thesis", "robotont2", "robotont3", "four_wheels")
-pytestmark = pytest.mark.long
 OFFICIAL = str(places.package("robotont_driver") / "launch" / "driver_basic.launch")
 LAUNCHES = {
     **{name: ("robot.launch", f"robot:={name}", "description:=false") for name in NAMES},
@@ -37,37 +36,49 @@ LAUNCHES = {
     "tuned": ("robot.launch", "robot:=robotont2", "publish_tf:=false", "imu:=imu", "description:=false"),
     "official": (OFFICIAL,),
 }
-ALL = [*NAMES, "driver_basic", *("simulated " + name for name in NAMES)]
 TWISTS = ((0.2, 0.0, 0.0), (0.0, 0.2, 0.0), (0.0, 0.0, 0.5))
+TABLES = {"driver_node": driver_node, "serial_com_node": serial_com_node, "odom_node": odom_node,
+          "simulator_node": simulator_node}
 
 
-def configuration(name):
-    """A launch file as roslaunch reads it."""
-    file, *arguments = LAUNCHES[name]
-    return load_config_default([(str(places.launch(file)), arguments)], None)
+def seen(parameters, nodes):
+    """What the nodes read of a master's parameters: the wheels, and theirs by node and name, official ones included."""
+    found = {"wheels": read_wheels(parameters), "robot": parameters.get("robot"), "battery": parameters.get("battery")}
+    composed = "robotont_node" in nodes
+    for node in {*nodes, *(("driver_node", "serial_com_node", "odom_node") if composed else ())} & set(TABLES):
+        own = parameters.get(node, {})
+        for parameter in TABLES[node].PARAMETERS:
+            place, _, name = parameter.official.partition("/")
+            default = parameters.get(place, {}).get(name, parameter.default)
+            found[node, parameter.name] = repr(own.get(parameter.name, default))  # nan is not equal to itself
+    return found
 
 
-def test_parameters_of_each_launch_behind_each_other_one_are_those_on_a_fresh_master():
-    configurations = {name: configuration(name) for name in LAUNCHES}
-    with Master() as master:
-        server = xmlrpc.client.ServerProxy(master.uri)
+class Parameters:
+    """What launch files set on a master, without starting anything."""
 
-        def load(name):
-            configured = configurations[name]
-            configured.master.uri = master.uri
-            ROSLaunchRunner("test", configured)._load_parameters()
-            return seen(server.getParam("/test", "/")[2], {node.name for node in configured.nodes})
+    def __init__(self, master):
+        self._uri = master.uri
+        self._server = xmlrpc.client.ServerProxy(master.uri)
+        self._configurations = {name: load_config_default([(str(places.launch(file)), arguments)], None)
+                                for name, (file, *arguments) in LAUNCHES.items()}
 
-        def alone(name):
-            for key in server.getParam("/test", "/")[2]:
-                server.deleteParam("/test", "/" + key)
-            return load(name)
-        fresh = {name: alone(name) for name in LAUNCHES}
-        for before, after in itertools.product(LAUNCHES, LAUNCHES):
-            if after == "official":  # its own names; docs/from-the-official-stack.md
-                continue
-            alone(before)
-            assert load(after) == fresh[after], f"{after} behind {before}"
+    def forget(self):
+        """All parameters, as a new master."""
+        for key in set(self._server.getParam("/test", "/")[2]) - {"run_id"}:
+            self._server.deleteParam("/test", "/" + key)
+
+    def load(self, name):
+        """What the nodes of a launch read behind it."""
+        configured = self._configurations[name]
+        configured.master.uri = self._uri
+        ROSLaunchRunner("test", configured)._load_parameters()
+        return seen(self._server.getParam("/test", "/")[2], {node.name for node in configured.nodes})
+
+    def alone(self, name):
+        """The same on a fresh master."""
+        self.forget()
+        return self.load(name)
 
 
 class Rig:
@@ -82,12 +93,6 @@ class Rig:
         rospy.Subscriber("odom", Odometry, self.odom.append, tcp_nodelay=True)
         rospy.Subscriber("joint_states", JointState, self.joints.append, tcp_nodelay=True)
         self.command = rospy.Publisher("cmd_vel", Twist, queue_size=1)
-
-    def forget(self):
-        """All parameters, as a new master."""
-        server = xmlrpc.client.ServerProxy(self.master.uri)
-        for key in set(server.getParam("/rig", "/")[2]) - {"run_id"}:
-            server.deleteParam("/rig", "/" + key)
 
     def start(self, name):
         """Start it with its board; waits for odometry."""
@@ -171,32 +176,3 @@ def assert_same(found, wanted, name):
     for one, other in zip(found[0], wanted[0]):
         assert len(one) == len(other), (name, found, wanted)
         assert np.allclose(one, other, atol=0.02), (name, found, wanted)
-
-
-def each_behind_each(names):
-    """A walk in which each name stands once behind each other one."""
-    walk = names[:1]
-    for turn, name in enumerate(names):
-        for other in (*names[1:turn], *(names[:1] if turn else ())):
-            walk = [*walk, name, other]
-    return walk
-
-
-def test_each_robot_drives_behind_each_other_one_as_alone():
-    walk = each_behind_each(ALL)
-    with Master() as master:
-        rig = Rig(master)
-        alone = {name: rig.forget() or rig.behaviour(name) for name in dict.fromkeys(walk)}
-        rig.forget()
-        for turn, name in enumerate(walk):
-            found = rig.behaviour(name, between(rig, turn, name))
-            assert_same(found, alone[name], f"{name} behind {list(walk[:turn][-1:])}")
-
-
-def between(rig, turn, name):
-    """What happens between start and drive: the page joins, and at every other turn the driver is killed."""
-    def happen():
-        rig.join()
-        if turn % 2 and name in NAMES:
-            rig.kill_driver()
-    return happen

@@ -39,10 +39,13 @@ class Listener(rospy.SubscribeListener):
         print("can press" if topic == "/emergency_stop" else "connected", flush=True)
 publisher = rospy.Publisher(topic, Twist, Listener(), tcp_nodelay=True, latch=latch == "True", queue_size=1)
 def publish():
-    stamp = int(time.monotonic() / {TICK}) % {WRAP}
+    begun = time.monotonic()
+    stamp = int(begun / {TICK}) % {WRAP}
     message = Twist()
     message.linear.x, message.linear.y, message.angular.z = (a + b * stamp for a, b in zip(first, step))
     publisher.publish(message)
+    if time.monotonic() - begun > {SLACK} / 2:
+        print("late", stamp, flush=True)
 stop = rospy.Publisher("emergency_stop", Bool, Listener(), queue_size=1)
 before = ""
 while True:
@@ -187,8 +190,13 @@ class Stage(TwoMachines):
         """(commander, age [s]) of each motion that the board has heard since the last call."""
         heard = self.board.heard[self._read:]
         self._read += len(heard)
-        read = [self._stamps.read(line, at) for at, line in heard if line and line[0] in "-0123456789"]
-        return [motion for motion in read if motion]
+        read = [(at, self._stamps.read(line, at)) for at, line in heard if line and line[0] in "-0123456789"]
+        return [motion for at, motion in read if motion and not self._left_late(*motion, at)]
+
+    def _left_late(self, who, age, at):
+        """Whether an old command has left its commander old, which hung between making and sending it."""
+        stamps = (str(round((at - age) / TICK) % WRAP + off) for off in (-1, 0, 1))
+        return age > ALLOWED and any(f"late {stamp}\n" in self.commander_log(who) for stamp in stamps)
 
     def drives(self, who):
         """Wait until a commander moves the board."""

@@ -24,6 +24,7 @@ from robotont_testing.stand_in_board import Board, speeds_of
 pytestmark = [pytest.mark.timed, pytest.mark.alone]
 
 WITHIN = 0.1  # [s] of 99 of 100 presses
+BY = ("page", "keys", "topic")
 STAYS = 0.2   # [s] of zeros, after which a press by the keys is behind the zero that they send with it
 LISTENER = """
 import rospy
@@ -68,6 +69,9 @@ class Robot:
         self._ended = threading.Event()
         self._driver = threading.Thread(target=self._drive, daemon=True)
         self._driver.start()
+        for by in BY:  # whoever hangs afterwards, each is connected
+            self.release()
+            self.delay(by)
 
     def _open(self):
         with contextlib.suppress(OSError):
@@ -198,7 +202,7 @@ def press_often(robot, peers, presses, seconds):
         if peer == "disk" and not robot.freezable:
             print("disk: not tried, for only root may freeze one")
             continue
-        delays = {by: [] for by in ("page", "keys", "topic")}
+        delays = {by: [] for by in BY}
         robot.release()
         with robot.hung(peer) if peer != "nobody" else contextlib.nullcontext():
             began = time.monotonic()

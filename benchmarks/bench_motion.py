@@ -10,6 +10,7 @@ import math
 import mujoco
 import numpy as np
 
+from robotont_boards import BOARDS
 from robotont_driver.command.command_stream import CommandStream
 from robotont_driver.command.limits import Limits
 from robotont_driver.kinematics.kinematics import Kinematics
@@ -20,7 +21,6 @@ from robotont_simulator.official_firmware import SimulatedMotors, make_simulatio
 from robotont_simulator.simulation import Simulation
 from robotont_simulator.world import World
 from robotont_testing.figures import percentile, row
-from robotont_testing.official_boards import BOARDS
 from robotont_testing.simulated_wheels import PERIOD, path_of
 
 FLOOR = World((), (0.0, 0.0, 0.0))

@@ -10,13 +10,13 @@ from roslaunch.config import load_config_default
 from sensor_msgs.msg import JointState
 from tf2_msgs.msg import TFMessage
 
+from robotont_boards import Robotont2Board
 from robotont_driver.kinematics.kinematics import Kinematics
 from robotont_driver.kinematics.wheel_params import read_wheels
 from robotont_testing.board_port import BoardPort
 from robotont_testing.dc_motors import Motors
 from robotont_testing.harness import START, wait_for
 from robotont_testing.node_test import OK, NodeTest, twist
-from robotont_testing.official_boards import Robotont2Board
 from robotont_testing.robots import SHIPPED, robot_folder
 from robotont_testing.rviz_stage import Stage
 from robotont_testing.stand_in_board import Board

@@ -15,9 +15,9 @@ from xml.etree import ElementTree
 import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
-ORDER = ["robotont_testing", "robotont_firmware", "robotont_driver", "robotont_description", "robotont_calibration",
+ORDER = ["robotont_boards", "robotont_firmware", "robotont_driver", "robotont_description", "robotont_calibration",
          "robotont_simulator", "robotont_map_navigation", "robotont_teleop", "robotont_bringup", "robotont_operations",
-         "robotont_fleet", "robotont_demo"]
+         "robotont_fleet", "robotont_demo", "robotont_testing"]
 PACKAGES = [name for name in ORDER if (ROOT / name / "package.xml").exists()]
 ROSDEP_KEYS = {  # of modules that are no ROS packages
     "PIL": "python3-pil", "mujoco": "python3-mujoco-pip", "ruamel": "python3-ruamel.yaml",
@@ -119,7 +119,8 @@ def test_a_package_brings_what_a_release_needs_and_catkin_knows_its_tests(packag
     assert root.find("export/architecture_independent") is not None
     assert root.findtext("url").startswith("https://")
     assert f"\nChangelog for package {package}\n" in (ROOT / package / "CHANGELOG.rst").read_text()
-    assert "robotont_add_tests()" in (ROOT / package / "CMakeLists.txt").read_text()
+    has_tests = (ROOT / package / "test").exists()
+    assert ("robotont_add_tests()" in (ROOT / package / "CMakeLists.txt").read_text()) == has_tests
 
 
 def test_all_packages_have_their_place_and_the_official_ones_can_stay_in_the_workspace():

@@ -3,6 +3,7 @@
 import math
 import random
 
+from robotont_boards import BOARDS
 from robotont_driver.kinematics.kinematics import Kinematics
 from robotont_driver.kinematics.wheel_params import read_wheels
 from robotont_driver.link.outbox import Outbox
@@ -10,7 +11,6 @@ from robotont_driver.odometry.odometry import WheelOdometry
 from robotont_driver.protocol.dialects import make_dialect
 from robotont_driver.protocol.packet import format_packet, parse_packet
 from robotont_testing.dc_motors import Motors
-from robotont_testing.official_boards import BOARDS
 from robotont_testing.robots import ROBOTONT2
 
 REACH = 300

@@ -10,11 +10,11 @@ from sensor_msgs.msg import BatteryState, Range
 from std_msgs.msg import String
 from tf2_msgs.msg import TFMessage
 
+from robotont_boards import BOARDS
 from robotont_testing.board_port import BoardPort
 from robotont_testing.dc_motors import EDGES_PER_METRE, Motors
 from robotont_testing.harness import wait_for
 from robotont_testing.node_test import ERROR, OK, NodeTest
-from robotont_testing.official_boards import BOARDS
 from robotont_testing.robots import ROBOTONT2, SHIPPED
 
 TASK = "serial_com_node: link"

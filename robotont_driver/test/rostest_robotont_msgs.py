@@ -10,11 +10,11 @@ import rosparam
 import rostest
 from sensor_msgs.msg import LaserScan
 
+from robotont_boards import BOARDS
 from robotont_testing.board_port import BoardPort
 from robotont_testing.dc_motors import Motors
 from robotont_testing.harness import wait_for
 from robotont_testing.node_test import NodeTest
-from robotont_testing.official_boards import BOARDS
 from robotont_testing.robots import ROBOTONT2
 
 try:

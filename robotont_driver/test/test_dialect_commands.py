@@ -7,13 +7,13 @@ import random
 import pytest
 from dialect_bench import REACH, Bench, command_of, official_wheels
 
+from robotont_boards import BOARDS
 from robotont_driver.kinematics.wheel_params import read_wheels
 from robotont_driver.protocol.dialects import make_dialect
 from robotont_driver.protocol.dialects.dialect import DialectError
 from robotont_driver.protocol.dialects.robotont2 import Robotont2
 from robotont_driver.protocol.packet import Packet
 from robotont_testing.dc_motors import Motors
-from robotont_testing.official_boards import BOARDS
 from robotont_testing.robots import BARE, SHIPPED, UNEVEN_4
 
 FORWARD, LEFT, TURN, REST = (0.2, 0, 0), (0, 0.2, 0), (0, 0, 1), (0, 0, 0)

@@ -1,7 +1,6 @@
 """Boards that restart unheard, lines lost and bytes spoilt: no motion that nobody made, unless it is told.
 
-The boards and the robot are made here from docs/protocol.md and the official firmware's output, by format strings and
-arithmetic of their own.
+The robot and its own board are made here from docs/protocol.md, by format strings and arithmetic of their own.
 """
 
 import binascii
@@ -12,6 +11,7 @@ import numpy as np
 import pytest
 from dialect_bench import REACH, official_wheels
 
+from robotont_boards.virtual_board import OfficialOdometry
 from robotont_driver.kinematics.kinematics import Kinematics
 from robotont_driver.odometry.odometry import WheelOdometry
 from robotont_driver.protocol.dialects import make_dialect
@@ -71,30 +71,28 @@ class CheckedBoard:
 
 
 class PoseBoard:
-    """The official firmware: a pose in single precision, moved by each period's speed along the yaw before it."""
+    """The official firmware's odometry and lines."""
 
     banner = b"**** MAIN ****\r\n"
     burst = 1
 
     def __init__(self, robot, chance):
         self._robot = robot
+        self._odometry = OfficialOdometry(0.145, math.sin, math.cos)
         self.restart()
         scale = chance.choice((0.1, 1.0))
-        self._pose = np.array([chance.uniform(-limit, limit) * scale for limit in (1, 1, 4)], np.float32)
+        self._odometry.pose = np.array([chance.uniform(-limit, limit) * scale for limit in (1, 1, 4)], np.float32)
 
     def restart(self):
         self._before = np.floor(self._robot.edges)
-        self._pose = np.zeros(3, np.float32)
+        self._odometry.reset()
         self._waiting = b""
 
     def send(self):
         now = np.floor(self._robot.edges)
-        twist = (np.linalg.inv(MATRIX) @ (now - self._before) / EDGES_PER_METRE / PERIOD).astype(np.float32)
+        self._odometry.update((now - self._before) / EDGES_PER_METRE / PERIOD)
         self._before = now
-        cos, sin = np.float32(math.cos(self._pose[2])), np.float32(math.sin(self._pose[2]))
-        self._pose = self._pose + np.float32(PERIOD) * np.array(
-            (cos * twist[0] - sin * twist[1], sin * twist[0] + cos * twist[1], twist[2]), np.float32)
-        self._waiting += b"ODOM:%f:%f:%f:%f:%f:%f\r\n" % (*self._pose, *twist)
+        self._waiting += self._odometry.line(base_frame=True)
         sent = b""
         while len(self._waiting) >= self.burst:
             size = max(self.burst, 1) if self.burst > 1 else len(self._waiting)

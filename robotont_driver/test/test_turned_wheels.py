@@ -2,11 +2,11 @@ from pathlib import Path
 
 import pytest
 
+from robotont_boards import BOARDS
 from robotont_driver.robots.wheel_file import read_wheel_file
 from robotont_driver.tools.turned_wheels import TurnedWheels, main
 from robotont_testing.board_port import BoardPort
 from robotont_testing.dc_motors import Motors
-from robotont_testing.official_boards import BOARDS
 from robotont_testing.stand_in_board import Board
 
 CONFIG = Path(__file__).resolve().parents[2] / "config"

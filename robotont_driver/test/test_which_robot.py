@@ -2,11 +2,11 @@ import time
 
 import pytest
 
+from robotont_boards import BOARDS
 from robotont_driver.tools import which_robot
 from robotont_driver.tools.which_robot import main
 from robotont_testing.board_port import BoardPort
 from robotont_testing.dc_motors import Motors
-from robotont_testing.official_boards import BOARDS
 from robotont_testing.stand_in_board import Board
 
 

@@ -13,7 +13,6 @@ ROOT = PACKAGE.parent
 SRC = PACKAGE / "src"
 DUAL = PACKAGE / "test" / "dual"
 GOLDEN = ROOT / "robotont_testing" / "data" / "golden_packets.json"
-BOARD_FILES = sorted((SRC / "robotont_firmware").glob("*.py")) + sorted((PACKAGE / "root").glob("*.py"))
 
 
 def tool(name):

@@ -4,6 +4,7 @@ The modules are compiled with each arithmetic operation wrapped in a check, then
 """
 
 import ast
+import copy
 import json
 import random
 import sys
@@ -13,7 +14,8 @@ import pytest
 from firmware_tools import DUAL, GOLDEN, SRC
 
 BOUND = 1 << 30
-MODULES = ("protocol", "receiver", "setpoints", "fault_watch", "status", "wheel_speed", "main_loop")
+MODULES = ("protocol", "receiver", "setpoints", "fault_watch", "status", "wheel_speed", "identity",
+           "main_loop")  # fmt: skip
 
 
 class Watch:
@@ -53,23 +55,10 @@ class Wrap(ast.NodeTransformer):
 
     def visit_AugAssign(self, node):
         self.generic_visit(node)
-        source = (
-            ast.parse(ast.unparse(node.target) if hasattr(ast, "unparse") else _source(node.target))
-            .body[0]
-            .value
-        )
+        source = copy.deepcopy(node.target)
+        source.ctx = ast.Load()
         value = ast.copy_location(ast.BinOp(left=source, op=node.op, right=node.value), node)
         return ast.copy_location(ast.Assign(targets=[node.target], value=self._wrap(value)), node)
-
-
-def _source(target):
-    """Return the source of a name, attribute or indexed name (Python 3.8 has no ast.unparse)."""
-    if isinstance(target, ast.Name):
-        return target.id
-    if isinstance(target, ast.Attribute):
-        return f"{_source(target.value)}.{target.attr}"
-    index = target.slice.value if isinstance(target.slice, ast.Index) else target.slice
-    return f"{_source(target.value)}[{_source(index)}]"
 
 
 def instrument(source, name, watch, package):

@@ -5,7 +5,6 @@ import re
 import runpy
 import sys
 
-from firmware_pty import checked
 from firmware_tools import ROOT, SRC
 
 TEXT = (ROOT / "docs" / "firmware.md").read_text(encoding="utf-8")
@@ -69,21 +68,9 @@ def test_moved_wires():
         assert wiring["ENCODERS"][int(motor)]["AB".index(channel)] == pin
 
 
-def test_question():
-    line = checked("?").decode().strip()
-    assert f"`{line}`" in TEXT
-    assert line in (SRC / "robotont_flash" / "boards.py").read_text()
-
-
-def test_repl_line():
-    line = checked("!repl").decode().strip()
-    assert f"`{line}`" in TEXT
-    assert line in (SRC / "robotont_flash" / "boards.py").read_text()
-
-
 def test_banner_after_flashing():
     """The chip takes MicroPython's reset for its button; test/dual/suite_board.py has the word of every cause."""
-    banner = module("main_loop").Controller(None, config(), reset_cause="button")._banner
+    banner = module("identity").Identity(None, config(), 3, "button").banner
     assert "`{}`".format(banner.decode().rsplit(";", 1)[0]) in TEXT
 
 

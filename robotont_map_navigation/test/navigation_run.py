@@ -150,8 +150,7 @@ def judged(reports):
 
 def pose(message):
     """(x, y, yaw) of an Odometry."""
-    place = message.pose.pose
-    return pose_of(place)
+    return pose_of(message.pose.pose)
 
 
 def flat(twist):

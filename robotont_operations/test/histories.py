@@ -221,6 +221,13 @@ class Player:
         self._chance = None
         self._cut = self._latched = False
         self.heard = 0
+        self._do = {
+            "cut_or_heal": self._cut_or_heal, "latch": self._latch, "hang": stage.hang,
+            "resume": lambda _: stage.resume(), "hang_master": lambda _: stage.hang("rosmaster"),
+            "suspend": lambda _: [stage.hang(name) for name in self._robot],
+            "respawn": lambda _: stage.respawn(self._chance.choice(self._robot)),
+            "kill": lambda who: stage.kill(who, self._chance.choice((signal.SIGKILL, signal.SIGINT))),
+            **{order: lambda who, order=order: self._command(who, order) for order in ("drive", "rest", "once")}}
 
     def play(self, seed):
         """One history; returns the (commander, age [s]) of what drove although it was too old."""
@@ -233,7 +240,7 @@ class Player:
         old, told = [], []
         for _ in range(chance.randint(4, 9)):
             event, who = chance.choice(self.EVENTS), leader if chance.random() < 0.7 else chance.randrange(3)
-            getattr(self, "_" + event)(who)
+            self._do[event](who)
             told.append(f"{event} {who}")
             time.sleep(chance.choice((0.05, 0.2, 0.4, 0.7, 1.2)))
             old += self._judge()
@@ -259,38 +266,10 @@ class Player:
         else:
             self._stage.mend()
 
-    def _kill(self, who):
-        self._stage.kill(who, self._chance.choice((signal.SIGKILL, signal.SIGINT)))
-
-    def _hang(self, who):
-        self._stage.hang(who)
-
-    def _resume(self, _who):
-        self._stage.resume()
-
-    def _respawn(self, _who):
-        self._stage.respawn(self._chance.choice(self._robot))
-
     def _latch(self, _who):
         if not self._latched:
             self._latched = True
             self._stage.command(LATCHED, "once", "laptop", self._chance.choice(self._places)[1], latch=True)
-
-    def _hang_master(self, _who):
-        self._stage.hang("rosmaster")
-
-    def _suspend(self, _who):
-        for name in self._robot:
-            self._stage.hang(name)
-
-    def _drive(self, who):
-        self._command(who, "drive")
-
-    def _rest(self, who):
-        self._command(who, "rest")
-
-    def _once(self, who):
-        self._command(who, "once")
 
     def _wait_for_quiet(self, old):
         """What waited anywhere has come when a second passes without motion."""

@@ -14,6 +14,7 @@ from pathlib import Path
 import pytest
 import rosbag
 
+from robotont_boards import BOARDS
 from robotont_operations import install_robot as install_robot_module
 from robotont_operations import robot_choice
 from robotont_operations.black_box import bags_of, runs_in
@@ -21,7 +22,6 @@ from robotont_testing import places
 from robotont_testing.board_port import BoardPort
 from robotont_testing.dc_motors import Motors
 from robotont_testing.harness import Processes, wait_for
-from robotont_testing.official_boards import BOARDS
 from robotont_testing.robots import BARE, robot_folder
 from robotont_testing.stand_in_board import Board
 

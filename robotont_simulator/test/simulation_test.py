@@ -19,8 +19,7 @@ BOARD = "serial_com_node: board"
 
 def pose(message):
     """(x, y, yaw) of an Odometry."""
-    place = message.pose.pose
-    return pose_of(place)
+    return pose_of(message.pose.pose)
 
 
 class Simulation(Processes):

@@ -94,18 +94,6 @@ def test_a_push_moves_the_truth_and_not_the_odometry():
     assert abs(odometry[1]) < 0.1 * truth[1]
 
 
-def test_a_slippery_wheel_makes_the_odometry_worse():
-    def error(grip):
-        run = run_in()
-        run.simulation.set_grip(0, grip)
-        run.hold((0.3, 0.0, 0.0), 2.0)
-        odometry, truth = run.hold((0.0, 0.3, 0.0), 2.0)
-        return math.dist(odometry[:2], truth[:2])
-    good, bad = error(1.0), error(0.02)
-    print(f"error with grip {good:.4f} m, with one slippery wheel {bad:.4f} m")
-    assert bad > 3 * good
-
-
 def test_a_sagging_battery_limits_the_speed():
     def reached(voltage):
         run = run_in()

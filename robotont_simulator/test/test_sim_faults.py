@@ -73,18 +73,6 @@ def test_a_wheel_that_is_jammed_does_not_heat_its_motor(units):
     assert run.status.wheels[1] in (NO_COUNTS, OVERLOAD)
 
 
-def test_silence_with_a_reversed_encoder_accelerates_nothing():
-    run = run_in()
-    twist = along(run, 0, 48)
-    run.hold(twist, 1.5)
-    run.simulation.set_encoder(0, REVERSED)
-    _, speeds, _ = drive_on(run, 0, None, 1.5)
-    print(f"at most {max(speeds) / 48:.2f} of the commanded speed")
-    assert max(speeds) <= 1.16 * 48
-    assert run.status.wheels == (WRONG_WAY, 0, 0)
-    assert max(np.diff(speeds[20:])) < 1.0, "it rolls out, while the others brake"
-
-
 def test_wild_driving_is_no_fault():
     """Sharp turns, reversals, and wheels that others drag."""
     run, rng = run_in(), random.Random(1)

@@ -4,6 +4,7 @@ import math
 
 import pytest
 
+from robotont_boards import BOARDS
 from robotont_driver.kinematics.kinematics import Kinematics
 from robotont_driver.kinematics.wheel_params import read_wheels
 from robotont_driver.link.outbox import Outbox
@@ -12,7 +13,6 @@ from robotont_driver.protocol.dialects import make_dialect
 from robotont_driver.protocol.packet import format_packet, parse_packet
 from robotont_simulator.official_firmware import SimulatedMotors, make_simulation
 from robotont_simulator.world import World
-from robotont_testing.official_boards import BOARDS
 from robotont_testing.robots import ROBOTONT2, SHIPPED
 
 FLOOR = World((), (0.0, 0.0, 0.0))

@@ -99,7 +99,7 @@ def subscribed():
 def test_each_subscriber_of_commands_and_stops_is_a_root():
     found = set(subscribed())
     assert {("driver_node.py", "_on_command"), ("cmd_vel_mux.py", "_on_command")} <= found
-    shown = {("robot_view.py", "_on_driven_by"), ("hand_output.py", "_on_driven_by")}  # words for people
+    shown = {("robot_topics.py", "_on_driven_by"), ("hand_output.py", "_on_driven_by")}  # words for people
     assert not {(file, name) for file, name in found - shown if name not in ROOTS.get(file, ())}
 
 

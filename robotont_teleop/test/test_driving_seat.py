@@ -82,39 +82,20 @@ def test_a_page_that_closes_stops(seat):
     assert seat.driver is None
 
 
-def test_after_an_emergency_stop_held_sticks_do_not_drive(seat):
-    seat.command("one", 10.0, FORWARD, 10.0)
-    assert seat.stop() == STOP
-    assert seat.command("one", 10.05, FORWARD, 10.05) is None
-    seat.command("one", 10.1, STOP, 10.1)
-    assert seat.command("one", 10.15, FORWARD, 10.15) == FORWARD
-
-
-def test_during_an_emergency_stop_from_elsewhere_sticks_must_be_let_go_of(seat):
-    seat.command("one", 10.0, FORWARD, 10.0)
-    assert seat.command("one", 10.05, FORWARD, 10.05, stopped=True) == STOP
-    assert seat.command("one", 10.1, FORWARD, 10.1) is None
-    seat.command("one", 10.15, STOP, 10.15)
-    assert seat.command("one", 10.2, FORWARD, 10.2) == FORWARD
-
-
-def test_a_stick_that_is_already_held_at_the_take_over_must_be_let_go_of(seat):
+@pytest.mark.parametrize("event, who, driver", [
+    (lambda seat: seat.stop(), "one", "one"),
+    (lambda seat: seat.command("one", 10.02, FORWARD, 10.02, stopped=True), "one", "one"),  # pressed elsewhere
+    (lambda seat: seat.take("two"), "two", "two"),
+    (lambda seat: seat.leave("one"), "two", None),
+], ids=["emergency stop", "emergency stop of others", "take-over", "free seat"])
+def test_a_stick_that_is_held_does_not_drive_behind(event, who, driver, seat):
     seat.command("one", 10.0, FORWARD, 10.0)
     seat.command("two", 10.0, FORWARD, 10.0)
-    assert seat.take("two") == STOP
-    assert seat.command("two", 10.05, FORWARD, 10.05) is None
-    seat.command("two", 10.1, STOP, 10.1)
-    assert seat.command("two", 10.15, FORWARD, 10.15) == FORWARD
-
-
-def test_a_free_seat_is_not_taken_by_a_stick_that_is_still_held(seat):
-    seat.command("one", 10.0, FORWARD, 10.0)
-    seat.command("two", 10.0, FORWARD, 10.0)
-    seat.leave("one")
-    assert seat.command("two", 10.05, FORWARD, 10.05) is None
-    assert seat.driver is None
-    seat.command("two", 10.1, STOP, 10.1)
-    assert seat.command("two", 10.15, FORWARD, 10.15) == FORWARD
+    assert event(seat) == STOP
+    assert seat.command(who, 10.05, FORWARD, 10.05) is None
+    assert seat.driver == driver
+    seat.command(who, 10.1, STOP, 10.1)
+    assert seat.command(who, 10.15, FORWARD, 10.15) == FORWARD
 
 
 def test_no_command_exceeds_the_speeds_and_all_keep_their_direction(seat):

@@ -26,9 +26,9 @@ FRESH = 30.0    # [s] for which a claim counts; until then a launch has its node
 RPC_ERRORS = (OSError, ValueError, xmlrpc.client.Error, http.client.HTTPException, xml.parsers.expat.ExpatError)
 
 
-def missing(packages, paths=None):
-    """Those of the packages that are in no folder of `paths` (default: ROS_PACKAGE_PATH), in their order."""
-    installed = set(rospkg.RosPack(paths).list())
+def missing(packages):
+    """Those of the packages that are in no folder of ROS_PACKAGE_PATH, in their order."""
+    installed = set(rospkg.RosPack().list())
     return [package for package in packages if package not in installed]
 
 

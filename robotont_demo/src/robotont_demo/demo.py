@@ -19,7 +19,6 @@ from robotont_demo.simulated import Simulated
 from robotont_driver.parameters.command_line import CommandLine
 from robotont_driver.robots.robot_folder import read_robot
 from robotont_driver.ros import rospy_internals
-from robotont_testing.harness import Master
 
 
 def parse(words):
@@ -46,8 +45,8 @@ def parse(words):
 def run(options):
     """Drive, print the figures, draw; whether the end pose is right. AssertionError when the stack does not work."""
     steps = plan(0.4 if options.robot.packets == "auto" else 0.2)  # [m/s]
-    with Master() as master:
-        robot = Simulated(master, options.bad_bytes, options.robot)
+    with Simulated(options.bad_bytes, options.robot) as robot:
+        robot.wait_for_master()
         rospy_internals.mend()
         rospy.init_node("demo", disable_signals=True)
         recorder, commander = Recorder(), Commander()
@@ -81,7 +80,8 @@ def figures(link, error, allowed):
 
 def main():
     """Run the demo; returns the exit status."""
-    signal.signal(signal.SIGTERM, signal.default_int_handler)
+    for ending in (signal.SIGTERM, signal.SIGINT):  # in a shell's background it would ignore Ctrl-C, its nodes too
+        signal.signal(ending, signal.default_int_handler)
     options = parse(sys.argv[1:])
     print(f"driving the simulator, robot {options.robot.folder.name}: a square of 1 m, then a circle while turning "
           f"(some 30 s);\nthe demo itself spoils {100 * options.bad_bytes:g} % of the board's bytes on the way",

@@ -8,7 +8,7 @@ from geometry_msgs.msg import Twist
 
 from robotont_demo.recording import Standstill
 from robotont_demo.scenario import PERIOD
-from robotont_testing.harness import wait_for
+from robotont_demo.waiting import wait_for
 
 
 class Commander:

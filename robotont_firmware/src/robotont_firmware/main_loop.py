@@ -20,10 +20,10 @@ so the same loop drives the robot, the simulator and the tests. Nothing in it al
 
 from array import array
 
-from robotont_firmware import __version__, protocol
 from robotont_firmware import gain_bounds as bounds
 from robotont_firmware.compat import const, micropython
 from robotont_firmware.fault_watch import DRIVER_FAULT, NO_FAULT, OVERLOAD
+from robotont_firmware.identity import Identity
 from robotont_firmware.protocol import Sender
 from robotont_firmware.receiver import Receiver
 from robotont_firmware.setpoints import Setpoints, clear, differences
@@ -66,18 +66,12 @@ class Controller:
         self._test_left = 0  # [periods] that one wheel is still driven by an order `!test`
         self._tested = 0  # that wheel + 1, negative: backward
         self._test_effort = min(config.TEST_EFFORT, config.MAX_EFFORT)
-        self._answer_wait = 0  # [periods] until the next answer
         self._status = Status(board, config, wheels)
-        about = (
-            f"robotont_firmware {__version__} wheels {wheels} rate {config.RATE} units edges/period "
-            f"profile {config.PROFILE} reset {reset_cause}"
-        )
-        self._banner = protocol.seal(about)
-        self._answer = protocol.seal("identity " + about)
+        self._identity = Identity(board, config, wheels, reset_cause)
 
     def start(self):
         """Send the banner and take the encoders as they stand for the start of the count."""
-        self._board.write(self._banner, len(self._banner))
+        self._identity.introduce()
         self._board.counts(self._last_totals)
 
     def run(self):
@@ -116,7 +110,7 @@ class Controller:
         self._describe(periods)
         size = self._sender.pack(self._counter - 1, self._counts, self._totals, self._status.fields)
         self._board.write(self._sender.buffer, size)
-        self._introduce(periods)
+        self._identity.answer(self._receiver, periods)
 
     @micropython.native
     def _measure(self):
@@ -242,13 +236,3 @@ class Controller:
             fields = status.fields
             for wheel in range(self._wheels):
                 fields[WHEELS + wheel] = OVERLOAD if self._pids[wheel].overloaded else NO_FAULT
-
-    @micropython.native
-    def _introduce(self, periods):
-        """Answer the PC's request for the identity."""
-        if self._answer_wait > periods:
-            self._answer_wait -= periods
-        elif self._receiver.asked:
-            self._receiver.asked = False
-            self._answer_wait = self._config.ANSWER_INTERVAL
-            self._board.write(self._answer, len(self._answer))

@@ -155,7 +155,7 @@ def test_line():
 
 def test_watchdog():
     made = make()
-    assert "watchdog 300" in log
+    assert log[-1] == "watchdog 300", "armed last"
     made.feed()
     assert log[-1] == "feed"
 
@@ -171,12 +171,6 @@ def test_stop():
     made.stop()
     assert motor_pins_are_low()
     assert Timer.all[8].channels[2][1].width == 0
-
-
-def test_boot_holds_the_motors():
-    fake_hardware.reset()
-    start("boot.py")
-    assert motor_pins_are_low()
 
 
 def test_button_means_safe_mode():
@@ -363,18 +357,6 @@ def test_an_error_while_starting_gives_the_repl_back():
     assert motor_pins_are_low()
 
 
-def test_the_watchdog_is_armed_last():
-    make()
-    assert log[-1].startswith("watchdog")
-
-
-def test_reset_causes():
-    for cause, word in ((1, "power"), (2, "button"), (3, "watchdog"), (0, "soft"), (4, "other")):
-        Machine.cause = cause
-        assert resets.reset_cause(0) == word
-        assert resets.reset_cause(resets.CRASHED) == "crash"
-
-
 def test_a_note_is_read_once():
     resets.leave_note(resets.REPL_WISHED)
     assert Machine.mem32[0x40002800 + 0xCC] == resets.REPL_WISHED, "in RTC_BKP31R: a file could be damaged"
@@ -383,9 +365,10 @@ def test_a_note_is_read_once():
     assert resets.take_note() == 0
 
 
-def test_boot_has_the_pins_of_the_profile():
+def test_boot_holds_the_motors_and_has_the_pins_of_the_profile():
     fake_hardware.reset()
     start("boot.py")
+    assert motor_pins_are_low()
     held = set(pins)
     assert held == {wiring[0] for wiring in config.PWM} | {pin for pair in config.DIRECTIONS for pin in pair}
 

@@ -3,6 +3,7 @@
 from dual_tools import Config, Locked, Robot, checked
 
 from robotont_firmware import __version__, config
+from robotont_firmware.fault_watch import DRIVER_FAULT
 from robotont_firmware.main_loop import Controller
 from robotont_firmware.status import TIMED_OUT, WAITS_FOR_ZERO
 
@@ -34,15 +35,6 @@ def test_identifies_itself_whenever_it_is_asked():
     robot.board.inbox += b"?;0000\n?\n"
     robot.tick(30)
     assert robot.board.sent.count(answer) == 6, "one of before was still due, and none of these"
-
-
-def test_asking_keeps_no_motor_alive():
-    robot = Robot()
-    robot.tick(40, "30:30:30")
-    for _ in range(80):
-        robot.board.inbox += checked("?")
-        robot.tick(1)
-    assert robot.efforts() == [0, 0, 0]
 
 
 def test_wheels_follow_a_checked_command():
@@ -123,13 +115,14 @@ def test_after_the_timeout_the_wheels_are_braked_at_once_and_then_released():
     assert robot.efforts() == [0, 0, 0]
 
 
-def test_garbage_does_not_keep_the_motors_alive():
-    robot = Robot()
-    robot.tick(40, "30:30:30")
-    for _ in range(80):
-        robot.board.inbox += b"30:30:30;0000\n30:30:30\n30:30;\n\x00\xff"
-        robot.tick(1)
-    assert robot.efforts() == [0, 0, 0]
+def test_garbage_and_questions_keep_no_motor_alive():
+    for line in (b"30:30:30;0000\n30:30:30\n30:30;\n\x00\xff", checked("?")):
+        robot = Robot()
+        robot.tick(40, "30:30:30")
+        for _ in range(80):
+            robot.board.inbox += line
+            robot.tick(1)
+        assert robot.efforts() == [0, 0, 0], line
 
 
 def test_plain_pc_takes_over_after_the_timeout_only():
@@ -156,13 +149,17 @@ def test_fault_stops_all_until_quiet_and_zeroed():
     robot.tick(config.BRAKING, "30:30:30")
     assert robot.efforts() == [0, 0, 0]
     assert max([abs(count) for count in robot.packets()[-1][0][::2]]) <= 3
-    robot.tick(60, "30:30:30")
+    for _ in range(3):
+        robot.tick(20, "30:30:30")
+        assert robot.newest()[3] == [0, DRIVER_FAULT, 0]
     robot.board.faults[1] = False
     robot.tick(60, "30:30:30")
     assert robot.efforts() == [0, 0, 0], "a command that still stands must not start the robot"
     assert robot.newest()[0] == WAITS_FOR_ZERO
+    assert robot.newest()[3] == [0, DRIVER_FAULT, 0]
     robot.tick(5, "0:0:0")
     assert robot.newest()[0] == 0
+    assert robot.newest()[3] == [0, 0, 0]
     robot.tick(50, "30:30:30")
     assert robot.packets()[-1][0][0] > 25
 

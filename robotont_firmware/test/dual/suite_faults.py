@@ -4,7 +4,7 @@ from dual_tools import Config, Locked, Robot
 from sim_motor import GOOD, HALF, REVERSED, UNPLUGGED
 
 from robotont_firmware import config
-from robotont_firmware.fault_watch import DRIVER_FAULT, NO_COUNTS, OVERLOAD, WRONG_WAY
+from robotont_firmware.fault_watch import NO_COUNTS, OVERLOAD, WRONG_WAY
 from robotont_firmware.status import BATTERY_IS_LOW, TIMED_OUT, WAITS_FOR_ZERO
 from robotont_firmware.wheel_speed import Pid
 
@@ -196,33 +196,6 @@ def test_an_overload_is_in_the_status_and_goes_away():
     assert robot.newest()[3] == [0, 0, OVERLOAD]
     robot.tick(60, "0:0:0")
     assert robot.newest()[3] == [0, 0, 0]
-
-
-def test_a_driver_fault_is_in_every_packet_and_clears():
-    robot = Robot()
-    robot.tick(40, "30:30:30")
-    robot.board.faults[1] = True
-    robot.tick(1, "30:30:30")
-    assert robot.efforts()[1] == 0
-    for _ in range(5):
-        robot.tick(20, "30:30:30")
-        assert robot.newest()[3] == [0, DRIVER_FAULT, 0]
-    robot.board.faults[1] = False
-    robot.tick(60, "30:30:30")
-    assert robot.newest()[3] == [0, DRIVER_FAULT, 0]
-    robot.tick(3, "0:0:0")
-    assert robot.newest()[3] == [0, 0, 0]
-
-
-def test_after_any_reset_a_zero_comes_first():
-    for cause in ("watchdog", "crash", "power", "button", "soft", "other", "unknown"):
-        robot = Robot(cause=cause)
-        robot.tick(50, "30:30:30")
-        assert robot.efforts() == [0, 0, 0], cause
-        assert robot.newest()[0] == WAITS_FOR_ZERO
-        robot.tick(3, "0:0:0")
-        robot.tick(20, "30:30:30")
-        assert robot.efforts()[0] > 0
 
 
 def test_missed_ticks_are_divided_out_of_the_speed():

@@ -5,12 +5,12 @@ import shutil
 import sys
 import textwrap
 
-RED, GREEN, YELLOW, BOLD = 31, 32, 33, 1
+RED, GREEN, YELLOW = 31, 32, 33
 
 
-def paint(text, colour, stream=sys.stdout):
-    """`text` in a colour where `stream` is a terminal and NO_COLOR is not set."""
-    if not stream.isatty() or os.environ.get("NO_COLOR"):
+def paint(text, colour):
+    """`text` in a colour where standard output is a terminal and NO_COLOR is not set."""
+    if not sys.stdout.isatty() or os.environ.get("NO_COLOR"):
         return text
     return f"\033[{colour}m{text}\033[0m"
 

@@ -3,8 +3,8 @@
 import math
 import time
 
+from robotont_boards import BOARDS, POSITIONS
 from robotont_simulator.simulation import Simulation
-from robotont_testing.official_boards import BOARDS, POSITIONS
 
 MOTORS_FREQUENCY = 100  # [Hz] the physics moves on in periods of the fastest control, 10 ms
 LOOK = 0.005            # [s] between two looks at the serial port
@@ -13,7 +13,7 @@ LARGEST_ANGLE = 0.1     # [rad] by which a wheel may be elsewhere than the board
 
 
 class SimulatedMotors:
-    """The motors and encoders of a `Simulation` for a board of official_boards."""
+    """The motors and encoders of a `Simulation` for a board of robotont_boards."""
 
     def __init__(self, simulation):
         self._simulation = simulation
@@ -43,7 +43,7 @@ def make_simulation(name, wheels, world, seed, imu_rate=0.0):
 
 
 class OfficialFirmware:
-    """Runs a board of official_boards in real time: `line` has read(size) and write(bytes), the board's end.
+    """Runs a board of robotont_boards in real time: `line` has read(size) and write(bytes), the board's end.
 
     on_tick(): called every 20 ms; returns whether to go on.
     """

@@ -1,31 +1,26 @@
-"""The ROS side of the simulator: ground truth and a laser scan out; faults in."""
+"""The simulator's node: the firmware runs on the simulated board in real time; faults come in by topics."""
 
-import math
 import threading
 from pathlib import Path
 
-import numpy as np
 import rospy
 from geometry_msgs.msg import Vector3
-from nav_msgs.msg import Odometry
-from sensor_msgs.msg import Imu, LaserScan
 from std_msgs.msg import Float32, Float32MultiArray, Int8MultiArray
 from std_srvs.srv import SetBool, SetBoolResponse, Trigger, TriggerResponse
 
+from robotont_boards import BOARDS
 from robotont_driver.parameters.parameters import Parameter
 from robotont_driver.ros.clocks import read_clocks
 from robotont_driver.ros.diagnostics import OK, WARN, Health
 from robotont_driver.ros.lifecycle import run_node
 from robotont_simulator.faulty_port import Port, PortError
 from robotont_simulator.official_firmware import OfficialFirmware, make_simulation
+from robotont_simulator.sensors import Sensors
 from robotont_simulator.simulated_board import SimulatedBoard, SimulatedFirmware
 from robotont_simulator.simulation import GOOD, REVERSED, UNPLUGGED, Simulation
 from robotont_simulator.world import World, WorldError, read_world
 from robotont_simulator.world_map import WorldMap
-from robotont_testing.official_boards import BOARDS
 
-SCAN_RAYS = 128     # measurements per scan
-SCAN_NEAREST, SCAN_FARTHEST = 0.3, 4.0  # [m] nearer things read -inf (REP 117), farther ones are not seen
 IMU_RATE = 250.0    # [Hz] readings of gyro and accelerometer
 PARAMETERS = (
     Parameter("port", "/tmp/robotont", "name under which the board's serial port appears"),
@@ -38,8 +33,6 @@ PARAMETERS = (
     Parameter("scan_field_of_view", 1.03, "centred on forward; 6.2831853 for all around", "rad", minimum=0.1,
               maximum=6.2831854, reason="a whole turn"),
 )
-
-IMU_BURST = 500  # readings that may wait: more than a stall makes up for
 
 
 class SimulatorNode:
@@ -55,21 +48,20 @@ class SimulatorNode:
         self._port = self._make_port()
         self._lock = threading.Lock()
         self._orders = []  # functions to call between two periods
-        self._ticks = 0
-        self._prepare_messages(wheels)
-        self._truth_publisher = rospy.Publisher("ground_truth/odom", Odometry, queue_size=10)
-        self._scan_publisher = rospy.Publisher("scan", LaserScan, queue_size=2)
-        self._imu_publisher = rospy.Publisher("imu", Imu, queue_size=IMU_BURST)
+        self._sensors = Sensors(self._simulation, wheels.pid_frequency, parameters)
         rospy.Service("~unplug", SetBool, self._on_unplug)
         rospy.Subscriber("~byte_errors", Float32, self._on_byte_errors)
-        rospy.Subscriber("~wheel_grip", Float32MultiArray, self._on_wheel_grip)
         rospy.Subscriber("~push", Vector3, self._on_push)
         rospy.Subscriber("~battery", Float32, self._on_battery)
         self._stopping = threading.Event()
         self._late_before = 0
-        rospy.Subscriber("~encoders", Int8MultiArray, self._on_encoders)
-        rospy.Subscriber("~motors", Int8MultiArray, self._on_motors)
-        rospy.Subscriber("~jam", Int8MultiArray, self._on_jam)
+        simulation, states = self._simulation, {1: GOOD, 0: UNPLUGGED, -1: REVERSED}
+        for name, kind, lowest, function in (  # a number per wheel, from the lowest to 1
+                ("wheel_grip", Float32MultiArray, 0, simulation.set_grip),  # part of the normal friction
+                ("encoders", Int8MultiArray, -1, lambda wheel, value: simulation.set_encoder(wheel, states[value])),
+                ("motors", Int8MultiArray, 0, simulation.set_motor),        # 0: gets no current
+                ("jam", Int8MultiArray, 0, simulation.set_jam)):            # 1: held fast
+            rospy.Subscriber(f"~{name}", kind, self._on_wheels, (name, lowest, function))
         rospy.Service("~brown_out", Trigger, self._on_brown_out)
         self._firmware = self._make_firmware(wheels)
         self._thread = threading.Thread(target=self._run, daemon=True)
@@ -117,29 +109,6 @@ class SimulatorNode:
             rospy.logfatal("world: %s", error)
         raise SystemExit(1)
 
-    def _prepare_messages(self, wheels):
-        given = self._parameters
-        self._truth = Odometry(child_frame_id=rospy.get_param("odom_node/base_frame", "base_link"))
-        self._truth.header.frame_id = "map"
-        field, rays = given["scan_field_of_view"], SCAN_RAYS
-        self._angles = np.linspace(-field / 2, field / 2, rays, endpoint=field < 2 * math.pi - 1e-6)
-        self._scan = LaserScan(
-            angle_min=self._angles[0], angle_max=self._angles[-1], angle_increment=self._angles[1] - self._angles[0],
-            range_min=SCAN_NEAREST, range_max=SCAN_FARTHEST,
-            scan_time=1.0 / given["scan_rate"] if given["scan_rate"] else 0.0)
-        self._scan.header.frame_id = given["laser_frame"]
-        rate = given["scan_rate"]
-        self._scan_ticks = max(1, round(wheels.pid_frequency / rate)) if rate else 0
-        self._imu = Imu()
-        self._imu.header.frame_id = self._truth.child_frame_id
-        self._imu.orientation_covariance[0] = -1.0  # it reports none
-        errors = self._simulation.imu_errors
-        if errors:
-            for covariance, deviation in (
-                    (self._imu.angular_velocity_covariance, errors.gyro_deviation),
-                    (self._imu.linear_acceleration_covariance, errors.accelerometer_deviation)):
-                covariance[:] = (deviation ** 2 * np.eye(3)).ravel()
-
     def _run(self):
         self._firmware.start()
         self._firmware.run()
@@ -152,12 +121,7 @@ class SimulatorNode:
             order()
         if getattr(self._firmware, "dead", ""):
             rospy.logerr_throttle(10.0, "the board is dead: %s", self._firmware.dead)
-        self._ticks += 1
-        stamp = self._stamp()
-        self._publish_truth(stamp)
-        self._publish_imu(stamp)
-        if self._scan_ticks and self._ticks % self._scan_ticks == 0:
-            self._publish_scan(stamp)
+        self._sensors.publish(self._stamp())
         return not self._stopping.is_set()
 
     def _stamp(self):
@@ -166,32 +130,6 @@ class SimulatorNode:
             return rospy.Time.now()
         steady, now = read_clocks()
         return rospy.Time(nsecs=now - max(0, steady - round(1e9 * self._board.due)))
-
-    def _publish_truth(self, stamp):
-        truth = self._truth
-        truth.header.stamp = stamp
-        x, y, yaw = self._simulation.pose()
-        truth.pose.pose.position.x, truth.pose.pose.position.y = x, y
-        truth.pose.pose.orientation.z, truth.pose.pose.orientation.w = math.sin(yaw / 2), math.cos(yaw / 2)
-        twist = truth.twist.twist
-        twist.linear.x, twist.linear.y, twist.angular.z = self._simulation.twist()
-        self._truth_publisher.publish(truth)
-
-    def _publish_imu(self, stamp):
-        """The period's readings, each with its own stamp."""
-        imu, readings = self._imu, self._simulation.imu_readings
-        for later, (rates, accelerations) in zip(range(len(readings) - 1, -1, -1), readings):
-            imu.header.stamp = stamp - rospy.Duration.from_sec(later * self._simulation.imu_interval)
-            rate, acceleration = imu.angular_velocity, imu.linear_acceleration
-            rate.x, rate.y, rate.z = rates.tolist()
-            acceleration.x, acceleration.y, acceleration.z = accelerations.tolist()
-            self._imu_publisher.publish(imu)
-
-    def _publish_scan(self, stamp):
-        scan = self._scan
-        scan.header.stamp = stamp
-        scan.ranges = self._simulation.scan(self._angles, scan.range_min, scan.range_max).tolist()
-        self._scan_publisher.publish(scan)
 
     def _order(self, function, *arguments):
         with self._lock:
@@ -211,31 +149,13 @@ class SimulatorNode:
         if check("byte_errors", message.data, 0.0, 1.0):
             self._port.byte_errors = message.data
 
-    def _on_wheel_grip(self, message):
-        """One part (0..1) of the normal friction per wheel."""
-        self._order_for_wheels("wheel_grip", message.data, 0, 1, self._simulation.set_grip)
-
-    def _on_encoders(self, message):
-        """Per wheel 1: good, 0: unplugged, -1: counts backwards."""
-        states = {1: GOOD, 0: UNPLUGGED, -1: REVERSED}
-        self._order_for_wheels("encoders", message.data, -1, 1,
-                               lambda wheel, value: self._simulation.set_encoder(wheel, states[value]))
-
-    def _on_motors(self, message):
-        """Per wheel 1: connected, 0: gets no current."""
-        self._order_for_wheels("motors", message.data, 0, 1,
-                               lambda wheel, value: self._simulation.set_motor(wheel, bool(value)))
-
-    def _on_jam(self, message):
-        """Per wheel 1: held fast, 0: free."""
-        self._order_for_wheels("jam", message.data, 0, 1,
-                               lambda wheel, value: self._simulation.set_jam(wheel, bool(value)))
-
-    def _order_for_wheels(self, name, values, lowest, highest, function):
+    def _on_wheels(self, message, order):
         """Call function(wheel, value) for each wheel, between two periods."""
+        name, lowest, function = order
+        values = message.data
         if len(values) != self._simulation.wheels.amount:
             rospy.logwarn("~%s: found %d numbers, allowed: %d", name, len(values), self._simulation.wheels.amount)
-        elif all(check(name, value, lowest, highest) for value in values):
+        elif all(check(name, value, lowest, 1) for value in values):
             for wheel, value in enumerate(values):
                 self._order(function, wheel, value)
 

@@ -9,7 +9,6 @@ first, and reverses it at the next press or repeat.
 
 from robotont_teleop.speeds import STOP
 
-AXES = ("forward", "left", "turn")
 MOVES = {  # key: (axis, sign)
     "w": (0, 1), "s": (0, -1), "a": (1, 1), "d": (1, -1), "q": (2, 1), "e": (2, -1),
     "up": (0, 1), "down": (0, -1), "left": (2, 1), "right": (2, -1),

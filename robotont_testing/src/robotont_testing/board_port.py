@@ -13,7 +13,7 @@ LOOK = 0.03   # [s] within which a board has looked at all that it heard
 
 
 class BoardPort:
-    """Runs a board of official_boards at the port `link`, from a thread of its own. `make(now)` gives a fresh board.
+    """Runs a board of robotont_boards at the port `link`, from a thread of its own. `make(now)` gives a fresh board.
 
     `line`: faults of the line on the bytes that the board sends. `heard`: (time, bytes) of each write of the PC.
     `late`: (begin, end) of each time in which this thread was kept from its turn, so that the board heard at once what

@@ -57,10 +57,12 @@ def threads_take_turns(interval):
 
 def in_own_process(test):
     """A test without arguments that runs in a process of its own: rospy.init_node works once in each."""
+    file = test.__code__.co_filename
+
     def run():
         result = subprocess.run(
-            [sys.executable, "-c", f"import sys, runpy; runpy.run_path({test.__code__.co_filename!r})"
-                                   f"[{test.__name__!r}].__wrapped__()"],
+            [sys.executable, "-c", f"import sys, runpy; sys.path.insert(0, {os.path.dirname(file)!r}); "
+                                   f"runpy.run_path({file!r})[{test.__name__!r}].__wrapped__()"],
             stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, check=False)
         assert not result.returncode, result.stdout
     return functools.wraps(test)(run)

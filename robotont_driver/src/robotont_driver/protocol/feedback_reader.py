@@ -5,7 +5,7 @@ from collections import Counter
 
 from robotont_driver.protocol.board_status import BoardHealth
 from robotont_driver.protocol.checksum import add_checksum, has_checksum
-from robotont_driver.protocol.line_splitter import LineSplitter
+from robotont_driver.protocol.line_splitter import LineSplitter, read_lines
 from robotont_driver.protocol.lost_packets import LostPackets
 from robotont_driver.protocol.packet import CheckedPacket, ForeignPacketError, PacketError, format_packet, parse_packet
 
@@ -48,23 +48,12 @@ class FeedbackReader:
     def feed(self, data, now):
         """List of `Packet`, one per PID period, that `data` completes at `now` [s]; missed periods included."""
         self._now = now * self._rate
-        packets = []
-        overlong = self._splitter.overlong
-        for line in self._splitter.feed(data):
-            try:
-                packets += self._read(line.rstrip(b"\r"))
-            except PacketError as error:
-                self.dropped[error.kind] += 1
-                self.newest_error = str(error)
-            self._first = False
-        if self._splitter.overlong > overlong:
-            self.dropped["overlong"] += self._splitter.overlong - overlong
-        self.packets += len(packets)
-        return packets
+        return read_lines(self, self._splitter, data, self._read)
 
     def _read(self, line):
+        first, self._first = self._first, False
         try:
-            text = line.decode("ascii")
+            text = line.rstrip(b"\r").decode("ascii")
         except UnicodeDecodeError:
             raise PacketError("not ascii", "bytes outside ASCII") from None
         if not text:
@@ -84,7 +73,7 @@ class FeedbackReader:
                     raise
             else:
                 return self._read_checked(packet)
-        return self._read_plain(text)
+        return self._read_plain(text, first)
 
     def encode(self, packet):
         r"""The bytes to send for a plain command packet that ends with `;\n`, in the form that the board reads.
@@ -108,8 +97,8 @@ class FeedbackReader:
         if self.health.hear_text(text[1:].strip()):
             self.lost.restart()
 
-    def _read_plain(self, text):
-        if self._first:
+    def _read_plain(self, text, first):
+        if first:
             raise PacketError("first line", "the first line may be incomplete")
         counts = parse_packet(text, self.wheels)
         if not counts.is_whole:

@@ -58,10 +58,10 @@ def init_node(name, explanation, table=()):
     queue_log()
 
 
-def run_node(name, node_class, table, check=None):
+def run_node(name, node_class, table):
     """Start a node, node_class(wheels, parameters), in this process and serve until ROS shuts down."""
     init_node(name, sys.modules[node_class.__module__].__doc__, table)
-    serve(Part(rospy.get_name(), node_class, table, check))
+    serve(Part(rospy.get_name(), node_class, table))
 
 
 def run_without_wheels(name, node_class, table):

@@ -3,6 +3,7 @@
 from collections import Counter
 from typing import NamedTuple, Tuple
 
+from robotont_driver.protocol.line_splitter import read_lines
 from robotont_driver.protocol.packet import Packet, PacketError
 
 
@@ -122,18 +123,7 @@ class LineDialect(Dialect):
 
     def feed(self, data, now):
         """List of `Packet` that `data` completes."""
-        packets = []
-        overlong = self._splitter.overlong
-        for line in self._splitter.feed(data):
-            try:
-                packets += self.read_line(decode(line), now)
-            except PacketError as error:
-                self.dropped[error.kind] += 1
-                self.newest_error = str(error)
-        if self._splitter.overlong > overlong:
-            self.dropped["overlong"] += self._splitter.overlong - overlong
-        self.packets += len(packets)
-        return packets
+        return read_lines(self, self._splitter, data, lambda line: self.read_line(decode(line), now))
 
     def read_line(self, text, now):
         """List of `Packet` that the line completes. Raises PacketError."""

@@ -241,10 +241,14 @@ def test_the_worst_fault_stands_where_one_looks(page, served, fault, words):
     assert page.text("#summary") == "All is well (1)"
 
 
-def test_who_drove_through_the_stop_is_told_what_to_do_in_each_language(page, served):
-    barred = "default must stop once after the emergency stop before driving; or call /cmd_vel_mux/give_back"
-    report(served, {"cmd_vel_mux: who drives": (1, barred)})
-    for language, remedy in (("en", "end the program"), ("de", "Programm beenden"), ("et", "lõpeta programm")):
+@pytest.mark.parametrize("words, remedies", [
+    ("default must stop once after the emergency stop before driving; or call /cmd_vel_mux/give_back",
+     ("end the program", "Programm beenden", "lõpeta programm")),
+    ("in the way: something left, 0.08 m from the robot",
+     ("something left, 0.08 m", "Etwas ist im Weg: 0.08 m", "Midagi on ees: 0.08 m"))])
+def test_who_cannot_drive_is_told_why_in_each_language(page, served, words, remedies):
+    report(served, {"cmd_vel_mux: who drives": (1, words)})
+    for language, remedy in zip(("en", "de", "et"), remedies):
         choose_language(page, language)
         page.wait(f"document.getElementById('fault_words').innerText.includes({remedy!r})", "what to do")
     page.run("localStorage.clear()")

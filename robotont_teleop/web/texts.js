@@ -23,6 +23,7 @@ const TEXTS = {
   "fault_command stream": ["", "Fahrbefehle bleiben aus oder werden abgelehnt", "Sõidukäske ei tule või need lükatakse tagasi"],
   fault_gamepad: ["", "Das Gamepad fehlt oder schweigt", "Mängupult puudub või ei vasta"],
   fault_gyro: ["", "Der Drehratensensor fehlt oder misst falsch", "Güroskoop puudub või mõõdab valesti"],
+  fault_in_the_way: ["", "Etwas ist im Weg", "Midagi on ees"],
   fault_link: ["", "Die Platine antwortet nicht: Steckt das Kabel? Ist sie eingeschaltet?",
     "Juhtplaat ei vasta: kas kaabel on küljes? Kas see on sisse lülitatud?"],
   fault_localization: ["", "Der Roboter weiß nicht sicher, wo er ist", "Robot ei tea kindlalt, kus ta on"],

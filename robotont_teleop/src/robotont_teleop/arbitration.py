@@ -78,7 +78,7 @@ class Arbiter:
         self._states = [_State(settings) for settings in inputs]  # highest first
         self._by_name = {state.name: state for state in self._states}
         self._driver = None
-        self._sent = STOP
+        self.sent = STOP  # the newest twist
         self._lock_sent = 0.0
         self.locked = False
         self.timeouts = 0  # times that a moving robot was stopped because its driver fell silent
@@ -122,7 +122,7 @@ class Arbiter:
         due += self._choose(now)
         if state is self._driver:
             due.append(state.twist)
-            self._sent = state.twist
+            self.sent = state.twist
         return due
 
     def emergency_stop(self, pressed, now):
@@ -150,7 +150,7 @@ class Arbiter:
             return self._stop_lock(now) if now - self._lock_sent >= LOCK_PERIOD else []
         driver = self._driver
         due = []
-        if driver and self._sent != STOP and now - driver.received >= driver.timeout:
+        if driver and self.sent != STOP and now - driver.received >= driver.timeout:
             self.timeouts += 1
             due = self._stop()
         return due + self._choose(now)
@@ -162,7 +162,7 @@ class Arbiter:
         if not self._driver:
             return None
         ends = [self._driver.moved + self._driver.hold]
-        if self._sent != STOP:
+        if self.sent != STOP:
             ends.append(self._driver.received + self._driver.timeout)
         return max(0.0, min(ends) - now)
 
@@ -175,11 +175,11 @@ class Arbiter:
         return self._stop()
 
     def _stop(self):
-        if self._sent == STOP:
+        if self.sent == STOP:
             return []
-        self._sent = STOP
+        self.sent = STOP
         return [STOP]
 
     def _stop_lock(self, now):
-        self._sent, self._lock_sent = STOP, now
+        self.sent, self._lock_sent = STOP, now
         return [STOP]

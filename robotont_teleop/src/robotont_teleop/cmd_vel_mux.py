@@ -1,5 +1,6 @@
 """The ROS side of cmd_vel_mux: commands of several senders in, one cmd_vel out."""
 
+import math
 import threading
 from functools import partial
 
@@ -22,6 +23,7 @@ from robotont_driver.ros.reconnection import OutageWatch
 from robotont_driver.ros.rospy_internals import connection_header
 from robotont_driver.ros.worker import Worker
 from robotont_teleop.arbitration import STOP, Arbiter, Input
+from robotont_teleop.guard_sensors import make_guard
 from robotont_teleop.twist_message import twist_message
 
 PARAMETERS = (
@@ -33,10 +35,13 @@ PARAMETERS = (
     Parameter("navigation_timeout", 0.5, "the robot stops after this long without a command of navigation", "s",
               minimum=0.05, maximum=2.0,
               reason="for so long the robot drives on when navigation dies"),
+    Parameter("blind_speed", 0.3, "of the hand where no scan and no range sees, if there is either; elsewhere the hand "
+              "stops before what is in the way; negative: no guard", "m/s", minimum=-1.0, maximum=100.0),
 )
 INPUTS = ("hand", "navigation", "default")  # highest first
 NAVIGATION_REST = 1.0    # [s] after the last motion by navigation, before the default may drive
 DEFAULT_TIMEOUT = 0.5    # [s] without a command of the default, after which the robot stops
+HELD = 1.0               # [s] for which it is told what was in the way
 LOOK_PERIOD = 0.02       # [s] between two looks at who has fallen silent, at most
 PUBLISHERS_PERIOD = 2.0  # [s] between two looks at who else publishes cmd_vel
 
@@ -60,6 +65,9 @@ class CmdVelMux:
         self._driver = None
         self._others = ()
         self._pressed_by = ""  # who presses the emergency stop
+        self._guard = make_guard(parameters["blind_speed"])
+        self._held, self._blind_told = False, False
+        self._guarded = STOP    # the newest command, as the guard has let it through
         self._publisher = DroppingPublisher("cmd_vel", Twist)
         self._driven_by = rospy.Publisher("cmd_vel/driven_by", String, queue_size=1, latch=True)
         self._cancel = rospy.Publisher("move_base/cancel", GoalID, queue_size=1)
@@ -72,7 +80,7 @@ class CmdVelMux:
         self._arrivals.link = OutageWatch(newest=inputs, every=[pressed_by]).link
         rospy.Service("~give_back", Trigger, self._on_give_back)
         Worker(self._look_for_others)
-        Health(robot_name(), {"who drives": self._report})
+        self._health = Health(robot_name(), {"who drives": self._report})
 
     def _on_command(self, name, message):
         linear, angular = message.linear, message.angular
@@ -118,14 +126,43 @@ class CmdVelMux:
         with self._lock:
             now = boot_time()
             self._arrivals.stalls.tick(now)
-            self._send(self._arbiter.look(now))
+            self._send(self._arbiter.look(now) or self._slower(now))
             left = self._arbiter.time_left(now)
+        self._watch_guard(now)
         self._tell_driver()
         return LOOK_PERIOD if left is None else min(left, LOOK_PERIOD)
 
     def _send(self, twists):
         for twist in twists:
-            self._publisher.publish(twist_message(twist))
+            guarded = self._guard and self._arbiter.driver == "hand"
+            sent = self._guarded = self._guard.limit(twist, boot_time()) if guarded else twist
+            self._publisher.publish(twist_message(sent))
+            if self._guard:
+                self._guard.sent(sent, boot_time())
+
+    def _slower(self, now):
+        """[the hand's newest command], when the guard allows less of it by now than it did."""
+        if not self._guard or self._arbiter.driver != "hand":
+            return []
+        twist = self._arbiter.sent
+        if math.hypot(*self._guard.limit(twist, now)) >= 0.98 * math.hypot(*self._guarded):
+            return []
+        return [twist if boot_time() - now < self._timeouts["hand"] else STOP]  # this process may have been stopped
+
+    def _watch_guard(self, now):
+        """Tell at once that something is in the way, and once where nobody sees."""
+        held = bool(self._held_back(now))
+        if held != self._held:
+            self._held = held
+            self._health.publish_now()
+        if self._guard and self._guard.blind and not self._blind_told:
+            self._blind_told = True
+            rospy.logwarn("guard: %s (%s)", self._guard.blind, self._guard.report(now))
+
+    def _held_back(self, now):
+        """What is in the way of the hand, in words."""
+        held = self._guard and self._guard.held
+        return held[1] if held and now - held[0] < HELD else ""
 
     def _tell_driver(self):
         with self._lock:
@@ -174,17 +211,19 @@ class CmdVelMux:
                 "times that this node was stopped or starved": self._arrivals.stalls.stalls,
                 "stops because a driver fell silent": arbiter.timeouts,
                 "other publishers of cmd_vel": ", ".join(self._others) or "none",
+                "guard": self._guard.report(now) if self._guard else "off",
             }
             refusal, self._refusal = self._refusal, ""
             pressed_by = self._pressed_by if arbiter.locked else ""
+            held = self._held_back(now)
         if pressed_by:
             return WARN, f"emergency stop, pressed by {pressed_by}", values
         if self._others:
             return WARN, f"{', '.join(self._others)} also on cmd_vel: commands may mix; use cmd_vel/default", values
         if ignored:
             return WARN, "ignored: " + "; ".join(ignored), values
-        if refusal:
-            return WARN, "command refused: " + refusal, values
+        if refusal or held:
+            return WARN, "command refused: " + refusal if refusal else held, values
         if barred:
             return WARN, (f"{', '.join(barred)} must stop once after the emergency stop before driving; or call "
                           f"{rospy.get_name()}/give_back"), values

@@ -22,12 +22,11 @@ from robotont_teleop.speeds import STOP, Speeds
 PARAMETERS = (
     Parameter("linear_speed", 0.3, "at the start", "m/s", minimum=0.01, maximum=100.0),
     Parameter("angular_speed", 1.0, "at the start", "rad/s", minimum=0.01, maximum=100.0),
-    Parameter("max_linear_speed", 1.0, "that keys can reach", "m/s", minimum=0.01, maximum=100.0),
-    Parameter("max_angular_speed", 3.0, "that keys can reach", "rad/s", minimum=0.01, maximum=100.0),
     Parameter("first_hold", 0.75, "how long one press drives; longer than the keyboard's delay before it repeats", "s",
               minimum=0.1, maximum=2.0,
               reason="for so long one press drives"),
 )
+FASTEST = Speeds(1.0, 3.0)  # that keys can reach, where they do not begin beyond
 PUBLISH_PERIOD = 0.05  # [s] between commands while the robot is driven
 REPEAT_HOLD = 0.3    # [s] for which a held key drives on after its last repeat
 SHOW_PERIOD = 0.1  # [s] between two lines
@@ -49,10 +48,8 @@ class KeyboardTeleop:
     def __init__(self, parameters, terminal):
         self._terminal = terminal
         self._period = PUBLISH_PERIOD
-        self._keys = HeldKeys(
-            Speeds(parameters["linear_speed"], parameters["angular_speed"]),
-            Speeds(parameters["max_linear_speed"], parameters["max_angular_speed"]),
-            parameters["first_hold"], REPEAT_HOLD)
+        speeds = Speeds(parameters["linear_speed"], parameters["angular_speed"])
+        self._keys = HeldKeys(speeds, Speeds(*map(max, speeds, FASTEST)), parameters["first_hold"], REPEAT_HOLD)
         self._output = HandOutput()
         self._rest = ""
         self._shown = 0.0

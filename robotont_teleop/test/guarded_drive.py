@@ -1,0 +1,100 @@
+"""A hand drives the simulated robot through guard, limits and firmware, faster than real time."""
+
+import math
+from collections import deque
+
+import numpy as np
+
+from robotont_driver.command.command_stream import CommandStream
+from robotont_driver.command.limits import Limits
+from robotont_driver.kinematics.se2 import compose
+from robotont_driver.robots.wheel_file import read_wheel_file
+from robotont_driver.ros.official_topics import FIELD_OF_VIEW, SENSORS
+from robotont_simulator.lockstep import LockstepRun
+from robotont_simulator.simulation import Simulation
+from robotont_simulator.world import World
+from robotont_teleop.guard import Guard
+from robotont_testing import places
+
+RADIUS = 0.15  # [m] of the footprint
+LIMITS = Limits(wheel_speed=1.5, linear_acceleration=1.5, angular_acceleration=8.0)  # as shipped
+PERIOD = 0.02  # [s]
+SCAN_PERIODS, SCAN_DELAY = 5, 2  # periods between two scans, and until a scan is heard
+AROUND, CAMERA = np.linspace(-math.pi, math.pi, 360, endpoint=False), np.linspace(-0.515, 0.515, 128)
+CONE = np.linspace(-FIELD_OF_VIEW / 2, FIELD_OF_VIEW / 2, 5)
+
+
+class GuardedDrive:
+    """angles: of the laser's rays [rad], or None for the twelve range sensors of the official robot."""
+
+    def __init__(self, boxes, start, angles=AROUND, blind_speed=0.3):
+        wheels = read_wheel_file(places.config("wheel_params.yaml"))[0]
+        self.simulation = Simulation(wheels, World(tuple(boxes), start))
+        self.guard = Guard(RADIUS, LIMITS, blind_speed)
+        self.angles, self.plugged, self.touched, self.nearest = angles, True, False, math.inf
+        self.held = 0  # periods in which something was in the way
+        self._boxes = boxes
+        self._run = LockstepRun(self.simulation)
+        self._stream = CommandStream(self._run.kinematics, LIMITS, 0.5, PERIOD)
+        self._heard, self._ticks = deque(), 0
+
+    @property
+    def now(self):
+        """[s]"""
+        return 100.0 + self._ticks * PERIOD
+
+    def drive(self, twist, seconds):
+        """The hand asks for the twist; the fastest speed over ground [m/s] meanwhile."""
+        fastest = 0.0
+        for _ in range(round(seconds / PERIOD)):
+            self._ticks += 1
+            if self.plugged and self._ticks % SCAN_PERIODS == 0:
+                self._heard.append((self._ticks + SCAN_DELAY, self._look(self.now)))
+            while self._heard and self._heard[0][0] <= self._ticks:
+                for reading in self._heard.popleft()[1]:
+                    self.guard.see(*reading)
+            limited = self.guard.limit(twist, self.now)
+            self.guard.sent(limited, self.now)
+            self.held += bool(self.guard.held and self.guard.held[0] == self.now)
+            self._stream.command((*limited[:2], 0.0), (0.0, 0.0, limited[2]), self.now)
+            self._run.drive([self._stream.twist(self.now)])
+            self.touched |= self.simulation.touches()
+            self.nearest = min(self.nearest, self.gap())
+            fastest = max(fastest, math.hypot(*self.simulation.twist()[:2]))
+        return fastest
+
+    def gap(self, *pose):
+        """[m] between the footprint, at a pose or where it is, and the next box."""
+        x, y, _ = pose or self.simulation.pose()
+        return min(self._distance(box, x, y) for box in self._boxes) - RADIUS if self._boxes else math.inf
+
+    @staticmethod
+    def _distance(box, x, y):
+        place = complex(x - box.x, y - box.y) * np.exp(-1j * box.yaw)
+        return math.hypot(max(0.0, abs(place.real) - box.length / 2), max(0.0, abs(place.imag) - box.width / 2))
+
+    def _look(self, at):
+        """Arguments of `Guard.see`."""
+        if self.angles is not None:
+            return [("laser", (0.0, 0.0, 0.0), self.angles, self.simulation.scan(self.angles, 0.3, 4.0), 0.3, at)]
+        readings = []
+        for sensor, (distance, bearing, view) in enumerate(SENSORS):
+            place = (distance * math.cos(bearing), -distance * math.sin(bearing), -view)
+            ranges = np.full(len(CONE), min(self._ray(compose(self.simulation.pose(), place), ray)
+                                            for ray in np.linspace(CONE[0], CONE[-1], 15)))
+            readings.append((sensor, place, CONE, np.where(ranges < 0.04, -math.inf, ranges), 0.04, at))
+        return readings
+
+    def _ray(self, pose, angle):
+        """[m] from a place along a ray to a box, inf beyond 4 m."""
+        distance = math.inf
+        for box in self._boxes:
+            turn = np.exp(-1j * box.yaw)
+            place, ray = complex(pose[0] - box.x, pose[1] - box.y) * turn, np.exp(1j * (pose[2] + angle)) * turn
+            first, last = 0.0, 4.0
+            for at, way, half in ((place.real, ray.real, box.length / 2), (place.imag, ray.imag, box.width / 2)):
+                ends = sorted(((-half - at) / way, (half - at) / way)) if abs(way) > 1e-9 else (
+                    (-math.inf, math.inf) if abs(at) < half else (math.inf, math.inf))
+                first, last = max(first, ends[0]), min(last, ends[1])
+            distance = min(distance, first if first < last else math.inf)
+        return distance

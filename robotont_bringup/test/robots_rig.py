@@ -125,7 +125,7 @@ class Rig:
                 self.command.publish(twist)
                 measured = self.odom[-1].twist.twist
                 measured = measured.linear.x, measured.linear.y, measured.angular.z
-                return len(self.written) > 10 and np.allclose(measured, wanted, atol=0.1) and np.allclose(
+                return len(self.written) > 10 and np.allclose(measured, wanted, atol=0.05) and np.allclose(
                     numbers(self.written[-1].data), numbers(self.written[-8].data), atol=0.02)  # behind the ramp
             wait_for(driven, f"the robot to drive {x, y, turn}", period=0.03)
             found += [numbers(self.written[-1].data), numbers(self._wire())]

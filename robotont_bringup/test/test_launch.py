@@ -1,6 +1,7 @@
 """What cannot start has the last word, and a Ctrl-C while a program loads is silent."""
 
 import os
+import signal
 import subprocess
 import sys
 from pathlib import Path
@@ -46,6 +47,20 @@ def test_the_end_of_another_launch_s_master_is_told(tmp_path):
         assert "has ended" not in log.read_text()
         master.stop_master()
         wait_for(lambda: f"the ROS master at {master.uri}" in log.read_text(), "the words", START)
+
+
+def test_ctrl_c_while_roslaunch_waits_for_its_master(tmp_path):
+    file, log, master = tmp_path / "a.launch", tmp_path / "log", tmp_path / "rosmaster"
+    file.write_text("<launch/>")
+    master.write_text("#!/bin/sh\nexec sleep 1000\n")
+    master.chmod(0o755)
+    with log.open("w") as output, subprocess.Popen(
+            [sys.executable, launch.__file__, str(file)], stdout=output, stderr=output,
+            env={**os.environ, "ROS_MASTER_URI": f"http://127.0.0.1:{free_port()}", "PYTHONUNBUFFERED": "1",
+                 "PATH": f"{tmp_path}:{os.environ['PATH']}"}) as process:
+        wait_for(lambda: "process[master]" in log.read_text(), "its master", START)
+        process.send_signal(signal.SIGINT)
+    assert "RLException" not in log.read_text()
 
 
 @pytest.mark.parametrize("program", [file for file in PROGRAMS if "firmware" not in str(file) and file.name != "again"],

@@ -165,10 +165,16 @@ def watch_master():
 
 
 def interrupt(number, _frame):
-    """End at once before roslaunch has its own handler, which calls this one: it would take it for another fault."""
+    """End at once before roslaunch has its own handler, which calls this one when it has ended all that it started.
+
+    It would take it for another fault, and wait for the master that it has just ended, for 10 s.
+    """
     if signal.getsignal(number) is interrupt:
         signal.signal(number, signal.SIG_DFL)
         os.kill(os.getpid(), number)
+    end = threading.Timer(2.0, os._exit, [130])
+    end.daemon = True
+    end.start()
     raise KeyboardInterrupt
 
 

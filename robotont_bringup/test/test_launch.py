@@ -1,6 +1,7 @@
 """What cannot start has the last word, and a Ctrl-C while a program loads is silent."""
 
 import os
+import signal
 import subprocess
 import sys
 from pathlib import Path
@@ -9,7 +10,7 @@ import pytest
 from test_help import PROGRAMS
 
 from robotont_bringup import launch
-from robotont_testing.harness import START, free_port
+from robotont_testing.harness import START, Master, free_port, wait_for
 
 LAUNCH_FILES = {  # words of the last line: a launch file
     "robot: found 'robotont4', allowed: four_wheels,":
@@ -33,6 +34,33 @@ def test_the_reason_is_the_last_line(words, tmp_path):
     assert result.returncode == (1 if words else 0), result.stderr
     assert words in result.stderr.strip().splitlines()[-1]
     assert "RLException" not in result.stderr
+
+
+def test_the_end_of_another_launch_s_master_is_told(tmp_path):
+    """Whoever lives on it drives on, but what starts later finds a new master, which does not know it."""
+    file, log = tmp_path / "a.launch", tmp_path / "log"
+    file.write_text('<launch><node name="one" pkg="robotont_driver" type="which_robot" '
+                    'launch-prefix="bash -c \'sleep 1000\'"/></launch>')
+    with Master() as master:
+        master.start(sys.executable, launch.__file__, file, log=log)
+        wait_for(lambda: "process[one" in log.read_text(), "its node", START)
+        assert "has ended" not in log.read_text()
+        master.stop_master()
+        wait_for(lambda: f"the ROS master at {master.uri}" in log.read_text(), "the words", START)
+
+
+def test_ctrl_c_while_roslaunch_waits_for_its_master(tmp_path):
+    file, log, master = tmp_path / "a.launch", tmp_path / "log", tmp_path / "rosmaster"
+    file.write_text("<launch/>")
+    master.write_text("#!/bin/sh\nexec sleep 1000\n")
+    master.chmod(0o755)
+    with log.open("w") as output, subprocess.Popen(
+            [sys.executable, launch.__file__, str(file)], stdout=output, stderr=output,
+            env={**os.environ, "ROS_MASTER_URI": f"http://127.0.0.1:{free_port()}", "PYTHONUNBUFFERED": "1",
+                 "PATH": f"{tmp_path}:{os.environ['PATH']}"}) as process:
+        wait_for(lambda: "process[master]" in log.read_text(), "its master", START)
+        process.send_signal(signal.SIGINT)
+    assert "RLException" not in log.read_text()
 
 
 @pytest.mark.parametrize("program", [file for file in PROGRAMS if "firmware" not in str(file) and file.name != "again"],

@@ -80,6 +80,7 @@ def test_what_the_board_says_is_reported_once():
     _, warnings, values = made.report()
     assert warnings == ["the board reports: crash ValueError()"]
     assert values["board's newest messages"] == "crash ValueError()"
+    assert values["board"] == "", "the page's panel has no line then"
     assert made.report()[1] == []
 
 

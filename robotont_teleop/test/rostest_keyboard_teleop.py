@@ -169,6 +169,12 @@ class KeyboardTeleopTest(NodeTest):
                 self.assertNotIn("Traceback", terminal.shown)
             self.hand.clear()
 
+    def test_where_nobody_listens_the_line_says_what_to_do(self):
+        """As behind a robot's restart: its new master does not know these keys."""
+        terminal = Terminal("__ns:=/robot1")
+        self.addCleanup(terminal.end)
+        wait_for(lambda: "robot1/cmd_vel: robot started anew? Esc, keys again" in terminal.line, "what to do")
+
     def test_without_a_terminal_it_says_so(self):
         result = subprocess.run([places.program("robotont_teleop", "keyboard_teleop")], stdin=subprocess.DEVNULL,
                                 stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, timeout=60, check=False)

@@ -287,7 +287,8 @@ def test_a_page_that_was_overtaken_is_told(page, served):
 
 
 def test_what_is_old_is_not_shown_as_if_it_were_of_now(browser, served):
-    report(served, state={"velocity": [0.2, 0.0, 0.1], "measured": [0.1, 0.1, 0.1]})
+    report(served, state={"velocity": [0.2, 0.0, 0.1], "measured": [0.1, 0.1, 0.1]}, board="this one",
+           battery={"voltage": 12.0, "charge": 0.9})
     proxy = StallingProxy(served.port)
     page = browser.page(f"http://127.0.0.1:{proxy.port}/")
     page.wait("document.getElementById('speed').textContent === '0.20' && "
@@ -297,8 +298,13 @@ def test_what_is_old_is_not_shown_as_if_it_were_of_now(browser, served):
               "document.querySelector('.wheels span.real').textContent === '–'", "no numbers")
     proxy.flow()
     page.wait("document.getElementById('speed').textContent === '0.20'", "numbers")
-    page.close()
+    assert (page.text("#summary"), page.text("#charge")) == ("All is well (1)", "90 %")
     proxy.close()
+    page.wait("document.getElementById('summary').textContent === 'No connection' && !document.getElementById("
+              "'facts').innerText.includes('this one')", "a panel that knows nothing")
+    assert page.run("document.getElementById('lights').childElementCount") == 0
+    assert not shown(page, "#battery")
+    page.close()
 
 
 def test_the_page_says_which_robot_it_is(browser):

@@ -40,7 +40,9 @@ const link = new Link({
   connection: (open) => {
     app.dataset.state = open ? "open" : "lost";
     state = open ? state : null;
+    status = open ? status : null;
     hands?.letGo();
+    showPanel();
     show();
   },
   state: (message) => {
@@ -90,9 +92,14 @@ function takeStatus(message) {
   if ($("goal").hidden) {
     setGoalMode(false);
   }
-  showLights(message.lights);
-  showFacts(message);
+  showPanel();
   show();
+}
+
+// Without a connection nothing is known
+function showPanel() {
+  showLights(status?.lights || [], status ? "no_reports" : "lost");
+  showFacts(status || {ranges: [], pages: "–"});
 }
 
 function show() {
@@ -194,7 +201,7 @@ function message(open, stalled) {
     return text("goal_hint");
   }
   if (now < note.until) {
-    return status.note.words;
+    return status?.note.words || "";
   }
   return status?.goal?.words || "";
 }
@@ -210,10 +217,7 @@ function setLanguageTo(code) {
   setLanguage(code);
   $("language").value = code;
   $("camera").alt = text("camera");
-  if (status) {
-    showFacts(status);
-    showLights(status.lights);
-  }
+  showPanel();
   show();
 }
 

@@ -28,7 +28,8 @@ export function adviceOf(light) {
   return light.level === 3 ? text("level_silent") : speaksEnglish() || !advice ? light.words : advice;
 }
 
-export function showLights(lights) {
+// none: the key of what is said where there are none
+export function showLights(lights, none) {
   const sorted = byWorst(lights);
   const bad = sorted.filter((light) => light.level > 0);
   $("worst").dataset.level = sorted.length ? sorted[0].level : 3;
@@ -37,7 +38,7 @@ export function showLights(lights) {
     $("health").open = bad.length > 0;
   }
   write($("summary"), bad.length ? `${text("some_bad")}: ${bad.length} / ${lights.length}` :
-    lights.length ? `${text("all_well")} (${lights.length})` : text("no_reports"));
+    lights.length ? `${text("all_well")} (${lights.length})` : text(none));
   $("lights").replaceChildren(...sorted.map((light) => {
     const line = document.createElement("li");
     const dot = document.createElement("span");

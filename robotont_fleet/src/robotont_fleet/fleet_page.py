@@ -19,6 +19,7 @@ import rospkg
 import yaml
 from PIL import Image
 
+from robotont_driver.parameters.command_line import CommandLine
 from robotont_fleet import keys
 from robotont_fleet.fleet import Fleet
 from robotont_fleet.fleet_server import FleetServer, FleetSettings
@@ -47,8 +48,8 @@ COOKIE = "robotont_fleet"
 
 def arguments(given=None):
     """Of the command line."""
-    parser = argparse.ArgumentParser(prog="fleet", description=__doc__,
-                                     formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = CommandLine(prog="./robotont fleet", description=__doc__,
+                         formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--network", action="store_true", help="other computers may come, with token and passwords")
     parser.add_argument("--port", type=int, default=8110, help="of the page [8110]")
     parser.add_argument("--router-port", type=int, default=7447, help="of the router, to which robots connect [7447]")

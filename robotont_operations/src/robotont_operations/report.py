@@ -16,6 +16,7 @@ import rosgraph
 import rospkg
 import yaml
 
+from robotont_driver.parameters.command_line import CommandLine
 from robotont_operations import probes
 from robotont_operations.black_box import bags_of, merge, runs_in
 from robotont_operations.privacy import clean_parameters, clean_text
@@ -144,7 +145,7 @@ def parse_arguments():
             raise argparse.ArgumentTypeError(f"found {text!r}, allowed: a name that ends with .tar.gz")
         return text
     folder = next(parameter.default for parameter in PARAMETERS if parameter.name == "folder")
-    parser = argparse.ArgumentParser(
+    parser = CommandLine(
         prog="./robotont report",
         description="Pack the black box, versions, parameters and logs for whoever is asked for help. "
         "Passwords, tokens and keys are removed; look into the archive before you hand it on.")

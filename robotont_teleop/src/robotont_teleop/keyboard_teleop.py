@@ -116,6 +116,8 @@ class KeyboardTeleop:
         robot = "no odometry" if output.velocity is None else _words(output.velocity)
         line = (f"{self._keys.speeds.linear:.2f} {self._keys.speeds.angular:.2f} | sent {words} | {output.listeners} | "
                 f"robot {robot}")
+        if not output.connected:  # a robot that was started anew has another master, which does not know these keys
+            line = f"{output.listeners}: robot started anew? Esc, keys again"
         columns = os.get_terminal_size(sys.stdout.fileno()).columns if sys.stdout.isatty() else 0
         print(f"\r{line[:columns - 1] if columns > 1 else line}\x1b[K", end="", flush=True)
 

@@ -231,7 +231,7 @@ class BoardHealth:
         return errors, warnings, self._values()
 
     def _values(self):
-        values = {"board": self.banner or "no banner received", "board's newest messages": " | ".join(self.notices)}
+        values = {"board": self.banner, "board's newest messages": " | ".join(self.notices)}
         if self.identity:
             values.update({"board " + name: value for name, value in self.identity._asdict().items()})
         if self.status:

@@ -2,6 +2,7 @@
 
 import argparse
 import contextlib
+import difflib
 import gc
 import os
 import signal
@@ -46,9 +47,14 @@ def answer_help(name, explanation, table=()):
 
     Any other argument that is no remapping ends the program with 2, and a message.
     """
-    argparse.ArgumentParser(
+    parser = argparse.ArgumentParser(
         prog=name, description=explanation, epilog=help_text((*table, *COMMON_PARAMETERS)) if table else "",
-        formatter_class=argparse.RawDescriptionHelpFormatter).parse_args(rospy.myargv()[1:])
+        formatter_class=argparse.RawDescriptionHelpFormatter)
+    _, unknown = parser.parse_known_args(rospy.myargv()[1:])
+    if unknown:
+        near = difflib.get_close_matches(unknown[0].strip("-").partition("=")[0], [one.name for one in table], 1)
+        hint = f"did you mean _{near[0]}:=VALUE?" if near else f"see {name} -h"
+        parser.error(f"no argument {unknown[0]}; {hint}")
 
 
 def init_node(name, explanation, table=()):

@@ -97,7 +97,7 @@ def try_motors(port, wheels):
 
 def main(arguments=None):
     """Run; returns the exit status."""
-    parser = CommandLine(prog="turned_wheels", description=__doc__)
+    parser = CommandLine(prog="./robotont wheels", description=__doc__)
     parser.add_argument("port", nargs="?", default="/dev/ttyACM0", help="serial port [%(default)s]")
     parser.add_argument("--seconds", type=float, default=60.0, help="how long to watch [%(default)s]")
     parser.add_argument("--bring-up", action="store_true", help="drive the lifted wheels, one at a time (own firmware)")

@@ -73,7 +73,7 @@ class Dialect:
         Call it once per report of the diagnostics: it may contain what is new since the last one.
         """
         return [message for message in (self.obstacle, self.fault) if message], [], {
-            "board": self.banner or "no banner received"}
+            "board": self.banner}
 
     def tick(self, now):
         """Advance the time while no data arrives."""

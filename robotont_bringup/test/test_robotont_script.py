@@ -137,7 +137,7 @@ def test_half_a_virtual_environment_is_made_anew_and_the_callers_own_does_not_co
 
 def test_another_workspace_lies_below_where_it_is_named(tmp_path):
     (tmp_path / "setup.bash").write_text('[ "$1" = --extend ] && export CMAKE_PREFIX_PATH=/below:$CMAKE_PREFIX_PATH')
-    result = functions(tmp_path, "environment; echo $CMAKE_PREFIX_PATH", CMAKE_PREFIX_PATH="/sourced",
+    result = functions(ROOT, "environment; echo $CMAKE_PREFIX_PATH", CMAKE_PREFIX_PATH="/sourced",
                        ROBOTONT_UNDERLAY=str(tmp_path))
     assert result.stdout.startswith("/below:"), result.stdout
     assert "/sourced" not in result.stdout

@@ -191,6 +191,14 @@ class CmdVelMuxTest(NodeTest):
             wire.driven_by("nobody")
         self.assertLess(max(delays), 0.05, delays)
 
+    def test_a_goal_that_is_sent_during_the_stop_is_cancelled_too(self):
+        cancelled = self.listen("move_base/cancel", GoalID, publishers=1)
+        self.wire.press(True)
+        wait_for(lambda: cancelled, "the end of all goals")
+        cancelled.clear()
+        self.wire.send(navigation=(0.1, 0.0, 0.0))
+        wait_for(lambda: GoalID() in cancelled, "the end of a goal that drives in vain")
+
     def test_straight_publishers_still_drive_and_are_named(self):
         direct = self.publisher("cmd_vel", Twist, subscribers=2)
         wait_for(lambda: direct.publish(twist(0.2)) or self.wire.packets[-1][1] == "-18.90:0.00:18.90;\n", "motion",

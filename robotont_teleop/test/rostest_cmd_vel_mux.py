@@ -194,10 +194,9 @@ class CmdVelMuxTest(NodeTest):
     def test_a_goal_that_is_sent_during_the_stop_is_cancelled_too(self):
         cancelled = self.listen("move_base/cancel", GoalID, publishers=1)
         self.wire.press(True)
-        wait_for(lambda: cancelled, "the end of all goals")
-        cancelled.clear()
+        self.wire.driven_by("emergency stop")
         self.wire.send(navigation=(0.1, 0.0, 0.0))
-        wait_for(lambda: GoalID() in cancelled, "the end of a goal that drives in vain")
+        wait_for(lambda: len(cancelled) > 2, "the end of a goal that drives in vain")  # the press sends one
 
     def test_straight_publishers_still_drive_and_are_named(self):
         direct = self.publisher("cmd_vel", Twist, subscribers=2)

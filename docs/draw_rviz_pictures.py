@@ -89,7 +89,7 @@ def draw_navigation(file):
         truth = []
         subscriber = rospy.Subscriber("ground_truth/odom", Odometry, truth.append, queue_size=1)
         stage.show("navigation.launch", "sim:=true", "rviz:=true", f"port:={stage.folder / 'board'}")
-        wait_for(lambda: sight.content_displays(stage.picture()) == 11, "all that RViz shows", 90.0, 0.5)
+        wait_for(lambda: sight.content_displays(stage.picture()) == 13, "all that RViz shows", 90.0, 0.5)
         stage.start(places.program("robotont_map_navigation", "goto"), *GOAL_IN_THE_ROOM)
         wait_for(lambda: truth[-1].pose.pose.position.y > 3.7 and not sight.complaints(stage.picture()),
                  "the robot on its way", 60.0, 0.2)

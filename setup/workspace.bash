@@ -128,7 +128,7 @@ without_tracebacks() {
     grep -v '^Traceback\|^  \|^KeyboardInterrupt' >&2
 }
 
-# This workspace only, whatever the caller has sourced.
+# This workspace only, and the one that ROBOTONT_UNDERLAY names, whatever the caller has sourced.
 environment() {
     unset CMAKE_PREFIX_PATH ROS_PACKAGE_PATH PYTHONPATH PYTHONHOME VIRTUAL_ENV
     export PATH=/usr/bin:$PATH:$WORK/venv/bin ROS_HOME=$WORK/ros RUFF_CACHE_DIR=$WORK/ruff HYPOTHESIS_STORAGE_DIRECTORY=$WORK/hypothesis
@@ -139,6 +139,8 @@ environment() {
     [ -z "$ros" ] || . "$ros/setup.bash" 2> >(without_tracebacks)
     # shellcheck disable=SC1090,SC1091
     [ ! -f "$WORK/devel/setup.bash" ] || . "$WORK/devel/setup.bash" 2> >(without_tracebacks)
+    # shellcheck disable=SC1090,SC1091
+    [ -z "${ROBOTONT_UNDERLAY:-}" ] || . "$ROBOTONT_UNDERLAY/setup.bash" --extend 2> >(without_tracebacks)
     set -u
     # last, as in PATH, so that it hides nothing: what the distribution lacks (MuJoCo), for /usr/bin/python3; no tools
     for site in "$WORK"/venv/lib/python3*/site-packages; do

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import rospy
 import rostest
-from geometry_msgs.msg import PolygonStamped, PoseStamped, TransformStamped
+from geometry_msgs.msg import PolygonStamped, PoseArray, PoseStamped, PoseWithCovarianceStamped, TransformStamped
 from nav_msgs.msg import OccupancyGrid
 from nav_msgs.msg import Path as PathMessage
 from rosgraph_msgs.msg import Log
@@ -146,7 +146,7 @@ class RvizTest(NodeTest):
         self.wait_to_see(lambda picture: sight.complaints(picture) > 100, "complaints about a frame that is not")
         timer = rospy.Timer(rospy.Duration(0.2), lambda _event: stand_in.publish())
         self.addCleanup(timer.shutdown)
-        self.see_content(11)
+        self.see_content(13)
         self.check_logs()
 
     def test_two_robots(self):
@@ -190,6 +190,7 @@ class NavigationStandIn:
 
     def __init__(self, test):
         topics = {"map": OccupancyGrid, "scan": LaserScan, "move_base/current_goal": PoseStamped,
+                  "amcl_pose": PoseWithCovarianceStamped, "particlecloud": PoseArray,
                   "move_base/global_costmap/costmap": OccupancyGrid,
                   "move_base/local_costmap/costmap": OccupancyGrid,
                   "move_base/local_costmap/footprint": PolygonStamped,
@@ -224,6 +225,11 @@ class NavigationStandIn:
                 message.ranges = [2.0] * 20
             elif isinstance(message, PathMessage):
                 message.poses = [_pose(x, now) for x in (0.0, 1.0)]
+            elif isinstance(message, PoseArray):
+                message.poses = [_pose(x, now).pose for x in (0.0, 0.1)]
+            elif isinstance(message, PoseWithCovarianceStamped):
+                message.pose.pose.orientation.w = 1.0
+                message.pose.covariance[0] = message.pose.covariance[7] = message.pose.covariance[35] = 0.1
             elif isinstance(message, PoseStamped):
                 message.pose.orientation.w = 1.0
             publisher.publish(message)

@@ -136,6 +136,14 @@ def test_half_a_virtual_environment_is_made_anew_and_the_callers_own_does_not_co
     assert "pip failed" in result.stdout
 
 
+def test_another_workspace_lies_below_where_it_is_named(tmp_path):
+    (tmp_path / "setup.bash").write_text('[ "$1" = --extend ] && export CMAKE_PREFIX_PATH=/below:$CMAKE_PREFIX_PATH')
+    result = functions(ROOT, "environment; echo $CMAKE_PREFIX_PATH", CMAKE_PREFIX_PATH="/sourced",
+                       ROBOTONT_UNDERLAY=str(tmp_path))
+    assert result.stdout.startswith("/below:"), result.stdout
+    assert "/sourced" not in result.stdout
+
+
 def test_each_group_installs_its_own_and_again_what_was_deleted(tmp_path):
     folder = clone(tmp_path / "clone")
     script = 'install_packages() { echo "packages $*"; }; install_python() { echo "python $*"; mkdir -p .build/$1; }; '

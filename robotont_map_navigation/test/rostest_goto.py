@@ -215,6 +215,16 @@ class GotoTest(NodeTest):
         wait_for(lambda: not any(status.status in GOING_ON for status in statuses[-1].status_list),
                  "the end of both goals")
 
+    def test_the_emergency_stop_that_cancels_a_goal_is_named(self):
+        goto, _, _ = self.start_in_root()
+        pursuit = goto.send(Goal(2.0, 2.0, 0.0))
+        wait_for(self.moving, "motion")
+        rospy.Publisher("/emergency_stop/pressed_by", String, queue_size=1, latch=True).publish("/page")
+        wait_for(lambda: goto._stopped_by, "goto to hear of it")
+        goto._client.cancel_all_goals()  # as cmd_vel_mux does
+        self.assertEqual(goto.follow(pursuit, 20.0), (
+            4, "cancelled by the emergency stop, pressed by /page: release it, then send the goal again"))
+
     def test_another_goal_takes_its_place(self):
         first = self.start_goto("2", "2", "0")
         wait_for(self.moving, "motion")

@@ -191,6 +191,13 @@ class CmdVelMuxTest(NodeTest):
             wire.driven_by("nobody")
         self.assertLess(max(delays), 0.05, delays)
 
+    def test_a_goal_that_is_sent_during_the_stop_is_cancelled_too(self):
+        cancelled = self.listen("move_base/cancel", GoalID, publishers=1)
+        self.wire.press(True)
+        self.wire.driven_by("emergency stop")
+        self.wire.send(navigation=(0.1, 0.0, 0.0))
+        wait_for(lambda: len(cancelled) > 2, "the end of a goal that drives in vain")  # the press sends one
+
     def test_straight_publishers_still_drive_and_are_named(self):
         direct = self.publisher("cmd_vel", Twist, subscribers=2)
         wait_for(lambda: direct.publish(twist(0.2)) or self.wire.packets[-1][1] == "-18.90:0.00:18.90;\n", "motion",

@@ -56,6 +56,8 @@ class GoTo:
         self._floor_map = (None, None)  # the message, and the FloorMap that is made of it at the first goal
         self._map_came = threading.Event()
         self._trouble = ""  # why the robot's pose is wrong, of localization_monitor
+        self._pressed_by = ""  # who presses the emergency stop, which cancels all goals
+        self._stopped_by = ""  # who has pressed it since this one was sent
         self._pose = None
         self._comparable = False  # whether that pose is in the frame of the goals
         self._sent = set()  # ids of the goals of this client that move_base has not reported as ended
@@ -67,6 +69,7 @@ class GoTo:
         rospy.Subscriber("move_base/status", GoalStatusArray, self._on_status, queue_size=1)
         rospy.Subscriber("map", OccupancyGrid, self._on_map, queue_size=1)
         rospy.Subscriber("localization/trouble", String, self._on_trouble, queue_size=1)
+        rospy.Subscriber("emergency_stop/pressed_by", String, self._on_pressed_by, queue_size=10)
 
     @property
     def answers(self):
@@ -104,6 +107,7 @@ class GoTo:
         self._pose = None
         self._ended.clear()
         self._left = False
+        self._stopped_by = self._pressed_by
         self._client.send_goal(message, done_cb=self._on_done, feedback_cb=self._on_feedback)
         self._sent.add(goal_id(self._client))
         return Pursuit(goal, self._heard)
@@ -132,6 +136,9 @@ class GoTo:
             return Outcome(REPLACED, "cancelled")
         if self._trouble:
             return self._lost()
+        if self._stopped_by and self._client.get_state() in (GoalStatus.PREEMPTED, GoalStatus.RECALLED):
+            return Outcome(REPLACED, f"cancelled by the emergency stop, pressed by {self._stopped_by}: release it, "
+                           "then send the goal again")
         return outcome(GoalStatus.to_string(self._client.get_state()), self._client.get_goal_status_text(), goal,
                        self._pose if self._comparable else None, time.monotonic() - start)
 
@@ -203,6 +210,10 @@ class GoTo:
 
     def _on_trouble(self, message):
         self._trouble = message.data
+
+    def _on_pressed_by(self, message):
+        self._pressed_by = message.data
+        self._stopped_by = message.data or self._stopped_by
 
     def _on_map(self, message):
         self._map = message

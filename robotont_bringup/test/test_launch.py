@@ -42,7 +42,7 @@ def test_the_end_of_another_launch_s_master_is_told(tmp_path):
     file.write_text('<launch><node name="one" pkg="robotont_driver" type="which_robot" '
                     'launch-prefix="bash -c \'sleep 1000\'"/></launch>')
     with Master() as master:
-        master.start(sys.executable, launch.__file__, file, log=log)
+        master.start(sys.executable, launch.__file__, file, log=log, PYTHONUNBUFFERED="1")
         wait_for(lambda: "process[one" in log.read_text(), "its node", START)
         assert "has ended" not in log.read_text()
         master.stop_master()

@@ -319,7 +319,8 @@ def test_live_topics(tmp_path):
         log = tmp_path / "log"
         script = HERE.parent / "scripts" / "odometry_report"
         process = master.start(sys.executable, script, "--truth", "truth", "--seconds", "1",
-                               "-o", tmp_path / "live.png", "--tum", tmp_path / "tum", log=log)
+                               "-o", tmp_path / "live.png", "--tum", tmp_path / "tum", log=log,
+                               PYTHONUNBUFFERED="1")
         wait_for(lambda: "listening" in log.read_text(), "its ears", 60.0)
         with suspended(master._master.pid):  # its report does not need the master
             wait_for(lambda: process.poll() is not None, "the report", 60.0)

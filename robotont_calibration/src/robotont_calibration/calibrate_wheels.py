@@ -27,7 +27,7 @@ NOWHERE = (0.0, 0.0)                  # [m] the default measured point: the robo
 DOUBTFUL = 3                          # exit status of a calibration with a warning, and ...
 USELESS = 4                           # ... of one that is not written
 CONTRADICTS = 4.0                     # standard deviations, and ...
-WORSE = 0.001                         # [m] on held-out runs; less is no evidence
+WORSE = TAPED[0]                      # [m] on held-out runs; less may be the tape
 NEAR = 0.005                          # ... [m] by which a point that was given may differ from that of the runs
 
 

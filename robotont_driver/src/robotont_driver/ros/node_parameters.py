@@ -2,6 +2,7 @@
 
 import sys
 
+import rosgraph
 import rospy
 
 from robotont_driver.kinematics.wheel_params import KEYS, read_wheels
@@ -21,8 +22,14 @@ COMMON_PARAMETERS = (
 
 
 def running_wheels(namespace):
-    """`Wheels` of the robot that runs in a namespace, from its parameters. Raises ParameterError."""
-    given = rospy.get_param(namespace, {})
+    """`Wheels` of the robot that runs in a namespace, from its parameters. Raises ParameterError.
+
+    Not by rospy.get_param: in a process that has logged a line, "/" is there only what rospy's logging looked up.
+    """
+    try:
+        given = rosgraph.Master(rospy.get_name()).getParam(namespace)
+    except rosgraph.MasterError:  # no such namespace
+        given = {}
     if not any(key in given for key in KEYS):
         raise ParameterError([f"wheelAmount and its kin: found none in {namespace}, where no robot runs: start "
                               "robot.launch or simulation.launch first, or rosparam load "

@@ -1,6 +1,7 @@
 """A node beside a robot: drives at 0.2 m/s, has a place on a map, a battery, and a move_base that is told to arrive.
 
 stand_in_navigation.py LOG: writes a line for each goal and each cancel. SIGUSR1: a person releases the emergency stop.
+SIGUSR2: the battery is empty, and with the next one it is full again.
 """
 
 import signal
@@ -53,6 +54,8 @@ at_map.transform.translation.x, at_map.transform.rotation.w = 1.0, 1.0
 transforms.publish([at_map])
 released = []
 signal.signal(signal.SIGUSR1, lambda *_: released.append(False))  # not from there: what it interrupts may hold a lock
+charges = [0.75, 0.04]
+signal.signal(signal.SIGUSR2, lambda *_: charges.reverse())
 release = rospy.ServiceProxy("emergency_stop/release", Trigger)
 rate = rospy.Rate(10)
 while not rospy.is_shutdown():
@@ -62,5 +65,5 @@ while not rospy.is_shutdown():
     while released:
         released.pop()
         release()
-    battery.publish(BatteryState(voltage=15.2, percentage=0.75))
+    battery.publish(BatteryState(voltage=15.2, percentage=charges[0]))
     rate.sleep()

@@ -72,6 +72,19 @@ def test_goals_by_click_and_of_free_fleet_are_pursued_and_cancelled(rig, adapter
 
 
 @pytest.mark.long
+def test_an_empty_battery_refuses_goals_of_both_kinds(rig, adapter):
+    robot = rig.robots["r1"]
+    robot.navigation.send_signal(signal.SIGUSR2)
+    wait_for(lambda: rig.seen("r1")["battery"]["charge"] == 0.04, "the empty battery")
+    click(rig, "r1", 3.5)
+    bare_goal(adapter, "r1", 3.5)
+    wait_for(lambda: robot.words().count("goal refused: the battery is empty") == 2, "two refusals")
+    robot.navigation.send_signal(signal.SIGUSR2)
+    wait_for(lambda: rig.seen("r1")["battery"]["charge"] == 0.75, "the new battery")
+    assert "goal 3.5 0" not in robot.goals()
+
+
+@pytest.mark.long
 def test_a_goal_that_waited_is_refused_without_asking_a_clock(rig):
     robot, state = rig.robots["r1"], rig.seen("r1")
     wait_for(lambda: rig.seen("r1")["number"] > state["number"] + 5, "2 s and more")

@@ -60,12 +60,7 @@ class SimulatorDriveTest(SimulationTest):
         fault = self.fault(topic, Int8MultiArray)
         good = [1, 1, 1] if topic != "jam" else [0, 0, 0]
         fault.publish(Int8MultiArray(data=values))
-        try:
-            self.drive((0.3, 0.0, 0.0), lambda: any(self.says(level, words) for level in levels), words)
-        except AssertionError:
-            status = self.status.get(BOARD)
-            raise AssertionError(f"no {words!r} but {status and (status.level, status.message)}, wheels turn "
-                                 f"{self.odom[-1].twist.twist.linear.x:.2f} m/s") from None
+        self.drive((0.3, 0.0, 0.0), lambda: any(self.says(level, words) for level in levels), words)
         fault.publish(Int8MultiArray(data=good))
         self.drive((0.0, 0.0, 0.0), lambda: self.says(OK, "no fault"), "the end of it")
 

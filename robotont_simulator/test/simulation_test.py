@@ -61,7 +61,12 @@ class SimulationTest(NodeTest):
         self.wait_for_status(LINK, OK)
 
     def drive(self, speeds, until, what, timeout=20.0):
-        wait_for(lambda: self.command.publish(twist(*speeds)) or until(), what, period=0.02, timeout=timeout)
+        try:
+            wait_for(lambda: self.command.publish(twist(*speeds)) or until(), what, period=0.02, timeout=timeout)
+        except AssertionError as error:
+            seen = "".join(f"\n{name}: {status.level} {status.message}" for name, status in self.status.items())
+            raise AssertionError(f"{error}; odometry {pose(self.odom[-1])}, truth {pose(self.truth[-1])}, wheels turn "
+                                 f"{self.odom[-1].twist.twist.linear.x:.2f} m/s{seen}") from None
 
     def rest(self):
         self.drive((0.0, 0.0, 0.0), lambda: max(map(abs, (

@@ -134,4 +134,4 @@ def text(value):
         return value
     if isinstance(value, (tuple, list)):
         return " ".join(text(item) for item in value)
-    return repr(value)
+    return str(value)

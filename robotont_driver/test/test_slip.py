@@ -101,6 +101,18 @@ def test_a_wheel_stays_left_out_while_the_robot_rests():
     assert drive(wheels, counts)[2][-1] == (1,)
 
 
+@pytest.mark.parametrize("learnt", [1443, 1452, 1473, 1482, 1512])  # packets after which one window shows too little
+def test_a_wheel_is_taken_back_however_much_of_the_noise_has_been_learnt(learnt):
+    wheels = read_wheels(even_wheels(4))
+    finder = detector(wheels, noise=0.012)
+    right = Kinematics(wheels).units_of_twist((0.4, 0.0, 0.0))
+    for share, packets in ((1.0, learnt), (1.4, 30), (1.0, 50)):
+        counts = [round(share * unit if wheel == 2 else unit) for wheel, unit in enumerate(right)]
+        for _ in range(packets):
+            finder.update(counts, right)
+        assert finder.slipping == ((2,) if share > 1.0 else ())
+
+
 def test_two_wheels_of_six_may_slip_at_once():
     wheels = read_wheels(even_wheels(6, first=0.2))
     twists = ten_seconds()

@@ -24,7 +24,8 @@ PATIENCE = 3            # ... which is tolerated for so many packets
 ALL_SUBSETS = 6         # wheels up to which every set of them is tried as the slipping ones; ...
 LARGEST_SET = 2         # ... of more wheels every set up to this size, and the likeliest with one wheel more, and more
 CLEAR = 0.05            # an excluded wheel is included again when clean counts would look worse this often ...
-PROVEN = 0.3            # ... and a slip of this part of its path would have been detected
+PROVEN = 0.3            # ... and a slip of this part of its path would have been detected, in one window, or ...
+SEVERAL = 2.0           # ... in several together, which takes this many times as much
 FIRST = 2.0             # times `wheel_noise`: the noise until it has been learnt
 OVERLAP = 2.0           # windows that overlap complain together, at least this many times more seldom than others
 
@@ -60,6 +61,7 @@ class SlipDetector:
         self.noise = LearntNoise(WINDOW, FIRST)
         self._good = deque(maxlen=WINDOW)    # such paths while there was no complaint
         self._doubts = 0                     # packets for which two wheels have been almost equally suspect
+        self._shown = np.zeros(amount)       # per excluded wheel: what its clean windows since would have shown
         self.slipping = ()                   # indices of the excluded wheels, ascending
         self.alarms = 0                      # how many times a wheel was excluded
 
@@ -142,29 +144,28 @@ class SlipDetector:
         self.slipping = wheels
         self._used = self._all.copy()
         self._used[0, list(wheels)] = 0.0
+        self._shown = np.zeros(len(self._matrix))
 
     def _release(self):
-        """Include each wheel again that has rolled consistently with the others for the whole window."""
+        """Include a wheel again that has rolled consistently with the others, for a window or for as many as prove it.
+
+        One window may hold too little way to show a slip; those that follow add to it as long as all are clean.
+        """
         wheels = list(self.slipping)
-        in_use = len(self._path) - len(wheels) + 1
-        while wheels:
-            rows = range(len(wheels))
-            used = np.repeat(self._used, len(wheels), axis=0)
-            used[rows, wheels] = 1.0
-            clean = self._statistics(used * self._weights) <= self._clear[in_use]
-            if not clean.any():
-                return
-            # path of this wheel that follows from the others; whether a slip of a part of it would have been detected
-            steps, _ = self._fit(self._used, self._paths)
-            slips = np.zeros_like(used)
-            slips[rows, wheels] = PROVEN * (self._matrix[wheels] @ steps[0])
-            proven = clean & (self._statistics(used * self._weights, slips) > self._limits[in_use])
-            if not proven.any():
-                return
-            first = int(np.argmax(proven))
-            self._exclude(tuple(other for other in self.slipping if other != wheels[first]))
-            in_use += 1
-            del wheels[:first + 1]
+        rows, in_use = range(len(wheels)), len(self._path) - len(wheels) + 1
+        used = np.repeat(self._used, len(wheels), axis=0)
+        used[rows, wheels] = 1.0
+        clean = self._statistics(used * self._weights) <= self._clear[in_use]
+        # path of this wheel that follows from the others; how clearly a slip of a part of it would have shown
+        steps, _ = self._fit(self._used, self._paths)
+        slips = np.zeros_like(used)
+        slips[rows, wheels] = PROVEN * (self._matrix[wheels] @ steps[0])
+        shown = self._statistics(used * self._weights, slips)
+        self._shown[wheels] = np.where(clean, self._shown[wheels] + shown / WINDOW, 0.0)
+        proven = clean & ((shown > self._limits[in_use]) | (self._shown[wheels] > SEVERAL * self._limits[in_use]))
+        if proven.any():
+            first = wheels[int(np.argmax(proven))]
+            self._exclude(tuple(other for other in wheels if other != first))
 
     def _compare(self, used, expected):
         """(statistics, distances from the `expected` paths (n [m])), s each, with the wheels `used` (s x n)."""

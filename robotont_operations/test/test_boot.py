@@ -418,7 +418,7 @@ def robot(tmp_path_factory):
     shared = machine / "shared"
     shared.mkdir(parents=True)
     shared.chmod(0o777)  # the services' user writes there
-    for folder in (tmp_path, *tmp_path.parents[:2]):
+    for folder in (tmp_path, *list(tmp_path.parents)[:2]):
         folder.chmod(0o755)
     group = hierarchy / f"robotont_boot_{os.getpid()}"
     group.mkdir()

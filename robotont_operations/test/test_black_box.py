@@ -14,12 +14,7 @@ from std_msgs.msg import String
 from robotont_operations.black_box import MOST_RUNS, BlackBox, Record, bags_of, merge, runs_in
 from robotont_operations.recorder_node import trouble
 
-try:
-    import roslz4
-except ImportError:
-    roslz4 = None
-
-pytestmark = pytest.mark.skipif(roslz4 is None, reason="no roslz4, which is compiled, for this Python")
+pytestmark = pytest.mark.skipif(not rosbag.bag.found_lz4, reason="no roslz4, which is compiled, for this Python")
 HEADER = {"type": String._type, "md5sum": String._md5sum, "message_definition": String._full_text}
 
 

@@ -53,8 +53,9 @@ class Rig(Processes):
         return json.loads(self.request("GET", "/robots")[1])
 
     def seen(self, name):
-        """The newest of a robot that is present, or {}."""
-        return next((one for one in self.view()["robots"] if one["name"] == name and one["present"]), {})
+        """The newest state of a robot that is present, or {}: between its token and its first state there is none."""
+        return next((one for one in self.view()["robots"] if one["name"] == name and one["present"]
+                     and one["age"] is not None), {})
 
     def order(self, **fields):
         status, answer = self.request("POST", "/order", json.dumps(fields))

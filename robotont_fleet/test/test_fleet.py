@@ -212,7 +212,7 @@ def test_a_clock_that_is_wrong_by_an_hour_and_set_changes_nothing(rig, adapter):
 def test_two_robots_of_one_name_are_told_and_get_no_goals_but_stops(rig, adapter):
     two = rig.start("rosrun", "robotont_fleet", "fleet_node", "__name:=second", "_robot_name:=r1",
                     f"_router:=tcp/127.0.0.1:{rig.router_port}", **rig.robots["r2"].environment)
-    named = lambda: [one for one in rig.view()["robots"] if one["name"] == "r1" and one["namesakes"]]  # noqa: E731
+    named = lambda: [one for one in rig.view()["robots"] if one["name"] == "r1" and one.get("namesakes")]  # noqa: E731
     wait_for(lambda: len(named()) == 2, "both", 30.0)
     bare_goal(adapter, "r1", 7.5)
     wait_for(lambda: "another robot" in named()[0]["note"], "the refusal")

@@ -3,7 +3,7 @@ import time
 import pytest
 
 from robotont_boards import BOARDS
-from robotont_driver.tools import which_robot
+from robotont_driver.link import port as serial_port
 from robotont_driver.tools.which_robot import main
 from robotont_testing.board_port import BoardPort
 from robotont_testing.dc_motors import Motors
@@ -27,9 +27,9 @@ def test_it_names_the_launch_line_and_sends_nothing(tmp_path, capsys, name, word
 
 
 def test_a_port_that_is_not_there_and_a_board_that_is_unknown(tmp_path, capsys, monkeypatch):
-    monkeypatch.setattr(which_robot, "serial_ports", lambda: ["/dev/ttyACM1"])
+    monkeypatch.setattr(serial_port, "serial_ports", lambda: ["/dev/ttyACM1"])
     assert main([str(tmp_path / "nothing")]) == 1
-    assert "is this the right port?; there are /dev/ttyACM1" in capsys.readouterr().err
+    assert "is this the right port? there are /dev/ttyACM1" in capsys.readouterr().err
     port = BoardPort(str(tmp_path / "board"), lambda now: BOARDS["robotont2"](Motors(), start=now))
     port.board.advance = lambda now: b"I am a printer\r\n"
     port.plug()

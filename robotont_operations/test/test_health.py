@@ -36,7 +36,8 @@ def test_one_process_that_is_silent_or_says_nothing():
 
 def test_restarts_are_a_warning():
     rows = table(ALL, FINE, [("/driver_node", 3), ("/odom_node", 1)])
-    assert rows[0] == Row(WARN, "nodes", "3 running; restarts of /driver_node: 3; restarts of /odom_node: 1")
+    assert rows[0] == Row(WARN, "nodes", "3 running; restarts of /driver_node: 3; restarts of /odom_node: 1; "
+                          "why: where the robot was started, or journalctl -u 'robotont*'")
 
 
 def test_nodes_that_are_missing_silent_or_say_nothing():

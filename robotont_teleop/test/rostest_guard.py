@@ -12,7 +12,7 @@ from sensor_msgs.msg import LaserScan, Range
 from robotont_testing.harness import wait_for
 from robotont_testing.node_test import OK, WARN, NodeTest, twist
 
-STATUS = "cmd_vel_mux: who drives"
+STATUS = "cmd_vel_mux: guard"
 STOP = (0.0, 0.0, 0.0)
 
 
@@ -50,12 +50,13 @@ class GuardTest(NodeTest):
         return wait_for(passed, f"{wanted}", period=0.05)
 
     def test_1_without_a_sensor_it_drives_as_commanded(self):
-        self.assertIn("does not interfere", self.values(STATUS)["guard"])
+        self.wait_for_status(STATUS, OK, "does not interfere")
         self.drive((0.8, 0.0, 0.0), lambda command: command == (0.8, 0.0, 0.0))
 
     def test_2_a_hand_stops_before_what_is_in_the_way_and_drives_on_beside_it(self):
         near = (lambda: self.look(behind=0.2)), (lambda: self.look(left=0.06))
-        for (x, y), look, side in (((0.8, 0.0), near[0], "ahead, 0.05 m"), ((0.0, 0.8), near[1], "left, 0.01 m")):
+        for (x, y), look, side in (((0.8, 0.0), near[0], "ahead, 0.05 m"),
+                                   ((0.0, 0.8), near[1], "on the left, 0.01 m")):
             self.drive((-x, -y, 0.5), lambda command, x=x, y=y: command == (-x, -y, 0.5), look)
             self.drive((x, y, 0.5), lambda command: command == STOP, look)
             self.drive((x, y, 0.5), lambda _, side=side: self.said(f"in the way: something {side}"), look)
@@ -77,7 +78,7 @@ class GuardTest(NodeTest):
         np.testing.assert_allclose(slower, (0.3, 0.0, 0.15), rtol=1e-6)
 
     def test_5_others_and_a_mux_without_it_are_left_alone(self):
-        self.wait_for_status(STATUS, OK, "drives: nobody")  # after the hand's rest
+        self.wait_for_status("cmd_vel_mux: who drives", OK, "drives: nobody")  # after the hand's rest
         for topic in ("cmd_vel/navigation", "cmd_vel/default"):
             sender = self.publisher(topic, Twist)
             self.drive((0.8, 0.0, 0.0), lambda command: command == (0.8, 0.0, 0.0), lambda: self.look(0.2), sender)

@@ -14,6 +14,7 @@ import time
 
 import rospy
 import rostest
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
 from std_msgs.msg import Bool, String
@@ -114,6 +115,16 @@ class KeyboardTeleopTest(NodeTest):
         wait_for(lambda: "sent +0.00 +0.30 +1.00" in terminal.line, "the command")
         wait_for(lambda: "drives: hand | robot +0.00 +0.25 +0.00\x1b[K" in terminal.line, "who drives, in 80 columns")
         self.newest_is(STOP, "the stop")
+
+    def test_the_line_says_why_the_robot_does_not_obey(self):
+        terminal, words = self.terminal, "in the way: something ahead, 0.06 m from the robot"
+        publisher = self.publisher("/diagnostics", DiagnosticArray)
+        guard = DiagnosticArray(status=[DiagnosticStatus(name="another: guard", level=DiagnosticStatus.WARN,
+                                                         message=words)])
+        wait_for(lambda: publisher.publish(guard) or terminal.type("w") or f"| {words}\x1b[K" in terminal.line,
+                 "the words", period=0.05)
+        self.newest_is(STOP, "the stop")
+        wait_for(lambda: "sent +0.00" in terminal.line, "the usual line, at rest")
 
     def test_space_is_the_emergency_stop(self):
         stops = self.listen("emergency_stop/pressed_by", String, publishers=1)

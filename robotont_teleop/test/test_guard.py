@@ -50,7 +50,7 @@ def test_away_along_and_on_the_spot_it_moves_as_commanded():
     for twist in ((0.8, 0.0, 0.0), (-0.8, 0.0, 0.0), (0.1, -0.5, 0.0), (0.0, 0.0, 3.0), STOP):
         assert beside.limit(twist, 100.0) == twist
     assert beside.limit((0.1, 0.5, 0.0), 100.0) == STOP
-    assert "something left, 0.02 m from the robot" in beside.held[1]
+    assert "something on the left, 0.02 m from the robot" in beside.held[1]
 
 
 def test_without_sensors_it_does_not_interfere_and_stale_ones_cap():

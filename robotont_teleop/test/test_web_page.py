@@ -241,13 +241,13 @@ def test_the_worst_fault_stands_where_one_looks(page, served, fault, words):
     assert page.text("#summary") == "All is well (1)"
 
 
-@pytest.mark.parametrize("words, remedies", [
-    ("default must stop once after the emergency stop before driving; or call /cmd_vel_mux/give_back",
+@pytest.mark.parametrize("task, words, remedies", [
+    ("who drives", "default must stop once after the emergency stop before driving; or call /cmd_vel_mux/give_back",
      ("end the program", "Programm beenden", "lõpeta programm")),
-    ("in the way: something left, 0.08 m from the robot",
-     ("something left, 0.08 m", "Etwas ist im Weg: 0.08 m", "Midagi on ees: 0.08 m"))])
-def test_who_cannot_drive_is_told_why_in_each_language(page, served, words, remedies):
-    report(served, {"cmd_vel_mux: who drives": (1, words)})
+    ("guard", "in the way: something on the left, 0.08 m from the robot",
+     ("something on the left, 0.08 m", "Etwas ist im Weg: 0.08 m", "Midagi on ees: 0.08 m"))])
+def test_who_cannot_drive_is_told_why_in_each_language(page, served, task, words, remedies):
+    report(served, {f"cmd_vel_mux: {task}": (1, words)})
     for language, remedy in zip(("en", "de", "et"), remedies):
         choose_language(page, language)
         page.wait(f"document.getElementById('fault_words').innerText.includes({remedy!r})", "what to do")
@@ -340,8 +340,8 @@ def test_no_english_is_left_in_other_languages(page, served, language):
 
 
 SAME = {"STOP", "English", "Deutsch", "Eesti", "Robotont", "Gamepad"}  # names, and what is the same
-LIGHTS = ["black box", "board", "command stream", "gamepad", "gyro", "link", "localization", "real time", "stamps",
-          "web page", "wheel feedback", "who drives"]  # of all nodes of the stack: `Health`
+LIGHTS = ["black box", "board", "command stream", "gamepad", "guard", "gyro", "link", "localization", "real time",
+          "stamps", "web page", "wheel feedback", "who drives"]  # of all nodes of the stack: `Health`
 
 
 def words(page):

@@ -79,7 +79,7 @@ def test_where_there_is_no_terminal_the_token_stays_in_its_file():
 def test_who_may_read_the_diagnostics_is_told_how_to_get_in_but_not_the_token():
     server = mock.Mock(pages=[], seat=mock.Mock(hands_off=False))
     words = report(server, "http://10.0.0.5:8100/", "/var/lib/robotont/token")[1]
-    assert words == "http://10.0.0.5:8100/, open pages: 0; its token: sudo cat /var/lib/robotont/token"
+    assert words == "http://10.0.0.5:8100/, open pages: 0; its token: in /var/lib/robotont/token"
     assert "token" not in report(server, "http://127.0.0.1:8100/", None)[1]
 
 

@@ -180,7 +180,7 @@ function who() {
 function message(open, stalled) {
   const now = performance.now();
   if (!open) {
-    return text(link.stopWanted ? "stop_waits" : "lost");
+    return text(link.stopWanted ? "stop_waits" : "lost_advice");
   }
   if (stalled) {
     return text("slow");
@@ -188,7 +188,7 @@ function message(open, stalled) {
   if (link.stopWanted) {
     return text("stop_waits");
   }
-  if (!hands.still && ((state?.hands_off && drives()) || (heldInVain && state?.driver === null))) {
+  if (!hands.still && !state?.stopped && ((state?.hands_off && drives()) || (heldInVain && state?.driver === null))) {
     return text("hands_off");
   }
   if (now < refused.until) {

@@ -21,10 +21,8 @@ export function adviceOf(light) {
   if (light.level === 1 && light.words.includes(" must stop once ")) {
     return text("fault_barred");
   }
-  if (light.level === 1 && light.words.startsWith("in the way: ") && !speaksEnglish()) {
-    return [text("fault_in_the_way"), ...light.words.match(/[\d.]+ m/) ?? []].join(": ");
-  }
-  const advice = textOr(`fault_${light.name.replace(/^.*: /, "")}`, "");
+  const advice = [textOr(`fault_${light.name.replace(/^.*: /, "")}`, ""),
+    ...light.words.match(/[\d.]+ m(?= from the robot)/) ?? []].join(": ");
   return light.level === 3 ? text("level_silent") : speaksEnglish() || !advice ? light.words : advice;
 }
 

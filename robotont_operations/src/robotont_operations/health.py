@@ -7,7 +7,8 @@ OK, WARN, ERROR, STALE = 0, 1, 2, 3  # levels of diagnostic_msgs/DiagnosticStatu
 WORDS = ("ok", "warning", "ERROR", "SILENT")
 NODES = ("driver_node", "serial_com_node", "odom_node")  # without which no robot drives ...
 COMPOSED = "robotont_node"                               # ... in processes of their own, or all in this one
-SUBJECTS = ("who drives", "command stream", "link", "board", "wheel feedback", "black box")  # in the table's order
+# in the table's order
+SUBJECTS = ("who drives", "guard", "command stream", "link", "board", "wheel feedback", "black box")
 
 
 class Row(NamedTuple):
@@ -39,6 +40,7 @@ def table(alive, statuses, restarts=(), folders=None):
         label = f"{name}: " if name else ""
         running = sum(node.startswith(robot) for node in alive)
         again = [f"restarts of {node}: {count}" for node, count in restarts if node.startswith(robot)]
+        again += ["why: where the robot was started, or journalctl -u 'robotont*'"] if again else []
         rows.append(Row(ERROR if faults else WARN if again else OK, label + "nodes",
                         "; ".join((faults or [f"{running} running"]) + again)))
         if robot in (folders or {}):

@@ -158,6 +158,7 @@ def _install(options, live):
     if options.dry_run:
         if commands:
             print("would run:", *(" ".join(command) for command in commands), sep="\n  ")
+        _tell_passwords(options, live, PAGE_UNIT in units)
         return 0
     good = run(commands)
     if live:

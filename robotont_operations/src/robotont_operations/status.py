@@ -106,8 +106,8 @@ def main():
     with contextlib.suppress(*probes.RPC_ERRORS):
         answered, _ = probes.in_time(probes.remote(uri, 2.0).getPid, 2.5, CALLER)
     if not answered:
-        print(f"status: no ROS master at {uri}: is the robot's stack running? see ./robotont network",
-              file=sys.stderr)
+        print(f"status: no ROS master at {uri}: no robot runs here. ./robotont sim starts a simulated one; why one in "
+              "the network is not heard: ./robotont network", file=sys.stderr)
         return NO_MASTER
     with contextlib.suppress(rosgraph.MasterException, *probes.RPC_ERRORS):
         finished, rows = probes.in_time(look, LONGEST)

@@ -57,7 +57,7 @@ class Port:
         if owner and owner.device == device:
             if owner.lives:
                 raise PortError(f"{self.link}: is the port of process {owner.pid}, which still runs; end it, or "
-                                "choose another name")
+                                "choose another name (port:=NAME)")
         elif os.path.exists(self.link):
             raise PortError(f"{self.link}: leads to {device} and is no link of a simulator; remove it, or choose "
                             "another name")

@@ -80,7 +80,8 @@ class CmdVelMux:
         self._arrivals.link = OutageWatch(newest=inputs, every=[pressed_by]).link
         rospy.Service("~give_back", Trigger, self._on_give_back)
         Worker(self._look_for_others)
-        self._health = Health(robot_name(), {"who drives": self._report})
+        self._health = Health(robot_name(), {"who drives": self._report,
+                                             **({"guard": self._report_guard} if self._guard else {})})
 
     def _on_command(self, name, message):
         linear, angular = message.linear, message.angular
@@ -214,23 +215,26 @@ class CmdVelMux:
                 "times that this node was stopped or starved": self._arrivals.stalls.stalls,
                 "stops because a driver fell silent": arbiter.timeouts,
                 "other publishers of cmd_vel": ", ".join(self._others) or "none",
-                "guard": self._guard.report(now) if self._guard else "off",
             }
             refusal, self._refusal = self._refusal, ""
             pressed_by = self._pressed_by if arbiter.locked else ""
-            held = self._held_back(now)
         if pressed_by:
             return WARN, f"emergency stop, pressed by {pressed_by}", values
         if self._others:
             return WARN, f"{', '.join(self._others)} also on cmd_vel: commands may mix; use cmd_vel/default", values
         if ignored:
             return WARN, "ignored: " + "; ".join(ignored), values
-        if refusal or held:
-            return WARN, "command refused: " + refusal if refusal else held, values
+        if refusal:
+            return WARN, "command refused: " + refusal, values
         if barred:
             return WARN, (f"{', '.join(barred)} must stop once after the emergency stop before driving; or call "
                           f"{rospy.get_name()}/give_back"), values
         return OK, f"drives: {driver}", values
+
+    def _report_guard(self):
+        now = boot_time()
+        held, words = self._held_back(now), self._guard.report(now)
+        return (WARN, held, {"sight": words}) if held else (OK, words, {})
 
 
 def main():

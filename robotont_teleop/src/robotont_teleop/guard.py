@@ -27,7 +27,7 @@ DOUBT = 0.1        # [m] by which a point near the sensor may be off
 SURE = 0.25        # [rad] around what it remembers a sensor need not see what is nearer than it measures
 SECTORS = 36       # all around; one is seen where any ray lies in it
 WINDOW = 2         # sectors on both sides of the way that have to be seen
-SIDES = ("ahead", "left", "behind", "right")
+SIDES = ("ahead", "on the left", "behind", "on the right")
 
 
 class Seen(NamedTuple):

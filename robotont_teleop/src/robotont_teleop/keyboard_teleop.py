@@ -10,6 +10,7 @@ import tty
 
 import rosgraph
 import rospy
+from diagnostic_msgs.msg import DiagnosticArray
 
 from robotont_driver.parameters.parameters import Parameter
 from robotont_driver.ros.lifecycle import answer_help
@@ -17,6 +18,7 @@ from robotont_driver.ros.node_parameters import own_parameters
 from robotont_driver.ros.rospy_end import end_soon, init_tool
 from robotont_teleop.hand_output import HandOutput
 from robotont_teleop.keys import EMERGENCY_STOP, QUIT, RELEASE, HeldKeys, split_keys
+from robotont_teleop.newest_diagnostics import SILENCE, NewestDiagnostics
 from robotont_teleop.speeds import STOP, Speeds
 
 PARAMETERS = (
@@ -30,16 +32,17 @@ FASTEST = Speeds(1.0, 3.0)  # that keys can reach, where they do not begin beyon
 PUBLISH_PERIOD = 0.05  # [s] between commands while the robot is driven
 REPEAT_HOLD = 0.3    # [s] for which a held key drives on after its last repeat
 SHOW_PERIOD = 0.1  # [s] between two lines
+CONNECTS = 5.0     # [s] at the start until a node that listens is missed
 HELP = """\
 hold to drive             speed              the robot stops when no key is held
   q  w  e  turn, ahead      +  -  all
-  a  s  d  strafe, back     r  f  driving      space   emergency stop
-  arrows   drive and turn   t  g  turning      U       release it
+  a  s  d  strafe, back     r  f  driving      space    emergency stop
+  arrows   drive and turn   t  g  turning      shift+U  release it
 keys add up (a, then q: strafe and turn)
 the opposite key stops first, then reverses
 Ctrl-C or Esc: end
 below: the speeds of a held key [m/s] [rad/s], then x y turn of what is sent,
-who drives, and how the robot moves"""
+who drives, and how the robot moves; or why it does not"""
 
 
 class KeyboardTeleop:
@@ -51,6 +54,10 @@ class KeyboardTeleop:
         speeds = Speeds(parameters["linear_speed"], parameters["angular_speed"])
         self._keys = HeldKeys(speeds, Speeds(*map(max, speeds, FASTEST)), parameters["first_hold"], REPEAT_HOLD)
         self._output = HandOutput()
+        self._diagnostics = NewestDiagnostics(rospy.get_namespace().lstrip("/"))
+        rospy.Subscriber("/diagnostics", DiagnosticArray, lambda message: self._diagnostics.hear(
+            message, time.monotonic()))
+        self._missed_from = time.monotonic() + CONNECTS
         self._rest = ""
         self._shown = 0.0
         self._sent_at = 0.0
@@ -112,14 +119,26 @@ class KeyboardTeleop:
             return
         self._shown = now
         output = self._output
-        words = "EMERGENCY STOP, U releases it" if output.emergency_stop.pressed else _words(output.sent)
+        words = "EMERGENCY STOP, shift+U releases it" if output.emergency_stop.pressed else _words(output.sent)
         robot = "no odometry" if output.velocity is None else _words(output.velocity)
-        line = (f"{self._keys.speeds.linear:.2f} {self._keys.speeds.angular:.2f} | sent {words} | {output.listeners} | "
-                f"robot {robot}")
-        if not output.connected:  # a robot that was started anew has another master, which does not know these keys
+        line = f"{self._keys.speeds.linear:.2f} {self._keys.speeds.angular:.2f} | "
+        why_not = self._why_not(now) if output.sent != STOP else ""
+        line += why_not or f"sent {words} | {output.listeners} | robot {robot}"
+        if output.connected:
+            self._missed_from = now
+        elif now < self._missed_from:
+            line = "connecting to the robot"
+        else:  # a robot that was started anew has another master, which does not know these keys
             line = f"{output.listeners}: robot started anew? Esc, keys again"
         columns = os.get_terminal_size(sys.stdout.fileno()).columns if sys.stdout.isatty() else 0
         print(f"\r{line[:columns - 1] if columns > 1 else line}\x1b[K", end="", flush=True)
+
+    def _why_not(self, now):
+        """Why the robot may not do as it is told: what is in its way, or its worst error, in its own words."""
+        bad = [light for light in self._diagnostics.lights(now)
+               if light["level"] > 1 or (light["level"] and light["name"].endswith(": guard"))]
+        worst = max(bad, key=lambda light: light["level"], default={"level": 0, "words": ""})
+        return f"{worst['name']} is silent" if worst["level"] == SILENCE else worst["words"]
 
 
 def _words(twist):

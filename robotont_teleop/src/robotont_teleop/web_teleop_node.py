@@ -165,7 +165,7 @@ def report(server, url, file):
     }
     if seat.hands_off:
         return WARN, "the page that drives fell silent or the robot was stopped: let go of the sticks once", values
-    return OK, f"{url}, open pages: {len(server.pages)}" + (f"; its token: sudo cat {file}" if file else ""), values
+    return OK, f"{url}, open pages: {len(server.pages)}" + (f"; its token: in {file}" if file else ""), values
 
 
 def main():

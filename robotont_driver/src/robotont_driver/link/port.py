@@ -3,6 +3,7 @@
 import contextlib
 import errno
 import fcntl
+import glob
 import os
 import sys
 import termios
@@ -60,13 +61,20 @@ def check_owner(port):
         raise ForeignPortError(reason)
 
 
+def serial_ports():
+    """Names of the serial ports at which a board may be."""
+    return sorted(file for kind in ("robotont*", "ttyACM*", "ttyUSB*") for file in glob.glob("/dev/" + kind))
+
+
 def explain(port, error):
-    """Message about an error on opening or using a port, with advice."""
+    """Message about an error on opening or using a port, with advice; the ports that there are, where it is none."""
     if isinstance(error, ForeignPortError):
         return f"{port}: {error}"
     number = getattr(error, "errno", None)
     if number in BUSY:
         return ": ".join([f"{port}: another program holds it open", *users_of(port)[:1]])
     advice = ADVICE.get(number, "is the board still plugged in?")
+    if number == errno.ENOENT and serial_ports():
+        advice += " there are " + ", ".join(serial_ports())
     # pyserial's own message contains the port and the system's message twice
     return f"{port}: {os.strerror(number).lower() if number else error}; {advice}"

@@ -1,7 +1,7 @@
 """Command line of which_robot: listens to a board and prints the launch line that drives it. Needs no ROS master."""
 
 import argparse
-import glob
+import importlib.util
 import select
 import sys
 import time
@@ -31,11 +31,6 @@ def listen(port, baudrate, seconds):
     return None, listener.heard
 
 
-def serial_ports():
-    """Names of the serial ports at which a board may be."""
-    return sorted(file for kind in ("robotont*", "ttyACM*", "ttyUSB*") for file in glob.glob("/dev/" + kind))
-
-
 def main(arguments=None):
     """Run; returns the exit status."""
     parser = argparse.ArgumentParser(prog="which_robot", description=__doc__)
@@ -46,12 +41,11 @@ def main(arguments=None):
     try:
         name, received = listen(options.port, options.baudrate, options.seconds)
     except (OSError, ValueError) as error:
-        others = [port for port in serial_ports() if port != options.port]
-        print(f"which_robot: {explain(options.port, error)}", *(["there are " + ", ".join(others)] if others else []),
-              sep="; ", file=sys.stderr)
+        print(f"which_robot: {explain(options.port, error)}", file=sys.stderr)
         return 1
     if name is None:
         print(f"which_robot: {options.port}: {received}", file=sys.stderr)
         return 1
-    print(f"the board speaks {explained(name)}; start it with\n  {LINE.format(received, options.port)}")
+    model = "" if importlib.util.find_spec("xacro") else " description:=false"  # no xacro, no model
+    print(f"the board speaks {explained(name)}; start it with\n  {LINE.format(received, options.port)}{model}")
     return 0

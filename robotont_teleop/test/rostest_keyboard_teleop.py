@@ -167,6 +167,7 @@ class KeyboardTeleopTest(NodeTest):
         terminals = [Terminal(f"_first_hold:={HOLD}") for _ in ends]  # they start side by side
         for terminal in terminals:
             self.addCleanup(terminal.end)
+        self.listen("cmd_vel/hand", Twist, publishers=len(terminals) + 1)  # theirs too, before a key goes down
         for terminal, (what, act) in zip(terminals, ends):
             self.ready(terminal)
             pressed = self.moves(terminal)

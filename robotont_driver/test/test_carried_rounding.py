@@ -11,15 +11,15 @@ speeds = st.floats(-60.0, 60.0)
 times = st.floats(0.001, HOLD)
 
 
-@given(st.lists(st.tuples(speeds, times), min_size=1, max_size=60))
+@given(st.lists(st.tuples(st.tuples(speeds, speeds), times), min_size=1, max_size=60))
 def test_no_time_integral_is_off_by_more_than_half_a_step_of_one_packet(packets):
-    rounding = CarriedRounding(1, 2, HOLD)
-    now, off = 100.0, 0.0
-    for value, held in packets:
-        sent, = rounding.round([value], now)
-        assert abs(sent - value) <= STEP + 1e-9
-        off = 0.0 if sent == 0.0 and abs(value) < 1e-9 else off + (value - sent) * held
-        assert abs(off) <= STEP / 2 * HOLD + 1e-9
+    rounding = CarriedRounding(2, 2, HOLD)
+    now, off = 100.0, [0.0, 0.0]
+    for values, held in packets:
+        for wheel, (value, sent) in enumerate(zip(values, rounding.round(values, now))):
+            assert abs(sent - value) <= STEP + 1e-9
+            off[wheel] = 0.0 if sent == 0.0 and abs(value) < 1e-9 else off[wheel] + (value - sent) * held
+            assert abs(off[wheel]) <= STEP / 2 * HOLD + 1e-9
         now += held
 
 

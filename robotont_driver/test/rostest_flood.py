@@ -8,7 +8,7 @@ import rostest
 from geometry_msgs.msg import Twist
 from std_msgs.msg import Bool
 
-from robotont_testing.harness import wait_for
+from robotont_testing.harness import Processes, wait_for
 from robotont_testing.node_test import NodeTest
 from robotont_testing.stand_in_board import Board, speeds_of
 
@@ -31,13 +31,19 @@ while not rospy.is_shutdown():
 
 
 class FloodTest(NodeTest):
+    @classmethod
+    def setUpClass(cls):
+        super().setUpClass()
+        robot = Processes()
+        cls.addClassCleanup(robot.close)
+        cls.board = Board(str(robot.folder / "board"))
+        cls.board.byte_rate = BYTE_RATE
+        cls.board.plug()
+        cls.addClassCleanup(cls.board.__exit__)
+        robot.node("serial_com_node", f"_port:={cls.board.link}")
+
     def setUp(self):
         super().setUp()
-        self.board = Board(str(self.processes.folder / "board"))
-        self.board.byte_rate = BYTE_RATE
-        self.board.plug()
-        self.addCleanup(self.board.__exit__)
-        self.processes.node("serial_com_node", f"_port:={self.board.link}")
         self.button = self.publisher("emergency_stop", Bool)
         self.command = self.publisher("cmd_vel", Twist)
         self.let_go_and_drive(self.command, lambda: any(self.board.speeds), 0.1)

@@ -52,18 +52,15 @@ class RobotontNodeTest(NodeTest):
             self.wait_for_status(task, OK)
         self.assertIn("driver_node: command stream", self.status)
         self.assertNotIn("Traceback", self.log.read_text())
+        subscribers = dict(rospy.get_master().getSystemState()[2][1])
+        for topic in ("/serial_write", "/serial_read"):
+            self.assertNotIn("/robotont_node", subscribers[topic], "packets of other processes would be taken")
         self.processes.stop(self.node, signal.SIGTERM)
         wait_for(lambda: self.heard()[-1] in ("0.00:0.00:0.00", "0:0:0"), "the stop")
 
     def test_the_wheels_are_found_in_the_root_by_a_process_that_has_logged(self):
         rospy.logwarn("a line, as where a connection ends early")
         self.assertEqual(running_wheels("/").amount, 3)
-
-    def test_packets_of_other_processes_are_not_taken(self):
-        self.start()
-        subscriptions = dict(rospy.get_master().getSystemState()[2][1])
-        self.assertNotIn("/robotont_node", subscriptions.get("/serial_write", []))
-        self.assertNotIn("/robotont_node", subscriptions.get("/serial_read", []))
 
     def test_wrong_parameters_of_all_parts_are_listed_at_once(self):
         rospy.set_param("driver_node/publish_rat", 20.0)

@@ -46,11 +46,6 @@ def normalised_errors(wheels, twists, noise, solver="least_squares", runs=RUNS):
     return np.array(of_pose), np.array(of_twist)
 
 
-def bounds(runs=RUNS):
-    """Within these lies the mean of the normalised errors of a consistent estimate, with CONFIDENCE."""
-    return chi2.interval(CONFIDENCE, 3 * runs) / np.array(runs)
-
-
 @pytest.mark.parametrize("wheels, twists, noise, solver", [
     (SHIPPED_WHEELS, curve(0.4, 0.5), 0.005, "least_squares"),
     (SHIPPED_WHEELS, curve(0.06, 0.1), 0.005, "least_squares"),

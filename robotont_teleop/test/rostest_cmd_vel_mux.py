@@ -149,9 +149,11 @@ class CmdVelMuxTest(NodeTest):
         under_way = sum(command != STOP for command in self.wire.commands[seen:])
         self.assertLessEqual(under_way, 1, "one command may have been under way when the mux was stopped")
 
-    def test_an_emergency_stop_is_on_the_wire_at_once_and_outlives_both_nodes(self):
-        nodes = {name: self.processes.start(places.program(package, name), "__ns:=/restarted") for name, package in
-                 (("driver_node", "robotont_driver"), ("cmd_vel_mux", "robotont_teleop"))}
+    def test_an_emergency_stop_is_on_the_wire_at_once_and_outlives_the_mux(self):
+        def start(name, package):
+            return self.processes.start(places.program(package, name), "__ns:=/restarted")
+        start("driver_node", "robotont_driver")
+        mux = start("cmd_vel_mux", "robotont_teleop")
         wire = Wire("/restarted")
         for sender in wire.senders.values():
             self.addCleanup(sender.close)
@@ -160,14 +162,12 @@ class CmdVelMuxTest(NodeTest):
         stop = wire.stopped_after(wire.press(True))
         wire.driven_by("emergency stop")
         wait_for(lambda: rospy.get_param("/restarted/emergency_stop_pressed", []), "the parameter")
-        for name, package, task in (("driver_node", "robotont_driver", "command stream"),
-                                    ("cmd_vel_mux", "robotont_teleop", "who drives")):
-            self.processes.stop(nodes[name])
-            self.status.clear()
-            self.processes.start(places.program(package, name), "__ns:=/restarted")
-            self.wait_for_status(f"restarted/{name}: {task}", WARN, "emergency stop")
-            seen = len(wire.packets)
-            wait_for(lambda seen=seen: len(wire.packets) > seen + 5, "packets")
+        self.processes.stop(mux)
+        self.status.clear()
+        start("cmd_vel_mux", "robotont_teleop")
+        self.wait_for_status("restarted/cmd_vel_mux: who drives", WARN, "emergency stop")
+        seen = len(wire.packets)
+        wait_for(lambda: len(wire.packets) > seen + 5, "packets")
         self.assertEqual({packet for at, packet in wire.packets if at >= stop}, {STOPPED})
         wait_for(wire.emergency_stop.get_num_connections, "driver_node")
         wire.press(False)

@@ -3,7 +3,7 @@
 
 import rospy
 import rostest
-from page_server_test import PageServerTest
+from page_server_test import OPEN, PageServerTest
 from std_srvs.srv import Trigger
 
 from robotont_testing.harness import wait_for
@@ -30,16 +30,24 @@ window.WebSocket = class extends Real {
 class WebTeleopStopTest(PageServerTest):
     def test_an_emergency_stop_reaches_whoever_starts_later_and_only_a_person_releases_it(self):
         server = self.start()
-        page = self.page()
-        page.send({"kind": "stop"})
-        wait_for(lambda: page.messages["state"]["stopped"], "the stop")
+        browser = self.open()
+        browser.finger(1, "#stop")
+        browser.lift()
+        browser.wait("!document.getElementById('stopped').hidden", "the stop")
         driver = self.start_driver_node()
         self.wait_for_status(DRIVER, WARN, "emergency stop")
         self.processes.stop(server)
+        browser.wait(f"!({OPEN})", "the end of the connection")
         self.log.write_text("")
         self.start()
+        browser.wait(OPEN, "the new connection")
+        browser.wait("!document.getElementById('stopped').hidden", "the stop, over a restart of the page's server")
+        browser.finger(1, "#move", 0.0, 0.6)
+        browser.wait("document.getElementById('message').textContent.includes('Let go')", "the request to let go")
+        self.assertFalse([command for command in self.hand if any(command)])
+        browser.lift()
         page = self.page()
-        wait_for(lambda: page.messages["state"]["stopped"], "the stop, over a restart of the page's server")
+        wait_for(lambda: page.messages["state"]["stopped"], "the stop")
 
         page.send({"kind": "stop"})  # which this server latches
         wait_for(lambda: rospy.get_param("/emergency_stop_pressed", []), "the parameter")

@@ -43,9 +43,6 @@ class WebTeleopStopTest(PageServerTest):
         browser.wait(OPEN, "the new connection")
         browser.wait("!document.getElementById('stopped').hidden", "the stop, over a restart of the page's server")
         browser.finger(1, "#move", 0.0, 0.6)
-        browser.wait("document.getElementById('message').textContent.includes('Let go')", "the request to let go")
-        self.assertFalse([command for command in self.hand if any(command)])
-        browser.lift()
         page = self.page()
         wait_for(lambda: page.messages["state"]["stopped"], "the stop")
 
@@ -54,6 +51,9 @@ class WebTeleopStopTest(PageServerTest):
         release = rospy.ServiceProxy("emergency_stop/release", Trigger)
         # asked for again, as by a person: the press of the new server may reach driver_node behind a first one
         wait_for(lambda: release() and not page.messages["state"]["stopped"], "the release of others", period=0.5)
+        browser.wait("document.getElementById('message').textContent.includes('Let go')", "the request to let go")
+        self.assertFalse([command for command in self.hand if any(command)])
+        browser.lift()
         wait_for(lambda: not rospy.get_param("/emergency_stop_pressed", []), "the parameter")
         self.processes.stop(driver)
         self.start_driver_node()

@@ -16,9 +16,9 @@ from pathlib import Path
 from firmware_tools import DUAL, GOLDEN, SRC, tool
 
 SUITES = ("suite_watch", "suite_faults", "suite_drives", "suite_controller", "suite_pid")
-FUNCTIONS = ("direction", "reset", "bound", "look")
-NUMBERS = ("MAX_LOAD", "BLIND_TIME", "BLIND_SHARE", "CHANGING_SHARE", "BESIDE_SHARE", "WRONG_EDGES",
-           "BLOCKED_INTEGRAL")  # fmt: skip
+FUNCTIONS = ("direction", "reset", "bound", "look", "_is_uneven")
+NUMBERS = ("MAX_LOAD", "BLIND_TIME", "BLIND_SHARE", "CHANGING_SHARE", "BESIDE_SHARE", "WRONG_EDGES", "UNEVEN_SHARE",
+           "UNEVEN_EDGES", "BLOCKED_INTEGRAL")  # fmt: skip
 OPPOSITE = {ast.Lt: ast.GtE, ast.Gt: ast.LtE, ast.LtE: ast.Gt, ast.GtE: ast.Lt, ast.Add: ast.Sub, ast.Sub: ast.Add,
             ast.And: ast.Or, ast.Or: ast.And, ast.LShift: ast.RShift, ast.RShift: ast.LShift}  # fmt: skip
 
@@ -56,7 +56,7 @@ def mutants(source):
                 node.body = [part for part in node.body if not isinstance(getattr(part, "value", None), ast.Constant)]
                 yield from ast.walk(node)
             if isinstance(node, ast.Assign) and getattr(node.targets[0], "id", "") in (
-                    "_RISE", "_CLEAR_RISE", "_SETTLED", "_CHANGING"):  # fmt: skip
+                    "_RISE", "_CLEAR_RISE", "_SETTLED", "_CHANGING", "_EVEN", "_FAST", "_KNOCK"):  # fmt: skip
                 yield from ast.walk(node)
 
     for place, node in enumerate(list(parts(copy.deepcopy(tree)))):

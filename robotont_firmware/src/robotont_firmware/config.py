@@ -34,6 +34,8 @@ BLIND_TIME = 14  # [periods] at that bound make a fault of a wheel; 24 while the
 BLIND_SHARE = 197  # [1/256 of its speed] a wheel that counts less is slow,
 CHANGING_SHARE = 128 # [1/256 of its speed] or less than this while the robot changes its motion
 BESIDE_SHARE = 64  # [1/256] or at this part of the fastest wheel's set-point
+UNEVEN_SHARE = 24  # [1/256 of its speed] and 2.5 edges a healthy wheel's counts may bend from period to period;
+UNEVEN_EDGES = 42  # [edges] of more, summed, make a fault: knocks and walls bring a healthy wheel to 32
 WRONG_EDGES = 16  # [edges] backward are no tremor; the least that a wheel has to owe for a fault
 
 # Speed controller. STATIC in effort, the gains in 1/256 effort per unit (I: per unit and period).

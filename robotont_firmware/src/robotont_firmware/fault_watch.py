@@ -7,6 +7,10 @@ turns a free wheel at 1.15 times its set-point). A wheel that stays at this boun
 the profile allows, or its encoder loses edges, or counts what is none: without a second sensor these are one. Counts
 are smoothed, so that noise does not pass for motion; and time at the bound is not forgotten, but worked off by edges.
 
+An encoder that loses edges by chance, or over a part of the turn, counts unevenly, where the speed of a healthy wheel
+changes little from period to period. So what the second difference of its counts has above 2.5 edges and a part of
+the speed is summed while the robot moves as it should, and worked off by even counts.
+
 Beside fast wheels, which load it sideways, a wheel may be driven by what turns a free one at three eighths of the
 fastest set-point. While the robot changes its motion other wheels may hold or drag one: then only a wheel that makes
 less than a quarter of its speed is bounded, and for longer.
@@ -26,6 +30,9 @@ OVERLOAD = const(4)  # the motor has worked too hard for too long: its current i
 
 _RISE = const(640)  # [1/256 unit] a wheel that is faster than a little ago by more than this follows;
 _CLEAR_RISE = const(2048)  # [1/256 unit] by this while the robot moves as it should: more than noise
+_EVEN = const(640)  # [1/256 unit] what the second difference of a healthy wheel's counts may have,
+_FAST = const(8192)  # [1/256 unit] and to which speed a part of it is added,
+_KNOCK = const(1024)  # [1/256 unit] and the most beyond it that one period adds: a knock is no broken encoder
 _SETTLED = const(5)  # weights of a period in which the robot moves as it should,
 _CHANGING = const(3)  # and of one in which it changes its motion
 
@@ -38,15 +45,20 @@ _SETTLED_SHARE = const(4)  # [1/256]
 _CHANGING_SHARE = const(5)  # [1/256]
 _BESIDE = const(6)  # [1/256]
 _WRONG = const(7)  # [1/256 edge]
+_UNEVEN_SHARE = const(8)  # [1/256]
+_UNEVEN_EDGES = const(9)  # [1/256 edge]
 # and of its past. Machine code reads them without sign: those that may be negative have _ZERO added.
-_DIRECTION = const(8)  # in which it was driven last: -1, 0, 1
-_COUNTED = const(9)  # [1/256 unit] ahead, smoothed over four periods
-_MOST = const(10)  # [effort] ahead, while it is bounded
-_BOUNDED = const(11)  # 0 or 1
-_BLIND = const(12)  # [periods/5] at the bound
-_OWED = const(13)  # [1/256 edge] that it should have made meanwhile and did not
-_AHEAD = const(14)  # [1/256 edge] that it did make; negative: the wrong way
-_PLACES = const(15)
+_DIRECTION = const(10)  # in which it was driven last: -1, 0, 1
+_COUNTED = const(11)  # [1/256 unit] ahead, smoothed over four periods
+_MOST = const(12)  # [effort] ahead, while it is bounded
+_BOUNDED = const(13)  # 0 or 1
+_BLIND = const(14)  # [periods/5] at the bound
+_OWED = const(15)  # [1/256 edge] that it should have made meanwhile and did not
+_UNEVEN = const(16)  # [1/256 edge] by which its counts were more uneven than a healthy wheel's
+_AHEAD = const(17)  # [1/256 edge] that it did make; negative: the wrong way
+_LACK = const(18)  # [1/256 unit] by which it missed its aim in the last period,
+_STEP = const(19)  # [1/256 unit] and by how much more than in the one before
+_PLACES = const(20)
 _ZERO = const(0x8000000)
 
 
@@ -66,6 +78,7 @@ class FaultWatch:
         self.numbers[_SETTLED_SHARE], self.numbers[_CHANGING_SHARE] = config.BLIND_SHARE, config.CHANGING_SHARE
         self.numbers[_BESIDE] = config.BESIDE_SHARE
         self.numbers[_WRONG] = config.WRONG_EDGES * 256
+        self.numbers[_UNEVEN_SHARE], self.numbers[_UNEVEN_EDGES] = config.UNEVEN_SHARE, config.UNEVEN_EDGES * 256
 
     @micropython.viper
     def direction(self) -> int:
@@ -78,7 +91,7 @@ class FaultWatch:
         n = ptr32(self.numbers)
         for place in range(_MOST, _AHEAD):
             n[place] = 0
-        n[_DIRECTION] = n[_COUNTED] = n[_AHEAD] = _ZERO
+        n[_DIRECTION] = n[_COUNTED] = n[_AHEAD] = n[_LACK] = n[_STEP] = _ZERO
 
     @micropython.viper
     def bound(self, effort: int) -> int:
@@ -117,6 +130,9 @@ class FaultWatch:
         slow = counted * 256 < wished * (n[_SETTLED_SHARE] if settled else n[_CHANGING_SHARE])
         n[_BOUNDED] = 1 if settled or (slow and not rising) else 0
 
+        if self._is_uneven(wished - ahead, counted, settled):
+            return NO_COUNTS
+
         believed = ahead if ahead < counted else counted
         free = n[_STATIC] + ((n[_GAIN] * believed >> 16) if believed > 0 else 0)
         most = n[_STATIC] + (n[_GAIN] * (setpoint * 294 >> 8) >> 16)  # 1.15 times
@@ -131,7 +147,7 @@ class FaultWatch:
         works = push > 0 and (counted < 0 or push - free > n[_LOAD] >> 1)
         if n[_BOUNDED] and at_most and missing > 0 and works and not rising:
             fault = NO_COUNTS
-        if settled and missing < 0 and counted > 0 and push * 8 < (n[_STATIC] + n[_LOAD]) * -7:
+        if settled and missing < 0 and push * 8 < (n[_STATIC] + n[_LOAD]) * -7:
             fault = WRONG_WAY
             missing = 0 - missing
         if fault == NO_FAULT:
@@ -152,3 +168,18 @@ class FaultWatch:
         if n[_BLIND] < n[_TIME] or n[_OWED] < enough:
             return NO_FAULT
         return WRONG_WAY if turned <= 0 - n[_WRONG] else fault
+
+    @micropython.viper
+    def _is_uneven(self, lack: int, counted: int, settled: int) -> int:
+        """Sum by how much its counts, of which it lacks `lack`, bend more than a healthy wheel's; 1: too much."""
+        n = ptr32(self.numbers)
+        step = lack - (n[_LACK] - _ZERO)
+        bend = step - (n[_STEP] - _ZERO)
+        n[_LACK] = lack + _ZERO
+        n[_STEP] = step + _ZERO
+        bend = (bend if bend > 0 else 0 - bend) if settled else 0
+        fast = counted if counted < _FAST else _FAST
+        bend -= _EVEN + ((fast if fast > 0 else 0) * n[_UNEVEN_SHARE] >> 8)
+        uneven = n[_UNEVEN] + (bend if bend < _KNOCK else _KNOCK)
+        n[_UNEVEN] = uneven if uneven > 0 else 0
+        return 1 if uneven >= n[_UNEVEN_EDGES] else 0

@@ -30,6 +30,8 @@ _RANGES = (  # name, least, most; what depends on other numbers is added in `che
     ("BLIND_SHARE", 0, 256),
     ("CHANGING_SHARE", 0, 256),
     ("BESIDE_SHARE", 0, 256),
+    ("UNEVEN_SHARE", 0, 256),
+    ("UNEVEN_EDGES", 1, 2000),
     ("WRONG_EDGES", 1, 2000),
     ("OVERLOAD_TIME", 1, 200),
     ("TEST_TIME", 1, 100),

@@ -142,16 +142,20 @@ class Controller:
         if setpoints.advance() > _CHANGE:
             self._unsettle(-1)
         fastest = setpoints.fastest()
-        setpoints.accelerate(self._pids)
+        pids = self._pids
+        counts = self._counts
+        now = setpoints.now
+        straight = setpoints.straight
+        setpoints.accelerate(pids)
         turning = setpoints.turning
         for wheel in range(self._wheels):
-            pid = self._pids[wheel]
-            setpoint = setpoints.now[wheel]
+            pid = pids[wheel]
+            setpoint = now[wheel]
             settled = unsettled[wheel] <= 0
             if not settled:
                 unsettled[wheel] -= periods
-            straight = setpoints.straight[wheel]
-            board.drive(wheel, pid.step(setpoint, self._counts[wheel], periods, settled, fastest, straight, turning))
+            effort = pid.step(setpoint, counts[wheel], periods, settled, fastest, straight[wheel], turning)
+            board.drive(wheel, effort)
             if pid.lag > _LAG + (abs(setpoint) >> 3):
                 self._unsettle(wheel)
             if pid.fault != NO_FAULT:

@@ -122,7 +122,8 @@ class Pid:
         if self._rests(setpoint, counts):
             self.reset(periods)
             return 0
-        periods = min(periods, MAX_PERIODS)
+        if periods > MAX_PERIODS:  # noqa: PLR1730 (min() costs 700 instructions)
+            periods = MAX_PERIODS
         counts = clamp(counts, MAX_COUNTS * periods)
         speed = counts << 8
         if periods > 1:

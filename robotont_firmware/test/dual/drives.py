@@ -14,14 +14,14 @@ if __name__ == "__main__":
     config.ARC = gain_bounds.NO_ARC
 
 from dual_tools import Config, Robot
-from sim_motor import BRAKE, COAST, DIODE, FLOATING, HALF, HUM, MICRO, PARTIAL, REVERSED, UNPLUGGED, WILD
+from sim_motor import BRAKE, CHANCE, COAST, DIODE, DIRTY, FLOATING, HALF, HUM, MICRO, PARTIAL, REVERSED, UNPLUGGED, WILD
 from suite_fuzz import Random
 
 from robotont_firmware import wiring_robotont21, wiring_vnh
 from robotont_firmware.fault_watch import NO_FAULT
 
 NAMES = {UNPLUGGED: "unplugged", REVERSED: "reversed", HALF: "half dead", PARTIAL: "60 % lost", FLOATING: "noise 2",
-         WILD: "noise 6", HUM: "hum 3"}  # fmt: skip
+         WILD: "noise 6", HUM: "hum 3", CHANCE: "60 % by chance", DIRTY: "dirty disc"}  # fmt: skip
 
 
 def settings(module):

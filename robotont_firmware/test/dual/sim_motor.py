@@ -18,10 +18,12 @@ GOOD = const(0)  # encoders
 UNPLUGGED = const(1)
 REVERSED = const(2)
 HALF = const(3)  # one channel is dead
-PARTIAL = const(4)  # 60 % of the edges are lost
+PARTIAL = const(4)  # 60 % of the edges are lost, evenly
 FLOATING = const(5)  # unplugged, and noise of up to 2 edges a period
 WILD = const(6)  # unplugged, and noise of up to 6 edges a period
 HUM = const(7)  # unplugged, and 3 edges a period
+CHANCE = const(8)  # 60 % of the edges are lost, each by chance
+DIRTY = const(9)  # or over 60 % of each turn of the motor
 
 BRAKE = const(0)  # drivers, by the off phase: two switches short the motor, current flows either way
 DIODE = const(1)  # one switch and a diode (VNH): current goes on falling, and never turns round
@@ -34,7 +36,7 @@ class SimMotor:
     """tau: [ms]. friction, breakaway (at rest; default: friction), load: [units]. battery: [%] of 12 V.
 
     driver: BRAKE, DIODE or COAST; frequency: [Hz] of its PWM. blocked: nothing turns it. powered: current reaches
-    it. encoder: one of GOOD .. HUM.
+    it. encoder: one of GOOD .. DIRTY.
     """
 
     def __init__(self, tau=60, friction=8, battery=100, full_effort=4000, no_load=208, driver=BRAKE, frequency=20000,
@@ -136,11 +138,19 @@ class SimMotor:
             if speed * direction < 0:  # friction stops a wheel but never turns it round
                 speed = 0
             step = speed // PERIOD
+            last = turned
             turned_part += step
             turned += turned_part // MICRO
             turned_part -= turned_part // MICRO * MICRO
             if encoder == HALF:  # there and back again, one edge
                 counted = counted // 2 * 2 + (turned & 1)
+            elif encoder == CHANCE or encoder == DIRTY:  # noqa: PLR1714, SIM109 (a tuple would be made)
+                way = 1 if turned > last else -1
+                while last != turned:
+                    last += way
+                    noise = (noise * 25173 + 13849) & 0xFFFF
+                    if noise < 26214 if encoder == CHANCE else last & 63 < 26:
+                        counted += way
             elif encoder != UNPLUGGED and encoder < FLOATING:
                 step = 0 - step if encoder == REVERSED else step * 2 // 5 if encoder == PARTIAL else step
                 counted_part += step

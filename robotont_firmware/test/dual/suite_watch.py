@@ -40,6 +40,13 @@ class Wheel:
                 return found, period + 1
         return NO_FAULT, periods
 
+    def uneven(self, mean, by, periods=200):
+        """Return after how many periods that swing around `mean` edges it is at fault, or None."""
+        for period in range(periods):
+            if self.look(mean + (by if period & 1 else -by), 0) != NO_FAULT:
+                return period + 1
+        return None
+
     def bounds(self, ahead=0):
         """Return the (least, most) effort that it may have once it makes `ahead` edges a period."""
         for _ in range(30):
@@ -142,6 +149,10 @@ def test_what_is_no_fault():
         (60, -4000, False, False, "held back while the robot changes its motion"),
     ):
         assert Wheel(50, settled=settled, limited=limited).fault(ahead, push)[0] == NO_FAULT, why
+    wheel = Wheel(50)
+    wheel.bounds(40)
+    assert wheel.fault(40, -4000)[0] == NO_FAULT, "slower than it should be while it is held back"
+    assert wheel.fault(0, 4000, first=[0] * 9)[1] == CONFIG.BLIND_TIME, "and that is not held against it"
     assert Wheel(50).fault(0, bound - (bound >> 3)) == (NO_COUNTS, CONFIG.BLIND_TIME)
     assert Wheel(50, limited=True).fault(0, CONFIG.STATIC + CONFIG.MAX_LOAD)[0] == NO_COUNTS, "slow, and limited"
     assert Wheel(50, limited=True).fault(0, CONFIG.STATIC + CONFIG.MAX_LOAD // 2)[0] == NO_FAULT, "it hardly works"
@@ -168,6 +179,10 @@ def test_the_wrong_way_takes_16_edges():
     wheel.bounds(40)
     wheel.fault(40, 4000, 8)
     assert wheel.fault(-30, 4000)[0] == WRONG_WAY, "edges ahead count as far as two periods of the fastest"
+    wheel = Wheel(50)
+    for edges, push in ((-60, 4000), (-60, 4000), (-60, 4000), (50, 0), (50, 0), (50, 0)):
+        wheel.look(edges, push)
+    assert wheel.fault(12, 4000)[0] == NO_COUNTS, "nor do more than that the wrong way"
     wheel = Wheel(10)
     found = [wheel.look(30, -CONFIG.STATIC - CONFIG.MAX_LOAD) for _ in range(40)]
     assert WRONG_WAY in found, "faster than it should be, although it is held back"
@@ -186,6 +201,40 @@ def test_a_wheel_that_gets_faster_follows():
                 counted += (ahead - counted) / 4
             blind = wheel.fault(counted, 4000)[1]
             assert (blind >= (CONFIG.BLIND_TIME if settled else 24)) == follows, (settled, rise, blind)
+
+
+def test_counts_that_bend_more_than_a_healthy_wheels_are_a_fault():
+    for mean, by, found in (
+        (10, 2, 12),  # bent by 8 edges each period, of which 4 count
+        (-10, 2, 12),
+        (10, 1, 77),  # 4 edges, above 2.5 and the speed's 3/32
+        (10, 0.8, None),
+        (100, 1.45, 140),  # above 2.5 edges and 3
+        (100, 1.3, None),
+    ):
+        wheel = Wheel(mean)
+        wheel.bounds(mean)
+        assert wheel.uneven(mean, by) == found, (mean, by, wheel.uneven(mean, by))
+    assert Wheel(10, settled=False).uneven(10, 8) is None
+    wheel = Wheel(10)
+    wheel.bounds(-10)
+    assert wheel.uneven(-10, 0.7) == 140, "the wrong way allows no less than standing"
+
+
+def test_unevenness_is_worked_off_by_even_counts_and_forgotten_by_a_reset():
+    for even, found in ((0, 2), (8, 9), (40, 12)):
+        wheel = Wheel(10)
+        wheel.bounds(10)
+        assert wheel.uneven(10, 2, 10) is None
+        for _ in range(even):
+            wheel.look(10, 0)
+        assert wheel.uneven(10, 2) == found, (even, found)
+    wheel.watch.reset()
+    assert wheel.uneven(10, 2) == 12
+    wheel = Wheel(50)
+    wheel.bounds(50)
+    for edges in (0, 0, 0, 100, 0, 60, 50):  # a knock
+        assert wheel.look(edges, 0) == NO_FAULT
 
 
 def test_time_at_the_bound_is_worked_off_by_twice_the_edges_that_it_makes():

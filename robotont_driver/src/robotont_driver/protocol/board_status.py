@@ -15,8 +15,8 @@ NO_FAULT, DRIVER_FAULT, NO_COUNTS, WRONG_WAY, OVERLOAD = range(5)  # what is wro
 OFF = "; all motors are off until a command of zeros"
 FAULTS = {
     DRIVER_FAULT: "wheel {}: its motor driver reports a fault (too much current, heat, or no supply)" + OFF,
-    NO_COUNTS: "wheel {}: no counts although it is driven: encoder unplugged, motor without current, or wheel "
-               "blocked" + OFF,
+    NO_COUNTS: "wheel {}: no counts although it is driven, or uneven ones: encoder unplugged or dirty, motor without "
+               "current, or wheel blocked" + OFF,
     WRONG_WAY: "wheel {}: counts against its direction: encoder or motor leads reversed, or motor without current and "
                "dragged" + OFF,
 }

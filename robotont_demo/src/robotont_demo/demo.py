@@ -13,7 +13,7 @@ import rospy
 
 from robotont_demo.drive import Commander, drive
 from robotont_demo.picture import draw
-from robotont_demo.recording import Recorder, end_error
+from robotont_demo.recording import Recorder, end_error, off_path
 from robotont_demo.scenario import commanded_path, plan
 from robotont_demo.simulated import Simulated
 from robotont_driver.parameters.command_line import CommandLine
@@ -59,20 +59,22 @@ def run(options):
         robot.close()
     odometry, truth = recorder.odometry.snapshot(), robot.truth.snapshot()
     error = end_error(odometry, truth)
-    for what, value in figures(recorder.link, error, robot.LARGEST_ERROR):
+    across = off_path(commanded_path(steps), truth).max()
+    for what, value in figures(recorder.link, across, error, robot.LARGEST_ERROR):
         print(f"  {what:<42} {value}")
     draw(commanded_path(steps), odometry, truth, robot.LARGEST_ERROR[0], robot.name, options.picture)
     print(f"picture: {options.picture}")
     return all(found < allowed for found, allowed in zip(error, robot.LARGEST_ERROR))
 
 
-def figures(link, error, allowed):
-    """Rows (what, value) from the link's diagnostics and the errors at the end ([m], [rad])."""
+def figures(link, across, error, allowed):
+    """Rows (what, value) from the link's diagnostics, [m] off the path and the errors at the end ([m], [rad])."""
     return [
         ("packets written to the line", link["packets written"]),
         ("packets published on serial_read", link["packets published"]),
         ("  lines that the demo has spoilt, dropped", link["lines dropped"]),
         ("  periods repaired from the totals", link["periods repaired"]),
+        ("truth off the path of the commands, at most", f"{across * 1000:.1f} mm"),
         ("end pose, odometry against truth", f"{error[0] * 1000:.2f} mm, {math.degrees(error[1]):.3f} deg"),
         ("  allowed", f"{allowed[0] * 1000:g} mm, {math.degrees(allowed[1]):g} deg"),
     ]

@@ -8,7 +8,7 @@ from scipy.stats import chi2
 
 from robotont_driver.kinematics.kinematics import Kinematics
 from robotont_driver.kinematics.wheel_params import read_wheels
-from robotont_driver.odometry.slip import TOLERANCE, WINDOW, SlipDetector
+from robotont_driver.odometry.slip import TOLERANCE, WINDOW, WINDOWS, SlipDetector
 from robotont_testing import other_noise
 from robotont_testing.simulated_wheels import even_wheels
 
@@ -23,28 +23,31 @@ def detector(wheels, noise):
     return SlipDetector(Kinematics(wheels).matrix, wheels.metres_per_edge, noise, FALSE_ALARMS, RATE)
 
 
-def windows(values):
-    """Sums over each `WINDOW` rows and, at the start, fewer."""
-    sums = np.vstack([np.zeros((WINDOW, values.shape[1])), np.cumsum(values, axis=0)])
-    return sums[WINDOW:] - sums[:-WINDOW]
+def windows(values, packets):
+    """Sums over each so many rows and, at the start, fewer."""
+    sums = np.vstack([np.zeros((packets, values.shape[1])), np.cumsum(values, axis=0)])
+    return sums[packets:] - sums[:-packets]
 
 
 def complaints(finder, counts):
-    """Times that clean counts would exclude a wheel, by the code of `finder` for all packets at once."""
+    """Times that clean counts would exclude a wheel, by the code of `finder` for all packets at once.
+
+    And for each of them the largest of the windows' statistics, over its limit.
+    """
     counts = counts[counts.any(axis=1)].astype(float)
-    paths, ways = windows(counts), windows(np.abs(counts))
-    noise, excess = finder.noise, np.empty((len(counts), 1))
-    for index in range(0, len(counts), WINDOW):  # what it learns, from each window that shares nothing with the last
-        excess[index:index + WINDOW] = noise.excess
-        finder._path, finder._way, finder._paths = paths[index], ways[index], paths[index] * finder._edge
-        for _ in range(WINDOW):
-            finder._learn()
-    learnt, noise.excess, finder._path, finder._way = noise.excess, excess, paths, ways
-    variances = finder._noise_variances() + (TOLERANCE * paths) ** 2
-    noise.excess = learnt
-    values = finder._fit(1.0 / (variances * finder._edge ** 2), paths * finder._edge)[1]
-    over = np.flatnonzero(values > finder._limits[counts.shape[1]])
-    return int(np.sum(np.diff(over, prepend=-RATE) >= RATE)), values
+    noise, excess, worst = finder.noise, np.empty((len(counts), 1)), np.zeros(len(counts))
+    for index, (packets, limit) in enumerate(zip(WINDOWS, finder._limits[counts.shape[1]])):
+        paths, ways = windows(counts, packets), windows(np.abs(counts), packets)
+        if index == 0:
+            for first in range(0, len(counts), WINDOW):  # learns from each window that shares nothing with the last
+                excess[first:first + WINDOW], noise._left = noise.excess, 1
+                finder._learn(paths[first], finder._noise_variances(paths[first], ways[first]))
+        learnt, noise.excess = noise.excess, excess
+        variances = finder._noise_variances(paths, ways) + (TOLERANCE * paths) ** 2
+        noise.excess = learnt
+        statistics = finder._statistics(1.0 / (variances * finder._edge ** 2), paths * finder._edge)
+        worst = np.maximum(worst, statistics / limit)
+    return int(np.sum(np.diff(np.flatnonzero(worst > 1.0), prepend=-RATE) >= RATE)), worst
 
 
 def test_the_windows_at_once_are_those_of_the_detector():
@@ -54,7 +57,7 @@ def test_the_windows_at_once_are_those_of_the_detector():
     finder, values = detector(wheels, 0.012), []
     for packet in counts[counts.any(axis=1)].tolist():
         finder.update(packet)
-        values.append(finder._statistics(finder._used * finder._weights)[0])
+        values.append(max(finder._statistics(finder._weights, finder._paths) / finder._limits[5]))
     other = detector(wheels, 0.012)
     assert complaints(other, counts)[1] == pytest.approx(np.array(values), rel=0.2)
     assert other.noise.ratio == pytest.approx(finder.noise.ratio, rel=0.02)
@@ -87,9 +90,9 @@ def test_false_alarms_of_a_hundred_hours(number, noise):
     assert chi2.ppf(0.95, 2 * (false_alarms(number, noise, 100) + 1)) / 2 / 100 <= FALSE_ALARMS
 
 
-@pytest.mark.parametrize("number, shares", [(4, (0.03, 0.5, 0.87)), (8, (0.05, 0.7, 0.87))])
+@pytest.mark.parametrize("number, shares", [(4, (0.16, 0.7, 0.92)), (8, (0.38, 0.84, 0.91))])
 def test_slip_by_10_20_and_50_percent_is_found_within_2_s(number, shares):
-    """How often, in 200 drives, once the noise is learnt; of 4 wheels 7, 57 and 91 %."""
+    """How often, in 200 drives, once the noise is learnt; of 4 wheels 18, 74 and 94 %."""
     wheels, rng = read_wheels(even_wheels(number)), np.random.default_rng(number)
     finder = detector(wheels, STATED)
     for _ in range(2):
@@ -101,7 +104,7 @@ def test_slip_by_10_20_and_50_percent_is_found_within_2_s(number, shares):
             slip = np.zeros((len(twists), number))
             slip[100:, wheel] = share
             counts = other_noise.counts(wheels, twists, rng, SMOOTH, slip=slip)
-            values, begin = complaints(copy.deepcopy(finder), counts)[1], np.count_nonzero(counts[:100].any(axis=1))
-            found[index] += (values[begin:] > finder._limits[number]).any()
+            worst, begin = complaints(copy.deepcopy(finder), counts)[1], np.count_nonzero(counts[:100].any(axis=1))
+            found[index] += (worst[begin:] > 1.0).any()
     print(f"{number} wheels: {found / 200}")
     assert (found / 200 >= shares).all()

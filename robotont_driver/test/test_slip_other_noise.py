@@ -41,7 +41,7 @@ def complaints(finder, counts):
         if index == 0:
             for first in range(0, len(counts), WINDOW):  # learns from each window that shares nothing with the last
                 excess[first:first + WINDOW], noise._left = noise.excess, 1
-                finder._learn(paths[first], finder._noise_variances(paths[first], ways[first]))
+                finder._learn(paths[first])
         learnt, noise.excess = noise.excess, excess
         variances = finder._noise_variances(paths, ways) + (TOLERANCE * paths) ** 2
         noise.excess = learnt

@@ -60,6 +60,7 @@ class SlipDetector:
         self._sums = deque([np.zeros((2, amount))], maxlen=WINDOWS[-1] + 1)  # [edges] paths up to each packet, and ways
         self._commands = deque(maxlen=WINDOWS[-1])
         self._others = (others_matrix(self._matrix) * self._edge / self._edge[:, None]).T
+        self._all_fitted = (self._matrix @ np.linalg.pinv(self._matrix) * self._edge / self._edge[:, None]).T
         self.noise = LearntNoise(WINDOW, FIRST)
         self._good = deque(maxlen=WINDOWS[-1])  # such paths [edges] while there was no complaint
         self._doubts = 0                     # packets for which two wheels have been almost equally suspect
@@ -89,7 +90,7 @@ class SlipDetector:
             self._doubts = 0
             if not self.slipping:
                 self._good.append(paths)
-                self._learn(paths[0], noise[0])
+                self._learn(paths[0])
         else:
             self._accuse(int(np.argmax(complaints)))
         return self.slipping != before
@@ -107,9 +108,13 @@ class SlipDetector:
         """
         return PATH_VARIANCE + self.noise.excess * self._noise * np.maximum(ways, np.abs(paths @ self._others))
 
-    def _learn(self, path, variances):
-        """The noise is learnt without tolerance, which would hide it."""
+    def _learn(self, path):
+        """The noise is learnt without tolerance, which would hide it, and from the ways that fit all wheels best.
+
+        The larger of two estimates of a way, as a test wants it, is too large on average, and the noise then too small.
+        """
         if self.noise.wants(path.tolist()):
+            variances = PATH_VARIANCE + self.noise.excess * self._noise * np.abs(path @ self._all_fitted)
             weights = self._used / (variances * self._edge ** 2)
             self.noise.learn(self._statistics(weights, path * self._edge)[0] / (len(path) - 3))
 

@@ -39,9 +39,11 @@ def complaints(finder, counts):
     for index, (packets, limit) in enumerate(zip(WINDOWS, finder._limits[counts.shape[1]])):
         paths, ways = windows(counts, packets), windows(np.abs(counts), packets)
         if index == 0:
-            for first in range(0, len(counts), WINDOW):  # learns from each window that shares nothing with the last
-                excess[first:first + WINDOW], noise._left = noise.excess, 1
-                finder._learn(paths[first])
+            excess[:WINDOW] = noise.excess
+            for last in range(WINDOW - 1, len(counts), WINDOW):  # learns from each window that shares nothing
+                noise._left = 1
+                finder._learn(paths[last])
+                excess[last + 1:last + 1 + WINDOW] = noise.excess
         learnt, noise.excess = noise.excess, excess
         variances = finder._noise_variances(paths, ways) + (TOLERANCE * paths) ** 2
         noise.excess = learnt

@@ -2,8 +2,8 @@
 
 A comment such as <!-- needs: chromium, /dev/uinput --> names programs and files without which a .test file is skipped.
 Tests whose bounds are in real time are marked `timed`, rostests by a name timed_*.test: `./robotont test` runs them
-after all others, three files at a time; alone_*.test, which measure milliseconds or keep both cores busy, follow one by
-one. long_*.test run only when asked for (-m long).
+after all others, three at a time; alone_*.test, which measure milliseconds or keep both cores busy, follow one by one.
+long_*.test run only when asked for (-m long).
 """
 
 import importlib.util
@@ -23,14 +23,11 @@ ROBOTONT_MSGS = Path(os.environ.get("ROBOTONT_MSGS",
                                     str(Path(__file__).parent / ".build/robotont_msgs/lib/python3/dist-packages")))
 
 # Files of 20 s and more, the longest first. They begin first: else one is left when all others are done.
-LONG = ("test_old_commands", "test_boot", "test_network", "timed_odom_node", "timed_simulator_drive",
-        "timed_navigation_demands", "timed_cmd_vel_mux", "timed_keyboard_teleop", "test_robotont_script", "rviz",
-        "goto", "serial_com_node", "calibrate_wheels", "launches", "test_install_space", "stack", "official_boards",
-        "web_teleop_node", "driver_node", "web_teleop_stop", "status", "recorder_node", "web_teleop_camera",
-        "test_firmware_flash", "test_web_page", "test_firmware_suites", "test_nothing_is_left_running",
-        "test_navigation_launch", "test_odometry_report", "test_calibrate_wheels", "test_robots", "test_two_launches",
-        "test_systems", "test_firmware_serial_com_node", "test_launch", "test_firmware_loop", "test_gyro_other_noise",
-        "test_firmware_bring_up")
+LONG = ("test_old_commands", "timed_cmd_vel_mux", "timed_keyboard_teleop", "timed_navigation_demands",
+        "timed_simulator_drive", "test_network", "test_boot", "test_robotont_script", "rviz", "goto", "serial_com_node",
+        "calibrate_wheels", "launches", "test_install_space", "stack", "official_boards", "odom_node",
+        "web_teleop_node", "driver_node", "web_teleop_stop", "status", "test_navigation_launch", "recorder_node",
+        "web_teleop_camera")
 
 
 class WithoutTf2:
@@ -60,26 +57,8 @@ def pytest_collection_modifyitems(items):
 
 
 def _turn(item):
-    return _turn_of_file(item.path) + (not isinstance(item, Rostest) and item.path.stem not in LONG)
-
-
-@pytest.hookimpl(optionalhook=True)
-def pytest_xdist_make_scheduler(config, log):
-    """With --dist loadfile: files in the order of `_turn`, where xdist takes those with the most tests first."""
-    if config.getvalue("dist") != "loadfile":
-        return None
-    from xdist.scheduler import LoadFileScheduling  # who runs no tests side by side needs no xdist
-
-    class LongestFirst(LoadFileScheduling):
-        def _assign_work_unit(self, node):
-            self.workqueue.move_to_end(min(self.workqueue, key=_turn_of_file), last=False)
-            super()._assign_work_unit(node)
-    return LongestFirst(config, log)
-
-
-def _turn_of_file(file):
-    stem = Path(file).stem
-    return LONG.index(stem) if stem in LONG else len(LONG)
+    stem = item.path.stem
+    return LONG.index(stem) if stem in LONG else len(LONG) + (not isinstance(item, Rostest))
 
 
 class RostestFile(pytest.File):

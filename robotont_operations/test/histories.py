@@ -163,7 +163,7 @@ class Stage(TwoMachines):
         process = self._commanders.pop(who, None)
         if process:
             self._stopped.discard(process.pid)
-            self.stop(process, how, timeout=2.0)  # SIGINT does not end one that stands, or whose master does
+            self.stop(process, how)
 
     def hang(self, who):
         """A commander, or a program of robot.launch, stands until `resume`."""

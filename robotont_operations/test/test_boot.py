@@ -494,7 +494,6 @@ except urllib.error.HTTPError as error:
     come(robot, lambda: "asked for once: cat /var/lib/robotont/robotont_teleop_token" in robot.journal(), "its words")
 
 
-@pytest.mark.timed
 def test_the_fleet_is_joined_beside_the_driver(robot):
     come(robot, lambda: robot.process(DRIVER), "the driver")
     robot.run("systemctl", "start", "robotont-fleet")

@@ -44,7 +44,9 @@ def test_2000_broken_encoders(monkeypatch):
               f"from 29 units on at most {max(parts or [0]):.2f} times the command")  # fmt: skip
     print(f"outside of the bounds: {len(outside)} of 2000", *outside, sep="\n")
     assert sum(map(len, rows.values())) == 2000
-    assert len(outside) <= 12  # four of them lose edges by chance, two over a part of the turn
+    lossy = [one for one in outside if any(name in one for name in suite_drives.UNEVEN)]
+    assert len(lossy) <= 6
+    assert len(outside) - len(lossy) <= 7
 
 
 def test_ten_hours_with_healthy_wheels():

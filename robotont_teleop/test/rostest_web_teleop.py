@@ -65,15 +65,24 @@ class WebTeleopTest(PagesTest):
         print(f"stands {stood:.2f} s after {what}", flush=True)
 
     def drive_on(self, page, right=0.2, up=0.6, turn=0.4, until=None):
-        """Both thumbs on the sticks until it drives, or `until`; let go and take them again when the page says so."""
+        """Both thumbs on the sticks until it drives, or `until`; taken anew when the page wants it or has let go.
+
+        A page lets go when it loses the focus, as a new tab may while an old one still closes.
+        """
         def drives():
-            if "Let go" in page.text("#message"):
+            held = page.run("document.querySelector('.held') !== null")
+            if page.touched and (not held or "Let go" in page.text("#message")):
                 page.lift()
             if not page.touched:
                 page.finger(1, "#move", right, up)
                 page.finger(2, "#turn", turn)
             return until() if until else self.speed() > 0.1
-        wait_for(drives, "motion", period=0.05)
+        try:
+            wait_for(drives, "motion", period=0.05)
+        except AssertionError as error:
+            shown = page.run("document.body.innerText + ' ' + JSON.stringify([document.hasFocus(), document.hidden])")
+            raise AssertionError(f"{error}; on cmd_vel/hand {self.hand[-1:]}, on cmd_vel {self.commands[-1:]}, truth "
+                                 f"{self.truth[-1:]} at {time.monotonic()}; the page: {shown}") from error
 
     def hide(self, page):
         """As when another tab comes to the front."""

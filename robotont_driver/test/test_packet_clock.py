@@ -1,5 +1,6 @@
 """Stamps against the times at which packets were made: jitter, bursts, repairs, drift, losses, clocks that are set."""
 
+import math
 import random
 
 import numpy as np
@@ -96,6 +97,19 @@ def test_a_stalled_computer_gets_all_its_packets_afterwards():
     clock = PacketClock(PERIOD)
     assert np.abs(stamps(arrivals, clock=clock) - times).max() < 5e-3
     assert (clock.restarts, clock.shifts) == (0, 0)
+
+
+@pytest.mark.parametrize("stall", [0.029, 0.05, 0.12, 0.5])
+@pytest.mark.parametrize("after", [0.0, 0.005, 0.009, 0.011, 0.019])
+def test_what_was_taken_for_lost_and_came_late_leaves_no_trace(stall, after):
+    """Where packets have been lost, the first one after a stall looks as if more were; its queue shows that none is."""
+    times = np.delete(made(3000), 1000)
+    arrivals = times + 0.001
+    queue = arrivals[2000] + stall + after + 0.0006 * np.arange(999)
+    arrivals[2000] += stall
+    arrivals[2001:] = np.maximum(arrivals[2001:], queue[:len(arrivals) - 2001])
+    late = (stamps(arrivals) - times - 0.001)[2000 + math.ceil((stall + after) / PERIOD) + 1:]
+    assert np.abs(late).max() < 0.003
 
 
 @pytest.mark.parametrize("lost", [1, 2, 7, 40])

@@ -55,6 +55,7 @@ class PacketClock:
         self._bursts = False          # whether the packets come in bursts
         self._loses = False           # whether packets have been missing
         self._skipped = 0             # packets that were taken for lost when the newest gap was seen
+        self._lowered = 0.0           # [ns] by which early packets have lowered the line since then
         self.restarts = self.shifts = self.steps = 0
         self.event = self.event_at = None
 
@@ -115,6 +116,7 @@ class PacketClock:
             late = self._skip(-self._skipped, late)  # they were not lost, but late
         if late < 0:
             self._line = arrival  # nothing arrives before it is made
+            self._lowered -= late
             late = 0.0
         self._notice_shift(late)
         if not lost and arrival - self._period * self._number < self._residual(self._earliest):
@@ -125,6 +127,12 @@ class PacketClock:
 
     def _skip(self, packets, late):
         """Count packets that were lost, or not after all; by how much the newest one is still `late` [ns] then."""
+        if packets > 0:
+            self._lowered, self._earliest_before = 0.0, self._earliest
+        else:  # what came since then was not early
+            self._line += self._lowered
+            late -= self._lowered
+            self._earliest = self._earliest_before
         self._skipped = max(packets, 0)
         self.shifts += packets > 0
         self._number += packets
@@ -202,9 +210,10 @@ class PacketClock:
 
     def _begin_block(self):
         self._size = self._left = BLOCK if len(self._minima) >= FIRST_BLOCKS else FIRST_BLOCK
+        self._lowered = 0.0
         self._groups = 0  # packets that came alone, and bursts
         self._begun = self._arrival
-        self._earliest = (0, float("inf"))  # packet number, arrival
+        self._earliest = self._earliest_before = (0, float("inf"))  # packet number, arrival; the latter: before a skip
 
     def _clock_was_set(self, arrival, step):
         """The stamps follow, backwards too."""

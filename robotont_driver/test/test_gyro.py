@@ -157,6 +157,29 @@ def stalled(times, stalls):
     return arrivals
 
 
+def drive_stalled(counts, twists, device, stalls, lost=()):
+    """The Run of packets and samples that arrive behind `stalls`; the packets of the numbers in `lost` do not."""
+    run, clock = Run(), PacketClock(PERIOD)
+    ends = PERIOD * np.arange(1, len(counts) + 1)
+    samples = np.concatenate([end - PERIOD + PERIOD / SAMPLES * np.arange(1, SAMPLES + 1) for end in ends])
+    readings = np.concatenate([device.read(twist[2]) for twist in twists])
+    events = sorted([(at, 0, number) for number, at in enumerate(stalled(ends, stalls)) if number not in lost]
+                    + [(at, 1, number) for number, at in enumerate(stalled(samples, stalls))])
+    for at, kind, number in events:
+        if kind:
+            run.integral.add(round(samples[number] * SECOND), readings[number])
+        else:
+            now = round(at * SECOND)
+            run.odometry.update(counts[number], 0.0, clock.stamp(now, now))
+    return run
+
+
+def random_stalls(generator, longest, begin):
+    """[s] begin and end of stalls of up to `longest`, 200 x 2, as long apart."""
+    begins = np.cumsum(generator.uniform(0.2, 2 * longest + 0.2, 200)) + begin
+    return np.column_stack([begins, begins + generator.uniform(0, longest, 200)])
+
+
 @pytest.mark.parametrize("longest", [0.5, 2.0], ids=lambda seconds: f"stalls of {seconds:g} s")
 def test_a_machine_that_stalls_loses_no_heading(longest):
     """It turns nearly all the time, and the samples arrive behind all the packets of a stall, each with its stamp."""
@@ -165,24 +188,23 @@ def test_a_machine_that_stalls_loses_no_heading(longest):
     counts = counted(THREE, rolled(THREE, twists), 0.005).tolist()
     errors = []
     for seed in range(2):
-        generator = np.random.default_rng([seed, 11])
-        device, run = Device(seed, scale=1.0), Run()
-        begins = np.cumsum(generator.uniform(0.2, 2 * longest + 0.2, 200)) + 4.0
-        stalls = np.column_stack([begins, begins + generator.uniform(0, longest, 200)])
-        ends = PERIOD * np.arange(1, len(counts) + 1)
-        samples = np.concatenate([end - PERIOD + PERIOD / SAMPLES * np.arange(1, SAMPLES + 1) for end in ends])
-        readings = np.concatenate([device.read(twist[2]) for twist in twists])
-        events = sorted([(at, 0, number) for number, at in enumerate(stalled(ends, stalls))]
-                        + [(at, 1, number) for number, at in enumerate(stalled(samples, stalls))])
-        clock = PacketClock(PERIOD)
-        for at, kind, number in events:
-            if kind:
-                run.integral.add(round(samples[number] * SECOND), readings[number])
-            else:
-                now = round(at * SECOND)
-                run.odometry.update(counts[number], 0.0, clock.stamp(now, now))
+        stalls = random_stalls(np.random.default_rng([seed, 11]), longest, 4.0)
+        run = drive_stalled(counts, twists, Device(seed, scale=1.0), stalls)
         errors.append(math.degrees(se2.wrap(run.odometry.pose.yaw - truth)))
     assert np.abs(errors).max() < 1.5
+
+
+@pytest.mark.parametrize("given", [{"longest": 0.25}, {"longest": 1.0}, {"longest": 0.0, "lost": 0.5}], ids=str)
+def test_the_first_bias_is_learnt_from_samples_alone(given):
+    """A machine that stalls while it starts, or a link that loses packets: a turn belongs to the time that it took."""
+    twists = still(8.0)
+    for seed in range(20):
+        generator, device = np.random.default_rng([seed, 12]), Device(seed, bias=0.01)
+        lost = {number for number in range(len(twists)) if generator.random() < given.get("lost", 0.0)}
+        run = drive_stalled([(0, 0, 0)] * len(twists), twists, device, random_stalls(generator, given["longest"], 0.0),
+                            lost)
+        assert abs(run.gyro.bias - device.bias) < 4.5 * math.sqrt(run.gyro.bias_variance)
+        assert run.gyro.ready
 
 
 @pytest.mark.parametrize("slipping, twist", [(0, (0.3, 0.0, 0.0)), (1, (0.0, 0.3, 0.0)), (2, (0.0, 0.0, 1.0))],

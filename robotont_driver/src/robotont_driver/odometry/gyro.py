@@ -28,19 +28,20 @@ class Gyro:
         self.scale = scale
         self.scale_variance = (scale_noise / scale) ** 2
         self.noise = noise ** 2 * period   # [rad^2] variance of a period's turn
+        self._density = noise ** 2         # [rad^2/s]
         self._walk = bias_drift ** 2 * period
         self.bias = 0.0                    # [rad/s]
         self.bias_variance = FIRST_BIAS ** 2
-        self.learnt = 0                    # periods of standing
+        self._learnt = 0.0                 # [s] of standing
         self.learnt_part = 1.0             # of the bias' error that remained after the newest period
         self._still = 0                    # periods without motion of the wheels
         self._path = None                  # [edges] of each wheel while standing
-        self._odd = []                     # [rad] turns of a standing robot that do not fit the bias
+        self._odd = []                     # (turn [rad], [s]) of a standing robot that do not fit the bias
 
     @property
     def ready(self):
         """Whether the bias has been estimated."""
-        return self.learnt * self.period >= LEARNING
+        return self._learnt >= LEARNING
 
     @property
     def stands(self):
@@ -59,37 +60,40 @@ class Gyro:
         """The bias has walked for so many periods, with samples or without."""
         self.bias_variance = min(self.bias_variance + self._walk * max(periods, 0.0), FIRST_BIAS ** 2)
 
-    def turn(self, measured):
-        """[rad] that the robot turned in a period in which the gyro `measured` so much; learns while it stands."""
-        turn = measured / self.scale - self.bias * self.period
-        self.learnt_part = 1.0
-        if self.stands:
-            self._learn(turn)
-        else:
-            self._odd = []
-        return turn
+    def turn(self, measured, seconds):
+        """[rad] that the robot turned in the `seconds` in which the gyro `measured` so much."""
+        return measured / self.scale - self.bias * seconds
 
-    def _learn(self, turn):
-        period = self.period
-        variance = self.bias_variance * period ** 2 + self.noise
+    def learn(self, measured, seconds):
+        """Learn the bias while the robot stands, from samples alone: they `measured` so much in so many `seconds`."""
+        self.learnt_part = 1.0
+        if not self.stands:
+            self._odd = []
+        elif seconds > 0.0:
+            self._learn(self.turn(measured, seconds), seconds)
+
+    def _learn(self, turn, seconds):
+        variance = self.bias_variance * seconds ** 2 + self._density * seconds
         if turn ** 2 > OUTLIER ** 2 * variance:
-            self._odd.append(turn)
-            if len(self._odd) * period >= RELEARN:
+            self._odd.append((turn, seconds))
+            if sum(seconds for _, seconds in self._odd) >= RELEARN:
                 self._relearn()
             return
         self._odd = []
-        gain = self.bias_variance * period / variance
+        gain = self.bias_variance * seconds / variance
         self.bias += gain * turn
-        self.learnt_part = 1 - gain * period
+        self.learnt_part = 1 - gain * seconds
         self.bias_variance *= self.learnt_part
-        self.learnt += 1
+        self._learnt += seconds
 
     def _relearn(self):
         """A steady turn for RELEARN while the wheels stand means that the bias has changed."""
-        if max(self._odd) - min(self._odd) < STEADY * math.sqrt(self.noise):
-            self.bias += sum(self._odd) / len(self._odd) / self.period
+        change = sum(turn for turn, _ in self._odd) / sum(seconds for _, seconds in self._odd)
+        left = [(turn - change * seconds) / math.sqrt(self._density * seconds) for turn, seconds in self._odd]
+        if max(left) - min(left) < STEADY:
+            self.bias += change
             self.bias_variance = FIRST_BIAS ** 2
-            self.learnt = 0
+            self._learnt = 0.0
             self.learnt_part = 0.0  # this is another bias
         self._odd = []
 

@@ -71,10 +71,12 @@ class GyroFusion:
         """
         gyro = self.gyro
         gyro.watch_wheels(counts)
-        self.learnt = UNCHANGED
-        self._watch_stamps(stamp)
-        measured, late = self.integral.turned(stamp, gyro.scale * (step[2] + gyro.bias * gyro.period))
-        fused = self._fuse_measured(counts, step, covariance, measured)
+        seconds = self._watch_stamps(stamp)
+        measured, late = self.integral.turned(stamp, gyro.scale * (step[2] + gyro.bias * seconds))
+        gyro.learn(*self.integral.sampled)
+        self.learnt = (gyro.learnt_part, 1.0)
+        turn = None if measured is None else gyro.turn(measured, seconds)
+        fused = self._fuse_turn(counts, step, covariance, turn)
         if not late or not gyro.ready or self.agreement.refused:
             return fused
         self.made_good += abs(late / gyro.scale)
@@ -84,24 +86,23 @@ class GyroFusion:
         return fused._replace(step=(dx, dy, dyaw + late / gyro.scale))
 
     def _watch_stamps(self, stamp):
-        """After a leap of the stamps the packets that waited come at once; until they pass, the wheels count alone."""
+        """[s] since the packet before. After a leap those that waited come at once; till then wheels count alone."""
         periods = 1.0 if self._stamp is None else (stamp - self._stamp) / SECOND / self.gyro.period
         self.gyro.age(periods)
         self._stamp = stamp
         self._leapt = not 0.0 < periods < LEAP or (self._leapt and periods < CROWDED)
         if self._leapt:
             self.integral.forget()
+        return periods * self.gyro.period
 
-    def _fuse_measured(self, counts, step, covariance, measured):
-        """`Fused` step with the turn that the gyro measured in this period; None without."""
+    def _fuse_turn(self, counts, step, covariance, turn):
+        """`Fused` step with the `turn` by the gyro in this period; None without."""
         gyro = self.gyro
-        if measured is None:
+        if turn is None:
             self.missing += 1
             if self.watch:
                 self.watch.forget()
             return None
-        turn = gyro.turn(measured)
-        self.learnt = (gyro.learnt_part, 1.0)
         if not gyro.ready:
             return None
         difference = turn - step[2]

@@ -6,6 +6,7 @@ from robotont_driver.odometry.gyro import SECOND
 
 GAP = SECOND // 10      # [ns] between two samples; across a longer one the turn is unknown
 HOLD = SECOND * 3 // 10  # [ns] by which samples of a period may be late and count as its own; shorter than SETTLING
+NOTHING = 0.0, 0.0
 KEPT = 4096             # samples: more than four seconds of any gyro, for packets that are late
 
 
@@ -13,13 +14,16 @@ class TurnIntegral:
     """Integral of a gyro's rates from one stamp to the next.
 
     The wheels replace samples that have not arrived yet, however late they are; once they have, their turn is made
-    good. So a machine that is late with them loses nothing.
+    good. So a machine that is late with them loses nothing. `sampled` is what samples alone tell of the last stretch,
+    and of ends of earlier ones for which they came late: (turn [rad], [s]).
     """
 
     def __init__(self):
         self._samples = deque(maxlen=KEPT)  # (stamp [ns], turn [rad] since the first one, rate [rad/s])
         self._wheels = deque(maxlen=KEPT)   # (stamp [ns], turn [rad] of the wheels up to then)
         self._reached = None                # turn at the end of the last stretch
+        self._sampled = None                # (stamp [ns], turn [rad]) up to which `sampled` has told
+        self.sampled = NOTHING
         self._silent = False                # whether the samples of the last stretch were later than HOLD
         self.gaps = 0                       # times that samples were missing
 
@@ -33,13 +37,13 @@ class TurnIntegral:
             else:
                 self.gaps += 1
                 self._samples.clear()
-                self._reached = None
+                self._reached = self._sampled = None
         self._samples.append((stamp, turn, rate))
 
     def forget(self):
         """The stamps so far say nothing of those to come."""
         self._wheels.clear()
-        self._reached = None
+        self._reached = self._sampled = None
 
     def turned(self, stamp, wheels):
         """(turn [rad] from the stamp [ns] of the last call to this one, turn [rad] to make good).
@@ -58,9 +62,17 @@ class TurnIntegral:
         self._wheels.append((stamp, (self._wheels[-1][1] if self._wheels else 0.0) + wheels))
         self._reached = self._turn_at(stamp)
         self._silent = self._reached is not None and stamp - self._samples[-1][0] > HOLD
-        if before is None or self._reached is None or self._silent:
-            return None, late
-        return self._reached - before, late
+        unknown = before is None or self._reached is None or self._silent
+        self._tell_sampled(None if unknown else min(stamp, self._samples[-1][0]))
+        return None if unknown else self._reached - before, late
+
+    def _tell_sampled(self, until):
+        """`sampled` from where it ended to `until` [ns]; nothing, and no such end, for None."""
+        before, self._sampled = self._sampled, None if until is None else (until, self._turn_at(until))
+        if before is None or until is None:
+            self.sampled = NOTHING
+        else:
+            self.sampled = self._sampled[1] - before[1], (until - before[0]) / SECOND
 
     def _turn_at(self, stamp):
         if not self._samples:

@@ -13,6 +13,8 @@ import types
 import pytest
 from firmware_tools import DUAL, GOLDEN, SRC
 
+from robotont_firmware import config
+
 BOUND = 1 << 30
 MODULES = ("protocol", "receiver", "setpoints", "fault_watch", "status", "wheel_speed", "identity",
            "main_loop")  # fmt: skip
@@ -209,3 +211,9 @@ def test_the_loop_stays_in_bounds(watched, extreme):
     for _ in range(1000):
         controller.step(rng.choice((1, 1, 2, 0xFFFF)))
     assert watch.largest > 1 << 27
+
+
+def test_a_stop_leaves_an_eighth_of_the_torque_to_the_controller():
+    """Without it wheels are cut off one by one, and the robot turns."""
+    needed = config.MAX_BRAKING * config.LEAD * config.SPEED_GAIN // 4096
+    assert 8 * needed <= 7 * config.MAX_TORQUE

@@ -17,7 +17,7 @@ FAULT_HOLD = 25  # [periods] a fault stands for at least this long, and the faul
 # Limits.
 MAX_SPEED = 180  # [units] faster commands are scaled down, all wheels by one factor
 MAX_ACCELERATION = 10  # [units/period] of the wheel whose set-point changes most (500 units/s, 4.6 m/s^2)
-MAX_BRAKING = 7  # [units/period] likewise, to a stop: 3.2 m/s^2. Both are less where MAX_TORQUE does not
+MAX_BRAKING = 6  # [units/period] likewise, to a stop: 2.7 m/s^2. Both are less where MAX_TORQUE does not
 #                  give that to a robot of this LEAD (gain_bounds.acceleration)
 FULL_EFFORT = 4000  # [effort] 100 % PWM
 MAX_EFFORT = 4000  # [effort] of the whole voltage
@@ -47,7 +47,7 @@ BRAKE_GAIN = 60  # [effort per unit] against the wheel's motion, after the time-
 D_GAIN = 0  # on the measured speed; encoder counts are too coarse at 50 Hz to need it
 FOLLOW = 100  # [1/256 of the way per period] the reference nears the set-point: time constant 40 ms
 LEAD = 240  # [1/16 period] time constant of motors that drive the robot straight on, on the floor: 0.3 s at 3 kg,
-TURN_LEAD = 110  # [1/16 period] of motors that turn it on the spot,
+TURN_LEAD = 103  # [1/16 period] of motors that turn it on the spot,
 FREE_LEAD = 64  # [1/16 period] and, for tests, of motors that turn free wheels
 ARC = 1181  # [edges] 2 * sin(120 deg) * wheel distance / way of an edge: how turning bends the way of three even wheels
 STANDSTILL = 5  # [periods] set-point 0 and no edge for this long: motor off, integral 0

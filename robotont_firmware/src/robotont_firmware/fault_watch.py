@@ -9,7 +9,8 @@ are smoothed, so that noise does not pass for motion; and time at the bound is n
 
 An encoder that loses edges by chance, or over a part of the turn, counts unevenly, where the speed of a healthy wheel
 changes little from period to period. So what the second difference of its counts has above 2.5 edges and a part of
-the speed is summed while the robot moves as it should, and worked off by even counts.
+the speed is summed while the robot moves as it should, and worked off by even counts. Not of a wheel that should
+stand: an edge to and fro for ever, as where it rests on the border of one, is as uneven as the counts of a broken one.
 
 Beside fast wheels, which load it sideways, a wheel may be driven by what turns a free one at three eighths of the
 fastest set-point. While the robot changes its motion other wheels may hold or drag one: then only a wheel that makes
@@ -130,7 +131,7 @@ class FaultWatch:
         slow = counted * 256 < wished * (n[_SETTLED_SHARE] if settled else n[_CHANGING_SHARE])
         n[_BOUNDED] = 1 if settled or (slow and not rising) else 0
 
-        if self._is_uneven(wished - ahead, counted, settled):
+        if self._is_uneven(wished - ahead, counted, settled if setpoint != 0 else 0):
             return NO_COUNTS
 
         believed = ahead if ahead < counted else counted

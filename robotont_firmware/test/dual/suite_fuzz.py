@@ -62,13 +62,20 @@ def mutate(random, line):
     return line
 
 
+def fill(data, draw):
+    """Return `data` with each byte drawn; no list of them, for which the board's heap has no room in one piece."""
+    for at in range(len(data)):
+        data[at] = draw()
+    return data
+
+
 def chunk(random, line):
     """Return what arrives in place of the checked command `line`, and whether that leaves it intact."""
     kind = random.below(10)
     if kind == 0:
-        return bytearray([random.below(256) for _ in range(random.below(300))]), False
+        return fill(bytearray(random.below(300)), lambda: random.below(256)), False
     if kind == 1:
-        return bytearray([ALPHABET[random.below(len(ALPHABET))] for _ in range(random.below(300))]), False
+        return fill(bytearray(random.below(300)), lambda: ALPHABET[random.below(len(ALPHABET))]), False
     if kind < 4:
         return bytearray(b"\n" + line), True
     if kind == 4:

@@ -169,7 +169,7 @@ def test_the_reference_lags_forward_and_backward_alike():
 
 
 def test_brakes_until_standstill():
-    bench = Bench().run(100, 50).run(0, 15)  # the slew limit takes 15 periods
+    bench = Bench().run(100, 50).run(0, 100 * 256 // BRAKING + 1)  # what the slew limit takes
     assert bench.setpoint == 0
     bench.run(0, 15)
     assert abs(bench.speeds[-1]) < 1

@@ -219,6 +219,10 @@ def test_counts_that_bend_more_than_a_healthy_wheels_are_a_fault():
     wheel = Wheel(10)
     wheel.bounds(-10)
     assert wheel.uneven(-10, 0.7) == 140, "the wrong way allows no less than standing"
+    wheel = Wheel(10)
+    wheel.bounds(10)
+    wheel.setpoint = wheel.fastest = 0
+    assert wheel.uneven(0, 1) is None, "it stands, where an edge comes and goes"
 
 
 def test_unevenness_is_worked_off_by_even_counts_and_forgotten_by_a_reset():

@@ -3,8 +3,9 @@
 
 navigation_run.py [--goal X Y YAW]... [--random N --seed S] [launch arguments, e.g. localization:=fake] prints JSON: for
 each goal the exit status and last line of goto, the error of the end pose, the least distance between the robot's body
-and the world, the fastest strafing, and what localization_monitor reported. Of N random goals every third lies with its
-centre 0.2 to 0.3 m from a wall, so that the next way begins there. Needs move_base; has a ROS master of its own.
+and the world, the way in directions that the camera does not see, and what localization_monitor reported. Of N random
+goals every third lies with its centre 0.2 to 0.3 m from a wall, so that the next way begins there. Needs move_base; has
+a ROS master of its own.
 """
 
 import argparse
@@ -38,6 +39,8 @@ NEAR = (0.2, 0.3)   # [m] between a wall and the robot's centre
 FIT = "rays that end at the map's walls"
 DEVIATIONS = {"deviation_m": "deviation of the position [m]", "deviation_rad": "deviation of the yaw [rad]"}
 RESOLUTION = 0.05   # [m] per pixel of the worlds' maps
+HALF_A_VIEW = 1.03 / 2  # [rad] of the camera to each side
+TRUTH_RATE = 50.0   # [Hz]
 
 
 def clearance(place, world, radius):
@@ -129,8 +132,8 @@ class Run:
             "error_m": round(math.dist(end[:2], (x, y)), 3),
             "error_rad": round(abs(math.remainder(end[2] - yaw, 2 * math.pi)), 3),
             "clearance_m": round(min(clearance(place, self.world, self.radius) for place in places), 3),
-            "strafing_m_s": round(max(abs(speed.y) for speed in speeds), 3),
-            "strafed_m": round(sum(abs(speed.y) for speed in speeds) / 50, 2),
+            "unseen_m": round(sum(math.hypot(speed.x, speed.y) for speed in speeds
+                                  if abs(math.atan2(speed.y, speed.x)) > HALF_A_VIEW) / TRUTH_RATE, 2),
             "fastest_m_s": round(max(math.hypot(speed.x, speed.y) for speed in speeds), 3),
             "last_command": flat(self.commands[-1][1]) if len(self.commands) > first_command else None,
             **judged(reports),

@@ -21,7 +21,7 @@ PACKAGE = Path(__file__).resolve().parents[1]
 ROOT = PACKAGE.parent
 NAVIGATION = ROOT / "config" / "navigation"
 NAVIGATION_PACKAGES = ("move_base", "map_server", "dwa_local_planner", "navfn", "clear_costmap_recovery",
-                       "rotate_recovery", "amcl", "fake_localization")
+                       "amcl", "fake_localization")
 SLAM_PACKAGES = ("gmapping", "depthimage_to_laserscan")
 
 

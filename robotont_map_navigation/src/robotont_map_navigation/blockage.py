@@ -1,8 +1,8 @@
 """When a robot that is commanded to move stands still, and a command of zeros may free it; without ROS.
 
 A board switches all motors off when a wheel is blocked, as at a wall, until a command of zeros (docs/firmware.md).
-move_base sends none for many seconds, and RotateRecovery none ever: it turns until the robot has turned. But the board
-cannot distinguish a blocked wheel from an unplugged encoder, so its caution counts after a few tries at one place.
+move_base sends none for many seconds. But the board cannot distinguish a blocked wheel from an unplugged encoder, so
+its caution counts after a few tries at one place.
 """
 
 import math

@@ -14,6 +14,7 @@ from geometry_msgs.msg import PoseStamped
 
 from robotont_fleet import keys
 from robotont_fleet.zenoh_setup import client_settings, open_session, zenoh
+from robotont_testing import places
 from robotont_testing.harness import suspended, wait_for
 from robotont_testing.stalling_proxy import StallingProxy
 
@@ -222,6 +223,14 @@ def test_two_robots_of_one_name_are_told_and_get_no_goals_but_stops(rig, adapter
     wait_for(lambda: rig.seen("r1").get("namesakes") == 0, "one to stay")
     assert "goal 7.5 0" not in rig.robots["r1"].goals() + rig.robots["r2"].goals()
     release(rig)
+
+
+def test_a_fleet_node_without_a_driver_says_so_on_the_page(rig):
+    lost = rig.start(places.program("robotont_fleet", "fleet_node"), "_robot_name:=r9",
+                     f"_router:=tcp/127.0.0.1:{rig.router_port}", ROS_NAMESPACE="elsewhere",
+                     **rig.robots["r3"].environment)
+    wait_for(lambda: "no driver_node in /elsewhere/" in str(rig.seen("r9").get("worst")), "the words", 30.0)
+    rig.stop(lost)
 
 
 @pytest.mark.long

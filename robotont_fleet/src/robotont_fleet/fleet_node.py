@@ -231,6 +231,9 @@ class FleetNode:
         if self._session is None or age > 2 * ANSWER:
             return WARN, (f"no answer from {self._parameters['router']}: does ./robotont fleet run there, and is its "
                           f"password for {self.name} in {self._password_file}? The robot drives without it"), values
+        if not self._robot.emergency_stop.has_driver:
+            return ERROR, (f"no driver_node in {rospy.get_namespace()}, so no stop and no goal reaches a robot: does "
+                           "it run, and in this namespace (ROS_NAMESPACE=robot1 roslaunch ...)?"), values
         values["there and back [s]"] = f"{self._trips.took:.3f}"
         return OK, f"connected, {1000 * self._trips.took:.0f} ms there and back", values
 

@@ -30,8 +30,14 @@ class EmergencyStopClient:
         self._wanted = threading.Event()
         self._service = rospy.ServiceProxy("emergency_stop/release", Trigger)
         self._publisher = rospy.Publisher("emergency_stop", Bool, queue_size=5, tcp_nodelay=True, latch=True)
-        rospy.Subscriber("emergency_stop/pressed_by", String, self._on_pressed_by, queue_size=5, tcp_nodelay=True)
+        self._words = rospy.Subscriber("emergency_stop/pressed_by", String, self._on_pressed_by, queue_size=5,
+                                       tcp_nodelay=True)
         Worker(self._release)
+
+    @property
+    def has_driver(self):
+        """Whether a driver_node is there to hear of it."""
+        return self._words.get_num_connections() > 0
 
     @property
     def pressed(self):

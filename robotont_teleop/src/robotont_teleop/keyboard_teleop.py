@@ -54,7 +54,7 @@ class KeyboardTeleop:
         speeds = Speeds(parameters["linear_speed"], parameters["angular_speed"])
         self._keys = HeldKeys(speeds, Speeds(*map(max, speeds, FASTEST)), parameters["first_hold"], REPEAT_HOLD)
         self._output = HandOutput()
-        self._diagnostics = NewestDiagnostics(rospy.get_namespace().lstrip("/"))
+        self._diagnostics = NewestDiagnostics(rospy.get_namespace().strip("/"))
         rospy.Subscriber("/diagnostics", DiagnosticArray, lambda message: self._diagnostics.hear(
             message, time.monotonic()))
         self._missed_from = time.monotonic() + CONNECTS

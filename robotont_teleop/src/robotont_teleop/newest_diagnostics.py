@@ -14,7 +14,7 @@ class NewestDiagnostics:
 
     def __init__(self, namespace=""):
         self._lock = threading.Lock()
-        self._namespace = namespace
+        self._prefix = namespace and namespace + "/"
         self._tasks = {}  # name: (time [s], level, words, {key: number})
         self.board = ""   # its banner
 
@@ -25,7 +25,7 @@ class NewestDiagnostics:
                 del self._tasks[name]
             for status in message.status[:MOST]:
                 name = status.name.lstrip("/")[:LONGEST_NAME]
-                if not name.startswith(self._namespace) or not (name in self._tasks or len(self._tasks) < MOST):
+                if not name.startswith(self._prefix) or not (name in self._tasks or len(self._tasks) < MOST):
                     continue
                 level = status.level[0] if isinstance(status.level, bytes) else int(status.level)
                 values = {value.key[:LONGEST_NAME]: _number(value.value) for value in status.values[:MOST_VALUES]}

@@ -5,6 +5,7 @@ import os
 import pty
 import signal
 import subprocess
+import sys
 import time
 import xmlrpc.client
 
@@ -58,3 +59,19 @@ def test_all_end():
             keys.kill()
             os.close(terminal)
             os.close(side)
+
+
+TOOL = """import sys
+from robotont_driver.ros.rospy_end import init_tool
+init_tool("tool")
+sys.exit(int(input("ready\\n")))
+"""
+
+
+def test_a_tool_ends_with_its_own_status():
+    with Master() as master:
+        tool = subprocess.Popen([sys.executable, "-c", TOOL], stdin=subprocess.PIPE, stdout=subprocess.PIPE)
+        assert tool.stdout.readline() == b"ready\n"
+        with suspended(wait_for_master(master.uri)):
+            tool.communicate(b"7\n", timeout=BEFORE_THEY_ARE_KILLED)
+        assert tool.returncode == 7

@@ -5,6 +5,7 @@ import faulthandler
 import functools
 import os
 import sys
+import threading
 import time
 
 import rosgraph
@@ -14,12 +15,27 @@ from robotont_driver.ros import rospy_internals
 
 MASTER_WITHIN = 10.0  # [s] for which a node waits for a master
 FAREWELL = 3.0  # [s] for the last messages and for the master to hear of the end; roslaunch and systemd wait for 10
+TOOLS_FAREWELL = 2.0  # [s] likewise, of a tool, so that its exit status is its own
 
 
 def init_tool(name):
     """Make this process a node, beside others of that name; signals stay with the process."""
     rospy_internals.mend()
-    atexit.register(end_soon)  # before rospy's own, which was registered earlier; a tool may work on after a shutdown
+    ended = threading.Event()
+
+    def part():
+        ended.wait()
+        rospy.signal_shutdown("the tool has ended")
+
+    farewell = threading.Thread(target=part, daemon=True)
+    farewell.start()  # now: at its end Python starts no thread
+
+    def leave():
+        end_soon()
+        ended.set()
+        farewell.join(TOOLS_FAREWELL)
+
+    atexit.register(leave)  # before rospy's own, which was registered earlier; a tool may work on after a shutdown
     rospy.init_node(name, anonymous=True, disable_signals=True)
 
 

@@ -134,14 +134,3 @@ def run(_options=None):
 
 
 PARTS = (run,)
-
-
-def main():
-    """Print the measurements as a table."""
-    for row in run():
-        floor = "" if row["floor"] is None else "(floor {})".format(row["floor"])
-        print(f"{row['name']:42} {row['value']:>10} {row['unit']:14} {floor:14} {row['note']}")
-
-
-if __name__ == "__main__":
-    main()

@@ -126,16 +126,6 @@ class OfficialBoardsTest(NodeTest):
         self.processes.stop(self.node)
         wait_for(lambda: self.wire().endswith(b"RS:0:0:0\n"), "the stop")
 
-    def test_june_2018(self):
-        self.start("robotont2018")
-        wait_for(lambda: self.read, "packets")
-        self.drive(1.0)
-        wait_for(lambda: b"-9:0:9\r" in self.wire(), "the command")
-        self.stand()
-        self.assertEqual(self.values(TASK)["packets"], "robotont2018")
-        self.processes.stop(self.node)
-        wait_for(lambda: self.wire().endswith(b"0:0:0\r") and b"\x1b" in self.wire(), "the goodbye")
-
 
 def board_edges(board):
     """Edges per wheel that the board has summed."""

@@ -19,23 +19,6 @@ def odometry(period=PERIOD, noise=0.01):
     return WheelOdometry(KINEMATICS, period, noise)
 
 
-@pytest.mark.parametrize("step, end", [
-    ((1.0, 0.0, 0.0), (1.0, 0.0, 0.0)),
-    ((0.0, 1.0, 0.0), (0.0, 1.0, 0.0)),
-    ((0.0, 0.0, 1.5), (0.0, 0.0, 1.5)),
-    ((math.pi / 2, 0.0, math.pi / 2), (1.0, 1.0, math.pi / 2)),    # a quarter of the circle with radius 1
-    ((0.0, math.pi / 2, math.pi / 2), (-1.0, 1.0, math.pi / 2)),   # the same, sideways
-    ((math.pi, 0.0, -math.pi), (0.0, -2.0, -math.pi)),
-    ((2 * math.pi, 0.0, 2 * math.pi), (0.0, 0.0, 0.0)),
-    ((1.0, 0.0, 1e-12), (1.0, 5e-13, 1e-12)),
-])
-def test_one_step_is_the_exact_arc(step, end):
-    pose = Pose()
-    pose.move(step)
-    assert (pose.x, pose.y) == pytest.approx(end[:2], abs=1e-12)
-    assert math.remainder(pose.yaw - end[2], 2 * math.pi) == pytest.approx(0, abs=1e-12)
-
-
 def exact_path(counts):
     """End pose with fifty digits, each arc by its own integral."""
     radians = [mpmath.mpf(rad) + SHIPPED["referenceDirection"] for rad in SHIPPED["wheelRads"]]

@@ -1,14 +1,11 @@
-"""The firmware running under MicroPython behind a pseudo-terminal, and a PC that reads all it sends."""
+"""The firmware running under MicroPython behind a pseudo-terminal."""
 
 import contextlib
 import os
 import pty
 import re
-import select
 import subprocess
-import time
 import tty
-from typing import List, NamedTuple
 
 from firmware_tools import DUAL, SRC, tool
 
@@ -69,57 +66,6 @@ class Firmware:
             self.process.stdout.close()
         os.close(self._slave)
         os.close(self._master)
-
-
-class Packet(NamedTuple):
-    """What the board tells in one line; `missed`: ticks that it could not work in so far, for it had no processor."""
-
-    counts: List[int]
-    counter: int
-    totals: List[bytes]
-    missed: int
-
-
-class Pc:
-    """Sends `command` at 20 Hz and keeps every line."""
-
-    def __init__(self, port, command):
-        self._fd = os.open(port, os.O_RDWR | os.O_NOCTTY | os.O_NONBLOCK)
-        self._command = checked(command)
-        self.lines = []
-
-    def talk(self, ended):
-        """Talk until `ended()` and the line is empty."""
-        rest = b""
-        next_command = time.monotonic()
-        while True:
-            over = ended()
-            wait = 0.0 if over else max(0.0, min(0.05, next_command - time.monotonic()))
-            ready, _, _ = select.select([self._fd], [], [], wait)
-            if ready:
-                data = os.read(self._fd, 4096)
-                *lines, rest = (rest + data).split(b"\n")
-                self.lines += lines
-            elif over:
-                break
-            if not over and time.monotonic() >= next_command:
-                next_command += 0.05
-                os.write(self._fd, self._command)
-        os.close(self._fd)
-        assert rest == b""
-
-    def packets(self):
-        """Return a list of Packet; AssertionError on a line that is not whole."""
-        found = []
-        for line in self.lines:
-            if line.startswith(b"#"):
-                continue
-            assert crc16(line[:-4]) == int(line[-4:], 16), line
-            counts, fields = line.split(b";")
-            fields = fields.split(b":")
-            missed = int(fields[-2][2:4], 16)
-            found.append(Packet(list(map(int, counts.split(b":"))), int(fields[0], 16), fields[1:-2], missed))
-        return found
 
 
 def jitter(output):

@@ -1,6 +1,7 @@
 """The firmware and the driver's serial_com_node talk over a pseudo-terminal: no packet may be lost.
 
-FIRMWARE_LOOP_SECONDS sets how long (default 10). Needs ROS 1; everywhere else it is skipped.
+FIRMWARE_LOOP_SECONDS sets how long (default 10). How even the periods are is printed, not judged: it is this machine's
+doing, not the board's.
 """
 
 import ast
@@ -39,7 +40,7 @@ print("ready", flush=True)
 stop = threading.Event()
 threading.Thread(target=lambda: (sys.stdin.read(), stop.set()), daemon=True).start()
 while not stop.wait(0.05):
-    publisher.publish("-6.30:1.75:10.00;\\n")
+    publisher.publish("-18.90:5.25:30.00;\\n")
 end = time.monotonic() + 5
 state.clear()
 while "packets read" not in state and time.monotonic() < end:
@@ -81,6 +82,8 @@ def test_talks_with_serial_com_node_and_loses_nothing():
     assert health["lines dropped"] == health["commands refused"] == "0", health
     assert health["periods repaired"] == health["ticks missed"], health  # some, where this machine is too busy
     assert health["board"].startswith("robotont_firmware "), health
-    steady = [count[0] for count in counts[100:]]
-    assert abs(sum(steady) / len(steady) + 6.3) < 0.03
+    assert health["board's newest messages"] == health["board"], "the banner alone"
+    for wheel, wished in enumerate((-18.9, 5.25, 30.0)):
+        steady = [count[wheel] for count in counts[100:]]
+        assert abs(sum(steady) / len(steady) - wished) < 0.03
     print(f"{len(counts)} packets, p99 of the period within {1000 * jitter(output):.2f} ms")

@@ -1,0 +1,122 @@
+"""How the page looks in a real browser, on a server whose robot only takes notes: on every screen, for everybody."""
+
+import itertools
+import json
+from pathlib import Path
+
+import pytest
+from test_web_page import LIGHTS, choose_language, open_page, report
+
+from robotont_testing.browser import CHROMIUM, DESKTOP, PHONE, PHONE_LYING, Browser
+from robotont_testing.harness import tool_module
+
+pytestmark = pytest.mark.skipif(CHROMIUM is None, reason="no chromium")
+NARROW = ((360, 740, 2), (390, 844, 2))  # phones
+LANGUAGES = ("en", "de", "et")
+WHO = ("who_you_navigation", "who_navigation", "who_other", "who_you", "who_nobody", "lost")
+HEADER = """(async ([who, button]) => {  // too wide texts, and pairs that overlap, with all that the header can show
+  const {text} = await import('/texts.js');
+  const head = document.querySelector('.head');
+  document.getElementById('driver').textContent = text(who);
+  document.getElementById('round_trip').textContent = '1234 ms';
+  for (const id of ['take', 'give_back']) {
+    document.getElementById(id).hidden = id !== button;
+  }
+  const shown = [...head.querySelectorAll('#driver, #charge, #round_trip, .dot, .button, .fact')].filter(
+    (one) => one.offsetWidth > 0);
+  const name = (one) => one.id || one.className;
+  const wide = [head, ...shown].filter((one) => one.scrollWidth > one.clientWidth).map(name);
+  const box = (one) => one.getBoundingClientRect();
+  const over = (one, other) => !one.contains(other) && !other.contains(one) &&
+    box(one).left < box(other).right && box(other).left < box(one).right &&
+    box(one).top < box(other).bottom && box(other).top < box(one).bottom;
+  const pairs = shown.flatMap((one, place) => shown.slice(place + 1).filter((other) => over(one, other)).map(
+    (other) => [name(one), name(other)]));
+  const out = shown.filter((one) => box(one).left < 0 || box(one).right > innerWidth).map(name);
+  return {wide, pairs, out, shown: shown.map(name), high: head.clientHeight};
+})"""
+CONTROLS = ("#move", "#turn", "#stop", "#cap", "#closer", "#farther", "#driver", "#round_trip")
+
+
+def tell(server, trouble):
+    """Let the robot tell the page all that it can show; with trouble in some lights, or none."""
+    report(server, {f"node: {name}": (place % 3 * trouble, "as many words as a node says of itself, and some more")
+                    for place, name in enumerate(LIGHTS)},
+           {"velocity": [0.2, 0.0, 0.1], "commanded": [0.1, 0.2, 0.3], "measured": [0.1, 0.1, 0.1]},
+           board="robotont_firmware 2.0.0 wheels 3", battery={"voltage": 12.1, "charge": 1.0}, ranges=[0.5, 1.0])
+
+
+def test_it_looks_right_and_everybody_can_use_it(served):
+    with Browser() as browser:
+        page = open_page(browser, served, size=PHONE, language="de")
+        assert page.run("document.documentElement.lang") == "de", "the browser's language"
+        tell(served, trouble=False)
+        page.wait(f"document.querySelectorAll('#lights li').length === {len(LIGHTS)}", "the robot's health")
+        check_header(page)
+        page.run(axe())
+        for dark, language, more in ((False, "de", ()), (True, "et", ("#take", "#release"))):
+            if dark:  # all at once: another page drives, faults, a pressed stop
+                tell(served, trouble=True)
+                served.ready_page().order("take")
+                served.robot.press_emergency_stop()
+                page.wait("['take', 'stopped', 'fault'].every((id) => !document.getElementById(id).hidden)", "all bars")
+            for size in (PHONE, PHONE_LYING, DESKTOP):
+                page.look(size, dark)
+                choose_language(page, language)
+                page.wait(f"innerWidth === {size[0]} && document.documentElement.lang === {language!r}", "the screen")
+                check_places(page, size, more)
+                if size == PHONE:
+                    page.tap("#details")
+                check_by_axe(page)
+                if size == PHONE:
+                    page.tap("#details")
+        assert page.complaints() == []
+        login = browser.page(f"http://127.0.0.1:{served.port}/login.html", PHONE)
+        login.run(axe())
+        check_by_axe(login)
+
+
+def check_header(page):
+    """On narrow phones, whoever drives, with the battery and either button."""
+    page.wait("document.getElementById('battery').offsetWidth > 0", "the battery")
+    for size, language in itertools.product(NARROW, LANGUAGES):
+        page.look(size, False)
+        choose_language(page, language)
+        page.wait(f"innerWidth === {size[0]} && document.documentElement.lang === {language!r}", "the screen")
+        for who, button in itertools.product(WHO, ("take", "give_back", "")):
+            found = page.run(f"{HEADER}({json.dumps([who, button])})")
+            assert {"driver", "charge", "round_trip", *filter(None, [button])} <= set(found["shown"])
+            faults = {fault: found[fault] for fault in ("wide", "pairs", "out") if found[fault]}
+            assert faults == {}, (size, language, who, button)
+            assert found["high"] < size[1] / 4
+
+
+def check_by_axe(page):
+    """The rules can be applied, that of contrast among them, and none of them is violated seriously."""
+    passed, violated, failed = page.run(
+        "axe.run().then(({passes, violations, incomplete}) => [passes.map((rule) => rule.id), violations.map("
+        "(rule) => [rule.impact, rule.id, rule.nodes.map((node) => node.target)]), "
+        "incomplete.filter((rule) => rule.error).map((rule) => [rule.id, rule.message])])")
+    assert failed == []
+    assert "color-contrast" in passed
+    assert not [rule for rule in violated if rule[0] in ("serious", "critical")]
+
+
+def check_places(page, size, more):
+    """Every control is on the screen, and none on another one."""
+    width, height, _ = size
+    assert page.run("document.documentElement.scrollWidth <= innerWidth && "
+                    "document.documentElement.scrollHeight <= innerHeight"), "scroll bars"
+    shown = ("#reset_odometry", "#language") if size == DESKTOP else ()
+    boxes = {control: page.box(control) for control in (*CONTROLS, *shown, *more)}
+    for control, (left, top, wide, high) in boxes.items():
+        inside = left >= 0 and top >= 0 and left + wide <= width and top + high <= height and wide * high > 0
+        assert inside, (size, control, boxes[control])
+    for one, other in itertools.combinations(boxes, 2):
+        (a, b, c, d), (e, f, g, h) = boxes[one], boxes[other]
+        assert not (a < e + g and e < a + c and b < f + h and f < b + d), (size, one, other)
+
+
+def axe():
+    """The script of axe-core."""
+    return Path(tool_module("axe_core_python").__file__).with_name("axe.min.js").read_text()

@@ -561,6 +561,40 @@ def test_reports_what_does_not_compile(flash, tmp_path):
         flash.copying.compile_file(bad, tmp_path / "bad.mpy")
 
 
+@pytest.mark.parametrize(("line", "message"), [
+    ("MAX_SPEDE = 90", "found MAX_SPEDE, which the firmware does not know"),
+    ("del FAULTS", "FAULTS is missing"),
+    ("TICK_TIMER = 4", "config.TICK_TIMER: found 4, allowed: a timer of its own"),
+])  # fmt: skip
+def test_a_profile_that_cannot_work_is_refused_and_nothing_written(flash, board, tmp_path, monkeypatch, capsys, line,
+                                                                   message):  # fmt: skip
+    package, root = flash.folders()
+    copied = shutil.copytree(package, tmp_path / "package")
+    text = (package / "wiring.py").read_text().replace('"ours"', '"wrong"')
+    (copied / "wiring_wrong.py").write_text(f"{text}\n{line}\n")
+    monkeypatch.setattr(flash, "folders", lambda: (copied, root))
+    assert run(flash, monkeypatch, "--port", board.port, "--profile", "wrong", "--yes") == 1
+    error = capsys.readouterr().err
+    assert f"wiring_wrong.py: {message}" in error
+    assert error.endswith("Nothing was written: the board has what it had.\n")
+    assert not board.asked
+    assert board.content() == board.old
+
+
+def test_a_file_that_is_not_whole_exchanges_nothing(flash, board, monkeypatch, capsys):
+    copy = flash.copying.copy
+
+    def lose_a_part(port, files):
+        copy(port, files)
+        (board.files / "robotont_new" / "wheel_speed.mpy").write_bytes(b"M")
+
+    monkeypatch.setattr(flash.copying, "copy", lose_a_part)
+    assert flash_ours(flash, monkeypatch, board) == 1
+    assert "wheel_speed.mpy is not whole" in capsys.readouterr().err
+    there = {name: data for name, data in board.content().items() if not name.startswith("robotont_new/")}
+    assert there == board.old
+
+
 def test_finds_its_files_when_installed(flash, tmp_path, monkeypatch):
     share = tmp_path / "share" / "robotont_firmware" / "root"
     share.mkdir(parents=True)

@@ -8,10 +8,12 @@ import runpy
 import sys
 import tempfile
 from pathlib import Path
+from types import SimpleNamespace
 
 import serial
 
 import robotont_firmware
+from robotont_firmware import check_wiring
 from robotont_flash import boards, copying
 from robotont_flash.boards import FlashError
 from robotont_flash.self_test import self_test
@@ -39,6 +41,21 @@ def profiles(package):
     """Return the wiring profiles: {name: (file, its names)}."""
     files = [package / "wiring.py", *sorted(package.glob("wiring_*.py"))]
     return {numbers["PROFILE"]: (path, numbers) for path in files for numbers in [runpy.run_path(str(path))]}
+
+
+def check_profile(package, path, wiring):
+    """FlashError unless a profile has the firmware's names, all that it needs, and values that can work."""
+    config, ours = (runpy.run_path(str(package / name)) for name in ("config.py", "wiring.py"))
+    known, needed, found = ({name for name in names if name.isupper()} for names in (config, ours, wiring))
+    if found - known:
+        raise FlashError(f"{path.name}: found {', '.join(sorted(found - known))}, which the firmware does not know; "
+                         "allowed: the names of config.py and wiring.py")  # fmt: skip
+    if needed - found:
+        raise FlashError(f"{path.name}: {', '.join(sorted(needed - found))} is missing; allowed: as in wiring.py")
+    try:
+        check_wiring.check(SimpleNamespace(**{name: {**config, **wiring}[name] for name in known}))
+    except ValueError as error:
+        raise FlashError(f"{path.name}: {error}") from error
 
 
 def describe(wiring):
@@ -106,6 +123,7 @@ class Flash:
         try:
             profile_there, version_there = boards.check_board(port)
             wiring_file, wiring = known[choose_profile(profile, profile_there, known)]
+            check_profile(package, wiring_file, wiring)
             confirm(wiring, profile_there, yes)
             with tempfile.TemporaryDirectory() as folder:
                 files = copying.stage(package, root, wiring_file, wiring, folder)

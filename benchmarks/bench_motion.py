@@ -96,7 +96,7 @@ class OwnRobot:
         """(limited twists, true poses and the one before them) of one commanded twist per period."""
         limited, poses = [], [self.run.simulation.pose()]
         for x, y, turn in twists:
-            now = len(poses) * PERIOD
+            now = self.run.simulation.time
             self.stream.command((x, y, 0.0), (0.0, 0.0, turn), now)
             limited.append(self.stream.twist(now))
             self.run.drive(limited[-1:])

@@ -3,13 +3,19 @@
 import math
 import random
 
+import mujoco
 import numpy as np
 import pytest
 from robot_runs import run_in
 
+from robotont_driver.command.command_stream import CommandStream
+from robotont_driver.command.limits import Limits
 from robotont_driver.protocol.board_status import DRIVER_FAULT, NO_COUNTS, OVERLOAD, WRONG_WAY
+from robotont_driver.robots.robot_folder import read_robot
 from robotont_firmware import config
-from robotont_simulator.simulation import REVERSED, UNPLUGGED
+from robotont_simulator.lockstep import LockstepRun
+from robotont_simulator.simulation import REVERSED, UNPLUGGED, Simulation
+from robotont_simulator.world import World
 
 UNIT = 2 * math.pi / 1200 * 50  # [rad/s] of a wheel
 CREEP = config.MAX_LOAD / 19.2 + 1  # [units] of a wheel that gets MAX_LOAD and counts nothing
@@ -81,6 +87,30 @@ def test_wild_driving_is_no_fault():
         twist = (rng.uniform(-speed, speed), rng.uniform(-speed, speed), 6 * rng.uniform(-speed, speed))
         run.hold(twist, rng.choice((0.1, 0.3, 0.8)))
         assert not {DRIVER_FAULT, NO_COUNTS, WRONG_WAY} & set(run.status.wheels), (leg, twist)
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("mass", [2.0, 3.0, 5.0])  # [kg] of the body
+def test_an_hour_behind_the_drivers_limits_is_no_fault(mass):
+    """Mixed driving as people do it; without limits the motors cannot follow, and wheels are reported."""
+    robot, rng = read_robot("thesis"), random.Random(int(mass))
+    simulation = Simulation(robot.wheels, World((), (0.0, 0.0, 0.0)))
+    model, body = simulation.mujoco_model, simulation.mujoco_model.body("base_link").id
+    model.body_inertia[body] *= mass / model.body_mass[body]
+    model.body_mass[body] = mass
+    mujoco.mj_setConst(model, simulation.data)
+    run = LockstepRun(simulation)  # its LEAD is for that mass
+    settings = robot.parameters["driver_node"]
+    limits = Limits(*(settings.get("max_" + name, 0.0) for name in Limits._fields))
+    stream = CommandStream(run.kinematics, limits, 0.5, 0.02)
+    while simulation.time < 3600:
+        top, turn = rng.choice(((0.05, 0.2), (0.2, 0.8), (0.5, 1.5), (1.0, 2.0)))
+        angle, speed = rng.uniform(-math.pi, math.pi), rng.choice((0.0, rng.uniform(0, top)))
+        twist = speed * math.cos(angle), speed * math.sin(angle), rng.choice((0.0, rng.uniform(-turn, turn)))
+        for _ in range(rng.randint(10, 200)):
+            stream.command((*twist[:2], 0.0), (0.0, 0.0, twist[2]), simulation.time)
+            run.drive([stream.twist(simulation.time)])
+            assert not {DRIVER_FAULT, NO_COUNTS, WRONG_WAY} & set(run.status.wheels), (simulation.time, twist)
 
 
 @pytest.mark.parametrize("wheels, twist", [

@@ -184,7 +184,7 @@ class SerialComNode:
 
     def _complain(self):
         trouble = self._link.trouble
-        if trouble:
+        if trouble and not self._link.opened:  # otherwise it was reported when it came
             rospy.logwarn("%s", trouble)
 
 

@@ -123,6 +123,23 @@ def test_packets_lost_unnoticed_shift_the_line_within_half_a_second(lost):
     assert clock.shifts == 1
 
 
+def test_lost_packets_at_the_start_do_not_make_the_line_too_fast_for_ever():
+    """A line that is too fast falls behind by and by; that is no packet lost, which would make it faster still."""
+    wrong = []
+    for seed in range(60, 170):
+        generator = np.random.default_rng(seed)
+        kept = np.ones(2000, dtype=bool)
+        start = generator.integers(30, 300)
+        kept[:start] = generator.uniform(size=start) < 0.93
+        times = made(2000)
+        delays = np.where(np.arange(2000) < start, generator.exponential(generator.choice((3, 12), 2000)), 0.5) / 1000
+        clock = PacketClock(PERIOD)
+        found = stamps(np.maximum.accumulate(times + delays)[kept], clock=clock) - times[kept]
+        if np.abs(found[-200:]).max() > 0.003:
+            wrong.append((seed, clock.drift))
+    assert not wrong
+
+
 def test_a_board_that_leaves_out_periods_is_followed():
     """A simulator on a computer that is too slow: two tenths of a second missing in each second."""
     kept = np.arange(6000) % 50 < 40

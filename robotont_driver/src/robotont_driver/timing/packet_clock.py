@@ -26,6 +26,7 @@ LATE = 0.75             # [periods] packets all later than this, ...
 SPREAD = 1.0            # [periods] ... by about as much, ...
 PACKETS = 25            # ... so many of them in a row, mean that packets are missing; ...
 SHARP = 0.2             # [periods] beyond whole ones, late by which packets before are lost where some have been
+SOON = 10               # packets at most since one less late than SHARP; behind a line too fast they are late by and by
 LATE_BLOCKS = 2         # ... so do as many blocks in a row in which even the earliest is so late
 CATCHING_UP = 0.8       # of its periods; a block that comes in less time is a queue that gets shorter
 TURN = SECOND // 2000   # [ns] a packet so soon behind its predecessor came with it, and waited for its turn ...
@@ -109,7 +110,8 @@ class PacketClock:
         self._line += self._period
         late = arrival - self._line
         missing = math.floor(late / self._period + SHARP / 2)
-        lost = self._loses and alone and not self._bursts and missing > 0 and late / self._period - missing < SHARP
+        lost = self._loses and alone and not self._bursts and self._number - self._on_time <= SOON
+        lost = lost and missing > 0 and late / self._period - missing < SHARP
         if lost:
             late = max(0.0, self._skip(missing, late))
         elif self._skipped and late < -self._period / 2:
@@ -118,6 +120,7 @@ class PacketClock:
             self._line = arrival  # nothing arrives before it is made
             self._lowered -= late
             late = 0.0
+        self._on_time = self._number if late < SHARP * self._period else self._on_time
         self._notice_shift(late)
         if not lost and arrival - self._period * self._number < self._residual(self._earliest):
             self._earliest = (self._number, arrival)
@@ -205,6 +208,7 @@ class PacketClock:
             self._period = self._nominal
         self._minima = []  # (packet number, arrival) of the earliest arrival of each block
         self._late_packets = 0  # of blocks in a row
+        self._on_time = self._number  # the newest packet that was not late
         self._late = []    # [ns] by which packets in a row were late
         self._begin_block()
 

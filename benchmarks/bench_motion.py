@@ -7,7 +7,6 @@ the official firmware and the same commands, up to the 0.3 m/s that it allows.
 
 import math
 
-import mujoco
 import numpy as np
 
 from robotont_boards import BOARDS
@@ -85,9 +84,9 @@ class OwnRobot:
         robot = read_robot("thesis")
         simulation = Simulation(robot.wheels, FLOOR)
         if told:
-            weigh(simulation, mass)
+            simulation.set_mass(mass)
         self.run = LockstepRun(simulation)
-        weigh(simulation, mass)
+        simulation.set_mass(mass)
         settings = robot.parameters.get("driver_node", {})
         limits = Limits(*(settings.get("max_" + limit, 0.0) for limit in Limits._fields))
         self.stream = CommandStream(self.run.kinematics, limits, 0.5, PERIOD)
@@ -123,15 +122,6 @@ class OfficialRobot:
             self._board.advance((number + 1) * PERIOD)
             poses.append(self._simulation.pose())
         return twists, np.array(poses)
-
-
-def weigh(simulation, mass):
-    """Make the body this heavy [kg]."""
-    model, body = simulation.mujoco_model, simulation.mujoco_model.body("base_link").id
-    times = mass / model.body_mass[body]
-    model.body_mass[body] *= times
-    model.body_inertia[body] *= times
-    mujoco.mj_setConst(model, simulation.data)
 
 
 def deviation(twists, poses):

@@ -3,7 +3,6 @@
 import math
 import random
 
-import mujoco
 import numpy as np
 import pytest
 from robot_runs import run_in
@@ -95,10 +94,7 @@ def test_an_hour_behind_the_drivers_limits_is_no_fault(mass):
     """Mixed driving as people do it; without limits the motors cannot follow, and wheels are reported."""
     robot, rng = read_robot("thesis"), random.Random(int(mass))
     simulation = Simulation(robot.wheels, World((), (0.0, 0.0, 0.0)))
-    model, body = simulation.mujoco_model, simulation.mujoco_model.body("base_link").id
-    model.body_inertia[body] *= mass / model.body_mass[body]
-    model.body_mass[body] = mass
-    mujoco.mj_setConst(model, simulation.data)
+    simulation.set_mass(mass)
     run = LockstepRun(simulation)  # its LEAD is for that mass
     settings = robot.parameters["driver_node"]
     limits = Limits(*(settings.get("max_" + name, 0.0) for name in Limits._fields))

@@ -53,7 +53,7 @@ def check_profile(package, path, wiring):
     if needed - found:
         raise FlashError(f"{path.name}: {', '.join(sorted(needed - found))} is missing; allowed: as in wiring.py")
     try:
-        check_wiring.check(SimpleNamespace(**{name: {**config, **wiring}[name] for name in known}))
+        check_wiring.check(SimpleNamespace(**{**config, **wiring}))
     except ValueError as error:
         raise FlashError(f"{path.name}: {error}") from error
 

@@ -137,6 +137,13 @@ class Simulation:
         """Make a wheel slippery: `part` (0..1) of the normal friction."""
         self.mujoco_model.geom_friction[self._rollers[wheel], 0] = max(FRICTION * part, 1e-3)
 
+    def set_mass(self, mass):
+        """Make the body, without the wheels, this heavy [kg], of the same shape."""
+        model = self.mujoco_model
+        model.body_inertia[self._body] *= mass / model.body_mass[self._body]
+        model.body_mass[self._body] = mass
+        mujoco.mj_setConst(model, self.data)
+
     def set_encoder(self, wheel, state):
         """Make an encoder GOOD, UNPLUGGED or REVERSED."""
         self._encoders[wheel] = {GOOD: 1, UNPLUGGED: 0, REVERSED: -1}[state]

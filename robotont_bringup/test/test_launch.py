@@ -64,7 +64,7 @@ def test_ctrl_c_while_roslaunch_waits_for_its_master(tmp_path):
     assert "RLException" not in log.read_text()
 
 
-@pytest.mark.parametrize("program", [file for file in PROGRAMS if "firmware" not in str(file) and file.name != "again"],
+@pytest.mark.parametrize("program", [file for file in PROGRAMS if "firmware" not in str(file)],
                          ids=lambda file: file.name)
 def test_ctrl_c_while_a_program_loads(program, tmp_path):
     for name in ("rospy", "rospkg", "numpy", "argparse"):

@@ -61,7 +61,8 @@ def test_what_a_package_and_its_tests_use_is_declared_and_stands_below_it(packag
     of_package, run_time = used(package, ["src", "scripts", "root", "launch"]), declared(package, *RUN_TIME)
     assert not {name: file for name, file in of_package.items() if name not in run_time}, "package.xml lacks it"
     known = run_time | declared(package, "test_depend")
-    assert not {name: file for name, file in used(package, ["test"]).items() if name not in known}, "lacks <test_depend>"
+    lacking = {name: file for name, file in used(package, ["test"]).items() if name not in known}
+    assert not lacking, "package.xml lacks <test_depend>"
     assert (run_time | set(of_package)) & set(ORDER) <= set(ORDER[:ORDER.index(package)])
 
 

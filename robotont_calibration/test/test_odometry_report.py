@@ -3,7 +3,6 @@ import math
 import os
 import subprocess
 import sys
-import xmlrpc.client
 import zipfile
 from pathlib import Path
 
@@ -23,7 +22,6 @@ from robotont_calibration.trajectory_errors import Report
 from robotont_driver.kinematics.kinematics import Kinematics
 from robotont_driver.kinematics.wheel_params import read_wheels
 from robotont_driver.protocol.packet import format_packet
-from robotont_testing.harness import Master, free_port, suspended, wait_for
 from robotont_testing.robots import SHIPPED, WHEEL_PARAMS
 from robotont_testing.simulated_wheels import PERIOD, counted, path_of, rolled, square, straight
 
@@ -287,58 +285,3 @@ def test_lost_messages_are_counted():
 def test_what_is_no_trajectory_is_refused(times, poses, words):
     with pytest.raises(ValueError, match=words):
         Trajectory(times, poses)
-
-
-PUBLISH = """
-import rospy
-from nav_msgs.msg import Odometry
-from std_msgs.msg import String, UInt8MultiArray
-rospy.init_node("publish")
-odom, truth = (rospy.Publisher(name, Odometry, queue_size=10) for name in ("odom", "truth"))
-packets = rospy.Publisher("serial_read", String, queue_size=10)
-step = 0
-while not rospy.is_shutdown():
-    step += 1
-    message = Odometry()
-    message.header.stamp = rospy.Time.now()
-    message.pose.pose.orientation.w = 1
-    for publisher, scale in ((truth, 0.01), (odom, 0.0101)):
-        message.pose.pose.position.x = scale * step
-        publisher.publish(message)
-    packets.publish("1:2:3;")
-    if all(publisher.get_num_connections() for publisher in (odom, truth, packets)):
-        print("heard", flush=True)
-    rospy.sleep(0.01)
-"""
-
-
-def test_live_topics(tmp_path):
-    """From running nodes: odometry, packets, and a truth whose type it finds out itself."""
-    with Master() as master:
-        published, log = tmp_path / "published", tmp_path / "log"
-        master.start(sys.executable, "-c", PUBLISH, log=published)
-        topics = {"/odom", "/truth", "/serial_read"}
-        wait_for(lambda: topics <= {name for name, _ in master_topics(master)}, "the publisher")
-        script = HERE.parent / "scripts" / "odometry_report"
-        process = master.start(sys.executable, script, "--truth", "truth", "--seconds", "1",
-                               "-o", tmp_path / "live.png", "--tum", tmp_path / "tum", log=log)
-        wait_for(lambda: "heard" in published.read_text(), "its connections", 60.0)
-        with suspended(master._master.pid):  # its report does not need the master
-            wait_for(lambda: process.poll() is not None, "the report", 60.0)
-        assert process.returncode == 0, log.read_text()
-        text = log.read_text()
-    assert (tmp_path / "live.png").exists()
-    assert len((tmp_path / "tum" / "odometry.tum").read_text().splitlines()) > 2
-    assert "path of the ground truth" in text
-    assert "packets refused" in text
-
-
-def master_topics(master):
-    """[(topic, type)] that someone publishes."""
-    return xmlrpc.client.ServerProxy(master.uri).getPublishedTopics("/test", "")[2]
-
-
-def test_without_a_master_live_topics_end_with_one_line(capsys, monkeypatch):
-    monkeypatch.setenv("ROS_MASTER_URI", f"http://127.0.0.1:{free_port()}")
-    assert odometry_report.main([]) == 1
-    assert "found no ROS master at" in capsys.readouterr().err

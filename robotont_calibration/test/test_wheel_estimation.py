@@ -14,7 +14,6 @@ from synthetic_runs import (
     true_of,
 )
 
-from robotont_calibration import wheel_estimation
 from robotont_calibration.calibration_runs import (
     end_misfit,
     errors_along,
@@ -176,17 +175,6 @@ def test_a_point_that_is_kept_where_it_is_not_bends_the_parameters():
     assert worst[1] > 3 * worst[0]
     assert given.point == MARKER
     assert "point x" not in given.names
-
-
-def test_derivatives_are_those_of_differences():
-    unknowns, runs = Unknowns(SHIPPED, "each", point="free"), tracked_runs(SHIPPED, 3, DOUBLED, MARKER)[:3]
-    whiten = [np.eye(3 * len(run.stretches)) for run in runs]
-    values = 0.01 * np.random.default_rng(0).standard_normal(len(unknowns.names))
-    steps = 1e-6 * np.eye(len(values))
-    differences = np.column_stack([
-        (wheel_estimation._residuals(runs, unknowns, whiten, values + step)
-         - wheel_estimation._residuals(runs, unknowns, whiten, values - step)) / 2e-6 for step in steps])
-    np.testing.assert_allclose(wheel_estimation._slopes(runs, unknowns, whiten, values), differences, atol=1e-4)
 
 
 def test_an_outlying_run_loses_its_weight():

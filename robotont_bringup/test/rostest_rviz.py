@@ -190,29 +190,21 @@ class NavigationStandIn:
             message = publisher.data_class()
             message.header.frame_id = "laser" if topic == "scan" else "map"
             message.header.stamp = now
-            if isinstance(message, OccupancyGrid):
+            if hasattr(message, "info"):
                 message.info.resolution, message.info.width, message.info.height = 0.5, 8, 8
                 message.info.origin.orientation.w = 1.0
                 message.data = [0] * 56 + [100] * 8
-            elif isinstance(message, LaserScan):
-                message.angle_min, message.angle_increment, message.range_max = -1.0, 0.1, 10.0
-                message.ranges = [2.0] * 20
-            elif isinstance(message, PathMessage):
-                message.poses = [_pose(x, now) for x in (0.0, 1.0)]
-            elif isinstance(message, PoseArray):
-                message.poses = [_pose(x, now).pose for x in (0.0, 0.1)]
-            elif isinstance(message, PoseWithCovarianceStamped):
-                message.pose.pose.orientation.w = 1.0
-                message.pose.covariance[0] = message.pose.covariance[7] = message.pose.covariance[35] = 0.1
-            elif isinstance(message, PoseStamped):
-                message.pose.orientation.w = 1.0
+            elif hasattr(message, "poses"):
+                message.poses = [_pose(now).pose if isinstance(message, PoseArray) else _pose(now)]
+            elif hasattr(message, "pose"):
+                getattr(message.pose, "pose", message.pose).orientation.w = 1.0
             publisher.publish(message)
 
 
-def _pose(x, now):
+def _pose(now):
     pose = PoseStamped()
     pose.header.frame_id, pose.header.stamp = "map", now
-    pose.pose.position.x, pose.pose.orientation.w = x, 1.0
+    pose.pose.orientation.w = 1.0
     return pose
 
 

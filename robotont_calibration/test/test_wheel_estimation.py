@@ -80,18 +80,6 @@ def test_wrong_parameters_are_recovered(wrong):
     assert found.wheel_noise == pytest.approx(NOISE, rel=0.3)
 
 
-def test_a_tape_will_do():
-    """Only where each run ended, measured with a tape to 2 mm and half a degree."""
-    true = true_of(SHIPPED, 1.02, 0.97, [(1, 1.5)])
-    found = calibrate(SHIPPED, taped_runs(true), Unknowns(SHIPPED), NOISE)
-    errors = errors_of(found, true)
-    before, after = umbmark(SHIPPED, true), umbmark(found.parameters, true)
-    print(f"errors {np.round(errors, 5)}, stated {np.round(found.deviations, 5)}; "
-          f"UMBmark {1000 * before:.0f} mm before, {1000 * after:.0f} mm after")
-    assert abs(errors[:2]).max() < 0.005
-    assert after < before / 4
-
-
 @pytest.mark.parametrize("make, point", [
     (lambda true, seed: taped_runs(true, seed), ()),
     pytest.param(lambda true, seed: tracked_runs(true, seed, DOUBLED, MARKER), MARKER, marks=pytest.mark.long),

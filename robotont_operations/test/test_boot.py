@@ -70,10 +70,10 @@ def need(*tools):
         pytest.skip("these commands are missing: " + ", ".join(lacking))
 
 
-def test_dry_run_says_what_each_file_is_for_and_writes_nothing(tmp_path):
+def test_dry_run_names_each_file_and_writes_nothing(tmp_path):
     done = install_robot("--root", tmp_path, "--dry-run", "--page")
     assert done.returncode == 0
-    assert re.search("etc/systemd/system/robotont.service +starts the driver\n", done.stdout)
+    assert "  etc/systemd/system/robotont.service\n" in done.stdout
     assert "robotont-page.service -> /etc" in done.stdout
     assert not files(tmp_path)
 

@@ -1,8 +1,5 @@
 """The table of ./robotont status from nodes and diagnostics."""
 
-import sys
-
-from robotont_operations.colours import hanging
 from robotont_operations.health import ERROR, OK, STALE, WARN, Row, table, worst
 
 ALL = {"/driver_node": True, "/serial_com_node": True, "/odom_node": True}
@@ -55,10 +52,3 @@ def test_two_robots():
     assert Row(ERROR, "robot2: link", "unplugged") in rows
     assert Row(OK, "robot1: link", "50 packets/s") in rows
     assert len(rows) == 9
-
-
-def test_on_a_terminal_long_words_go_on_below_themselves(monkeypatch):
-    monkeypatch.setattr(sys.stdout, "isatty", lambda: True, raising=False)
-    monkeypatch.setenv("COLUMNS", "40")
-    assert hanging("ok  link  ", "50 packets/s, of a board that speaks checked", 10) == (
-        "ok  link  50 packets/s, of a board that\n          speaks checked")

@@ -20,14 +20,19 @@ pytestmark = pytest.mark.timed
 LATE = 1.0   # [s] besides the length of an outage, within which TCP brings what waited
 
 
-@pytest.fixture(scope="module", params=[True, False], ids=["mux, one process", "no mux, three processes"])
+MUX, BARE = "mux, one process", "no mux, three processes"
+either = pytest.mark.parametrize("stage", [MUX, BARE], indirect=True)
+with_mux = pytest.mark.parametrize("stage", [MUX], indirect=True)
+
+
+@pytest.fixture(scope="module")
 def stage(request):
     for name in ("ROS_IP", "ROS_HOSTNAME", "ROS_MASTER_URI"):
         os.environ.pop(name, None)
     if not shutil.which("nft"):
         pytest.skip("no nft: sudo apt-get install nftables")
     try:
-        both = Stage(request.param, request.param)
+        both = Stage(request.param == MUX, request.param == MUX)
     except NoNamespacesError as error:
         pytest.skip(str(error))
     with both:
@@ -78,9 +83,9 @@ def latched(stage):
     return connections(stage)
 
 
-@pytest.mark.parametrize("outage, how", [
-    (1.2, signal.SIGKILL), (2.0, signal.SIGSTOP), pytest.param(3.0, signal.SIGINT, marks=pytest.mark.long),
-    pytest.param(10.0, signal.SIGKILL, marks=pytest.mark.long)])
+@pytest.mark.parametrize("stage, outage, how", [(BARE, 1.2, signal.SIGKILL), (MUX, 2.0, signal.SIGSTOP), *(
+    pytest.param(stage, outage, how, marks=pytest.mark.long) for stage in (MUX, BARE)
+    for outage, how in ((3.0, signal.SIGINT), (10.0, signal.SIGKILL)))], indirect=["stage"])
 def test_what_waited_for_the_network_does_not_drive(stage, outage, how):
     stage.command(0, "drive")
     stage.drives(0)
@@ -94,6 +99,7 @@ def test_what_waited_for_the_network_does_not_drive(stage, outage, how):
     others_drive(stage)
 
 
+@either
 def test_a_latched_command_drives_neither_after_an_outage_nor_a_node_that_was_killed(stage, latched):
     stage.drop()
     nothing_moves(stage, 1.5)
@@ -109,6 +115,7 @@ def test_a_latched_command_drives_neither_after_an_outage_nor_a_node_that_was_ki
     others_drive(stage)
 
 
+@with_mux
 def test_a_latched_command_of_a_publisher_that_hung_does_not_drive(stage, latched):
     stage.hang(LATCHED)
     stage.respawn("cmd_vel_mux" if stage.mux else stage.driver)
@@ -120,7 +127,8 @@ def test_a_latched_command_of_a_publisher_that_hung_does_not_drive(stage, latche
     nothing_moves(stage, LATE)
 
 
-@pytest.mark.parametrize("outage, carrier", [pytest.param(1.0, False, marks=pytest.mark.long), (6.0, True)])
+@either
+@pytest.mark.parametrize("outage, carrier", [pytest.param(1.0, False, marks=pytest.mark.long), (3.2, True)])
 def test_the_robot_stops_at_once_in_an_outage_and_drives_at_once_after_it(stage, outage, carrier):
     board = stage.board
     stage.command(0, "drive")
@@ -141,6 +149,7 @@ def test_the_robot_stops_at_once_in_an_outage_and_drives_at_once_after_it(stage,
         time.sleep(0.02)
 
 
+@with_mux
 def test_an_emergency_stop_pressed_during_an_outage_is_not_lost(stage):
     stage.command(0, "drive")
     stage.drives(0)
@@ -156,6 +165,7 @@ def test_an_emergency_stop_pressed_during_an_outage_is_not_lost(stage):
     stage.release()
 
 
+@either
 def test_a_press_stops_at_once_while_the_master_hangs(stage):
     stage.command(0, "drive", "robot")
     stage.drives(0)
@@ -170,6 +180,7 @@ def test_a_press_stops_at_once_while_the_master_hangs(stage):
     stage.release()
 
 
+@either
 def test_what_waited_for_nodes_that_hung_does_not_drive(stage):
     stage.command(0, "drive")
     stage.drives(0)

@@ -96,9 +96,13 @@ def _residuals(runs, unknowns, whiten, values):
 
 
 def _slopes(runs, unknowns, whiten, values):
-    """Derivatives of `_residuals` by the values, by central differences."""
-    return np.column_stack([(_residuals(runs, unknowns, whiten, values + step)
-                             - _residuals(runs, unknowns, whiten, values - step)) / (2 * STEP)
+    """Derivatives of `_residuals` by the values."""
+    return derivatives(lambda at: _residuals(runs, unknowns, whiten, at), values)
+
+
+def derivatives(function, values):
+    """N x P derivatives of a function of P values that has N, by central differences."""
+    return np.column_stack([(function(values + step) - function(values - step)) / (2 * STEP)
                             for step in STEP * np.eye(len(values))])
 
 

@@ -18,7 +18,6 @@ from robotont_operations.installation import (
     FLEET_UNIT,
     KEPT,
     PAGE_UNIT,
-    PURPOSES,
     STATE,
     UNITS,
     LinkError,
@@ -153,8 +152,7 @@ def _install(options, live):
         kept = Path(options.root, "etc/robotont/robot.conf")
         if model and "description:=false" in kept.read_text():
             print(f"install-robot: {kept} is kept, and says description:=false: without it the robot has its model")
-    for name in names:
-        print(f"  {name:46}", next(purpose for start, purpose in PURPOSES.items() if name.startswith(start)))
+    print(*("  " + name for name in names), sep="\n")
     if options.dry_run:
         if commands:
             print("would run:", *(" ".join(command) for command in commands), sep="\n  ")

@@ -6,7 +6,7 @@ import sys
 from concurrent.futures import wait
 
 from robotont_operations import probes
-from robotont_operations.colours import GREEN, RED, YELLOW, hanging, paint
+from robotont_operations.colours import GREEN, RED, YELLOW, paint
 from robotont_operations.network_check.announced_address import announced_by, check_announced
 from robotont_operations.network_check.clock import check_clock
 from robotont_operations.network_check.findings import FAULT, GOOD, NOTE, Finding, not_checked
@@ -83,6 +83,6 @@ def main():
         os._exit(130)
     colour = {GOOD: GREEN, NOTE: YELLOW, FAULT: RED}
     for level, words in findings:
-        print(hanging(f"{paint(f'{level:5}', colour[level])}  ", words, 7))
+        print(f"{paint(f'{level:5}', colour[level])}  {words}")
     sys.stdout.flush()
     os._exit(any(level == FAULT for level, _ in findings))  # resolvers that still wait must not hold this up

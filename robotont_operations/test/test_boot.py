@@ -198,7 +198,7 @@ def test_removal_stops_nothing_where_nothing_is_installed(tmp_path, monkeypatch)
 def test_an_address_that_no_robot_can_have(address, tmp_path):
     done = install_robot("--root", tmp_path, f"--network={address}")
     assert done.returncode == 2
-    assert f"found {address!r}, which is no address of this robot" in done.stderr
+    assert f"found {address!r}, allowed: an IPv4 address" in done.stderr
     assert not files(tmp_path)
 
 

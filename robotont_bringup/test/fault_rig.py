@@ -13,7 +13,6 @@ import threading
 import time
 from typing import Callable, List, NamedTuple, Optional
 
-import pytest
 import rospy
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import Twist
@@ -21,7 +20,7 @@ from rosgraph_msgs.msg import Log
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Bool
 
-from robotont_testing.harness import Master, wait_for
+from robotont_testing.harness import wait_for
 from robotont_testing.node_test import twist
 from robotont_testing.stand_in_board import Board, identity
 
@@ -243,37 +242,3 @@ def fill(disk):
     with contextlib.suppress(OSError), open(str(disk / "filler"), "wb", buffering=0) as file:
         while True:
             file.write(bytes(4096 if os.statvfs(str(disk)).f_bavail > 4 else 64))
-
-
-@pytest.fixture(scope="session")
-def master():
-    """One for all files: rospy can be initialised only once in a process."""
-    with Master() as master:
-        rospy.init_node("faults", disable_signals=True)
-        yield master
-
-
-class Rigs:
-    """One rig at a time, for their nodes have the same names."""
-
-    def __init__(self, master):
-        self._master = master
-        self._kind = self._rig = None
-
-    def get(self, kind, composed=False, **environment):
-        if kind != self._kind:
-            self.close()
-            self._kind, self._rig = kind, Rig(self._master, composed, **environment)
-        return self._rig
-
-    def close(self):
-        if self._rig:
-            self._rig.close()
-        self._kind = self._rig = None
-
-
-@pytest.fixture(scope="module")
-def rigs(master):
-    rigs = Rigs(master)
-    yield rigs
-    rigs.close()

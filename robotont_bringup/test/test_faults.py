@@ -7,7 +7,7 @@ from fault_rig import HEADING
 from fault_table import CLOCK, CLOCKS, FAULTS, MASTER, ONE_PROCESS, THREE_PROCESSES
 
 pytestmark = pytest.mark.faults
-pytest_plugins = ["fault_rig"]
+pytest_plugins = ["fault_fixtures"]
 
 ARRANGEMENTS = {"one process": True, "three processes": False}  # composed or not
 ROWS = {arrangement: [] for arrangement in ARRANGEMENTS}

@@ -11,7 +11,7 @@ from fault_table import clean, kill, spoil
 from robotont_testing.harness import wait_for
 
 pytestmark = [pytest.mark.faults, pytest.mark.long]
-pytest_plugins = ["fault_rig"]
+pytest_plugins = ["fault_fixtures"]
 
 WARMING = 10  # rounds: the master keeps a connection to a node from each of its threads, and they come one by one
 ROUNDS_OF_CABLE, ROUNDS_OF_KILLS = 100, 50

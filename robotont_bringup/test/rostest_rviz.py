@@ -198,8 +198,8 @@ class NavigationStandIn:
                 message.poses = [_pose(now).pose if isinstance(message, PoseArray) else _pose(now)]
             elif hasattr(message, "pose"):
                 getattr(message.pose, "pose", message.pose).orientation.w = 1.0
-            if isinstance(message, PoseWithCovarianceStamped):  # RViz ends at one without
-                message.pose.covariance[0] = message.pose.covariance[7] = message.pose.covariance[35] = 0.1
+            elif hasattr(message, "ranges"):  # RViz ends at a scan without any
+                message.angle_increment, message.range_max, message.ranges = 0.1, 10.0, [2.0] * 20
             publisher.publish(message)
 
 

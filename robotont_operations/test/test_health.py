@@ -18,12 +18,6 @@ def test_all_is_well():
     assert worst(rows) == 0
 
 
-def test_all_is_well_in_one_process():
-    rows = table({"/robotont_node": True}, FINE)
-    assert rows[0] == Row(OK, "nodes", "1 running")
-    assert worst(rows) == 0
-
-
 def test_one_process_that_is_silent_or_says_nothing():
     assert table({"/robotont_node": False}, {})[0] == Row(ERROR, "nodes", "/robotont_node does not answer")
     rows = table({"/robotont_node": True}, {"odom_node: wheel feedback": FINE["odom_node: wheel feedback"]})

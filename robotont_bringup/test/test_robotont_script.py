@@ -199,6 +199,12 @@ def test_a_copied_clone_is_built_anew(tmp_path):
     assert not list((second / ".build").glob("*/of_first"))
 
 
+def test_rviz_without_a_display_is_not_even_tried():
+    result = robotont(ROOT, "rviz", DISPLAY="")
+    assert result.returncode == 1
+    assert "RViz needs a display, and DISPLAY is not set" in result.stdout
+
+
 @pytest.mark.parametrize("command, argument, words", [  # one for each way of a command to take its arguments
     ("sim", "wrold:=room", "--wrold; did you mean --world?"), ("report", "--outptu", "--outptu"),
     ("keys", "--linear_speeds", "--linear_speeds; did you mean _linear_speed:=VALUE?"), ("lint", "x", "x")])

@@ -165,7 +165,7 @@ def test_an_emergency_stop_pressed_during_an_outage_is_not_lost(stage):
     stage.release()
 
 
-@either
+@pytest.mark.parametrize("stage", [BARE], indirect=True)
 def test_a_press_stops_at_once_while_the_master_hangs(stage):
     stage.command(0, "drive", "robot")
     stage.drives(0)
@@ -180,12 +180,12 @@ def test_a_press_stops_at_once_while_the_master_hangs(stage):
     stage.release()
 
 
-@either
+@with_mux
 def test_what_waited_for_nodes_that_hung_does_not_drive(stage):
     stage.command(0, "drive")
     stage.drives(0)
-    for name in (stage.driver, *(["cmd_vel_mux"] if stage.mux else [])):
-        stage.hang(name)
+    stage.hang(stage.driver)
+    stage.hang("cmd_vel_mux")
     wait_for(lambda: not any(stage.board.speeds), "the board's own stop")
     stage.kill(0)
     stage.motions()

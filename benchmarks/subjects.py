@@ -9,14 +9,13 @@ from pathlib import Path
 
 from rig import CALLER, Robot, SilenceError
 
-from robotont_testing import places
-from robotont_testing.robots import SHIPPED
+from robotont_testing.robots import SHIPPED, robot_folder
 
 ROOT = Path(__file__).resolve().parents[1]
 FLOOR = "floor: a rospy process that only relays"
 THREE = "three processes"
 COMPOSED = "one process (composed)"
-COMPONENTS = "mux:=false", "description:=false"  # the driver alone
+OURS = (THREE, COMPOSED)
 RATE = 50       # [Hz]
 WARM_UP = 1.0   # [s]
 QUIET = 0.4     # [s] after which nothing more is expected; less than the time-outs
@@ -24,34 +23,16 @@ WAYS = (("cmd_vel to wire", "commands"), ("wire to /odom", "feedback"))
 COUNTED = ("sent", "lost", "overtaken", "repeated", "unexpected")  # of a Stream
 
 
-def arrangements():
-    """Titles of the ways in which robot.launch can start the driver, the best last."""
-    composable = '<arg name="composed"' in places.launch("robot.launch").read_text()
-    return [THREE, COMPOSED] if composable else [THREE]
-
-
-def title_of(what):
-    """How the tables call a subject: the part of a peer's text that stands before its command, if any."""
-    return what if what == FLOOR else what.rpartition(": ")[0] or what
-
-
-def launch_arguments(robot, arrangement):
-    """Arguments of robot.launch for the driver alone."""
-    composed = [f"composed:={str(arrangement == COMPOSED).lower()}"] if COMPOSED in arrangements() else []
-    return [f"namespace:={robot.name}", f"port:={robot.port}", f"robot:={robot.folder}",
-            *COMPONENTS, *composed]
-
-
 class Subject:
-    """Something that drives a robot of its own: one of arrangements(), FLOOR, or a peer (a string, see run.py -h)."""
+    """Something that drives a robot of its own: one of OURS, FLOOR, or a peer: a command, maybe titled."""
 
-    def __init__(self, loop, processes, what, name, parameters=SHIPPED, peer_board="plain"):
-        self.title, self._command = title_of(what), what.rpartition(": ")[2]
+    def __init__(self, loop, processes, what, name, peer_board="plain"):
+        self.is_peer = what not in (FLOOR, *OURS)
+        title, _, self._command = what.rpartition(": ") if self.is_peer else (what, "", "")
+        self.title = title or what
         self.name = name
-        self.is_peer = what not in (FLOOR, *arrangements())
         board = peer_board if self.is_peer else "checked"
-        self.robot = Robot(loop, name, processes.uri, processes.folder, parameters, board)
-        self._parameters = parameters
+        self.robot = Robot(loop, name, processes.uri, processes.folder, board)
         self._processes = processes
         self.log = processes.folder / (name + ".log")
         self.pids = []
@@ -63,11 +44,14 @@ class Subject:
             processes.start(ROOT / "benchmarks" / "floor_node.py", f"_port:={robot.port}",
                             log=self.log, ROS_NAMESPACE=self.name)
         elif self.is_peer:
-            xmlrpc.client.ServerProxy(processes.uri).setParam(CALLER, "/" + self.name, self._parameters)
+            xmlrpc.client.ServerProxy(processes.uri).setParam(CALLER, "/" + self.name, SHIPPED)
             words = shlex.split(self._command.format(port=robot.port, namespace=self.name))
             processes.start(*words, log=self.log, ROS_NAMESPACE=self.name)
         else:
-            processes.launch("robot.launch", *launch_arguments(robot, self.title), log=self.log)
+            without_limits = robot_folder(processes.folder / (robot.name + "_robot"), SHIPPED)
+            processes.launch("robot.launch", f"namespace:={robot.name}", f"port:={robot.port}", "mux:=false",
+                             "description:=false", f"composed:={str(self.title == COMPOSED).lower()}",
+                             f"robot:={without_limits}", log=self.log)
 
     def connect(self):
         """Wait until it works both ways. Raises SilenceError with the end of what it printed."""
@@ -86,28 +70,21 @@ class Subject:
         return sum(map(memory, self.pids))
 
 
-def measure(loop, subjects, rate, seconds):
-    """Drive both ways at a rate [Hz], all at evenly spread moments; the robots' streams count what happens.
-
-    Returns [s] of processor time per second of all together.
-    """
-    robots = [subject.robot for subject in subjects]
-    _drive(loop, robots, rate, WARM_UP)
-    for robot in robots:
-        robot.begin()
-    before, begin = sum(subject.processor() for subject in subjects), time.monotonic()
-    _drive(loop, robots, rate, seconds)
-    elapsed = time.monotonic() - begin
-    return (sum(subject.processor() for subject in subjects) - before) / elapsed
+def measure(loop, subject, seconds):
+    """Drive both ways at RATE; the robot's streams count what happens. Returns [s] of processor time per second."""
+    _drive(loop, subject.robot, WARM_UP)
+    subject.robot.begin()
+    before, begin = subject.processor(), time.monotonic()
+    _drive(loop, subject.robot, seconds)
+    return (subject.processor() - before) / (time.monotonic() - begin)
 
 
-def _drive(loop, robots, rate, seconds):
+def _drive(loop, robot, seconds):
     """Start, stop, and wait for what is under way as long as some of it comes."""
-    for number, robot in enumerate(robots):
-        robot.start(rate, number / len(robots))
+    robot.start(RATE)
     loop.run(seconds)
     loop.idle()
-    streams = [stream for robot in robots for stream in (robot.commands, robot.feedback)]
+    streams = robot.commands, robot.feedback
     left = None
     while left != sum(stream.under_way for stream in streams):
         left = sum(stream.under_way for stream in streams)

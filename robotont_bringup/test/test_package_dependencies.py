@@ -25,7 +25,7 @@ ROSDEP_KEYS = {  # of modules that are no ROS packages
                                             "rospkg", "scipy", "serial", "tornado", "yaml")}}
 ON_THE_BOARD = {"machine", "micropython", "pyb", "stm"}  # modules of MicroPython
 # What a robot needs to drive: nothing for drawing, calibrating, recording or testing.
-ON_A_ROBOT = {"diagnostic_msgs", "diagnostic_updater", "geometry_msgs", "nav_msgs", "python3-numpy",
+ON_A_ROBOT = {"diagnostic_msgs", "geometry_msgs", "nav_msgs", "python3-numpy",
               "python3-rospkg", "python3-serial", "python3-yaml", "rosgraph", "rospy", "sensor_msgs", "std_msgs",
               "std_srvs", "tf2_msgs", "tf2_ros"}
 # Under the official stack's file names, for packages that include them; they start what stands above.

@@ -2,11 +2,15 @@
 
 import difflib
 import math
+import reprlib
 import shutil
 import textwrap
 from typing import Any, NamedTuple, Optional, Tuple
 
 LONGEST_SHOWN = 200  # characters of a found value in messages
+_SHORT = reprlib.Repr()
+_SHORT.maxlevel, _SHORT.maxlist, _SHORT.maxdict = 2, 20, 20
+_SHORT.maxstring = _SHORT.maxlong = _SHORT.maxother = LONGEST_SHOWN
 
 
 class ParameterError(ValueError):
@@ -85,29 +89,10 @@ def fault(name, found, allowed):
 
 def shown(value):
     """A value as Python writes it, of bounded length; it may be anything that a file or a message can contain."""
-    if isinstance(value, int) and value.bit_length() > 4 * LONGEST_SHOWN:  # str() of a huge int takes minutes
-        return f"a whole number of about {value.bit_length() * 0.30103:.0f} digits"
-    if isinstance(value, (str, bytes)):
-        value = value[:LONGEST_SHOWN + 1]
-    elif isinstance(value, (list, tuple, dict)) and _extent(value, LONGEST_SHOWN) > LONGEST_SHOWN:
-        return f"a {type(value).__name__} of {len(value)} items"
-    text = repr(value)
-    return text if len(text) <= LONGEST_SHOWN else text[:LONGEST_SHOWN] + "..."
-
-
-def _extent(value, limit):
-    """Number of items in nested lists and mappings; counting ends beyond `limit`."""
-    waiting, count = [value], 0
-    while waiting and count <= limit:
-        item = waiting.pop()
-        count += 1
-        if isinstance(item, int) and item.bit_length() > 4 * LONGEST_SHOWN:
-            return limit + 1
-        if isinstance(item, (list, tuple, dict)):
-            if len(item) > limit:
-                return limit + 1
-            waiting.extend(item.values() if isinstance(item, dict) else item)
-    return count
+    try:
+        return _SHORT.repr(value)[:LONGEST_SHOWN]
+    except ValueError:  # Python writes no number of more than 4300 digits
+        return "a whole number of thousands of digits"
 
 
 def read_parameters(table, given):

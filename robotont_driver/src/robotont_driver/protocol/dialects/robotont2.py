@@ -6,7 +6,6 @@ from robotont_driver.protocol.carried_rounding import CarriedRounding
 from robotont_driver.protocol.dialects.board_wheels import DISTANCE, PERIOD, BoardWheels
 from robotont_driver.protocol.dialects.dialect import LineDialect, Power, Ranges
 from robotont_driver.protocol.dialects.pose_feedback import PoseTracker, parse_pose
-from robotont_driver.protocol.line_splitter import LineSplitter
 from robotont_driver.protocol.packet import PacketError
 
 BANNER = "**** MAIN ****"
@@ -36,7 +35,7 @@ class Robotont2(LineDialect):
 
     def __init__(self, wheels, reach, distance=DISTANCE):
         """Raises DialectError when the board cannot have these wheels. distance [m]: as the board's firmware has it."""
-        super().__init__(wheels, LineSplitter)
+        super().__init__(wheels)
         self._board_wheels = BoardWheels(wheels, distance)
         self._rounding = CarriedRounding(3, DECIMALS, hold=1.0)  # its time counts lines: each is held for as long
         self._lines = 0

@@ -1,14 +1,15 @@
-"""The driver's latency, losses, processor time, memory and start: each arrangement beside the floor, and peers."""
+"""The driver's latency, losses, processor time, memory and start: each arrangement beside the floor."""
 
 import gc
-import sys
 import time
 
 from rig import Loop, SilenceError, late
-from subjects import COMPOSED, COUNTED, FLOOR, OURS, RATE, THREE, WAYS, Subject, measure
+from subjects import COMPOSED, COUNTED, FLOOR, OURS, RATE, WAYS, Subject, measure
 
 from robotont_testing.figures import percentile, row
 from robotont_testing.harness import Master
+
+TITLES = (FLOOR, *OURS)
 
 
 class Rounds:
@@ -30,54 +31,30 @@ class Rounds:
         beside = [] if subject == FLOOR else self.of(FLOOR, name)
         return row(name, self.of(subject, name), unit, beside, bound, note, subject)
 
-    def ratio(self, name, subject, floor, figure, bound, other=None):
-        """The row of a figure relative to another subject's (or to the subject's other figure), round by round."""
-        pairs = zip(self.of(subject, figure), self.of(floor, other or figure))
-        return row(name, [value / beside for value, beside in pairs if beside], "x", bound=bound, subject=subject)
-
-
-def subjects(loop, master, options):
-    """Connected `Subject`s, peers included, and rows that name those that do not work."""
-    found, rows = [], []
-    for number, title in enumerate([FLOOR, *OURS, *options.peer]):
-        subject = Subject(loop, master, title, f"robot{number}", peer_board=options.peer_board)
-        subject.start()
-        try:
-            subject.connect()
-        except SilenceError as silence:
-            if not subject.is_peer:
-                raise
-            rows.append(row("does not work", None, "", note=str(silence).splitlines()[0], subject=subject.title))
-            print(silence, file=sys.stderr, flush=True)
-            subject.robot.close()
-        else:
-            found.append(subject)
-    gc.freeze()
-    return found, rows
-
 
 def bench_latency(options):
     """Rows at 50 Hz both ways, in alternating rounds."""
     loop, rounds = Loop(), Rounds()
     with Master() as master:
-        found, rows = subjects(loop, master, options)
+        found = [Subject(loop, master, title, f"robot{number}") for number, title in enumerate(TITLES)]
+        for subject in found:
+            subject.start()
+            subject.connect()
+        gc.freeze()
         for _ in range(options.rounds):
             for subject in found:
                 title = subject.title
                 rounds.add(title, "processor", 100 * measure(loop, subject, options.seconds))
                 for way, stream in WAYS:
                     add_delays(rounds, title, way, getattr(subject.robot, stream))
-    titles = [subject.title for subject in found]
+    rows = []
     for way, _ in WAYS:
         rows += [rounds.row(title, f"{way}, p50", "ms", "<= 1.1 x floor" if title == COMPOSED else "")
-                 for title in titles]
-        rows += [rounds.row(title, f"{way}, p99", "ms") for title in titles]
-        rows += [rounds.ratio(f"{way}, p99 / p50", title, title, f"{way}, p99", "<= 3" if title == COMPOSED else "",
-                              f"{way}, p50") for title in titles]
-        rows += [losses(rounds, title, way) for title in titles]
+                 for title in TITLES]
+        rows += [rounds.row(title, f"{way}, p99", "ms") for title in TITLES]
+        rows += [losses(rounds, title, way) for title in TITLES]
     rows += [rounds.row(title, "processor", "% of a core", "<= 1.5 x floor" if title == COMPOSED else "",
-                        "50 Hz both ways") for title in titles]
-    rows.append(rounds.ratio("processor, of three processes'", COMPOSED, THREE, "processor", "<= 0.6"))
+                        "50 Hz both ways") for title in TITLES]
     return [*rows, row("the bench's own delay, p99", late(loop), "ms", note="how quiet the machine was")]
 
 
@@ -100,11 +77,12 @@ def add_delays(rounds, title, way, stream):
 
 def bench_start(options):
     """Rows of the time to the first /odom and of memory, each subject alone with a master of its own."""
-    rounds, titles = Rounds(), []
+    rounds = Rounds()
     for _ in range(options.rounds):
-        titles = [start_alone(what, options, rounds) for what in [FLOOR, *OURS, *options.peer]]
+        for title in TITLES:
+            start_alone(title, rounds)
     rows = []
-    for title in titles:
+    for title in TITLES:
         rows += [rounds.row(title, "start to first /odom", "s", "<= 0.6" if title == COMPOSED else "",
                             "from the master's first answer; roslaunch starts both" if title in OURS
                             else "from its start"),
@@ -112,12 +90,12 @@ def bench_start(options):
     return rows
 
 
-def start_alone(what, options, rounds):
-    """One round of one subject, whose title is returned; a peer that does not work adds nothing."""
+def start_alone(title, rounds):
+    """One round of one subject."""
     loop = Loop()
-    ours = what in OURS
+    ours = title in OURS
     with Master(start=not ours) as master:
-        subject = Subject(loop, master, what, "robot", peer_board=options.peer_board)
+        subject = Subject(loop, master, title, "robot")
         begin = time.monotonic()
         subject.start()
         if ours:
@@ -126,12 +104,12 @@ def start_alone(what, options, rounds):
         robot = subject.robot
         robot.register()
         loop.every(1 / RATE, robot.report)
-        if loop.run(until=lambda: robot.odom_at):
-            rounds.add(subject.title, "start to first /odom", robot.odom_at - begin)
-            loop.idle()
-            subject.connect()
-            rounds.add(subject.title, "memory (PSS)", subject.memory())
-        return subject.title
+        if not loop.run(until=lambda: robot.odom_at):
+            raise SilenceError(f"{title} has no odometry")
+        rounds.add(title, "start to first /odom", robot.odom_at - begin)
+        loop.idle()
+        subject.connect()
+        rounds.add(title, "memory (PSS)", subject.memory())
 
 
 PARTS = (bench_latency, bench_start)

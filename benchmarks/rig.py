@@ -118,14 +118,16 @@ class Loop:
 
 
 class Robot:
-    """One robot's far ends, in the namespace `name`: its port (a path), cmd_vel and odom. feedback: one of BOARDS."""
+    """One robot's far ends, in the namespace `name`: its port (a path), cmd_vel and odom."""
 
-    def __init__(self, loop, name, uri, folder, feedback):
+    def __init__(self, loop, name, uri, folder):
         self.name, self.uri, self.port = name, uri, str(folder / name)
         self.loop = loop
         self.listener = None   # socket of the subscriber of cmd_vel
         self.odom_at = None    # [s] when the first odometry came
-        self._board = BOARDS[feedback]()
+        units = Kinematics(read_wheels(SHIPPED)).units_of_twist((STEP, 0.0, 0.0))
+        self._counts = [[round(unit * level) for unit in units] for level in range(LEVELS + 1)]
+        self._board = Board("unused")
         self._level = self._number = 0
         self._numbers = None   # of the newest line on the wire
         self._forward = 0.0    # [m/s] of the newest odometry
@@ -165,7 +167,8 @@ class Robot:
         """Send a packet of the board: wheels that turn as at that level, or at the next in the cycle."""
         if level is None:
             self._number = level = self._number % LEVELS + 1
-        packet = self._board.packet(level)
+        packet = self._board.packet(self._board.motors.follow(self._counts[level]))
+        self._board.counter = (self._board.counter + 1) % 256
         self.feedback.send(time.monotonic(), level)
         with contextlib.suppress(BlockingIOError):  # nobody reads: lost
             os.write(self._wire, packet)
@@ -260,36 +263,6 @@ def shake_hands(connection, header):
     if header:
         write_ros_handshake_header(connection, header)
     return read_ros_handshake_header(connection, io.BytesIO(), 65536)
-
-
-class OwnBoard:
-    """Packets of a board whose wheels turn forward at some level: the thesis', or `checked` ones of this project."""
-
-    def __init__(self, checked):
-        units = Kinematics(read_wheels(SHIPPED)).units_of_twist((STEP, 0.0, 0.0))
-        self._counts = [[round(unit * level) for unit in units] for level in range(LEVELS + 1)]
-        self._board = Board("unused", checked=checked)
-
-    def packet(self, level):
-        """Bytes."""
-        board = self._board
-        data = board.packet(board.motors.follow(self._counts[level]))
-        board.counter = (board.counter + 1) % 256
-        return data
-
-
-class OfficialBoard:
-    """Lines of Robotont's own firmware, generation 2: its pose and twist."""
-
-    _x = 0.0
-
-    def packet(self, level):
-        """Bytes."""
-        self._x += level * STEP * 0.02
-        return b"ODOM:%.6f:0.000000:0.000000:%.6f:0.000000:0.000000\r\n" % (self._x, level * STEP)
-
-
-BOARDS = {"checked": lambda: OwnBoard(True), "plain": lambda: OwnBoard(False), "robotont2": OfficialBoard}
 
 
 def late(loop):

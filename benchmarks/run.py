@@ -3,21 +3,6 @@ r"""Run benchmarks: a table here, JSON on request.
 NAME is that of a bench_*.py without bench_, or one of its parts: driver,
 driver.latency. Each figure is the median of --rounds rounds, in which
 everything that is compared takes turns, with the smallest and the largest.
-
---peer measures another driver in the same rounds: a command that starts any
-node with cmd_vel in, odom out and a serial port, with a title for the tables
-before it or without, e.g.
-
-  ./robotont bench driver.latency --peer \
-    "some driver: rosrun SOME_DRIVER SOME_NODE _port:={port}"
-  ./robotont bench driver.latency --peer \
-    "bash -c 'rosparam set port {port} && exec rosrun SOME_DRIVER SOME_NODE'"
-
-{port} becomes the name of a pseudo-terminal, {namespace} that of the namespace
-in which the node is started and in which the parameters of the wheels stand;
-names that the node calls otherwise can be remapped as usual (drive:=cmd_vel).
-Its board speaks --peer-board: plain (the thesis' packets), checked (this
-project's), robotont2 (official firmware).
 """
 
 import argparse
@@ -55,8 +40,6 @@ def parser():
     found.add_argument("names", nargs="*", metavar="NAME", default=NAMES, help=f"one of {', '.join(NAMES)}, or "
                        "NAME.PART; default: all")
     found.add_argument("--json", metavar="FILE", help="write the rows there as well; - for standard output, alone")
-    found.add_argument("--peer", metavar="COMMAND", action="append", default=[], help="see above; may be repeated")
-    found.add_argument("--peer-board", default="plain", choices=("plain", "checked", "robotont2"))
     found.add_argument("--rounds", type=int, default=3)
     found.add_argument("--seconds", type=float, default=10.0, help="length of a round (10)")
     found.add_argument("--speeds", type=float, nargs="+", metavar="SPEED", default=(0.1, 0.3, 0.5, 0.8, 1.0),

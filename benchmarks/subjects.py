@@ -1,13 +1,11 @@
-"""What the driver's benchmarks measure: arrangements of the nodes, the floor and peers; how they start, their cost."""
+"""What the driver's benchmarks measure: arrangements of the nodes, and the floor; how they start, their cost."""
 
 import os
 import re
-import shlex
 import time
-import xmlrpc.client
 from pathlib import Path
 
-from rig import CALLER, Robot, SilenceError
+from rig import Robot, SilenceError
 
 from robotont_testing.robots import SHIPPED, robot_folder
 
@@ -16,6 +14,7 @@ FLOOR = "floor: a rospy process that only relays"
 THREE = "three processes"
 COMPOSED = "one process (composed)"
 OURS = (THREE, COMPOSED)
+NODES = {FLOOR: ("floor",), THREE: ("driver_node", "serial_com_node", "odom_node"), COMPOSED: ("robotont_node",)}
 RATE = 50       # [Hz]
 WARM_UP = 1.0   # [s]
 QUIET = 0.4     # [s] after which nothing more is expected; less than the time-outs
@@ -24,15 +23,12 @@ COUNTED = ("sent", "lost", "overtaken", "repeated", "unexpected")  # of a Stream
 
 
 class Subject:
-    """Something that drives a robot of its own: one of OURS, FLOOR, or a peer: a command, maybe titled."""
+    """Something that drives a robot of its own: one of OURS, or FLOOR."""
 
-    def __init__(self, loop, processes, what, name, peer_board="plain"):
-        self.is_peer = what not in (FLOOR, *OURS)
-        title, _, self._command = what.rpartition(": ") if self.is_peer else (what, "", "")
-        self.title = title or what
+    def __init__(self, loop, processes, title, name):
+        self.title = title
         self.name = name
-        board = peer_board if self.is_peer else "checked"
-        self.robot = Robot(loop, name, processes.uri, processes.folder, board)
+        self.robot = Robot(loop, name, processes.uri, processes.folder)
         self._processes = processes
         self.log = processes.folder / (name + ".log")
         self.pids = []
@@ -43,10 +39,6 @@ class Subject:
         if self.title == FLOOR:
             processes.start(ROOT / "benchmarks" / "floor_node.py", f"_port:={robot.port}",
                             log=self.log, ROS_NAMESPACE=self.name)
-        elif self.is_peer:
-            xmlrpc.client.ServerProxy(processes.uri).setParam(CALLER, "/" + self.name, SHIPPED)
-            words = shlex.split(self._command.format(port=robot.port, namespace=self.name))
-            processes.start(*words, log=self.log, ROS_NAMESPACE=self.name)
         else:
             without_limits = robot_folder(processes.folder / (robot.name + "_robot"), SHIPPED)
             processes.launch("robot.launch", f"namespace:={robot.name}", f"port:={robot.port}", "mux:=false",
@@ -59,7 +51,7 @@ class Subject:
             self.robot.connect()
         except SilenceError as silence:
             raise SilenceError(f"{silence}; its output ends with:\n{self.log.read_text()[-2000:]}") from None
-        self.pids = pids_below(self.robot.uri, self.name)
+        self.pids = [self._processes.pid(f"/{self.name}/{node}") for node in NODES[self.title]]
 
     def processor(self):
         """[s] of processor time that its nodes have used so far."""
@@ -89,23 +81,6 @@ def _drive(loop, robot, seconds):
     while left != sum(stream.under_way for stream in streams):
         left = sum(stream.under_way for stream in streams)
         loop.run(QUIET, lambda: not any(stream.under_way for stream in streams))
-
-
-def pids_below(uri, namespace):
-    """Process ids of the nodes in a namespace."""
-    nodes = set()
-    for kind in xmlrpc.client.ServerProxy(uri).getSystemState(CALLER)[2]:
-        for _, names in kind:
-            nodes.update(name for name in names if name.startswith(f"/{namespace}/"))
-    return sorted({pid_of(uri, node) for node in nodes})
-
-
-def pid_of(uri, node):
-    """Process id of a node."""
-    code, words, address = xmlrpc.client.ServerProxy(uri).lookupNode(CALLER, node)
-    if code != 1:
-        raise SilenceError(words)
-    return xmlrpc.client.ServerProxy(address).getPid(CALLER)[2]
 
 
 def processor_time(pid):

@@ -22,14 +22,13 @@ ROBOTONT = Path(__file__).resolve().parents[2] / "robotont"
 COMMANDS = {  # arguments, and programs that run when the command is in the middle of its work
     "demo": (["--picture", "{folder}/demo.png"], {"rosmaster", "robotont_node", "simulator_node"}),
     "bench": (["driver"], {"rosmaster", "serial_com_node", "odom_node"}),
-    "pictures": (["{folder}"], {"rosmaster", "Xvfb", "rviz"}),
     "sim": (["port:={folder}/board", "web_port:={port}"], {"rosmaster", "robotont_node", "simulator_node"}),
 }
-MADE_LAST = {"demo": "demo.png", "pictures": "two_robots.png"}  # by those that would end by themselves
+MADE_LAST = {"demo": "demo.png"}  # by those that would end by themselves
 # each command and each end once; the rest of the pairs that differ takes as long again
-ENDINGS = [("demo", "SIGHUP"), ("bench", "SIGINT"), ("pictures", "SIGTERM"), ("sim", "SIGKILL"),
+ENDINGS = [("demo", "SIGHUP"), ("bench", "SIGINT"), ("bench", "SIGTERM"), ("sim", "SIGKILL"),
            *(pytest.param(*pair, marks=pytest.mark.long) for pair in (
-               ("demo", "SIGTERM"), ("demo", "SIGKILL"), ("bench", "SIGTERM")))]
+               ("demo", "SIGTERM"), ("demo", "SIGKILL")))]
 TERMINAL = {"PATH": "/usr/bin:/bin", "PYTHONUNBUFFERED": "1",  # by lines, as on a terminal
             **{name: os.environ[name] for name in ("HOME", "ROBOTONT_LIFELINE")
                                          if name in os.environ}}  # a terminal without ROS' environment

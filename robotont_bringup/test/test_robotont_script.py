@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
-COMMANDS = ["demo", "sim", "keys", "rviz", "test", "bench", "wheels", "flash", "pictures", "lint", "docs", "shell",
+COMMANDS = ["demo", "sim", "keys", "rviz", "test", "bench", "wheels", "flash", "lint", "docs", "shell",
             "build", "setup", "release", "network", "status", "report", "fleet", "install-robot"]
 # Root may write everywhere; with these words before a command it may not.
 WITHOUT_RIGHTS = ["setpriv", "--bounding-set=-all", "--inh-caps=-all"] if os.getuid() == 0 else []
@@ -191,7 +191,7 @@ def test_a_copied_clone_is_built_anew(tmp_path):
     ("rviz", "wrold:=room", "--wrold"), ("install-robot", "wrold:=room", "--wrold"),
     ("report", "--outptu", "--outptu; did you mean --output?"), ("fleet", "--mpa", "--mpa; did you mean --map?"),
     ("keys", "--linear_speeds", "--linear_speeds; did you mean _linear_speed:=VALUE?"),
-    ("lint", "x", "x"), ("docs", "x", "x"), ("build", "x", "x"), ("release", "x", "x"), ("pictures", "-x", "-x")])
+    ("lint", "x", "x"), ("docs", "x", "x"), ("build", "x", "x"), ("release", "x", "x")])
 def test_a_misspelt_argument_is_refused(command, argument, words):
     result = robotont(ROOT, command, argument)
     assert result.returncode != 0

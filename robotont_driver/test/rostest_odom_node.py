@@ -7,10 +7,11 @@ import random
 import numpy as np
 import rospy
 import rostest
+import tf2_ros
 import yaml
-from geometry_msgs.msg import Twist
+from geometry_msgs.msg import TransformStamped, Twist
 from nav_msgs.msg import Odometry
-from sensor_msgs.msg import JointState
+from sensor_msgs.msg import Imu, JointState
 from std_msgs.msg import String
 from std_srvs.srv import Trigger
 from tf2_msgs.msg import TFMessage
@@ -148,10 +149,33 @@ class OdomNodeTest(NodeTest):
         self.assertIn("wheel 1: part of the commanded path", values)
         self.keep_on_until(OK, "packets/s", "/", right, units)
 
-    def test_diagnostics_follow_the_feedback(self):
-        self.wait_for_status(TASK, WARN, "no packets on serial_read")
-        wait_for(lambda: self.send([(0, 0, 0)]) or (
-            TASK in self.status and self.status[TASK].level == OK), "OK", period=0.02)
+    def test_a_gyro_on_its_side_takes_part_once_tf_has_its_frame(self):
+        odom, read = self.listen("/gyro/odom", Odometry, publishers=1), self.publisher("/gyro/serial_read", String)
+        imu, broadcaster = self.publisher("/gyro/imu", Imu), tf2_ros.StaticTransformBroadcaster()
+
+        def turn_by_hand(rate, until, what):
+            message = Imu()
+            message.header.frame_id, message.angular_velocity.y = "camera", 0.01 - rate  # its y axis points down
+
+            def done():
+                message.header.stamp = rospy.Time.now()
+                imu.publish(message)
+                read.publish(format_packet((0, 0, 0)))
+                return until()
+            wait_for(done, what, period=0.02)
+
+        def says(level, words):
+            status = self.status.get("gyro/odom_node: gyro")
+            return status and status.level == level and words in status.message
+        turn_by_hand(0.0, lambda: says(WARN, "no transform from 'camera'"), "word of the missing transform")
+        mounted = TransformStamped(child_frame_id="camera")
+        mounted.header.frame_id = "base_link"
+        mounted.transform.rotation.x, mounted.transform.rotation.w = -math.sqrt(0.5), math.sqrt(0.5)
+        broadcaster.sendTransform(mounted)
+        turn_by_hand(0.0, lambda: says(OK, "takes part"), "the bias")
+        self.assertAlmostEqual(pose_of(odom[-1].pose.pose)[2], 0.0, delta=0.02)
+        turn_by_hand(1.0, lambda: 0.3 < pose_of(odom[-1].pose.pose)[2] < 2.0, "a turn to the left")
+        self.wait_for_status("gyro/odom_node: gyro", WARN, "no samples on imu")
 
     def test_driven_through_the_mock_in_a_namespace_with_frames_of_its_own(self):
         odom = self.listen("/mocked/odom", Odometry)

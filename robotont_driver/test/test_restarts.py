@@ -265,23 +265,6 @@ def test_a_pose_that_starts_anew_is_no_way_back_to_the_origin(kind, silence, los
     assert there <= drive.odometry.pose.x < there + 0.02
 
 
-def test_a_reader_that_was_stopped_finds_no_restart_in_what_waited_for_it():
-    """3 s of lines at once, the newest of them lost as no buffer had room for them."""
-    drive = Drive("checked", 1)
-    drive.wanted = (0.1, 0.1, 0.3)
-    drive.run(100)
-    waiting, drive.hear = [], lambda data: waiting.append(data)
-    drive.run(150)
-    del drive.hear
-    for data in waiting[:85]:
-        drive.hear(data)
-    drive.run(10)
-    drive.settle()
-    assert drive.dialect.repaired == 65
-    assert drive.dialect.restarts == 0
-    assert drive.error[1] < RADIANS
-
-
 def test_a_board_that_is_faster_than_its_parameters_say_is_not_judged_by_the_clock():
     """Packets 20 times as fast, read by a process that stands still for 0.2 s now and then; every fourth is lost."""
     drive = Drive("checked", 1)

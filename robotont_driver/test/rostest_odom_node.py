@@ -139,16 +139,6 @@ class OdomNodeTest(NodeTest):
         self.assertIn("each other", values["wheels compared by"])
         self.keep_on_until(OK, "packets/s", "/four/", right, units)
 
-    def test_of_three_wheels_a_blocked_one_is_named_from_its_command(self):
-        units = Kinematics(read_wheels(rospy.get_param("/"))).units_of_twist((0.0, 0.0, 2.0))
-        right = [round(unit) for unit in units]
-        blocked = [0 if wheel == 1 else unit for wheel, unit in enumerate(right)]
-        self.keep_on_until(OK, "packets/s", "/", right, units)
-        values = self.keep_on_until(WARN, "wheel 1 does not turn as commanded", "/", blocked, units)
-        self.assertEqual(values["wheels compared by"], "command and measurement only")
-        self.assertIn("wheel 1: part of the commanded path", values)
-        self.keep_on_until(OK, "packets/s", "/", right, units)
-
     def test_a_gyro_on_its_side_takes_part_once_tf_has_its_frame(self):
         odom, read = self.listen("/gyro/odom", Odometry, publishers=1), self.publisher("/gyro/serial_read", String)
         imu, broadcaster = self.publisher("/gyro/imu", Imu), tf2_ros.StaticTransformBroadcaster()

@@ -121,13 +121,3 @@ def test_acceleration_rises_step_by_step_but_stops_do_not_wait():
     drive(stream, 1.61, 0.0)
     assert stream.twist(1.61) == STOP, "a commanded stop"
     assert not stream.ramping
-
-
-def test_releasing_a_button_that_is_not_pressed_stops_nothing(stream):
-    drive(stream, 1.0)
-    assert not stream.emergency_stop(False, 1.0)
-    assert stream.twist(1.1) == (0.3, 0.0, 0.0)
-    assert stream.emergency_stop(True, 1.1)
-    assert not stream.emergency_stop(True, 1.1)
-    assert stream.emergency_stop(False, 1.1)
-    assert stream.twist(1.2) == STOP

@@ -8,7 +8,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from robotont_driver.protocol.checksum import add_checksum, crc16
-from robotont_driver.protocol.feedback_reader import QUESTION
 from robotont_driver.protocol.line_splitter import LineSplitter
 from robotont_driver.protocol.lost_packets import spread
 from robotont_driver.protocol.packet import (
@@ -46,15 +45,6 @@ class TestGolden:
             found = [status.flags, status.missed, status.refused, list(status.wheels)]
             assert found == [vector[name] for name in ("flags", "missed", "refused", "faults")]
             assert (status.voltage, status.load) == (vector.get("battery", 0) / 100, vector.get("load", 0))
-
-    @pytest.mark.parametrize("vector", GOLDEN["texts"], ids=lambda v: v["words"])
-    def test_texts_are_read(self, vector):
-        auto = reader()
-        assert auto.feed(vector["line"].encode()) == []
-        assert list(auto.health.notices) == [vector["words"]]
-
-    def test_the_question_is_golden(self):
-        assert QUESTION.decode() == GOLDEN["orders"][0]
 
     @pytest.mark.parametrize("line", GOLDEN["bad_feedback"])
     def test_bad_feedback_is_refused(self, line):

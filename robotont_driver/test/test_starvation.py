@@ -26,11 +26,3 @@ def test_a_gap_before_the_queues_are_empty_continues_the_one_before():
     watch.tick(15.0)
     assert watch.earliest_arrival(15.0 + 1.1 * GAP) == 10.0
     assert watch.stalls == 2
-
-
-def test_a_thread_that_read_the_clock_before_the_gap_counts_it_no_second_time():
-    watch = ticked(10.0)
-    watch.tick(15.0)
-    assert watch.earliest_arrival(10.01) == 10.0  # of a thread that went on later
-    watch.tick(15.01)
-    assert watch.stalls == 1

@@ -2,13 +2,11 @@
 """odom_node, fed by the test and by mock_serial_node."""
 
 import math
-import random
 
 import numpy as np
 import rospy
 import rostest
 import tf2_ros
-import yaml
 from geometry_msgs.msg import TransformStamped, Twist
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import Imu, JointState
@@ -19,11 +17,9 @@ from tf2_msgs.msg import TFMessage
 from robotont_driver.kinematics.kinematics import Kinematics
 from robotont_driver.kinematics.se2 import pose_of
 from robotont_driver.kinematics.wheel_params import read_wheels
-from robotont_driver.odometry.odometry import WheelOdometry
 from robotont_driver.protocol.packet import format_packet
 from robotont_testing.harness import wait_for
 from robotont_testing.node_test import OK, WARN, NodeTest, twist
-from robotont_testing.robots import WHEEL_PARAMS
 
 TASK = "odom_node: wheel feedback"
 
@@ -61,21 +57,6 @@ class OdomNodeTest(NodeTest):
     def pose(self):
         pose = self.odom[-1].pose.pose
         return pose_of(pose)
-
-    def test_every_packet_makes_one_message_and_the_pose_is_that_of_the_counts(self):
-        generator = random.Random(5)
-        packets = [[generator.randint(-100, 100) for _ in range(3)] for _ in range(100)]
-        self.send(packets)
-        expected = WheelOdometry(Kinematics(read_wheels(yaml.safe_load(WHEEL_PARAMS.read_text()))), 0.02, 0.01)
-        for packet in packets:
-            expected.update(packet, 0.0)
-        self.assertEqual(len(self.odom), 100)
-        np.testing.assert_allclose(
-            self.pose(), (expected.pose.x, expected.pose.y, expected.pose.yaw), atol=1e-12)
-        newest = self.odom[-1].twist.twist
-        np.testing.assert_allclose((newest.linear.x, newest.linear.y, newest.angular.z), expected.twist, atol=1e-12)
-        wait_for(lambda: len(self.joints) == 100, "joint states")
-        np.testing.assert_allclose(self.joints[-1].velocity, expected.wheel_rates, atol=1e-12)
 
     def test_frames_stamps_and_covariances(self):
         self.send([(-10, 0, 10)] * 50)

@@ -3,7 +3,6 @@ import shutil
 import pytest
 
 from robotont_driver.command.timeouts import check_repetition
-from robotont_driver.kinematics.motor import counts_in_reach
 from robotont_driver.kinematics.wheel_params import read_wheels
 from robotont_driver.nodes.driver_node import PARAMETERS as DRIVER
 from robotont_driver.nodes.driver_node import check as check_driver
@@ -71,16 +70,6 @@ def test_frames_of_one_name_are_refused():
     parameters = read_parameters(ODOM, {"odom_frame": "base_link"})
     assert "two different names" in check_odom(None, parameters, None)[0]
     assert check_odom(None, read_parameters(ODOM, {}), None) == []
-
-
-def test_counts_in_reach_follow_from_the_wheel_file():
-    wheels = read_wheels(SHIPPED)
-    assert counts_in_reach(wheels) == 300
-    finer, faster = wheels._replace(edges_per_motor_turn=4096), wheels._replace(pid_frequency=100.0)
-    assert counts_in_reach(finer) == pytest.approx(300 * 64, abs=32)
-    assert counts_in_reach(faster) == 150
-    fine = wheels._replace(edges_per_motor_turn=100000, pid_frequency=1.0)
-    assert "allowed: up to 32767" in check_serial_com(fine, read_parameters(SERIAL_COM, {}), lambda _, given: given)[0]
 
 
 def test_all_faults_come_together():

@@ -3,13 +3,10 @@
 import json
 
 import pytest
-from feedback_bench import reader, total
-from hypothesis import given
-from hypothesis import strategies as st
+from feedback_bench import reader
 
 from robotont_driver.protocol.checksum import add_checksum, crc16
 from robotont_driver.protocol.line_splitter import LineSplitter
-from robotont_driver.protocol.lost_packets import spread
 from robotont_driver.protocol.packet import (
     LONGEST_LINE,
     CheckedPacket,
@@ -96,14 +93,3 @@ class TestLineSplitter:
         splitter = LineSplitter()
         assert splitter.feed(b"x" * LONGEST_LINE + b"\n" + b"y" * (LONGEST_LINE + 1) + b"\n") == [b"x" * LONGEST_LINE]
         assert splitter.overlong == 1
-
-
-class TestSpread:
-    @given(st.lists(st.integers(-30000, 30000), min_size=1, max_size=5), st.integers(1, 200))
-    def test_spread_sums_to_the_counts_and_is_even(self, counts, periods):
-        packets = spread(counts, periods)
-        assert len(packets) == periods
-        assert total(packets) == counts
-        for column in zip(*packets):
-            assert max(column) - min(column) <= 1
-        assert spread(counts, 0) == []

@@ -7,7 +7,6 @@ import time
 
 import pytest
 
-from robotont_driver.link.port import explain
 from robotont_driver.link.serial_link import SerialLink
 from robotont_driver.protocol.checksum import add_checksum
 from robotont_driver.protocol.feedback_reader import FeedbackReader
@@ -86,19 +85,6 @@ def test_a_missing_port_is_reported_once_and_opened_when_it_comes(port, ends):
         wait_for(lambda: board.heard, "a command")
         assert heard(board) == ["4:5:6;"]  # what was commanded before is not sent now
         assert len(end.changes) == 2
-
-
-@pytest.mark.parametrize("error, advice", [
-    (OSError(13, "could not open port x: [Errno 13] Permission denied"), "dialout"),
-    (OSError(2, "could not open port x: [Errno 2] No such file"), "plugged in"),
-    (OSError(11, "Could not exclusively lock port x: [Errno 11]"), "another program holds it open"),
-    (OSError(5, "Input/output error"), "still plugged in"),
-    (OSError(2, "could not open port /dev/x: [Errno 2] No such file or directory: '/dev/x'"),
-     "/dev/ttyACM0: no such file or directory; is the board plugged in, and is this the right port?"),
-])
-def test_each_trouble_comes_with_advice(error, advice):
-    assert advice in explain("/dev/ttyACM0", error)
-    assert explain("/dev/ttyACM0", error).startswith("/dev/ttyACM0: ")
 
 
 def test_a_full_line_blocks_nobody_and_the_newest_command_goes_first(port, ends):

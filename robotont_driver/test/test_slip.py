@@ -10,7 +10,6 @@ from robotont_driver.odometry.chi_square import chi_square_limit, chi_square_tai
 from robotont_driver.odometry.command_watch import CommandWatch
 from robotont_driver.odometry.odometry import WheelOdometry
 from robotont_driver.odometry.slip import WINDOW, SlipDetector
-from robotont_testing.robots import SHIPPED
 from robotont_testing.simulated_wheels import PERIOD, counted, end_pose, even_wheels, rolled
 
 NOISE = 0.005        # [m] after 1 m, as in driver.yaml
@@ -78,20 +77,6 @@ def test_a_wheel_that_slips_by_30_percent_is_named_and_left_out(number, wheel, k
     assert with_detection[1] <= without[1] / 4
 
 
-@pytest.mark.parametrize("number, wheel", [(4, 0), (4, 3), (5, 3), (6, 2)])
-def test_a_dead_encoder_is_named_while_the_robot_starts(number, wheel):
-    wheels = read_wheels(even_wheels(number))
-    twists = ten_seconds(0.0 if number == 4 else wheels.directions[wheel] + 0.3)
-    counts = counted(wheels, rolled(wheels, twists), NOISE, np.random.default_rng(number))
-    counts[:, wheel] = 0
-    commanded = twists @ Kinematics(wheels).matrix.T / wheels.metres_per_edge * PERIOD
-    commanded = np.concatenate([commanded[5:], commanded[-5:]])  # motors follow their commands 0.1 s late
-    odometry, _, named = drive(wheels, counts, commanded)
-    assert set(named) == {(), (wheel,)}
-    assert named[-1] == (wheel,)
-    assert error(odometry, end_pose(twists))[0] < 0.3
-
-
 @pytest.mark.parametrize("learnt", [1443, 1452, 1473, 1482, 1512])  # packets after which one window shows too little
 def test_a_wheel_is_taken_back_however_much_of_the_noise_has_been_learnt(learnt):
     wheels = read_wheels(even_wheels(4))
@@ -115,15 +100,6 @@ def test_two_wheels_of_six_may_slip_at_once():
     assert named[SLIP.start + WINDOW] == (1, 3)
     assert named[-1] == ()
     assert error(odometry, end_pose(twists))[0] < error(drive(wheels, counts, detect=False)[0], end_pose(twists))[0] / 4
-
-
-def test_wheels_that_nobody_could_spare_are_not_left_out():
-    """Three of these four stand in parallel: without the fourth, or one more, no motion could be determined."""
-    wheels = read_wheels({**SHIPPED, "wheelAmount": 5, "wheelRads": [0.0, 0.0, 0.0, 2.0, 4.0]})
-    generator = np.random.default_rng(0)
-    _, finder, named = drive(wheels, generator.integers(-100, 100, (500, 5)))
-    assert finder.alarms > 0
-    assert all(3 not in left_out and 4 not in left_out for left_out in named)
 
 
 # Command and measurement

@@ -53,14 +53,8 @@ class Parameter(NamedTuple):
             return "a string"
         kind = "a whole number" if isinstance(self.default, int) else "a finite number"
         unit = f" [{self.unit}]" if self.unit else ""
-        return kind + self._range() + unit + (f": {self.reason}" if self.reason else "")
-
-    def _range(self):
-        if self.maximum is None:
-            return "" if self.minimum is None else f" >= {self.minimum:.10g}"
-        if self.minimum is None:
-            return f" <= {self.maximum:.10g}"
-        return f" from {self.minimum:.10g} to {self.maximum:.10g}"
+        bounds = f" from {self.minimum:.10g} to {self.maximum:.10g}"
+        return kind + bounds + unit + (f": {self.reason}" if self.reason else "")
 
     def accepts(self, value):
         """Whether `value` has the type and lies within the bounds."""
@@ -70,8 +64,7 @@ class Parameter(NamedTuple):
             return isinstance(value, type(self.default))
         if isinstance(self.default, int) and not isinstance(value, int):
             return False
-        return is_number(value) and (self.minimum is None or value >= self.minimum) \
-            and (self.maximum is None or value <= self.maximum)
+        return is_number(value) and self.minimum <= value <= self.maximum
 
 
 def is_number(value):

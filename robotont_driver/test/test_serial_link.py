@@ -96,7 +96,7 @@ def test_a_full_line_blocks_nobody_and_the_newest_command_goes_first(port, ends)
     sent = [add_checksum(format_packet([number, 0, 0])) for number in range(5000)]
     for packet in sent:
         end.link.send(packet)  # nobody reads: this would block for ever
-    assert end.link.replaced > 1000
+    assert end.link.writer.outbox.replaced > 1000
     read = bytearray()
 
     def newest():

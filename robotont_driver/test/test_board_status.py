@@ -38,6 +38,23 @@ def test_each_fault_and_each_complaint_has_words(text, fault, warning):
         assert values["faults of the wheels"] == ":".join(str(int(digit, 16)) for digit in text[6:])
 
 
+def test_voltage_and_load():
+    made = BoardHealth(3, 50.0)
+    for _ in range(150):
+        made.hear_packet(BoardStatus.parse("0400000004D231", 3))
+    assert made.take_voltage() == 12.34
+    assert made.take_voltage() == 0, "once a second"
+    _, warnings, values = made.report()
+    assert "the battery is low (12.3 V): charge it" in warnings
+    assert (values["battery [V]"], values["load of the board [% of a period]"]) == ("12.34", 49)
+    made.hear_packet(BoardStatus.parse("0000000004D25B", 3))
+    assert "takes 91 % of a period" in made.report()[1][0]
+    old = BoardStatus.parse("000000000", 3)
+    assert (old.voltage, old.load) == (0, 0)
+    made.hear_packet(old)
+    assert "battery [V]" not in made.report()[2]
+
+
 def test_ticks_and_refusals_are_counted_past_their_overflow():
     made = health("00FEFF000", "000203000")
     _, warnings, values = made.report()

@@ -43,6 +43,8 @@ def test_packets_against_fifty_digits(packets):
         x, y, yaw = exact_path(counts)
     errors = abs(odom.pose.x - x), abs(odom.pose.y - y), abs(math.remainder(odom.pose.yaw - yaw, 2 * math.pi))
     assert max(errors) < 1e-11 * packets
+    assert odom.wheel_angles == pytest.approx(np.sum(counts, axis=0) * 2 * math.pi / 1200)
+    assert odom.wheel_rates == pytest.approx(np.multiply(counts[-1], 2 * math.pi / 1200 / PERIOD))
 
 
 def test_measured_time_holds_each_speed_until_the_next_packet():

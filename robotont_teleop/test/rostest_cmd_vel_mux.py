@@ -3,6 +3,7 @@
 
 import itertools
 import math
+import signal
 import threading
 import time
 
@@ -110,7 +111,7 @@ class CmdVelMuxTest(NodeTest):
         self.wire.press(False)
         self.wire.driven_by("nobody")
 
-    def test_the_hand_takes_over_from_navigation_and_gives_back(self):
+    def test_the_hand_takes_over_from_navigation_and_gives_back_on_request(self):
         before = len(self.wire.commands)
         self.wire.send(navigation=NAVIGATION)
         self.wire.driven_by("navigation")
@@ -118,21 +119,12 @@ class CmdVelMuxTest(NodeTest):
         self.wire.driven_by("hand")
         wait_for(lambda: self.wire.commands[-1] == HAND, "the hand's command")
         self.wire.send(hand=None)
-        self.wire.driven_by("navigation")
+        answer = rospy.ServiceProxy("cmd_vel_mux/give_back", Trigger)()
+        self.assertEqual((answer.success, answer.message), (True, "navigation drives"))
         wait_for(lambda: self.wire.commands[-1] == NAVIGATION, "navigation's command")
         commands = self.wire.commands[before:]
         changes = [after for before, after in zip([STOP, *commands], commands) if after != before]
         self.assertEqual(changes, [NAVIGATION, STOP, HAND, STOP, NAVIGATION])
-        self.assertEqual(self.wire.drivers[-3:], ["navigation", "hand", "navigation"])
-
-    def test_the_hand_gives_back_on_request(self):
-        self.wire.send(navigation=NAVIGATION, hand=HAND)
-        self.wire.driven_by("hand")
-        wait_for(lambda: "cmd_vel_mux: who drives" in self.status
-                 and self.values("cmd_vel_mux: who drives")["waiting"] == "navigation", "navigation")
-        self.wire.send(hand=None)
-        answer = rospy.ServiceProxy("cmd_vel_mux/give_back", Trigger)()
-        self.assertEqual((answer.success, answer.message), (True, "navigation drives"))
 
     def test_commands_that_waited_while_the_mux_was_stopped_do_not_drive(self):
         self.wire.send(hand=HAND)
@@ -177,26 +169,22 @@ class CmdVelMuxTest(NodeTest):
         self.assertEqual({packet for _, packet in wire.packets[seen:]}, {STOPPED}, "the hand has not let go yet")
         wire.let_go_and_drive()
 
-    def test_the_zero_of_each_lock_is_on_the_wire_within_50_ms(self):
+    def test_the_zero_of_each_lock_is_on_the_wire_within_50_ms_and_all_goals_are_cancelled(self):
         wire, delays = self.wire, []
         cancelled = self.listen("move_base/cancel", GoalID, publishers=1)
-        for _ in range(5):
+        for _ in range(3):
             wire.let_go_and_drive()
             cancelled.clear()
             pressed = wire.press(True)
             delays.append(wire.stopped_after(pressed) - pressed)
             wire.driven_by("emergency stop")
             wait_for(lambda: GoalID() in cancelled, "the end of all goals")
+            wire.send(navigation=NAVIGATION)
+            wait_for(lambda: len(cancelled) > 2, "the end of a goal that drives in vain")  # the press sends one
+            wire.send(navigation=None)
             wire.press(False)
             wire.driven_by("nobody")
         self.assertLess(max(delays), 0.05, delays)
-
-    def test_a_goal_that_is_sent_during_the_stop_is_cancelled_too(self):
-        cancelled = self.listen("move_base/cancel", GoalID, publishers=1)
-        self.wire.press(True)
-        self.wire.driven_by("emergency stop")
-        self.wire.send(navigation=(0.1, 0.0, 0.0))
-        wait_for(lambda: len(cancelled) > 2, "the end of a goal that drives in vain")  # the press sends one
 
     def test_straight_publishers_still_drive_and_are_named(self):
         direct = self.publisher("cmd_vel", Twist, subscribers=2)
@@ -223,6 +211,16 @@ class CmdVelMuxTest(NodeTest):
         limited = self.listen("cmd_vel/limited", Twist)
         self.wire.send(hand=(0.6, 0.0, 0.0))
         wait_for(lambda: limited and abs(limited[-1].linear.x - 0.3) < 1e-9, "the limited command")
+
+    def test_its_end_is_a_zero(self):
+        heard = self.listen("ending/cmd_vel", Twist)
+        mux = self.processes.start(places.program("robotont_teleop", "cmd_vel_mux"), "__ns:=/ending")
+        sender = Sender(self.publisher("ending/cmd_vel/hand", Twist))
+        self.addCleanup(sender.close)
+        sender.send(HAND)
+        wait_for(lambda: heard and heard[-1] == twist(*HAND), "motion")
+        self.processes.stop(mux, signal.SIGTERM)
+        wait_for(lambda: heard[-1] == twist(), "the zero")
 
 
 if __name__ == "__main__":

@@ -87,9 +87,8 @@ def guarded(topics):
 
 @pytest.mark.parametrize("query, origin", [("", None), ("?token=wrong", None), ("?token=wrong", "http://localhost")])
 def test_in_the_network_nobody_looks_without_the_token(guarded, query, origin):
-    with pytest.raises(HTTPClientError) as refusal:
+    with pytest.raises(HTTPClientError, match="401"):
         Viewer(guarded, query, origin)
-    assert refusal.value.code == 401
 
 
 def test_with_the_token_any_viewer_looks(guarded):
@@ -98,19 +97,15 @@ def test_with_the_token_any_viewer_looks(guarded):
     assert viewer.told[0]["capabilities"] == ["parameters"]
 
 
-def test_without_a_token_only_sites_of_this_computer_look(served):
+def test_without_a_token_only_sites_of_this_computer_look_by_our_protocol(served):
+    viewer = Viewer(served, protocol="foxglove.websocket.v9")
+    wait_for(lambda: viewer.closed, "the end")
     for origin in (None, "http://localhost:8080"):
         viewer = Viewer(served, origin=origin)
         wait_for(lambda viewer=viewer: viewer.told, "the server's word")
     for origin in ("https://evil.example", "null"):
-        with pytest.raises(HTTPClientError) as refusal:
+        with pytest.raises(HTTPClientError, match="403"):
             Viewer(served, origin=origin)
-        assert refusal.value.code == 403
-
-
-def test_another_protocol_is_refused(served):
-    viewer = Viewer(served, protocol="foxglove.websocket.v9")
-    wait_for(lambda: viewer.closed, "the end")
 
 
 def test_topics_are_subscribed_while_somebody_looks(served, topics):

@@ -50,7 +50,7 @@ class Robot:
         return {"frame": "map" if self.map else "odom", "lights": lights, "board": "robotont_firmware 2.0.0",
                 "battery": self.battery, "ranges": [], "camera": False, "navigation": True, "goal": None,
                 "map": {"number": 1, "width": 6.0, "height": 5.0, "origin": [-2.0, -2.0, 0.0]} if self.map else None,
-                "note": {"number": 0, "words": "", "good": True}}
+                "note": {"number": 0, "words": ""}}
 
     def scan(self):
         """As of RobotView."""
@@ -73,7 +73,7 @@ def stopped_by_me(_robot, page, _other, _proxy):
 def stopped_by_another(robot, page, other, _proxy):
     """Another page drives, and STOP is pressed."""
     taken_over(robot, page, other, _proxy)
-    robot.noted.press_emergency_stop()
+    robot.noted.emergency_stop.press()
 
 
 def stalled(_robot, _page, _other, proxy):
@@ -127,7 +127,7 @@ def take(browser, fault, size, dark):
     """The picture of one fault."""
     with Served(oldest=10.0, dead_man=10.0, robot="robotont-3") as served:
         robot = Robot(served.robot)
-        served.robot.map_picture = lambda: room()
+        served.robot.map_picture = room()
         proxy = StallingProxy(served.port)
         page = browser.page(f"http://127.0.0.1:{proxy.port}/", size, dark)
         page.wait(OPEN + " && document.querySelectorAll('#lights li').length > 0", "the page")

@@ -4,7 +4,6 @@
 import itertools
 import math
 import signal
-import threading
 import time
 
 import rospy
@@ -14,6 +13,7 @@ from geometry_msgs.msg import Twist
 from std_msgs.msg import Bool, String
 from std_srvs.srv import Trigger
 
+from robotont_driver.ros.worker import Worker
 from robotont_testing import places
 from robotont_testing.harness import suspended, wait_for
 from robotont_testing.node_test import OK, WARN, NodeTest, twist
@@ -22,33 +22,6 @@ HAND, NAVIGATION = (0.1, 0.0, 0.0), (0.0, 0.2, 0.0)
 OTHER_HAND = (-0.1, 0.0, 0.0)
 STOP = (0.0, 0.0, 0.0)
 STOPPED = "0.00:0.00:0.00;\n"
-
-
-class Sender:
-    """Sends a command at 20 Hz while `command` is one."""
-
-    def __init__(self, publisher):
-        self._publisher = publisher
-        self.command = None
-        self.alive = True
-        self._thread = threading.Thread(target=self._run, daemon=True)
-        self._thread.start()
-
-    def _run(self):
-        while self.alive:
-            if self.command is not None:
-                self._publisher.publish(twist(*self.command))
-            time.sleep(0.05)
-
-    def send(self, command):
-        """Send it now, and then again and again; None: nothing more."""
-        self.command = command
-        if command is not None:
-            self._publisher.publish(twist(*command))
-
-    def close(self):
-        self.alive = False
-        self._thread.join()
 
 
 class Wire:
@@ -64,16 +37,24 @@ class Wire:
             (message.linear.x, message.linear.y, message.angular.z)), tcp_nodelay=True)
         rospy.Subscriber(namespace + "/cmd_vel/driven_by", String, lambda message: self.drivers.append(message.data))
         self.emergency_stop = rospy.Publisher(namespace + "/emergency_stop", Bool, queue_size=5, tcp_nodelay=True)
-        publishers = {name: rospy.Publisher(f"{namespace}/cmd_vel/{name}", Twist, queue_size=5, tcp_nodelay=True)
-                      for name in ("hand", "navigation", "default")}
-        self.senders = {name: Sender(publisher) for name, publisher in publishers.items()}
-        wait_for(lambda: all(publisher.get_num_connections() for publisher in publishers.values()), "cmd_vel_mux")
+        self._publishers = {name: rospy.Publisher(f"{namespace}/cmd_vel/{name}", Twist, queue_size=5, tcp_nodelay=True)
+                            for name in ("hand", "navigation", "default")}
+        self._repeated = {}
+        Worker(self._repeat)
+        wait_for(lambda: all(publisher.get_num_connections() for publisher in self._publishers.values()), "cmd_vel_mux")
         wait_for(self.emergency_stop.get_num_connections, "driver_node")
         wait_for(lambda: self.packets and self.drivers, "both nodes")
 
     def send(self, **commands):
-        for name, command in commands.items():
-            self.senders[name].send(command)
+        """Send commands now, and then again and again at 20 Hz; None: nothing more."""
+        self._repeated = {**self._repeated, **commands}
+        self._repeat(commands)
+
+    def _repeat(self, commands=None):
+        for name, command in (commands or self._repeated).items():
+            if command is not None:
+                self._publishers[name].publish(twist(*command))
+        return 0.05
 
     def driven_by(self, name):
         wait_for(lambda: self.drivers[-1] == name, f"{name} driving")
@@ -147,8 +128,7 @@ class CmdVelMuxTest(NodeTest):
         start("driver_node", "robotont_driver")
         mux = start("cmd_vel_mux", "robotont_teleop")
         wire = Wire("/restarted")
-        for sender in wire.senders.values():
-            self.addCleanup(sender.close)
+        self.addCleanup(wire.send, hand=None)
         wire.send(hand=HAND)
         wire.moving()
         stop = wire.stopped_after(wire.press(True))
@@ -215,9 +195,8 @@ class CmdVelMuxTest(NodeTest):
     def test_its_end_is_a_zero(self):
         heard = self.listen("ending/cmd_vel", Twist)
         mux = self.processes.start(places.program("robotont_teleop", "cmd_vel_mux"), "__ns:=/ending")
-        sender = Sender(self.publisher("ending/cmd_vel/hand", Twist))
-        self.addCleanup(sender.close)
-        sender.send(HAND)
+        stick = self.publisher("ending/cmd_vel/hand", Twist)
+        Worker(lambda: stick.publish(twist(*HAND)) or 0.05)
         wait_for(lambda: heard and heard[-1] == twist(*HAND), "motion")
         self.processes.stop(mux, signal.SIGTERM)
         wait_for(lambda: heard[-1] == twist(), "the zero")

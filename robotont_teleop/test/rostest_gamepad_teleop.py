@@ -9,26 +9,13 @@ import struct
 
 import rospy
 import rostest
+from evdev import ecodes
 from evdev.eventio import EventIO
 from geometry_msgs.msg import Twist
 from recorded_pads import PADS
 from std_msgs.msg import String
 
 from robotont_driver.parameters.parameters import read_parameters
-from robotont_teleop.gamepad import (
-    ABS_RX,
-    ABS_X,
-    ABS_Y,
-    BTN_EAST,
-    BTN_START,
-    BTN_TL,
-    BTN_TR,
-    EV_ABS,
-    EV_KEY,
-    EV_SYN,
-    SYN_DROPPED,
-    SYN_REPORT,
-)
 from robotont_teleop.gamepad_teleop import PARAMETERS, GamepadTeleop
 from robotont_testing.harness import wait_for
 from robotont_testing.node_test import OK, WARN, NodeTest
@@ -92,12 +79,12 @@ class RecordedPad:
     def frame(self, *events):
         """A group of events, and the report that ends it."""
         self.lose(*events)
-        self.put(*events, (EV_SYN, SYN_REPORT, 0))
+        self.put(*events, (ecodes.EV_SYN, ecodes.SYN_REPORT, 0))
 
     def lose(self, *events):
         """Events that the device's buffer has no room for; its state changes all the same."""
         for kind, code, value in events:
-            if kind == EV_ABS:
+            if kind == ecodes.EV_ABS:
                 self.axes[code] = value
             else:
                 (self.keys.add if value else self.keys.discard)(code)
@@ -146,73 +133,73 @@ class GamepadTest(NodeTest):
                                                zip(self.commands[-1], twist)), what)
 
     def test_the_dead_man_button_and_both_sticks(self):
-        self.pad.frame((EV_KEY, BTN_TL, 1))
-        self.pad.frame((EV_ABS, ABS_X, 32767), (EV_ABS, ABS_RX, -32768))
+        self.pad.frame((ecodes.EV_KEY, ecodes.BTN_TL, 1))
+        self.pad.frame((ecodes.EV_ABS, ecodes.ABS_X, 32767), (ecodes.EV_ABS, ecodes.ABS_RX, -32768))
         self.newest_is((0.0, -0.3, 1.0), "strafing right and turning left")
         seen = len(self.commands)
         wait_for(lambda: len(self.commands) > seen + 10, "the command again, though nothing has changed")
-        self.pad.frame((EV_KEY, BTN_TR, 1))
+        self.pad.frame((ecodes.EV_KEY, ecodes.BTN_TR, 1))
         self.newest_is((0.0, -0.8, 2.0), "faster")
-        self.pad.frame((EV_KEY, BTN_TL, 0))
+        self.pad.frame((ecodes.EV_KEY, ecodes.BTN_TL, 0))
         self.newest_is(STOP, "the stop")
 
     def test_both_axes_of_a_group_count_at_once(self):
-        self.pad.frame((EV_KEY, BTN_TL, 1))
+        self.pad.frame((ecodes.EV_KEY, ecodes.BTN_TL, 1))
         for _ in range(3):
-            self.pad.frame((EV_ABS, ABS_X, 32767), (EV_ABS, ABS_Y, -32768))
+            self.pad.frame((ecodes.EV_ABS, ecodes.ABS_X, 32767), (ecodes.EV_ABS, ecodes.ABS_Y, -32768))
             self.newest_is((0.3 / 2 ** 0.5, -0.3 / 2 ** 0.5, 0.0), "a diagonal")
-            self.pad.frame((EV_ABS, ABS_X, 0), (EV_ABS, ABS_Y, 0))
+            self.pad.frame((ecodes.EV_ABS, ecodes.ABS_X, 0), (ecodes.EV_ABS, ecodes.ABS_Y, 0))
             self.newest_is(STOP, "the stop")
         for x, y, _ in self.commands:
             self.assertLess(abs(x + y), 1e-3, "half of a group")
 
     def test_unplugging_stops_and_plugging_in_does_not_drive(self):
-        self.pad.frame((EV_KEY, BTN_TL, 1))
-        self.pad.frame((EV_ABS, ABS_Y, -32768))
+        self.pad.frame((ecodes.EV_KEY, ecodes.BTN_TL, 1))
+        self.pad.frame((ecodes.EV_ABS, ecodes.ABS_Y, -32768))
         self.newest_is((0.3, 0.0, 0.0), "motion")
         self.unplug()
         self.newest_is(STOP, "the stop")
         self.plug()
         seen = len(self.commands)
-        self.pad.frame((EV_ABS, ABS_Y, -32768))
-        self.pad.frame((EV_KEY, BTN_TL, 1))
-        self.pad.frame((EV_ABS, ABS_Y, 0))
-        self.pad.frame((EV_ABS, ABS_Y, 32767))
+        self.pad.frame((ecodes.EV_ABS, ecodes.ABS_Y, -32768))
+        self.pad.frame((ecodes.EV_KEY, ecodes.BTN_TL, 1))
+        self.pad.frame((ecodes.EV_ABS, ecodes.ABS_Y, 0))
+        self.pad.frame((ecodes.EV_ABS, ecodes.ABS_Y, 32767))
         self.newest_is((-0.3, 0.0, 0.0), "motion after letting go once")
         self.assertNotIn((0.3, 0.0, 0.0), self.commands[seen:])
 
     def test_the_emergency_stop_and_its_release_which_moves_nothing(self):
         stops = self.listen("emergency_stop/pressed_by", String, publishers=1)
-        self.pad.frame((EV_KEY, BTN_TL, 1))
-        self.pad.frame((EV_ABS, ABS_Y, -32768))
+        self.pad.frame((ecodes.EV_KEY, ecodes.BTN_TL, 1))
+        self.pad.frame((ecodes.EV_ABS, ecodes.ABS_Y, -32768))
         self.newest_is((0.3, 0.0, 0.0), "motion")
-        self.pad.frame((EV_KEY, BTN_EAST, 1))
+        self.pad.frame((ecodes.EV_KEY, ecodes.BTN_EAST, 1))
         wait_for(lambda: stops and stops[-1].data, "the emergency stop")
         self.newest_is(STOP, "the stop")
         seen = len(self.commands)
-        self.pad.frame((EV_KEY, BTN_START, 1))
+        self.pad.frame((ecodes.EV_KEY, ecodes.BTN_START, 1))
         wait_for(lambda: not stops[-1].data, "the release")
-        self.pad.frame((EV_ABS, ABS_Y, -30000))
-        self.pad.frame((EV_ABS, ABS_Y, 0))
-        self.pad.frame((EV_ABS, ABS_Y, 32767))
+        self.pad.frame((ecodes.EV_ABS, ecodes.ABS_Y, -30000))
+        self.pad.frame((ecodes.EV_ABS, ecodes.ABS_Y, 0))
+        self.pad.frame((ecodes.EV_ABS, ecodes.ABS_Y, 32767))
         self.newest_is((-0.3, 0.0, 0.0), "motion after letting go once")
         self.assertFalse([one for one in self.commands[seen:] if one[0] > 1e-3])
 
     def test_a_dead_man_button_that_is_let_go_of_unseen_stops(self):
-        self.pad.frame((EV_KEY, BTN_TL, 1))
-        self.pad.frame((EV_ABS, ABS_Y, -32768))
+        self.pad.frame((ecodes.EV_KEY, ecodes.BTN_TL, 1))
+        self.pad.frame((ecodes.EV_ABS, ecodes.ABS_Y, -32768))
         self.newest_is((0.3, 0.0, 0.0), "motion")
-        self.pad.lose((EV_KEY, BTN_TL, 0))
-        self.pad.put((EV_SYN, SYN_DROPPED, 0), (EV_ABS, ABS_X, 32767))
+        self.pad.lose((ecodes.EV_KEY, ecodes.BTN_TL, 0))
+        self.pad.put((ecodes.EV_SYN, ecodes.SYN_DROPPED, 0), (ecodes.EV_ABS, ecodes.ABS_X, 32767))
         self.newest_is(STOP, "the stop at the loss, before the next report")
         seen = len(self.commands)
         self.pad.frame()
         wait_for(lambda: self.values(self.task)["times that events were lost"] == "1", "a look at the pad's state")
-        self.pad.frame((EV_ABS, ABS_Y, -30000))
-        self.pad.frame((EV_KEY, BTN_TR, 1))
-        self.pad.frame((EV_ABS, ABS_Y, 0))
-        self.pad.frame((EV_KEY, BTN_TL, 1))
-        self.pad.frame((EV_ABS, ABS_X, -32768))
+        self.pad.frame((ecodes.EV_ABS, ecodes.ABS_Y, -30000))
+        self.pad.frame((ecodes.EV_KEY, ecodes.BTN_TR, 1))
+        self.pad.frame((ecodes.EV_ABS, ecodes.ABS_Y, 0))
+        self.pad.frame((ecodes.EV_KEY, ecodes.BTN_TL, 1))
+        self.pad.frame((ecodes.EV_ABS, ecodes.ABS_X, -32768))
         self.newest_is((0.0, 0.8, 0.0), "motion by the state after the loss")
         self.assertFalse([one for one in self.commands[seen:] if abs(one[0]) > 1e-3])
 

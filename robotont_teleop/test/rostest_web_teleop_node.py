@@ -21,7 +21,6 @@ from sensor_msgs.msg import JointState, LaserScan
 
 from robotont_driver.ros.worker import Worker
 from robotont_map_navigation.goto_client import GOING_ON
-from robotont_testing import places
 from robotont_testing.harness import wait_for
 
 HERE = Path(__file__).resolve().parent

@@ -153,7 +153,7 @@ def test_the_token_leaves_the_address_each_time_the_code_is_scanned(browser, gua
 
 def test_a_browser_that_shows_no_gamepads_over_http(browser, served):
     page = open_page(browser, served, script="delete Navigator.prototype.getGamepads;")
-    page.run("document.dispatchEvent(new Event('visibilitychange')) && 0")
+    page.run("document.dispatchEvent(new Event('visibilitychange', {bubbles: true})) && 0")
     assert page.complaints() == []
     page.close()
 
@@ -222,7 +222,7 @@ def test_who_cannot_drive_is_told_why_in_each_language(page, served, task, words
 
 def test_a_pressed_stop_is_seen_and_its_release_found_on_every_screen(page, served):
     report(served)
-    served.robot.press_emergency_stop()
+    served.robot.emergency_stop.press()
     page.wait("document.getElementById('stop').getAttribute('aria-pressed') === 'true'", "the pressed button")
     assert page.text("#driver") == "Emergency stop"
     assert level(page) == "2"
@@ -333,7 +333,7 @@ def test_nothing_moves_when_something_goes_wrong(page, served):
         controls = ("#stop", "#move", "#turn", "#cap", "#closer", "#farther", "#view", "#details")
         before = [page.box(control) for control in controls]
         report(served, {LINK: (2, "is the cable in? " * 10)})
-        served.robot.press_emergency_stop()
+        served.robot.emergency_stop.press()
         page.wait("document.getElementById('fault').offsetHeight * document.getElementById('stopped').offsetHeight > 0",
                   "both bars")
         assert [page.box(control) for control in controls] == before
@@ -341,7 +341,7 @@ def test_nothing_moves_when_something_goes_wrong(page, served):
         report(served)
         page.wait("document.getElementById('fault').hidden", "the end of the fault")
         assert page.box("#release") == release
-        served.robot.release_emergency_stop()
+        served.robot.emergency_stop.release()
         report(served)
         page.wait("document.getElementById('fault').hidden && document.getElementById('stopped').hidden", "their end")
 

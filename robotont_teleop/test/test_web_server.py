@@ -68,7 +68,7 @@ def test_everybody_may_stop_but_only_the_driver_releases_who_has_seen_the_newest
     one.order("release", time=seen)
     wait_for(lambda: "late" in one.messages, "the refusal")
     assert served.robot.stopped
-    wait_for(lambda: one.time > 1000.0 * served.robot.pressed_at, "the state")
+    wait_for(lambda: one.time > 1000.0 * served.robot.emergency_stop.pressed_at, "the state")
     one.order("release")
     wait_for(lambda: not served.robot.stopped, "the release")
 

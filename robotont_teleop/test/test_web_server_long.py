@@ -18,7 +18,7 @@ from web_client import SETTINGS, WEB, NotedRobot
 from robotont_teleop import page_socket, web_server
 from robotont_teleop.access import Access
 from robotont_teleop.speeds import STOP
-from robotont_teleop.web_server import WebServer
+from robotont_teleop.web_server import STATE_RATE, WebServer
 
 pytestmark = pytest.mark.long
 HOURS = 8
@@ -69,7 +69,7 @@ async def drive(clock):
               f"{time.monotonic() - begun:.0f} s", flush=True)
     assert (robot.newest, robot.commands) == (STOP, sent)
     assert (server.refused, server.seat.dropped, server.seat.timeouts, len(server.pages)) == (0, 0, 0, 2)
-    assert min(states) > 0.99 * 3600.0 * HOURS * SETTINGS.rate
+    assert min(states) > 0.99 * 3600.0 * HOURS * STATE_RATE
     assert sizes[-1] - sizes[HOURS // 2 - 1] < GROWTH, sizes
     await server.close()
 

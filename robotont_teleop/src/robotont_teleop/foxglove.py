@@ -16,7 +16,7 @@ import tornado.websocket
 from tornado.ioloop import IOLoop
 
 from robotont_teleop.access import LOCAL_NAMES
-from robotont_teleop.page_frames import reads
+from robotont_teleop.page_frames import reads, write
 from robotont_teleop.web_handlers import Guarded
 
 SUBPROTOCOL = "foxglove.websocket.v1"
@@ -151,13 +151,8 @@ class FoxgloveSocket(Guarded, tornado.websocket.WebSocketHandler):
         """A message; a viewer that does not read loses those that are not latched."""
         number = self._subscriptions.get(channel)
         if number is not None and (latched or reads(self)):
-            self._write(MESSAGE.pack(MESSAGE_DATA, number, time.time_ns()) + data, binary=True)
+            write(self, MESSAGE.pack(MESSAGE_DATA, number, time.time_ns()) + data, binary=True)
 
     def tell(self, message):
         """An object of the protocol."""
-        self._write(json.dumps(message))
-
-    def _write(self, data, binary=False):
-        with contextlib.suppress(tornado.websocket.WebSocketClosedError):
-            writing = self.write_message(data, binary=binary)
-            writing.add_done_callback(lambda write: write.cancelled() or write.exception())
+        write(self, json.dumps(message))

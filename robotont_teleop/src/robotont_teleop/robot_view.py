@@ -3,6 +3,7 @@
 All that a page can ask for and see goes through one object, which tests replace.
 """
 
+import itertools
 import socket
 import threading
 
@@ -27,29 +28,26 @@ CAMERA_LOOK = 2.0       # [s] between two looks at whether there is a camera
 LONGEST_WORDS = 200
 
 
-class RobotView:
+class RobotView(RobotTopics):
     """State and commands. Calls by pages never wait, and whatever takes its time is never carried out late."""
 
     def __init__(self, wheels, camera_topic):
-        self._lock = threading.Lock()
-        self._topics = RobotTopics(wheels)
+        super().__init__(wheels)
         self._name = rospy.get_namespace().strip("/") or socket.gethostname()
-        self._camera = Camera(camera_topic)
-        self._note = {"number": 0, "words": "", "good": True}
+        self.camera = Camera(camera_topic)
+        self._notes = itertools.count(1)
+        self._note = {"number": 0, "words": ""}
         self._sending = threading.RLock()
         self._ended = False
-        self._goto = GoTo(MAP_FRAME, lambda words: self._goal.show_progress(words), self._topics.transforms)
+        self._goto = GoTo(MAP_FRAME, lambda words: self._goal.show_progress(words), self.transforms)
         self._goal = NewestGoal(self._goto, self._say)
-        self._emergency_stop = EmergencyStopClient(lambda words: self._say(words, False))
-        self._publish()
-        rospy.on_shutdown(self._stop)
-        Worker(self._look_for_camera)
-
-    def _publish(self):
+        self.emergency_stop = EmergencyStopClient(self._say)
         self._command = DroppingPublisher("cmd_vel/hand", Twist)
         self._cancel = rospy.Publisher("move_base/cancel", GoalID, queue_size=5, tcp_nodelay=True)
-        self._reset = ServiceRequest("reset_odometry", "reset odometry", Trigger, self._say)
-        self._give_back = ServiceRequest("cmd_vel_mux/give_back", "give back", Trigger, self._say)
+        self.reset_odometry = ServiceRequest("reset_odometry", "reset odometry", Trigger, self._say).call
+        self.give_back = ServiceRequest("cmd_vel_mux/give_back", "give back", Trigger, self._say).call
+        rospy.on_shutdown(self._stop)
+        Worker(self._look_for_camera)
 
     # Commands of the pages
 
@@ -65,24 +63,6 @@ class RobotView:
             self.send(STOP)
             self._ended = True
 
-    def press_emergency_stop(self):
-        """It stays pressed until a person releases it."""
-        self._emergency_stop.press()
-
-    def release_emergency_stop(self):
-        """Ask for its release, after which commands move the robot again."""
-        self._emergency_stop.release()
-
-    @property
-    def stopped(self):
-        """Whether the emergency stop is pressed."""
-        return self._emergency_stop.pressed
-
-    @property
-    def pressed_at(self):
-        """When it was pressed for the last time [s], by time.monotonic()."""
-        return self._emergency_stop.pressed_at
-
     def cancel(self):
         """Take back every goal, whoever has sent it."""
         self._goal.cancel()
@@ -90,56 +70,32 @@ class RobotView:
 
     def goal(self, x, y):
         """Send the robot to (x, y) [m] on the map; it looks in the end as it looks now."""
-        self._goal.pursue(Goal(x, y, self._topics.yaw_on_map()))
+        self._goal.pursue(Goal(x, y, self.yaw_on_map()))
 
-    def give_back(self):
-        """Let navigation drive now."""
-        self._give_back.call()
-
-    def reset_odometry(self):
-        """Reset the pose."""
-        self._reset.call()
-
-    def _say(self, words, good):
-        with self._lock:
-            self._note = {"number": self._note["number"] + 1, "words": words[:LONGEST_WORDS], "good": good}
+    def _say(self, words):
+        self._note = {"number": next(self._notes), "words": words[:LONGEST_WORDS]}
 
     # State for the pages
 
     def state(self):
         """Fast-changing state, for JSON."""
-        return {**self._topics.fast(), "stopped": self.stopped}
+        return {**self.fast(), "stopped": self.emergency_stop.pressed}
 
     def status(self):
         """Slow-changing state, for JSON."""
-        status = {**self._topics.slow(), "camera": self._camera.present, "navigation": self._goto.answers,
-                  "goal": self._goal.shown}
-        with self._lock:
-            return {**status, "note": self._note}
+        return {**self.slow(), "camera": self.camera.present, "navigation": self._goto.answers,
+                "goal": self._goal.shown, "note": self._note}
 
     def figures(self):
         """What `metrics` wants."""
-        robot, values = self._topics.figures()
-        return [{**robot, "name": self._name, "id": "", "present": True, "age": 0.0, "stopped": self.stopped}], \
-            {self._name: values}
-
-    def scan(self):
-        """The newest scan for JSON, or None."""
-        return self._topics.scan()
-
-    def map_picture(self):
-        """PNG of the map, or None."""
-        return self._topics.map_picture
-
-    def camera_picture(self):
-        """(number, JPEG) of now, or None."""
-        return self._camera.picture()
+        return [{**self.numbers(), "name": self._name, "id": "", "present": True, "age": 0.0,
+                 "stopped": self.emergency_stop.pressed}], {self._name: self.diagnostic_values()}
 
     def _look_for_camera(self):
         try:
             publishers, _, _ = rosgraph.Master(rospy.get_name()).getSystemState()
         except (OSError, rosgraph.MasterException):
             return CAMERA_LOOK
-        self._camera.look({name for name, _ in publishers})
-        self._camera.wait(CAMERA_LOOK)
+        self.camera.look({name for name, _ in publishers})
+        self.camera.wait(CAMERA_LOOK)
         return 0.0

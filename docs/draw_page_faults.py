@@ -144,7 +144,7 @@ def take(browser, fault, size, dark):
 
 def room():
     """A room of 6 x 5 m, as a PNG of RobotView."""
-    from robotont_teleop.page_pictures import FREE, OCCUPIED, UNKNOWN
+    from robotont_teleop.web.page_pictures import FREE, OCCUPIED, UNKNOWN
     picture = Image.new("LA", (120, 100), UNKNOWN)
     picture.paste(OCCUPIED, (10, 10, 110, 90))
     picture.paste(FREE, (12, 12, 108, 88))

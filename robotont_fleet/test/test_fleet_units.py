@@ -17,7 +17,7 @@ from robotont_fleet.free_fleet import free_fleet_text
 from robotont_fleet.freshness import Numbered
 from robotont_fleet.transforms import Chain
 from robotont_fleet.zenoh_setup import add_users, nested, read_users, router_settings
-from robotont_teleop.metrics import GAUGES, metrics
+from robotont_teleop.web.metrics import GAUGES, metrics
 from robotont_testing.harness import tool_module
 from robotont_testing.places import launch
 

@@ -11,7 +11,7 @@ import pytest
 from robotont_fleet.fleet import Fleet
 from robotont_fleet.fleet_page import page_files, read_ground
 from robotont_fleet.fleet_server import FleetServer, FleetSettings
-from robotont_teleop.access import Access
+from robotont_teleop.web.access import Access
 from robotont_testing.browser import CHROMIUM, DESKTOP, Browser
 from robotont_testing.harness import tool_module, wait_for
 from robotont_testing.loop_client import LoopClient

@@ -16,7 +16,7 @@ from recorded_pads import PADS
 from std_msgs.msg import String
 
 from robotont_driver.parameters.parameters import read_parameters
-from robotont_teleop.gamepad_teleop import PARAMETERS, GamepadTeleop
+from robotont_teleop.hand.gamepad_teleop import PARAMETERS, GamepadTeleop
 from robotont_testing.harness import wait_for
 from robotont_testing.node_test import OK, WARN, NodeTest
 

@@ -11,7 +11,7 @@ from page_server_test import PageServerTest
 from PIL import Image
 from sensor_msgs.msg import CompressedImage
 
-from robotont_teleop import camera
+from robotont_teleop.web import camera
 from robotont_testing.harness import wait_for
 
 CAMERA = "camera/color/image_raw/compressed"

@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from robotont_teleop.arbitration import EMERGENCY_STOP, NOBODY, STOP, Arbiter, Input
+from robotont_teleop.mux.arbitration import EMERGENCY_STOP, NOBODY, STOP, Arbiter, Input
 
 HAND, NAVIGATION, DEFAULT = (0.1, 0.0, 0.0), (0.0, 0.2, 0.0), (0.0, 0.0, 0.3)
 INPUTS = (Input("hand", 0.3, 2.0), Input("navigation", 0.5, 1.0), Input("default", 0.5, 0.0))

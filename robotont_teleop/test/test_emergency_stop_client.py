@@ -6,8 +6,8 @@ import rospy
 from std_msgs.msg import String
 from std_srvs.srv import Trigger
 
-from robotont_teleop.emergency_stop_client import EmergencyStopClient
-from robotont_teleop.robot_requests import OLDEST_REQUEST, ServiceRequest
+from robotont_teleop.hand.emergency_stop_client import EmergencyStopClient
+from robotont_teleop.hand.robot_requests import OLDEST_REQUEST, ServiceRequest
 from robotont_testing.harness import Master, in_own_process, suspended, wait_for
 from robotont_testing.robots import WHEEL_PARAMS
 

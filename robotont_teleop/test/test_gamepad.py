@@ -4,8 +4,8 @@ import pytest
 from evdev import ecodes
 from recorded_pads import PADS, RETURN_OF_A_STICK
 
-from robotont_teleop.gamepad import LAYOUTS, Gamepad, layout_for
-from robotont_teleop.speeds import STOP, Speeds
+from robotont_teleop.hand.gamepad import LAYOUTS, Gamepad, layout_for
+from robotont_teleop.hand.speeds import STOP, Speeds
 
 XBOX = LAYOUTS["xbox"]
 OFF_CENTRE = 0.03  # [m/s] that a worn stick, not in its middle at rest, adds while the other axis drives

@@ -2,8 +2,8 @@
 
 import pytest
 
-from robotont_teleop.keys import SPEED_KEYS, HeldKeys, split_keys
-from robotont_teleop.speeds import STOP, Speeds
+from robotont_teleop.hand.keys import SPEED_KEYS, HeldKeys, split_keys
+from robotont_teleop.hand.speeds import STOP, Speeds
 
 SPEEDS = Speeds(0.3, 1.0)
 

@@ -7,7 +7,7 @@ import pytest
 from page_server_test import room
 from sensor_msgs.msg import LaserScan
 
-from robotont_teleop.page_pictures import map_picture, thinned_scan
+from robotont_teleop.web.page_pictures import map_picture, thinned_scan
 
 
 def test_a_map_keeps_its_number_over_a_restart_and_another_one_has_another():

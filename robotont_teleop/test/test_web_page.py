@@ -5,7 +5,7 @@ import json
 import pytest
 from web_client import TOKEN, Served
 
-from robotont_teleop.speeds import STOP
+from robotont_teleop.hand.speeds import STOP
 from robotont_testing.browser import CHROMIUM, DESKTOP, PHONE, PHONE_LYING, Browser
 from robotont_testing.harness import wait_for
 from robotont_testing.stalling_proxy import StallingProxy

@@ -12,7 +12,7 @@ from PIL import Image
 from tornado.websocket import WebSocketClosedError
 from web_client import WEB
 
-from robotont_teleop.speeds import STOP
+from robotont_teleop.hand.speeds import STOP
 from robotont_testing.harness import wait_for
 
 TYPES = {"css": "text/css", "js": "text/javascript", "png": "image/png", "svg": "image/svg+xml",

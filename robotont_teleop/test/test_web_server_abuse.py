@@ -13,9 +13,9 @@ from flooding_page import open_socket
 from tornado.httpclient import HTTPClientError
 from web_client import Client
 
-from robotont_teleop.page_server import MAX_CONNECTIONS
-from robotont_teleop.page_socket import MAX_PAGES, WRONG_MESSAGES
-from robotont_teleop.speeds import STOP
+from robotont_teleop.hand.speeds import STOP
+from robotont_teleop.web.page_server import MAX_CONNECTIONS
+from robotont_teleop.web.page_socket import MAX_PAGES, WRONG_MESSAGES
 from robotont_testing.harness import wait_for
 
 
@@ -117,7 +117,7 @@ def test_too_many_pages(served):
 
 
 def test_a_slow_reader_holds_up_nobody_and_is_closed(served, monkeypatch):
-    monkeypatch.setattr("robotont_teleop.page_socket.SLOWEST_READER", 0.5)
+    monkeypatch.setattr("robotont_teleop.web.page_socket.SLOWEST_READER", 0.5)
     state = served.robot.state()
     monkeypatch.setattr(served.robot, "state", lambda: {**state, "board": "x" * 20000})
     good = served.ready_page()

@@ -15,10 +15,10 @@ from tornado.ioloop import IOLoop
 from tornado.websocket import websocket_connect
 from web_client import SETTINGS, WEB, NotedRobot
 
-from robotont_teleop import page_socket, web_server
-from robotont_teleop.access import Access
-from robotont_teleop.speeds import STOP
-from robotont_teleop.web_server import STATE_RATE, WebServer
+from robotont_teleop.hand.speeds import STOP
+from robotont_teleop.web import page_socket, web_server
+from robotont_teleop.web.access import Access
+from robotont_teleop.web.web_server import STATE_RATE, WebServer
 
 pytestmark = pytest.mark.long
 HOURS = 8

@@ -7,7 +7,15 @@ from unittest import mock
 import pytest
 from qr_on_terminal import read_qr
 
-from robotont_teleop.web_teleop_node import LIGHT_ON_BLACK, RESET, SetUpError, host_names, invitation, make_tls, report
+from robotont_teleop.web.web_teleop_node import (
+    LIGHT_ON_BLACK,
+    RESET,
+    SetUpError,
+    host_names,
+    invitation,
+    make_tls,
+    report,
+)
 
 TOKEN = "dGhlIHRva2Vu-_123456"
 

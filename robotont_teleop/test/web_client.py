@@ -9,9 +9,9 @@ from types import SimpleNamespace
 from tornado.httpclient import HTTPRequest
 from tornado.websocket import websocket_connect
 
-from robotont_teleop.access import Access
-from robotont_teleop.speeds import STOP, Speeds
-from robotont_teleop.web_server import ServerSettings, WebServer
+from robotont_teleop.hand.speeds import STOP, Speeds
+from robotont_teleop.web.access import Access
+from robotont_teleop.web.web_server import ServerSettings, WebServer
 from robotont_testing.harness import wait_for
 from robotont_testing.loop_client import LoopClient
 

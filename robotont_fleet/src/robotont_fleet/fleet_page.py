@@ -37,10 +37,10 @@ from robotont_fleet.zenoh_setup import (
     send,
     zenoh,
 )
-from robotont_teleop.access import Access, is_loopback_address
-from robotont_teleop.page_address import host_names, own_address
-from robotont_teleop.web_handlers import read_files
-from robotont_teleop.web_teleop_node import SetUpError, invitation, make_access, make_tls
+from robotont_teleop.web.access import Access, is_loopback_address
+from robotont_teleop.web.page_address import host_names, own_address
+from robotont_teleop.web.web_handlers import read_files
+from robotont_teleop.web.web_teleop_node import SetUpError, invitation, make_access, make_tls
 
 ANSWERS = 1.0  # [s] that robots have to answer the page
 COOKIE = "robotont_fleet"

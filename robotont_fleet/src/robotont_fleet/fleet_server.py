@@ -9,9 +9,9 @@ from typing import Any, Callable, Dict, NamedTuple, Optional, Tuple
 import tornado.web
 
 from robotont_fleet.fleet import REPEAT
-from robotont_teleop.metrics import metrics
-from robotont_teleop.page_server import PageServer
-from robotont_teleop.web_handlers import Guarded
+from robotont_teleop.web.metrics import metrics
+from robotont_teleop.web.page_server import PageServer
+from robotont_teleop.web.web_handlers import Guarded
 
 FARTHEST = 1000.0  # [m] of a goal
 

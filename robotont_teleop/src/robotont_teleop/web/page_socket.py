@@ -6,10 +6,10 @@ import time
 import tornado.web
 import tornado.websocket
 
-from robotont_teleop.driving_seat import MessageRate
-from robotont_teleop.messages import MessageError
-from robotont_teleop.page_frames import PageFrames, drop, limit_waiting, reads, write
-from robotont_teleop.web_handlers import Guarded
+from robotont_teleop.web.driving_seat import MessageRate
+from robotont_teleop.web.messages import MessageError
+from robotont_teleop.web.page_frames import PageFrames, drop, limit_waiting, reads, write
+from robotont_teleop.web.web_handlers import Guarded
 
 FRAMES_PER_SECOND = 200.0     # of one page, of all kinds; it sends 25, and 125 at most while a stick moves fast
 SEND_BUFFER = 16384           # [bytes] of a page's socket, so that little can wait in it

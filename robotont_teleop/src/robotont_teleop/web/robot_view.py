@@ -17,12 +17,12 @@ from robotont_driver.ros.publishers import DroppingPublisher
 from robotont_driver.ros.worker import Worker
 from robotont_map_navigation.goal import Goal
 from robotont_map_navigation.goto_client import GoTo
-from robotont_teleop.camera import Camera
-from robotont_teleop.emergency_stop_client import EmergencyStopClient
-from robotont_teleop.robot_requests import NewestGoal, ServiceRequest
-from robotont_teleop.robot_topics import MAP_FRAME, RobotTopics
-from robotont_teleop.speeds import STOP
-from robotont_teleop.twist_message import twist_message
+from robotont_teleop.hand.emergency_stop_client import EmergencyStopClient
+from robotont_teleop.hand.robot_requests import NewestGoal, ServiceRequest
+from robotont_teleop.hand.speeds import STOP
+from robotont_teleop.hand.twist_message import twist_message
+from robotont_teleop.web.camera import Camera
+from robotont_teleop.web.robot_topics import MAP_FRAME, RobotTopics
 
 CAMERA_LOOK = 2.0       # [s] between two looks at whether there is a camera
 LONGEST_WORDS = 200

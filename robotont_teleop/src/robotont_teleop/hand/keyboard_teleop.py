@@ -16,10 +16,10 @@ from robotont_driver.parameters.parameters import Parameter
 from robotont_driver.ros.lifecycle import answer_help
 from robotont_driver.ros.node_parameters import own_parameters
 from robotont_driver.ros.rospy_end import end_soon, init_tool
-from robotont_teleop.hand_output import HandOutput
-from robotont_teleop.keys import EMERGENCY_STOP, QUIT, RELEASE, HeldKeys, split_keys
-from robotont_teleop.newest_diagnostics import SILENCE, NewestDiagnostics
-from robotont_teleop.speeds import STOP, Speeds
+from robotont_teleop.hand.hand_output import HandOutput
+from robotont_teleop.hand.keys import EMERGENCY_STOP, QUIT, RELEASE, HeldKeys, split_keys
+from robotont_teleop.hand.newest_diagnostics import SILENCE, NewestDiagnostics
+from robotont_teleop.hand.speeds import STOP, Speeds
 
 PARAMETERS = (
     Parameter("linear_speed", 0.3, "at the start", "m/s", minimum=0.01, maximum=100.0),

@@ -10,9 +10,9 @@ from robotont_driver.parameters.parameters import Parameter
 from robotont_driver.ros.diagnostics import OK, WARN, Health, robot_name
 from robotont_driver.ros.lifecycle import run_without_wheels
 from robotont_driver.ros.worker import Worker
-from robotont_teleop.gamepad import LAYOUTS, Gamepad, layout_for
-from robotont_teleop.hand_output import HandOutput
-from robotont_teleop.speeds import STOP, Speeds
+from robotont_teleop.hand.gamepad import LAYOUTS, Gamepad, layout_for
+from robotont_teleop.hand.hand_output import HandOutput
+from robotont_teleop.hand.speeds import STOP, Speeds
 
 PARAMETERS = (
     Parameter("device", "auto", "such as /dev/input/event7; auto: the first that is a gamepad"),

@@ -11,13 +11,13 @@ import time
 from pathlib import Path
 from typing import Any, NamedTuple, Tuple
 
-from robotont_teleop.driving_seat import DrivingSeat
-from robotont_teleop.foxglove import Channels, FoxgloveSocket
-from robotont_teleop.messages import LONGEST, read_message
-from robotont_teleop.metrics import metrics
-from robotont_teleop.page_server import PageServer
-from robotont_teleop.page_socket import GOING_AWAY, PageSocket
-from robotont_teleop.web_handlers import CameraHandler, read_files
+from robotont_teleop.web.driving_seat import DrivingSeat
+from robotont_teleop.web.foxglove import Channels, FoxgloveSocket
+from robotont_teleop.web.messages import LONGEST, read_message
+from robotont_teleop.web.metrics import metrics
+from robotont_teleop.web.page_server import PageServer
+from robotont_teleop.web.page_socket import GOING_AWAY, PageSocket
+from robotont_teleop.web.web_handlers import CameraHandler, read_files
 
 STATE_RATE = 20.0  # [Hz] of the state that open pages get
 GOODBYE = 0.05  # [s] for the last messages at the server's end

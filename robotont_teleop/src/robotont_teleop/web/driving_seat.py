@@ -5,7 +5,7 @@ wrong and its messages late. So each command carries the newest server time that
 age is the time since then: the way to the page, the page's own delay, and the way back.
 """
 
-from robotont_teleop.speeds import STOP
+from robotont_teleop.hand.speeds import STOP
 
 CLOCK_RESOLUTION = 0.001  # [s] of the times in messages
 

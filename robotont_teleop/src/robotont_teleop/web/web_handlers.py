@@ -8,8 +8,8 @@ import time
 import tornado.web
 from tornado.iostream import StreamClosedError
 
-from robotont_teleop.access import LONGEST_TOKEN, host_allowed, origin_allowed
-from robotont_teleop.metrics import KIND
+from robotont_teleop.web.access import LONGEST_TOKEN, host_allowed, origin_allowed
+from robotont_teleop.web.metrics import KIND
 
 COOKIE_DAYS = 90
 PAGE, LOGIN_PAGE, MANIFEST = "index.html", "login.html", "manifest.webmanifest"

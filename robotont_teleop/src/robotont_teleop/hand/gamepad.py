@@ -7,7 +7,7 @@ from typing import NamedTuple, Tuple
 
 from evdev import ecodes as e
 
-from robotont_teleop.speeds import STOP, without_dead_zone
+from robotont_teleop.hand.speeds import STOP, without_dead_zone
 
 
 class Layout(NamedTuple):

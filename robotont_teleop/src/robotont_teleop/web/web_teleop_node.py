@@ -20,12 +20,12 @@ from robotont_driver.ros.diagnostics import OK, WARN, Health, robot_name
 from robotont_driver.ros.lifecycle import init_node, signals_wait
 from robotont_driver.ros.node_parameters import own_parameters, running_wheels
 from robotont_driver.ros.rospy_end import end_soon
-from robotont_teleop.access import Access, is_loopback_address, read_or_make_token
-from robotont_teleop.page_address import host_names, own_address
-from robotont_teleop.robot_view import RobotView
-from robotont_teleop.speeds import Speeds
-from robotont_teleop.viewer_topics import ViewerTopics
-from robotont_teleop.web_server import ServerSettings, WebServer
+from robotont_teleop.hand.speeds import Speeds
+from robotont_teleop.web.access import Access, is_loopback_address, read_or_make_token
+from robotont_teleop.web.page_address import host_names, own_address
+from robotont_teleop.web.robot_view import RobotView
+from robotont_teleop.web.viewer_topics import ViewerTopics
+from robotont_teleop.web.web_server import ServerSettings, WebServer
 
 PARAMETERS = (
     Parameter("address", "127.0.0.1", "where the page can be opened from: 127.0.0.1 = this computer only; 0.0.0.0 = "

@@ -16,8 +16,8 @@ from robotont_driver.kinematics.kinematics import Kinematics
 from robotont_driver.kinematics.se2 import compose, pose_of, yaw_of
 from robotont_driver.protocol.packet import PacketError, parse_packet
 from robotont_driver.ros.worker import Worker
-from robotont_teleop.newest_diagnostics import SILENT, NewestDiagnostics
-from robotont_teleop.page_pictures import finite, map_picture, rounded, thinned_scan
+from robotont_teleop.hand.newest_diagnostics import SILENT, NewestDiagnostics
+from robotont_teleop.web.page_pictures import finite, map_picture, rounded, thinned_scan
 
 MAP_FRAME = "map"
 STALE = 1.0             # [s] a value that has not come for so long is not shown

@@ -15,9 +15,9 @@ import tornado.web
 import tornado.websocket
 from tornado.ioloop import IOLoop
 
-from robotont_teleop.access import LOCAL_NAMES
-from robotont_teleop.page_frames import reads, write
-from robotont_teleop.web_handlers import Guarded
+from robotont_teleop.web.access import LOCAL_NAMES
+from robotont_teleop.web.page_frames import reads, write
+from robotont_teleop.web.web_handlers import Guarded
 
 SUBPROTOCOL = "foxglove.websocket.v1"
 MAX_VIEWERS = 4

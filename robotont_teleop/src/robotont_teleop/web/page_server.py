@@ -6,7 +6,7 @@ import tornado.httpserver
 import tornado.netutil
 import tornado.web
 
-from robotont_teleop.web_handlers import FileHandler, LoginHandler, MapHandler, MetricsHandler
+from robotont_teleop.web.web_handlers import FileHandler, LoginHandler, MapHandler, MetricsHandler
 
 MAX_CONNECTIONS = 64  # open at once, pages among them
 LARGEST_BODY, LARGEST_HEADER = 1024, 8192  # [bytes] of a request

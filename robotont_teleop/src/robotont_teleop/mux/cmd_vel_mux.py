@@ -22,9 +22,9 @@ from robotont_driver.ros.publishers import DroppingPublisher
 from robotont_driver.ros.reconnection import OutageWatch
 from robotont_driver.ros.rospy_internals import connection_header
 from robotont_driver.ros.worker import Worker
-from robotont_teleop.arbitration import STOP, Arbiter, Input
-from robotont_teleop.guard_sensors import make_guard
-from robotont_teleop.twist_message import twist_message
+from robotont_teleop.hand.twist_message import twist_message
+from robotont_teleop.mux.arbitration import STOP, Arbiter, Input
+from robotont_teleop.mux.guard_sensors import make_guard
 
 PARAMETERS = (
     Parameter("hand_timeout", 0.3, "the robot stops after this long without a command of the hand that drives", "s",

@@ -1,8 +1,11 @@
 """The page in a real browser, on a server whose robot only takes notes."""
 
+import io
 import json
+from types import SimpleNamespace
 
 import pytest
+from PIL import Image
 from web_client import TOKEN, Served
 
 from robotont_teleop.hand.speeds import STOP
@@ -286,6 +289,25 @@ def test_a_robot_that_reports_nothing_is_not_well_and_the_slider_and_the_bar_hav
         metres = float(page.text("#scale span").split()[0])
         bars.append(page.run("document.querySelector('#scale i').getBoundingClientRect().width") / metres)
     assert sorted(bars[1:], reverse=True) == bars[1:], "pixels per metre, as one goes farther away"
+
+
+def test_the_camera_is_shown_picture_after_picture_and_an_old_one_is_not(browser, served, monkeypatch):
+    monkeypatch.setattr("robotont_teleop.web.web_handlers.CAMERA_WAIT", 0.3)
+    newest = [None]
+    served.robot.camera = SimpleNamespace(picture=lambda: newest[-1])
+    report(served, camera=True)
+    page = open_page(browser, served)
+    page.wait("!document.getElementById('film').hidden", "the camera's button")
+    page.tap("#film")
+    for width in (64, 96):
+        file = io.BytesIO()
+        Image.new("RGB", (width, 48)).save(file, "JPEG")
+        newest.append((width, file.getvalue()))
+        page.wait(f"document.getElementById('camera').naturalWidth === {width}", "the picture")
+    newest.append(None)
+    page.wait("!document.getElementById('camera').hasAttribute('src')", "the end of a picture that is old")
+    assert [words for words in page.complaints() if "404" not in str(words)] == []
+    page.close()
 
 
 @pytest.mark.parametrize("language", ["de", "et"])

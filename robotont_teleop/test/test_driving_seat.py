@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from robotont_teleop.hand.speeds import STOP, Speeds, without_dead_zone
-from robotont_teleop.web.driving_seat import DrivingSeat, MessageRate
+from robotont_teleop.web.driving_seat import DrivingSeat
 from robotont_teleop.web.messages import FIELDS, LONGEST, Message, MessageError, read_message
 
 LARGEST = Speeds(0.5, 2.0)
@@ -97,12 +97,6 @@ def test_a_stick_that_is_held_does_not_drive_behind(event, who, driver, seat):
 def test_no_command_exceeds_the_speeds_and_all_keep_their_direction(seat):
     v_x, v_y, omega = seat.command("one", 10.0, (3.0, 4.0, -1.0), 10.0)
     assert (v_x, v_y, omega) == pytest.approx((0.3, 0.4, -0.1))
-
-
-def test_rate_of_messages():
-    rate = MessageRate(100.0)
-    assert sum(rate.take(10.0) for _ in range(1000)) == 100
-    assert sum(rate.take(10.5) for _ in range(1000)) == 50
 
 
 def test_speeds_of_sticks():

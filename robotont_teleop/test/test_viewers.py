@@ -17,13 +17,7 @@ MAP = ("/map", "nav_msgs/OccupancyGrid", "int8[] data")
 class Topics:
     """Stands in for ViewerTopics."""
 
-    hear = None
-
-    def start(self, hear):
-        self.hear = hear
-
-    def stop(self):
-        self.hear = None
+    wanted, hear = False, None
 
     def description(self):
         return "<robot/>"
@@ -109,19 +103,19 @@ def test_without_a_token_only_sites_of_this_computer_look_by_our_protocol(served
 
 
 def test_topics_are_subscribed_while_somebody_looks(served, topics):
-    assert topics.hear is None
+    assert not topics.wanted
     one, other = Viewer(served), Viewer(served)
-    wait_for(lambda: topics.hear, "the subscriptions")
+    wait_for(lambda: topics.wanted, "the subscriptions")
     one.close()
     topics.hear(*SCAN, b"1", False)
     wait_for(lambda: other.channels(), "a channel")
     other.close()
-    wait_for(lambda: topics.hear is None, "the end of the subscriptions")
+    wait_for(lambda: not topics.wanted, "the end of the subscriptions")
 
 
 def test_messages_reach_those_who_subscribe_and_latched_ones_those_who_come_later(served, topics):
     one = Viewer(served)
-    wait_for(lambda: topics.hear, "the subscriptions")
+    wait_for(lambda: topics.wanted, "the subscriptions")
     topics.hear(*MAP, b"map", True)
     topics.hear(*SCAN, b"old", False)
     one.subscribe("/scan", 7)
@@ -148,7 +142,7 @@ def test_a_viewer_cannot_publish_and_nonsense_disturbs_nobody(served, topics):
                  '{"op": "subscribe", "subscriptions": [{"id": 1, "channelId": 99}]}', '{"op": "subscribe"}',
                  '{"op": "setParameters", "parameters": [{"name": "x", "value": 1}]}', "[" * 500, "\x01\x00"):
         viewer.send(text)
-    wait_for(lambda: topics.hear, "the subscriptions")
+    wait_for(lambda: topics.wanted, "the subscriptions")
     topics.hear(*SCAN, b"1", False)
     viewer.subscribe("/scan", 5)
     wait_for(lambda: topics.hear(*SCAN, b"2", False) or (5, b"2") in viewer.data, "a scan")

@@ -101,22 +101,3 @@ class DrivingSeat:
             return None
         self._moving_since = None
         return STOP
-
-
-class MessageRate:
-    """Counts messages against a rate [1/s] with a reserve of one second; `take`: whether one more is within it."""
-
-    def __init__(self, rate):
-        self._rate = rate
-        self._left = rate
-        self._time = None
-
-    def take(self, now):
-        """Whether a message at time `now` [s] may pass."""
-        if self._time is not None:
-            self._left = min(self._rate, self._left + (now - self._time) * self._rate)
-        self._time = now
-        if self._left < 1.0:
-            return False
-        self._left -= 1.0
-        return True

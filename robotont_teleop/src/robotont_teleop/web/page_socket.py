@@ -6,12 +6,11 @@ import time
 import tornado.web
 import tornado.websocket
 
-from robotont_teleop.web.driving_seat import MessageRate
 from robotont_teleop.web.messages import MessageError
 from robotont_teleop.web.page_frames import PageFrames, drop, limit_waiting, reads, write
 from robotont_teleop.web.web_handlers import Guarded
 
-FRAMES_PER_SECOND = 200.0     # of one page, of all kinds; it sends 25, and 125 at most while a stick moves fast
+FRAMES_PER_SECOND = 200       # of one page, of all kinds; it sends 25, and 125 at most while a stick moves fast
 SEND_BUFFER = 16384           # [bytes] of a page's socket, so that little can wait in it
 MAX_PAGES = 16                # open at once
 SLOWEST_READER = 5.0          # [s] a page that has not read for so long is closed
@@ -28,7 +27,7 @@ class PageSocket(Guarded, tornado.websocket.WebSocketHandler):
         self.number = None
         self.waiting = {}   # newest message of each slow kind that this page has not got yet
         self.fresh = True   # has got no status yet
-        self._rate = MessageRate(FRAMES_PER_SECOND)
+        self._second, self._frames = None, 0  # a second of the clock, and how many frames have come in it
         self._wrong = 0
         self._read_at = 0.0   # [s] when the page was last seen to read
 
@@ -71,8 +70,11 @@ class PageSocket(Guarded, tornado.websocket.WebSocketHandler):
 
     def count_frame(self):
         """A frame of any kind has come."""
-        if self.number is not None and not self._rate.take(time.monotonic()):
-            self._refuse(f"more than {FRAMES_PER_SECOND:g} frames per second", at_once=True)
+        second = int(time.monotonic())
+        self._frames = self._frames + 1 if second == self._second else 1
+        self._second = second
+        if self.number is not None and self._frames > FRAMES_PER_SECOND:
+            self._refuse(f"more than {FRAMES_PER_SECOND} frames per second", at_once=True)
 
     def on_close(self):
         """Called by tornado."""

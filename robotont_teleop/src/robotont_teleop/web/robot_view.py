@@ -24,7 +24,7 @@ from robotont_teleop.hand.twist_message import twist_message
 from robotont_teleop.web.camera import Camera
 from robotont_teleop.web.robot_topics import MAP_FRAME, RobotTopics
 
-CAMERA_LOOK = 2.0       # [s] between two looks at whether there is a camera
+CAMERA_LOOK = 0.5       # [s] between two looks at whether there is a camera, and who wants to see it
 LONGEST_WORDS = 200
 
 
@@ -97,5 +97,4 @@ class RobotView(RobotTopics):
         except (OSError, rosgraph.MasterException):
             return CAMERA_LOOK
         self.camera.look({name for name, _ in publishers})
-        self.camera.wait(CAMERA_LOOK)
-        return 0.0
+        return CAMERA_LOOK

@@ -18,7 +18,7 @@ import rospy
 from robotont_driver.parameters.parameters import Parameter, ParameterError
 from robotont_driver.ros.diagnostics import OK, WARN, Health, robot_name
 from robotont_driver.ros.lifecycle import init_node, signals_wait
-from robotont_driver.ros.node_parameters import own_parameters, running_wheels
+from robotont_driver.ros.node_parameters import own_parameters, refuse, running_wheels
 from robotont_driver.ros.rospy_end import end_soon
 from robotont_teleop.hand.speeds import Speeds
 from robotont_teleop.web.access import Access, is_loopback_address, read_or_make_token
@@ -174,9 +174,7 @@ def main():
         if not rospy.is_shutdown():
             asyncio.run(serve(robot, access, token, file, parameters))
     except ParameterError as error:
-        for fault in error.faults:
-            rospy.logfatal("wrong parameter %s", fault)
-        sys.exit(1)
+        refuse(error.faults)
     except SetUpError as error:
         rospy.logfatal("%s", error)
         sys.exit(1)

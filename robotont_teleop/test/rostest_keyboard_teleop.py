@@ -129,7 +129,7 @@ class KeyboardTeleopTest(NodeTest):
     def test_space_is_the_emergency_stop_and_that_of_others_lets_go_of_the_keys_too(self):
         stops = self.listen("emergency_stop/pressed_by", String, publishers=1)
         terminal, person = self.terminal, self.publisher("emergency_stop", Bool, subscribers=1)
-        for press, release in ((lambda: terminal.type(" "), lambda: terminal.type("U")),
+        for press, release in ((lambda: terminal.type(" "), lambda: terminal.type("wwwwU")),
                                (lambda: person.publish(True), lambda: person.publish(False))):
             pressed = self.moves(terminal)
             press()
@@ -137,7 +137,6 @@ class KeyboardTeleopTest(NodeTest):
             self.assertLess(time.monotonic() - pressed, HOLD)
             wait_for(lambda: "EMERGENCY STOP" in terminal.line and stops and stops[-1].data, "words about the stop")
             seen = len(self.hand)
-            terminal.type("wwww")
             release()
             wait_for(lambda: "EMERGENCY STOP" not in terminal.line and not stops[-1].data, "words about the release")
             wait_for(lambda: time.monotonic() > pressed + HOLD, "the end of the key's time")

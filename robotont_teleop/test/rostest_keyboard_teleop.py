@@ -139,7 +139,7 @@ class KeyboardTeleopTest(NodeTest):
             seen = len(self.hand)
             release()
             wait_for(lambda: "EMERGENCY STOP" not in terminal.line and not stops[-1].data, "words about the release")
-            wait_for(lambda: time.monotonic() > pressed + HOLD, "the end of the key's time")
+            wait_for(lambda end=pressed + HOLD: time.monotonic() > end, "the end of the key's time")
             self.assertFalse([one for one in self.hand[seen:] if one != STOP])
 
     def test_its_end_stops_the_robot(self):

@@ -4,6 +4,7 @@ All that is used of tornado beside its public interface stands here; `test_web_s
 """
 
 import asyncio
+import contextlib
 import socket
 
 import tornado.websocket
@@ -37,6 +38,13 @@ def limit_waiting(page, size):
 def reads(page):
     """Whether all that was sent to a WebSocketHandler's page has left for the network."""
     return page.ws_connection is not None and not page.ws_connection.stream.writing()
+
+
+def write(page, data, binary=False):
+    """Send a frame; where that fails the connection is closed, and `on_close` comes."""
+    with contextlib.suppress(tornado.websocket.WebSocketClosedError):
+        page.writing = page.write_message(data, binary=binary)  # kept, for the loop holds it only weakly
+        page.writing.add_done_callback(lambda done: done.cancelled() or done.exception())
 
 
 def drop(page):

@@ -7,7 +7,7 @@ of different axes add up: while any movement key is held, all that were set go o
 first, and reverses it at the next press or repeat.
 """
 
-from robotont_teleop.speeds import STOP
+from robotont_teleop.hand.speeds import STOP
 
 MOVES = {  # key: (axis, sign)
     "w": (0, 1), "s": (0, -1), "a": (1, 1), "d": (1, -1), "q": (2, 1), "e": (2, -1),

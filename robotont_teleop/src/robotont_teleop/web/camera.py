@@ -21,16 +21,12 @@ class Camera:
         self._lock = threading.Lock()
         self._newest, self._received = (0, b""), -math.inf
         self._wanted = -math.inf
-        self._missed = threading.Event()
         self._subscriber = None  # of `look` alone
         self.present = False     # whether anybody publishes pictures
 
     def picture(self):
         """(number, JPEG) of now, or None; numbers grow. Asking for one makes `look` listen to the camera."""
-        now = time.monotonic()
-        self._wanted = now
-        if self.present and self._subscriber is None:
-            self._missed.set()
+        self._wanted = now = time.monotonic()
         with self._lock:
             return self._newest if now - self._received < STALE else None
 
@@ -44,11 +40,6 @@ class Camera:
         elif self._subscriber is not None and not wanted:
             self._subscriber.unregister()
             self._subscriber = None
-
-    def wait(self, longest):
-        """Until there is a reason to `look`, or for so long [s]."""
-        self._missed.wait(longest)
-        self._missed.clear()
 
     def _on_picture(self, message):
         if message.data[:2] == JPEG:

@@ -11,8 +11,8 @@ import numpy as np
 
 from robotont_driver.command.limits import limit_acceleration
 from robotont_driver.kinematics.se2 import arc, compose
+from robotont_teleop.hand.speeds import STOP
 
-STOP = (0.0, 0.0, 0.0)
 SIDE = 0.03        # [m] kept free around the footprint ...
 REST = 0.05        # [m] ... and, on top of it, in the direction of travel
 REACTION = 0.1     # [s] until the wheels follow a command

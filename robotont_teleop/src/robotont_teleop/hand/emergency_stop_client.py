@@ -9,7 +9,7 @@ from std_srvs.srv import Trigger
 
 from robotont_driver.ros.rospy_internals import connection_header
 from robotont_driver.ros.worker import Worker
-from robotont_teleop.robot_requests import call_in_time
+from robotont_teleop.hand.robot_requests import call_in_time
 
 
 class EmergencyStopClient:

@@ -4,14 +4,15 @@ import threading
 
 import evdev
 import rospy
+from evdev import ecodes
 
 from robotont_driver.parameters.parameters import Parameter
 from robotont_driver.ros.diagnostics import OK, WARN, Health, robot_name
 from robotont_driver.ros.lifecycle import run_without_wheels
 from robotont_driver.ros.worker import Worker
-from robotont_teleop.gamepad import EV_ABS, EV_KEY, EV_SYN, LAYOUTS, SYN_DROPPED, SYN_REPORT, Gamepad, layout_for
-from robotont_teleop.hand_output import HandOutput
-from robotont_teleop.speeds import STOP, Speeds
+from robotont_teleop.hand.gamepad import LAYOUTS, Gamepad, layout_for
+from robotont_teleop.hand.hand_output import HandOutput
+from robotont_teleop.hand.speeds import STOP, Speeds
 
 PARAMETERS = (
     Parameter("device", "auto", "such as /dev/input/event7; auto: the first that is a gamepad"),
@@ -69,7 +70,7 @@ class GamepadTeleop:
         self._trouble = "no gamepad found: plug one in; is this user in group input?"
         for path in self._devices.list_devices() if wanted == "auto" else [wanted]:
             device = self._devices.InputDevice(path)
-            layout = layout_for(_codes(device))
+            layout = layout_for(device.capabilities())
             if layout and named != "auto":
                 layout = named
             if layout:
@@ -81,7 +82,7 @@ class GamepadTeleop:
 
     def _take_events(self, device, layout):
         given = self._parameters
-        axes = dict(device.capabilities().get(EV_ABS, ()))
+        axes = dict(device.capabilities().get(ecodes.EV_ABS, ()))
         slow = Speeds(given["linear_speed"], given["angular_speed"])
         fast = Speeds(given["fast_linear_speed"], given["fast_angular_speed"])
         pad = Gamepad(LAYOUTS[layout], {code: (info.min, info.max) for code, info in axes.items()}, slow, fast,
@@ -103,11 +104,11 @@ class GamepadTeleop:
         When the kernel's buffer has overflowed, SYN_DROPPED comes; the events up to the next report are then remains of
         a group, and the device itself is asked for its state.
         """
-        if event.type == EV_SYN and event.code == SYN_DROPPED:
+        if event.type == ecodes.EV_SYN and event.code == ecodes.SYN_DROPPED:
             self._dropped = True
             self._pad.let_go()
             self._output.send(STOP)
-        elif event.type == EV_SYN and event.code == SYN_REPORT:
+        elif event.type == ecodes.EV_SYN and event.code == ecodes.SYN_REPORT:
             if self._dropped:
                 self._take_state(device)
                 self._dropped = False
@@ -117,7 +118,7 @@ class GamepadTeleop:
             self._press_or_release(self._pad.event(event.type, event.code, event.value))
 
     def _take_state(self, device):
-        axes = {code: device.absinfo(code).value for code, _ in device.capabilities().get(EV_ABS, ())}
+        axes = {code: device.absinfo(code).value for code, _ in device.capabilities().get(ecodes.EV_ABS, ())}
         self._press_or_release(self._pad.replace(axes, device.active_keys()))
 
     def _press_or_release(self, order):
@@ -161,11 +162,6 @@ class GamepadTeleop:
                       "listeners": self._output.listeners, "times that events were lost": self._losses}
             plugged = self._pad is not None
         return (OK, self._name, values) if plugged else (WARN, self._trouble, values)
-
-
-def _codes(device):
-    capabilities = device.capabilities()
-    return {EV_KEY: set(capabilities.get(EV_KEY, ())), EV_ABS: {code for code, _ in capabilities.get(EV_ABS, ())}}
 
 
 def main():

@@ -6,8 +6,8 @@ A twist is (v_x [m/s], v_y [m/s], omega [rad/s]). Times [s] are the caller's, fr
 from typing import NamedTuple
 
 from robotont_driver.command.emergency_stop import StandFirst
+from robotont_teleop.hand.speeds import STOP
 
-STOP = (0.0, 0.0, 0.0)
 NOBODY, EMERGENCY_STOP = "nobody", "emergency stop"
 LOCK_PERIOD = 0.2  # [s] between two zeros during an emergency stop, for receivers that start meanwhile
 

@@ -3,7 +3,6 @@
 https://github.com/foxglove/ws-protocol, subprotocol foxglove.websocket.v1, messages in ROS 1's encoding.
 """
 
-import asyncio
 import contextlib
 import itertools
 import json
@@ -13,11 +12,10 @@ from urllib.parse import urlsplit
 
 import tornado.web
 import tornado.websocket
-from tornado.ioloop import IOLoop
 
-from robotont_teleop.access import LOCAL_NAMES
-from robotont_teleop.page_frames import reads
-from robotont_teleop.web_handlers import Guarded
+from robotont_teleop.web.access import LOCAL_NAMES
+from robotont_teleop.web.page_frames import reads, write
+from robotont_teleop.web.web_handlers import Guarded
 
 SUBPROTOCOL = "foxglove.websocket.v1"
 MAX_VIEWERS = 4
@@ -28,34 +26,29 @@ MESSAGE_DATA = 1
 class Channels:
     """What viewers can see: one channel per topic, known from its first message on. All in the server's loop.
 
-    `topics`: ViewerTopics, whose calls may ask the master and so run in a thread of their own.
+    `topics`: ViewerTopics, or None.
     """
 
     def __init__(self, topics, loop):
         self._topics = topics
         self._loop = loop
-        self._turn = asyncio.Lock()  # starts and stops come one after the other
         self._numbers = itertools.count(1)
         self.viewers = set()
         self.known = {}   # topic: its channel, as it is advertised
         self.latched = {}  # number of a channel: its newest message, for those who subscribe later
 
+        if topics:
+            topics.hear = self._hear
+
     def add(self, viewer):
         """A viewer has come."""
         self.viewers.add(viewer)
-        IOLoop.current().spawn_callback(self._follow)
+        self._topics.wanted = True
 
     def remove(self, viewer):
         """A viewer has left."""
         self.viewers.discard(viewer)
-        IOLoop.current().spawn_callback(self._follow)
-
-    async def _follow(self):
-        async with self._turn:
-            if self.viewers:
-                await self._loop.run_in_executor(None, self._topics.start, self._hear)
-            else:
-                await self._loop.run_in_executor(None, self._topics.stop)
+        self._topics.wanted = bool(self.viewers)
 
     def _hear(self, *message):
         with contextlib.suppress(RuntimeError):  # the loop has ended
@@ -151,13 +144,8 @@ class FoxgloveSocket(Guarded, tornado.websocket.WebSocketHandler):
         """A message; a viewer that does not read loses those that are not latched."""
         number = self._subscriptions.get(channel)
         if number is not None and (latched or reads(self)):
-            self._write(MESSAGE.pack(MESSAGE_DATA, number, time.time_ns()) + data, binary=True)
+            write(self, MESSAGE.pack(MESSAGE_DATA, number, time.time_ns()) + data, binary=True)
 
     def tell(self, message):
         """An object of the protocol."""
-        self._write(json.dumps(message))
-
-    def _write(self, data, binary=False):
-        with contextlib.suppress(tornado.websocket.WebSocketClosedError):
-            writing = self.write_message(data, binary=binary)
-            writing.add_done_callback(lambda write: write.cancelled() or write.exception())
+        write(self, json.dumps(message))

@@ -3,6 +3,7 @@
 import asyncio
 import contextlib
 import gc
+import io
 import os
 import signal
 import socket
@@ -17,14 +18,14 @@ import rospy
 from robotont_driver.parameters.parameters import Parameter, ParameterError
 from robotont_driver.ros.diagnostics import OK, WARN, Health, robot_name
 from robotont_driver.ros.lifecycle import init_node, signals_wait
-from robotont_driver.ros.node_parameters import own_parameters, running_wheels
+from robotont_driver.ros.node_parameters import own_parameters, refuse, running_wheels
 from robotont_driver.ros.rospy_end import end_soon
-from robotont_teleop.access import Access, is_loopback_address, read_or_make_token
-from robotont_teleop.page_address import host_names, own_address
-from robotont_teleop.robot_view import RobotView
-from robotont_teleop.speeds import Speeds
-from robotont_teleop.viewer_topics import ViewerTopics
-from robotont_teleop.web_server import ServerSettings, WebServer
+from robotont_teleop.hand.speeds import Speeds
+from robotont_teleop.web.access import Access, is_loopback_address, read_or_make_token
+from robotont_teleop.web.page_address import host_names, own_address
+from robotont_teleop.web.robot_view import RobotView
+from robotont_teleop.web.viewer_topics import ViewerTopics
+from robotont_teleop.web.web_server import ServerSettings, WebServer
 
 PARAMETERS = (
     Parameter("address", "127.0.0.1", "where the page can be opened from: 127.0.0.1 = this computer only; 0.0.0.0 = "
@@ -43,8 +44,6 @@ PARAMETERS = (
               reason="for so long the robot drives on when the page dies"),
     Parameter("camera", "camera/color/image_raw/compressed", "topic of the camera's JPEG pictures"),
 )
-STATE_RATE = 20.0  # [Hz] of the state that open pages get
-MAX_PAGES, MAX_CONNECTIONS = 16, 64  # open at once
 LIGHT_ON_BLACK, RESET = "\x1b[97;40m", "\x1b[0m"  # of a terminal (ECMA-48)
 
 
@@ -84,27 +83,21 @@ def _refuse_password():
 
 
 def invitation(url, token, file, terminal):
-    """Lines that tell the page's address, how to get in, and how to drive without a browser.
+    """Lines that tell how to get in where a token is asked for.
 
     The token and its QR code for a terminal only, light on black whatever its colours are: all else may be a log that
     others read. Those are told the token's file.
     """
-    namespace = rospy.get_namespace().rstrip("/")
-    remapping = f" __ns:={namespace}" if namespace else ""
-    lines = [f"drive the robot in a browser: {url}", f"or by keys, in a second terminal: ./robotont keys{remapping}   "
-             f"(rosrun robotont_teleop keyboard_teleop{remapping})"]
-    if token and not terminal:
-        lines.append(f"token, asked for once: cat {file}")
-    elif token:
-        code = qrcode.QRCode(border=2)
-        code.add_data(f"{url}#token={token}")  # the part after # is sent to no server and written to no log
-        code.make()
-        rows = code.get_matrix()
-        rows += [[False] * len(rows[0])] * (len(rows) % 2)
-        blocks = {(True, True): " ", (True, False): "▄", (False, True): "▀", (False, False): "█"}
-        lines += ["", *(LIGHT_ON_BLACK + "".join(blocks[pair] for pair in zip(upper, lower)) + RESET
-                        for upper, lower in zip(rows[::2], rows[1::2])), "", f"token, asked for once: {token}"]
-    return lines
+    if not token:
+        return []
+    if not terminal:
+        return [f"token, asked for once: cat {file}"]
+    code = qrcode.QRCode(border=2)
+    code.add_data(f"{url}#token={token}")  # the part after # is sent to no server and written to no log
+    picture = io.StringIO()
+    code.print_ascii(picture, invert=True)
+    rows = picture.getvalue().replace("\xa0", " ").splitlines()
+    return ["", *(LIGHT_ON_BLACK + row + RESET for row in rows if row), "", f"token, asked for once: {token}"]
 
 
 async def serve(robot, access, token, file, parameters):
@@ -119,11 +112,9 @@ async def serve(robot, access, token, file, parameters):
         signal.signal(number, end)
     tls = make_tls(parameters["certificate"])
     scheme = "https" if tls else "http"
-    speeds = Speeds(parameters["max_linear_speed"], parameters["max_angular_speed"])
     settings = ServerSettings(
-        names=host_names(parameters["host_names"]), scheme=scheme, rate=STATE_RATE,
-        oldest=parameters["oldest_command"], dead_man=parameters["dead_man"], max_pages=MAX_PAGES,
-        max_connections=MAX_CONNECTIONS, speeds=speeds,
+        names=host_names(parameters["host_names"]), scheme=scheme, oldest=parameters["oldest_command"],
+        dead_man=parameters["dead_man"], speeds=Speeds(parameters["max_linear_speed"], parameters["max_angular_speed"]),
         robot=rospy.get_namespace().strip("/") or socket.gethostname())
     folder = Path(rospkg.RosPack().get_path("robotont_teleop")) / "web"
     server = WebServer(robot, access, settings, folder, ViewerTopics())
@@ -135,8 +126,11 @@ async def serve(robot, access, token, file, parameters):
                          f"web_port:={port + 1}. By keys: ./robotont keys") from None
     shown = own_address() if address in ("", "0.0.0.0", "::") else address
     url = f"{scheme}://{f'[{shown}]' if ':' in shown else shown}:{port}/"
-    for line in invitation(url, token, file, sys.stdout.isatty()):
-        print(line, flush=True)  # not to the log: the token is for this terminal
+    namespace = rospy.get_namespace().rstrip("/")
+    remapping = f" __ns:={namespace}" if namespace else ""
+    print(f"drive the robot in a browser: {url}", "or by keys, in a second terminal: "
+          f"./robotont keys{remapping}   (rosrun robotont_teleop keyboard_teleop{remapping})",
+          *invitation(url, token, file, sys.stdout.isatty()), sep="\n", flush=True)  # no log: the token is secret
     Health(robot_name(), {"web page": lambda: report(server, url, file)})
     gc.collect()
     gc.freeze()  # what exists now stays: the collector need not look through it while commands wait
@@ -180,9 +174,7 @@ def main():
         if not rospy.is_shutdown():
             asyncio.run(serve(robot, access, token, file, parameters))
     except ParameterError as error:
-        for fault in error.faults:
-            rospy.logfatal("wrong parameter %s", fault)
-        sys.exit(1)
+        refuse(error.faults)
     except SetUpError as error:
         rospy.logfatal("%s", error)
         sys.exit(1)

@@ -4,13 +4,12 @@ import asyncio
 import json
 import mimetypes
 import time
-from typing import NamedTuple, Optional
 
 import tornado.web
 from tornado.iostream import StreamClosedError
 
-from robotont_teleop.access import LONGEST_TOKEN, host_allowed, origin_allowed
-from robotont_teleop.metrics import KIND
+from robotont_teleop.web.access import LONGEST_TOKEN, host_allowed, origin_allowed
+from robotont_teleop.web.metrics import KIND
 
 COOKIE_DAYS = 90
 PAGE, LOGIN_PAGE, MANIFEST = "index.html", "login.html", "manifest.webmanifest"
@@ -75,10 +74,8 @@ class Guarded:
         return origin_allowed(self.request.headers.get("Origin"), self.server.settings.scheme, self.request.host)
 
     def _host_allowed(self):
-        connection = self.request.connection
-        stream = getattr(connection, "stream", None)
         try:
-            own = stream.socket.getsockname()[0]
+            own = self.request.connection.stream.socket.getsockname()[0]
         except (AttributeError, OSError):
             return False  # gone already
         return host_allowed(self.request.headers.get("Host"), own, self.server.settings.names)
@@ -92,13 +89,15 @@ class FileHandler(Guarded, tornado.web.RequestHandler):
     def get(self, name):
         """Called by tornado."""
         name = name or PAGE
-        status = 200
         if name == PAGE and not self.authorised:
-            name, status = LOGIN_PAGE, 401
-        file = self.server.files.get(name)
-        if file is None:
+            name = LOGIN_PAGE
+            self.set_status(401)
+        if name not in self.server.files:
             raise tornado.web.HTTPError(404)
-        _send_file(self, file, status)
+        kind, content = self.server.files[name]
+        self.set_header("Content-Type", kind)
+        self.set_header("Cache-Control", "no-cache")
+        self.finish(content)
 
 
 class LoginHandler(Guarded, tornado.web.RequestHandler):
@@ -143,7 +142,7 @@ class MapHandler(Guarded, tornado.web.RequestHandler):
 
     def get(self):
         """Called by tornado."""
-        picture = self.server.robot.map_picture()
+        picture = self.server.map_picture
         if picture is None:
             raise tornado.web.HTTPError(404)
         self.set_header("Content-Type", "image/png")
@@ -158,7 +157,7 @@ class CameraHandler(Guarded, tornado.web.RequestHandler):
         seen = self.get_query_argument("after", "0")
         end = time.monotonic() + CAMERA_WAIT
         while True:
-            picture = self.server.robot.camera_picture()
+            picture = self.server.robot.camera.picture()
             if picture is not None and str(picture[0]) != seen:
                 break
             if time.monotonic() > end:
@@ -169,30 +168,16 @@ class CameraHandler(Guarded, tornado.web.RequestHandler):
         await self.finish(picture[1])
 
 
-class File(NamedTuple):
-    """A file of the page."""
-
-    kind: str
-    content: bytes
-
-
 def read_files(folder, robot="Robotont"):
-    """The page's files by name, with the robot's name in that of the home screen; nothing else can be asked for."""
+    """{name: (type, content)} of the page, with the robot's name in that of the home screen; there are no others."""
     kinds = {**mimetypes.types_map, ".webmanifest": "application/manifest+json", ".js": "text/javascript"}
     files = {}
     for path in folder.iterdir():
         kind = kinds.get(path.suffix)
         if kind and path.is_file():
             text = kind.startswith("text/") or kind.endswith("json")
-            files[path.name] = File(kind + ("; charset=utf-8" if text else ""), path.read_bytes())
-    if MANIFEST in files:
-        content = json.dumps({**json.loads(files[MANIFEST].content), "name": robot, "short_name": robot}).encode()
-        files[MANIFEST] = files[MANIFEST]._replace(content=content)
+            content = path.read_bytes()
+            if path.name == MANIFEST:
+                content = json.dumps({**json.loads(content), "name": robot, "short_name": robot}).encode()
+            files[path.name] = kind + ("; charset=utf-8" if text else ""), content
     return files
-
-
-def _send_file(handler, file: File, status: Optional[int] = 200):
-    handler.set_status(status)
-    handler.set_header("Content-Type", file.kind)
-    handler.set_header("Cache-Control", "no-cache")
-    handler.finish(file.content)

@@ -5,7 +5,7 @@ wrong and its messages late. So each command carries the newest server time that
 age is the time since then: the way to the page, the page's own delay, and the way back.
 """
 
-from robotont_teleop.speeds import STOP
+from robotont_teleop.hand.speeds import STOP
 
 CLOCK_RESOLUTION = 0.001  # [s] of the times in messages
 
@@ -19,16 +19,11 @@ class DrivingSeat:
         self._dead_man = dead_man  # [s] after the server time that its newest command has seen the robot stops
         self.driver = None         # the page that drives
         self._moving_since = None  # [s] server time that the newest command with motion has seen, None when at rest
-        self._hands_off = False    # whether the sticks must be let go before they drive again
+        self.hands_off = False     # whether the sticks must be let go before they drive again
         self._holding = set()      # pages that have asked for motion without driving, and have not let go since
         self.dropped = 0           # commands that came too late
         self.foreign = 0           # motion asked for by pages that do not drive
         self.timeouts = 0          # stops because a moving page fell silent
-
-    @property
-    def hands_off(self):
-        """Whether the driver has to let go of the sticks before they drive again."""
-        return self._hands_off
 
     def is_fresh(self, seen, now):
         """Whether a message of a page that had seen server time `seen` is new enough; counts those that are not."""
@@ -44,7 +39,7 @@ class DrivingSeat:
         if page == self.driver:
             return None
         self.driver = page
-        self._hands_off = page in self._holding
+        self.hands_off = page in self._holding
         self._holding.discard(page)
         return self._rest()
 
@@ -54,7 +49,7 @@ class DrivingSeat:
         if page != self.driver:
             return None
         self.driver = None
-        self._hands_off = False
+        self.hands_off = False
         return self._rest()
 
     def command(self, page, seen, twist, now, stopped=False):
@@ -66,7 +61,7 @@ class DrivingSeat:
         if not self.is_fresh(seen, now):
             return self._rest() if page == self.driver and twist == STOP else None  # to stand is never too late
         if self.driver is None and twist != STOP and page not in self._holding:
-            self.driver, self._hands_off = page, False
+            self.driver, self.hands_off = page, False
         if page != self.driver:
             if twist == STOP:
                 self._holding.discard(page)
@@ -75,18 +70,18 @@ class DrivingSeat:
                 self.foreign += 1
             return None
         if twist == STOP:
-            self._hands_off = False
+            self.hands_off = False
             self._moving_since = None
             return STOP
-        self._hands_off = self._hands_off or stopped
-        if self._hands_off:
+        self.hands_off = self.hands_off or stopped
+        if self.hands_off:
             return self._rest()
         self._moving_since = seen  # not when it came: a stall of either way counts from its first moment
         return self._speeds.within(twist)
 
     def stop(self):
         """An emergency stop; the twist to send, or None. The sticks have to be let go of first."""
-        self._hands_off = self.driver is not None
+        self.hands_off = self.driver is not None
         return self._rest()
 
     def look(self, now):
@@ -94,7 +89,7 @@ class DrivingSeat:
         if self._moving_since is None or now - self._moving_since < self._dead_man:
             return None
         self.timeouts += 1
-        self._hands_off = True
+        self.hands_off = True
         return self._rest()
 
     def time_left(self, now):
@@ -106,22 +101,3 @@ class DrivingSeat:
             return None
         self._moving_since = None
         return STOP
-
-
-class MessageRate:
-    """Counts messages against a rate [1/s] with a reserve of one second; `take`: whether one more is within it."""
-
-    def __init__(self, rate):
-        self._rate = rate
-        self._left = rate
-        self._time = None
-
-    def take(self, now):
-        """Whether a message at time `now` [s] may pass."""
-        if self._time is not None:
-            self._left = min(self._rate, self._left + (now - self._time) * self._rate)
-        self._time = now
-        if self._left < 1.0:
-            return False
-        self._left -= 1.0
-        return True

@@ -1,23 +1,22 @@
 """The connection of one open page: its messages within their limits, and states only as fast as it reads them."""
 
-import contextlib
 import json
 import time
 
 import tornado.web
 import tornado.websocket
 
-from robotont_teleop.driving_seat import MessageRate
-from robotont_teleop.messages import MessageError
-from robotont_teleop.page_frames import PageFrames, drop, limit_waiting, reads
-from robotont_teleop.web_handlers import Guarded
+from robotont_teleop.web.messages import MessageError
+from robotont_teleop.web.page_frames import PageFrames, drop, limit_waiting, reads, write
+from robotont_teleop.web.web_handlers import Guarded
 
-FRAMES_PER_SECOND = 200.0     # of one page, of all kinds; it sends 25, and 125 at most while a stick moves fast
+FRAMES_PER_SECOND = 200       # of one page, of all kinds; it sends 25, and 125 at most while a stick moves fast
 SEND_BUFFER = 16384           # [bytes] of a page's socket, so that little can wait in it
+MAX_PAGES = 16                # open at once
 SLOWEST_READER = 5.0          # [s] a page that has not read for so long is closed
 LONGEST_REASON = 123          # [bytes] of a close (RFC 6455)
 WRONG_MESSAGES = 10           # of one page before it is closed
-GOING_AWAY, NOT_OURS, TOO_MANY = 1001, 1008, 1013  # close codes (RFC 6455): end, policy violation, try again later
+GOING_AWAY, NOT_OURS = 1001, 1008  # close codes (RFC 6455): end, policy violation
 
 
 class PageSocket(Guarded, tornado.websocket.WebSocketHandler):
@@ -28,9 +27,8 @@ class PageSocket(Guarded, tornado.websocket.WebSocketHandler):
         self.number = None
         self.waiting = {}   # newest message of each slow kind that this page has not got yet
         self.fresh = True   # has got no status yet
-        self._rate = MessageRate(FRAMES_PER_SECOND)
+        self._second, self._frames = None, 0  # a second of the clock, and how many frames have come in it
         self._wrong = 0
-        self._writing = None  # the newest write, for the loop holds it only weakly
         self._read_at = 0.0   # [s] when the page was last seen to read
 
     def get_websocket_protocol(self):
@@ -48,21 +46,18 @@ class PageSocket(Guarded, tornado.websocket.WebSocketHandler):
         super().prepare()
         if not self.origin_allowed:
             raise tornado.web.HTTPError(403, reason="foreign origin")
-        if len(self.server.pages) >= self.server.settings.max_pages:
+        if len(self.server.pages) >= MAX_PAGES:
             raise tornado.web.HTTPError(503, reason="too many open pages")
 
     def open(self):
         """Called by tornado."""
         self.number = self.server.add(self)
-        if self.number is None:
-            self.close(TOO_MANY, "too many open pages")
-            return
         self.set_nodelay(True)
         limit_waiting(self, SEND_BUFFER)
         self._read_at = time.monotonic()
         settings = self.server.settings
         self.send({"kind": "hello", "page": self.number, "robot": settings.robot, "linear": settings.speeds.linear,
-                   "angular": settings.speeds.angular, "oldest": settings.oldest, "dead_man": settings.dead_man})
+                   "angular": settings.speeds.angular})
 
     def on_message(self, text):
         """Called by tornado."""
@@ -75,8 +70,11 @@ class PageSocket(Guarded, tornado.websocket.WebSocketHandler):
 
     def count_frame(self):
         """A frame of any kind has come."""
-        if self.number is not None and not self._rate.take(time.monotonic()):
-            self._refuse(f"more than {FRAMES_PER_SECOND:g} frames per second", at_once=True)
+        second = int(time.monotonic())
+        self._frames = self._frames + 1 if second == self._second else 1
+        self._second = second
+        if self.number is not None and self._frames > FRAMES_PER_SECOND:
+            self._refuse(f"more than {FRAMES_PER_SECOND} frames per second", at_once=True)
 
     def on_close(self):
         """Called by tornado."""
@@ -86,7 +84,7 @@ class PageSocket(Guarded, tornado.websocket.WebSocketHandler):
     def send(self, message):
         """Send an answer now; dropped when the page does not read."""
         if reads(self):
-            self._write(json.dumps(message))
+            write(self, json.dumps(message))
 
     def feed(self, state, now):
         """Send the state, unless the page has not read the one before; close a page that reads no more."""
@@ -97,7 +95,7 @@ class PageSocket(Guarded, tornado.websocket.WebSocketHandler):
             return
         self._read_at = now
         for text in (state, *self.waiting.values()):
-            self._write(text)
+            write(self, text)
         self.waiting.clear()
 
     def end(self, code, words):
@@ -113,14 +111,3 @@ class PageSocket(Guarded, tornado.websocket.WebSocketHandler):
             self.end(NOT_OURS, words)
         else:
             self.send({"kind": "error", "words": words[:200]})
-
-    def _write(self, text):
-        with contextlib.suppress(tornado.websocket.WebSocketClosedError):
-            self._writing = self.write_message(text)
-            self._writing.add_done_callback(_overlook)
-
-
-def _overlook(write):
-    """A write that fails has met a closed connection, and `on_close` comes."""
-    if not write.cancelled():
-        write.exception()

@@ -9,9 +9,9 @@ from nav_msgs.msg import Odometry
 from std_msgs.msg import String
 
 from robotont_driver.ros.publishers import DroppingPublisher
-from robotont_teleop.emergency_stop_client import EmergencyStopClient
-from robotont_teleop.speeds import STOP
-from robotont_teleop.twist_message import twist_message
+from robotont_teleop.hand.emergency_stop_client import EmergencyStopClient
+from robotont_teleop.hand.speeds import STOP
+from robotont_teleop.hand.twist_message import twist_message
 
 HAND, DIRECT = "cmd_vel/hand", "cmd_vel"
 

@@ -12,7 +12,7 @@ from robotont_driver.kinematics.se2 import yaw_of
 from robotont_driver.parameters.parameters import ParameterError
 from robotont_driver.ros.clocks import boot_time
 from robotont_driver.ros.node_parameters import parameter_of_another, running_wheels
-from robotont_teleop.guard import Guard
+from robotont_teleop.mux.guard import Guard
 
 OLDEST = 1.0   # [s] more a stamp does not count
 CONE_RAYS = 5  # as which the cone of a range sensor counts: what it has measured may be anywhere in it

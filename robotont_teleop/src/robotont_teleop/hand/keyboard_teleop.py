@@ -16,10 +16,10 @@ from robotont_driver.parameters.parameters import Parameter
 from robotont_driver.ros.lifecycle import answer_help
 from robotont_driver.ros.node_parameters import own_parameters
 from robotont_driver.ros.rospy_end import end_soon, init_tool
-from robotont_teleop.hand_output import HandOutput
-from robotont_teleop.keys import EMERGENCY_STOP, QUIT, RELEASE, HeldKeys, split_keys
-from robotont_teleop.newest_diagnostics import SILENCE, NewestDiagnostics
-from robotont_teleop.speeds import STOP, Speeds
+from robotont_teleop.hand.hand_output import HandOutput
+from robotont_teleop.hand.keys import EMERGENCY_STOP, QUIT, RELEASE, HeldKeys, split_keys
+from robotont_teleop.hand.newest_diagnostics import SILENCE, NewestDiagnostics
+from robotont_teleop.hand.speeds import STOP, Speeds
 
 PARAMETERS = (
     Parameter("linear_speed", 0.3, "at the start", "m/s", minimum=0.01, maximum=100.0),
@@ -50,7 +50,6 @@ class KeyboardTeleop:
 
     def __init__(self, parameters, terminal):
         self._terminal = terminal
-        self._period = PUBLISH_PERIOD
         speeds = Speeds(parameters["linear_speed"], parameters["angular_speed"])
         self._keys = HeldKeys(speeds, Speeds(*map(max, speeds, FASTEST)), parameters["first_hold"], REPEAT_HOLD)
         self._output = HandOutput()
@@ -85,7 +84,7 @@ class KeyboardTeleop:
 
     def _read(self):
         """Keys that have come within one period; raises OSError when there is no terminal any more."""
-        if not select.select([self._terminal], [], [], self._period)[0]:
+        if not select.select([self._terminal], [], [], PUBLISH_PERIOD)[0]:
             return []
         data = os.read(self._terminal, 256)
         if not data:
@@ -109,7 +108,7 @@ class KeyboardTeleop:
         if self._output.emergency_stop.pressed:
             self._keys.release()
         twist = self._keys.twist(now)
-        if twist != self._output.sent or (twist != STOP and now - self._sent_at >= 0.5 * self._period):
+        if twist != self._output.sent or (twist != STOP and now - self._sent_at >= 0.5 * PUBLISH_PERIOD):
             self._sent_at = now
             self._output.send(twist)
 
@@ -122,8 +121,7 @@ class KeyboardTeleop:
         words = "EMERGENCY STOP, shift+U releases it" if output.emergency_stop.pressed else _words(output.sent)
         robot = "no odometry" if output.velocity is None else _words(output.velocity)
         line = f"{self._keys.speeds.linear:.2f} {self._keys.speeds.angular:.2f} | "
-        why_not = self._why_not(now) if output.sent != STOP else ""
-        line += why_not or f"sent {words} | {output.listeners} | robot {robot}"
+        line += (output.sent != STOP and self._why_not(now)) or f"sent {words} | {output.listeners} | robot {robot}"
         if output.connected:
             self._missed_from = now
         elif now < self._missed_from:
@@ -167,7 +165,6 @@ def main():
         why = teleop.run()
     except KeyboardInterrupt:
         teleop.stop()
-        why = "ended"
     finally:
         signal.signal(signal.SIGHUP, signal.SIG_IGN)
         try:

@@ -1,18 +1,13 @@
 """Interprets the events of a gamepad, by named layouts; free of ROS, device and clock.
 
-Codes are those of Linux' input-event-codes.h, which evdev names in the same way.
+Codes are those of Linux' input-event-codes.h.
 """
 
 from typing import NamedTuple, Tuple
 
-from robotont_teleop.speeds import STOP, without_dead_zone
+from evdev import ecodes as e
 
-EV_SYN, EV_KEY, EV_ABS = 0, 1, 3
-SYN_REPORT, SYN_DROPPED = 0, 3
-ABS_X, ABS_Y, ABS_Z, ABS_RX, ABS_RY, ABS_RZ, ABS_GAS, ABS_BRAKE = 0, 1, 2, 3, 4, 5, 9, 10
-BTN_TRIGGER, BTN_THUMB2, BTN_TOP2, BTN_PINKIE, BTN_BASE4 = 0x120, 0x122, 0x124, 0x125, 0x129
-BTN_EAST, BTN_C, BTN_WEST, BTN_Z = 0x131, 0x132, 0x134, 0x135
-BTN_TL, BTN_TR, BTN_TR2, BTN_START = 0x136, 0x137, 0x139, 0x13B
+from robotont_teleop.hand.speeds import STOP, without_dead_zone
 
 
 class Layout(NamedTuple):
@@ -41,19 +36,23 @@ class Layout(NamedTuple):
 LAYOUTS = {
     # PlayStation pads without a driver of their own (hid-generic, as DualSense in kernels before 5.12). First, because
     # their triggers are where the other pads have the right stick, and rest at its rim.
-    "playstation_generic": Layout(ABS_X, ABS_Y, ABS_Z, BTN_WEST, BTN_Z, BTN_C, BTN_TR2, (ABS_RX, ABS_RY, ABS_RZ)),
-    "xbox": Layout(ABS_X, ABS_Y, ABS_RX, BTN_TL, BTN_TR, BTN_EAST, BTN_START),         # kernel driver xpad
-    "playstation": Layout(ABS_X, ABS_Y, ABS_RX, BTN_TL, BTN_TR, BTN_EAST, BTN_START),  # hid-playstation, hid-sony
+    "playstation_generic": Layout(e.ABS_X, e.ABS_Y, e.ABS_Z, e.BTN_WEST, e.BTN_Z, e.BTN_C, e.BTN_TR2,
+                                  (e.ABS_RX, e.ABS_RY, e.ABS_RZ)),
+    # the kernel's drivers xpad, and hid-playstation or hid-sony
+    "xbox": Layout(e.ABS_X, e.ABS_Y, e.ABS_RX, e.BTN_TL, e.BTN_TR, e.BTN_EAST, e.BTN_START),
+    "playstation": Layout(e.ABS_X, e.ABS_Y, e.ABS_RX, e.BTN_TL, e.BTN_TR, e.BTN_EAST, e.BTN_START),
     # Xbox pads by Bluetooth and those made for Android, without a driver of their own
-    "bluetooth": Layout(ABS_X, ABS_Y, ABS_Z, BTN_TL, BTN_TR, BTN_EAST, BTN_START, (ABS_GAS, ABS_BRAKE)),
-    "directinput": Layout(ABS_X, ABS_Y, ABS_Z, BTN_TOP2, BTN_PINKIE, BTN_THUMB2, BTN_BASE4),  # e.g. Logitech in mode D
+    "bluetooth": Layout(e.ABS_X, e.ABS_Y, e.ABS_Z, e.BTN_TL, e.BTN_TR, e.BTN_EAST, e.BTN_START,
+                        (e.ABS_GAS, e.ABS_BRAKE)),
+    # e.g. Logitech in mode D
+    "directinput": Layout(e.ABS_X, e.ABS_Y, e.ABS_Z, e.BTN_TOP2, e.BTN_PINKIE, e.BTN_THUMB2, e.BTN_BASE4),
 }
 
 
-def layout_for(codes):
-    """Name of the first layout whose axes and buttons are all among the `codes` {EV_KEY: set, EV_ABS: set}, or None."""
-    return next((name for name, layout in LAYOUTS.items()
-                 if layout.axes <= codes.get(EV_ABS, set()) and layout.buttons <= codes.get(EV_KEY, set())), None)
+def layout_for(capabilities):
+    """Name of the first layout whose axes and buttons a device with these `capabilities`, as of evdev, has; or None."""
+    axes, buttons = {code for code, _ in capabilities.get(e.EV_ABS, ())}, set(capabilities.get(e.EV_KEY, ()))
+    return next((name for name, layout in LAYOUTS.items() if layout.axes <= axes and layout.buttons <= buttons), None)
 
 
 class Gamepad:
@@ -72,11 +71,11 @@ class Gamepad:
 
         The release needs the dead-man button as well, so that no bump of a single button releases.
         """
-        if kind not in (EV_KEY, EV_ABS):
+        if kind not in (e.EV_KEY, e.EV_ABS):
             return None
         self._values[kind, code] = value
         layout = self._layout
-        if kind == EV_KEY and value == 1:
+        if kind == e.EV_KEY and value == 1:
             if code == layout.stop:
                 return "stop"
             if code == layout.release and self._held(layout.dead_man):
@@ -93,8 +92,8 @@ class Gamepad:
         For the start, and after lost events; "stop" when the emergency stop's button is down, else None. What happened
         meanwhile is unknown, so the sticks have to be in the middle once before they move anything.
         """
-        self._values = {**{(EV_ABS, code): value for code, value in axes.items()},
-                        **{(EV_KEY, code): 1 for code in keys}}
+        self._values = {**{(e.EV_ABS, code): value for code, value in axes.items()},
+                        **{(e.EV_KEY, code): 1 for code in keys}}
         self.let_go()
         return "stop" if self._held(self._layout.stop) else None
 
@@ -114,7 +113,7 @@ class Gamepad:
         return speeds.twist(*self._position())
 
     def _held(self, button):
-        return bool(self._values.get((EV_KEY, button)))
+        return bool(self._values.get((e.EV_KEY, button)))
 
     def _position(self):
         layout = self._layout
@@ -124,7 +123,7 @@ class Gamepad:
 
     def _axis(self, code):
         lowest, highest = self._ranges[code]
-        value = self._values.get((EV_ABS, code))
+        value = self._values.get((e.EV_ABS, code))
         if value is None or highest <= lowest:
             return 0.0
         return 2.0 * (value - lowest) / (highest - lowest) - 1.0

@@ -8,7 +8,6 @@ import numpy as np
 import rospy
 import tf2_ros
 from diagnostic_msgs.msg import DiagnosticArray
-from geometry_msgs.msg import Twist
 from nav_msgs.msg import OccupancyGrid, Odometry
 from sensor_msgs.msg import BatteryState, LaserScan, Range
 from std_msgs.msg import String
@@ -17,8 +16,8 @@ from robotont_driver.kinematics.kinematics import Kinematics
 from robotont_driver.kinematics.se2 import compose, pose_of, yaw_of
 from robotont_driver.protocol.packet import PacketError, parse_packet
 from robotont_driver.ros.worker import Worker
-from robotont_teleop.newest_diagnostics import SILENT, NewestDiagnostics
-from robotont_teleop.page_pictures import finite, map_picture, rounded, thinned_scan
+from robotont_teleop.hand.newest_diagnostics import SILENT, NewestDiagnostics
+from robotont_teleop.web.page_pictures import finite, map_picture, rounded, thinned_scan
 
 MAP_FRAME = "map"
 STALE = 1.0             # [s] a value that has not come for so long is not shown
@@ -50,9 +49,8 @@ class RobotTopics:
         self._driven_by = ""
         self._listener = tf2_ros.TransformListener(self.transforms)
         for topic, kind, callback in (
-                ("odom", Odometry, self._on_odometry), ("cmd_vel/limited", Twist, self._on_limited),
-                ("serial_write", String, self._on_commanded), ("serial_read", String, self._on_counts),
-                ("/diagnostics", DiagnosticArray, self._on_diagnostics),
+                ("odom", Odometry, self._on_odometry), ("serial_write", String, self._on_commanded),
+                ("serial_read", String, self._on_counts), ("/diagnostics", DiagnosticArray, self._on_diagnostics),
                 ("cmd_vel/driven_by", String, self._on_driven_by), ("battery", BatteryState, self._on_battery),
                 ("range", Range, self._on_range), ("scan", LaserScan, self._on_scan),
                 ("map", OccupancyGrid, self._on_map)):
@@ -64,8 +62,8 @@ class RobotTopics:
         with self._lock:
             return {
                 "pose": rounded(self._pose(), 4), "velocity": rounded(self._fresh("velocity"), 3),
-                "limited": rounded(self._fresh("limited"), 3), "commanded": rounded(self._fresh("commanded"), 3),
-                "measured": rounded(self._measured(), 3), "driven_by": self._driven_by,
+                "commanded": rounded(self._fresh("commanded"), 3), "measured": rounded(self._measured(), 3),
+                "driven_by": self._driven_by,
             }
 
     def slow(self):
@@ -81,14 +79,16 @@ class RobotTopics:
                 "map": self._map,
             }
 
-    def figures(self):
-        """(what `metrics` wants of this robot, the values of its diagnostics)."""
-        now = time.monotonic()
-        with self._lock:
-            velocity = self._fresh("velocity")
-            return {"driven": self._driven, "battery": self._fresh("battery", SILENT),
-                    "speed": [math.hypot(*velocity[:2])] if velocity else None,
-                    "worst": self._diagnostics.worst(now)}, self._diagnostics.values(now)
+    def numbers(self):
+        """What `metrics` wants of this robot."""
+        velocity = self._fresh("velocity")
+        return {"driven": self._driven, "battery": self._fresh("battery", SILENT),
+                "speed": [math.hypot(*velocity[:2])] if velocity else None,
+                "worst": self._diagnostics.worst(time.monotonic())}
+
+    def diagnostic_values(self):
+        """{task: {"level", key: number}}."""
+        return self._diagnostics.values(time.monotonic())
 
     def scan(self):
         """The newest scan for JSON, or None."""
@@ -126,9 +126,6 @@ class RobotTopics:
         way = math.dist(pose[:2], before[1][:2]) if before else 0.0
         self._driven += way if way < LONGEST_WAY else 0.0
         self._keep(pose=pose, velocity=(twist.linear.x, twist.linear.y, twist.angular.z))
-
-    def _on_limited(self, message):
-        self._keep(limited=(message.linear.x, message.linear.y, message.angular.z))
 
     def _on_commanded(self, message):
         units = self._units(message.data)

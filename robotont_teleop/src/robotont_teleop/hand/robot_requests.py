@@ -33,7 +33,7 @@ def call_in_time(service, asked, still_wanted=lambda: ""):
 class NewestGoal:
     """Sends the newest goal by goto's client; one that it replaces is dropped, wherever it is on its way.
 
-    `goto`: GoTo; `report(words, good)` is called when a goal has ended and no newer one has taken its place.
+    `goto`: GoTo; `report(words)` is called when a goal has ended and no newer one has taken its place.
     """
 
     def __init__(self, goto, report):
@@ -90,7 +90,7 @@ class NewestGoal:
             replaced = self._wanted is not None
             self._shown = None  # also where it is replaced: the newer goal may be cancelled before its turn
         if not replaced:
-            self._report(outcome.words, outcome.status == 0)
+            self._report(outcome.words)
         return 0.0
 
 
@@ -108,13 +108,13 @@ class ServiceRequest:
         if self._free.acquire(blocking=False):
             threading.Thread(target=self._call, daemon=True).start()
         else:
-            self._report(f"{self._what}: no answer yet to the request before", False)
+            self._report(f"{self._what}: no answer yet to the request before")
 
     def _call(self):
         try:
             answer = call_in_time(self._service, time.monotonic())
-            self._report(f"{self._what}: {answer.message or 'done'}", True)
+            self._report(f"{self._what}: {answer.message or 'done'}")
         except rospy.ServiceException as error:
-            self._report(f"{self._what}: {error}", False)
+            self._report(f"{self._what}: {error}")
         finally:
             self._free.release()

@@ -22,9 +22,9 @@ from robotont_driver.ros.publishers import DroppingPublisher
 from robotont_driver.ros.reconnection import OutageWatch
 from robotont_driver.ros.rospy_internals import connection_header
 from robotont_driver.ros.worker import Worker
-from robotont_teleop.arbitration import STOP, Arbiter, Input
-from robotont_teleop.guard_sensors import make_guard
-from robotont_teleop.twist_message import twist_message
+from robotont_teleop.hand.twist_message import twist_message
+from robotont_teleop.mux.arbitration import STOP, Arbiter, Input
+from robotont_teleop.mux.guard_sensors import make_guard
 
 PARAMETERS = (
     Parameter("hand_timeout", 0.3, "the robot stops after this long without a command of the hand that drives", "s",
@@ -38,7 +38,6 @@ PARAMETERS = (
     Parameter("blind_speed", 0.3, "of the hand where no scan and no range sees, if there is either; elsewhere the hand "
               "stops before what is in the way; negative: no guard", "m/s", minimum=-1.0, maximum=100.0),
 )
-INPUTS = ("hand", "navigation", "default")  # highest first
 NAVIGATION_REST = 1.0    # [s] after the last motion by navigation, before the default may drive
 DEFAULT_TIMEOUT = 0.5    # [s] without a command of the default, after which the robot stops
 HELD = 1.0               # [s] for which it is told what was in the way
@@ -50,16 +49,15 @@ class CmdVelMux:
     """Lets the highest input drive; none while driver_node says that the emergency stop is pressed."""
 
     def __init__(self, parameters):
-        self._arbiter = Arbiter([
-            Input("hand", parameters["hand_timeout"], parameters["hand_rest"], False),
-            Input("navigation", parameters["navigation_timeout"], NAVIGATION_REST, True),  # unblock stops for move_base
-            Input("default", DEFAULT_TIMEOUT, 0.0, False)])
+        inputs = (Input("hand", parameters["hand_timeout"], parameters["hand_rest"]),  # the highest first
+                  Input("navigation", parameters["navigation_timeout"], NAVIGATION_REST, zeros_of_all=True),  # unblock
+                  Input("default", DEFAULT_TIMEOUT, 0.0))
+        self._arbiter = Arbiter(inputs)
         self._lock = threading.Lock()
-        self._commands = dict.fromkeys(INPUTS, 0)
+        self._timeouts = {name: timeout for name, timeout, *_ in inputs}
+        self._commands = dict.fromkeys(self._timeouts, 0)
         self._refusals = Refusals()
         self._refusal = ""
-        self._timeouts = {"hand": parameters["hand_timeout"], "navigation": parameters["navigation_timeout"],
-                          "default": DEFAULT_TIMEOUT}
         self._arrivals = Arrivals(min(self._timeouts.values()) / 2, boot_time())
         self._outdated = 0
         self._driver = None
@@ -75,9 +73,9 @@ class CmdVelMux:
         Worker(self._look)
         rospy.on_shutdown(self._stop)
         pressed_by = rospy.Subscriber("emergency_stop/pressed_by", String, self._on_pressed_by, tcp_nodelay=True)
-        inputs = [rospy.Subscriber("cmd_vel/" + name, Twist, partial(self._on_command, name), queue_size=1,
-                                   tcp_nodelay=True) for name in INPUTS]
-        self._arrivals.link = OutageWatch(newest=inputs, every=[pressed_by]).link
+        heard = [rospy.Subscriber("cmd_vel/" + name, Twist, partial(self._on_command, name), queue_size=1,
+                                  tcp_nodelay=True) for name in self._timeouts]
+        self._arrivals.link = OutageWatch(newest=heard, every=[pressed_by]).link
         rospy.Service("~give_back", Trigger, self._on_give_back)
         Worker(self._look_for_others)
         self._health = Health(robot_name(), {"who drives": self._report,
@@ -195,7 +193,7 @@ class CmdVelMux:
 
     def _stop(self):
         with self._lock:
-            if self._arbiter.driver in INPUTS:
+            if self._arbiter.driver in self._timeouts:
                 self._send([STOP])
 
     def _report(self):

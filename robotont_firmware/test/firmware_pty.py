@@ -3,7 +3,6 @@
 import contextlib
 import os
 import pty
-import re
 import subprocess
 import tty
 
@@ -49,12 +48,6 @@ class Firmware:
         )  # fmt: skip
         return self
 
-    def finish(self):
-        """Wait for the end; return what it printed."""
-        output, _ = self.process.communicate(timeout=120)
-        assert self.process.returncode == 0, output
-        return output
-
     def __enter__(self):
         return self
 
@@ -66,21 +59,6 @@ class Firmware:
             self.process.stdout.close()
         os.close(self._slave)
         os.close(self._master)
-
-
-def jitter(output):
-    """Return by how much [s] 99 % of the firmware's periods were off at most, from what `finish` returned.
-
-    Only periods between ticks that came in time count; AssertionError when those are too few.
-    """
-    everything, periods, in_time = map(
-        int, re.search(r"p99 (\d+) us, of (\d+) periods in time (\d+) us", output).groups()
-    )
-    print(
-        f"99 % of all periods within {everything / 1e3:.2f} ms, of the {periods} in time {in_time / 1e3:.2f} ms"
-    )
-    assert periods >= 50, output
-    return in_time * 1e-6
 
 
 def real_time():

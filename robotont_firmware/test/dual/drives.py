@@ -2,7 +2,6 @@
 
 from dual_tools import Config, Robot
 from sim_motor import BRAKE, CHANCE, COAST, DIODE, DIRTY, FLOATING, HALF, HUM, MICRO, PARTIAL, REVERSED, UNPLUGGED, WILD
-from suite_fuzz import Random
 
 from robotont_firmware import wiring_robotont21, wiring_vnh
 from robotont_firmware.fault_watch import NO_FAULT

@@ -171,7 +171,8 @@ def flash_until(cut, there, staged):
     """Whether both programs ran to their end before as many steps were done."""
     sizes = {path.name: path.stat().st_size for path in staged}
     for code in (copying.PREPARE, copying.EXCHANGE.format(sizes=sizes)):
-        output = run_on_the_board(CUT.format(cut) + code.replace("import os", "") + "\nprint(left)", there.files).strip()
+        code = code.replace("import os", "")  # noqa: PLW2901
+        output = run_on_the_board(f"{CUT.format(cut)}{code}\nprint(left)", there.files).strip()
         assert "Error" not in output
         if not output.isdigit():
             return False

@@ -19,7 +19,7 @@ TOOLS = {"robotont_calibration": ["calibrate_wheels", "odometry_report"],
          "robotont_description": ["describe", "robot_radius"],
          "robotont_firmware": ["flash"],
          "robotont_map_navigation": ["goto"],
-         "robotont_simulator": ["fast_drive", "make_map", "show_model"]}
+         "robotont_simulator": ["fast_drive", "make_map"]}
 PARSE = """
 import sys
 from roslaunch.config import load_config_default

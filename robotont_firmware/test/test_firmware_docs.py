@@ -21,7 +21,7 @@ def test_leads_with_which_robot_needs_what():
     assert "as it was built | **Flash nothing.**" in lead
     for path in sorted((SRC / "robotont_firmware").glob("wiring*.py")):
         profile = runpy.run_path(str(path))["PROFILE"]
-        assert f"`./robotont flash --profile {profile}` |" in lead
+        assert f"`./robotont flash --profile {profile}`" in lead
 
 
 def test_wiring_table():

@@ -9,22 +9,6 @@ import tty
 from firmware_tools import DUAL, SRC, tool
 
 
-def crc16(data):
-    """CRC-16/CCITT-FALSE, written apart from the firmware's."""
-    crc = 0xFFFF
-    for byte in data:
-        crc ^= byte << 8
-        for _ in range(8):
-            crc = (crc << 1 ^ 0x1021 if crc & 0x8000 else crc << 1) & 0xFFFF
-    return crc
-
-
-def checked(body):
-    """`body;` with its CRC and newline, as bytes."""
-    line = body.encode() + b";"
-    return line + b"%04X\n" % crc16(line)
-
-
 class Firmware:
     """Runs test/dual/pty_loop.py for `periods` ticks from `start` on; `port` is the serial port to open.
 

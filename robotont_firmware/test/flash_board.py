@@ -4,11 +4,11 @@ import shutil
 import subprocess
 from pathlib import Path
 
-from firmware_pty import checked, crc16
 from firmware_tools import tool
 
 from robotont_firmware import __version__ as VERSION  # noqa: N812
 from robotont_flash.boards import ASK, LEAVE, FlashError
+from robotont_testing.stand_in_board import crc16, sealed
 
 OLD = "# of an older robotont_firmware"
 REPL = b"# repl\n# robotont_firmware safe mode\n"
@@ -30,7 +30,7 @@ class Board:
         self.new_profile, self.new_version = "ours", VERSION
         self.load, self.missed, self.totals = 49, False, ":0000:0000:0000"
         self.machine = "NUCLEO-L476RG with STM32L476RG (1, 24, 1, '') 7942"
-        self.banner = f"# robotont_firmware {VERSION} wheels 3 reset button"
+        self.banner = f"robotont_firmware {VERSION} wheels 3 reset button"
         self.waiting = self.received = b""
         self.steps, self.fails = [], None
         self.files = Path(folder)
@@ -51,7 +51,7 @@ class Board:
         if len(self.steps) - 1 == self.fails:
             raise FlashError(f"mpremote {action} failed: pulled")
         if action == "reset":
-            self.waiting = checked(self.banner) + self.packets()
+            self.waiting = sealed(self.banner) + self.packets()
             self.profile, self.version = self.new_profile, self.new_version
         elif action == "fs":
             *sources, target = arguments[1:]
@@ -78,7 +78,7 @@ class Board:
     def write(self, data):
         self.received += data
         if data == ASK and self.profile:
-            self.waiting = checked(f"# identity robotont_firmware {self.version} wheels 3 rate 50 profile "
+            self.waiting = sealed(f"identity robotont_firmware {self.version} wheels 3 rate 50 profile "
                                    f"{self.profile} reset power") + self.waiting  # fmt: skip
         elif data == LEAVE:
             self.waiting = REPL

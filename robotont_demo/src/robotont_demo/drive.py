@@ -1,6 +1,5 @@
 """The drive itself: follows a plan by cmd_vel, and waits until all of it has come back as odometry."""
 
-import sys
 import time
 
 import rospy
@@ -32,20 +31,13 @@ def drive(steps, recorder):
 
 
 def follow(steps, command):
-    """Publish one Step per period, and show how far it is."""
+    """Publish one Step per period, and print each leg that is done."""
     due = time.monotonic()
     for number, step in enumerate(steps, 1):
         message = Twist()
         message.linear.x, message.linear.y, message.angular.z = step.twist
         command.publish(message)
-        if number == len(steps) or steps[number].leg != step.leg or (number % 10 == 0 and sys.stdout.isatty()):
-            show_progress(number / len(steps), step.leg)
+        if number == len(steps) or steps[number].leg != step.leg:
+            print(f"  {100 * number / len(steps):3.0f} %  {step.leg}", flush=True)
         due += PERIOD
         time.sleep(max(0.0, due - time.monotonic()))
-
-
-def show_progress(part, leg):
-    """One line that grows, on a terminal; a line for each leg elsewhere."""
-    line = f"  [{'#' * round(30 * part):<30}] {100 * part:3.0f} %  {leg:<20}"
-    grows = sys.stdout.isatty()
-    print(f"\r{line}" if grows else line, end="" if grows and part < 1 else "\n", flush=True)

@@ -24,14 +24,9 @@ OTHER_BOARD = """\
 {port} is "{machine}" with MicroPython {version} (files {mpy}); this firmware is for a {wanted} with {oldest} or newer
 (files {wanted_mpy}). The program that may have run on it was stopped and starts again now."""
 NO_MICROPYTHON = """\
-No MicroPython answers on {port}. If the board has never been flashed:
-  1. Download the image for NUCLEO_L476RG (.hex or .bin) from https://micropython.org/download/NUCLEO_L476RG/
-  2. Copy it to the disk that the board's ST-Link shows (NOD_L476RG, or NODE_L476RG), or
-         st-flash --reset write NUCLEO_L476RG-*.bin 0x08000000
-  3. Run this again.
-If the board has MicroPython and a program that does not answer: hold USER, press and release RESET, let
-USER go when the green LED has blinked twice (safe mode; three blinks would erase the files), and run
-this again."""
+No MicroPython answers on {port}. A board that was never flashed: see docs/firmware.md, "Flashing, from nothing".
+A program that does not answer: hold USER, press and release RESET, let USER go when the green LED has blinked
+twice (safe mode; three blinks would erase the files), and run this again."""
 WHO = """
 import os, sys
 print(os.uname().machine, sys.implementation.version, getattr(sys.implementation, "_mpy", 0))

@@ -48,13 +48,10 @@ def check_profile(package, wiring):
     """FlashError unless a profile has the firmware's names, all that it needs, and values that can work."""
     config, ours = (runpy.run_path(str(package / name)) for name in ("config.py", "wiring.py"))
     profile = "profile " + wiring["PROFILE"]
-    for name in wiring:
-        if name not in config:
-            raise FlashError(f"{profile}: found {name}, which the firmware does not know; allowed: the names of "
-                             "config.py and wiring.py")  # fmt: skip
-    for name in ours:
-        if name.isupper() and name not in wiring:
-            raise FlashError(f"{profile}: {name} is missing; allowed: as in wiring.py")
+    for name in {*wiring, *filter(str.isupper, ours)}:
+        if name not in config or name not in wiring:
+            raise FlashError(f"{profile}: {name} is missing, or not known; allowed: the names of config.py, "
+                             "and all of wiring.py")  # fmt: skip
     try:
         check_wiring.check(SimpleNamespace(**{**config, **wiring}))
     except ValueError as error:
@@ -111,8 +108,6 @@ class Flash:
         package, root = folders()
         known = profiles(package)
         new = runpy.run_path(str(package / "__init__.py"))["__version__"]
-        if profile:
-            choose_profile(profile, "", known)
         port = boards.find_port(port)
         print(f"Listening on {port} ...")
         try:

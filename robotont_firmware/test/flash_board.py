@@ -29,6 +29,7 @@ class Board:
         self.profile, self.version = "", "2.0.0"
         self.new_profile, self.new_version = "ours", VERSION
         self.load, self.missed, self.totals = 49, False, ":0000:0000:0000"
+        self.ticks = self.spoilt = 0
         self.machine = "NUCLEO-L476RG with STM32L476RG (1, 24, 1, '') 7942"
         self.banner = f"robotont_firmware {VERSION} wheels 3 reset button"
         self.waiting = self.received = b""
@@ -65,9 +66,9 @@ class Board:
 
     def packets(self):
         """The first 60 packets after a start."""
-        lines = [f"0:0:0;{number + (self.missed and number > 9):02X}{self.totals}:0000000000000{self.load:X}:".encode()
-                 for number in range(60)]  # fmt: skip
-        return b"".join(line + b"%04X\n" % crc16(line) for line in lines)
+        lines = [f"0:0:0;{number + (self.missed and number > 9):02X}{self.totals}:00{number * self.ticks:02X}00000000"
+                 f"{self.load:02X}:".encode() for number in range(60)]  # fmt: skip
+        return b"".join(line + b"%04X\n" % (crc16(line) ^ self.spoilt) for line in lines)
 
     def __enter__(self):
         return self

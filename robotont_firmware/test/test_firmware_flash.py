@@ -139,6 +139,7 @@ def test_flashes_everything_and_tests_the_board(board, monkeypatch, capsys, tmp_
 
 @pytest.mark.parametrize(("change", "words"), [
     ({"load": 90}, "load 90 %"), ({"missed": True}, "1 were lost"), ({"totals": ""}, "0 packets came"),
+    ({"ticks": 1}, "50 ticks missed"), ({"spoilt": 1}, "60 spoilt"),
     ({"new_version": "1.0.0"}, "should have firmware"), ({"new_profile": "vnh"}, "should have firmware"),
     ({"packets": lambda: b"x\n"}, "0 packets came"), ({"banner": "x"}, "does not introduce itself")])  # fmt: skip
 def test_a_board_that_fails_its_test_is_reported(board, monkeypatch, capsys, change, words):

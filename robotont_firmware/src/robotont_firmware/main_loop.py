@@ -182,8 +182,10 @@ class Controller:
         """Drive one wheel for TEST_TIME, never too fast, and let the others roll; while no commands come."""
         receiver, config = self._receiver, self._config
         if receiver.test != 0:
-            self._tested, self._test_left = receiver.test, config.TEST_TIME
-            self._test_effort = min(receiver.test_effort or config.TEST_EFFORT, config.FULL_EFFORT >> 2, config.MAX_EFFORT)
+            effort = receiver.test_effort
+            self._tested, self._test_left = receiver.test, config.TEST_TIME if effort else 0
+            effort = config.TEST_EFFORT if effort < 0 else effort
+            self._test_effort = min(effort, config.FULL_EFFORT >> 2, config.MAX_EFFORT)
             self._test_speed = min(receiver.test_speed or config.TEST_SPEED, config.TEST_SPEED, config.MAX_SPEED)
             self._test_counts = 0
         speed = abs(self._counts[abs(self._tested) - 1]) // periods

@@ -77,7 +77,7 @@ class Receiver:
     `dropped`: lines refused since the start (modulo 2^29). `checked`: see above.
     `leave`: a valid `!repl;CCCC` came, so the PC wants the REPL. `asked`: a valid `?;CCCC` came; to be
     cleared with the answer. `test`: the wheel of a valid `!test 0+;CCCC`, plus 1, negative for backward; 0: none;
-    `test_effort`, `test_speed`: those of `!test 0+800:50;CCCC` [effort, units], 0 where it tells none.
+    `test_effort`, `test_speed`: those of `!test 0+800:50;CCCC` [effort, units], -1 and 0 where it tells none.
     """
 
     def __init__(self, wheels):
@@ -158,13 +158,15 @@ class Receiver:
             return False
         wheel = line[at - 2] - _ZERO + 1
         forward = line[at - 1] == _PLUS
-        numbers[0] = numbers[1] = 0
+        numbers[0], numbers[1] = -1, 0
         if line[at] != _SEMICOLON:
             at = _read_number(line, at, numbers, 0)
             if at == 0 or line[at] != _COLON:
                 return False
             at = _read_number(line, at + 1, numbers, 1)
-        if at != end - 1 or line[at] != _SEMICOLON or not 1 <= wheel <= self._wheels or min(numbers[0], numbers[1]) < 0:
+            if min(numbers[0], numbers[1]) < 0:
+                return False
+        if at != end - 1 or line[at] != _SEMICOLON or not 1 <= wheel <= self._wheels:
             return False
         if not forward and line[len(_TEST) + 1] != _MINUS:
             return False

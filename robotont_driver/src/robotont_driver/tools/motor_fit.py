@@ -130,10 +130,10 @@ def _fault(fit):
     """Why a fit's numbers do not hold; empty when they do."""
     most = MOST_RESIDUAL[0] + MOST_RESIDUAL[1] * fit.fastest
     faults = (
-        (fit.bend > MOST_BEND, "its speed does not grow evenly with the effort: a driver that coasts, a battery that "
-                               "gives way, or a wheel that touches something"),
         (fit.residual > most, f"its counts leave the model by {fit.residual:.1f} edges a period, {most:.1f} are "
                               "allowed: an encoder that loses edges, lost packets, or a wheel that touches something"),
+        (fit.bend > MOST_BEND, "its speed does not grow evenly with the effort: a driver that coasts, a battery that "
+                               "gives way, or a wheel that touches something"),
         (fit.tau[0] >= 0.9 * LONGEST or fit.tau[1] > MOST_ERROR["tau"] * fit.tau[0], "its time constant is uncertain: "
          "a step is too short for it (TEST_TIME), or no two are alike"),
         (fit.gain[1] > MOST_ERROR["gain"] * fit.gain[0], "its speed by effort is uncertain: no two steps are alike"),

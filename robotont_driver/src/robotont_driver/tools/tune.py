@@ -17,7 +17,6 @@ from pathlib import Path
 
 from robotont_driver.protocol.board_status import TIMED_OUT
 from robotont_driver.protocol.checksum import add_checksum
-from robotont_driver.protocol.packet import format_packet
 from robotont_driver.tools.bring_up import MOVED, PATIENCE, BringUp, BringUpError
 from robotont_driver.tools.motor_fit import compare, fit_direction, propose
 
@@ -63,7 +62,7 @@ class Tune(BringUp):
             self._wait_for_rest(wheel)
         except BaseException:
             with contextlib.suppress(OSError):  # without a line the board's clock does it
-                self._line.write(add_checksum(format_packet([0] * self._wheels)))
+                self._line.write(add_checksum("!test 0+0:0;"))  # the controllers, which zeros wake, trust the encoders
             raise
         return counts
 
@@ -122,7 +121,8 @@ def measure(tuned, wheel, most):
     for effort in EFFORTS:
         for sign, (efforts, steps) in found.items():
             ends = [_end(counts) for counts in steps[-2:]]
-            if ends and 2 * ends[-1] - (ends[0] if len(ends) > 1 else 0) > MARGIN * most:
+            if ends and (2 * ends[-1] - (ends[0] if len(ends) > 1 else 0) > MARGIN * most
+                         or len(steps[-1]) < len(steps[0])):  # the board has ended it
                 continue
             counts = tuned.step(wheel, sign, effort)
             if ends and _end(counts) < ends[-1] / 2 and sum(steps[-1]) >= MOVED:

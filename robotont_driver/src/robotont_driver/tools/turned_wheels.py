@@ -21,7 +21,7 @@ from robotont_driver.tools import tune
 from robotont_driver.tools.bring_up import QUESTIONS, BringUp, BringUpError, bring_up
 
 STEP = 30  # [degrees] of a wheel between two lines
-SLOWEST = 25  # [edges/period] that --tune needs
+SLOWEST = 33  # [edges/period] that --tune needs
 ROTATION = {1: "counterclockwise", -1: "clockwise"}
 
 

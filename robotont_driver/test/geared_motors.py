@@ -57,7 +57,8 @@ class GearedMotors:
     def _edges(self, angle, phases):
         """Edges passed; the pole pitches are uneven by up to self.uneven of an edge."""
         turns = angle * EDGES / (2 * np.pi)
-        return np.floor(turns + self.uneven / 3 * sum(np.sin((n + 1) * angle + phase) for n, phase in enumerate(phases)))
+        waves = sum(np.sin((order + 1) * angle + phase) for order, phase in enumerate(phases))
+        return np.floor(turns + self.uneven / 3 * waves)
 
 
 def _rub(speed, torque, friction, inertia):

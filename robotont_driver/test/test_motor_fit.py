@@ -1,4 +1,4 @@
-"""The fit against motors computed from their parts (geared_motors), and what it refuses. SimMotor: test_firmware_tune."""
+"""The fit against motors computed from their parts (geared_motors), and what it refuses. See test_firmware_tune."""
 
 import numpy as np
 import pytest
@@ -31,7 +31,7 @@ def test_friction_gain_and_time_constant_of_other_motors_are_found_and_their_err
     truths, fits = drawn
     found = np.array([(fit.friction, fit.gain, fit.tau) for fit in fits])
     off = found[..., 0] - truths
-    print("rms", np.sqrt(np.mean(off ** 2, axis=0)), "within 1, 2, 3 errors",
+    print("rms", np.sqrt(np.mean(off ** 2, axis=0)), "largest", abs(off).max(axis=0), "within 1, 2, 3 errors",
           [np.mean(np.abs(off) < times * found[..., 1], axis=0) for times in (1, 2, 3)])
     assert (np.abs(off[:, 0]) < 2).all(), "of 4000"
     assert (np.abs(off[:, 1]) < 0.005 * truths[:, 1]).all()

@@ -45,7 +45,8 @@ class BringUp:
         if health.obstacle:
             raise BringUpError(health.obstacle)
         if tuple(map(int, health.identity.version.split(".")[:2])) < self.needed:
-            raise BringUpError(f"the board has firmware {health.identity.version}, older than {needed}: ./robotont flash")
+            raise BringUpError(f"the board has firmware {health.identity.version}, older than {needed}: "
+                               "./robotont flash")
         zeros = add_checksum(format_packet([0] * self._wheels))
         waiting = TIMED_OUT | WAITS_FOR_ZERO
         self._talk(PATIENCE, lambda health: health.status and not health.status.flags & waiting, zeros)

@@ -8,7 +8,8 @@ tau dv/dt = (|u| - friction) / gain - v, so a step of u from the moment t0 at wh
 Its integral, the edges counted up to the end of each period, is linear in (t, 1, exp(-t / tau)); the constant
 holds t0 and the part of an edge at which the wheel stood. tau is common to the steps of one direction. Standard errors
 are the jackknife's over the steps (Efron and Stein 1981), so they hold what differs between them, too: cogging, uneven
-edges, the place where the gear's play stood. What all steps have alike, inductance and the closing of that play, shifts tau: UNSEEN.
+edges, the place where the gear's play stood. What all steps have alike, inductance and the closing of that play, shifts
+tau: UNSEEN.
 """
 
 from typing import NamedTuple
@@ -33,8 +34,8 @@ class DirectionFit(NamedTuple):
     """One wheel in one direction, in [effort] and [periods]; each number is (value, standard error).
 
     turns: least effort of the steps with which it turned. residual: rms of the counts against the model
-    [edges/period]. bend: MOST_BEND's. fastest: greatest speed of the model [edges/period]. fault: why the numbers do not
-    hold, or empty.
+    [edges/period]. bend: MOST_BEND's. fastest: greatest speed of the model [edges/period]. fault: why the numbers do
+    not hold, or empty.
     """
 
     turns: float
@@ -61,8 +62,8 @@ def fit_direction(efforts, steps):
             if len(counts) >= LEAST_PERIODS and np.mean(counts[len(counts) // 2:]) >= LEAST_SPEED]
     if len(kept) < LEAST_STEPS:
         cut = sum(len(counts) < max(map(len, steps)) for counts in steps)
-        raise ValueError(f"it turns from {min(turned, default=np.inf):.0f} on; only {len(kept)} of {len(steps)} steps turned "
-                         f"it evenly at {LEAST_SPEED:g} edges a period or more, {LEAST_STEPS} are needed"
+        raise ValueError(f"it turns from {min(turned, default=np.inf):.0f} on; only {len(kept)} of {len(steps)} steps "
+                         f"turned it at {LEAST_SPEED:g} edges a period or more, {LEAST_STEPS} are needed"
                          + (f"; {cut} were ended by the bound on its speed: a driver that coasts?" if cut else ""))
     pushes = np.array([effort for effort, _ in kept])
     heads = [_head(counts) for _, counts in kept]
@@ -84,8 +85,9 @@ def _head(counts):
 
 
 def _solve(pushes, heads):
-    """Least squares of all steps, and without each: ((n + 1, 3) of friction, gain, tau; speeds; sum of the squared
-    differences of counts), the latter two of all.
+    """Least squares of all steps, and without each: (n + 1, 3) of friction, gain, tau.
+
+    Of all steps the speeds, too, and the sum of the squared residuals of the counts.
     """
     grid = np.log(np.geomspace(SHORTEST, LONGEST, 25))
     costs = _costs(heads, grid)
@@ -159,8 +161,8 @@ def compare(fits):
         apart = 100 * (np.array([gain, tau, speed]) / usual[1:] - 1)  # [%]
         reasons = [words for found, words in (
             (friction - usual[0] > FRICTION_APART, "more friction, or less current (contact, driver)"),
-            (apart[0] > 100 * DIFFERENT, "fewer edges for its effort: an encoder that loses some, another gear, or less "
-                                         "voltage"),
+            (apart[0] > 100 * DIFFERENT, "fewer edges for its effort: an encoder that loses some, another gear, or "
+                                         "less voltage"),
             (apart[1] > 100 * DIFFERENT, "a heavier wheel, or less current (contact, driver)")) if found]
         if reasons or abs(apart[2]) > 100 * DIFFERENT:
             lines.append(f"wheel {wheel} differs: speed {apart[2]:+.0f} %, time constant {apart[1]:+.0f} %, friction "
@@ -180,7 +182,7 @@ def propose(fits, volts, present):
     of which the motor's own part is exchanged (docs/firmware.md); may lack them.
     """
     both = [fit for pair in fits for fit in pair]
-    friction, gain, tau = (float(np.mean([getattr(fit, name)[0] for fit in both])) for name in ("friction", "gain", "tau"))
+    friction, gain, tau = np.mean([(fit.friction[0], fit.gain[0], fit.tau[0]) for fit in both], axis=0).tolist()
     own = round(16 * tau)
     found = {"STATIC": round(max(0.0, friction) * volts / 12), "SPEED_GAIN": round(256 * gain * volts / 12)}
     found.update({name: present[name] - ROTOR_LEAD + own for name in ("LEAD", "TURN_LEAD") if name in present})

@@ -112,7 +112,7 @@ class Tune(BringUp):
                         raise BringUpError(self._reader.health.fault)
                     yield packet
             if self._clock() > heard + SILENCE:
-                raise BringUpError(f"the board is silent for {SILENCE:g} s: cable, or its supply; its own clock ends a step")
+                raise BringUpError(f"the board is silent for {SILENCE:g} s: cable or supply; its clock ends a step")
 
 
 def measure(tuned, wheel, most):

@@ -124,7 +124,7 @@ def main(arguments=None):
     parser.add_argument("--tune", action="store_true",
                         help="step the lifted wheels, propose the firmware's numbers (own firmware)")
     parser.add_argument("--speed", type=float, default=0.5,
-                        help="[m/s] that no wheel's rim exceeds with --tune [%(default)s]; the board has its own bound, too")
+                        help="[m/s] that no wheel's rim exceeds with --tune [%(default)s]; the board has a bound, too")
     parser.add_argument("--robot", default="", metavar="NAME or FOLDER", help="[thesis]")
     options = parser.parse_args(arguments)
     try:
@@ -134,14 +134,13 @@ def main(arguments=None):
     except (DialectError, ValueError, OSError) as error:
         print(f"turned_wheels: {error}", file=sys.stderr)
         return 1
-    if options.bring_up:
-        return drive(options.port, QUESTIONS, lambda line: try_motors(line, wheels))
-    if options.tune:
+    if options.bring_up or options.tune:
         unit = max(wheels.metres_per_edge) * wheels.pid_frequency  # [m/s]
-        most = min(int(options.speed / unit), 999) if options.speed > 0 else 0
+        most = int(min(max(options.speed / unit, 0), 999))
+        if options.bring_up:
+            return drive(options.port, QUESTIONS, lambda line: try_motors(line, wheels))
         if most < SLOWEST:
-            print(f"turned_wheels: --speed: found {options.speed:g}, allowed: {SLOWEST * unit:.2f} m/s or more", file=sys.stderr)
-            return 1
+            parser.error(f"--speed: found {options.speed:g}, allowed: {SLOWEST * unit + 0.005:.2f} m/s or more")
         return drive(options.port, tune.QUESTIONS.format(most * unit), lambda line: tune_motors(line, wheels, most))
     turned = TurnedWheels(wheels)
     try:

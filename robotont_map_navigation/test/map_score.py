@@ -7,7 +7,7 @@ from scipy.ndimage import distance_transform_edt
 
 from robotont_simulator.world import OCCUPIED, draw_map
 
-FINE = 0.01         # [m] of the true faces
+FINE = 0.02         # [m] of the true faces
 MARGIN = 1.0        # [m] around the world; farther off all is equally wrong
 WITHIN = 0.10       # [m] up to which a wall counts as found
 FAR = 0.3           # [m] from which an error does not pull at the alignment any more
@@ -63,6 +63,7 @@ def score(points, world, start=None):
     found = [np.hypot(*(points - face).T).min() <= WITHIN for face in faces.points[::5]]
     return {
         "cells": len(points), "p50_m": round(float(np.median(distances)), 3),
-        "p90_m": round(float(np.percentile(distances, 90)), 3), "precision": round(float(np.mean(distances <= WITHIN)), 2),
-        "recall": round(float(np.mean(found)), 2), "moved": [round(float(each), 3) for each in pose],
+        "p90_m": round(float(np.percentile(distances, 90)), 3),
+        "precision": round(float(np.mean(distances <= WITHIN)), 2), "recall": round(float(np.mean(found)), 2),
+        "moved": [round(float(each), 3) for each in pose],
     }

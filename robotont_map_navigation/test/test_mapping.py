@@ -1,4 +1,4 @@
-"""Maps by slam.launch, against the true faces of the worlds; gmapping itself runs in the long test, where it is there."""
+"""Maps by slam.launch, against the true faces of the worlds; gmapping itself runs in the long test, if installed."""
 
 import json
 import subprocess
@@ -45,9 +45,9 @@ def test_the_score_tells_a_wall_that_is_doubled_and_one_that_is_missing():
 
 def test_the_far_side_of_a_wall_is_no_face():
     world = read_world(WORLDS["mapping_flat"])
-    near, behind = Faces(world).distances(np.array([[8.0 - 0.05, 2.0], [8.0 + 0.05, 2.0]]))  # the wall is 0.1 m thick
-    assert near <= 0.011
-    assert behind == pytest.approx(0.1, abs=0.011)
+    near, behind = Faces(world).distances(np.array([[8.0 - 0.05, 2.0], [8.0 + 0.05, 2.0]]))  # 0.1 m thick
+    assert near <= 0.02
+    assert behind == pytest.approx(0.1, abs=0.02)
 
 
 @pytest.mark.parametrize("name", ROUTES)
@@ -64,8 +64,9 @@ def test_the_routes_pass_all_walls(name):
 @pytest.mark.skipif(bool(NO_GMAPPING), reason=NO_GMAPPING or "-")
 @pytest.mark.parametrize("name", ROUTES)
 def test_gmapping_with_the_camera_draws_nine_of_ten_wall_cells_within_0_1_m_of_the_true_faces(name):
-    result = subprocess.run(["/usr/bin/python3", str(PACKAGE / "test" / "mapping_run.py"), str(WORLDS[name]), "imu:=imu"],
-                            check=False, text=True, timeout=1800, capture_output=True)
+    program = str(PACKAGE / "test" / "mapping_run.py")
+    result = subprocess.run(["/usr/bin/python3", program, str(WORLDS[name]), "imu:=imu"], check=False, text=True,
+                            timeout=1800, capture_output=True)
     assert result.stdout, result.stderr
     figures = json.loads(result.stdout)
     print(figures)

@@ -36,19 +36,26 @@ def moved(points, pose):
 
 
 def aligned(points, faces, pose):
-    """The pose near `pose` of the map's frame in the world at which `points` lie nearest to the faces."""
-    def cost(pose):
-        return np.minimum(faces.distances(moved(points, pose)), FAR).mean()
+    """The pose near `pose` of the map's frame in the world at which `points` lie nearest to the faces.
 
-    best, step = cost(pose), np.array([0.1, 0.1, 0.05])
+    It is sought by steps and turns about the points' middle, about which a turn moves them least.
+    """
+    middle = points.mean(axis=0)
+    around = points - middle
+
+    def cost(placed):
+        return np.minimum(faces.distances(moved(around, placed)), FAR).mean()
+
+    placed, step = np.append(moved(middle, pose), pose[2]), np.array([0.1, 0.1, 0.05])
+    best = cost(placed)
     while step[0] > 1e-3:
-        tries = [pose + sign * step * unit for unit in np.eye(3) for sign in (1, -1)]
+        tries = [placed + sign * step * unit for unit in np.eye(3) for sign in (1, -1)]
         costs = [cost(each) for each in tries]
         if min(costs) < best:
-            best, pose = min(costs), tries[int(np.argmin(costs))]
+            best, placed = min(costs), tries[int(np.argmin(costs))]
         else:
             step = step / 2
-    return pose
+    return np.append(placed[:2] - moved(middle, (0.0, 0.0, placed[2])), placed[2])
 
 
 def score(points, world, start=None):

@@ -139,7 +139,7 @@ def test_control_stays_in_bounds(watched, extreme):
     if extreme:  # the largest gains that Pid lets pass
         speed = modules.wheel_speed.MAX_COUNTS * 256
         error = speed + config.MAX_SPEED * 256
-        reach = 7 * config.MAX_SPEED * 256
+        reach = 7 * config.MAX_SPEED * 256 + config.TURN_DRAG
         largest = {
             "SPEED_GAIN": (BOUND - 1) // speed, "P_GAIN": (BOUND - 1) // error,
             "D_GAIN": (BOUND - 1) // (2 * speed),

@@ -82,7 +82,7 @@ def parser():
     found.add_argument("--minutes", type=float, default=10.0, help="growth.endurance: for so long (10)")
     found.add_argument("--speeds", type=float, nargs="+", metavar="SPEED", default=(0.1, 0.3, 0.5, 0.8, 1.0),
                        help="motion: [m/s] (0.1 0.3 0.5 0.8 1)")
-    found.add_argument("--picture", metavar="FILE", default="growth.png", help="growth: draw there (growth.png)")
+    found.add_argument("--picture", metavar="FILE", help="growth, motion.paths: draw there (growth.png, motion.png)")
     found.add_argument("--part", help=argparse.SUPPRESS)
     return found
 
@@ -118,7 +118,7 @@ def report(rows, old, options):
     if old:
         print("\nSince " + options.compare + ":\n" + compare(old, rows))
     if any("at" in line for line in rows):
-        importlib.import_module("bench_growth").draw(rows, options.picture)
+        importlib.import_module("bench_growth").draw(rows, options.picture or "growth.png")
     for file, text in ((options.json, json.dumps(rows, indent=1)), (options.markdown, markdown_table(rows))):
         if file:
             Path(file).write_text(text + "\n")

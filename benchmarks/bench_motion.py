@@ -2,11 +2,12 @@
 
 Truth is held against the path that `cmd_vel/limited` describes, integrated exactly, and against that of the raw
 commands. Distances are across the path, so that a mere delay is none; both ends go on straight. floor: a board with
-the official firmware and the same commands, up to the 0.3 m/s that it allows; of spins and of headings at a stop the same
-body on wheels whose speeds are held exactly, which is what rollers and floor do by themselves.
+the official firmware and the same commands, up to the 0.3 m/s that it allows; of spins and of headings at a stop the
+same body on wheels whose speeds are held exactly, which is what rollers and floor do by themselves.
 """
 
 import math
+from unittest import mock
 
 import matplotlib
 import mujoco
@@ -17,6 +18,7 @@ from robotont_driver.command.command_stream import CommandStream
 from robotont_driver.command.limits import Limits
 from robotont_driver.kinematics.kinematics import Kinematics
 from robotont_driver.robots.robot_folder import read_robot
+from robotont_firmware import config
 from robotont_simulator.lockstep import LockstepRun
 from robotont_simulator.mujoco_model import BODY_MASS, TIMESTEP
 from robotont_simulator.official_firmware import SimulatedMotors, make_simulation
@@ -26,7 +28,7 @@ from robotont_testing.figures import percentile, row
 from robotont_testing.simulated_wheels import PERIOD, path_of
 
 matplotlib.use("Agg")
-import matplotlib.pyplot as plt  # noqa: E402
+import matplotlib.pyplot as plt
 
 FLOOR = World((), (0.0, 0.0, 0.0))
 REST = (0.0, 0.0, 0.0)
@@ -86,7 +88,7 @@ class OwnRobot:
     """The thesis' robot with this firmware, behind the driver's limits.
 
     mass: [kg] of its body. told: whether the firmware's LEAD is for that mass. plane: whether both rows of rollers
-    roll at one distance from the middle.
+    roll at one distance from the middle, and so do not rub.
     """
 
     def __init__(self, mass=BODY_MASS, told=True, plane=False):
@@ -99,7 +101,8 @@ class OwnRobot:
             mujoco.mj_setConst(model, simulation.data)
         if told:
             simulation.set_mass(mass)
-        self.run = LockstepRun(simulation)
+        with mock.patch.object(config, "TURN_DRAG", 0 if plane else config.TURN_DRAG):
+            self.run = LockstepRun(simulation)
         self.radii = np.array(robot.wheels.radii)
         simulation.set_mass(mass)
         settings = robot.parameters.get("driver_node", {})
@@ -310,14 +313,16 @@ def settling(limited, poses, turning):
 
 def bench_stops(_options):
     """Rows of sudden stops from STOPS motions for each of SEEDS: time until it stands, swing back, heading left over."""
-    own, held = (np.array([found for seed in SEEDS for found in stops(robot(), seed)]) for robot in (OwnRobot, HeldRobot))
-    times, back, left, by_wheels = own.T
+    own, held = (np.array([found for seed in SEEDS for found in stops(robot(), seed)]).T
+                 for robot in (OwnRobot, HeldRobot))
+    times, back, left, by_wheels = own
+    above, of_floor, of_wheels = (int(np.sum(angles > 0.2)) for angles in (left, held[2], by_wheels))
     return [row("stop: until it stands", times.tolist(), "s", None, "<= 0.24"),
             row("stop: swing back", percentile(back, 1.0), "mm"),
-            row("stop: heading off the curve", left.tolist(), "deg", held.T[2].tolist(), "<= 0.2"),
-            row("stop: heading by the wheels' own angles off the curve", by_wheels.tolist(), "deg"),
-            row("stops whose heading is more than 0.2 deg off", int(np.sum(left > 0.2)), "", int(np.sum(held.T[2] > 0.2)),
-                "", f"of {len(left)}; by the wheels' own angles {np.sum(by_wheels > 0.2)}")]
+            row("stop: heading off the curve", left.tolist(), "deg", held[2].tolist(), "<= 0.2"),
+            row("stop: the same by the wheels' own angles", by_wheels.tolist(), "deg"),
+            row("stops above 0.2 deg", above, "", of_floor, "",
+                f"of {len(left)}; {of_wheels} by the wheels' own angles")]
 
 
 def stops(robot, seed):

@@ -64,7 +64,7 @@ def check(config):
         check_number(config, name, 0, _unscaled(LARGEST // factor, battery))
     check_number(config, "ARC", 2 * config.MAX_SPEED, NO_ARC)  # then a way bends by MAX_SPEED a period at most
     for name in ("LEAD", "TURN_LEAD"):
-        check_number(config, name, 0, LARGEST // (7 * speed + config.TURN_DRAG))  # five speeds straight on, two of turning
+        check_number(config, name, 0, LARGEST // (7 * speed + config.TURN_DRAG))  # five speeds straight, two of turning
     for name in ("MAX_INTEGRAL", "BLOCKED_INTEGRAL"):
         check_number(config, name, 0, _unscaled(LARGEST >> 16, battery))
     largest = at_battery(max(config.MAX_INTEGRAL, config.BLOCKED_INTEGRAL), battery)

@@ -312,7 +312,7 @@ def settling(limited, poses, turning):
 
 
 def bench_stops(_options):
-    """Rows of sudden stops from STOPS motions for each of SEEDS: time until it stands, swing back, heading left over."""
+    """Rows of sudden stops, STOPS for each of SEEDS: time until it stands, swing back, heading left over."""
     own, held = (np.array([found for seed in SEEDS for found in stops(robot(), seed)]).T
                  for robot in (OwnRobot, HeldRobot))
     times, back, left, by_wheels = own

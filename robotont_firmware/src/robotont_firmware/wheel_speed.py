@@ -161,7 +161,7 @@ class Pid:
         change = int(self._follow) * (setpoint - before) + 128 >> 8  # rounded: if all lag one way, the robot turns
         reference = setpoint if change == 0 else before + change
         self.reference = reference
-        self._mean = before + reference >> 1
+        self._mean = reference - (reference >> 1) + (before >> 1)  # what is rounded off adds up to nothing
         ahead = int(self._lead) * (change + straight) + int(self._turn_lead) * turning >> 4
         ahead = _FASTEST if ahead > _FASTEST else 0 - _FASTEST if ahead < 0 - _FASTEST else ahead
         forward = int(self._forward)

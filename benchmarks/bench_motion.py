@@ -241,7 +241,7 @@ def bench_paths(options):
             ]
     places[0, 0].legend(fontsize="x-small")
     figure.tight_layout()
-    figure.savefig(options.picture or "motion.png")
+    figure.savefig(options.picture)
     return rows
 
 

@@ -1,10 +1,8 @@
-import json
-
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from robotont_testing.figures import compare, markdown_table, number, percentile, reached, row, spread, text_table
+from robotont_testing.figures import number, percentile, reached, row, spread, text_table
 
 
 @pytest.mark.parametrize("part, value", [(0.0, 1), (0.5, 50), (0.99, 99), (0.991, 100), (1.0, 100)])
@@ -53,24 +51,3 @@ def test_tables_show_floor_ratio_and_whether_the_aim_is_reached():
     assert line.split("  ")[0] == "latency, p50"
     for part in ("composed", "0.6 (0.5-0.7)", "1.2", "<= 1.1 x floor: NO"):
         assert part in line
-    head, rule, body = markdown_table(rows).splitlines()
-    assert head.count("|") == rule.count("|") == body.replace("\\|", "").count("|")
-    assert "a \\| b" in body
-
-
-def test_comparison_names_what_is_beyond_the_spread():
-    old = [row("latency", [1.0, 1.1, 1.2], "ms", 1.0, subject="floor"), row("memory", [50, 51, 52], "MiB"),
-           row("gone", 1, "ms")]
-    new = [row("latency", [1.1, 1.2, 1.3], "ms", 0.5, subject="floor"), row("memory", [60, 61, 62], "MiB"),
-           row("new", 1, "ms")]
-    _, latency, memory = compare(json.loads(json.dumps(old)), new).splitlines()
-    assert "+9 %" in latency
-    assert "beyond" not in latency
-    assert latency.split()[-2:] == ["1.1", "2.4"]
-    assert "+20 %" in memory
-    assert memory.endswith("beyond the spread")
-
-
-def test_comparison_with_files_of_older_versions():
-    old = [{"name": "latency", "value": 1.0, "unit": "ms", "floor": None, "bound": "", "note": ""}]
-    assert "+100 %" in compare(old, [row("latency", [2.0, 2.0], "ms")])

@@ -38,7 +38,7 @@ PARAMETERS = (
 class SimulatorNode:
     """Runs the firmware on the simulated board in real time, in a thread of its own."""
 
-    def __init__(self, wheels, parameters):
+    def __init__(self, _name, wheels, parameters):
         self._parameters = parameters
         # the robot's dialect tells which firmware its board has; any that is not official is this project's
         packets = rospy.get_param("serial_com_node/packets", "")
@@ -201,4 +201,4 @@ def check(name, value, lowest, highest):
 
 def main():
     """Run simulator_node."""
-    run_node("simulator_node", SimulatorNode, PARAMETERS)
+    run_node(SimulatorNode)

@@ -20,7 +20,7 @@ from robotont_driver.protocol.packet import Packet, packet_form
 from robotont_driver.ros.clocks import boot_time
 from robotont_driver.ros.diagnostics import OK, WARN, Health, robot_name
 from robotont_driver.ros.kept_parameter import KeptParameter
-from robotont_driver.ros.lifecycle import Part, init_node, serve
+from robotont_driver.ros.lifecycle import run_node
 from robotont_driver.ros.log_throttle import Refusals
 from robotont_driver.ros.packet_topics import topics_between_processes
 from robotont_driver.ros.reconnection import OutageWatch
@@ -204,12 +204,6 @@ def check(_wheels, parameters, other):
     return check_repetition(parameters["publish_rate"], other("serial_com_node/write_timeout", WRITE_TIMEOUT))
 
 
-def part(name, topics):
-    """driver_node as a part of a process."""
-    return Part(name, lambda wheels, parameters: DriverNode(name, wheels, parameters, topics), PARAMETERS, check)
-
-
 def main():
     """Run driver_node."""
-    init_node("driver_node", __doc__, PARAMETERS)
-    serve(part(rospy.get_name(), topics_between_processes()))
+    run_node(DriverNode, topics_between_processes())

@@ -102,7 +102,8 @@ class FeedbackReader:
             raise PacketError("first line", "the first line may be incomplete")
         counts = parse_packet(text, self.wheels)
         if not counts.is_whole:
-            raise PacketError("decimals", f"counts with decimals in {text[:40]!r}")
+            raise PacketError("decimals", f"counts with decimals in {text[:40]!r}: the board sends back what it gets "
+                              "(it runs a REPL or another firmware: ./robotont flash), or the line is a loop")
         self._check_reach(counts)
         return [counts]
 

@@ -2,9 +2,8 @@
 
 import threading
 
-import diagnostic_updater
 import rospy
-from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 
 from robotont_driver.ros.worker import Worker
 
@@ -19,18 +18,24 @@ class Health:
     """
 
     def __init__(self, hardware, subjects, node=None):
-        node = node or rospy.get_name()
+        self._node = node or rospy.get_name()
+        self._hardware = hardware
+        self._subjects = subjects
         self._due = threading.Event()
-        self._updater = _Updater(node)
-        self._period = rospy.get_param(node + "/diagnostic_period", 1.0)
-        self._updater.setHardwareID(hardware)
-        for name, report in subjects.items():
-            self._updater.add(name, _task(report))
+        self._period = rospy.get_param(self._node + "/diagnostic_period", 1.0)
+        self._publisher = rospy.Publisher("/diagnostics", DiagnosticArray, queue_size=10)
         Worker(self._publish)
 
     def _publish(self):
+        message = DiagnosticArray()
+        for name, report in self._subjects.items():
+            level, words, values = report()
+            message.status.append(DiagnosticStatus(
+                level=level, name=f"{self._node[1:]}: {name}", message=words, hardware_id=self._hardware,
+                values=[KeyValue(key, str(value)) for key, value in values.items()]))
+        message.header.stamp = rospy.Time.now()
         if not rospy.is_shutdown():
-            self._updater.force_update()
+            self._publisher.publish(message)
         self._due.wait(self._period)
         self._due.clear()
         return 0.0
@@ -40,36 +45,9 @@ class Health:
         self._due.set()
 
 
-class _Updater(diagnostic_updater.Updater):
-    """Publishes under the name of a node, in whatever process it is."""
-
-    def __init__(self, node):
-        super().__init__()
-        self._prefix = node[1:] + ": "
-
-    def publish(self, statuses):
-        """Publish a status, or a list of them."""
-        statuses = statuses if isinstance(statuses, list) else [statuses]
-        for status in statuses:
-            status.name = self._prefix + status.name
-        message = DiagnosticArray(status=statuses)
-        message.header.stamp = rospy.Time.now()
-        self.publisher.publish(message)
-
-
 def robot_name():
     """The hardware id of a robot's diagnostics: its namespace, or "robotont" without one."""
     return rospy.get_namespace().strip("/") or "robotont"
-
-
-def _task(report):
-    def run(status):
-        level, message, values = report()
-        status.summary(level, message)
-        for key, value in values.items():
-            status.add(key, str(value))
-        return status
-    return run
 
 
 class Rate:

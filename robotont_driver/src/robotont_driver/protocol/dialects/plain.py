@@ -4,11 +4,7 @@ import math
 from operator import attrgetter
 
 from robotont_driver.protocol.dialects.dialect import Dialect, Power
-from robotont_driver.protocol.dialects.echo import EchoWatch
 from robotont_driver.protocol.feedback_reader import FeedbackReader
-
-ECHO = ("the board sends back what it gets: it runs a REPL or another firmware (./robotont flash), or the line is a "
-        "loop; nothing is published on serial_read")
 
 
 def _of_reader(name):
@@ -33,29 +29,19 @@ class Plain(Dialect):
     def __init__(self, wheels, reach):
         super().__init__(wheels)
         self._reader = FeedbackReader(wheels.amount, reach, wheels.pid_frequency, self.name)
-        self._echo = EchoWatch()
         self.dropped = self._reader.dropped
 
     def connect(self, now):
         """Begin a new connection."""
         self._reader.connect()
-        self._echo.connect()
-
-    @property
-    def complaint(self):
-        """A warning when the line returns an echo instead of packets; empty otherwise."""
-        return ECHO if self._echo.echoing else ""
 
     def feed(self, data, now):
-        """List of `Packet` that `data` completes, missed periods included; none from a board that sends an echo."""
+        """List of `Packet` that `data` completes, missed periods included."""
         reader = self._reader
         packets = reader.feed(data, now)
         voltage = reader.health.take_voltage()
         if voltage:
             self._readings = [Power(voltage, math.nan)]
-        if not reader.checked:  # no echo is a checked packet of counts
-            self._echo.received(data)
-            packets = [] if self._echo.echoing else packets
         return packets
 
     def report_board(self):
@@ -64,7 +50,4 @@ class Plain(Dialect):
 
     def encode(self, command):
         """The packet as it is, with a CRC where the board reads one; see `FeedbackReader.encode`."""
-        line = self._reader.encode(command.text)
-        if not self._reader.checked:
-            self._echo.sent(line)
-        return line
+        return self._reader.encode(command.text)

@@ -13,7 +13,7 @@ from robotont_driver.ros.official_topics import FIELD_OF_VIEW, SENSORS
 from robotont_simulator.lockstep import LockstepRun
 from robotont_simulator.simulation import Simulation
 from robotont_simulator.world import World
-from robotont_teleop.guard import Guard
+from robotont_teleop.mux.guard import Guard
 from robotont_testing import places
 
 RADIUS = 0.15  # [m] of the footprint

@@ -36,6 +36,7 @@ _RANGES = (  # name, least, most; what depends on other numbers is added in `che
     ("WRONG_EDGES", 1, 2000),
     ("OVERLOAD_TIME", 1, 200),
     ("TEST_TIME", 1, 100),
+    ("TEST_SPEED", 1, 100),
 )
 
 

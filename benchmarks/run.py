@@ -44,6 +44,7 @@ def parser():
     found.add_argument("--seconds", type=float, default=10.0, help="length of a round (10)")
     found.add_argument("--speeds", type=float, nargs="+", metavar="SPEED", default=(0.1, 0.3, 0.5, 0.8, 1.0),
                        help="motion: [m/s] (0.1 0.3 0.5 0.8 1)")
+    found.add_argument("--picture", metavar="FILE", default="motion.png", help="motion.paths: draw there (motion.png)")
     return found
 
 

@@ -207,6 +207,14 @@ def test_set_points_change_no_faster_than_the_torque_allows():
         assert robot.controller._setpoints.now[0] == most, lead
 
 
+def test_a_turn_is_driven_against_what_rubs():
+    for command, drag in (("50:50:50", config.TURN_DRAG), ("-9:-9:-9", -config.TURN_DRAG), ("50:-50:0", 0)):
+        robot = Robot()
+        robot.tick(60, command)
+        assert robot.controller._setpoints.turning == drag, command
+        assert set(robot.controller._setpoints.straight) == {0}, "no acceleration straight on"
+
+
 def test_effort_limit():
     robot = Robot(settings=Config(MAX_EFFORT=1000))
     for _ in range(100):

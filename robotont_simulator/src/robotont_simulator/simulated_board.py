@@ -12,6 +12,7 @@ EVEN = 0.1  # by which the sines of the angles between wheels may differ
 THESIS_MASS, THESIS_INERTIA = 3.576, 0.0429  # [kg, kg m^2] of the robot for which config.LEAD and TURN_LEAD are,
 THESIS_DISTANCE, THESIS_WAY = 0.125, 0.035 / 18.75  # [m] of its wheels from its middle; [m/rad] of rim by motor shaft
 ROTOR_LEAD = 38  # [1/16 period] of a motor that turns its wheel alone
+HALF = 8         # [1/16 period] by which a LEAD is less than the time constant: a period's effort acts on its mean
 DARK = 25  # [periods] that a board without power and then starting does nothing
 
 
@@ -23,7 +24,7 @@ def configuration(wheels, mass, inertia):
     loads = {name: min(round(larger * numbers[name]), config.MAX_TORQUE) for name in ("MAX_LOAD", "BLOCKED_INTEGRAL")}
     leads = {"LEAD": lead(config.LEAD, wheels, mass / THESIS_MASS),
              "TURN_LEAD": lead(config.TURN_LEAD, wheels, turning)}
-    return types.SimpleNamespace(**{**numbers, **loads, **leads, "ARC": arc(wheels),
+    return types.SimpleNamespace(**{**numbers, **loads, **leads, "ARC": arc(wheels, leads["LEAD"]),
                                     "RATE": round(wheels.pid_frequency), "PROFILE": "simulated"})
 
 
@@ -38,17 +39,22 @@ def lead(number, wheels, times):
     A motor feels mass by the square of the way by which it moves it.
     """
     load = times * way(wheels) ** 2 * 3 / wheels.amount
-    return min(round(ROTOR_LEAD + (number - ROTOR_LEAD) * load), LARGEST // (7 * 256 * config.MAX_SPEED))
+    most = LARGEST // (7 * 256 * config.MAX_SPEED + config.TURN_DRAG)
+    return min(round(ROTOR_LEAD + (number - ROTOR_LEAD) * load), most)
 
 
-def arc(wheels):
-    """ARC of the firmware's configuration for wheels one after the other at even angles; of others NO_ARC."""
+def arc(wheels, lead):
+    """ARC of the firmware's configuration for wheels one after the other at even angles; of others NO_ARC.
+
+    An arc bends the way of the mass: what of `lead` are the rotors has no part in it.
+    """
     after = [*wheels.directions[1:], wheels.directions[0]]
     steps = [math.sin(one - other) for one, other in zip(after, wheels.directions)]
     if max(steps) - min(steps) > EVEN:
         return NO_ARC
     mean = sum(steps) / wheels.amount * sum(wheels.distances) / sum(wheels.metres_per_edge)
-    return max(round(2 * mean * wheels.rotation), 2 * config.MAX_SPEED) if mean * wheels.rotation > 0 else NO_ARC
+    edges = 2 * mean * wheels.rotation * lead / max(1, lead - ROTOR_LEAD + HALF)
+    return min(max(round(edges), 2 * config.MAX_SPEED), NO_ARC) if edges > 0 else NO_ARC
 
 
 LONGEST_STALL = 0.4  # [s] that is made up for; the firmware must not miss half a second of commands at once

@@ -40,10 +40,12 @@ PARAMETERS = (
     Parameter("max_angular_speed", 0.0, "limit of the turning speed; 0 = off", "rad/s", minimum=0.0,
               maximum=100.0),
     Parameter("max_wheel_speed", 0.0, "limit of the fastest wheel; 0 = off", "m/s", minimum=0.0, maximum=100.0),
-    Parameter("max_linear_acceleration", 0.0, "limit of the change of velocity over ground, bends included; 1.5 times "
-              "as much to slow down; zeros stop at once; 0 = off", "m/s^2", minimum=0.0, maximum=1000.0),
+    Parameter("max_linear_acceleration", 0.0, "limit of the change of velocity over ground, bends included; zeros "
+              "stop at once; 0 = off", "m/s^2", minimum=0.0, maximum=1000.0),
     Parameter("max_angular_acceleration", 0.0, "limit of the change of turning speed; 0 = off", "rad/s^2",
               minimum=0.0, maximum=1000.0),
+    Parameter("max_linear_deceleration", 0.0, "max_linear_acceleration while the robot slows down to another motion; "
+              "0 = the same", "m/s^2", minimum=0.0, maximum=1000.0),
 )
 
 

@@ -4,6 +4,7 @@ Every number that a user may set has bounds: without them a slip of the pen driv
 """
 
 import importlib
+import re
 import runpy
 import sys
 from pathlib import Path
@@ -41,8 +42,7 @@ def test_help(program, monkeypatch, capsys):
 
 @pytest.mark.parametrize("program", [file for file in PROGRAMS if file.name in NODES], ids=lambda file: file.name)
 def test_every_number_of_a_node_has_bounds(program):
-    package = program.parts[-3]
-    module = package + (".nodes." if package == "robotont_driver" else ".") + program.name
+    module, = re.findall(r"^from (\S+) import main$", program.read_text(), re.MULTILINE)
     for parameter in importlib.import_module(module).PARAMETERS:
         if parameter.is_numeric:
             assert None not in (parameter.minimum, parameter.maximum), parameter.name

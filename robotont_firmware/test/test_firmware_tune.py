@@ -14,7 +14,7 @@ import tty
 
 import pytest
 import serial
-from firmware_pty import Firmware, checked
+from firmware_pty import Firmware
 from firmware_tools import DUAL, ROOT
 
 from robotont_boards import BOARDS
@@ -27,7 +27,7 @@ from robotont_testing.board_port import BoardPort
 from robotont_testing.dc_motors import Motors
 
 sys.path.append(str(DUAL))
-from dual_tools import Config
+from dual_tools import Config, checked
 from sim_motor import (
     BRAKE,  # fmt: skip
     CHANCE,

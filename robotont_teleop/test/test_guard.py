@@ -109,9 +109,19 @@ def test_a_sensor_that_is_unplugged_in_mid_drive():
     drive.plugged = False
     drive.drive((0.8, 0.0, 0.0), 0.8)
     assert drive.drive((0.8, 0.0, 0.0), 0.3) < 0.35
-    drive.drive((0.8, 0.0, 0.0), 5.0)
+    drive.drive((0.8, 0.0, 0.0), 15.0)
     assert not drive.touched
     assert 0.03 <= drive.gap() <= 0.15
+
+
+def test_what_a_silent_sensor_has_shown_counts_until_the_robot_has_driven_for_long():
+    guard, now = guard_before(0.3), 100.0
+    for forth, driven in ((0.8, STOP), (-0.1, (-0.1, 0.0, 0.0)), (0.8, (0.3, 0.0, 0.0))):  # held, away, back
+        for _ in range(600):  # 12 s
+            now += 0.02
+            sent = guard.limit((forth, 0.0, 0.0), now)
+            guard.sent(sent, now)
+        assert sent == pytest.approx(driven)
 
 
 @pytest.mark.parametrize("minutes", [0.2, pytest.param(30, marks=pytest.mark.long)])

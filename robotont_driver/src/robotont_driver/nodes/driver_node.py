@@ -199,7 +199,7 @@ class DriverNode:
         return (WARN, complaint, values) if complaint else (OK, waiting, values)
 
 
-def check(_wheels, parameters, other):
+def conflicts(_wheels, parameters, other):
     """List of conflicts with serial_com_node's parameters."""
     return check_repetition(parameters["publish_rate"], other("serial_com_node/write_timeout", WRITE_TIMEOUT))
 

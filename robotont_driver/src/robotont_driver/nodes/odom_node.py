@@ -209,7 +209,7 @@ def scale_noise(scale):
     return GYRO_SCALE_NOISE if scale == 1.0 else GYRO_SCALE_NOISE_CALIBRATED
 
 
-def check(_wheels, parameters, _other):
+def conflicts(_wheels, parameters, _other):
     """List of conflicts between parameters."""
     frames = parameters["odom_frame"], parameters["base_frame"]
     if all(frames) and frames[0] != frames[1]:

@@ -188,7 +188,7 @@ class SerialComNode:
             rospy.logwarn("%s", trouble)
 
 
-def check(wheels, parameters, other):
+def conflicts(wheels, parameters, other):
     """List of conflicts between parameters, or with those of driver_node."""
     faults = check_repetition(other("driver_node/publish_rate", PUBLISH_RATE), parameters["write_timeout"])
     edges = counts_in_reach(wheels)

@@ -64,7 +64,7 @@ def serve(parts, *arguments):
     """Start nodes, node_class(name, wheels, parameters, *arguments), and serve until ROS shuts down.
 
     parts: the class by the node's full name in the graph, under which its parameters stand. Its module has their table,
-    PARAMETERS, and maybe check(wheels, parameters, other): a list of conflicts; other(name, default) is a parameter of
+    PARAMETERS, and maybe conflicts(wheels, parameters, other): a list of faults; other(name, default) is a parameter of
     another node. Lists wrong parameters, if any, of all parts and exits with 1.
     """
     with signals_wait():
@@ -85,8 +85,8 @@ def _read_all(parts):
         module = sys.modules[node_class.__module__]
         try:
             values[name] = private_parameters(module.PARAMETERS, name)
-            check = getattr(module, "check", lambda *_: [])
-            found = check(wheels, values[name], parameter_of_another) if wheels else []
+            conflicts = getattr(module, "conflicts", lambda *_: [])
+            found = conflicts(wheels, values[name], parameter_of_another) if wheels else []
         except ParameterError as error:
             found = error.faults
         faults += [("" if name == rospy.get_name() else name + ": ") + message for message in found]

@@ -19,7 +19,7 @@ REACTION = 0.1     # [s] until the wheels follow a command
 SLOWEST = 0.02     # [m/s] below it the robot stands
 DECELERATION = 1.5  # [m/s^2] where the driver has no limit of its own
 STALE = 0.3        # [s] after its newest reading a sensor sees nothing any more ...
-FORGOTTEN = 10.0   # [s] ... and what it has seen counts for so long
+FORGOTTEN = 10.0   # [s] of driving ... and what it has seen counts for so long
 REACH = 2.0        # [m] farther things do not count
 OWN = 0.8          # of the footprint's radius: what is nearer is the robot itself
 BESIDE = 0.5       # [m] what has left the sensor's view counts within
@@ -34,6 +34,7 @@ class Seen(NamedTuple):
     """What a sensor has shown: when, the points, and the sectors it looks at as bits."""
 
     at: float
+    driven: float  # [s] that the robot had driven by then
     points: np.ndarray
     times: np.ndarray  # of the points
     sectors: int
@@ -51,6 +52,7 @@ class Guard:
         self._braking = limits.linear_acceleration or DECELERATION
         self._sensors = {}
         self._sent = STOP
+        self._driven = 0.0
         self._track = ((0.0, STOP, STOP),)  # (time, pose, twist) of the newest steps
         self.held = None   # (time, words) of the newest command that was slowed because of something in the way
         self.blind = ""    # words, once a command was slowed because no sensor sees where it leads
@@ -79,7 +81,7 @@ class Guard:
         looked = np.floor((angles + place[2])[~np.isnan(ranges)] * SECTORS / (2 * math.pi)).astype(int) % SECTORS
         bits = sum(1 << sector for sector in set(looked.tolist()))
         times = np.append(np.full(len(points), at), times)
-        self._sensors[sensor] = Seen(at, np.append(points, kept), times, bits)
+        self._sensors[sensor] = Seen(at, self._driven, np.append(points, kept), times, bits)
 
     def _remembered(self, sensor, sensor_at, yaw, rays, nearest, unknown, at):
         """Of the old points those of which the sensor tells nothing now, one per direction; their times; their rays."""
@@ -110,7 +112,7 @@ class Guard:
             return twist
         self._move(now)
         allowed = speed
-        seen = [one for one in tuple(self._sensors.values()) if now - one.at < FORGOTTEN]
+        seen = [one for one in tuple(self._sensors.values()) if self._driven - one.driven < FORGOTTEN]
         if not self._sees(twist, speed, seen, now) and self._blind_speed < speed:
             allowed = self._blind_speed
             self.blind = f"no sensor sees where the hand drives: {allowed:.2f} m/s"
@@ -186,4 +188,5 @@ class Guard:
         twist = STOP
         if self._sent != STOP:
             twist = limit_acceleration(before, self._sent, max(0.0, now - begin), self._limits)
+            self._driven += max(0.0, now - begin)
         self._track = (*self._track[-100:], (now, self._pose(now), twist))

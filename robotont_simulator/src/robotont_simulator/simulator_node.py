@@ -52,6 +52,8 @@ class SimulatorNode:
         rospy.Service("~unplug", SetBool, self._on_unplug)
         rospy.Subscriber("~byte_errors", Float32, self._on_byte_errors)
         rospy.Subscriber("~push", Vector3, self._on_push)
+        rospy.Subscriber("~carry", Vector3, self._on_carry)
+        rospy.Subscriber("~visitor", Vector3, self._on_visitor)
         rospy.Subscriber("~battery", Float32, self._on_battery)
         self._stopping = threading.Event()
         self._late_before = 0
@@ -170,6 +172,15 @@ class SimulatorNode:
         """An impulse: x, y [N s] along the world's axes, z [N m s] around the vertical."""
         if all(check("push", value, -100.0, 100.0) for value in (message.x, message.y, message.z)):
             self._order(self._simulation.push, message.x, message.y, message.z)
+
+    def _on_carry(self, message):
+        """A person puts the robot down at x, y [m], z: its yaw [rad]."""
+        if all(check("carry", value, -1000.0, 1000.0) for value in (message.x, message.y, message.z)):
+            self._order(self._simulation.carry, message.x, message.y, message.z)
+
+    def _on_visitor(self, message):
+        """Somebody stands at x, y [m]; not a number: leaves."""
+        self._order(self._simulation.visit, message.x, message.y)
 
     def _on_battery(self, message):
         """The battery's voltage [V]."""

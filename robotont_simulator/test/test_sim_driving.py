@@ -109,6 +109,7 @@ def test_a_visitor_is_seen_and_bars_the_way_until_it_goes():
     assert run.simulation.scan(np.zeros(1), 0.1, 4.0)[0] < 0.5
     assert run.hold((0.3, 0.0, 0.0), 2.0)[1][0] < 0.31
     run.simulation.visit(math.nan, math.nan)
+    run.hold(REST, 0.2)  # for which the board waits after a blocked wheel
     assert run.hold((0.3, 0.0, 0.0), 2.0)[1][0] > 0.5
     assert run.simulation.scan(np.zeros(1), 0.1, 4.0)[0] == math.inf
 

@@ -47,7 +47,7 @@ def test_of_two_hands_the_second_drives_once_the_first_is_silent(arbiter):
 def test_a_zero_of_another_sender_stops_navigation_where_that_is_wanted():
     arbiter = Arbiter([Input("navigation", 0.5, 1.0, zeros_of_all=True)])
     arbiter.command("navigation", NAVIGATION, 1.0, "move_base")
-    assert arbiter.command("navigation", STOP, 1.05, "unblock") == [STOP]
+    assert arbiter.command("navigation", STOP, 1.05, "navigation_monitor") == [STOP]
     assert arbiter.command("navigation", NAVIGATION, 1.1, "move_base") == [NAVIGATION]
 
 
@@ -124,7 +124,7 @@ def test_a_zero_of_another_sender_is_no_stop_of_who_asked_for_motion_during_an_e
     arbiter.emergency_stop(True, 0.1)
     arbiter.command("navigation", NAVIGATION, 0.2, "move_base")
     arbiter.emergency_stop(False, 0.3)
-    assert arbiter.command("navigation", STOP, 0.35, "unblock") == []
+    assert arbiter.command("navigation", STOP, 0.35, "navigation_monitor") == []
     assert arbiter.command("navigation", NAVIGATION, 0.4, "move_base") == []
     assert arbiter.barred(0.4) == ["navigation"]
     assert arbiter.command("navigation", STOP, 0.45, "move_base") == []

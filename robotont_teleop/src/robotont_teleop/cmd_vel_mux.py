@@ -52,7 +52,7 @@ class CmdVelMux:
     def __init__(self, parameters):
         self._arbiter = Arbiter([
             Input("hand", parameters["hand_timeout"], parameters["hand_rest"], False),
-            Input("navigation", parameters["navigation_timeout"], NAVIGATION_REST, True),  # unblock stops for move_base
+            Input("navigation", parameters["navigation_timeout"], NAVIGATION_REST, True),  # its monitor stops for it
             Input("default", DEFAULT_TIMEOUT, 0.0, False)])
         self._lock = threading.Lock()
         self._commands = dict.fromkeys(INPUTS, 0)

@@ -29,6 +29,7 @@ PARAMETERS = (
     Parameter("max_yaw_deviation", 0.6, "largest standard deviation of amcl's yaw", "rad", minimum=0.01, maximum=4.0),
 )
 FIT_TOLERANCE = 0.2  # [m] from a wall at which a ray still ends at it
+SETTLING = 1.0     # [s] that amcl may take to go where a person has said that the robot is
 LOOK_PERIOD = 0.5  # [s] between two scans that are compared with the map
 THROUGH_WALLS = 0.1  # share of rays that go through walls from which on a pose is wrong, whatever stands in the room
 REMEDY = ("set the pose by RViz' 2D Pose Estimate, or let the robot look around: rosrun robotont_map_navigation "
@@ -49,6 +50,7 @@ class LocalizationCheck:
         self._laid_at = time.monotonic()  # [s] when the newest one that could be was
         self._outside = ""       # why amcl's pose is none where a robot can be
         self._fits = deque()     # (time [s], Fit)
+        self._settled = 0.0      # [s] from when on scans count
         self._wrong = ""         # why the pose is wrong, as goto has been told
         self._trouble = rospy.Publisher("localization/trouble", String, queue_size=1, latch=True)
         self._trouble.publish("")
@@ -79,6 +81,7 @@ class LocalizationCheck:
         """A person has said where the robot is: what the scans showed before does not count."""
         with self._lock:
             self._fits.clear()
+            self._settled = time.monotonic() + SETTLING
 
     def _on_command(self, message):
         if self._wrong and message != Twist():
@@ -104,7 +107,7 @@ class LocalizationCheck:
                 self._lost = ""
                 self._laid_at = time.monotonic()
                 self._outside = _outside(floor_map, (base.x, base.y))
-                if found is not None:
+                if found is not None and time.monotonic() >= self._settled:
                     self._fits.append((time.monotonic(), found))
         return LOOK_PERIOD
 

@@ -53,6 +53,7 @@ class Relocalize:
     def run(self):
         """Turn and search; the Outcome."""
         for what, there in (("map", lambda: self._map), ("scan", lambda: self._scans), ("odometry", self._place),
+                            ("transform of the scan", lambda: self._place(self._scans[-1].header.frame_id)),
                             ("amcl", self._pose.get_num_connections),
                             ("cmd_vel_mux", self._command.get_num_connections)):
             if not _wait_for(there, WAIT):

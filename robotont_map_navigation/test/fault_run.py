@@ -87,8 +87,9 @@ class Rig:
         self.carry(*place)
         message = PoseWithCovarianceStamped()
         message.header.frame_id = "map"
-        message.pose.pose.position.x, message.pose.pose.position.y = place[:2]
-        message.pose.pose.orientation.z, message.pose.pose.orientation.w = math.sin(place[2] / 2), math.cos(place[2] / 2)
+        pose_there = message.pose.pose
+        pose_there.position.x, pose_there.position.y = place[:2]
+        pose_there.orientation.z, pose_there.orientation.w = math.sin(place[2] / 2), math.cos(place[2] / 2)
         for number in (0, 7, 35):
             message.pose.covariance[number] = 0.01
         self._initial.publish(message)
@@ -206,8 +207,8 @@ class Rig:
 
     def memory(self):
         """[MiB] of each node, proportional set size."""
-        return {node: round(int(Path(f"/proc/{self.pids(node)[0]}/smaps_rollup").read_text().split("\nPss:")[1].split()[0])
-                            / 1024, 1) for node in NODES}
+        texts = {node: Path(f"/proc/{self.pids(node)[0]}/smaps_rollup").read_text() for node in NODES}
+        return {node: round(int(text.split("\nPss:")[1].split()[0]) / 1024, 1) for node, text in texts.items()}
 
 
 def kill(node):

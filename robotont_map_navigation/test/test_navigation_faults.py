@@ -14,8 +14,8 @@ NOT_MOVED = 0.003   # [m] that the truth may wander while the robot stands
 
 def suffer(*words, timeout):
     """What fault_run.py has found."""
-    result = subprocess.run(["/usr/bin/python3", str(PACKAGE / "test" / "fault_run.py"), *words], check=False, text=True,
-                            timeout=timeout, capture_output=True)
+    result = subprocess.run(["/usr/bin/python3", str(PACKAGE / "test" / "fault_run.py"), *words], check=False,
+                            text=True, timeout=timeout, capture_output=True)
     print(result.stderr)
     assert result.stdout, result.stderr
     return json.loads(result.stdout)

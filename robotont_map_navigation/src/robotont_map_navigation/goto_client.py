@@ -144,8 +144,8 @@ class GoTo:
 
     def _lost(self):
         self._take_back()
-        return Outcome(LOST, f"the robot does not know where it is, the goal is cancelled: {self._trouble}; set the "
-                       "pose by RViz' 2D Pose Estimate")
+        return Outcome(LOST, f"the robot does not know where it is, the goal is cancelled: {self._trouble}; start "
+                       "relocalize, or set the pose by RViz' 2D Pose Estimate")
 
     def leave(self, cancel=False):
         """Make `follow` return, from another thread; the robot goes on to its goal unless that is to `cancel`."""

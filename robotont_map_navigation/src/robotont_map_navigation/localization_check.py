@@ -1,5 +1,6 @@
 """Whether the scan fits the map where amcl believes the robot to be; if not, no goal is pursued."""
 
+import math
 import threading
 import time
 from collections import deque
@@ -32,6 +33,7 @@ FIT_TOLERANCE = 0.2  # [m] from a wall at which a ray still ends at it
 SETTLING = 1.0     # [s] that amcl may take to go where a person has said that the robot is
 LOOK_PERIOD = 0.5  # [s] between two scans that are compared with the map
 THROUGH_WALLS = 0.1  # share of rays that go through walls from which on a pose is wrong, whatever stands in the room
+MISFIT_WAY = 1.5    # [m] of driving with a view that the map does not explain; no obstacle stays before it so long
 REMEDY = ("set the pose by RViz' 2D Pose Estimate, or let the robot look around: rosrun robotont_map_navigation "
           "relocalize")
 
@@ -51,6 +53,8 @@ class LocalizationCheck:
         self._outside = ""       # why amcl's pose is none where a robot can be
         self._fits = deque()     # (time [s], Fit)
         self._settled = 0.0      # [s] from when on scans count
+        self._place = None       # (x, y) [m] at the newest of them
+        self._misfit_way = 0.0   # [m] driven since one that fitted
         self._wrong = ""         # why the pose is wrong, as goto has been told
         self._trouble = rospy.Publisher("localization/trouble", String, queue_size=1, latch=True)
         self._trouble.publish("")
@@ -81,6 +85,7 @@ class LocalizationCheck:
         """A person has said where the robot is: what the scans showed before does not count."""
         with self._lock:
             self._fits.clear()
+            self._place, self._misfit_way = None, 0.0
             self._settled = time.monotonic() + SETTLING
 
     def _on_command(self, message):
@@ -109,7 +114,14 @@ class LocalizationCheck:
                 self._outside = _outside(floor_map, (base.x, base.y))
                 if found is not None and time.monotonic() >= self._settled:
                     self._fits.append((time.monotonic(), found))
+                    self._add_way(found, (base.x, base.y))
         return LOOK_PERIOD
+
+    def _add_way(self, found, place):
+        """Count how far the robot drives with a view that the map does not explain."""
+        step = math.dist(self._place, place) if self._place else 0.0
+        self._place = place
+        self._misfit_way = self._misfit_way + step if found.explained < self._parameters["min_fit"] else 0.0
 
     def _report(self):
         oldest = time.monotonic() - self._parameters["fit_time"]
@@ -156,8 +168,12 @@ class LocalizationCheck:
         """Why a mean `Fit` proves a wrong pose; empty when it does not."""
         if mean is None:  # nothing new since: as it was
             return self._wrong
-        if mean.explained >= self._parameters["min_fit"] or mean.through_walls < THROUGH_WALLS:
+        if mean.explained >= self._parameters["min_fit"]:
             return ""
+        if mean.through_walls < THROUGH_WALLS:
+            return "" if self._misfit_way < MISFIT_WAY else (
+                f"the map explains {mean.explained:.0%} of the scan's rays, for {self._misfit_way:.1f} m of driving: "
+                "a wrong pose, or a map of another place")
         return (f"the map explains {mean.explained:.0%} of the scan's rays, at least {self._parameters['min_fit']:.0%} "
                 f"should be, and {mean.through_walls:.0%} go through walls: a map of another place, or a wrong pose")
 

@@ -7,13 +7,13 @@ import numpy as np
 
 from robotont_driver.kinematics.se2 import compose
 
-COARSE = 0.1, math.radians(5.0)  # [m], [rad] between two places that are tried first
-NEAR = 0.15                      # [m] from a wall at which a ray then ends at it
-FINE = 0.05, math.radians(2.0)   # [m], [rad] of the steps around the best of them
-FINE_NEAR = 0.07                 # [m]
-CANDIDATES = 30                  # that are looked at finely, no two of them ...
-APART = 0.5, 0.5                 # ... as close as this [m], [rad]
-RAYS = 120                       # that are compared
+COARSE = 0.15, math.radians(6.0)  # [m], [rad] between two places that are tried first
+NEAR = 0.15                       # [m] from a wall at which a ray then ends at it
+FINE = 0.05, math.radians(2.0)    # [m], [rad] of the steps around the best of them
+FINE_NEAR = 0.07                  # [m]
+CANDIDATES = 30                   # that are looked at finely, no two of them ...
+APART = 0.5, 0.5                  # ... as close as this [m], [rad]
+RAYS = 80                         # that are compared
 
 
 class Found(NamedTuple):

@@ -54,7 +54,7 @@ class LocalizationCheck:
         self._fits = deque()     # (time [s], Fit)
         self._settled = 0.0      # [s] from when on scans count
         self._place = None       # (x, y) [m] at the newest of them
-        self._misfit_way = 0.0   # [m] driven since one that fitted
+        self._misfit_way = 0.0   # [m] driven with those that did not fit, less that with those that did
         self._wrong = ""         # why the pose is wrong, as goto has been told
         self._trouble = rospy.Publisher("localization/trouble", String, queue_size=1, latch=True)
         self._trouble.publish("")
@@ -121,7 +121,8 @@ class LocalizationCheck:
         """Count how far the robot drives with a view that the map does not explain."""
         step = math.dist(self._place, place) if self._place else 0.0
         self._place = place
-        self._misfit_way = self._misfit_way + step if found.explained < self._parameters["min_fit"] else 0.0
+        fits = found.explained >= self._parameters["min_fit"]
+        self._misfit_way = max(0.0, self._misfit_way + (-step if fits else step))
 
     def _report(self):
         oldest = time.monotonic() - self._parameters["fit_time"]

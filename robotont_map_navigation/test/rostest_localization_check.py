@@ -69,6 +69,15 @@ class LocalizationCheckTest(NodeTest):
         message.header.frame_id, message.header.stamp = cls.frame, rospy.Time.now()
         cls.scans.publish(message)
 
+    def test_amcl_gets_the_map_half_a_cell_farther(self):
+        """It takes a cell's middle for its corner."""
+        shifted = self.listen("map_for_amcl", OccupancyGrid)
+        wait_for(lambda: shifted, "the map for amcl")
+        origin = shifted[0].info.origin.position
+        self.assertAlmostEqual(origin.x, -3.025)
+        self.assertAlmostEqual(origin.y, -1.025)
+        self.assertEqual((shifted[0].header.frame_id, shifted[0].info.width), ("map", 122))
+
     def test_what_the_diagnostics_say(self):
         troubles = self.listen("localization/trouble", String)
         self.wait_for_status(TASK, WARN, "the scan cannot be laid on the map")  # nobody has said where the laser is

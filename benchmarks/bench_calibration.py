@@ -12,8 +12,9 @@ from pathlib import Path
 import numpy as np
 
 from robotont_calibration.calibrate_wheels import SECONDS, TRACKED, WHEEL_NOISE
-from robotont_calibration.calibration_runs import end_misfit, errors_along, seen_from, steps_of, tracked_run
+from robotont_calibration.calibration_runs import end_misfit, errors_along, steps_of, tracked_run
 from robotont_calibration.recording_files import read_recording
+from robotont_calibration.trajectory import seen_from
 from robotont_calibration.unknowns import Unknowns
 from robotont_calibration.wheel_estimation import calibrate
 from robotont_driver.kinematics import se2

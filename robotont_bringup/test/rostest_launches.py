@@ -11,14 +11,11 @@ from sensor_msgs.msg import JointState
 from tf2_msgs.msg import TFMessage
 
 from robotont_boards import Robotont2Board
-from robotont_driver.kinematics.kinematics import Kinematics
-from robotont_driver.kinematics.wheel_params import read_wheels
 from robotont_testing.board_port import BoardPort
 from robotont_testing.dc_motors import Motors
 from robotont_testing.harness import START, wait_for
 from robotont_testing.node_test import OK, NodeTest, twist
 from robotont_testing.robots import SHIPPED, robot_folder
-from robotont_testing.rviz_stage import Stage
 from robotont_testing.stand_in_board import Board
 
 UNEVEN = {**SHIPPED, "wheelAmount": 4, "wheelRads": [0.1, 1.4, 3.3, 5.0]}
@@ -101,16 +98,6 @@ class LaunchesTest(NodeTest):
                 self.values(f"{name}/{task}")
                 self.assertEqual(self.status[f"{name}/{task}"].hardware_id, hardware)
 
-    def test_driver_basic_launch(self):
-        board = self.board("basic")
-        odom, _, command = self.topics()
-        self.processes.launch("driver_basic.launch", f"port:={board.link}")
-        self.drive(command, odom, (0, 0.3, 0), lambda x, y: y > 0.1)
-        packets = [line.partition(";")[0] for _, line in board.heard]
-        moving = [[float(part) for part in packet.split(":")] for packet in packets if packet.strip("0.:")]
-        exact = Kinematics(read_wheels(SHIPPED)).units_of_twist((0.0, 0.3, 0.0))
-        np.testing.assert_allclose(moving, [exact] * len(moving), atol=0.01001)  # each carries what rounding has left
-
     def test_odometry_from_commands_launch(self):
         odom, _, command = self.topics()
         self.processes.launch("odometry_from_commands.launch")
@@ -149,18 +136,6 @@ class LaunchesTest(NodeTest):
         values = {str(parameter.value) for parameter in config.params.values()}
         self.assertLessEqual({"robotont/odom", "robotont/base_footprint", "robotont/base_link"}, values)
         self.assertTrue(any("robotont/rim_back_joint" in value for value in values))
-
-    def test_the_official_fake_driver(self):
-        odom, _, command = self.topics()
-        file = self.processes.folder / "fake.launch"
-        file.write_text("<launch><include file='$(find robotont_driver)/launch/fake_driver.launch'/></launch>")
-        stage = Stage()  # RViz needs a screen, and its end ends the others
-        self.addCleanup(stage.close)
-        stage.show(file, log=self.processes.folder / "log")
-        self.drive(command, odom, (0.2, 0, 0), lambda x, y: x > 0.1)
-        self.assertEqual(odom[-1].child_frame_id, "base_footprint")
-        self.assertLess(abs(odom[-1].pose.pose.position.y), 0.1)
-
 
 if __name__ == "__main__":
     rostest.rosrun("robotont_bringup", "launches_test", LaunchesTest)

@@ -2,8 +2,6 @@
 """RViz on a virtual screen, a robot on a stand-in board, and checks of the picture."""
 
 import math
-import os
-import signal
 import tempfile
 import xmlrpc.client
 from pathlib import Path
@@ -15,12 +13,12 @@ from geometry_msgs.msg import PolygonStamped, PoseArray, PoseStamped, PoseWithCo
 from nav_msgs.msg import OccupancyGrid
 from nav_msgs.msg import Path as PathMessage
 from rosgraph_msgs.msg import Log
-from sensor_msgs.msg import JointState, LaserScan
+from sensor_msgs.msg import LaserScan
 from std_srvs.srv import Trigger
 from tf2_msgs.msg import TFMessage
 
 from robotont_testing import rviz_sight as sight
-from robotont_testing.harness import START, wait_for
+from robotont_testing.harness import wait_for
 from robotont_testing.node_test import NodeTest
 from robotont_testing.robots import SHIPPED
 from robotont_testing.rviz_stage import Robot, Stage, drawn_seldom, save_picture, seen_from_above
@@ -91,8 +89,6 @@ class RvizTest(NodeTest):
 
     def test_the_drive_of_figures_11_and_12(self):
         robot = self.start_robot()
-        joints = self.listen("/joint_states", JointState)
-        transforms = self.listen("/tf", TFMessage)
         config, view = seen_from_above("odometry.rviz", self.stage.folder)
         self.stage.show("rviz.launch", f"view:={config}", log=self.log)
         self.see_content(5)
@@ -114,27 +110,17 @@ class RvizTest(NodeTest):
         self.wait_to_see(lambda picture: sight.is_way(picture, *middle), "the way")
         self.see_content(5)
 
-        self.assertGreater(max(map(abs, joints[-1].position)), 1.0)
-        wait_for(lambda: wheels_follow(transforms, joints[-1].position), "wheels that have turned with joint_states")
         rospy.ServiceProxy("reset_odometry", Trigger)()
         self.see_at(*before)
         self.see_content(5)
         self.check_logs()
 
-    def test_the_model_alone_and_rviz_that_comes_back_when_it_crashes_and_ends_all_when_it_is_closed(self):
+    def test_the_model_alone_and_the_end_of_all_when_rviz_is_closed(self):
         launch = self.stage.show("display.launch", log=self.log)
-        for crash in (True, False):
-            self.see_content(2)
-            self.wait_to_see(lambda picture: (picture[sight.VIEW].max(axis=2) < 100).sum() > 20000, "a robot")
-            uri = self.stage.node_uri("/rviz")
-            if crash:
-                self.check_logs()
-                os.kill(self.stage.pid("/rviz"), signal.SIGSEGV)
-                self.wait_to_see(lambda picture: not sight.content_displays(picture), "no RViz any more")
-                wait_for(lambda before=uri: self.stage.node_uri("/rviz") != before, "a new RViz", START)
-            else:
-                xmlrpc.client.ServerProxy(uri).shutdown("/test", "closed")
-        self.assertIn("crashed (SIGSEGV): started again", self.log.read_text())
+        self.see_content(2)
+        self.wait_to_see(lambda picture: (picture[sight.VIEW].max(axis=2) < 100).sum() > 20000, "a robot")
+        self.check_logs()
+        xmlrpc.client.ServerProxy(self.stage.node_uri("/rviz")).shutdown("/test", "closed")
         wait_for(lambda: launch.poll() is not None, "the end of all")
 
     def test_navigation_and_displays_that_complain_before_there_is_a_map(self):
@@ -167,18 +153,6 @@ class RvizTest(NodeTest):
         self.see_at(first[0] + 0.5, first[1], upper)
         self.see_content(8)
         self.check_logs()
-
-
-def wheels_follow(transforms, positions):
-    """Whether each wheel's newest TF has turned by its angle [rad] of joint_states around its axle, outwards."""
-    newest = {}
-    for message in list(transforms):
-        newest.update((each.child_frame_id, each.transform) for each in message.transforms)
-    found = [newest.get(f"wheel_{wheel}_link") for wheel in range(3)]
-    # positive wheels turn the shipped robot clockwise: around the axle that points outwards
-    return all(found) and all(
-        abs(math.remainder(_turn_around_x(each, _outwards(each)) - turn, 2 * math.pi)) < 1e-3
-        for each, turn in zip(found, positions))
 
 
 def _is_harmless(words):
@@ -216,41 +190,24 @@ class NavigationStandIn:
             message = publisher.data_class()
             message.header.frame_id = "laser" if topic == "scan" else "map"
             message.header.stamp = now
-            if isinstance(message, OccupancyGrid):
+            if hasattr(message, "info"):
                 message.info.resolution, message.info.width, message.info.height = 0.5, 8, 8
                 message.info.origin.orientation.w = 1.0
                 message.data = [0] * 56 + [100] * 8
-            elif isinstance(message, LaserScan):
-                message.angle_min, message.angle_increment, message.range_max = -1.0, 0.1, 10.0
-                message.ranges = [2.0] * 20
-            elif isinstance(message, PathMessage):
-                message.poses = [_pose(x, now) for x in (0.0, 1.0)]
-            elif isinstance(message, PoseArray):
-                message.poses = [_pose(x, now).pose for x in (0.0, 0.1)]
-            elif isinstance(message, PoseWithCovarianceStamped):
-                message.pose.pose.orientation.w = 1.0
-                message.pose.covariance[0] = message.pose.covariance[7] = message.pose.covariance[35] = 0.1
-            elif isinstance(message, PoseStamped):
-                message.pose.orientation.w = 1.0
+            elif hasattr(message, "poses"):
+                message.poses = [_pose(now).pose if isinstance(message, PoseArray) else _pose(now)]
+            elif hasattr(message, "pose"):
+                getattr(message.pose, "pose", message.pose).orientation.w = 1.0
+            elif hasattr(message, "ranges"):  # RViz ends at a scan without any
+                message.angle_increment, message.range_max, message.ranges = 0.1, 10.0, [2.0] * 20
             publisher.publish(message)
 
 
-def _pose(x, now):
+def _pose(now):
     pose = PoseStamped()
     pose.header.frame_id, pose.header.stamp = "map", now
-    pose.pose.position.x, pose.pose.orientation.w = x, 1.0
+    pose.pose.orientation.w = 1.0
     return pose
-
-
-def _outwards(transform):
-    return math.atan2(transform.translation.y, transform.translation.x)
-
-
-def _turn_around_x(transform, yaw):
-    """Angle [rad] of the rotation around x that comes behind a yaw [rad]: q = q_yaw q_x."""
-    rotation = transform.rotation
-    cos, sin = math.cos(yaw / 2), math.sin(yaw / 2)
-    return 2 * math.atan2(cos * rotation.x + sin * rotation.y, cos * rotation.w + sin * rotation.z)
 
 
 if __name__ == "__main__":

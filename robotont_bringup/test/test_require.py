@@ -5,11 +5,7 @@ import sys
 
 import pytest
 
-from robotont_bringup.require import missing, words
-
-
-def test_missing_packages_in_their_order():
-    assert missing(["no_such_package", "robotont_bringup", "nor_this"]) == ["no_such_package", "nor_this"]
+from robotont_bringup.require import words
 
 
 @pytest.mark.parametrize("packages, debian, expected", [

@@ -1,36 +1,75 @@
 """What a launch sets replaces all that earlier ones left, whatever their robots were, on one master."""
 
+import xmlrpc.client
 from pathlib import Path
 
-from robots_rig import NAMES, Parameters, Rig, assert_same
+from roslaunch.config import load_config_default
+from roslaunch.launch import ROSLaunchRunner
 
+from robotont_driver.kinematics.wheel_params import read_wheels
+from robotont_driver.nodes import driver_node, odom_node, serial_com_node
 from robotont_driver.robots.robot_folder import shipped
-from robotont_testing.harness import Master, in_own_process
+from robotont_simulator import simulator_node
+from robotont_testing import places
+from robotont_testing.harness import Master
 
-SOME = (*NAMES, "robotont2 in three", "simulated four_wheels", "driver_basic", "commands", "tuned")
+NAMES = ("thesis", "robotont2", "robotont3", "four_wheels")
+ROBOT = ("robot.launch", "description:=false")
+LAUNCHES = {
+    **{name: (*ROBOT, f"robot:={name}") for name in NAMES},
+    **{"simulated " + name: ("simulation.launch", "description:=false", f"robot:={name}") for name in NAMES},
+    "in three": (*ROBOT, "robot:=robotont2", "composed:=false"),
+    "tuned": (*ROBOT, "robot:=robotont2", "publish_tf:=false", "imu:=imu"),
+    "driver_basic": ("driver_basic.launch",),
+    "commands": ("odometry_from_commands.launch",),
+}
+BESIDE = {  # sets what may stay: the page joins a robot; the official names are those of a robot of its own
+    "page": ("teleop.launch",),
+    "official": (places.package("robotont_driver") / "launch" / "driver_basic.launch",),
+}
+TABLES = {"driver_node": driver_node, "serial_com_node": serial_com_node, "odom_node": odom_node,
+          "simulator_node": simulator_node}
+
+
+def seen(parameters, nodes):
+    """What the nodes read of a master's parameters: the wheels, and theirs by node and name, official ones included."""
+    found = {"wheels": read_wheels(parameters), "robot": parameters.get("robot"), "battery": parameters.get("battery")}
+    composed = "robotont_node" in nodes
+    for node in {*nodes, *(("driver_node", "serial_com_node", "odom_node") if composed else ())} & set(TABLES):
+        own = parameters.get(node, {})
+        for parameter in TABLES[node].PARAMETERS:
+            place, _, name = parameter.official.partition("/")
+            default = parameters.get(place, {}).get(name, parameter.default)
+            found[node, parameter.name] = repr(own.get(parameter.name, default))  # nan is not equal to itself
+    return found
 
 
 def test_parameters_of_each_launch_behind_all_others_are_those_on_a_fresh_master():
-    """Forward and backward, so that each stands before and behind each other one."""
+    """Forward and backward, so that each stands before and behind each other one. Nothing is started."""
     with Master() as master:
-        parameters = Parameters(master)
-        fresh = {name: parameters.alone(name) for name in SOME}
-        parameters.load("official")
-        for name in (*SOME, *reversed(SOME)):
-            assert parameters.load(name) == fresh[name], name
+        server = xmlrpc.client.ServerProxy(master.uri)
+        configurations = {name: load_config_default([(str(places.launch(file)), arguments)], None)
+                          for name, (file, *arguments) in {**LAUNCHES, **BESIDE}.items()}
 
+        def load(name):
+            configured = configurations[name]
+            configured.master.uri = master.uri
+            ROSLaunchRunner("test", configured)._load_parameters()
 
-@in_own_process
-def test_a_robot_drives_behind_another_one_as_alone():
-    with Master() as master:
-        rig = Rig(master)
+        def read(name):
+            return seen(server.getParam("/test", "/")[2], {node.name for node in configurations[name].nodes})
 
-        def disturb():
-            rig.join()
-            rig.kill_driver()
-        alone = rig.behaviour("robotont2")
-        rig.behaviour("four_wheels")
-        assert_same(rig.behaviour("robotont2", disturb), alone, "robotont2 behind four_wheels")
+        def alone(name):
+            for key in set(server.getParam("/test", "/")[2]) - {"run_id"}:
+                server.deleteParam("/test", "/" + key)
+            load(name)
+            return read(name)
+        fresh = {name: alone(name) for name in LAUNCHES}
+        load("official")
+        for name in (*LAUNCHES, *reversed(list(LAUNCHES))):
+            load(name)
+            load("page")
+            assert read(name) == fresh[name], name
 
 
 def test_the_page_about_robots_has_every_robot():

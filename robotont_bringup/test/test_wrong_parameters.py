@@ -15,24 +15,19 @@ NO_ROBOT = "where no robot runs: start robot.launch"
 STUTTER = "found a packet every 0.2 s and a stop after 0.3 s without one"
 # Debian 11's rospy, at the end of any node; docs/systems.md
 ROSPY_ON_PYTHON_39 = re.compile(r"Traceback.*\n(  .*\n)*AttributeError: 'Thread' object has no attribute 'isAlive'")
+# What is wrong in which way, the tests of robotont_driver show; here: each way to a node's end.
 # {case: (node, parameters of its namespace, its arguments, words of the log)}
 CASES = {
     "none": ("driver_node", {}, (), [NO_ROBOT]),
-    "none for serial_com_node": ("serial_com_node", {}, (), [NO_ROBOT]),
-    "none for mock_serial_node": ("mock_serial_node", {}, (), [NO_ROBOT]),
     "all wrong": ("driver_node", dict.fromkeys(KEYS, "?"), ("_cmd_timeout:=-1", "_publish_rat:=20.0"), [
         *(f"{key}: found '?', allowed: " for key in KEYS), "did you mean ~publish_rate?",
         "~cmd_timeout: found -1, allowed: a finite number from 0.05 to 2 [s]: for so long the"]),
-    "wheels in a line": ("odom_node", {**GOOD, "wheelRads": [0.5, 0.5, 0.5]}, (), ["rank < 3"]),
-    "beyond reason": ("serial_com_node", {**GOOD, "wheelAmount": 2147483647}, ("_write_timeout:=1e10",), [
-        "drives on when driver_node dies", "wheelAmount: found 2147483647, allowed: a whole number from 3 to 16"]),
     "a value for all": ("driver_node", {**GOOD, "driver_node": 20.0}, (), [
         "~: found 20.0, allowed: parameters by name"]),
     "too slow for the next": ("driver_node", {**GOOD, "serial_com_node": {"write_timeout": 0.3}},
                               ("_publish_rate:=5.0",), [STUTTER]),
     "too quick for the one before": ("serial_com_node", {**GOOD, "driver_node": {"publish_rate": 5.0}},
                                      ("_write_timeout:=0.3",), [STUTTER]),
-    "unknown to the mock": ("mock_serial_node", GOOD, ("_noise:=1",), ["~noise: no such parameter"]),
 }
 
 

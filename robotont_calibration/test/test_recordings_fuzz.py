@@ -68,14 +68,3 @@ def test_tables_with_errors(tmp_path_factory, drive, name, form, seed):
     file = tmp_path_factory.getbasetemp() / "errors.csv"
     file.write_bytes(mutated((drive / name).read_bytes(), seed))
     check(file, form)
-
-
-@pytest.mark.parametrize("name", ["a.bag", "a.csv", "a.txt"])
-@settings(deadline=None)
-@given(content=st.binary(max_size=300) | st.text(max_size=200).map(lambda text: ("time,m0,m1,m2\n" + text).encode()))
-def test_any_content(tmp_path_factory, name, content):
-    file = tmp_path_factory.getbasetemp() / name
-    file.write_bytes(content)
-    check(file)
-    if name == "a.txt":
-        check(file, "optiodom")

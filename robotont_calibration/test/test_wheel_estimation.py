@@ -14,7 +14,6 @@ from synthetic_runs import (
     true_of,
 )
 
-from robotont_calibration import wheel_estimation
 from robotont_calibration.calibration_runs import (
     end_misfit,
     errors_along,
@@ -79,18 +78,6 @@ def test_wrong_parameters_are_recovered(wrong):
     assert after < before / 10
     assert found.undetermined == ()
     assert found.wheel_noise == pytest.approx(NOISE, rel=0.3)
-
-
-def test_a_tape_will_do():
-    """Only where each run ended, measured with a tape to 2 mm and half a degree."""
-    true = true_of(SHIPPED, 1.02, 0.97, [(1, 1.5)])
-    found = calibrate(SHIPPED, taped_runs(true), Unknowns(SHIPPED), NOISE)
-    errors = errors_of(found, true)
-    before, after = umbmark(SHIPPED, true), umbmark(found.parameters, true)
-    print(f"errors {np.round(errors, 5)}, stated {np.round(found.deviations, 5)}; "
-          f"UMBmark {1000 * before:.0f} mm before, {1000 * after:.0f} mm after")
-    assert abs(errors[:2]).max() < 0.005
-    assert after < before / 4
 
 
 @pytest.mark.parametrize("make, point", [
@@ -176,17 +163,6 @@ def test_a_point_that_is_kept_where_it_is_not_bends_the_parameters():
     assert worst[1] > 3 * worst[0]
     assert given.point == MARKER
     assert "point x" not in given.names
-
-
-def test_derivatives_are_those_of_differences():
-    unknowns, runs = Unknowns(SHIPPED, "each", point="free"), tracked_runs(SHIPPED, 3, DOUBLED, MARKER)[:3]
-    whiten = [np.eye(3 * len(run.stretches)) for run in runs]
-    values = 0.01 * np.random.default_rng(0).standard_normal(len(unknowns.names))
-    steps = 1e-6 * np.eye(len(values))
-    differences = np.column_stack([
-        (wheel_estimation._residuals(runs, unknowns, whiten, values + step)
-         - wheel_estimation._residuals(runs, unknowns, whiten, values - step)) / 2e-6 for step in steps])
-    np.testing.assert_allclose(wheel_estimation._slopes(runs, unknowns, whiten, values), differences, atol=1e-4)
 
 
 def test_an_outlying_run_loses_its_weight():

@@ -1,10 +1,8 @@
-"""A robot and its commanders through outages, hangs, kills and restarts; each motion of the board tells its own age."""
+"""A robot and its commanders, on two machines; each motion of the board tells its own age."""
 
 import contextlib
 import os
-import random
 import signal
-import time
 from pathlib import Path
 
 import numpy as np
@@ -23,11 +21,10 @@ SLACK = 0.1                # [s] of this machine: scheduling, and the resolution
 ALLOWED = TIMEOUT + SLACK  # [s]
 TICK, WRAP = 0.02, 2000    # [s], number of stamps: ages up to 40 s
 # (v_x, v_y, omega) of stamp 0 and of each tick, for each commander; no two alike in direction
-MOTIONS = (((0.1, 0, 0), (0.0006, 0, 0)), ((0, 0.1, 0), (0, 0.0006, 0)), ((0, 0, 0.5), (0, 0, 0.004)),
-           ((-0.1, 0, 0), (-0.0006, 0, 0)))
-LATCHED = 3
+MOTIONS = (((0.1, 0, 0), (0.0006, 0, 0)), ((0, 0.1, 0), (0, 0.0006, 0)), ((0, 0, 0.5), (0, 0, 0.004)))
+LATCHED = 2
 
-# Does what the word in the file argv[4] says: drive (at 20 Hz), rest, once and a number, or press: the emergency stop.
+# Does what the word in the file argv[4] says: drive (at 20 Hz), once, or press: the emergency stop.
 COMMANDER = f"""
 import sys, time, rospy
 from geometry_msgs.msg import Twist
@@ -52,7 +49,7 @@ while True:
     order = open(orders).read()
     if order == "press" != before:
         stop.publish(True)
-    if order in ("drive", "press") or order != before and order.startswith("once"):
+    if order in ("drive", "press") or order == "once" != before:
         publish()
     before = order
     time.sleep(0.05)
@@ -86,6 +83,7 @@ class Stage(TwoMachines):
     def __init__(self, mux=True, composed=True):
         super().__init__()
         self.mux = mux
+        self.topic = "cmd_vel/hand" if mux else "cmd_vel"
         self.board = Board(str(self.folder / "board"), checked=True)
         self.board.plug()
         self._stamps = Stamps()
@@ -93,7 +91,6 @@ class Stage(TwoMachines):
         self._commanders = {}
         self._stopped = set()
         self._dropping = False
-        self._orders = 0
         folder = robot_folder(self.folder / "robot", SHIPPED)  # without limits: each motion is as it was commanded
         self.robot = self.on("robot", "roslaunch", places.launch("robot.launch"), f"port:={self.board.link}",
                              f"robot:={folder}",
@@ -122,12 +119,9 @@ class Stage(TwoMachines):
                 continue  # it has ended
         return 0
 
-    def command(self, who, order, machine="laptop", topic="cmd_vel", latch=False):
-        """Let commander `who` drive, rest, publish once or press; it starts where it does not run."""
+    def command(self, who, order, machine="laptop", latch=False):
+        """Let commander `who` drive, publish once or press; it starts where it does not run."""
         file = self.folder / f"orders.{who}"
-        if order == "once":
-            self._orders += 1
-            order = f"once {self._orders}"
         new = self.folder / f"orders.{who}.new"
         new.write_text(order)
         new.replace(file)
@@ -135,7 +129,7 @@ class Stage(TwoMachines):
         if process is None or process.poll() is not None:
             first, step = MOTIONS[who]
             self._commanders[who] = self.on(
-                machine, "/usr/bin/python3", "-c", COMMANDER, topic, first, step, file, latch,
+                machine, "/usr/bin/python3", "-c", COMMANDER, self.topic, first, step, file, latch,
                 log=self.folder / f"commander.{who}.log", **self._environment(machine))
 
     def commander_log(self, who):
@@ -205,83 +199,3 @@ class Stage(TwoMachines):
         except AssertionError:
             print((self.folder / "robot.log").read_text()[-5000:], self.commander_log(who), flush=True)
             raise
-
-
-class Player:
-    """Plays random histories on a stage."""
-
-    EVENTS = (*3 * ("cut_or_heal",), *2 * ("kill",), *2 * ("resume",), "hang", "respawn", "latch", "hang_master",
-              "suspend", "drive", "rest", "once")
-
-    def __init__(self, stage):
-        self._stage = stage
-        inputs = ("cmd_vel/hand", "cmd_vel/navigation", "cmd_vel/default") if stage.mux else ("cmd_vel",) * 3
-        self._places = tuple(zip(("laptop", "laptop", "robot"), inputs))
-        self._robot = [stage.driver, *(["cmd_vel_mux"] if stage.mux else [])]
-        self._chance = None
-        self._cut = self._latched = False
-        self.heard = 0
-        self._do = {
-            "cut_or_heal": self._cut_or_heal, "latch": self._latch, "hang": stage.hang,
-            "resume": lambda _: stage.resume(), "hang_master": lambda _: stage.hang("rosmaster"),
-            "suspend": lambda _: [stage.hang(name) for name in self._robot],
-            "respawn": lambda _: stage.respawn(self._chance.choice(self._robot)),
-            "kill": lambda who: stage.kill(who, self._chance.choice((signal.SIGKILL, signal.SIGINT))),
-            **{order: lambda who, order=order: self._command(who, order) for order in ("drive", "rest", "once")}}
-
-    def play(self, seed):
-        """One history; returns the (commander, age [s]) of what drove although it was too old."""
-        stage, chance = self._stage, random.Random(seed)
-        self._chance, self._cut, self._latched = chance, False, False
-        leader = chance.randrange(3)
-        for who in range(3):
-            self._command(who, "drive" if who == leader else "rest")
-        stage.drives(leader)
-        old, told = [], []
-        for _ in range(chance.randint(4, 9)):
-            event, who = chance.choice(self.EVENTS), leader if chance.random() < 0.7 else chance.randrange(3)
-            self._do[event](who)
-            told.append(f"{event} {who}")
-            time.sleep(chance.choice((0.05, 0.2, 0.4, 0.7, 1.2)))
-            old += self._judge()
-        stage.resume()
-        stage.mend()
-        time.sleep(chance.choice((0.0, 0.5)))
-        for who in range(3):
-            self._command(who, "rest")
-        self._wait_for_quiet(old)
-        stage.kill(LATCHED)
-        for who, age in old:
-            print(f"seed {seed}: commander {who} drove at an age of {age:.2f} s; {', '.join(told)}", flush=True)
-        return old
-
-    def _command(self, who, order):
-        machine, topic = self._places[who]
-        self._stage.command(who, order, machine, topic)
-
-    def _cut_or_heal(self, _who):
-        self._cut = not self._cut
-        if self._cut:
-            self._chance.choice((self._stage.drop, self._stage.cut, lambda: self._stage.cut(carrier=True)))()
-        else:
-            self._stage.mend()
-
-    def _latch(self, _who):
-        if not self._latched:
-            self._latched = True
-            self._stage.command(LATCHED, "once", "laptop", self._chance.choice(self._places)[1], latch=True)
-
-    def _wait_for_quiet(self, old):
-        """What waited anywhere has come when a second passes without motion."""
-        quiet = time.monotonic()
-        while time.monotonic() - quiet < 1.0:
-            time.sleep(0.05)
-            before = self.heard
-            old += self._judge()
-            if self.heard != before:
-                quiet = time.monotonic()
-
-    def _judge(self):
-        motions = self._stage.motions()
-        self.heard += len(motions)
-        return [(who, age) for who, age in motions if age > ALLOWED]

@@ -65,14 +65,6 @@ def test_short_runs_of_a_robot_that_is_switched_on_and_off_push_nothing_out(tmp_
     assert len(kept) == MOST_RUNS
 
 
-def test_merged_into_one(tmp_path):
-    box = BlackBox(tmp_path)
-    for second in range(10):
-        box.write([record(second)], now=float(second))
-    assert merge(bags_of(box.folder), tmp_path / "all.bag") == (10, [])
-    assert [stamp for _, _, stamp in messages([tmp_path / "all.bag"])] == [1000.0 + second for second in range(10)]
-
-
 def test_a_file_that_cannot_be_read_costs_nothing_but_itself(tmp_path):
     box = BlackBox(tmp_path)
     for second in range(3):
@@ -134,15 +126,6 @@ def test_a_folder_that_was_deleted_is_made_again(deleted, tmp_path):
     for second in range(3, 20):
         box.write([record(second)], now=float(second))
     assert [stamp for _, _, stamp in messages(bags_of(box.folder))] == [1000.0 + second for second in range(14, 20)]
-
-
-def test_a_message_that_cannot_be_written_costs_its_second_only(tmp_path):
-    box = BlackBox(tmp_path)
-    with pytest.raises(KeyError):
-        box.write([record(0), record(0)._replace(header={})], now=0.0)
-    assert not list(box.folder.iterdir())
-    box.write([record(1)], now=1.0)
-    assert len(messages(bags_of(box.folder))) == 1
 
 
 @pytest.mark.parametrize("error, remedy", [

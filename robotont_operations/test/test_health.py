@@ -1,8 +1,5 @@
 """The table of ./robotont status from nodes and diagnostics."""
 
-import sys
-
-from robotont_operations.colours import hanging
 from robotont_operations.health import ERROR, OK, STALE, WARN, Row, table, worst
 
 ALL = {"/driver_node": True, "/serial_com_node": True, "/odom_node": True}
@@ -18,12 +15,6 @@ def test_all_is_well():
     assert rows == [Row(OK, "nodes", "3 running"), Row(OK, "command stream", "following cmd_vel"),
                     Row(OK, "link", "50 packets/s"), Row(OK, "board", "robotont_firmware 1.0.0"),
                     Row(OK, "wheel feedback", "50 packets/s")]
-    assert worst(rows) == 0
-
-
-def test_all_is_well_in_one_process():
-    rows = table({"/robotont_node": True}, FINE)
-    assert rows[0] == Row(OK, "nodes", "1 running")
     assert worst(rows) == 0
 
 
@@ -55,10 +46,3 @@ def test_two_robots():
     assert Row(ERROR, "robot2: link", "unplugged") in rows
     assert Row(OK, "robot1: link", "50 packets/s") in rows
     assert len(rows) == 9
-
-
-def test_on_a_terminal_long_words_go_on_below_themselves(monkeypatch):
-    monkeypatch.setattr(sys.stdout, "isatty", lambda: True, raising=False)
-    monkeypatch.setenv("COLUMNS", "40")
-    assert hanging("ok  link  ", "50 packets/s, of a board that speaks checked", 10) == (
-        "ok  link  50 packets/s, of a board that\n          speaks checked")

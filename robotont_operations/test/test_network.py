@@ -123,25 +123,25 @@ def test_a_name_that_the_robot_cannot_resolve(machines):
         assert fault.startswith("unresolvable name: /named can be found at 'laptop' only")
 
 
-def test_the_robots_firewall(machines):
-    with firewall(machines, "robot", "tcp dport 11311"):
-        assert the_fault(check(machines, "laptop", ROS_IP=LAPTOP)).startswith(
-            "firewall: 10.77.0.1 answers, but not at port 11311: on that machine, sudo ufw allow from 10.77.0.2")
-    with node(machines, "robot", "behind", ROS_IP=ROBOT), \
-            firewall(machines, "robot", "tcp dport 11312-65535 ct state new"):
-        assert the_fault(check(machines, "laptop", ROS_IP=LAPTOP)).startswith(
-            "firewall: 10.77.0.1 answers, but not at the ports of /behind")
+IN = "on that machine, sudo ufw allow from 10.77.0.2"
 
 
-@pytest.mark.parametrize("verdict", ["reject with tcp reset", "reject with icmp type admin-prohibited"])
-def test_a_firewall_that_rejects(machines, verdict):
+@pytest.mark.parametrize("verdict, words", [
+    ("drop", f"firewall: 10.77.0.1 answers, but not at port 11311: {IN}"),
+    ("reject with tcp reset", f"10.77.0.1 answers, but .*firewall.*{IN}"),
+    ("reject with icmp type admin-prohibited", f"10.77.0.1 answers, but .*{IN}")])
+def test_the_robots_firewall_before_the_master(machines, verdict, words):
     with firewall(machines, "robot", "tcp dport 11311", verdict):
-        fault = the_fault(check(machines, "laptop", ROS_IP=LAPTOP))
-        assert all(words in fault for words in ("10.77.0.1 answers, but", "firewall", "sudo ufw allow from 10.77.0.2"))
-    with node(machines, "robot", "behind", ROS_IP=ROBOT), \
-            firewall(machines, "robot", "tcp dport 11312-65535 ct state new", verdict):
-        fault = the_fault(check(machines, "laptop", ROS_IP=LAPTOP))
-        assert re.match("firewall.*/behind.*sudo ufw allow from 10.77.0.2", fault)
+        assert re.search(words, the_fault(check(machines, "laptop", ROS_IP=LAPTOP)))
+
+
+def test_the_robots_firewall_before_its_nodes(machines):
+    with node(machines, "robot", "behind", ROS_IP=ROBOT):
+        for verdict, words in (
+                ("drop", f"firewall: 10.77.0.1 answers, but not at the ports of /behind: {IN}"),
+                ("reject with tcp reset", f"firewall that rejects, or nodes that are gone: /behind .*{IN}")):
+            with firewall(machines, "robot", "tcp dport 11312-65535 ct state new", verdict):
+                assert re.match(words, the_fault(check(machines, "laptop", ROS_IP=LAPTOP)))
 
 
 @contextmanager
@@ -215,20 +215,17 @@ def test_clocks_apart(machines):
         assert "chrony" in fault
 
 
-@pytest.mark.parametrize("carrier", [False, True])
-def test_the_cable_is_out(machines, carrier):
-    machines.cut(carrier)
-    try:
-        fault = the_fault(check(machines, "laptop", ROS_IP=LAPTOP))
-        assert fault.startswith("master unreachable: ")
-        assert "cable" in fault
-    finally:
-        machines.mend()
-    wait_for(lambda: not faults(check(machines, "laptop", ROS_IP=LAPTOP)), "the end of the fault")
-
-
 def test_the_robot_keeps_to_itself(machines):
     done = check(machines, "robot", ROS_IP="127.0.0.1")
     assert not faults(done)
     assert "this machine keeps to itself" in done.stdout
     assert "install-robot --network" in done.stdout
+
+
+def test_the_cable_is_out(machines):
+    """The last one: TCP notices the end of the fault late."""
+    machines.cut()
+    fault = the_fault(check(machines, "laptop", ROS_IP=LAPTOP))
+    machines.mend()
+    assert fault.startswith("master unreachable: ")
+    assert "cable" in fault

@@ -5,6 +5,7 @@ from typing import NamedTuple, Tuple
 
 import numpy as np
 
+from robotont_calibration.trajectory import seen_from
 from robotont_driver.kinematics import se2
 from robotont_driver.kinematics.kinematics import Kinematics
 
@@ -132,11 +133,6 @@ def end_misfit(wheels, run, point=(0.0, 0.0)):
     left = (seen_from(poses[:1], poses[-1:]) - seen_from(run.poses[:1], run.poses[-1:]))[0]
     left[2] = se2.wrap(left[2])
     return left
-
-
-def seen_from(starts, ends):
-    """K x 3 displacements from `starts` to `ends`, K x 3 each."""
-    return np.transpose(se2.between(starts.T, ends.T))
 
 
 def steps_of(wheels, counts):

@@ -8,14 +8,13 @@ from scipy.stats import ttest_rel
 
 from robotont_calibration import drives
 from robotont_calibration.calibration_runs import Run, errors_along, poses_at_marks, repeats, taped_run
-from robotont_calibration.wheel_estimation import calibrate, information
+from robotont_calibration.wheel_estimation import calibrate, derivatives, information
 from robotont_driver.kinematics.kinematics import Kinematics
 from robotont_driver.kinematics.wheel_params import read_wheels
 
 WORTH = 0.95     # more radii are taken when they leave less than this part of the error on held-out runs ...
 CHANCE = 0.025   # ... and by chance that much less would be rarer than this
 LITTLE = 0.9     # another run is recommended when it leaves less than this part of the expected error
-STEP = 1e-5      # of a value, for derivatives
 
 
 class HeldOut(NamedTuple):
@@ -104,5 +103,4 @@ def _slope_of_end(unknowns, values, run):
     """2 x P derivatives of the odometry's place at the end of a run by the values."""
     def end(at):
         return poses_at_marks(read_wheels(unknowns.parameters(at)), run)[-1, :2]
-    return np.column_stack([(end(values + step) - end(values - step)) / (2 * STEP)
-                            for step in STEP * np.eye(len(values))])
+    return derivatives(end, values)

@@ -7,7 +7,8 @@ import numpy as np
 from scipy.linalg import block_diag, cho_solve_banded, cholesky_banded
 from scipy.optimize import minimize
 
-from robotont_calibration.calibration_runs import seen_from, steps_of
+from robotont_calibration.calibration_runs import steps_of
+from robotont_calibration.trajectory import seen_from
 from robotont_driver.kinematics import se2
 from robotont_driver.kinematics.kinematics import Kinematics
 from robotont_driver.odometry.wheel_noise import READING_VARIANCE, variance_per_edge

@@ -2,15 +2,13 @@
 
 import argparse
 import sys
-import threading
-import time
 from pathlib import Path
 
 import numpy as np
 
 from robotont_calibration.arguments import coordinates
 from robotont_calibration.recording_files import FORMATS, read_recording
-from robotont_calibration.recordings import Recording, RecordingError
+from robotont_calibration.recordings import RecordingError
 from robotont_calibration.trajectory import ALIGNMENTS, Trajectory, write_tum
 from robotont_calibration.trajectory_errors import Report
 from robotont_driver.kinematics import se2
@@ -22,8 +20,8 @@ def parse(arguments):
     """The options."""
     parser = argparse.ArgumentParser(prog="odometry_report", description=(
         "Compares odometry with a ground truth, or without one with the commanded path: a table, a picture, "
-        "and files for evo. Reads a bag or a CSV of packets without a ROS master, or listens to live topics."))
-    parser.add_argument("recording", nargs="?", help="a .bag or .csv file; none: listen to live topics until Ctrl-C")
+        "and files for evo. Reads a bag or a CSV of packets, without a ROS master."))
+    parser.add_argument("recording", help="a .bag file, as of rosbag record -a, or a .csv")
     parser.add_argument("--odom", metavar="TOPIC", default="odom", help="odometry (default: %(default)s)")
     parser.add_argument("--truth", metavar="TOPIC", help=(
         "ground truth: nav_msgs/Odometry, geometry_msgs/PoseStamped or PoseWithCovarianceStamped"))
@@ -41,8 +39,6 @@ def parse(arguments):
                              "(default: origin)")
     parser.add_argument("--delta", type=float, default=1.0, metavar="M",
                         help="stretch of path for relative errors [m] (default: %(default)s)")
-    parser.add_argument("--seconds", type=float, metavar="S", help=(
-        "how long to listen to live topics, from the first message on"))
     parser.add_argument("-o", "--output", default="odometry_report.png", metavar="PNG", help="default: %(default)s")
     parser.add_argument("--tum", metavar="FOLDER", help="also write reference.tum and odometry.tum for evo there")
     options = parser.parse_args(arguments)
@@ -74,61 +70,15 @@ def make_report(recording, options):
     return Report(estimate, reference, named, times, recording.refused, options.align, options.delta)
 
 
-def listen(topics, seconds):
-    """`Recording` of live topics, until Ctrl-C or for some seconds from the first message on.
-
-    Raises RecordingError without a master, or when a topic of unknown type does not exist.
-    """
-    import rosgraph  # here, for bags and CSV need no ROS
-    import rospy
-    from geometry_msgs.msg import Twist
-    from nav_msgs.msg import Odometry
-    from rostopic import get_topic_class
-    from std_msgs.msg import String
-
-    from robotont_driver.ros.rospy_end import init_tool
-
-    if not rosgraph.is_master_online():
-        raise RecordingError(f"found no ROS master at {rosgraph.get_master_uri()}; is the robot running?")
-    recording = Recording()
-    init_tool("odometry_report")
-    types = {"odometry": Odometry, "packets": String, "commands": Twist}
-    for kind, topic in topics.items():
-        if not topic:
-            continue
-        message_type = types.get(kind) or get_topic_class(rospy.resolve_name(topic))[0]
-        if message_type is None:
-            raise RecordingError(f"found no topic {topic}; is its node running?")
-        rospy.Subscriber(topic, message_type,
-                         lambda message, kind=kind: recording.take(kind, rospy.get_time(), message))
-    print("listening; Ctrl-C ends it and makes the report", file=sys.stderr)
-    begun = None
-    try:
-        while begun is None or seconds is None or time.monotonic() - begun < seconds:
-            time.sleep(0.1)
-            if begun is None and (recording.odometry or recording.packets):
-                begun = time.monotonic()
-            if sys.stderr.isatty():
-                print(f"\r{len(recording.odometry)} poses, {len(recording.packets)} packets ", end="", file=sys.stderr)
-    except KeyboardInterrupt:
-        pass
-    print(file=sys.stderr)
-    # Beside the report: at the end of the process a slow master would cost time, and after some the status of success.
-    threading.Thread(target=rospy.signal_shutdown, args=("recorded",), daemon=True).start()
-    return recording
-
-
 def main(arguments=None):
     """Run; returns the exit status."""
     options = parse(arguments)
     topics = {"odometry": options.odom, "truth": options.truth,
               "packets": options.packets, "commands": options.commands}
     try:
-        recording = read_recording(options.recording, topics, options.format) if options.recording else \
-            listen(topics, options.seconds)
-        report = make_report(recording, options)
+        report = make_report(read_recording(options.recording, topics, options.format), options)
         print(report.table())
-        report.draw(options.output, f"Odometry against {report.named}: {options.recording or 'live'}")
+        report.draw(options.output, f"Odometry against {report.named}: {options.recording}")
         if options.tum:
             Path(options.tum).mkdir(parents=True, exist_ok=True)
             write_tum(str(Path(options.tum) / "reference.tum"), report.reference)

@@ -8,7 +8,6 @@ OptiOdom (R. B. Sousa et al., Journal of Intelligent & Robotic Systems 105, 39 (
 robots with three and four omni wheels, and with others; its runs are read as they are.
 """
 
-import contextlib
 import csv
 from pathlib import Path
 
@@ -16,7 +15,6 @@ from robotont_calibration.recordings import Recording, RecordingError
 from robotont_driver.parameters.parameters import shown
 
 FORMATS = ("auto", "optiodom")
-LONGEST_ROW = 10000    # [characters] of a CSV file
 LARGEST_NUMBER = 1e10  # in a CSV file: times are seconds since 1970
 
 TYPES = {  # of the messages on each kind of topic
@@ -74,7 +72,7 @@ def _read_bag(path, topics):
 def _read_csv(path):
     recording = Recording()
     recording.stamped = True
-    rows = [(number, _split(path, number, line)) for number, line in _lines(path)
+    rows = [(number, line.strip().split(",")) for number, line in _lines(path)
             if line.strip() and not line.startswith("#")]
     if not rows:
         raise RecordingError(f"{path}: found nothing, allowed: a heading time,m0,m1,... and packets")
@@ -101,21 +99,12 @@ def _lines(path):
         raise RecordingError(f"{path}: found bytes that are not UTF-8, allowed: a CSV") from error
 
 
-def _split(path, number, line):
-    """Fields of a line. Raises RecordingError."""
-    if len(line) <= LONGEST_ROW:
-        with contextlib.suppress(csv.Error):
-            return next(csv.reader([line]))
-    raise RecordingError(
-        f"{path}, line {number}: found {shown(line)}, allowed: a row of up to {LONGEST_ROW} characters")
-
-
 def _read_optiodom(path):
     """`Recording` of lines without a heading: time [s], x [m], y [m], yaw [rad], counts [edges] of each wheel."""
     recording = Recording()
     recording.stamped = True
     for number, line in _lines(path):
-        row = _split(path, number, line)
+        row = line.strip().split(",")
         time, x, y, yaw, *counts = _numbers(path, number, row, max(len(row), 7))
         recording.packets.append((time, tuple(counts)))
         recording.truth.append((time, (x, y, yaw)))

@@ -124,15 +124,15 @@ def relative_errors(estimate, reference, delta):
             marks.append(index)
             gone = 0.0
     begins, ends = marks[:-1], marks[1:]
-    moved = motion(reference.poses[begins], reference.poses[ends])
-    believed = motion(estimate.poses[begins], estimate.poses[ends])
-    errors = motion(moved, believed)
+    moved = seen_from(reference.poses[begins], reference.poses[ends])
+    believed = seen_from(estimate.poses[begins], estimate.poses[ends])
+    errors = seen_from(moved, believed)
     return np.hypot(errors[:, 0], errors[:, 1]), np.abs(se2.wrap(errors[:, 2]))
 
 
-def motion(start, end):
-    """K x 3 poses of `end` as seen from `start`, K x 3 each."""
-    return np.transpose(se2.between(start.T, end.T))
+def seen_from(starts, ends):
+    """K x 3 poses of `ends` as seen from `starts`, K x 3 each."""
+    return np.transpose(se2.between(starts.T, ends.T))
 
 
 def root_mean_square(values):

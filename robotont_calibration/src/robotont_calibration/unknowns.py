@@ -24,8 +24,7 @@ class Unknowns:
         self._distances = {"common": 1, "fixed": 0}[distance]
         self._angles = {"each": amount, "fixed": 0}[angles]
         self._point = None if point == "free" else tuple(point)
-        self.free_point = self._point is None
-        points = 2 if self.free_point else 0
+        points = 2 if self._point is None else 0
         self.names = [
             *(["wheelRadius"] if self._radii == 1 else [f"wheelRadius[{wheel}]" for wheel in range(self._radii)]),
             *["wheelDistanceFromCenter"][:self._distances],

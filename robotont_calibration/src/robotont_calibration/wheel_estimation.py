@@ -13,10 +13,8 @@ from typing import NamedTuple, Tuple
 import numpy as np
 from scipy.optimize import least_squares, minimize_scalar
 
-from robotont_calibration.calibration_runs import kinds, misfits, repeats, seen_from, steps_of
+from robotont_calibration.calibration_runs import kinds, misfits, repeats
 from robotont_calibration.misfit_noise import likely_noise, spread_of, whitening
-from robotont_driver.kinematics import se2
-from robotont_driver.kinematics.kinematics import Kinematics
 from robotont_driver.kinematics.wheel_params import read_wheels
 
 DETERMINED = 0.3     # a parameter counts as determined when the runs leave less than this part of the tie
@@ -99,54 +97,13 @@ def _residuals(runs, unknowns, whiten, values):
 
 def _slopes(runs, unknowns, whiten, values):
     """Derivatives of `_residuals` by the values."""
-    wheels, point = read_wheels(unknowns.parameters(values)), unknowns.point(values)
-    by_value = _by_value(unknowns, values)
-    return np.concatenate([
-        matrix @ _slopes_of_misfits(wheels, run, point, by_value, unknowns.free_point).reshape(-1, len(values))
-        for run, matrix in zip(runs, whiten)])
+    return derivatives(lambda at: _residuals(runs, unknowns, whiten, at), values)
 
 
-def _by_value(unknowns, values):
-    """3 x n x P derivatives of the step per edge by the values."""
-    return np.stack([(_edge_steps(unknowns, values + step) - _edge_steps(unknowns, values - step)) / (2 * STEP)
-                     for step in STEP * np.eye(len(values))], axis=-1)
-
-
-def _edge_steps(unknowns, values):
-    """3 x n step of the robot per edge of each wheel."""
-    wheels = read_wheels(unknowns.parameters(values))
-    return Kinematics(wheels).inverse * np.array(wheels.metres_per_edge)
-
-
-def _slopes_of_misfits(wheels, run, point, by_value, free_point):
-    """L x 3 x P derivatives of `misfits`, given those of the robot's step per edge, 3 x n x P.
-
-    A step that differs moves each later pose, and turns it about where the step was: about its middle.
-    """
-    poses = np.vstack([np.zeros(3), se2.path(steps_of(wheels, run.counts))])
-    x, y, yaw = ((poses[1:] + poses[:-1]) / 2).T
-    lift = np.zeros((len(x), 3, 3))
-    lift[:, 0, 0] = lift[:, 1, 1] = np.cos(yaw)
-    lift[:, 1, 0] = np.sin(yaw)
-    lift[:, 0, 1] = -lift[:, 1, 0]
-    lift[:, 0, 2], lift[:, 1, 2], lift[:, 2, 2] = y, -x, 1.0
-    moved = (lift[:, :, :, None] * run.counts[:, None, None, :]).reshape(len(x), -1)
-    sums = np.cumsum(np.vstack([np.zeros(moved.shape[1]), moved]), axis=0)[run.marks]
-    along = np.tensordot(sums.reshape(len(run.marks), 3, 3, -1), by_value, axes=((2, 3), (0, 1)))  # M x 3 x P
-    poses = poses[run.marks]
-    cos, sin = np.cos(poses[:, 2]), np.sin(poses[:, 2])
-    places = np.transpose(se2.compose(poses.T, (*point, 0.0)))
-    along[:, 0] -= places[:, 1, None] * along[:, 2]
-    along[:, 1] += places[:, 0, None] * along[:, 2]
-    if free_point:
-        along[:, :2, -2:] += np.moveaxis(np.array(((cos, -sin), (sin, cos))), 2, 0)
-    begins, ends = run.stretches.T
-    seen = seen_from(places[begins], places[ends])
-    cos, sin = cos[begins, None], sin[begins, None]
-    change = along[ends] - along[begins]
-    turned = along[begins, 2]
-    return np.stack([cos * change[:, 0] + sin * change[:, 1] + seen[:, 1, None] * turned,
-                     cos * change[:, 1] - sin * change[:, 0] - seen[:, 0, None] * turned, change[:, 2]], axis=1)
+def derivatives(function, values):
+    """N x P derivatives of a function of P values that has N, by central differences."""
+    return np.column_stack([(function(values + step) - function(values - step)) / (2 * STEP)
+                            for step in STEP * np.eye(len(values))])
 
 
 def _fit(runs, unknowns, whiten, start):

@@ -15,12 +15,9 @@ import rospkg
 
 from robotont_driver.parameters.command_line import CommandLine
 from robotont_operations.installation import (
-    FLEET_UNIT,
     KEPT,
     PAGE_UNIT,
-    PURPOSES,
     STATE,
-    UNITS,
     LinkError,
     install,
     installation,
@@ -62,22 +59,16 @@ def can_be_found_under(text):
     return text != "localhost" and re.fullmatch(rf"{label}(\.{label})*", text) is not None
 
 
+def address(text):
+    """Such a text. Raises ArgumentTypeError."""
+    if not can_be_found_under(text):
+        raise argparse.ArgumentTypeError(f"found {text!r}, allowed: an IPv4 address as in 10.0.0.1 (ip address), or a "
+                                         "host name, under which others find it in a network")
+    return text
+
+
 def parse_arguments():
     """Options of the command line."""
-    def address(text):
-        if not can_be_found_under(text):
-            raise argparse.ArgumentTypeError(f"found {text!r}, which is no address of this robot in a network: allowed "
-                                             "is an IPv4 address as in 10.0.0.1 (ip address), or a host name")
-        return text
-
-    def teacher(text):
-        if not can_be_found_under(text):
-            raise argparse.ArgumentTypeError(f"found {text!r}, allowed: an IPv4 address, or a host name, of the "
-                                             "fleet's computer in a network")
-        return text
-
-    def page_address(text):
-        return text if text == "0.0.0.0" else address(text)
     parser = CommandLine(
         prog="./robotont install-robot",
         description="Install services that start Robotont at boot, without any network, under a user "
@@ -91,10 +82,11 @@ def parse_arguments():
     parser.add_argument("--network", type=address, metavar="ADDRESS",
                         help="let other machines use the robot under this address of its (docs/network.md: "
                         "there is no password); default: the robot keeps to itself")
-    parser.add_argument("--page", nargs="?", const="0.0.0.0", type=page_address, metavar="ADDRESS",
+    parser.add_argument("--page", nargs="?", const="0.0.0.0", metavar="ADDRESS",
+                        type=lambda text: text if text == "0.0.0.0" else address(text),
                         help="start the page for driving in a browser, too, with a token: from every network of the "
                         "robot, or at this address of its; kept when you install again")
-    parser.add_argument("--fleet", type=teacher, metavar="ADDRESS",
+    parser.add_argument("--fleet", type=address, metavar="ADDRESS",
                         help="bring the robot onto the page of all robots, too: address of the computer of "
                         "./robotont fleet; kept when you install again")
     options = parser.parse_args()
@@ -141,8 +133,7 @@ def _install(options, live):
         print("install-robot: no xacro: the robot starts without its model; ./robotont setup sim, and again, for one")
     what = installation(own / "install", sorted((bringup / "udev").glob("*.rules")), os.environ,
                         options.network or "", options.robot, model, options.page or "", options.fleet or "")
-    units = list(dict.fromkeys((*UNITS, *installed_units(options.root), *([PAGE_UNIT] if options.page else []),
-                                *([FLEET_UNIT] if options.fleet else []))))
+    units = dict.fromkeys((*(Path(name).name for name, _ in what.links), *installed_units(options.root)))
     commands = (*AFTER_INSTALL, ("systemctl", "restart", *units)) if live else ()
     if options.dry_run:
         print(f"would write, under {options.root}:")
@@ -153,8 +144,7 @@ def _install(options, live):
         kept = Path(options.root, "etc/robotont/robot.conf")
         if model and "description:=false" in kept.read_text():
             print(f"install-robot: {kept} is kept, and says description:=false: without it the robot has its model")
-    for name in names:
-        print(f"  {name:46}", next(purpose for start, purpose in PURPOSES.items() if name.startswith(start)))
+    print(*("  " + name for name in names), sep="\n")
     if options.dry_run:
         if commands:
             print("would run:", *(" ".join(command) for command in commands), sep="\n  ")

@@ -10,19 +10,6 @@ from robotont_operations.robot_choice import with_robot
 
 UNITS = ("robotont-master.service", "robotont.service", "robotont-recorder.service")
 PAGE_UNIT, FLEET_UNIT = "robotont-page.service", "robotont-fleet.service"  # with --page, with --fleet
-PURPOSES = {  # what each file of the installation is for, by the beginning of its path
-    "etc/udev/": "names the boards",
-    "etc/systemd/system/robotont-master": "starts the ROS master",
-    "etc/systemd/system/robotont.": "starts the driver",
-    "etc/systemd/system/robotont-recorder": "starts the black box",
-    "etc/systemd/system/robotont-page": "starts the page",
-    "etc/systemd/system/robotont-fleet": "brings the robot onto the page of all robots",
-    "etc/systemd/system/multi-user": "at boot",
-    "etc/sysusers": "makes the services' user",
-    "etc/robotont/python_logging": "logs to the journal",
-    "etc/robotont/robot.conf": "yours to change: robot, port",
-    "etc/robotont/environment": "the workspace, the master",
-}
 LIST = "etc/robotont/installed"    # every file and folder that the installation made, by their paths under the root
 STATE = "var/lib/robotont"         # black boxes; made by systemd
 KEPT = "etc/robotont/robot.conf"   # the user's own, not overwritten

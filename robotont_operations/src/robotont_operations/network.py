@@ -1,12 +1,12 @@
 """./robotont network: finds out in 5 s why two machines of one ROS 1 system do not hear each other, with the remedy."""
 
 import argparse
-import contextlib
 import os
 import sys
+from concurrent.futures import wait
 
 from robotont_operations import probes
-from robotont_operations.colours import GREEN, RED, YELLOW, hanging, paint
+from robotont_operations.colours import GREEN, RED, YELLOW, paint
 from robotont_operations.network_check.announced_address import announced_by, check_announced
 from robotont_operations.network_check.clock import check_clock
 from robotont_operations.network_check.findings import FAULT, GOOD, NOTE, Finding, not_checked
@@ -23,7 +23,7 @@ class NetworkCheck:
         self._environment = environment
         self._budget = TimeBudget()
         self._way_back = None
-        self._beside = []  # (what is checked, its Job), beside the questions to the nodes, each of which may take long
+        self._beside = []  # (what is checked, its Future): beside the questions to the nodes, which may take long
 
     def run(self):
         """List of Findings; takes at most the budget."""
@@ -48,11 +48,8 @@ class NetworkCheck:
                 clocks.add(address)
                 self._begin_clock(address, node.port)
         for what, job in self._beside:
-            finished, finding = job.wait(self._budget.left())
-            if not finished:
-                findings.append(not_checked(what))
-            elif finding:
-                findings.append(finding)
+            finding = job.result() if wait([job], self._budget.left()).done else not_checked(what)
+            findings += [finding] if finding else []
         if master_is_here and not others:
             findings.append(Finding(NOTE, "no node of another machine is registered here: run ./robotont network "
                                           "there, too"))
@@ -62,12 +59,10 @@ class NetworkCheck:
         """Let the way back end at once, and unregister itself."""
         if self._way_back:
             self._way_back.cancel()
-        for _, job in self._beside:
-            with contextlib.suppress(Exception):  # nobody asks any more what a check has found
-                job.wait(FAREWELL)
+        wait([job for _, job in self._beside], FAREWELL)
 
     def _begin(self, what, work, *arguments):
-        self._beside.append((what, probes.Job(work, *arguments)))
+        self._beside.append((what, probes.THREADS.submit(work, *arguments)))
 
     def _begin_clock(self, address, port):
         self._begin(f"the clock of {address}", check_clock, address, port, self._budget)
@@ -88,6 +83,6 @@ def main():
         os._exit(130)
     colour = {GOOD: GREEN, NOTE: YELLOW, FAULT: RED}
     for level, words in findings:
-        print(hanging(f"{paint(f'{level:5}', colour[level])}  ", words, 7))
+        print(f"{paint(f'{level:5}', colour[level])}  {words}")
     sys.stdout.flush()
     os._exit(any(level == FAULT for level, _ in findings))  # resolvers that still wait must not hold this up

@@ -2,14 +2,13 @@
 
 import errno
 import http.client
-import os
 import socket
-import struct
-import threading
+import subprocess
 import time
 import xml.parsers.expat
 import xmlrpc.client
 from calendar import timegm
+from concurrent.futures import ThreadPoolExecutor, wait
 from email.utils import parsedate
 from urllib.parse import urlsplit
 
@@ -19,29 +18,7 @@ OTHER_PORTS = (22, 80, 443, 9)  # asked only to see whether a host is there at a
 RPC_ERRORS = (OSError, xmlrpc.client.Error, http.client.HTTPException, xml.parsers.expat.ExpatError)
 
 
-class Job:
-    """`work(*arguments)` on a thread of its own, which may outlast whoever waits for it."""
-
-    def __init__(self, work, *arguments):
-        self._answer = []
-        self._thread = threading.Thread(target=self._run, args=(work, arguments), daemon=True)
-        self._thread.start()
-
-    def _run(self, work, arguments):
-        try:
-            self._answer.append((work(*arguments), None))
-        except Exception as error:
-            self._answer.append((None, error))
-
-    def wait(self, timeout):
-        """(True, result), or (False, None) when it has not ended after `timeout` [s]. Passes on its exception."""
-        self._thread.join(timeout)
-        if not self._answer:
-            return False, None
-        result, error = self._answer[0]
-        if error:
-            raise error
-        return True, result
+THREADS = ThreadPoolExecutor(200)  # who waits for them ends by os._exit: a resolver takes as long as it likes
 
 
 def in_time(work, timeout, *arguments):
@@ -49,22 +26,16 @@ def in_time(work, timeout, *arguments):
 
     Passes on the exceptions of `work`.
     """
-    return Job(work, *arguments).wait(timeout)
+    future = THREADS.submit(work, *arguments)
+    finished = bool(wait([future], timeout).done)
+    return finished, future.result() if finished else None
 
 
 def all_in_time(work, arguments, timeout):
     """[result] of `work(argument)` for each argument, all at once; None where it took longer than `timeout` [s]."""
-    results = [None] * len(arguments)
-
-    def run(index, argument):
-        results[index] = work(argument)
-    threads = [threading.Thread(target=run, args=pair, daemon=True) for pair in enumerate(arguments)]
-    end = time.monotonic() + timeout
-    for thread in threads:
-        thread.start()
-    for thread in threads:
-        thread.join(max(0.0, end - time.monotonic()))
-    return list(results)
+    futures = [THREADS.submit(work, argument) for argument in arguments]
+    finished = wait(futures, timeout).done
+    return [future.result() if future in finished else None for future in futures]
 
 
 def resolve(host, timeout):
@@ -123,27 +94,12 @@ def is_there(address, timeout):
 
 
 def ping(address, timeout):
-    """Whether a host answers an ICMP echo; False, too, where this user may not send one."""
-    for kind in (socket.SOCK_DGRAM, socket.SOCK_RAW):
-        try:
-            with socket.socket(socket.AF_INET, kind, socket.IPPROTO_ICMP) as probe:
-                probe.settimeout(timeout)
-                body = struct.pack("!BBHHH", 8, 0, 0, os.getpid() & 0xFFFF, 1)
-                high, low = sum(body[0::2]), sum(body[1::2])
-                total = (high << 8) + low
-                total = (total & 0xFFFF) + (total >> 16)
-                probe.sendto(body[:2] + struct.pack("!H", ~total & 0xFFFF) + body[4:], (address, 0))
-                end = time.monotonic() + timeout
-                while time.monotonic() < end:
-                    data, (sender, _) = probe.recvfrom(1024)
-                    reply = data[20:] if kind == socket.SOCK_RAW else data
-                    if sender == address and reply[:1] == b"\0":
-                        return True
-        except PermissionError:
-            continue
-        except OSError:
-            return False
-    return False
+    """Whether a host answers an ICMP echo; False, too, where there is no ping."""
+    try:
+        return not subprocess.call(["ping", "-c", "1", address], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
+                                   timeout=timeout)
+    except (OSError, subprocess.TimeoutExpired):
+        return False
 
 
 class _Transport(xmlrpc.client.Transport):

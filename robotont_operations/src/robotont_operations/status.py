@@ -12,7 +12,7 @@ from diagnostic_msgs.msg import DiagnosticArray
 
 from robotont_driver.ros.rospy_end import init_tool
 from robotont_operations import probes
-from robotont_operations.colours import GREEN, RED, YELLOW, hanging, paint
+from robotont_operations.colours import GREEN, RED, YELLOW, paint
 from robotont_operations.health import OK, WARN, WORDS, table, worst
 
 CALLER = "/robotont_status"
@@ -87,8 +87,7 @@ def show(rows):
     """Print the table."""
     width = max(len(row.subject) for row in rows)
     for row in rows:
-        head = f"{paint(f'{WORDS[row.level]:7}', COLOURS[row.level])}  {row.subject:{width}}  "
-        print(hanging(head, row.words, width + 11))
+        print(f"{paint(f'{WORDS[row.level]:7}', COLOURS[row.level])}  {row.subject:{width}}  {row.words}")
 
 
 def main():

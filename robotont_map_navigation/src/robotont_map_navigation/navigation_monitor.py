@@ -23,7 +23,7 @@ class NavigationMonitor:
         rospy.Subscriber("map", OccupancyGrid, self._on_map, queue_size=1)
 
     def _on_map(self, message):
-        """amcl takes the middle of a cell for its corner, and so all walls to be half a cell lower and farther left."""
+        """Half a cell farther, for amcl takes the middle of a cell for its corner."""
         shifted = OccupancyGrid(message.header, copy.deepcopy(message.info), message.data)
         place, half = shifted.info.origin.position, shifted.info.resolution / 2
         place.x, place.y = place.x + half, place.y + half

@@ -26,8 +26,7 @@ ROBOTONT_MSGS = Path(os.environ.get("ROBOTONT_MSGS",
 LONG = ("test_old_commands", "timed_cmd_vel_mux", "timed_keyboard_teleop", "timed_navigation_demands",
         "timed_simulator_drive", "test_network", "test_boot", "test_robotont_script", "rviz", "goto", "serial_com_node",
         "calibrate_wheels", "launches", "test_install_space", "stack", "official_boards", "odom_node",
-        "web_teleop_node", "driver_node", "web_teleop_stop", "status", "test_navigation_launch", "recorder_node",
-        "web_teleop_camera")
+        "web_teleop_node", "driver_node", "web_teleop_stop", "status", "test_navigation_launch", "recorder_node")
 
 
 class WithoutTf2:

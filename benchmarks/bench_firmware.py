@@ -29,6 +29,7 @@ LONGEST_PACKET = len("-180:-180:-180;SS:E0E0:E1E1:E2E2:FFMMRRWWW:CCCC\n")
 TARGET = 50  # [%]
 
 PROGRAM = """
+import sys
 sys.path.insert(0, {src!r})
 from robotont_firmware import config
 from robotont_firmware.main_loop import Controller

@@ -25,9 +25,9 @@ from rosgraph.network import read_ros_handshake_header, write_ros_handshake_head
 
 from robotont_driver.kinematics.kinematics import Kinematics
 from robotont_driver.kinematics.wheel_params import read_wheels
-from robotont_driver.protocol.checksum import crc16
 from robotont_testing.figures import percentile
-from robotont_testing.robots import robot_folder
+from robotont_testing.robots import SHIPPED
+from robotont_testing.stand_in_board import Board
 from robotont_testing.streams import Stream
 
 LEVELS = 50      # speeds forward, by which packets and messages are recognised: level * STEP
@@ -118,20 +118,16 @@ class Loop:
 
 
 class Robot:
-    """One robot's far ends, in the namespace `name`: its port (a path), cmd_vel and odom.
+    """One robot's far ends, in the namespace `name`: its port (a path), cmd_vel and odom."""
 
-    parameters: of its wheels. feedback: what the board speaks, one of BOARDS.
-    """
-
-    def __init__(self, loop, name, uri, folder, parameters, feedback="checked"):
+    def __init__(self, loop, name, uri, folder):
         self.name, self.uri, self.port = name, uri, str(folder / name)
-        self.folder = robot_folder(folder / (name + "_robot"), parameters)
         self.loop = loop
         self.listener = None   # socket of the subscriber of cmd_vel
-        self.stops = []        # [s] when lines with a zero command came
-        self.moves = []        # [s] when lines with another command came
         self.odom_at = None    # [s] when the first odometry came
-        self._board = BOARDS[feedback](parameters)
+        units = Kinematics(read_wheels(SHIPPED)).units_of_twist((STEP, 0.0, 0.0))
+        self._counts = [[round(unit * level) for unit in units] for level in range(LEVELS + 1)]
+        self._board = Board("unused")
         self._level = self._number = 0
         self._numbers = None   # of the newest line on the wire
         self._forward = 0.0    # [m/s] of the newest odometry
@@ -164,25 +160,23 @@ class Robot:
         """Publish a cmd_vel of that level, or of the next in the cycle."""
         if level is None:
             self._level = level = self._level % LEVELS + 1
-        now = time.monotonic()
-        if level:
-            self.commands.send(now, level)
+        self.commands.send(time.monotonic(), level)
         self.listener.sendall(TWIST.pack(48, level * STEP, 0.0, 0.0, 0.0, 0.0, 0.0))
-        return now
 
     def report(self, level=None):
         """Send a packet of the board: wheels that turn as at that level, or at the next in the cycle."""
         if level is None:
             self._number = level = self._number % LEVELS + 1
-        packet = self._board.packet(level)
+        packet = self._board.packet(self._board.motors.follow(self._counts[level]))
+        self._board.counter = (self._board.counter + 1) % 256
         self.feedback.send(time.monotonic(), level)
         with contextlib.suppress(BlockingIOError):  # nobody reads: lost
             os.write(self._wire, packet)
 
-    def start(self, rate, phase=0.0):
+    def start(self, rate):
         """Commands and packets at this rate [Hz] from now on, half a period apart."""
-        self.loop.every(1 / rate, self.report, phase / rate)
-        self.loop.every(1 / rate, self.command, (phase + 0.5) / rate)
+        self.loop.every(1 / rate, self.report)
+        self.loop.every(1 / rate, self.command, 0.5 / rate)
 
     def connect(self):
         """Wait until both ways work, and learn what commands look like on the wire, and packets in odom.
@@ -236,11 +230,8 @@ class Robot:
                 self._numbers = numbers or self._numbers
                 continue
             level = round(sum(map(float.__mul__, numbers, self._unit)) / sum(unit * unit for unit in self._unit))
-            if level:
-                self.moves.append(now)
+            if level:  # zero: repeated by the driver at the end
                 self.commands.arrived(now, level)
-            else:
-                self.stops.append(now)
 
     def _on_odom(self, connection):
         data, now = connection.recv(65536), time.monotonic()
@@ -272,52 +263,6 @@ def shake_hands(connection, header):
     if header:
         write_ros_handshake_header(connection, header)
     return read_ros_handshake_header(connection, io.BytesIO(), 65536)
-
-
-class PlainBoard:
-    """Packets of the thesis' board whose wheels turn forward at some level."""
-
-    def __init__(self, parameters):
-        wheels = read_wheels(parameters)
-        units = Kinematics(wheels).units_of_twist((STEP, 0.0, 0.0))
-        self._counts = [[round(unit * level) for unit in units] for level in range(LEVELS + 1)]
-        self._plain = [":".join(map(str, counts)) + ";" for counts in self._counts]
-
-    def packet(self, level):
-        """Bytes."""
-        return self._plain[level].encode() + b"\n"
-
-
-class CheckedBoard(PlainBoard):
-    """The same with counter, totals and CRC, as this project's firmware before 2.0 sends them."""
-
-    def __init__(self, parameters):
-        super().__init__(parameters)
-        self._number = 0
-        self._totals = [0] * len(self._counts[0])
-
-    def packet(self, level):
-        """Bytes."""
-        self._number = (self._number + 1) % 256
-        self._totals = [(total + count) % 65536 for total, count in zip(self._totals, self._counts[level])]
-        body = ("{}{:02X}" + ":{:04X}" * len(self._totals) + ":").format(
-            self._plain[level], self._number, *self._totals).encode()
-        return body + b"%04X\n" % crc16(body)
-
-
-class OfficialBoard:
-    """Lines of Robotont's own firmware, generation 2: its pose and twist."""
-
-    def __init__(self, _parameters):
-        self._x = 0.0
-
-    def packet(self, level):
-        """Bytes."""
-        self._x += level * STEP * 0.02
-        return b"ODOM:%.6f:0.000000:0.000000:%.6f:0.000000:0.000000\r\n" % (self._x, level * STEP)
-
-
-BOARDS = {"checked": CheckedBoard, "plain": PlainBoard, "robotont2": OfficialBoard}
 
 
 def late(loop):

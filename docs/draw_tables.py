@@ -18,7 +18,9 @@ from robotont_fleet import fleet_node
 from robotont_map_navigation import navigation_monitor
 from robotont_operations import recorder_node
 from robotont_simulator import simulator_node
-from robotont_teleop import cmd_vel_mux, gamepad_teleop, keyboard_teleop, web_teleop_node
+from robotont_teleop.hand import gamepad_teleop, keyboard_teleop
+from robotont_teleop.mux import cmd_vel_mux
+from robotont_teleop.web import web_teleop_node
 
 FOLDER = Path(__file__).resolve().parent
 WHO = yaml.safe_load((FOLDER / "who_sets_it.yaml").read_text())

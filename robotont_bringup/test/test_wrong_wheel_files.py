@@ -15,7 +15,6 @@ PROGRAMS = {
     "robotont_description/scripts/robot_radius": ["robot:=FOLDER"],
     "robotont_driver/scripts/turned_wheels": ["robot:=FOLDER"],
     "robotont_simulator/scripts/fast_drive": ["--wheel-params", "FILE"],
-    "robotont_simulator/scripts/show_model": ["robot.png", "--wheel-params", "FILE"],
 }
 
 

@@ -1,8 +1,6 @@
 """The demo's parts without ROS: its plan, what it records, its comparison, its picture, its command line."""
 
 import math
-import threading
-import time
 
 import numpy as np
 import pytest
@@ -10,9 +8,8 @@ from PIL import Image
 
 from robotont_demo.demo import parse
 from robotont_demo.picture import draw
-from robotont_demo.recording import Standstill, TimedPoses, Track, distances, end_error, off_path
+from robotont_demo.recording import TimedPoses, distances, end_error, off_path
 from robotont_demo.scenario import PERIOD, commanded_path, plan
-from robotont_testing.harness import threads_take_turns
 
 
 def test_the_plan_is_a_square_and_a_circle_with_one_turn_within_the_limits():
@@ -28,24 +25,6 @@ def test_the_plan_is_a_square_and_a_circle_with_one_turn_within_the_limits():
     centre = (circle.max(0) + circle.min(0)) / 2
     np.testing.assert_allclose(np.hypot(*(circle - centre).T), 0.5, atol=0.01)
     np.testing.assert_allclose(circle[-1], circle[0], atol=0.01)
-
-
-def test_a_snapshot_is_whole_while_another_thread_records():
-    """Every stamp has its pose, however the two threads take turns."""
-    track = Track()
-
-    def record():
-        for number in range(1000):
-            track.add(number, (number, 2 * number, 3 * number))
-            time.sleep(0)  # the other thread's turn: else some ten snapshots see all of it, and few of them a change
-    thread = threading.Thread(target=record)
-    with threads_take_turns(1e-6):
-        thread.start()
-        while thread.is_alive():
-            stamps, poses = track.snapshot()
-            assert len(stamps) == len(poses)
-            np.testing.assert_array_equal(poses, np.outer(stamps, (1, 2, 3)))
-    assert len(track) == 1000
 
 
 def test_poses_are_compared_at_the_stamps_of_the_odometry():
@@ -64,16 +43,6 @@ def test_the_error_at_the_end_is_modulo_full_turns():
                                 TimedPoses(np.zeros(1), np.array([(0.0, 0.0, -3.1)])))
     assert metres == 5.0
     assert radians == pytest.approx(2 * math.pi - 6.2)
-
-
-def test_standstill_needs_five_joint_states_with_the_same_angles():
-    class Recorder:
-        joints = 0, ()
-    recorder = Recorder()
-    standstill = Standstill(recorder)
-    for joints, expected in (((4, ()), False), ((5, (1.0,)), False), ((9, (1.0,)), False), ((10, (1.0,)), True)):
-        recorder.joints = joints
-        assert standstill.reached() is expected
 
 
 def test_the_picture_is_drawn(tmp_path):

@@ -2,15 +2,14 @@
 """odom_node, fed by the test and by mock_serial_node."""
 
 import math
-import random
 
 import numpy as np
 import rospy
 import rostest
-import yaml
-from geometry_msgs.msg import Twist
+import tf2_ros
+from geometry_msgs.msg import TransformStamped, Twist
 from nav_msgs.msg import Odometry
-from sensor_msgs.msg import JointState
+from sensor_msgs.msg import Imu, JointState
 from std_msgs.msg import String
 from std_srvs.srv import Trigger
 from tf2_msgs.msg import TFMessage
@@ -18,11 +17,9 @@ from tf2_msgs.msg import TFMessage
 from robotont_driver.kinematics.kinematics import Kinematics
 from robotont_driver.kinematics.se2 import pose_of
 from robotont_driver.kinematics.wheel_params import read_wheels
-from robotont_driver.odometry.odometry import WheelOdometry
 from robotont_driver.protocol.packet import format_packet
 from robotont_testing.harness import wait_for
 from robotont_testing.node_test import OK, WARN, NodeTest, twist
-from robotont_testing.robots import WHEEL_PARAMS
 
 TASK = "odom_node: wheel feedback"
 
@@ -60,21 +57,6 @@ class OdomNodeTest(NodeTest):
     def pose(self):
         pose = self.odom[-1].pose.pose
         return pose_of(pose)
-
-    def test_every_packet_makes_one_message_and_the_pose_is_that_of_the_counts(self):
-        generator = random.Random(5)
-        packets = [[generator.randint(-100, 100) for _ in range(3)] for _ in range(100)]
-        self.send(packets)
-        expected = WheelOdometry(Kinematics(read_wheels(yaml.safe_load(WHEEL_PARAMS.read_text()))), 0.02, 0.01)
-        for packet in packets:
-            expected.update(packet, 0.0)
-        self.assertEqual(len(self.odom), 100)
-        np.testing.assert_allclose(
-            self.pose(), (expected.pose.x, expected.pose.y, expected.pose.yaw), atol=1e-12)
-        newest = self.odom[-1].twist.twist
-        np.testing.assert_allclose((newest.linear.x, newest.linear.y, newest.angular.z), expected.twist, atol=1e-12)
-        wait_for(lambda: len(self.joints) == 100, "joint states")
-        np.testing.assert_allclose(self.joints[-1].velocity, expected.wheel_rates, atol=1e-12)
 
     def test_frames_stamps_and_covariances(self):
         self.send([(-10, 0, 10)] * 50)
@@ -138,20 +120,33 @@ class OdomNodeTest(NodeTest):
         self.assertIn("each other", values["wheels compared by"])
         self.keep_on_until(OK, "packets/s", "/four/", right, units)
 
-    def test_of_three_wheels_a_blocked_one_is_named_from_its_command(self):
-        units = Kinematics(read_wheels(rospy.get_param("/"))).units_of_twist((0.0, 0.0, 2.0))
-        right = [round(unit) for unit in units]
-        blocked = [0 if wheel == 1 else unit for wheel, unit in enumerate(right)]
-        self.keep_on_until(OK, "packets/s", "/", right, units)
-        values = self.keep_on_until(WARN, "wheel 1 does not turn as commanded", "/", blocked, units)
-        self.assertEqual(values["wheels compared by"], "command and measurement only")
-        self.assertIn("wheel 1: part of the commanded path", values)
-        self.keep_on_until(OK, "packets/s", "/", right, units)
+    def test_a_gyro_on_its_side_takes_part_once_tf_has_its_frame(self):
+        odom, read = self.listen("/gyro/odom", Odometry, publishers=1), self.publisher("/gyro/serial_read", String)
+        imu, broadcaster = self.publisher("/gyro/imu", Imu), tf2_ros.StaticTransformBroadcaster()
 
-    def test_diagnostics_follow_the_feedback(self):
-        self.wait_for_status(TASK, WARN, "no packets on serial_read")
-        wait_for(lambda: self.send([(0, 0, 0)]) or (
-            TASK in self.status and self.status[TASK].level == OK), "OK", period=0.02)
+        def turn_by_hand(rate, until, what):
+            message = Imu()
+            message.header.frame_id, message.angular_velocity.y = "camera", 0.01 - rate  # its y axis points down
+
+            def done():
+                message.header.stamp = rospy.Time.now()
+                imu.publish(message)
+                read.publish(format_packet((0, 0, 0)))
+                return until()
+            wait_for(done, what, period=0.02)
+
+        def says(level, words):
+            status = self.status.get("gyro/odom_node: gyro")
+            return status and status.level == level and words in status.message
+        turn_by_hand(0.0, lambda: says(WARN, "no transform from 'camera'"), "word of the missing transform")
+        mounted = TransformStamped(child_frame_id="camera")
+        mounted.header.frame_id = "base_link"
+        mounted.transform.rotation.x, mounted.transform.rotation.w = -math.sqrt(0.5), math.sqrt(0.5)
+        broadcaster.sendTransform(mounted)
+        turn_by_hand(0.0, lambda: says(OK, "takes part"), "the bias")
+        self.assertAlmostEqual(pose_of(odom[-1].pose.pose)[2], 0.0, delta=0.02)
+        turn_by_hand(1.0, lambda: 0.3 < pose_of(odom[-1].pose.pose)[2] < 2.0, "a turn to the left")
+        self.wait_for_status("gyro/odom_node: gyro", WARN, "no samples on imu")
 
     def test_driven_through_the_mock_in_a_namespace_with_frames_of_its_own(self):
         odom = self.listen("/mocked/odom", Odometry)

@@ -34,14 +34,13 @@ class OfficialBoardsTest(NodeTest):
         self.read = self.listen("serial_read", String)
         self.log = self.processes.folder / "log"
 
-    def start(self, name="robotont2", *arguments, port=True, **board):
-        """port: whether the node is told its port, not only by the official parameters."""
+    def start(self):
+        """The node is told its port by the official parameter."""
         self.port = BoardPort(str(self.processes.folder / "board"),
-                              lambda now: BOARDS[name](Motors(), start=now, **board))
+                              lambda now: BOARDS["robotont2"](Motors(), start=now))
         self.addCleanup(self.port.unplug)
         self.port.plug()
-        self.node = self.processes.node("serial_com_node", *([f"_port:={self.port.link}"] if port else ()),
-                                        "__name:=serial_com_node", *arguments, log=self.log)
+        self.node = self.processes.node("serial_com_node", "__name:=serial_com_node", log=self.log)
         self.write = self.publisher("serial_write", String)
 
     def wire(self):
@@ -63,7 +62,7 @@ class OfficialBoardsTest(NodeTest):
     def test_generation_2_is_recognised_greeted_driven_and_taken_afresh(self):
         rospy.set_param("/battery", {"curve": [[13.1, 0.0], [14.4, 0.04], [14.5, 0.06]], "resistance": 0.1})
         rospy.set_param("/serial", {"port": str(self.processes.folder / "board"), "baudrate": 115200})
-        self.start(port=False)
+        self.start()
         wait_for(lambda: self.read, "packets", timeout=10.0)
         before = len(self.port.heard)
         self.drive(2.0)
@@ -111,21 +110,6 @@ class OfficialBoardsTest(NodeTest):
         self.wait_for_status("serial_com_node: board", ERROR, "the battery is empty, 4 %")
         front = next(t for t in places[0].transforms if t.child_frame_id == "range_sensor_11")
         self.assertAlmostEqual(front.transform.translation.x, 0.165)
-
-    def test_generation_3(self):
-        self.start("robotont3", "_packets:=robotont3")
-        wait_for(lambda: self.read, "packets")
-        self.drive(1.0)
-        self.stand()
-        self.assertNotIn(b"\x1b", self.wire())
-        self.assertIn(DRIVE_LINE, self.wire())
-        self.assertTrue(self.port.pieces())
-        self.assertTrue(all(data.count(b"\n") == 1 and len(data) < 64 for data in self.port.pieces()))
-        self.assertEqual((self.port.board.dead, self.port.swallowed()), ("", []))
-        self.assertEqual(self.values(TASK)["packets"], "robotont3")
-        self.processes.stop(self.node)
-        wait_for(lambda: self.wire().endswith(b"RS:0:0:0\n"), "the stop")
-
 
 def board_edges(board):
     """Edges per wheel that the board has summed."""

@@ -52,20 +52,6 @@ class RobotontMsgsTest(NodeTest):
         wait_for(lambda: b"LED:7:2\n" in self.wire(), "the line of one light")
         self.check_power_supply(b"POWER:1.5:14.8\r\n")
 
-    def test_lights_and_power_of_generation_3(self):
-        self.start("robotont3", "_packets:=robotont3", lights=True)
-        segment, pixel = self.lights("led_segment", LedModuleSegment), self.lights("led_pixel", LedModulePixel)
-        # until the board is recognised nothing is sent to it
-        wait_for(lambda: segment.publish(LedModuleSegment(idx_start=3, colors=[ColorRGB(255, 0, 1)] * 20))
-                 or self.port.board.shown[3:23] == [0xFF0001] * 20, "the segment", period=0.2)
-        self.assertEqual(self.port.board.shown.count(0), 40)
-        pixel.publish(LedModulePixel(idx=59, color=ColorRGB(0, 0, 2)))
-        wait_for(lambda: self.port.board.shown == [0] * 59 + [2], "the light")
-        self.assertTrue(self.port.pieces())
-        self.assertTrue(all(data.count(b"\n") == 1 and len(data) < 64 for data in self.port.pieces()))
-        self.assertEqual((self.port.board.dead, self.port.swallowed()), ("", []))
-        self.check_power_supply(b"BATSTATE:1.0:0.5:0.0:14.8\n")
-
     def check_power_supply(self, line):
         supply = self.listen("power_supply", PowerSupply)
 

@@ -10,7 +10,6 @@ from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
 from std_msgs.msg import String
 
-from robotont_driver.ros.node_parameters import running_wheels
 from robotont_testing.harness import wait_for
 from robotont_testing.node_test import OK, NodeTest, twist
 from robotont_testing.stand_in_board import Board
@@ -57,10 +56,6 @@ class RobotontNodeTest(NodeTest):
             self.assertNotIn("/robotont_node", subscribers[topic], "packets of other processes would be taken")
         self.processes.stop(self.node, signal.SIGTERM)
         wait_for(lambda: self.heard()[-1] in ("0.00:0.00:0.00", "0:0:0"), "the stop")
-
-    def test_the_wheels_are_found_in_the_root_by_a_process_that_has_logged(self):
-        rospy.logwarn("a line, as where a connection ends early")
-        self.assertEqual(running_wheels("/").amount, 3)
 
     def test_wrong_parameters_of_all_parts_are_listed_at_once(self):
         rospy.set_param("driver_node/publish_rat", 20.0)

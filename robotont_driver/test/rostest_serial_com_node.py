@@ -92,13 +92,6 @@ class SerialComNodeTest(NodeTest):
         self.assertLess(intervals[len(intervals) // 2], 0.6)
         self.assertNotIn("Traceback", self.log.read_text())
 
-    def test_lines_that_are_no_packets_are_quoted(self):
-        self.board.line.cut = True
-        self.start("_packets:=checked")
-        wait_for(lambda: self.board.send(b"hello, I am a printer\n") or (
-            TASK in self.status and "lines came" in self.status[TASK].message
-            and "hello, I am a printer" in self.status[TASK].message), "the words", period=0.05)
-
     def test_a_missing_port_a_port_that_vanishes_and_one_that_comes_back(self):
         self.start(plug=False)
         self.wait_for_status(TASK, ERROR, "is the board plugged in")
@@ -148,10 +141,6 @@ class SerialComNodeTest(NodeTest):
         self.board.plug()
         wait_for(lambda: self.values(BOARD).get("board reset") == "watchdog", "the new answer")
         self.wait_for_words(ERROR, "wheel 2: no counts")
-        self.board.line.corrupt = 0.01  # of the bytes: two packets in five are lost
-        self.board.faults = [0, 0, 0]
-        self.wait_for_words(OK, "no fault")
-        self.board.line.corrupt = 0.0
         self.board.restart(start_totals=0x1234)
         wait_for(lambda: self.values(TASK)["board restarts"] == "1", "the diagnostics")
         wait_for(lambda: "restarted" in self.log.read_text(), "words in the log")

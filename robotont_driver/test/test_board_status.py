@@ -74,16 +74,6 @@ def test_a_fault_is_reported_once_although_it_is_over():
     assert made.report()[0] == [], "it was seen while it stood"
 
 
-def test_what_the_board_says_is_reported_once():
-    made = BoardHealth(3, 50.0)
-    made.hear_text("crash ValueError()")
-    _, warnings, values = made.report()
-    assert warnings == ["the board reports: crash ValueError()"]
-    assert values["board's newest messages"] == "crash ValueError()"
-    assert values["board"] == "", "the page's panel has no line then"
-    assert made.report()[1] == []
-
-
 def test_identity():
     known = Identity.parse(WHO)
     assert known == ("2.0.0", 3, 50, "edges/period", "ours", "power")

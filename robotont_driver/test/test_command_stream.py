@@ -24,11 +24,6 @@ def drive(stream, now, x=0.3, y=0.0, turn=0.0):
     return stream.command((x, y, 0.0), (0.0, 0.0, turn), now)
 
 
-def test_stands_until_commanded(stream):
-    assert stream.twist(10.0) == STOP
-    assert stream.complaint(2.0) == ""
-
-
 def test_follows_and_repeats_the_newest(stream):
     drive(stream, 1.0, 0.1)
     drive(stream, 1.1, 0.3, 0.2, -0.5)
@@ -84,15 +79,6 @@ def test_a_motion_that_the_base_cannot_do_stops_it(stream, linear, angular, name
     assert stream.twist(1.2) == (0.3, 0.0, 0.0)
 
 
-def test_an_emergency_stop_and_its_release_are_news_after_commands_that_ended(stream):
-    drive(stream, 0.0)
-    stream.twist(0.6)
-    assert "is their sender alive?" in stream.complaint(0.6)
-    stream.emergency_stop(True, 0.7)
-    stream.emergency_stop(False, 0.8)
-    assert stream.complaint(0.8) == ""
-
-
 def test_an_emergency_stop_holds_and_its_release_moves_nothing(stream):
     drive(stream, 1.0)
     stream.emergency_stop(True, 1.0)
@@ -135,19 +121,3 @@ def test_acceleration_rises_step_by_step_but_stops_do_not_wait():
     drive(stream, 1.61, 0.0)
     assert stream.twist(1.61) == STOP, "a commanded stop"
     assert not stream.ramping
-
-
-def test_a_start_after_a_long_rest_is_as_slow_as_any():
-    stream = make(linear_acceleration=1.0)
-    drive(stream, 100.0)
-    assert stream.twist(100.0)[0] <= 0.05 + 1e-12
-
-
-def test_releasing_a_button_that_is_not_pressed_stops_nothing(stream):
-    drive(stream, 1.0)
-    assert not stream.emergency_stop(False, 1.0)
-    assert stream.twist(1.1) == (0.3, 0.0, 0.0)
-    assert stream.emergency_stop(True, 1.1)
-    assert not stream.emergency_stop(True, 1.1)
-    assert stream.emergency_stop(False, 1.1)
-    assert stream.twist(1.2) == STOP

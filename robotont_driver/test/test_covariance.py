@@ -11,7 +11,7 @@ from robotont_driver.kinematics.least_squares import SOLVERS
 from robotont_driver.kinematics.wheel_params import read_wheels
 from robotont_driver.odometry.odometry import WheelOdometry
 from robotont_testing.robots import SHIPPED
-from robotont_testing.simulated_wheels import PERIOD, counted, end_pose, even_wheels, rolled, still
+from robotont_testing.simulated_wheels import PERIOD, counted, end_pose, even_wheels, rolled
 
 RUNS = 250
 # Part of all seeds with which a right model stays within its bounds: numpy promises no stable stream for a seed.
@@ -61,28 +61,3 @@ def test_the_normalised_errors_of_the_end_pose_and_of_the_twist_lie_within_their
     fewest, most = binom.interval(CONFIDENCE, RUNS, 0.05)
     assert fewest <= beyond <= most
     assert 0.85 * low < of_twist.mean() < 1.15 * high  # errors of readings are uniform, not normal
-
-
-def test_edges_alone_without_noise_on_the_way():
-    """Slow, so that a packet holds few edges: the errors of the packets cancel, and are not added up."""
-    twists = np.concatenate([curve(0.02, 0.0, 4.0), still(0.1)])
-    errors, _ = normalised_errors(SHIPPED_WHEELS, twists, 0.0, runs=150)
-    # rounding errors are uniform, not normal, and the covariance holds START_VARIANCE beside them
-    assert 1.5 < errors.mean() < 3.3
-
-
-def of_reading(odometry):
-    """3 x 3, what the quantisation of the newest reading adds to the covariance of the pose."""
-    return odometry.pose_covariance.matrix - odometry.pose.covariance.matrix
-
-
-def test_the_edge_at_the_end_is_turned_with_the_robot():
-    """An uneven robot's edge covariance has directions, which turn with it."""
-    wheels = read_wheels({**SHIPPED, "wheelRads": [0.3, 1.2, 2.9]})
-    odometry = WheelOdometry(Kinematics(wheels), PERIOD, 0.0)
-    at_rest = of_reading(odometry)
-    odometry.pose.yaw = 0.7
-    turn = np.eye(3)
-    turn[:2, :2] = ((math.cos(0.7), -math.sin(0.7)), (math.sin(0.7), math.cos(0.7)))
-    np.testing.assert_allclose(of_reading(odometry), turn @ at_rest @ turn.T, rtol=1e-9, atol=1e-20)
-    assert np.all(np.linalg.eigvalsh(at_rest) > 0)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from robotont_driver.odometry.covariance import NONE, Covariance, WeightedSum
+from robotont_driver.odometry.covariance import Covariance
 
 
 def random_covariance(generator):
@@ -24,11 +24,3 @@ def test_as_matrices():
         assert covariance.times(0.3).matrix == pytest.approx(0.3 * one)
         assert covariance.propagated(jacobian).matrix == pytest.approx(jacobian @ one @ jacobian.T)
         assert Covariance.of_vector(vector).matrix == pytest.approx(np.outer(vector, vector))
-
-
-def test_the_sum_weighs_each():
-    generator = np.random.default_rng(2)
-    matrices, weights = [random_covariance(generator) for _ in range(4)], generator.uniform(size=4)
-    total = WeightedSum(map(Covariance.of_matrix, matrices))(weights.tolist())
-    assert total.matrix == pytest.approx(np.tensordot(weights, matrices, 1))
-    assert WeightedSum([NONE])([5.0]) == NONE

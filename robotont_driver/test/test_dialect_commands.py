@@ -12,7 +12,6 @@ from robotont_driver.kinematics.wheel_params import read_wheels
 from robotont_driver.protocol.dialects import make_dialect
 from robotont_driver.protocol.dialects.dialect import DialectError
 from robotont_driver.protocol.dialects.robotont2 import Robotont2
-from robotont_driver.protocol.packet import Packet
 from robotont_testing.dc_motors import Motors
 from robotont_testing.robots import BARE, SHIPPED, UNEVEN_4
 
@@ -36,21 +35,6 @@ GOLDEN = [  # dialect, what differs from the wheels as delivered, twist, line
 def test_worked_values(name, wheels, twist, line):
     wheels = official_wheels(**wheels)
     assert make_dialect(name, wheels, REACH).encode(command_of(wheels, twist)) == line
-
-
-@pytest.mark.parametrize("name, per_unit, step", [
-    ("robotont2", 2 * math.pi * 0.035 / 1200 / 0.02, 1e-4), ("robotont3", 2 * math.pi * 0.035 / 1200 / 0.02, 1e-4),
-    ("robotont2018", 0.5, 1.0)])
-def test_rounding_loses_no_distance(name, per_unit, step):
-    """Of a command that is repeated the lines add up; at rest and after it none moves a wheel."""
-    dialect = make_dialect(name, official_wheels(), REACH)
-    command = Packet([9.37, 9.37, 9.37], "9.37:9.37:9.37;\n")
-    lines = [dialect.encode(command).decode() for _ in range(200)]
-    for wheel in range(3):
-        sent = [float(line.strip().rpartition("MS:")[2].split(":")[wheel]) for line in lines]
-        assert sum(sent) == pytest.approx(200 * 9.37 * per_unit, abs=step)
-        assert max(sent) - min(sent) <= step * 1.001
-    assert {dialect.encode(Packet([0, 0, 0])) for _ in range(20)} == {dialect.stop()}
 
 
 @pytest.mark.parametrize("order", itertools.permutations(range(3)))
@@ -145,38 +129,3 @@ def test_minutes_of_random_commands_lose_none_and_let_no_older_one_win(name, min
     starts = [at for at, _ in bench.sent]
     assert min(later - earlier for earlier, later in zip(starts, starts[1:])) >= 0.03 - 1e-9
     assert not bench.board.dead
-
-
-@pytest.mark.parametrize("name, writes, dead, executed", [
-    ("robotont2", [(0, b"RS:0.1:0:0\n"), (0.005, b"RS:0.2:0:0\n")], "", b"RS:0.1:0:0"),  # of two the older
-    ("robotont2", [(0, b"RS:0.1:0:0\n"), (0.03, b"\n"), (0.1, b"RS:0.2:0:0\n")], "", b"RS:0.1:0:0"),
-    ("robotont2", [(0, b"RS:0.1\n")], "fields missing", b""),
-    ("robotont2", [(0, b"MS:nan:0:0\n")], "", b"MS:nan:0:0"),
-    ("robotont3", [(0, b"RS:0.1\n")], "fields missing", b""),
-    ("robotont3", [(0, b"RS:0.1:0:0\n"), (0.1, b"RS:0."), (0.2, b"2:0:0\n")], "fields missing", b""),  # two transfers
-])
-def test_the_boards_do_have_the_traps_that_are_avoided(name, writes, dead, executed):
-    bench = Bench(name)
-    for at, data in writes:
-        bench.run(0.185 + at - bench.now)
-        bench.board.receive(data, bench.now)
-    bench.run(0.2)
-    assert dead in bench.board.dead
-    assert bool(dead) == bool(bench.board.dead)
-    if executed:
-        assert bench.board.executed[-1][1] == executed
-    if b"nan" in executed:
-        assert bench.board.setpoints[0] == 0.3  # full speed
-
-
-@pytest.mark.parametrize("name", ["robotont2", "robotont3", "robotont2018"])
-def test_without_commands_the_board_stops(name):
-    """By itself after a second; that of 2018, which has no time-out, by the goodbye."""
-    bench = Bench(name)
-    bench.hold(FORWARD, 1.0)
-    assert max(map(abs, bench.motors.speeds)) > 0.1
-    if name == "robotont2018":
-        bench.board.receive(bench.dialect.goodbye, bench.now)
-    bench.fall_silent()
-    bench.run(1.5)
-    assert max(map(abs, bench.motors.speeds)) < 0.01

@@ -5,8 +5,7 @@ from dialect_bench import REACH, Bench, official_wheels
 
 from robotont_driver.kinematics.wheel_params import read_wheels
 from robotont_driver.protocol.dialects import NAMES, expect_dialect, make_dialect
-from robotont_driver.protocol.dialects.dialect import DialectError
-from robotont_testing.robots import SHIPPED, UNEVEN_4
+from robotont_testing.robots import SHIPPED
 from robotont_testing.stand_in_board import Board
 
 
@@ -57,15 +56,6 @@ def test_each_board_is_recognised_within_a_second(name, start):
     assert at - opened <= 1.0
 
 
-def test_nothing_that_led_to_the_recognition_is_lost():
-    wheels = official_wheels()
-    talked = b"".join(data for _, data in own_talk(True, 1.0))
-    alone, recognised = make_dialect("checked", wheels, REACH), make_dialect("auto", wheels, REACH)
-    recognised.connect(0.0)
-    parts = [talked[begin:begin + 13] for begin in range(0, len(talked), 13)]
-    assert [counts for part in parts for counts in recognised.feed(part, 0.1)] == alone.feed(talked, 0.1)
-
-
 def test_a_checked_packet_that_lost_its_trailer_makes_no_plain_board():
     dialect = make_dialect("auto", official_wheels(), REACH)
     dialect.connect(0.0)
@@ -89,17 +79,6 @@ def test_what_is_unknown_is_named_and_gets_plain_packets_after_a_second():
     dialect.tick(1.1)
     assert dialect.stop() == b"0:0:0;\n"
     assert "plain" in dialect.description
-
-
-def test_a_board_that_cannot_have_the_wheels_is_an_obstacle():
-    dialect = make_dialect("auto", read_wheels(UNEVEN_4), REACH)
-    dialect.connect(0.0)
-    for _, data in talk("robotont2"):
-        dialect.feed(data, 2.0)
-    assert "wheelAmount: found 4" in dialect.spoken.obstacle
-    assert dialect.stop() == b""
-    with pytest.raises(DialectError):
-        make_dialect("robotont3", read_wheels(UNEVEN_4), REACH)
 
 
 def confirmed(name, board, usb_id="", wheels=None):
@@ -138,11 +117,3 @@ def test_the_thesis_robot_on_a_generation_2_board_is_refused_unless_its_file_nam
         "board assumes 0.145 m, so turns would be wrong): robot:=robotont2")
     assert dialect.stop() == b""
     assert "0.125 m" in confirmed("robotont2", "robotont2", wheels=read_wheels(SHIPPED)).spoken.complaint
-
-
-def test_a_silent_board_whose_dialect_is_expected_hears_nothing():
-    dialect = expect_dialect("robotont2", official_wheels(), REACH)
-    dialect.connect(0.0)
-    dialect.tick(10.0)
-    assert dialect.stop() == b""
-    assert "no data from the board" in dialect.complaint

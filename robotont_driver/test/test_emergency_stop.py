@@ -100,12 +100,3 @@ def test_exactly_the_time_out_of_silence_is_a_stop():
     assert stand_first.admits("/unblock", True, 1.5 + TIMEOUT)
     stop = EmergencyStop(["/keys"])
     assert stop.hear("/keys", False), "what is not said to be latched is not"
-
-
-def test_a_person_may_excuse_from_standing_first():
-    stand_first = StandFirst(TIMEOUT)
-    stand_first.admits("/navigation", True, 0.0)
-    stand_first.release(0.1)
-    assert not stand_first.admits("/navigation", True, 0.2)
-    stand_first.excuse()
-    assert stand_first.admits("/navigation", True, 0.3)

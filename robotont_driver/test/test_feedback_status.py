@@ -51,14 +51,6 @@ def test_the_battery_of_our_own_board_is_a_reading_once_a_second():
     assert dialect.dropped == {"fields": 1}, "a status of no known length"
 
 
-def test_a_spoilt_word_is_none():
-    auto = reader()
-    auto.feed(modern_packet("000000000") + sealed("crash X").replace(b"X", b"Y"))
-    auto.feed(sealed("crash X")[:-3] + b"0\n" + b"# robotont_firmware\n")
-    assert list(auto.health.notices) == []
-    assert auto.dropped == {"checksum": 3}
-
-
 def test_an_unknown_board_is_asked_and_gets_zeros():
     auto = reader()
     assert auto.encode(COMMAND) == COMMAND.encode()

@@ -7,18 +7,13 @@ import yaml
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from robotont_driver.kinematics.wheel_params import KEYS, read_wheels
-from robotont_driver.nodes import driver_node, odom_node, serial_com_node
-from robotont_driver.parameters.parameters import ParameterError, read_parameters
-from robotont_driver.protocol.board_status import BoardStatus, Identity
+from robotont_driver.kinematics.wheel_params import read_wheels
 from robotont_driver.protocol.checksum import add_checksum
 from robotont_driver.protocol.dialects import NAMES, make_dialect
-from robotont_driver.protocol.packet import Packet, PacketError, parse_packet
+from robotont_driver.protocol.packet import Packet
 from robotont_driver.robots.wheel_file import read_wheel_file
 from robotont_testing.robots import ROBOTONT2, WHEEL_PARAMS
 
-TABLES = {module.__name__.rpartition(".")[2]: module.PARAMETERS
-          for module in (driver_node, odom_node, serial_com_node)}
 VALUES = st.recursive(
     st.none() | st.booleans() | st.integers() | st.floats() | st.text(max_size=20)
     | st.integers().map(lambda n: n ** 9),
@@ -65,50 +60,6 @@ def test_dialects(name, pieces):
         dialect.spoken.report_board()
         dialect.spoken.take_readings()
         dialect.tick(0.02 * number)
-
-
-@given(st.text(max_size=400) | st.tuples(st.sampled_from(LINES), st.integers(0, 2 ** 32)).map(
-    lambda piece: mutated(*piece).decode("latin-1")), st.integers(3, 18))
-def test_packets(text, wheels):
-    try:
-        packet = parse_packet(text, wheels)
-    except PacketError:
-        return
-    assert len(packet) == wheels
-    assert max(map(abs, packet)) < 1e7
-
-
-@given(st.text(max_size=120), st.text(alphabet="0123456789ABCDEF", min_size=9, max_size=30))
-def test_what_a_board_says_of_itself(text, digits):
-    identity, status = Identity.parse(text), BoardStatus.parse(digits)
-    assert identity is None or identity.rate >= 0
-    assert isinstance(status.fault, str)
-    assert all(isinstance(words, str) for words in status.complaints)
-
-
-@pytest.mark.parametrize("table", TABLES.values(), ids=TABLES.keys())
-@settings(max_examples=50)
-@given(st.data())
-def test_parameters(table, data):
-    names = st.sampled_from([parameter.name for parameter in table]) | st.text(max_size=10)
-    given_ones = data.draw(st.dictionaries(names, VALUES, max_size=6))
-    try:
-        values = read_parameters(table, given_ones)
-    except ParameterError as error:
-        assert error.faults
-        assert max(map(len, error.faults)) < 1500
-        return
-    assert all(parameter.accepts(values[parameter.name]) for parameter in table)
-
-
-@given(st.dictionaries(st.sampled_from(KEYS), VALUES))
-def test_wheel_parameters(changes):
-    try:
-        wheels = read_wheels({**ROBOTONT2, **changes})
-    except ParameterError as error:
-        assert error.faults
-        return
-    assert wheels.amount >= 3
 
 
 @given(st.integers(0, 2 ** 32).map(lambda seed: mutated(WHEEL_PARAMS.read_bytes(), seed)) | st.binary(max_size=200)

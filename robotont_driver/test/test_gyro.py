@@ -103,16 +103,6 @@ def test_at_rest_the_heading_stays_and_the_bias_is_learnt():
     assert not any(run.suspects)
 
 
-def test_until_the_robot_has_stood_the_wheels_decide():
-    twists = circles(1)
-    counts = counted(THREE, rolled(THREE, twists))
-    run = Run(device=Device(1, bias=0.05)).drive(counts, twists)
-    alone = of_wheels_alone(counts)
-    assert run.pose == (alone.pose.x, alone.pose.y, alone.pose.yaw)
-    assert run.odometry.pose_covariance == alone.pose_covariance
-    assert not run.gyro.ready
-
-
 def test_a_robot_that_is_turned_by_hand_is_followed_and_its_bias_kept():
     run = Run(device=Device(2))
     for speed, seconds in ((0.0, 5.0), (1.0, 1.0), (-0.5, 1.0), (0.0, 2.0)):
@@ -194,19 +184,6 @@ def test_a_machine_that_stalls_loses_no_heading(longest):
     assert np.abs(errors).max() < 1.5
 
 
-@pytest.mark.parametrize("given", [{"longest": 0.25}, {"longest": 1.0}, {"longest": 0.0, "lost": 0.5}], ids=str)
-def test_the_first_bias_is_learnt_from_samples_alone(given):
-    """A machine that stalls while it starts, or a link that loses packets: a turn belongs to the time that it took."""
-    twists = still(8.0)
-    for seed in range(20):
-        generator, device = np.random.default_rng([seed, 12]), Device(seed, bias=0.01)
-        lost = {number for number in range(len(twists)) if generator.random() < given.get("lost", 0.0)}
-        run = drive_stalled([(0, 0, 0)] * len(twists), twists, device, random_stalls(generator, given["longest"], 0.0),
-                            lost)
-        assert abs(run.gyro.bias - device.bias) < 4.5 * math.sqrt(run.gyro.bias_variance)
-        assert run.gyro.ready
-
-
 @pytest.mark.parametrize("slipping, twist", [(0, (0.3, 0.0, 0.0)), (1, (0.0, 0.3, 0.0)), (2, (0.0, 0.0, 1.0))],
                          ids=str)
 def test_a_wheel_of_three_that_slips_is_named_within_three_tenths_of_a_second(slipping, twist):
@@ -233,29 +210,6 @@ def test_a_wheel_of_three_that_slips_is_named_within_three_tenths_of_a_second(sl
     assert abs(math.degrees(se2.wrap(run.pose[2] - truth[2]))) < 5.0
     assert off < wheels_off
     assert run.suspects[-1] == ()
-
-
-def test_the_turn_between_any_two_instants():
-    integral = TurnIntegral()
-    times = np.arange(0, 2.0, 0.004)
-    for at in times:
-        integral.add(round(at * SECOND), math.cos(at))
-    assert integral.turned(round(0.5001 * SECOND), 0.0) == (None, 0.0)  # there is no stretch before the first stamp
-    turn, late = integral.turned(round(1.3 * SECOND), 0.0)
-    assert turn == pytest.approx(math.sin(1.3) - math.sin(0.5001), abs=1e-5)
-    assert late == 0.0
-
-
-def test_samples_under_way_are_stood_in_for_by_the_wheels_and_made_good():
-    """Samples come 0.1 s late, and the wheels say something else."""
-    integral = TurnIntegral()
-    turns = []
-    for number in range(100):
-        integral.add((number - 10) * SECOND // 100, 1.0)
-        turns.append(integral.turned(number * SECOND // 100, 0.005)[0])
-    known = [turn for turn in turns if turn is not None]
-    assert len(known) == 89  # the first stretch in which both are known
-    assert sum(known[11:]) == pytest.approx(0.01 * len(known[11:]), abs=1e-9)
 
 
 def test_samples_that_come_seconds_late_are_made_good_all_the_same():

@@ -38,17 +38,6 @@ def test_the_next_run_goes_on_from_the_newest_pose_with_the_gap_in_its_covarianc
     assert found.covariance == pytest.approx(P.plus(Covariance(0.25, 0.0, 0.0, 0.25, 0.0, 4.0)))
 
 
-def test_a_half_written_pose_is_not_taken(parameters, tmp_path):
-    run = start(10.0)
-    for at, pose in ((11.0, POSE), (12.0, MOVED)):
-        run.keep(pose, P, TWIST, at)
-    file, = tmp_path.iterdir()
-    with file.open("r+b") as opened:
-        opened.seek(kept_pose.SLOT.size + 20)  # amid the second slot, the newest
-        opened.write(b"\x55")
-    assert start(13.0).found.pose == POSE
-
-
 @pytest.mark.parametrize("what, now", [("a new launch", 13.0), ("too long ago", 12.1 + LONGEST_GAP), ("a reboot", 3.0)])
 def test_nothing_is_taken_from(parameters, what, now):
     start(10.0).keep(POSE, NONE, TWIST, 12.0)

@@ -57,7 +57,7 @@ def test_round_trip_for_any_robot(angles, distance, radius, reference, rotation,
     except ParameterError:
         assume(False)
     kinematics = Kinematics(wheels)
-    twist = kinematics.twist_of_units(kinematics.units_of_twist((x, y, turn)))
+    twist = kinematics.twist_of_speeds(kinematics.speeds_of_units(kinematics.units_of_twist((x, y, turn))))
     assert twist == pytest.approx((x, y, turn), abs=1e-9)
 
 

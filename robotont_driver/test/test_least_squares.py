@@ -19,24 +19,11 @@ each_robot = pytest.mark.parametrize("wheels", ROBOTS.values(), ids=ROBOTS)
 def test_without_noise_both_solvers_give_the_twist(wheels):
     matrix = wheel_matrix(wheels)
     twists = np.random.default_rng(1).uniform(-2, 2, (1000, 3))
-    speeds = twists @ matrix.T
+    speeds, everything = twists @ matrix.T, list(range(wheels.amount))
     for solver in SOLVERS.values():
-        assert np.abs(speeds @ solver(matrix).T - twists).max() < 1e-9
-    difference = np.abs(speeds @ (least_squares(matrix) - triples(matrix)).T).max()
+        assert np.abs(speeds @ solver(matrix, everything).T - twists).max() < 1e-9
+    difference = np.abs(speeds @ (least_squares(matrix, everything) - triples(matrix, everything)).T).max()
     assert difference < 1e-9
-
-
-@each_robot
-def test_with_noise_least_squares_is_at_least_as_good_as_triples(wheels):
-    matrix = wheel_matrix(wheels)
-    generator = np.random.default_rng(2)
-    twists = generator.uniform(-1, 1, (10_000, 3))
-    speeds = twists @ matrix.T + generator.normal(0, 0.02, (10_000, wheels.amount))
-    errors = {name: np.mean((speeds @ solver(matrix).T - twists) ** 2, axis=0) for name, solver in SOLVERS.items()}
-    for own, others in zip(errors["least_squares"], errors["triples"]):
-        assert own <= others * (1 + 1e-9)
-    if wheels.amount == 3:
-        np.testing.assert_allclose(errors["least_squares"], errors["triples"], rtol=1e-9)
 
 
 def test_a_triple_that_cannot_distinguish_motions_is_no_part_of_the_mean():
@@ -45,21 +32,13 @@ def test_a_triple_that_cannot_distinguish_motions_is_no_part_of_the_mean():
                           "wheelRads": [0.0, 1e-4, 2e-4, 1.5, 3.0, 4.5]})
     matrix = wheel_matrix(wheels)
     assert condition(matrix[:3]) > 1e3
-    solution = triples(matrix)
+    solution = triples(matrix, list(range(len(matrix))))
     assert np.abs(solution @ matrix - np.eye(3)).max() < 1e-9
-    assert np.abs(solution).max() < 2 * np.abs(least_squares(matrix)).max() + 5
+    assert np.abs(solution).max() < 2 * np.abs(least_squares(matrix, list(range(len(matrix))))).max() + 5
 
 
 def test_the_best_triple_serves_where_none_is_good():
     wheels = read_wheels({**UNEVEN_4, "wheelRads": [0.0, 0.25, 0.5, 0.75], "wheelDistanceFromCenter": 0.1})
     matrix = wheel_matrix(wheels)
     assert min(condition(matrix[[a, b, c]]) for a, b, c in ((0, 1, 2), (0, 1, 3), (0, 2, 3), (1, 2, 3))) > 10
-    assert np.abs(triples(matrix) @ matrix - np.eye(3)).max() < 1e-9
-
-
-@pytest.mark.parametrize("solver", SOLVERS.values(), ids=SOLVERS)
-def test_wheels_that_do_not_count_do_not_matter(solver):
-    matrix = wheel_matrix(read_wheels(UNEVEN_5))
-    solution = solver(matrix, (0, 2, 3, 4))
-    assert np.array_equal(solution[:, 1], np.zeros(3))
-    assert np.abs(solution @ matrix - np.eye(3)).max() < 1e-9
+    assert np.abs(triples(matrix, list(range(len(matrix)))) @ matrix - np.eye(3)).max() < 1e-9

@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from robotont_driver.command.limits import BRAKING, Limits, limit_acceleration, limit_bend, limit_speed
+from robotont_driver.command.limits import Limits, limit_acceleration, limit_bend, limit_speed
 
 speeds = st.floats(-5, 5)
 twists = st.tuples(speeds, speeds, speeds)
@@ -35,11 +35,13 @@ def test_the_tightest_limit_decides():
     assert limit_speed((3.0, 4.0, 2.0), (6.0, 0.0, 0.0), Limits(2.5, 1.5, 1.2)) == pytest.approx((0.6, 0.8, 0.4))
 
 
-@given(previous=twists, wanted=twists, elapsed=st.floats(0.001, 0.05), linear=bounds, angular=bounds)
-def test_acceleration_limits_hold_over_ground_or_as_the_robot_sees_it(previous, wanted, elapsed, linear, angular):
-    twist = limit_acceleration(previous, wanted, elapsed, Limits(0, 0, 0, linear, angular))
+@given(previous=twists, wanted=twists, elapsed=st.floats(0.001, 0.05), linear=bounds, angular=bounds,
+       slower=bounds)
+def test_acceleration_limits_hold_over_ground_or_as_the_robot_sees_it(
+        previous, wanted, elapsed, linear, angular, slower):
+    twist = limit_acceleration(previous, wanted, elapsed, Limits(0, 0, 0, linear, angular, slower))
     seen = [math.hypot(twist[0] - x, twist[1] - y) for x, y in (previous[:2], turned(previous, previous[2] * elapsed))]
-    assert not linear or min(seen) <= BRAKING * linear * elapsed + 1e-9
+    assert not linear or min(seen) <= max(linear, slower) * elapsed + 1e-9
     assert not angular or abs(twist[2] - previous[2]) <= angular * elapsed + 1e-9
 
 
@@ -68,11 +70,19 @@ def test_a_robot_that_turns_beneath_a_straight_way_is_not_limited_and_one_on_an_
 def test_a_corner_costs_the_way_that_the_acceleration_demands():
     twist, lost, steps = (0.8, 0.0, 0.0), 0.0, 0
     while twist != (0.0, 0.8, 0.0):
-        twist = limit_acceleration(twist, (0.0, 0.8, 0.0), 0.001, Limits(0, 0, 0, 1.5, 8.0))
+        twist = limit_acceleration(twist, (0.0, 0.8, 0.0), 0.001, Limits(0, 0, 0, 1.5, 8.0, 2.25))
         lost, steps = lost + 0.001 * (0.8 - twist[1]), steps + 1
     most = 0.8 ** 2 / (math.sqrt(2) * 1.5)
-    assert most / BRAKING <= lost <= most, "the first half brakes"
+    assert most / 1.5 <= lost <= most, "the first half brakes"
     assert steps * 0.001 <= math.sqrt(2) * 0.8 / 1.5
+
+
+def test_slowing_down_has_a_limit_of_its_own():
+    for linear, slower, faster, braked in ((1.0, 2.0, 0.1, 0.2), (1.0, 0.0, 0.1, 0.1), (0.0, 2.0, math.inf, 0.2)):
+        limits = Limits(linear_acceleration=linear, linear_deceleration=slower)
+        assert limits.of_acceleration
+        speeds = [limit_acceleration((0.5, 0.0, 0.0), (wanted, 0.0, 0.0), 0.1, limits)[0] for wanted in (5.0, 0.1)]
+        assert speeds == pytest.approx([min(0.5 + faster, 5.0), 0.5 - braked])
 
 
 def turned(twist, angle):

@@ -1,4 +1,4 @@
-from robotont_driver.ros.log_throttle import PAUSE, QUIET, Refusals
+from robotont_driver.ros.log_throttle import QUIET, Refusals
 
 
 def test_the_first_refusal_of_a_kind_is_logged_and_no_repetition():
@@ -15,9 +15,3 @@ def test_another_kind_is_news_and_so_is_one_after_a_quiet_time():
     assert not refusals.refuse("fields", 2.0 + 0.9 * QUIET)
     assert not refusals.refuse("fields", 2.0 + 1.8 * QUIET)
     assert refusals.refuse("fields", 2.0 + 2.9 * QUIET)
-
-
-def test_kinds_that_take_turns_do_not_fill_the_log():
-    refusals = Refusals()
-    logged = sum(refusals.refuse(number % 2, 0.005 * number) for number in range(2000))
-    assert logged <= 2000 * 0.005 / PAUSE + 1

@@ -23,13 +23,6 @@ def test_a_stream_over_a_network_that_delays_by_up_to_a_burst_drives_without_a_g
         until = last + OLDEST - link.age(last)
 
 
-def test_what_comes_after_a_short_silence_may_have_waited_all_the_time():
-    link = streamed(10.0)
-    assert link.age(10.4) == pytest.approx(0.4)
-    assert link.age(10.41) == pytest.approx(0.41)
-    assert link.age(10.41 + BURST) == pytest.approx(BURST)
-
-
 @pytest.mark.parametrize("last_look", [None, 10.0, 11.9])
 def test_what_comes_after_a_gap_between_looks_never_drives(last_look):
     link = streamed(10.0)

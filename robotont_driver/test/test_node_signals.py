@@ -27,23 +27,3 @@ def test_a_signal_waits_for_the_end_of_the_start(done):
         done.append("start")
     time.sleep(0.01)
     assert done == ["limit", "start", "signal"]
-
-
-def test_so_it_does_where_the_start_fails(done):
-    def start():
-        with signals_wait():
-            os.kill(os.getpid(), signal.SIGTERM)
-            raise RuntimeError
-
-    with pytest.raises(RuntimeError):
-        start()
-    time.sleep(0.01)
-    assert done == ["limit", "signal"]
-
-
-def test_afterwards_signals_act_at_once(done):
-    with signals_wait():
-        pass
-    os.kill(os.getpid(), signal.SIGTERM)
-    time.sleep(0.01)
-    assert done == ["signal"]

@@ -1,4 +1,4 @@
-from robotont_driver.link.outbox import LONGEST_QUEUE, Outbox
+from robotont_driver.link.outbox import Outbox
 
 
 def test_of_commands_only_the_newest_waits():
@@ -30,15 +30,6 @@ def test_a_line_in_a_hurry_goes_first_and_has_its_own_pause():
     outbox.hurry(b"", 5.0)  # nothing to say, nothing to wait for
     assert [outbox.take(0.0), outbox.take(0.05), outbox.take(0.1), outbox.take(0.1)] == \
         [b"stop", b"", b"command", b"light"]
-
-
-def test_what_can_wait_does_not_pile_up():
-    outbox = Outbox()
-    for number in range(2 * LONGEST_QUEUE):
-        outbox.add(b"%d" % number)
-    assert outbox.take(0.0) == b"%d" % LONGEST_QUEUE
-    outbox.clear()
-    assert outbox.take(0.0) == b""
 
 
 def test_a_line_waits_until_its_predecessor_is_on_the_serial_line():

@@ -3,7 +3,6 @@ import shutil
 import pytest
 
 from robotont_driver.command.timeouts import check_repetition
-from robotont_driver.kinematics.motor import counts_in_reach
 from robotont_driver.kinematics.wheel_params import read_wheels
 from robotont_driver.nodes.driver_node import PARAMETERS as DRIVER
 from robotont_driver.nodes.driver_node import check as check_driver
@@ -20,11 +19,6 @@ TIMEOUT = "a finite number from 0.05 to 2 [s]: for so long the robot drives on w
 DECIMALS = "a whole number from 0 to 3: with more, the packets of many wheels do not fit into a line"
 TABLES = {"driver_node": DRIVER, "serial_com_node": SERIAL_COM, "odom_node": ODOM,
           "every node": COMMON_PARAMETERS}
-
-
-def test_defaults_are_used_and_have_the_right_type():
-    values = read_parameters(SERIAL_COM, {})
-    assert values == {parameter.name: parameter.default for parameter in SERIAL_COM}
 
 
 def test_a_whole_number_serves_as_a_number():
@@ -61,15 +55,6 @@ def test_whatever_was_found_is_shown_in_a_few_words(value):
     assert 3 < len(shown(value)) < 300
 
 
-def test_lists_in_lists_are_shown_however_deep_they_are():
-    deep = []
-    for _ in range(100000):
-        deep = [deep]
-    assert shown(deep) == "a list of 1 items"
-    while deep:  # or freeing it would go as deep
-        deep = deep[0]
-
-
 @pytest.mark.parametrize("rate, timeout, good", [
     (20.0, 0.5, True), (20.0, 0.1, True), (20.0, 0.09, False), (5.0, 0.4, True), (5.0, 0.3, False),
 ])
@@ -85,23 +70,6 @@ def test_frames_of_one_name_are_refused():
     parameters = read_parameters(ODOM, {"odom_frame": "base_link"})
     assert "two different names" in check_odom(None, parameters, None)[0]
     assert check_odom(None, read_parameters(ODOM, {}), None) == []
-
-
-def test_counts_in_reach_follow_from_the_wheel_file():
-    wheels = read_wheels(SHIPPED)
-    assert counts_in_reach(wheels) == 300
-    finer, faster = wheels._replace(edges_per_motor_turn=4096), wheels._replace(pid_frequency=100.0)
-    assert counts_in_reach(finer) == pytest.approx(300 * 64, abs=32)
-    assert counts_in_reach(faster) == 150
-    fine = wheels._replace(edges_per_motor_turn=100000, pid_frequency=1.0)
-    assert "allowed: up to 32767" in check_serial_com(fine, read_parameters(SERIAL_COM, {}), lambda _, given: given)[0]
-
-
-def test_a_misspelt_name_is_not_silently_ignored():
-    with pytest.raises(ParameterError, match="~cmd_timout: no such parameter; did you mean ~cmd_timeout?"):
-        read_parameters(DRIVER, {"cmd_timout": 1.0})
-    with pytest.raises(ParameterError, match="no such parameter"):
-        read_parameters(DRIVER, {(1, 2): 1})
 
 
 def test_all_faults_come_together():

@@ -91,15 +91,3 @@ def test_the_driver_does_not_touch_the_terminal_of_a_session(tmp_path):
     assert select.select([master], [], [], 0) == ([], [], [])  # ... with packets in it
     os.close(slave)
     os.close(master)
-
-
-@pytest.mark.parametrize("text", ["", "1 2", "a b c", "1 2 3 4", "-1 0 /dev/pts/0"])
-def test_a_marker_that_is_none(tmp_path, text):
-    port_owner.marker(tmp_path / "port").write_text(text)
-    owner = port_owner.read_owner(tmp_path / "port")
-    assert owner is None or not owner.lives
-
-
-def test_real_ports_and_missing_ones_are_not_looked_at(tmp_path):
-    for name in ("/dev/ttyACM0", "/dev/null", str(tmp_path / "missing"), ""):
-        assert port_owner.refusal(name) == ""

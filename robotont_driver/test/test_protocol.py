@@ -3,18 +3,13 @@
 import json
 
 import pytest
-from feedback_bench import reader, total
-from hypothesis import given
-from hypothesis import strategies as st
+from feedback_bench import reader
 
 from robotont_driver.protocol.checksum import add_checksum, crc16
-from robotont_driver.protocol.feedback_reader import QUESTION
 from robotont_driver.protocol.line_splitter import LineSplitter
-from robotont_driver.protocol.lost_packets import spread
 from robotont_driver.protocol.packet import (
     LONGEST_LINE,
     CheckedPacket,
-    Packet,
     PacketError,
     format_packet,
     parse_packet,
@@ -48,15 +43,6 @@ class TestGolden:
             assert found == [vector[name] for name in ("flags", "missed", "refused", "faults")]
             assert (status.voltage, status.load) == (vector.get("battery", 0) / 100, vector.get("load", 0))
 
-    @pytest.mark.parametrize("vector", GOLDEN["texts"], ids=lambda v: v["words"])
-    def test_texts_are_read(self, vector):
-        auto = reader()
-        assert auto.feed(vector["line"].encode()) == []
-        assert list(auto.health.notices) == [vector["words"]]
-
-    def test_the_question_is_golden(self):
-        assert QUESTION.decode() == GOLDEN["orders"][0]
-
     @pytest.mark.parametrize("line", GOLDEN["bad_feedback"])
     def test_bad_feedback_is_refused(self, line):
         checked = reader("checked")
@@ -65,14 +51,6 @@ class TestGolden:
 
 
 class TestPlainPackets:
-    @pytest.mark.parametrize("values, decimals, packet", [
-        ((-0.001, 0.004, -0.0), 2, "0.00:0.00:0.00;\n"),
-        ((-0.4, 0.6, 1.5), 0, "0:1:2;\n"),
-        ((1, -2, 3, 4), 0, "1:-2:3:4;\n"),
-    ])
-    def test_format(self, values, decimals, packet):
-        assert format_packet(values, decimals) == packet
-
     @pytest.mark.parametrize("text, kind, words", [
         ("1:2:3", "fields", "no semicolon"), ("", "fields", "no semicolon"),
         ("1:2;", "fields", "2 fields instead of 3"),
@@ -103,24 +81,7 @@ class TestPlainPackets:
         assert packet.text == text.partition(";")[0] + ";\n"
         assert packet.is_whole == whole
 
-    def test_counts_become_the_packet_that_writes_them(self):
-        assert Packet((1, -2, 3)).text == "1:-2:3;\n"
-
-
 class TestLineSplitter:
-    @given(st.binary(max_size=2000), st.lists(st.integers(0, 300), max_size=20))
-    def test_lines_do_not_depend_on_how_the_bytes_arrive(self, data, cuts):
-        whole = LineSplitter()
-        expected = whole.feed(data)
-        pieces = LineSplitter()
-        lines = []
-        for cut in cuts:
-            lines += pieces.feed(data[:cut])
-            data = data[cut:]
-        lines += pieces.feed(data)
-        assert lines == expected
-        assert pieces.overlong == whole.overlong
-
     def test_a_line_without_end_is_dropped_up_to_the_next_newline(self):
         splitter = LineSplitter()
         for _ in range(1000):
@@ -132,14 +93,3 @@ class TestLineSplitter:
         splitter = LineSplitter()
         assert splitter.feed(b"x" * LONGEST_LINE + b"\n" + b"y" * (LONGEST_LINE + 1) + b"\n") == [b"x" * LONGEST_LINE]
         assert splitter.overlong == 1
-
-
-class TestSpread:
-    @given(st.lists(st.integers(-30000, 30000), min_size=1, max_size=5), st.integers(1, 200))
-    def test_spread_sums_to_the_counts_and_is_even(self, counts, periods):
-        packets = spread(counts, periods)
-        assert len(packets) == periods
-        assert total(packets) == counts
-        for column in zip(*packets):
-            assert max(column) - min(column) <= 1
-        assert spread(counts, 0) == []

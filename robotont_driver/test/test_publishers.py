@@ -6,12 +6,11 @@ import sys
 import time
 from unittest import mock
 
-import rospy
 from rospy.impl.tcpros_base import get_tcpros_server_address
 from rospy.topics import _PublisherImpl
 from std_msgs.msg import String
 
-from robotont_driver.ros.publishers import DroppingPublisher, ImmediatePublisher
+from robotont_driver.ros.publishers import DroppingPublisher
 from robotont_driver.ros.rospy_end import init_tool
 from robotont_testing.harness import Master, in_own_process, wait_for
 
@@ -59,13 +58,3 @@ def test_a_subscriber_behind_somebody_who_asks_another_node_that_had_this_port()
         stranger.sendall(b"POST /RPC2 HTTP/1.1\r\n\r\n")
         start_subscriber()
         is_heard(DroppingPublisher("words", String), log)
-
-
-@in_own_process
-def test_who_publishes_while_rospy_ends_gets_no_error():
-    with Master():
-        init_tool("test")
-        publisher, late = ImmediatePublisher("words", String), []
-        rospy.core.add_preshutdown_hook(lambda reason: late.append(publisher.publish(reason)))  # behind rospy's own
-        rospy.signal_shutdown("Ctrl-C")
-        assert late == [None]

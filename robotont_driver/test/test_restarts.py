@@ -1,9 +1,5 @@
-"""Boards that restart unheard, lines lost and bytes spoilt: no motion that nobody made, unless it is told.
+"""Boards that restart unheard, lines lost and bytes spoilt: no motion that nobody made, unless it is told."""
 
-The robot and its own board are made here from docs/protocol.md, by format strings and arithmetic of their own.
-"""
-
-import binascii
 import math
 import random
 
@@ -15,6 +11,7 @@ from robotont_boards.virtual_board import OfficialOdometry
 from robotont_driver.kinematics.kinematics import Kinematics
 from robotont_driver.odometry.odometry import WheelOdometry
 from robotont_driver.protocol.dialects import make_dialect
+from robotont_testing.stand_in_board import Board, identity, sealed
 
 PERIOD = 0.02
 EDGES_PER_METRE = 1200 / (2 * math.pi * 0.035)
@@ -45,29 +42,24 @@ class Robot:
 class CheckedBoard:
     """This project's board: counts, counter, totals, status and CRC in every line."""
 
-    banner = b"# robotont_firmware 2.0.0 wheels 3 rate 50 units edges/period profile ours reset power;"
-    banner += b"%04X\n" % binascii.crc_hqx(banner, 0xFFFF)
+    banner = sealed(identity())
 
     def __init__(self, robot, chance):
         self._robot, self._chance = robot, chance
+        self.sender = Board("unused", identity=identity())
         self.restart()
-        self.counter = chance.randrange(256)
-        self.totals = np.array([chance.choice((chance.randrange(-3000, 3000), chance.randrange(65536)))
-                                 for _ in range(3)])
+        self.sender.counter = chance.randrange(256)
 
     def restart(self):
-        self.counter = 0
-        self._before = np.floor(self._robot.edges).astype(int)
-        self.totals = np.array([self._chance.choice((0, self._chance.randrange(65536))) for _ in range(3)])
+        self.sender.motors.counted = self._counted = np.floor(self._robot.edges).astype(int).tolist()
+        self.sender.restart(start_totals=self._chance.choice((0, self._chance.randrange(65536))))
 
     def send(self):
-        now = np.floor(self._robot.edges).astype(int)
-        counts, self._before = now - self._before, now
-        self.totals = self.totals + counts
-        line = b"%d:%d:%d;" % tuple(counts) + b"%02X" % self.counter
-        line += b":%04X:%04X:%04X:000000000:" % tuple(self.totals & 0xFFFF)
-        self.counter = (self.counter + 1) % 256
-        return line + b"%04X\n" % binascii.crc_hqx(line, 0xFFFF)
+        before, self._counted = self._counted, np.floor(self._robot.edges).astype(int).tolist()
+        self.sender.motors.counted = self._counted
+        line = self.sender.packet([now - then for now, then in zip(self._counted, before)])
+        self.sender.counter = (self.sender.counter + 1) % 256
+        return line
 
 
 class PoseBoard:
@@ -233,70 +225,13 @@ def test_lost_lines_and_spoilt_bytes_are_no_restart(kind):
 @pytest.mark.parametrize("lost", [85, 90, 95])
 def test_a_counter_that_starts_anew_at_once_is_no_gap_of_periods_for_which_there_was_no_time(lost):
     drive = Drive("checked", lost)
-    drive.board.counter, drive.board.totals = (-lost - 201) % 256, np.array([3000, -2500, 2000])
+    drive.board.sender.counter, drive.board.sender.offset = (-lost - 201) % 256, 3000
     drive.wanted = (0.2, 0.0, 0.0)
     drive.run(200, change=0.0)
     before = drive.robot.pose - (drive.odometry.pose.x, drive.odometry.pose.y, drive.odometry.pose.yaw)
     drive.board.restart()
-    drive.board.totals[:] = 0
+    drive.board.sender.offset = 0
     drive.run(30, change=0.0)
     after = drive.robot.pose - (drive.odometry.pose.x, drive.odometry.pose.y, drive.odometry.pose.yaw)
-    assert drive.dialect.restarts == 1
-    assert drive.dialect.repaired == 0
+    assert (drive.dialect.restarts, drive.dialect.repaired) == (1, 0)
     assert np.abs(after - before).max() < 0.001
-
-
-@pytest.mark.parametrize("kind, silence, lost", [("robotont2", 50, 3), ("robotont3", 0, 2)])
-def test_a_pose_that_starts_anew_is_no_way_back_to_the_origin(kind, silence, lost):
-    drive = Drive(kind, 1)
-    drive.board.restart()
-    drive.wanted = (0.2, 0.0, 0.0)
-    drive.run(150, change=0.0)
-    drive.settle()
-    there = drive.odometry.pose.x
-    assert there == pytest.approx(0.6, abs=0.01)
-    drive.board.restart()
-    drive.pause(silence, drive.wanted)
-    drive.lost = lost
-    drive.wanted = (0.02, 0.0, 0.0)
-    drive.run(20, change=0.0)
-    drive.settle()
-    assert drive.dialect.restarts == 1
-    assert there <= drive.odometry.pose.x < there + 0.02
-
-
-def test_a_reader_that_was_stopped_finds_no_restart_in_what_waited_for_it():
-    """3 s of lines at once, the newest of them lost as no buffer had room for them."""
-    drive = Drive("checked", 1)
-    drive.wanted = (0.1, 0.1, 0.3)
-    drive.run(100)
-    waiting, drive.hear = [], lambda data: waiting.append(data)
-    drive.run(150)
-    del drive.hear
-    for data in waiting[:85]:
-        drive.hear(data)
-    drive.run(10)
-    drive.settle()
-    assert drive.dialect.repaired == 65
-    assert drive.dialect.restarts == 0
-    assert drive.error[1] < RADIANS
-
-
-def test_a_board_that_is_faster_than_its_parameters_say_is_not_judged_by_the_clock():
-    """Packets 20 times as fast, read by a process that stands still for 0.2 s now and then; every fourth is lost."""
-    drive = Drive("checked", 1)
-    drive.wanted = (0.1, 0.1, 0.3)
-    drive.run(50, change=0.0)
-    lost = 0
-    for period in range(2000):
-        drive.robot.move(drive.wanted)
-        line = drive.board.send()
-        drive.now += 0.001 if period % 500 else 0.2
-        if period < 100 or period % 4 or not period % 500:
-            drive.hear(line)
-        else:
-            drive.board.send()
-            lost += 2
-    drive.hear(drive.board.send())
-    assert drive.dialect.restarts == 0
-    assert drive.dialect.repaired == lost

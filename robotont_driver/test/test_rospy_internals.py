@@ -1,9 +1,7 @@
-"""What is used of rospy, actionlib and tornado beside their public interface: still there, and in one place."""
+"""What is used of rospy and actionlib beside their public interface is still there."""
 
-import ast
 import inspect
 import threading
-from pathlib import Path
 
 import actionlib
 import pytest
@@ -16,32 +14,6 @@ from rospy.topics import Publisher, Subscriber, _PublisherImpl, _SubscriberImpl
 
 from robotont_driver.ros import rospy_internals
 from robotont_testing.harness import wait_for
-
-PROJECT = Path(__file__).resolve().parents[2]
-HOMES = {"rospy_internals.py", "page_frames.py"}
-PUBLIC = {"_replace", "_asdict", "_fields", "_make",  # of named tuples
-          "_exit"}                                    # of os
-INTERNAL = {"impl", "gh", "ws_connection", "service_actions", "endpoint_id"}
-SOURCES = [path for path in sorted(PROJECT.glob("robotont_*/src/*/**/*.py"))
-           if path.name not in HOMES and "robotont_testing" not in path.parts]
-
-
-def foreign_parts(tree):
-    """Names of private attributes of objects whose class is not in this module, and of known internal ones."""
-    own = {node.name for node in ast.walk(tree) if isinstance(node, (ast.FunctionDef, ast.ClassDef))}
-    attributes = [node for node in ast.walk(tree) if isinstance(node, ast.Attribute)]
-    own |= {node.attr for node in attributes if isinstance(node.value, ast.Name) and node.value.id in ("self", "cls")}
-    names = {node.attr for node in attributes}
-    private = {name for name in names if name.startswith("_") and not name.endswith("__")}
-    return private - own - PUBLIC | names & INTERNAL
-
-
-def test_no_other_module_uses_what_is_not_public():
-    found = {path.name: foreign_parts(ast.parse(path.read_text())) for path in SOURCES}
-    assert {name: parts for name, parts in found.items() if parts} == {
-        "reconnection.py": {"endpoint_id"},  # a connection's own name: compared, and put aside
-        "log_queue.py": {"_thread"},         # of Python's QueueListener
-    }
 
 
 @pytest.mark.parametrize("owner, names", [

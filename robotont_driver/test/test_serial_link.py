@@ -7,8 +7,6 @@ import time
 
 import pytest
 
-from robotont_driver.link import line_writer, serial_link
-from robotont_driver.link.port import explain
 from robotont_driver.link.serial_link import SerialLink
 from robotont_driver.protocol.checksum import add_checksum
 from robotont_driver.protocol.feedback_reader import FeedbackReader
@@ -89,19 +87,6 @@ def test_a_missing_port_is_reported_once_and_opened_when_it_comes(port, ends):
         assert len(end.changes) == 2
 
 
-@pytest.mark.parametrize("error, advice", [
-    (OSError(13, "could not open port x: [Errno 13] Permission denied"), "dialout"),
-    (OSError(2, "could not open port x: [Errno 2] No such file"), "plugged in"),
-    (OSError(11, "Could not exclusively lock port x: [Errno 11]"), "another program holds it open"),
-    (OSError(5, "Input/output error"), "still plugged in"),
-    (OSError(2, "could not open port /dev/x: [Errno 2] No such file or directory: '/dev/x'"),
-     "/dev/ttyACM0: no such file or directory; is the board plugged in, and is this the right port?"),
-])
-def test_each_trouble_comes_with_advice(error, advice):
-    assert advice in explain("/dev/ttyACM0", error)
-    assert explain("/dev/ttyACM0", error).startswith("/dev/ttyACM0: ")
-
-
 def test_a_full_line_blocks_nobody_and_the_newest_command_goes_first(port, ends):
     master, slave = pty.openpty()
     os.set_blocking(master, False)
@@ -111,7 +96,7 @@ def test_a_full_line_blocks_nobody_and_the_newest_command_goes_first(port, ends)
     sent = [add_checksum(format_packet([number, 0, 0])) for number in range(5000)]
     for packet in sent:
         end.link.send(packet)  # nobody reads: this would block for ever
-    assert end.link.replaced > 1000
+    assert end.link.writer.outbox.replaced > 1000
     read = bytearray()
 
     def newest():
@@ -136,34 +121,6 @@ def test_silence_sends_one_stop_packet(port, ends):
         wait_for(lambda: len(board.reported) > before + 15, "a while")
         assert len(board.heard) == 3
         assert end.link.timeouts == 2
-
-
-def test_bytes_split_and_merged_arrive_whole(port, ends):
-    with Board(str(port), period=0.005) as board:
-        end = ends()
-        wait_for(lambda: end.packets, "packets")
-        board.line.split = True
-        board.line.hold = 5
-        end.link.send(b"3:-7:11;\n")
-        wait_for(lambda: end.packets.count((3, -7, 11)) > 20, "packets")
-        assert not end.reader.dropped
-        assert end.reader.lost.repaired == 0
-
-
-def test_commands_wait_while_the_line_is_busy_and_the_newest_goes_out(port, ends, monkeypatch):
-    """For an adapter that reports its queue; where it reports none, by the baudrate: test_outbox, alone_flood.test."""
-    waiting = [100]
-    monkeypatch.setattr(line_writer, "waiting_bytes", lambda _: waiting[0])
-    with Board(str(port)) as board:
-        end = ends()
-        wait_for(lambda: end.packets, "packets")
-        for number in range(100):
-            end.link.send(b"%d:0:0;\n" % number)
-        time.sleep(0.05)
-        assert heard(board) == []
-        waiting[0] = 0
-        wait_for(lambda: heard(board) == ["99:0:0;"], "the newest")
-        assert (end.link.sent, end.link.replaced) == (1, 99)
 
 
 @pytest.mark.timed
@@ -202,18 +159,6 @@ def test_an_error_in_a_callback_is_reported_and_ends_nothing(port, ends):
         assert end.changes == [None]  # the port has been open all the time
 
 
-def test_an_error_in_the_link_itself_is_reported_and_retried(port, ends, monkeypatch):
-    def fail(*_):
-        raise ZeroDivisionError("a fault of ours")
-    monkeypatch.setattr(serial_link, "check_owner", fail)
-    end = ends()
-    wait_for(lambda: end.failures, "the report")
-    assert "a fault of ours" in end.link.trouble
-    monkeypatch.undo()
-    with Board(str(port)):
-        wait_for(lambda: end.packets, "packets")
-
-
 @pytest.mark.skipif(not (os.geteuid() == 0 and shutil.which("setpriv") and os.path.exists(REAL_TTY)),
                     reason="needs root, setpriv and a virtual console")
 def test_programs_that_ignore_locks_cannot_open_a_real_port():
@@ -234,17 +179,3 @@ def test_programs_that_ignore_locks_cannot_open_a_real_port():
     assert f"another program holds it open: process {reader.pid} (sleep)" in end.changes[0]
     wait_for(lambda: end.link.trouble is None, "the port")
     end.link.close(STOP)
-
-
-def test_a_pseudo_terminal_can_be_opened_again_after_kill_9(port):
-    """The kernel would keep the mark of a killed process for as long as the other end lives."""
-    with Board(str(port)):
-        code = ("import sys, time; from robotont_driver.link.serial_link import SerialLink; "
-                "link = SerialLink(sys.argv[1], 115200, print, print, lambda: b'', print); link.start(); "
-                "time.sleep(100)")
-        program = ["setpriv", "--bounding-set=-sys_admin", "/usr/bin/python3", "-u", "-c", code, str(port)]
-        for _ in range(2):
-            with subprocess.Popen(program[0 if shutil.which("setpriv") else 2:], stdout=subprocess.PIPE) as holder:
-                heard_first = holder.stdout.readline()
-                holder.kill()
-            assert b"None" in heard_first

@@ -10,8 +10,7 @@ from robotont_driver.odometry.chi_square import chi_square_limit, chi_square_tai
 from robotont_driver.odometry.command_watch import CommandWatch
 from robotont_driver.odometry.odometry import WheelOdometry
 from robotont_driver.odometry.slip import WINDOW, SlipDetector
-from robotont_testing.robots import SHIPPED
-from robotont_testing.simulated_wheels import PERIOD, counted, end_pose, even_wheels, mixed_drive, rolled
+from robotont_testing.simulated_wheels import PERIOD, counted, end_pose, even_wheels, rolled
 
 NOISE = 0.005        # [m] after 1 m, as in driver.yaml
 FALSE_ALARMS = 0.1   # [1/h]
@@ -78,29 +77,6 @@ def test_a_wheel_that_slips_by_30_percent_is_named_and_left_out(number, wheel, k
     assert with_detection[1] <= without[1] / 4
 
 
-@pytest.mark.parametrize("number, wheel", [(4, 0), (4, 3), (5, 3), (6, 2)])
-def test_a_dead_encoder_is_named_while_the_robot_starts(number, wheel):
-    wheels = read_wheels(even_wheels(number))
-    twists = ten_seconds(0.0 if number == 4 else wheels.directions[wheel] + 0.3)
-    counts = counted(wheels, rolled(wheels, twists), NOISE, np.random.default_rng(number))
-    counts[:, wheel] = 0
-    commanded = twists @ Kinematics(wheels).matrix.T / wheels.metres_per_edge * PERIOD
-    commanded = np.concatenate([commanded[5:], commanded[-5:]])  # motors follow their commands 0.1 s late
-    odometry, _, named = drive(wheels, counts, commanded)
-    assert set(named) == {(), (wheel,)}
-    assert named[-1] == (wheel,)
-    assert error(odometry, end_pose(twists))[0] < 0.3
-
-
-def test_a_wheel_stays_left_out_while_the_robot_rests():
-    wheels = read_wheels(even_wheels(4))
-    twists = ten_seconds()[:250]
-    counts = counted(wheels, rolled(wheels, twists), NOISE)
-    counts[100:, 1] = 0
-    counts = np.concatenate([counts, np.zeros((500, 4), dtype=int)])
-    assert drive(wheels, counts)[2][-1] == (1,)
-
-
 @pytest.mark.parametrize("learnt", [1443, 1452, 1473, 1482, 1512])  # packets after which one window shows too little
 def test_a_wheel_is_taken_back_however_much_of_the_noise_has_been_learnt(learnt):
     wheels = read_wheels(even_wheels(4))
@@ -124,31 +100,6 @@ def test_two_wheels_of_six_may_slip_at_once():
     assert named[SLIP.start + WINDOW] == (1, 3)
     assert named[-1] == ()
     assert error(odometry, end_pose(twists))[0] < error(drive(wheels, counts, detect=False)[0], end_pose(twists))[0] / 4
-
-
-def test_the_search_among_many_wheels_has_bounds(monkeypatch):
-    """12 wheels in a wrong order: sets of up to 2, then one more wheel at a time, in one go per size."""
-    wheels = read_wheels(even_wheels(12))
-    generator = np.random.default_rng(1)
-    counts = counted(wheels, rolled(wheels, mixed_drive(3, generator)), NOISE, generator)
-    finder, solve, tried, most = detector(wheels), np.linalg.solve, [], 0
-    monkeypatch.setattr(np.linalg, "solve", lambda sets, right: tried.append(len(sets)) or solve(sets, right))
-    for packet in generator.permutation(counts.T).T.tolist():
-        tried.clear()
-        finder.update(packet)
-        most = max(most, sum(tried))
-        assert len(tried) <= 30
-    assert finder.alarms > 0
-    assert 100 < most <= 2 * (12 + 66 + 10 + 9 + 8 + 7 + 6 + 5 + 4) + 50
-
-
-def test_wheels_that_nobody_could_spare_are_not_left_out():
-    """Three of these four stand in parallel: without the fourth, or one more, no motion could be determined."""
-    wheels = read_wheels({**SHIPPED, "wheelAmount": 5, "wheelRads": [0.0, 0.0, 0.0, 2.0, 4.0]})
-    generator = np.random.default_rng(0)
-    _, finder, named = drive(wheels, generator.integers(-100, 100, (500, 5)))
-    assert finder.alarms > 0
-    assert all(3 not in left_out and 4 not in left_out for left_out in named)
 
 
 # Command and measurement
@@ -201,16 +152,6 @@ def test_a_wheel_that_does_not_do_as_commanded_is_named(wheel, share):
     assert set(named[first:]) == {(wheel,)}
     assert (first - 100) * PERIOD <= 1.3
     assert watcher.followed[wheel] == pytest.approx(share, abs=0.05)
-
-
-def test_without_commands_there_is_nothing_to_compare():
-    watcher = CommandWatch(3, RATE)
-    for _ in range(100):
-        watcher.update((0, 0, 0), (50.0, 50.0, 50.0))
-    assert watcher.lagging == (0, 1, 2)
-    watcher.update((0, 0, 0), None)
-    assert watcher.lagging == ()
-    assert watcher.followed is None
 
 
 @pytest.mark.parametrize("degrees", range(1, 9))

@@ -2,12 +2,12 @@ import math
 
 import pytest
 
-from robotont_driver.kinematics.wheel_params import KEYS, MOST_WHEELS, read_wheels
+from robotont_driver.kinematics.wheel_params import MOST_WHEELS, read_wheels
 from robotont_driver.parameters.parameters import ParameterError
 from robotont_driver.protocol.checksum import add_checksum
 from robotont_driver.protocol.packet import LONGEST_LINE, format_packet
 from robotont_driver.robots.wheel_file import read_wheel_file
-from robotont_testing.robots import BARE, SHIPPED, UNEVEN_5, WHEEL_PARAMS
+from robotont_testing.robots import SHIPPED, WHEEL_PARAMS
 
 
 def faults_of(given):
@@ -20,18 +20,6 @@ def test_shipped_wheels_stand_where_their_angles_say():
     positions = read_wheels(SHIPPED).positions
     expected = [math.remainder(rad, 2 * math.pi) for rad in SHIPPED["wheelRads"]]
     assert [math.remainder(position, 2 * math.pi) for position in positions] == pytest.approx(expected, abs=1e-6)
-
-
-def test_without_the_two_extra_keys_the_reference_is_base_link():
-    wheels = read_wheels(BARE)
-    assert wheels.directions == tuple(BARE["wheelRads"])
-    assert wheels.rotation == 1
-
-
-def test_one_value_per_wheel_or_one_for_all():
-    wheels = read_wheels(UNEVEN_5)
-    assert wheels.radii == tuple(UNEVEN_5["wheelRadius"])
-    assert wheels.distances == (0.125,) * 5
 
 
 @pytest.mark.parametrize("key, value", [
@@ -72,11 +60,6 @@ def test_packets_of_the_most_wheels_fit_into_a_line():
     totals = ":8000" * MOST_WHEELS
     status = ":FFMMRR" + "0" * MOST_WHEELS
     assert len(format_packet([-9999] * MOST_WHEELS) + "FF" + totals + status + ":CCCC") <= LONGEST_LINE + 1
-
-
-def test_every_fault_is_listed_at_once():
-    faults = faults_of({key: "?" for key in KEYS})
-    assert [fault.partition(":")[0] for fault in faults] == list(KEYS)
 
 
 def test_nearly_parallel_wheels_are_refused():

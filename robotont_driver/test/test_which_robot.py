@@ -7,7 +7,6 @@ from robotont_driver.link import port as serial_port
 from robotont_driver.tools.which_robot import main
 from robotont_testing.board_port import BoardPort
 from robotont_testing.dc_motors import Motors
-from robotont_testing.stand_in_board import Board
 
 
 @pytest.mark.parametrize("name, words", [
@@ -38,10 +37,3 @@ def test_a_port_that_is_not_there_and_a_board_that_is_unknown(tmp_path, capsys, 
     finally:
         port.unplug()
     assert "I am a printer" in capsys.readouterr().err
-
-
-@pytest.mark.parametrize("checked", [True, False])
-def test_a_board_of_four_wheels_of_our_own(tmp_path, capsys, checked):
-    with Board(str(tmp_path / "board"), wheels=4, checked=checked, banner="") as board:
-        assert main([board.link, "--seconds", "20"]) == 0
-    assert "robot:=FOLDER_OF_4_WHEELS" in capsys.readouterr().out

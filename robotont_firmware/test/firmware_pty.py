@@ -3,27 +3,10 @@
 import contextlib
 import os
 import pty
-import re
 import subprocess
 import tty
 
 from firmware_tools import DUAL, SRC, tool
-
-
-def crc16(data):
-    """CRC-16/CCITT-FALSE, written apart from the firmware's."""
-    crc = 0xFFFF
-    for byte in data:
-        crc ^= byte << 8
-        for _ in range(8):
-            crc = (crc << 1 ^ 0x1021 if crc & 0x8000 else crc << 1) & 0xFFFF
-    return crc
-
-
-def checked(body):
-    """`body;` with its CRC and newline, as bytes."""
-    line = body.encode() + b";"
-    return line + b"%04X\n" % crc16(line)
 
 
 class Firmware:
@@ -49,12 +32,6 @@ class Firmware:
         )  # fmt: skip
         return self
 
-    def finish(self):
-        """Wait for the end; return what it printed."""
-        output, _ = self.process.communicate(timeout=120)
-        assert self.process.returncode == 0, output
-        return output
-
     def __enter__(self):
         return self
 
@@ -66,21 +43,6 @@ class Firmware:
             self.process.stdout.close()
         os.close(self._slave)
         os.close(self._master)
-
-
-def jitter(output):
-    """Return by how much [s] 99 % of the firmware's periods were off at most, from what `finish` returned.
-
-    Only periods between ticks that came in time count; AssertionError when those are too few.
-    """
-    everything, periods, in_time = map(
-        int, re.search(r"p99 (\d+) us, of (\d+) periods in time (\d+) us", output).groups()
-    )
-    print(
-        f"99 % of all periods within {everything / 1e3:.2f} ms, of the {periods} in time {in_time / 1e3:.2f} ms"
-    )
-    assert periods >= 50, output
-    return in_time * 1e-6
 
 
 def real_time():

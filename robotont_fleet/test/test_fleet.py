@@ -9,7 +9,7 @@ import time
 from pathlib import Path
 
 import pytest
-from fleet_rig import Rig, processor_time, proportional_memory, stop_time, wait_until_driving
+from fleet_rig import Rig, stop_time, wait_until_driving
 from geometry_msgs.msg import PoseStamped
 
 from robotont_fleet import keys
@@ -234,28 +234,6 @@ def test_a_fleet_node_without_a_driver_says_so_on_the_page(rig):
 
 
 @pytest.mark.long
-def test_metrics_are_prometheus_text_with_the_diagnostics_of_each(rig):
-    status, text = rig.request("GET", "/metrics")
-    lines = text.decode().splitlines()
-    assert status == 200
-    assert f'robotont_battery_ratio{{robot="r1",id="{rig.seen("r1")["id"]}"}} 0.75' in lines
-    for name in NAMES:
-        assert f'robotont_diagnostic{{robot="{name}",task="serial_com_node: link",key="level"}} 0' in lines
-
-
-@pytest.mark.long
-def test_fleet_node_costs_little(rig):
-    pid = rig.robots["r1"].fleet_node.pid
-    before, began = processor_time(pid), time.monotonic()
-    time.sleep(5.0)
-    used = 100 * (processor_time(pid) - before) / (time.monotonic() - began)
-    memory = proportional_memory(pid)
-    print(f"\nfleet_node: {used:.1f} % of a core, {memory:.0f} MiB")
-    assert used <= 3.0
-    assert memory <= 60.0
-
-
-@pytest.mark.long
 def test_garbage_from_the_network_harms_nobody(rig, adapter):
     for key in (keys.order_key("r1"), keys.ros_key(keys.GOAL, "r1"), keys.ros_key(keys.CANCEL, "r1")):
         for payload in (b"", b"\xff" * 50, b"[]", b"{}", b'{"kind": "goal", "id": 3}', os.urandom(2000)):
@@ -265,3 +243,6 @@ def test_garbage_from_the_network_harms_nobody(rig, adapter):
     click(rig, "r1", 0.5)
     wait_for(lambda: "goal 0.5 0" in rig.robots["r1"].goals(), "a goal behind all that")
     assert rig.seen("r2")
+    lines = rig.request("GET", "/metrics")[1].decode().splitlines()
+    for name in NAMES:
+        assert f'robotont_diagnostic{{robot="{name}",task="serial_com_node: link",key="level"}} 0' in lines

@@ -57,7 +57,7 @@ def session(rig, user, password):
 
 
 @needs_zenoh
-@pytest.mark.parametrize(("user", "password"), [("", ""), ("r1", "wrong"), ("nobody", "x"), ("teacher", "")])
+@pytest.mark.parametrize(("user", "password"), [("", ""), ("r1", "wrong"), ("teacher", "")])
 def test_a_stranger_gets_in_neither_to_the_router_nor_to_the_page(rig, user, password):
     with pytest.raises(zenoh.ZError):
         session(rig, user, password)
@@ -95,15 +95,6 @@ def test_a_robot_gives_no_orders_to_another_and_hears_none_of_its_orders(rig):
 
 
 @needs_zenoh
-def test_the_configuration_for_zenohd_is_the_same(rig):
-    file = rig.folder / "router.json5"
-    assert fleet("--write-router", file, ROS_HOME=str(rig.home)).returncode == 0
-    assert file.stat().st_mode & 0o077 == 0
-    config = zenoh.Config.from_file(str(file))
-    assert json.loads(config.get_json("access_control/default_permission")) == "deny"
-
-
-@needs_zenoh
 def test_states_and_orders_go_on_behind_a_jam():
     """A robot was silent to the page for ever, although connected, that had once been short of processor time."""
     port = free_port()
@@ -137,6 +128,7 @@ def test_with_tls_only_who_trusts_the_certificate_and_has_a_password_gets_in(tmp
         fleet("--add", "r1", ROS_HOME=str(rig.home))
         password = read_users(rig.home / "robotont_fleet_users")["r1"]
         fleet("--write-router", tmp_path / "router.json5", ROS_HOME=str(rig.home))
+        assert (tmp_path / "router.json5").stat().st_mode & 0o077 == 0
         router = json.loads((tmp_path / "router.json5").read_text())
         endpoint = f"tls/127.0.0.1:{rig.router_port}"
         router["listen"]["endpoints"] = [endpoint]

@@ -14,10 +14,10 @@ from robotont_driver.ros import link_report
 from robotont_fleet import fleet_node, keys
 from robotont_fleet.fleet import Fleet, read_state
 from robotont_fleet.free_fleet import free_fleet_text
-from robotont_fleet.freshness import Numbered, RoundTrips
+from robotont_fleet.freshness import Numbered
 from robotont_fleet.transforms import Chain
 from robotont_fleet.zenoh_setup import add_users, nested, read_users, router_settings
-from robotont_teleop.metrics import GAUGES, metrics
+from robotont_teleop.web.metrics import GAUGES, metrics
 from robotont_testing.harness import tool_module
 from robotont_testing.places import launch
 
@@ -31,15 +31,12 @@ def said(**fields):
 
 
 def test_ages_are_bounded_by_what_was_seen():
-    numbers, trips = Numbered(remembered=2), RoundTrips()
+    numbers = Numbered(remembered=2)
     first, second = numbers.give(10.0), numbers.give(11.0)
     assert numbers.age(first, 12.5) == 2.5
     assert numbers.age(second + 1, 12.5) == math.inf
     numbers.give(12.0)
     assert numbers.age(first, 12.5) == math.inf  # forgotten: too old in any case
-    assert trips.age(5.0) == math.inf
-    trips.answered(4.0, 4.1)
-    assert trips.age(5.0) == 1.0
 
 
 def test_a_stop_is_sent_until_every_robot_of_the_name_confirms_it():

@@ -1,5 +1,5 @@
 // The fleet's page: asks for all robots twice a second, and sends orders. What a robot says is shown as text only.
-import {draw, placeOf} from "./fleet_map.js";
+import {draw, world} from "./fleet_map.js";
 
 const PERIOD = 500, PATIENCE = 3000;  // [ms] between two questions; an answer may take
 const LEVELS = ["well", "warning", "error", "silent"];
@@ -96,7 +96,7 @@ function show() {
   const onMap = view.robots.some((robot) => robot.frame === "map") || Boolean(view.ground);
   at("stage").hidden = !onMap;
   document.querySelector("main").classList.toggle("mapped", onMap);
-  draw(at("map"), view, aiming?.id);
+  draw(view, aiming?.id);
 }
 
 // Readers of the screen repeat what is set, even to the same.
@@ -123,7 +123,7 @@ at("stop_all").onclick = () => order({kind: "stop"});
 at("map").onclick = (event) => {
   const robot = view.robots.find((one) => one.id === aiming?.id);
   if (robot) {
-    const [x, y] = placeOf(event.offsetX, event.offsetY);
+    const [x, y] = world.place(event.clientX, event.clientY);
     order({kind: "goal", name: robot.name, id: robot.id, seen: robot.number, x, y});
     aim(null);
   }

@@ -61,15 +61,6 @@ def test_a_stop_is_short_and_the_robot_does_not_swing_back(wheels, twist, second
     assert moving <= 0.4
 
 
-@pytest.mark.parametrize("wheels", [3, 5])
-def test_a_curve_sideways(wheels):
-    run = run_in(wheels=wheels)
-    run.hold((0.2, 0.2, 0.5), 3.0)
-    odometry, truth = run.hold(REST, 0.6)
-    assert math.dist(odometry[:2], truth[:2]) < 0.03
-    assert abs(math.remainder(odometry[2] - truth[2], 2 * math.pi)) < math.radians(3)
-
-
 def test_the_same_seed_gives_the_same_run_and_another_one_other_encoders():
     def play(seed):
         run = run_in(seed=seed)
@@ -77,12 +68,7 @@ def test_the_same_seed_gives_the_same_run_and_another_one_other_encoders():
         return run.simulation.pose(), run.counts, list(run.simulation.counts())
     assert play(3) == play(3)
     assert play(3)[2] != play(4)[2]
-
-
-def test_encoders_start_anywhere_and_the_driver_does_not_mind():
-    run = run_in(seed=8)
-    assert min(run.simulation.counts()) > 0
-    assert np.hypot(*run.path[-1][1][:2]) < 1e-3
+    assert min(run_in(seed=8).simulation.counts()) > 0, "encoders start anywhere"
 
 
 def test_a_push_moves_the_truth_and_not_the_odometry():
@@ -149,12 +135,7 @@ def test_the_laser_sees_the_walls_where_they_are():
     run = run_in("room")
     distances = run.simulation.scan(np.radians([0.0, 180.0, -90.0]), 0.1, 20.0)
     assert distances == pytest.approx([2.95, 0.95, 0.95], abs=0.02)
-    assert np.all(np.isinf(run_in().simulation.scan(np.radians([0.0, 90.0]), 0.1, 20.0)))
-
-
-def test_the_laser_distinguishes_too_near_from_nothing_there():
-    scan = run_in("room").simulation.scan
-    assert scan(np.radians([0.0, 180.0]), 1.0, 2.0).tolist() == [np.inf, -np.inf]
+    assert run.simulation.scan(np.radians([0.0, 180.0]), 1.0, 2.0).tolist() == [np.inf, -np.inf], "nothing, too near"
 
 
 @pytest.mark.parametrize("radius", [0.06, 0.07])

@@ -7,7 +7,6 @@ import pytest
 import yaml
 from robot_runs import ROOT, SHIPPED
 
-from robotont_calibration.drives import DRIVES
 from robotont_simulator.fast_drive import main
 
 WHEELS = str(ROOT / "config" / "wheel_params.yaml")
@@ -20,23 +19,10 @@ def figures(text):
     return [tuple(map(float, re.findall(r"([+-][0-9.]+)(?: mm|°)", line))) for line in text.splitlines()]
 
 
-@pytest.mark.parametrize("name", DRIVES)
-def test_a_drive_moves_by_its_number(name):
-    """Added up without a robot: the way, and the turn."""
-    way, turned = 0.0, 0.0
-    for x, y, turn in DRIVES[name][2](2.0, 50):
-        way += math.hypot(x, y) / 50
-        turned += turn / 50
-    expected = {"square": (8.0, 2 * math.pi), "square_clockwise": (8.0, -2 * math.pi), "spin": (0.0, 4 * math.pi),
-                "sideways": (2.0, 0.0)}
-    assert (way, turned) == pytest.approx(expected[name], abs=1e-9)
-
-
 def test_umbmark_reports_an_odometry_that_is_good_and_not_perfect(capsys):
-    assert main(["square=1", "square_clockwise=1", "--wheel-params", WHEELS]) == 0
+    assert main(["square=0.5", "square_clockwise=0.5", "--wheel-params", WHEELS]) == 0
     text = capsys.readouterr().out
-    with capsys.disabled():
-        print("\n" + text)
+    print(text)
     there, back = figures(text)
     for forward, left, turn in (there, back):
         assert 1.0 < math.hypot(forward, left) < 100.0

@@ -58,13 +58,13 @@ def test_a_square_and_a_turning_circle_against_the_truth(name):
     drive = Drive(name)
     drive.hold((0, 0, 0), 1.0)
     for x, y in ((0.2, 0), (0, 0.2), (-0.2, 0), (0, -0.2)):
-        drive.hold((x, y, 0), 5.0)
+        drive.hold((x, y, 0), 2.5)
     drive.hold((0, 0, 0), 1.5)
     square = drive.errors()
-    turn = 2 * math.pi / 15
-    for step in range(750):
+    turn = 2 * math.pi / 7.5
+    for step in range(375):
         angle = 2 * turn * step * PERIOD
-        drive.hold((0.15 * math.cos(angle), 0.15 * math.sin(angle), -turn), PERIOD)
+        drive.hold((0.1 * math.cos(angle), 0.1 * math.sin(angle), -turn), PERIOD)
     drive.hold((0, 0, 0), 1.5)
     circle = drive.errors()
     print(name, [[f"{1000 * metres:.1f} mm {math.degrees(radians):.2f} deg" for metres, radians in errors]

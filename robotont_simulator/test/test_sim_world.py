@@ -7,7 +7,6 @@ import yaml
 from robot_runs import ROOT
 
 from robotont_simulator.world import WorldError, draw_map, read_world, write_map
-from robotont_testing.robots import WHEEL_PARAMS
 
 WORLDS = sorted((ROOT / "config" / "worlds").glob("*.yaml"))
 
@@ -28,23 +27,14 @@ def test_the_shipped_worlds_leave_room_for_the_robot_at_the_start(file):
     ("boxes: [[0, 0, -1, 1, 0]]", "length and width > 0"),
     ("start: here", "start: found 'here'"),
     ("wall: []", "found 'wall', allowed: walls, boxes and start"),
-    ("[]", "found [], allowed: walls, boxes and start"),
-    ("- 1", "found [1]"),
     ("walls: 5", "walls: found 5, allowed: a list of lists of 4 numbers"),
-    ("walls: {a: 1}", "walls: found {'a': 1}"),
-    ("boxes: [[0, 0, 1, 1, 1e400]]", "boxes: found"),
     ("boxes: [[0, 0, 1e300, 1, 0]]", "numbers up to 1000"),
     ("walls:\n\t- [0, 0, 1, 1]", "no YAML: "),
-    ("walls: [", "no YAML: "),
     ("start: 2026-13-45", "month"),
-    ("? [a]\n: 1", "no YAML: "),
-    (b"# W\xe4nde\nwalls: []", "found the byte 0xe4 in line 1, allowed: text in UTF-8"),
-    (bytes(range(256)), "allowed: text in UTF-8"),
     ("walls: " + "[" * 5000, "more than 20 lists within each other"),
-    ("walls: " + "[" * 5000 + "]" * 5000, "more than 20 lists within each other"),
     ("a: &a [1, 1]\nwalls: [*a, *a]", "found an alias (*a) in line 2"),
     ("walls: [" + "[0, 0, 1, 1], " * 20000 + "]", "more than 100000 bytes"),
-    ("walls: [[0, 0, 1, " + "9" * 5000 + "]]", "world.yaml: "),
+    (b"# W\xe4nde\nwalls: []", "found the byte 0xe4 in line 1, allowed: text in UTF-8"),
 ], ids=lambda value: repr(value)[:40])
 def test_a_wrong_file_is_explained(tmp_path, content, words):
     file = tmp_path / "world.yaml"
@@ -87,20 +77,6 @@ def test_a_start_within_a_wall_has_no_map():
     world = read_world(ROOT / "config" / "worlds" / "room.yaml")
     with pytest.raises(WorldError, match="the start \\(7.5, 2.5\\) is in a wall or a box"):
         draw_map(world._replace(start=(7.5, 2.5, 0.0)))
-
-
-@pytest.mark.parametrize("tool, arguments", [
-    ("make_map", ["WORLD", "MAP"]),
-    ("show_model", ["PICTURE", "--wheel-params", str(WHEEL_PARAMS), "--world", "WORLD"])])
-def test_tools_explain_a_wrong_file(tmp_path, tool, arguments):
-    (tmp_path / "WORLD").write_bytes(b"# W\xe4nde")
-    script = ROOT / "robotont_simulator" / "scripts" / tool
-    result = subprocess.run([sys.executable, str(script), *arguments], cwd=str(tmp_path), stderr=subprocess.PIPE,
-                            text=True, check=False)
-    assert result.returncode == 1
-    assert result.stderr.startswith(f"{tool}: WORLD: ")
-    assert "text in UTF-8" in result.stderr
-    assert "Traceback" not in result.stderr
 
 
 def test_make_map_from_the_command_line(tmp_path):

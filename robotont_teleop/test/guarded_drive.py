@@ -13,11 +13,12 @@ from robotont_driver.ros.official_topics import FIELD_OF_VIEW, SENSORS
 from robotont_simulator.lockstep import LockstepRun
 from robotont_simulator.simulation import Simulation
 from robotont_simulator.world import World
-from robotont_teleop.guard import Guard
+from robotont_teleop.mux.guard import Guard
 from robotont_testing import places
 
 RADIUS = 0.15  # [m] of the footprint
-LIMITS = Limits(wheel_speed=1.5, linear_acceleration=1.5, angular_acceleration=8.0)  # as shipped
+LIMITS = Limits(wheel_speed=1.5, linear_acceleration=1.5, angular_acceleration=8.0,
+                linear_deceleration=2.25)  # as shipped
 PERIOD = 0.02  # [s]
 SCAN_PERIODS, SCAN_DELAY = 5, 2  # periods between two scans, and until a scan is heard
 AROUND, CAMERA = np.linspace(-math.pi, math.pi, 360, endpoint=False), np.linspace(-0.515, 0.515, 128)

@@ -6,7 +6,7 @@ import unittest
 import rospy
 import tf2_ros
 from geometry_msgs.msg import TransformStamped, Twist
-from nav_msgs.msg import OccupancyGrid, Odometry
+from nav_msgs.msg import MapMetaData, OccupancyGrid, Odometry
 from web_client import Client
 
 from robotont_driver.ros.worker import Worker
@@ -17,7 +17,6 @@ from robotont_testing.node_test import NodeTest
 
 POSE, MAP_TO_ODOM = (0.5, -0.25), (1.0, 2.0)  # [m]
 YAW = 0.6             # [rad]
-LASER = "laser"       # its frame
 DRIVE, STOP = (0.3, 0.0, 0.0), (0.0, 0.0, 0.0)
 OPEN = "document.getElementById('app')?.dataset.state === 'open'"  # not yet on the login page
 
@@ -31,12 +30,10 @@ def still(frame, child, x=0.0, y=0.0):
     return transform
 
 
-def room(x=0.0):
+def room(x=0.0, **info):
     """An empty map whose corner is at x [m]."""
-    grid = OccupancyGrid()
-    grid.info.resolution, grid.info.width, grid.info.height = 0.5, 12, 12
+    grid = OccupancyGrid(info=MapMetaData(**{"resolution": 0.5, "width": 12, "height": 12, **info}), data=[0] * 144)
     grid.info.origin.position.x, grid.info.origin.orientation.w = x, 1.0
-    grid.data = [0] * 144
     return grid
 
 
@@ -49,7 +46,7 @@ class PageServerTest(NodeTest):
         cls.odometry = rospy.Publisher("odom", Odometry, queue_size=1)
         Worker(cls.publish_odometry)
         cls.broadcaster = tf2_ros.StaticTransformBroadcaster()
-        cls.broadcaster.sendTransform([still("map", "odom", *MAP_TO_ODOM), still("base_footprint", LASER)])
+        cls.broadcaster.sendTransform([still("map", "odom", *MAP_TO_ODOM)])
         cls.map = rospy.Publisher("map", OccupancyGrid, queue_size=1, latch=True)
         cls.map.publish(room())
 
@@ -77,9 +74,9 @@ class PageServerTest(NodeTest):
         self.listen("cmd_vel/hand", Twist, lambda message: self.hand.append(
             (message.linear.x, message.linear.y, message.angular.z)))
 
-    def start(self, *parameters):
+    def start(self, *parameters, **environment):
         server = self.processes.start(places.program("robotont_teleop", "web_teleop_node"), f"_port:={self.port}",
-                                      *parameters, log=self.log)
+                                      *parameters, log=self.log, **environment)
         wait_for(lambda: "drive the robot in a browser" in self.log.read_text(), "the server")
         return server
 

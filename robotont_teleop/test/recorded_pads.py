@@ -5,11 +5,8 @@ Codes are those of Linux' input-event-codes.h. Buttons are numbered from BTN_SOU
 
 from typing import Dict, NamedTuple, Tuple
 
-from evdev import AbsInfo
-
-from robotont_teleop.gamepad import ABS_BRAKE, ABS_GAS, ABS_RX, ABS_RY, ABS_RZ, ABS_X, ABS_Y, ABS_Z, EV_ABS, EV_KEY
-
-ABS_HAT0X, ABS_HAT0Y = 16, 17
+from evdev import AbsInfo, ecodes
+from evdev.ecodes import ABS_BRAKE, ABS_GAS, ABS_HAT0X, ABS_HAT0Y, ABS_RX, ABS_RY, ABS_RZ, ABS_X, ABS_Y, ABS_Z
 
 
 class RecordedPad(NamedTuple):
@@ -28,7 +25,7 @@ class RecordedPad(NamedTuple):
     @property
     def capabilities(self):
         """As evdev gives them."""
-        return {EV_KEY: list(self.buttons), EV_ABS: list(self.axes.items())}
+        return {ecodes.EV_KEY: list(self.buttons), ecodes.EV_ABS: list(self.axes.items())}
 
 
 def axis(rest, lowest, highest, fuzz=0, flat=0):

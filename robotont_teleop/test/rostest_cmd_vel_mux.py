@@ -3,7 +3,7 @@
 
 import itertools
 import math
-import threading
+import signal
 import time
 
 import rospy
@@ -13,6 +13,7 @@ from geometry_msgs.msg import Twist
 from std_msgs.msg import Bool, String
 from std_srvs.srv import Trigger
 
+from robotont_driver.ros.worker import Worker
 from robotont_testing import places
 from robotont_testing.harness import suspended, wait_for
 from robotont_testing.node_test import OK, WARN, NodeTest, twist
@@ -21,33 +22,6 @@ HAND, NAVIGATION = (0.1, 0.0, 0.0), (0.0, 0.2, 0.0)
 OTHER_HAND = (-0.1, 0.0, 0.0)
 STOP = (0.0, 0.0, 0.0)
 STOPPED = "0.00:0.00:0.00;\n"
-
-
-class Sender:
-    """Sends a command at 20 Hz while `command` is one."""
-
-    def __init__(self, publisher):
-        self._publisher = publisher
-        self.command = None
-        self.alive = True
-        self._thread = threading.Thread(target=self._run, daemon=True)
-        self._thread.start()
-
-    def _run(self):
-        while self.alive:
-            if self.command is not None:
-                self._publisher.publish(twist(*self.command))
-            time.sleep(0.05)
-
-    def send(self, command):
-        """Send it now, and then again and again; None: nothing more."""
-        self.command = command
-        if command is not None:
-            self._publisher.publish(twist(*command))
-
-    def close(self):
-        self.alive = False
-        self._thread.join()
 
 
 class Wire:
@@ -63,16 +37,24 @@ class Wire:
             (message.linear.x, message.linear.y, message.angular.z)), tcp_nodelay=True)
         rospy.Subscriber(namespace + "/cmd_vel/driven_by", String, lambda message: self.drivers.append(message.data))
         self.emergency_stop = rospy.Publisher(namespace + "/emergency_stop", Bool, queue_size=5, tcp_nodelay=True)
-        publishers = {name: rospy.Publisher(f"{namespace}/cmd_vel/{name}", Twist, queue_size=5, tcp_nodelay=True)
-                      for name in ("hand", "navigation", "default")}
-        self.senders = {name: Sender(publisher) for name, publisher in publishers.items()}
-        wait_for(lambda: all(publisher.get_num_connections() for publisher in publishers.values()), "cmd_vel_mux")
+        self._publishers = {name: rospy.Publisher(f"{namespace}/cmd_vel/{name}", Twist, queue_size=5, tcp_nodelay=True)
+                            for name in ("hand", "navigation", "default")}
+        self._repeated = {}
+        Worker(self._repeat)
+        wait_for(lambda: all(publisher.get_num_connections() for publisher in self._publishers.values()), "cmd_vel_mux")
         wait_for(self.emergency_stop.get_num_connections, "driver_node")
         wait_for(lambda: self.packets and self.drivers, "both nodes")
 
     def send(self, **commands):
-        for name, command in commands.items():
-            self.senders[name].send(command)
+        """Send commands now, and then again and again at 20 Hz; None: nothing more."""
+        self._repeated = {**self._repeated, **commands}
+        self._repeat(commands)
+
+    def _repeat(self, commands=None):
+        for name, command in (commands or self._repeated).items():
+            if command is not None:
+                self._publishers[name].publish(twist(*command))
+        return 0.05
 
     def driven_by(self, name):
         wait_for(lambda: self.drivers[-1] == name, f"{name} driving")
@@ -110,7 +92,7 @@ class CmdVelMuxTest(NodeTest):
         self.wire.press(False)
         self.wire.driven_by("nobody")
 
-    def test_the_hand_takes_over_from_navigation_and_gives_back(self):
+    def test_the_hand_takes_over_from_navigation_and_gives_back_on_request(self):
         before = len(self.wire.commands)
         self.wire.send(navigation=NAVIGATION)
         self.wire.driven_by("navigation")
@@ -118,21 +100,12 @@ class CmdVelMuxTest(NodeTest):
         self.wire.driven_by("hand")
         wait_for(lambda: self.wire.commands[-1] == HAND, "the hand's command")
         self.wire.send(hand=None)
-        self.wire.driven_by("navigation")
+        answer = rospy.ServiceProxy("cmd_vel_mux/give_back", Trigger)()
+        self.assertEqual((answer.success, answer.message), (True, "navigation drives"))
         wait_for(lambda: self.wire.commands[-1] == NAVIGATION, "navigation's command")
         commands = self.wire.commands[before:]
         changes = [after for before, after in zip([STOP, *commands], commands) if after != before]
         self.assertEqual(changes, [NAVIGATION, STOP, HAND, STOP, NAVIGATION])
-        self.assertEqual(self.wire.drivers[-3:], ["navigation", "hand", "navigation"])
-
-    def test_the_hand_gives_back_on_request(self):
-        self.wire.send(navigation=NAVIGATION, hand=HAND)
-        self.wire.driven_by("hand")
-        wait_for(lambda: "cmd_vel_mux: who drives" in self.status
-                 and self.values("cmd_vel_mux: who drives")["waiting"] == "navigation", "navigation")
-        self.wire.send(hand=None)
-        answer = rospy.ServiceProxy("cmd_vel_mux/give_back", Trigger)()
-        self.assertEqual((answer.success, answer.message), (True, "navigation drives"))
 
     def test_commands_that_waited_while_the_mux_was_stopped_do_not_drive(self):
         self.wire.send(hand=HAND)
@@ -155,8 +128,7 @@ class CmdVelMuxTest(NodeTest):
         start("driver_node", "robotont_driver")
         mux = start("cmd_vel_mux", "robotont_teleop")
         wire = Wire("/restarted")
-        for sender in wire.senders.values():
-            self.addCleanup(sender.close)
+        self.addCleanup(wire.send, hand=None)
         wire.send(hand=HAND)
         wire.moving()
         stop = wire.stopped_after(wire.press(True))
@@ -177,26 +149,22 @@ class CmdVelMuxTest(NodeTest):
         self.assertEqual({packet for _, packet in wire.packets[seen:]}, {STOPPED}, "the hand has not let go yet")
         wire.let_go_and_drive()
 
-    def test_the_zero_of_each_lock_is_on_the_wire_within_50_ms(self):
+    def test_the_zero_of_each_lock_is_on_the_wire_within_50_ms_and_all_goals_are_cancelled(self):
         wire, delays = self.wire, []
         cancelled = self.listen("move_base/cancel", GoalID, publishers=1)
-        for _ in range(5):
+        for _ in range(3):
             wire.let_go_and_drive()
             cancelled.clear()
             pressed = wire.press(True)
             delays.append(wire.stopped_after(pressed) - pressed)
             wire.driven_by("emergency stop")
             wait_for(lambda: GoalID() in cancelled, "the end of all goals")
+            wire.send(navigation=NAVIGATION)
+            wait_for(lambda: len(cancelled) > 2, "the end of a goal that drives in vain")  # the press sends one
+            wire.send(navigation=None)
             wire.press(False)
             wire.driven_by("nobody")
         self.assertLess(max(delays), 0.05, delays)
-
-    def test_a_goal_that_is_sent_during_the_stop_is_cancelled_too(self):
-        cancelled = self.listen("move_base/cancel", GoalID, publishers=1)
-        self.wire.press(True)
-        self.wire.driven_by("emergency stop")
-        self.wire.send(navigation=(0.1, 0.0, 0.0))
-        wait_for(lambda: len(cancelled) > 2, "the end of a goal that drives in vain")  # the press sends one
 
     def test_straight_publishers_still_drive_and_are_named(self):
         direct = self.publisher("cmd_vel", Twist, subscribers=2)
@@ -223,6 +191,15 @@ class CmdVelMuxTest(NodeTest):
         limited = self.listen("cmd_vel/limited", Twist)
         self.wire.send(hand=(0.6, 0.0, 0.0))
         wait_for(lambda: limited and abs(limited[-1].linear.x - 0.3) < 1e-9, "the limited command")
+
+    def test_its_end_is_a_zero(self):
+        heard = self.listen("ending/cmd_vel", Twist)
+        mux = self.processes.start(places.program("robotont_teleop", "cmd_vel_mux"), "__ns:=/ending")
+        stick = self.publisher("ending/cmd_vel/hand", Twist)
+        Worker(lambda: stick.publish(twist(*HAND)) or 0.05)
+        wait_for(lambda: heard and heard[-1] == twist(*HAND), "motion")
+        self.processes.stop(mux, signal.SIGTERM)
+        wait_for(lambda: heard[-1] == twist(), "the zero")
 
 
 if __name__ == "__main__":

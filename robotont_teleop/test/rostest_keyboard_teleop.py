@@ -126,36 +126,21 @@ class KeyboardTeleopTest(NodeTest):
         self.newest_is(STOP, "the stop")
         wait_for(lambda: "sent +0.00" in terminal.line, "the usual line, at rest")
 
-    def test_space_is_the_emergency_stop(self):
+    def test_space_is_the_emergency_stop_and_that_of_others_lets_go_of_the_keys_too(self):
         stops = self.listen("emergency_stop/pressed_by", String, publishers=1)
-        terminal = self.terminal
-        self.moves(terminal)
-        terminal.type(" ")
-        wait_for(lambda: "EMERGENCY STOP" in terminal.line, "words about the stop")
-        self.newest_is(STOP, "the stop")
-        seen = len(self.hand)
-        terminal.type("wwww")
-        wait_for(lambda: stops and stops[-1].data, "the emergency stop")
-        terminal.type("U")
-        wait_for(lambda: not stops[-1].data, "the release")
-        self.assertEqual(set(self.hand[seen:]), set())
-        wait_for(lambda: "EMERGENCY STOP" not in terminal.line, "words about the release")
-        self.moves(terminal)
-        self.newest_is(STOP, "the stop")
-
-    def test_a_stop_by_somebody_else_lets_go_of_the_keys(self):
-        terminal = self.terminal
-        person = self.publisher("emergency_stop", Bool, subscribers=1)
-        pressed = self.moves(terminal)
-        person.publish(True)
-        wait_for(lambda: "EMERGENCY STOP" in terminal.line, "words about the stop")
-        person.publish(False)
-        wait_for(lambda: "EMERGENCY STOP" not in terminal.line, "words about the release")
-        self.assertLess(time.monotonic() - pressed, HOLD)
-        self.assertEqual(self.hand[-1], STOP)
-        seen = len(self.hand)
-        wait_for(lambda: time.monotonic() > pressed + HOLD, "the end of the key's time")
-        self.assertFalse([one for one in self.hand[seen:] if one != STOP])
+        terminal, person = self.terminal, self.publisher("emergency_stop", Bool, subscribers=1)
+        for press, release in ((lambda: terminal.type(" "), lambda: terminal.type("wwwwU")),
+                               (lambda: person.publish(True), lambda: person.publish(False))):
+            pressed = self.moves(terminal)
+            press()
+            self.newest_is(STOP, "the stop")
+            self.assertLess(time.monotonic() - pressed, HOLD)
+            wait_for(lambda: "EMERGENCY STOP" in terminal.line and stops and stops[-1].data, "words about the stop")
+            seen = len(self.hand)
+            release()
+            wait_for(lambda: "EMERGENCY STOP" not in terminal.line and not stops[-1].data, "words about the release")
+            wait_for(lambda end=pressed + HOLD: time.monotonic() > end, "the end of the key's time")
+            self.assertFalse([one for one in self.hand[seen:] if one != STOP])
 
     def test_its_end_stops_the_robot(self):
         commands = self.listen("cmd_vel", Twist)

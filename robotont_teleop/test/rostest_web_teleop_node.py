@@ -1,14 +1,12 @@
 #!/usr/bin/env python3
 """The node of the page: goals from the page, https and token, its end."""
 
-import contextlib
 import json
 import math
 import os
 import re
 import shutil
 import signal
-import socket
 import subprocess
 import threading
 import time
@@ -18,17 +16,15 @@ import rospy
 import rostest
 from actionlib_msgs.msg import GoalStatusArray
 from move_base_msgs.msg import MoveBaseActionGoal
-from page_server_test import DRIVE, LASER, MAP_TO_ODOM, POSE, STOP, YAW, PageServerTest, room
-from sensor_msgs.msg import BatteryState, JointState, LaserScan
+from page_server_test import DRIVE, MAP_TO_ODOM, POSE, STOP, YAW, PageServerTest
+from sensor_msgs.msg import JointState, LaserScan
 
 from robotont_driver.ros.worker import Worker
 from robotont_map_navigation.goto_client import GOING_ON
-from robotont_testing import places
 from robotont_testing.harness import wait_for
 
 HERE = Path(__file__).resolve().parent
 MOVE_BASE = HERE.parents[1] / "robotont_map_navigation" / "test" / "move_base_double.py"
-ENDS_IN_A_RUSH = 2
 RUSH = 160  # commands at once, of 200 a second that a page may send
 SCALE = 100.0         # [px/m] of the page when it opens
 
@@ -105,11 +101,7 @@ class WebTeleopNodeTest(PageServerTest):
         cert.write_text(cert.read_text() + key.read_text())
         logs = folder / "log"
         logs.mkdir()
-        self.processes.start(places.program("robotont_teleop", "web_teleop_node"), f"_port:={self.port}",
-                             "_address:=0.0.0.0",
-                             f"_certificate:={cert}", f"_token_file:={token_file}",
-                             log=self.log, ROS_LOG_DIR=str(logs))
-        wait_for(lambda: "asked for once" in self.log.read_text(), "the server")
+        self.start("_address:=0.0.0.0", f"_certificate:={cert}", f"_token_file:={token_file}", ROS_LOG_DIR=str(logs))
         token = token_file.read_text().strip()
         url = re.search(rf"https://[^/]+:{self.port}/", self.log.read_text()).group() + "#token=" + token
 
@@ -126,17 +118,10 @@ class WebTeleopNodeTest(PageServerTest):
         page.lift()
         wait_for(lambda: self.hand[-1] == STOP, "the stop")
 
-        with socket.create_connection(("127.0.0.1", self.port)) as plain:
-            plain.settimeout(10.0)
-            plain.sendall(f"GET / HTTP/1.1\r\nHost: 127.0.0.1:{self.port}\r\n\r\n".encode())
-            with contextlib.suppress(ConnectionResetError):
-                self.assertNotIn(b"HTTP", plain.recv(1000))
         for file in logs.rglob("*"):
             if file.is_file():
                 self.assertNotIn(token, file.read_text(errors="replace"), file)
-        self.assertIn(f"token, asked for once: cat {token_file}", self.log.read_text())
         self.assertNotIn(token, self.log.read_text(), "a file is no terminal")
-        self.assertNotIn("▄", self.log.read_text(), "nor is the QR code for it")
 
     def test_lichtblicks_own_client_decodes_what_the_robot_publishes(self):
         client = self.lichtblicks_client()
@@ -173,59 +158,18 @@ class WebTeleopNodeTest(PageServerTest):
                        stdout=subprocess.DEVNULL)
         return folder
 
-    def test_a_scan_without_a_largest_range_and_a_battery_without_a_voltage_are_shown(self):
-        scans = self.publisher("scan", LaserScan, subscribers=0)
-        batteries = self.publisher("battery", BatteryState, subscribers=0)
-        self.start()
-        page, client = self.open(), self.page()
-        scan = LaserScan(angle_increment=0.1, range_min=0.1, range_max=math.inf, ranges=[1.0, math.inf, math.nan, 2.0])
-        scan.header.frame_id = LASER
-        shown = wait_for(lambda: scans.publish(scan) or client.messages.get("scan"), "the scan", period=0.1)
-        self.assertEqual(shown["ranges"], [1.0, None, None, 2.0])
-        words = "document.getElementById('battery').hidden || document.getElementById('charge').textContent.trim()"
-        battery = BatteryState(voltage=math.nan, percentage=0.5)
-        wait_for(lambda: batteries.publish(battery) or page.run(words) == "50 %", "the battery", period=0.1)
-        self.assertIn("50 %", page.run("document.getElementById('facts').textContent"))
-        self.assertEqual(page.complaints(), [])
-
-    def test_a_map_keeps_its_number_over_a_restart_and_another_one_has_another(self):
-        def number():
-            page = self.page()
-            return wait_for(lambda: page.messages["status"]["map"], "the map")["number"]
-
-        def restart(server):
-            self.processes.stop(server, signal.SIGTERM)
-            self.log.write_text("")
-            return self.start()
-        server = self.start()
-        first = number()
-        server = restart(server)
-        self.assertEqual(number(), first)
-        self.addCleanup(self.map.publish, room())
-        self.map.publish(room(x=1.0))
-        restart(server)
-        self.assertNotEqual(number(), first, "an open page must not keep the old map")
-
-    def test_its_end_right_behind_its_start(self):
-        """A signal that met a question to the master made it wait for ever."""
-        for _ in range(2):
-            self.log.write_text("")
-            self.assertEqual(self.processes.stop(self.start(), signal.SIGTERM), 0, "it has not ended by itself")
-
     def test_its_end_amid_a_rush_of_commands_is_a_zero(self):
         """A signal meets the server at any place, in the middle of publishing a command, too."""
-        for _ in range(ENDS_IN_A_RUSH):
-            self.log.write_text("")
-            self.hand.clear()
-            server = self.start()
-            page = self.page()
-            rush = threading.Thread(target=rush_of_commands, args=[page])
-            rush.start()
-            wait_for(lambda: len(self.hand) > RUSH / 8, "the commands", period=0)
-            self.assertEqual(self.processes.stop(server, signal.SIGTERM), 0, "it has not ended by itself")
-            rush.join()
-            wait_for(lambda: self.hand[-1] == STOP, "the zero")
-            self.assertNotIn("Traceback", self.log.read_text())
+        server, page = self.start(), self.page()
+        rush = threading.Thread(target=rush_of_commands, args=[page])
+        rush.start()
+        wait_for(lambda: len(self.hand) > RUSH / 8, "the commands", period=0)
+        self.assertEqual(self.processes.stop(server, signal.SIGTERM), 0, "it has not ended by itself")
+        rush.join()
+        wait_for(lambda: self.hand[-1] == STOP, "the zero")
+        self.assertNotIn("Traceback", self.log.read_text())
+        self.log.write_text("")  # once more, right behind its start: a signal that met a question to the master
+        self.assertEqual(self.processes.stop(self.start(), signal.SIGTERM), 0, "it has not ended by itself")
 
 
 if __name__ == "__main__":

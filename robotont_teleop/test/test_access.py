@@ -4,7 +4,7 @@ import stat
 
 import pytest
 
-from robotont_teleop.access import (
+from robotont_teleop.web.access import (
     ATTEMPTS,
     Access,
     host_allowed,

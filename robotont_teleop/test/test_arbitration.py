@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from robotont_teleop.arbitration import EMERGENCY_STOP, NOBODY, STOP, Arbiter, Input
+from robotont_teleop.mux.arbitration import EMERGENCY_STOP, NOBODY, STOP, Arbiter, Input
 
 HAND, NAVIGATION, DEFAULT = (0.1, 0.0, 0.0), (0.0, 0.2, 0.0), (0.0, 0.0, 0.3)
 INPUTS = (Input("hand", 0.3, 2.0), Input("navigation", 0.5, 1.0), Input("default", 0.5, 0.0))
@@ -37,13 +37,6 @@ def test_of_two_hands_the_first_drives_until_it_stops(arbiter):
     assert arbiter.command("hand", HAND, 1.3, "page") == []
 
 
-def test_of_two_hands_the_second_drives_once_the_first_is_silent(arbiter):
-    other = (-0.1, 0.0, 0.0)
-    arbiter.command("hand", HAND, 1.0, "page")
-    assert arbiter.command("hand", other, 1.29, "keys") == []
-    assert arbiter.command("hand", other, 1.31, "keys") == [STOP, other]
-
-
 def test_a_zero_of_another_sender_stops_navigation_where_that_is_wanted():
     arbiter = Arbiter([Input("navigation", 0.5, 1.0, zeros_of_all=True)])
     arbiter.command("navigation", NAVIGATION, 1.0, "move_base")
@@ -62,25 +55,10 @@ def test_the_hand_gives_back_after_its_rest(arbiter):
     assert arbiter.command("navigation", NAVIGATION, 2.05) == [NAVIGATION]
 
 
-def test_the_hand_gives_back_on_request(arbiter):
-    arbiter.command("hand", HAND, 0.0)
-    arbiter.command("navigation", NAVIGATION, 0.1)
-    assert arbiter.give_back(0.2) == [STOP]
-    assert arbiter.command("navigation", NAVIGATION, 0.25) == [NAVIGATION]
-
-
 def test_zeros_of_an_idle_hand_hold_up_nobody(arbiter):
     arbiter.command("navigation", NAVIGATION, 0.0)
     assert arbiter.command("hand", STOP, 0.1) == []
     assert arbiter.command("navigation", NAVIGATION, 0.2) == [NAVIGATION]
-    assert arbiter.driver == "navigation"
-
-
-def test_zeros_of_a_resting_hand_do_not_prolong_its_rest(arbiter):
-    arbiter.command("hand", HAND, 0.0)
-    for step in range(1, 40):
-        arbiter.command("hand", STOP, step * 0.05)
-    arbiter.command("navigation", NAVIGATION, 2.0)
     assert arbiter.driver == "navigation"
 
 
@@ -111,26 +89,6 @@ def test_a_heartbeat_of_the_emergency_stop_changes_nothing(arbiter):
     assert arbiter.driver == "hand"
 
 
-def test_after_an_emergency_stop_silence_counts_as_a_stop(arbiter):
-    arbiter.emergency_stop(True, 0.0)
-    arbiter.command("navigation", NAVIGATION, 0.1)
-    arbiter.emergency_stop(False, 0.2)
-    assert arbiter.command("navigation", NAVIGATION, 0.8) == [NAVIGATION]
-
-
-def test_a_zero_of_another_sender_is_no_stop_of_who_asked_for_motion_during_an_emergency_stop():
-    arbiter = Arbiter([Input("navigation", 0.5, 1.0, zeros_of_all=True)])
-    arbiter.command("navigation", NAVIGATION, 0.0, "move_base")
-    arbiter.emergency_stop(True, 0.1)
-    arbiter.command("navigation", NAVIGATION, 0.2, "move_base")
-    arbiter.emergency_stop(False, 0.3)
-    assert arbiter.command("navigation", STOP, 0.35, "navigation_monitor") == []
-    assert arbiter.command("navigation", NAVIGATION, 0.4, "move_base") == []
-    assert arbiter.barred(0.4) == ["navigation"]
-    assert arbiter.command("navigation", STOP, 0.45, "move_base") == []
-    assert arbiter.command("navigation", NAVIGATION, 0.5, "move_base") == [NAVIGATION]
-
-
 def test_who_has_not_asked_for_motion_may_drive_beside_one_who_has_to_stop_first():
     arbiter = Arbiter([Input("hand", 0.3, 2.0)])
     other = (-0.1, 0.0, 0.0)
@@ -145,14 +103,6 @@ def test_a_command_that_has_waited_drives_for_as_much_less(arbiter):
     assert arbiter.command("hand", HAND, 1.0, spent=0.2) == [HAND]
     assert arbiter.look(1.09) == []
     assert arbiter.look(1.1) == [STOP]
-
-
-def test_a_request_lets_navigation_go_on_after_an_emergency_stop(arbiter):
-    arbiter.emergency_stop(True, 0.0)
-    arbiter.command("navigation", NAVIGATION, 0.1)
-    arbiter.emergency_stop(False, 0.2)
-    assert arbiter.give_back(0.25) == []
-    assert arbiter.command("navigation", NAVIGATION, 0.3) == [NAVIGATION]
 
 
 TWISTS = {"hand": HAND, "navigation": NAVIGATION, "default": DEFAULT}

@@ -24,7 +24,8 @@ ROOTS = {
     "odom_node.py": {"_on_packet"},
     "emergency_stop_client.py": {"press", "release", "_on_pressed_by"},
     "hand_output.py": {"send", "press_emergency_stop"},
-    "robot_view.py": {"send", "press_emergency_stop", "cancel", "_stop"},
+    "robot_view.py": {"send", "cancel", "_stop"},
+    "camera.py": {"picture"},  # is asked for in the page's loop
     "web_server.py": {"receive", "remove", "_look"},
     "keyboard_teleop.py": {"_take", "_send", "stop"},
     "gamepad_teleop.py": {"_take_event", "_repeat", "_let_go"},

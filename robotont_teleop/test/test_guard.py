@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from robotont_driver.kinematics.se2 import arc, compose
 from robotont_simulator.world import Box, read_world
-from robotont_teleop.guard import REACTION, REST, SIDE, STALE, STOP, Guard
+from robotont_teleop.mux.guard import REACTION, REST, SIDE, STALE, STOP, Guard
 from robotont_testing import places
 
 SPEEDS = (0.1, 0.2, 0.3, 0.5, 0.65, 0.8)  # [m/s]

@@ -1,7 +1,6 @@
 """The emergency stop while one peer of the robot's nodes hangs: the board stands within 0.1 s, whoever hangs."""
 
 import contextlib
-import math
 import os
 import subprocess
 import sys
@@ -23,7 +22,7 @@ from robotont_testing.stand_in_board import Board, speeds_of
 
 pytestmark = [pytest.mark.timed, pytest.mark.alone]
 
-WITHIN = 0.1  # [s] of 99 of 100 presses
+WITHIN = 0.1  # [s]
 BY = ("page", "keys", "topic")
 STAYS = 0.2   # [s] of zeros, after which a press by the keys is behind the zero that they send with it
 LISTENER = """
@@ -191,40 +190,21 @@ def robot(request, master, disk, tmp_path):
     robot.close()
 
 
-ARRANGEMENTS = {f"{'composed' if composed else 'three processes'}, {'with' if mux else 'without'} mux": (composed, mux)
-                for composed in (True, False) for mux in (True, False)}
-PEERS = ("nobody", "master", "listener", "rosout", "roslaunch", "terminal", "disk")
+PEERS = ("master", "listener", "rosout", "roslaunch", "terminal", "disk")
+PRESSES = 2  # the first may be heard by a thread that hangs in it
 
 
-def press_often(robot, peers, presses, seconds):
-    """Press by each hand, with each of the peers hung for `seconds` at least, and print the delays."""
+@pytest.mark.parametrize("robot, peers", [((True, True), PEERS), ((False, False), ["master"])], indirect=["robot"],
+                         ids=["composed, with mux", "three processes, without mux"])
+def test_a_stop_waits_for_nobody(robot, peers):
     for peer in peers:
         if peer == "disk" and not robot.freezable:
             print("disk: not tried, for only root may freeze one")
             continue
-        delays = {by: [] for by in BY}
         robot.release()
-        with robot.hung(peer) if peer != "nobody" else contextlib.nullcontext():
-            began = time.monotonic()
-            while len(delays["topic"]) < presses or time.monotonic() - began < seconds:
-                for by, each in delays.items():
-                    each.append(robot.delay(by))
-                    robot.release()
-        for by, each in delays.items():
-            each.sort()
-            print(f"{peer} hung, pressed by {by}: p50 {1000 * each[len(each) // 2]:.1f} ms, "
-                  f"p99 {1000 * each[math.ceil(0.99 * len(each)) - 1]:.1f} ms, of {len(each)}", flush=True)
-            assert each[math.ceil(0.99 * len(each)) - 1] <= WITHIN, (peer, by, each)
-
-
-@pytest.mark.parametrize("robot, peers", [(ARRANGEMENTS["composed, with mux"], PEERS[1:]),
-                                          (ARRANGEMENTS["three processes, without mux"], ["master"])],
-                         indirect=["robot"], ids=["composed, with mux", "three processes, without mux"])
-def test_a_stop_waits_for_nobody(robot, peers):
-    press_often(robot, peers, presses=2, seconds=0.0)  # the first may be heard by a thread that hangs in it
-
-
-@pytest.mark.long
-@pytest.mark.parametrize("robot", list(ARRANGEMENTS.values()), ids=list(ARRANGEMENTS), indirect=True)
-def test_a_stop_waits_for_nobody_for_a_minute(robot):
-    press_often(robot, PEERS, presses=100, seconds=60.0)
+        with robot.hung(peer):
+            for by in BY * PRESSES:
+                delay = robot.delay(by)
+                print(f"{peer} hung, pressed by {by}: {1000 * delay:.1f} ms", flush=True)
+                assert delay <= WITHIN, (peer, by)
+                robot.release()

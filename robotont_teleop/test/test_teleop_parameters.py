@@ -3,7 +3,9 @@
 import yaml
 
 from robotont_driver.parameters.parameters import read_parameters
-from robotont_teleop import cmd_vel_mux, gamepad_teleop, keyboard_teleop, web_teleop_node
+from robotont_teleop.hand import gamepad_teleop, keyboard_teleop
+from robotont_teleop.mux import cmd_vel_mux
+from robotont_teleop.web import web_teleop_node
 from robotont_testing import places
 
 TABLES = {module.__name__.rpartition(".")[2]: module.PARAMETERS

@@ -58,7 +58,7 @@ def test_it_looks_right_and_everybody_can_use_it(served):
             if dark:  # all at once: another page drives, faults, a pressed stop
                 tell(served, trouble=True)
                 served.ready_page().order("take")
-                served.robot.press_emergency_stop()
+                served.robot.emergency_stop.press()
                 page.wait("['take', 'stopped', 'fault'].every((id) => !document.getElementById(id).hidden)", "all bars")
             for size in (PHONE, PHONE_LYING, DESKTOP):
                 page.look(size, dark)

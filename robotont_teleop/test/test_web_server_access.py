@@ -12,9 +12,8 @@ def test_without_a_token_one_gets_the_login_page_only(guarded):
     assert (status, b'name="token"' in body, b'id="stop"' in body) == (401, True, False)
     for path in ("/map.png", "/camera.jpg", "/metrics", "/?token=" + TOKEN):
         assert guarded.request("GET", path)[0] == 401
-    with pytest.raises(HTTPClientError) as refusal:
+    with pytest.raises(HTTPClientError, match="401"):
         guarded.page()
-    assert refusal.value.code == 401
 
 
 def test_prometheus_shows_the_token_as_a_bearer_token(guarded):
@@ -24,14 +23,7 @@ def test_prometheus_shows_the_token_as_a_bearer_token(guarded):
     assert guarded.request("GET", "/metrics", Authorization="Bearer wrong")[0] == 401
 
 
-def test_wrong_tokens_and_too_many_of_them(guarded):
-    origin = f"http://127.0.0.1:{guarded.port}"
-    for _ in range(5):
-        assert guarded.request("POST", "/login", "token=wrong", Origin=origin, **FORM)[0] == 401
-    assert guarded.request("POST", "/login", "token=" + TOKEN, Origin=origin, **FORM)[0] == 429
-
-
-def test_the_token_gives_a_cookie_that_opens(guarded):
+def test_the_token_gives_a_cookie_that_opens_and_wrong_ones_have_to_wait(guarded):
     origin = f"http://127.0.0.1:{guarded.port}"
     status, headers, _ = guarded.request("POST", "/login", "token=" + TOKEN, Origin=origin, **FORM)
     cookie = headers["Set-Cookie"]
@@ -41,16 +33,16 @@ def test_the_token_gives_a_cookie_that_opens(guarded):
     value = cookie.partition(";")[0].partition("=")[2]
     assert b'id="stop"' in guarded.request("GET", "/", Cookie="robotont_teleop=" + value)[2]
     assert guarded.ready_page(cookie=value)
-    with pytest.raises(HTTPClientError) as refusal:
+    with pytest.raises(HTTPClientError, match="401"):
         guarded.page(cookie=value[:-1] + "x")
-    assert refusal.value.code == 401
+    assert [guarded.request("POST", "/login", "token=wrong", Origin=origin, **FORM)[0] for _ in range(6)] == [
+        401, 401, 401, 401, 401, 429]
 
 
 def test_foreign_origins(served, guarded):
     for origin in (None, "http://evil.example"):
-        with pytest.raises(HTTPClientError) as refusal:
+        with pytest.raises(HTTPClientError, match="403"):
             served.page(origin=origin)
-        assert refusal.value.code == 403
     assert guarded.request("POST", "/login", "token=" + TOKEN, Origin="http://evil.example", **FORM)[0] == 403
     assert guarded.request("POST", "/login", "token=" + TOKEN, **FORM)[0] == 403
 
@@ -58,9 +50,8 @@ def test_foreign_origins(served, guarded):
 def test_foreign_hosts(served):
     for host in ("evil.example", "192.168.1.1"):
         assert served.request("GET", "/", Host=host)[0] == 403
-        with pytest.raises(HTTPClientError) as refusal:
+        with pytest.raises(HTTPClientError, match="403"):
             served.page(host=host)
-        assert refusal.value.code == 403
     for host in ("localhost", "robot.local:8100", "127.0.0.1"):
         assert served.request("GET", "/", Host=host)[0] == 200
 
@@ -75,10 +66,9 @@ def test_headers(served):
     assert "Server" not in headers
 
 
-@pytest.mark.parametrize("path", ["/../setup.py", "/..%2fsetup.py", "/web/", "/app.py", "/%00", "//etc/passwd", "/test",
-                                  "/" + "a" * 4000])
-def test_no_other_files(served, path):
-    assert served.request("GET", path)[0] == 404
+def test_no_other_files(served):
+    for path in ("/../setup.py", "/..%2fsetup.py", "/web/", "/app.py", "/%00", "//etc/passwd", "/" + "a" * 4000):
+        assert served.request("GET", path)[0] == 404, path
 
 
 def test_other_methods_and_large_requests(served):

@@ -7,7 +7,15 @@ from unittest import mock
 import pytest
 from qr_on_terminal import read_qr
 
-from robotont_teleop.web_teleop_node import LIGHT_ON_BLACK, RESET, SetUpError, host_names, invitation, make_tls, report
+from robotont_teleop.web.web_teleop_node import (
+    LIGHT_ON_BLACK,
+    RESET,
+    SetUpError,
+    host_names,
+    invitation,
+    make_tls,
+    report,
+)
 
 TOKEN = "dGhlIHRva2Vu-_123456"
 
@@ -57,15 +65,13 @@ def test_wrong_certificates_are_named(certificate, tmp_path):
                                  "https://a-rather-long-name-of-a-robot.in-a-network.example:8100/"])
 def test_the_qr_code_on_the_terminal_leads_in(url):
     lines = invitation(url, TOKEN, "/file", terminal=True)
-    assert url in lines[0]
     assert all(line.startswith(LIGHT_ON_BLACK) and line.endswith(RESET) for line in lines if "█" in line)
     assert read_qr(lines) == f"{url}#token={TOKEN}"
     assert max(map(len, lines)) <= 100
 
 
 def test_without_a_token_there_is_no_qr_code():
-    lines = invitation("http://127.0.0.1:8100/", None, None, terminal=True)
-    assert not any("█" in line or "token" in line for line in lines)
+    assert invitation("http://127.0.0.1:8100/", None, None, terminal=True) == []
 
 
 def test_where_there_is_no_terminal_the_token_stays_in_its_file():

@@ -1,35 +1,36 @@
 """A server of the page in this process with a robot that only writes down, and a rude client."""
 
-import asyncio
 import contextlib
-import http.client
 import json
-import threading
 import time
 from pathlib import Path
+from types import SimpleNamespace
 
 from tornado.httpclient import HTTPRequest
 from tornado.websocket import websocket_connect
 
-from robotont_teleop.access import Access
-from robotont_teleop.speeds import STOP, Speeds
-from robotont_teleop.web_server import ServerSettings, WebServer
+from robotont_teleop.hand.speeds import STOP, Speeds
+from robotont_teleop.web.access import Access
+from robotont_teleop.web.web_server import ServerSettings, WebServer
 from robotont_testing.harness import wait_for
+from robotont_testing.loop_client import LoopClient
 
 WEB = Path(__file__).resolve().parents[1] / "web"
 PATIENCE = 10.0  # [s]
 TOKEN = "the-token-of-these-tests"
-SETTINGS = ServerSettings(names=("robot.local",), scheme="http", rate=20.0, oldest=0.2, dead_man=0.3, max_pages=8,
-                          max_connections=40, speeds=Speeds(0.5, 2.0))
+SETTINGS = ServerSettings(names=("robot.local",), scheme="http", oldest=0.2, dead_man=0.3, speeds=Speeds(0.5, 2.0))
 
 
 class NotedRobot:
     """Stands in for RobotView: writes down what it is asked for."""
 
+    map_picture = b"\x89PNG"
+    camera = SimpleNamespace(picture=lambda: None)
+
     def __init__(self):
         self.sent = []
         self.orders = []
-        self.stopped, self.pressed_at = False, 0.0
+        self.emergency_stop = SimpleNamespace(press=self._press, release=self._release, pressed=False, pressed_at=0.0)
 
     def send(self, twist):
         self.sent.append(twist)
@@ -39,13 +40,17 @@ class NotedRobot:
             raise AttributeError(name)
         return lambda *values: self.orders.append((name, *values))
 
-    def press_emergency_stop(self):
+    def _press(self):
         self.orders.append(("press",))
-        self.stopped, self.pressed_at = True, time.monotonic()
+        self.emergency_stop.pressed, self.emergency_stop.pressed_at = True, time.monotonic()
 
-    def release_emergency_stop(self):
+    def _release(self):
         self.orders.append(("release",))
-        self.stopped = False
+        self.emergency_stop.pressed = False
+
+    @property
+    def stopped(self):
+        return self.emergency_stop.pressed
 
     @property
     def moved(self):
@@ -53,7 +58,7 @@ class NotedRobot:
         return any(twist != STOP for twist in self.sent)
 
     def state(self):
-        return {"pose": [0.0, 0.0, 0.0], "velocity": None, "limited": None, "commanded": None, "measured": None,
+        return {"pose": [0.0, 0.0, 0.0], "velocity": None, "commanded": None, "measured": None,
                 "driven_by": "nobody", "stopped": self.stopped}
 
     def figures(self):
@@ -61,45 +66,14 @@ class NotedRobot:
 
     def status(self):
         return {"frame": "odom", "lights": [], "board": "", "battery": None, "ranges": [], "map": None,
-                "camera": False, "navigation": False, "goal": None, "note": {"number": 0, "words": "", "good": True}}
+                "camera": False, "navigation": False, "goal": None, "note": {"number": 0, "words": ""}}
 
     def scan(self):
         return None
 
-    def map_picture(self):
-        return b"\x89PNG"
 
-    def camera_picture(self):
-        return None
-
-
-class Client:
-    """Opens pages as a browser would, in a loop of its own; for a `with` block."""
-
-    def __init__(self, port=None):
-        self.port = port
-        self.loop = asyncio.new_event_loop()
-        self._thread = threading.Thread(target=self.loop.run_forever, daemon=True)
-
-    def __enter__(self):
-        self._thread.start()
-        return self
-
-    def __exit__(self, *_):
-        self.loop.call_soon_threadsafe(self.loop.stop)
-        self._thread.join()
-
-    def do(self, coroutine):
-        """The result of a coroutine in the loop."""
-        return asyncio.run_coroutine_threadsafe(coroutine, self.loop).result(PATIENCE)
-
-    def request(self, method, path, body=None, **headers):
-        """(status, headers, body) of a request; header names with _ for -."""
-        connection = http.client.HTTPConnection("127.0.0.1", self.port, timeout=PATIENCE)
-        with contextlib.closing(connection):
-            connection.request(method, path, body, {name.replace("_", "-"): value for name, value in headers.items()})
-            answer = connection.getresponse()
-            return answer.status, answer.headers, answer.read()
+class Client(LoopClient):
+    """Opens pages as a browser would; for a `with` block."""
 
     def page(self, origin="", host="", cookie=None):
         """An open page (OpenPage); raises tornado.httpclient.HTTPClientError when it is refused."""

@@ -235,7 +235,7 @@ $("farther").addEventListener("click", () => zoom(-1));
 $("goal").addEventListener("click", () => setGoalMode(!goalMode));
 $("view").addEventListener("click", (event) => {
   if (goalMode) {
-    const [x, y] = view.place(event.clientX, event.clientY);
+    const [x, y] = view.world.place(event.clientX, event.clientY);
     link.order({kind: "goal", x, y});
     setGoalMode(false);
   }

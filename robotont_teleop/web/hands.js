@@ -106,23 +106,15 @@ export class Hands {
   }
 
   listenToGamepads(stop) {
-    let polls = false;
+    let frame = null; // of the next look
     const poll = () => {
       const pad = navigator.getGamepads?.().find((found) => found?.connected && found.mapping === "standard");
-      polls = Boolean(pad) && !document.hidden;
       this.takeGamepad(pad, stop);
-      if (polls) {
-        requestAnimationFrame(poll);
-      }
+      frame = pad && !document.hidden ? requestAnimationFrame(poll) : null;
     };
-    const start = () => {
-      if (!polls) {
-        poll();
-      }
-    };
-    window.addEventListener("gamepadconnected", start);
-    window.addEventListener("gamepaddisconnected", start);
-    document.addEventListener("visibilitychange", start);
+    for (const event of ["gamepadconnected", "gamepaddisconnected", "visibilitychange"]) {
+      window.addEventListener(event, () => frame === null && poll());
+    }
   }
 
   takeGamepad(pad, stop) {
@@ -135,12 +127,8 @@ export class Hands {
     const [x, y, turn] = pad ? [0, 1, 2].map((axis) => outsideDeadZone(pad.axes[axis] || 0)) : [0, 0, 0];
     const centred = x === 0 && y === 0 && turn === 0;
     this.padCentred = Boolean(held) && (this.padCentred || centred); // deflected before the button: moves nothing
-    const now = this.padCentred ? {ahead: 0 - y, left: 0 - x, turn: 0 - turn} : {ahead: 0, left: 0, turn: 0};
-    const before = this.pad;
-    this.pad = now;
-    if (now.ahead !== before.ahead || now.left !== before.left || now.turn !== before.turn) {
-      this.changed();
-    }
+    this.pad = this.padCentred ? {ahead: 0 - y, left: 0 - x, turn: 0 - turn} : {ahead: 0, left: 0, turn: 0};
+    this.changed();
   }
 }
 

@@ -38,21 +38,14 @@ export function showLights(lights, none) {
   write($("summary"), bad.length ? `${text("some_bad")}: ${bad.length} / ${lights.length}` :
     lights.length ? `${text("all_well")} (${lights.length})` : text(none));
   $("lights").replaceChildren(...sorted.map((light) => {
-    const line = document.createElement("li");
-    const dot = document.createElement("span");
-    dot.className = "dot";
-    dot.dataset.level = light.level;
-    dot.setAttribute("role", "img");
-    dot.setAttribute("aria-label", text(LEVELS[light.level] || "level_error"));
-    const title = document.createElement("b");
-    title.textContent = nameOf(light);
-    const report = document.createElement("span");
+    const line = $("light").content.firstElementChild.cloneNode(true);
+    const [dot, name, report, words] = line.children;
     const advice = adviceOf(light);
+    dot.dataset.level = light.level;
+    dot.setAttribute("aria-label", text(LEVELS[light.level] || "level_error"));
+    name.textContent = nameOf(light);
     report.textContent = light.level && advice !== light.words ? advice : "";
-    const words = document.createElement("span"); // the robot's own, which are English
-    words.lang = "en";
-    words.textContent = light.level === 0 && !speaksEnglish() ? "" : light.words;
-    line.append(dot, title, report, words);
+    words.textContent = light.level === 0 && !speaksEnglish() ? "" : light.words; // the robot's own, which are English
     return line;
   }));
 }
@@ -62,10 +55,8 @@ export function showWheels(commanded, measured, fastest) {
   const box = $("wheels");
   const wanted = commanded || measured?.map(() => 0) || [...box.children].map(() => null);
   while (box.childElementCount < wanted.length) {
-    const row = document.createElement("div");
-    row.innerHTML = `<b>${box.childElementCount}</b>` + '<span class="bar"><i class="wanted"></i><i class="real"></i></span>' +
-      '<span class="wanted"></span><span class="real"></span><span>m/s</span>';
-    box.append(row);
+    box.append($("wheel").content.cloneNode(true));
+    box.lastElementChild.firstElementChild.textContent = box.childElementCount - 1;
   }
   wanted.forEach((speed, wheel) => {
     const real = measured?.[wheel] ?? null;

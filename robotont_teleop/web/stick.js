@@ -16,7 +16,6 @@ export class Stick {
     this.right = this.up = 0;   // position, each from -1 to 1
     this.middle = {x: 0, y: 0}; // [px] on the screen
     this.reach = 0;             // [px] of the knob
-    this.frame = null;
     window.addEventListener("resize", () => this.measure());
     element.addEventListener("pointerdown", (event) => this.grab(event));
     element.addEventListener(MOVE, (event) => event.pointerId === this.pointer && this.follow(event));
@@ -69,13 +68,9 @@ export class Stick {
     this.setPosition(0, 0);
   }
 
-  // The knob comes with the next frame; no command waits for it.
   setPosition(right, up) {
     this.right = right;
     this.up = up;
-    this.frame ??= requestAnimationFrame(() => {
-      this.frame = null;
-      this.knob.style.transform = `translate(${this.right * this.reach}px, ${-this.up * this.reach}px)`;
-    });
+    this.knob.style.transform = `translate(${right * this.reach}px, ${-up * this.reach}px)`;
   }
 }

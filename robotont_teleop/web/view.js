@@ -1,8 +1,8 @@
-// The robot from above: ground, scan, goal, robot. World x points up on the screen, y to the left (REP 103).
-import {Ground, paintTrail, useWorld} from "./ground.js";
+// The robot from above: map, trail, scan, goal, robot. World x points up on the screen, y to the left (REP 103).
+import {World, at} from "./world.js";
 
 const TRAIL_STEP = 0.02;   // [m] between two points of the trail
-const TRAIL_LONGEST = 4000;
+const TRAIL_LONGEST = 2000;
 const JUMP = 0.5;          // [m] a longer step is no driving: the trail starts anew
 const SCAN_SHOWN = 1000;   // [ms] without a newer one
 const RADIUS = 0.15;       // [m] of the drawn robot
@@ -11,111 +11,69 @@ const SCALE_BAR = 44;      // [px] at least
 const SCALES = [20, 30, 45, 70, 100, 150, 220, 330]; // [px/m]
 
 export class View {
-  constructor(canvas) {
-    this.canvas = canvas;
-    this.context = canvas.getContext("2d");
+  constructor(svg) {
+    this.world = new World(svg, [[0, -1], [-1, 0]]);
+    this.svg = svg;
     this.scale = 4;
     this.pose = null;
-    this.live = false; // whether the pose is that of now
     this.trail = [];
-    this.scan = null;
     this.scanEnd = null; // timer
-    this.map = null;
-    this.mapImage = null;
-    this.goal = null;
     this.frame = null;
-    this.frameWanted = null;
-    this.tint = {};
-    this.ground = new Ground();
-    new ResizeObserver(() => this.resize()).observe(canvas.parentElement);
-    matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => this.readColours());
-    this.readColours();
-    this.resize();
   }
 
-  readColours() {
-    const style = getComputedStyle(document.documentElement);
-    for (const name of ["line", "accent", "trail", "scan", "robot"]) {
-      this.tint[name] = style.getPropertyValue(`--${name}`).trim();
-    }
-    this.drawAll();
-  }
-
-  resize() {
-    const box = this.canvas.parentElement.getBoundingClientRect();
-    const ratio = Math.min(2, devicePixelRatio || 1);
-    this.width = box.width;
-    this.height = box.height;
-    this.canvas.width = Math.round(box.width * ratio);
-    this.canvas.height = Math.round(box.height * ratio);
-    this.ratio = ratio;
-    this.drawAll();
+  part(name) {
+    return this.svg.querySelector(`.${name}`);
   }
 
   zoom(step) {
     this.scale = Math.min(SCALES.length - 1, Math.max(0, this.scale + step));
-    this.drawAll();
+    this.svg.dataset.grid = SCALES[this.scale] >= 100 ? "quarters" : SCALES[this.scale] >= 45 ? "halves" : "whole";
+    this.draw();
   }
 
+  // live: whether it is that of now
   setPose(pose, live = true) {
     live &&= pose !== null && !pose.includes(null);
-    if (live !== this.live) {
-      this.live = live;
+    this.part("robot").classList.toggle("live", live);
+    if (live && pose.some((value, axis) => value !== this.pose?.[axis])) {
+      this.pose = pose;
+      this.lengthenTrail(pose);
       this.draw();
     }
-    if (!live || pose.every((value, axis) => value === this.pose?.[axis])) {
-      return;
-    }
-    this.pose = pose;
-    this.lengthenTrail(pose);
-    this.draw();
   }
 
   lengthenTrail([x, y]) {
     const last = this.trail[this.trail.length - 1];
     const step = last ? Math.hypot(x - last[0], y - last[1]) : Infinity;
-    if (step > JUMP) {
-      this.trail = [[x, y]];
-      this.ground.clear();
-    } else if (step > TRAIL_STEP) {
-      this.trail.push([x, y]);
-      this.ground.extendTrail([last, [x, y]], SCALES[this.scale] * this.ratio, this.scene);
-      if (this.trail.length > TRAIL_LONGEST) {
-        this.trail.splice(0, TRAIL_LONGEST / 4);
-      }
+    if (step > TRAIL_STEP) {
+      this.trail = [...(step > JUMP ? [] : this.trail.slice(1 - TRAIL_LONGEST)), [x, y]];
+      this.part("trail").setAttribute("points", this.trail.join(" "));
     }
   }
 
-  setStatus(status) {
-    const {map} = status;
-    if (map && map.number !== this.map?.number) {
-      const image = new Image();
-      image.onload = () => {
-        this.mapImage = image;
-        this.drawAll();
-      };
-      image.src = `map.png?number=${map.number}`;
+  setStatus({frame, map, goal}) {
+    if (map) {
+      this.world.showMap(`map.png?number=${map.number}`, map);
     }
-    if (status.frame !== this.frame) {
+    if (frame !== this.frame) {
+      this.frame = frame;
       this.trail = [];
     }
-    if (status.frame !== this.frame || map?.number !== this.map?.number) {
-      this.ground.clear();
+    this.part("map").toggleAttribute("hidden", !map || frame !== "map");
+    this.part("goal").toggleAttribute("hidden", !goal);
+    if (goal) {
+      this.part("goal").setAttribute("transform", at([goal.x, goal.y]));
     }
-    this.frame = status.frame;
-    this.map = map;
-    this.goal = status.goal;
-    this.draw();
   }
 
-  setScan(scan) {
-    this.scan = {...scan, pose: this.pose};
-    this.draw();
+  setScan({from, first, step, ranges}) {
+    const points = ranges.map((range, ray) => range !== null &&
+      `M${range * Math.cos(first + ray * step)} ${range * Math.sin(first + ray * step)}h0`);
+    const scan = this.part("scan");
+    scan.setAttribute("d", this.pose ? points.filter(Boolean).join("") : "");
+    scan.setAttribute("transform", this.pose ? at(this.pose) + at(from) : "");
     clearTimeout(this.scanEnd);
-    this.scanEnd = setTimeout(() => {
-      this.scan = null;
-      this.draw();
-    }, SCAN_SHOWN);
+    this.scanEnd = setTimeout(() => scan.setAttribute("d", ""), SCAN_SHOWN);
   }
 
   // {metres, pixels} of a bar that shows the scale
@@ -125,111 +83,11 @@ export class View {
     return {metres, pixels: metres * pixels};
   }
 
-  // Place in the world [m] of a point on the screen
-  place(clientX, clientY) {
-    const box = this.canvas.getBoundingClientRect();
-    const pixels = SCALES[this.scale];
-    const [x, y] = this.pose || [0, 0];
-    return [x - (clientY - box.top - this.height / 2) / pixels, y - (clientX - box.left - this.width / 2) / pixels];
-  }
-
   draw() {
-    this.frameWanted ??= requestAnimationFrame(() => {
-      this.frameWanted = null;
-      this.paint();
-    });
-  }
-
-  // Everything anew, with the ground
-  drawAll() {
-    this.ground.clear();
-    this.draw();
-  }
-
-  get scene() {
-    const shown = this.frame === "map" ? {map: this.map, mapImage: this.mapImage} : {};
-    return {...shown, trail: this.trail, tint: this.tint, gridStep: gridStep(SCALES[this.scale]), ratio: this.ratio};
-  }
-
-  paint() {
-    if (!this.width || !this.height) {
-      return;
-    }
-    const context = this.context;
     const [x, y] = this.pose || [0, 0];
-    const pixels = SCALES[this.scale] * this.ratio;
-    this.ground.paintOn(context, {x, y}, pixels, this.scene);
-    useWorld(context, {x, y}, pixels);
-    if (this.trail.length) {
-      paintTrail(context, [this.trail[this.trail.length - 1], [x, y]], pixels, this.scene);
-    }
-    this.paintScan(context, SCALES[this.scale]);
-    this.paintGoal(context, SCALES[this.scale]);
-    if (this.pose) {
-      this.paintRobot(context, SCALES[this.scale]);
-    }
+    this.world.show(x, y, SCALES[this.scale]);
+    this.part("robot").toggleAttribute("hidden", !this.pose);
+    const radius = Math.max(RADIUS, SMALLEST / SCALES[this.scale]);
+    this.part("robot").setAttribute("transform", `${at(this.pose || [0, 0])} scale(${radius})`);
   }
-
-  paintScan(context, pixels) {
-    if (!this.scan?.pose) {
-      return;
-    }
-    const {pose, from, first, step, ranges} = this.scan;
-    context.save();
-    context.translate(pose[0], pose[1]);
-    context.rotate(pose[2]);
-    context.translate(from[0], from[1]);
-    context.rotate(from[2]);
-    context.fillStyle = this.tint.scan;
-    const size = 4 / pixels;
-    ranges.forEach((range, ray) => {
-      if (range !== null) {
-        const angle = first + ray * step;
-        context.fillRect(range * Math.cos(angle) - size / 2, range * Math.sin(angle) - size / 2, size, size);
-      }
-    });
-    context.restore();
-  }
-
-  paintGoal(context, pixels) {
-    if (!this.goal) {
-      return;
-    }
-    context.beginPath();
-    context.arc(this.goal.x, this.goal.y, 14 / pixels, 0, 7);
-    context.moveTo(this.goal.x + 5 / pixels, this.goal.y);
-    context.arc(this.goal.x, this.goal.y, 5 / pixels, 0, 7);
-    context.strokeStyle = this.tint.accent;
-    context.lineWidth = 3 / pixels;
-    context.stroke();
-  }
-
-  paintRobot(context, pixels) {
-    const radius = Math.max(RADIUS, SMALLEST / pixels);
-    context.save();
-    context.globalAlpha = this.live ? 1 : 0.4;
-    context.translate(this.pose[0], this.pose[1]);
-    context.rotate(this.pose[2]);
-    context.beginPath();
-    context.arc(0, 0, radius, 0, 7);
-    context.fillStyle = this.tint.robot;
-    context.fill();
-    context.strokeStyle = this.tint.accent;
-    context.lineWidth = 3 / pixels;
-    context.stroke();
-    context.beginPath(); // its nose
-    context.moveTo(radius * 0.78, 0);
-    context.lineTo(-radius * 0.35, radius * 0.5);
-    context.lineTo(-radius * 0.1, 0);
-    context.lineTo(-radius * 0.35, -radius * 0.5);
-    context.closePath();
-    context.fillStyle = this.tint.accent;
-    context.fill();
-    context.restore();
-  }
-}
-
-// [m] between two lines of the grid
-function gridStep(pixels) {
-  return pixels >= 100 ? 0.25 : pixels >= 45 ? 0.5 : 1;
 }

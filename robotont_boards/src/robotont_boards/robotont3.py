@@ -56,9 +56,9 @@ class TransferBuffer:
 TABLE = np.sin(2 * np.pi * np.arange(513) / 512).astype(single)
 
 
-def fast_sin(angle):
-    """The sine of a table of 512 values with linear interpolation, in single precision."""
-    turns = single(angle) * single(0.159154943092)
+def fast_sin(angle, shift=0.0):
+    """The sine of a table of 512 values with linear interpolation, in single precision; shift: [turns]."""
+    turns = single(angle) * single(0.159154943092) + single(shift)
     place = single(512) * (turns - np.floor(turns))
     index = int(place) & 511
     part = single(place - int(place))
@@ -67,11 +67,7 @@ def fast_sin(angle):
 
 def fast_cos(angle):
     """The cosine of the same table."""
-    turns = single(angle) * single(0.159154943092) + single(0.25)
-    place = single(512) * (turns - np.floor(turns))
-    index = int(place) & 511
-    part = single(place - int(place))
-    return (single(1) - part) * TABLE[index] + part * TABLE[index + 1]
+    return fast_sin(angle, 0.25)
 
 
 class Robotont3Board(Board):

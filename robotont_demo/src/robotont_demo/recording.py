@@ -1,13 +1,11 @@
 """The recorded topics, and the odometry compared with the truth by the stamps of both."""
 
-import threading
 from typing import NamedTuple
 
 import numpy as np
 import rospy
 from diagnostic_msgs.msg import DiagnosticArray
 from nav_msgs.msg import Odometry
-from sensor_msgs.msg import JointState
 
 from robotont_driver.kinematics import se2
 
@@ -19,30 +17,10 @@ class TimedPoses(NamedTuple):
     poses: np.ndarray    # N x 3: x [m], y [m], yaw [rad]
 
 
-class Track:
-    """Poses as they come, from any thread."""
-
-    def __init__(self):
-        self._lock = threading.Lock()
-        self._rows = []  # (stamp, x, y, yaw)
-
-    def add(self, stamp, pose):
-        """One more pose (x [m], y [m], yaw [rad]) at a time [s]."""
-        with self._lock:
-            self._rows.append((stamp, *pose))
-
-    def add_odometry(self, message):
-        """One more pose from a nav_msgs/Odometry."""
-        self.add(message.header.stamp.to_sec(), se2.pose_of(message.pose.pose))
-
-    def __len__(self):
-        return len(self._rows)
-
-    def snapshot(self):
-        """`TimedPoses` of all up to now; nothing that comes later changes them."""
-        with self._lock:
-            rows = np.array(self._rows).reshape(-1, 4)
-        return TimedPoses(rows[:, 0], rows[:, 1:])
+def timed(rows):
+    """`TimedPoses` of rows (stamp, x, y, yaw); of those up to now, while more are appended."""
+    table = np.array(list(rows)).reshape(-1, 4)
+    return TimedPoses(table[:, 0], table[:, 1:])
 
 
 def distances(odometry, truth):
@@ -66,20 +44,25 @@ def end_error(odometry, truth):
 
 
 class Recorder:
-    """Listens to the driver until `end`."""
+    """Listens to the stack until `end`. `odometry`, `truth`: rows (stamp, x, y, yaw); wheels slip a little."""
 
     def __init__(self):
-        self.odometry = Track()
-        self.link = None      # values of the link's newest diagnostics, by key
-        self.joints = 0, ()   # number of joint_states so far, and the newest angles [rad]
+        self.odometry, self.truth = [], []
+        self.stands_since = None  # [s] stamp of the first true pose of a robot that stands; None while it moves
+        self.link = None          # values of the link's newest diagnostics, by key
         self._subscribers = [
-            rospy.Subscriber("odom", Odometry, self.odometry.add_odometry, tcp_nodelay=True),
-            rospy.Subscriber("joint_states", JointState, self._on_joints, tcp_nodelay=True),
+            rospy.Subscriber("odom", Odometry, lambda message: self.odometry.append(row_of(message)), tcp_nodelay=True),
+            rospy.Subscriber("ground_truth/odom", Odometry, self._on_truth, tcp_nodelay=True),
             rospy.Subscriber("/diagnostics", DiagnosticArray, self._on_diagnostics),
         ]
 
-    def _on_joints(self, message):
-        self.joints = self.joints[0] + 1, message.position
+    def _on_truth(self, message):
+        self.truth.append(row_of(message))
+        twist = message.twist.twist
+        if max(abs(twist.linear.x), abs(twist.linear.y), abs(twist.angular.z)) >= 2e-3:
+            self.stands_since = None
+        elif self.stands_since is None:
+            self.stands_since = self.truth[-1][0]
 
     def _on_diagnostics(self, message):
         for status in message.status:
@@ -92,18 +75,6 @@ class Recorder:
             subscriber.unregister()
 
 
-class Standstill:
-    """Whether the wheels keep their angles from one look to the next, over at least five joint_states."""
-
-    def __init__(self, recorder):
-        self._recorder = recorder
-        self._number, self._angles = recorder.joints
-
-    def reached(self):
-        """Ask once more."""
-        number, angles = self._recorder.joints
-        if number < self._number + 5:
-            return False
-        unchanged = angles == self._angles
-        self._number, self._angles = number, angles
-        return unchanged
+def row_of(message):
+    """(stamp, x, y, yaw) of a nav_msgs/Odometry."""
+    return (message.header.stamp.to_sec(), *se2.pose_of(message.pose.pose))

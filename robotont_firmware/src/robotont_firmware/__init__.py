@@ -4,4 +4,4 @@ The package lies under the same name in the board's file system, so `robotont_fi
 the same file on the board, in the tests and in the simulator. Only `board` needs the hardware.
 """
 
-__version__ = "2.1.0"
+__version__ = "2.2.0"

@@ -42,18 +42,21 @@ WRONG_EDGES = 16  # [edges] backward are no tremor; the least that a wheel has t
 STATIC = 160  # [effort] overcomes friction: 0.2 A without load, of 5 A
 SPEED_GAIN = 4915  # 19.2 effort per unit: (FULL_EFFORT - STATIC) / 200 units
 P_GAIN = 6656  # 26 effort per unit
-I_GAIN = 1280  # 5 effort per unit and period
+I_GAIN = 1536  # 6 effort per unit and period
 BRAKE_GAIN = 60  # [effort per unit] against the wheel's motion, after the time-out
 D_GAIN = 0  # on the measured speed; encoder counts are too coarse at 50 Hz to need it
 FOLLOW = 100  # [1/256 of the way per period] the reference nears the set-point: time constant 40 ms
 LEAD = 240  # [1/16 period] time constant of motors that drive the robot straight on, on the floor: 0.3 s at 3 kg,
 TURN_LEAD = 103  # [1/16 period] of motors that turn it on the spot,
+TURN_DRAG = 50  # [1/256 unit/period] by which a turn on the spot slows down by itself, besides friction: rollers rub
 FREE_LEAD = 64  # [1/16 period] and, for tests, of motors that turn free wheels
-ARC = 1181  # [edges] 2 * sin(120 deg) * wheel distance / way of an edge: how turning bends the way of three even wheels
+ARC = 1350  # [edges] 2 * sin(120 deg) * wheel distance / way of an edge * 240 / 210: how turning bends the way of three
+#             even wheels, whose LEAD has so much from the mass, which alone is bent
 STANDSTILL = 5  # [periods] set-point 0 and no edge for this long: motor off, integral 0
 
-# One wheel driven on its own while no commands come, by the order `!test` (./robotont wheels --bring-up).
-TEST_EFFORT = 400  # [effort] 10 %
+# One wheel driven on its own while no commands come, by the order `!test` (./robotont wheels --bring-up, --tune).
+TEST_EFFORT = 400  # [effort] 10 %, where the order tells none; no order gets more than a quarter of FULL_EFFORT
+TEST_SPEED = 60  # [units] 0.55 m/s: the board ends a drive that would become faster; an order may tell less
 TEST_TIME = 25  # [periods] 0.5 s, whatever the PC does
 
 # Serial line to the PC: USART2, the ST-Link's virtual port, shared with the REPL.

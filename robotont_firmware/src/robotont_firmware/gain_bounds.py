@@ -25,6 +25,7 @@ _RANGES = (  # name, least, most; what depends on other numbers is added in `che
     ("MAX_SPEED", 1, LARGEST // ((MAX_UNITS + 1) * 256) // 16),  # 262: a command is scaled down
     ("FULL_EFFORT", 1, 10000),
     ("FOLLOW", 1, 256),  # more would swing around the set-point
+    ("TURN_DRAG", 0, 256),
     ("STANDSTILL", 1, 1000),
     ("BLIND_TIME", 1, 1000),
     ("BLIND_SHARE", 0, 256),
@@ -35,6 +36,7 @@ _RANGES = (  # name, least, most; what depends on other numbers is added in `che
     ("WRONG_EDGES", 1, 2000),
     ("OVERLOAD_TIME", 1, 200),
     ("TEST_TIME", 1, 100),
+    ("TEST_SPEED", 1, 100),
 )
 
 
@@ -63,7 +65,7 @@ def check(config):
         check_number(config, name, 0, _unscaled(LARGEST // factor, battery))
     check_number(config, "ARC", 2 * config.MAX_SPEED, NO_ARC)  # then a way bends by MAX_SPEED a period at most
     for name in ("LEAD", "TURN_LEAD"):
-        check_number(config, name, 0, LARGEST // (7 * speed))  # on five speeds straight on, two of turning
+        check_number(config, name, 0, LARGEST // (7 * speed + config.TURN_DRAG))  # five speeds straight, two of turning
     for name in ("MAX_INTEGRAL", "BLOCKED_INTEGRAL"):
         check_number(config, name, 0, _unscaled(LARGEST >> 16, battery))
     largest = at_battery(max(config.MAX_INTEGRAL, config.BLOCKED_INTEGRAL), battery)

@@ -23,7 +23,7 @@ _FRACTION_SCALE = const(1000000)  # six decimals are read exactly, further ones 
 
 _LEAVE = b"!repl;"  # with a valid CRC: stop the motors and give the line to MicroPython's REPL
 _ASK = b"?;"  # with a valid CRC: asks for the identity
-_TEST = b"!test "  # with a wheel, + or -, a semicolon and a valid CRC: drives that wheel for a moment
+_TEST = b"!test "  # with a wheel, + or -, perhaps effort:speed, a semicolon and a valid CRC: drives it for a moment
 
 
 @micropython.viper
@@ -76,7 +76,8 @@ class Receiver:
     `setpoints`: the newest valid command, one integer in 1/256 unit per wheel, rounded to nearest.
     `dropped`: lines refused since the start (modulo 2^29). `checked`: see above.
     `leave`: a valid `!repl;CCCC` came, so the PC wants the REPL. `asked`: a valid `?;CCCC` came; to be
-    cleared with the answer. `test`: the wheel of a valid `!test 0+;CCCC`, plus 1, negative for backward; 0: none.
+    cleared with the answer. `test`: the wheel of a valid `!test 0+;CCCC`, plus 1, negative for backward; 0: none;
+    `test_effort`, `test_speed`: those of `!test 0+800:50;CCCC` [effort, units], -1 and 0 where it tells none.
     """
 
     def __init__(self, wheels):
@@ -85,7 +86,7 @@ class Receiver:
         self.checked = False
         self.leave = False
         self.asked = False
-        self.test = 0
+        self.test = self.test_effort = self.test_speed = 0
         self._scratch = array("i", [0] * wheels)
         self._wheels = wheels
         self._line = bytearray(LINE_SIZE + 1)  # one more for the newline, which ends every scan
@@ -146,14 +147,32 @@ class Receiver:
             self.leave = True
         elif self._is(_ASK, end):
             self.asked = True
-        elif end == len(_TEST) + 3 and self._is(_TEST, end - 3) and line[end - 1] == _SEMICOLON:
-            wheel = line[end - 3] - _ZERO + 1
-            if not 1 <= wheel <= self._wheels or (line[end - 2] != _PLUS and line[end - 2] != _MINUS):
-                self._drop()
-            else:
-                self.test = wheel if line[end - 2] == _PLUS else -wheel
-        else:
+        elif not self._read_test(end):
             self._drop()
+
+    def _read_test(self, end):
+        """Return True when line[0:end] is `!test 0+;` or `!test 0+800:50;`, which then stands in `test`."""
+        line, numbers = self._line, self._scratch
+        at = len(_TEST) + 2
+        if end <= at or not self._is(_TEST, at - 2):
+            return False
+        wheel = line[at - 2] - _ZERO + 1
+        forward = line[at - 1] == _PLUS
+        numbers[0], numbers[1] = -1, 0
+        if line[at] != _SEMICOLON:
+            at = _read_number(line, at, numbers, 0)
+            if at == 0 or line[at] != _COLON:
+                return False
+            at = _read_number(line, at + 1, numbers, 1)
+            if min(numbers[0], numbers[1]) < 0:
+                return False
+        if at != end - 1 or line[at] != _SEMICOLON or not 1 <= wheel <= self._wheels:
+            return False
+        if not forward and line[len(_TEST) + 1] != _MINUS:
+            return False
+        self.test = wheel if forward else -wheel
+        self.test_effort, self.test_speed = numbers[0] >> 8, numbers[1] >> 8
+        return True
 
     def _is(self, order, end):
         """Return True when line[0:end] is `order`."""

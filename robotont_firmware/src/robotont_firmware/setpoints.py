@@ -6,7 +6,9 @@ All wheels are scaled by one factor and move by one fraction of their way, which
 from array import array
 
 from robotont_firmware import gain_bounds as bounds
-from robotont_firmware.compat import SIGN, micropython, ptr16, ptr32
+from robotont_firmware.compat import SIGN, const, micropython, ptr16, ptr32
+
+_TURNS = const(192)  # [1/256 unit] the wheels of a robot that turns, summed, turn faster
 
 
 class Setpoints:
@@ -25,6 +27,7 @@ class Setpoints:
         self._references = array("i", [0] * wheels)
         self._follow = config.FOLLOW
         self._arc = config.ARC
+        self._drag = config.TURN_DRAG
 
     @micropython.viper
     def take(self, wished) -> int:
@@ -87,7 +90,8 @@ class Setpoints:
         """Note by what share the robot turns faster, and by what else each wheel accelerates: an arc bends the way.
 
         All in 1/256 unit per period, in the direction of each wheel, for wheels at even angles: what they turn alike
-        is the robot's turn, and the bend is across the motion, in which the neighbours of a wheel differ.
+        is the robot's turn, and the bend is across the motion, in which the neighbours of a wheel differ. What rubs
+        while it turns is told as the acceleration that takes as much.
         """
         sign = int(SIGN)
         wheels = int(self._wheels)
@@ -101,7 +105,8 @@ class Setpoints:
             turn += reference
             wished += now[wheel] << sign >> sign
         turning = (wished - turn) // wheels * int(self._follow) >> 8
-        self.turning = turning
+        drag = int(self._drag)
+        self.turning = turning + (drag if turn > _TURNS else 0 - drag if turn < 0 - _TURNS else 0)
         turn = turn // wheels >> 4
         arc = int(self._arc)
         for wheel in range(wheels):

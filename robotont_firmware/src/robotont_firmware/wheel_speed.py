@@ -77,6 +77,7 @@ class Pid:
         """Forget the past: no integral, no suspicion, motor off (and cooling) until the next set-point other than 0."""
         self._integral = 0  # sum of errors [1/256 unit * period]
         self.reference = 0  # the speed that the wheel should have at the end of the period [1/256 unit]
+        self._mean = 0  # and on the mean over it, which its edges are
         self._speed = 0
         self._still = self._standstill
         self._ahead = 0  # effort that the change of motion takes
@@ -103,7 +104,7 @@ class Pid:
         if self._braked == 0 or ahead < self._braked:
             self._braked = ahead
         self._integral = 0
-        self.reference = 0
+        self.reference = self._mean = 0
         speed = ahead * direction << 8
         effort = self._limit(-self._brake * ahead * direction, speed)
         self._warm(effort, speed, periods)
@@ -130,8 +131,8 @@ class Pid:
             speed = speed // periods
         watch = self._watch
         if setpoint == 0 and fastest == 0 and speed * watch.direction() <= 0:  # the robot should stop, and it has
-            self._integral = self.reference = 0
-        error = self.reference - speed
+            self._integral = self.reference = self._mean = 0
+        error = self._mean - speed
         self.fault = watch.look(
             setpoint, self.reference, speed, self._push, self._limited, periods, settled, fastest)  # fmt: skip
         steady = self._steady(setpoint, speed, error, straight, turning)
@@ -160,6 +161,7 @@ class Pid:
         change = int(self._follow) * (setpoint - before) + 128 >> 8  # rounded: if all lag one way, the robot turns
         reference = setpoint if change == 0 else before + change
         self.reference = reference
+        self._mean = reference - (reference >> 1) + (before >> 1)  # what is rounded off adds up to nothing
         ahead = int(self._lead) * (change + straight) + int(self._turn_lead) * turning >> 4
         ahead = _FASTEST if ahead > _FASTEST else 0 - _FASTEST if ahead < 0 - _FASTEST else ahead
         forward = int(self._forward)

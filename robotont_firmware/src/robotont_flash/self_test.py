@@ -8,7 +8,7 @@ from robotont_flash.boards import FlashError, ask, wait_for_line
 PACKETS = 50
 # counter, ticks missed, load (the last of the status), CRC
 PACKET = re.compile(
-    rb"[-0-9:]+;([0-9A-F]{2})(?::[0-9A-F]{4})+:[0-9A-F]{2}([0-9A-F]{2})[0-9A-F]+([0-9A-F]{2}):([0-9A-F]{4})\n"
+    r"[-0-9:]+;([0-9A-F]{2})(?::[0-9A-F]{4})+:[0-9A-F]{2}([0-9A-F]{2})[0-9A-F]+([0-9A-F]{2}):([0-9A-F]{4})"
 )
 MOST_LOAD = 80  # [%] of a period
 
@@ -23,20 +23,16 @@ def self_test(line, version, profile):
     if found != (version, profile):
         raise FlashError(f"The board should have firmware {version} with profile {profile}, and reports {identity}.")
     counters, missed, load, broken = [], [], 0, 0
-    rest = b""
     for _ in range(4 * PACKETS):
-        rest += line.read_until(b"\n")
-        if not rest.endswith(b"\n"):
-            continue  # this computer was late with the line's end
-        text, rest = rest, b""
-        match = PACKET.match(text)
-        if match and int(match.group(4), 16) == crc16(text, len(text) - 5):
+        text = wait_for_line(line, b"", 1.0) or ""
+        match = PACKET.fullmatch(text)
+        if match and int(match.group(4), 16) == crc16(text.encode(), len(text) - 4):
             counters.append(int(match.group(1), 16))
             missed.append(int(match.group(2), 16))
             load = max(load, int(match.group(3), 16))
         elif match:
             broken += 1
-        if len(counters) > PACKETS:
+        if not text or len(counters) > PACKETS:
             break
     lost = sum((after - before - 1) % 256 for before, after in zip(counters, counters[1:]))
     ticks = (missed[-1] - missed[0]) % 256 if missed else 0

@@ -207,6 +207,14 @@ def test_set_points_change_no_faster_than_the_torque_allows():
         assert robot.controller._setpoints.now[0] == most, lead
 
 
+def test_a_turn_is_driven_against_what_rubs():
+    for command, drag in (("50:50:50", config.TURN_DRAG), ("-9:-9:-9", -config.TURN_DRAG), ("50:-50:0", 0)):
+        robot = Robot()
+        robot.tick(60, command)
+        assert robot.controller._setpoints.turning == drag, command
+        assert set(robot.controller._setpoints.straight) == {0}, "no acceleration straight on"
+
+
 def test_effort_limit():
     robot = Robot(settings=Config(MAX_EFFORT=1000))
     for _ in range(100):
@@ -244,6 +252,30 @@ def test_one_wheel_is_driven_on_its_own_for_half_a_second_while_no_commands_come
     robot.board.inbox += checked("!test 0+")
     robot.tick(1)
     assert robot.efforts() == [0, 0, 0], "zeros first"
+
+
+def test_an_order_may_tell_effort_and_greatest_speed_and_an_effort_of_0_ends_it():
+    robot = Robot()
+    robot.tick(config.TIMEOUT)
+    for body, effort, least, most in (
+        ("!test 1-700:50", -700, 25, 25), ("!test 1+999:999", 999, 25, 25), ("!test 1+999:30", 999, 2, 4),
+    ):  # fmt: skip
+        robot.send(body)
+        driven = []
+        for _ in range(80):
+            robot.tick(1)
+            driven.append((robot.efforts(), robot.newest()[0]))
+        periods = [flags for efforts, flags in driven if efforts == [0, effort, 0]]
+        assert least <= len(periods) <= most, (body, len(periods))
+        assert periods[:-1] == [0] * (len(periods) - 1), "the status shows which periods are driven"
+        assert [flags for efforts, flags in driven if efforts == [0, 0, 0]] == [TIMED_OUT] * (80 - len(periods)), body
+        assert not robot.board.motors[1].speed
+    robot.send("!test 1+400:50")
+    robot.tick(5)
+    robot.send("!test 0-0:0")
+    robot.tick(1)
+    assert robot.efforts() == [0, 0, 0]
+    assert robot.newest()[0] == TIMED_OUT
 
 
 def fail(robot, broken):

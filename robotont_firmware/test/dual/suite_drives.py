@@ -1,4 +1,4 @@
-"""Some of the drives of drives.py on every interpreter; test_firmware_drives_long.py has 2000 and 10 hours."""
+"""Drives of drives.py, more of them where the interpreter is fast."""
 
 from drives import PROFILES, broken, healthy, say
 from dual_tools import FAST, Config, Robot

@@ -160,12 +160,25 @@ def test_a_stopped_wheel_is_not_driven_back():
 
 def test_the_reference_lags_forward_and_backward_alike():
     """Three wheels that lag one way, whichever way they turn, turn the robot."""
-    pid, owed = Pid(config), 0
+    pid, owed, way = Pid(config), 0, 0
     for period in range(4000):
         setpoint = abs(period % 400 - 200) * 13 - 1300  # up and down, 5 units at most
         pid.step(setpoint, pid.reference >> 8)
         owed += setpoint - pid.reference if period >= 400 else 0
+        way += pid.reference - pid._mean
     assert abs(owed) < 3600 // 2, owed  # half of the least that a set-point has, per period
+    assert abs(way) < 3600 // 2, way
+
+
+def test_a_wheel_that_makes_its_way_owes_nothing():
+    """The reference rises within the period whose edges are counted."""
+    for units in (100, -100):
+        pid, way = Pid(config), 0
+        for _ in range(60):
+            before = pid.reference
+            pid.step(units * 256, way >> 9)
+            way = (way & 511) + before + pid.reference
+        assert abs(pid._integral) <= 256, pid._integral
 
 
 def test_brakes_until_standstill():

@@ -24,7 +24,7 @@ from robotont_driver.ros.lifecycle import run_without_wheels
 from robotont_driver.ros.node_parameters import refuse
 from robotont_driver.ros.worker import Worker
 from robotont_fleet import keys
-from robotont_fleet.freshness import Numbered, RoundTrips
+from robotont_fleet.freshness import Numbered
 from robotont_fleet.robot_state import RobotState, page_address
 from robotont_fleet.zenoh_setup import ABSENT, client_settings, open_session, read_password, ros_home, send, zenoh
 
@@ -53,7 +53,10 @@ class FleetNode:
             refuse([str(error)])
         self._identity = secrets.token_hex(4)   # of this process: two robots of one name differ in it
         self._others = set()                    # identities of other processes with our name
-        self._numbers, self._trips = Numbered(), RoundTrips()
+        self._numbers = Numbered()
+        # Newest question to the router that was answered [s], and the way there and back: all comes in the order in
+        # which the router has sent it, so that what comes behind an answer was sent after its question.
+        self._asked, self._took = -math.inf, math.inf
         self._heard, self._confirmed = None, None   # number of the newest stop, and of the newest that holds
         self._note = ""
         self._arrived = queue.Queue()           # (what handles it, payload, newest answered question [s])
@@ -92,13 +95,10 @@ class FleetNode:
 
     # Out
 
-    def _put(self, key, payload):
-        send(self._session, key, payload)
-
     def _put_message(self, topic, message):
         output = io.BytesIO()
         message.serialize(output)
-        self._put(keys.ros_key(topic, self.name), output.getvalue())
+        send(self._session, keys.ros_key(topic, self.name), output.getvalue())
 
     def _tell(self):
         """Send the place, and the state where it is due; returns the time to rest."""
@@ -108,15 +108,13 @@ class FleetNode:
             stamp = max(transform.header.stamp for transform, _ in links)
             self._put_message(keys.TF, TFMessage([self._robot.chain.named(transform, fixed, stamp)
                                                   for transform, fixed in links]))
-        if now >= self._state_due:
+        if now >= self._state_due or self._heard != self._confirmed:
             self._state_due = now + STATE_PERIOD
-            self._tell_state()
-        elif self._heard != self._confirmed:
             self._tell_state()
         return PLACE_PERIOD
 
     def _tell_state(self):
-        self._put(keys.state_key(self.name), self._state())
+        send(self._session, keys.state_key(self.name), self._state())
 
     def _state(self):
         now = time.monotonic()
@@ -149,7 +147,7 @@ class FleetNode:
                 pass
         now = time.monotonic()
         if now - asked < ANSWER:
-            self._trips.answered(asked, now)
+            self._asked, self._took = asked, now - asked
         return max(0.0, QUESTION - (now - asked))
 
     def _receiver(self, handle):
@@ -158,7 +156,7 @@ class FleetNode:
         There it may do no more: what asked zenoh for anything would wait for ever where another thread asks, too.
         """
         return zenoh.handlers.Callback(lambda sample: self._arrived.put(
-            (handle, sample.payload.to_bytes(), self._trips.asked)), indirect=False)
+            (handle, sample.payload.to_bytes(), self._asked)), indirect=False)
 
     def _obey(self):
         """Carry out what has come; returns the time to rest."""
@@ -227,15 +225,14 @@ class FleetNode:
         if self._others:
             return ERROR, (f"another robot is called {self.name}, too: give one of them another robot_name in "
                            "config/fleet/fleet.yaml"), values
-        age = self._trips.age(time.monotonic())
-        if self._session is None or age > 2 * ANSWER:
+        if self._session is None or time.monotonic() - self._asked > 2 * ANSWER:
             return WARN, (f"no answer from {self._parameters['router']}: does ./robotont fleet run there, and is its "
                           f"password for {self.name} in {self._password_file}? The robot drives without it"), values
         if not self._robot.emergency_stop.has_driver:
             return ERROR, (f"no driver_node in {rospy.get_namespace()}, so no stop and no goal reaches a robot: does "
                            "it run, and in this namespace (ROS_NAMESPACE=robot1 roslaunch ...)?"), values
-        values["there and back [s]"] = f"{self._trips.took:.3f}"
-        return OK, f"connected, {1000 * self._trips.took:.0f} ms there and back", values
+        values["there and back [s]"] = f"{self._took:.3f}"
+        return OK, f"connected, {1000 * self._took:.0f} ms there and back", values
 
 
 def main():

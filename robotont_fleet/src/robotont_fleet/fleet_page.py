@@ -37,10 +37,10 @@ from robotont_fleet.zenoh_setup import (
     send,
     zenoh,
 )
-from robotont_teleop.access import Access, is_loopback_address
-from robotont_teleop.page_address import host_names, own_address
-from robotont_teleop.web_handlers import read_files
-from robotont_teleop.web_teleop_node import SetUpError, invitation, make_access, make_tls
+from robotont_teleop.web.access import Access, is_loopback_address
+from robotont_teleop.web.page_address import host_names, own_address
+from robotont_teleop.web.web_handlers import read_files
+from robotont_teleop.web.web_teleop_node import SetUpError, invitation, make_access, make_tls
 
 ANSWERS = 1.0  # [s] that robots have to answer the page
 COOKIE = "robotont_fleet"
@@ -166,9 +166,8 @@ async def serve(options, session):
     except OSError as error:
         raise SetUpError(f"--port {options.port}: {error.strerror or error}") from None
     shown = address if is_loopback_address(address) else own_address()
-    for line in invitation(f"{settings.scheme}://{shown}:{port}/", token, file, sys.stdout.isatty()):
-        if not line.startswith("or by keys"):
-            print(line.replace("drive the robot in a browser", "all robots on one page"), flush=True)
+    url = f"{settings.scheme}://{shown}:{port}/"
+    print(f"all robots on one page: {url}", *invitation(url, token, file, sys.stdout.isatty()), sep="\n")
     print(f"robots connect to {options.router or f'tcp/{shown}:{options.router_port}'}", flush=True)
     stops = loop.create_task(server.repeat_stops())
     await asyncio.wait([stops, loop.create_task(ended.wait())], return_when=asyncio.FIRST_COMPLETED)

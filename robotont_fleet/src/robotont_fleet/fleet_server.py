@@ -6,15 +6,13 @@ import math
 import time
 from typing import Any, Callable, Dict, NamedTuple, Optional, Tuple
 
-import tornado.netutil
 import tornado.web
 
 from robotont_fleet.fleet import REPEAT
-from robotont_teleop.metrics import metrics
-from robotont_teleop.web_handlers import FileHandler, Guarded, LoginHandler, MetricsHandler
-from robotont_teleop.web_server import BODY_TIMEOUT, IDLE, LARGEST_BODY, LARGEST_HEADER, LimitedServer
+from robotont_teleop.web.metrics import metrics
+from robotont_teleop.web.page_server import PageServer
+from robotont_teleop.web.web_handlers import Guarded
 
-MAX_CONNECTIONS = 64
 FARTHEST = 1000.0  # [m] of a goal
 
 
@@ -26,39 +24,22 @@ class FleetSettings(NamedTuple):
     ground: Optional[Tuple[bytes, Dict[str, Any]]] = None  # PNG of the map and where it lies
 
 
-class FleetServer:
+class FleetServer(PageServer):
     """One page for a Fleet. values(): what `metrics` wants; may take its time."""
 
     def __init__(self, fleet, access, settings, files, values: Callable[[], Dict]):
+        super().__init__(access, settings, files)
         self.fleet = fleet
-        self.access = access
-        self.settings = settings
-        self.files = files
         self.values = values
-        self.refused = 0
-        self._loop = asyncio.get_running_loop()
+        self.map_picture, self.ground = settings.ground or (None, None)
 
     def listen(self, address, port, tls=None):
         """Serve; returns the port. Raises OSError."""
-        sockets = tornado.netutil.bind_sockets(port, address)
-        application = tornado.web.Application(
-            [(r"/robots", RobotsHandler), (r"/order", OrderHandler), (r"/metrics", MetricsHandler),
-             (r"/map\.png", MapHandler), (r"/login", LoginHandler), (r"/(.*)", FileHandler)],
-            log_function=lambda handler: None)
-        application.web_server = self
-        self._server = LimitedServer(
-            application, limit=MAX_CONNECTIONS, ssl_options=tls, max_header_size=LARGEST_HEADER,
-            max_body_size=LARGEST_BODY, idle_connection_timeout=IDLE, body_timeout=BODY_TIMEOUT)
-        self._server.add_sockets(sockets)
-        return sockets[0].getsockname()[1]
-
-    def admit(self, stream):
-        """Somebody who may come in has sent a request on this connection."""
-        self._server.admit(stream)
+        return self.serve([(r"/robots", RobotsHandler), (r"/order", OrderHandler)], address, port, tls)
 
     async def metrics(self):
         """Text for Prometheus."""
-        values = await asyncio.get_running_loop().run_in_executor(None, self.values)
+        values = await self._loop.run_in_executor(None, self.values)
         return metrics(self.fleet.view(time.monotonic())["robots"], values)
 
     async def repeat_stops(self):
@@ -73,8 +54,7 @@ class RobotsHandler(Guarded, tornado.web.RequestHandler):
 
     def get(self):
         """Called by tornado."""
-        ground = self.server.settings.ground
-        self.finish({**self.server.fleet.view(time.monotonic()), "ground": ground and ground[1]})
+        self.finish({**self.server.fleet.view(time.monotonic()), "ground": self.server.ground})
 
 
 class OrderHandler(Guarded, tornado.web.RequestHandler):
@@ -105,14 +85,3 @@ class OrderHandler(Guarded, tornado.web.RequestHandler):
             raise tornado.web.HTTPError(400, reason="no order") from error
         self.set_status(204)
         self.finish()
-
-
-class MapHandler(Guarded, tornado.web.RequestHandler):
-    """The map that all robots are drawn on."""
-
-    def get(self):
-        """Called by tornado."""
-        if not self.server.settings.ground:
-            raise tornado.web.HTTPError(404)
-        self.set_header("Content-Type", "image/png")
-        self.finish(self.server.settings.ground[0])

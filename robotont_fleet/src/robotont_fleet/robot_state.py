@@ -18,9 +18,9 @@ from tf2_msgs.msg import TFMessage
 from robotont_driver.kinematics.se2 import between
 from robotont_driver.robots.battery import EMPTY
 from robotont_fleet.transforms import Chain
-from robotont_teleop.emergency_stop_client import EmergencyStopClient
-from robotont_teleop.newest_diagnostics import NewestDiagnostics
-from robotont_teleop.page_address import own_address
+from robotont_teleop.hand.emergency_stop_client import EmergencyStopClient
+from robotont_teleop.hand.newest_diagnostics import NewestDiagnostics
+from robotont_teleop.web.page_address import own_address
 
 LONGEST_WORDS = 200
 SHORTEST = 0.2          # [s] over which a speed is measured

@@ -7,7 +7,7 @@ import secrets
 from pathlib import Path
 
 from robotont_fleet.keys import check_name, keys_of
-from robotont_teleop.access import read_or_make_token
+from robotont_teleop.web.access import read_or_make_token
 
 try:
     import zenoh

@@ -23,43 +23,38 @@ def parse(arguments):
     parser = argparse.ArgumentParser(prog="fast_drive", formatter_class=as_it_is, description=(
         "Drives the simulated robot as fast as the machine allows, without ROS, and compares odometry with truth.\n"
         "The same seed gives the same run. Drives, each with its number and default:\n" + available))
-    parser.add_argument("drives", nargs="*", metavar="DRIVE", default=["square", "square_clockwise"],
+    parser.add_argument("drives", nargs="*", metavar="DRIVE", type=read_drive,
+                        default=[read_drive("square"), read_drive("square_clockwise")],
                         help="e.g. square, spin=-5; none: square square_clockwise (UMBmark)")
     parser.add_argument("--wheel-params", required=True, metavar="FILE", help="wheel_params.yaml of the robot")
     parser.add_argument("--believed", metavar="FILE", help=(
         "wheel_params.yaml that commands and odometry use instead, to see what wrong ones do"))
     parser.add_argument("--world", metavar="FILE", help="walls and boxes; without: an empty floor")
-    parser.add_argument("--grip", metavar="WHEEL=PART", action="append", default=[],
+    parser.add_argument("--grip", metavar="WHEEL=PART", action="append", default=[], type=read_grip,
                         help="part 0 to 1 of the friction that a wheel has, e.g. 0=0.02")
     parser.add_argument("--seed", type=seed, default=0, help="of everything random (default: %(default)s)")
     parser.add_argument("--csv", metavar="FOLDER", help="write each drive's packets and true poses there: "
                         "DRIVE.csv, and DRIVE_2.csv for the second of its name")
-    options = parser.parse_args(arguments)
-    try:
-        options.drives = [read_drive(text) for text in options.drives]
-        options.grip = [read_grip(text) for text in options.grip]
-    except ValueError as error:
-        parser.error(str(error))
-    return options
+    return parser.parse_args(arguments)
 
 
 def read_drive(text):
-    """(name, number) of "name" or "name=number". Raises ValueError."""
+    """(name, number) of "name" or "name=number". Raises ArgumentTypeError."""
     name, _, number = text.partition("=")
     if name not in DRIVES:
-        raise ValueError(f"found drive {name!r}, allowed: {', '.join(DRIVES)}")
+        raise argparse.ArgumentTypeError(f"found drive {name!r}, allowed: {', '.join(DRIVES)}")
     what, default, _ = DRIVES[name]
-    value = float(number or default) if is_number(number or default) else math.nan
+    value = number_of(number or default)
     if not math.isfinite(value) or (name.startswith("square") and value <= 0):
-        raise ValueError(f"found {text!r}, allowed: {name}=NUMBER, its {what}")
+        raise argparse.ArgumentTypeError(f"found {text!r}, allowed: {name}=NUMBER, its {what}")
     return name, value
 
 
 def read_grip(text):
-    """(wheel, part) of "wheel=part". Raises ValueError."""
+    """(wheel, part) of "wheel=part". Raises ArgumentTypeError."""
     wheel, _, part = text.partition("=")
-    if not (wheel.isdigit() and is_number(part) and 0 <= float(part) <= 1):
-        raise ValueError(f"found --grip {text!r}, allowed: WHEEL=PART with a part from 0 to 1")
+    if not (wheel.isdigit() and 0 <= number_of(part) <= 1):
+        raise argparse.ArgumentTypeError(f"found --grip {text!r}, allowed: WHEEL=PART with a part from 0 to 1")
     return int(wheel), float(part)
 
 
@@ -70,13 +65,12 @@ def seed(text):
     return int(text)
 
 
-def is_number(text):
-    """Whether float() takes it."""
+def number_of(text):
+    """The number that a text is; NaN for any other."""
     try:
-        float(text)
+        return float(text)
     except ValueError:
-        return False
-    return True
+        return math.nan
 
 
 def make_run(options):

@@ -3,7 +3,7 @@
 import math
 from xml.etree import ElementTree
 
-from robotont_description.geometry import lower_plate_radius, robot_radius
+from robotont_description.geometry import robot_radius
 from robotont_driver.kinematics.motor import NO_LOAD_SPEED
 from robotont_simulator.world import HEIGHT
 
@@ -19,7 +19,6 @@ ROLLER_PART = 0.2      # radius of a roller, in radii of the wheel
 FRICTION = 0.9         # rubber on a floor
 CONTACT = (0.005, 1.0)  # [s], damping ratio: stiff, for rollers pressed flat make the wheel smaller
 ROLLER_DAMPING = 2e-6  # [N m s] in a roller's bearing
-CAMERA = (0.11, 0.12)  # [m] before the middle, above the floor; only for the eye
 VISITOR_RADIUS = 0.15  # [m] of what stands for a person who comes and goes
 AWAY = (0, 0, -10)     # [m] where the visitor is when not there
 
@@ -31,7 +30,7 @@ STALL = 0.0315         # [N m] 0.59 N m behind the gearbox
 GEAR_FRICTION = 0.04   # part of the stall torque that the gearbox costs
 ROTOR_INERTIA = 1.2e-6  # [kg m^2]
 
-WORLD_GROUP, BODY_GROUP, SHOWN_GROUP, ROLLER_GROUP = 0, 1, 2, 3  # ROLLER_GROUP makes contact; it is not shown
+WORLD_GROUP, BODY_GROUP = 0, 1  # the laser sees the world
 
 
 def build(wheels, world):
@@ -40,26 +39,15 @@ def build(wheels, world):
     add(root, "compiler", angle="radian", autolimits="true")
     # elliptic cones and the stiffness ratio keep rollers from creeping sideways
     add(root, "option", timestep=TIMESTEP, cone="elliptic", integrator="implicitfast", impratio=10)
-    visual = add(root, "visual")
-    add(visual, "headlight", diffuse=(0.25, 0.25, 0.25), ambient=(0.35, 0.35, 0.35), specular=(0.1, 0.1, 0.1))
-    add(visual, "quality", shadowsize=8192)
-    add(visual, "global", offwidth=1280, offheight=960)
-    assets = add(root, "asset")
-    add(assets, "texture", name="tiles", type="2d", builtin="checker", width=300, height=300,
-        rgb1=(0.86, 0.87, 0.88), rgb2=(0.80, 0.82, 0.84))
-    add(assets, "texture", name="sky", type="skybox", builtin="gradient", width=64, height=64,
-        rgb1=(0.93, 0.95, 0.97), rgb2=(0.75, 0.82, 0.88))
-    add(assets, "material", name="floor", texture="tiles", texrepeat=(1, 1), texuniform="true")
     scene = add(root, "worldbody")
-    add(scene, "light", pos=(0, 0, 4), dir=(0.3, 0.2, -1), directional="true", diffuse=(0.4, 0.4, 0.4))
-    add(scene, "geom", name="floor", type="plane", size=(0, 0, 1), material="floor", friction=(FRICTION, 0.005, 0.0001),
+    add(scene, "geom", name="floor", type="plane", size=(0, 0, 1), friction=(FRICTION, 0.005, 0.0001),
         contype=1, conaffinity=1, group=WORLD_GROUP)
     for number, box in enumerate(world.boxes):
         add(scene, "geom", name=f"box{number}", type="box", size=(box.length / 2, box.width / 2, HEIGHT / 2),
-            pos=(box.x, box.y, HEIGHT / 2), euler=(0, 0, box.yaw), rgba=(0.62, 0.66, 0.70, 1),
+            pos=(box.x, box.y, HEIGHT / 2), euler=(0, 0, box.yaw),
             contype=1, conaffinity=1, group=WORLD_GROUP)
     visitor = add(scene, "body", name="visitor", mocap="true", pos=AWAY)
-    add(visitor, "geom", type="cylinder", size=(VISITOR_RADIUS, HEIGHT / 2), rgba=(0.80, 0.60, 0.45, 1),
+    add(visitor, "geom", type="cylinder", size=(VISITOR_RADIUS, HEIGHT / 2),
         contype=1, conaffinity=1, group=WORLD_GROUP)
     _add_robot(scene, wheels, world.start)
     actuators = add(root, "actuator")
@@ -67,10 +55,6 @@ def build(wheels, world):
         stall, speed = STALL * wheels.gear, NO_LOAD / wheels.gear / (1 - GEAR_FRICTION)
         add(actuators, "general", name=f"motor{number}", joint=f"wheel{number}", ctrlrange=(-2, 2),
             gainprm=(stall,), biastype="affine", biasprm=(0, 0, -stall / speed))
-    for joint in root.iter("joint"):
-        if joint.get("name", "").startswith("wheel"):
-            joint.set("frictionloss", text(STALL * wheels.gear * GEAR_FRICTION))
-            joint.set("armature", text(ROTOR_INERTIA * wheels.gear ** 2))
     return ElementTree.tostring(root, encoding="unicode")
 
 
@@ -80,23 +64,9 @@ def _add_robot(scene, wheels, start):
     body = add(scene, "body", name="base_link", pos=(x, y, 0), euler=(0, 0, yaw))
     add(body, "freejoint", name="base")
     add(body, "geom", name="body", type="cylinder", size=(radius, BODY_HEIGHT / 2),
-        pos=(0, 0, CLEARANCE + BODY_HEIGHT / 2), mass=BODY_MASS, contype=2, conaffinity=1, group=ROLLER_GROUP)
-    _add_looks(body, lower_plate_radius(wheels))
+        pos=(0, 0, CLEARANCE + BODY_HEIGHT / 2), mass=BODY_MASS, contype=2, conaffinity=1, group=BODY_GROUP)
     for number in range(wheels.amount):
         _add_wheel(body, wheels, number)
-
-
-def _add_looks(body, radius):
-    """Visual parts: two plates, the computer, the battery and the camera in front. Weighs nothing."""
-    def show(**attributes):
-        add(body, "geom", contype=0, conaffinity=0, mass=0, group=SHOWN_GROUP, **attributes)
-    for height in (CLEARANCE, CLEARANCE + 0.07):
-        show(type="cylinder", size=(radius, 0.002), pos=(0, 0, height), rgba=(0.62, 0.76, 0.86, 0.6))
-    show(type="box", size=(0.056, 0.053, 0.022), pos=(-0.02, 0, CLEARANCE + 0.094), rgba=(0.16, 0.17, 0.19, 1))
-    show(type="box", size=(0.02, 0.05, 0.012), pos=(-0.1, 0, CLEARANCE + 0.084), rgba=(0.20, 0.36, 0.55, 1))
-    front, height = CAMERA
-    show(type="box", size=(0.006, 0.05, 0.008), pos=(front, 0, height), rgba=(0.55, 0.58, 0.61, 1))
-    show(type="box", size=(0.004, 0.006, 0.02), pos=(front - 0.004, 0, height - 0.022), rgba=(0.3, 0.31, 0.33, 1))
 
 
 def _add_wheel(body, wheels, number):
@@ -108,9 +78,10 @@ def _add_wheel(body, wheels, number):
               pos=(distance * math.cos(position), distance * math.sin(position), radius),
               xyaxes=(math.cos(direction), math.sin(direction), 0, 0, 0, -1))
     # x = direction, y = down, so z = x cross y = the direction turned by +90 degrees
-    add(hub, "joint", name=f"wheel{number}", type="hinge", axis=(0, 0, 1))
+    add(hub, "joint", name=f"wheel{number}", type="hinge", axis=(0, 0, 1),
+        frictionloss=STALL * wheels.gear * GEAR_FRICTION, armature=ROTOR_INERTIA * wheels.gear ** 2)
     add(hub, "geom", type="cylinder", size=(0.55 * radius, ROW_OFFSET * 1.6), mass=WHEEL_MASS,
-        contype=0, conaffinity=0, group=SHOWN_GROUP, rgba=(0.85, 0.86, 0.87, 1))
+        contype=0, conaffinity=0, group=BODY_GROUP)
     thick = ROLLER_PART * radius
     # an ellipsoid whose tip is as curved as the wheel: the wheel rolls without bumps
     long = math.sqrt(thick * radius)
@@ -123,9 +94,7 @@ def _add_wheel(body, wheels, number):
             add(roller, "joint", type="hinge", axis=(1, 0, 0), damping=ROLLER_DAMPING, armature=1e-7)
             add(roller, "geom", name=f"roller{number}_{row}_{index}", type="ellipsoid", size=(long, thick, thick),
                 mass=ROLLER_MASS, friction=(FRICTION, 0.005, 0.0001), solref=CONTACT, priority=1, contype=2,
-                conaffinity=1, condim=3, group=ROLLER_GROUP)
-            add(roller, "geom", type="capsule", size=(0.9 * thick, 0.4 * long), euler=(0, math.pi / 2, 0), mass=0,
-                contype=0, conaffinity=0, group=SHOWN_GROUP, rgba=(0.22, 0.24, 0.27, 1))
+                conaffinity=1, condim=3, group=BODY_GROUP)
 
 
 def add(parent, tag, **attributes):

@@ -62,9 +62,6 @@ class OfficialFirmware:
         """Cause of the board's halt; empty while it runs."""
         return self._board.dead
 
-    def start(self):
-        """Nothing to prepare."""
-
     def run(self):
         """Serve until `on_tick` returns false."""
         board, before, tick = self._board, time.monotonic(), self.PERIOD

@@ -12,6 +12,7 @@ EVEN = 0.1  # by which the sines of the angles between wheels may differ
 THESIS_MASS, THESIS_INERTIA = 3.576, 0.0429  # [kg, kg m^2] of the robot for which config.LEAD and TURN_LEAD are,
 THESIS_DISTANCE, THESIS_WAY = 0.125, 0.035 / 18.75  # [m] of its wheels from its middle; [m/rad] of rim by motor shaft
 ROTOR_LEAD = 38  # [1/16 period] of a motor that turns its wheel alone
+HALF = 8         # [1/16 period] by which a LEAD is less than the time constant: a period's effort acts on its mean
 DARK = 25  # [periods] that a board without power and then starting does nothing
 
 
@@ -23,7 +24,7 @@ def configuration(wheels, mass, inertia):
     loads = {name: min(round(larger * numbers[name]), config.MAX_TORQUE) for name in ("MAX_LOAD", "BLOCKED_INTEGRAL")}
     leads = {"LEAD": lead(config.LEAD, wheels, mass / THESIS_MASS),
              "TURN_LEAD": lead(config.TURN_LEAD, wheels, turning)}
-    return types.SimpleNamespace(**{**numbers, **loads, **leads, "ARC": arc(wheels),
+    return types.SimpleNamespace(**{**numbers, **loads, **leads, "ARC": arc(wheels, leads["LEAD"]),
                                     "RATE": round(wheels.pid_frequency), "PROFILE": "simulated"})
 
 
@@ -38,52 +39,29 @@ def lead(number, wheels, times):
     A motor feels mass by the square of the way by which it moves it.
     """
     load = times * way(wheels) ** 2 * 3 / wheels.amount
-    return min(round(ROTOR_LEAD + (number - ROTOR_LEAD) * load), LARGEST // (7 * 256 * config.MAX_SPEED))
+    most = LARGEST // (7 * 256 * config.MAX_SPEED + config.TURN_DRAG)
+    return min(round(ROTOR_LEAD + (number - ROTOR_LEAD) * load), most)
 
 
-def arc(wheels):
-    """ARC of the firmware's configuration for wheels one after the other at even angles; of others NO_ARC."""
+def arc(wheels, lead):
+    """ARC of the firmware's configuration for wheels one after the other at even angles; of others NO_ARC.
+
+    An arc bends the way of the mass: what of `lead` are the rotors has no part in it.
+    """
     after = [*wheels.directions[1:], wheels.directions[0]]
     steps = [math.sin(one - other) for one, other in zip(after, wheels.directions)]
     if max(steps) - min(steps) > EVEN:
         return NO_ARC
     mean = sum(steps) / wheels.amount * sum(wheels.distances) / sum(wheels.metres_per_edge)
-    return max(round(2 * mean * wheels.rotation), 2 * config.MAX_SPEED) if mean * wheels.rotation > 0 else NO_ARC
+    edges = 2 * mean * wheels.rotation * lead / max(1, lead - ROTOR_LEAD + HALF)
+    return min(max(round(edges), 2 * config.MAX_SPEED), NO_ARC) if edges > 0 else NO_ARC
 
-
-class SimulatedFirmware:
-    """The firmware on a `SimulatedBoard`, with its starts."""
-
-    def __init__(self, board):
-        self._board = board
-        self._make("simulated")
-
-    def _make(self, cause):
-        wheels = self._board.wheels
-        self._controller = Controller(self._board, configuration(wheels, *self._board.inertia), wheels.amount, cause)
-
-    def start(self):
-        """Identify itself."""
-        self._controller.start()
-
-    def fail(self):
-        """Let the board's supply break down at the end of this period."""
-        self._board.power_failed = True
-
-    def run(self):
-        """Run until the simulation ends, through every failure of the board's supply."""
-        while not self._controller.run() and self._board.power_failed:
-            for _ in range(DARK):
-                self._board.wait_tick()
-            self._board.power_returns()
-            self._make("power")
-            self.start()
 
 LONGEST_STALL = 0.4  # [s] that is made up for; the firmware must not miss half a second of commands at once
 
 
 class SimulatedBoard:
-    """Stand-in for the hardware of the firmware's loop.
+    """Stand-in for the hardware of the firmware's loop; `run` runs that.
 
     line: an object with read(size) -> bytes and write(bytes), the board's end of the serial line.
     on_tick(): called once per period, after the physics; returns whether to go on.
@@ -93,34 +71,37 @@ class SimulatedBoard:
     def __init__(self, simulation, line, on_tick, real_time):
         self.line = line
         self.late = 0  # stalls after which time was skipped
-        self.power_failed = False
+        self._power_failed = False
         self._simulation = simulation
         self._on_tick = on_tick
         self._period = 1.0 / simulation.wheels.pid_frequency
         self.due = time.monotonic() if real_time else None  # [s] when the newest period was over, on its own clock
 
-    @property
-    def wheels(self):
-        """The `Wheels` of the simulated robot."""
-        return self._simulation.wheels
+    def run(self):
+        """Run the firmware until the simulation ends, through every failure of the board's supply."""
+        cause, wheels = "simulated", self._simulation.wheels
+        while True:
+            controller = Controller(self, configuration(wheels, *self._simulation.inertia), wheels.amount, cause)
+            controller.start()
+            controller.run()
+            if not self._power_failed:
+                return
+            for _ in range(DARK):
+                self.wait_tick()
+            while self.line.read(4096):
+                pass  # lost
+            self._power_failed, cause = False, "power"
 
-    @property
-    def inertia(self):
-        """Mass [kg] and moment of inertia [kg m^2] of the simulated robot."""
-        return self._simulation.inertia
-
-    def power_returns(self):
-        """Supply the board again; bytes received meanwhile are lost."""
-        self.power_failed = False
-        while self.line.read(4096):
-            pass
+    def fail(self):
+        """Let the board's supply break down at the end of this period."""
+        self._power_failed = True
 
     def wait_tick(self):
         """Let one period pass; 1, or 0 to end."""
         self._simulation.step()
         if self.due is not None:
             self._keep_pace()
-        return 1 if self._on_tick() and not self.power_failed else 0
+        return 1 if self._on_tick() and not self._power_failed else 0
 
     def _keep_pace(self):
         """Sleep until the period is over.

@@ -10,8 +10,7 @@ from robotont_simulator.imu import GRAVITY, ImuErrors
 from robotont_simulator.mujoco_model import AWAY, FRICTION, STALL_CURRENT, TIMESTEP, VOLTAGE, WORLD_GROUP, build
 from robotont_simulator.world import HEIGHT
 
-COAST_EFFORT = 0   # the motor driver leaves the motor open: no torque, no brake
-GOOD, UNPLUGGED, REVERSED = "good", "unplugged", "reversed"  # states of an encoder
+GOOD, UNPLUGGED, REVERSED = 1, 0, -1  # states of an encoder
 JAMMED = 50.0      # [N m] friction of a wheel that something holds: more than any motor
 PUSH_DURATION = 0.3  # [s] that a push takes
 PUSH_LIFT = 1.0      # part of the robot's weight that a push takes off its wheels, as a person carrying the robot would
@@ -45,12 +44,11 @@ class Simulation:
         # encoders start anywhere
         self._counters = self.random.integers(0, 0x10000, wheels.amount)
         self._edges = np.zeros(wheels.amount, int)  # since the start, as the wheels turned
-        self._encoders = np.ones(wheels.amount, int)  # 1, 0 unplugged, -1 reversed
+        self._encoders = np.full(wheels.amount, GOOD)
         self._powered = np.ones(wheels.amount, bool)
         self._dofs = [int(self.mujoco_model.joint(f"wheel{wheel}").dofadr[0]) for wheel in range(wheels.amount)]
         self._frictions = self.mujoco_model.dof_frictionloss[self._dofs].copy()
         self._efforts = np.zeros(wheels.amount)
-        self._coasting = np.ones(wheels.amount, bool)
         self._push_ends = 0.0  # [s]
         readings = max((part for part in range(1, self._steps + 1)
                         if self._steps % part == 0 and part * wheels.pid_frequency <= imu_rate), default=0)
@@ -76,12 +74,11 @@ class Simulation:
     def drive(self, wheel, effort):
         """Put `effort` (-1..1 of the battery's voltage) on a motor; 0 lets it coast."""
         self._efforts[wheel] = effort
-        self._coasting[wheel] = effort == COAST_EFFORT
 
     def step(self):
         """One PID period."""
-        self.data.ctrl[:] = np.where(self._powered, self._efforts * (self.voltage / VOLTAGE), 0.0)
-        self.mujoco_model.actuator_biasprm[:, 2] = np.where(self._coasting | ~self._powered, 0.0, self._brake)
+        self.data.ctrl[:] = self._efforts * self._powered * (self.voltage / VOLTAGE)
+        self.mujoco_model.actuator_biasprm[:, 2] = self._brake * self._driven()
         if self.time >= self._push_ends:
             self.data.xfrc_applied[self._body] = 0.0
         if self.imu_errors is None:
@@ -159,7 +156,7 @@ class Simulation:
 
     def set_encoder(self, wheel, state):
         """Make an encoder GOOD, UNPLUGGED or REVERSED."""
-        self._encoders[wheel] = {GOOD: 1, UNPLUGGED: 0, REVERSED: -1}[state]
+        self._encoders[wheel] = state
 
     def set_motor(self, wheel, powered):
         """Connect or disconnect a motor's current: without it the wheel rolls."""
@@ -177,10 +174,14 @@ class Simulation:
         """Whether the board drives any motor."""
         return bool(np.any(self._efforts))
 
+    def _driven(self):
+        """Of each motor whether it has current: the driver leaves others open, which neither turns nor brakes."""
+        return (self._efforts != 0) & self._powered
+
     def currents(self):
         """[A] that each motor draws, n."""
         emf = self.wheel_speeds() * -self._brake / self._gains  # part of the nominal voltage
-        return STALL_CURRENT * np.where(self._coasting | ~self._powered, 0.0, self.data.ctrl - emf)
+        return STALL_CURRENT * self._driven() * (self.data.ctrl - emf)
 
     def touches(self):
         """Whether the body touches a wall or a box."""

@@ -16,8 +16,8 @@ from robotont_driver.ros.lifecycle import run_node
 from robotont_simulator.faulty_port import Port, PortError
 from robotont_simulator.official_firmware import OfficialFirmware, make_simulation
 from robotont_simulator.sensors import Sensors
-from robotont_simulator.simulated_board import SimulatedBoard, SimulatedFirmware
-from robotont_simulator.simulation import GOOD, REVERSED, UNPLUGGED, Simulation
+from robotont_simulator.simulated_board import SimulatedBoard
+from robotont_simulator.simulation import Simulation
 from robotont_simulator.world import World, WorldError, read_world
 from robotont_simulator.world_map import WorldMap
 
@@ -38,14 +38,18 @@ PARAMETERS = (
 class SimulatorNode:
     """Runs the firmware on the simulated board in real time, in a thread of its own."""
 
-    def __init__(self, wheels, parameters):
+    def __init__(self, _name, wheels, parameters):
         self._parameters = parameters
         # the robot's dialect tells which firmware its board has; any that is not official is this project's
         packets = rospy.get_param("serial_com_node/packets", "")
         self._official = packets if packets in BOARDS else ""
-        world, self._map = self._read_world()
-        self._simulation = self._make_simulation(wheels, world)
-        self._port = self._make_port()
+        try:
+            world, self._map = self._read_world()
+            self._simulation = self._make_simulation(wheels, world)
+            self._port = Port(parameters["port"], parameters["seed"])
+        except (OSError, ValueError) as error:
+            rospy.logfatal("%s", error)
+            raise SystemExit(1) from None
         self._lock = threading.Lock()
         self._orders = []  # functions to call between two periods
         self._sensors = Sensors(self._simulation, wheels.pid_frequency, parameters)
@@ -57,63 +61,41 @@ class SimulatorNode:
         rospy.Subscriber("~battery", Float32, self._on_battery)
         self._stopping = threading.Event()
         self._late_before = 0
-        simulation, states = self._simulation, {1: GOOD, 0: UNPLUGGED, -1: REVERSED}
+        simulation = self._simulation
         for name, kind, lowest, function in (  # a number per wheel, from the lowest to 1
                 ("wheel_grip", Float32MultiArray, 0, simulation.set_grip),  # part of the normal friction
-                ("encoders", Int8MultiArray, -1, lambda wheel, value: simulation.set_encoder(wheel, states[value])),
+                ("encoders", Int8MultiArray, -1, simulation.set_encoder),
                 ("motors", Int8MultiArray, 0, simulation.set_motor),        # 0: gets no current
                 ("jam", Int8MultiArray, 0, simulation.set_jam)):            # 1: held fast
             rospy.Subscriber(f"~{name}", kind, self._on_wheels, (name, lowest, function))
         rospy.Service("~brown_out", Trigger, self._on_brown_out)
-        self._firmware = self._make_firmware(wheels)
-        self._thread = threading.Thread(target=self._run, daemon=True)
+        self._board = self._make_board()
+        self._thread = threading.Thread(target=self._board.run, daemon=True)
         rospy.on_shutdown(self._stop)
         self._thread.start()
         Health("simulator", {"real time": self._report})
         rospy.loginfo("a board at %s", parameters["port"])
 
-    def _make_port(self):
-        try:
-            return Port(self._parameters["port"], self._parameters["seed"])
-        except PortError as error:
-            rospy.logfatal("~port: %s", error)
-            raise SystemExit(1) from None
-
     def _make_simulation(self, wheels, world):
-        given = self._parameters
-        if not self._official:
-            return Simulation(wheels, world, given["seed"], IMU_RATE)
-        try:
-            return make_simulation(self._official, wheels, world, given["seed"], IMU_RATE)
-        except ValueError as error:
-            rospy.logfatal("firmware of %s: %s", self._official, error)
-            raise SystemExit(1) from None
+        if self._official:
+            return make_simulation(self._official, wheels, world, self._parameters["seed"], IMU_RATE)
+        return Simulation(wheels, world, self._parameters["seed"], IMU_RATE)
 
-    def _make_firmware(self, wheels):
-        """An object with start() and run(); `_board` has `due`, when the newest period was over, and `late`."""
+    def _make_board(self):
+        """An object with run(); `due`, when the newest period was over, and `late`."""
         if self._official:
             self._port.spoil_commands = False  # one corrupted field can kill the official firmware
-            self._board = OfficialFirmware(self._official, self._simulation, self._port, self._on_tick)
-            return self._board
-        self._board = SimulatedBoard(self._simulation, self._port, self._on_tick, real_time=True)
-        return SimulatedFirmware(self._board)
+            return OfficialFirmware(self._official, self._simulation, self._port, self._on_tick)
+        return SimulatedBoard(self._simulation, self._port, self._on_tick, real_time=True)
 
     def _read_world(self):
         """(World, its WorldMap or None)."""
-        given = self._parameters
-        try:
-            world = read_world(given["world"]) if given["world"] else World((), (0.0, 0.0, 0.0))
-            return world, WorldMap(world, given["odom_frame"]) if given["odom_frame"] else None
-        except FileNotFoundError:
-            others = ", ".join(sorted(file.stem for file in Path(given["world"]).resolve().parent.glob("*.yaml")))
-            rospy.logfatal("world: found no file %s, allowed: %s", given["world"], others or "a file that is there")
-        except (OSError, WorldError) as error:
-            rospy.logfatal("world: %s", error)
-        raise SystemExit(1)
-
-    def _run(self):
-        self._firmware.start()
-        self._firmware.run()
+        file, odom_frame = self._parameters["world"], self._parameters["odom_frame"]
+        if file and not Path(file).exists():
+            others = ", ".join(sorted(other.stem for other in Path(file).resolve().parent.glob("*.yaml")))
+            raise WorldError(f"world: found no file {file}, allowed: {others or 'a file that is there'}")
+        world = read_world(file) if file else World((), (0.0, 0.0, 0.0))
+        return world, WorldMap(world, odom_frame) if odom_frame else None
 
     def _on_tick(self):
         """Between two periods: carry out orders, publish; whether to go on."""
@@ -121,8 +103,8 @@ class SimulatorNode:
             orders, self._orders = self._orders, []
         for order in orders:
             order()
-        if getattr(self._firmware, "dead", ""):
-            rospy.logerr_throttle(10.0, "the board is dead: %s", self._firmware.dead)
+        if getattr(self._board, "dead", ""):
+            rospy.logerr_throttle(10.0, "the board is dead: %s", self._board.dead)
         self._sensors.publish(self._stamp())
         return not self._stopping.is_set()
 
@@ -163,9 +145,9 @@ class SimulatorNode:
 
     def _on_brown_out(self, _request):
         """Let the board's supply break down for half a second."""
-        if not isinstance(self._firmware, SimulatedFirmware):
+        if self._official:
             return TriggerResponse(success=False, message="not with official firmware")
-        self._order(self._firmware.fail)
+        self._order(self._board.fail)
         return TriggerResponse(success=True, message="the board restarts in half a second")
 
     def _on_push(self, message):
@@ -212,4 +194,4 @@ def check(name, value, lowest, highest):
 
 def main():
     """Run simulator_node."""
-    run_node("simulator_node", SimulatorNode, PARAMETERS)
+    run_node(SimulatorNode)

@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import NamedTuple, Tuple
 
 import numpy as np
+from scipy import ndimage
 
 from robotont_driver.parameters.parameters import fault, is_number, shown
 from robotont_driver.parameters.yaml_file import read_mapping
@@ -92,9 +93,12 @@ def draw_map(world, resolution=0.05, margin=0.5):
     """
     if not world.boxes:
         raise WorldError("a world without walls and boxes has no map")
-    corners = np.array([corner for box in world.boxes for corner in _corners(box)])
-    low = (np.floor((corners.min(axis=0) - margin) / resolution) - 0.5) * resolution
-    size = np.ceil((corners.max(axis=0) + margin - low) / resolution).astype(int)
+    x, y, length, width, yaw = np.array(world.boxes).T
+    cos, sin = abs(np.cos(yaw)), abs(np.sin(yaw))
+    reach = np.array([cos * length + sin * width, sin * length + cos * width]) / 2 + margin  # from a box's middle
+    middles = np.array((x, y))
+    low = (np.floor((middles - reach).min(axis=1) / resolution) - 0.5) * resolution
+    size = np.ceil(((middles + reach).max(axis=1) - low) / resolution).astype(int)
     x = low[0] + (np.arange(size[0]) + 0.5) * resolution
     y = low[1] + (np.arange(size[1]) + 0.5) * resolution
     x, y = np.meshgrid(x, y[::-1])
@@ -105,41 +109,14 @@ def draw_map(world, resolution=0.05, margin=0.5):
         across = abs(-sin * (x - box.x) + cos * (y - box.y)) - box.width / 2
         solid |= np.maximum(along, across) <= resolution * 1e-6
     start = np.unravel_index(np.argmin((x - world.start[0]) ** 2 + (y - world.start[1]) ** 2), x.shape)
-    free = _reachable(start, ~solid)
-    if not free.any():
+    regions, _ = ndimage.label(~solid)
+    free = (regions == regions[start]) & ~solid
+    if solid[start]:
         raise WorldError(f"the start ({world.start[0]:g}, {world.start[1]:g}) is in a wall or a box")
     image = np.full(x.shape, UNKNOWN, np.uint8)
     image[free] = FREE
-    image[_grown(free) & solid] = OCCUPIED
+    image[ndimage.binary_dilation(free) & solid] = OCCUPIED
     return image, (float(low[0]), float(low[1]))
-
-
-def _reachable(start, free):
-    """Cells that can be reached from the cell `start` through `free` ones (both H x W of bool)."""
-    reached = np.zeros(free.shape, bool)
-    reached[start] = free[start]
-    amount = 0
-    while reached.sum() > amount:
-        amount = reached.sum()
-        reached = _grown(reached) & free
-    return reached
-
-
-def _grown(cells):
-    """Cells and their four neighbours."""
-    grown = cells.copy()
-    grown[1:] |= cells[:-1]
-    grown[:-1] |= cells[1:]
-    grown[:, 1:] |= cells[:, :-1]
-    grown[:, :-1] |= cells[:, 1:]
-    return grown
-
-
-def _corners(box):
-    cos, sin = math.cos(box.yaw), math.sin(box.yaw)
-    for along, across in ((1, 1), (1, -1), (-1, 1), (-1, -1)):
-        dx, dy = along * box.length / 2, across * box.width / 2
-        yield box.x + cos * dx - sin * dy, box.y + sin * dx + cos * dy
 
 
 def write_map(world, file, resolution=0.05):

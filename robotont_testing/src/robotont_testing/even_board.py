@@ -27,13 +27,11 @@ class EvenBoard(Board):
         super().__init__(link, period=period)
         self._log = log
         self._random = random.Random(3)
-        self._due = None
 
     def _tick(self, now):
-        self._due = now if self._due is None else self._due + self.period
         self._commanded_at = now
         self._speeds = [self._random.randint(-FASTEST, FASTEST) for _ in range(self.wheels)]
-        self._log.write(" ".join(map(str, (self._due, *self._speeds))) + "\n")
+        self._log.write(" ".join(map(str, (self.due - self.period, *self._speeds))) + "\n")
         super()._tick(now)
 
 

@@ -1,4 +1,4 @@
-"""Figures of benchmarks: several rounds of one, beside its floor and its bound; tables; comparison. Pure.
+"""Figures of benchmarks: several rounds of one, beside its floor and its bound; a table. Pure.
 
 A figure is a dictionary, so that JSON can hold it: `row` makes it and documents its keys.
 """
@@ -77,44 +77,6 @@ def _cells(rows):
 
 def text_table(rows):
     """The rows in columns for a terminal."""
-    return _in_columns(_cells(rows))
-
-
-def _in_columns(lines):
-    cells = list(lines)
+    cells = list(_cells(rows))
     widths = [max(len(line[column]) for line in cells) for column in range(len(cells[0]))]
     return "\n".join("  ".join(cell.ljust(width) for cell, width in zip(line, widths)).rstrip() for line in cells)
-
-
-def markdown_table(rows):
-    """The rows as a table of Markdown."""
-    head, *lines = (" | ".join(cell.replace("|", "\\|") for cell in line) for line in _cells(rows))
-    return "\n".join([f"| {head} |", "|" + " --- |" * (head.count(" | ") + 1), *(f"| {line} |" for line in lines)])
-
-
-def compare(old, new):
-    """A table of two runs: those figures that both have, and what has changed by more than the rounds vary.
-
-    The ratio to the floor is what to look at when the machine, or its load, was another one.
-    """
-    before = {(line["name"], line.get("subject", "")): line for line in old}
-    cells = [("what", "of", "unit", "old", "new", "change", "old x floor", "new x floor", "")]
-    for line in new:
-        earlier = before.get((line["name"], line.get("subject", "")))
-        if not earlier or None in (earlier["value"], line["value"]):
-            continue
-        change = f"{100 * (line['value'] / earlier['value'] - 1):+.0f} %" if earlier["value"] else ""
-        cells.append((line["name"], line.get("subject", ""), line["unit"], spread(earlier), spread(line), change,
-                      _of_floor(earlier), _of_floor(line), "" if _overlap(earlier, line) else "beyond the spread"))
-    return _in_columns(cells)
-
-
-def _of_floor(line):
-    return number(line["value"] / line["floor"]) if line["floor"] else ""
-
-
-def _overlap(one, other):
-    """Whether the rounds of two rows have values in common; true where one of them had a single round."""
-    if min(one.get("rounds", 1), other.get("rounds", 1)) < 2:
-        return True
-    return one["min"] <= other["max"] and other["min"] <= one["max"]

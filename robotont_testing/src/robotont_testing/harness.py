@@ -44,17 +44,6 @@ def wait_for(condition, what, timeout=20.0, period=0.005):
         time.sleep(period)
 
 
-@contextlib.contextmanager
-def threads_take_turns(interval):
-    """A block in which a thread of this process that computes lets others run every `interval` [s]."""
-    before = sys.getswitchinterval()
-    sys.setswitchinterval(interval)
-    try:
-        yield
-    finally:
-        sys.setswitchinterval(before)
-
-
 def in_own_process(test):
     """A test without arguments that runs in a process of its own: rospy.init_node works once in each."""
     file = test.__code__.co_filename

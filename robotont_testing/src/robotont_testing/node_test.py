@@ -53,8 +53,7 @@ class NodeTest(unittest.TestCase):
 
     def _on_diagnostics(self, message):
         for status in message.status:
-            if status.message != "Node starting up":  # diagnostic_updater's own, without values
-                self.status[status.name] = status
+            self.status[status.name] = status
 
     def listen(self, topic, message_type, callback=None, publishers=0):
         """The list into which all messages of the topic go, from as many connected publishers on."""

@@ -1,12 +1,10 @@
 """A stand-in for the board: ideal motors behind a pseudo-terminal, with a line as bad as a test wants."""
 
 import binascii
-import os
 import random
-import select
-import threading
 import time
-import tty
+
+from robotont_testing.cable import Cable
 
 COMMAND_TIMEOUT = 0.5  # [s]
 LINE_LATENCY = 0.005   # [s] of bytes at a slow line that are looked at together
@@ -103,7 +101,7 @@ class Line:
         return arrived
 
 
-class Board:
+class Board(Cable):
     """Reads commands and sends one packet per period, from a thread of its own, at the port `link`.
 
     It goes on, with a battery of its own, while its cable is unplugged. `line`: faults of what it sends; `commands`:
@@ -120,7 +118,8 @@ class Board:
 
     def __init__(self, link, wheels=3, checked=True, period=0.02, start_totals=0, banner="robotont stand-in 1",
                  identity=None):
-        self.link = link
+        super().__init__(link)
+        self.due = 0.0  # [s] when the next period begins
         self.wheels = wheels
         self.checked = checked
         self.period = period
@@ -138,13 +137,6 @@ class Board:
         self.on_period = None
         self._start_totals = start_totals
         self.motors = Encoders(wheels)
-        self._woken, self._wake = os.pipe()
-        self._master = None     # its end of the port, in use by the thread
-        self._wanted = None     # the one that the thread is to use
-        self._taken = threading.Event()  # it does
-        self._ended = False
-        self._thread = None
-        self._open = False  # whether a process has the port open
         self.restart()
 
     def restart(self, start_totals=None):
@@ -163,96 +155,17 @@ class Board:
         self._says.append(data)
 
     def plug(self):
-        """Appear at the port's name."""
-        master, slave = os.openpty()
-        tty.setraw(slave)
-        os.set_blocking(master, False)
-        if os.path.islink(self.link):
-            os.unlink(self.link)
-        os.symlink(os.ttyname(slave), self.link)
-        os.close(slave)
-        if self._thread is None:
-            self._thread = threading.Thread(target=self._run, daemon=True)
-            self._thread.start()
-        self._use(master)
-
-    def unplug(self):
-        """Vanish: the port's name and the line."""
-        os.unlink(self.link)
-        master = self._master
-        self._use(None)
-        os.close(master)
-
-    def _use(self, master):
-        """Let the thread use another end of the port, or none."""
-        self._taken.clear()
-        self._wanted = master
-        os.write(self._wake, b"!")
-        self._taken.wait()
-
-    def close(self):
-        """Unplug, if not unplugged already, and switch off."""
-        if self._master is not None:
-            self.unplug()
-        if self._thread is not None:
-            self._ended = True
-            os.write(self._wake, b"!")
-            self._thread.join()
-            self._thread = None
-
-    def __enter__(self):
-        """Plug in."""
-        self.plug()
-        return self
-
-    def __exit__(self, *_):
-        """Switch off."""
-        self.close()
+        """Appear at the port's name; its first period begins when it does for the first time."""
+        self.due = self.due or time.monotonic()
+        self._unfinished = b""
+        super().plug()
 
     @property
     def speeds(self):
         """Speeds [units] that the wheels have now."""
         return list(self._speeds)
 
-    def send(self, data):
-        """Write bytes to the line now, whatever the line does to packets; lost when no process has the port open."""
-        try:
-            while data:
-                data = data[os.write(self._master, data):]
-        except (OSError, TypeError):
-            pass  # unplugged, full, or closed at the other end: a real board does not wait either
-
-    def _run(self):
-        self._unfinished = b""
-        due = time.monotonic()
-        poller = select.poll()
-        poller.register(self._woken, select.POLLIN)
-        while True:
-            ready = poller.poll(max(0.0, due - time.monotonic()) * 1000)
-            now = time.monotonic()
-            if any(fd == self._woken for fd, _ in ready):
-                os.read(self._woken, 1)
-                if self._ended:
-                    return
-                self._change_port(poller)
-                continue
-            heard = any(event & select.POLLIN for _, event in ready) and self._hear(now)
-            self._open = self._master is not None and not any(event & select.POLLHUP for _, event in ready)
-            if ready and not heard:
-                time.sleep(min(0.001, self.period / 4))  # port closed, or line slow: poll() would return at once
-            if now >= due:
-                due += self.period
-                self._tick(now)
-
-    def _change_port(self, poller):
-        if self._master is not None:
-            poller.unregister(self._master)
-        self._master, self._unfinished = self._wanted, b""
-        if self._master is not None:
-            poller.register(self._master, select.POLLIN)
-        self._taken.set()
-
-    def _arrived(self, now):
+    def arrived(self, now):
         """Number of bytes that the line can have brought until now."""
         if self.stalled:
             return 0
@@ -261,23 +174,18 @@ class Board:
         self._heard_until = max(self._heard_until, now - LINE_LATENCY)
         return int((now - self._heard_until) * self.byte_rate)
 
-    def _hear(self, now):
-        """Take the bytes that have arrived; returns whether there were any."""
-        amount = self._arrived(now)
-        try:
-            data = os.read(self._master, amount) if amount else b""
-        except OSError:
-            data = b""
-        if not data:
-            return False
-        self._take(data, now)
-        return True
-
-    def _take(self, data, now):
+    def hear(self, data, now):
+        """Take bytes that have arrived."""
         if self.byte_rate:
             self._heard_until += len(data) / self.byte_rate
         for piece in self.commands.delayed(data, now):
             self._obey(piece, now)
+
+    def turn(self, now):
+        """Do the work of a period, if it is its time."""
+        if now >= self.due:
+            self.due += self.period
+            self._tick(now)
 
     def _obey(self, data, now):
         *lines, self._unfinished = (self._unfinished + data).split(b"\n")
@@ -303,7 +211,7 @@ class Board:
         if now - self._commanded_at > COMMAND_TIMEOUT:
             self._speeds = [0.0] * self.wheels
         counts = self.motors.follow(self._speeds)
-        if self._open:
+        if self.connected:
             self.reported.append(counts)
         if self.on_period:
             self.on_period(self.motors.turned)

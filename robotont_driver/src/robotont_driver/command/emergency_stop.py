@@ -1,16 +1,6 @@
 """The emergency stop: who presses it, what releases it, and who may drive after it; free of ROS and clock.
 
-The rule:
-
-1. Anybody presses, by `true`; old, latched or repeated makes no difference.
-2. Each node presses for itself. The robot stands while any of them presses.
-3. A node takes back its own press, by `false`; its words come in order. Any other `false` means nothing: that of a node
-   that has not pressed, however often it repeats it, and a latched one, which may be older than the press.
-4. A person releases all presses, by a request (page, keys, gamepad, `./robotont release`). A node that goes on to say
-   `true` presses again with its next one.
-5. Neither time, nor the end of a node that has pressed, nor a lost connection, nor a restart of a node releases.
-6. A release moves nothing: whoever has asked for motion and not stopped has to stop once, by a zero of his own or by
-   silence after it.
+The rule: docs/teleop.md, "The emergency stop".
 """
 
 

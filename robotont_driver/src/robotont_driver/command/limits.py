@@ -3,8 +3,6 @@
 import math
 from typing import NamedTuple
 
-BRAKING = 1.5  # times the linear acceleration: what rubs, slows down by itself
-
 
 class Limits(NamedTuple):
     """Bounds on the motion of the robot; 0 = no bound."""
@@ -12,8 +10,9 @@ class Limits(NamedTuple):
     linear_speed: float = 0.0          # [m/s]
     angular_speed: float = 0.0         # [rad/s]
     wheel_speed: float = 0.0           # [m/s]
-    linear_acceleration: float = 0.0   # [m/s^2] of the velocity over ground; BRAKING times as much to slow down
+    linear_acceleration: float = 0.0   # [m/s^2] of the velocity over ground
     angular_acceleration: float = 0.0  # [rad/s^2]
+    linear_deceleration: float = 0.0   # [m/s^2] likewise, while it slows down; 0: linear_acceleration
 
     @property
     def of_speed(self):
@@ -23,7 +22,7 @@ class Limits(NamedTuple):
     @property
     def of_acceleration(self):
         """Whether any acceleration is limited."""
-        return bool(self.linear_acceleration or self.angular_acceleration)
+        return bool(self.linear_acceleration or self.angular_acceleration or self.linear_deceleration)
 
 
 def limit_speed(twist, wheel_speeds, limits):
@@ -67,8 +66,9 @@ def limit_acceleration(previous, wanted, elapsed, limits):
     x, y = min(previous[:2], ground, key=lambda start: math.hypot(wanted[0] - start[0], wanted[1] - start[1]))
     change = (wanted[0] - x, wanted[1] - y, wanted[2] - previous[2])
     slower = change[0] * x + change[1] * y < 0.0
+    linear = (slower and limits.linear_deceleration) or limits.linear_acceleration
     share = math.hypot(
-        _share(math.hypot(change[0], change[1]), limits.linear_acceleration * (BRAKING if slower else 1.0), elapsed),
+        _share(math.hypot(change[0], change[1]), linear, elapsed),
         _share(abs(change[2]), limits.angular_acceleration, elapsed),
     )
     if share <= 1.0:

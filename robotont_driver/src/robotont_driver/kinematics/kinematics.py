@@ -69,7 +69,3 @@ class Kinematics:
         twist with the least sum of squared differences.
         """
         return tuple([sum(map(mul, row, speeds)) for row in self._inverse_rows])
-
-    def twist_of_units(self, units):
-        """Twist, a tuple of 3, of the units in a packet from the board: formulas (8)-(11)."""
-        return self.twist_of_speeds(self.speeds_of_units(units))

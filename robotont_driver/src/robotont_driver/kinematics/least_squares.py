@@ -12,25 +12,23 @@ import numpy as np
 LARGEST_CONDITION = 10.0
 
 
-def least_squares(matrix, wheels=None):
+def least_squares(matrix, wheels):
     """3 x n: the step with the least sum of squared differences from the paths of the `wheels`.
 
-    matrix: the n x 3 wheel matrix (6); wheels: indices of those in use, all when None. Columns of excluded wheels
+    matrix: the n x 3 wheel matrix (6); wheels: indices of those in use, a list. Columns of excluded wheels
     are 0. Formula (7) for three wheels; for more, with equal noise, the best linear unbiased estimate (Gauss-Markov).
     """
-    wheels = _all(matrix, wheels)
     solution = np.zeros((3, len(matrix)))
     solution[:, wheels] = np.linalg.pinv(matrix[wheels])
     return solution
 
 
-def triples(matrix, wheels=None):
+def triples(matrix, wheels):
     """3 x n: the mean of the steps that every well-conditioned combination of three wheels gives.
 
     Arguments as in `least_squares`. The thesis' outlook 5.2.2, after P. Kallas, Probabilistic
     Localization of a Soccer Robot (Tartu, 2013). Where no combination is well conditioned, the best one is used.
     """
-    wheels = _all(matrix, wheels)
     combinations = [list(triple) for triple in itertools.combinations(wheels, 3)]
     conditions = [condition(matrix[triple]) for triple in combinations]
     limit = max(LARGEST_CONDITION, min(conditions))
@@ -49,7 +47,3 @@ def condition(matrix):
     scaled = matrix / (1.0, 1.0, np.abs(matrix[:, 2]).mean())
     values = np.linalg.svd(scaled, compute_uv=False)
     return values[0] / values[2] if len(matrix) >= 3 and values[2] > 1e-9 * values[0] else np.inf
-
-
-def _all(matrix, wheels):
-    return list(range(len(matrix))) if wheels is None else list(wheels)

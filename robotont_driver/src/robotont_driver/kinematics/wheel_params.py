@@ -2,8 +2,9 @@
 
 import math
 from collections.abc import Mapping
-from operator import mul
 from typing import NamedTuple, Tuple
+
+import numpy as np
 
 from robotont_driver.parameters.parameters import ParameterError, fault, is_number
 
@@ -159,13 +160,9 @@ def can_move_every_way(wheels):
     Seen from its Gram determinant, with lengths in units of the largest distance: n^3/4 for n evenly
     placed wheels, 0 for rank 2.
     """
-    largest = max(wheels.distances)
-    columns = ([math.cos(direction) for direction in wheels.directions],
-               [math.sin(direction) for direction in wheels.directions],
-               [distance / largest for distance in wheels.distances])
-    (a, b, c), (_, d, e), (_, _, f) = [[sum(map(mul, one, other)) for other in columns] for one in columns]
-    determinant = a * (d * f - e * e) - b * (b * f - e * c) + c * (b * e - d * c)  # of rows abc, bde, cef
-    return determinant > SMALLEST_DETERMINANT * wheels.amount ** 3
+    matrix = np.column_stack((np.cos(wheels.directions), np.sin(wheels.directions),
+                              np.divide(wheels.distances, max(wheels.distances))))
+    return np.linalg.det(matrix.T @ matrix) > SMALLEST_DETERMINANT * wheels.amount ** 3
 
 
 def _is_positive(value):

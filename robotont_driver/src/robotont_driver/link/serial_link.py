@@ -42,7 +42,7 @@ class SerialLink:
         self._tick_period = write_timeout / 8  # [s] of the watch for stalls
         self._lock = threading.Lock()
         self._tried = False     # whether it has been attempted to open the port
-        self._writer = LineWriter(BITS_OF_A_BYTE / baudrate, self._stop_when_silent)
+        self.writer = LineWriter(BITS_OF_A_BYTE / baudrate, self._stop_when_silent)
         self._deadline = None   # [s] when to send the stop packet
         self._closing = False
         self._close_by = None   # [s] when to give up sending the last packet
@@ -62,20 +62,10 @@ class SerialLink:
         """Begin: from now on the callbacks may be called."""
         self._thread.start()
 
-    @property
-    def replaced(self):
-        """Packets that a newer one overtook before they were sent."""
-        return self._writer.outbox.replaced
-
-    @property
-    def sent(self):
-        """Lines."""
-        return self._writer.sent
-
     def pace(self, pacing):
         """From now on let at least `pacing` [s] pass between the beginnings of two lines; 0: as fast as may be."""
         with self._lock:
-            self._writer.outbox.pacing = pacing
+            self.writer.outbox.pacing = pacing
 
     def earliest_arrival(self):
         """[s] on the monotonic clock: when a message that is handled now may have arrived at the earliest."""
@@ -97,40 +87,40 @@ class SerialLink:
                 self.outdated += 1
                 return
             self._deadline = deadline
-            if self._writer.descriptor is None:
+            if self.writer.descriptor is None:
                 self.unsent += 1
             else:
-                self._queue(self._writer.outbox.put, packet)
+                self._queue(self.writer.outbox.put, packet)
 
     def hurry(self, line, pause):
         """Send a line before all packets, then nothing for `pause` [s]."""
-        self._send_line(self._writer.outbox.hurry, line, pause)
+        self._send_line(self.writer.outbox.hurry, line, pause)
 
     def add(self, line):
         """Send a line when no packet waits."""
-        self._send_line(self._writer.outbox.add, line)
+        self._send_line(self.writer.outbox.add, line)
 
     def _send_line(self, put, *arguments):
         with self._lock:
-            if self._writer.descriptor is not None and not self._closing:
+            if self.writer.descriptor is not None and not self._closing:
                 self._queue(put, *arguments)
 
     def close(self, packet, goodbye=b"", pause=0.0):
         """Send `goodbye`, after a pause [s] a last packet, close the port and end the thread."""
         with self._lock:
-            if self._writer.descriptor is not None:
-                self._writer.outbox.hurry(goodbye, pause)
-                self._queue(self._writer.outbox.put, packet)
+            if self.writer.descriptor is not None:
+                self.writer.outbox.hurry(goodbye, pause)
+                self._queue(self.writer.outbox.put, packet)
             self._closing = True
             self._close_by = time.monotonic() + self._write_timeout + pause
         self._notify()
         self._thread.join(self._retry_period + self._write_timeout + pause)
 
     def _queue(self, put, *arguments):
-        waited = self._writer.waits
+        waited = self.writer.waits
         put(*arguments)
-        self._writer.write()
-        if not waited and self._writer.waits:
+        self.writer.write()
+        if not waited and self.writer.waits:
             self._notify()  # the thread has to wait for room, or for the time, from now on
 
     def _notify(self):
@@ -147,7 +137,7 @@ class SerialLink:
                         self._serve(port.fileno())
                     finally:
                         with self._lock:  # no thread may write to a descriptor that is closed, or opened by others
-                            self._writer.descriptor = None
+                            self.writer.descriptor = None
             except (OSError, ValueError, termios.error) as error:  # pyserial's own errors are OSErrors
                 self._lost(explain(self._name, error))
             except Exception as error:  # without this thread nothing would stop the robot
@@ -170,7 +160,7 @@ class SerialLink:
 
     def _opened(self, descriptor):
         with self._lock:
-            self._writer.open(descriptor)
+            self.writer.open(descriptor)
             self._deadline = time.monotonic() + self._write_timeout
             self.opened += 1
             self.trouble = None
@@ -190,11 +180,11 @@ class SerialLink:
                 now = time.monotonic()
                 self.stalls.tick(now)
                 self._stop_when_silent(now)
-                if self._writer.outbox and not self._writer.blocked:
-                    self._writer.write()  # lines whose time has come
-                blocked = self._writer.blocked
+                if self.writer.outbox and not self.writer.blocked:
+                    self.writer.write()  # lines whose time has come
+                blocked = self.writer.blocked
                 timeout = self._time_to_rest(now)
-                if self._closing and (timeout == 0.0 or not self._writer.waits):
+                if self._closing and (timeout == 0.0 or not self.writer.waits):
                     return
             readable, writable, _ = select.select(
                 [descriptor, self._woken], [descriptor] if blocked else [], [], timeout)
@@ -202,7 +192,7 @@ class SerialLink:
                 os.read(self._woken, READ_SIZE)
             if writable:
                 with self._lock:
-                    self._writer.write()
+                    self.writer.write()
             if descriptor in readable:
                 data = os.read(descriptor, READ_SIZE)
                 if not data:
@@ -215,8 +205,8 @@ class SerialLink:
             left = max(0.0, self._close_by - now)
         else:
             left = self._tick_period if self._deadline is None else max(0.0, self._deadline - now)
-        if self._writer.outbox and not self._writer.blocked and left != 0.0:
-            left = min(left, self._writer.outbox.wait(now) or FULL_LINE)
+        if self.writer.outbox and not self.writer.blocked and left != 0.0:
+            left = min(left, self.writer.outbox.wait(now) or FULL_LINE)
         return min(left, self._tick_period)
 
     def _stop_when_silent(self, now):
@@ -225,7 +215,7 @@ class SerialLink:
             self._deadline = None
             packet = self._call(self._stop_packet) or b""
             self.timeouts += bool(packet)
-            self._writer.outbox.put(packet)
+            self.writer.outbox.put(packet)
 
     def _wait(self, duration):
         end = time.monotonic() + duration

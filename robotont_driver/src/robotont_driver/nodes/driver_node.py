@@ -20,7 +20,7 @@ from robotont_driver.protocol.packet import Packet, packet_form
 from robotont_driver.ros.clocks import boot_time
 from robotont_driver.ros.diagnostics import OK, WARN, Health, robot_name
 from robotont_driver.ros.kept_parameter import KeptParameter
-from robotont_driver.ros.lifecycle import Part, init_node, serve
+from robotont_driver.ros.lifecycle import run_node
 from robotont_driver.ros.log_throttle import Refusals
 from robotont_driver.ros.packet_topics import topics_between_processes
 from robotont_driver.ros.reconnection import OutageWatch
@@ -40,10 +40,12 @@ PARAMETERS = (
     Parameter("max_angular_speed", 0.0, "limit of the turning speed; 0 = off", "rad/s", minimum=0.0,
               maximum=100.0),
     Parameter("max_wheel_speed", 0.0, "limit of the fastest wheel; 0 = off", "m/s", minimum=0.0, maximum=100.0),
-    Parameter("max_linear_acceleration", 0.0, "limit of the change of velocity over ground, bends included; 1.5 times "
-              "as much to slow down; zeros stop at once; 0 = off", "m/s^2", minimum=0.0, maximum=1000.0),
+    Parameter("max_linear_acceleration", 0.0, "limit of the change of velocity over ground, bends included; zeros "
+              "stop at once; 0 = off", "m/s^2", minimum=0.0, maximum=1000.0),
     Parameter("max_angular_acceleration", 0.0, "limit of the change of turning speed; 0 = off", "rad/s^2",
               minimum=0.0, maximum=1000.0),
+    Parameter("max_linear_deceleration", 0.0, "max_linear_acceleration while the robot slows down to another motion; "
+              "0 = the same", "m/s^2", minimum=0.0, maximum=1000.0),
 )
 
 
@@ -202,12 +204,6 @@ def check(_wheels, parameters, other):
     return check_repetition(parameters["publish_rate"], other("serial_com_node/write_timeout", WRITE_TIMEOUT))
 
 
-def part(name, topics):
-    """driver_node as a part of a process."""
-    return Part(name, lambda wheels, parameters: DriverNode(name, wheels, parameters, topics), PARAMETERS, check)
-
-
 def main():
     """Run driver_node."""
-    init_node("driver_node", __doc__, PARAMETERS)
-    serve(part(rospy.get_name(), topics_between_processes()))
+    run_node(DriverNode, topics_between_processes())

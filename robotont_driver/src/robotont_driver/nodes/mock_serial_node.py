@@ -7,11 +7,13 @@ from robotont_driver.kinematics.ideal_motors import IdealMotors
 from robotont_driver.protocol.packet import PacketError, format_packet, parse_packet
 from robotont_driver.ros.lifecycle import run_node
 
+PARAMETERS = ()
+
 
 class MockSerialNode:
     """Answers each packet on serial_write with one on serial_read, as if one PID period had passed."""
 
-    def __init__(self, wheels, _parameters):
+    def __init__(self, _name, wheels, _parameters):
         self._wheels = wheels.amount
         self._motors = IdealMotors(wheels.amount)
         self._publisher = rospy.Publisher("serial_read", String, queue_size=100)
@@ -28,4 +30,4 @@ class MockSerialNode:
 
 def main():
     """Run mock_serial_node."""
-    run_node("mock_serial_node", MockSerialNode, ())
+    run_node(MockSerialNode)

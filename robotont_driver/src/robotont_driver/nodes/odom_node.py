@@ -19,7 +19,7 @@ from robotont_driver.ros.clocks import boot_time, read_clocks
 from robotont_driver.ros.diagnostics import OK, WARN, Health, Rate, robot_name
 from robotont_driver.ros.imu_input import ImuInput
 from robotont_driver.ros.kept_pose import KeptPose
-from robotont_driver.ros.lifecycle import Part, init_node, serve
+from robotont_driver.ros.lifecycle import run_node
 from robotont_driver.ros.log_throttle import Refusals
 from robotont_driver.ros.odometry_messages import OdometryMessages
 from robotont_driver.ros.packet_topics import topics_between_processes
@@ -217,12 +217,6 @@ def check(_wheels, parameters, _other):
     return [f"~odom_frame and ~base_frame: found {frames[0]!r} and {frames[1]!r}, allowed: two different names"]
 
 
-def part(name, topics):
-    """odom_node as a part of a process."""
-    return Part(name, lambda wheels, parameters: OdomNode(name, wheels, parameters, topics), PARAMETERS, check)
-
-
 def main():
     """Run odom_node."""
-    init_node("odom_node", __doc__, PARAMETERS)
-    serve(part(rospy.get_name(), topics_between_processes()))
+    run_node(OdomNode, topics_between_processes())

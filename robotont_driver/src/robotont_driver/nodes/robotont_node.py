@@ -11,11 +11,11 @@ from robotont_driver.ros.lifecycle import init_node, serve
 from robotont_driver.ros.packet_topics import topics_within_process
 
 # In this order they stop: driver_node's last packet is the stop that serial_com_node sends before it closes the port.
-PARTS = {"driver_node": driver_node, "serial_com_node": serial_com_node, "odom_node": odom_node}
+PARTS = {"driver_node": driver_node.DriverNode, "serial_com_node": serial_com_node.SerialComNode,
+         "odom_node": odom_node.OdomNode}
 
 
 def main():
     """Run robotont_node."""
     init_node("robotont_node", __doc__)
-    topics = topics_within_process()
-    serve(*(module.part(rospy.resolve_name(name), topics) for name, module in PARTS.items()))
+    serve({rospy.resolve_name(name): node_class for name, node_class in PARTS.items()}, topics_within_process())

@@ -19,7 +19,7 @@ from robotont_driver.protocol.dialects.recognition import explained
 from robotont_driver.protocol.packet import format_packet
 from robotont_driver.robots.battery import Battery, read_pack
 from robotont_driver.ros.diagnostics import Health
-from robotont_driver.ros.lifecycle import Part, init_node, serve
+from robotont_driver.ros.lifecycle import run_node
 from robotont_driver.ros.link_report import LinkReport
 from robotont_driver.ros.log_throttle import Refusals
 from robotont_driver.ros.node_parameters import refuse
@@ -198,12 +198,6 @@ def check(wheels, parameters, other):
     return faults
 
 
-def part(name, topics):
-    """serial_com_node as a part of a process."""
-    return Part(name, lambda wheels, parameters: SerialComNode(name, wheels, parameters, topics), PARAMETERS, check)
-
-
 def main():
     """Run serial_com_node."""
-    init_node("serial_com_node", __doc__, PARAMETERS)
-    serve(part(rospy.get_name(), topics_between_processes()))
+    run_node(SerialComNode, topics_between_processes())

@@ -2,11 +2,15 @@
 
 import difflib
 import math
+import reprlib
 import shutil
 import textwrap
 from typing import Any, NamedTuple, Optional, Tuple
 
 LONGEST_SHOWN = 200  # characters of a found value in messages
+_SHORT = reprlib.Repr()
+_SHORT.maxlevel, _SHORT.maxlist, _SHORT.maxdict = 2, 20, 20
+_SHORT.maxstring = _SHORT.maxlong = _SHORT.maxother = LONGEST_SHOWN
 
 
 class ParameterError(ValueError):
@@ -49,14 +53,8 @@ class Parameter(NamedTuple):
             return "a string"
         kind = "a whole number" if isinstance(self.default, int) else "a finite number"
         unit = f" [{self.unit}]" if self.unit else ""
-        return kind + self._range() + unit + (f": {self.reason}" if self.reason else "")
-
-    def _range(self):
-        if self.maximum is None:
-            return "" if self.minimum is None else f" >= {self.minimum:.10g}"
-        if self.minimum is None:
-            return f" <= {self.maximum:.10g}"
-        return f" from {self.minimum:.10g} to {self.maximum:.10g}"
+        bounds = f" from {self.minimum:.10g} to {self.maximum:.10g}"
+        return kind + bounds + unit + (f": {self.reason}" if self.reason else "")
 
     def accepts(self, value):
         """Whether `value` has the type and lies within the bounds."""
@@ -66,8 +64,7 @@ class Parameter(NamedTuple):
             return isinstance(value, type(self.default))
         if isinstance(self.default, int) and not isinstance(value, int):
             return False
-        return is_number(value) and (self.minimum is None or value >= self.minimum) \
-            and (self.maximum is None or value <= self.maximum)
+        return is_number(value) and self.minimum <= value <= self.maximum
 
 
 def is_number(value):
@@ -85,29 +82,10 @@ def fault(name, found, allowed):
 
 def shown(value):
     """A value as Python writes it, of bounded length; it may be anything that a file or a message can contain."""
-    if isinstance(value, int) and value.bit_length() > 4 * LONGEST_SHOWN:  # str() of a huge int takes minutes
-        return f"a whole number of about {value.bit_length() * 0.30103:.0f} digits"
-    if isinstance(value, (str, bytes)):
-        value = value[:LONGEST_SHOWN + 1]
-    elif isinstance(value, (list, tuple, dict)) and _extent(value, LONGEST_SHOWN) > LONGEST_SHOWN:
-        return f"a {type(value).__name__} of {len(value)} items"
-    text = repr(value)
-    return text if len(text) <= LONGEST_SHOWN else text[:LONGEST_SHOWN] + "..."
-
-
-def _extent(value, limit):
-    """Number of items in nested lists and mappings; counting ends beyond `limit`."""
-    waiting, count = [value], 0
-    while waiting and count <= limit:
-        item = waiting.pop()
-        count += 1
-        if isinstance(item, int) and item.bit_length() > 4 * LONGEST_SHOWN:
-            return limit + 1
-        if isinstance(item, (list, tuple, dict)):
-            if len(item) > limit:
-                return limit + 1
-            waiting.extend(item.values() if isinstance(item, dict) else item)
-    return count
+    try:
+        return _SHORT.repr(value)[:LONGEST_SHOWN]
+    except ValueError:  # Python writes no number of more than 4300 digits
+        return "a whole number of thousands of digits"
 
 
 def read_parameters(table, given):

@@ -49,7 +49,9 @@ class BoardStatus(NamedTuple):
     @property
     def fault(self):
         """Description of the fault that stopped the motors; empty without one."""
-        return _describe_faults(self.wheels)
+        unknown = "wheel {}: fault {}, which this driver is too old for" + OFF
+        return " / ".join(FAULTS.get(fault, unknown).format(wheel, fault) for wheel, fault in enumerate(self.wheels)
+                          if fault not in (NO_FAULT, OVERLOAD))
 
     @property
     def complaints(self):
@@ -66,16 +68,6 @@ class BoardStatus(NamedTuple):
         elif self.flags & TIMED_OUT:
             warnings.append("no valid commands reach the board: its motors are off")
         return warnings
-
-
-@lru_cache(maxsize=8)
-def _describe_faults(wheels):
-    return " / ".join(_describe_fault(fault, wheel) for wheel, fault in enumerate(wheels)
-                      if fault not in (NO_FAULT, OVERLOAD))
-
-
-def _describe_fault(fault, wheel):
-    return FAULTS.get(fault, "wheel {}: fault " + str(fault) + ", which this driver is too old for" + OFF).format(wheel)
 
 
 class Identity(NamedTuple):
@@ -120,8 +112,6 @@ class BoardHealth:
     def __init__(self, wheels, rate):
         self._wheels = wheels
         self._rate = rate
-        self._judged = None      # identity whose obstacle is `_judgement`
-        self._judgement = ""
         self._missed = 0    # ticks missed and lines refused, on this connection
         self._refused = 0
         self._reported = (0, 0)
@@ -150,9 +140,7 @@ class BoardHealth:
     def obstacle(self):
         """Why the board must not be driven; empty when it may."""
         if self.identity:
-            if self._judged is not self.identity:
-                self._judged, self._judgement = self.identity, self.identity.obstacle(self._wheels, self._rate)
-            return self._judgement
+            return self.identity.obstacle(self._wheels, self._rate)
         return f"the board drives {self._foreign} wheels, wheelAmount is {self._wheels}" if self._foreign else ""
 
     @property

@@ -2,12 +2,10 @@
 
 import contextlib
 import fcntl
-import mmap
 import os
 import re
 import struct
 import uuid
-import zlib
 from pathlib import Path
 from typing import NamedTuple, Tuple
 
@@ -19,9 +17,7 @@ from robotont_driver.ros.node_parameters import RUN
 FOLDER = Path("/dev/shm")  # not on a disk: written for each packet, and gone with the machine's run
 LONGEST_GAP = 60.0         # [s] after a longer one nobody knows where the robot is
 STOPS_WITHIN = 1.0         # [s] for which it may have gone on at its speed, uncounted
-CONTENT = struct.Struct("<d12d")           # time [s], pose, its covariance (6), twist
-SLOT = struct.Struct(f"<I{CONTENT.size}s")  # with a checksum: a slot may be half written when the process dies
-SIZE = 2 * SLOT.size
+CONTENT = struct.Struct("<d12d")  # time [s], pose, its covariance (6), twist; Linux writes so little as a whole
 
 
 class Kept(NamedTuple):
@@ -40,9 +36,7 @@ class KeptPose:
     """
 
     def __init__(self, name, now):
-        self.found = None
-        self._slots = None
-        self._turn = 0
+        self.found = self._file = None
         run = rospy.get_param(f"{name}/{RUN}", "")
         prefix = f"robotont_odom_{os.getuid()}_"
         if not re.fullmatch("[0-9a-f]{32}", run):
@@ -51,20 +45,14 @@ class KeptPose:
             _clear_away(prefix, now)
         try:
             self._file = _open(FOLDER / (prefix + run), os.O_CREAT)
-            before = os.read(self._file, SIZE)
-            if len(before) == SIZE:
-                self.found = _newest(before, now)
-            os.ftruncate(self._file, SIZE)
-            self._slots = mmap.mmap(self._file, SIZE)
+            self.found = _read(self._file, now)
         except OSError as error:
             rospy.logwarn("odom_node will not go on from its pose if it is started again: %s", error)
 
     def keep(self, pose, covariance, twist, now):
         """Keep a pose (3), its Covariance and the twist (3) of `now` [s]."""
-        if self._slots is not None:
-            content = CONTENT.pack(now, *pose, *covariance, *twist)
-            SLOT.pack_into(self._slots, self._turn * SLOT.size, zlib.crc32(content), content)
-            self._turn = 1 - self._turn
+        if self._file is not None:
+            os.pwrite(self._file, CONTENT.pack(now, *pose, *covariance, *twist), 0)
 
 
 def _open(path, flags=0):
@@ -83,19 +71,19 @@ def _clear_away(prefix, now):
     for path in FOLDER.glob(prefix + "*"):
         with contextlib.suppress(OSError):  # somebody has it: it runs
             file = _open(path)
-            if _newest(os.read(file, SIZE).ljust(SIZE), now) is None:
+            if _read(file, now) is None:
                 path.unlink()
             os.close(file)
 
 
-def _newest(data, now):
-    """The `Kept` in the bytes of a file; None: there is none, or it is too old."""
-    slots = [SLOT.unpack_from(data, turn * SLOT.size) for turn in range(2)]
-    whole = [CONTENT.unpack(content) for checksum, content in slots if zlib.crc32(content) == checksum]
-    ages = [content for content in whole if 0.0 <= now - content[0] <= LONGEST_GAP]
-    if not ages:
+def _read(file, now):
+    """The `Kept` in a file; None: there is none, or it is too old."""
+    content = os.pread(file, CONTENT.size, 0)
+    if len(content) < CONTENT.size:
         return None
-    at, *numbers = max(ages)
+    at, *numbers = CONTENT.unpack(content)
+    if not 0.0 <= now - at <= LONGEST_GAP:
+        return None
     pose, covariance, (v_x, v_y, omega) = numbers[:3], Covariance(*numbers[3:9]), numbers[9:]
     way = (v_x ** 2 + v_y ** 2) * STOPS_WITHIN ** 2
     unseen = Covariance(way, 0.0, 0.0, way, 0.0, (omega * STOPS_WITHIN) ** 2)

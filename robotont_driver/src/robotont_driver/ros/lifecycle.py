@@ -7,15 +7,10 @@ import gc
 import os
 import signal
 import sys
-from typing import Callable, NamedTuple, Optional, Tuple
 
 import rospy
 
-from robotont_driver.parameters.parameters import (
-    Parameter,
-    ParameterError,
-    help_text,
-)
+from robotont_driver.parameters.parameters import ParameterError, help_text
 from robotont_driver.ros import rospy_end
 from robotont_driver.ros.log_queue import queue_log
 from robotont_driver.ros.node_parameters import (
@@ -26,20 +21,6 @@ from robotont_driver.ros.node_parameters import (
     refuse,
     running_wheels,
 )
-
-
-class Part(NamedTuple):
-    """A node to start, alone in its process or beside others.
-
-    name: its full name in the graph, under which its parameters stand. start(wheels, parameters) makes it; table:
-    its parameters. check(wheels, parameters, other) returns a list of conflicts between parameters; other(name,
-    default) is a parameter of another node.
-    """
-
-    name: str
-    start: Callable
-    table: Tuple[Parameter, ...]
-    check: Optional[Callable] = None
 
 
 def answer_help(name, explanation, table=()):
@@ -64,10 +45,11 @@ def init_node(name, explanation, table=()):
     queue_log()
 
 
-def run_node(name, node_class, table):
-    """Start a node, node_class(wheels, parameters), in this process and serve until ROS shuts down."""
-    init_node(name, sys.modules[node_class.__module__].__doc__, table)
-    serve(Part(rospy.get_name(), node_class, table))
+def run_node(node_class, *arguments):
+    """Start a node in this process, see `serve`, under the name of its module, and serve until ROS shuts down."""
+    module = sys.modules[node_class.__module__]
+    init_node(module.__name__.rpartition(".")[2], module.__doc__, module.PARAMETERS)
+    serve({rospy.get_name(): node_class}, *arguments)
 
 
 def run_without_wheels(name, node_class, table):
@@ -78,36 +60,39 @@ def run_without_wheels(name, node_class, table):
     _spin()
 
 
-def serve(*parts):
-    """Start the parts and serve until ROS shuts down; list wrong parameters, if any, of all parts and exit with 1."""
+def serve(parts, *arguments):
+    """Start nodes, node_class(name, wheels, parameters, *arguments), and serve until ROS shuts down.
+
+    parts: the class by the node's full name in the graph, under which its parameters stand. Its module has their table,
+    PARAMETERS, and maybe check(wheels, parameters, other): a list of conflicts; other(name, default) is a parameter of
+    another node. Lists wrong parameters, if any, of all parts and exits with 1.
+    """
     with signals_wait():
-        for start, wheels, parameters in _read_all(parts):
-            start(wheels, parameters)
+        wheels, values = _read_all(parts)
+        for name, node_class in parts.items():
+            node_class(name, wheels, values[name], *arguments)
     _spin()
 
 
 def _read_all(parts):
-    """(start, wheels, parameters) of each part; ends the process with all faults, if any."""
-    faults = []
-    wheels = None
+    """(wheels, parameters by the part's name); ends the process with all faults, if any."""
+    faults, wheels, values = [], None, {}
     try:
         wheels = running_wheels(rospy.get_namespace())
     except ParameterError as error:
         faults += error.faults
-    starts = []
-    for part in parts:
-        whose = "" if part.name == rospy.get_name() else part.name + ": "
+    for name, node_class in parts.items():
+        module = sys.modules[node_class.__module__]
         try:
-            parameters = private_parameters(part.table, part.name)
+            values[name] = private_parameters(module.PARAMETERS, name)
+            check = getattr(module, "check", lambda *_: [])
+            found = check(wheels, values[name], parameter_of_another) if wheels else []
         except ParameterError as error:
-            faults += [whose + message for message in error.faults]
-            continue
-        if part.check and wheels:
-            faults += [whose + message for message in part.check(wheels, parameters, parameter_of_another)]
-        starts.append((part.start, wheels, parameters))
+            found = error.faults
+        faults += [("" if name == rospy.get_name() else name + ": ") + message for message in found]
     if faults:
         refuse(faults)
-    return starts
+    return wheels, values
 
 
 @contextlib.contextmanager

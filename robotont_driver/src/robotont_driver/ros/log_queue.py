@@ -36,4 +36,4 @@ def queue_log():
 def _end(listener):
     with contextlib.suppress(queue.Full):
         listener.queue.put_nowait(None)  # behind the last line
-        listener._thread.join(END_WITHIN)
+        listener._thread.join(END_WITHIN)  # noqa: SLF001  QueueListener.stop waits for ever

@@ -15,7 +15,7 @@ from robotont_driver.parameters.parameters import (
 )
 
 RUN = "run"  # what odom_node writes for the one that comes after it: no user's
-# Parameters that every node has besides its own; diagnostic_updater documents this one.
+# Parameters that every node has besides its own.
 COMMON_PARAMETERS = (
     Parameter("diagnostic_period", 1.0, "between two diagnostics", "s", minimum=0.1, maximum=60.0),
 )

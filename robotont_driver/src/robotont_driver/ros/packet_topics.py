@@ -36,8 +36,14 @@ class PacketTopic:
 
         Of more than `queue_size` waiting messages the oldest are dropped; None: every one is kept.
         """
-        rospy.Subscriber(self._name, String, lambda message: deliver(message.data, wheels, taken, refused),
-                         queue_size=queue_size, tcp_nodelay=True)
+        def deliver(message):
+            try:
+                packet = parse_packet(message.data, wheels)
+            except PacketError as error:
+                refused(error)
+            else:
+                taken(packet)
+        rospy.Subscriber(self._name, String, deliver, queue_size=queue_size, tcp_nodelay=True)
 
 
 class SharedPacketTopic:
@@ -86,13 +92,3 @@ def topics_between_processes():
 def topics_within_process():
     """`PacketTopics` of nodes that share a process."""
     return PacketTopics(*map(SharedPacketTopic, PacketTopics._fields))
-
-
-def deliver(text, wheels, taken, refused):
-    """Call taken(packet) with the `Packet` of a string, or refused(error)."""
-    try:
-        packet = parse_packet(text, wheels)
-    except PacketError as error:
-        refused(error)
-        return
-    taken(packet)

@@ -26,8 +26,11 @@ class BringUpError(Exception):
 class BringUp:
     """Talks to the firmware over an open serial `line` (time-out 0 to 0.1 s); `wheels`: how many the robot has."""
 
-    def __init__(self, line, wheels, reach, rate):
+    needed = (2, 1)  # firmware
+
+    def __init__(self, line, wheels, reach, rate, clock=time.monotonic):
         self._line = line
+        self._clock = clock
         self._wheels = wheels
         self._reader = FeedbackReader(wheels, reach, rate, "checked")
 
@@ -35,13 +38,15 @@ class BringUp:
         """Wait until the board waits for nothing but orders. Raises BringUpError."""
         self._talk(PATIENCE, lambda health: health.identity is not None, QUESTION)
         health = self._reader.health
+        needed = ".".join(map(str, self.needed))
         if health.identity is None:
-            raise BringUpError("no answer from this project's firmware, from 2.1 on (./robotont flash); other boards "
-                               "cannot drive one motor alone")
+            raise BringUpError(f"no answer from this project's firmware, from {needed} on (./robotont flash); other "
+                               "boards cannot drive one motor alone")
         if health.obstacle:
             raise BringUpError(health.obstacle)
-        if tuple(map(int, health.identity.version.split(".")[:2])) < (2, 1):
-            raise BringUpError(f"the board has firmware {health.identity.version}, older than 2.1: ./robotont flash")
+        if tuple(map(int, health.identity.version.split(".")[:2])) < self.needed:
+            raise BringUpError(f"the board has firmware {health.identity.version}, older than {needed}: "
+                               "./robotont flash")
         zeros = add_checksum(format_packet([0] * self._wheels))
         waiting = TIMED_OUT | WAITS_FOR_ZERO
         self._talk(PATIENCE, lambda health: health.status and not health.status.flags & waiting, zeros)
@@ -58,12 +63,12 @@ class BringUp:
     def _talk(self, seconds, done, words=b""):
         """Read until `done(health)` or the time is over, say the words 5 times a second; the sums of the counts."""
         sums = [0] * self._wheels
-        end, due = time.monotonic() + seconds, 0.0
-        while time.monotonic() < end and not done(self._reader.health):
-            if words and time.monotonic() >= due:
+        end, due = self._clock() + seconds, 0.0
+        while self._clock() < end and not done(self._reader.health):
+            if words and self._clock() >= due:
                 self._line.write(words)
-                due = time.monotonic() + 0.2
-            for packet in self._reader.feed(self._line.read(4096), time.monotonic()):
+                due = self._clock() + 0.2
+            for packet in self._reader.feed(self._line.read(4096), self._clock()):
                 sums = [total + count for total, count in zip(sums, packet)]
         return sums
 

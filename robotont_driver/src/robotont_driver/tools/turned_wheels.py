@@ -1,7 +1,7 @@
 """Command line of turned_wheels: shows which wheel counts which way while you turn it by hand.
 
 It listens to the board, of any firmware, and sends nothing, so the motors stay off; but with --bring-up, which
-drives one motor after another.
+drives one motor after another, and with --tune, which measures them.
 """
 
 import math
@@ -17,9 +17,11 @@ from robotont_driver.parameters.command_line import CommandLine
 from robotont_driver.protocol.dialects import expect_dialect
 from robotont_driver.protocol.dialects.dialect import DialectError
 from robotont_driver.robots.robot_folder import read_robot
+from robotont_driver.tools import tune
 from robotont_driver.tools.bring_up import QUESTIONS, BringUp, BringUpError, bring_up
 
 STEP = 30  # [degrees] of a wheel between two lines
+SLOWEST = 33  # [edges/period] that --tune needs
 ROTATION = {1: "counterclockwise", -1: "clockwise"}
 
 
@@ -74,16 +76,34 @@ def watch(port, dialect, turned, seconds):
                         print(text, flush=True)
 
 
-def try_motors(port, wheels):
-    """Drive one motor after another; the exit status."""
+def show(text):
+    """Print at once."""
+    print(text, flush=True)
+
+
+def try_motors(line, wheels):
+    """Drive one motor after another; whether all are right."""
+    tried = BringUp(line, wheels.amount, counts_in_reach(wheels), wheels.pid_frequency)
+    tried.prepare()
+    return bring_up(tried, wheels.amount, show)
+
+
+def tune_motors(line, wheels, most):
+    """Step one wheel after another, no faster than `most` [edges/period]; whether numbers are proposed."""
+    with tune.keys() as pressed:
+        tuned = tune.Tune(line, wheels.amount, counts_in_reach(wheels), wheels.pid_frequency, most, pressed)
+        tuned.prepare()
+        return tune.tune(tuned, wheels.amount, wheels.pid_frequency, most, show)
+
+
+def drive(port, question, work):
+    """Ask, then `work(line)` with the board's line; the exit status."""
     try:
-        input(QUESTIONS)
+        input(question)
         with serial.Serial(port, 115200, timeout=0.02, exclusive=True) as line, claimed(line):
-            tried = BringUp(line, wheels.amount, counts_in_reach(wheels), wheels.pid_frequency)
-            tried.prepare()
-            return 0 if bring_up(tried, wheels.amount, lambda text: print(text, flush=True)) else 1
+            return 0 if work(line) else 1
     except EOFError:
-        error = "nothing was driven: --bring-up asks on a terminal whether the wheels are in the air"
+        error = "nothing was driven: a terminal is needed to ask whether the wheels are in the air"
     except KeyboardInterrupt:
         print()
         return 130
@@ -101,6 +121,10 @@ def main(arguments=None):
     parser.add_argument("port", nargs="?", default="/dev/ttyACM0", help="serial port [%(default)s]")
     parser.add_argument("--seconds", type=float, default=60.0, help="how long to watch [%(default)s]")
     parser.add_argument("--bring-up", action="store_true", help="drive the lifted wheels, one at a time (own firmware)")
+    parser.add_argument("--tune", action="store_true",
+                        help="step the lifted wheels, propose the firmware's numbers (own firmware)")
+    parser.add_argument("--speed", type=float, default=0.5,
+                        help="[m/s] that no wheel's rim exceeds with --tune [%(default)s]; the board has a bound, too")
     parser.add_argument("--robot", default="", metavar="NAME or FOLDER", help="[thesis]")
     options = parser.parse_args(arguments)
     try:
@@ -110,8 +134,14 @@ def main(arguments=None):
     except (DialectError, ValueError, OSError) as error:
         print(f"turned_wheels: {error}", file=sys.stderr)
         return 1
-    if options.bring_up:
-        return try_motors(options.port, wheels)
+    if options.bring_up or options.tune:
+        unit = max(wheels.metres_per_edge) * wheels.pid_frequency  # [m/s]
+        most = int(min(max(options.speed / unit, 0), 999))
+        if options.bring_up:
+            return drive(options.port, QUESTIONS, lambda line: try_motors(line, wheels))
+        if most < SLOWEST:
+            parser.error(f"--speed: found {options.speed:g}, allowed: {SLOWEST * unit + 0.005:.2f} m/s or more")
+        return drive(options.port, tune.QUESTIONS.format(most * unit), lambda line: tune_motors(line, wheels, most))
     turned = TurnedWheels(wheels)
     try:
         print(f"Turn each wheel by hand, or the whole robot on the floor: turned {ROTATION[wheels.rotation]}, all its "

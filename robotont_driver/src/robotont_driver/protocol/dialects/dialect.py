@@ -3,7 +3,7 @@
 from collections import Counter
 from typing import NamedTuple, Tuple
 
-from robotont_driver.protocol.line_splitter import read_lines
+from robotont_driver.protocol.line_splitter import LineSplitter, read_lines
 from robotont_driver.protocol.packet import Packet, PacketError
 
 
@@ -51,6 +51,7 @@ class Dialect:
         self.wheels = wheels
         self.dropped = Counter()  # lines that were not used, by reason
         self._readings = []
+        self._splitter = LineSplitter()
 
     @property
     def spoken(self):
@@ -112,14 +113,9 @@ class Dialect:
 class LineDialect(Dialect):
     """A dialect of text lines: `read_line(text, now)` gets each and may raise PacketError."""
 
-    def __init__(self, wheels, splitter):
-        super().__init__(wheels)
-        self._make_splitter = splitter
-        self._splitter = splitter()
-
     def connect(self, now):
         """Begin a new connection."""
-        self._splitter = self._make_splitter()
+        self._splitter = LineSplitter()
 
     def feed(self, data, now):
         """List of `Packet` that `data` completes."""

@@ -2,16 +2,13 @@
 
 import re
 
-from robotont_driver.protocol.carried_rounding import CarriedRounding
 from robotont_driver.protocol.dialects.board_wheels import DISTANCE, PERIOD, BoardWheels
 from robotont_driver.protocol.dialects.dialect import LineDialect, Power, Ranges
 from robotont_driver.protocol.dialects.pose_feedback import PoseTracker, parse_pose
-from robotont_driver.protocol.line_splitter import LineSplitter
 from robotont_driver.protocol.packet import PacketError
 
 BANNER = "**** MAIN ****"
 STOP = b"RS:0:0:0\n"
-DECIMALS = 4          # of a speed [m/s]
 STANDING = 0.0005     # [m/s] slower wheels are stopped
 PUSHED = 1.5          # part of the board's limit that a wheel exceeds at most while its lines are lost
 LIGHTS_PER_LINE = 20  # the board takes lines of at most 254 bytes
@@ -36,10 +33,8 @@ class Robotont2(LineDialect):
 
     def __init__(self, wheels, reach, distance=DISTANCE):
         """Raises DialectError when the board cannot have these wheels. distance [m]: as the board's firmware has it."""
-        super().__init__(wheels, LineSplitter)
+        super().__init__(wheels)
         self._board_wheels = BoardWheels(wheels, distance)
-        self._rounding = CarriedRounding(3, DECIMALS, hold=1.0)  # its time counts lines: each is held for as long
-        self._lines = 0
         usual = PUSHED * self.fastest * PERIOD * self._board_wheels.edges_per_metre
         self._tracker = PoseTracker(self._board_wheels, reach, usual)
 
@@ -93,19 +88,13 @@ class Robotont2(LineDialect):
         return []
 
     def encode(self, command):
-        """`MS:` with the rim speeds, all scaled by one factor to the board's limit; `RS:0:0:0` at rest.
-
-        What rounding leaves of a speed is carried to the next line.
-        """
+        """`MS:` with the rim speeds, all scaled by one factor to the board's limit; `RS:0:0:0` at rest."""
         speeds = self._board_wheels.board_speeds(command)
         largest = max(map(abs, speeds))
-        self._lines += 1
         if largest < STANDING:
-            self._rounding.round([0.0] * 3, self._lines)
             return STOP
         factor = min(1.0, self.fastest / largest)
-        rounded = self._rounding.round([speed * factor for speed in speeds], self._lines)
-        return "MS:{:.4f}:{:.4f}:{:.4f}\n".format(*rounded).encode()
+        return "MS:{:.4f}:{:.4f}:{:.4f}\n".format(*(speed * factor + 0.0 for speed in speeds)).encode()
 
     def encode_lights(self, first, colours):
         """`LED:` lines, which firmware with lights obeys and other firmware ignores."""

@@ -4,7 +4,6 @@ import re
 
 from robotont_driver.protocol.carried_rounding import CarriedRounding
 from robotont_driver.protocol.dialects.dialect import DialectError, LineDialect
-from robotont_driver.protocol.line_splitter import LineSplitter
 from robotont_driver.protocol.packet import Packet, PacketError
 
 WHEELS = 3
@@ -32,7 +31,7 @@ class Robotont2018(LineDialect):
 
     def __init__(self, wheels, reach):
         """Raises DialectError when the board cannot have these wheels."""
-        super().__init__(wheels, LineSplitter)
+        super().__init__(wheels)
         if wheels.amount != WHEELS:
             raise DialectError(f"wheelAmount: found {wheels.amount}, allowed: {WHEELS}, for the board has three motors")
         if abs(wheels.pid_frequency * PERIOD - 1) > 1e-6:

@@ -1,0 +1,415 @@
+"""./robotont wheels --tune with the firmware itself on simulated motors: in no time, and behind a pseudo-terminal."""
+
+import contextlib
+import os
+import re
+import select
+import signal
+import subprocess
+import sys
+import termios
+import threading
+import time
+import tty
+
+import pytest
+import serial
+from firmware_pty import Firmware, checked
+from firmware_tools import DUAL, ROOT
+
+from robotont_boards import BOARDS
+from robotont_driver.tools.bring_up import BringUpError
+from robotont_driver.tools.tune import Tune, present_numbers, tune
+from robotont_driver.tools.turned_wheels import SLOWEST
+from robotont_firmware import __version__, config, identity
+from robotont_firmware.main_loop import Controller
+from robotont_testing.board_port import BoardPort
+from robotont_testing.dc_motors import Motors
+
+sys.path.append(str(DUAL))
+from dual_tools import Config
+from sim_motor import (
+    BRAKE,  # fmt: skip
+    CHANCE,
+    COAST,
+    DIODE,
+    FLOATING,
+    HALF,
+    REVERSED,
+    UNPLUGGED,
+    SimBoard,
+    SimMotor,
+)
+
+MOST = 54  # [edges/period]
+PROGRAM = ROOT / "robotont_driver" / "scripts" / "turned_wheels"
+
+
+class LiftedRobot:
+    """The firmware on simulated motors; a serial line whose `read` lets a period pass."""
+
+    def __init__(self, *motors, settings=None):
+        self.motors = motors or [SimMotor() for _ in range(3)]
+        self.board = SimBoard(self.motors)
+        self.controller = Controller(self.board, settings or Config(), 3, "test")
+        self.controller.start()
+        self.ticks = 0
+        self.fastest = 0  # [edges] that a wheel truly turned in a period
+        self.each_tick = lambda: None
+
+    def write(self, data):
+        self.board.inbox += data
+
+    def read(self, _size):
+        self.each_tick()
+        before = [motor.turned for motor in self.motors]
+        self.controller.step(self.board.wait_tick())
+        self.ticks += 1
+        self.fastest = max(self.fastest, *(abs(motor.turned - turned) for motor, turned in zip(self.motors, before)))
+        sent, self.board.sent = self.board.sent, b""
+        return sent
+
+    def clock(self):
+        return self.ticks / config.RATE
+
+    @property
+    def efforts(self):
+        return list(self.board._next)
+
+    def tune(self, most=MOST, pressed=lambda: False):
+        """(whether there is a proposal, what was printed)."""
+        lines = []
+        tuned = Tune(self, 3, 321, config.RATE, most, pressed, self.clock)
+        tuned.prepare()
+        return tune(tuned, 3, config.RATE, most, lines.append), "\n".join(lines)
+
+
+def profile(name):
+    return Config(**{key: value for key, value in present_numbers(name).items() if key.isupper()})
+
+
+def numbers(shown):
+    """{name: number} that is proposed."""
+    return {words[0]: int(words[2]) for words in map(str.split, shown.splitlines()) if words[1:2] == ["="]}
+
+
+@pytest.mark.parametrize("motor, name", [
+    ({}, "ours"),
+    ({"tau": 40, "friction": 14}, "ours"),
+    ({"tau": 110, "friction": 4, "battery": 85}, "ours"),
+    ({"driver": DIODE}, "vnh"),
+])
+def test_the_numbers_of_the_motors_are_proposed(motor, name):
+    """Of SimMotor: friction in units of 4000 / 208 effort, time constant [ms]; a diode's drop counts as friction."""
+    robot = LiftedRobot(*(SimMotor(**motor) for _ in range(3)), settings=profile(name))
+    right, shown = robot.tune()
+    assert right, shown
+    unit = 4000 / 208 * 100 / motor.get("battery", 100)  # [effort]
+    found = numbers(shown)
+    if name == "ours":
+        assert abs(found["STATIC"] - motor.get("friction", 8) * unit) < 4, shown
+        assert abs(found["SPEED_GAIN"] - 256 * unit) < 0.005 * 256 * unit, shown
+    else:
+        assert abs(found["STATIC"] - config.STATIC * 2.5) < 20, shown
+    tau = 16 / 20 * motor.get("tau", 60)
+    assert abs(found["FREE_LEAD"] - 12 - tau) < 1.5
+    assert abs(found["LEAD"] - (240 - 38) - tau) < 1.5
+    assert f"now {profile(name).SPEED_GAIN}" in shown
+    assert 0 < robot.fastest <= MOST
+
+
+@pytest.mark.parametrize("change, words", [
+    ({"encoder": CHANCE}, "1 forward   .*\n.*DOES NOT HOLD: its counts leave the model"),
+    ({"friction": 24}, "wheel 1 differs: speed -3[0-9] %, .* friction \\+[0-9]+: more friction"),
+    ({"tau": 90}, "wheel 1 differs: speed \\+0 %, time constant \\+5[0-9] %.*: a heavier wheel"),
+])
+def test_a_wheel_that_is_not_like_the_others_is_named_and_nothing_is_proposed(change, words):
+    odd = SimMotor(**{name: value for name, value in change.items() if name != "encoder"})
+    odd.encoder = change.get("encoder", 0)
+    right, shown = LiftedRobot(SimMotor(), odd, SimMotor()).tune()
+    assert not right
+    assert re.search(words, shown), shown
+    assert "nothing is proposed" in shown
+    assert numbers(shown) == {}
+
+
+def broken(encoder=0, powered=True):
+    motor = SimMotor()
+    motor.encoder, motor.powered = encoder, powered
+    return motor
+
+
+@pytest.mark.parametrize("motor, words", [
+    (broken(UNPLUGGED), "wheel 1 does not turn forward with 600 of 4000"),
+    (broken(HALF), "wheel 1 does not turn forward"),
+    (broken(REVERSED), "wheel 1 counts backward"),
+    (broken(FLOATING), "wheel 1 does not come to rest: noise"),
+    (broken(powered=False), "wheel 1 does not turn forward"),
+])
+def test_what_is_broken_ends_it(motor, words):
+    robot = LiftedRobot(SimMotor(), motor, SimMotor())
+    with pytest.raises(BringUpError, match=words):
+        robot.tune()
+    robot.read(0)
+    assert robot.efforts == [0, 0, 0]
+
+
+def test_drivers_that_coast_have_no_such_numbers():
+    robot = LiftedRobot(*(SimMotor(driver=COAST, frequency=100, battery=140) for _ in range(3)),
+                        settings=profile("robotont21"))  # fmt: skip
+    right, shown = robot.tune()
+    assert not right
+    assert "NO FIT: it turns from 300 on" in shown
+    assert "a driver that coasts" in shown
+    assert robot.fastest <= config.TEST_SPEED
+
+
+@pytest.mark.parametrize("most", [54, 999])
+@pytest.mark.parametrize("motor", [
+    {"tau": tau, "battery": battery, "driver": driver, "frequency": 100 if driver == COAST else 20000, "friction": 1}
+    for tau in (40, 100) for battery in (100, 140) for driver in (BRAKE, DIODE, COAST)
+])
+def test_no_order_makes_a_wheel_faster_than_it_says_nor_than_the_board_allows(motor, most):
+    """By the true edges of the motors; whichever effort, again and again, one way and at once the other."""
+    robot = LiftedRobot(*(SimMotor(**motor) for _ in range(3)))
+    while robot.controller._silence < config.TIMEOUT:
+        robot.read(0)
+    for effort in (100, 500, 999):
+        for sign in "+-":
+            for wait in (3, 25):
+                robot.write(checked(f"!test 0{sign}{effort}:{most}"))
+                for _ in range(wait):
+                    robot.read(0)
+    assert robot.motors[0].turned != 0
+    assert robot.fastest <= min(most, config.TEST_SPEED)
+
+
+@pytest.mark.parametrize("motor", [
+    {"tau": 15, "battery": 140}, {"tau": 30, "battery": 170, "friction": 2}, {"tau": 200}])
+@pytest.mark.parametrize("most", [SLOWEST, MOST])
+def test_growing_steps_keep_any_wheel_within_a_low_bound(motor, most):
+    robot = LiftedRobot(*(SimMotor(**motor) for _ in range(3)))
+    robot.tune(most)
+    assert most / 2 < robot.fastest <= most
+
+
+@pytest.mark.parametrize("body", [
+    "!test 0+1000:50", "!test 0+-400:50", "!test 0+400:-50", "!test 0+400", "!test 0+400:", "!test 0400:50",
+    "!test 3+400:50", "!test 0+400:50:1", "!test 0+:50"])
+def test_other_orders_drive_nothing_and_are_counted(body):
+    robot = LiftedRobot()
+    while robot.controller._silence < config.TIMEOUT:
+        robot.read(0)
+    robot.write(checked(body))
+    for _ in range(5):
+        robot.read(0)
+        assert robot.efforts == [0, 0, 0]
+    assert robot.controller._receiver.dropped == 1
+
+
+@pytest.mark.timed
+def test_the_firmware_under_micropython_obeys_such_orders_with_its_heap_locked():
+    with Firmware(500) as firmware, serial.Serial(firmware.port, timeout=0.02) as opened:
+        firmware.start()
+        tuned = Tune(opened, 3, 321, 50, MOST)
+        tuned.prepare()
+        steps = [tuned.step(0, sign, 700) for sign in (1, -1)]
+        firmware.finish()
+    for counts in steps:
+        assert len(counts) >= 20
+        assert abs(counts[-1] - 28.4) < 1.5, "(700 - 154) / 19.2"
+
+
+def in_mid_step(robot, act):
+    """Call act() once, 8 periods after the beginning of the tenth step."""
+    driven = [0, 0]
+
+    def look():
+        driven[0] = driven[0] + 1 if robot.controller._test_left > 0 else 0
+        driven[1] += driven[0] == 8
+        if driven == [8, 10]:
+            act()
+
+    robot.each_tick = look
+
+
+def test_a_fault_of_any_wheel_ends_it_at_once():
+    robot = LiftedRobot()
+    in_mid_step(robot, lambda: robot.board.faults.__setitem__(2, True))
+    with pytest.raises(BringUpError, match="wheel 2: its motor driver reports a fault"):
+        robot.tune()
+    robot.read(0)
+    assert robot.efforts == [0, 0, 0]
+
+
+def test_a_key_ends_it_at_once():
+    robot, hit = LiftedRobot(), []
+    in_mid_step(robot, lambda: hit.append(True))
+    with pytest.raises(BringUpError, match="ended by a key"):
+        robot.tune(pressed=lambda: bool(hit))
+    before = robot.controller._test_left
+    robot.read(0)
+    assert before > 10
+    assert robot.controller._test_left <= 0
+
+
+def test_a_silent_board_ends_it_and_is_told_to_stop():
+    robot = LiftedRobot()
+    read, robot.read = robot.read, lambda size: robot.hear(size)
+    robot.hear = read
+
+    def silence():
+        def nothing(_):
+            robot.ticks += 1
+            return b""
+        robot.hear = nothing
+
+    in_mid_step(robot, silence)
+    at = []
+    robot.write = lambda data, write=robot.write: (at.append((robot.ticks, data)), write(data))
+    with pytest.raises(BringUpError, match="the board is silent for 0.3 s"):
+        robot.tune()
+    assert at[-1][1].startswith(b"!test 0+0:0;")
+    assert at[-1][0] - at[-2][0] < 8 + 0.3 * config.RATE + 5
+
+
+def test_an_older_firmware_is_refused(monkeypatch):
+    assert __version__ == "2.2.0"
+    monkeypatch.setattr(identity, "__version__", "2.1.0")
+    with pytest.raises(BringUpError, match=r"firmware 2\.1\.0, older than 2\.2"):
+        LiftedRobot().tune()
+
+
+def test_another_board_is_refused_and_hears_no_order(tmp_path):
+    port = BoardPort(str(tmp_path / "board"), lambda now: BOARDS["robotont2"](Motors(), start=now))
+    port.plug()
+    try:
+        with serial.Serial(port.link, timeout=0.02) as opened, pytest.raises(BringUpError, match=r"from 2\.2 on"):
+            Tune(opened, 3, 321, 50, MOST).prepare()
+    finally:
+        port.unplug()
+    assert b"test" not in b"".join(data for _, data in port.heard)
+
+
+class RobotAtAPort:
+    """A LiftedRobot in real time behind a pseudo-terminal, and the program on another one."""
+
+    def __init__(self):
+        self.robot = LiftedRobot()
+        self.master, self._slave = os.openpty()
+        tty.setraw(self._slave)
+        os.set_blocking(self.master, False)
+        self.keyboard, self.terminal = os.openpty()
+        self.before = termios.tcgetattr(self.terminal)
+        self._going = True
+        self.driven = []  # periods of each drive
+        self._thread = threading.Thread(target=self._run, daemon=True)
+        self._thread.start()
+        self.program = subprocess.Popen(
+            [sys.executable, str(PROGRAM), os.ttyname(self._slave), "--tune", "robot:=thesis"], stdin=self.terminal,
+            stdout=subprocess.PIPE, stderr=subprocess.STDOUT)  # fmt: skip
+
+    def _run(self):
+        due, was = time.monotonic(), 0
+        while self._going:
+            with contextlib.suppress(BlockingIOError, OSError):
+                self.robot.write(os.read(self.master, 4096))
+            sent = self.robot.read(0)
+            left = self.robot.controller._test_left
+            if left > was:
+                self.driven.append(0)
+            if was > 0 or left > 0:
+                self.driven[-1] += 1
+            was = left
+            with contextlib.suppress(BlockingIOError, OSError):
+                os.write(self.master, sent)
+            due += 0.02
+            time.sleep(max(0.0, due - time.monotonic()))
+
+    def wait(self, done, seconds=30):
+        end = time.monotonic() + seconds
+        while not done():
+            assert time.monotonic() < end, self.driven
+            time.sleep(0.002)
+
+    def begin(self):
+        """Press Enter and wait for the middle of the sixth step."""
+        said = b""
+        while b"Press Enter" not in said:
+            assert select.select([self.program.stdout], [], [], 30)[0]
+            data = os.read(self.program.stdout.fileno(), 4096)
+            assert data, said
+            said += data
+        os.write(self.keyboard, b"\n")
+        self.wait(lambda: len(self.driven) >= 6 and self.driven[-1] in range(4, 12))
+
+    def pull(self):
+        """Take the cable away."""
+        self.off = self.master
+        self.master = os.open(os.devnull, os.O_RDWR)  # the board runs on, and hears nothing
+        os.close(self.off)
+        os.close(self._slave)
+        self._slave = None
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        self._going = False
+        self._thread.join()
+        if self.program.poll() is None:
+            self.program.kill()
+        self.program.wait()
+        self.program.stdout.close()
+        for descriptor in (self.master, self._slave, self.keyboard, self.terminal):
+            if descriptor is not None:
+                os.close(descriptor)
+
+
+@pytest.mark.timed
+@pytest.mark.parametrize("cause, status, words", [
+    ("key", 1, "ended by a key: the wheels are stopped"),
+    (signal.SIGTERM, 143, ""),
+    (signal.SIGHUP, 129, ""),
+    (signal.SIGINT, 130, ""),
+    ("cable", 1, "is the board still plugged in?"),
+    (signal.SIGKILL, -9, ""),
+])
+def test_whatever_ends_it_in_mid_step_ends_the_step(cause, status, words):
+    """By the program's order within some periods; without it, or without a line, by the board's clock."""
+    with RobotAtAPort() as place:
+        place.begin()
+        if cause == "key":
+            os.write(place.keyboard, b"x")
+        elif cause == "cable":
+            place.pull()
+        else:
+            place.program.send_signal(cause)
+        said = place.program.communicate(timeout=20)[0].decode()
+        assert place.program.returncode == status, said
+        assert words in said
+        assert "Traceback" not in said
+        place.wait(lambda: place.robot.controller._test_left <= 0 and not any(place.robot.efforts))
+        steps = len(place.driven)
+        by_its_clock = cause in ("cable", signal.SIGKILL)
+        assert place.driven[-1] == config.TEST_TIME if by_its_clock else place.driven[-1] < config.TEST_TIME
+        ticks = place.robot.ticks
+        place.wait(lambda: place.robot.ticks > ticks + 30)
+        assert len(place.driven) == steps
+        assert place.robot.fastest <= MOST
+        if cause != signal.SIGKILL:
+            assert termios.tcgetattr(place.terminal) == place.before
+
+
+def test_without_a_terminal_nothing_is_driven():
+    done = subprocess.run([sys.executable, str(PROGRAM), "/dev/null", "--tune"], stdin=subprocess.DEVNULL,
+                          capture_output=True, text=True, timeout=60, check=False)
+    assert done.returncode == 1
+    assert "nothing was driven" in done.stderr
+
+
+def test_a_bound_too_low_to_measure_anything_is_refused():
+    done = subprocess.run([sys.executable, str(PROGRAM), "/dev/null", "--tune", "--speed", "0.1"],
+                          stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=60, check=False)
+    assert done.returncode == 2
+    assert "--speed: found 0.1, allowed: 0.31 m/s or more" in done.stderr

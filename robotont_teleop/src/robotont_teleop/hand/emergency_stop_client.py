@@ -1,0 +1,97 @@
+"""The emergency stop as a node for driving by hand sees and presses it; `emergency_stop` of the driver has the rule."""
+
+import threading
+import time
+
+import rospy
+from std_msgs.msg import Bool, String
+from std_srvs.srv import Trigger
+
+from robotont_driver.ros.rospy_internals import connection_header
+from robotont_driver.ros.worker import Worker
+from robotont_teleop.hand.robot_requests import call_in_time
+
+
+class EmergencyStopClient:
+    """Presses for this node, follows driver_node's word of who presses, and asks it for a release.
+
+    A press stays latched, for a driver_node that starts or connects later, until driver_node has it released.
+    failed(words): called when a request for a release has failed.
+    """
+
+    def __init__(self, failed=lambda words: None):
+        self._failed = failed
+        self._lock = threading.RLock()
+        self.pressed_by = ""       # as driver_node has said
+        self._latched = False
+        self._named = None         # connection on which driver_node has named this node since its newest press
+        self.pressed_at = time.monotonic()  # [s] newest press; before the start of this node nothing was seen
+        self._asked_at = 0.0       # [s] newest request for a release
+        self._wanted = threading.Event()
+        self._service = rospy.ServiceProxy("emergency_stop/release", Trigger)
+        self._publisher = rospy.Publisher("emergency_stop", Bool, queue_size=5, tcp_nodelay=True, latch=True)
+        self._words = rospy.Subscriber("emergency_stop/pressed_by", String, self._on_pressed_by, queue_size=5,
+                                       tcp_nodelay=True)
+        Worker(self._release)
+
+    @property
+    def has_driver(self):
+        """Whether a driver_node is there to hear of it."""
+        return self._words.get_num_connections() > 0
+
+    @property
+    def pressed(self):
+        """Whether the robot stands by it, or will as soon as driver_node hears of it."""
+        return bool(self.pressed_by) or self._latched
+
+    def press(self):
+        """Stop the robot until a person releases it."""
+        with self._lock:
+            self._latched = True
+            if not self._is_named():
+                self._named = None
+            self.pressed_at = time.monotonic()
+            self._publisher.publish(True)
+
+    def release(self):
+        """Ask driver_node to let commands move the robot again; returns at once."""
+        self._asked_at = time.monotonic()
+        self._wanted.set()
+
+    def _release(self):
+        """Carry out the newest request, but not late, and not over a newer press; returns the time to rest."""
+        if not self._wanted.wait(1.0):
+            return 0.0
+        self._wanted.clear()
+        asked = self._asked_at  # not now: the request before may have waited for the master
+        try:
+            call_in_time(self._service, asked, lambda: self.pressed_at > asked and "it was pressed again meanwhile")
+        except rospy.ServiceException as error:
+            rospy.logerr("emergency stop not released: %s", error)
+            self._failed(f"emergency stop not released: {error}")
+            return 0.0
+        with self._lock:
+            if self.pressed_at > asked:
+                self.press()
+            else:
+                self._unlatch()
+        return 0.0
+
+    def _on_pressed_by(self, message):
+        with self._lock:
+            if message.data and message.data != self.pressed_by:
+                self.pressed_at = time.monotonic()
+            self.pressed_by = message.data
+            if self._is_named():
+                self._named = connection_header(message)
+            elif self._named is connection_header(message):
+                self._unlatch()
+
+    def _is_named(self):
+        return rospy.get_name() in self.pressed_by.split(", ")
+
+    def _unlatch(self):
+        """Behind a release: who connects from now on hears no press. A latched `false` releases nothing."""
+        if self._latched:
+            self._latched = False
+            self._publisher.publish(False)

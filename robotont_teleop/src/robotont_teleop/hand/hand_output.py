@@ -1,0 +1,74 @@
+"""Where commands by hand go, and the feedback: shared by keyboard_teleop and gamepad_teleop."""
+
+import time
+
+import rosgraph
+import rospy
+from geometry_msgs.msg import Twist
+from nav_msgs.msg import Odometry
+from std_msgs.msg import String
+
+from robotont_driver.ros.publishers import DroppingPublisher
+from robotont_teleop.hand.emergency_stop_client import EmergencyStopClient
+from robotont_teleop.hand.speeds import STOP
+from robotont_teleop.hand.twist_message import twist_message
+
+HAND, DIRECT = "cmd_vel/hand", "cmd_vel"
+
+
+class HandOutput:
+    """Publishes commands for the mux, or straight on cmd_vel where no mux runs when it starts."""
+
+    def __init__(self):
+        self.topic = HAND if self._mux_runs() else DIRECT
+        self._command = DroppingPublisher(self.topic, Twist)
+        self.emergency_stop = EmergencyStopClient()
+        self._driven_by = ""
+        self._velocity, self._heard = STOP, -1e9
+        self.sent = STOP
+        rospy.Subscriber("odom", Odometry, self._on_odometry, queue_size=1)
+        rospy.Subscriber("cmd_vel/driven_by", String, self._on_driven_by, queue_size=1)
+
+    def send(self, twist):
+        """Publish (v_x [m/s], v_y [m/s], omega [rad/s]); behind the call it is out, also where the process ends."""
+        self.sent = twist
+        self._command.publish(twist_message(twist))
+
+    def press_emergency_stop(self):
+        """Also stops by an ordinary command."""
+        self.emergency_stop.press()
+        self.send(STOP)
+
+    @property
+    def listeners(self):
+        """Description of the receivers of the commands."""
+        count = self._command.get_num_connections()
+        if not count:
+            return f"no node listens to {rospy.resolve_name(self.topic)}"
+        if self._driven_by:
+            return f"drives: {self._driven_by}"
+        return f"{count} listen to {rospy.resolve_name(self.topic)}"
+
+    @property
+    def connected(self):
+        """Whether anybody gets the commands."""
+        return self._command.get_num_connections() > 0
+
+    @property
+    def velocity(self):
+        """(v_x, v_y, omega) of the odometry, or None when there is none."""
+        return self._velocity if time.monotonic() - self._heard < 1.0 else None
+
+    def _on_odometry(self, message):
+        twist = message.twist.twist
+        self._velocity, self._heard = (twist.linear.x, twist.linear.y, twist.angular.z), time.monotonic()
+
+    def _on_driven_by(self, message):
+        self._driven_by = message.data
+
+    @staticmethod
+    def _mux_runs():
+        """Anybody may listen to commands by hand, as a recorder does; who drives only the mux tells."""
+        publishers, _, _ = rosgraph.Master(rospy.get_name()).getSystemState()
+        name = rospy.resolve_name("cmd_vel/driven_by")
+        return any(topic == name for topic, _ in publishers)

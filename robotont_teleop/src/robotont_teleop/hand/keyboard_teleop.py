@@ -1,0 +1,180 @@
+"""Drives the robot by the keys of a terminal."""
+
+import os
+import select
+import signal
+import sys
+import termios
+import time
+import tty
+
+import rosgraph
+import rospy
+from diagnostic_msgs.msg import DiagnosticArray
+
+from robotont_driver.parameters.parameters import Parameter
+from robotont_driver.ros.lifecycle import answer_help
+from robotont_driver.ros.node_parameters import own_parameters
+from robotont_driver.ros.rospy_end import end_soon, init_tool
+from robotont_teleop.hand.hand_output import HandOutput
+from robotont_teleop.hand.keys import EMERGENCY_STOP, QUIT, RELEASE, HeldKeys, split_keys
+from robotont_teleop.hand.newest_diagnostics import SILENCE, NewestDiagnostics
+from robotont_teleop.hand.speeds import STOP, Speeds
+
+PARAMETERS = (
+    Parameter("linear_speed", 0.3, "at the start", "m/s", minimum=0.01, maximum=100.0),
+    Parameter("angular_speed", 1.0, "at the start", "rad/s", minimum=0.01, maximum=100.0),
+    Parameter("first_hold", 0.75, "how long one press drives; longer than the keyboard's delay before it repeats", "s",
+              minimum=0.1, maximum=2.0,
+              reason="for so long one press drives"),
+)
+FASTEST = Speeds(1.0, 3.0)  # that keys can reach, where they do not begin beyond
+PUBLISH_PERIOD = 0.05  # [s] between commands while the robot is driven
+REPEAT_HOLD = 0.3    # [s] for which a held key drives on after its last repeat
+SHOW_PERIOD = 0.1  # [s] between two lines
+CONNECTS = 5.0     # [s] at the start until a node that listens is missed
+HELP = """\
+hold to drive             speed              the robot stops when no key is held
+  q  w  e  turn, ahead      +  -  all
+  a  s  d  strafe, back     r  f  driving      space    emergency stop
+  arrows   drive and turn   t  g  turning      shift+U  release it
+keys add up (a, then q: strafe and turn)
+the opposite key stops first, then reverses
+Ctrl-C or Esc: end
+below: the speeds of a held key [m/s] [rad/s], then x y turn of what is sent,
+who drives, and how the robot moves; or why it does not"""
+
+
+class KeyboardTeleop:
+    """Reads keys from file descriptor `terminal`, publishes, and shows a line on standard output."""
+
+    def __init__(self, parameters, terminal):
+        self._terminal = terminal
+        speeds = Speeds(parameters["linear_speed"], parameters["angular_speed"])
+        self._keys = HeldKeys(speeds, Speeds(*map(max, speeds, FASTEST)), parameters["first_hold"], REPEAT_HOLD)
+        self._output = HandOutput()
+        self._diagnostics = NewestDiagnostics(rospy.get_namespace().strip("/"))
+        rospy.Subscriber("/diagnostics", DiagnosticArray, lambda message: self._diagnostics.hear(
+            message, time.monotonic()))
+        self._missed_from = time.monotonic() + CONNECTS
+        self._rest = ""
+        self._shown = 0.0
+        self._sent_at = 0.0
+
+    def run(self):
+        """Drive until a key, a signal or the end of the terminal ends it; returns the reason. Never raises OSError."""
+        try:
+            while not rospy.is_shutdown():
+                for key in self._read():
+                    if key in QUIT:
+                        return "ended by key"
+                    self._take(key)
+                self._send()
+                self._show()
+            return "ROS has shut down"
+        except OSError:
+            return "the terminal is gone"
+        finally:
+            self.stop()
+
+    def stop(self):
+        """Zero, in case that it is the last that goes out."""
+        if not rospy.is_shutdown():
+            self._output.send(STOP)
+
+    def _read(self):
+        """Keys that have come within one period; raises OSError when there is no terminal any more."""
+        if not select.select([self._terminal], [], [], PUBLISH_PERIOD)[0]:
+            return []
+        data = os.read(self._terminal, 256)
+        if not data:
+            raise OSError("end of the terminal")
+        keys, self._rest = split_keys(self._rest + data.decode("ascii", "ignore"))
+        return keys
+
+    def _take(self, key):
+        if key == EMERGENCY_STOP:
+            self._keys.release()
+            self._output.press_emergency_stop()
+        elif key == RELEASE:
+            self._keys.release()
+            self._output.emergency_stop.release()
+        elif not self._output.emergency_stop.pressed:
+            self._keys.press(key, time.monotonic())
+
+    def _send(self):
+        """The command of now: at once when it changes, repeated while it is not zero."""
+        now = time.monotonic()
+        if self._output.emergency_stop.pressed:
+            self._keys.release()
+        twist = self._keys.twist(now)
+        if twist != self._output.sent or (twist != STOP and now - self._sent_at >= 0.5 * PUBLISH_PERIOD):
+            self._sent_at = now
+            self._output.send(twist)
+
+    def _show(self):
+        now = time.monotonic()
+        if now - self._shown < SHOW_PERIOD:
+            return
+        self._shown = now
+        output = self._output
+        words = "EMERGENCY STOP, shift+U releases it" if output.emergency_stop.pressed else _words(output.sent)
+        robot = "no odometry" if output.velocity is None else _words(output.velocity)
+        line = f"{self._keys.speeds.linear:.2f} {self._keys.speeds.angular:.2f} | "
+        line += (output.sent != STOP and self._why_not(now)) or f"sent {words} | {output.listeners} | robot {robot}"
+        if output.connected:
+            self._missed_from = now
+        elif now < self._missed_from:
+            line = "connecting to the robot"
+        else:  # a robot that was started anew has another master, which does not know these keys
+            line = f"{output.listeners}: robot started anew? Esc, keys again"
+        columns = os.get_terminal_size(sys.stdout.fileno()).columns if sys.stdout.isatty() else 0
+        print(f"\r{line[:columns - 1] if columns > 1 else line}\x1b[K", end="", flush=True)
+
+    def _why_not(self, now):
+        """Why the robot may not do as it is told: what is in its way, or its worst error, in its own words."""
+        bad = [light for light in self._diagnostics.lights(now)
+               if light["level"] > 1 or (light["level"] and light["name"].endswith(": guard"))]
+        worst = max(bad, key=lambda light: light["level"], default={"level": 0, "words": ""})
+        return f"{worst['name']} is silent" if worst["level"] == SILENCE else worst["words"]
+
+
+def _words(twist):
+    return "{:+.2f} {:+.2f} {:+.2f}".format(*(round(value, 2) + 0.0 for value in twist))
+
+
+def main():
+    """Run keyboard_teleop; the terminal is left as it was."""
+    answer_help("keyboard_teleop", __doc__ + "\n\n" + HELP + "\n\nof a robot with a namespace: "
+                "__ns:=/NAMESPACE", PARAMETERS)
+    if not sys.stdin.isatty():
+        sys.exit("keyboard_teleop: no terminal to read keys from: start it by rosrun in a terminal, not by roslaunch")
+    if not rosgraph.is_master_online():
+        sys.exit(f"keyboard_teleop: no ROS master at {rosgraph.get_master_uri()}: is the robot running? "
+                 "(./robotont sim)")
+    init_tool("keyboard_teleop")
+    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+        signal.signal(number, _end)
+    terminal = sys.stdin.fileno()
+    before = termios.tcgetattr(terminal)
+    teleop = KeyboardTeleop(own_parameters(PARAMETERS), terminal)
+    why = "ended"
+    try:
+        tty.setcbreak(terminal)
+        print(HELP, flush=True)
+        why = teleop.run()
+    except KeyboardInterrupt:
+        teleop.stop()
+    finally:
+        signal.signal(signal.SIGHUP, signal.SIG_IGN)
+        try:
+            termios.tcsetattr(terminal, termios.TCSADRAIN, before)
+            print(f"\n{why}; the robot stops", flush=True)
+        except (OSError, termios.error):  # no terminal any more
+            sys.stdout = open(os.devnull, "w")  # noqa: SIM115  discards the rest of its buffer
+        end_soon()
+        rospy.signal_shutdown(why)
+
+
+def _end(_number, _frame):
+    raise KeyboardInterrupt

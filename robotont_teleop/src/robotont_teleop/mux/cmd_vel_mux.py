@@ -1,0 +1,240 @@
+"""The ROS side of cmd_vel_mux: commands of several senders in, one cmd_vel out."""
+
+import math
+import threading
+from functools import partial
+
+import rosgraph
+import rospy
+from actionlib_msgs.msg import GoalID
+from geometry_msgs.msg import Twist
+from std_msgs.msg import String
+from std_srvs.srv import Trigger, TriggerResponse
+
+from robotont_driver.command.command_stream import refuse
+from robotont_driver.command.message_age import Arrivals
+from robotont_driver.parameters.parameters import Parameter
+from robotont_driver.ros.clocks import boot_time
+from robotont_driver.ros.diagnostics import OK, WARN, Health, robot_name
+from robotont_driver.ros.lifecycle import run_without_wheels
+from robotont_driver.ros.log_throttle import Refusals
+from robotont_driver.ros.publishers import DroppingPublisher
+from robotont_driver.ros.reconnection import OutageWatch
+from robotont_driver.ros.rospy_internals import connection_header
+from robotont_driver.ros.worker import Worker
+from robotont_teleop.hand.twist_message import twist_message
+from robotont_teleop.mux.arbitration import STOP, Arbiter, Input
+from robotont_teleop.mux.guard_sensors import make_guard
+
+PARAMETERS = (
+    Parameter("hand_timeout", 0.3, "the robot stops after this long without a command of the hand that drives", "s",
+              minimum=0.05, maximum=2.0,
+              reason="for so long the robot drives on when the hand's node dies"),
+    Parameter("hand_rest", 2.0, "after the last motion by hand, before the inputs below it may drive", "s",
+              minimum=0.0, maximum=60.0),
+    Parameter("navigation_timeout", 0.5, "the robot stops after this long without a command of navigation", "s",
+              minimum=0.05, maximum=2.0,
+              reason="for so long the robot drives on when navigation dies"),
+    Parameter("blind_speed", 0.3, "of the hand where no scan and no range sees, if there is either; elsewhere the hand "
+              "stops before what is in the way; negative: no guard", "m/s", minimum=-1.0, maximum=100.0),
+)
+NAVIGATION_REST = 1.0    # [s] after the last motion by navigation, before the default may drive
+DEFAULT_TIMEOUT = 0.5    # [s] without a command of the default, after which the robot stops
+HELD = 1.0               # [s] for which it is told what was in the way
+LOOK_PERIOD = 0.02       # [s] between two looks at who has fallen silent, at most
+PUBLISHERS_PERIOD = 2.0  # [s] between two looks at who else publishes cmd_vel
+
+
+class CmdVelMux:
+    """Lets the highest input drive; none while driver_node says that the emergency stop is pressed."""
+
+    def __init__(self, parameters):
+        inputs = (Input("hand", parameters["hand_timeout"], parameters["hand_rest"]),  # the highest first
+                  Input("navigation", parameters["navigation_timeout"], NAVIGATION_REST, zeros_of_all=True),
+                  Input("default", DEFAULT_TIMEOUT, 0.0))
+        self._arbiter = Arbiter(inputs)
+        self._lock = threading.Lock()
+        self._timeouts = {name: timeout for name, timeout, *_ in inputs}
+        self._commands = dict.fromkeys(self._timeouts, 0)
+        self._refusals = Refusals()
+        self._refusal = ""
+        self._arrivals = Arrivals(min(self._timeouts.values()) / 2, boot_time())
+        self._outdated = 0
+        self._driver = None
+        self._others = ()
+        self._pressed_by = ""  # who presses the emergency stop
+        self._guard = make_guard(parameters["blind_speed"])
+        self._held, self._blind_told = False, False
+        self._guarded = STOP    # the newest command, as the guard has let it through
+        self._publisher = DroppingPublisher("cmd_vel", Twist)
+        self._driven_by = rospy.Publisher("cmd_vel/driven_by", String, queue_size=1, latch=True)
+        self._cancel = rospy.Publisher("move_base/cancel", GoalID, queue_size=1)
+        self._tell_driver()
+        Worker(self._look)
+        rospy.on_shutdown(self._stop)
+        pressed_by = rospy.Subscriber("emergency_stop/pressed_by", String, self._on_pressed_by, tcp_nodelay=True)
+        heard = [rospy.Subscriber("cmd_vel/" + name, Twist, partial(self._on_command, name), queue_size=1,
+                                  tcp_nodelay=True) for name in self._timeouts]
+        self._arrivals.link = OutageWatch(newest=heard, every=[pressed_by]).link
+        rospy.Service("~give_back", Trigger, self._on_give_back)
+        Worker(self._look_for_others)
+        self._health = Health(robot_name(), {"who drives": self._report,
+                                             **({"guard": self._report_guard} if self._guard else {})})
+
+    def _on_command(self, name, message):
+        linear, angular = message.linear, message.angular
+        refusal = refuse((linear.x, linear.y, linear.z), (angular.x, angular.y, angular.z))
+        twist = STOP if refusal else (linear.x, linear.y, angular.z)
+        with self._lock:
+            now, header = boot_time(), connection_header(message)
+            self._commands[name] += 1
+            spent = self._arrivals.spent(header, now, self._timeouts[name])
+            if twist != STOP and spent >= self._timeouts[name]:
+                self._outdated += 1
+                return
+            before = self._arbiter.driver
+            twists = self._arbiter.command(name, twist, now, header.get("callerid", ""), spent)
+            stopped_meanwhile = boot_time() - now >= self._timeouts[name]  # this process, since it has judged the age
+            self._send([STOP] if stopped_meanwhile else twists)
+            changed = before != self._arbiter.driver
+            in_vain = name == "navigation" and self._arbiter.locked and twist != STOP
+            news = refusal and self._refusals.refuse((name, refusal.split()[0]), now)
+            if refusal:
+                self._refusal = f"cmd_vel/{name}: {refusal}"
+        if in_vain:  # a goal that was sent during the stop, and would move the robot after it
+            self._cancel.publish(GoalID())
+        if changed:
+            self._tell_driver()
+        if news:
+            rospy.logwarn("cmd_vel/%s refused: %s", name, refusal)
+
+    def _on_pressed_by(self, message):
+        with self._lock:
+            self._pressed_by = message.data
+            self._send(self._arbiter.emergency_stop(bool(message.data), boot_time()))
+        if message.data:
+            self._cancel.publish(GoalID())  # every goal: else move_base would drive on once it has paused
+        self._tell_driver()
+
+    def _on_give_back(self, _request):
+        with self._lock:
+            self._send(self._arbiter.give_back(boot_time()))
+            driver = self._arbiter.driver
+        self._tell_driver()
+        return TriggerResponse(success=True, message=f"{driver} drives")
+
+    def _look(self):
+        """Whatever silence makes due; returns the time to rest."""
+        with self._lock:
+            now = boot_time()
+            self._arrivals.stalls.tick(now)
+            self._send(self._arbiter.look(now) or self._slower(now))
+            left = self._arbiter.time_left(now)
+        self._watch_guard(now)
+        self._tell_driver()
+        return LOOK_PERIOD if left is None else min(left, LOOK_PERIOD)
+
+    def _send(self, twists):
+        for twist in twists:
+            guarded = self._guard and self._arbiter.driver == "hand"
+            sent = self._guarded = self._guard.limit(twist, boot_time()) if guarded else twist
+            self._publisher.publish(twist_message(sent))
+            if self._guard:
+                self._guard.sent(sent, boot_time())
+
+    def _slower(self, now):
+        """[the hand's newest command], when the guard allows less of it by now than it did."""
+        if not self._guard or self._arbiter.driver != "hand":
+            return []
+        twist = self._arbiter.sent
+        if math.hypot(*self._guard.limit(twist, now)) >= 0.98 * math.hypot(*self._guarded):
+            return []
+        return [twist if boot_time() - now < self._timeouts["hand"] else STOP]  # this process may have been stopped
+
+    def _watch_guard(self, now):
+        """Tell at once that something is in the way, and once where nobody sees."""
+        held = bool(self._held_back(now))
+        if held != self._held:
+            self._held = held
+            self._health.publish_now()
+        if self._guard and self._guard.blind and not self._blind_told:
+            self._blind_told = True
+            rospy.logwarn("guard: %s (%s)", self._guard.blind, self._guard.report(now))
+
+    def _held_back(self, now):
+        """What is in the way of the hand, in words."""
+        held = self._guard and self._guard.held
+        return held[1] if held and now - held[0] < HELD else ""
+
+    def _tell_driver(self):
+        with self._lock:
+            driver = self._arbiter.driver
+            if driver == self._driver:
+                return
+            self._driver = driver
+            self._driven_by.publish(driver)
+        rospy.loginfo("who drives: %s", driver)
+
+    def _look_for_others(self):
+        """Find other publishers of cmd_vel; returns the time to rest."""
+        try:
+            publishers, _, _ = rosgraph.Master(rospy.get_name()).getSystemState()
+        except (OSError, rosgraph.MasterException):
+            return PUBLISHERS_PERIOD  # the master is gone; the robot is not
+        topic = rospy.resolve_name("cmd_vel")
+        nodes = {node for name, names in publishers if name in (topic, topic + "_stamped") for node in names}
+        others = tuple(sorted(nodes - {rospy.get_name()}))
+        if others and others != self._others:
+            rospy.logwarn("%s publish%s straight to %s, past this mux: let them publish on cmd_vel/navigation or "
+                          "cmd_vel/default (e.g. rosrun ... cmd_vel:=cmd_vel/default)",
+                          " and ".join(others), "" if len(others) > 1 else "es", topic)
+        self._others = others
+        return PUBLISHERS_PERIOD
+
+    def _stop(self):
+        with self._lock:
+            if self._arbiter.driver in self._timeouts:
+                self._send([STOP])
+
+    def _report(self):
+        now = boot_time()
+        with self._lock:
+            arbiter = self._arbiter
+            driver, waiting, barred = arbiter.driver, arbiter.waiting(now), arbiter.barred(now)
+            ignored = [f"{sender} on cmd_vel/{name}, which {owner} has until it stops"
+                       for name, sender, owner in arbiter.ignored(now)]
+            values = {
+                "drives": driver,
+                "waiting": ", ".join(waiting) or "none",
+                **{f"commands of {name}": count for name, count in self._commands.items()},
+                "ignored": "; ".join(ignored) or "none",
+                "commands refused": self._refusals.amount,
+                "commands too old": self._outdated,
+                "times that this node was stopped or starved": self._arrivals.stalls.stalls,
+                "stops because a driver fell silent": arbiter.timeouts,
+                "other publishers of cmd_vel": ", ".join(self._others) or "none",
+            }
+            refusal, self._refusal = self._refusal, ""
+            pressed_by = self._pressed_by if arbiter.locked else ""
+        if pressed_by:
+            return WARN, f"emergency stop, pressed by {pressed_by}", values
+        if self._others:
+            return WARN, f"{', '.join(self._others)} also on cmd_vel: commands may mix; use cmd_vel/default", values
+        if ignored:
+            return WARN, "ignored: " + "; ".join(ignored), values
+        if refusal:
+            return WARN, "command refused: " + refusal, values
+        if barred:
+            return WARN, (f"{', '.join(barred)} must stop once after the emergency stop before driving; or call "
+                          f"{rospy.get_name()}/give_back"), values
+        return OK, f"drives: {driver}", values
+
+    def _report_guard(self):
+        now = boot_time()
+        held, words = self._held_back(now), self._guard.report(now)
+        return (WARN, held, {"sight": words}) if held else (OK, words, {})
+
+
+def main():
+    """Run cmd_vel_mux."""
+    run_without_wheels("cmd_vel_mux", CmdVelMux, PARAMETERS)

@@ -1,0 +1,77 @@
+"""What the servers of a robot's page and of a fleet's have in common: doors, files, limits."""
+
+import asyncio
+
+import tornado.httpserver
+import tornado.netutil
+import tornado.web
+
+from robotont_teleop.web.web_handlers import FileHandler, LoginHandler, MapHandler, MetricsHandler
+
+MAX_CONNECTIONS = 64  # open at once, pages among them
+LARGEST_BODY, LARGEST_HEADER = 1024, 8192  # [bytes] of a request
+IDLE, BODY_TIMEOUT = 20.0, 5.0  # [s] an HTTP connection may be idle, a body may take
+
+
+class PageServer:
+    """access: `Access`. settings: `names` and `scheme` at least. files: as of `read_files`.
+
+    Subclasses have `map_picture`, a PNG or None, and `metrics()`, text for Prometheus.
+    """
+
+    def __init__(self, access, settings, files):
+        self.access = access
+        self.settings = settings
+        self.files = files
+        self.refused = 0  # messages and requests that were malformed, foreign or too many
+        self._loop = asyncio.get_running_loop()
+
+    def serve(self, handlers, address, port, tls=None, **options):
+        """Serve by further tornado handlers; returns the port (another one where it is 0). Raises OSError."""
+        sockets = tornado.netutil.bind_sockets(port, address)
+        application = tornado.web.Application(
+            [*handlers, (r"/login", LoginHandler), (r"/map\.png", MapHandler), (r"/metrics", MetricsHandler),
+             (r"/(.*)", FileHandler)], log_function=lambda handler: None, **options)
+        application.web_server = self
+        self._server = LimitedServer(
+            application, ssl_options=tls, max_header_size=LARGEST_HEADER, max_body_size=LARGEST_BODY,
+            max_buffer_size=8 * LARGEST_HEADER, idle_connection_timeout=IDLE, body_timeout=BODY_TIMEOUT)
+        self._server.add_sockets(sockets)
+        return sockets[0].getsockname()[1]
+
+    def admit(self, stream):
+        """Somebody who may come in has sent a request on this connection; it is not closed in favour of newer ones."""
+        self._server.admit(stream)
+
+
+class LimitedServer(tornado.httpserver.HTTPServer):
+    """Beyond the limit closes the oldest connection on which nobody has shown that he may come in, or else the new one.
+
+    So strangers can take the connections from each other only.
+    """
+
+    def initialize(self, *arguments, **options):
+        """Called by tornado."""
+        super().initialize(*arguments, **options)
+        self._known = set()
+        self._strangers = {}  # an ordered set
+
+    def handle_stream(self, stream, address):
+        """Called by tornado for a new connection."""
+        self._known = {other for other in self._known if not other.closed()}
+        self._strangers = {other: None for other in self._strangers if not other.closed()}
+        if len(self._known) >= MAX_CONNECTIONS:
+            stream.close()
+            return
+        if len(self._known) + len(self._strangers) >= MAX_CONNECTIONS:
+            oldest = next(iter(self._strangers))
+            del self._strangers[oldest]
+            oldest.close()
+        self._strangers[stream] = None
+        super().handle_stream(stream, address)
+
+    def admit(self, stream):
+        """Somebody who may come in has sent a request on it."""
+        if stream in self._strangers:
+            del self._strangers[stream]
+            self._known.add(stream)

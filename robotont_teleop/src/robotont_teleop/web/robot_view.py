@@ -1,0 +1,100 @@
+"""A robot for the web pages: its state and their commands, without any network of its own.
+
+All that a page can ask for and see goes through one object, which tests replace.
+"""
+
+import itertools
+import socket
+import threading
+
+import rosgraph
+import rospy
+from actionlib_msgs.msg import GoalID
+from geometry_msgs.msg import Twist
+from std_srvs.srv import Trigger
+
+from robotont_driver.ros.publishers import DroppingPublisher
+from robotont_driver.ros.worker import Worker
+from robotont_map_navigation.goal import Goal
+from robotont_map_navigation.goto_client import GoTo
+from robotont_teleop.hand.emergency_stop_client import EmergencyStopClient
+from robotont_teleop.hand.robot_requests import NewestGoal, ServiceRequest
+from robotont_teleop.hand.speeds import STOP
+from robotont_teleop.hand.twist_message import twist_message
+from robotont_teleop.web.camera import Camera
+from robotont_teleop.web.robot_topics import MAP_FRAME, RobotTopics
+
+CAMERA_LOOK = 0.5       # [s] between two looks at whether there is a camera, and who wants to see it
+LONGEST_WORDS = 200
+
+
+class RobotView(RobotTopics):
+    """State and commands. Calls by pages never wait, and whatever takes its time is never carried out late."""
+
+    def __init__(self, wheels, camera_topic):
+        super().__init__(wheels)
+        self._name = rospy.get_namespace().strip("/") or socket.gethostname()
+        self.camera = Camera(camera_topic)
+        self._notes = itertools.count(1)
+        self._note = {"number": 0, "words": ""}
+        self._sending = threading.RLock()
+        self._ended = False
+        self._goto = GoTo(MAP_FRAME, lambda words: self._goal.show_progress(words), self.transforms)
+        self._goal = NewestGoal(self._goto, self._say)
+        self.emergency_stop = EmergencyStopClient(self._say)
+        self._command = DroppingPublisher("cmd_vel/hand", Twist)
+        self._cancel = rospy.Publisher("move_base/cancel", GoalID, queue_size=5, tcp_nodelay=True)
+        self.reset_odometry = ServiceRequest("reset_odometry", "reset odometry", Trigger, self._say).call
+        self.give_back = ServiceRequest("cmd_vel_mux/give_back", "give back", Trigger, self._say).call
+        rospy.on_shutdown(self._stop)
+        Worker(self._look_for_camera)
+
+    # Commands of the pages
+
+    def send(self, twist):
+        """A command by hand, (v_x [m/s], v_y [m/s], omega [rad/s])."""
+        with self._sending:
+            if not self._ended:
+                self._command.publish(twist_message(twist))
+
+    def _stop(self):
+        """The end of the node: zero is the last command."""
+        with self._sending:
+            self.send(STOP)
+            self._ended = True
+
+    def cancel(self):
+        """Take back every goal, whoever has sent it."""
+        self._goal.cancel()
+        self._cancel.publish(GoalID())
+
+    def goal(self, x, y):
+        """Send the robot to (x, y) [m] on the map; it looks in the end as it looks now."""
+        self._goal.pursue(Goal(x, y, self.yaw_on_map()))
+
+    def _say(self, words):
+        self._note = {"number": next(self._notes), "words": words[:LONGEST_WORDS]}
+
+    # State for the pages
+
+    def state(self):
+        """Fast-changing state, for JSON."""
+        return {**self.fast(), "stopped": self.emergency_stop.pressed}
+
+    def status(self):
+        """Slow-changing state, for JSON."""
+        return {**self.slow(), "camera": self.camera.present, "navigation": self._goto.answers,
+                "goal": self._goal.shown, "note": self._note}
+
+    def figures(self):
+        """What `metrics` wants."""
+        return [{**self.numbers(), "name": self._name, "id": "", "present": True, "age": 0.0,
+                 "stopped": self.emergency_stop.pressed}], {self._name: self.diagnostic_values()}
+
+    def _look_for_camera(self):
+        try:
+            publishers, _, _ = rosgraph.Master(rospy.get_name()).getSystemState()
+        except (OSError, rosgraph.MasterException):
+            return CAMERA_LOOK
+        self.camera.look({name for name, _ in publishers})
+        return CAMERA_LOOK

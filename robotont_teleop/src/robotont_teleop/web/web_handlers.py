@@ -1,0 +1,183 @@
+"""The requests of browsers other than the page's messages: who may ask, and files, login, map and camera."""
+
+import asyncio
+import json
+import mimetypes
+import time
+
+import tornado.web
+from tornado.iostream import StreamClosedError
+
+from robotont_teleop.web.access import LONGEST_TOKEN, host_allowed, origin_allowed
+from robotont_teleop.web.metrics import KIND
+
+COOKIE_DAYS = 90
+PAGE, LOGIN_PAGE, MANIFEST = "index.html", "login.html", "manifest.webmanifest"
+CAMERA_WAIT = 5.0  # [s] a request waits for a new picture
+
+
+class Guarded:
+    """Checks that come before every request: Host; and, unless `public`, the cookie."""
+
+    public = False
+
+    @property
+    def server(self):
+        """The WebServer."""
+        return self.application.web_server
+
+    def set_default_headers(self):
+        """Called by tornado: the page loads nothing from elsewhere, and no other site may frame it."""
+        host, scheme = self.request.host, self.server.settings.scheme
+        sockets = f" {scheme.replace('http', 'ws')}://{host}" if self._host_allowed() else ""
+        self.set_header("Content-Security-Policy",
+                        "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' blob:; "
+                        f"manifest-src 'self'; connect-src 'self'{sockets}; form-action 'self'; base-uri 'none'; "
+                        "frame-ancestors 'none'")
+        self.set_header("X-Content-Type-Options", "nosniff")
+        self.set_header("X-Frame-Options", "DENY")
+        self.set_header("Referrer-Policy", "no-referrer")
+        self.set_header("Cross-Origin-Opener-Policy", "same-origin")
+        self.set_header("Cross-Origin-Resource-Policy", "same-origin")
+        self.set_header("Cache-Control", "no-store")
+        self.clear_header("Server")
+
+    def prepare(self):
+        """Called by tornado before the request's method."""
+        if not self._host_allowed():
+            raise tornado.web.HTTPError(403, reason="foreign host")
+        if self.authorised:
+            self.server.admit(self.request.connection.stream)
+        elif not self.public:
+            raise tornado.web.HTTPError(401, reason="no token")
+
+    def write_error(self, status_code, **_):
+        """One line, without anything that the request held."""
+        if status_code >= 400:
+            self.server.refused += 1
+        self.set_header("Content-Type", "text/plain; charset=utf-8")
+        self.finish(f"{status_code} {self._reason}\n")
+
+    def log_exception(self, kind, error, trace):
+        """Called by tornado; a browser's mistakes are not worth a traceback."""
+        if not isinstance(error, (tornado.web.HTTPError, StreamClosedError)):
+            super().log_exception(kind, error, trace)
+
+    @property
+    def authorised(self):
+        """Whether the browser has shown the token before."""
+        return self.server.access.admits(self.get_cookie(self.server.access.cookie_name))
+
+    @property
+    def origin_allowed(self):
+        """Whether the request comes from the page itself."""
+        return origin_allowed(self.request.headers.get("Origin"), self.server.settings.scheme, self.request.host)
+
+    def _host_allowed(self):
+        try:
+            own = self.request.connection.stream.socket.getsockname()[0]
+        except (AttributeError, OSError):
+            return False  # gone already
+        return host_allowed(self.request.headers.get("Host"), own, self.server.settings.names)
+
+
+class FileHandler(Guarded, tornado.web.RequestHandler):
+    """The files of the page, out of memory; the page itself only for who has shown the token."""
+
+    public = True
+
+    def get(self, name):
+        """Called by tornado."""
+        name = name or PAGE
+        if name == PAGE and not self.authorised:
+            name = LOGIN_PAGE
+            self.set_status(401)
+        if name not in self.server.files:
+            raise tornado.web.HTTPError(404)
+        kind, content = self.server.files[name]
+        self.set_header("Content-Type", kind)
+        self.set_header("Cache-Control", "no-cache")
+        self.finish(content)
+
+
+class LoginHandler(Guarded, tornado.web.RequestHandler):
+    """Takes the token once, and gives a cookie that no script can read."""
+
+    public = True
+
+    def post(self):
+        """Called by tornado."""
+        if not self.origin_allowed:
+            raise tornado.web.HTTPError(403, reason="foreign origin")
+        token = self.get_body_argument("token", "")[:LONGEST_TOKEN + 1]
+        answer = self.server.access.log_in(token, self.request.remote_ip, time.monotonic())
+        if answer == "later":
+            raise tornado.web.HTTPError(429, reason="too many wrong tokens: wait a minute")
+        if answer == "wrong":
+            raise tornado.web.HTTPError(401, reason="wrong token")
+        access = self.server.access
+        self.set_cookie(access.cookie_name, access.cookie, expires_days=COOKIE_DAYS, path="/", httponly=True,
+                        samesite="Strict", secure=self.server.settings.scheme == "https")
+        self.redirect("/", status=303)
+
+
+class MetricsHandler(Guarded, tornado.web.RequestHandler):
+    """For Prometheus, which shows the page's token as a bearer token."""
+
+    @property
+    def authorised(self):
+        """Whether the request shows the token, or a browser has shown it before."""
+        kind, _, token = self.request.headers.get("Authorization", "").partition(" ")
+        return self.server.access.admits(self.get_cookie(self.server.access.cookie_name)) or (
+            kind == "Bearer" and self.server.access.log_in(token, self.request.remote_ip, time.monotonic()) == "in")
+
+    async def get(self):
+        """Called by tornado."""
+        self.set_header("Content-Type", KIND)
+        await self.finish(await self.server.metrics())
+
+
+class MapHandler(Guarded, tornado.web.RequestHandler):
+    """The newest map."""
+
+    def get(self):
+        """Called by tornado."""
+        picture = self.server.map_picture
+        if picture is None:
+            raise tornado.web.HTTPError(404)
+        self.set_header("Content-Type", "image/png")
+        self.finish(picture)
+
+
+class CameraHandler(Guarded, tornado.web.RequestHandler):
+    """The newest picture, each one only once: the page asks for the next when it has shown this one."""
+
+    async def get(self):
+        """Called by tornado."""
+        seen = self.get_query_argument("after", "0")
+        end = time.monotonic() + CAMERA_WAIT
+        while True:
+            picture = self.server.robot.camera.picture()
+            if picture is not None and str(picture[0]) != seen:
+                break
+            if time.monotonic() > end:
+                raise tornado.web.HTTPError(404)
+            await asyncio.sleep(0.02)
+        self.set_header("Content-Type", "image/jpeg")
+        self.set_header("X-Picture", str(picture[0]))
+        await self.finish(picture[1])
+
+
+def read_files(folder, robot="Robotont"):
+    """{name: (type, content)} of the page, with the robot's name in that of the home screen; there are no others."""
+    kinds = {**mimetypes.types_map, ".webmanifest": "application/manifest+json", ".js": "text/javascript"}
+    files = {}
+    for path in folder.iterdir():
+        kind = kinds.get(path.suffix)
+        if kind and path.is_file():
+            text = kind.startswith("text/") or kind.endswith("json")
+            content = path.read_bytes()
+            if path.name == MANIFEST:
+                content = json.dumps({**json.loads(content), "name": robot, "short_name": robot}).encode()
+            files[path.name] = kind + ("; charset=utf-8" if text else ""), content
+    return files

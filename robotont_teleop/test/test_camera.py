@@ -1,0 +1,30 @@
+"""Pictures of a camera: the newest, while somebody wants to see them."""
+
+from unittest import mock
+
+import rospy
+from sensor_msgs.msg import CompressedImage
+
+from robotont_teleop.web import camera
+from robotont_testing.harness import Master, in_own_process, wait_for
+
+JPEG = b"\xff\xd8 a picture "
+
+
+@in_own_process
+def test_a_camera_that_nobody_watches_is_left_and_an_old_picture_is_none():
+    with Master(), mock.patch.object(camera, "REST", 1.5):
+        rospy.init_node("camera_test", disable_signals=True)
+        publisher = rospy.Publisher("camera", CompressedImage, queue_size=50)
+        watched = camera.Camera("camera")
+        watched.picture()
+        watched.look({"/camera"})
+        wait_for(publisher.get_num_connections, "the subscription")
+        for number in range(20):
+            publisher.publish(CompressedImage(data=JPEG + bytes([number])))
+        publisher.publish(CompressedImage(format="png", data=b"\x89PNG"))
+        newest = JPEG + b"\x13"
+        wait_for(lambda: watched.picture() and watched.picture()[1] == newest, "the newest that is a JPEG")
+        wait_for(lambda: watched.picture() is None, "the end of the old picture", timeout=3)
+        assert publisher.get_num_connections()
+        wait_for(lambda: watched.look(set()) or not publisher.get_num_connections(), "the end of the subscription")

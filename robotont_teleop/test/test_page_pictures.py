@@ -1,0 +1,32 @@
+"""Maps and scans for pages, whatever a node publishes."""
+
+import json
+import math
+
+import pytest
+from page_server_test import room
+from sensor_msgs.msg import LaserScan
+
+from robotont_teleop.web.page_pictures import map_picture, thinned_scan
+
+
+def test_a_map_keeps_its_number_over_a_restart_and_another_one_has_another():
+    """So that an open page keeps no old map."""
+    first, *others = (map_picture(one)[1]["number"] for one in (room(), room(), room(x=1.0), room(resolution=0.25)))
+    assert [number == first for number in others] == [True, False, False]
+
+
+@pytest.mark.parametrize("wrong", [{"resolution": math.nan}, {"resolution": 0.0}, {"width": 0}, {"height": 13}])
+def test_what_is_no_map_is_refused(wrong):
+    with pytest.raises(ValueError, match="resolution|cells"):
+        map_picture(room(**wrong))
+
+
+def test_a_scan_without_a_largest_range_is_shown_and_one_without_angles_is_none():
+    scan = LaserScan(angle_increment=0.1, range_min=0.1, range_max=math.inf, ranges=[1.0, math.inf, math.nan, 2.0])
+    shown = thinned_scan(scan, (0.1, 0.0, 0.0), 1)
+    assert json.loads(json.dumps(shown, allow_nan=False))["ranges"] == [1.0, None, None, 2.0]
+    scan.ranges = [1.0] * 541
+    assert len(thinned_scan(scan, (0.1, 0.0, 0.0), 1)["ranges"]) <= 180
+    scan.angle_min = math.nan
+    assert thinned_scan(scan, (0.1, 0.0, 0.0), 1) is None

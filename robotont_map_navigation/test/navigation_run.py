@@ -3,7 +3,7 @@
 
 navigation_run.py [--goal X Y YAW]... [--random N --seed S] [launch arguments, e.g. localization:=fake] prints JSON: for
 each goal the exit status and last line of goto, the error of the end pose, the least distance between the robot's body
-and the world, the way in directions that the camera does not see, and what localization_monitor reported. Of N random
+and the world, the way in directions that the camera does not see, and what navigation_monitor reported. Of N random
 goals every third lies with its centre 0.2 to 0.3 m from a wall, so that the next way begins there. Needs move_base; has
 a ROS master of its own.
 """
@@ -36,7 +36,7 @@ ROOT = Path(__file__).resolve().parents[2]
 
 GOAL_TIMEOUT = 180  # [s]
 NEAR = (0.2, 0.3)   # [m] between a wall and the robot's centre
-FIT = "rays that end at the map's walls"
+FIT = "rays that the map explains"
 DEVIATIONS = {"deviation_m": "deviation of the position [m]", "deviation_rad": "deviation of the yaw [rad]"}
 RESOLUTION = 0.05   # [m] per pixel of the worlds' maps
 HALF_A_VIEW = 1.03 / 2  # [rad] of the camera to each side
@@ -102,7 +102,7 @@ class Run:
         wait_for(lambda: self.truth or self.launch.poll() is not None, "the simulator", timeout=60)
 
     def _on_diagnostics(self, message):
-        self.reports += [status for status in message.status if status.name == "localization_monitor: localization"]
+        self.reports += [status for status in message.status if status.name == "navigation_monitor: localization"]
 
     def pose(self):
         """True (x, y, yaw) of the robot."""
@@ -141,7 +141,7 @@ class Run:
 
 
 def judged(reports):
-    """What DiagnosticStatus of localization_monitor have in common: the alarms, and the extremes of the values."""
+    """What DiagnosticStatus of navigation_monitor have in common: the alarms, and the extremes of the values."""
     values = [{each.key: each.value for each in report.values} for report in reports]
     shares = [int(each[FIT].rstrip("%")) for each in values if each[FIT].endswith("%")]
     return {

@@ -96,8 +96,8 @@ class GotoTest(NodeTest):
         wait_for(self.moving, "motion")
         trouble.publish("a wrong pose")
         status, lines = self.end(goto)
-        words = ("the robot does not know where it is, the goal is cancelled: a wrong pose; set the pose by RViz' 2D "
-                 "Pose Estimate")
+        words = ("the robot does not know where it is, the goal is cancelled: a wrong pose; start relocalize, or "
+                 "set the pose by RViz' 2D Pose Estimate")
         self.assertEqual((status, lines[-1]), (8, words))
         self.assertEqual(self.end(self.start_goto("1", "0", "0"))[0], 8)
         wait_for(lambda: not self.commands[-1].linear.x, "the end of the motion")

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""unblock: what it sends beside move_base's commands."""
+"""navigation_monitor: what it sends beside move_base's commands."""
 
 import math
 
@@ -12,6 +12,8 @@ from std_msgs.msg import String
 from robotont_testing import places
 from robotont_testing.harness import wait_for
 from robotont_testing.node_test import NodeTest, twist
+
+MONITOR = places.program("robotont_map_navigation", "navigation_monitor")
 
 
 class UnblockTest(NodeTest):
@@ -28,7 +30,7 @@ class UnblockTest(NodeTest):
 
     def test_zeros_go_out_only_while_the_robot_stands(self):
         log = self.processes.folder / "log"
-        node = self.processes.start(places.program("robotont_map_navigation", "unblock"), "cmd_vel:=cmd_vel/navigation",
+        node = self.processes.start(MONITOR, "cmd_vel:=cmd_vel/navigation",
                                     log=log)
         self.commands = self.publisher("cmd_vel/navigation", Twist)
         self.odometry = self.publisher("odom", Odometry)
@@ -45,7 +47,7 @@ class UnblockTest(NodeTest):
 
     def test_nothing_is_sent_while_another_drives(self):
         driver = self.publisher("cmd_vel/driven_by", String, 0)
-        self.processes.start(places.program("robotont_map_navigation", "unblock"), "cmd_vel:=cmd_vel/navigation")
+        self.processes.start(MONITOR, "cmd_vel:=cmd_vel/navigation")
         self.commands = self.publisher("cmd_vel/navigation", Twist)
         self.odometry = self.publisher("odom", Odometry)
         wait_for(driver.get_num_connections, "unblock's subscription")

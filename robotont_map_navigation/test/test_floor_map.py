@@ -69,10 +69,10 @@ def test_the_map_lies_where_its_origin_says(yaw):
     assert turned.is_connected(place(0.5, 0.5), place(3.0, 1.0), RADIUS)
 
 
-def test_share_of_places_at_walls():
+def test_places_at_walls():
     floor_map = room(door=7)
     x = np.array([0.1, 2.0, 1.0, 9.0])
-    assert floor_map.share_near_walls((x, np.full(4, 1.0)), 0.15) == 0.5
+    assert floor_map.are_near_walls((x, np.full(4, 1.0)), 0.15).tolist() == [True, True, False, False]
 
 
 def test_a_large_map_is_searched_within_the_time_that_a_goal_has():

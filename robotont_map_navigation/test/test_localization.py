@@ -27,24 +27,42 @@ def test_all_rays_fit_at_the_true_pose():
 
 @pytest.mark.parametrize("wrong", [(0.9, 0.2, 0.7), (0.3, -0.3, 0.7), (0.3, 0.2, 1.2)])
 def test_few_rays_fit_at_another_pose(wrong):
-    at_walls, through_walls = fit(MAP, wrong, ranges(0.3, 0.2, 0.7), ANGLES, BOUNDS, 0.1)
-    assert at_walls < 0.7
+    explained, through_walls = fit(MAP, wrong, ranges(0.3, 0.2, 0.7), ANGLES, BOUNDS, 0.1)
+    assert explained < 0.7
     assert through_walls > 0.1
 
 
 def test_an_obstacle_that_fills_the_view_goes_through_no_wall():
     pose = (0.3, 0.2, 0.7)
-    at_walls, through_walls = fit(MAP, pose, np.minimum(ranges(*pose), 0.4), ANGLES, BOUNDS, 0.1)
-    assert (at_walls, through_walls) == (0.0, 0.0)
+    assert fit(MAP, pose, np.minimum(ranges(*pose), 0.4), ANGLES, BOUNDS, 0.1) == (0.0, 0.0)
 
 
-def test_rays_that_end_nowhere_do_not_count():
+def test_rays_that_show_nothing_do_not_count():
     pose = (0.3, 0.2, 0.7)
     seen = ranges(*pose)
-    seen[:40] = np.tile([math.inf, math.nan, 0.01, 5.0], 10)
+    seen[:39] = np.tile([math.nan, 0.01, 5.0], 13)
     assert fit(MAP, pose, seen, ANGLES, BOUNDS, 0.1) == (1.0, 0.0)
-    seen[9:] = math.inf
+    seen[9:] = math.nan
     assert fit(MAP, pose, seen, ANGLES, BOUNDS, 0.1) is None
+
+
+def test_a_ray_that_sees_nothing_where_the_map_has_a_wall_goes_through_it():
+    pose = (0.3, 0.2, 0.7)
+    seen = ranges(*pose)
+    seen[::3] = math.inf
+    explained, through_walls = fit(MAP, pose, seen, ANGLES, BOUNDS, 0.1)
+    assert explained == pytest.approx(2 / 3)
+    assert through_walls == pytest.approx(1 / 3)
+    assert fit(MAP, pose, np.full(90, math.inf), ANGLES, (0.05, 0.5), 0.1) == (1.0, 0.0)  # a sensor that sees no wall
+
+
+@pytest.mark.parametrize("off", [(0.1, 0.05, 0.1), (-0.08, -0.1, -0.08)])
+def test_a_pose_that_is_nearly_right_explains_what_is_seen_from_a_place_at_a_wall(off):
+    """From there few rays end at a wall: along the wall a small angle is a long way."""
+    pose = (2.75, -0.75, -1.2)
+    explained, through_walls = fit(MAP, np.add(pose, off), ranges(*pose), ANGLES, BOUNDS, 0.2)
+    assert explained > 0.9
+    assert through_walls < 0.1
 
 
 def test_deviations_are_those_of_the_least_certain_direction():

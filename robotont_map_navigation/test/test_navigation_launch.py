@@ -21,7 +21,7 @@ from robotont_description.geometry import robot_radius
 from robotont_driver.kinematics.wheel_params import read_wheels
 from robotont_driver.nodes import driver_node
 from robotont_driver.parameters.parameters import read_parameters
-from robotont_map_navigation import localization_monitor, map_file
+from robotont_map_navigation import localization_check, map_file
 from robotont_simulator.world import read_world, write_map
 from robotont_testing import places
 from robotont_testing.robots import ROBOTONT2, SHIPPED, robot_folder
@@ -63,7 +63,7 @@ def test_a_missing_package_is_named_in_the_first_line(tmp_path):
     ((), {"/amcl"}), (("localization:=fake",), {"/fake_localization"}), (("localization:=none",), set())])
 def test_each_localization_starts_its_nodes(arguments, localization):
     assert set(read_launch("navigation.launch", *arguments).nodes) == {
-        *localization, "/localization_monitor", "/map_server", "/move_base", "/own_place", "/unblock"}
+        *localization, "/map_server", "/move_base", "/navigation_monitor"}
 
 
 def test_sim_starts_the_robot_map_none_no_map_server_and_rviz_the_view_of_navigation():
@@ -217,7 +217,7 @@ def test_the_local_costmap_is_little_wider_than_dwa_looks_ahead():
 
 
 def test_the_map_gives_way_to_the_robot_by_updates_only():
-    """What the scan has found free takes no wall away; own_place does, of which the costmaps must hear."""
+    """What the scan has found free takes no wall away; navigation_monitor does, of which the costmaps must hear."""
     given = read("navigation.launch")["move_base"]
     for costmap in (given["global_costmap"], given["local_costmap"]):
         assert costmap["obstacles"]["combination_method"] == 1
@@ -244,9 +244,9 @@ def test_the_limits_fit_the_driver():
     assert given["DWAPlannerROS"]["max_vel_trans"] < robot["driver_node"]["max_wheel_speed"]
 
 
-def test_localization_monitor_takes_its_shipped_parameters():
-    given = read("navigation.launch")["localization_monitor"]
-    assert set(read_parameters(localization_monitor.PARAMETERS, given)) == set(given)
+def test_navigation_monitor_takes_its_shipped_parameters():
+    given = read("navigation.launch")["navigation_monitor"]
+    assert set(read_parameters(localization_check.PARAMETERS, given)) == set(given)
 
 
 def test_every_file_is_loaded():

@@ -80,6 +80,26 @@ def test_a_push_moves_the_truth_and_not_the_odometry():
     assert abs(odometry[1]) < 0.1 * truth[1]
 
 
+def test_a_carried_robot_stands_elsewhere_and_the_odometry_does_not_see_it():
+    run = run_in()
+    run.simulation.carry(2.0, -1.0, 1.5)
+    odometry, truth = run.hold(REST, 0.3)
+    assert truth == pytest.approx((2.0, -1.0, 1.5), abs=1e-2)
+    assert np.linalg.norm(odometry) < 1e-2
+
+
+def test_a_visitor_is_seen_and_bars_the_way_until_it_goes():
+    run = run_in()
+    run.simulation.visit(0.6, 0.0)
+    run.hold((0.3, 0.0, 0.0), 1.0)
+    assert run.simulation.scan(np.zeros(1), 0.1, 4.0)[0] < 0.5
+    assert run.hold((0.3, 0.0, 0.0), 2.0)[1][0] < 0.31
+    run.simulation.visit(math.nan, math.nan)
+    run.hold(REST, 0.2)  # for which the board waits after a blocked wheel
+    assert run.hold((0.3, 0.0, 0.0), 2.0)[1][0] > 0.5
+    assert run.simulation.scan(np.zeros(1), 0.1, 4.0)[0] == math.inf
+
+
 def test_a_sagging_battery_limits_the_speed():
     def reached(voltage):
         run = run_in()

@@ -40,7 +40,7 @@ def test_of_two_hands_the_first_drives_until_it_stops(arbiter):
 def test_a_zero_of_another_sender_stops_navigation_where_that_is_wanted():
     arbiter = Arbiter([Input("navigation", 0.5, 1.0, zeros_of_all=True)])
     arbiter.command("navigation", NAVIGATION, 1.0, "move_base")
-    assert arbiter.command("navigation", STOP, 1.05, "unblock") == [STOP]
+    assert arbiter.command("navigation", STOP, 1.05, "navigation_monitor") == [STOP]
     assert arbiter.command("navigation", NAVIGATION, 1.1, "move_base") == [NAVIGATION]
 
 

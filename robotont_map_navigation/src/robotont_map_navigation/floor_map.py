@@ -19,7 +19,7 @@ class FloorMap:
         self.cells = np.asarray(cells)
         self._occupied = self.cells >= OCCUPIED
         self.resolution = resolution
-        self._origin = origin
+        self.origin = origin
         self._dilated = {}  # radius [m]: cells closer than that to a wall
 
     def __contains__(self, place):
@@ -63,14 +63,15 @@ class FloorMap:
             left[frontier] = False
         return bool(frontier.size)
 
-    def share_near_walls(self, places, tolerance):
-        """Share, 0 to 1, of N >= 1 places (2 x N, [m]) that are at most `tolerance` [m] away from an occupied cell."""
+    def are_near_walls(self, places, tolerance):
+        """N of bool: which of N places (2 x N, [m]) are at most `tolerance` [m] away from an occupied cell."""
         row, column = self._cells(*places)
-        inside = self._inside(row, column)
-        return float(self._close_to_walls(tolerance)[row[inside], column[inside]].sum() / len(row))
+        near = self._inside(row, column)
+        near[near] = self._close_to_walls(tolerance)[row[near], column[near]]
+        return near
 
-    def share_through_walls(self, start, places, tolerance):
-        """Share, 0 to 1, of N >= 1 rays from `start` (x, y) to places (2 x N, [m]) that cross a wall before they end.
+    def are_behind_walls(self, start, places, tolerance):
+        """N of bool: which of N >= 1 rays from `start` (x, y) to places (2 x N, [m]) cross a wall before they end.
 
         One that ends at most `tolerance` [m] behind the wall ends at it.
         """
@@ -81,7 +82,7 @@ class FloorMap:
         inside = self._inside(row, column) & (steps < lengths - tolerance)
         walls = np.zeros(row.shape, bool)
         walls[inside] = self._occupied[row[inside], column[inside]]
-        return float(walls.any(axis=0).mean())
+        return walls.any(axis=0)
 
     def _close_to_walls(self, radius):
         """Cells (H x W of bool) whose centres are closer than `radius` [m] to that of an occupied one."""
@@ -105,7 +106,7 @@ class FloorMap:
 
     def indices(self, x, y):
         """(row, column), not rounded, of places in the map's frame [m]."""
-        x0, y0, yaw = self._origin
+        x0, y0, yaw = self.origin
         dx, dy = np.subtract(x, x0), np.subtract(y, y0)
         cos, sin = math.cos(yaw), math.sin(yaw)
         return (cos * dy - sin * dx) / self.resolution, (cos * dx + sin * dy) / self.resolution

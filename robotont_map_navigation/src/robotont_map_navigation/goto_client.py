@@ -17,6 +17,7 @@ from robotont_driver.kinematics.se2 import compose, pose_of, yaw_of
 from robotont_driver.ros.rospy_internals import goal_id
 from robotont_map_navigation.footprint import base_frame, needed_radius
 from robotont_map_navigation.goal import (
+    GAVE_UP,
     INTERRUPTED,
     LOST,
     NOT_THERE,
@@ -27,12 +28,14 @@ from robotont_map_navigation.goal import (
     Outcome,
     outcome,
     progress,
+    remaining,
 )
 from robotont_map_navigation.goal_check import refusal
 from robotont_map_navigation.messages import floor_map_of
 
 SILENCE = 3.0      # [s] without a status of move_base, which sends five per second, and it is gone
 LOOK_UP = 0.4      # [s] that the map and then the transforms have to come; without them a goal is not checked
+STAYS, STAYED = 0.5, 60.0  # [m], [s] a robot that has stayed in a circle as small for so long gets nowhere
 CANCELLING = 20.0  # [s] that move_base has to confirm a cancellation: it hears of none while it turns around, 10 s
 GOING_ON = (GoalStatus.PENDING, GoalStatus.ACTIVE, GoalStatus.PREEMPTING, GoalStatus.RECALLING)
 
@@ -115,9 +118,14 @@ class GoTo:
     def follow(self, pursuit, timeout):
         """The Outcome of the goal that was sent last, after `timeout` [s] at the latest (0: no limit)."""
         goal, start = pursuit
+        place, since = None, start  # in the circle around it the robot has been since then
         try:
             while not self._ended.wait(0.1):
-                now = time.monotonic()
+                now, pose = time.monotonic(), self._pose
+                if pose and (place is None or math.dist(place, pose[:2]) > STAYS):
+                    place, since = pose[:2], now
+                if now - since > STAYED:
+                    return self._stays(goal)
                 self._show(progress(self._pose, goal, now - start))
                 if self._trouble:
                     return self._lost()
@@ -129,6 +137,12 @@ class GoTo:
         except KeyboardInterrupt:
             return Outcome(INTERRUPTED, f"interrupted; {self.cancel()}")
         return self._end(goal, start)
+
+    def _stays(self, goal):
+        left = remaining(self._pose, goal) if self._pose and self._comparable else None
+        words = f"; {left[0]:.2f} m and {left[1]:.2f} rad were left" if left else ""
+        return Outcome(GAVE_UP, f"got nowhere for {STAYED:.0f} s: does something stand in the way, or on the goal? "
+                       f"{self.cancel()}{words}")
 
     def _end(self, goal, start):
         """The Outcome of a goal that has ended."""
@@ -144,8 +158,8 @@ class GoTo:
 
     def _lost(self):
         self._take_back()
-        return Outcome(LOST, f"the robot does not know where it is, the goal is cancelled: {self._trouble}; set the "
-                       "pose by RViz' 2D Pose Estimate")
+        return Outcome(LOST, f"the robot does not know where it is, the goal is cancelled: {self._trouble}; start "
+                       "relocalize, or set the pose by RViz' 2D Pose Estimate")
 
     def leave(self, cancel=False):
         """Make `follow` return, from another thread; the robot goes on to its goal unless that is to `cancel`."""

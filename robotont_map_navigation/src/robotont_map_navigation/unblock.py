@@ -8,7 +8,6 @@ from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
 from std_msgs.msg import String
 
-from robotont_driver.ros.lifecycle import run_without_wheels
 from robotont_map_navigation.blockage import PATIENCE, TRIES, Blockage
 
 
@@ -18,7 +17,7 @@ class Unblock:
     Whether the commands reach the board at all is known from cmd_vel_mux.
     """
 
-    def __init__(self, _parameters):
+    def __init__(self):
         self._blockage = Blockage()
         self._driver = "navigation"  # where there is no mux
         self._publisher = rospy.Publisher("cmd_vel", Twist, queue_size=1, tcp_nodelay=True)
@@ -39,8 +38,3 @@ class Unblock:
     def _on_odometry(self, message):
         place, twist = message.pose.pose.position, message.twist.twist
         self._blockage.measure((place.x, place.y), math.hypot(twist.linear.x, twist.linear.y), twist.angular.z)
-
-
-def main():
-    """Run unblock."""
-    run_without_wheels("unblock", Unblock, ())

@@ -19,6 +19,8 @@ ROLLER_PART = 0.2      # radius of a roller, in radii of the wheel
 FRICTION = 0.9         # rubber on a floor
 CONTACT = (0.005, 1.0)  # [s], damping ratio: stiff, for rollers pressed flat make the wheel smaller
 ROLLER_DAMPING = 2e-6  # [N m s] in a roller's bearing
+VISITOR_RADIUS = 0.15  # [m] of what stands for a person who comes and goes
+AWAY = (0, 0, -10)     # [m] where the visitor is when not there
 
 # Pololu 37D motors at 12 V, seen at the motor's own shaft.
 VOLTAGE = 12.0         # [V]
@@ -44,6 +46,9 @@ def build(wheels, world):
         add(scene, "geom", name=f"box{number}", type="box", size=(box.length / 2, box.width / 2, HEIGHT / 2),
             pos=(box.x, box.y, HEIGHT / 2), euler=(0, 0, box.yaw),
             contype=1, conaffinity=1, group=WORLD_GROUP)
+    visitor = add(scene, "body", name="visitor", mocap="true", pos=AWAY)
+    add(visitor, "geom", type="cylinder", size=(VISITOR_RADIUS, HEIGHT / 2),
+        contype=1, conaffinity=1, group=WORLD_GROUP)
     _add_robot(scene, wheels, world.start)
     actuators = add(root, "actuator")
     for number in range(wheels.amount):

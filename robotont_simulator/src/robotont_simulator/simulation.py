@@ -7,7 +7,8 @@ import numpy as np
 
 from robotont_description.geometry import laser_height
 from robotont_simulator.imu import GRAVITY, ImuErrors
-from robotont_simulator.mujoco_model import FRICTION, STALL_CURRENT, TIMESTEP, VOLTAGE, WORLD_GROUP, build
+from robotont_simulator.mujoco_model import AWAY, FRICTION, STALL_CURRENT, TIMESTEP, VOLTAGE, WORLD_GROUP, build
+from robotont_simulator.world import HEIGHT
 
 GOOD, UNPLUGGED, REVERSED = 1, 0, -1  # states of an encoder
 JAMMED = 50.0      # [N m] friction of a wheel that something holds: more than any motor
@@ -129,6 +130,18 @@ class Simulation:
         self.data.xfrc_applied[self._body] = (
             x / PUSH_DURATION, y / PUSH_DURATION, PUSH_LIFT * weight, 0, 0, turn / PUSH_DURATION)
         self._push_ends = self.time + PUSH_DURATION
+
+    def carry(self, x, y, yaw):
+        """Put the robot down at a pose [m, m, rad], at rest; the wheels have not turned."""
+        data = self.data
+        data.qpos[:2] = x, y
+        data.qpos[3:7] = math.cos(yaw / 2), 0.0, 0.0, math.sin(yaw / 2)
+        data.qvel[:6] = 0.0
+
+    def visit(self, x, y):
+        """Let the visitor, a cylinder, stand at (x, y) [m]; not finite: nowhere."""
+        there = math.isfinite(x) and math.isfinite(y)
+        self.data.mocap_pos[0] = (x, y, HEIGHT / 2) if there else AWAY
 
     def set_grip(self, wheel, part):
         """Make a wheel slippery: `part` (0..1) of the normal friction."""

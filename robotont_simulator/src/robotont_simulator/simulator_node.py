@@ -56,6 +56,8 @@ class SimulatorNode:
         rospy.Service("~unplug", SetBool, self._on_unplug)
         rospy.Subscriber("~byte_errors", Float32, self._on_byte_errors)
         rospy.Subscriber("~push", Vector3, self._on_push)
+        rospy.Subscriber("~carry", Vector3, self._on_carry)
+        rospy.Subscriber("~visitor", Vector3, self._on_visitor)
         rospy.Subscriber("~battery", Float32, self._on_battery)
         self._stopping = threading.Event()
         self._late_before = 0
@@ -128,7 +130,7 @@ class SimulatorNode:
             rospy.logerr("not plugged in: %s", error)
 
     def _on_byte_errors(self, message):
-        if check("byte_errors", message.data, 0.0, 1.0):
+        if in_bounds("byte_errors", message.data, 0.0, 1.0):
             self._port.byte_errors = message.data
 
     def _on_wheels(self, message, order):
@@ -137,7 +139,7 @@ class SimulatorNode:
         values = message.data
         if len(values) != self._simulation.wheels.amount:
             rospy.logwarn("~%s: found %d numbers, allowed: %d", name, len(values), self._simulation.wheels.amount)
-        elif all(check(name, value, lowest, 1) for value in values):
+        elif all(in_bounds(name, value, lowest, 1) for value in values):
             for wheel, value in enumerate(values):
                 self._order(function, wheel, value)
 
@@ -150,12 +152,21 @@ class SimulatorNode:
 
     def _on_push(self, message):
         """An impulse: x, y [N s] along the world's axes, z [N m s] around the vertical."""
-        if all(check("push", value, -100.0, 100.0) for value in (message.x, message.y, message.z)):
+        if all(in_bounds("push", value, -100.0, 100.0) for value in (message.x, message.y, message.z)):
             self._order(self._simulation.push, message.x, message.y, message.z)
+
+    def _on_carry(self, message):
+        """A person puts the robot down at x, y [m], z: its yaw [rad]."""
+        if all(in_bounds("carry", value, -1000.0, 1000.0) for value in (message.x, message.y, message.z)):
+            self._order(self._simulation.carry, message.x, message.y, message.z)
+
+    def _on_visitor(self, message):
+        """Somebody stands at x, y [m]; not a number: leaves."""
+        self._order(self._simulation.visit, message.x, message.y)
 
     def _on_battery(self, message):
         """The battery's voltage [V]."""
-        if check("battery", message.data, 0.0, 17.0):
+        if in_bounds("battery", message.data, 0.0, 17.0):
             self._order(setattr, self._simulation, "voltage", message.data)
 
     def _report(self):
@@ -173,7 +184,7 @@ class SimulatorNode:
         self._port.unplug()
 
 
-def check(name, value, lowest, highest):
+def in_bounds(name, value, lowest, highest):
     """Whether a number may be used; if not, log why."""
     good = lowest <= value <= highest
     if not good:

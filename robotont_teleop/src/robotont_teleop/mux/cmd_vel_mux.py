@@ -50,7 +50,7 @@ class CmdVelMux:
 
     def __init__(self, parameters):
         inputs = (Input("hand", parameters["hand_timeout"], parameters["hand_rest"]),  # the highest first
-                  Input("navigation", parameters["navigation_timeout"], NAVIGATION_REST, zeros_of_all=True),  # unblock
+                  Input("navigation", parameters["navigation_timeout"], NAVIGATION_REST, zeros_of_all=True),
                   Input("default", DEFAULT_TIMEOUT, 0.0))
         self._arbiter = Arbiter(inputs)
         self._lock = threading.Lock()

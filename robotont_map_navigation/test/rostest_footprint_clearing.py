@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""own_place: what a costmap that follows its updates shows, as the robot moves and maps come."""
+"""navigation_monitor: what a costmap that follows its updates shows, as the robot moves and maps come."""
 
 import time
 
@@ -17,6 +17,7 @@ from robotont_testing.node_test import NodeTest
 
 SPACE = "/robot2"
 BASE = "robot2/base_link"
+MONITOR = places.program("robotont_map_navigation", "navigation_monitor")
 
 
 def room(rows, columns):
@@ -26,7 +27,7 @@ def room(rows, columns):
     return cells
 
 
-class OwnPlaceTest(NodeTest):
+class FootprintClearingTest(NodeTest):
     """A robot of 0.2 m in a namespace, in a room whose first cell is at (-1, -1)."""
 
     def setUp(self):
@@ -72,7 +73,7 @@ class OwnPlaceTest(NodeTest):
         self.place(-0.88, 0.5)  # 0.095 m right of the middle of the left wall
         self.send_map(room(60, 80))
         log = self.processes.folder / "log"
-        node = self.processes.start(places.program("robotont_map_navigation", "own_place"), f"__ns:={SPACE}", log=log)
+        node = self.processes.start(MONITOR, f"__ns:={SPACE}", log=log)
         wait_for(lambda: self.drawn()[30, 0] == 0, "room in the wall")
         self.assertEqual(self.drawn()[:, 0].tolist(), [100] * 25 + [0] * 10 + [100] * 25)
         self.assertEqual({update.x for update in self.updates}, {0})
@@ -93,4 +94,4 @@ class OwnPlaceTest(NodeTest):
 
 
 if __name__ == "__main__":
-    rostest.rosrun("robotont_map_navigation", "own_place", OwnPlaceTest)
+    rostest.rosrun("robotont_map_navigation", "footprint_clearing", FootprintClearingTest)

@@ -1,5 +1,6 @@
-"""The ROS side of localization_monitor: whether the scan fits the map where amcl believes the robot to be."""
+"""Whether the scan fits the map where amcl believes the robot to be; if not, no goal is pursued."""
 
+import math
 import threading
 import time
 from collections import deque
@@ -7,7 +8,8 @@ from collections import deque
 import numpy as np
 import rospy
 import tf2_ros
-from geometry_msgs.msg import PoseWithCovarianceStamped
+from actionlib_msgs.msg import GoalID
+from geometry_msgs.msg import PoseWithCovarianceStamped, Twist
 from nav_msgs.msg import OccupancyGrid
 from sensor_msgs.msg import LaserScan
 from std_msgs.msg import String
@@ -15,43 +17,54 @@ from std_msgs.msg import String
 from robotont_driver.kinematics.se2 import yaw_of
 from robotont_driver.parameters.parameters import Parameter
 from robotont_driver.ros.diagnostics import ERROR, OK, WARN, Health, robot_name
-from robotont_driver.ros.lifecycle import run_without_wheels
 from robotont_driver.ros.worker import Worker
+from robotont_map_navigation.footprint import base_frame
 from robotont_map_navigation.localization import Fit, deviations, fit
 from robotont_map_navigation.messages import floor_map_of
 
 PARAMETERS = (
-    Parameter("min_fit", 0.6, "least share of the scan's rays that end at a wall of the map", minimum=0.0, maximum=1.0),
-    Parameter("fit_time", 5.0, "over which the share is averaged", "s", minimum=0.5, maximum=60.0),
+    Parameter("min_fit", 0.75, "least share of the scan's rays that the map explains", minimum=0.0, maximum=1.0),
+    Parameter("fit_time", 3.0, "over which the share is averaged", "s", minimum=0.5, maximum=60.0),
     Parameter("max_position_deviation", 0.6, "largest standard deviation of amcl's position", "m",
               minimum=0.01, maximum=10.0),
     Parameter("max_yaw_deviation", 0.6, "largest standard deviation of amcl's yaw", "rad", minimum=0.01, maximum=4.0),
 )
 FIT_TOLERANCE = 0.2  # [m] from a wall at which a ray still ends at it
+SETTLING = 1.0     # [s] that amcl may take to go where a person has said that the robot is
 LOOK_PERIOD = 0.5  # [s] between two scans that are compared with the map
 THROUGH_WALLS = 0.1  # share of rays that go through walls from which on a pose is wrong, whatever stands in the room
-REMEDY = "set the pose by RViz' 2D Pose Estimate"
+MISFIT_WAY = 1.5    # [m] of driving with a view that the map does not explain; no obstacle stays before it so long
+REMEDY = ("set the pose by RViz' 2D Pose Estimate, or let the robot look around: rosrun robotont_map_navigation "
+          "relocalize")
 
 
-class LocalizationMonitor:
-    """Compares scans with the map, and reports what it finds in the diagnostics and, at each change, in the log."""
+class LocalizationCheck:
+    """Compares scans with the map, and reports what it finds in the diagnostics and, at each change, in the log.
 
-    def __init__(self, parameters):
+    While the pose is wrong it tells `localization/trouble`, and cancels whatever goal makes move_base drive.
+    """
+
+    def __init__(self, parameters, transforms):
         self._parameters = parameters
         self._lock = threading.Lock()
-        self._map = self._scan = self._covariance = None
+        self._map = self._scan = self._covariance = self._base = None
         self._lost = ""          # why the newest scan could not be laid on the map
         self._laid_at = time.monotonic()  # [s] when the newest one that could be was
         self._outside = ""       # why amcl's pose is none where a robot can be
         self._fits = deque()     # (time [s], Fit)
+        self._settled = 0.0      # [s] from when on scans count
+        self._place = None       # (x, y) [m] at the newest of them
+        self._misfit_way = 0.0   # [m] driven with those that did not fit, less that with those that did
         self._wrong = ""         # why the pose is wrong, as goto has been told
         self._trouble = rospy.Publisher("localization/trouble", String, queue_size=1, latch=True)
         self._trouble.publish("")
         self._level = OK
-        self._transforms = tf2_ros.Buffer()
-        self._listener = tf2_ros.TransformListener(self._transforms)
+        self._cancel = rospy.Publisher("move_base/cancel", GoalID, queue_size=1)
+        self._transforms = transforms
         for topic, kind, callback in (("map", OccupancyGrid, self._on_map), ("scan", LaserScan, self._on_scan),
-                                      ("amcl_pose", PoseWithCovarianceStamped, self._on_pose)):
+                                      ("amcl_pose", PoseWithCovarianceStamped, self._on_pose),
+                                      ("initialpose", PoseWithCovarianceStamped, self._on_new_pose),
+                                      ("cmd_vel", Twist, self._on_command)):
             rospy.Subscriber(topic, kind, callback, queue_size=1)
         Worker(self._look)
         Health(robot_name(), {"localization": self._report})
@@ -68,6 +81,17 @@ class LocalizationMonitor:
     def _on_pose(self, message):
         self._covariance = message.pose.covariance
 
+    def _on_new_pose(self, _message):
+        """A person has said where the robot is: what the scans showed before does not count."""
+        with self._lock:
+            self._fits.clear()
+            self._place, self._misfit_way = None, 0.0
+            self._settled = time.monotonic() + SETTLING
+
+    def _on_command(self, message):
+        if self._wrong and message != Twist():
+            self._cancel.publish(GoalID())
+
     def _look(self):
         """Compare the newest scan with the map; returns the time to rest."""
         scan, self._scan = self._scan, None
@@ -76,6 +100,8 @@ class LocalizationMonitor:
             try:
                 found = self._transforms.lookup_transform(
                     frame, scan.header.frame_id, scan.header.stamp, rospy.Duration(LOOK_PERIOD)).transform
+                self._base = self._base or base_frame()
+                base = self._transforms.lookup_transform(frame, self._base, rospy.Time()).transform.translation
             except tf2_ros.TransformException as error:
                 self._lost = str(error)
                 return LOOK_PERIOD
@@ -85,10 +111,18 @@ class LocalizationMonitor:
             with self._lock:
                 self._lost = ""
                 self._laid_at = time.monotonic()
-                self._outside = _outside(floor_map, pose[:2])
-                if found is not None:
+                self._outside = _outside(floor_map, (base.x, base.y))
+                if found is not None and time.monotonic() >= self._settled:
                     self._fits.append((time.monotonic(), found))
+                    self._add_way(found, (base.x, base.y))
         return LOOK_PERIOD
+
+    def _add_way(self, found, place):
+        """Count how far the robot drives with a view that the map does not explain."""
+        step = math.dist(self._place, place) if self._place else 0.0
+        self._place = place
+        fits = found.explained >= self._parameters["min_fit"]
+        self._misfit_way = max(0.0, self._misfit_way + (-step if fits else step))
 
     def _report(self):
         oldest = time.monotonic() - self._parameters["fit_time"]
@@ -111,43 +145,49 @@ class LocalizationMonitor:
     def _judge(self, mean, lost, outside):
         """(level, message, values, why the pose is wrong; empty when it may be right)."""
         position, yaw = deviations(self._covariance) if self._covariance is not None else (0.0, 0.0)
-        values = {"rays that end at the map's walls": "unknown" if mean is None else f"{mean.at_walls:.0%}",
+        values = {"rays that the map explains": "unknown" if mean is None else f"{mean.explained:.0%}",
                   "rays that go through the map's walls": "unknown" if mean is None else f"{mean.through_walls:.0%}",
                   "deviation of the position [m]": f"{position:.2f}", "deviation of the yaw [rad]": f"{yaw:.2f}"}
-        limits, wrong = self._parameters, outside or self._misfit(mean)
+        wrong = outside or self._unsure(position, yaw) or self._misfit(mean)
         if self._map is None:
             return WARN, "no map: does map_server run?", values, ""
         if lost:
-            return WARN, f"the scan cannot be laid on the map: {lost}", values, ""
+            return WARN, f"the scan cannot be laid on the map: {lost}", values, self._wrong
         if wrong:
             return ERROR, f"{wrong}; {REMEDY}", values, wrong
-        if position > limits["max_position_deviation"] or yaw > limits["max_yaw_deviation"]:
-            return WARN, f"amcl is unsure: {position:.2f} m, {yaw:.2f} rad; drive along walls, or {REMEDY}", values, ""
         level, words = self._describe(mean)
         return level, words, values, ""
 
+    def _unsure(self, position, yaw):
+        """Why amcl's deviations [m], [rad] are too large to drive; empty when they are not."""
+        limits = self._parameters
+        if position <= limits["max_position_deviation"] and yaw <= limits["max_yaw_deviation"]:
+            return ""
+        return f"amcl is unsure of the pose: {position:.2f} m, {yaw:.2f} rad"
+
     def _misfit(self, mean):
         """Why a mean `Fit` proves a wrong pose; empty when it does not."""
-        if mean is None or mean.at_walls >= self._parameters["min_fit"] or mean.through_walls < THROUGH_WALLS:
+        if mean is None:  # nothing new since: as it was
+            return self._wrong
+        if mean.explained >= self._parameters["min_fit"]:
             return ""
-        return (f"{mean.at_walls:.0%} of the scan's rays end at walls of the map, at least "
-                f"{self._parameters['min_fit']:.0%} should: a map of another place, or a wrong pose")
+        if mean.through_walls < THROUGH_WALLS:
+            return "" if self._misfit_way < MISFIT_WAY else (
+                f"the map explains {mean.explained:.0%} of the scan's rays, for {self._misfit_way:.1f} m of driving: "
+                "a wrong pose, or a map of another place")
+        return (f"the map explains {mean.explained:.0%} of the scan's rays, at least {self._parameters['min_fit']:.0%} "
+                f"should be, and {mean.through_walls:.0%} go through walls: a map of another place, or a wrong pose")
 
     def _describe(self, mean):
         if mean is None:
-            return OK, "nothing to compare: no scan of late, or one that sees no walls"
-        found = f"{mean.at_walls:.0%} of the scan's rays end at walls of the map"
-        if mean.at_walls < self._parameters["min_fit"]:
-            return WARN, f"{found}, the others before: something that the map lacks fills the view"
+            return OK, "nothing to compare: no scan of late, or one that shows nothing"
+        found = f"the map explains {mean.explained:.0%} of the scan's rays"
+        if mean.explained < self._parameters["min_fit"]:
+            return WARN, f"{found}, the others end before its walls: something that the map lacks fills the view"
         return OK, found
 
 
 def _outside(floor_map, place):
-    """Why the sensor cannot be at a place (x, y) [m]; empty when it can."""
+    """Why the robot cannot be at a place (x, y) [m]; empty when it can."""
     where = "off the map" if place not in floor_map else "in a wall of the map" if floor_map.is_occupied(place) else ""
-    return where and f"the pose ({place[0]:.2f}, {place[1]:.2f}) of the sensor is {where}"
-
-
-def main():
-    """Run localization_monitor."""
-    run_without_wheels("localization_monitor", LocalizationMonitor, PARAMETERS)
+    return where and f"the pose ({place[0]:.2f}, {place[1]:.2f}) is {where}"

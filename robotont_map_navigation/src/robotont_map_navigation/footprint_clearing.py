@@ -10,7 +10,6 @@ import tf2_ros
 from map_msgs.msg import OccupancyGridUpdate
 from nav_msgs.msg import OccupancyGrid
 
-from robotont_driver.ros.lifecycle import run_without_wheels
 from robotont_driver.ros.worker import Worker
 from robotont_map_navigation.footprint import base_frame, needed_radius
 from robotont_map_navigation.messages import floor_map_of
@@ -20,15 +19,14 @@ PERIOD = 0.1   # [s] between two looks at where the robot is
 SETTLING = 2.0  # [s] without updates after a map of another size: costmaps must have got it before, they check nothing
 
 
-class OwnPlaceNode:
+class FootprintClearing:
     """Sends the cells of the map that give way to the robot, and takes them back when it has moved on."""
 
-    def __init__(self, _parameters):
+    def __init__(self, transforms):
         self._map = None  # nav_msgs/OccupancyGrid that came last and has not been looked at
         self._frame = self._base = self._size = self._own_place = None
         self._settled = 0.0  # [s] time.monotonic() from which on updates are sent
-        self._transforms = tf2_ros.Buffer()
-        self._listener = tf2_ros.TransformListener(self._transforms)
+        self._transforms = transforms
         self._publisher = rospy.Publisher("map_updates", OccupancyGridUpdate, queue_size=10)
         rospy.Subscriber("map", OccupancyGrid, self._on_map, queue_size=1)
         Worker(self._look)
@@ -68,8 +66,3 @@ class OwnPlaceNode:
         message.height, message.width = update.cells.shape
         message.data = update.cells.ravel().tolist()
         self._publisher.publish(message)
-
-
-def main():
-    """Run own_place."""
-    run_without_wheels("own_place", OwnPlaceNode, ())

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""localization_monitor: what its diagnostics say of a scan that fits the map, and of one that does not."""
+"""navigation_monitor: what its diagnostics say of a scan that fits the map, and of one that does not."""
 
 import math
 import time
@@ -7,16 +7,17 @@ import time
 import numpy as np
 import rospy
 import rostest
-from geometry_msgs.msg import PoseWithCovarianceStamped, TransformStamped
+from actionlib_msgs.msg import GoalID
+from geometry_msgs.msg import PoseWithCovarianceStamped, TransformStamped, Twist
 from nav_msgs.msg import OccupancyGrid
 from sensor_msgs.msg import LaserScan
 from std_msgs.msg import String
 from tf2_msgs.msg import TFMessage
 
 from robotont_testing.harness import wait_for
-from robotont_testing.node_test import ERROR, OK, WARN, NodeTest
+from robotont_testing.node_test import ERROR, OK, WARN, NodeTest, twist
 
-TASK = "localization_monitor: localization"
+TASK = "navigation_monitor: localization"
 ANGLES = np.linspace(-math.pi, math.pi, 90, endpoint=False)
 
 
@@ -36,7 +37,7 @@ def place(x, yaw, y=0.0):
     return TFMessage([transform])
 
 
-class LocalizationMonitorTest(NodeTest):
+class LocalizationCheckTest(NodeTest):
     """A room of 6 m x 2 m around the origin; the sensor really is at (0.5, 0), turned by 0.3 rad."""
 
     frame = "laser"  # of the scans
@@ -68,46 +69,64 @@ class LocalizationMonitorTest(NodeTest):
         message.header.frame_id, message.header.stamp = cls.frame, rospy.Time.now()
         cls.scans.publish(message)
 
+    def test_amcl_gets_the_map_half_a_cell_farther(self):
+        """It takes a cell's middle for its corner."""
+        shifted = self.listen("map_for_amcl", OccupancyGrid)
+        wait_for(lambda: shifted, "the map for amcl")
+        origin = shifted[0].info.origin.position
+        self.assertAlmostEqual(origin.x, -3.025)
+        self.assertAlmostEqual(origin.y, -1.025)
+        self.assertEqual((shifted[0].header.frame_id, shifted[0].info.width), ("map", 122))
+
     def test_what_the_diagnostics_say(self):
         troubles = self.listen("localization/trouble", String)
         self.wait_for_status(TASK, WARN, "the scan cannot be laid on the map")  # nobody has said where the laser is
         transforms = latched("/tf_static", place(0.5, 0.3))
-        self.wait_for_status(TASK, OK, "100% of the scan's rays end at walls of the map")
+        self.wait_for_status(TASK, OK, "the map explains 100% of the scan's rays")
         transforms.publish(place(-1.5, 1.2))
-        status = self.wait_for_status(TASK, ERROR, "at least 60% should: a map of another place, or a wrong pose")
+        status = self.wait_for_status(TASK, ERROR, "a map of another place, or a wrong pose")
         wait_for(lambda: "wrong pose" in troubles[-1].data, "words for goto")
-        self.assertRegex(self.values(TASK)["rays that end at the map's walls"], r"^[1-5]?\d%$", status)
+        self.assertRegex(self.values(TASK)["rays that the map explains"], r"^[1-5]?\d%$", status)
         transforms.publish(place(0.5, 0.3))
-        self.wait_for_status(TASK, OK, "rays end at walls of the map")
+        self.wait_for_status(TASK, OK, "of the scan's rays")
         wait_for(lambda: not troubles[-1].data, "goto may go on")
         transforms.publish(place(0.5, 3.0, y=-1.02))
-        self.wait_for_status(TASK, ERROR, "of the sensor is in a wall of the map")
+        self.wait_for_status(TASK, ERROR, "is in a wall of the map")
         transforms.publish(place(50.0, 0.0))
-        self.wait_for_status(TASK, ERROR, "of the sensor is off the map")
+        self.wait_for_status(TASK, ERROR, "is off the map")
         transforms.publish(place(0.5, 0.3))
-        self.wait_for_status(TASK, OK, "rays end at walls of the map")
+        self.wait_for_status(TASK, OK, "of the scan's rays")
         wait_for(lambda: not troubles[-1].data, "goto may go on")
         far = type(self).ranges
         type(self).ranges = np.minimum(far, 0.4)
         self.wait_for_status(TASK, WARN, "something that the map lacks fills the view")
         self.assertEqual(troubles[-1].data, "", "the pose may be right")  # the last ones' end was waited for
+        transforms.publish(place(-1.2, 0.3))
+        self.wait_for_status(TASK, ERROR, "m of driving: a wrong pose")
+        transforms.publish(place(0.5, 0.3))
         type(self).ranges = far
-        self.wait_for_status(TASK, OK, "rays end at walls of the map")
+        self.wait_for_status(TASK, OK, "of the scan's rays")
         unsure = PoseWithCovarianceStamped()
         unsure.pose.covariance[0] = 1.0  # [m^2]
         pose = latched("amcl_pose", unsure)
-        self.wait_for_status(TASK, WARN, "amcl is unsure: 1.00 m, 0.00 rad")
+        self.wait_for_status(TASK, ERROR, "amcl is unsure of the pose: 1.00 m, 0.00 rad")
+        cancelled = self.listen("move_base/cancel", GoalID)
+        command = self.publisher("cmd_vel", Twist)
+        command.publish(Twist())
+        command.publish(twist(0.2))
+        wait_for(lambda: cancelled, "the end of whatever goal makes move_base drive")
+        self.assertEqual(len(cancelled), 1)
         pose.publish(PoseWithCovarianceStamped())
         self.wait_for_status(TASK, OK)
         type(self).frame = "elsewhere"  # as when transforms are late: no fault until it has lasted for fit_time
         begun = time.monotonic()
         self.wait_for_status(TASK, WARN, "the scan cannot be laid on the map")
-        self.assertGreater(time.monotonic() - begun, rospy.get_param("localization_monitor/fit_time") / 2)
+        self.assertGreater(time.monotonic() - begun, rospy.get_param("navigation_monitor/fit_time") / 2)
         type(self).frame = "laser"
-        self.wait_for_status(TASK, OK, "rays end at walls of the map")
-        type(self).ranges = np.full(90, math.inf)
+        self.wait_for_status(TASK, OK, "of the scan's rays")
+        type(self).ranges = np.full(90, math.nan)
         wait_for(lambda: self.status[TASK].message.startswith("nothing to compare"), "an empty scan")
 
 
 if __name__ == "__main__":
-    rostest.rosrun("robotont_map_navigation", "localization_monitor", LocalizationMonitorTest)
+    rostest.rosrun("robotont_map_navigation", "localization_check", LocalizationCheckTest)

@@ -1,0 +1,92 @@
+"""Where on a map a robot is that has looked all around: every place and direction is tried; without ROS."""
+
+import math
+from typing import NamedTuple, Tuple
+
+import numpy as np
+
+from robotont_driver.kinematics.se2 import compose
+
+COARSE = 0.15, math.radians(6.0)  # [m], [rad] between two places that are tried first
+NEAR = 0.15                       # [m] from a wall at which a ray then ends at it
+FINE = 0.05, math.radians(2.0)    # [m], [rad] of the steps around the best of them
+FINE_NEAR = 0.07                  # [m]
+CANDIDATES = 30                   # that are looked at finely, no two of them ...
+APART = 0.5, 0.5                  # ... as close as this [m], [rad]
+RAYS = 80                         # that are compared
+
+
+class Found(NamedTuple):
+    """A place that fits."""
+
+    pose: Tuple[float, float, float]  # x [m], y [m], yaw [rad]
+    share: float                      # of the rays that the map explains there, less those through walls
+
+
+def search(floor_map, ends, free, clearance):
+    """The places that fit best, a list of `Found`, the best first, none close to another.
+
+    ends: where rays have ended, 2 x N [m] in the robot's frame; free: as far as rays saw that ended nowhere, 2 x M;
+    clearance: [m] that the robot is off all walls at least.
+    """
+    ends, free = _thin(ends), _thin(free)
+    step, turn = COARSE
+    length, width = floor_map.size
+    corner = floor_map.origin
+    along, across = np.meshgrid(np.arange(step / 2, length, step), np.arange(step / 2, width, step))
+    x, y, _ = compose(corner, (along.ravel(), across.ravel(), 0.0))
+    possible = ~floor_map.are_near_walls((x, y), clearance)
+    x, y = x[possible], y[possible]
+    yaws = np.arange(-math.pi, math.pi, turn)
+    shares = np.array([_share_at_walls(floor_map, x, y, yaw, ends) for yaw in yaws])
+    candidates = []
+    for number in np.argsort(shares, axis=None)[::-1]:
+        at_yaw, place = np.unravel_index(number, shares.shape)
+        pose = x[place], y[place], yaws[at_yaw]
+        if all(_apart(pose, other) for other in candidates):
+            candidates.append(pose)
+            if len(candidates) == CANDIDATES:
+                break
+    found = []
+    for better in sorted((_refined(floor_map, pose, ends, free) for pose in candidates), key=lambda one: -one.share):
+        if all(_apart(better.pose, other.pose) for other in found):
+            found.append(better)
+    return found
+
+
+def _thin(places):
+    return places[:, ::1 + places.shape[1] // RAYS]
+
+
+def _apart(one, other):
+    return (math.dist(one[:2], other[:2]) > APART[0]
+            or abs(math.remainder(one[2] - other[2], 2 * math.pi)) > APART[1])
+
+
+def _share_at_walls(floor_map, x, y, yaw, ends):
+    """Share of the ends at walls for each of the places x, y (N each) [m]."""
+    dx, dy, _ = compose((0.0, 0.0, yaw), (*ends, 0.0))
+    near = floor_map.are_near_walls(((x[:, None] + dx).ravel(), (y[:, None] + dy).ravel()), NEAR)
+    return near.reshape(len(x), -1).mean(axis=1)
+
+
+def _refined(floor_map, pose, ends, free):
+    """`Found`: the best around a pose, by smaller and smaller steps."""
+    best = Found(pose, _share(floor_map, pose, ends, free))
+    step, turn = FINE
+    while step > 0.02:
+        around = [(best.pose[0] + dx * step, best.pose[1] + dy * step, best.pose[2] + da * turn)
+                  for dx in (-1, 0, 1) for dy in (-1, 0, 1) for da in (-1, 0, 1)]
+        better = max((Found(one, _share(floor_map, one, ends, free)) for one in around), key=lambda one: one.share)
+        if better.share > best.share:
+            best = better
+        else:
+            step, turn = step / 2, turn / 2
+    return best
+
+
+def _share(floor_map, pose, ends, free):
+    at_x, at_y, _ = compose(pose, (*np.hstack([ends, free]), 0.0))
+    through = floor_map.are_behind_walls(pose[:2], (at_x, at_y), 2 * FINE_NEAR)
+    near = floor_map.are_near_walls((at_x[:ends.shape[1]], at_y[:ends.shape[1]]), FINE_NEAR)
+    return float((near.sum() + (~through[ends.shape[1]:]).sum() - through.sum()) / len(at_x))

@@ -1,0 +1,179 @@
+"""The command relocalize: turns the robot around once, and finds by what it has seen where on the map it is."""
+
+import argparse
+import math
+import sys
+import threading
+import time
+
+import numpy as np
+import rosgraph
+import rospy
+import tf2_ros
+from geometry_msgs.msg import PoseWithCovarianceStamped, Twist
+from nav_msgs.msg import OccupancyGrid
+from sensor_msgs.msg import LaserScan
+from std_msgs.msg import String
+
+from robotont_driver.kinematics.se2 import between, compose, yaw_of
+from robotont_driver.ros.rospy_end import init_tool
+from robotont_map_navigation.footprint import base_frame, needed_radius
+from robotont_map_navigation.goal import DONE, GAVE_UP, INTERRUPTED, LOST, NOT_THERE, Goal, Outcome
+from robotont_map_navigation.messages import floor_map_of
+from robotont_map_navigation.place_search import search
+
+SPEED = 0.6      # [rad/s] of the turn
+PERIOD = 0.1     # [s] between two commands
+STUCK = 3.0      # [s] without a tenth of the turn that is due, and something holds the robot
+WAIT = 10.0      # [s] for map, scan and transforms
+LEAST = 0.7      # share of the rays that the map has to explain
+CLEARER = 0.05   # by which every other place has to explain less
+DEVIATION = 0.1  # [m], [rad] with which amcl is told of the place
+ASK = "drive by hand to where more can be seen and try again, or set the pose by RViz' 2D Pose Estimate"
+
+
+class Relocalize:
+    """Sees the scans while the robot turns, in the odometry's frame."""
+
+    def __init__(self):
+        self._map = None
+        self._trouble = None
+        self._scans = []
+        self._transforms = tf2_ros.Buffer()
+        self._listener = tf2_ros.TransformListener(self._transforms)
+        self._base = base_frame()
+        self._odom = rospy.get_param("amcl/odom_frame_id", "odom")
+        self._command = rospy.Publisher("cmd_vel/navigation", Twist, queue_size=1)
+        self._pose = rospy.Publisher("initialpose", PoseWithCovarianceStamped, queue_size=1)
+        self._news = threading.Event()
+        rospy.Subscriber("map", OccupancyGrid, self._on_map, queue_size=1)
+        rospy.Subscriber("scan", LaserScan, self._scans.append, queue_size=5)
+        rospy.Subscriber("localization/trouble", String, self._on_trouble, queue_size=1)
+
+    def run(self):
+        """Turn and search; the Outcome."""
+        for what, there in (("map", lambda: self._map), ("scan", lambda: self._scans), ("odometry", self._place),
+                            ("transform of the scan", lambda: self._place(self._scans[-1].header.frame_id)),
+                            ("amcl", self._pose.get_num_connections),
+                            ("cmd_vel_mux", self._command.get_num_connections)):
+            if not _wait_for(there, WAIT):
+                return Outcome(NOT_THERE, f"no {what} within {WAIT:g} s: do robot.launch and navigation.launch run?")
+        del self._scans[:]
+        return self._turn() or self._find()
+
+    def _find(self):
+        """Search with what has been seen; the Outcome."""
+        ends, free = self._seen()
+        if ends.shape[1] == 0:
+            return Outcome(LOST, f"no wall in view: {ASK}")
+        first, *others = search(floor_map_of(self._map), ends, free, needed_radius() / 2)
+        if first.share < LEAST:
+            return Outcome(LOST, f"no place of the map fits: the best, {Goal(*first.pose)}, explains {first.share:.0%} "
+                           f"of what is seen: {ASK}")
+        if others and first.share - others[0].share < CLEARER:
+            return Outcome(LOST, f"{Goal(*first.pose)} and {Goal(*others[0].pose)} look alike from here: {ASK}")
+        self._tell(self._map.header.frame_id, first.pose)
+        _wait_for(lambda: not self._trouble, WAIT)
+        if self._trouble:
+            return Outcome(LOST, f"found {Goal(*first.pose)}, but {self._trouble}: {ASK}")
+        return Outcome(DONE, f"found at {Goal(*first.pose)}: the map explains {first.share:.0%} of what is seen, at "
+                       f"other places {others[0].share if others else 0.0:.0%} at most")
+
+    def _turn(self):
+        """Turn once around; an Outcome when something holds the robot."""
+        message = Twist()
+        message.angular.z = SPEED
+        turned, yaw, moved = 0.0, self._place()[2], time.monotonic()
+        try:
+            while turned < 2 * math.pi:
+                self._command.publish(message)
+                time.sleep(PERIOD)
+                now = self._place()[2]
+                step = math.remainder(now - yaw, 2 * math.pi)
+                if step > 0.1 * SPEED * PERIOD:
+                    moved = time.monotonic()
+                turned, yaw = turned + step, now
+                if time.monotonic() - moved > STUCK:
+                    return Outcome(GAVE_UP, "the robot does not turn: is the emergency stop pressed, or does somebody "
+                                   "drive by hand?")
+        finally:
+            self._command.publish(Twist())
+        _wait_for(lambda: abs(self._place()[2] - self._after(0.2)[2]) < 1e-3, 2.0)
+        return None
+
+    def _after(self, seconds):
+        time.sleep(seconds)
+        return self._place()
+
+    def _seen(self):
+        """(ends 2 x N, free 2 x M) [m] of all scans, in the robot's frame as it stands now."""
+        here = self._place()
+        ends, free = [], []
+        for scan in tuple(self._scans):
+            sensor = self._place(scan.header.frame_id, scan.header.stamp)
+            if sensor is None:
+                continue
+            ranges = np.array(scan.ranges)
+            angles = scan.angle_min + scan.angle_increment * np.arange(len(ranges))
+            ended = (ranges >= scan.range_min) & (ranges < scan.range_max)
+            for kind, into in ((ended, ends), (ranges == math.inf, free)):
+                lengths = np.minimum(ranges[kind], scan.range_max)
+                x, y, _ = compose(between(here, sensor), (lengths * np.cos(angles[kind]),
+                                                          lengths * np.sin(angles[kind]), 0.0))
+                into.append(np.array([x, y]))
+        return tuple(np.hstack([np.zeros((2, 0)), *one]) for one in (ends, free))
+
+    def _place(self, frame=None, stamp=None):
+        """Pose (x, y, yaw) of the robot, or of a frame at a stamp, in the odometry's frame; None when unknown."""
+        try:
+            found = self._transforms.lookup_transform(self._odom, frame or self._base, stamp or rospy.Time()).transform
+        except tf2_ros.TransformException:
+            return None
+        return found.translation.x, found.translation.y, yaw_of(found.rotation)
+
+    def _tell(self, frame, pose):
+        message = PoseWithCovarianceStamped()
+        message.header.frame_id, message.header.stamp = frame, rospy.Time.now()
+        place = message.pose.pose
+        place.position.x, place.position.y = pose[:2]
+        place.orientation.z, place.orientation.w = math.sin(pose[2] / 2), math.cos(pose[2] / 2)
+        for number in (0, 7, 35):
+            message.pose.covariance[number] = DEVIATION ** 2
+        self._news.clear()
+        self._pose.publish(message)
+        self._news.wait(2.0)  # what localization_check said before does not count
+
+    def _on_map(self, message):
+        self._map = message
+
+    def _on_trouble(self, message):
+        self._trouble = message.data
+        self._news.set()
+
+
+def _wait_for(condition, timeout):
+    """Whether `condition()` becomes true within `timeout` [s]."""
+    end = time.monotonic() + timeout
+    while not condition():
+        if time.monotonic() > end:
+            return False
+        time.sleep(PERIOD)
+    return True
+
+
+def main():
+    """Run relocalize; returns the exit status."""
+    parser = argparse.ArgumentParser(
+        prog="relocalize", description="Turn the robot around, and find by its scan where on the map it is.",
+        epilog="exit status: 0 found, amcl is told; 1 it does not turn; 3 no navigation; 8 not found; 130 Ctrl-C")
+    parser.parse_args(rospy.myargv()[1:])
+    if not rosgraph.is_master_online():
+        end = Outcome(NOT_THERE, f"no ROS master at {rosgraph.get_master_uri()}: is roslaunch running?")
+    else:
+        try:
+            init_tool("relocalize")
+            end = Relocalize().run()
+        except KeyboardInterrupt:
+            end = Outcome(INTERRUPTED, "interrupted")
+    print(end.words, file=sys.stdout if end.status == DONE else sys.stderr, flush=True)
+    return end.status

@@ -16,9 +16,8 @@ def read_mapping(path, allowed):
         text = Path(path).read_text(encoding="utf-8")
         content = yaml.safe_load(text)
     except UnicodeDecodeError as error:
-        line = error.object.count(b"\n", 0, error.start) + 1
-        raise ValueError(
-            f"{path}: found the byte 0x{error.object[error.start]:02x} in line {line}, allowed: text in UTF-8") from None
+        line, byte = error.object.count(b"\n", 0, error.start) + 1, error.object[error.start]
+        raise ValueError(f"{path}: found the byte 0x{byte:02x} in line {line}, allowed: text in UTF-8") from None
     except (yaml.YAMLError, ValueError, OverflowError, RecursionError) as error:  # also of dates: 2026-13-45
         raise ValueError(f"{path}: no YAML: {error}") from None
     if content is None:

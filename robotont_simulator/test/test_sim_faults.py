@@ -81,7 +81,7 @@ def test_a_wheel_that_is_jammed_does_not_heat_its_motor(units):
 @pytest.mark.parametrize("mass", [2.0, 3.0, 5.0])  # [kg] of the body
 @pytest.mark.parametrize("seconds", [200, pytest.param(3600, marks=pytest.mark.long)])
 def test_driving_behind_the_drivers_limits_is_no_fault(mass, seconds):
-    """Mixed driving as people do it, and wild turns; without limits the motors cannot follow, and wheels are reported."""
+    """Mixed driving, and wild turns; without limits the motors cannot follow, and wheels are reported."""
     robot, rng = read_robot("thesis"), random.Random(int(mass))
     simulation = Simulation(robot.wheels, World((), (0.0, 0.0, 0.0)))
     simulation.set_mass(mass)

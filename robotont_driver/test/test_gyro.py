@@ -12,7 +12,7 @@ from robotont_driver.odometry.gyro import SECOND, Gyro
 from robotont_driver.odometry.gyro_fusion import GyroFusion
 from robotont_driver.odometry.odometry import WheelOdometry
 from robotont_driver.odometry.turn_integral import GAP, TurnIntegral
-from robotont_driver.timing.packet_clock import PacketClock
+from robotont_driver.timing.packet_stamps import PacketStamps
 from robotont_testing.robots import SHIPPED
 from robotont_testing.simulated_wheels import PERIOD, counted, mixed_drive, path_of, rolled, still
 
@@ -149,7 +149,7 @@ def stalled(times, stalls):
 
 def drive_stalled(counts, twists, device, stalls, lost=()):
     """The Run of packets and samples that arrive behind `stalls`; the packets of the numbers in `lost` do not."""
-    run, clock = Run(), PacketClock(PERIOD)
+    run, clock = Run(), PacketStamps(PERIOD)
     ends = PERIOD * np.arange(1, len(counts) + 1)
     samples = np.concatenate([end - PERIOD + PERIOD / SAMPLES * np.arange(1, SAMPLES + 1) for end in ends])
     readings = np.concatenate([device.read(twist[2]) for twist in twists])

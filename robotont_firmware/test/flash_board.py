@@ -7,7 +7,7 @@ from pathlib import Path
 from firmware_tools import tool
 
 from robotont_firmware import __version__ as VERSION  # noqa: N812
-from robotont_flash.boards import ASK, LEAVE, FlashError
+from robotont_flash.board_check import ASK, LEAVE, FlashError
 from robotont_testing.stand_in_board import crc16, sealed
 
 OLD = "# of an older robotont_firmware"

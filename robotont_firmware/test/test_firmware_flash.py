@@ -13,7 +13,7 @@ import pytest
 from flash_board import VERSION, Board, run_on_the_board
 
 from robotont_flash import boards, copying, program
-from robotont_flash.boards import FlashError
+from robotont_flash.board_check import FlashError
 
 OWN = b"0:0:0;00:0000:0000:0000:030000000:FBCF\n"
 UNTOUCHED = "Nothing was written: the board has what it had.\n"

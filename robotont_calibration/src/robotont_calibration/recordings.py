@@ -8,7 +8,7 @@ from robotont_calibration.trajectory import Trajectory
 from robotont_driver.kinematics.se2 import yaw_of
 from robotont_driver.odometry.odometry import LONGEST_HOLD, Pose, WheelOdometry
 from robotont_driver.protocol.packet import LONGEST_LINE, PacketError, parse_packet
-from robotont_driver.timing.packet_clock import SECOND, PacketClock
+from robotont_driver.timing.packet_stamps import SECOND, PacketStamps
 
 NOISE = 0.0  # these odometries need no covariance
 
@@ -109,5 +109,5 @@ class Recording:
 
 def stamps_of(arrivals, period):
     """[s] when packets of a `period` [s] were made that came at `arrivals` [s], as odom_node stamps them."""
-    clock = PacketClock(period)
+    clock = PacketStamps(period)
     return np.array([clock.stamp(at, at) for at in (round(arrival * SECOND) for arrival in arrivals.tolist())]) / SECOND

@@ -14,7 +14,7 @@ import sys
 import tempfile
 from pathlib import Path
 
-from robotont_flash.boards import FlashError
+from robotont_flash.board_check import FlashError
 
 MACHINE, OLDEST = "NUCLEO-L476RG", (1, 24)  # board, and version of MicroPython
 ARCHITECTURE = "armv7emsp"  # of its processor

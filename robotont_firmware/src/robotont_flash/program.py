@@ -15,7 +15,7 @@ import serial
 import robotont_firmware
 from robotont_firmware import check_wiring
 from robotont_flash import boards, copying
-from robotont_flash.boards import FlashError
+from robotont_flash.board_check import FlashError
 from robotont_flash.self_test import self_test
 
 # What is on the board, as the last line of every message about a failure.

@@ -3,7 +3,7 @@
 import re
 
 from robotont_firmware.protocol import crc16
-from robotont_flash.boards import FlashError, ask, wait_for_line
+from robotont_flash.board_check import FlashError, ask, wait_for_line
 
 PACKETS = 50
 # counter, ticks missed, load (the last of the status), CRC

@@ -19,8 +19,8 @@ from robotont_driver.parameters.parameters import Parameter
 from robotont_driver.ros.diagnostics import ERROR, OK, WARN, Health, robot_name
 from robotont_driver.ros.worker import Worker
 from robotont_map_navigation.footprint import base_frame
-from robotont_map_navigation.localization import Fit, deviations, fit
 from robotont_map_navigation.messages import floor_map_of
+from robotont_map_navigation.scan_fit import Fit, deviations, fit
 
 PARAMETERS = (
     Parameter("min_fit", 0.75, "least share of the scan's rays that the map explains", minimum=0.0, maximum=1.0),

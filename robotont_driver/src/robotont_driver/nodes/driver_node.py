@@ -23,8 +23,8 @@ from robotont_driver.ros.kept_parameter import KeptParameter
 from robotont_driver.ros.lifecycle import run_node
 from robotont_driver.ros.log_throttle import Refusals
 from robotont_driver.ros.packet_topics import topics_between_processes
-from robotont_driver.ros.reconnection import OutageWatch
 from robotont_driver.ros.rospy_internals import connection_header
+from robotont_driver.ros.topic_outages import OutageWatch
 from robotont_driver.ros.worker import Worker
 
 PARAMETERS = (

@@ -19,8 +19,8 @@ from robotont_driver.ros.diagnostics import OK, WARN, Health, robot_name
 from robotont_driver.ros.lifecycle import run_without_wheels
 from robotont_driver.ros.log_throttle import Refusals
 from robotont_driver.ros.publishers import DroppingPublisher
-from robotont_driver.ros.reconnection import OutageWatch
 from robotont_driver.ros.rospy_internals import connection_header
+from robotont_driver.ros.topic_outages import OutageWatch
 from robotont_driver.ros.worker import Worker
 from robotont_teleop.hand.twist_message import twist_message
 from robotont_teleop.mux.arbitration import STOP, Arbiter, Input

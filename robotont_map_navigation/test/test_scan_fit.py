@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from robotont_map_navigation.floor_map import FloorMap
-from robotont_map_navigation.localization import deviations, fit
+from robotont_map_navigation.scan_fit import deviations, fit
 
 CELLS = np.zeros((40, 80), np.int8)  # 4 m x 2 m with a wall around it
 CELLS[[0, -1]] = CELLS[:, [0, -1]] = 100

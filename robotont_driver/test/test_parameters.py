@@ -5,11 +5,11 @@ import pytest
 from robotont_driver.command.timeouts import check_repetition
 from robotont_driver.kinematics.wheel_params import read_wheels
 from robotont_driver.nodes.driver_node import PARAMETERS as DRIVER
-from robotont_driver.nodes.driver_node import check as check_driver
+from robotont_driver.nodes.driver_node import conflicts as conflicts_of_driver
 from robotont_driver.nodes.odom_node import PARAMETERS as ODOM
-from robotont_driver.nodes.odom_node import check as check_odom
+from robotont_driver.nodes.odom_node import conflicts as conflicts_of_odom
 from robotont_driver.nodes.serial_com_node import PARAMETERS as SERIAL_COM
-from robotont_driver.nodes.serial_com_node import check as check_serial_com
+from robotont_driver.nodes.serial_com_node import conflicts as conflicts_of_serial_com
 from robotont_driver.parameters.parameters import ParameterError, read_parameters, shown
 from robotont_driver.robots.robot_folder import read_robot, shipped
 from robotont_driver.ros.node_parameters import COMMON_PARAMETERS
@@ -61,15 +61,15 @@ def test_whatever_was_found_is_shown_in_a_few_words(value):
 def test_packets_are_repeated_within_the_time_out_of_the_next_node(rate, timeout, good):
     assert (check_repetition(rate, timeout) == []) == good
     others = {"serial_com_node/write_timeout": timeout, "driver_node/publish_rate": rate}
-    assert (check_driver(None, {"publish_rate": rate}, others.get) == []) == good
+    assert (conflicts_of_driver(None, {"publish_rate": rate}, others.get) == []) == good
     parameters = read_parameters(SERIAL_COM, {"write_timeout": timeout})
-    assert (check_serial_com(read_wheels(SHIPPED), parameters, others.get) == []) == good
+    assert (conflicts_of_serial_com(read_wheels(SHIPPED), parameters, others.get) == []) == good
 
 
 def test_frames_of_one_name_are_refused():
     parameters = read_parameters(ODOM, {"odom_frame": "base_link"})
-    assert "two different names" in check_odom(None, parameters, None)[0]
-    assert check_odom(None, read_parameters(ODOM, {}), None) == []
+    assert "two different names" in conflicts_of_odom(None, parameters, None)[0]
+    assert conflicts_of_odom(None, read_parameters(ODOM, {}), None) == []
 
 
 def test_all_faults_come_together():

@@ -4,21 +4,21 @@ from unittest.mock import Mock
 
 import pytest
 
-from robotont_driver.ros import reconnection, rospy_internals
+from robotont_driver.ros import topic_outages, rospy_internals
 from robotont_testing.harness import wait_for
 
 
 @pytest.fixture
 def connect_anew(monkeypatch):
-    monkeypatch.setattr(reconnection, "Worker", Mock())
-    monkeypatch.setattr(reconnection, "connect_anew", Mock())
-    return reconnection.connect_anew
+    monkeypatch.setattr(topic_outages, "Worker", Mock())
+    monkeypatch.setattr(topic_outages, "connect_anew", Mock())
+    return topic_outages.connect_anew
 
 
 def test_who_was_dropped_is_connected_again_once(connect_anew):
     here = Mock(**{"getsockname.return_value": ("127.0.0.1", 1), "getpeername.return_value": ("127.0.0.1", 2)})
     subscriber = Mock(impl=Mock(connections=[Mock(endpoint_id=uri, socket=here) for uri in ("http://a", "http://b")]))
-    watch = reconnection.OutageWatch(newest=[subscriber])
+    watch = topic_outages.OutageWatch(newest=[subscriber])
     watch._look()
     connect_anew.assert_not_called()
     subscriber.impl.connections.pop(0)

@@ -32,6 +32,11 @@ class Firmware:
         )  # fmt: skip
         return self
 
+    def finish(self):
+        """Wait for the end, which is right."""
+        output, _ = self.process.communicate(timeout=120)
+        assert self.process.returncode == 0, output
+
     def __enter__(self):
         return self
 

@@ -12,7 +12,7 @@ import types
 import pytest
 from flash_board import VERSION, Board, run_on_the_board
 
-from robotont_flash import boards, copying, program
+from robotont_flash import board_check, copying, program
 from robotont_flash.board_check import FlashError
 
 OWN = b"0:0:0;00:0000:0000:0000:030000000:FBCF\n"
@@ -23,10 +23,10 @@ UNTOUCHED = "Nothing was written: the board has what it had.\n"
 def board(tmp_path, monkeypatch):
     board = Board(tmp_path / "board")
     clock = itertools.count()
-    monkeypatch.setattr(boards, "time", types.SimpleNamespace(monotonic=lambda: next(clock) / 20))
-    monkeypatch.setattr(boards, "open_port", lambda port: board)
-    monkeypatch.setattr(boards, "find_port", lambda port: board.port)
-    monkeypatch.setattr(boards.list_ports, "comports", lambda: [])
+    monkeypatch.setattr(board_check, "time", types.SimpleNamespace(monotonic=lambda: next(clock) / 20))
+    monkeypatch.setattr(board_check, "open_port", lambda port: board)
+    monkeypatch.setattr(board_check, "find_port", lambda port: board.port)
+    monkeypatch.setattr(board_check.list_ports, "comports", lambda: [])
     monkeypatch.setattr(copying, "mpremote", board.mpremote)
     board.compile_file = copying.compile_file  # it takes seconds
     monkeypatch.setattr(copying, "compile_file", lambda path, target: shutil.copy(str(path), str(target)))
@@ -53,7 +53,7 @@ def flash_ours(monkeypatch):
     (b"x\n0:0:0;00:0000:0000:0000:1C8B\r\n", "own", ""), (OWN, "own", ""), (b"\r\n", "silent", ""),
 ])  # fmt: skip
 def test_what_a_board_sends_tells_its_firmware(lines, kind, words):
-    found, firmware, _ = boards.recognise(lines.split(b"\n")[:-1])
+    found, firmware, _ = board_check.recognise(lines.split(b"\n")[:-1])
     assert found == kind
     assert words in firmware
 
@@ -73,7 +73,7 @@ def test_other_firmware_is_refused_and_nothing_written(board, monkeypatch, capsy
 def test_other_boards_are_recognised_by_their_usb_number(board, monkeypatch, capsys):
     for vid, pid, words in ((0x0483, 0x5740, "generation 3"), (0x2E8A, 0x0005, "no ST-Link")):  # and a Pico
         entry = types.SimpleNamespace(device=board.port, vid=vid, pid=pid, description="")
-        monkeypatch.setattr(boards.list_ports, "comports", lambda entry=entry: [entry])
+        monkeypatch.setattr(board_check.list_ports, "comports", lambda entry=entry: [entry])
         assert flash_ours(monkeypatch) == 1
         assert words in capsys.readouterr().err
         assert board.received == b""
@@ -262,7 +262,7 @@ def test_a_port_that_a_program_holds_without_a_lock_is_refused(tmp_path):
                           stdout=subprocess.PIPE) as own:  # fmt: skip
         own.stdout.readline()
         with pytest.raises(FlashError, match=rf"in use by python.*\(process {own.pid}\)"):
-            boards.refuse_others(str(port))
+            board_check.refuse_others(str(port))
         own.communicate()
 
 
@@ -271,24 +271,24 @@ def test_a_port_that_a_program_holds_without_a_lock_is_refused(tmp_path):
     (["/dev/STLink"], ["/dev/ttyACM0", "/dev/ttyACM1"], "")])  # fmt: skip
 def test_the_port_is_the_only_st_link(monkeypatch, links, others, found):
     there = {"/dev/ttyACM*": others, "/dev/serial/by-id/*STLink*": links}
-    monkeypatch.setattr(boards.glob, "glob", lambda name: there.get(name, []))
+    monkeypatch.setattr(board_check.glob, "glob", lambda name: there.get(name, []))
     if found:
         with pytest.raises(FlashError, match=found):
-            boards.find_port(None)
+            board_check.find_port(None)
     else:
-        assert boards.find_port(None) == links[0]
+        assert board_check.find_port(None) == links[0]
     with pytest.raises(FlashError, match="There is no /dev/no_such_port"):
-        boards.find_port("/dev/no_such_port")
+        board_check.find_port("/dev/no_such_port")
 
 
 @pytest.mark.parametrize(("number", "message"), [(13, "dialout"), (16, "in use"), (5, "does not open")])
 def test_reports_why_the_port_does_not_open(monkeypatch, number, message):
     def refuse(*_, **__):
-        raise boards.serial.SerialException(number, "refused")
+        raise board_check.serial.SerialException(number, "refused")
 
-    monkeypatch.setattr(boards.serial, "Serial", refuse)
+    monkeypatch.setattr(board_check.serial, "Serial", refuse)
     with pytest.raises(FlashError, match=message):
-        boards.open_port("/dev/ttyACM0")
+        board_check.open_port("/dev/ttyACM0")
 
 
 def test_reports_what_does_not_compile(tmp_path):

@@ -14,7 +14,7 @@ import serial
 
 import robotont_firmware
 from robotont_firmware import check_wiring
-from robotont_flash import boards, copying
+from robotont_flash import board_check, copying
 from robotont_flash.board_check import FlashError
 from robotont_flash.self_test import self_test
 
@@ -108,10 +108,10 @@ class Flash:
         package, root = folders()
         known = profiles(package)
         new = runpy.run_path(str(package / "__init__.py"))["__version__"]
-        port = boards.find_port(port)
+        port = board_check.find_port(port)
         print(f"Listening on {port} ...")
         try:
-            profile_there, version_there = boards.check_board(port)
+            profile_there, version_there = board_check.check_board(port)
             wiring = known[choose_profile(profile, profile_there, known)]
             check_profile(package, wiring)
             confirm(wiring, profile_there, yes)
@@ -119,7 +119,7 @@ class Flash:
                 files = copying.stage(package, root, wiring, folder)
                 print(f"{len(files)} files compile.")
                 self.on_the_board = STOPPED
-                boards.free_repl(port)
+                board_check.free_repl(port)
                 copying.identify(port)
                 if version_there:
                     print(f"The board has firmware {version_there}; it gets {new} now.")
@@ -129,7 +129,7 @@ class Flash:
             self.on_the_board = NEW
             print(f"Copied to {port}. The board restarts.")
             copying.mpremote(port, "reset")
-            with boards.open_port(port) as line:
+            with board_check.open_port(port) as line:
                 print(self_test(line, new, wiring["PROFILE"]))
         except (OSError, serial.SerialException) as error:
             raise FlashError(f"{port} does not answer any more: {error}") from error

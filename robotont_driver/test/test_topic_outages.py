@@ -4,7 +4,7 @@ from unittest.mock import Mock
 
 import pytest
 
-from robotont_driver.ros import topic_outages, rospy_internals
+from robotont_driver.ros import rospy_internals, topic_outages
 from robotont_testing.harness import wait_for
 
 

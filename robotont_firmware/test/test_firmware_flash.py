@@ -8,6 +8,7 @@ import shutil
 import subprocess
 import sys
 import types
+from pathlib import Path
 
 import pytest
 from flash_board import VERSION, Board, run_on_the_board
@@ -289,6 +290,12 @@ def test_reports_why_the_port_does_not_open(monkeypatch, number, message):
     monkeypatch.setattr(board_check.serial, "Serial", refuse)
     with pytest.raises(FlashError, match=message):
         board_check.open_port("/dev/ttyACM0")
+
+
+def test_a_compiler_of_another_version_is_refused(tmp_path, monkeypatch):
+    monkeypatch.setattr(copying, "MPY", copying.MPY + 1)
+    with pytest.raises(FlashError, match=f"makes files 6, allowed: {copying.MPY}"):
+        copying.compile_file(Path(copying.__file__), tmp_path / "copying.mpy")
 
 
 def test_reports_what_does_not_compile(tmp_path):

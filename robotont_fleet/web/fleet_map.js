@@ -38,7 +38,8 @@ export function draw(view, chosen) {
   const scale = Math.min(width / Math.max(LEAST, x1 - x0), height / Math.max(LEAST, y1 - y0));
   world.show((x0 + x1) / 2, (y0 + y1) / 2, scale);
   if (view.ground) {
-    world.showMap("map.png", {...view.ground, origin: [view.ground.x, view.ground.y]});
+    const {x, y, width: long, height: high} = view.ground;  // another map after a restart of the fleet is another address
+    world.showMap(`map.png?${[x, y, long, high]}`, {...view.ground, origin: [x, y]});
   }
   const crowd = robots.length > CROWD, alike = crowd ? sharedLetters(robots.map((robot) => robot.name)) : 0;
   const radius = Math.max(8 / scale, 0.15);

@@ -1,6 +1,8 @@
 """What the network check says of a port that something else than a ROS master answers at."""
 
 import socket
+import subprocess
+import sys
 import threading
 from contextlib import contextmanager, suppress
 
@@ -43,3 +45,10 @@ def test_what_is_no_ros_master_is_named(answer):
     assert level == FAULT
     assert "answers, but not as a ROS master" in words
     assert master.address is None
+
+
+def test_what_fails_or_takes_too_long_is_none_and_no_exit_waits_for_it():
+    program = ("import time; from robotont_operations import probes; "
+               "print(probes.all_in_time(lambda work: work(), [int, lambda: 1 // 0, lambda: time.sleep(60)], 1.0))")
+    ended = subprocess.run([sys.executable, "-c", program], check=True, text=True, stdout=subprocess.PIPE, timeout=30)
+    assert ended.stdout == "[0, None, None]\n"

@@ -58,6 +58,7 @@ export class View {
     if (frame !== this.frame) {
       this.frame = frame;
       this.trail = [];
+      this.part("trail").setAttribute("points", "");
     }
     this.part("map").toggleAttribute("hidden", !map || frame !== "map");
     this.part("goal").toggleAttribute("hidden", !goal);

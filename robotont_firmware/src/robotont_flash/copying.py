@@ -102,6 +102,10 @@ def compile_file(path, target):
     )  # fmt: skip
     if run.returncode != 0:
         raise FlashError(f"{path.name} does not compile:\n{run.stdout.strip()}")
+    _, version, native = target.read_bytes()[:3]  # native: processor and sub-version, 0 where all is byte code
+    if version != MPY & 0xFF or native not in (0, MPY >> 8):
+        raise FlashError(f"{tool('mpy-cross')} makes files {native << 8 | version}, allowed: {MPY}. "
+                         "Use ./robotont flash, which brings its own")
 
 
 def mpremote(port, *arguments):

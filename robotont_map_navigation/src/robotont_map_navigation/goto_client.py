@@ -58,7 +58,7 @@ class GoTo:
         self._map = None                # nav_msgs/OccupancyGrid
         self._floor_map = (None, None)  # the message, and the FloorMap that is made of it at the first goal
         self._map_came = threading.Event()
-        self._trouble = ""  # why the robot's pose is wrong, of localization_monitor
+        self._trouble = ""  # why the robot's pose is wrong, of navigation_monitor
         self._pressed_by = ""  # who presses the emergency stop, which cancels all goals
         self._stopped_by = ""  # who has pressed it since this one was sent
         self._pose = None

@@ -62,7 +62,7 @@ class NetworkCheck:
         wait([job for _, job in self._beside], FAREWELL)
 
     def _begin(self, what, work, *arguments):
-        self._beside.append((what, probes.THREADS.submit(work, *arguments)))
+        self._beside.append((what, probes.start(work, *arguments)))
 
     def _begin_clock(self, address, port):
         self._begin(f"the clock of {address}", check_clock, address, port, self._budget)

@@ -4,11 +4,12 @@ import errno
 import http.client
 import socket
 import subprocess
+import threading
 import time
 import xml.parsers.expat
 import xmlrpc.client
 from calendar import timegm
-from concurrent.futures import ThreadPoolExecutor, wait
+from concurrent.futures import Future, wait
 from email.utils import parsedate
 from urllib.parse import urlsplit
 
@@ -18,7 +19,18 @@ OTHER_PORTS = (22, 80, 443, 9)  # asked only to see whether a host is there at a
 RPC_ERRORS = (OSError, xmlrpc.client.Error, http.client.HTTPException, xml.parsers.expat.ExpatError)
 
 
-THREADS = ThreadPoolExecutor(200)  # who waits for them ends by os._exit: a resolver takes as long as it likes
+def start(work, *arguments):
+    """A Future of `work(*arguments)` in a thread for which no exit waits: a resolver takes as long as it likes."""
+    future = Future()
+    future.set_running_or_notify_cancel()
+
+    def run():
+        try:
+            future.set_result(work(*arguments))
+        except Exception as error:  # whoever asks for the result gets it
+            future.set_exception(error)
+    threading.Thread(target=run, daemon=True).start()
+    return future
 
 
 def in_time(work, timeout, *arguments):
@@ -26,16 +38,16 @@ def in_time(work, timeout, *arguments):
 
     Passes on the exceptions of `work`.
     """
-    future = THREADS.submit(work, *arguments)
+    future = start(work, *arguments)
     finished = bool(wait([future], timeout).done)
     return finished, future.result() if finished else None
 
 
 def all_in_time(work, arguments, timeout):
-    """[result] of `work(argument)` for each argument, all at once; None where it took longer than `timeout` [s]."""
-    futures = [THREADS.submit(work, argument) for argument in arguments]
+    """[result] of `work(argument)` for each, all at once; None where it failed or took longer than `timeout` [s]."""
+    futures = [start(work, argument) for argument in arguments]
     finished = wait(futures, timeout).done
-    return [future.result() if future in finished else None for future in futures]
+    return [future.result() if future in finished and not future.exception() else None for future in futures]
 
 
 def resolve(host, timeout):

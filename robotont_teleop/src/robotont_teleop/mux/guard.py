@@ -19,7 +19,7 @@ REACTION = 0.1     # [s] until the wheels follow a command
 SLOWEST = 0.02     # [m/s] below it the robot stands
 DECELERATION = 1.5  # [m/s^2] where the driver has no limit of its own
 STALE = 0.3        # [s] after its newest reading a sensor sees nothing any more ...
-FORGOTTEN = 10.0   # [s] of driving ... and what it has seen counts for so long
+FORGOTTEN = 10.0   # [s] of driving ... what it has seen counts; [s] for what has left the view of one that sees
 REACH = 2.0        # [m] farther things do not count
 OWN = 0.8          # of the footprint's radius: what is nearer is the robot itself
 BESIDE = 0.5       # [m] what has left the sensor's view counts within
@@ -49,7 +49,8 @@ class Guard:
 
     def __init__(self, radius, limits, blind_speed):
         self._radius, self._limits, self._blind_speed = radius, limits, blind_speed
-        self._braking = limits.linear_acceleration or DECELERATION
+        given = filter(None, (limits.linear_acceleration, limits.linear_deceleration))
+        self._braking = min(given, default=DECELERATION)
         self._sensors = {}
         self._sent = STOP
         self._driven = 0.0

@@ -26,8 +26,8 @@ def make_guard(blind_speed):
         radius = robot_radius(running_wheels(rospy.get_namespace()))
     except ParameterError:
         return None
-    limits = Limits(linear_acceleration=parameter_of_another("driver_node/max_linear_acceleration", 0.0),
-                    angular_acceleration=parameter_of_another("driver_node/max_angular_acceleration", 0.0))
+    limits = Limits(**{name: parameter_of_another(f"driver_node/max_{name}", 0.0) for name in (
+        "linear_acceleration", "linear_deceleration", "angular_acceleration")})
     guard = Guard(radius, limits, blind_speed)
     _Sensors(guard, rospy.get_param("odom_node/base_frame", "base_link"))
     return guard

@@ -8,7 +8,6 @@ import shutil
 import subprocess
 import sys
 import types
-from pathlib import Path
 
 import pytest
 from flash_board import VERSION, Board, run_on_the_board
@@ -293,9 +292,10 @@ def test_reports_why_the_port_does_not_open(monkeypatch, number, message):
 
 
 def test_a_compiler_of_another_version_is_refused(tmp_path, monkeypatch):
+    (tmp_path / "good.py").write_text("x = 1")
     monkeypatch.setattr(copying, "MPY", copying.MPY + 1)
     with pytest.raises(FlashError, match=f"makes files 6, allowed: {copying.MPY}"):
-        copying.compile_file(Path(copying.__file__), tmp_path / "copying.mpy")
+        copying.compile_file(tmp_path / "good.py", tmp_path / "good.mpy")
 
 
 def test_reports_what_does_not_compile(tmp_path):

@@ -4,6 +4,7 @@ import contextlib
 import functools
 import importlib
 import os
+import random
 import signal
 import socket
 import subprocess
@@ -58,10 +59,12 @@ def in_own_process(test):
 
 
 def free_port():
-    """A TCP port that is free now."""
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        return probe.getsockname()[1]
+    """A TCP port that is free now, and none that the system may give to another node meanwhile (32768 to 60999)."""
+    while True:
+        port = random.SystemRandom().randrange(20000, 32768)
+        with contextlib.suppress(OSError), socket.socket() as probe:
+            probe.bind(("127.0.0.1", port))
+            return port
 
 
 def suspend(pid):

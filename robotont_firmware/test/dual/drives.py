@@ -1,7 +1,21 @@
-"""Drives over drivers, loads, slopes, encoders and speeds: who is found, how fast, and who is blamed wrongly."""
+"""Drives over drivers, loads, slopes, encoders and speeds: who is found, how fast, and who is blamed wrongly.
+
+Under MicroPython or CPython: `drives.py SRC broken|healthy COUNT SEED`; imported, `broken` and `healthy` do it.
+"""
+
+import sys
+
+if __name__ == "__main__":
+    sys.path.insert(0, sys.argv[1])
+    sys.path.insert(0, __file__.rsplit("/", 1)[0])
+    from robotont_firmware import config, gain_bounds
+
+    config.LEAD = config.TURN_LEAD = config.FREE_LEAD  # as run.py: these motors carry no robot
+    config.ARC = gain_bounds.NO_ARC
 
 from dual_tools import Config, Robot
 from sim_motor import BRAKE, CHANCE, COAST, DIODE, DIRTY, FLOATING, HALF, HUM, MICRO, PARTIAL, REVERSED, UNPLUGGED, WILD
+from suite_fuzz import Random
 
 from robotont_firmware import wiring_robotont21, wiring_vnh
 from robotont_firmware.fault_watch import NO_FAULT
@@ -93,3 +107,20 @@ def healthy(random, seconds):
         if blamed is not None:
             return 1, driven, (speeds, blamed, config.PROFILE)
     return 0, driven, None
+
+
+if __name__ == "__main__":
+    what, count, random = sys.argv[2], int(sys.argv[3]), Random(int(sys.argv[4]))
+    if what == "broken":
+        for _ in range(count):
+            name, seconds, fastest, units, wrong, config, driving = broken(random)
+            print(f"{name.replace(' ', '_')};{seconds};{fastest:.1f};{units};{wrong};{config.PROFILE};{driving}")
+    else:
+        blamed = driven = 0
+        for _ in range(count):
+            found, periods, why = healthy(random, 60)
+            blamed += found
+            driven += periods
+            if why:
+                print("blamed", why)
+        print(f"hours {driven / 50 / 3600:.2f} blamed {blamed}")

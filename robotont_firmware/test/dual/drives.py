@@ -11,7 +11,7 @@ if __name__ == "__main__":
     from robotont_firmware import config, gain_bounds
 
     config.LEAD = config.TURN_LEAD = config.FREE_LEAD  # as run.py: these motors carry no robot
-    config.ARC = gain_bounds.NO_ARC
+    config.ARC, config.TURN_DRAG = gain_bounds.NO_ARC, 0
 
 from dual_tools import Config, Robot
 from sim_motor import BRAKE, CHANCE, COAST, DIODE, DIRTY, FLOATING, HALF, HUM, MICRO, PARTIAL, REVERSED, UNPLUGGED, WILD

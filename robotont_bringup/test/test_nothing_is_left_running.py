@@ -97,3 +97,17 @@ def test_nothing_is_left(command, ending, tmp_path):
     assert not picture.exists() or picture.stat().st_size == 0, "it has gone on to its own end"
     if ending == "SIGINT":
         assert "Traceback" not in (tmp_path / "output").read_text()
+
+
+def test_a_holder_within_another_leaves_no_folder_though_its_keeper_was_killed(tmp_path):
+    mark = "TEST_MARK=" + uuid.uuid4().hex
+    inner = "from robotont_testing import lifeline; print(lifeline.hold(), flush=True); import time; time.sleep(60)"
+    outer = "import subprocess, sys; from robotont_testing.lifeline import hold; hold(); subprocess.run(sys.argv[1:])"
+    environment = {**os.environ, "TMPDIR": str(tmp_path), **dict([mark.split("=")])}
+    with subprocess.Popen([sys.executable, "-c", outer, sys.executable, "-c", inner], env=environment, text=True,
+                          stdout=subprocess.PIPE) as holder:
+        folder = holder.stdout.readline().strip()
+        keeper, = [pid for pid, words in programs(mark).items() if {"lifeline.py", Path(folder).name} <= words]
+        os.kill(keeper, signal.SIGKILL)
+        holder.kill()
+    wait_for(lambda: not programs(mark) and not list(tmp_path.iterdir()), "the end of all", 60.0, 0.1)

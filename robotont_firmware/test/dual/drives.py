@@ -8,10 +8,7 @@ import sys
 if __name__ == "__main__":
     sys.path.insert(0, sys.argv[1])
     sys.path.insert(0, __file__.rsplit("/", 1)[0])
-    from robotont_firmware import config, gain_bounds
-
-    config.LEAD = config.TURN_LEAD = config.FREE_LEAD  # as run.py: these motors carry no robot
-    config.ARC, config.TURN_DRAG = gain_bounds.NO_ARC, 0
+    import lifted  # noqa: F401
 
 from dual_tools import Config, Robot
 from sim_motor import BRAKE, CHANCE, COAST, DIODE, DIRTY, FLOATING, HALF, HUM, MICRO, PARTIAL, REVERSED, UNPLUGGED, WILD

@@ -10,13 +10,9 @@ sys.path.insert(0, sys.argv[1])
 sys.path.insert(0, __file__.rsplit("/", 1)[0] if "/" in __file__ else ".")
 
 import dual_tools
-
-from robotont_firmware import config, gain_bounds
+import lifted  # noqa: F401
 
 dual_tools.GOLDEN_PATH = sys.argv[2]
-# The motors of the suites move themselves alone (60 ms, and none drags another), as those of a lifted robot.
-config.LEAD = config.TURN_LEAD = config.FREE_LEAD
-config.ARC = gain_bounds.NO_ARC
 
 
 def run(suite):

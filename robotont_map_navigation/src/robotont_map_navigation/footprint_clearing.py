@@ -12,8 +12,8 @@ from nav_msgs.msg import OccupancyGrid
 
 from robotont_driver.ros.worker import Worker
 from robotont_map_navigation.footprint import base_frame, needed_radius
+from robotont_map_navigation.map_clearing import MapClearing
 from robotont_map_navigation.messages import floor_map_of
-from robotont_map_navigation.room import OwnPlace
 
 PERIOD = 0.1   # [s] between two looks at where the robot is
 SETTLING = 2.0  # [s] without updates after a map of another size: costmaps must have got it before, they check nothing
@@ -24,7 +24,7 @@ class FootprintClearing:
 
     def __init__(self, transforms):
         self._map = None  # nav_msgs/OccupancyGrid that came last and has not been looked at
-        self._frame = self._base = self._size = self._own_place = None
+        self._frame = self._base = self._size = self._clearing = None
         self._settled = 0.0  # [s] time.monotonic() from which on updates are sent
         self._transforms = transforms
         self._publisher = rospy.Publisher("map_updates", OccupancyGridUpdate, queue_size=10)
@@ -39,12 +39,12 @@ class FootprintClearing:
         message, self._map = self._map, None
         if message is not None:
             self._take(message)
-        if self._own_place is not None and time.monotonic() >= self._settled:
+        if self._clearing is not None and time.monotonic() >= self._settled:
             try:
                 found = self._transforms.lookup_transform(self._frame, self._base, rospy.Time()).transform
             except tf2_ros.TransformException:
                 return PERIOD
-            update = self._own_place.move((found.translation.x, found.translation.y), time.monotonic())
+            update = self._clearing.move((found.translation.x, found.translation.y), time.monotonic())
             if update is not None:
                 self._publish(update)
         return PERIOD
@@ -55,10 +55,10 @@ class FootprintClearing:
         size = info.width, info.height, info.resolution, info.origin.position.x, info.origin.position.y
         if size != self._size:
             self._settled = time.monotonic() + SETTLING
-        lookout = self._own_place.lookout if self._own_place is not None else None
+        lookout = self._clearing.lookout if self._clearing is not None else None
         self._frame, self._base, self._size = message.header.frame_id, base_frame(), size
         # a cell more than the robot needs: a costmap rounds its place to whole cells
-        self._own_place = OwnPlace(floor_map_of(message), needed_radius() + info.resolution, lookout)
+        self._clearing = MapClearing(floor_map_of(message), needed_radius() + info.resolution, lookout)
 
     def _publish(self, update):
         message = OccupancyGridUpdate(x=update.column, y=update.row)

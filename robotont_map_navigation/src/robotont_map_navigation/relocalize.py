@@ -66,7 +66,10 @@ class Relocalize:
         ends, free = self._seen()
         if ends.shape[1] == 0:
             return Outcome(LOST, f"no wall in view: {ASK}")
-        first, *others = search(floor_map_of(self._map), ends, free, needed_radius() / 2)
+        found = search(floor_map_of(self._map), ends, free, needed_radius() / 2)
+        if not found:
+            return Outcome(LOST, f"the map has no place where the robot fits: {ASK}")
+        first, *others = found
         if first.share < LEAST:
             return Outcome(LOST, f"no place of the map fits: the best, {Goal(*first.pose)}, explains {first.share:.0%} "
                            f"of what is seen: {ASK}")

@@ -33,8 +33,9 @@ def hold():
     """Folder (Path) for temporary files of this process; from now on all that it starts ends with it."""
     global _held  # noqa: PLW0603
     if _held is None or _held[0] != os.getpid():
-        folder = tempfile.mkdtemp(prefix="robotont_")
-        outer = os.environ.get(VARIABLE)
+        outer = os.environ.get(VARIABLE, "")
+        # within that of the holder above, which may end this one's keeper, and removes what that has not
+        folder = tempfile.mkdtemp(prefix="robotont_", dir=outer.rpartition(":")[2] or None)
         os.environ[VARIABLE] = f"{outer}:{folder}" if outer else folder
         subprocess.Popen([sys.executable, __file__, str(os.getpid()), folder], start_new_session=True,
                          stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL)

@@ -28,6 +28,9 @@ MOST_ERROR = {"gain": 0.04, "tau": 0.12}  # standard error as part of the number
 # Two wheels, or directions, differ.
 DIFFERENT = 0.15    # parts of the mean
 FRICTION_APART = 80  # [effort]
+# What is proposed, in [1/16 period].
+ROTOR_LEAD = 38  # of LEAD and TURN_LEAD by the rule of mass is the motor's own
+LAG = 12         # between counts and effort; steps of motors of 40 to 100 ms are best with it
 
 
 class DirectionFit(NamedTuple):
@@ -187,7 +190,3 @@ def propose(fits, volts, present):
     found = {"STATIC": round(max(0.0, friction) * volts / 12), "SPEED_GAIN": round(256 * gain * volts / 12)}
     found.update({name: present[name] - ROTOR_LEAD + own for name in ("LEAD", "TURN_LEAD") if name in present})
     return {**found, "FREE_LEAD": own + LAG}
-
-
-ROTOR_LEAD = 38  # [1/16 period] of LEAD and TURN_LEAD by the rule of mass are of the motor itself
-LAG = 12         # [1/16 period] between counts and effort; steps of motors of 20 to 100 ms are best with it

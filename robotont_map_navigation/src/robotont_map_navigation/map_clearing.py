@@ -31,7 +31,7 @@ class Update(NamedTuple):
     cells: np.ndarray
 
 
-class OwnPlace:
+class MapClearing:
     """Updates for costmaps that have a map, as a robot moves on it."""
 
     def __init__(self, floor_map, radius, lookout=None):
@@ -47,7 +47,7 @@ class OwnPlace:
         """The Update for a robot at (x, y) [m] at the time `now` [s]; None when there is nothing new."""
         if self._map.clearance(place, OFF_WALLS * self._map.resolution) == math.inf:
             self.lookout = place
-        changed = make_room(self._map, place, self._near_lookout(place), self._radius)
+        changed = cleared_cells(self._map, place, self._near_lookout(place), self._radius)
         if changed == self._changed and not (changed and now - self._sent >= REPEATED):
             return None
         while self._places and now - self._places[0][0] > REMEMBERED:
@@ -68,7 +68,7 @@ class OwnPlace:
         return self.lookout if self.lookout and math.dist(self.lookout, place) <= FARTHEST_LOOKOUT else None
 
 
-def make_room(floor_map, place, lookout, radius):
+def cleared_cells(floor_map, place, lookout, radius):
     """{(row, column): value} of the cells of a FloorMap that change for a robot at `place`, (x, y) [m].
 
     radius: [m] around it that is to be free; lookout: (x, y) [m] near it, off all walls, which decides what lies

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from robotont_map_navigation.floor_map import FloorMap
-from robotont_map_navigation.room import FARTHEST_LOOKOUT, REMEMBERED, REPEATED, OwnPlace, make_room
+from robotont_map_navigation.map_clearing import FARTHEST_LOOKOUT, REMEMBERED, REPEATED, MapClearing, cleared_cells
 
 CELL = 0.05     # [m]
 RADIUS = 0.24   # [m]
@@ -28,7 +28,7 @@ def beside(distance, along=1.0):
 def changed(place, lookout):
     """The map as it is with the room that is made."""
     cells = CELLS.copy()
-    for (row, column), value in make_room(floor_map(), place, lookout, RADIUS).items():
+    for (row, column), value in cleared_cells(floor_map(), place, lookout, RADIUS).items():
         assert cells[row, column] != value
         cells[row, column] = value
     return cells
@@ -45,8 +45,8 @@ def is_passable(cells, start, goal, radius):
 
 
 def test_nothing_changes_away_from_walls():
-    assert make_room(floor_map(), beside(0.25), None, RADIUS) == {}
-    assert OwnPlace(floor_map(), RADIUS).move(beside(0.25), 0.0) is None
+    assert cleared_cells(floor_map(), beside(0.25), None, RADIUS) == {}
+    assert MapClearing(floor_map(), RADIUS).move(beside(0.25), 0.0) is None
 
 
 @pytest.mark.parametrize("distance", [0.2, 0.12, 0.05, 0.0, -0.08])
@@ -88,19 +88,19 @@ def test_the_end_of_a_wall_stays_where_it_is():
 
 
 def test_the_place_before_decides_the_side_of_a_wall():
-    own = OwnPlace(floor_map(), RADIUS)
+    own = MapClearing(floor_map(), RADIUS)
     for step, distance in enumerate(np.arange(0.3, -0.1, -0.02)):  # the pose drifts into the wall
         own.move(beside(distance), 0.1 * step)
     assert own.lookout == pytest.approx(beside(0.08))
-    far = make_room(floor_map(), beside(-0.08), own.lookout, RADIUS)
+    far = cleared_cells(floor_map(), beside(-0.08), own.lookout, RADIUS)
     assert {value for (_, column), value in far.items() if column > WALL + 2} == {100}
     own.move((own.lookout[0] + FARTHEST_LOOKOUT + 0.05, beside(0, 2.0)[1]), 9.0)  # a pose that was reset
     assert own.lookout[0] > beside(-0.2)[0]
 
 
 def test_without_a_lookout_nearby_the_wall_is_cut_only():
-    assert set(make_room(floor_map(), beside(0.0), None, RADIUS).values()) == {0}
-    own = OwnPlace(floor_map(), RADIUS, lookout=beside(0.2, 1.0))
+    assert set(cleared_cells(floor_map(), beside(0.0), None, RADIUS).values()) == {0}
+    own = MapClearing(floor_map(), RADIUS, lookout=beside(0.2, 1.0))
     nearby, far = own.move(beside(0.0, 1.0), 0.0), own.move(beside(0.0, 2.0), REMEMBERED + 1.0)
     assert (nearby.cells[:, WALL + 3 - nearby.column:] == 100).any()
     assert (far.cells[25:, WALL + 3 - far.column:] == 0).all()
@@ -113,7 +113,7 @@ def apply(cells, update):
 
 
 def test_a_costmap_that_takes_every_update_has_the_map_but_for_the_place_of_now():
-    own, costmap = OwnPlace(floor_map(), RADIUS), CELLS.copy()
+    own, costmap = MapClearing(floor_map(), RADIUS), CELLS.copy()
     generator = np.random.default_rng(5)
     for step in range(200):
         place = beside(generator.uniform(-0.3, 0.4), generator.uniform(-0.1, 3.5))  # amcl's pose may jump
@@ -128,7 +128,7 @@ def test_a_costmap_that_takes_every_update_has_the_map_but_for_the_place_of_now(
 
 def test_an_update_covers_what_was_changed_of_late():
     """A costmap draws the newest update only, when more than one came between two of its cycles."""
-    own = OwnPlace(floor_map(), RADIUS)
+    own = MapClearing(floor_map(), RADIUS)
     own.move(beside(0.15, 0.5), 0.0)
     own.move(beside(0.15, 2.0), 1.0)
     update = own.move(beside(1.0), REMEMBERED - 0.1)
@@ -142,7 +142,7 @@ def test_an_update_covers_what_was_changed_of_late():
 
 
 def test_what_does_not_change_is_sent_again_but_seldom():
-    own = OwnPlace(floor_map(), RADIUS)
+    own = MapClearing(floor_map(), RADIUS)
     assert own.move(beside(0.15), 0.0) is not None
     assert own.move(beside(0.15), REPEATED / 2) is None
     assert own.move(beside(0.15), REPEATED) is not None
@@ -153,7 +153,7 @@ def test_what_does_not_change_is_sent_again_but_seldom():
 @pytest.mark.parametrize("place", [(-1.0, -2.0), (-1.1, -2.1), (3.1, 2.1), (50.0, 50.0), (-50.0, 0.0)])
 def test_at_the_edge_of_the_map_and_off_it(place):
     cells = np.full((80, 80), 100, np.int8)
-    own = OwnPlace(FloorMap(cells, CELL, ORIGIN), RADIUS)
+    own = MapClearing(FloorMap(cells, CELL, ORIGIN), RADIUS)
     update = own.move(place, 0.0)
     if math.dist(place, (1.0, 0.0)) < 10:
         assert update.row >= 0

@@ -1,0 +1,57 @@
+"""The firmware itself on simulated motors of a lifted robot, in no time."""
+
+import sys
+
+from firmware_tools import DUAL
+
+from robotont_driver.tools.tune import Tune, tune
+from robotont_firmware import config
+from robotont_firmware.main_loop import Controller
+
+sys.path.append(str(DUAL))
+from dual_tools import Config
+from sim_motor import (
+    SimBoard,
+    SimMotor,
+)
+
+MOST = 54  # [edges/period]
+
+
+class LiftedRobot:
+    """The firmware on simulated motors; a serial line whose `read` lets a period pass."""
+
+    def __init__(self, *motors, settings=None):
+        self.motors = motors or [SimMotor() for _ in range(3)]
+        self.board = SimBoard(self.motors)
+        self.controller = Controller(self.board, settings or Config(), 3, "test")
+        self.controller.start()
+        self.ticks = 0
+        self.fastest = 0  # [edges] that a wheel truly turned in a period
+        self.each_tick = lambda: None
+
+    def write(self, data):
+        self.board.inbox += data
+
+    def read(self, _size):
+        self.each_tick()
+        before = [motor.turned for motor in self.motors]
+        self.controller.step(self.board.wait_tick())
+        self.ticks += 1
+        self.fastest = max(self.fastest, *(abs(motor.turned - turned) for motor, turned in zip(self.motors, before)))
+        sent, self.board.sent = self.board.sent, b""
+        return sent
+
+    def clock(self):
+        return self.ticks / config.RATE
+
+    @property
+    def efforts(self):
+        return list(self.board._next)
+
+    def tune(self, most=MOST, pressed=lambda: False):
+        """(whether there is a proposal, what was printed)."""
+        lines = []
+        tuned = Tune(self, 3, 321, config.RATE, most, pressed, self.clock)
+        tuned.prepare()
+        return tune(tuned, 3, config.RATE, most, lines.append), "\n".join(lines)

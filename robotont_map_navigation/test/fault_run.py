@@ -17,6 +17,7 @@ import signal
 import subprocess
 import sys
 import time
+import xmlrpc.client
 from pathlib import Path
 from typing import Any, Callable, NamedTuple
 
@@ -269,6 +270,18 @@ def unplug(pull):
     return lambda rig: rospy.ServiceProxy("simulator_node/unplug", SetBool)(pull)
 
 
+def scan_reaches(nodes_of):
+    """Tell who drives by the scan that `nodes_of(publishers)` send it: none, as a camera that dies, or who does."""
+    def tell(rig):
+        master = xmlrpc.client.ServerProxy(rig.master.uri)
+        publishers = dict(master.getSystemState("/fault_run")[2][0])["/scan"]
+        uris = [master.lookupNode("/fault_run", node)[2] for node in nodes_of(publishers)]
+        for node in ("move_base", "amcl", "navigation_monitor"):
+            xmlrpc.client.ServerProxy(master.lookupNode("/fault_run", "/" + node)[2]).publisherUpdate(
+                "/fault_run", "/scan", uris)
+    return tell
+
+
 def topic(rig):
     """Press by a message."""
     rig.button.publish(True)
@@ -285,6 +298,7 @@ def faults(long):
         (): [
             Fault("hand takes over", take_over), *stops,
             Fault("cable unplugged for 3 s", unplug(True), unplug(False), 3.0),
+            Fault("no scan for 5 s", scan_reaches(lambda _: []), scan_reaches(list), 5.0),
             *map(kill, ("robotont_node", "cmd_vel_mux", "amcl", "map_server", "move_base", "navigation_monitor")),
             Fault("board restarts", lambda rig: rospy.ServiceProxy("simulator_node/brown_out", Trigger)()),
             Fault("somebody stands in the way", visit(0.9)),

@@ -48,6 +48,7 @@ class LocalizationCheck:
         self._parameters = parameters
         self._lock = threading.Lock()
         self._map = self._scan = self._covariance = self._base = None
+        self._scanned = time.monotonic()  # [s] when the newest scan came
         self._lost = ""          # why the newest scan could not be laid on the map
         self._laid_at = time.monotonic()  # [s] when the newest one that could be was
         self._outside = ""       # why amcl's pose is none where a robot can be
@@ -76,7 +77,7 @@ class LocalizationCheck:
             self._fits.clear()
 
     def _on_scan(self, message):
-        self._scan = message
+        self._scan, self._scanned = message, time.monotonic()
 
     def _on_pose(self, message):
         self._covariance = message.pose.covariance
@@ -179,8 +180,11 @@ class LocalizationCheck:
                 f"should be, and {mean.through_walls:.0%} go through walls: a map of another place, or a wrong pose")
 
     def _describe(self, mean):
+        silence = time.monotonic() - self._scanned
+        if silence > self._parameters["fit_time"]:
+            return WARN, f"no scan for {silence:.0f} s: does its sensor run? move_base stands until it comes again"
         if mean is None:
-            return OK, "nothing to compare: no scan of late, or one that shows nothing"
+            return OK, "nothing to compare: the scan shows nothing"
         found = f"the map explains {mean.explained:.0%} of the scan's rays"
         if mean.explained < self._parameters["min_fit"]:
             return WARN, f"{found}, the others end before its walls: something that the map lacks fills the view"

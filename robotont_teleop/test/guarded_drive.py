@@ -13,7 +13,7 @@ from robotont_driver.ros.official_topics import FIELD_OF_VIEW, SENSORS
 from robotont_simulator.lockstep import LockstepRun
 from robotont_simulator.simulation import Simulation
 from robotont_simulator.world import World
-from robotont_teleop.mux.guard import Guard
+from robotont_teleop.mux.guard import BEYOND, Guard
 from robotont_testing import places
 
 RADIUS = 0.15  # [m] of the footprint
@@ -83,7 +83,7 @@ class GuardedDrive:
             place = (distance * math.cos(bearing), -distance * math.sin(bearing), -view)
             ranges = np.full(len(CONE), min(self._ray(compose(self.simulation.pose(), place), ray)
                                             for ray in np.linspace(CONE[0], CONE[-1], 15)))
-            readings.append((sensor, place, CONE, np.where(ranges < 0.04, -math.inf, ranges), 0.04, at))
+            readings.append((sensor, place, CONE, np.where(ranges < 0.04, -math.inf, ranges), 0.04, at, BEYOND))
         return readings
 
     def _ray(self, pose, angle):

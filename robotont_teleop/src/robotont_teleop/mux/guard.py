@@ -20,6 +20,8 @@ SLOWEST = 0.02     # [m/s] below it the robot stands
 DECELERATION = 1.5  # [m/s^2] where the driver has no limit of its own
 STALE = 0.3        # [s] after its newest reading a sensor sees nothing any more ...
 FORGOTTEN = 10.0   # [s] of driving ... what it has seen counts; [s] for what has left the view of one that sees
+BEYOND = 0.05      # [m] what a range sensor shows may reach out of its cone: half the gap to the next of twelve ...
+BESIDE_A_CONE = 3.0  # [s] ... and counts there
 REACH = 2.0        # [m] farther things do not count
 OWN = 0.8          # of the footprint's radius: what is nearer is the robot itself
 BESIDE = 0.5       # [m] what has left the sensor's view counts within
@@ -58,11 +60,12 @@ class Guard:
         self.held = None   # (time, words) of the newest command that was slowed because of something in the way
         self.blind = ""    # words, once a command was slowed because no sensor sees where it leads
 
-    def see(self, sensor, place, angles, ranges, nearest, at):
+    def see(self, sensor, place, angles, ranges, nearest, at, beyond=0.0):
         """Readings of a sensor at `place` (x, y, yaw) in base_link, made at the time `at`.
 
         ranges: [m] in the directions `angles` [rad], evenly from right to left, by REP 117: inf nothing, -inf too near,
         NaN no reading. What comes nearer than it can measure (`nearest`), or out of its view, is remembered.
+        beyond: [m] by which what a cone shows may reach out of it.
         """
         pose = self._pose(at)
         x, y, yaw = compose(pose, place)
@@ -77,12 +80,16 @@ class Guard:
         distances = np.where(unknown, math.inf, ranges)
         distances[hidden] = max(0.0, self._radius - math.hypot(*place[:2]))
         counts = distances < REACH
-        points = sensor_at + distances[counts] * np.exp(1j * (angles[counts] + yaw))
+        rays = np.exp(1j * (angles + yaw))
+        points = sensor_at + distances[counts] * rays[counts]
         points = points[hidden[counts] | (abs(points - complex(*pose[:2])) > OWN * self._radius)]
+        edges = points[:0]
+        if beyond and len(points):
+            edges = points[[0, -1]] + rays[[0, -1]] * (-1j * beyond, 1j * beyond)
         looked = np.floor((angles + place[2])[~np.isnan(ranges)] * SECTORS / (2 * math.pi)).astype(int) % SECTORS
         bits = sum(1 << sector for sector in set(looked.tolist()))
-        times = np.append(np.full(len(points), at), times)
-        self._sensors[sensor] = Seen(at, self._driven, np.append(points, kept), times, bits)
+        times = np.concatenate([np.full(len(points), at), np.full(len(edges), at - FORGOTTEN + BESIDE_A_CONE), times])
+        self._sensors[sensor] = Seen(at, self._driven, np.concatenate([points, edges, kept]), times, bits)
 
     def _remembered(self, sensor, sensor_at, yaw, rays, nearest, unknown, at):
         """Of the old points those of which the sensor tells nothing now, one per direction; their times; their rays."""

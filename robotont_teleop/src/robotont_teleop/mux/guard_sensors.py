@@ -12,7 +12,7 @@ from robotont_driver.kinematics.se2 import yaw_of
 from robotont_driver.parameters.parameters import ParameterError
 from robotont_driver.ros.clocks import boot_time
 from robotont_driver.ros.node_parameters import parameter_of_another, running_wheels
-from robotont_teleop.mux.guard import Guard
+from robotont_teleop.mux.guard import BEYOND, Guard
 
 OLDEST = 1.0   # [s] more a stamp does not count
 CONE_RAYS = 5  # as which the cone of a range sensor counts: what it has measured may be anywhere in it
@@ -55,14 +55,15 @@ class _Sensors:
     def _on_range(self, message):
         angles = np.linspace(-0.5, 0.5, CONE_RAYS) * message.field_of_view
         distance = message.range if message.range <= message.max_range else np.inf
-        self._see(message, angles, np.full(CONE_RAYS, distance), message.min_range)
+        self._see(message, angles, np.full(CONE_RAYS, distance), message.min_range, BEYOND)
 
-    def _see(self, message, angles, ranges, nearest):
+    def _see(self, message, angles, ranges, nearest, beyond=0.0):
         place = self._place(message.header.frame_id)
         if place and len(ranges) and np.isfinite(angles).all():
             age = min(max((rospy.Time.now() - message.header.stamp).to_sec(), 0.0), OLDEST)
             order = slice(None, None, -1 if angles[-1] < angles[0] else 1)
-            self._guard.see(message.header.frame_id, place, angles[order], ranges[order], nearest, boot_time() - age)
+            at = boot_time() - age
+            self._guard.see(message.header.frame_id, place, angles[order], ranges[order], nearest, at, beyond)
 
     def _place(self, frame):
         """(x, y, yaw) of a sensor in base_link; None where nobody has said it."""

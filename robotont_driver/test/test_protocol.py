@@ -3,7 +3,7 @@
 import json
 
 import pytest
-from feedback_bench import reader
+from feedback_bench import Reader
 
 from robotont_driver.protocol.checksum import add_checksum, crc16
 from robotont_driver.protocol.line_splitter import LineSplitter
@@ -45,7 +45,7 @@ class TestGolden:
 
     @pytest.mark.parametrize("line", GOLDEN["bad_feedback"])
     def test_bad_feedback_is_refused(self, line):
-        checked = reader("checked")
+        checked = Reader()
         assert checked.feed(line.encode()) == []
         assert sum(checked.dropped.values()) == 1
 

@@ -9,10 +9,12 @@ import pytest
 
 from robotont_driver.link.serial_link import SerialLink
 from robotont_driver.protocol.checksum import add_checksum
-from robotont_driver.protocol.feedback_reader import FeedbackReader
+from robotont_driver.kinematics.wheel_params import read_wheels
+from robotont_driver.protocol.dialects.checked import Checked
 from robotont_driver.protocol.packet import format_packet
 from robotont_driver.timing.starvation import StallWatch
 from robotont_testing.harness import wait_for
+from robotont_testing.robots import SHIPPED
 from robotont_testing.stand_in_board import Board
 
 STOP = b"0:0:0;\n"
@@ -23,7 +25,7 @@ class Ends:
     """A link under test with all that it reports."""
 
     def __init__(self, port, baudrate=115200, **options):
-        self.reader = FeedbackReader(3, 300, 50.0)
+        self.reader = Checked(read_wheels(SHIPPED), 300)
         self.packets = []
         self.changes = []
         self.failures = []

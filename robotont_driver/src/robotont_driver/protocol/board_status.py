@@ -125,8 +125,7 @@ class BoardHealth:
         self.status = None
         self.identity = None
         self._text_fault = ""   # of a board without status
-        self._foreign = 0       # number of wheels in the board's packets, when it is another one than ours
-        self._suspect = 0       # the same, of the newest such packet
+        self._foreign = False   # whether the newest packet was one of another number of wheels
         self._fleeting = deque(maxlen=1)  # a fault that no report has shown yet
         self._heard = 0         # packets, since the voltage was taken
         self._shown = ""
@@ -139,18 +138,16 @@ class BoardHealth:
     @property
     def obstacle(self):
         """Why the board must not be driven; empty when it may."""
-        if self.identity:
-            return self.identity.obstacle(self._wheels, self._rate)
-        return f"the board drives {self._foreign} wheels, wheelAmount is {self._wheels}" if self._foreign else ""
+        return self.identity.obstacle(self._wheels, self._rate) if self.identity else ""
 
     @property
     def wants_identity(self):
         """Whether the board is able to identify itself and has not done so yet."""
-        return self.identity is None and (self.status is not None or bool(self._suspect))
+        return self.identity is None and (self.status is not None or self._foreign)
 
     def hear_packet(self, status):
         """A packet of this robot's board, with its BoardStatus; None from firmware before 2.0."""
-        self._foreign = self._suspect = 0
+        self._foreign = False
         self._heard += 1
         if status is None or status is self.status:
             return
@@ -167,9 +164,9 @@ class BoardHealth:
         self._heard = 0
         return self.status.voltage
 
-    def hear_foreign_packet(self, wheels):
-        """A whole packet of a board with that many wheels; the CRC lets one spoilt packet in 65 536 pass."""
-        self._foreign, self._suspect = (wheels if wheels == self._suspect else 0), wheels
+    def hear_foreign_packet(self):
+        """A whole packet of a board with another number of wheels: it is asked for its identity, which has it."""
+        self._foreign = True
 
     def hear_text(self, text):
         """Take a line of text. Returns whether it is the banner of a board that has just started."""

@@ -29,11 +29,7 @@ class PacketError(ValueError):
 
 
 class ForeignPacketError(PacketError):
-    """A valid checked packet of a board with another number of `wheels`."""
-
-    def __init__(self, wheels, text):
-        super().__init__("fields", text)
-        self.wheels = wheels
+    """A valid checked packet of a board with another number of wheels."""
 
 
 def packet_form(wheels, decimals):
@@ -120,7 +116,7 @@ class CheckedPacket:
         self.totals = tuple([int(total, 16) for total in totals.split(":")[1:]])
         if len(self.totals) != wheels:
             found = len(self.totals)
-            raise ForeignPacketError(found, f"{found} totals instead of {wheels} in {line[:60]!r}")
+            raise ForeignPacketError("fields", f"{found} totals instead of {wheels} in {line[:60]!r}")
         self.counts = parse_packet(counts + ";", wheels)
         if not self.counts.is_whole or (status and len(status) not in (wheels + 6, wheels + 11)):
             raise PacketError("fields", f"not {wheels} whole counts and faults in {line[:60]!r}")

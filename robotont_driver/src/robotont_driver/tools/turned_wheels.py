@@ -83,7 +83,7 @@ def show(text):
 
 def try_motors(line, wheels):
     """Drive one motor after another; whether all are right."""
-    tried = BringUp(line, wheels.amount, counts_in_reach(wheels), wheels.pid_frequency)
+    tried = BringUp(line, wheels, counts_in_reach(wheels))
     tried.prepare()
     return bring_up(tried, wheels.amount, show)
 
@@ -91,7 +91,7 @@ def try_motors(line, wheels):
 def tune_motors(line, wheels, most):
     """Step one wheel after another, no faster than `most` [edges/period]; whether numbers are proposed."""
     with tune.keys() as pressed:
-        tuned = tune.Tune(line, wheels.amount, counts_in_reach(wheels), wheels.pid_frequency, most, pressed)
+        tuned = tune.Tune(line, wheels, counts_in_reach(wheels), most, pressed)
         tuned.prepare()
         return tune.tune(tuned, wheels.amount, wheels.pid_frequency, most, show)
 

@@ -36,6 +36,4 @@ def make_dialect(name, wheels, reach, board_distance=DISTANCE):
         return Recognised(wheels, lambda found: make_dialect(found, wheels, reach, board_distance))
     if name in (Robotont2.name, Robotont3.name):
         return (Robotont2 if name == Robotont2.name else Robotont3)(wheels, reach, board_distance)
-    if name == Robotont2018.name:
-        return Robotont2018(wheels, reach)
-    return (Plain if name == Plain.name else Checked)(wheels, reach)
+    return {kind.name: kind for kind in (Plain, Checked, Robotont2018)}[name](wheels, reach)

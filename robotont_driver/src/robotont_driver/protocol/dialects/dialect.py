@@ -43,7 +43,6 @@ class Dialect:
     doubts = 0     # gaps in which the board may have restarted
     newest_error = ""  # description of the newest line that was not used
     banner = ""    # newest start-up banner of the board
-    fault = ""     # that the board reports
     obstacle = ""  # why the board cannot be driven
     doubt = ""     # about the robot's wheels on this board, which can be driven if its robot says so
 
@@ -51,7 +50,6 @@ class Dialect:
         self.wheels = wheels
         self.dropped = Counter()  # lines that were not used, by reason
         self._readings = []
-        self._splitter = LineSplitter()
 
     @property
     def spoken(self):
@@ -73,8 +71,7 @@ class Dialect:
 
         Call it once per report of the diagnostics: it may contain what is new since the last one.
         """
-        return [message for message in (self.obstacle, self.fault) if message], [], {
-            "board": self.banner}
+        return [self.obstacle] if self.obstacle else [], [], {"board": self.banner}
 
     def tick(self, now):
         """Advance the time while no data arrives."""
@@ -111,7 +108,15 @@ class Dialect:
 
 
 class LineDialect(Dialect):
-    """A dialect of text lines: `read_line(text, now)` gets each and may raise PacketError."""
+    """A dialect of text lines: `read_line(text, now)` gets each and may raise PacketError.
+
+    reach: edges that a motor can make in one period; more is taken for an error.
+    """
+
+    def __init__(self, wheels, reach):
+        super().__init__(wheels)
+        self._reach = reach
+        self._splitter = LineSplitter()
 
     def connect(self, now):
         """Begin a new connection."""
@@ -124,6 +129,15 @@ class LineDialect(Dialect):
     def read_line(self, text, now):
         """List of `Packet` that the line completes. Raises PacketError."""
         raise NotImplementedError
+
+    def check_reach(self, edges):
+        """Raise PacketError where a wheel (n) has made more edges in a period than its motor can."""
+        if max(map(abs, edges)) > self._reach:
+            raise PacketError("reach", f"more than {self._reach} edges in one period")
+
+    def count(self, recovered):
+        """Take over the numbers of what `recovered`, a LostPackets or PoseTracker, has counted so far."""
+        self.repaired, self.restarts, self.doubts = recovered.repaired, recovered.restarts, recovered.doubts
 
 
 def decode(line):

@@ -1,70 +1,48 @@
-"""The thesis' packets, `m0:m1:m2;`, as boards with this project's firmware or the thesis' own use them."""
+"""The thesis' packets, `m0:m1:m2;`, as boards with the thesis' own firmware use them."""
 
-import math
-from operator import attrgetter
-
-from robotont_driver.protocol.dialects.dialect import Dialect, Power
-from robotont_driver.protocol.dialects.echo import EchoWatch
-from robotont_driver.protocol.feedback_reader import FeedbackReader
+from robotont_driver.protocol.dialects.dialect import LineDialect
+from robotont_driver.protocol.packet import PacketError, parse_packet
 
 ECHO = ("the board sends back what it gets: it runs a REPL or another firmware (./robotont flash), or the line is a "
-        "loop; nothing is published on serial_read")
+        "loop; nothing of it is published on serial_read")
 
 
-def _of_reader(name):
-    """An attribute that the FeedbackReader, or a part of it, holds."""
-    find = attrgetter("_reader." + name)
-    return property(lambda dialect: find(dialect))
+class Plain(LineDialect):
+    """Plain packets both ways; what stands behind a semicolon is ignored.
 
-
-class Plain(Dialect):
-    """Plain packets both ways; what stands behind a semicolon is ignored."""
+    Encoders count whole edges, so a packet with decimals is a command that has come back.
+    """
 
     name = "plain"
-    packets = _of_reader("packets")
-    repaired = _of_reader("lost.repaired")
-    restarts = _of_reader("lost.restarts")
-    doubts = _of_reader("lost.doubts")
-    newest_error = _of_reader("newest_error")
-    banner = _of_reader("health.banner")
-    fault = _of_reader("health.fault")
-    obstacle = _of_reader("health.obstacle")
-
-    def __init__(self, wheels, reach):
-        super().__init__(wheels)
-        self._reader = FeedbackReader(wheels.amount, reach, wheels.pid_frequency, self.name)
-        self._echo = EchoWatch()
-        self.dropped = self._reader.dropped
+    _first = True    # whether no line has come yet
+    _echoes = False  # whether the newest packet was an echo
 
     def connect(self, now):
         """Begin a new connection."""
-        self._reader.connect()
-        self._echo.connect()
+        super().connect(now)
+        self.banner, self._first, self._echoes = "", True, False
 
     @property
     def complaint(self):
         """A warning when the line returns an echo instead of packets; empty otherwise."""
-        return ECHO if self._echo.echoing else ""
+        return ECHO if self._echoes else ""
 
-    def feed(self, data, now):
-        """List of `Packet` that `data` completes, missed periods included; none from a board that sends an echo."""
-        reader = self._reader
-        packets = reader.feed(data, now)
-        voltage = reader.health.take_voltage()
-        if voltage:
-            self._readings = [Power(voltage, math.nan)]
-        if not reader.checked:  # no echo is a checked packet of counts
-            self._echo.received(data)
-            packets = [] if self._echo.echoing else packets
-        return packets
-
-    def report_board(self):
-        """(errors, warnings, values) of the board's status, identity and notices."""
-        return self._reader.health.report()
+    def read_line(self, text, now):
+        """List of `Packet` that the line completes. Raises PacketError."""
+        first, self._first = self._first, False
+        if not text or text.startswith("#"):
+            self.banner = text[1:].strip() or self.banner
+            return []
+        if first:
+            raise PacketError("first line", "the first line may be incomplete")
+        values, semicolon, _ = text.partition(";")
+        self._echoes = bool(semicolon) and "." in values
+        if self._echoes:
+            raise PacketError("decimals", f"counts with decimals in {text[:40]!r}")
+        counts = parse_packet(text, self.wheels.amount)
+        self.check_reach(counts)
+        return [counts]
 
     def encode(self, command):
-        """The packet as it is, with a CRC where the board reads one; see `FeedbackReader.encode`."""
-        line = self._reader.encode(command.text)
-        if not self._reader.checked:
-            self._echo.sent(line)
-        return line
+        """The packet as it is."""
+        return command.text.encode("ascii")

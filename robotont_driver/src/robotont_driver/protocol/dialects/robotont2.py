@@ -33,7 +33,7 @@ class Robotont2(LineDialect):
 
     def __init__(self, wheels, reach, distance=DISTANCE):
         """Raises DialectError when the board cannot have these wheels. distance [m]: as the board's firmware has it."""
-        super().__init__(wheels)
+        super().__init__(wheels, reach)
         self._board_wheels = BoardWheels(wheels, distance)
         usual = PUSHED * self.fastest * PERIOD * self._board_wheels.edges_per_metre
         self._tracker = PoseTracker(self._board_wheels, reach, usual)
@@ -62,10 +62,9 @@ class Robotont2(LineDialect):
     def feed(self, data, now):
         """List of `Packet` that `data` completes, those of lost lines included."""
         packets = super().feed(data, now)
-        tracker = self._tracker
-        self.repaired, self.restarts, self.doubts = tracker.repaired, tracker.restarts, tracker.doubts
-        if tracker.inconsistent:
-            self.dropped["inconsistent"] = tracker.inconsistent
+        self.count(self._tracker)
+        if self._tracker.inconsistent:
+            self.dropped["inconsistent"] = self._tracker.inconsistent
         return packets
 
     def read_line(self, text, now):

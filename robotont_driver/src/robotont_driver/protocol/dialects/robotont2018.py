@@ -31,13 +31,12 @@ class Robotont2018(LineDialect):
 
     def __init__(self, wheels, reach):
         """Raises DialectError when the board cannot have these wheels."""
-        super().__init__(wheels)
+        super().__init__(wheels, reach)
         if wheels.amount != WHEELS:
             raise DialectError(f"wheelAmount: found {wheels.amount}, allowed: {WHEELS}, for the board has three motors")
         if abs(wheels.pid_frequency * PERIOD - 1) > 1e-6:
             raise DialectError(f"pidControlFrequency: found {wheels.pid_frequency:g}, allowed: {1 / PERIOD:g} [Hz], "
                                "the rate of the board's feedback")
-        self._reach = reach
         self._rest = [0.0] * WHEELS  # [edges] fractions of edges that no packet has contained yet
         self._rounding = CarriedRounding(WHEELS, 0, hold=1.0)  # its time counts lines: each is held for as long
         self._lines = 0
@@ -56,8 +55,7 @@ class Robotont2018(LineDialect):
             windows = (PERIOD + self._written * BYTE) / WINDOW
             self._written = 0
             edges = [windows * int(field) for field in match.groups()]
-            if max(map(abs, edges)) > self._reach:
-                raise PacketError("reach", f"more than {self._reach} edges in one period")
+            self.check_reach(edges)
             return [self._share(edges)]
         if text and not is_line(text):
             raise PacketError("unknown", f"neither Encoders nor Setpoints or Temperatures: {text[:40]!r}")

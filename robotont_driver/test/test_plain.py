@@ -1,10 +1,9 @@
-"""The dialect of the thesis' packets: what is read, what is dropped, and what is an echo."""
+"""The dialect of the thesis' packets: what is read and what is dropped. Echoes: test_echo.py."""
 
 import pytest
 
 from robotont_driver.kinematics.wheel_params import read_wheels
-from robotont_driver.protocol.dialects.plain import ECHO, Plain
-from robotont_driver.protocol.packet import parse_packet
+from robotont_driver.protocol.dialects.plain import Plain
 from robotont_testing.robots import SHIPPED
 
 
@@ -26,14 +25,3 @@ def test_what_is_read_and_what_is_dropped(data, packets, dropped):
     plain.connect(0.0)
     assert plain.feed(b"2:2:3;\n1:2:3;\n", 0.0) == [(1, 2, 3)], "the first line may lack its head"
     assert plain.dropped == {**dropped, "first line": 1}
-
-
-@pytest.mark.parametrize("prompt", [b"", b">>> "])
-def test_a_board_that_sends_back_what_it_gets_is_named_and_nothing_of_it_is_counted(prompt):
-    plain = Plain(read_wheels(SHIPPED), 300)
-    assert plain.feed(b"\n1:2:3;\n", 0.0) == [(1, 2, 3)]
-    for packet in ("0.00:0.00:0.00;\n", "10.25:-3.00:0.50;\n"):
-        assert plain.feed(prompt + plain.encode(parse_packet(packet, 3)), 0.0) == []
-        assert plain.complaint == ECHO
-    assert plain.feed(b"3:3:3;\n", 0.0) == [(3, 3, 3)]
-    assert plain.complaint == ""

@@ -1,7 +1,7 @@
 """What the board reports about itself: the status in every packet, its identity and its messages, as readable text.
 
 See docs/protocol.md. The status travels under the CRC of every checked packet, so it can neither be lost nor go
-stale. Boards with firmware before 2.0 have no status; they report each fault once, as text.
+stale. Boards with firmware before 2.0 have no status; what they say is shown as it is.
 """
 
 import re
@@ -39,9 +39,9 @@ class BoardStatus(NamedTuple):
 
     @classmethod
     @lru_cache(maxsize=8)  # it is the same in almost all packets
-    def parse(cls, text, wheels=None):
+    def parse(cls, text, wheels):
         """From the field's hexadecimal text FFMMRRW...VVVLL; without VVVLL from firmware 2.0."""
-        end = len(text) if wheels is None else 6 + wheels
+        end = 6 + wheels
         measured = (int(text[end:end + 3], 16) / 100, int(text[end + 3:], 16)) if len(text) > end else ()
         return cls(*(int(text[at:at + 2], 16) for at in (0, 2, 4)), tuple(int(digit, 16) for digit in text[6:end]),
                    *measured)
@@ -124,7 +124,6 @@ class BoardHealth:
         """Begin a new connection: forget all about the board."""
         self.status = None
         self.identity = None
-        self._text_fault = ""   # of a board without status
         self._foreign = False   # whether the newest packet was one of another number of wheels
         self._fleeting = deque(maxlen=1)  # a fault that no report has shown yet
         self._heard = 0         # packets, since the voltage was taken
@@ -133,7 +132,7 @@ class BoardHealth:
     @property
     def fault(self):
         """Description of what has stopped the motors; empty when nothing has."""
-        return self.status.fault if self.status is not None else self._text_fault
+        return self.status.fault if self.status else ""
 
     @property
     def obstacle(self):
@@ -155,7 +154,8 @@ class BoardHealth:
             self._missed += (status.missed - self.status.missed) % 256
             self._refused += (status.refused - self.status.refused) % 256
         self.status = status
-        self._note_fault()
+        if self.fault and self.fault != self._shown:
+            self._fleeting.append(self.fault)
 
     def take_voltage(self):
         """The battery's voltage [V], once a second; else, and where the board does not measure it, 0."""
@@ -176,20 +176,12 @@ class BoardHealth:
         if text.startswith("identity "):
             self.identity = Identity.parse(text[len("identity "):])
             return False
-        if text.startswith("fault"):
-            self._text_fault = "" if text == "fault cleared" else text
-            self._note_fault()
         if not text.startswith("robotont"):
             return False
         self.banner = text
         self.connect()
         self.identity = Identity.parse(text)
         return True
-
-    def _note_fault(self):
-        fault = self.fault
-        if fault and fault != self._shown:
-            self._fleeting.append(fault)
 
     def report(self):
         """(errors, warnings, values) for the diagnostics, since the last call: call it once per report.

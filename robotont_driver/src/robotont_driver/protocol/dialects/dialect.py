@@ -3,7 +3,7 @@
 from collections import Counter
 from typing import NamedTuple, Tuple
 
-from robotont_driver.protocol.line_splitter import LineSplitter, read_lines
+from robotont_driver.protocol.line_splitter import LineSplitter
 from robotont_driver.protocol.packet import Packet, PacketError
 
 
@@ -123,8 +123,19 @@ class LineDialect(Dialect):
         self._splitter = LineSplitter()
 
     def feed(self, data, now):
-        """List of `Packet` that `data` completes."""
-        return read_lines(self, self._splitter, data, lambda line: self.read_line(decode(line), now))
+        """List of `Packet` that `data` completes; lines that are refused are counted in `dropped`, by kind."""
+        packets = []
+        for line in self._splitter.feed(data):
+            try:
+                packets += self.read_line(decode(line), now)
+            except PacketError as error:
+                self.dropped[error.kind] += 1
+                self.newest_error = str(error)
+        if self._splitter.overlong:
+            self.dropped["overlong"] += self._splitter.overlong
+            self._splitter.overlong = 0
+        self.packets += len(packets)
+        return packets
 
     def read_line(self, text, now):
         """List of `Packet` that the line completes. Raises PacketError."""

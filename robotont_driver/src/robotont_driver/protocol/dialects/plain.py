@@ -44,7 +44,7 @@ class Plain(LineDialect):
         if first:
             raise PacketError("first line", "the first line may be incomplete")
         counts = parse_packet(text, self.wheels.amount)
-        if not counts.is_whole:
+        if "." in counts.text:
             raise PacketError("decimals", f"counts with decimals in {text[:40]!r}")
         self.check_reach(counts)
         return [counts]

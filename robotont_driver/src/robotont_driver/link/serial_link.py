@@ -67,22 +67,16 @@ class SerialLink:
         with self._lock:
             self.writer.outbox.pacing = pacing
 
-    def earliest_arrival(self):
-        """[s] on the monotonic clock: when a message that is handled now may have arrived at the earliest."""
-        with self._lock:
-            return self.stalls.earliest_arrival(time.monotonic())
-
-    def send(self, packet, arrived=None):
+    def send(self, packet):
         """Send bytes as soon as the line takes them. Never blocks; a newer packet replaces a waiting one.
 
-        arrived: `earliest_arrival` of the command; None: as of now. Older than `write_timeout` it is not sent.
-        After `close` nothing is sent any more: its packet is the last one.
+        What may have waited for this process for `write_timeout` is not sent, and nothing after `close`.
         """
         with self._lock:
             if self._closing:
                 return
             now = time.monotonic()
-            deadline = (self.stalls.earliest_arrival(now) if arrived is None else arrived) + self._write_timeout
+            deadline = self.stalls.earliest_arrival(now) + self._write_timeout
             if deadline <= now:
                 self.outdated += 1
                 return

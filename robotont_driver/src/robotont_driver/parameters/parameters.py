@@ -2,15 +2,11 @@
 
 import difflib
 import math
-import reprlib
 import shutil
 import textwrap
 from typing import Any, NamedTuple, Optional, Tuple
 
 LONGEST_SHOWN = 200  # characters of a found value in messages
-_SHORT = reprlib.Repr()
-_SHORT.maxlevel, _SHORT.maxlist, _SHORT.maxdict = 2, 20, 20
-_SHORT.maxstring = _SHORT.maxlong = _SHORT.maxother = LONGEST_SHOWN
 
 
 class ParameterError(ValueError):
@@ -81,11 +77,8 @@ def fault(name, found, allowed):
 
 
 def shown(value):
-    """A value as Python writes it, of bounded length; it may be anything that a file or a message can contain."""
-    try:
-        return _SHORT.repr(value)[:LONGEST_SHOWN]
-    except ValueError:  # Python writes no number of more than 4300 digits
-        return "a whole number of thousands of digits"
+    """A value as Python writes it, of bounded length."""
+    return repr(value)[:LONGEST_SHOWN]
 
 
 def read_parameters(table, given):

@@ -7,9 +7,9 @@ import time
 
 import pytest
 
+from robotont_driver.kinematics.wheel_params import read_wheels
 from robotont_driver.link.serial_link import SerialLink
 from robotont_driver.protocol.checksum import add_checksum
-from robotont_driver.kinematics.wheel_params import read_wheels
 from robotont_driver.protocol.dialects.checked import Checked
 from robotont_driver.protocol.packet import format_packet
 from robotont_driver.timing.starvation import StallWatch

@@ -8,10 +8,10 @@ from geometry_msgs.msg import Twist, TwistStamped
 from std_msgs.msg import Bool, String
 from std_srvs.srv import Trigger, TriggerResponse
 
+from robotont_driver.command.command_age import Arrivals
 from robotont_driver.command.command_stream import CommandStream
 from robotont_driver.command.emergency_stop import EmergencyStop
 from robotont_driver.command.limits import Limits
-from robotont_driver.command.message_age import Arrivals
 from robotont_driver.command.timeouts import PUBLISH_RATE, WRITE_TIMEOUT, check_repetition
 from robotont_driver.kinematics.kinematics import Kinematics
 from robotont_driver.parameters.parameters import Parameter

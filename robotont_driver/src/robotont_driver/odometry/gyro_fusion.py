@@ -6,9 +6,9 @@ from typing import NamedTuple, Tuple
 
 from robotont_driver.odometry.covariance import Covariance
 from robotont_driver.odometry.gyro import SECOND, Rows
-from robotont_driver.odometry.turn_agreement import TurnAgreement
-from robotont_driver.odometry.turn_integral import TurnIntegral
-from robotont_driver.odometry.turn_watch import TurnWatch
+from robotont_driver.odometry.gyro_agreement import TurnAgreement
+from robotont_driver.odometry.gyro_samples import TurnIntegral
+from robotont_driver.odometry.slip_by_gyro import TurnWatch
 from robotont_driver.odometry.wheel_noise import PATH_VARIANCE
 
 LEAP = 5.0              # [periods] more than this between the stamps of two packets is a leap; ...

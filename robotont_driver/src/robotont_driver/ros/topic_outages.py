@@ -12,7 +12,7 @@ from urllib.parse import urlsplit
 
 import rospy
 
-from robotont_driver.command.message_age import Link
+from robotont_driver.command.command_age import Link
 from robotont_driver.ros.clocks import boot_time
 from robotont_driver.ros.rospy_internals import ANSWER_WITHIN, connect_anew, connections, disconnect
 from robotont_driver.ros.worker import Worker

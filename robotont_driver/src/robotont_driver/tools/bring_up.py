@@ -24,7 +24,7 @@ class BringUpError(Exception):
 
 
 class BringUp:
-    """Talks to the firmware over an open serial `line` (time-out 0 to 0.1 s). wheels: `Wheels`; reach: as a dialect's."""
+    """Talks to the firmware over an open serial `line` (time-out 0 to 0.1 s). wheels, reach: as of a dialect."""
 
     needed = (2, 1)  # firmware
 

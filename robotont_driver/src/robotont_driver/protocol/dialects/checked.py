@@ -1,4 +1,4 @@
-"""This project's packets, with a CRC, a counter and encoder totals behind the semicolon; see docs/protocol.md."""
+"""Packets with a CRC, a counter and encoder totals behind the semicolon; see docs/protocol.md."""
 
 import math
 import re

@@ -21,13 +21,9 @@ FULL_LINE = 0.005   # [s] after which a driver that still has bytes to send is c
 class SerialLink:
     """Keeps a serial port open, in one thread, and survives whatever happens to it.
 
-    received(data): called with bytes as they come. changed(trouble): called once per change, with None
-    when the port is open and with a message when it is not; both are called from the link's thread.
+    It calls received(data) with bytes as they come; changed(trouble) once per change, with None when the port is open
+    and with a message when it is not; failed(error) with an exception out of these or its own, and goes on.
     stop_packet() gives the bytes that are sent once when nothing was sent for `write_timeout` [s]; it may give none.
-    failed(error): called with an exception that one of these calls, or the link itself, has raised; the link goes on.
-
-    Lines are never joined in one write, and with `pace` no line follows another too soon. What waited for this process
-    while it was stopped or starved for `write_timeout` is not sent.
     """
 
     def __init__(self, port, baudrate, received, changed, stop_packet, failed, write_timeout=0.5, retry_period=0.5):

@@ -1,8 +1,7 @@
 """Watches the network to the publishers on other machines, and connects to them anew when it comes back.
 
 After an outage of T seconds TCP sends again only up to T seconds later, for it doubles its pause with every failed
-attempt: after 30 s without Wi-Fi a robot would stand for up to another 30 s. A new connection needs a fraction of a
-second. It brings nothing old, either.
+attempt. A new connection needs a fraction of a second, and brings nothing old.
 """
 
 import contextlib

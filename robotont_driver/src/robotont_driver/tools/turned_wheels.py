@@ -5,14 +5,13 @@ drives one motor after another, and with --tune, which measures them.
 """
 
 import math
-import select
 import sys
 import time
 
 import serial
 
 from robotont_driver.kinematics.motor import counts_in_reach
-from robotont_driver.link.port import claimed, explain, usb_id
+from robotont_driver.link.port import claimed, explain, heard, usb_id
 from robotont_driver.parameters.command_line import CommandLine
 from robotont_driver.protocol.dialects import expect_dialect
 from robotont_driver.protocol.dialects.dialect import DialectError
@@ -65,15 +64,12 @@ class TurnedWheels:
 
 def watch(port, dialect, turned, seconds):
     """Print what the wheels do for a time [s]. Raises OSError."""
-    with serial.Serial(port, 115200, timeout=0, exclusive=True) as line:
-        dialect.usb_id = usb_id(port)
-        dialect.connect(time.monotonic())
-        end = time.monotonic() + seconds
-        while time.monotonic() < end:
-            if select.select([line.fileno()], [], [], max(0.0, end - time.monotonic()))[0]:
-                for packet in dialect.feed(line.read(4096), time.monotonic()):
-                    for text in turned.add(packet):
-                        print(text, flush=True)
+    dialect.usb_id = usb_id(port)
+    dialect.connect(time.monotonic())
+    for data in heard(port, 115200, seconds):
+        for packet in dialect.feed(data, time.monotonic()):
+            for text in turned.add(packet):
+                print(text, flush=True)
 
 
 def show(text):

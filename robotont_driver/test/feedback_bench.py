@@ -14,7 +14,7 @@ class Reader(Checked):
     """The dialect, of a robot with three wheels, by the clock of the `Sender`s."""
 
     def __init__(self):
-        super().__init__(read_wheels(SHIPPED), REACH)
+        super().__init__(read_wheels(SHIPPED))
 
     def feed(self, data):
         """As the packet that was made last arrives."""

@@ -37,7 +37,7 @@ def test_an_echo_of_the_same_command_all_the_time_is_recognised_where_no_counts_
 
 
 def test_plain_packets_are_published_until_they_are_an_echo():
-    dialect = make_dialect("plain", official_wheels(), 300)
+    dialect = make_dialect("plain", official_wheels())
     dialect.feed(b"\n", 0.0)
     packets = [dialect.feed(dialect.encode(parse_packet(packet, 3)), 0.0) for packet in commands(12, 0)]
     assert packets[0] == [(10, 0, 0)]

@@ -14,7 +14,7 @@ from robotont_testing.robots import SHIPPED
     ((b"1" * 5000 + b"\n1:2:3;\r\n") * 2, [(1, 2, 3)] * 2, {"overlong": 2}),
 ])
 def test_what_is_read_and_what_is_dropped(data, packets, dropped):
-    plain = Plain(read_wheels(SHIPPED), 300)
+    plain = Plain(read_wheels(SHIPPED))
     for _ in range(2):  # connections
         plain.connect(0.0)
         plain.dropped.clear()

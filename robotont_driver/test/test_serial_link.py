@@ -25,7 +25,7 @@ class Ends:
     """A link under test with all that it reports."""
 
     def __init__(self, port, baudrate=115200, **options):
-        self.reader = Checked(read_wheels(SHIPPED), 300)
+        self.reader = Checked(read_wheels(SHIPPED))
         self.packets = []
         self.changes = []
         self.failures = []

@@ -55,6 +55,6 @@ class LiftedRobot:
     def tune(self, most=MOST, pressed=lambda: False):
         """(whether there is a proposal, what was printed)."""
         lines = []
-        tuned = Tune(self, WHEELS, 321, most, pressed, self.clock)
+        tuned = Tune(self, WHEELS, most, pressed, self.clock)
         tuned.prepare()
         return tune(tuned, 3, config.RATE, most, lines.append), "\n".join(lines)

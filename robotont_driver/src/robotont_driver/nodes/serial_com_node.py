@@ -56,8 +56,7 @@ class SerialComNode:
         self._wheels = wheels.amount
         self._parameters = parameters
         try:
-            self._dialect = expect_dialect(parameters["packets"], wheels, counts_in_reach(wheels),
-                                           parameters["board_wheel_distance"])
+            self._dialect = expect_dialect(parameters["packets"], wheels, parameters["board_wheel_distance"])
         except DialectError as error:
             rospy.logfatal("~packets is %s, but its board cannot have these wheels: %s", parameters["packets"], error)
             raise SystemExit(1) from None

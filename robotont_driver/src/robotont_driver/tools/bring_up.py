@@ -24,15 +24,15 @@ class BringUpError(Exception):
 
 
 class BringUp:
-    """Talks to the firmware over an open serial `line` (time-out 0 to 0.1 s). wheels, reach: as of a dialect."""
+    """Talks to the firmware over an open serial `line` (time-out 0 to 0.1 s). wheels: `Wheels`."""
 
     needed = (2, 1)  # firmware
 
-    def __init__(self, line, wheels, reach, clock=time.monotonic):
+    def __init__(self, line, wheels, clock=time.monotonic):
         self._line = line
         self._clock = clock
         self._wheels = wheels.amount
-        self._reader = Checked(wheels, reach)
+        self._reader = Checked(wheels)
 
     def prepare(self):
         """Wait until the board waits for nothing but orders. Raises BringUpError."""

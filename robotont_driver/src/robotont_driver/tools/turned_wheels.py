@@ -10,7 +10,6 @@ import time
 
 import serial
 
-from robotont_driver.kinematics.motor import counts_in_reach
 from robotont_driver.link.port import claimed, explain, heard, usb_id
 from robotont_driver.parameters.command_line import CommandLine
 from robotont_driver.protocol.dialects import expect_dialect
@@ -79,7 +78,7 @@ def show(text):
 
 def try_motors(line, wheels):
     """Drive one motor after another; whether all are right."""
-    tried = BringUp(line, wheels, counts_in_reach(wheels))
+    tried = BringUp(line, wheels)
     tried.prepare()
     return bring_up(tried, wheels.amount, show)
 
@@ -87,7 +86,7 @@ def try_motors(line, wheels):
 def tune_motors(line, wheels, most):
     """Step one wheel after another, no faster than `most` [edges/period]; whether numbers are proposed."""
     with tune.keys() as pressed:
-        tuned = tune.Tune(line, wheels, counts_in_reach(wheels), most, pressed)
+        tuned = tune.Tune(line, wheels, most, pressed)
         tuned.prepare()
         return tune.tune(tuned, wheels.amount, wheels.pid_frequency, most, show)
 
@@ -126,7 +125,7 @@ def main(arguments=None):
     try:
         found = read_robot(options.robot)
         wheels = found.wheels
-        dialect = expect_dialect(found.packets, wheels, counts_in_reach(wheels))
+        dialect = expect_dialect(found.packets, wheels)
     except (DialectError, ValueError, OSError) as error:
         print(f"turned_wheels: {error}", file=sys.stderr)
         return 1

@@ -21,9 +21,9 @@ class Checked(LineDialect):
 
     name = "checked"
 
-    def __init__(self, wheels, reach):
-        super().__init__(wheels, reach)
-        self.lost = LostPackets(reach, self.dropped)
+    def __init__(self, wheels):
+        super().__init__(wheels)
+        self.lost = LostPackets(self._reach, self.dropped)
         self.health = BoardHealth(wheels.amount, wheels.pid_frequency)
 
     @property

@@ -3,6 +3,7 @@
 from collections import Counter
 from typing import NamedTuple, Tuple
 
+from robotont_driver.kinematics.motor import counts_in_reach
 from robotont_driver.protocol.line_splitter import LineSplitter
 from robotont_driver.protocol.packet import Packet, PacketError
 
@@ -108,14 +109,11 @@ class Dialect:
 
 
 class LineDialect(Dialect):
-    """A dialect of text lines: `read_line(text, now)` gets each and may raise PacketError.
+    """A dialect of text lines: `read_line(text, now)` gets each and may raise PacketError."""
 
-    reach: edges that a motor can make in one period; more is taken for an error.
-    """
-
-    def __init__(self, wheels, reach):
+    def __init__(self, wheels):
         super().__init__(wheels)
-        self._reach = reach
+        self._reach = counts_in_reach(wheels)  # [edges] more in one period is taken for an error
         self._splitter = LineSplitter()
 
     def connect(self, now):

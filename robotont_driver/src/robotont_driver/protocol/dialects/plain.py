@@ -13,8 +13,8 @@ class Plain(LineDialect):
 
     name = "plain"
 
-    def __init__(self, wheels, reach):
-        super().__init__(wheels, reach)
+    def __init__(self, wheels):
+        super().__init__(wheels)
         self._echo = EchoWatch()
         self._first = True  # whether no line has come yet
 

@@ -31,12 +31,12 @@ class Robotont2(LineDialect):
     goodbye = b"\x1b"
     fastest = 0.30      # [m/s] the board limits each wheel to this by itself, which would bend the path
 
-    def __init__(self, wheels, reach, distance=DISTANCE):
+    def __init__(self, wheels, distance=DISTANCE):
         """Raises DialectError when the board cannot have these wheels. distance [m]: as the board's firmware has it."""
-        super().__init__(wheels, reach)
+        super().__init__(wheels)
         self._board_wheels = BoardWheels(wheels, distance)
         usual = PUSHED * self.fastest * PERIOD * self._board_wheels.edges_per_metre
-        self._tracker = PoseTracker(self._board_wheels, reach, usual)
+        self._tracker = PoseTracker(self._board_wheels, self._reach, usual)
 
     @property
     def doubt(self):

@@ -29,9 +29,9 @@ class Robotont2018(LineDialect):
     goodbye = b"\x1b"
     pause = 0.03
 
-    def __init__(self, wheels, reach):
+    def __init__(self, wheels):
         """Raises DialectError when the board cannot have these wheels."""
-        super().__init__(wheels, reach)
+        super().__init__(wheels)
         if wheels.amount != WHEELS:
             raise DialectError(f"wheelAmount: found {wheels.amount}, allowed: {WHEELS}, for the board has three motors")
         if abs(wheels.pid_frequency * PERIOD - 1) > 1e-6:

@@ -15,6 +15,7 @@ from robotont_driver.timing.starvation import StallWatch
 
 READ_SIZE = 4096    # [bytes]
 BITS_OF_A_BYTE = 10  # on the serial line, with start and stop
+NOT_TRIED = "not opened yet"
 FULL_LINE = 0.005   # [s] after which a driver that still has bytes to send is checked again
 
 
@@ -37,14 +38,13 @@ class SerialLink:
         self._retry_period = retry_period
         self._tick_period = write_timeout / 8  # [s] of the watch for stalls
         self._lock = threading.Lock()
-        self._tried = False     # whether it has been attempted to open the port
         self.writer = LineWriter(BITS_OF_A_BYTE / baudrate, self._stop_when_silent)
         self._deadline = None   # [s] when to send the stop packet
         self._closing = False
         self._close_by = None   # [s] when to give up sending the last packet
         self._woken, self._wake = os.pipe()
         os.set_blocking(self._wake, False)
-        self.trouble = "not opened yet"  # None while the port is open
+        self.trouble = NOT_TRIED  # None while the port is open
         self.opened = 0         # times
         self.unsent = 0         # packets given while the port was closed
         self.timeouts = 0       # stop packets sent
@@ -157,8 +157,7 @@ class SerialLink:
         self._call(self._changed, None)
 
     def _lost(self, trouble):
-        changed = self.trouble is None or not self._tried
-        self._tried = True
+        changed = self.trouble in (None, NOT_TRIED)
         self.trouble = trouble  # may become another one while the port stays closed
         if changed and not self._closing:
             self._call(self._changed, trouble)

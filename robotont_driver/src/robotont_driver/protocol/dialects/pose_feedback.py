@@ -68,11 +68,6 @@ class PoseTracker:
         self._counts = WholeCounts(3)  # what the motors have made stays counted, whatever the board forgets
         self.forget()
 
-    @property
-    def pose(self):
-        """The newest trusted `PoseLine`; None before the first."""
-        return self._last
-
     def forget(self):
         """Forget the board's pose."""
         self._last = None        # newest trusted line

@@ -48,11 +48,6 @@ class Robotont2(LineDialect):
         """The doubt: a warning."""
         return self.doubt
 
-    @property
-    def board_pose(self):
-        """The newest trusted pose that the board has reported, a `PoseLine`; None before the first."""
-        return self._tracker.pose
-
     def connect(self, now):
         """Begin a new connection."""
         super().connect(now)

@@ -13,7 +13,6 @@ from robotont_driver.protocol.packet import format_packet, parse_packet
 from robotont_testing.dc_motors import Motors
 from robotont_testing.robots import ROBOTONT2
 
-REACH = 300
 REPEAT = 0.05  # [s] after which driver_node repeats a command
 STEP = 0.001   # [s]
 SQUARE = ((0.2, 0, 0), (0, 0.2, 0), (-0.2, 0, 0), (0, -0.2, 0))  # twists, [m/s]
@@ -46,7 +45,7 @@ class Bench:
         self.kinematics = Kinematics(self.wheels)
         self.motors = Motors()
         self.board = BOARDS[name](self.motors, **board)
-        self.dialect = make_dialect(packets or name, self.wheels, REACH)
+        self.dialect = make_dialect(packets or name, self.wheels)
         self.dialect.connect(0.0)
         self.odometry = WheelOdometry(self.kinematics, 0.02, 0.005)
         self.outbox = Outbox()

@@ -2,23 +2,23 @@
 
 import random
 
-from robotont_driver.protocol.feedback_reader import FeedbackReader
+from robotont_driver.kinematics.wheel_params import read_wheels
+from robotont_driver.protocol.dialects.checked import Checked
+from robotont_testing.robots import SHIPPED
 from robotont_testing.stand_in_board import Board
 
 REACH = 300  # [edges per period]
 
 
-class Reader(FeedbackReader):
-    """A reader of packets at 50 Hz, by the clock of the `Sender`s."""
+class Reader(Checked):
+    """The dialect, of a robot with three wheels, by the clock of the `Sender`s."""
+
+    def __init__(self):
+        super().__init__(read_wheels(SHIPPED))
 
     def feed(self, data):
         """As the packet that was made last arrives."""
         return super().feed(data, Sender.now)
-
-
-def reader(mode="auto", wheels=3):
-    """A fresh reader of that mode."""
-    return Reader(wheels, REACH, 50.0, mode)
 
 
 def total(packets):
@@ -31,8 +31,8 @@ class Sender:
 
     now = 0.0
 
-    def __init__(self, wheels=3, start=0, seed=1):
-        self.board = Board("unused", wheels, start_totals=start)
+    def __init__(self, start=0, seed=1):
+        self.board = Board("unused", start_totals=start)
         self.random = random.Random(seed)
         self.sent = []
 

@@ -90,6 +90,7 @@ class OfficialBoardsTest(NodeTest):
         wait_for(lambda: self.wire().startswith(b"\x1b"), "the greeting")
         self.wait_for_status(TASK, OK)
         self.assertEqual(self.counted(), counted)
+        self.port.heard.clear()
         self.processes.stop(self.node)
         wait_for(lambda: self.wire().endswith(b"\x1bRS:0:0:0\n"), "the goodbye")
 

@@ -8,7 +8,7 @@ WHO = "robotont_firmware 2.0.0 wheels 3 rate 50 units edges/period profile ours 
 def health(*texts):
     made = BoardHealth(3, 50.0)
     for text in texts:
-        made.hear_packet(BoardStatus.parse(text))
+        made.hear_packet(BoardStatus.parse(text, 3))
     return made
 
 
@@ -26,7 +26,7 @@ def health(*texts):
 def test_each_fault_and_each_complaint_has_words(text, fault, warning):
     made = health(text)
     made.hear_text(WHO)
-    made.hear_packet(BoardStatus.parse(text))
+    made.hear_packet(BoardStatus.parse(text, 3))
     made.report()
     errors, warnings, values = made.report()
     assert len(errors) == bool(fault)
@@ -68,9 +68,9 @@ def test_a_fault_is_reported_once_although_it_is_over():
     made = health("020000200", "000000000")
     assert "over again: wheel 0" in made.report()[0][0]
     assert made.report()[0] == []
-    made.hear_packet(BoardStatus.parse("020000200"))
+    made.hear_packet(BoardStatus.parse("020000200", 3))
     assert made.report()[0] == [made.fault]
-    made.hear_packet(BoardStatus.parse("000000000"))
+    made.hear_packet(BoardStatus.parse("000000000", 3))
     assert made.report()[0] == [], "it was seen while it stood"
 
 

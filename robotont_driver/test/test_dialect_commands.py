@@ -5,7 +5,7 @@ import math
 import random
 
 import pytest
-from dialect_bench import REACH, Bench, command_of, official_wheels
+from dialect_bench import Bench, command_of, official_wheels
 
 from robotont_boards import BOARDS
 from robotont_driver.kinematics.wheel_params import read_wheels
@@ -34,7 +34,7 @@ GOLDEN = [  # dialect, what differs from the wheels as delivered, twist, line
 @pytest.mark.parametrize("name, wheels, twist, line", GOLDEN)
 def test_worked_values(name, wheels, twist, line):
     wheels = official_wheels(**wheels)
-    assert make_dialect(name, wheels, REACH).encode(command_of(wheels, twist)) == line
+    assert make_dialect(name, wheels).encode(command_of(wheels, twist)) == line
 
 
 @pytest.mark.parametrize("order", itertools.permutations(range(3)))
@@ -43,15 +43,15 @@ def test_any_order_and_sign_of_the_same_wheels_gives_the_same_line(order, positi
     rads = [official_wheels().directions[wheel] + (math.pi if positive == "clockwise" else 0) for wheel in order]
     wheels = official_wheels(wheelRads=rads, positiveRotation=positive)
     twist = (0.07, -0.05, 0.4)
-    assert Robotont2(wheels, REACH).encode(command_of(wheels, twist)) == \
-        Robotont2(official_wheels(), REACH).encode(command_of(official_wheels(), twist))
+    assert Robotont2(wheels).encode(command_of(wheels, twist)) == \
+        Robotont2(official_wheels()).encode(command_of(official_wheels(), twist))
 
 
 def test_other_distances_are_doubted():
-    complaint = Robotont2(read_wheels(SHIPPED), REACH).complaint
+    complaint = Robotont2(read_wheels(SHIPPED)).complaint
     assert "0.125 m" in complaint
     assert "0.145 m" in complaint
-    assert not Robotont2(official_wheels(wheelDistanceFromCenter=0.1472), REACH).complaint
+    assert not Robotont2(official_wheels(wheelDistanceFromCenter=0.1472)).complaint
 
 
 @pytest.mark.parametrize("given, words", [
@@ -61,11 +61,11 @@ def test_other_distances_are_doubted():
 ])
 def test_wheels_that_the_board_cannot_have_are_refused_with_words(given, words):
     with pytest.raises(DialectError, match=words):
-        Robotont2(read_wheels(given), REACH)
+        Robotont2(read_wheels(given))
 
 
 def test_lights_fit_into_the_boards_buffer():
-    lines = Robotont2(official_wheels(), REACH).encode_lights(3, [(255, 255, 255)] * 60)
+    lines = Robotont2(official_wheels()).encode_lights(3, [(255, 255, 255)] * 60)
     assert [line.split(b":")[1] for line in lines] == [b"3", b"23", b"43"]
     assert max(map(len, lines)) <= 254
     assert lines[0].startswith(b"LED:3:16777215:")
@@ -77,7 +77,7 @@ WHITE, RED, DARK = (255, 255, 255), (255, 0, 0), (0, 0, 0)
 @pytest.mark.parametrize("first, colours", [(3, [RED]), (0, [RED] * 60), (10, [RED, WHITE, DARK, WHITE, RED, WHITE]),
                                             (7, [WHITE, RED, RED, RED]), (59, [WHITE])])
 def test_lights_of_generation_3_show_what_was_asked_and_nothing_else(first, colours):
-    dialect = make_dialect("robotont3", official_wheels(), REACH)
+    dialect = make_dialect("robotont3", official_wheels())
     board = BOARDS["robotont3"](Motors(), lights=True)
     plain = BOARDS["robotont3"](Motors())
     longest = b"MS:-0.4000:-0.4000:-0.4000\n"
@@ -97,7 +97,7 @@ def test_lights_of_generation_3_show_what_was_asked_and_nothing_else(first, colo
 
 
 def test_lights_of_generation_3_that_do_not_fit_into_a_transfer_are_not_sent():
-    dialect = make_dialect("robotont3", official_wheels(), REACH)
+    dialect = make_dialect("robotont3", official_wheels())
     assert dialect.encode_lights(10, [WHITE, RED] * 4) == []
     assert dialect.encode_lights(10, []) == []
 

@@ -1,7 +1,7 @@
 """Which board it is: recognised from its first lines, on the bench."""
 
 import pytest
-from dialect_bench import REACH, Bench, official_wheels
+from dialect_bench import Bench, official_wheels
 
 from robotont_driver.kinematics.wheel_params import read_wheels
 from robotont_driver.protocol.dialects import NAMES, expect_dialect, make_dialect
@@ -42,7 +42,7 @@ def test_each_board_is_recognised_within_a_second(name, start):
         talked = [(at, data) for at, data in talked if at >= begin]
         if start == "in the middle of a line":
             talked[0] = (talked[0][0], talked[0][1][7:])
-    dialect = make_dialect("auto", wheels, REACH)
+    dialect = make_dialect("auto", wheels)
     dialect.usb_id = "0483:5740" if name == "robotont3" else "0483:374b"
     opened = 0.0 if start == "cold" else 0.7
     dialect.connect(opened)
@@ -57,7 +57,7 @@ def test_each_board_is_recognised_within_a_second(name, start):
 
 
 def test_a_checked_packet_that_lost_its_trailer_makes_no_plain_board():
-    dialect = make_dialect("auto", official_wheels(), REACH)
+    dialect = make_dialect("auto", official_wheels())
     dialect.connect(0.0)
     (_, one), (_, two), *_ = own_talk(True, 1.0)
     dialect.feed(one.partition(b";")[0] + b";\n", 0.02)
@@ -66,7 +66,7 @@ def test_a_checked_packet_that_lost_its_trailer_makes_no_plain_board():
 
 
 def test_what_is_unknown_is_named_and_gets_plain_packets_after_a_second():
-    dialect = make_dialect("auto", official_wheels(), REACH)
+    dialect = make_dialect("auto", official_wheels())
     dialect.connect(0.0)
     for at, data, words, baudrate in (
             (0.0, b"", "no data from the board", False), (0.1, b"\xfe\x80\x80", r"\xfe\x80\x80", True),
@@ -83,7 +83,7 @@ def test_what_is_unknown_is_named_and_gets_plain_packets_after_a_second():
 
 def confirmed(name, board, usb_id="", wheels=None):
     """The dialect that a robot of the dialect `name` ("auto" for any) uses on a board."""
-    dialect = expect_dialect(name, wheels or official_wheels(), REACH)
+    dialect = expect_dialect(name, wheels or official_wheels())
     dialect.usb_id = usb_id
     dialect.connect(0.0)
     for at, data in talk(board):

@@ -1,11 +1,10 @@
 import pytest
 from dialect_bench import official_wheels
 
-from robotont_driver.kinematics.ideal_motors import IdealMotors
 from robotont_driver.protocol.checksum import add_checksum
 from robotont_driver.protocol.dialects import make_dialect
 from robotont_driver.protocol.dialects.echo import EchoWatch
-from robotont_driver.protocol.packet import format_packet, parse_packet
+from robotont_driver.protocol.packet import WholeCounts, format_packet, parse_packet
 
 
 def commands(number, decimals=2):
@@ -38,7 +37,7 @@ def test_an_echo_of_the_same_command_all_the_time_is_recognised_where_no_counts_
 
 
 def test_plain_packets_are_published_until_they_are_an_echo():
-    dialect = make_dialect("plain", official_wheels(), 300)
+    dialect = make_dialect("plain", official_wheels())
     dialect.feed(b"\n", 0.0)
     packets = [dialect.feed(dialect.encode(parse_packet(packet, 3)), 0.0) for packet in commands(12, 0)]
     assert packets[0] == [(10, 0, 0)]
@@ -48,14 +47,14 @@ def test_plain_packets_are_published_until_they_are_an_echo():
 
 def test_counts_that_are_as_commanded_are_no_echo():
     """Ideal motors at a constant speed, whole units, a packet for each command: the worst case."""
-    watch, motors = EchoWatch(), IdealMotors(3)
+    watch, motors = EchoWatch(), WholeCounts(3)
     for _ in range(100):
         watch.sent(b"0:0:0;\n")
         watch.received(b"0:0:0;\n")
         assert not watch.echoing, "a robot at rest"
     for _ in range(500):
         watch.sent(b"19:0:-19;\n")
-        watch.received(format_packet(motors.follow((19, 0, -19))).encode())
+        watch.received(motors.share((19, 0, -19))[0].text.encode())
         assert not watch.echoing
 
 

@@ -47,7 +47,7 @@ def mutated(data, seed, most=6):
 @settings(max_examples=50)
 @given(st.lists(st.tuples(st.sampled_from(LINES), st.integers(0, 2 ** 32)) | st.binary(max_size=300), max_size=30))
 def test_dialects(name, pieces):
-    dialect = make_dialect(name, read_wheels(ROBOTONT2), 300)
+    dialect = make_dialect(name, read_wheels(ROBOTONT2))
     dialect.connect(0.0)
     for number, piece in enumerate(pieces):
         data = mutated(*piece) if isinstance(piece, tuple) else piece

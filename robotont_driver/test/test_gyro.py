@@ -8,11 +8,11 @@ import pytest
 from robotont_driver.kinematics import se2
 from robotont_driver.kinematics.kinematics import Kinematics
 from robotont_driver.kinematics.wheel_params import read_wheels
-from robotont_driver.odometry.gyro import SECOND, Gyro
+from robotont_driver.odometry.gyro import Gyro
 from robotont_driver.odometry.gyro_fusion import GyroFusion
+from robotont_driver.odometry.gyro_samples import GAP, TurnIntegral
 from robotont_driver.odometry.odometry import WheelOdometry
-from robotont_driver.odometry.turn_integral import GAP, TurnIntegral
-from robotont_driver.timing.packet_stamps import PacketStamps
+from robotont_driver.timing.packet_stamps import SECOND, PacketStamps
 from robotont_testing.robots import SHIPPED
 from robotont_testing.simulated_wheels import PERIOD, counted, mixed_drive, path_of, rolled, still
 

@@ -10,9 +10,10 @@ from robotont_driver.kinematics import se2
 from robotont_driver.kinematics.kinematics import Kinematics
 from robotont_driver.kinematics.wheel_params import read_wheels
 from robotont_driver.nodes.odom_node import GYRO_BIAS_DRIFT, GYRO_SCALE_NOISE, GYRO_SCALE_NOISE_CALIBRATED, PARAMETERS
-from robotont_driver.odometry.gyro import SECOND, Gyro
+from robotont_driver.odometry.gyro import Gyro
 from robotont_driver.odometry.gyro_fusion import GyroFusion
 from robotont_driver.odometry.odometry import WheelOdometry
+from robotont_driver.timing.packet_stamps import SECOND
 from robotont_testing import other_noise
 from robotont_testing.robots import SHIPPED
 

@@ -48,11 +48,8 @@ def test_a_wrong_value_is_named(table, name, value, allowed):
     assert raised.value.faults == [f"~{name}: found {shown(value)}, allowed: {allowed}"]
 
 
-@pytest.mark.parametrize("value", [
-    10 ** 100000, [10 ** 100000], "x" * 10 ** 6, [1] * 10 ** 6, [[[1] * 1000] * 1000] * 1000, {"a": ["b" * 10 ** 6]},
-], ids=["int", "int in a list", "string", "list", "lists", "mapping"])
-def test_whatever_was_found_is_shown_in_a_few_words(value):
-    assert 3 < len(shown(value)) < 300
+def test_what_was_found_is_shown_in_a_few_words():
+    assert 3 < len(shown({"a": ["b" * 10 ** 6]})) < 300
 
 
 @pytest.mark.parametrize("rate, timeout, good", [

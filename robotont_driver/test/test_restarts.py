@@ -5,7 +5,7 @@ import random
 
 import numpy as np
 import pytest
-from dialect_bench import REACH, official_wheels
+from dialect_bench import official_wheels
 
 from robotont_boards.virtual_board import OfficialOdometry
 from robotont_driver.kinematics.kinematics import Kinematics
@@ -108,7 +108,7 @@ class Drive:
         self.chance = random.Random(f"{kind} {seed}")
         self.robot = Robot()
         self.board = BOARDS[kind](self.robot, self.chance)
-        self.dialect = make_dialect(kind, official_wheels(), REACH)
+        self.dialect = make_dialect(kind, official_wheels())
         self.dialect.connect(0.0)
         self.odometry = WheelOdometry(Kinematics(official_wheels()), PERIOD, 1e-6)
         self.now = 0.0

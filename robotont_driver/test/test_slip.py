@@ -7,9 +7,9 @@ from scipy.stats import chi2
 from robotont_driver.kinematics.kinematics import Kinematics
 from robotont_driver.kinematics.wheel_params import read_wheels
 from robotont_driver.odometry.chi_square import chi_square_limit, chi_square_tail
-from robotont_driver.odometry.command_watch import CommandWatch
 from robotont_driver.odometry.odometry import WheelOdometry
-from robotont_driver.odometry.slip import WINDOW, SlipDetector
+from robotont_driver.odometry.slip_by_command import CommandWatch
+from robotont_driver.odometry.slip_by_wheels import WINDOW, SlipDetector
 from robotont_testing.simulated_wheels import PERIOD, counted, end_pose, even_wheels, rolled
 
 NOISE = 0.005        # [m] after 1 m, as in driver.yaml

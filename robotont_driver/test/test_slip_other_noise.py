@@ -8,7 +8,7 @@ from scipy.stats import chi2
 
 from robotont_driver.kinematics.kinematics import Kinematics
 from robotont_driver.kinematics.wheel_params import read_wheels
-from robotont_driver.odometry.slip import TOLERANCE, WINDOW, WINDOWS, SlipDetector
+from robotont_driver.odometry.slip_by_wheels import TOLERANCE, WINDOW, WINDOWS, SlipDetector
 from robotont_testing import other_noise
 from robotont_testing.simulated_wheels import even_wheels
 

@@ -84,7 +84,7 @@ def test_another_unit_is_refused_with_the_value_that_is_meant(key, value, words)
 @pytest.mark.parametrize("before, after, words", [
     ("gearboxReductionRatio: 18.75", "gearboxReductionRatio: 1:30",
      "gearboxReductionRatio: found 1:30, allowed: a number, such as 30"),
-    ("wheelRads", "wheelrads", "; wheelRads?"),
+    ("wheelRads", "wheelrads", "; did you mean wheelRads?"),
 ])
 def test_what_a_file_alone_can_have_wrong(tmp_path, before, after, words):
     file = tmp_path / "wheel_params.yaml"

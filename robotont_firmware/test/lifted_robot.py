@@ -4,9 +4,11 @@ import sys
 
 from firmware_tools import DUAL
 
+from robotont_driver.kinematics.wheel_params import read_wheels
 from robotont_driver.tools.tune import Tune, tune
 from robotont_firmware import config
 from robotont_firmware.main_loop import Controller
+from robotont_testing.robots import SHIPPED
 
 sys.path.append(str(DUAL))
 from dual_tools import Config
@@ -16,6 +18,7 @@ from sim_motor import (
 )
 
 MOST = 54  # [edges/period]
+WHEELS = read_wheels(SHIPPED)
 
 
 class LiftedRobot:
@@ -52,6 +55,6 @@ class LiftedRobot:
     def tune(self, most=MOST, pressed=lambda: False):
         """(whether there is a proposal, what was printed)."""
         lines = []
-        tuned = Tune(self, 3, 321, config.RATE, most, pressed, self.clock)
+        tuned = Tune(self, WHEELS, most, pressed, self.clock)
         tuned.prepare()
         return tune(tuned, 3, config.RATE, most, lines.append), "\n".join(lines)

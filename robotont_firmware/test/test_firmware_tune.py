@@ -18,7 +18,7 @@ from robotont_testing.dc_motors import Motors
 
 sys.path.append(str(DUAL))
 from dual_tools import Config, checked
-from lifted_robot import MOST, LiftedRobot
+from lifted_robot import MOST, WHEELS, LiftedRobot
 from sim_motor import (
     BRAKE,  # fmt: skip
     CHANCE,
@@ -159,7 +159,7 @@ def test_other_orders_drive_nothing_and_are_counted(body):
 def test_the_firmware_under_micropython_obeys_such_orders_with_its_heap_locked():
     with Firmware(500) as firmware, serial.Serial(firmware.port, timeout=0.02) as opened:
         firmware.start()
-        tuned = Tune(opened, 3, 321, 50, MOST)
+        tuned = Tune(opened, WHEELS, MOST)
         tuned.prepare()
         steps = [tuned.step(0, sign, 700) for sign in (1, -1)]
         firmware.finish()
@@ -233,7 +233,7 @@ def test_another_board_is_refused_and_hears_no_order(tmp_path):
     port.plug()
     try:
         with serial.Serial(port.link, timeout=0.02) as opened, pytest.raises(BringUpError, match=r"from 2\.2 on"):
-            Tune(opened, 3, 321, 50, MOST).prepare()
+            Tune(opened, WHEELS, MOST).prepare()
     finally:
         port.unplug()
     assert b"test" not in b"".join(data for _, data in port.heard)

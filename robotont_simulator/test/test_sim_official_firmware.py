@@ -28,7 +28,7 @@ class Drive:
         self.board = BOARDS[name](SimulatedMotors(self.simulation))
         self.kinematics = Kinematics(wheels)
         self.odometry = WheelOdometry(self.kinematics, PERIOD, 0.008)
-        self.dialect = make_dialect(name, wheels, 300)
+        self.dialect = make_dialect(name, wheels)
         self.outbox = Outbox()
         self.outbox.pacing = self.dialect.pacing
         self.now = 0.0
@@ -48,9 +48,9 @@ class Drive:
     def errors(self):
         """Distance [m] and angle [rad] to the truth: of this driver's odometry, and of the board's own pose."""
         x, y, yaw = self.simulation.pose()
-        pose, reported = self.odometry.pose, self.dialect.board_pose
+        pose, reported = self.odometry.pose, map(float, self.board.odometry.pose)
         return [(math.hypot(a - x, b - y), abs(math.remainder(c - yaw, 2 * math.pi)))
-                for a, b, c in ((pose.x, pose.y, pose.yaw), (reported.x, reported.y, reported.yaw))]
+                for a, b, c in ((pose.x, pose.y, pose.yaw), reported)]
 
 
 @pytest.mark.parametrize("name", ["robotont2", "robotont3"])

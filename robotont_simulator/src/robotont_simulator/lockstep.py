@@ -1,10 +1,9 @@
 """A PC and a board in one process, as fast as the machine allows: for fast_drive, tests and benchmarks."""
 
 from robotont_driver.kinematics.kinematics import Kinematics
-from robotont_driver.kinematics.motor import counts_in_reach
 from robotont_driver.odometry.odometry import WheelOdometry
 from robotont_driver.protocol.checksum import add_checksum
-from robotont_driver.protocol.feedback_reader import FeedbackReader
+from robotont_driver.protocol.dialects.checked import Checked
 from robotont_driver.protocol.packet import format_packet
 from robotont_firmware.main_loop import Controller
 from robotont_simulator.simulated_board import SimulatedBoard, configuration
@@ -25,7 +24,7 @@ class LockstepRun:
         self.counts = []
         self.path = []
         self._to_board = bytearray()
-        self._reader = FeedbackReader(wheels.amount, counts_in_reach(wheels), wheels.pid_frequency)
+        self._reader = Checked(wheels)
         self._board = SimulatedBoard(simulation, self, lambda: True, real_time=False)
         numbers = configuration(wheels, *simulation.inertia)
         self._controller = Controller(self._board, numbers, wheels.amount, "simulated")

@@ -1,8 +1,7 @@
 """Poses and displacements in the plane, SE(2): triples (x [m], y [m], yaw [rad]).
 
-A pose is that of one frame in another; a displacement is a pose seen from the pose before it. The three components
-are numbers, or arrays of one shape: K x 3 poses go in as `poses.T` and come out as K x 3 by `numpy.transpose`.
-Yaw is never wrapped here but by `wrap`. With numbers only the standard library computes.
+A displacement is a pose seen from the pose before it. The three components are numbers, or arrays of one shape: K x 3
+poses go in as `poses.T` and come out as K x 3 by `numpy.transpose`. Yaw is never wrapped but by `wrap`.
 """
 
 import math

@@ -4,8 +4,8 @@ import math
 from collections.abc import Mapping
 from typing import NamedTuple, Tuple
 
-import numpy as np
-
+from robotont_driver.kinematics.kinematics import wheel_matrix
+from robotont_driver.kinematics.least_squares import condition
 from robotont_driver.parameters.parameters import ParameterError, fault, is_number
 
 THESIS_KEYS = (
@@ -27,7 +27,7 @@ SMALLEST_GEAR = 0.01       # motor turns per wheel turn
 LARGEST_GEAR = 10000.0     # motor turns per wheel turn
 MOST_EDGES = 100000        # encoder edges per motor turn
 LARGEST_FREQUENCY = 1000.0  # [Hz] PID periods per second
-SMALLEST_DETERMINANT = 1e-6  # per n^3; below it some motion needs wheels hundreds of times as fast
+MOST_CONDITION = 300.0     # beyond it some motion needs wheels hundreds of times as fast as another
 ROTATIONS = {"counterclockwise": 1, "clockwise": -1}
 
 
@@ -136,7 +136,7 @@ def read_wheels(given):
         edges_per_motor_turn=edges,
         pid_frequency=float(frequency),
     )
-    if not can_move_every_way(wheels):
+    if condition(wheel_matrix(wheels)) > MOST_CONDITION:
         raise ParameterError([fault("wheelRads", list(rads), (
             "angles at which the wheels can move the robot in every direction and turn it "
             "(these give a wheel matrix of rank < 3)"))])
@@ -152,17 +152,6 @@ def meant(value, largest, unit, factor):
     if max(map(abs, numbers)) <= largest or max(map(abs, converted)) > largest:
         return ""
     return f"; in {unit}? then write {converted if numbers is value else converted[0]}"
-
-
-def can_move_every_way(wheels):
-    """Whether the wheel matrix has rank 3, with some reserve.
-
-    Seen from its Gram determinant, with lengths in units of the largest distance: n^3/4 for n evenly
-    placed wheels, 0 for rank 2.
-    """
-    matrix = np.column_stack((np.cos(wheels.directions), np.sin(wheels.directions),
-                              np.divide(wheels.distances, max(wheels.distances))))
-    return np.linalg.det(matrix.T @ matrix) > SMALLEST_DETERMINANT * wheels.amount ** 3
 
 
 def _is_positive(value):

@@ -6,12 +6,11 @@ LONGEST_QUEUE = 64  # lines of low priority, beyond which the oldest are dropped
 
 
 class Outbox:
-    """Lines that wait to be written. Pure: times `now` [s] are the caller's.
+    """Lines that wait to be written: those that `hurry`, the newest command that was `put`, those `added`.
 
     pacing: [s] least time between the beginnings of two lines. byte_time: [s] that the serial line needs for a byte; a
-    line is handed out when its predecessor is on the serial line, so that never more than two are on their way,
-    whatever buffers there are. 0: at once. In this order: lines that `hurry`, the newest command that was `put`, lines
-    `added` when there is room.
+    line is handed out when its predecessor is on the serial line, so never more than two are on their way; 0: at once.
+    Times `now` [s] are the caller's.
     """
 
     def __init__(self, byte_time=0.0):

@@ -7,7 +7,9 @@ import glob
 import os
 import sys
 import termios
+import time
 
+import serial
 from serial.tools.list_ports import comports
 
 from robotont_driver.link.port_owner import is_pseudo_terminal, refusal, users_of
@@ -42,6 +44,14 @@ def claimed(port):
     finally:
         with contextlib.suppress(OSError):  # the device is gone
             fcntl.ioctl(port.fileno(), termios.TIOCNXCL)
+
+
+def heard(port, baudrate, seconds):
+    """Yield the bytes that come within a time [s]. Raises OSError."""
+    end = time.monotonic() + seconds
+    with serial.Serial(port, baudrate, timeout=0.1, exclusive=True) as line:
+        while time.monotonic() < end:
+            yield line.read(line.in_waiting or 1)
 
 
 def usb_id(port):

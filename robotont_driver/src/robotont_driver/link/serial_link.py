@@ -15,19 +15,16 @@ from robotont_driver.timing.starvation import StallWatch
 
 READ_SIZE = 4096    # [bytes]
 BITS_OF_A_BYTE = 10  # on the serial line, with start and stop
+NOT_TRIED = "not opened yet"
 FULL_LINE = 0.005   # [s] after which a driver that still has bytes to send is checked again
 
 
 class SerialLink:
     """Keeps a serial port open, in one thread, and survives whatever happens to it.
 
-    received(data): called with bytes as they come. changed(trouble): called once per change, with None
-    when the port is open and with a message when it is not; both are called from the link's thread.
+    It calls received(data) with bytes as they come; changed(trouble) once per change, with None when the port is open
+    and with a message when it is not; failed(error) with an exception out of these or its own, and goes on.
     stop_packet() gives the bytes that are sent once when nothing was sent for `write_timeout` [s]; it may give none.
-    failed(error): called with an exception that one of these calls, or the link itself, has raised; the link goes on.
-
-    Lines are never joined in one write, and with `pace` no line follows another too soon. What waited for this process
-    while it was stopped or starved for `write_timeout` is not sent.
     """
 
     def __init__(self, port, baudrate, received, changed, stop_packet, failed, write_timeout=0.5, retry_period=0.5):
@@ -41,14 +38,13 @@ class SerialLink:
         self._retry_period = retry_period
         self._tick_period = write_timeout / 8  # [s] of the watch for stalls
         self._lock = threading.Lock()
-        self._tried = False     # whether it has been attempted to open the port
         self.writer = LineWriter(BITS_OF_A_BYTE / baudrate, self._stop_when_silent)
         self._deadline = None   # [s] when to send the stop packet
         self._closing = False
         self._close_by = None   # [s] when to give up sending the last packet
         self._woken, self._wake = os.pipe()
         os.set_blocking(self._wake, False)
-        self.trouble = "not opened yet"  # None while the port is open
+        self.trouble = NOT_TRIED  # None while the port is open
         self.opened = 0         # times
         self.unsent = 0         # packets given while the port was closed
         self.timeouts = 0       # stop packets sent
@@ -67,22 +63,16 @@ class SerialLink:
         with self._lock:
             self.writer.outbox.pacing = pacing
 
-    def earliest_arrival(self):
-        """[s] on the monotonic clock: when a message that is handled now may have arrived at the earliest."""
-        with self._lock:
-            return self.stalls.earliest_arrival(time.monotonic())
-
-    def send(self, packet, arrived=None):
+    def send(self, packet):
         """Send bytes as soon as the line takes them. Never blocks; a newer packet replaces a waiting one.
 
-        arrived: `earliest_arrival` of the command; None: as of now. Older than `write_timeout` it is not sent.
-        After `close` nothing is sent any more: its packet is the last one.
+        What may have waited for this process for `write_timeout` is not sent, and nothing after `close`.
         """
         with self._lock:
             if self._closing:
                 return
             now = time.monotonic()
-            deadline = (self.stalls.earliest_arrival(now) if arrived is None else arrived) + self._write_timeout
+            deadline = self.stalls.earliest_arrival(now) + self._write_timeout
             if deadline <= now:
                 self.outdated += 1
                 return
@@ -167,8 +157,7 @@ class SerialLink:
         self._call(self._changed, None)
 
     def _lost(self, trouble):
-        changed = self.trouble is None or not self._tried
-        self._tried = True
+        changed = self.trouble in (None, NOT_TRIED)
         self.trouble = trouble  # may become another one while the port stays closed
         if changed and not self._closing:
             self._call(self._changed, trouble)

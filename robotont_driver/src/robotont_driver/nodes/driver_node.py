@@ -8,15 +8,15 @@ from geometry_msgs.msg import Twist, TwistStamped
 from std_msgs.msg import Bool, String
 from std_srvs.srv import Trigger, TriggerResponse
 
+from robotont_driver.command.command_age import Arrivals
 from robotont_driver.command.command_stream import CommandStream
 from robotont_driver.command.emergency_stop import EmergencyStop
 from robotont_driver.command.limits import Limits
-from robotont_driver.command.message_age import Arrivals
 from robotont_driver.command.timeouts import PUBLISH_RATE, WRITE_TIMEOUT, check_repetition
 from robotont_driver.kinematics.kinematics import Kinematics
 from robotont_driver.parameters.parameters import Parameter
 from robotont_driver.protocol.carried_rounding import CarriedRounding
-from robotont_driver.protocol.packet import Packet, packet_form
+from robotont_driver.protocol.packet import Packet, format_packet
 from robotont_driver.ros.clocks import boot_time
 from robotont_driver.ros.diagnostics import OK, WARN, Health, robot_name
 from robotont_driver.ros.kept_parameter import KeptParameter
@@ -64,7 +64,7 @@ class DriverNode:
         self._board_period = 1.0 / wheels.pid_frequency
         self._kinematics = Kinematics(wheels)
         self._rounding = CarriedRounding(wheels.amount, parameters["command_decimals"], self._period)
-        self._form = packet_form(wheels.amount, parameters["command_decimals"])
+        self._decimals = parameters["command_decimals"]
         limits = Limits(*(parameters["max_" + limit] for limit in Limits._fields))
         self._stream = CommandStream(self._kinematics, limits, parameters["cmd_timeout"], self._period)
         self._emergency_stop = EmergencyStop(rospy.get_param(PRESSED_BY, ()))
@@ -149,7 +149,7 @@ class DriverNode:
         self._sent_at = now = boot_time()
         twist = self._stream.twist(now)
         units = self._rounding.round(self._kinematics.units_of_twist(twist), now)
-        self._packets.publish(Packet(units, self._form % tuple(units)))
+        self._packets.publish(Packet(units, format_packet(units, self._decimals)))
         if self._limited.get_num_connections():
             limited = Twist()
             limited.linear.x, limited.linear.y, limited.angular.z = twist

@@ -3,8 +3,7 @@
 import rospy
 from std_msgs.msg import String
 
-from robotont_driver.kinematics.ideal_motors import IdealMotors
-from robotont_driver.protocol.packet import PacketError, format_packet, parse_packet
+from robotont_driver.protocol.packet import PacketError, WholeCounts, parse_packet
 from robotont_driver.ros.lifecycle import run_node
 
 PARAMETERS = ()
@@ -15,7 +14,7 @@ class MockSerialNode:
 
     def __init__(self, _name, wheels, _parameters):
         self._wheels = wheels.amount
-        self._motors = IdealMotors(wheels.amount)
+        self._motors = WholeCounts(wheels.amount)
         self._publisher = rospy.Publisher("serial_read", String, queue_size=100)
         rospy.Subscriber("serial_write", String, self._on_write, tcp_nodelay=True)
 
@@ -25,7 +24,7 @@ class MockSerialNode:
         except PacketError as error:
             rospy.logwarn_throttle(10.0, "serial_write refused: %s", error)
             return
-        self._publisher.publish(format_packet(self._motors.follow(units)))
+        self._publisher.publish(self._motors.share(units)[0].text)
 
 
 def main():

@@ -8,12 +8,12 @@ from std_srvs.srv import Trigger, TriggerResponse
 
 from robotont_driver.kinematics.kinematics import Kinematics
 from robotont_driver.kinematics.least_squares import SOLVERS
-from robotont_driver.odometry.command_watch import CommandWatch
 from robotont_driver.odometry.gyro import Gyro
 from robotont_driver.odometry.gyro_fusion import GyroFusion
 from robotont_driver.odometry.odometry import WheelOdometry
-from robotont_driver.odometry.slip import SlipDetector
-from robotont_driver.odometry.wheel_faults import compared_by, disagreement, fault_of_wheels, list_wheels
+from robotont_driver.odometry.slip_by_command import CommandWatch
+from robotont_driver.odometry.slip_by_wheels import SlipDetector
+from robotont_driver.odometry.slip_words import compared_by, disagreement, fault_of_wheels, list_wheels
 from robotont_driver.parameters.parameters import Parameter
 from robotont_driver.ros.clocks import boot_time, read_clocks
 from robotont_driver.ros.diagnostics import OK, WARN, Health, Rate, robot_name

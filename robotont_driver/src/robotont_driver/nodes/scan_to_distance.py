@@ -1,9 +1,10 @@
-"""The ROS side of scan_to_distance: scan in, three distances out, as the course exercises expect them."""
+"""scan_to_distance: a scan in, the distances of its three sectors out, as the course exercises expect them."""
+
+import math
 
 import rospy
 from sensor_msgs.msg import LaserScan
 
-from robotont_driver.nodes.scan_sectors import sectors
 from robotont_driver.ros.lifecycle import init_node
 
 
@@ -20,6 +21,22 @@ class ScanToDistance:
         self._publisher.publish(self._message_type(
             stamp=scan.header.stamp, leftMin=left[0], leftMean=left[1], centerMin=centre[0], centerMean=centre[1],
             rightMin=right[0], rightMean=right[1]))
+
+
+def sectors(ranges, nearest, farthest):
+    """((minimum, mean) [m] of the right, the centre and the left third) of a scan from right to left.
+
+    Too near (-inf, or below `nearest`) counts as `nearest`, nothing seen (inf, or beyond) as `farthest` [m]; NaN does
+    not count. A third without any number is `farthest`.
+    """
+    third = len(ranges) / 3
+    bounds = [round(third * part) for part in range(4)]
+    return tuple(_sector(ranges[begin:end], nearest, farthest) for begin, end in zip(bounds, bounds[1:]))
+
+
+def _sector(ranges, nearest, farthest):
+    seen = [min(max(distance, nearest), farthest) for distance in ranges if not math.isnan(distance)]
+    return (min(seen), sum(seen) / len(seen)) if seen else (farthest, farthest)
 
 
 def main():

@@ -1,10 +1,8 @@
 """The ROS side of serial_com_node: serial_write to the port, the port to serial_read."""
 
-import contextlib
 import threading
 import time
 import traceback
-from collections import deque
 
 import rospy
 
@@ -58,13 +56,11 @@ class SerialComNode:
         self._wheels = wheels.amount
         self._parameters = parameters
         try:
-            self._dialect = expect_dialect(parameters["packets"], wheels, counts_in_reach(wheels),
-                                           parameters["board_wheel_distance"])
+            self._dialect = expect_dialect(parameters["packets"], wheels, parameters["board_wheel_distance"])
         except DialectError as error:
             rospy.logfatal("~packets is %s, but its board cannot have these wheels: %s", parameters["packets"], error)
             raise SystemExit(1) from None
         self._met = None          # the dialect that was greeted
-        self._held = deque(maxlen=1)  # (command, its arrival [s]) that waits until the board is recognised
         self._refusals = Refusals()  # of malformed messages on serial_write
         self._restarts = self._doubts = 0  # of the board, already reported
         self._packets = topics.serial_read
@@ -96,14 +92,9 @@ class SerialComNode:
         if spoken.obstacle:
             rospy.logerr_throttle(10.0, "does not drive: %s (docs/robots.md)", spoken.obstacle)
         # a command must not reach the board before its greeting, which the link's thread is about to send
-        met = self._met
-        line = spoken.encode(command) if spoken is met else b""
+        line = spoken.encode(command) if spoken is self._met else b""
         if line or self._link.trouble:  # a closed port counts it as unsent
             self._link.send(line)
-        else:
-            self._held.append((command, self._link.earliest_arrival()))
-            if self._met is not met:
-                self._send_held(self._met)  # greeted meanwhile, by the link's thread
 
     def _stop_packet(self):
         self._dialect.tick(time.monotonic())
@@ -140,22 +131,12 @@ class SerialComNode:
         """Greet the board, once per connection, when its dialect has been recognised."""
         self._restarts, self._doubts = spoken.restarts, spoken.doubts
         self._link.pace(spoken.pacing)
-        if isinstance(spoken, Recognised):
-            self._met = spoken
-            return  # still listening
-        rospy.loginfo("%s: the board speaks %s", self._parameters["port"], explained(spoken.name))
-        if spoken.complaint:
-            rospy.logwarn("%s", spoken.complaint)
-        self._link.hurry(spoken.hello, spoken.pause)
+        if not isinstance(spoken, Recognised):  # which still listens
+            rospy.loginfo("%s: the board speaks %s", self._parameters["port"], explained(spoken.name))
+            if spoken.complaint:
+                rospy.logwarn("%s", spoken.complaint)
+            self._link.hurry(spoken.hello, spoken.pause)
         self._met = spoken
-        self._send_held(spoken)
-
-    def _send_held(self, spoken):
-        if spoken is None or isinstance(spoken, Recognised):
-            return  # not yet
-        with contextlib.suppress(IndexError):  # none, or the other thread has sent it
-            command, arrived = self._held.popleft()
-            self._link.send(spoken.encode(command), arrived)
 
     def _on_failure(self, error):
         """An exception in the link's thread: a fault of this program."""

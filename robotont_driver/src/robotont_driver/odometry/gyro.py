@@ -1,13 +1,11 @@
-"""Fusion of a gyro with the wheels: its turn in each period, its bias, and the disagreement of both.
+"""A gyro's turn in each period, and its bias.
 
 The gyro's rate is `scale * rate + bias + white noise`, the bias walks slowly. It is learnt while the wheels stand, and
 only then: an error of the wheel parameters must not become one of the gyro. Turns are counterclockwise, in [rad].
 """
 
 import math
-from typing import Tuple
 
-SECOND = 1_000_000_000  # [ns]
 FIRST_BIAS = 0.02       # [rad/s] standard deviation of the bias of an unknown gyro
 SETTLING = 0.5          # [s] without counts until the robot counts as standing
 LEARNING = 1.0          # [s] of standing until the bias is good enough to use the gyro
@@ -96,11 +94,3 @@ class Gyro:
             self._learnt = 0.0
             self.learnt_part = 0.0  # this is another bias
         self._odd = []
-
-
-Rows = Tuple[Tuple[float, ...], ...]  # of a matrix, in plain numbers, as in covariance.py
-
-
-def up_in(x, y, z, w):
-    """Upward direction (3,) in the axes of a device with the orientation x, y, z, w (unit quaternion) on the robot."""
-    return 2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)

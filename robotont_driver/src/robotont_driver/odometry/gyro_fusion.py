@@ -1,21 +1,19 @@
 """Fusion of a gyro with the wheels' odometry. Turns are counterclockwise, in [rad]."""
 
-import math
 from operator import add
 from typing import NamedTuple, Tuple
 
-from robotont_driver.odometry.covariance import Covariance
-from robotont_driver.odometry.gyro import SECOND, Rows
-from robotont_driver.odometry.turn_agreement import TurnAgreement
-from robotont_driver.odometry.turn_integral import TurnIntegral
-from robotont_driver.odometry.turn_watch import TurnWatch
+from robotont_driver.odometry.covariance import Covariance, Rows
+from robotont_driver.odometry.gyro_agreement import TurnAgreement
+from robotont_driver.odometry.gyro_samples import TurnIntegral
+from robotont_driver.odometry.slip_by_gyro import TurnWatch
 from robotont_driver.odometry.wheel_noise import PATH_VARIANCE
+from robotont_driver.timing.packet_stamps import SECOND
 
 LEAP = 5.0              # [periods] more than this between the stamps of two packets is a leap; ...
 CROWDED = 0.5           # ... behind it, packets that waited are less than this apart
 UNIT = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 NO_LASTING = ((0.0, 0.0),) * 3, (0.0, 0.0)
-UNCHANGED = (1.0, 1.0)  # factors on the errors of bias and scale of a period without learning
 
 
 class Fused(NamedTuple):
@@ -32,8 +30,7 @@ class Fused(NamedTuple):
 class GyroFusion:
     """Weighs the turns of wheels and gyro by their covariances, and detects disagreement.
 
-    gyro: a `Gyro`. false_alarms: of `TurnWatch`, per hour; 0: no watch. learnt: (2) factors by which the newest
-    period reduced the errors of bias and scale.
+    gyro: a `Gyro`. false_alarms: of `TurnWatch`, per hour; 0: no watch. Its `integral` takes the samples.
     """
 
     def __init__(self, gyro, false_alarms):
@@ -41,21 +38,10 @@ class GyroFusion:
         self.integral = TurnIntegral()
         self.agreement = TurnAgreement(gyro.period)
         self.watch = TurnWatch(gyro, false_alarms) if false_alarms else None
-        self.learnt = UNCHANGED
         self._stamp = None    # [ns] of the newest packet
         self._leapt = False   # whether the stamps have leapt, and packets still come at once
-        self.used = 0     # packets in which the gyro counted
         self.missing = 0  # packets without its turn
-        self.made_good = 0.0  # [rad] that samples which came too late have corrected, to and fro
         self.turned = 0.0  # [rad] by the gyro since it counts, to and fro, for its calibration
-
-    def add(self, stamp, rates, up):
-        """Take rates [rad/s], 3, around axes in which `up` (3) points up, at `stamp` [ns]; whether they are finite."""
-        rate = sum(a * b for a, b in zip(rates, up))
-        if not math.isfinite(rate):
-            return False
-        self.integral.add(stamp, rate)
-        return True
 
     def use_wheels(self, by_edge):
         """From now on one edge of each wheel moves the robot by `by_edge`, 3 x n ([m], [m], [rad])."""
@@ -74,12 +60,10 @@ class GyroFusion:
         seconds = self._watch_stamps(stamp)
         measured, late = self.integral.turned(stamp, gyro.scale * (step[2] + gyro.bias * seconds))
         gyro.learn(*self.integral.sampled)
-        self.learnt = (gyro.learnt_part, 1.0)
         turn = None if measured is None else gyro.turn(measured, seconds)
         fused = self._fuse_turn(counts, step, covariance, turn)
         if not late or not gyro.ready or self.agreement.refused:
             return fused
-        self.made_good += abs(late / gyro.scale)
         if fused is None:
             fused = Fused(step, covariance, UNIT, NO_LASTING)
         dx, dy, dyaw = fused.step
@@ -111,7 +95,6 @@ class GyroFusion:
             if self.watch:
                 self.watch.rest()
             return None
-        self.used += 1
         self.turned += turn
         if self.watch and self.watch.update(counts, turn, difference, covariance.aa):
             covariance = self._doubt(covariance, difference)

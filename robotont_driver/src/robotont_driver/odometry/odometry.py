@@ -10,7 +10,6 @@ from operator import mul
 from robotont_driver.kinematics import se2
 from robotont_driver.kinematics.kinematics import Kinematics
 from robotont_driver.odometry.covariance import NONE, Covariance, WeightedSum
-from robotont_driver.odometry.gyro_fusion import UNCHANGED
 from robotont_driver.odometry.wheel_noise import PATH_VARIANCE, READING_VARIANCE, variance_per_edge
 
 # Variance of each coordinate before the first step: the start is exact, but filters need a positive variance.
@@ -76,11 +75,10 @@ class Pose:
                 (b + bias * d, s + scale * e) for (b, s), (d, e) in zip(before, dependence)]
             self.covariance = self.covariance.plus(_shared(before, dependence, self._lasting))
 
-    def learn(self, factors):
-        """Scale the lasting errors by (2) factors, as they have been estimated better."""
+    def learn_bias(self, part):
+        """Only that part of the bias' error is left."""
         if self._lasting is not None:
-            bias, scale = factors
-            self._lasting = [(b * bias, s * scale) for b, s in self._lasting]
+            self._lasting = [(bias * part, scale) for bias, scale in self._lasting]
 
 
 class WheelOdometry:
@@ -88,7 +86,7 @@ class WheelOdometry:
 
     period: time [s] that one packet stands for. 0: packets contain speeds, each valid until the next one.
     wheel_noise: standard deviation [m] of a wheel's path after 1 m; its variance grows with the path.
-    gyro: a gyro.GyroFusion, or None.
+    gyro: a GyroFusion, or None.
     """
 
     def __init__(self, kinematics, period, wheel_noise, gyro=None):
@@ -157,8 +155,8 @@ class WheelOdometry:
     def _move_with_gyro(self, counts, step, covariance, stamp):
         """Move by wheels and gyro; the step, its Covariance, and its Covariance for 1 edge^2 in every wheel."""
         fused = self._gyro.fuse(counts, step, covariance, stamp)
-        if self._gyro.learnt != UNCHANGED:
-            self.pose.learn(self._gyro.learnt)
+        if self._gyro.gyro.learnt_part != 1.0:
+            self.pose.learn_bias(self._gyro.gyro.learnt_part)
         if fused is None:
             self._move(counts, step, covariance)
             return step, covariance, self._edge_covariance

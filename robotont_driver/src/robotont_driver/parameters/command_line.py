@@ -1,9 +1,10 @@
 """Command lines of this project's programs: `--name value`, `--name=value` and, as in launch files, `name:=value`."""
 
 import argparse
-import difflib
 import re
 import sys
+
+from robotont_driver.parameters.parameters import nearest
 
 
 class CommandLine(argparse.ArgumentParser):
@@ -18,8 +19,7 @@ class CommandLine(argparse.ArgumentParser):
         options, unknown = self.parse_known_args([word for word in words if word], namespace)
         if unknown:
             name = re.split("=", unknown[0])[0]
-            near = difflib.get_close_matches(name, self._option_string_actions, 1)
-            self.error(f"no argument {name}" + (f"; did you mean {near[0]}?" if near else f"; see {self.prog} -h"))
+            self.error(f"no argument {name}" + (nearest(name, self._option_string_actions) or f"; see {self.prog} -h"))
         return options
 
     def _as_option(self, word):

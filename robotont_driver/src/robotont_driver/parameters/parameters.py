@@ -2,15 +2,11 @@
 
 import difflib
 import math
-import reprlib
 import shutil
 import textwrap
 from typing import Any, NamedTuple, Optional, Tuple
 
 LONGEST_SHOWN = 200  # characters of a found value in messages
-_SHORT = reprlib.Repr()
-_SHORT.maxlevel, _SHORT.maxlist, _SHORT.maxdict = 2, 20, 20
-_SHORT.maxstring = _SHORT.maxlong = _SHORT.maxother = LONGEST_SHOWN
 
 
 class ParameterError(ValueError):
@@ -80,12 +76,15 @@ def fault(name, found, allowed):
     return f"{name}: found {shown(found)}, allowed: {allowed}"
 
 
+def nearest(name, known):
+    """Question about the one of the `known` names that another was meant to be; empty where none is like it."""
+    near = difflib.get_close_matches(name[:100], known, 1)
+    return f"; did you mean {near[0]}?" if near else ""
+
+
 def shown(value):
-    """A value as Python writes it, of bounded length; it may be anything that a file or a message can contain."""
-    try:
-        return _SHORT.repr(value)[:LONGEST_SHOWN]
-    except ValueError:  # Python writes no number of more than 4300 digits
-        return "a whole number of thousands of digits"
+    """A value as Python writes it, of bounded length."""
+    return repr(value)[:LONGEST_SHOWN]
 
 
 def read_parameters(table, given):
@@ -119,7 +118,5 @@ def help_text(table):
 
 
 def _unknown(name, known):
-    found = str(name)[:100]  # in a file of YAML a name need not be text
-    near = difflib.get_close_matches(found, known, n=1)
-    hint = f"did you mean ~{near[0]}?" if near else "this node has " + ", ".join(sorted(known))
-    return f"~{found}: no such parameter; {hint}"
+    hint = nearest(f"~{name}", ["~" + one for one in known]) or "; this node has " + ", ".join(sorted(known))
+    return f"~{str(name)[:100]}: no such parameter{hint}"

@@ -1,7 +1,7 @@
 """What the board reports about itself: the status in every packet, its identity and its messages, as readable text.
 
 See docs/protocol.md. The status travels under the CRC of every checked packet, so it can neither be lost nor go
-stale. Boards with firmware before 2.0 have no status; they report each fault once, as text.
+stale. Boards with firmware before 2.0 have no status; what they say is shown as it is.
 """
 
 import re
@@ -39,9 +39,9 @@ class BoardStatus(NamedTuple):
 
     @classmethod
     @lru_cache(maxsize=8)  # it is the same in almost all packets
-    def parse(cls, text, wheels=None):
+    def parse(cls, text, wheels):
         """From the field's hexadecimal text FFMMRRW...VVVLL; without VVVLL from firmware 2.0."""
-        end = len(text) if wheels is None else 6 + wheels
+        end = 6 + wheels
         measured = (int(text[end:end + 3], 16) / 100, int(text[end + 3:], 16)) if len(text) > end else ()
         return cls(*(int(text[at:at + 2], 16) for at in (0, 2, 4)), tuple(int(digit, 16) for digit in text[6:end]),
                    *measured)
@@ -124,9 +124,7 @@ class BoardHealth:
         """Begin a new connection: forget all about the board."""
         self.status = None
         self.identity = None
-        self._text_fault = ""   # of a board without status
-        self._foreign = 0       # number of wheels in the board's packets, when it is another one than ours
-        self._suspect = 0       # the same, of the newest such packet
+        self._foreign = False   # whether the newest packet was one of another number of wheels
         self._fleeting = deque(maxlen=1)  # a fault that no report has shown yet
         self._heard = 0         # packets, since the voltage was taken
         self._shown = ""
@@ -134,23 +132,21 @@ class BoardHealth:
     @property
     def fault(self):
         """Description of what has stopped the motors; empty when nothing has."""
-        return self.status.fault if self.status is not None else self._text_fault
+        return self.status.fault if self.status else ""
 
     @property
     def obstacle(self):
         """Why the board must not be driven; empty when it may."""
-        if self.identity:
-            return self.identity.obstacle(self._wheels, self._rate)
-        return f"the board drives {self._foreign} wheels, wheelAmount is {self._wheels}" if self._foreign else ""
+        return self.identity.obstacle(self._wheels, self._rate) if self.identity else ""
 
     @property
     def wants_identity(self):
         """Whether the board is able to identify itself and has not done so yet."""
-        return self.identity is None and (self.status is not None or bool(self._suspect))
+        return self.identity is None and (self.status is not None or self._foreign)
 
     def hear_packet(self, status):
         """A packet of this robot's board, with its BoardStatus; None from firmware before 2.0."""
-        self._foreign = self._suspect = 0
+        self._foreign = False
         self._heard += 1
         if status is None or status is self.status:
             return
@@ -158,7 +154,8 @@ class BoardHealth:
             self._missed += (status.missed - self.status.missed) % 256
             self._refused += (status.refused - self.status.refused) % 256
         self.status = status
-        self._note_fault()
+        if self.fault and self.fault != self._shown:
+            self._fleeting.append(self.fault)
 
     def take_voltage(self):
         """The battery's voltage [V], once a second; else, and where the board does not measure it, 0."""
@@ -167,9 +164,9 @@ class BoardHealth:
         self._heard = 0
         return self.status.voltage
 
-    def hear_foreign_packet(self, wheels):
-        """A whole packet of a board with that many wheels; the CRC lets one spoilt packet in 65 536 pass."""
-        self._foreign, self._suspect = (wheels if wheels == self._suspect else 0), wheels
+    def hear_foreign_packet(self):
+        """A whole packet of a board with another number of wheels: it is asked for its identity, which has it."""
+        self._foreign = True
 
     def hear_text(self, text):
         """Take a line of text. Returns whether it is the banner of a board that has just started."""
@@ -179,20 +176,12 @@ class BoardHealth:
         if text.startswith("identity "):
             self.identity = Identity.parse(text[len("identity "):])
             return False
-        if text.startswith("fault"):
-            self._text_fault = "" if text == "fault cleared" else text
-            self._note_fault()
         if not text.startswith("robotont"):
             return False
         self.banner = text
         self.connect()
         self.identity = Identity.parse(text)
         return True
-
-    def _note_fault(self):
-        fault = self.fault
-        if fault and fault != self._shown:
-            self._fleeting.append(fault)
 
     def report(self):
         """(errors, warnings, values) for the diagnostics, since the last call: call it once per report.

@@ -1,9 +1,7 @@
 """Rounds speeds to the decimals of a packet without losing distance: what one packet lacks, the next ones contain.
 
-Each packet is held until the next one, so a rounding error grows into a path: 0.004 units on each wheel of a robot that
-turns are 0.2 degrees in a circle. Here the error of each value, times the time for which it was held, is carried on and
-made good by values that are rounded the other way (error feedback). The sum over time stays exact to half a step of
-one packet.
+A rounding error, times the time for which its packet was the newest, is a path: 0.004 units on each wheel of a robot
+that turns are 0.2 degrees in a circle. It is made good by values that are rounded the other way (error feedback).
 """
 
 ZERO = 1e-9  # values below this stand for a wheel at rest, after floating-point arithmetic
@@ -12,9 +10,8 @@ ZERO = 1e-9  # values below this stand for a wheel at rest, after floating-point
 class CarriedRounding:
     """Rounds n values to `decimals`. hold: [s] for which a value usually stays the newest one.
 
-    Times [s] are the caller's, from a clock that never goes back. A value differs by at most one step of the last
-    decimal from what was wanted. A value of zero is sent as zero and ends what was carried: a wheel that is to stand
-    stands.
+    Times [s] are the caller's, of a clock that never goes back. A value is off by at most one step of the last decimal,
+    the sum over time by half of one. Zero is sent as zero and ends what was carried: a wheel that is to stand stands.
     """
 
     def __init__(self, amount, decimals, hold):

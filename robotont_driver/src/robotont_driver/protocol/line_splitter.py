@@ -1,6 +1,6 @@
 """A stream of bytes as lines."""
 
-from robotont_driver.protocol.packet import LONGEST_LINE, PacketError
+from robotont_driver.protocol.packet import LONGEST_LINE
 
 
 class LineSplitter:
@@ -28,22 +28,3 @@ class LineSplitter:
                 self.overlong += 1
             self._rest = b""
         return lines
-
-
-def read_lines(reader, splitter, data, read):
-    """List of the packets that `read(line)` finds in the lines that `data` completes; it may raise PacketError.
-
-    Counted in `reader.packets`, and those that are refused in `reader.dropped` by kind, with `reader.newest_error`.
-    """
-    packets = []
-    overlong = splitter.overlong
-    for line in splitter.feed(data):
-        try:
-            packets += read(line)
-        except PacketError as error:
-            reader.dropped[error.kind] += 1
-            reader.newest_error = str(error)
-    if splitter.overlong > overlong:
-        reader.dropped["overlong"] += splitter.overlong - overlong
-    reader.packets += len(packets)
-    return packets

@@ -5,7 +5,7 @@ A packet that does not continue the one before is held until the next: an error,
 
 from typing import NamedTuple, Tuple
 
-from robotont_driver.protocol.packet import Packet, PacketError
+from robotont_driver.protocol.packet import PacketError, WholeCounts
 from robotont_driver.protocol.restarts import ANY, Arrival, doubt_about
 
 
@@ -87,7 +87,7 @@ class LostPackets:
             return [packet.counts]
         self.repaired += periods
         self.doubts += bool(doubt)
-        return [*spread(counts, periods), packet.counts.doubted(doubt)]
+        return [*WholeCounts(len(counts)).share(counts, periods), packet.counts.doubted(doubt)]
 
 
 class _Gap(NamedTuple):
@@ -97,14 +97,3 @@ class _Gap(NamedTuple):
     counts: Tuple[int, ...]  # per wheel, in these
     doubt: Tuple[float, ...]  # [edges] as in a `Packet`
     restarted: bool          # whether a restart is likelier than these counts
-
-
-def spread(counts, periods):
-    """`counts` (ints, one per wheel) as evenly as whole numbers allow over `periods`: a list of `Packet`.
-
-    The sums over the list are the counts.
-    """
-    return [
-        Packet(count * (period + 1) // periods - count * period // periods for count in counts)
-        for period in range(periods)
-    ]

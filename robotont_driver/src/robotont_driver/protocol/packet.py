@@ -16,8 +16,8 @@ LONGEST_LINE = 256  # [bytes] without the newline; a longer line is dropped
 _NUMBER = r"-?[0-9]{1,7}(?:\.[0-9]{1,9})?"
 _PLAIN = re.compile(rf"({_NUMBER}(?::{_NUMBER})*);")
 
-# counts, counter, totals, status (from firmware 2.0 on; with at least 3 wheels it is longer than a total), CRC
-_CHECKED = re.compile(r"([^;]*);([0-9A-F]{2})((?::[0-9A-F]{4})+)(?::([0-9A-F]{9,}))?:[0-9A-F]{4}\Z")
+# whole counts, counter, totals, status (from firmware 2.0 on; with at least 3 wheels it is longer than a total), CRC
+_CHECKED = re.compile(r"([^;.]*);([0-9A-F]{2})((?::[0-9A-F]{4})+)(?::([0-9A-F]{9,}))?:[0-9A-F]{4}\Z")
 
 
 class PacketError(ValueError):
@@ -29,16 +29,7 @@ class PacketError(ValueError):
 
 
 class ForeignPacketError(PacketError):
-    """A valid checked packet of a board with another number of `wheels`."""
-
-    def __init__(self, wheels, text):
-        super().__init__("fields", text)
-        self.wheels = wheels
-
-
-def packet_form(wheels, decimals):
-    r"""A format for the %-operator and that many values: `%.2f:%.2f:%.2f;\\n`."""
-    return ":".join([f"%.{decimals}f"] * wheels) + ";\n"
+    """A valid checked packet of a board with another number of wheels."""
 
 
 def format_packet(values, decimals=0):
@@ -67,10 +58,21 @@ class Packet(tuple):
             self.doubt = Packet(math.ceil(abs(edge)) for edge in edges)
         return self
 
-    @property
-    def is_whole(self):
-        """Whether all values are written without decimals."""
-        return "." not in self.text
+
+class WholeCounts:
+    """Whole counts of wheels out of fractions of edges: what one packet lacks, the next ones contain."""
+
+    def __init__(self, wheels):
+        self._rest = [0.0] * wheels  # [edges] that no packet has contained yet
+
+    def share(self, edges, periods=1):
+        """List of `Packet` of the `edges` (n numbers), as evenly as may be over so many periods."""
+        packets = []
+        for _ in range(periods):
+            due = [rest + edge / periods for rest, edge in zip(self._rest, edges)]
+            packets.append(Packet(map(round, due)))
+            self._rest = [edge - count for edge, count in zip(due, packets[-1])]
+        return packets
 
 
 def parse_packet(text, wheels):
@@ -120,10 +122,10 @@ class CheckedPacket:
         self.totals = tuple([int(total, 16) for total in totals.split(":")[1:]])
         if len(self.totals) != wheels:
             found = len(self.totals)
-            raise ForeignPacketError(found, f"{found} totals instead of {wheels} in {line[:60]!r}")
+            raise ForeignPacketError("fields", f"{found} totals instead of {wheels} in {line[:60]!r}")
         self.counts = parse_packet(counts + ";", wheels)
-        if not self.counts.is_whole or (status and len(status) not in (wheels + 6, wheels + 11)):
-            raise PacketError("fields", f"not {wheels} whole counts and faults in {line[:60]!r}")
+        if status and len(status) not in (wheels + 6, wheels + 11):
+            raise PacketError("fields", f"not {wheels} faults in {line[:60]!r}")
         self.status = BoardStatus.parse(status, wheels) if status else None
 
     def missed_since(self, last):

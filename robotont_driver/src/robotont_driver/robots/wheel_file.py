@@ -1,10 +1,9 @@
 """Reader of wheel_params.yaml that lists all errors in it."""
 
-import difflib
 import re
 
 from robotont_driver.kinematics.wheel_params import KEYS, read_wheels
-from robotont_driver.parameters.parameters import ParameterError, fault
+from robotont_driver.parameters.parameters import ParameterError, fault, nearest
 from robotont_driver.parameters.yaml_file import read_mapping
 
 _RATIO = re.compile(r"^ *(\w+) *: *([0-9]+(?::[0-9.]+)+)", re.MULTILINE)  # YAML reads 1:30 as 90, in base 60
@@ -19,7 +18,7 @@ def read_wheel_file(path):
     given, text = read_mapping(path, "wheel parameters: " + ", ".join(KEYS))
     faults = [f"{key}: found {found}, allowed: a number, such as {found.rpartition(':')[2]}"
               for key, found in _RATIO.findall(text)]
-    faults += [fault(str(key), given[key], f"no such key, only {', '.join(KEYS)}" + _nearest(key))
+    faults += [fault(str(key), given[key], f"no such key, only {', '.join(KEYS)}" + nearest(str(key), KEYS))
                for key in given if key not in KEYS]
     try:
         wheels = read_wheels(given)
@@ -28,10 +27,3 @@ def read_wheel_file(path):
     if faults:
         raise ValueError("\n".join(f"{path}: {words}" for words in faults))
     return wheels, given, text
-
-
-def _nearest(key):
-    """Question about the key that a misspelt one was meant to be; empty when none is near."""
-    folded = {known.lower(): known for known in KEYS}
-    near = difflib.get_close_matches(str(key).lower(), folded, n=1)
-    return f"; {folded[near[0]]}?" if near else ""

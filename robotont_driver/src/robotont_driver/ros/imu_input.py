@@ -7,7 +7,7 @@ import rospy
 import tf2_ros
 from sensor_msgs.msg import Imu
 
-from robotont_driver.odometry.gyro import LEARNING, SETTLING, up_in
+from robotont_driver.odometry.gyro import LEARNING, SETTLING
 from robotont_driver.ros.diagnostics import OK, WARN, Rate
 
 BURST = 1000  # samples that may wait: 4 s at 250 Hz, on a machine that is late with everything
@@ -34,9 +34,12 @@ class ImuInput:
         if self._up is None:
             return
         rates = message.angular_velocity
+        rate = rates.x * self._up[0] + rates.y * self._up[1] + rates.z * self._up[2]
+        if not math.isfinite(rate):
+            self._refused += 1
+            return
         with self._lock:
-            good = self._fusion.add(message.header.stamp.to_nsec(), (rates.x, rates.y, rates.z), self._up)
-        self._refused += not good
+            self._fusion.integral.add(message.header.stamp.to_nsec(), rate)
 
     def _find(self, frame):
         """Look for the direction upwards in the gyro's frame, once a second until TF has it."""
@@ -50,11 +53,12 @@ class ImuInput:
             self._buffer = tf2_ros.Buffer()
             self._listener = tf2_ros.TransformListener(self._buffer)
         try:
-            rotation = self._buffer.lookup_transform(self._base_frame, frame, rospy.Time(0)).transform.rotation
+            turned = self._buffer.lookup_transform(self._base_frame, frame, rospy.Time(0)).transform.rotation
         except tf2_ros.TransformException as error:
             self._trouble = str(error)
             return
-        self._up = up_in(rotation.x, rotation.y, rotation.z, rotation.w)
+        x, y, z, w = turned.x, turned.y, turned.z, turned.w
+        self._up = 2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)  # last row of its matrix
         self._listener.unregister()  # the gyro is fixed to the robot; listening to all of /tf is costly
         self._buffer = self._listener = None
 
@@ -72,9 +76,7 @@ class ImuInput:
                         f"{math.degrees(math.sqrt(gyro.bias_variance)):.4f} deg/s",
                 "turned": f"{math.degrees(fusion.turned):.2f} deg",
                 "turn for one of the wheels": "none yet" if ratio is None else f"{ratio:.2f}",
-                "packets with its turn": fusion.used,
                 "packets without": fusion.missing,
-                "turned by samples that came too late": f"{math.degrees(fusion.made_good):.2f} deg",
                 "times that wheels and gyro disagreed": fusion.watch.alarms if fusion.watch else "not watched",
             }
         if rate == 0.0:

@@ -2,7 +2,6 @@
 
 import argparse
 import contextlib
-import difflib
 import gc
 import os
 import signal
@@ -10,7 +9,7 @@ import sys
 
 import rospy
 
-from robotont_driver.parameters.parameters import ParameterError, help_text
+from robotont_driver.parameters.parameters import ParameterError, help_text, nearest
 from robotont_driver.ros import rospy_end
 from robotont_driver.ros.log_queue import queue_log
 from robotont_driver.ros.node_parameters import (
@@ -33,9 +32,9 @@ def answer_help(name, explanation, table=()):
         formatter_class=argparse.RawDescriptionHelpFormatter)
     _, unknown = parser.parse_known_args(rospy.myargv()[1:])
     if unknown:
-        near = difflib.get_close_matches(unknown[0].strip("-").partition("=")[0], [one.name for one in table], 1)
-        hint = f"did you mean _{near[0]}:=VALUE?" if near else f"see {name} -h"
-        parser.error(f"no argument {unknown[0]}; {hint}")
+        meant = "_" + unknown[0].strip("-").partition("=")[0]
+        hint = nearest(meant + ":=VALUE", [f"_{one.name}:=VALUE" for one in table]) or f"; see {name} -h"
+        parser.error(f"no argument {unknown[0]}{hint}")
 
 
 def init_node(name, explanation, table=()):
@@ -99,8 +98,8 @@ def _read_all(parts):
 def signals_wait():
     """SIGINT and SIGTERM that come within take effect behind it, or end the process where that takes too long.
 
-    rospy shuts down within the signal's handler, which asks the master. Where the handler interrupts another question
-    to the master, as starting nodes ask many, it waits for ever for the lock that the interrupted question holds.
+    rospy asks the master within the signal's handler. Where that interrupts another question to the master, as starting
+    nodes ask many, it waits for ever for the lock that the interrupted question holds.
     """
     came = []
 

@@ -44,11 +44,11 @@ def running_wheels(namespace):
 def private_parameters(table, node="~"):
     """The parameters of a node of this process by name. Raises ParameterError."""
     given = rospy.get_param(node, {})
-    if isinstance(given, dict):
-        given = {name: value for name, value in given.items() if name != RUN}
     if not isinstance(given, dict):
         raise ParameterError([fault("~", given, "parameters by name, as in `publish_rate: 20.0`: is a line missing?")])
-    return read_parameters((*table, *COMMON_PARAMETERS), {**official_parameters(table), **given})
+    given = {**official_parameters(table), **given}
+    given.pop(RUN, None)
+    return read_parameters((*table, *COMMON_PARAMETERS), given)
 
 
 def own_parameters(table):

@@ -14,11 +14,10 @@ SEND_TIMEOUT = struct.pack("@ll", 0, 50000)  # a struct timeval: [s], [us]
 
 
 class ImmediatePublisher(rospy.SubscribeListener):
-    """Publishes from the calling thread, so that no message waits for a thread switch (0.1 ms).
+    """When `publish` returns, the message is in the socket, also the last one of a node that shuts down, the stop.
 
-    When `publish` returns, the message is in the socket. So the last packet of a node that shuts down, the stop, is
-    out before the process ends. A subscriber that stops reading is disconnected once its socket has been full for
-    SEND_TIMEOUT: for packets, of which none may be lost unnoticed.
+    A subscriber that stops reading is disconnected once its socket has been full for SEND_TIMEOUT: for packets, of
+    which none may be lost unnoticed.
     """
 
     def __init__(self, topic, message_type):
@@ -49,10 +48,9 @@ class ImmediatePublisher(rospy.SubscribeListener):
 
 
 class DroppingPublisher(ImmediatePublisher):
-    """Publishes from the calling thread, too, but holds up nobody: a subscriber whose socket is full loses messages.
+    """Holds up nobody: a subscriber whose socket is full, less than a third of it free, loses messages.
 
-    For messages of up to a few kB, of which the newest counts: a socket is full when less than a third is free. So
-    the odometry goes out, and commands, of which the last one, the stop, must be out before the process ends.
+    For messages of up to a few kB of which the newest counts.
     """
 
     def __init__(self, topic, message_type):

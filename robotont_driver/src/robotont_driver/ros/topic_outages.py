@@ -1,8 +1,7 @@
 """Watches the network to the publishers on other machines, and connects to them anew when it comes back.
 
 After an outage of T seconds TCP sends again only up to T seconds later, for it doubles its pause with every failed
-attempt: after 30 s without Wi-Fi a robot would stand for up to another 30 s. A new connection needs a fraction of a
-second. It brings nothing old, either.
+attempt. A new connection needs a fraction of a second, and brings nothing old.
 """
 
 import contextlib
@@ -12,7 +11,7 @@ from urllib.parse import urlsplit
 
 import rospy
 
-from robotont_driver.command.message_age import Link
+from robotont_driver.command.command_age import Link
 from robotont_driver.ros.clocks import boot_time
 from robotont_driver.ros.rospy_internals import ANSWER_WITHIN, connect_anew, connections, disconnect
 from robotont_driver.ros.worker import Worker

@@ -1,8 +1,6 @@
 """Detects that a process was stopped or starved, and how old messages may be that it handles only now.
 
-A stopped process (SIGSTOP, a computer that swaps) does not notice that time passes. The messages that waited for it
-in its sockets look new when it goes on. This watch notices the gap between two of its ticks, and from then on, until
-the queues must be empty, gives the beginning of the gap as the time at which messages may have arrived.
+Messages that waited in the sockets of a stopped process look new to it when it goes on.
 """
 
 import math
@@ -13,9 +11,9 @@ LONGEST = 1.0  # [s] for which messages count as old after a gap, however long t
 class StallWatch:
     """Finds gaps longer than `gap` [s] between calls. Times [s] are the caller's, from a clock that never goes back.
 
-    A busy computer may let the process wait again before it has emptied its queues, or let only some of its threads
-    go on. So messages count as old for as long after a gap as it lasted, at least for `gap`, because shorter waits are
-    not noticed, and for LONGEST at most; a gap that begins meanwhile continues the first.
+    A busy computer may let the process wait again before it has emptied its queues. So messages count as old, as of the
+    beginning of a gap, for as long after it as it lasted, at least for `gap`, which is the shortest that is noticed,
+    and for LONGEST at most; a gap that begins meanwhile continues the first.
     """
 
     def __init__(self, gap, now):

@@ -7,7 +7,7 @@ import time
 
 from robotont_driver.protocol.board_status import TIMED_OUT, WAITS_FOR_ZERO
 from robotont_driver.protocol.checksum import add_checksum
-from robotont_driver.protocol.feedback_reader import QUESTION, FeedbackReader
+from robotont_driver.protocol.dialects.checked import QUESTION, Checked
 from robotont_driver.protocol.packet import format_packet
 
 MOVED = 15    # [edges] fewer in half a second are none
@@ -24,15 +24,15 @@ class BringUpError(Exception):
 
 
 class BringUp:
-    """Talks to the firmware over an open serial `line` (time-out 0 to 0.1 s); `wheels`: how many the robot has."""
+    """Talks to the firmware over an open serial `line` (time-out 0 to 0.1 s). wheels: `Wheels`."""
 
     needed = (2, 1)  # firmware
 
-    def __init__(self, line, wheels, reach, rate, clock=time.monotonic):
+    def __init__(self, line, wheels, clock=time.monotonic):
         self._line = line
         self._clock = clock
-        self._wheels = wheels
-        self._reader = FeedbackReader(wheels, reach, rate, "checked")
+        self._wheels = wheels.amount
+        self._reader = Checked(wheels)
 
     def prepare(self):
         """Wait until the board waits for nothing but orders. Raises BringUpError."""

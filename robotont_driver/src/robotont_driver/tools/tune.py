@@ -41,8 +41,8 @@ class Tune(BringUp):
 
     needed = (2, 2)
 
-    def __init__(self, line, wheels, reach, rate, most, pressed=lambda: False, clock=time.monotonic):
-        super().__init__(line, wheels, reach, rate, clock)
+    def __init__(self, line, wheels, most, pressed=lambda: False, clock=time.monotonic):
+        super().__init__(line, wheels, clock)
         self._most = most
         self._pressed = pressed
         self._rest = b""

@@ -5,14 +5,12 @@ drives one motor after another, and with --tune, which measures them.
 """
 
 import math
-import select
 import sys
 import time
 
 import serial
 
-from robotont_driver.kinematics.motor import counts_in_reach
-from robotont_driver.link.port import claimed, explain, usb_id
+from robotont_driver.link.port import claimed, explain, heard, usb_id
 from robotont_driver.parameters.command_line import CommandLine
 from robotont_driver.protocol.dialects import expect_dialect
 from robotont_driver.protocol.dialects.dialect import DialectError
@@ -65,15 +63,12 @@ class TurnedWheels:
 
 def watch(port, dialect, turned, seconds):
     """Print what the wheels do for a time [s]. Raises OSError."""
-    with serial.Serial(port, 115200, timeout=0, exclusive=True) as line:
-        dialect.usb_id = usb_id(port)
-        dialect.connect(time.monotonic())
-        end = time.monotonic() + seconds
-        while time.monotonic() < end:
-            if select.select([line.fileno()], [], [], max(0.0, end - time.monotonic()))[0]:
-                for packet in dialect.feed(line.read(4096), time.monotonic()):
-                    for text in turned.add(packet):
-                        print(text, flush=True)
+    dialect.usb_id = usb_id(port)
+    dialect.connect(time.monotonic())
+    for data in heard(port, 115200, seconds):
+        for packet in dialect.feed(data, time.monotonic()):
+            for text in turned.add(packet):
+                print(text, flush=True)
 
 
 def show(text):
@@ -83,7 +78,7 @@ def show(text):
 
 def try_motors(line, wheels):
     """Drive one motor after another; whether all are right."""
-    tried = BringUp(line, wheels.amount, counts_in_reach(wheels), wheels.pid_frequency)
+    tried = BringUp(line, wheels)
     tried.prepare()
     return bring_up(tried, wheels.amount, show)
 
@@ -91,7 +86,7 @@ def try_motors(line, wheels):
 def tune_motors(line, wheels, most):
     """Step one wheel after another, no faster than `most` [edges/period]; whether numbers are proposed."""
     with tune.keys() as pressed:
-        tuned = tune.Tune(line, wheels.amount, counts_in_reach(wheels), wheels.pid_frequency, most, pressed)
+        tuned = tune.Tune(line, wheels, most, pressed)
         tuned.prepare()
         return tune.tune(tuned, wheels.amount, wheels.pid_frequency, most, show)
 
@@ -130,7 +125,7 @@ def main(arguments=None):
     try:
         found = read_robot(options.robot)
         wheels = found.wheels
-        dialect = expect_dialect(found.packets, wheels, counts_in_reach(wheels))
+        dialect = expect_dialect(found.packets, wheels)
     except (DialectError, ValueError, OSError) as error:
         print(f"turned_wheels: {error}", file=sys.stderr)
         return 1

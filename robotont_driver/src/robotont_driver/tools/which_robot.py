@@ -2,13 +2,9 @@
 
 import argparse
 import importlib.util
-import select
 import sys
-import time
 
-import serial
-
-from robotont_driver.link.port import explain, usb_id
+from robotont_driver.link.port import explain, heard, usb_id
 from robotont_driver.protocol.dialects.recognition import LEAST_WHEELS, PATIENCE, ROBOTS, Listener, explained
 
 LINE = "roslaunch robotont_bringup robot.launch {} port:={}"
@@ -20,14 +16,11 @@ def listen(port, baudrate, seconds):
     Raises OSError.
     """
     listener = Listener(usb_id=usb_id(port))
-    with serial.Serial(port, baudrate, timeout=0, exclusive=True) as line:
-        end = time.monotonic() + seconds
-        while time.monotonic() < end:
-            if select.select([line.fileno()], [], [], max(0.0, end - time.monotonic()))[0]:
-                name = listener.feed(line.read(4096))
-                if name:
-                    own = name in ("plain", "checked") and listener.fields not in (0, LEAST_WHEELS)
-                    return name, f"robot:=FOLDER_OF_{listener.fields}_WHEELS" if own else ROBOTS[name]
+    for data in heard(port, baudrate, seconds):
+        name = listener.feed(data)
+        if name:
+            own = name in ("plain", "checked") and listener.fields not in (0, LEAST_WHEELS)
+            return name, f"robot:=FOLDER_OF_{listener.fields}_WHEELS" if own else ROBOTS[name]
     return None, listener.heard
 
 

@@ -14,28 +14,23 @@ from robotont_driver.protocol.dialects.robotont2018 import Robotont2018
 
 AUTO = "auto"
 NAMES = (AUTO, Plain.name, Checked.name, Robotont2.name, Robotont3.name, Robotont2018.name)
-
-
 OFFICIAL = (Robotont2.name, Robotont3.name, Robotont2018.name)  # their boards tell at once who they are
 
 
-def expect_dialect(name, *robot):
+def expect_dialect(name, wheels, board_distance=DISTANCE):
     """As `make_dialect`, for a board that has to show by its lines that it is of the official dialect of that name."""
     if name not in OFFICIAL:
-        return make_dialect(name, *robot)
-    return Recognised(robot[0], lambda found: make_dialect(found, *robot), name)
+        return make_dialect(name, wheels, board_distance)
+    return Recognised(wheels, lambda found: make_dialect(found, wheels, board_distance), name)
 
 
-def make_dialect(name, wheels, reach, board_distance=DISTANCE):
+def make_dialect(name, wheels, board_distance=DISTANCE):
     """The dialect of a name out of NAMES for `Wheels`. Raises DialectError when its board cannot have such wheels.
 
-    reach: edges that a motor can make in one period; more is taken for an error. board_distance: [m] from centre to
-    wheel, as the official firmware assumes it.
+    board_distance: [m] from centre to wheel, as the official firmware assumes it.
     """
     if name == AUTO:
-        return Recognised(wheels, lambda found: make_dialect(found, wheels, reach, board_distance))
+        return Recognised(wheels, lambda found: make_dialect(found, wheels, board_distance))
     if name in (Robotont2.name, Robotont3.name):
-        return (Robotont2 if name == Robotont2.name else Robotont3)(wheels, reach, board_distance)
-    if name == Robotont2018.name:
-        return Robotont2018(wheels, reach)
-    return (Plain if name == Plain.name else Checked)(wheels, reach)
+        return (Robotont2 if name == Robotont2.name else Robotont3)(wheels, board_distance)
+    return {kind.name: kind for kind in (Plain, Checked, Robotont2018)}[name](wheels)

@@ -3,7 +3,8 @@
 from collections import Counter
 from typing import NamedTuple, Tuple
 
-from robotont_driver.protocol.line_splitter import LineSplitter, read_lines
+from robotont_driver.kinematics.motor import counts_in_reach
+from robotont_driver.protocol.line_splitter import LineSplitter
 from robotont_driver.protocol.packet import Packet, PacketError
 
 
@@ -43,7 +44,6 @@ class Dialect:
     doubts = 0     # gaps in which the board may have restarted
     newest_error = ""  # description of the newest line that was not used
     banner = ""    # newest start-up banner of the board
-    fault = ""     # that the board reports
     obstacle = ""  # why the board cannot be driven
     doubt = ""     # about the robot's wheels on this board, which can be driven if its robot says so
 
@@ -51,7 +51,6 @@ class Dialect:
         self.wheels = wheels
         self.dropped = Counter()  # lines that were not used, by reason
         self._readings = []
-        self._splitter = LineSplitter()
 
     @property
     def spoken(self):
@@ -73,8 +72,7 @@ class Dialect:
 
         Call it once per report of the diagnostics: it may contain what is new since the last one.
         """
-        return [message for message in (self.obstacle, self.fault) if message], [], {
-            "board": self.banner}
+        return [self.obstacle] if self.obstacle else [], [], {"board": self.banner}
 
     def tick(self, now):
         """Advance the time while no data arrives."""
@@ -113,17 +111,42 @@ class Dialect:
 class LineDialect(Dialect):
     """A dialect of text lines: `read_line(text, now)` gets each and may raise PacketError."""
 
+    def __init__(self, wheels):
+        super().__init__(wheels)
+        self._reach = counts_in_reach(wheels)  # [edges] more in one period is taken for an error
+        self._splitter = LineSplitter()
+
     def connect(self, now):
         """Begin a new connection."""
         self._splitter = LineSplitter()
 
     def feed(self, data, now):
-        """List of `Packet` that `data` completes."""
-        return read_lines(self, self._splitter, data, lambda line: self.read_line(decode(line), now))
+        """List of `Packet` that `data` completes; lines that are refused are counted in `dropped`, by kind."""
+        packets = []
+        for line in self._splitter.feed(data):
+            try:
+                packets += self.read_line(decode(line), now)
+            except PacketError as error:
+                self.dropped[error.kind] += 1
+                self.newest_error = str(error)
+        if self._splitter.overlong:
+            self.dropped["overlong"] += self._splitter.overlong
+            self._splitter.overlong = 0
+        self.packets += len(packets)
+        return packets
 
     def read_line(self, text, now):
         """List of `Packet` that the line completes. Raises PacketError."""
         raise NotImplementedError
+
+    def check_reach(self, edges):
+        """Raise PacketError where a wheel (n) has made more edges in a period than its motor can."""
+        if max(map(abs, edges)) > self._reach:
+            raise PacketError("reach", f"more than {self._reach} edges in one period")
+
+    def count(self, recovered):
+        """Take over the numbers of what `recovered`, a LostPackets or PoseTracker, has counted so far."""
+        self.repaired, self.restarts, self.doubts = recovered.repaired, recovered.restarts, recovered.doubts
 
 
 def decode(line):

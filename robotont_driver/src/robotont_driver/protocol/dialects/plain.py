@@ -1,45 +1,28 @@
-"""The thesis' packets, `m0:m1:m2;`, as boards with this project's firmware or the thesis' own use them."""
+"""The thesis' packets, `m0:m1:m2;`, as boards with the thesis' own firmware use them."""
 
-import math
-from operator import attrgetter
-
-from robotont_driver.protocol.dialects.dialect import Dialect, Power
+from robotont_driver.protocol.dialects.dialect import LineDialect
 from robotont_driver.protocol.dialects.echo import EchoWatch
-from robotont_driver.protocol.feedback_reader import FeedbackReader
+from robotont_driver.protocol.packet import PacketError, parse_packet
 
 ECHO = ("the board sends back what it gets: it runs a REPL or another firmware (./robotont flash), or the line is a "
         "loop; nothing is published on serial_read")
 
 
-def _of_reader(name):
-    """An attribute that the FeedbackReader, or a part of it, holds."""
-    find = attrgetter("_reader." + name)
-    return property(lambda dialect: find(dialect))
-
-
-class Plain(Dialect):
+class Plain(LineDialect):
     """Plain packets both ways; what stands behind a semicolon is ignored."""
 
     name = "plain"
-    packets = _of_reader("packets")
-    repaired = _of_reader("lost.repaired")
-    restarts = _of_reader("lost.restarts")
-    doubts = _of_reader("lost.doubts")
-    newest_error = _of_reader("newest_error")
-    banner = _of_reader("health.banner")
-    fault = _of_reader("health.fault")
-    obstacle = _of_reader("health.obstacle")
 
-    def __init__(self, wheels, reach):
+    def __init__(self, wheels):
         super().__init__(wheels)
-        self._reader = FeedbackReader(wheels.amount, reach, wheels.pid_frequency, self.name)
         self._echo = EchoWatch()
-        self.dropped = self._reader.dropped
+        self._first = True  # whether no line has come yet
 
     def connect(self, now):
         """Begin a new connection."""
-        self._reader.connect()
+        super().connect(now)
         self._echo.connect()
+        self.banner, self._first = "", True
 
     @property
     def complaint(self):
@@ -47,24 +30,27 @@ class Plain(Dialect):
         return ECHO if self._echo.echoing else ""
 
     def feed(self, data, now):
-        """List of `Packet` that `data` completes, missed periods included; none from a board that sends an echo."""
-        reader = self._reader
-        packets = reader.feed(data, now)
-        voltage = reader.health.take_voltage()
-        if voltage:
-            self._readings = [Power(voltage, math.nan)]
-        if not reader.checked:  # no echo is a checked packet of counts
-            self._echo.received(data)
-            packets = [] if self._echo.echoing else packets
-        return packets
+        """List of `Packet` that `data` completes; none from a board that sends an echo."""
+        packets = super().feed(data, now)
+        self._echo.received(data)
+        return [] if self._echo.echoing else packets
 
-    def report_board(self):
-        """(errors, warnings, values) of the board's status, identity and notices."""
-        return self._reader.health.report()
+    def read_line(self, text, now):
+        """List of `Packet` that the line completes. Raises PacketError."""
+        first, self._first = self._first, False
+        if not text or text.startswith("#"):
+            self.banner = text[1:].strip() or self.banner
+            return []
+        if first:
+            raise PacketError("first line", "the first line may be incomplete")
+        counts = parse_packet(text, self.wheels.amount)
+        if "." in counts.text:
+            raise PacketError("decimals", f"counts with decimals in {text[:40]!r}")
+        self.check_reach(counts)
+        return [counts]
 
     def encode(self, command):
-        """The packet as it is, with a CRC where the board reads one; see `FeedbackReader.encode`."""
-        line = self._reader.encode(command.text)
-        if not self._reader.checked:
-            self._echo.sent(line)
+        """The packet as it is."""
+        line = command.text.encode("ascii")
+        self._echo.sent(line)
         return line

@@ -10,7 +10,7 @@ import re
 from typing import NamedTuple
 
 from robotont_driver.protocol.dialects.board_wheels import PERIOD
-from robotont_driver.protocol.packet import Packet, PacketError
+from robotont_driver.protocol.packet import PacketError, WholeCounts
 from robotont_driver.protocol.restarts import NEGLIGIBLE, Arrival, doubt_about, largest
 
 _FLOAT = r"(-?(?:0|[1-9][0-9]{0,8})\.[0-9]{6})"  # what C's %f prints
@@ -65,12 +65,8 @@ class PoseTracker:
         self.restarts = 0
         self.doubts = 0
         self.inconsistent = 0
+        self._counts = WholeCounts(3)  # what the motors have made stays counted, whatever the board forgets
         self.forget()
-
-    @property
-    def pose(self):
-        """The newest trusted `PoseLine`; None before the first."""
-        return self._last
 
     def forget(self):
         """Forget the board's pose."""
@@ -80,7 +76,6 @@ class PoseTracker:
         self._suspected_at = 0.0      # [periods] when the first of `_suspects` came
         self._frames = (IN_BASE, IN_ODOM)  # in which the twist may be given; one, as soon as that is clear
         self._speed = [0.0] * 3  # [edges] of the newest period
-        self._rest = [0.0] * 3   # [edges] fractions of edges that no packet has contained yet
 
     def restart(self, now):
         """The board reports a restart: its pose is the origin again."""
@@ -88,10 +83,10 @@ class PoseTracker:
         self._begin(ORIGIN, now / PERIOD)
 
     def _begin(self, line, now):
-        """Take a line as the first of a board that has restarted; what the motors have made stays counted."""
-        rest, arrival = self._rest, self._arrival
+        """Take a line as the first of a board that has restarted."""
+        arrival = self._arrival
         self.forget()
-        self._rest, self._arrival = rest, arrival
+        self._arrival = arrival
         self._take(line, now, 1)
 
     def _take(self, line, now, periods):
@@ -136,7 +131,7 @@ class PoseTracker:
             self._frames = fitting
         self._take(line, now, 1)
         self._speed = self._wheels.edges(body_step(before, line, 1))
-        return self._share(self._speed, 1)
+        return self._counts.share(self._speed)
 
     def _bridge(self, line, now):
         """From the last trusted line to one that the next ones have confirmed."""
@@ -182,18 +177,8 @@ class PoseTracker:
         self.repaired += periods - 1
         self.doubts += bool(doubt)
         self._take(line, now, periods)
-        *packets, newest = self._share(edges, periods)
+        *packets, newest = self._counts.share(edges, periods)
         return [*packets, newest.doubted(doubt)]
-
-    def _share(self, edges, periods):
-        """Whole counts of `edges`, evenly over the periods; the remainder is carried to the next packet."""
-        packets = []
-        for _ in range(periods):
-            due = [rest + edge / periods for rest, edge in zip(self._rest, edges)]
-            counts = Packet(map(round, due))
-            self._rest = [edge - count for edge, count in zip(due, counts)]
-            packets.append(counts)
-        return packets
 
 
 def tolerance(value):

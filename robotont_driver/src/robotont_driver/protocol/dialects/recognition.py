@@ -77,9 +77,8 @@ class Recognised(Dialect):
     """Listens until a line identifies the dialect, and uses that one from then on: see `spoken`.
 
     make(name): a new dialect; may raise DialectError. expected: the dialect that the robot's board has, any other is
-    refused; empty: any that fits the wheels.
-    Until then nothing is sent; where none is expected, after PATIENCE plain packets are, for a board that only
-    receives. No other board follows them.
+    refused; empty: any that fits the wheels. Until then nothing is sent; where none is expected, plain packets are
+    after PATIENCE, for a board that only receives.
     """
 
     def __init__(self, wheels, make, expected=""):
@@ -171,32 +170,20 @@ class Recognised(Dialect):
 
 def recognise(text, wheels, usb_id):
     """Name of the dialect that a whole line (text without its end) belongs to, or None."""
-    if text.startswith(OWN_BANNER) or is_checked(text, wheels):
+    error = refusal(CheckedPacket, text, wheels)
+    if text.startswith(OWN_BANNER) or error is None or isinstance(error, ForeignPacketError):
         return "checked"
-    if text == BANNER or passes(parse_pose, text):
+    if text == BANNER or refusal(parse_pose, text) is None:
         return "robotont3" if usb_id == USB_ID else "robotont2"
     if robotont2018.is_line(text):
         return "robotont2018"
-    if text.endswith(";") and passes(parse_packet, text, wheels):
-        return "plain"
-    return None
+    return "plain" if text.endswith(";") and refusal(parse_packet, text, wheels) is None else None
 
 
-def is_checked(text, wheels):
-    """Whether a line is a packet with a valid checksum, be it of a board with another number of wheels."""
-    try:
-        CheckedPacket(text, wheels)
-    except ForeignPacketError:
-        return True
-    except PacketError:
-        return False
-    return True
-
-
-def passes(parse, *arguments):
-    """Whether a call does not raise PacketError."""
+def refusal(parse, *arguments):
+    """The PacketError that a call raises; None where it raises none."""
     try:
         parse(*arguments)
-    except PacketError:
-        return False
-    return True
+    except PacketError as error:
+        return error
+    return None

@@ -31,12 +31,12 @@ class Robotont2(LineDialect):
     goodbye = b"\x1b"
     fastest = 0.30      # [m/s] the board limits each wheel to this by itself, which would bend the path
 
-    def __init__(self, wheels, reach, distance=DISTANCE):
+    def __init__(self, wheels, distance=DISTANCE):
         """Raises DialectError when the board cannot have these wheels. distance [m]: as the board's firmware has it."""
         super().__init__(wheels)
         self._board_wheels = BoardWheels(wheels, distance)
         usual = PUSHED * self.fastest * PERIOD * self._board_wheels.edges_per_metre
-        self._tracker = PoseTracker(self._board_wheels, reach, usual)
+        self._tracker = PoseTracker(self._board_wheels, self._reach, usual)
 
     @property
     def doubt(self):
@@ -48,11 +48,6 @@ class Robotont2(LineDialect):
         """The doubt: a warning."""
         return self.doubt
 
-    @property
-    def board_pose(self):
-        """The newest trusted pose that the board has reported, a `PoseLine`; None before the first."""
-        return self._tracker.pose
-
     def connect(self, now):
         """Begin a new connection."""
         super().connect(now)
@@ -62,10 +57,9 @@ class Robotont2(LineDialect):
     def feed(self, data, now):
         """List of `Packet` that `data` completes, those of lost lines included."""
         packets = super().feed(data, now)
-        tracker = self._tracker
-        self.repaired, self.restarts, self.doubts = tracker.repaired, tracker.restarts, tracker.doubts
-        if tracker.inconsistent:
-            self.dropped["inconsistent"] = tracker.inconsistent
+        self.count(self._tracker)
+        if self._tracker.inconsistent:
+            self.dropped["inconsistent"] = self._tracker.inconsistent
         return packets
 
     def read_line(self, text, now):

@@ -4,7 +4,7 @@ import re
 
 from robotont_driver.protocol.carried_rounding import CarriedRounding
 from robotont_driver.protocol.dialects.dialect import DialectError, LineDialect
-from robotont_driver.protocol.packet import Packet, PacketError
+from robotont_driver.protocol.packet import PacketError, WholeCounts
 
 WHEELS = 3
 WINDOW = 0.01     # [s] in which the board counts edges; it reports one of every two windows or more
@@ -29,7 +29,7 @@ class Robotont2018(LineDialect):
     goodbye = b"\x1b"
     pause = 0.03
 
-    def __init__(self, wheels, reach):
+    def __init__(self, wheels):
         """Raises DialectError when the board cannot have these wheels."""
         super().__init__(wheels)
         if wheels.amount != WHEELS:
@@ -37,8 +37,7 @@ class Robotont2018(LineDialect):
         if abs(wheels.pid_frequency * PERIOD - 1) > 1e-6:
             raise DialectError(f"pidControlFrequency: found {wheels.pid_frequency:g}, allowed: {1 / PERIOD:g} [Hz], "
                                "the rate of the board's feedback")
-        self._reach = reach
-        self._rest = [0.0] * WHEELS  # [edges] fractions of edges that no packet has contained yet
+        self._counts = WholeCounts(WHEELS)
         self._rounding = CarriedRounding(WHEELS, 0, hold=1.0)  # its time counts lines: each is held for as long
         self._lines = 0
         self._written = 0            # bytes that the board has written since the newest counts
@@ -56,19 +55,11 @@ class Robotont2018(LineDialect):
             windows = (PERIOD + self._written * BYTE) / WINDOW
             self._written = 0
             edges = [windows * int(field) for field in match.groups()]
-            if max(map(abs, edges)) > self._reach:
-                raise PacketError("reach", f"more than {self._reach} edges in one period")
-            return [self._share(edges)]
+            self.check_reach(edges)
+            return self._counts.share(edges)
         if text and not is_line(text):
             raise PacketError("unknown", f"neither Encoders nor Setpoints or Temperatures: {text[:40]!r}")
         return []
-
-    def _share(self, edges):
-        """Whole counts of `edges`; the remainder is carried to the next packet."""
-        due = [rest + edge for rest, edge in zip(self._rest, edges)]
-        counts = Packet(map(round, due))
-        self._rest = [edge - count for edge, count in zip(due, counts)]
-        return counts
 
     def encode(self, command):
         """Setpoints [edges per window], whole numbers, all scaled by one factor to the board's full scale.

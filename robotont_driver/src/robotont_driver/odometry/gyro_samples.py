@@ -2,7 +2,7 @@
 
 from collections import deque
 
-from robotont_driver.odometry.gyro import SECOND
+from robotont_driver.timing.packet_stamps import SECOND
 
 GAP = SECOND // 10      # [ns] between two samples; across a longer one the turn is unknown
 HOLD = SECOND * 3 // 10  # [ns] by which samples of a period may be late and count as its own; shorter than SETTLING
@@ -13,9 +13,8 @@ KEPT = 4096             # samples: more than four seconds of any gyro, for packe
 class TurnIntegral:
     """Integral of a gyro's rates from one stamp to the next.
 
-    The wheels replace samples that have not arrived yet, however late they are; once they have, their turn is made
-    good. So a machine that is late with them loses nothing. `sampled` is what samples alone tell of the last stretch,
-    and of ends of earlier ones for which they came late: (turn [rad], [s]).
+    The wheels replace samples that are late; once they have arrived, their turn is made good. `sampled` is what samples
+    alone tell of the last stretch, and of ends of earlier ones for which they came late: (turn [rad], [s]).
     """
 
     def __init__(self):

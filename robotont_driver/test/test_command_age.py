@@ -3,7 +3,7 @@ import random
 
 import pytest
 
-from robotont_driver.command.message_age import BURST, OLDEST, PAUSE, UNSEEN, Arrivals, Link
+from robotont_driver.command.command_age import BURST, OLDEST, PAUSE, UNSEEN, Arrivals, Link
 
 
 def streamed(until, period=0.05):

@@ -1,11 +1,7 @@
-"""Wheels that slip, are blocked or count nothing: detected by parity checks, and by comparison with the command.
+"""Wheels that slip, are blocked or count nothing, found by the others: n > 3 wheels count more than a motion.
 
-With n > 3 wheels the counts are redundant: the wheel matrix J leaves n - 3 combinations of them (parity checks)
-that are zero while every wheel rolls. A chi-square test compares them with their noise over a short window, which
-finds coarse slip soon, and over a long one: what slips grows with the way, the noise with its root. Its statistic is
-the weighted sum of squares that remains of the paths when the step that fits them best is taken off.
-With three wheels nothing is redundant; there, and for any n, `CommandWatch` compares commanded and measured paths.
-Counts and paths of wheels are in edges.
+A chi-square test over a short and a long window; its statistic is the weighted sum of squares that remains of the
+wheels' paths when the step that fits them best is taken off. See docs/odometry.md. Counts and paths are in edges.
 """
 
 import itertools
@@ -103,16 +99,12 @@ class SlipDetector:
     def _noise_variances(self, paths, ways):
         """[edges^2] of paths and ways [edges], windows x n.
 
-        The noise grows with the way that a wheel has rolled. Where it has counted little by that same noise, its way
-        is that which follows from the others.
+        It grows with the way that a wheel has rolled; one that has counted little by its noise has that of the others.
         """
         return PATH_VARIANCE + self.noise.excess * self._noise * np.maximum(ways, np.abs(paths @ self._others))
 
     def _learn(self, path):
-        """The noise is learnt without tolerance, which would hide it, and from the ways that fit all wheels best.
-
-        The larger of two estimates of a way, as a test wants it, is too large on average, and the noise then too small.
-        """
+        """Learn the noise, without tolerance, which would hide it, and from the ways that fit all wheels best."""
         if self.noise.wants(path.tolist()):
             variances = PATH_VARIANCE + self.noise.excess * self._noise * np.abs(path @ self._all_fitted)
             weights = self._used / (variances * self._edge ** 2)
@@ -157,10 +149,9 @@ class SlipDetector:
         self._shown = np.zeros(len(self._matrix))
 
     def _release(self):
-        """Include a wheel again that has rolled consistently with the others, for a window or for as many as prove it.
+        """Include a wheel again that has rolled consistently with the others, for as many clean windows as prove it.
 
-        One window may hold too little way to show a slip; those that follow add to it as long as all are clean. After
-        a coarse slip the long window begins where the short one has become clean.
+        After a coarse slip the long window begins where the short one has become clean.
         """
         wheels = list(self.slipping)
         rows, in_use = range(len(wheels)), len(self._matrix) - len(wheels) + 1

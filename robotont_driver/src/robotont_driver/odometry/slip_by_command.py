@@ -1,7 +1,4 @@
-"""Slip with any number of wheels: commanded and measured paths, compared.
-
-Counts and paths of wheels are in edges.
-"""
+"""Slip with any number of wheels: commanded and measured paths [edges], compared."""
 
 from collections import deque
 

@@ -2,7 +2,7 @@ import math
 
 import pytest
 
-from robotont_driver.nodes.scan_sectors import sectors
+from robotont_driver.nodes.scan_to_distance import sectors
 
 
 def test_the_thirds_from_right_to_left():

@@ -4,7 +4,7 @@ import math
 from collections import deque
 
 from robotont_driver.odometry.chi_square import chi_square_limit
-from robotont_driver.odometry.slip import TOLERANCE, WINDOW
+from robotont_driver.odometry.slip_by_wheels import TOLERANCE, WINDOW
 from robotont_driver.odometry.wheel_noise import PATH_VARIANCE, LearntNoise
 
 TIMING = 0.016          # [s] by which the times of gyro and wheels differ (standard deviation)

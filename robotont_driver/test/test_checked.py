@@ -1,0 +1,129 @@
+"""The dialect of this project's board: what is dropped, what is repaired, and what is let out to which board."""
+
+import math
+
+import pytest
+from feedback_bench import REACH, Reader, Sender, total
+from hypothesis import given
+from hypothesis import strategies as st
+
+from robotont_driver.protocol.checksum import add_checksum, crc16
+from robotont_driver.protocol.dialects.checked import QUESTION
+from robotont_driver.protocol.packet import Packet
+from robotont_testing.stand_in_board import identity, sealed
+
+COMMAND = Packet([5, 5, 5])
+DRIVES, ASKS, STANDS = add_checksum("5:5:5;\n"), QUESTION + add_checksum("0:0:0;\n"), add_checksum("0:0:0;\n")
+
+
+def state(checked):
+    return checked.restarts, checked.repaired, dict(checked.dropped)
+
+
+def resting(status, counter=0, wheels=3):
+    """A resting board's packet with a status field's text, bytes."""
+    body = ":".join("0" * wheels) + f";{counter:02X}" + ":0000" * wheels + f":{status}:"
+    return body.encode() + b"%04X\n" % crc16(body.encode())
+
+
+def test_a_banner_shows_a_restart_even_where_counters_happen_to_fit():
+    sender, checked = Sender(), Reader()
+    for _ in range(200):
+        checked.feed(sender.packet([1, 1, 1]))
+    for restarts in (1, 2):
+        assert checked.feed(b"# robotont_firmware 1.0\n" + Sender().packet([5, 5, 5])) == [(5, 5, 5)]
+        assert state(checked) == (restarts, 0, {})
+    assert checked.health.banner == "robotont_firmware 1.0"
+
+
+def test_a_valid_packet_that_fits_nothing_is_not_believed_alone():
+    sender, checked = Sender(), Reader()
+    read = checked.feed(sender.packet() + Sender(start=0x5000, seed=9).packet()) + checked.feed(sender.packet())
+    assert read == sender.sent
+    assert state(checked) == (0, 0, {"inconsistent": 1})
+
+
+@given(st.lists(st.integers(0, 100), max_size=30))
+def test_counts_are_conserved_under_any_loss(losses):
+    sender, checked = Sender(start=0xFFF0), Reader()
+    read = checked.feed(sender.packet())
+    for lost in losses:
+        for _ in range(lost):
+            sender.packet()
+        read += checked.feed(sender.packet())
+        assert read[-1] == sender.sent[-1]
+    assert (total(read), len(read)) == (total(sender.sent), len(sender.sent))
+    assert state(checked) == (0, sum(losses), {})
+
+
+def test_each_line_that_is_no_packet_is_counted_by_its_kind():
+    sender, checked = Sender(), Reader()
+    packet = sender.packet()
+    assert checked.feed(packet + packet + sender.packet()) == sender.sent, "the same twice counts once"
+    assert checked.feed(sender.packet([REACH + 1, 0, 0])) == []
+    for line in (b"1:2:3;\n", b"1:2:3;00:0001:0002:0003:0000\n", b"\xff\n", b"1" * 5000 + b"\n",
+                 sealed("identity").replace(b"i", b"x"), resting("0000000004D23")):
+        assert checked.feed(line) == []
+        assert checked.newest_error
+    assert state(checked) == (0, 0, {"repeated": 1, "reach": 1, "trailer": 1, "checksum": 2, "not ascii": 1,
+                                     "overlong": 1, "fields": 1})
+    assert checked.packets == 2
+
+
+def test_a_fault_stands_in_every_packet_and_ends_with_it():
+    checked = Reader()
+    for counter, (status, words) in enumerate((("020000030", "wheel 1: counts against its direction"),
+                                               ("000000000", ""), ("000000010", "wheel 1: "))):
+        checked.feed(resting(status, counter))
+        assert words in checked.health.fault
+        assert bool(words) == bool(checked.health.fault)
+    assert checked.feed(b"# fault cleared\n") == []
+    assert checked.health.fault, "a board of today says nothing without a checksum"
+    checked.connect(0.0)
+    assert checked.health.fault == "", "of a board that is not known"
+    checked.feed(b"# fault motor 1\n")
+    assert "the board reports: fault motor 1" in checked.report_board()[1], "firmware before 2.0"
+
+
+def test_the_battery_of_our_own_board_is_a_reading_once_a_second():
+    checked, taken = Reader(), []
+    for status, readings in (("0000000004D231", 3), ("00000000000031", 0)):  # the latter: not measured
+        for counter in range(150):
+            checked.feed(resting(status, counter))
+            taken += checked.take_readings()
+        assert [(power.voltage, math.isnan(power.current)) for power in taken] == [(12.34, True)] * readings
+        taken = []
+
+
+def test_an_unknown_board_is_asked_and_gets_zeros():
+    checked = Reader()
+    assert checked.encode(COMMAND) == DRIVES, "nothing has come: it may be firmware before 2.0"
+    for _ in range(2):
+        checked.feed(resting("000000000"))
+        assert checked.encode(COMMAND) == ASKS
+        checked.feed(sealed("identity " + identity()))
+        assert checked.encode(COMMAND) == DRIVES
+        checked.connect(0.0)
+    checked.feed(sealed(identity()) + resting("030000000"))  # a start makes the board known, too
+    assert checked.encode(COMMAND) == DRIVES
+    assert checked.health.identity.profile == "ours"
+
+
+@pytest.mark.parametrize("wheels, rate, words", [(4, 50, "4 wheels"), (3, 100, "100 Hz")])
+def test_another_robot_is_not_driven(wheels, rate, words):
+    checked = Reader()
+    checked.feed(resting("000000" + "0" * wheels, wheels=wheels))
+    assert checked.encode(COMMAND) == ASKS
+    checked.feed(sealed("identity " + identity(wheels, rate)))
+    assert words in checked.obstacle
+    assert checked.encode(COMMAND) == STANDS
+
+
+def test_one_packet_of_another_robot_may_be_an_accident():
+    checked = Reader()
+    for status, wheels in (("0000000000", 4), ("000000000", 3)):
+        checked.feed(resting(status, wheels=wheels))
+        assert checked.encode(COMMAND) == ASKS
+    checked.feed(sealed("identity " + identity()))
+    checked.feed(resting("0000000000", wheels=4))
+    assert checked.encode(COMMAND) == DRIVES

@@ -68,23 +68,25 @@ install_packages() {
         >"$WORK/apt.log" 2>&1 || { tail -20 "$WORK/apt.log" >&2; fail "apt-get failed; see $WORK/apt.log"; }
 }
 
-# install_python FOLDER LIST: the Python packages of setup/pypi/LIST.txt, into a virtual environment.
+# install_python FOLDER LIST ...: the Python packages of setup/pypi/LIST.txt, into a virtual environment.
 # Without PYTHONPATH: what the caller has there, as in the shell of another clone, is not installed here, not even pip.
 install_python() {
     local -x PYTHONPATH=
-    local venv=$WORK/$1 pip=("$WORK/$1/bin/python" -I -m pip)
+    local venv=$WORK/$1 pip=("$WORK/$1/bin/python" -I -m pip) lists=("${@:2}")
+    lists=("${lists[@]/#/$ROOT/setup/pypi/}")
     if ! "${pip[@]}" --version >"$WORK/pip.log" 2>&1; then
         rm -rf "$venv" "$venv.new"
         /usr/bin/python3 -m venv --system-site-packages "$venv.new"
         mv "$venv.new" "$venv"  # whole or not at all, whenever this is interrupted
     fi
-    echo "installing Python packages for $2 into $venv (up to a minute)"
+    echo "installing Python packages for ${*:2} into $venv (up to a minute)"
     pip+=(install -q --disable-pip-version-check)
     # Ubuntu 20.04's pip 20.0.2 knows no wheels for glibc 2.17 and newer by their present names
     case $("$venv/bin/python" -I -m pip --version) in
         "pip 20."[0-2]*) "${pip[@]}" pip==24.0 >"$WORK/pip.log" 2>&1 || true ;;  # else the next line says why not
     esac
-    "${pip[@]}" -r "$ROOT/setup/pypi/$2.txt" >"$WORK/pip.log" 2>&1 ||
+    # shellcheck disable=SC2046
+    "${pip[@]}" $(printf -- '-r %s.txt ' "${lists[@]}") >"$WORK/pip.log" 2>&1 ||
         { tail -20 "$WORK/pip.log" >&2; fail "pip failed; see $WORK/pip.log"; }
 }
 
@@ -107,16 +109,22 @@ venv_of() {
 
 # setup GROUP ... A group's state is kept beside what was installed, so that it goes when that is deleted.
 setup() {
-    local group folder groups=()
+    local group folder groups=() lists
     for group; do
         folder=$WORK/$(venv_of "$group")
         [ "$(cat "$folder/setup/$group" 2>/dev/null)" = "$(setup_state "$group")" ] || groups+=("$group")
     done
     [ ${#groups[@]} != 0 ] || return 0
     install_packages "${groups[@]}"
+    for folder in venv tools; do
+        lists=()
+        for group in "${groups[@]}"; do
+            [ "$(venv_of "$group")" != $folder ] || lists+=("$group")
+        done
+        [ ${#lists[@]} = 0 ] || install_python $folder "${lists[@]}"
+    done
     for group in "${groups[@]}"; do
         folder=$(venv_of "$group")
-        [ -z "$folder" ] || install_python "$folder" "$group"
         mkdir -p "$WORK/$folder/setup"
         setup_state "$group" >"$WORK/$folder/setup/$group"
     done

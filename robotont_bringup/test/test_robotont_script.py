@@ -146,7 +146,7 @@ def test_setup_of_a_group_installs_what_the_build_needs_too(tmp_path):
     """On a fresh system, where catkin is one of the group robot's packages."""
     folder, tools = clone_that_needs_nothing(tmp_path / "clone"), tmp_path / "tools"
     (folder / "setup" / "apt_packages.txt").write_text("robot catkin\ntest for-tests\n")
-    (folder / "setup" / "pypi" / "test.txt").write_text("")
+    (folder / "setup" / "pypi" / "test.txt").unlink()
     tools.mkdir()
     for name, line in (("dpkg-query", "exit 1"), ("apt-get", f'echo "$*" >>{tmp_path}/asked'), ("sudo", 'exec "$@"')):
         (tools / name).write_text(f"#!/bin/sh\n{line}\n")

@@ -139,7 +139,8 @@ def _install(options, live):
     units = dict.fromkeys((*(Path(name).name for name in links), *installed_units(options.root)))
     commands = (*AFTER_INSTALL, ("systemctl", "restart", *units)) if live else ()
     if options.dry_run:
-        print(f"would write, under {options.root}:", *files, *(f"{name} -> {links[name]}" for name in links), sep="\n  ")
+        names = *files, *(f"{name} -> {target}" for name, target in links.items())
+        print(f"would write, under {options.root}:", *names, sep="\n  ")
         if commands:
             print("would run:", *(" ".join(command) for command in commands), sep="\n  ")
         good = True

@@ -5,7 +5,6 @@ import importlib.util
 import ipaddress
 import os
 import re
-import shutil
 import socket
 import subprocess
 import sys
@@ -37,30 +36,23 @@ def run(commands):
     good = True
     for command in commands:
         print("  " + " ".join(command))
-        if not shutil.which(command[0]):
-            print(f"install-robot: {command[0]} is missing: run it later", file=sys.stderr)
-            good = False
-        elif subprocess.run(command, check=False).returncode:
-            print(f"install-robot: failed: {' '.join(command)}", file=sys.stderr)
+        try:
+            subprocess.run(command, check=True)
+        except (OSError, subprocess.CalledProcessError) as error:
+            print(f"install-robot: failed, run it later: {error}", file=sys.stderr)
             good = False
     return good
 
 
-def can_be_found_under(text):
-    """Whether other machines may find one under this text: an IPv4 address or a host name, none of loopback."""
-    if re.fullmatch("[0-9.]+", text):
-        try:
-            address = ipaddress.IPv4Address(text)
-        except ValueError:
-            return False
-        return not (address.is_loopback or address.is_unspecified or address.is_multicast)
-    label = "[A-Za-z0-9]([A-Za-z0-9-]*[A-Za-z0-9])?"
-    return text != "localhost" and re.fullmatch(rf"{label}(\.{label})*", text) is not None
-
-
 def address(text):
-    """Such a text. Raises ArgumentTypeError."""
-    if not can_be_found_under(text):
+    """A text under which other machines may find one: an IPv4 address or a host name. Raises ArgumentTypeError."""
+    try:
+        found = ipaddress.IPv4Address(text)
+        good = not (found.is_loopback or found.is_unspecified or found.is_multicast)
+    except ValueError:
+        label = "[A-Za-z0-9]([A-Za-z0-9-]*[A-Za-z0-9])?"
+        good = re.fullmatch(rf"{label}(\.{label})*", text) and re.search("[A-Za-z]", text) and text != "localhost"
+    if not good:
         raise argparse.ArgumentTypeError(f"found {text!r}, allowed: an IPv4 address as in 10.0.0.1 (ip address), or a "
                                          "host name, under which others find it in a network")
     return text

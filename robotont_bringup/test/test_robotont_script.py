@@ -51,7 +51,7 @@ def functions(folder, script, **environment):
 
 
 # one for each way of a command to its help: those that are programs stand in one table
-@pytest.mark.parametrize("command", ["demo", "keys", "install-robot", "sim", "rviz", "test", "lint", "release", "setup"])
+@pytest.mark.parametrize("command", ["demo", "keys", "install-robot", "sim", "rviz", "test", "lint", "release"])
 def test_every_command_answers_h(command, tmp_path):
     """Nothing built: without its own help, which would need a setup."""
     result = robotont(ROOT, command, "-h", ROBOTONT_WORK=str(tmp_path / "nothing"), COLUMNS="80")

@@ -22,11 +22,15 @@ import pytest
 ROBOTONT_MSGS = Path(os.environ.get("ROBOTONT_MSGS",
                                     str(Path(__file__).parent / ".build/robotont_msgs/lib/python3/dist-packages")))
 
-# Files of 20 s and more, the longest first. They begin first: else one is left when all others are done.
-LONG = ("test_old_commands", "timed_cmd_vel_mux", "timed_keyboard_teleop", "timed_navigation_demands",
-        "timed_simulator_drive", "test_network", "test_boot", "test_robotont_script", "rviz", "goto", "serial_com_node",
-        "calibrate_wheels", "launches", "test_install_space", "stack", "official_boards", "odom_node",
-        "web_teleop_node", "driver_node", "web_teleop_stop", "status", "test_navigation_launch", "recorder_node")
+# The longest files of each step of ./robotont test begin first: else one is left when all others are done.
+LONG = ("goto", "rviz", "status", "relocalize", "web_teleop_stop", "calibrate_wheels", "web_teleop_node",
+        "recorder_node", "simulator_node", "launches", "stack", "official_boards", "serial_com_node", "driver_node",
+        "test_install_space", "test_robotont_script", "test_nothing_is_left_running", "test_web_page",
+        "test_fleet_access", "test_web_page_looks", "test_firmware_suites", "test_end_with_a_hung_master",
+        "test_camera", "test_sim_faults", "test_calibrate_wheels", "test_gyro_other_noise", "test_wheel_estimation",
+        "test_old_commands", "test_boot", "test_network", "timed_simulator_drive", "timed_navigation_demands",
+        "timed_odom_node", "timed_keyboard_teleop", "timed_cmd_vel_mux", "timed_odom_node_set_clock",
+        "test_firmware_tune")
 
 
 class WithoutTf2:
@@ -51,13 +55,8 @@ def pytest_collect_file(file_path, parent):
 
 
 def pytest_collection_modifyitems(items):
-    """The longest first, then rostests before other tests."""
-    items.sort(key=_turn)
-
-
-def _turn(item):
-    stem = item.path.stem
-    return LONG.index(stem) if stem in LONG else len(LONG) + (not isinstance(item, Rostest))
+    """The longest first."""
+    items.sort(key=lambda item: LONG.index(item.path.stem) if item.path.stem in LONG else len(LONG))
 
 
 class RostestFile(pytest.File):

@@ -68,24 +68,26 @@ install_packages() {
         >"$WORK/apt.log" 2>&1 || { tail -20 "$WORK/apt.log" >&2; fail "apt-get failed; see $WORK/apt.log"; }
 }
 
-# install_python FOLDER LIST: the Python packages of setup/pypi/LIST.txt, into a virtual environment.
+# install_python FOLDER LIST ...: the Python packages of setup/pypi/LIST.txt, into a virtual environment.
 # Without PYTHONPATH: what the caller has there, as in the shell of another clone, is not installed here, not even pip.
 install_python() {
     local -x PYTHONPATH=
-    local venv=$WORK/$1 pip=("$WORK/$1/bin/python" -I -m pip)
-    if ! "${pip[@]}" --version >"$WORK/pip.log" 2>&1; then
+    local venv=$WORK/$1 pip=("$WORK/$1/bin/python" -I -m pip) lists=("${@:2}")
+    lists=("${lists[@]/#/$ROOT/setup/pypi/}")
+    if ! "${pip[@]}" --version >"$venv.log" 2>&1; then
         rm -rf "$venv" "$venv.new"
         /usr/bin/python3 -m venv --system-site-packages "$venv.new"
         mv "$venv.new" "$venv"  # whole or not at all, whenever this is interrupted
     fi
-    echo "installing Python packages for $2 into $venv (up to a minute)"
+    echo "installing Python packages for ${*:2} into $venv (up to a minute)"
     pip+=(install -q --disable-pip-version-check)
     # Ubuntu 20.04's pip 20.0.2 knows no wheels for glibc 2.17 and newer by their present names
     case $("$venv/bin/python" -I -m pip --version) in
-        "pip 20."[0-2]*) "${pip[@]}" pip==24.0 >"$WORK/pip.log" 2>&1 || true ;;  # else the next line says why not
+        "pip 20."[0-2]*) "${pip[@]}" pip==24.0 >"$venv.log" 2>&1 || true ;;  # else the next line says why not
     esac
-    "${pip[@]}" -r "$ROOT/setup/pypi/$2.txt" >"$WORK/pip.log" 2>&1 ||
-        { tail -20 "$WORK/pip.log" >&2; fail "pip failed; see $WORK/pip.log"; }
+    # shellcheck disable=SC2046
+    "${pip[@]}" $(printf -- '-r %s.txt ' "${lists[@]}") >"$venv.log" 2>&1 ||
+        { tail -20 "$venv.log" >&2; fail "pip failed; see $venv.log"; }
 }
 
 # Inputs of the setup of a group; an unchanged value means that nothing is to be done.
@@ -105,21 +107,43 @@ venv_of() {
     esac
 }
 
-# setup GROUP ... A group's state is kept beside what was installed, so that it goes when that is deleted.
+# setup GROUP ... A group's state is kept beside what was installed, so that it goes when that is deleted. Python packages
+# are still on their way afterwards, for the build needs none: `finish_setup` waits for them.
+INSTALLING=()
 setup() {
-    local group folder groups=()
+    local group folder lists missing=()
     for group; do
         folder=$WORK/$(venv_of "$group")
-        [ "$(cat "$folder/setup/$group" 2>/dev/null)" = "$(setup_state "$group")" ] || groups+=("$group")
+        [ "$(cat "$folder/setup/$group" 2>/dev/null)" = "$(setup_state "$group")" ] || missing+=("$group")
     done
-    [ ${#groups[@]} != 0 ] || return 0
-    install_packages "${groups[@]}"
-    for group in "${groups[@]}"; do
-        folder=$(venv_of "$group")
-        [ -z "$folder" ] || install_python "$folder" "$group"
-        mkdir -p "$WORK/$folder/setup"
-        setup_state "$group" >"$WORK/$folder/setup/$group"
+    [ ${#missing[@]} != 0 ] || return 0
+    install_packages "${missing[@]}"
+    for folder in "" venv tools; do
+        lists=()
+        for group in "${missing[@]}"; do
+            [ "$(venv_of "$group")" != "$folder" ] || lists+=("$group")
+        done
+        { trap - INT; [ ${#lists[@]} = 0 ] || install_groups "$folder" "${lists[@]}"; } &  # ends by Ctrl-C, too
+        INSTALLING+=($!)
     done
+}
+
+# install_groups FOLDER GROUP ...: what they need of PyPI, if FOLDER is not empty.
+install_groups() {
+    local group
+    [ -z "$1" ] || install_python "$@"
+    mkdir -p "$WORK/$1/setup"
+    for group in "${@:2}"; do
+        setup_state "$group" >"$WORK/$1/setup/$group"
+    done
+}
+
+finish_setup() {
+    local job
+    for job in ${INSTALLING[@]+"${INSTALLING[@]}"}; do
+        wait "$job" || exit 1
+    done
+    INSTALLING=()
 }
 
 # What Python says when a Ctrl-C interrupts it.
@@ -171,7 +195,6 @@ build() {
     fi
     make -C "$WORK/build" >"$WORK/make.log" 2>&1 ||
         { tail -20 "$WORK/make.log" >&2; fail "make failed; see $WORK/make.log"; }
-    environment
 }
 
 # The folder for all build products, or a message why there can be none.
@@ -210,5 +233,7 @@ prepare() {
     forget_another_place
     setup "$@"
     build
+    finish_setup
+    environment  # with what has come
     exec 9>&-
 }

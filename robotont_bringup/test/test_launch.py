@@ -10,7 +10,7 @@ import pytest
 from test_help import PROGRAMS
 
 from robotont_bringup import launch
-from robotont_testing.harness import START, Master, free_port, wait_for
+from robotont_testing.harness import START, free_port, wait_for
 
 LAUNCH_FILES = {  # words of the last line: a launch file
     "robot: found 'robotont4', allowed: four_wheels,":
@@ -35,19 +35,6 @@ def test_the_reason_is_the_last_line(words, tmp_path):
     assert result.returncode == (1 if words else 0), result.stderr
     assert words in result.stderr.strip().splitlines()[-1]
     assert "RLException" not in result.stderr
-
-
-def test_the_end_of_another_launch_s_master_is_told(tmp_path):
-    """Whoever lives on it drives on, but what starts later finds a new master, which does not know it."""
-    file, log = tmp_path / "a.launch", tmp_path / "log"
-    file.write_text('<launch><node name="one" pkg="robotont_driver" type="which_robot" '
-                    'launch-prefix="bash -c \'sleep 1000\'"/></launch>')
-    with Master() as master:
-        master.start(sys.executable, launch.__file__, file, log=log, PYTHONUNBUFFERED="1")
-        wait_for(lambda: "process[one" in log.read_text(), "its node", START)
-        assert "has ended" not in log.read_text()
-        master.stop_master()
-        wait_for(lambda: f"the ROS master at {master.uri}" in log.read_text(), "the words", START)
 
 
 def test_ctrl_c_while_roslaunch_waits_for_its_master(tmp_path):

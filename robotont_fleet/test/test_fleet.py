@@ -18,7 +18,7 @@ from robotont_testing import places
 from robotont_testing.harness import suspended, wait_for
 from robotont_testing.stalling_proxy import StallingProxy
 
-pytestmark = [pytest.mark.skipif(zenoh is None, reason="no zenoh on this system"), pytest.mark.timed, pytest.mark.alone]
+pytestmark = [pytest.mark.skipif(zenoh is None, reason="no zenoh on this system"), pytest.mark.timed]
 NAMES = ("r1", "r2", "r3")
 CUT = 10.0  # [s]
 

@@ -15,7 +15,6 @@ from robotont_testing.robots import SHIPPED, robot_folder
 from robotont_testing.stand_in_board import Board
 from robotont_testing.two_machines import ADDRESSES, TwoMachines
 
-MASTER = {"ROS_MASTER_URI": f"http://{ADDRESSES['robot']}:11311"}
 TIMEOUT = 0.5              # [s] cmd_timeout
 SLACK = 0.1                # [s] of this machine: scheduling, and the resolution of the stamps
 ALLOWED = TIMEOUT + SLACK  # [s]
@@ -78,11 +77,15 @@ class Stamps:
 
 
 class Stage(TwoMachines):
-    """robot.launch on the robot, a board at its port, and commanders on either machine."""
+    """robot.launch on the robot, a board at its port, and commanders on either machine.
 
-    def __init__(self, mux=True, composed=True):
+    master: the machine that has the ROS master.
+    """
+
+    def __init__(self, mux=True, composed=True, master="robot"):
         super().__init__()
         self.mux = mux
+        self._master = master
         self.topic = "cmd_vel/hand" if mux else "cmd_vel"
         self.board = Board(str(self.folder / "board"), checked=True)
         self.board.plug()
@@ -92,15 +95,18 @@ class Stage(TwoMachines):
         self._stopped = set()
         self._dropping = False
         folder = robot_folder(self.folder / "robot", SHIPPED)  # without limits: each motion is as it was commanded
-        self.robot = self.on("robot", "roslaunch", places.launch("robot.launch"), f"port:={self.board.link}",
-                             f"robot:={folder}",
+        if master != "robot":
+            self.on(master, "roscore", **self._environment(master))
+        self.robot = self.on("robot", "roslaunch", *([] if master == "robot" else ["--wait"]),
+                             places.launch("robot.launch"), f"port:={self.board.link}", f"robot:={folder}",
                              f"mux:={str(mux).lower()}", f"composed:={str(composed).lower()}", "description:=false",
                              log=self.folder / "robot.log", **self._environment("robot"))
         self.driver = "robotont_node" if composed else "driver_node"
-        wait_for(lambda: self.pid("rosmaster") and self.pid(self.driver), "the robot", timeout=60)
+        wait_for(lambda: self.pid(self.driver), "the robot", timeout=60)
 
     def _environment(self, machine):
-        return {**MASTER, "ROS_IP": ADDRESSES[machine], "ROS_LOG_DIR": str(self.folder)}
+        return {"ROS_MASTER_URI": f"http://{ADDRESSES[self._master]}:11311", "ROS_IP": ADDRESSES[machine],
+                "ROS_LOG_DIR": str(self.folder)}
 
     def close(self):
         """End all."""

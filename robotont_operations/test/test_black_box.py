@@ -1,6 +1,5 @@
 """The black box on files: what it keeps, what it deletes, and what a loss of power leaves of it."""
 
-import errno
 import io
 import os
 import shutil
@@ -11,8 +10,8 @@ import rosbag
 from rosgraph_msgs.msg import Log
 from std_msgs.msg import String
 
+from robotont_operations import black_box
 from robotont_operations.black_box import MOST_RUNS, BlackBox, Record, bags_of, merge, runs_in
-from robotont_operations.recorder_node import trouble
 
 pytestmark = pytest.mark.skipif(not rosbag.bag.found_lz4, reason="no roslz4, which is compiled, for this Python")
 HEADER = {"type": String._type, "md5sum": String._md5sum, "message_definition": String._full_text}
@@ -41,8 +40,9 @@ def test_each_file_opens_and_the_oldest_go(tmp_path):
     assert messages(bags)[-1] == ("/serial_read", "99.5;", 1099.5)
 
 
-def test_the_disk_is_bounded(tmp_path):
-    box = BlackBox(tmp_path, keep=1e9, limit=2_000_000, runs=4)
+def test_the_disk_is_bounded(tmp_path, monkeypatch):
+    monkeypatch.setattr(black_box, "RUN_SIZE", 500_000)
+    box = BlackBox(tmp_path, keep=1e9)
     for second in range(60):
         box.write([record(second, os.urandom(25_000).hex())], now=float(second))
     size = sum(path.stat().st_size for path in tmp_path.rglob("*") if path.is_file())
@@ -50,19 +50,17 @@ def test_the_disk_is_bounded(tmp_path):
     assert messages(bags_of(box.folder))[-1][2] == 1059.0
 
 
-def test_a_restart_keeps_what_led_to_it(tmp_path):
-    for run in range(6):
-        box = BlackBox(tmp_path, limit=1, runs=3)
+@pytest.mark.parametrize("size, kept", [(0, 3), (10 ** 9, MOST_RUNS)], ids=["long", "short"])
+def test_a_restart_keeps_what_led_to_it(size, kept, tmp_path, monkeypatch):
+    """Full runs as long as there is room; short ones, of a robot that is switched on and off, push nothing out."""
+    for run in range(60 if size else 6):
+        box = BlackBox(tmp_path)
         box.write([record(run, f"run {run}")], now=0.0)
-    assert [messages(bags_of(run))[0][1] for run in runs_in(tmp_path)] == ["run 3", "run 4", "run 5"]
-
-
-def test_short_runs_of_a_robot_that_is_switched_on_and_off_push_nothing_out(tmp_path):
-    for run in range(60):
-        BlackBox(tmp_path).write([record(run, f"run {run}")], now=0.0)
-    kept = [messages(bags_of(run))[0][1] for run in runs_in(tmp_path)]
-    assert kept == [f"run {run}" for run in range(60 - len(kept), 60)]
-    assert len(kept) == MOST_RUNS
+        run_size = sum(path.stat().st_size for path in bags_of(box.folder))
+        monkeypatch.setattr(black_box, "RUN_SIZE", 2 * run_size)
+        monkeypatch.setattr(black_box, "SIZE", size or 4 * run_size)
+    found = [messages(bags_of(one))[0][1] for one in runs_in(tmp_path)]
+    assert found == [f"run {number}" for number in range(run + 1 - kept, run + 1)]
 
 
 def test_a_file_that_cannot_be_read_costs_nothing_but_itself(tmp_path):
@@ -77,13 +75,14 @@ def test_a_file_that_cannot_be_read_costs_nothing_but_itself(tmp_path):
         assert f"{box.folder.name}/000002.bag: " in words
 
 
-def test_what_is_no_run_of_the_recorder_stays_alone(tmp_path):
+def test_what_is_no_run_of_the_recorder_stays_alone(tmp_path, monkeypatch):
     (tmp_path / "elsewhere").mkdir()
     (tmp_path / "elsewhere/kept").touch()
     (tmp_path / "run_000000_link").symlink_to(tmp_path / "elsewhere")
     (tmp_path / "run_000001_file").touch()
     (tmp_path / "run_000002_gone").symlink_to(tmp_path / "nowhere")
-    runs = [BlackBox(tmp_path, limit=0, runs=2).folder for _ in range(4)]
+    monkeypatch.setattr(black_box, "MOST_RUNS", 2)
+    runs = [BlackBox(tmp_path).folder for _ in range(4)]
     assert runs_in(tmp_path) == runs[2:]
     os.mkfifo(str(runs[3] / "000001.bag"))
     assert bags_of(runs[3]) == []
@@ -126,17 +125,6 @@ def test_a_folder_that_was_deleted_is_made_again(deleted, tmp_path):
     for second in range(3, 20):
         box.write([record(second)], now=float(second))
     assert [stamp for _, _, stamp in messages(bags_of(box.folder))] == [1000.0 + second for second in range(14, 20)]
-
-
-@pytest.mark.parametrize("error, remedy", [
-    (OSError(errno.ENOSPC, "No space left on device"), "No space left on device: free space there"),
-    (OSError(errno.EROFS, "Read-only file system"), "Read-only file system: it was set so, or the disk fails: dmesg"),
-    (OSError(errno.EIO, "Input/output error"), "Input/output error: the disk fails: dmesg"),
-    (OSError(errno.EACCES, "Permission denied"), "Permission denied: let the recorder's user write there"),
-    (OSError(errno.EMFILE, "Too many open files"), "Too many open files"),
-    (KeyError("type"), "KeyError: 'type'")])
-def test_the_remedy_fits_the_trouble(error, remedy):
-    assert trouble("/box", error) == "cannot write to /box: " + remedy
 
 
 def sudo_free(*command):

@@ -199,7 +199,7 @@ def test_one_way_traffic(machines):
 def test_the_robots_nodes_announce_themselves_wrongly(machines):
     with node(machines, "robot", "inward", ROS_HOSTNAME="localhost"):
         fault = the_fault(check(machines, "laptop", ROS_IP=LAPTOP))
-        assert fault.startswith("wrong ROS_IP/ROS_HOSTNAME: /inward calls the machine 'localhost'")
+        assert fault.startswith("wrong ROS_IP/ROS_HOSTNAME: /inward can be found at 'localhost' only")
         assert "(10.77.0.1 if they run beside the master)" in fault
     with node(machines, "laptop", "teleop", ROS_IP=LAPTOP):
         assert the_fault(check(machines, "robot", ROS_IP="127.0.0.1")).startswith(

@@ -10,7 +10,6 @@ import pytest
 
 from robotont_operations.network_check.findings import FAULT
 from robotont_operations.network_check.master import Master
-from robotont_operations.network_check.time_budget import TimeBudget
 
 PAGE = b"HTTP/1.0 200 OK\r\nContent-Type: text/html\r\n\r\n<html><p>a web page</html>"
 NO_TRIPLE = (b"HTTP/1.0 200 OK\r\nContent-Type: text/xml\r\n\r\n<?xml version='1.0'?><methodResponse><params><param>"
@@ -40,7 +39,7 @@ def server(answer):
                          ids=["SSH", "a web page", "another XML-RPC server", "bytes", "nothing"])
 def test_what_is_no_ros_master_is_named(answer):
     with server(answer) as uri:
-        master = Master({"ROS_MASTER_URI": uri}, TimeBudget())
+        master = Master({"ROS_MASTER_URI": uri})
         level, words = master.find()
     assert level == FAULT
     assert "answers, but not as a ROS master" in words

@@ -3,14 +3,9 @@
 import os
 import shutil
 import signal
-import sys
 import time
-from pathlib import Path
 
 import pytest
-
-sys.path.insert(0, str(Path(__file__).parent))
-
 from histories import ALLOWED, LATCHED, Stage
 
 from robotont_testing.harness import wait_for
@@ -21,6 +16,7 @@ LATE = 1.0   # [s] besides the length of an outage, within which TCP brings what
 
 
 MUX, BARE = "mux, one process", "no mux, three processes"
+MUX_FAR, BARE_FAR = MUX + ", master far away", BARE + ", master far away"
 either = pytest.mark.parametrize("stage", [MUX, BARE], indirect=True)
 with_mux = pytest.mark.parametrize("stage", [MUX], indirect=True)
 
@@ -32,7 +28,8 @@ def stage(request):
     if not shutil.which("nft"):
         pytest.skip("no nft: sudo apt-get install nftables")
     try:
-        both = Stage(request.param == MUX, request.param == MUX)
+        mux = request.param in (MUX, MUX_FAR)
+        both = Stage(mux, mux, "laptop" if request.param in (MUX_FAR, BARE_FAR) else "robot")
     except NoNamespacesError as error:
         pytest.skip(str(error))
     with both:
@@ -167,17 +164,27 @@ def test_an_emergency_stop_pressed_during_an_outage_is_not_lost(stage):
 
 @pytest.mark.parametrize("stage", [BARE], indirect=True)
 def test_a_press_stops_at_once_while_the_master_hangs(stage):
+    a_press_stops_at_once(stage, lambda: stage.hang("rosmaster"))
+    stage.resume()
+    stage.release()
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("stage", [MUX_FAR, BARE_FAR], indirect=True)
+def test_a_press_stops_at_once_while_the_master_is_out_of_reach(stage):
+    a_press_stops_at_once(stage, lambda: stage.cut(carrier=True))
+
+
+def a_press_stops_at_once(stage, lose_master):
     stage.command(0, "drive", "robot")
     stage.drives(0)
     wait_for(lambda: "can press" in stage.commander_log(0), "the connection")
-    stage.hang("rosmaster")
+    lose_master()
     before = time.monotonic()
     stage.command(0, "press")
     stands(stage)
     assert time.monotonic() - before <= 0.2  # of which the commander may take 0.1
     nothing_moves(stage, 0.5, allowed=0.0)
-    stage.resume()
-    stage.release()
 
 
 @with_mux

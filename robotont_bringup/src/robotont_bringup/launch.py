@@ -1,8 +1,7 @@
 """roslaunch for ./robotont: launch.py FILE ARGUMENT ...
 
 Where a part cannot start, the reason is the last line, and the exit status 1: roslaunch buries it, and its own
-status is 0 when a required node has died. With simulation.launch it prints how to go on, once the robot runs. On
-another launch's master it tells the end of that one.
+status is 0 when a required node has died. With simulation.launch it prints how to go on, once the robot runs.
 """
 
 # ruff: noqa: E402
@@ -140,30 +139,6 @@ def navigation_step(given):
     return NAVIGATION.format(robotont=ROBOTONT, arguments=arguments)
 
 
-def watch_master():
-    """Tell the end of a master that is there already: roslaunch ends with its own only, and nodes drive on without."""
-    import rosgraph
-    try:
-        master = rosgraph.Master("/robotont")
-        pid = master.getPid()
-    except Exception:  # there is none yet
-        return
-
-    def look():
-        now = pid
-        while now == pid:
-            time.sleep(1.0)
-            try:
-                now = master.getPid()
-            except ConnectionRefusedError:
-                break
-            except Exception:  # out of reach, or about to end
-                continue
-        print(f"robotont: the ROS master at {master.master_uri}, which another launch had started, has ended: keys "
-              "and RViz that start now find nothing of this one. Ctrl-C here, and start it again", flush=True)
-    threading.Thread(target=look, daemon=True).start()
-
-
 def interrupt(number, _frame):
     """End at once before roslaunch has its own handler, which calls this one when it has ended all that it started.
 
@@ -182,7 +157,6 @@ def main():
     """Run roslaunch; returns the exit status."""
     file, *arguments = sys.argv[1:]
     import roslaunch
-    watch_master()
     errors = Errors()
     if Path(file).name == "simulation.launch":
         threading.Thread(target=show_next_steps, args=(arguments, errors), daemon=True).start()

@@ -22,7 +22,9 @@ import rosbag
 from robotont_operations.privacy import clean_message, may_hold_secrets
 
 UNFINISHED = ".writing"
-MOST_RUNS = 50  # however short
+SIZE = 64_000_000      # [bytes] of all runs together
+RUN_SIZE = 15_000_000  # [bytes] of one, and a file: four fit
+MOST_RUNS = 50         # however short
 FULL = {errno.ENOSPC, errno.EDQUOT}  # no room: the oldest file gives way
 
 
@@ -36,23 +38,20 @@ class Record(NamedTuple):
 
 
 class BlackBox:
-    """Writes records into a folder and keeps the newest ones.
+    """Writes records into a folder and keeps the newest ones: of this run those of the last `keep` [s].
 
-    keep: age [s] beyond which this run's files are deleted; limit: size [bytes] of all runs together; runs: how many
-    are kept, this one included, and more of them (a robot that is switched off and on has short ones) within the limit.
     Raises OSError where the folder cannot be written.
     """
 
-    def __init__(self, folder, keep=60.0, limit=64_000_000, runs=4):
+    def __init__(self, folder, keep=60.0):
         self._keep = keep
-        self._limit = limit // runs
         folder = Path(folder)
         folder.mkdir(parents=True, exist_ok=True)
         old = runs_in(folder)
-        kept = 0  # [bytes]
-        for age, run in enumerate(reversed(old), 2):  # this one is the first
+        kept = RUN_SIZE  # [bytes], this one's
+        for age, run in enumerate(reversed(old), 1):
             kept += sum(path.stat().st_size for path in bags_of(run))
-            if age > runs and (kept >= limit - self._limit or age > MOST_RUNS):
+            if kept > SIZE or age >= MOST_RUNS:
                 shutil.rmtree(run, ignore_errors=True)  # another user's: the new run is wanted all the same
         number = int(old[-1].name.split("_")[1]) + 1 if old else 1
         self.folder = folder / f"run_{number:06d}_{time.strftime('%Y-%m-%dT%H-%M-%SZ', time.gmtime())}"
@@ -91,7 +90,7 @@ class BlackBox:
 
     def _forget(self, now):
         while self._files and (self._files[0][0] < now - self._keep
-                               or sum(size for _, size, _ in self._files) > self._limit):
+                               or sum(size for _, size, _ in self._files) > RUN_SIZE):
             self._drop_oldest()
 
     def _drop_oldest(self):

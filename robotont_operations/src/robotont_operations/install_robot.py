@@ -5,7 +5,6 @@ import importlib.util
 import ipaddress
 import os
 import re
-import shutil
 import socket
 import subprocess
 import sys
@@ -21,7 +20,6 @@ from robotont_operations.installation import (
     LinkError,
     install,
     installation,
-    installed,
     installed_units,
     remove,
     unreadable,
@@ -38,30 +36,23 @@ def run(commands):
     good = True
     for command in commands:
         print("  " + " ".join(command))
-        if not shutil.which(command[0]):
-            print(f"install-robot: {command[0]} is missing: run it later", file=sys.stderr)
-            good = False
-        elif subprocess.run(command, check=False).returncode:
-            print(f"install-robot: failed: {' '.join(command)}", file=sys.stderr)
+        try:
+            subprocess.run(command, check=True)
+        except (OSError, subprocess.CalledProcessError) as error:
+            print(f"install-robot: failed, run it later: {error}", file=sys.stderr)
             good = False
     return good
 
 
-def can_be_found_under(text):
-    """Whether other machines may find one under this text: an IPv4 address or a host name, none of loopback."""
-    if re.fullmatch("[0-9.]+", text):
-        try:
-            address = ipaddress.IPv4Address(text)
-        except ValueError:
-            return False
-        return not (address.is_loopback or address.is_unspecified or address.is_multicast)
-    label = "[A-Za-z0-9]([A-Za-z0-9-]*[A-Za-z0-9])?"
-    return text != "localhost" and re.fullmatch(rf"{label}(\.{label})*", text) is not None
-
-
 def address(text):
-    """Such a text. Raises ArgumentTypeError."""
-    if not can_be_found_under(text):
+    """A text under which other machines may find one: an IPv4 address or a host name. Raises ArgumentTypeError."""
+    try:
+        found = ipaddress.IPv4Address(text)
+        good = not (found.is_loopback or found.is_unspecified or found.is_multicast)
+    except ValueError:
+        label = "[A-Za-z0-9]([A-Za-z0-9-]*[A-Za-z0-9])?"
+        good = re.fullmatch(rf"{label}(\.{label})*", text) and re.search("[A-Za-z]", text) and text != "localhost"
+    if not good:
         raise argparse.ArgumentTypeError(f"found {text!r}, allowed: an IPv4 address as in 10.0.0.1 (ip address), or a "
                                          "host name, under which others find it in a network")
     return text
@@ -102,6 +93,7 @@ def parse_arguments():
 def main():
     """Run install-robot; returns the exit status."""
     options = parse_arguments()
+    os.umask(0o022)  # the services' user reads what root writes
     live = Path(options.root).resolve() == Path("/")
     try:
         return _remove(options, live) if options.remove else _install(options, live)
@@ -112,14 +104,16 @@ def main():
     return 1
 
 
+def _udev_rules():
+    return sorted((Path(rospkg.RosPack().get_path("robotont_bringup")) / "udev").glob("*.rules"))
+
+
 def _install(options, live):
-    if live and not options.robot and not (Path("/") / KEPT).exists():
+    if live and not options.robot and not Path("/", KEPT).exists():
         proposed = proposal()
         if proposed:
             print(f"install-robot: {proposed} (or robot:=thesis)", file=sys.stderr)
             return 1
-    packages = rospkg.RosPack()
-    own, bringup = Path(packages.get_path("robotont_operations")), Path(packages.get_path("robotont_bringup"))
     used = [part for name in ("CMAKE_PREFIX_PATH", "ROS_PACKAGE_PATH", "PYTHONPATH")
             for part in os.environ.get(name, "").split(":") if os.path.isdir(part)]
     closed = unreadable(used)
@@ -131,53 +125,43 @@ def _install(options, live):
     model = importlib.util.find_spec("xacro") is not None
     if not model:
         print("install-robot: no xacro: the robot starts without its model; ./robotont setup sim, and again, for one")
-    what = installation(own / "install", sorted((bringup / "udev").glob("*.rules")), os.environ,
-                        options.network or "", options.robot, model, options.page or "", options.fleet or "")
-    units = dict.fromkeys((*(Path(name).name for name, _ in what.links), *installed_units(options.root)))
+    templates = Path(rospkg.RosPack().get_path("robotont_operations")) / "install"
+    files, links = installation(templates, _udev_rules(), os.environ, options.network or "", options.robot, model,
+                                options.page or "", options.fleet or "")
+    units = dict.fromkeys((*(Path(name).name for name in links), *installed_units(options.root)))
     commands = (*AFTER_INSTALL, ("systemctl", "restart", *units)) if live else ()
     if options.dry_run:
-        print(f"would write, under {options.root}:")
-        names = [*what.files, *(f"{name} -> {target}" for name, target in what.links)]
-    else:
-        print(f"written, under {options.root}:")
-        names = install(what, options.root)
-        kept = Path(options.root, "etc/robotont/robot.conf")
-        if model and "description:=false" in kept.read_text():
-            print(f"install-robot: {kept} is kept, and says description:=false: without it the robot has its model")
-    print(*("  " + name for name in names), sep="\n")
-    if options.dry_run:
+        names = *files, *(f"{name} -> {target}" for name, target in links.items())
+        print(f"would write, under {options.root}:", *names, sep="\n  ")
         if commands:
             print("would run:", *(" ".join(command) for command in commands), sep="\n  ")
-        _tell_passwords(options, live, PAGE_UNIT in units)
-        return 0
-    good = run(commands)
-    if live:
-        print("next: ./robotont status; the log: journalctl -fu 'robotont*'")
-    _tell_passwords(options, live, PAGE_UNIT in units)
-    return 0 if good else 1
-
-
-def _tell_passwords(options, live, page):
-    """Where the page's token lies, and where the fleet's password belongs."""
-    if page:
+        good = True
+    else:
+        print(f"written, under {options.root}:", *install(files, links, options.robot, options.root), sep="\n  ")
+        kept = Path(options.root, KEPT)
+        if model and "description:=false" in kept.read_text():
+            print(f"install-robot: {kept} is kept, and says description:=false: without it the robot has its model")
+        good = run(commands)
+        if live:
+            print("next: ./robotont status; the log: journalctl -fu 'robotont*'")
+    if PAGE_UNIT in units:
         host = socket.gethostname() if live else "ROBOT"
         print(f"phones: http://{host}:8100/ (or the first address that hostname -I prints there), and once the token "
               "that is made at the first start: sudo cat /var/lib/robotont/robotont_teleop_token")
     if options.fleet:
         print("fleet: the password that ./robotont fleet --add prints there:\n  echo PASSWORD | sudo install -o "
               f"robotont -m 600 /dev/stdin /{STATE}/robotont_fleet_password; sudo systemctl restart robotont-fleet")
+    return 0 if good else 1
 
 
 def _remove(options, live):
-    if not installed(options.root):
+    units = installed_units(options.root)
+    if not units:
         print(f"install-robot: nothing is installed under {options.root}", file=sys.stderr)
         return 1
     if options.dry_run:
-        print(f"would remove, under {options.root}: what etc/robotont/installed lists; {STATE} with the black boxes")
+        print(f"would remove, under {options.root}: services, udev rules, settings; {STATE} with the black boxes")
         return 0
-    good = run([("systemctl", "stop", *reversed(installed_units("/")))]) if live else True
-    gone, left = remove(options.root)
-    print(f"removed, under {options.root}:", *gone, sep="\n  ")
-    for words in left:
-        print(f"install-robot: not removed: {words}", file=sys.stderr)
+    good = not live or run([("systemctl", "stop", *reversed(units))])
+    print(f"removed, under {options.root}:", *remove(options.root, _udev_rules()), sep="\n  ")
     return 0 if (not live or run(AFTER_REMOVAL)) and good else 1

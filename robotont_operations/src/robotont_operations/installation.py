@@ -1,55 +1,47 @@
-"""Installation on a robot: files under a root folder, listed so that they can be removed to the last one."""
+"""Installation on a robot: which files lie where under a root folder, how they get there, and go again."""
 
 import os
 import re
 import shutil
 from pathlib import Path
-from typing import Mapping, NamedTuple, Tuple
 
 from robotont_operations.robot_choice import with_robot
 
 UNITS = ("robotont-master.service", "robotont.service", "robotont-recorder.service")
 PAGE_UNIT, FLEET_UNIT = "robotont-page.service", "robotont-fleet.service"  # with --page, with --fleet
-LIST = "etc/robotont/installed"    # every file and folder that the installation made, by their paths under the root
+SYSTEMD, WANTED = "etc/systemd/system/", "etc/systemd/system/multi-user.target.wants/"
+UDEV = "etc/udev/rules.d/"
+USER = "etc/sysusers.d/robotont.conf"
+SETTINGS = "etc/robotont/"
+KEPT = SETTINGS + "robot.conf"     # the user's own, not overwritten
 STATE = "var/lib/robotont"         # black boxes; made by systemd
-KEPT = "etc/robotont/robot.conf"   # the user's own, not overwritten
 ROS_VARIABLES = ("CMAKE_PREFIX_PATH", "LD_LIBRARY_PATH", "PYTHONPATH", "ROS_DISTRO", "ROS_ETC_DIR",
                  "ROS_PACKAGE_PATH", "ROS_PYTHON_VERSION", "ROS_ROOT", "ROS_VERSION")
 NETWORK_ONLINE = "Wants=network-online.target\nAfter=network-online.target\n"
 
 
-class Installation(NamedTuple):
-    """Contents of files by path under the root, and links (path under the root, target)."""
-
-    files: Mapping[str, str]
-    links: Tuple[Tuple[str, str], ...]
-    robot: str  # to be put into a robot.conf that is there already; "": none
-
-
 def installation(templates, udev_rules, environment, address="", robot="", model=True, page="", fleet=""):
-    """The Installation of a robot.
+    """{path under the root: contents} of the files of a robot, and of its units' links {path: target}.
 
     templates: folder of the units; udev_rules: paths of the rules; environment: that of a shell with the workspace
     sourced; address: IP address or host name under which other machines find the robot, "" for none. robot: of
-    robot.launch; "": the one of before, or the thesis'. model: whether the robot's model can be made, for which there
-    has to be xacro. page: address at which the page can be opened; "": there is none, or that of before. fleet: the
-    same, of the computer of ./robotont fleet.
+    robot.launch; "": the thesis'. model: whether the robot's model can be made, for which there has to be xacro. page:
+    address at which the page can be opened; "": there is none, or that of before. fleet: the same, of the computer of
+    ./robotont fleet.
     """
     templates = Path(templates)
-    files = {f"etc/udev/rules.d/{path.name}": path.read_text() for path in map(Path, udev_rules)}
+    files = {UDEV + path.name: path.read_text() for path in map(Path, udev_rules)}
     units = (*UNITS, *([PAGE_UNIT] if page else []), *([FLEET_UNIT] if fleet else []))
     for unit in units:
         text = (templates / unit).read_text().replace("@PAGE@", page).replace("@FLEET@", fleet)
-        files["etc/systemd/system/" + unit] = text.replace("@NETWORK@", NETWORK_ONLINE if address else "")
-    files["etc/sysusers.d/robotont.conf"] = (templates / "sysusers.conf").read_text()
-    files["etc/robotont/python_logging.conf"] = (templates / "python_logging.conf").read_text()
+        files[SYSTEMD + unit] = text.replace("@NETWORK@", NETWORK_ONLINE if address else "")
+    files[USER] = (templates / "sysusers.conf").read_text()
+    files[SETTINGS + "python_logging.conf"] = (templates / "python_logging.conf").read_text()
     arguments = "ROBOTONT_ARGUMENTS=" + ("" if model else "description:=false")
     text = (templates / "robot.conf").read_text().replace("ROBOTONT_ARGUMENTS=", arguments)
     files[KEPT] = with_robot(text, robot)
-    files["etc/robotont/environment"] = environment_file(environment, address)
-    links = tuple((f"etc/systemd/system/multi-user.target.wants/{unit}", f"/etc/systemd/system/{unit}")
-                  for unit in units)
-    return Installation(files, links, robot)
+    files[SETTINGS + "environment"] = environment_file(environment, address)
+    return files, {WANTED + unit: "/" + SYSTEMD + unit for unit in units}
 
 
 def environment_file(environment, address):
@@ -68,118 +60,74 @@ def environment_file(environment, address):
 
 
 class LinkError(ValueError):
-    """A path may lead out of the root folder: by a link on its way, or by its own text."""
+    """A path leads out of the root folder by a link."""
 
 
 def under(root, name):
     """The path of a name under `root`, no folder on the way to which is a link. Raises LinkError."""
-    path = root
-    if Path(name).is_absolute() or ".." in Path(name).parts:
-        raise LinkError(f"found {name!r}, allowed: paths under {root}, without '..'")
-    for part in Path(name).parts[:-1]:
-        path /= part
-        if path.is_symlink():
-            raise LinkError(f"{path} is a link to {os.readlink(str(path))}; allowed: a folder")
-    return path / Path(name).name
+    for folder in list(Path(name).parents)[-2::-1]:  # but for "."
+        refuse_link(Path(root, folder), "a folder")
+    return Path(root, name)
 
 
-def _file(root, name):
-    """As `under`, of a file that is to be read or written. Raises LinkError where it is a link."""
-    path = under(root, name)
+def refuse_link(path, allowed):
+    """Raise LinkError where a path is a link."""
     if path.is_symlink():
-        raise LinkError(f"{path} is a link to {os.readlink(str(path))}; allowed: a file")
-    return path
+        raise LinkError(f"{path} is a link to {os.readlink(str(path))}; allowed: {allowed}")
 
 
-def install(what, root):
-    """Write an Installation under `root`; returns the paths under it that were written.
+def install(files, links, robot, root):
+    """Write an `installation` under `root`; returns the paths under it that were written.
 
-    Raises OSError; LinkError before anything is written.
+    robot: to be put into a robot.conf that is there already; "": none. Raises OSError; LinkError before anything is
+    written.
     """
-    root = Path(root)
-    for name in (*what.files, LIST):
-        _file(root, name)
-    for name, _ in what.links:
-        under(root, name)
-    made = _listed(root)
-
-    def make_folder(path):
-        if not path.exists():
-            make_folder(path.parent)
-            path.mkdir()
-            path.chmod(0o755)
-            made.append(str(path.relative_to(root)))
+    paths = {name: under(root, name) for name in (*files, *links)}
+    for name in files:
+        refuse_link(paths[name], "a file")
     written = []
-    for name, contents in what.files.items():
-        path = root / name
-        own = name == KEPT and path.exists()
-        if own and not what.robot:
-            continue
-        text = with_robot(path.read_text(), what.robot) if own else contents
-        make_folder(path.parent)
-        path.write_text(text)
-        path.chmod(0o644)
+    for name, path in paths.items():
+        path.parent.mkdir(parents=True, exist_ok=True)
+        if name in links:
+            if path.is_symlink():
+                path.unlink()
+            path.symlink_to(links[name])
+        elif name == KEPT and path.exists():
+            if not robot:
+                continue
+            path.write_text(with_robot(path.read_text(), robot))
+        else:
+            path.write_text(files[name])
         written.append(name)
-    for name, target in what.links:
-        path = root / name
-        make_folder(path.parent)
-        if path.is_symlink():
-            path.unlink()
-        path.symlink_to(target)
-        written.append(name)
-    lines = dict.fromkeys((*made, *written, *(name for name in what.files if (root / name).exists()), LIST))
-    (root / LIST).write_text("".join(line + "\n" for line in lines))
     return written
 
 
 def installed_units(root):
     """Names of the services that are installed under `root`."""
-    return [unit for unit in (*UNITS, PAGE_UNIT, FLEET_UNIT) if (Path(root) / "etc/systemd/system" / unit).exists()]
+    return [unit for unit in (*UNITS, PAGE_UNIT, FLEET_UNIT) if (Path(root) / SYSTEMD / unit).exists()]
 
 
-def installed(root):
-    """Whether anything is installed under `root`. Raises LinkError."""
-    return bool(_listed(Path(root)))
+def remove(root, udev_rules):
+    """Delete what `install` may have written, and the black boxes; returns the paths under `root` that are gone.
 
-
-def remove(root):
-    """Delete what `install` has made, and the black boxes.
-
-    Returns (paths under `root` that are gone, words on each that was left because it leads out of it). Of a link the
-    link goes, not what it leads to. Raises OSError, and LinkError before anything is deleted.
+    udev_rules: paths of the rules. Of a link the link goes, not what it leads to. Raises OSError; LinkError before
+    anything is deleted.
     """
-    root = Path(root)
-    gone, left = [], []
-    for name in sorted(_listed(root), key=lambda name: name.count("/"), reverse=True):
-        try:
-            path = under(root, name)
-        except LinkError as error:
-            left.append(str(error))
-            continue
-        if path.is_symlink() or path.is_file():
+    units = [place + unit for unit in (*UNITS, PAGE_UNIT, FLEET_UNIT) for place in (WANTED, SYSTEMD)]
+    rules = [UDEV + Path(rule).name for rule in udev_rules]
+    names = (*rules, *units, USER, SETTINGS + "python_logging.conf", SETTINGS + "environment", KEPT, STATE)
+    gone = []
+    for name, path in [(name, under(root, name)) for name in names]:
+        if path.is_symlink():
+            gone.append(f"{name} -> {os.readlink(str(path))}")
             path.unlink()
-        elif path.is_dir() and not any(path.iterdir()):
-            path.rmdir()
-        else:
-            continue  # already deleted, or the folder holds other files
-        gone.append(name)
-    try:
-        state = under(root, STATE)
-    except LinkError as error:
-        return gone, [*left, str(error)]
-    if state.is_symlink():
-        left.append(f"the black boxes, in {os.readlink(str(state))}, to which {state} was a link")
-        state.unlink()
-    elif state.exists():
-        shutil.rmtree(state)
-    else:
-        return gone, left
-    return [*gone, STATE], left
-
-
-def _listed(root):
-    path = _file(root, LIST)
-    return path.read_text().splitlines() if path.exists() else []
+        elif path.exists():
+            gone.append(name)
+            (shutil.rmtree if path.is_dir() else os.unlink)(str(path))
+    settings = Path(root, SETTINGS)
+    if settings.is_dir() and not any(settings.iterdir()):  # what else lies there is the user's
+        settings.rmdir()
+    return gone
 
 
 def unreadable(paths):

@@ -1,5 +1,6 @@
 """Probes of one machine by another through sockets alone, each within a given time."""
 
+import contextlib
 import errno
 import http.client
 import socket
@@ -50,10 +51,10 @@ def all_in_time(work, arguments, timeout):
     return [future.result() if future in finished and not future.exception() else None for future in futures]
 
 
-def resolve(host, timeout):
-    """IPv4 address, a string, of a host name; None when the name has none, or the answer takes too long."""
+def resolve(host):
+    """IPv4 address, a string, of a host name; None when the name has none, or the answer takes longer than 1 s."""
     try:
-        found, addresses = in_time(socket.getaddrinfo, timeout, host, None, socket.AF_INET, socket.SOCK_STREAM)
+        found, addresses = in_time(socket.getaddrinfo, 1.0, host, None, socket.AF_INET, socket.SOCK_STREAM)
     except (OSError, UnicodeError):
         return None
     return addresses[0][4][0] if found else None
@@ -84,10 +85,10 @@ def own_address_towards(address):
         return probe.getsockname()[0]
 
 
-def reach(address, port, timeout):
-    """Result of a TCP connection attempt: OPEN, REFUSED, SILENT (no answer), or NO_ROUTE."""
+def reach(address, port):
+    """Result of a TCP connection attempt: OPEN, REFUSED, SILENT (no answer within 1 s), or NO_ROUTE."""
     try:
-        socket.create_connection((address, port), timeout).close()
+        socket.create_connection((address, port), 1.0).close()
     except ConnectionRefusedError:
         return REFUSED
     except socket.timeout:
@@ -98,20 +99,19 @@ def reach(address, port, timeout):
     return OPEN
 
 
-def is_there(address, timeout):
+def is_there(address):
     """Whether a host answers anything at all: a ping, or any of a few ports, be it with a refusal."""
     def asked(port):
-        return ping(address, timeout) if port is None else reach(address, port, timeout) in {OPEN, REFUSED}
-    return any(all_in_time(asked, (None, *OTHER_PORTS), timeout + 0.1))
+        return ping(address) if port is None else reach(address, port) in {OPEN, REFUSED}
+    return any(all_in_time(asked, (None, *OTHER_PORTS), 1.0))
 
 
-def ping(address, timeout):
-    """Whether a host answers an ICMP echo; False, too, where there is no ping."""
-    try:
-        return not subprocess.call(["ping", "-c", "1", address], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
-                                   timeout=timeout)
-    except (OSError, subprocess.TimeoutExpired):
-        return False
+def ping(address):
+    """Whether a host answers an ICMP echo within 1 s; False, too, where there is no ping."""
+    with contextlib.suppress(OSError):
+        return not subprocess.call(["ping", "-c", "1", "-W", "1", address], stdout=subprocess.DEVNULL,
+                                   stderr=subprocess.DEVNULL)
+    return False
 
 
 class _Transport(xmlrpc.client.Transport):

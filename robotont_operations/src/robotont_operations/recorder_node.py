@@ -1,6 +1,5 @@
 """The ROS side of the black box: the messages of the last minute before a fault."""
 
-import errno
 import math
 import sys
 import threading
@@ -23,28 +22,15 @@ PARAMETERS = (
               reason="more does not fit into memory"),
 )
 PERIOD = 1.0         # [s] between two files, each flushed to the disk: what a loss of power may cost
-SIZE = 64_000_000    # [bytes] of all files together
-RUNS = 4             # runs of the recorder whose files are kept whatever their size, the present one included
 WAITING = 8_000_000  # [bytes] that may wait for the disk
 RECENTLY = 10.0      # [s] for which the diagnostics warn of lost messages
-REMEDIES = {errno.ENOSPC: "free space there", errno.EDQUOT: "free space there",
-            errno.EROFS: "it was set so, or the disk fails: dmesg", errno.EIO: "the disk fails: dmesg",
-            errno.EACCES: "let the recorder's user write there", errno.EPERM: "let the recorder's user write there"}
-
-
-def trouble(folder, error):
-    """Message about an exception on writing to a folder, with the remedy where there is one."""
-    if not isinstance(error, OSError):
-        return f"cannot write to {folder}: {type(error).__name__}: {error}"
-    remedy = REMEDIES.get(error.errno)
-    return f"cannot write to {folder}: {error.strerror or error}" + (f": {remedy}" if remedy else "")
 
 
 class RecorderNode:
     """Gathers messages and hands them to the black box once a period."""
 
     def __init__(self, parameters):
-        self._box = BlackBox(parameters["folder"], parameters["keep"], SIZE, RUNS)
+        self._box = BlackBox(parameters["folder"], parameters["keep"])
         self._lock = threading.Lock()
         self._writing = threading.Lock()
         self._records = []
@@ -83,7 +69,8 @@ class RecorderNode:
                 self._written += len(records)
                 self._trouble = ""
             except Exception as error:  # whatever it is: the next second shall be recorded
-                self._trouble = trouble(self._box.folder, error)
+                self._trouble = (f"cannot write to {self._box.folder}: {type(error).__name__}: {error}: is there room, "
+                                 "and may this user write there?")
                 self._drop(len(records), self._trouble)
                 rospy.logerr_throttle(60.0, "%s", self._trouble)
 

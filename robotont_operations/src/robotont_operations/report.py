@@ -10,7 +10,6 @@ import tarfile
 import tempfile
 import time
 from pathlib import Path
-from xml.etree import ElementTree
 
 import rosgraph
 import rospkg
@@ -68,7 +67,7 @@ class Report:
         """Of the stack, of Python and of ROS."""
         packages = rospkg.RosPack()
         lines = [f"python {platform.python_version()}", f"host {socket.gethostname()}", f"time {time.ctime()}"]
-        lines += [f"{name} {_version(packages.get_path(name))} in {packages.get_path(name)}"
+        lines += [f"{name} {packages.get_manifest(name).version} in {packages.get_path(name)}"
                   for name in sorted(packages.list()) if name.startswith("robotont")]
         lines += [f"{name}={value}" for name, value in sorted(os.environ.items()) if name.startswith("ROS_")]
         git = subprocess.run(["git", "-C", packages.get_path("robotont_operations"), "log", "-1", "--format=%H %cI"],
@@ -124,11 +123,6 @@ class Report:
             output = self._folder / "black_box" / (run.name + ".bag")
             output.parent.mkdir(exist_ok=True)
             self.notes += [f"black box {words}" for words in merge(bags_of(run), output)[1]]
-
-
-def _version(package):
-    """Version in the package.xml of a folder."""
-    return ElementTree.parse(str(Path(package) / "package.xml")).findtext("version", "unknown")
 
 
 def pack(folder, output):

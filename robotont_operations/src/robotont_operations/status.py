@@ -12,14 +12,12 @@ from diagnostic_msgs.msg import DiagnosticArray
 
 from robotont_driver.ros.rospy_end import init_tool
 from robotont_operations import probes
-from robotont_operations.colours import GREEN, RED, YELLOW, paint
 from robotont_operations.health import OK, WARN, WORDS, table, worst
 
 CALLER = "/robotont_status"
 NO_MASTER = 3
 DIAGNOSTICS = 2.2  # [s] in which every node publishes its diagnostics at least twice
 LONGEST = 10.0     # [s] for all of it; a master that hangs meanwhile holds up each question for ever
-COLOURS = (GREEN, YELLOW, RED, RED)
 
 
 def nodes_alive(master):
@@ -87,7 +85,7 @@ def show(rows):
     """Print the table."""
     width = max(len(row.subject) for row in rows)
     for row in rows:
-        print(f"{paint(f'{WORDS[row.level]:7}', COLOURS[row.level])}  {row.subject:{width}}  {row.words}")
+        print(f"{WORDS[row.level]:7}  {row.subject:{width}}  {row.words}")
 
 
 def main():

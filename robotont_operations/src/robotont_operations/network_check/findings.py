@@ -18,8 +18,3 @@ def let_this_machine_in(address):
     """The remedy for a firewall on the machine at an address, that keeps this one out."""
     own = probes.own_address_towards(address) or "THE_ADDRESS_OF_THIS_MACHINE"
     return f"sudo ufw allow from {own} (ROS 1 needs all TCP ports above 1023)"
-
-
-def not_checked(what):
-    """Finding that there was no time to check something."""
-    return Finding(NOTE, f"not checked: {what}: the other checks took too long: mend what they found, run it again")

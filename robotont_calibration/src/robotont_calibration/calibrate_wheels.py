@@ -13,7 +13,7 @@ from robotont_calibration.calibration_runs import errors_along, taped_run, track
 from robotont_calibration.cross_validation import cross_validate, next_run
 from robotont_calibration.recording_files import FORMATS, read_recording
 from robotont_calibration.recordings import stamps_of
-from robotont_calibration.unknowns import Unknowns
+from robotont_calibration.free_parameters import FreeParameters
 from robotont_calibration.wheel_estimation import calibrate
 from robotont_calibration.wheel_file_writer import with_values
 from robotont_driver.kinematics.wheel_params import read_wheels
@@ -181,12 +181,12 @@ def contradictions(options, given, runs, found, blind):
 
 
 def unknowns_of(options, given, where, radius):
-    """`Unknowns` by the options, with a measured point as in `Unknowns` and a way to take the radii."""
-    return Unknowns(given, "common" if radius == "auto" else radius, options.distance, options.angles, where)
+    """`FreeParameters` by the options, with a measured point as in `FreeParameters` and a way to take the radii."""
+    return FreeParameters(given, "common" if radius == "auto" else radius, options.distance, options.angles, where)
 
 
 def choose(options, given, runs):
-    """(`Unknowns`, `Calibration`, `HeldOut` or None) by the options, and by held-out runs where they leave it open."""
+    """(`FreeParameters`, `Calibration`, `HeldOut` or None) by the options, and by held-out runs where they leave it open."""
     where = options.point or ("free" if turns(runs) else tuple(given.get("measuredPoint", NOWHERE)))
     best = None
     for radius in ("common", "each") if options.radius == "auto" else (options.radius,):

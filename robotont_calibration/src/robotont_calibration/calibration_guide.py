@@ -11,7 +11,7 @@ from rostopic import get_topic_class
 from std_msgs.msg import String
 
 from robotont_calibration.arguments import read_end
-from robotont_calibration.drives import sideways, spin, square
+from robotont_calibration.standard_drives import sideways, spin, square
 from robotont_calibration.recording_files import write_csv
 from robotont_calibration.recordings import Recording, stamps_of
 from robotont_driver.robots.robot_folder import WHEELS, shipped

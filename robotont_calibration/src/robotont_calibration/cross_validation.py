@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.stats import ttest_rel
 
-from robotont_calibration import drives
+from robotont_calibration import standard_drives as drives
 from robotont_calibration.calibration_runs import Run, errors_along, poses_at_marks, repeats, taped_run
 from robotont_calibration.wheel_estimation import calibrate, derivatives, information
 from robotont_driver.kinematics.kinematics import Kinematics

@@ -14,7 +14,7 @@ import numpy as np
 from scipy.optimize import least_squares, minimize_scalar
 
 from robotont_calibration.calibration_runs import kinds, misfits, repeats
-from robotont_calibration.misfit_noise import likely_noise, spread_of, whitening
+from robotont_calibration.misfit_covariance import likely_noise, spread_of, whitening
 from robotont_driver.kinematics.wheel_params import read_wheels
 
 DETERMINED = 0.3     # a parameter counts as determined when the runs leave less than this part of the tie
@@ -34,7 +34,7 @@ class Calibration(NamedTuple):
     parameters: dict            # with the keys of wheel_params.yaml
     point: Tuple[float, float]  # [m] in base_link, which the measured poses are of
     names: Tuple[str, ...]      # of the estimated values
-    values: np.ndarray          # as in Unknowns.parameters, then the point where it was looked for
+    values: np.ndarray          # as in FreeParameters.parameters, then the point where it was looked for
     covariance: np.ndarray      # of the values
     undetermined: Tuple[str, ...]  # names of values that the runs hardly determine
     wheel_noise: float          # [m] after 1 m, which grows with the root of the way and explains what remains,

@@ -9,7 +9,7 @@ ANGLE_TIE = 0.2      # [rad]
 POINT_TIE = 0.3      # [m]
 
 
-class Unknowns:
+class FreeParameters:
     """Which numbers are looked for, as small numbers that are 0 for the old values.
 
     given: mapping with the keys of wheel_params.yaml. radius: "common" (one factor for all), "each" or "fixed".

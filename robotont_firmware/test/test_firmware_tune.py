@@ -141,20 +141,6 @@ def test_growing_steps_keep_any_wheel_within_a_low_bound(motor, most):
     assert most / 2 < robot.fastest <= most
 
 
-@pytest.mark.parametrize("body", [
-    "!test 0+1000:50", "!test 0+-400:50", "!test 0+400:-50", "!test 0+400", "!test 0+400:", "!test 0400:50",
-    "!test 3+400:50", "!test 0+400:50:1", "!test 0+:50"])
-def test_other_orders_drive_nothing_and_are_counted(body):
-    robot = LiftedRobot()
-    while robot.controller._silence < config.TIMEOUT:
-        robot.read(0)
-    robot.write(checked(body))
-    for _ in range(5):
-        robot.read(0)
-        assert robot.efforts == [0, 0, 0]
-    assert robot.controller._receiver.dropped == 1
-
-
 @pytest.mark.timed
 def test_the_firmware_under_micropython_obeys_such_orders_with_its_heap_locked():
     with Firmware(500) as firmware, serial.Serial(firmware.port, timeout=0.02) as opened:

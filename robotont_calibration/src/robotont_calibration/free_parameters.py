@@ -12,41 +12,32 @@ POINT_TIE = 0.3      # [m]
 class FreeParameters:
     """Which numbers are looked for, as small numbers that are 0 for the old values.
 
-    given: mapping with the keys of wheel_params.yaml. radius: "common" (one factor for all), "each" or "fixed".
-    distance: "common" or "fixed". angles: "each" or "fixed". point: "free", or (x, y) [m] in base_link of what the
-    measured poses are of. Raises ValueError when nothing is left to look for.
+    given: mapping with the keys of wheel_params.yaml. radius: "common" (one factor for all) or "each". angles: "each"
+    or "fixed". point: "free", or (x, y) [m] in base_link of what the measured poses are of.
     """
 
-    def __init__(self, given, radius="common", distance="common", angles="each", point=(0.0, 0.0)):
+    def __init__(self, given, radius="common", angles="each", point=(0.0, 0.0)):
         amount = given["wheelAmount"]
         self._given = given
-        self._radii = {"common": 1, "each": amount, "fixed": 0}[radius]
-        self._distances = {"common": 1, "fixed": 0}[distance]
-        self._angles = {"each": amount, "fixed": 0}[angles]
+        self._radii = {"common": 1, "each": amount}[radius]
+        angles = {"each": amount, "fixed": 0}[angles]
         self._point = None if point == "free" else tuple(point)
         points = 2 if self._point is None else 0
         self.names = [
-            *(["wheelRadius"] if self._radii == 1 else [f"wheelRadius[{wheel}]" for wheel in range(self._radii)]),
-            *["wheelDistanceFromCenter"][:self._distances],
-            *(f"wheelRads[{wheel}]" for wheel in range(self._angles)),
+            *(["wheelRadius"] if self._radii == 1 else [f"wheelRadius[{wheel}]" for wheel in range(amount)]),
+            "wheelDistanceFromCenter", *(f"wheelRads[{wheel}]" for wheel in range(angles)),
             *("point x", "point y")[:points],
         ]
-        self.ties = np.array([RADIUS_TIE] * self._radii + [DISTANCE_TIE] * self._distances
-                             + [ANGLE_TIE] * self._angles + [POINT_TIE] * points)
-        if self._radii + self._distances + self._angles == 0:
-            raise ValueError("found radius, distance and angles all fixed, allowed: at least one that is not")
+        self.ties = np.array([RADIUS_TIE] * self._radii + [DISTANCE_TIE] + [ANGLE_TIE] * angles + [POINT_TIE] * points)
 
     def parameters(self, values):
         """The mapping with these `values`: parts by which radii and distance are larger, [rad] added to angles."""
         given = dict(self._given)
-        radii, distance, angles, _ = np.split(
-            np.asarray(values), np.cumsum([self._radii, self._distances, self._angles]))
-        if len(radii):
-            given["wheelRadius"] = _scaled(given["wheelRadius"], 1 + radii)
-        if len(distance):
-            given["wheelDistanceFromCenter"] = _scaled(given["wheelDistanceFromCenter"], 1 + distance)
-        if len(angles):
-            given["wheelRads"] = [float(rad + added) for rad, added in zip(given["wheelRads"], angles)]
+        radii, distance, rest = np.split(np.asarray(values), (self._radii, self._radii + 1))
+        given["wheelRadius"] = _scaled(given["wheelRadius"], 1 + radii)
+        given["wheelDistanceFromCenter"] = _scaled(given["wheelDistanceFromCenter"], 1 + distance)
+        if "wheelRads[0]" in self.names:
+            given["wheelRads"] = [float(rad + added) for rad, added in zip(given["wheelRads"], rest)]
         return given
 
     def point(self, values):

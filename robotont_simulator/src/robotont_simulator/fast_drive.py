@@ -7,8 +7,8 @@ import sys
 import time
 from pathlib import Path
 
-from robotont_calibration.standard_drives import DRIVES, PAUSE, REST
 from robotont_calibration.recording_files import write_csv
+from robotont_calibration.standard_drives import DRIVES, PAUSE, REST
 from robotont_driver.kinematics import se2
 from robotont_driver.robots.wheel_file import read_wheel_file
 from robotont_simulator.lockstep import LockstepRun

@@ -54,6 +54,11 @@ class Config:
             setattr(self, name, value)
 
 
+def profile(module):
+    """Return the configuration with a wiring profile's module."""
+    return Config(**{name: getattr(module, name) for name in dir(module) if name[0].isupper()})
+
+
 def crc_slow(data):
     """CRC-16/CCITT-FALSE bit by bit, written apart from the firmware's."""
     crc = 0xFFFF

@@ -50,3 +50,4 @@ def test_the_whole_loop_allocates_nothing():
     assert ended is False
     assert board.stopped
     assert board.sent > 220 * 30
+    assert controller._tested == 2, "the order was obeyed"

@@ -25,8 +25,8 @@ from robotont_calibration.calibration_runs import (
     turns,
 )
 from robotont_calibration.cross_validation import cross_validate, next_run
+from robotont_calibration.free_parameters import FreeParameters
 from robotont_calibration.trajectory import Trajectory
-from robotont_calibration.unknowns import Unknowns
 from robotont_calibration.wheel_estimation import calibrate
 from robotont_driver.kinematics.kinematics import Kinematics
 from robotont_driver.kinematics.wheel_params import read_wheels
@@ -65,7 +65,7 @@ def errors_of(found, true, point=()):
 def test_wrong_parameters_are_recovered(wrong):
     """Radius 2 % too large, distance 3 % too small, one angle 1.5 degrees off."""
     true = true_of(wrong, 1.02, 0.97, [(1, 1.5)])
-    found = calibrate(wrong, tracked_runs(true), Unknowns(wrong), NOISE)
+    found = calibrate(wrong, tracked_runs(true), FreeParameters(wrong), NOISE)
     radius = found.parameters["wheelRadius"] / true["wheelRadius"] - 1
     distance = np.max(np.divide(found.parameters["wheelDistanceFromCenter"], true["wheelDistanceFromCenter"]) - 1)
     angles = np.degrees(np.subtract(found.parameters["wheelRads"], true["wheelRads"]))
@@ -89,7 +89,8 @@ def test_stated_uncertainties_are_the_ones_that_there_are(make, point):
     true = true_of(SHIPPED, 1.01, 0.98, [(0, 1.0)])
     ratios = []
     for seed in range(16):
-        found = calibrate(SHIPPED, make(true, 1000 * seed), Unknowns(SHIPPED, point="free" if point else (0, 0)), 0.003)
+        free = FreeParameters(SHIPPED, point="free" if point else (0, 0))
+        found = calibrate(SHIPPED, make(true, 1000 * seed), free, 0.003)
         ratios.append(errors_of(found, true, point) / found.deviations)
     spread = np.sqrt(np.mean(np.square(ratios), axis=0))
     print("errors over stated deviations:", np.round(spread, 2), "all:", np.sqrt(np.mean(np.square(ratios))).round(2))
@@ -125,7 +126,8 @@ def test_a_point_off_the_middle_and_doubled_noise():
     of the time by less than 97 %. Four times as many runs do.
     """
     true = true_of(SHIPPED, 1.02, 0.97, [(1, 1.5)])
-    found = calibrate(SHIPPED, tracked_runs(true, 7, DOUBLED, MARKER, times=5), Unknowns(SHIPPED, point="free"), 0.003)
+    runs = tracked_runs(true, 7, DOUBLED, MARKER, times=5)
+    found = calibrate(SHIPPED, runs, FreeParameters(SHIPPED, point="free"), 0.003)
     before, after = umbmark(SHIPPED, true, 0.0), umbmark(found.parameters, true, 0.0)
     allowed = allowed_by_information(found, true)
     cuts = 1 - np.percentile(allowed, (50, 95)) / before
@@ -144,7 +146,7 @@ def test_enough_runs_cut_umbmark_by_98_percent(seed):
     """80 runs of each drive, two and a half hours of driving; and with many runs the result does not get worse."""
     true = true_of(SHIPPED, 1.02, 0.97, [(1, 1.5)])
     runs = tracked_runs(true, seed, DOUBLED, MARKER, times=80)
-    found = calibrate(SHIPPED, runs, Unknowns(SHIPPED, point="free"), 0.003)
+    found = calibrate(SHIPPED, runs, FreeParameters(SHIPPED, point="free"), 0.003)
     before, after = umbmark(SHIPPED, true, 0.0), umbmark(found.parameters, true, 0.0)
     off = math.hypot(*np.subtract(found.point, MARKER))
     print(f"UMBmark {1000 * before:.0f} mm before, {1000 * after:.0f} mm after, cut by {1 - after / before:.2%}; "
@@ -156,7 +158,7 @@ def test_enough_runs_cut_umbmark_by_98_percent(seed):
 def test_a_point_that_is_kept_where_it_is_not_bends_the_parameters():
     true = true_of(SHIPPED, 1.02, 0.97, [(1, 1.5)])
     runs = tracked_runs(true, 0, NOISE, MARKER)
-    free, fixed, given = (calibrate(SHIPPED, runs, Unknowns(SHIPPED, point=point), 0.003)
+    free, fixed, given = (calibrate(SHIPPED, runs, FreeParameters(SHIPPED, point=point), 0.003)
                           for point in ("free", (0.0, 0.0), MARKER))
     worst = [np.abs(errors_of(found, true)[:2]).max() for found in (free, fixed, given)]
     assert max(worst[0], worst[2]) < 0.002
@@ -169,9 +171,9 @@ def test_an_outlying_run_loses_its_weight():
     """A robot that was lifted and set down elsewhere."""
     true = true_of(SHIPPED, 1.02, 0.97, [(1, 1.5)])
     runs = taped_runs(true)
-    clean = calibrate(SHIPPED, runs, Unknowns(SHIPPED), 0.003)
+    clean = calibrate(SHIPPED, runs, FreeParameters(SHIPPED), 0.003)
     lifted = runs[1]._replace(poses=runs[1].poses + np.array(((0.0, 0.0, 0.0), (0.5, 0.3, 0.3))))
-    found = calibrate(SHIPPED, [runs[0], lifted, *runs[2:], *taped_runs(true, 50)], Unknowns(SHIPPED), 0.003)
+    found = calibrate(SHIPPED, [runs[0], lifted, *runs[2:], *taped_runs(true, 50)], FreeParameters(SHIPPED), 0.003)
     assert found.outlying == (lifted.name,)
     assert clean.outlying == ()
     assert np.abs(errors_of(found, true)[:2]).max() < 0.01
@@ -180,17 +182,17 @@ def test_an_outlying_run_loses_its_weight():
 def test_runs_left_out_together_repeat_the_same_drive():
     runs = taped_runs(SHIPPED) + taped_runs(SHIPPED, 50)
     assert repeats(runs) == [[index, index + 6] for index in range(6)]
-    found = calibrate(SHIPPED, runs, Unknowns(SHIPPED), 0.003)
-    blind = cross_validate(SHIPPED, runs, Unknowns(SHIPPED), 0.003, found)
+    found = calibrate(SHIPPED, runs, FreeParameters(SHIPPED), 0.003)
+    blind = cross_validate(SHIPPED, runs, FreeParameters(SHIPPED), 0.003, found)
     fitted = np.mean([errors_along(read_wheels(found.parameters), run)[0] for run in runs])
     assert fitted < blind.place < 10 * fitted
-    assert cross_validate(SHIPPED, [runs[0], runs[6]], Unknowns(SHIPPED), 0.003, found) is None
+    assert cross_validate(SHIPPED, [runs[0], runs[6]], FreeParameters(SHIPPED), 0.003, found) is None
 
 
 def test_the_run_that_is_advised_determines_most():
     """After lines only, a turn or a square; after a hundred of everything, nothing."""
     lines = taped_runs(SHIPPED)[4:]
-    unknowns = Unknowns(SHIPPED)
+    unknowns = FreeParameters(SHIPPED)
     found = calibrate(SHIPPED, lines, unknowns, 0.003)
     advice = next_run(found, unknowns, TAPE)
     assert "sideways" not in advice.name
@@ -208,7 +210,7 @@ def test_only_turns_determine_where_the_point_is():
 def test_every_wheel_may_have_a_radius_of_its_own():
     wheels = [1.01, 1.0, 0.985]
     true = {**SHIPPED, "wheelRadius": [SHIPPED["wheelRadius"] * factor for factor in wheels]}
-    found = calibrate(SHIPPED, tracked_runs(true), Unknowns(SHIPPED, radius="each", angles="fixed"), NOISE)
+    found = calibrate(SHIPPED, tracked_runs(true), FreeParameters(SHIPPED, radius="each", angles="fixed"), NOISE)
     np.testing.assert_allclose(found.parameters["wheelRadius"], true["wheelRadius"], rtol=0.002)
     assert found.parameters["wheelRads"] == SHIPPED["wheelRads"]
 
@@ -216,12 +218,8 @@ def test_every_wheel_may_have_a_radius_of_its_own():
 def test_parameters_that_the_runs_do_not_determine_are_named():
     """Turning on the spot determines radius over distance, neither of them alone, and no common turn of the angles."""
     counts, poses = recorded(SHIPPED, spin(6 * math.pi), 1, TAPE)
-    found = calibrate(SHIPPED, [taped_run("spin", counts, poses[-1], TAPE)], Unknowns(SHIPPED), NOISE)
+    found = calibrate(SHIPPED, [taped_run("spin", counts, poses[-1], TAPE)], FreeParameters(SHIPPED), NOISE)
     assert {"wheelRadius", "wheelDistanceFromCenter"} <= set(found.undetermined)
-    alone = calibrate(SHIPPED, [taped_run("spin", counts, poses[-1], TAPE)],
-                      Unknowns(SHIPPED, radius="fixed", angles="fixed"), NOISE)
-    assert alone.undetermined == ()
-    assert abs(alone.values[0]) < 0.002
 
 
 def test_whole_turns_need_not_be_measured():
@@ -245,9 +243,7 @@ def test_the_end_pose_is_that_of_the_odometry():
 
 def test_nothing_to_calibrate_with():
     with pytest.raises(ValueError, match="found no run"):
-        calibrate(SHIPPED, [], Unknowns(SHIPPED), NOISE)
-    with pytest.raises(ValueError, match="all fixed"):
-        Unknowns(SHIPPED, "fixed", "fixed", "fixed")
+        calibrate(SHIPPED, [], FreeParameters(SHIPPED), NOISE)
     times = np.arange(10) * PERIOD
     truth = Trajectory(times, np.zeros((10, 3)))
     with pytest.raises(ValueError, match="found no packets with motion"):

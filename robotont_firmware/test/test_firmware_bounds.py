@@ -16,6 +16,7 @@ from firmware_tools import DUAL, GOLDEN, SRC
 from robotont_firmware import config
 
 BOUND = 1 << 30
+LINES = [b"0:0:0;\n", b"999.999:-999.999:999.999;\n", b"-999.999:999.999:0.004;\n", b"3:-3:0.003907;\n"]
 MODULES = ("protocol", "receiver", "setpoints", "fault_watch", "status", "wheel_speed", "identity",
            "main_loop")  # fmt: skip
 
@@ -120,50 +121,92 @@ def test_packets_stay_in_bounds(watched):
     assert watch.largest > 1 << 26  # the fraction's rounding was reached
 
 
-@pytest.mark.parametrize("extreme", [False, True])
-def test_the_loop_stays_in_bounds(watched, extreme):
-    watch, modules = watched
-    from dual_tools import Config, checked
+class Drive:
+    """Drives of 220 periods on a WildBoard with the instrumented modules."""
 
-    # at the limits that robotont_firmware.gain_bounds sets; test_firmware_qemu.py has every number at its own
+    def __init__(self, modules):
+        from dual_tools import Config, WildBoard
+
+        self.modules, self.board = modules, WildBoard
+        self.numbers = Config()
+
+    def accepts(self, name, value):
+        """Whether the configuration is accepted with that value, which it then has."""
+        before = getattr(self.numbers, name)
+        setattr(self.numbers, name, value)
+        try:
+            self.modules.bounds.check(self.numbers)
+        except ValueError:
+            setattr(self.numbers, name, before)
+            return False
+        return True
+
+    def push(self, name, sign):
+        """Move a number as far as it is accepted, up or down; return it."""
+        for power in range(28, -1, -1):
+            while self.accepts(name, getattr(self.numbers, name) + sign * (1 << power)):
+                pass
+        return getattr(self.numbers, name)
+
+    def run(self):
+        controller = self.modules.main_loop.Controller(self.board(LINES), self.numbers, reset_cause="test")
+        controller.start()
+        assert controller.run() is False
+
+
+TUNED = [name for name in vars(config) if isinstance(getattr(config, name), int) and name.isupper() and name not in (
+    "WHEELS", "RATE", "ANSWER_INTERVAL", "TICK_TIMER", "UART", "BAUDRATE", "WATCHDOG", "PWM_FREQUENCY",
+    "ENCODER_PULL_UPS", "BATTERY_DIVIDER", "FREE_LEAD")]  # fmt: skip
+SMALL = ["MAX_ACCELERATION", "P_GAIN", "I_GAIN", "D_GAIN", "SPEED_GAIN", "LEAD", "TURN_LEAD", "FOLLOW"]
+
+
+@pytest.mark.parametrize("sign", [1, -1])
+def test_with_each_number_at_its_edge_the_loop_stays_in_bounds(watched, sign):
+    watch, modules = watched
+    for name in TUNED:
+        drive = Drive(modules)
+        drive.push(name, sign)
+        drive.run()
+    together = Drive(modules)
+    for name in TUNED:
+        together.push(name, sign)
+    together.run()
+    assert watch.largest > 1 << 27
+
+
+def test_on_the_way_to_its_edge_each_number_stays_in_bounds(watched):
+    """A product may be largest before the edge."""
+    for name in TUNED:
+        drive = Drive(watched[1])
+        value = max(getattr(config, name), 1)
+        while drive.accepts(name, value):
+            drive.run()
+            value *= 8
+
+
+def test_as_fast_as_small_gains_allow_the_loop_stays_in_bounds(watched):
+    """The gains' own limits keep the speed down."""
+    drive = Drive(watched[1])
+    for name in SMALL:
+        drive.push(name, -1)
+    for name in ["MAX_SPEED", *SMALL]:
+        drive.push(name, 1)
+        drive.run()
+    assert drive.numbers.MAX_SPEED == 262
+
+
+def test_what_is_refused_would_leave_the_bounds(watched, monkeypatch):
+    drive = Drive(watched[1])
     edges = {"MAX_SPEED": 262, "MAX_ACCELERATION": 31, "MAX_BRAKING": 31, "FOLLOW": 256, "P_GAIN": 6335, "D_GAIN": 5242,
              "SPEED_GAIN": 10485, "LEAD": 2286, "TURN_LEAD": 2286, "MAX_INTEGRAL": 16383, "I_GAIN": 3}
-    config = Config(**(edges if extreme else {}))
-    modules.bounds.check(config)
-    for name, value in edges.items() if extreme else ():
-        with pytest.raises(ValueError, match=name):
-            modules.bounds.check(Config(**{**edges, name: value + (-1 if name == "I_GAIN" else 1)}))
-
-    rng = random.Random(3)
-
-    class WildBoard:
-        """Counters jump anywhere, every command is at its limit, ticks are missed."""
-
-        def counts(self, totals):
-            for wheel in range(3):
-                totals[wheel] = rng.choice((0, 0x7FFF, 0x8000, 0xFFFF))
-
-        def drive(self, wheel, effort):
-            assert abs(effort) <= config.MAX_EFFORT
-
-        def fault(self, wheel):
-            return rng.random() < 0.01
-
-        def read(self, buffer):
-            line = checked(
-                ":".join(rng.choice(("999.999999", "-999.999999", "0", "0.003907")) for _ in range(3))
-            )
-            buffer[: len(line)] = line
-            return len(line) if rng.random() < 0.9 else 0
-
-        def write(self, buffer, size):
-            pass
-
-    controller = modules.main_loop.Controller(WildBoard(), config, reset_cause="test")
-    controller.start()
-    for _ in range(1000):
-        controller.step(rng.choice((1, 1, 2, 0xFFFF)))
-    assert watch.largest > 1 << 27
+    vars(drive.numbers).update(edges)
+    watched[1].bounds.check(drive.numbers)
+    for name, value in edges.items():
+        assert not drive.accepts(name, value + (-1 if name == "I_GAIN" else 1)), name
+    monkeypatch.setattr(watched[1].bounds, "check", lambda config: None)
+    drive.numbers.BRAKE_GAIN = 1 << 28
+    with pytest.raises(AssertionError):
+        drive.run()
 
 
 def test_a_stop_leaves_an_eighth_of_the_torque_to_the_controller():

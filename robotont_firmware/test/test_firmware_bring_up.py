@@ -1,25 +1,28 @@
-"""./robotont wheels --bring-up with the firmware itself on simulated motors, under MicroPython."""
+"""./robotont wheels --bring-up with the firmware itself on simulated motors."""
 
 import builtins
+import contextlib
 
 import pytest
-from firmware_pty import Firmware
+from lifted_robot import RobotAtAPort, SimMotor
 
 from robotont_driver.tools import turned_wheels
 from robotont_driver.tools.bring_up import judge
 
 
-def bring_up(monkeypatch, capsys, wrong):
+def bring_up(monkeypatch, capsys, motors):
     monkeypatch.setattr(builtins, "input", lambda words: print(words))
-    with Firmware(3000, wrong=wrong) as firmware:
-        firmware.start()
-        status = turned_wheels.main([firmware.port, "--robot", "thesis", "--bring-up"])
+    with contextlib.closing(RobotAtAPort(*motors)) as robot:
+        status = turned_wheels.main([robot.port, "--robot", "thesis", "--bring-up"])
     shown = capsys.readouterr()
     return status, [line for line in shown.out.splitlines() if line.startswith("motor ")], shown
 
 
 def test_each_motor_is_judged(monkeypatch, capsys):
-    status, lines, shown = bring_up(monkeypatch, capsys, ",backward,unpowered")
+    motors = [SimMotor() for _ in range(3)]
+    motors[1].drive = lambda effort, drive=motors[1].drive: drive(-effort)
+    motors[2].powered = False
+    status, lines, shown = bring_up(monkeypatch, capsys, motors)
     assert "Lift the robot" in shown.out
     assert [line.split(":")[0].split(" (")[0] for line in lines] == [
         "motor 0 is right", "motor 1 runs backward", "motor 2 does not turn, or its encoder counts nothing"], shown
@@ -28,7 +31,7 @@ def test_each_motor_is_judged(monkeypatch, capsys):
 
 
 def test_a_robot_that_is_right(monkeypatch, capsys):
-    status, lines, shown = bring_up(monkeypatch, capsys, "")
+    status, lines, shown = bring_up(monkeypatch, capsys, ())
     assert [line.split(" (")[0] for line in lines] == [f"motor {motor} is right" for motor in range(3)], shown
     assert status == 0
 

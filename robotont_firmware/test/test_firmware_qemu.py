@@ -37,15 +37,6 @@ def test_suite_on_the_emulated_board(rom, suite):
             assert values[test] == value
 
 
-def test_at_its_limits_no_number_outgrows_31_bits(rom):
-    output = run(rom, "import at_the_limits")
-    print(output)
-    assert "FAIL" not in output
-    assert [line for line in output.splitlines() if line.startswith("ok")] == [
-        "ok the lock can fail", "ok alone", "ok on the way", "ok fast 262", "ok up MAX_SPEED", "ok down MAX_SPEED",
-    ]  # fmt: skip
-
-
 def test_the_heap_is_large_enough_to_load_the_firmware(rom):
     output = run(rom, "import load_on_the_board")
     print(output)

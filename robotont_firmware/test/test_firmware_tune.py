@@ -5,7 +5,6 @@ import sys
 
 import pytest
 import serial
-from firmware_pty import Firmware
 from firmware_tools import DUAL
 
 from robotont_boards import BOARDS
@@ -19,17 +18,7 @@ from robotont_testing.dc_motors import Motors
 sys.path.append(str(DUAL))
 from dual_tools import Config, checked
 from lifted_robot import MOST, WHEELS, LiftedRobot
-from sim_motor import (
-    BRAKE,  # fmt: skip
-    CHANCE,
-    COAST,
-    DIODE,
-    FLOATING,
-    HALF,
-    REVERSED,
-    UNPLUGGED,
-    SimMotor,
-)
+from sim_motor import BRAKE, CHANCE, COAST, DIODE, FLOATING, HALF, REVERSED, UNPLUGGED, SimMotor
 
 
 def profile(name):
@@ -139,33 +128,6 @@ def test_growing_steps_keep_any_wheel_within_a_low_bound(motor, most):
     robot = LiftedRobot(*(SimMotor(**motor) for _ in range(3)))
     robot.tune(most)
     assert most / 2 < robot.fastest <= most
-
-
-@pytest.mark.parametrize("body", [
-    "!test 0+1000:50", "!test 0+-400:50", "!test 0+400:-50", "!test 0+400", "!test 0+400:", "!test 0400:50",
-    "!test 3+400:50", "!test 0+400:50:1", "!test 0+:50"])
-def test_other_orders_drive_nothing_and_are_counted(body):
-    robot = LiftedRobot()
-    while robot.controller._silence < config.TIMEOUT:
-        robot.read(0)
-    robot.write(checked(body))
-    for _ in range(5):
-        robot.read(0)
-        assert robot.efforts == [0, 0, 0]
-    assert robot.controller._receiver.dropped == 1
-
-
-@pytest.mark.timed
-def test_the_firmware_under_micropython_obeys_such_orders_with_its_heap_locked():
-    with Firmware(500) as firmware, serial.Serial(firmware.port, timeout=0.02) as opened:
-        firmware.start()
-        tuned = Tune(opened, WHEELS, MOST)
-        tuned.prepare()
-        steps = [tuned.step(0, sign, 700) for sign in (1, -1)]
-        firmware.finish()
-    for counts in steps:
-        assert len(counts) >= 20
-        assert abs(counts[-1] - 28.4) < 1.5, "(700 - 154) / 19.2"
 
 
 def in_mid_step(robot, act):

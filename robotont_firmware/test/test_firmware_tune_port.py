@@ -1,62 +1,33 @@
 """./robotont wheels --tune as a program: the firmware behind a pseudo-terminal, a person at another one."""
 
-import contextlib
 import os
 import select
 import signal
 import subprocess
 import sys
 import termios
-import threading
 import time
-import tty
 
 import pytest
-from firmware_tools import DUAL, ROOT
+from firmware_tools import ROOT
+from lifted_robot import MOST, RobotAtAPort
 
 from robotont_firmware import config
-
-sys.path.append(str(DUAL))
-
-from lifted_robot import MOST, LiftedRobot
 
 PROGRAM = ROOT / "robotont_driver" / "scripts" / "turned_wheels"
 
 
-class RobotAtAPort:
-    """A LiftedRobot in real time behind a pseudo-terminal, and the program on another one."""
+class Tuning:
+    """The program on a terminal, and a robot at a port."""
 
     def __init__(self):
-        self.robot = LiftedRobot()
-        self.master, self._slave = os.openpty()
-        tty.setraw(self._slave)
-        os.set_blocking(self.master, False)
+        self.place = RobotAtAPort()
+        self.robot, self.driven = self.place.robot, self.place.driven
         self.keyboard, self.terminal = os.openpty()
         self.before = termios.tcgetattr(self.terminal)
-        self._going = True
-        self.driven = []  # periods of each drive
-        self._thread = threading.Thread(target=self._run, daemon=True)
-        self._thread.start()
         self.program = subprocess.Popen(
-            [sys.executable, str(PROGRAM), os.ttyname(self._slave), "--tune", "robot:=thesis"], stdin=self.terminal,
+            [sys.executable, str(PROGRAM), self.place.port, "--tune", "robot:=thesis"], stdin=self.terminal,
             stdout=subprocess.PIPE, stderr=subprocess.STDOUT)  # fmt: skip
-
-    def _run(self):
-        due, was = time.monotonic(), 0
-        while self._going:
-            with contextlib.suppress(BlockingIOError, OSError):
-                self.robot.write(os.read(self.master, 4096))
-            sent = self.robot.read(0)
-            left = self.robot.controller._test_left
-            if left > was:
-                self.driven.append(0)
-            if was > 0 or left > 0:
-                self.driven[-1] += 1
-            was = left
-            with contextlib.suppress(BlockingIOError, OSError):
-                os.write(self.master, sent)
-            due += 0.02
-            time.sleep(max(0.0, due - time.monotonic()))
 
     def wait(self, done, seconds=30):
         end = time.monotonic() + seconds
@@ -75,27 +46,17 @@ class RobotAtAPort:
         os.write(self.keyboard, b"\n")
         self.wait(lambda: len(self.driven) >= 6 and self.driven[-1] in range(4, 12))
 
-    def pull(self):
-        """Take the cable away."""
-        self.off = self.master
-        self.master = os.open(os.devnull, os.O_RDWR)  # the board runs on, and hears nothing
-        os.close(self.off)
-        os.close(self._slave)
-        self._slave = None
-
     def __enter__(self):
         return self
 
     def __exit__(self, *_):
-        self._going = False
-        self._thread.join()
         if self.program.poll() is None:
             self.program.kill()
         self.program.wait()
         self.program.stdout.close()
-        for descriptor in (self.master, self._slave, self.keyboard, self.terminal):
-            if descriptor is not None:
-                os.close(descriptor)
+        self.place.close()
+        os.close(self.keyboard)
+        os.close(self.terminal)
 
 
 @pytest.mark.timed
@@ -109,12 +70,12 @@ class RobotAtAPort:
 ])
 def test_whatever_ends_it_in_mid_step_ends_the_step(cause, status, words):
     """By the program's order within some periods; without it, or without a line, by the board's clock."""
-    with RobotAtAPort() as place:
+    with Tuning() as place:
         place.begin()
         if cause == "key":
             os.write(place.keyboard, b"x")
         elif cause == "cable":
-            place.pull()
+            place.place.pull()
         else:
             place.program.send_signal(cause)
         said = place.program.communicate(timeout=20)[0].decode()

@@ -43,13 +43,13 @@ def test_wrong_parameters_and_slippery_wheels_show(capsys, tmp_path):
 
 
 def test_packets_and_truth_are_written(tmp_path):
-    assert main(["spin=-0.5", "spin=0.1", "--wheel-params", WHEELS, "--world", ROOM, "--csv", str(tmp_path)]) == 0
+    assert main(["spin=-0.5", "spin=0.1", "--wheel-params", WHEELS, "--csv", str(tmp_path)]) == 0
     assert sorted(file.name for file in tmp_path.iterdir()) == ["spin.csv", "spin_2.csv"]  # none over another
     with open(tmp_path / "spin.csv") as file:
         rows = list(csv.reader(file))
     assert rows[0] == ["time", "m0", "m1", "m2", "x", "y", "yaw"]
     begin, end = ([float(field) for field in row] for row in (rows[1], rows[-1]))
-    assert begin[4:] == pytest.approx([1.0, 1.0, 0.0], abs=1e-3)  # the world's start
+    assert begin[4:] == pytest.approx([0.0, 0.0, 0.0], abs=1e-3)
     assert abs(math.remainder(end[6] - math.pi, 2 * math.pi)) < 0.05
     edges = sum(float(row[1]) for row in rows[1:])
     assert edges == pytest.approx(math.pi * 0.125 / SHIPPED["wheelRadius"] / (2 * math.pi) * 1200, rel=0.02)
@@ -57,11 +57,11 @@ def test_packets_and_truth_are_written(tmp_path):
 
 @pytest.mark.parametrize("arguments, words", [
     (["circle"], "found drive 'circle', allowed: square, square_clockwise, spin, sideways"),
-    (["square=-1"], "found 'square=-1', allowed: square=NUMBER, its side [m]"),
-    (["spin=often"], "found 'spin=often', allowed: spin=NUMBER, its turns"),
-    (["--grip", "0=2"], "found --grip '0=2', allowed: WHEEL=PART"),
+    (["square=-1"], "found 'square=-1', allowed: square=NUMBER, its side [m], > 0"),
+    (["spin=often"], "found 'often', allowed: spin=NUMBER, its turns"),
+    (["--grip", "0=2"], "found '0=2', allowed: WHEEL=PART"),
     (["--grip", "3=0.5"], "found --grip of wheel 3, allowed: 0 to 2"),
-    (["--world", "nowhere.yaml"], "nowhere.yaml"),
+    (["--seed", "-1"], "expected non-negative integer"),
     (["--believed", ROOM], "room.yaml: wheelAmount: found 'nothing'"),
     (["--believed", FOUR], "found 4 wheels, allowed: 3, as in"),
 ])

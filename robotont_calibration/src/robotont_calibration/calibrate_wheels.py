@@ -6,16 +6,16 @@ import sys
 from pathlib import Path
 
 import numpy as np
+import yaml
 
 from robotont_calibration.arguments import point, positive, read_end
 from robotont_calibration.calibration_report import draw, table
 from robotont_calibration.calibration_runs import errors_along, taped_run, tracked_run, turns
 from robotont_calibration.cross_validation import cross_validate, next_run
+from robotont_calibration.free_parameters import FreeParameters
 from robotont_calibration.recording_files import FORMATS, read_recording
 from robotont_calibration.recordings import stamps_of
-from robotont_calibration.unknowns import Unknowns
 from robotont_calibration.wheel_estimation import calibrate
-from robotont_calibration.wheel_file_writer import with_values
 from robotont_driver.kinematics.wheel_params import read_wheels
 from robotont_driver.robots.wheel_file import read_wheel_file
 
@@ -49,10 +49,9 @@ def parse(arguments):
                         help="default: %(default)s")
     parser.add_argument("--force", action="store_true", help="overwrite the output")
     parser.add_argument("--picture", default="calibration.png", metavar="PNG", help="default: %(default)s")
-    parser.add_argument("--radius", choices=("auto", "common", "each", "fixed"), default="auto",
-                        help="one factor for all wheels, a radius for each, as it is, or auto: a radius for each where "
+    parser.add_argument("--radius", choices=("auto", "common", "each"), default="auto",
+                        help="one factor for all wheels, a radius for each, or auto: a radius for each where "
                              "that lowers the error of held-out runs (default: %(default)s)")
-    parser.add_argument("--distance", choices=("common", "fixed"), default="common", help="default: %(default)s")
     parser.add_argument("--angles", choices=("each", "fixed"), default="each", help="default: %(default)s")
     parser.add_argument("--point", type=point, metavar="POINT", help=(
         "the measured point: free (estimated), fixed (the robot's middle), or X,Y in base_link [m] "
@@ -103,31 +102,29 @@ def main(arguments=None):
     options = parse(arguments)
     try:
         return run(options)
-    except (OSError, ValueError) as error:
+    except (OSError, ValueError, argparse.ArgumentTypeError) as error:
         print(f"calibrate_wheels: {error}", file=sys.stderr)
         return 1
 
 
 def run(options):
     """Make or read the runs, calibrate, write and report. Returns the exit status."""
-    wheels, given, text = read_wheel_file(options.wheel_params)
-    unknowns_of(options, given, options.point or "free", options.radius)
+    wheels, given, _ = read_wheel_file(options.wheel_params)
     if Path(options.output).exists() and not options.force:
         raise ValueError(f"{options.output}: exists; --force overwrites it, -o names another")
-    with_values(text, given, "")  # refuses now, rather than behind the runs, what could not be written
     if options.guide:
         from robotont_calibration.calibration_guide import guide  # here, for recorded runs need no ROS
 
         options.runs = guide(options, wheels)
     topics = {"truth": options.truth, "packets": options.packets}
     runs = [read_run(recorded, wheels, topics, options.format) for recorded in options.runs]
-    unknowns, found, blind = choose(options, given, runs)
+    free, found, blind = choose(options, given, runs)
     print(table(given, found, runs, blind))
     spoilt = contradictions(options, given, runs, found, blind)
     warnings = doubts(found) + spoilt
     for words in warnings:
         print(f"warning: {words}", file=sys.stderr)
-    advice = next_run(found, unknowns, TAPED)
+    advice = next_run(found, free, TAPED)
     if advice:
         print(f"\nnext: {advice.name}. Of all runs this one is the most informative: the error expected of "
               f"the parameters, at the end of such drives,\nfalls from {1000 * advice.now:.0f} to "
@@ -137,10 +134,14 @@ def run(options):
     if spoilt:
         print("calibrate_wheels: nothing is written; use none of these values", file=sys.stderr)
         return USELESS
-    note = "Made by calibrate_wheels from " + ", ".join(each.name for each in runs) + "."
-    point = [round(length, 4) + 0.0 for length in found.point]  # to 0.1 mm: YAML takes 1e-06 for text
-    point = {"measuredPoint": point} if "measuredPoint" in given or found.point != NOWHERE else {}
-    Path(options.output).write_text(with_values(text, {**found.parameters, **point}, note))
+    values = {**found.parameters, "measuredPoint": [round(length, 4) for length in found.point]}  # to 0.1 mm
+    if "measuredPoint" not in given and found.point == NOWHERE:
+        del values["measuredPoint"]
+    Path(options.output).write_text(
+        f"# Made by calibrate_wheels from {', '.join(each.name for each in runs)}.\n"
+        f"# What the keys mean, in which units: config/wheel_params.yaml. Before: {options.wheel_params}\n"
+        + yaml.safe_dump({key: rounded(value) for key, value in values.items()}, sort_keys=False,
+                         default_flow_style=None))
     print(f"parameters: {options.output}")
     return DOUBTFUL if warnings else 0
 
@@ -165,7 +166,8 @@ def contradictions(options, given, runs, found, blind):
     if {name for name in found.names if not name.startswith("point")} <= set(found.undetermined):
         words.append("these runs determine nothing of the wheels")
     if options.point not in (None, "free") and turns(runs):
-        free = calibrate(given, runs, unknowns_of(options, given, "free", options.radius), WHEEL_NOISE)
+        radius = "each" if "wheelRadius[0]" in found.names else "common"
+        free = calibrate(given, runs, FreeParameters(given, radius, options.angles, "free"), WHEEL_NOISE)
         off = np.subtract(free.point, found.point)
         if np.hypot(*off) > NEAR and off @ np.linalg.solve(free.covariance[-2:, -2:], off) > CONTRADICTS ** 2:
             x, y = free.point
@@ -180,21 +182,23 @@ def contradictions(options, given, runs, found, blind):
     return words
 
 
-def unknowns_of(options, given, where, radius):
-    """`Unknowns` by the options, with a measured point as in `Unknowns` and a way to take the radii."""
-    return Unknowns(given, "common" if radius == "auto" else radius, options.distance, options.angles, where)
+def rounded(value):
+    """A number or list of numbers to a tenth of a micrometre or microradian; anything else as it is."""
+    if isinstance(value, (list, tuple)):
+        return [rounded(item) for item in value]
+    return round(value, 7) if isinstance(value, float) else value
 
 
 def choose(options, given, runs):
-    """(`Unknowns`, `Calibration`, `HeldOut` or None) by the options, and by held-out runs where they leave it open."""
+    """(`FreeParameters`, `Calibration`, `HeldOut` or None) by the options; what they leave open by held-out runs."""
     where = options.point or ("free" if turns(runs) else tuple(given.get("measuredPoint", NOWHERE)))
     best = None
     for radius in ("common", "each") if options.radius == "auto" else (options.radius,):
-        unknowns = unknowns_of(options, given, where, radius)
-        found = calibrate(given, runs, unknowns, WHEEL_NOISE)
-        blind = cross_validate(given, runs, unknowns, WHEEL_NOISE, found)
+        free = FreeParameters(given, radius, options.angles, where)
+        found = calibrate(given, runs, free, WHEEL_NOISE)
+        blind = cross_validate(given, runs, free, WHEEL_NOISE, found)
         if best is None or blind.is_better_than(best[2]):
-            best = unknowns, found, blind
+            best = free, found, blind
         if blind is None:
             break
     return best

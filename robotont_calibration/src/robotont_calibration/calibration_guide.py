@@ -1,7 +1,7 @@
 """Guides through the runs of a calibration: announces each, drives it on Enter, records it, asks where it ended."""
 
-import sys
 import time
+from argparse import ArgumentTypeError
 from pathlib import Path
 
 import numpy as np
@@ -11,9 +11,9 @@ from rostopic import get_topic_class
 from std_msgs.msg import String
 
 from robotont_calibration.arguments import read_end
-from robotont_calibration.drives import sideways, spin, square
 from robotont_calibration.recording_files import write_csv
 from robotont_calibration.recordings import Recording, stamps_of
+from robotont_calibration.standard_drives import calibration_drives
 from robotont_driver.robots.robot_folder import WHEELS, shipped
 from robotont_driver.ros.node_parameters import running_wheels
 from robotont_driver.ros.rospy_end import init_tool
@@ -21,20 +21,6 @@ from robotont_driver.ros.rospy_end import init_tool
 CONNECTING = 5.0  # [s] for the driver and the robot's packets
 RESTING = 25      # packets without a count: the robot stands
 LONGEST_REST = 10.0  # [s] to wait for that
-
-
-def runs_of(options, frequency):
-    """(name, description, required space, twists) of each run."""
-    side, turns, line = options.side, options.turns, options.line
-    free = f"{side + 0.5:g} m x {side + 0.5:g} m of free floor, in front and to the "
-    return [
-        ("square", f"a square of {side:g} m, counterclockwise", free + "left", square(side, frequency)),
-        ("square_clockwise", f"a square of {side:g} m, clockwise", free + "right", square(side, frequency, True)),
-        ("spin", f"{turns:g} turns on the spot, counterclockwise", "the room it takes", spin(turns, frequency)),
-        ("spin_clockwise", f"{turns:g} turns on the spot, clockwise", "the same", spin(-turns, frequency)),
-        ("line_left", f"{line:g} m sideways to the left", f"{line + 0.5:g} m of free floor", sideways(line, frequency)),
-        ("line_right", f"{line:g} m sideways to the right", "the same, on the other side", sideways(-line, frequency)),
-    ]
 
 
 def guide(options, wheels):
@@ -46,7 +32,7 @@ def guide(options, wheels):
     folder.mkdir(parents=True, exist_ok=True)
     init_tool("calibrate_wheels")
     made = []
-    runs = runs_of(options, wheels.pid_frequency)
+    runs = calibration_drives(wheels.pid_frequency, options.side, options.turns, options.line)
     print(f"{len(runs)} runs. Before each, mark where the robot's middle stands and where it looks, e.g. with tape.")
     robot = _Robot(options, wheels)
     _refuse_another_robot(options, wheels)
@@ -80,7 +66,8 @@ def _refuse_another_robot(options, wheels):
 def _one_run(robot, file, twists):
     """RUN argument of a run that was made and kept in a file; "s" to skip it, "q" to end."""
     while True:
-        answer = ask("Enter: the robot drives now. m: you move it yourself. s: skip this run. q: no more runs. ")
+        answer = ask("Enter: the robot drives now, Ctrl-C stops it. m: you move it yourself. s: skip this run. "
+                     "q: no more runs. ")
         if answer in ("q", "s"):
             return answer
         if robot.record(twists if answer != "m" else None):
@@ -103,10 +90,9 @@ def ask_for_end():
                      "counterclockwise, e.g. 0.03 -0.05 2: ")
         try:
             read_end(answer)
-        except ValueError as error:
-            print(error)
-        else:
             return ",".join(answer.replace(",", " ").split())
+        except ArgumentTypeError as error:
+            print(error)
 
 
 class _Robot:
@@ -156,13 +142,9 @@ class _Robot:
         try:
             for index, (message.linear.x, message.linear.y, message.angular.z) in enumerate(twists):
                 self._command.publish(message)
-                if index % 25 == 0 and sys.stderr.isatty():
-                    print(f"\r{index / len(twists):4.0%}  Ctrl-C stops ", end="", file=sys.stderr)
                 time.sleep(max(0.0, begin + (index + 1) / self._frequency - time.monotonic()))
         finally:
             self._command.publish(Twist())
-        if sys.stderr.isatty():
-            print("\r100%              ", file=sys.stderr)
 
     def _rests(self):
         newest = self._recording.packets[-RESTING:]

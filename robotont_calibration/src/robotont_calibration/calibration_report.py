@@ -2,10 +2,12 @@
 
 import math
 
+import matplotlib
 import numpy as np
+from matplotlib.figure import Figure
 
 from robotont_calibration.calibration_runs import end_misfit, errors_along
-from robotont_calibration.trajectory_errors import BLUE, GREY, INK, ORANGE, drawing_style, pyplot
+from robotont_calibration.trajectory_errors import BLUE, INK, ORANGE, STYLE
 from robotont_driver.kinematics.wheel_params import read_wheels
 
 SAME_THING = """\
@@ -63,10 +65,9 @@ def words(error):
 
 def draw(path, given, found, runs):
     """Write a PNG: where each run ended, by the old and the new parameters, around where it really ended."""
-    plt = pyplot()
-    with plt.rc_context(drawing_style()):
-        figure, (places, turns) = plt.subplots(
-            1, 2, figsize=(10, 4.6), constrained_layout=True, gridspec_kw={"width_ratios": (1.25, 1)})
+    with matplotlib.rc_context(STYLE):
+        figure = Figure(figsize=(10, 4.6), constrained_layout=True)
+        places, turns = figure.subplots(1, 2, gridspec_kw={"width_ratios": (1.25, 1)})
         figure.suptitle("Odometry at the end of each run", x=0.01, ha="left", fontsize=12)
         rows = np.arange(len(runs))[::-1]
         for label, parameters, colour, shift in (
@@ -79,16 +80,12 @@ def draw(path, given, found, runs):
                     places.annotate(run.name, place[:2], xytext=(5, 3), textcoords="offset points", fontsize=7)
             turns.barh(rows + shift, np.degrees(missed[:, 2]), 0.34, color=colour, label=label)
         places.plot(0, 0, "+", color=INK, markersize=14, markeredgewidth=1.5, label="truth")
-        places.axhline(0, color=GREY, linewidth=0.8, zorder=0)
-        places.axvline(0, color=GREY, linewidth=0.8, zorder=0)
         places.set(title="Place", xlabel="forward from the true end [mm]", ylabel="left of the true end [mm]")
         places.set_aspect("equal", adjustable="datalim")
         places.legend()
         turns.set_yticks(rows)
         turns.set_yticklabels([run.name for run in runs])
         turns.axvline(0, color=INK, linewidth=0.8)
-        turns.grid(axis="y", visible=False)
         turns.set(title="Heading", xlabel="turned too far [°]")
         turns.locator_params(axis="x", nbins=5)
         figure.savefig(str(path))
-        plt.close(figure)

@@ -69,17 +69,8 @@ def tracked_run(name, times, counts, truth, seconds, deviation):
 
 def repeats(runs):
     """Lists of indices of runs that repeat the same drive: the same paths of the wheels, as shares of all."""
-    drives = []
-    for index, run in enumerate(runs):
-        shape = np.concatenate([run.counts.sum(axis=0), np.abs(run.counts).sum(axis=0)])
-        shape = shape / max(np.abs(run.counts).sum(), 1)
-        for other, group in drives:
-            if np.linalg.norm(other - shape) < ALIKE:
-                group.append(index)
-                break
-        else:
-            drives.append((shape, [index]))
-    return [group for _, group in drives]
+    paths = [np.concatenate([run.counts.sum(axis=0), np.abs(run.counts).sum(axis=0)]) for run in runs]
+    return _alike([path / max(np.abs(run.counts).sum(), 1) for path, run in zip(paths, runs)], ALIKE)
 
 
 def kinds(wheels, runs):
@@ -89,10 +80,21 @@ def kinds(wheels, runs):
         steps = steps_of(wheels, run.counts)
         parts = np.array([part.sum(axis=0) for part in np.array_split(steps, max(1, len(steps) // SECOND))])
         travel, turn = np.hypot(parts[:, 0], parts[:, 1]), np.abs(parts[:, 2]) * np.mean(wheels.distances)
-        kind = np.array((travel @ travel, turn @ turn, travel @ turn)) / max(travel @ travel + turn @ turn, 1e-12)
-        if not any(np.linalg.norm(kind - other) < KIND for other in found):
-            found.append(kind)
-    return len(found)
+        kind = np.array((travel @ travel, turn @ turn, travel @ turn))
+        found.append(kind / max(kind[0] + kind[1], 1e-12))
+    return len(_alike(found, KIND))
+
+
+def _alike(vectors, nearness):
+    """Lists of indices of the vectors that are nearer than that to the first one of their list."""
+    groups = []
+    for index, vector in enumerate(vectors):
+        near = [group for group in groups if np.linalg.norm(vectors[group[0]] - vector) < nearness]
+        if near:
+            near[0].append(index)
+        else:
+            groups.append([index])
+    return groups
 
 
 def turns(runs):
@@ -120,18 +122,21 @@ def poses_at_marks(wheels, run, point=(0.0, 0.0)):
 
 def errors_along(wheels, run, point=(0.0, 0.0)):
     """(place [m], root of the mean square over the marks; yaw [rad] at the last) by which the odometry is wrong."""
-    poses = poses_at_marks(wheels, run, point)
-    start = np.zeros(len(poses), dtype=int)
-    left = (seen_from(poses[start], poses) - seen_from(run.poses[start], run.poses))[1:]
-    return (float(np.sqrt(np.mean(left[:, 0] ** 2 + left[:, 1] ** 2))),
-            float(abs(se2.wrap(left[-1, 2]))))
+    left = _from_start(wheels, run, point)
+    return float(np.sqrt(np.mean(left[:, 0] ** 2 + left[:, 1] ** 2))), float(abs(left[-1, 2]))
 
 
 def end_misfit(wheels, run, point=(0.0, 0.0)):
     """(x [m], y [m], yaw [rad]) by which the odometry misses the last mark, seen from the first one."""
+    return _from_start(wheels, run, point)[-1]
+
+
+def _from_start(wheels, run, point):
+    """M - 1 x 3 by which the odometry misses each further mark, seen from the first one."""
     poses = poses_at_marks(wheels, run, point)
-    left = (seen_from(poses[:1], poses[-1:]) - seen_from(run.poses[:1], run.poses[-1:]))[0]
-    left[2] = se2.wrap(left[2])
+    start = np.zeros(len(poses) - 1, dtype=int)
+    left = seen_from(poses[start], poses[1:]) - seen_from(run.poses[start], run.poses[1:])
+    left[:, 2] = se2.wrap(left[:, 2])
     return left
 
 

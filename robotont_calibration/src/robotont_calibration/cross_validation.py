@@ -6,8 +6,8 @@ from typing import NamedTuple
 import numpy as np
 from scipy.stats import ttest_rel
 
-from robotont_calibration import drives
 from robotont_calibration.calibration_runs import Run, errors_along, poses_at_marks, repeats, taped_run
+from robotont_calibration.standard_drives import calibration_drives
 from robotont_calibration.wheel_estimation import calibrate, derivatives, information
 from robotont_driver.kinematics.kinematics import Kinematics
 from robotont_driver.kinematics.wheel_params import read_wheels
@@ -28,18 +28,13 @@ class HeldOut(NamedTuple):
         """[m] mean over the runs."""
         return float(self.places.mean())
 
-    @property
-    def yaw(self):
-        """[rad] mean over the runs."""
-        return float(self.yaws.mean())
-
     def is_better_than(self, other):
         """Whether the places of the same runs are better than `other` ones by enough for more parameters."""
         chance = ttest_rel(other.places, self.places).pvalue / 2  # of both signs, and only one is asked for
         return bool(self.place < WORTH * other.place and chance < CHANCE)
 
 
-def cross_validate(given, runs, unknowns, wheel_noise, found):
+def cross_validate(given, runs, free, wheel_noise, found):
     """`HeldOut` of runs, or None where they all repeat one drive. found: `Calibration` from all of them.
 
     Runs that repeat a drive are held out together, because they share the parameters of that drive.
@@ -50,7 +45,7 @@ def cross_validate(given, runs, unknowns, wheel_noise, found):
     places, yaws = np.empty(len(runs)), np.empty(len(runs))
     for group in groups:
         others = [run for index, run in enumerate(runs) if index not in group]
-        blind = calibrate(given, others, unknowns, wheel_noise, near=found)
+        blind = calibrate(given, others, free, wheel_noise, near=found)
         wheels = read_wheels(blind.parameters)
         for index in group:
             places[index], yaws[index] = errors_along(wheels, runs[index], blind.point)
@@ -65,29 +60,22 @@ class Recommendation(NamedTuple):
     then: float    # [m] the same with another such run
 
 
-def next_run(found, unknowns, deviation, side=2.0, turns=3.25, line=3.0):
+def next_run(found, free, deviation):
     """`Recommendation`, or None where no single run would improve much.
 
-    found: `Calibration`. unknowns: those that it was made with. deviation: place [m] and yaw [rad] of a measured end.
+    found: `Calibration`. free: those that it was made with. deviation: place [m] and yaw [rad] of a measured end.
     Judged by the root mean square of the place over all these drives that the parameters' uncertainty makes.
     """
     wheels = read_wheels(found.parameters)
-    candidates = [
-        (f"a square of {side:g} m, counterclockwise", drives.square(side, wheels.pid_frequency)),
-        (f"a square of {side:g} m, clockwise", drives.square(side, wheels.pid_frequency, clockwise=True)),
-        (f"{turns:g} turns on the spot, counterclockwise", drives.spin(turns, wheels.pid_frequency)),
-        (f"{turns:g} turns on the spot, clockwise", drives.spin(-turns, wheels.pid_frequency)),
-        (f"{line:g} m sideways to the left", drives.sideways(line, wheels.pid_frequency)),
-        (f"{line:g} m sideways to the right", drives.sideways(-line, wheels.pid_frequency)),
-    ]
-    runs = [(name, _ideal_run(name, wheels, twists, deviation)) for name, twists in candidates]
-    slopes = [_slope_of_end(unknowns, found.values, run) for _, run in runs]
+    runs = [_ideal_run(what, wheels, twists, deviation)
+            for _, what, _, twists in calibration_drives(wheels.pid_frequency)]
+    slopes = [_slope_of_end(free, found.values, run) for run in runs]
 
     def expected(covariance):
         return math.sqrt(np.mean([np.trace(slope @ covariance @ slope.T) for slope in slopes]))
     now = expected(found.covariance)
     prior = np.linalg.inv(found.covariance)
-    then, name = min((expected(np.linalg.inv(prior + information(run, unknowns, found))), name) for name, run in runs)
+    then, name = min((expected(np.linalg.inv(prior + information(run, free, found))), run.name) for run in runs)
     return Recommendation(name, now, then) if then < LITTLE * now else None
 
 
@@ -99,8 +87,8 @@ def _ideal_run(name, wheels, twists, deviation):
     return Run(*run[:3], poses_at_marks(wheels, run), *run[4:])
 
 
-def _slope_of_end(unknowns, values, run):
+def _slope_of_end(free, values, run):
     """2 x P derivatives of the odometry's place at the end of a run by the values."""
     def end(at):
-        return poses_at_marks(read_wheels(unknowns.parameters(at)), run)[-1, :2]
+        return poses_at_marks(read_wheels(free.parameters(at)), run)[-1, :2]
     return derivatives(end, values)

@@ -6,10 +6,10 @@ from pathlib import Path
 
 import numpy as np
 
-from robotont_calibration.arguments import coordinates
+from robotont_calibration.arguments import coordinates, positive
 from robotont_calibration.recording_files import FORMATS, read_recording
 from robotont_calibration.recordings import RecordingError
-from robotont_calibration.trajectory import ALIGNMENTS, Trajectory, write_tum
+from robotont_calibration.trajectory import Trajectory, write_tum
 from robotont_calibration.trajectory_errors import Report
 from robotont_driver.kinematics import se2
 from robotont_driver.kinematics.kinematics import Kinematics
@@ -20,7 +20,8 @@ def parse(arguments):
     """The options."""
     parser = argparse.ArgumentParser(prog="odometry_report", description=(
         "Compares odometry with a ground truth, or without one with the commanded path: a table, a picture, "
-        "and files for evo. Reads a bag or a CSV of packets, without a ROS master."))
+        "and files for evo. Their starts are laid over each other. Reads a bag or a CSV of packets, without a ROS "
+        "master."))
     parser.add_argument("recording", help="a .bag file, as of rosbag record -a, or a .csv")
     parser.add_argument("--odom", metavar="TOPIC", default="odom", help="odometry (default: %(default)s)")
     parser.add_argument("--truth", metavar="TOPIC", help=(
@@ -34,17 +35,11 @@ def parse(arguments):
         "calibrate_wheels writes it; without: the middle)"))
     parser.add_argument("--format", choices=FORMATS, default="auto",
                         help="of the recording: by its name, or a run of the OptiOdom data set (default: %(default)s)")
-    parser.add_argument("--align", choices=ALIGNMENTS, default="origin",
-                        help="lay the paths over each other at the start, as well as possible, or not "
-                             "(default: origin)")
-    parser.add_argument("--delta", type=float, default=1.0, metavar="M",
+    parser.add_argument("--delta", type=positive, default=1.0, metavar="M",
                         help="stretch of path for relative errors [m] (default: %(default)s)")
     parser.add_argument("-o", "--output", default="odometry_report.png", metavar="PNG", help="default: %(default)s")
     parser.add_argument("--tum", metavar="FOLDER", help="also write reference.tum and odometry.tum for evo there")
-    options = parser.parse_args(arguments)
-    if not options.delta > 0:
-        parser.error(f"--delta: found {options.delta}, allowed: a number > 0 [m]")
-    return options
+    return parser.parse_args(arguments)
 
 
 def make_report(recording, options):
@@ -67,7 +62,7 @@ def make_report(recording, options):
         raise RecordingError(
             f"found neither a ground truth (--truth) nor commands on {options.commands} to compare with")
     times = [at for at, _ in recording.packets]
-    return Report(estimate, reference, named, times, recording.refused, options.align, options.delta)
+    return Report(estimate, reference, named, times, recording.refused, options.delta)
 
 
 def main(arguments=None):

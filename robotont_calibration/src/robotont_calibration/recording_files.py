@@ -11,17 +11,17 @@ robots with three and four omni wheels, and with others; its runs are read as th
 import csv
 from pathlib import Path
 
+import numpy as np
+
 from robotont_calibration.recordings import Recording, RecordingError
 from robotont_driver.parameters.parameters import shown
 
 FORMATS = ("auto", "optiodom")
 LARGEST_NUMBER = 1e10  # in a CSV file: times are seconds since 1970
-
+POSES = ("nav_msgs/Odometry", "geometry_msgs/PoseStamped", "geometry_msgs/PoseWithCovarianceStamped")
 TYPES = {  # of the messages on each kind of topic
-    "packets": ("std_msgs/String",),
-    "commands": ("geometry_msgs/Twist", "geometry_msgs/TwistStamped"),
-    "odometry": ("nav_msgs/Odometry", "geometry_msgs/PoseStamped", "geometry_msgs/PoseWithCovarianceStamped"),
-    "truth": ("nav_msgs/Odometry", "geometry_msgs/PoseStamped", "geometry_msgs/PoseWithCovarianceStamped"),
+    "packets": ("std_msgs/String",), "commands": ("geometry_msgs/Twist", "geometry_msgs/TwistStamped"),
+    "odometry": POSES, "truth": POSES,
 }
 
 
@@ -35,8 +35,9 @@ def read_recording(path, topics, form="auto"):
     path = Path(path)
     if not path.is_file():
         raise RecordingError(f"{path}: no such file")
-    if form == "optiodom":
-        return _read_optiodom(path)
+    if form == "optiodom":  # time, x, y, yaw, counts
+        table = _numbers(path, _lines(path))
+        return _recording(table[:, 0], table[:, 4:], table[:, 1:4])
     if path.suffix == ".csv":
         return _read_csv(path)
     if path.suffix == ".bag":
@@ -70,57 +71,48 @@ def _read_bag(path, topics):
 
 
 def _read_csv(path):
-    recording = Recording()
-    recording.stamped = True
-    rows = [(number, line.strip().split(",")) for number, line in _lines(path)
-            if line.strip() and not line.startswith("#")]
-    if not rows:
-        raise RecordingError(f"{path}: found nothing, allowed: a heading time,m0,m1,... and packets")
-    heading = [name.strip() for name in rows[0][1]]
-    with_truth = heading[-3:] == ["x", "y", "yaw"]
-    wheels = len(heading) - 1 - 3 * with_truth
-    if wheels < 3 or heading[:wheels + 1] != ["time", *(f"m{wheel}" for wheel in range(wheels))]:
-        raise RecordingError(f"{path}: found the heading {shown(','.join(heading))}, allowed: time,m0,m1,m2,... "
+    heading, *lines = _lines(path)
+    names = [name.strip() for name in heading.split(",")]
+    wheels = len(names) - (4 if names[-3:] == ["x", "y", "yaw"] else 1)
+    if wheels < 3 or names[:wheels + 1] != ["time", *(f"m{wheel}" for wheel in range(wheels))]:
+        raise RecordingError(f"{path}: found the heading {shown(heading)}, allowed: time,m0,m1,m2,... "
                              "and then nothing or x,y,yaw")
-    for number, row in rows[1:]:
-        values = _numbers(path, number, row, len(heading))
-        recording.packets.append((values[0], tuple(values[1:wheels + 1])))
-        if with_truth:
-            recording.truth.append((values[0], tuple(values[-3:])))
-    return recording
+    table = _numbers(path, lines, len(names))
+    return _recording(table[:, 0], table[:, 1:wheels + 1], table[:, wheels + 1:])
 
 
 def _lines(path):
-    """(number, line) of all lines of a text file. Raises RecordingError."""
+    """The lines of a text file, at least one, without comments. Raises RecordingError."""
     try:
-        with open(str(path), newline="", encoding="utf-8-sig") as file:
-            return list(enumerate(file, 1))
+        text = path.read_text(encoding="utf-8-sig")
     except UnicodeDecodeError as error:
         raise RecordingError(f"{path}: found bytes that are not UTF-8, allowed: a CSV") from error
+    lines = [line for line in text.split("\n") if line.strip() and not line.startswith("#")]
+    if not lines:
+        raise RecordingError(f"{path}: found nothing, allowed: packets")
+    return lines
 
 
-def _read_optiodom(path):
-    """`Recording` of lines without a heading: time [s], x [m], y [m], yaw [rad], counts [edges] of each wheel."""
+def _numbers(path, lines, columns=None):
+    """The numbers in lines, K x `columns`, or 7 or more. Raises RecordingError unless all are finite."""
+    try:
+        table = np.array([line.split(",") for line in lines], dtype=float).reshape(len(lines), columns or -1)
+    except ValueError as error:
+        raise RecordingError(f"{path}: found no table of numbers: {str(error)[:200]}") from error
+    if table.shape[1] < (columns or 7) or not np.all(np.abs(table) <= LARGEST_NUMBER):
+        raise RecordingError(f"{path}: found {table.shape[1]} columns of numbers up to {np.abs(table).max():g}, "
+                             f"allowed: {columns or '7 or more'}, up to {LARGEST_NUMBER:g}")
+    return table
+
+
+def _recording(times, counts, poses):
+    """`Recording` of packets, and where `poses` has columns, of true poses."""
     recording = Recording()
     recording.stamped = True
-    for number, line in _lines(path):
-        row = line.strip().split(",")
-        time, x, y, yaw, *counts = _numbers(path, number, row, max(len(row), 7))
-        recording.packets.append((time, tuple(counts)))
-        recording.truth.append((time, (x, y, yaw)))
+    recording.packets = list(zip(times.tolist(), map(tuple, counts.tolist())))
+    if poses.size:
+        recording.truth = list(zip(times.tolist(), map(tuple, poses.tolist())))
     return recording
-
-
-def _numbers(path, number, row, amount):
-    """The numbers of a line. Raises RecordingError unless there are so many, all finite."""
-    try:
-        values = [float(field) for field in row]
-    except ValueError:
-        values = []
-    if len(values) != amount or not all(abs(value) <= LARGEST_NUMBER for value in values):
-        raise RecordingError(f"{path}, line {number}: found {shown(','.join(row))}, allowed: {amount} numbers up to "
-                             f"{LARGEST_NUMBER:g}")
-    return values
 
 
 def write_csv(path, packets, truth=None):

@@ -5,12 +5,10 @@ import math
 import numpy as np
 
 from robotont_calibration.trajectory import Trajectory
-from robotont_driver.kinematics.se2 import yaw_of
-from robotont_driver.odometry.odometry import LONGEST_HOLD, Pose, WheelOdometry
+from robotont_driver.kinematics import se2
+from robotont_driver.odometry.odometry import LONGEST_HOLD
 from robotont_driver.protocol.packet import LONGEST_LINE, PacketError, parse_packet
 from robotont_driver.timing.packet_stamps import SECOND, PacketStamps
-
-NOISE = 0.0  # these odometries need no covariance
 
 
 class RecordingError(ValueError):
@@ -43,8 +41,7 @@ class Recording:
         else:
             stamp = message.header.stamp.to_sec()
             pose = getattr(message.pose, "pose", message.pose)  # with covariance, or without
-            self._keep(getattr(self, kind), stamp or time,
-                       (pose.position.x, pose.position.y, yaw_of(pose.orientation)))
+            self._keep(getattr(self, kind), stamp or time, se2.pose_of(pose))
 
     def _keep(self, values, time, value):
         """Keep a value of finite numbers."""
@@ -76,12 +73,8 @@ class Recording:
         times, counts = self.counts(kinematics.wheels)
         if not self.stamped:
             times = stamps_of(times, 1.0 / kinematics.wheels.pid_frequency)
-        odometry = WheelOdometry(kinematics, 1.0 / kinematics.wheels.pid_frequency, NOISE)
-        poses = []
-        for packet in counts.tolist():
-            odometry.update(packet, 0.0)
-            poses.append((odometry.pose.x, odometry.pose.y, odometry.pose.yaw))
-        return Trajectory(times, poses)
+        steps = kinematics.inverse @ (counts * np.array(kinematics.wheels.metres_per_edge)).T
+        return Trajectory(times, se2.path(steps.T))
 
     def commanded_path(self):
         """`Trajectory` of a robot that follows each command at once and stops LONGEST_HOLD after the last.
@@ -90,21 +83,12 @@ class Recording:
         """
         if len(self.commands) < 2:
             return None
-        pose = Pose()
-        times, poses = [], []
-        for (time, twist), (following, _) in zip(self.commands, [*self.commands[1:], (math.inf, None)]):
-            times.append(time)
-            poses.append((pose.x, pose.y, pose.yaw))
-            hold = min(following - time, LONGEST_HOLD)
-            for _ in range(max(1, round(hold / 0.02))):  # short steps, for the drawing
-                part = hold / max(1, round(hold / 0.02))
-                pose.move([speed * part for speed in twist])
-                times.append(times[-1] + part)
-                poses.append((pose.x, pose.y, pose.yaw))
-            if following > times[-1] + 1e-6 and following < math.inf:
-                times.append(following - 1e-6)
-                poses.append(poses[-1])
-        return Trajectory(times, poses)
+        stamps, twists = map(np.array, zip(*self.commands))
+        times = np.arange(stamps[0], stamps[-1] + LONGEST_HOLD, 0.02)  # for the drawing
+        times = np.unique(np.concatenate([stamps, stamps + LONGEST_HOLD, times]))
+        newest = np.searchsorted(stamps, times[:-1], side="right") - 1
+        twists = np.where((times[:-1] < stamps[newest] + LONGEST_HOLD)[:, None], twists[newest], 0.0)
+        return Trajectory(times, np.vstack([np.zeros(3), se2.path(twists * np.diff(times)[:, None])]))
 
 
 def stamps_of(arrivals, period):

@@ -1,85 +1,56 @@
-"""The figures and the picture of an odometry report."""
+"""How far an estimated path is from a reference: the table and the picture of an odometry report.
+
+The measures are those of J. Sturm et al., A Benchmark for the Evaluation of RGB-D SLAM Systems (IROS 2012), on the
+plane.
+"""
 
 import math
 
+import matplotlib
 import numpy as np
+from matplotlib.figure import Figure
 
-from robotont_calibration.trajectory import (
-    absolute_errors,
-    align,
-    relative_errors,
-    root_mean_square,
-    synchronise,
-    timing,
-)
+from robotont_calibration.trajectory import seen_from, synchronise
+from robotont_driver.kinematics import se2
 
-BLUE, GREY, ORANGE = "#2f6db3", "#a5abb3", "#d0782a"  # odometry, reference, second curve
-INK = "#33383f"
-STYLE = {
-    "figure.dpi": 100, "font.size": 9, "axes.titlesize": 10, "axes.titleweight": "bold", "axes.titlelocation": "left",
-    "axes.spines.top": False, "axes.spines.right": False, "axes.edgecolor": "#8a9099", "axes.labelcolor": INK,
-    "axes.grid": True, "grid.color": "#e6e8eb", "grid.linewidth": 0.8, "axes.axisbelow": True, "text.color": INK,
-    "xtick.color": INK, "ytick.color": INK, "legend.frameon": False, "lines.linewidth": 1.6,
-}
+BLUE, GREY, ORANGE, INK = "#2f6db3", "#a5abb3", "#d0782a", "#33383f"  # odometry, reference, another curve, marks
+STYLE = {"font.size": 9, "axes.grid": True, "grid.color": "#e6e8eb", "axes.axisbelow": True}  # of matplotlib
 
 
 class Report:
     """An estimate against a reference, both `Trajectory`, and the packets' stamps [s].
 
-    named: name of the reference. alignment: one of trajectory.ALIGNMENTS. delta: [m] stretch for relative errors.
+    named: name of the reference. delta: [m] stretch for relative errors.
     """
 
-    def __init__(self, estimate, reference, named, packet_times=(), refused=0, alignment="origin", delta=1.0):
-        estimate, self.reference = synchronise(estimate, reference)
-        self.estimate = align(estimate, self.reference, alignment)
-        self.named, self.alignment, self.delta = named, alignment, delta
-        self.packet_times, self.refused = packet_times, refused
-        self.distances, self.headings = absolute_errors(self.estimate, self.reference)
+    def __init__(self, estimate, reference, named, packet_times=(), refused=0, delta=1.0):
+        self.estimate, self.reference = synchronise(estimate, reference)
+        self.named, self.delta, self.packet_times, self.refused = named, delta, packet_times, refused
+        # absolute errors of each pose: distances [m], headings [rad]; relative ones of each stretch
+        self.distances, self.headings = sizes(self.estimate.poses - self.reference.poses)
         self.stretches, self.turns = relative_errors(self.estimate, self.reference, delta)
-
-    def figures(self):
-        """{name: number}, in the units that stand in `rows`."""
-        reference, turned = self.reference, self.reference.turned / (2 * math.pi)
-        end = self.estimate.poses[-1, 2] - reference.poses[-1, 2]  # unwrapped: whole turns count
-        return {
-            "duration": reference.times[-1] - reference.times[0],
-            "length": reference.length,
-            "turned": turned,
-            "ate": root_mean_square(self.distances),
-            "ate_largest": float(self.distances.max()),
-            "ate_heading": math.degrees(root_mean_square(self.headings)),
-            "rpe": root_mean_square(self.stretches),
-            "rpe_heading": math.degrees(root_mean_square(self.turns)),
-            "end": float(self.distances[-1]),
-            "end_heading": math.degrees(abs(end)),
-            "per_metre": 1000 * float(self.distances[-1]) / reference.length if reference.length else math.nan,
-            "per_turn": math.degrees(abs(end)) / turned if turned > 0.25 else math.nan,
-        }
 
     def rows(self):
         """(what, value with unit) of the table."""
-        of = self.figures()
+        length = self.reference.steps.sum()
+        yaw = self.reference.poses[:, 2]
+        turned = np.abs(np.diff(yaw)).sum() / (2 * math.pi)
+        end, end_turn = self.distances[-1], math.degrees(abs(self.estimate.poses[-1, 2] - yaw[-1]))  # whole turns count
         rows = [
-            ("duration", f"{of['duration']:.1f} s"),
-            ("path of the " + self.named, f"{of['length']:.2f} m"),
-            ("turned, to and fro", f"{of['turned']:.2f} turns"),
-            ("absolute error, root mean square", f"{1000 * of['ate']:.1f} mm, {of['ate_heading']:.2f}°"),
-            ("absolute error, largest", f"{1000 * of['ate_largest']:.1f} mm"),
+            ("duration", f"{self.reference.times[-1] - self.reference.times[0]:.1f} s"),
+            ("path of the " + self.named, f"{length:.2f} m"),
+            ("turned, to and fro", f"{turned:.2f} turns"),
+            ("absolute error, root mean square", root_mean_squares(self.distances, self.headings)),
+            ("absolute error, largest", f"{1000 * self.distances.max():.1f} mm"),
             (f"relative error per {self.delta:g} m, root mean square",
-             f"{1000 * of['rpe']:.1f} mm, {of['rpe_heading']:.2f}°" if len(self.stretches) else "path too short"),
-            ("error at the end", f"{1000 * of['end']:.1f} mm, {of['end_heading']:.2f}°"),
-            ("drift per metre", "no path" if math.isnan(of["per_metre"]) else f"{of['per_metre']:.1f} mm"),
-            ("drift per turn", "too few turns" if math.isnan(of["per_turn"]) else f"{of['per_turn']:.2f}°"),
+             root_mean_squares(self.stretches, self.turns) if len(self.stretches) else "path too short"),
+            ("error at the end", f"{1000 * end:.1f} mm, {end_turn:.2f}°"),
+            ("drift per metre", f"{1000 * end / length:.1f} mm" if length else "no path"),
+            ("drift per turn", f"{end_turn / turned:.2f}°" if turned > 0.25 else "too few turns"),
+            ("odometry", timing(self.estimate.times)),
         ]
-        for what, times in (("odometry", self.estimate.times), ("packets", self.packet_times)):
-            if len(times) > 1:
-                found = timing(times)
-                rows.append((what, f"{found.messages} at {found.rate:.1f}/s, {found.missing} missing"))
-                rows.append((f"{what}: time between two", (
-                    f"{1000 * found.period:.1f} ms, 99 % within ±{1000 * found.jitter:.1f} ms, "
-                    f"longest {1000 * found.longest:.0f} ms")))
-        if len(self.packet_times):
-            rows.append(("packets refused", str(self.refused)))
+        if len(self.packet_times) > 1:
+            rows += [("packets", timing(self.packet_times)), ("packets refused", str(self.refused))]
         return rows
 
     def table(self):
@@ -89,61 +60,61 @@ class Report:
         return "\n".join(f"{what.ljust(width)}  {value}" for what, value in rows)
 
     def draw(self, path, title):
-        """Write a PNG: path, heading, speed and error."""
-        plt = pyplot()
-        with plt.rc_context(drawing_style()):
-            figure, axes = plt.subplots(2, 2, figsize=(10, 7.6), constrained_layout=True)
+        """Write a PNG: path, heading, and the errors of both."""
+        with matplotlib.rc_context(STYLE):
+            figure = Figure(figsize=(10, 7.6), constrained_layout=True)
+            axes = figure.subplots(2, 2)
             figure.suptitle(title, x=0.01, ha="left", fontsize=12)
-            start = self.reference.times[0]
+            times = self.reference.times - self.reference.times[0]
             curves = ((self.reference, GREY, self.named, 3.2), (self.estimate, BLUE, "odometry", 1.5))
             for trajectory, colour, label, width in curves:
-                style = {"color": colour, "label": label, "linewidth": width}
-                axes[0, 0].plot(trajectory.poses[:, 0], trajectory.poses[:, 1], **style)
-                axes[0, 1].plot(trajectory.times - start, np.degrees(trajectory.poses[:, 2]), **style)
-                times, speeds, _ = trajectory.speeds()
-                axes[1, 0].plot(times - start, speeds, **style)
-            ends = self.estimate.poses[[0, -1], :2]
-            axes[0, 0].plot(*ends[0], "o", color=INK, markersize=5, label="start")
-            axes[0, 0].plot(*ends[1], "s", color=INK, markersize=5, label="end")
+                x, y, yaw = trajectory.poses.T
+                axes[0, 0].plot(x, y, color=colour, label=label, linewidth=width)
+                axes[0, 1].plot(times, np.degrees(yaw), color=colour, linewidth=width)
+            for (x, y, _), mark, label in zip(self.estimate.poses[[0, -1]], "os", ("start", "end")):
+                axes[0, 0].plot(x, y, mark, color=INK, markersize=5, label=label)
+            axes[1, 0].plot(times, 1000 * self.distances, color=BLUE)
+            axes[1, 1].plot(times, np.degrees(self.headings), color=BLUE)
             axes[0, 0].set(title="Path", xlabel="x [m]", ylabel="y [m]")
             axes[0, 0].set_aspect("equal", adjustable="datalim")
-            axes[0, 1].set(title="Heading", xlabel="time [s]", ylabel="heading [°]")
-            axes[1, 0].set(title="Speed over ground", xlabel="time [s]", ylabel="speed [m/s]")
             axes[0, 0].legend()
-            axes[0, 1].legend()
-            self._draw_errors(axes[1, 1], start)
+            axes[0, 1].set(title="Heading", xlabel="time [s]", ylabel="heading [°]")
+            axes[1, 0].set(title="Error of the place", xlabel="time [s]", ylabel="distance [mm]", ylim=(0, None))
+            axes[1, 1].set(title="Error of the heading", xlabel="time [s]", ylabel="heading [°]", ylim=(0, None))
             figure.savefig(str(path))
-            plt.close(figure)
-
-    def _draw_errors(self, axis, start):
-        times = self.estimate.times - start
-        axis.plot(times, 1000 * self.distances, color=BLUE, label="position (left axis)")
-        axis.set_title("Error", loc="left")
-        axis.set(xlabel="time [s]", ylabel="position [mm]")
-        axis.set_ylim(bottom=0)
-        other = axis.twinx()
-        other.spines["right"].set_visible(True)
-        other.grid(False)
-        other.plot(times, np.degrees(self.headings), color=ORANGE, label="heading (right axis)", linewidth=1.2)
-        other.set_ylabel("heading [°]")
-        other.set_ylim(bottom=0)
-        axis.set_zorder(other.get_zorder() + 1)  # the position is drawn over the heading's noise
-        axis.patch.set_visible(False)
-        axis.legend(handles=[*axis.get_lines(), *other.get_lines()], loc="lower right",
-                    bbox_to_anchor=(1.0, 1.0), ncol=2)
 
 
-def drawing_style():
-    """The entries of STYLE that this matplotlib supports."""
-    supported = pyplot().rcParams
-    return {name: value for name, value in STYLE.items() if name in supported}
+def sizes(errors):
+    """(distances [m], headings [rad], within half a turn) of K x 3 errors of poses."""
+    return np.hypot(errors[:, 0], errors[:, 1]), np.abs(se2.wrap(errors[:, 2]))
 
 
-def pyplot():
-    """matplotlib.pyplot that draws into files, whatever display there is."""
-    import matplotlib  # here, for it is slow to load and only pictures need it
+def relative_errors(estimate, reference, delta):
+    """`sizes` of the errors of the motion over consecutive stretches of `delta` [m] of the reference's path.
 
-    matplotlib.use("Agg")
-    import matplotlib.pyplot as plt
+    The stretches are those of evo_rpe: from one pose at which another `delta` was complete to the next, so that
+    the first one begins `delta` behind the start. None where the path is shorter than two.
+    """
+    marks, gone = [], 0.0
+    for index, step in enumerate(reference.steps, 1):
+        gone += step
+        if gone >= delta:
+            marks.append(index)
+            gone = 0.0
+    moved, believed = (seen_from(one.poses[marks[:-1]], one.poses[marks[1:]]) for one in (reference, estimate))
+    return sizes(seen_from(moved, believed))
 
-    return plt
+
+def root_mean_squares(distances, headings):
+    """The text for the table, of [m] and [rad]."""
+    distance, heading = (np.sqrt(np.mean(values ** 2)) for values in (distances, headings))
+    return f"{1000 * distance:.1f} mm, {math.degrees(heading):.2f}°"
+
+
+def timing(times):
+    """The text for the table: when messages came, of K >= 2 rising stamps [s]."""
+    periods = np.diff(times)
+    median = np.median(periods)
+    missing = np.maximum(np.round(periods / median) - 1, 0).sum() if median > 0 else 0
+    return (f"{len(times)} at {1 / np.mean(periods):.1f}/s, {missing:.0f} missing; {1000 * median:.1f} ms between two, "
+            f"at most {1000 * periods.max():.0f} ms")

@@ -2,7 +2,7 @@
 
 MicroPython's small integers on the board are 31 bits, sign included; one more bit and it allocates a big
 integer, which the locked heap refuses with a MemoryError: in mid-drive, not at start-up. So everything is
-checked before the motors are given free. The tests run the loop at these limits on an emulated Cortex-M.
+checked before the motors are given free. The tests run the loop at these limits and look at every result.
 """
 
 from robotont_firmware.receiver import MAX_UNITS

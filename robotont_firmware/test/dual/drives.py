@@ -10,7 +10,7 @@ if __name__ == "__main__":
     sys.path.insert(0, __file__.rsplit("/", 1)[0])
     import lifted  # noqa: F401
 
-from dual_tools import Config, Robot
+from dual_tools import Config, Robot, profile
 from sim_motor import BRAKE, CHANCE, COAST, DIODE, DIRTY, FLOATING, HALF, HUM, MICRO, PARTIAL, REVERSED, UNPLUGGED, WILD
 from suite_fuzz import Random
 
@@ -21,14 +21,10 @@ NAMES = {UNPLUGGED: "unplugged", REVERSED: "reversed", HALF: "half dead", PARTIA
          WILD: "noise 6", HUM: "hum 3", CHANCE: "60 % by chance", DIRTY: "dirty disc"}  # fmt: skip
 
 
-def settings(module):
-    return Config(**{name: getattr(module, name) for name in dir(module) if name[0].isupper()})
-
-
 PROFILES = (  # configuration, its motor driver, [units] that it reaches
     (Config(), {"driver": BRAKE}, 150),
-    (settings(wiring_vnh), {"driver": DIODE}, 150),
-    (settings(wiring_robotont21), {"driver": COAST, "frequency": 100, "battery": 140}, 33),
+    (profile(wiring_vnh), {"driver": DIODE}, 150),
+    (profile(wiring_robotont21), {"driver": COAST, "frequency": 100, "battery": 140}, 33),
 )
 
 

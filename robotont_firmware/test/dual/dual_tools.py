@@ -54,6 +54,11 @@ class Config:
             setattr(self, name, value)
 
 
+def profile(module):
+    """Return the configuration with a wiring profile's module."""
+    return Config(**{name: getattr(module, name) for name in dir(module) if name[0].isupper()})
+
+
 def crc_slow(data):
     """CRC-16/CCITT-FALSE bit by bit, written apart from the firmware's."""
     crc = 0xFFFF
@@ -70,6 +75,60 @@ def checked(body):
     """Return the line `body;` with its CRC and newline, as bytes."""
     body = body.encode() + b";"
     return body + b"%04X\n" % crc_slow(body)
+
+
+ORDER = checked("!test 1+400:50")
+
+
+class WildBoard:
+    """Allocates nothing: counters jump anywhere, the lines come again and again, ticks are missed, a driver fails.
+
+    The first line, zeros, comes now and then; for a while none comes, but an order `!test`. It ends after 220 ticks,
+    with `sent` bytes.
+    """
+
+    JUMPS = (0, 150, 0xFF00, 0x7FFF, 0x8000, 400, 0xFE70, 1)
+
+    def __init__(self, lines):
+        self.lines = lines
+        self.ticks = self.total = self.sent = 0
+        self.stopped = False
+
+    def wait_tick(self):
+        self.ticks += 1
+        return 0 if self.ticks > 220 else 17 if self.ticks % 50 == 7 else 1
+
+    def counts(self, totals):
+        for wheel in range(len(totals)):
+            self.total = (self.total + self.JUMPS[(self.ticks // 9 + wheel) % 8]) & 0xFFFF
+            totals[wheel] = self.total
+
+    def drive(self, wheel, effort):
+        assert -10000 <= effort <= 10000
+
+    def fault(self, wheel):
+        return self.ticks == 200 and wheel == 1
+
+    def battery(self):
+        return 12000
+
+    def read(self, buffer):
+        if 90 < self.ticks < 130 and self.ticks != 120:
+            return 0
+        line = ORDER if self.ticks == 120 else self.lines[
+            0 if self.ticks % 40 == 39 or self.ticks in (88, 90) else self.ticks // 11 % len(self.lines)]
+        for at in range(len(line)):
+            buffer[at] = line[at]
+        return len(line)
+
+    def write(self, buffer, size):
+        self.sent += size
+
+    def feed(self):
+        pass
+
+    def stop(self):
+        self.stopped = True
 
 
 class Robot:

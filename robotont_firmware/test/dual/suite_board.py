@@ -4,7 +4,7 @@ import sys
 from array import array
 
 import fake_hardware
-from dual_tools import Config, Locked, checked  # it needs the real heap lock, so it comes before the stand-ins
+from dual_tools import Config, Locked, checked, profile  # it needs the real heap lock, so it comes before the stand-ins
 from fake_hardware import ADC, UART, WDT, Machine, Pyb, Reset, Timer, levels, log, pins
 
 fake_hardware.install()
@@ -20,12 +20,6 @@ def make():
     made = board.Board(config)
     made.start()
     return made
-
-
-def robotont21():
-    """Return the configuration as it is when the profile robotont21 is on the board."""
-    names = [name for name in dir(wiring_robotont21) if name[0].isupper()]
-    return Config(**{name: getattr(wiring_robotont21, name) for name in names})
 
 
 def start(name):
@@ -328,7 +322,7 @@ def test_boot_holds_the_motors_and_has_the_pins_of_the_profile():
 
 
 def test_profile_robotont21():
-    settings = robotont21()
+    settings = profile(wiring_robotont21)
     fake_hardware.reset()
     made = board.Board(settings)
     made.start()

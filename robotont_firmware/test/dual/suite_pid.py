@@ -7,8 +7,7 @@ from dual_tools import Config, Locked
 from sim_motor import PERIOD, SimMotor
 
 from robotont_firmware import config
-from robotont_firmware.main_loop import Controller
-from robotont_firmware.wheel_speed import MAX_COUNTS, Pid
+from robotont_firmware.wheel_speed import Pid
 
 STEP, BRAKING = config.MAX_ACCELERATION * 256, config.MAX_BRAKING * 256
 LATENCY = 3  # [ms]
@@ -54,38 +53,21 @@ def settling(speeds, target):
     return ((outside[-1] + 1) if outside else 0) * PERIOD / 1000
 
 
-def overshoot(speeds, target):
-    """Return by how much [%] the speed passes the target."""
-    return 100 * (max(speeds) - target) / target
-
-
-def test_step_settles_both_ways():
-    for sign in (-1, 1):
-        speeds = [sign * speed for speed in Bench().run(sign * 50, 100).speeds]
-        settled, over = settling(speeds, 50), overshoot(speeds, 50)
-        assert settled <= 0.3, settled
-        assert over <= 10, over
-    return f"settles in {settled:.2f} s, overshoot {over:.1f} %"
-
-
-def test_step_with_other_loads_and_batteries():
-    worst = 0, 0
-    for motor in (
-        {"tau": 40},
-        {"tau": 80},
-        {"tau": 120},
-        {"tau": 160},
-        {"friction": 16},
-        {"friction": 4},
-        {"battery": 85},
-        {"tau": 120, "friction": 16, "battery": 85},
-    ):
-        bench = Bench(**motor).run(50, 100)
-        settled, over = settling(bench.speeds, 50), overshoot(bench.speeds, 50)
-        assert settled <= 0.5, (motor, settled)
-        assert over <= 12, (motor, over)
-        worst = max(worst[0], settled), max(worst[1], over)
-    return "worst: settles in {:.2f} s, overshoot {:.1f} %".format(*worst)
+def test_step_settles():
+    worst = []
+    for time, most, motors in ((0.3, 10, ({},)), (0.5, 12, (
+            {"tau": 40}, {"tau": 80}, {"tau": 120}, {"tau": 160}, {"friction": 16}, {"friction": 4}, {"battery": 85},
+            {"tau": 120, "friction": 16, "battery": 85}))):  # fmt: skip
+        found = []
+        for motor in motors:
+            for sign in (-1, 1):
+                speeds = [sign * speed for speed in Bench(**motor).run(sign * 50, 100).speeds]
+                found.append((settling(speeds, 50), 100 * (max(speeds) - 50) / 50))
+        settled, over = [max(numbers) for numbers in zip(*found)]
+        assert settled <= time, (motors, settled)
+        assert over <= most, (motors, over)
+        worst.append(f"settles in {settled:.2f} s, overshoot {over:.1f} %")
+    return "; with other loads and batteries: ".join(worst)
 
 
 def test_mean_error_is_zero_over_any_second():
@@ -205,40 +187,3 @@ def test_derivative_brakes_a_rising_speed():
     for pid in (flat, damped):
         pid.step(50 * 256, 0, 1, False)
     assert flat.step(50 * 256, 13, 1, False) - damped.step(50 * 256, 13, 1, False) == 26
-
-
-def test_gains_out_of_range_are_refused():
-    for name in ("P_GAIN", "I_GAIN", "D_GAIN", "SPEED_GAIN", "FOLLOW", "LEAD", "MAX_INTEGRAL"):
-        for value in (-1, 1 << 30):
-            try:
-                Pid(Config(**{name: value}))
-            except ValueError:
-                continue
-            raise AssertionError(name)
-
-
-def test_numbers_whose_products_outgrow_31_bits_are_refused():
-    for changes in (
-        {"FOLLOW": 513},
-        {"MAX_ACCELERATION": 46},  # times MAX_SPEED
-        {"MAX_SPEED": 263, "MAX_ACCELERATION": 1, "P_GAIN": 5000},
-        {"OVERLOAD_TIME": 201},
-        {"I_GAIN": 1},  # so large an integral
-    ):
-        try:
-            Controller(None, Config(**changes))
-            words = "accepted"
-        except ValueError as error:
-            words = str(error)
-        named = [name for name in changes if words.startswith("config." + name + ": found ")]
-        assert named, (changes, words)
-
-
-def test_impossible_counts_do_not_upset_it():
-    pid = Pid(config)
-    for counts in (32767, -32768, MAX_COUNTS, -MAX_COUNTS):
-        for setpoint in (180 * 256, -180 * 256):
-            for _ in range(20):
-                with Locked():
-                    effort = pid.step(setpoint, counts)
-                assert -config.MAX_EFFORT <= effort <= config.MAX_EFFORT

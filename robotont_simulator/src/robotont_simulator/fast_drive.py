@@ -7,13 +7,14 @@ import sys
 import time
 from pathlib import Path
 
-from robotont_calibration.drives import DRIVES, PAUSE, REST
+from robotont_calibration.arguments import numbers
 from robotont_calibration.recording_files import write_csv
+from robotont_calibration.standard_drives import DRIVES, PAUSE, REST
 from robotont_driver.kinematics import se2
 from robotont_driver.robots.wheel_file import read_wheel_file
 from robotont_simulator.lockstep import LockstepRun
 from robotont_simulator.simulation import Simulation
-from robotont_simulator.world import World, read_world
+from robotont_simulator.world import World
 
 
 def parse(arguments):
@@ -29,10 +30,9 @@ def parse(arguments):
     parser.add_argument("--wheel-params", required=True, metavar="FILE", help="wheel_params.yaml of the robot")
     parser.add_argument("--believed", metavar="FILE", help=(
         "wheel_params.yaml that commands and odometry use instead, to see what wrong ones do"))
-    parser.add_argument("--world", metavar="FILE", help="walls and boxes; without: an empty floor")
     parser.add_argument("--grip", metavar="WHEEL=PART", action="append", default=[], type=read_grip,
                         help="part 0 to 1 of the friction that a wheel has, e.g. 0=0.02")
-    parser.add_argument("--seed", type=seed, default=0, help="of everything random (default: %(default)s)")
+    parser.add_argument("--seed", type=int, default=0, help="of everything random (default: %(default)s)")
     parser.add_argument("--csv", metavar="FOLDER", help="write each drive's packets and true poses there: "
                         "DRIVE.csv, and DRIVE_2.csv for the second of its name")
     return parser.parse_args(arguments)
@@ -44,33 +44,19 @@ def read_drive(text):
     if name not in DRIVES:
         raise argparse.ArgumentTypeError(f"found drive {name!r}, allowed: {', '.join(DRIVES)}")
     what, default, _ = DRIVES[name]
-    value = number_of(number or default)
-    if not math.isfinite(value) or (name.startswith("square") and value <= 0):
-        raise argparse.ArgumentTypeError(f"found {text!r}, allowed: {name}=NUMBER, its {what}")
+    value, = numbers(number or str(default), 1, f"{name}=NUMBER, its {what}")
+    if name.startswith("square") and value <= 0:
+        raise argparse.ArgumentTypeError(f"found {text!r}, allowed: {name}=NUMBER, its {what}, > 0")
     return name, value
 
 
 def read_grip(text):
     """(wheel, part) of "wheel=part". Raises ArgumentTypeError."""
-    wheel, _, part = text.partition("=")
-    if not (wheel.isdigit() and 0 <= number_of(part) <= 1):
-        raise argparse.ArgumentTypeError(f"found --grip {text!r}, allowed: WHEEL=PART with a part from 0 to 1")
-    return int(wheel), float(part)
-
-
-def seed(text):
-    """A whole number >= 0. Raises ArgumentTypeError."""
-    if not (text.isascii() and text.isdigit() and len(text) < 10):
-        raise argparse.ArgumentTypeError(f"found {text[:40]!r}, allowed: a whole number of up to 9 digits")
-    return int(text)
-
-
-def number_of(text):
-    """The number that a text is; NaN for any other."""
-    try:
-        return float(text)
-    except ValueError:
-        return math.nan
+    allowed = "WHEEL=PART with a part from 0 to 1"
+    wheel, part = numbers(text.replace("=", " "), 2, allowed)
+    if wheel != int(wheel) or wheel < 0 or not 0 <= part <= 1:
+        raise argparse.ArgumentTypeError(f"found {text!r}, allowed: {allowed}")
+    return int(wheel), part
 
 
 def make_run(options):
@@ -80,8 +66,7 @@ def make_run(options):
     if believed.amount != wheels.amount:
         raise ValueError(f"{options.believed}: found {believed.amount} wheels, allowed: {wheels.amount}, as in "
                          f"{options.wheel_params}")
-    world = read_world(options.world) if options.world else World((), (0.0, 0.0, 0.0))
-    simulation = Simulation(wheels, world, options.seed)
+    simulation = Simulation(wheels, World((), (0.0, 0.0, 0.0)), options.seed)
     for wheel, part in options.grip:
         if wheel >= wheels.amount:
             raise ValueError(f"found --grip of wheel {wheel}, allowed: 0 to {wheels.amount - 1}")

@@ -4,7 +4,7 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from scipy.linalg import block_diag, cho_solve_banded, cholesky_banded
+from scipy.linalg import block_diag, cho_factor, cho_solve
 from scipy.optimize import minimize
 
 from robotont_calibration.calibration_runs import steps_of
@@ -14,7 +14,6 @@ from robotont_driver.kinematics.kinematics import Kinematics
 from robotont_driver.odometry.wheel_noise import READING_VARIANCE, variance_per_edge
 
 NOISE_TIE = np.log((3.0, 1.5))  # by what factors the wheels' noise and the measurement's may be off before the runs
-BAND = 6             # numbers of two neighbouring stretches
 
 
 class Spread(NamedTuple):
@@ -60,26 +59,17 @@ def spread_of(wheels, run):
 
 def likely_noise(spreads, left, weights, expected):
     """Likeliest (wheel noise, factor of the measurement's deviation) for the residuals `left`, tied to `expected`."""
-    spread = Spread(*(np.hstack(list(map(_band, parts))) for parts in zip(*spreads)))
-    left = np.concatenate([math.sqrt(weight) * misfit.ravel() for misfit, weight in zip(left, weights)])
     middle = np.log(expected)
 
     def unlikely(logarithms):
         """Twice the negative logarithm of the likelihood."""
-        factor = cholesky_banded(spread.at(np.exp(logarithms)), lower=True)
-        return float(2 * np.log(factor[0]).sum() + left @ cho_solve_banded((factor, True), left)
-                     + np.sum(((logarithms - middle) / NOISE_TIE) ** 2))
+        total = np.sum(((logarithms - middle) / NOISE_TIE) ** 2)
+        for spread, misfit, weight in zip(spreads, left, weights):
+            factor = cho_factor(spread.at(np.exp(logarithms)), lower=True)
+            total += 2 * np.log(np.diag(factor[0])).sum() + weight * misfit.ravel() @ cho_solve(factor, misfit.ravel())
+        return float(total)
     found = minimize(unlikely, middle, method="Nelder-Mead", options={"xatol": 0.02, "fatol": 0.01, "maxiter": 100})
     return np.exp(found.x)
-
-
-def _band(covariance):
-    """BAND x N: the diagonal and those below it of a covariance of N numbers, as scipy takes them; the rest is 0."""
-    size = len(covariance)
-    band = np.zeros((BAND, size))
-    for below in range(min(BAND, size)):
-        band[below, :size - below] = np.diagonal(covariance, -below)
-    return band
 
 
 def _by_step(poses, begin, end):

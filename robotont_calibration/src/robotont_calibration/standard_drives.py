@@ -46,3 +46,19 @@ DRIVES = {  # name: (what the number is, its default, twists of number and frequ
     "spin": ("turns", 3.0, spin),
     "sideways": ("distance [m]", 2.0, sideways),
 }
+
+
+def calibration_drives(frequency, side=2.0, turns=3.25, line=3.0):
+    """(name, description, required space, twists at a `frequency` [Hz]) of each drive that a calibration wants.
+
+    side, line: [m].
+    """
+    free = f"{side + 0.5:g} m x {side + 0.5:g} m of free floor, in front and to the "
+    return [
+        ("square", f"a square of {side:g} m, counterclockwise", free + "left", square(side, frequency)),
+        ("square_clockwise", f"a square of {side:g} m, clockwise", free + "right", square(side, frequency, True)),
+        ("spin", f"{turns:g} turns on the spot, counterclockwise", "the room it takes", spin(turns, frequency)),
+        ("spin_clockwise", f"{turns:g} turns on the spot, clockwise", "the same", spin(-turns, frequency)),
+        ("line_left", f"{line:g} m sideways to the left", f"{line + 0.5:g} m of free floor", sideways(line, frequency)),
+        ("line_right", f"{line:g} m sideways to the right", "the same, on the other side", sideways(-line, frequency)),
+    ]

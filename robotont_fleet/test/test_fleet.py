@@ -12,7 +12,7 @@ import pytest
 from fleet_rig import Rig, stop_time, wait_until_driving
 from geometry_msgs.msg import PoseStamped
 
-from robotont_fleet import keys
+from robotont_fleet import zenoh_keys as keys
 from robotont_fleet.zenoh_setup import client_settings, open_session, zenoh
 from robotont_testing import places
 from robotont_testing.harness import suspended, wait_for

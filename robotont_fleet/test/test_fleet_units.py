@@ -11,7 +11,8 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from robotont_driver.ros import link_report
-from robotont_fleet import fleet_node, keys
+from robotont_fleet import fleet_node
+from robotont_fleet import zenoh_keys as keys
 from robotont_fleet.fleet import Fleet, read_state
 from robotont_fleet.free_fleet import free_fleet_text
 from robotont_fleet.freshness import Numbered

@@ -22,7 +22,7 @@ ROOTS = {
     "cmd_vel_mux.py": {"_on_command", "_on_pressed_by", "_look", "_on_give_back", "_stop"},
     "guard_sensors.py": {"_on_scan", "_on_range", "_on_static"},  # what they hold back holds back the mux' own threads
     "odom_node.py": {"_on_packet"},
-    "emergency_stop_client.py": {"press", "release", "_on_pressed_by"},
+    "emergency_stop_button.py": {"press", "release", "_on_pressed_by"},
     "hand_output.py": {"send", "press_emergency_stop"},
     "robot_view.py": {"send", "cancel", "_stop"},
     "camera.py": {"picture"},  # is asked for in the page's loop
@@ -112,7 +112,7 @@ def test_no_callback_of_a_command_or_a_stop_reaches_a_call_that_waits(file, func
 
 
 def test_a_call_that_waits_is_found():
-    ways = waits("emergency_stop_client.py", "_release")
+    ways = waits("emergency_stop_button.py", "_release")
     assert any(way.endswith("call_in_time calls wait_for_service") for way in ways)
     assert "_write calls set_param" in waits("kept_parameter.py", "_write")[0]
     assert waits("cmd_vel_mux.py", "_look_for_others")

@@ -1,13 +1,13 @@
 // Puts the page together: hands to commands, states to what is seen.
 import {toggleCamera} from "./camera.js";
-import {Hands} from "./hands.js";
-import {actWhenHeld} from "./hold.js";
-import {Link} from "./link.js";
-import {Pace} from "./pace.js";
+import {Hands} from "./driving_inputs.js";
+import {actWhenHeld} from "./hold_button.js";
+import {Link} from "./server_link.js";
+import {Pace} from "./command_rate.js";
 import {$, number, write} from "./page.js";
 import {adviceOf, byWorst, nameOf, showFacts, showLights, showWheels} from "./panel.js";
 import {chosenLanguage, setLanguage, text} from "./texts.js";
-import {View} from "./view.js";
+import {View} from "./map_view.js";
 
 const NOTE = 6000;    // [ms] that the robot's answers are shown
 const REFUSED = 2000; // [ms] that a refusal is shown

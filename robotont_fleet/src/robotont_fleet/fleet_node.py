@@ -23,7 +23,7 @@ from robotont_driver.ros.diagnostics import ERROR, OK, WARN, Health, robot_name
 from robotont_driver.ros.lifecycle import run_without_wheels
 from robotont_driver.ros.node_parameters import refuse
 from robotont_driver.ros.worker import Worker
-from robotont_fleet import keys
+from robotont_fleet import zenoh_keys as keys
 from robotont_fleet.freshness import Numbered
 from robotont_fleet.robot_state import RobotState, page_address
 from robotont_fleet.zenoh_setup import ABSENT, client_settings, open_session, read_password, ros_home, send, zenoh

@@ -20,7 +20,7 @@ import yaml
 from PIL import Image
 
 from robotont_driver.parameters.command_line import CommandLine
-from robotont_fleet import keys
+from robotont_fleet import zenoh_keys as keys
 from robotont_fleet.fleet import Fleet
 from robotont_fleet.fleet_server import FleetServer, FleetSettings
 from robotont_fleet.free_fleet import free_fleet_text
@@ -38,7 +38,7 @@ from robotont_fleet.zenoh_setup import (
     zenoh,
 )
 from robotont_teleop.web.access import Access, is_loopback_address
-from robotont_teleop.web.page_address import host_names, own_address
+from robotont_teleop.web.page_setup import host_names, own_address
 from robotont_teleop.web.web_handlers import read_files
 from robotont_teleop.web.web_teleop_node import SetUpError, invitation, make_access, make_tls
 

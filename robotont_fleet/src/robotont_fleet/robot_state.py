@@ -18,9 +18,9 @@ from tf2_msgs.msg import TFMessage
 from robotont_driver.kinematics.se2 import between
 from robotont_driver.robots.battery import EMPTY
 from robotont_fleet.transforms import Chain
-from robotont_teleop.hand.emergency_stop_client import EmergencyStopClient
-from robotont_teleop.hand.newest_diagnostics import NewestDiagnostics
-from robotont_teleop.web.page_address import own_address
+from robotont_teleop.hand.emergency_stop_button import EmergencyStopButton
+from robotont_teleop.hand.robot_reports import NewestDiagnostics
+from robotont_teleop.web.page_setup import own_address
 
 LONGEST_WORDS = 200
 SHORTEST = 0.2          # [s] over which a speed is measured
@@ -43,7 +43,7 @@ class RobotState:
         self._last = 0.0, None  # time [s] and pose of the state before
         self._speeds = None
         self._driven = 0.0     # [m]
-        self.emergency_stop = EmergencyStopClient()
+        self.emergency_stop = EmergencyStopButton()
         self._goals = rospy.Publisher("move_base_simple/goal", PoseStamped, queue_size=1)
         self._cancels = rospy.Publisher("move_base/cancel", GoalID, queue_size=5)
         for topic, kind, callback in (

@@ -6,7 +6,7 @@ import os
 import secrets
 from pathlib import Path
 
-from robotont_fleet.keys import check_name, keys_of
+from robotont_fleet.zenoh_keys import check_name, keys_of
 from robotont_teleop.web.access import read_or_make_token
 
 try:

@@ -9,7 +9,7 @@ from nav_msgs.msg import Odometry
 from std_msgs.msg import String
 
 from robotont_driver.ros.publishers import DroppingPublisher
-from robotont_teleop.hand.emergency_stop_client import EmergencyStopClient
+from robotont_teleop.hand.emergency_stop_button import EmergencyStopButton
 from robotont_teleop.hand.speeds import STOP
 from robotont_teleop.hand.twist_message import twist_message
 
@@ -22,7 +22,7 @@ class HandOutput:
     def __init__(self):
         self.topic = HAND if self._mux_runs() else DIRECT
         self._command = DroppingPublisher(self.topic, Twist)
-        self.emergency_stop = EmergencyStopClient()
+        self.emergency_stop = EmergencyStopButton()
         self._driven_by = ""
         self._velocity, self._heard = STOP, -1e9
         self.sent = STOP

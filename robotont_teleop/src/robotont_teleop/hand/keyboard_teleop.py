@@ -17,8 +17,8 @@ from robotont_driver.ros.lifecycle import answer_help
 from robotont_driver.ros.node_parameters import own_parameters
 from robotont_driver.ros.rospy_end import end_soon, init_tool
 from robotont_teleop.hand.hand_output import HandOutput
-from robotont_teleop.hand.keys import EMERGENCY_STOP, QUIT, RELEASE, HeldKeys, split_keys
-from robotont_teleop.hand.newest_diagnostics import SILENCE, NewestDiagnostics
+from robotont_teleop.hand.held_keys import EMERGENCY_STOP, QUIT, RELEASE, HeldKeys, split_keys
+from robotont_teleop.hand.robot_reports import SILENCE, NewestDiagnostics
 from robotont_teleop.hand.speeds import STOP, Speeds
 
 PARAMETERS = (

@@ -14,7 +14,7 @@ import tornado.web
 import tornado.websocket
 
 from robotont_teleop.web.access import LOCAL_NAMES
-from robotont_teleop.web.page_frames import reads, write
+from robotont_teleop.web.websocket_frames import reads, write
 from robotont_teleop.web.web_handlers import Guarded
 
 SUBPROTOCOL = "foxglove.websocket.v1"

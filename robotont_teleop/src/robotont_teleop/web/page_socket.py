@@ -6,8 +6,8 @@ import time
 import tornado.web
 import tornado.websocket
 
-from robotont_teleop.web.messages import MessageError
-from robotont_teleop.web.page_frames import PageFrames, drop, limit_waiting, reads, write
+from robotont_teleop.web.page_messages import MessageError
+from robotont_teleop.web.websocket_frames import PageFrames, drop, limit_waiting, reads, write
 from robotont_teleop.web.web_handlers import Guarded
 
 FRAMES_PER_SECOND = 200       # of one page, of all kinds; it sends 25, and 125 at most while a stick moves fast

@@ -16,7 +16,7 @@ from robotont_driver.kinematics.kinematics import Kinematics
 from robotont_driver.kinematics.se2 import compose, pose_of, yaw_of
 from robotont_driver.protocol.packet import PacketError, parse_packet
 from robotont_driver.ros.worker import Worker
-from robotont_teleop.hand.newest_diagnostics import SILENT, NewestDiagnostics
+from robotont_teleop.hand.robot_reports import SILENT, NewestDiagnostics
 from robotont_teleop.web.page_pictures import finite, map_picture, rounded, thinned_scan
 
 MAP_FRAME = "map"

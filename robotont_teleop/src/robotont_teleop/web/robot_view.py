@@ -17,8 +17,8 @@ from robotont_driver.ros.publishers import DroppingPublisher
 from robotont_driver.ros.worker import Worker
 from robotont_map_navigation.goal import Goal
 from robotont_map_navigation.goto_client import GoTo
-from robotont_teleop.hand.emergency_stop_client import EmergencyStopClient
-from robotont_teleop.hand.robot_requests import NewestGoal, ServiceRequest
+from robotont_teleop.hand.emergency_stop_button import EmergencyStopButton
+from robotont_teleop.hand.service_request import NewestGoal, ServiceRequest
 from robotont_teleop.hand.speeds import STOP
 from robotont_teleop.hand.twist_message import twist_message
 from robotont_teleop.web.camera import Camera
@@ -41,7 +41,7 @@ class RobotView(RobotTopics):
         self._ended = False
         self._goto = GoTo(MAP_FRAME, lambda words: self._goal.show_progress(words), self.transforms)
         self._goal = NewestGoal(self._goto, self._say)
-        self.emergency_stop = EmergencyStopClient(self._say)
+        self.emergency_stop = EmergencyStopButton(self._say)
         self._command = DroppingPublisher("cmd_vel/hand", Twist)
         self._cancel = rospy.Publisher("move_base/cancel", GoalID, queue_size=5, tcp_nodelay=True)
         self.reset_odometry = ServiceRequest("reset_odometry", "reset odometry", Trigger, self._say).call

@@ -13,7 +13,7 @@ from typing import Any, NamedTuple, Tuple
 
 from robotont_teleop.web.driving_seat import DrivingSeat
 from robotont_teleop.web.foxglove import Channels, FoxgloveSocket
-from robotont_teleop.web.messages import LONGEST, read_message
+from robotont_teleop.web.page_messages import LONGEST, read_message
 from robotont_teleop.web.metrics import metrics
 from robotont_teleop.web.page_server import PageServer
 from robotont_teleop.web.page_socket import GOING_AWAY, PageSocket

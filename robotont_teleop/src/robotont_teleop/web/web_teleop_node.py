@@ -22,7 +22,7 @@ from robotont_driver.ros.node_parameters import own_parameters, refuse, running_
 from robotont_driver.ros.rospy_end import end_soon
 from robotont_teleop.hand.speeds import Speeds
 from robotont_teleop.web.access import Access, is_loopback_address, read_or_make_token
-from robotont_teleop.web.page_address import host_names, own_address
+from robotont_teleop.web.page_setup import host_names, own_address
 from robotont_teleop.web.robot_view import RobotView
 from robotont_teleop.web.viewer_topics import ViewerTopics
 from robotont_teleop.web.web_server import ServerSettings, WebServer

@@ -1,5 +1,5 @@
 // The robot from above: map, trail, scan, goal, robot. World x points up on the screen, y to the left (REP 103).
-import {World, at} from "./world.js";
+import {World, at} from "./floor_svg.js";
 
 const TRAIL_STEP = 0.02;   // [m] between two points of the trail
 const TRAIL_LONGEST = 2000;

@@ -9,10 +9,10 @@ from std_srvs.srv import Trigger
 
 from robotont_driver.ros.rospy_internals import connection_header
 from robotont_driver.ros.worker import Worker
-from robotont_teleop.hand.robot_requests import call_in_time
+from robotont_teleop.hand.service_request import call_in_time
 
 
-class EmergencyStopClient:
+class EmergencyStopButton:
     """Presses for this node, follows driver_node's word of who presses, and asks it for a release.
 
     A press stays latched, for a driver_node that starts or connects later, until driver_node has it released.

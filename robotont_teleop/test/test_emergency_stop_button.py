@@ -6,8 +6,8 @@ import rospy
 from std_msgs.msg import String
 from std_srvs.srv import Trigger
 
-from robotont_teleop.hand.emergency_stop_client import EmergencyStopClient
-from robotont_teleop.hand.robot_requests import OLDEST_REQUEST, ServiceRequest
+from robotont_teleop.hand.emergency_stop_button import EmergencyStopButton
+from robotont_teleop.hand.service_request import OLDEST_REQUEST, ServiceRequest
 from robotont_testing.harness import Master, in_own_process, suspended, wait_for
 from robotont_testing.robots import WHEEL_PARAMS
 
@@ -20,7 +20,7 @@ def test_what_a_person_asks_for_is_never_carried_out_late():
         said, failures, asked, answers = [], [], [], []
         rospy.Subscriber("emergency_stop/pressed_by", String, lambda message: said.append(message.data))
         rospy.Service("reset_odometry", Trigger, lambda request: asked.append(request) or (True, ""))
-        button = EmergencyStopClient(failures.append)
+        button = EmergencyStopButton(failures.append)
         reset = ServiceRequest("reset_odometry", "reset odometry", Trigger, answers.append)
         button.press()
         driver = master.node("driver_node")

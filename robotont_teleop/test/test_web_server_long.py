@@ -13,11 +13,12 @@ import pytest
 from tornado.httpclient import HTTPRequest
 from tornado.ioloop import IOLoop
 from tornado.websocket import websocket_connect
-from web_client import SETTINGS, WEB, NotedRobot
+from web_client import SPEEDS, NotedRobot
 
 from robotont_teleop.hand.speeds import STOP
 from robotont_teleop.web import page_socket, web_server
 from robotont_teleop.web.access import Access
+from robotont_teleop.web.driving_seat import DrivingSeat
 from robotont_teleop.web.web_server import STATE_RATE, WebServer
 
 pytestmark = pytest.mark.long
@@ -40,13 +41,13 @@ def test_hours_of_driving_through_the_whole_server_take_no_memory(monkeypatch):
 async def drive(clock):
     """One page drives for 50 s of each minute, another one watches."""
     robot, newest, states, sizes, sent = CountingRobot(), {}, [0, 0], [], 0
-    server = WebServer(robot, Access(None), SETTINGS, WEB)
-    port = server.listen("127.0.0.1", 0)
+    server = WebServer(robot, DrivingSeat(SPEEDS, 0.2, 0.3), Access(None))
+    server.listen("127.0.0.1", 0)
 
     def take(page, text):
         states[page] += '"kind": "state"' in text[:20]
         newest.update({"time": json.loads(text)["time"]} if page == 0 and '"kind": "state"' in text[:20] else {})
-    request = HTTPRequest(f"ws://127.0.0.1:{port}/socket", headers={"Origin": f"http://127.0.0.1:{port}"})
+    request = HTTPRequest(f"ws://127.0.0.1:{server.port}/socket", headers={"Origin": f"http://127.0.0.1:{server.port}"})
     pages = [await websocket_connect(request, on_message_callback=lambda text, page=page: take(page, text))
              for page in range(2)]
     while not all(states):

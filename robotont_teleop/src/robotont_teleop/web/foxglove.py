@@ -14,8 +14,8 @@ import tornado.web
 import tornado.websocket
 
 from robotont_teleop.web.access import LOCAL_NAMES
-from robotont_teleop.web.websocket_frames import reads, write
 from robotont_teleop.web.web_handlers import Guarded
+from robotont_teleop.web.websocket_frames import reads, write
 
 SUBPROTOCOL = "foxglove.websocket.v1"
 MAX_VIEWERS = 4
@@ -106,7 +106,7 @@ class FoxgloveSocket(Guarded, tornado.websocket.WebSocketHandler):
             self.close(1002, f"allowed: {SUBPROTOCOL}")
             return
         self.set_nodelay(True)
-        self.tell({"op": "serverInfo", "name": self.server.settings.robot, "capabilities": ["parameters"],
+        self.tell({"op": "serverInfo", "name": self.server.robot.name, "capabilities": ["parameters"],
                    "supportedEncodings": ["ros1"], "metadata": {"ROS_DISTRO": "noetic"}})
         self.tell({"op": "advertise", "channels": list(self.server.channels.known.values())})
         self.server.channels.add(self)

@@ -3,7 +3,6 @@
 import contextlib
 import json
 import time
-from pathlib import Path
 from types import SimpleNamespace
 
 from tornado.httpclient import HTTPRequest
@@ -16,7 +15,6 @@ from robotont_teleop.web.web_server import WebServer
 from robotont_testing.harness import wait_for
 from robotont_testing.loop_client import LoopClient
 
-WEB = Path(__file__).resolve().parents[1] / "web"
 PATIENCE = 10.0  # [s]
 TOKEN = "the-token-of-these-tests"
 SPEEDS = Speeds(0.5, 2.0)

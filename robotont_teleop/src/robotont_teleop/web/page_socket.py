@@ -14,7 +14,7 @@ FRAMES_PER_SECOND = 200       # of one page, of all kinds; it sends 25, and 125 
 SEND_BUFFER = 16384           # [bytes] of a page's socket, so that little can wait in it
 MAX_PAGES = 16                # open at once
 SLOWEST_READER = 5.0          # [s] a page that has not read for so long is closed
-LONGEST_REASON = 123          # [bytes] of a close (RFC 6455)
+LONGEST_REASON = 30           # [letters] of a close, which has room for 123 bytes (RFC 6455)
 WRONG_MESSAGES = 10           # of one page before it is closed
 GOING_AWAY, NOT_OURS = 1001, 1008  # close codes (RFC 6455): end, policy violation
 
@@ -98,7 +98,7 @@ class PageSocket(Guarded, tornado.websocket.WebSocketHandler):
         """Take no more messages, and close; the robot stops now, however long the goodbye takes."""
         self.server.remove(self)
         self.number = None
-        self.close(code, words.encode("utf-8", "replace")[:LONGEST_REASON].decode("utf-8", "ignore"))
+        self.close(code, words[:LONGEST_REASON])
 
     def _refuse(self, words, at_once=False):
         self.server.refused += 1

@@ -1,13 +1,13 @@
 // Puts the page together: hands to commands, states to what is seen.
 import {toggleCamera} from "./camera.js";
-import {Hands} from "./driving_inputs.js";
+import {CommandRate} from "./command_rate.js";
+import {DrivingInputs} from "./driving_inputs.js";
 import {actWhenHeld} from "./hold_button.js";
-import {Link} from "./server_link.js";
-import {Pace} from "./command_rate.js";
+import {View} from "./map_view.js";
 import {$, number, write} from "./page.js";
 import {adviceOf, byWorst, nameOf, showFacts, showLights, showWheels} from "./panel.js";
+import {Link} from "./server_link.js";
 import {chosenLanguage, setLanguage, text} from "./texts.js";
-import {View} from "./map_view.js";
 
 const NOTE = 6000;    // [ms] that the robot's answers are shown
 const REFUSED = 2000; // [ms] that a refusal is shown
@@ -62,8 +62,8 @@ const link = new Link({
   late: () => (refused = {key: "late", until: performance.now() + REFUSED}),
 });
 const stop = () => link.stop();
-const hands = new Hands(() => pace.changed(), stop);
-const pace = new Pace(() => hands.still, sendCommand);
+const hands = new DrivingInputs(() => rate.changed(), stop);
+const rate = new CommandRate(() => hands.still, sendCommand);
 const drives = () => state !== null && link.page !== null && state.driver === link.page;
 setInterval(show, LOOK);
 

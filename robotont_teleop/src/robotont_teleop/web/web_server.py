@@ -25,7 +25,7 @@ GOODBYE = 0.05  # [s] for the last messages at the server's end
 class WebServer(PageServer):
     """All open pages, the seat from which one of them drives, and the loop that feeds them."""
 
-    def __init__(self, robot, seat, access, names=(), viewer_topics=None):
+    def __init__(self, robot, seat, access, names, viewer_topics):
         super().__init__(access, names, read_files("robotont_teleop", robot.name))
         self.robot, self.seat = robot, seat
         self.pages = set()

@@ -51,7 +51,7 @@ async def serve(robot, access, parameters):
         signal.signal(number, end)
     seat = DrivingSeat(Speeds(parameters["max_linear_speed"], parameters["max_angular_speed"]),
                        parameters["oldest_command"], parameters["dead_man"])
-    server = WebServer(robot, seat, access, host_names(parameters["host_names"]), ViewerTopics())
+    server = WebServer(robot, seat, access, host_names(parameters["host_names"]), ViewerTopics)
     url = server.listen(parameters["address"], parameters["port"], parameters["certificate"])
     namespace = rospy.get_namespace().rstrip("/")
     remapping = f" __ns:={namespace}" if namespace else ""

@@ -8,7 +8,7 @@ import subprocess
 import pytest
 from fleet_rig import Rig
 
-from robotont_fleet import keys
+from robotont_fleet import zenoh_keys as keys
 from robotont_fleet.zenoh_setup import (
     ABSENT,
     client_settings,

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 from fleet_rig import PATIENCE, Rig, processor_time, proportional_memory, stop_time, wait_until_driving
 
-from robotont_fleet import keys
+from robotont_fleet import zenoh_keys as keys
 from robotont_fleet.zenoh_setup import client_settings, open_session, zenoh
 from robotont_testing.figures import percentile
 from robotont_testing.harness import wait_for

@@ -1,7 +1,6 @@
 """The parts of a fleet alone, without network and clock."""
 
 import json
-import math
 import re
 from pathlib import Path
 
@@ -11,12 +10,12 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from robotont_driver.ros import link_report
-from robotont_fleet import fleet_node, keys
+from robotont_fleet import fleet_node
+from robotont_fleet import zenoh_keys as keys
 from robotont_fleet.fleet import Fleet, read_state
 from robotont_fleet.free_fleet import free_fleet_text
-from robotont_fleet.freshness import Numbered
-from robotont_fleet.transforms import Chain
 from robotont_fleet.zenoh_setup import add_users, nested, read_users, router_settings
+from robotont_teleop.web.frame_chain import FrameChain
 from robotont_teleop.web.metrics import GAUGES, metrics
 from robotont_testing.harness import tool_module
 from robotont_testing.places import launch
@@ -28,15 +27,6 @@ STATE = {"id": "a", "number": 1, "frame": "map", "pose": [1, 2, 3], "speed": Non
 
 def said(**fields):
     return json.dumps({**STATE, **fields}).encode()
-
-
-def test_ages_are_bounded_by_what_was_seen():
-    numbers = Numbered(remembered=2)
-    first, second = numbers.give(10.0), numbers.give(11.0)
-    assert numbers.age(first, 12.5) == 2.5
-    assert numbers.age(second + 1, 12.5) == math.inf
-    numbers.give(12.0)
-    assert numbers.age(first, 12.5) == math.inf  # forgotten: too old in any case
 
 
 def test_a_stop_is_sent_until_every_robot_of_the_name_confirms_it():
@@ -92,17 +82,19 @@ def transform(parent, child, x, stamp=0):
 
 
 def test_the_chain_holds_the_robots_frames_only_with_one_stamp_and_without_the_namespace():
-    chain = Chain("robot1/base_link", "robot1/")
+    base, chain = "robot1/base_link", FrameChain("robot1/")
     chain.hear([transform("robot1/base_link", "robot1/wheel", 9.0), transform("map", "robot1/odom", 1.0, stamp=5)], 0.0)
-    assert chain.links(0.0) == []
+    assert chain.links(base, 0.0) == []
     chain.hear([transform("robot1/base_footprint", "robot1/base_link", 0.1, stamp=1)], 0.0, fixed=True)
     chain.hear([transform("robot1/odom", "robot1/base_footprint", 2.0, stamp=7)], 0.0)
-    assert chain.pose(0.5) == ("map", pytest.approx((3.1, 0.0, 0.0)))
-    named = [chain.named(one, fixed, 7) for one, fixed in chain.links(0.5)]
+    assert chain.pose(base, 0.5) == ("map", pytest.approx((3.1, 0.0, 0.0)))
+    named = chain.named(base, 0.5)
     assert [(one.header.frame_id, one.child_frame_id) for one in named] == [
         ("base_footprint", "base_link"), ("odom", "base_footprint"), ("map", "odom")]
-    assert named[0].header.stamp == 7
-    assert chain.links(1.5) == []  # the odometry is silent
+    assert named[0].header.stamp.secs == 7
+    chain.hear([transform("robot1/base_link", "laser", 0.2)], 0.0, fixed=True)
+    assert chain.pose("laser", 0.5, base) == ("base_link", pytest.approx((0.2, 0.0, 0.0)))
+    assert chain.pose(base, 1.5) == ("", None)  # the odometry is silent
 
 
 def test_keys_are_those_of_the_bridge_and_of_rosbags_typestore():

@@ -10,7 +10,7 @@ import pytest
 
 from robotont_fleet.fleet import Fleet
 from robotont_fleet.fleet_page import page_files, read_ground
-from robotont_fleet.fleet_server import FleetServer, FleetSettings
+from robotont_fleet.fleet_server import FleetServer
 from robotont_teleop.web.access import Access
 from robotont_testing.browser import CHROMIUM, DESKTOP, Browser
 from robotont_testing.harness import tool_module, wait_for
@@ -33,9 +33,10 @@ class Served(LoopClient):
 
     async def _start(self, robots, token):
         self.fleet = Fleet(self._send)
-        settings = FleetSettings(("fleet.local",), "http", read_ground(str(config("maps/room.yaml"))))
-        server = FleetServer(self.fleet, Access(token, "robotont_fleet"), settings, page_files(), dict)
-        self.port = server.listen("127.0.0.1", 0)
+        server = FleetServer(self.fleet, Access(token, "robotont_fleet"), ("fleet.local",), page_files(),
+                             read_ground(str(config("maps/room.yaml"))), dict)
+        server.listen("127.0.0.1", 0)
+        self.port = server.port
         for number in range(robots):
             self.say(f"robot{number}", pose=[0.5 + number % 8, 0.5 + number // 8, number], frame="map")
 

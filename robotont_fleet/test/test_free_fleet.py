@@ -17,7 +17,7 @@ import rospy
 from fleet_rig import Rig, wait_until_driving
 from tf2_ros import BufferCore
 
-from robotont_fleet import keys
+from robotont_fleet import zenoh_keys as keys
 from robotont_fleet.zenoh_setup import client_settings, open_session, zenoh
 from robotont_testing.harness import tool_module, wait_for
 

@@ -1,5 +1,5 @@
 // All robots on one map.
-import {World, at} from "./world.js";
+import {World, at} from "./floor_svg.js";
 
 const MARGIN = 1, LEAST = 4;  // [m] around the robots; the smallest ground
 const CROWD = 12;             // robots whose names would hide each other

@@ -3,7 +3,7 @@
 import numpy as np
 from PIL import Image
 
-from robotont_teleop.web.web_teleop_node import LIGHT_ON_BLACK, RESET
+from robotont_teleop.web.page_setup import LIGHT_ON_BLACK, RESET
 from robotont_testing.harness import tool_module
 
 HALVES = {"█": (255, 255), "▀": (255, 0), "▄": (0, 255), " ": (0, 0)}  # brightness of upper and lower half

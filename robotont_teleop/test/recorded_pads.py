@@ -73,8 +73,3 @@ PADS = {
          ABS_RY: axis(127, 0, 255), ABS_RZ: axis(0, 0, 255), **HAT},
         (ABS_X, ABS_Y), ABS_RX, 0x136, 0x137, 0x131, (ABS_Z, ABS_RZ)),
 }
-
-# How the left stick of an Xbox 360 pad (xpad) comes back by itself: groups of events {axis: value}, each with a report
-RETURN_OF_A_STICK = (
-    {ABS_Y: 14587}, {ABS_Y: 13830}, {ABS_Y: 6407}, {ABS_X: 0, ABS_Y: 2922}, {ABS_Y: 1862}, {ABS_Y: 1256}, {ABS_Y: 802},
-    {ABS_Y: 347}, {ABS_Y: 0})

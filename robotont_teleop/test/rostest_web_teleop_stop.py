@@ -3,28 +3,14 @@
 
 import rospy
 import rostest
-from page_server_test import OPEN, PageServerTest
 from std_srvs.srv import Trigger
+from web_pages import OPEN, PageServerTest
 
 from robotont_testing.harness import wait_for
 from robotont_testing.node_test import WARN
 from robotont_testing.stalling_proxy import StallingProxy
 
 DRIVER = "driver_node: command stream"
-LOG_SOCKETS = """window.sockets = 0;
-window.sent = [];
-const Real = WebSocket;
-window.WebSocket = class extends Real {
-  constructor(address) {
-    super(address);
-    window.sockets++;
-  }
-
-  send(text) {
-    window.sent.push(text);
-    super.send(text);
-  }
-};"""
 
 
 class WebTeleopStopTest(PageServerTest):
@@ -36,7 +22,6 @@ class WebTeleopStopTest(PageServerTest):
         page.wait("!document.getElementById('stopped').hidden", "the stop")
         self.processes.stop(server)
         page.wait(f"!({OPEN})", "the end of the connection")
-        self.log.write_text("")
         self.start()
         page.wait(OPEN, "the new connection")
         page.wait("!document.getElementById('stopped').hidden", "the stop, over a restart of the page's server")
@@ -57,12 +42,12 @@ class WebTeleopStopTest(PageServerTest):
         return self.values(DRIVER)["emergency stop"] != "not pressed"
 
     def open_through_proxy(self):
-        """(page, proxy); the page counts its sockets and keeps what it sends."""
+        """(page, proxy); through which it stalls."""
         self.start_driver_node()
         self.start()
         proxy = StallingProxy(self.port)
         self.addCleanup(proxy.close)
-        return self.open(f"http://127.0.0.1:{proxy.port}/", script=LOG_SOCKETS), proxy
+        return self.open(f"http://127.0.0.1:{proxy.port}/"), proxy
 
     def test_a_stop_that_a_broken_connection_swallows_goes_out_on_the_next(self):
         page, proxy = self.open_through_proxy()
@@ -86,7 +71,7 @@ class WebTeleopStopTest(PageServerTest):
         page.finger(2, "#release")
         page.wait("document.getElementById('release').classList.contains('filling')", "the hold")
         proxy.stall("up")
-        page.wait("window.sent.some((text) => text.includes('release'))", "the release, which waits on its way")
+        page.wait("window.sent.some(([, text]) => text.includes('release'))", "the release, which waits on its way")
         page.lift()
         then = page.run("performance.now()")
         wait_for(lambda: page.run("performance.now()") > then + 250, "a release that is too old")

@@ -8,7 +8,7 @@ from robotont_teleop.web.access import (
     ATTEMPTS,
     Access,
     host_allowed,
-    is_loopback_address,
+    is_loopback,
     origin_allowed,
     read_or_make_token,
 )
@@ -104,5 +104,5 @@ def test_origins(origin, allowed):
 
 
 def test_addresses_that_only_this_computer_reaches():
-    assert [is_loopback_address(address) for address in ("127.0.0.1", "localhost", "::1", "0.0.0.0", "", "10.0.0.1")] \
+    assert [is_loopback(address) for address in ("127.0.0.1", "localhost", "::1", "0.0.0.0", "", "10.0.0.1")] \
         == [True, True, True, False, False, False]

@@ -22,7 +22,8 @@ ROOTS = {
     "cmd_vel_mux.py": {"_on_command", "_on_pressed_by", "_look", "_on_give_back", "_stop"},
     "guard_sensors.py": {"_on_scan", "_on_range", "_on_static"},  # what they hold back holds back the mux' own threads
     "odom_node.py": {"_on_packet"},
-    "emergency_stop_client.py": {"press", "release", "_on_pressed_by"},
+    "emergency_stop_button.py": {"press", "_on_pressed_by"},
+    "service_request.py": {"call"},
     "hand_output.py": {"send", "press_emergency_stop"},
     "robot_view.py": {"send", "cancel", "_stop"},
     "camera.py": {"picture"},  # is asked for in the page's loop
@@ -101,7 +102,7 @@ def subscribed():
 def test_each_subscriber_of_commands_and_stops_is_a_root():
     found = set(subscribed())
     assert {("driver_node.py", "_on_command"), ("cmd_vel_mux.py", "_on_command")} <= found
-    shown = {("robot_topics.py", "_on_driven_by"), ("hand_output.py", "_on_driven_by")}  # words for people
+    shown = {("robot_reports.py", "_on_driven_by")}  # words for people
     assert not {(file, name) for file, name in found - shown if name not in ROOTS.get(file, ())}
 
 
@@ -112,7 +113,6 @@ def test_no_callback_of_a_command_or_a_stop_reaches_a_call_that_waits(file, func
 
 
 def test_a_call_that_waits_is_found():
-    ways = waits("emergency_stop_client.py", "_release")
-    assert any(way.endswith("call_in_time calls wait_for_service") for way in ways)
+    assert waits("service_request.py", "_call")[-1].endswith("_answer calls wait_for_service")
     assert "_write calls set_param" in waits("kept_parameter.py", "_write")[0]
     assert waits("cmd_vel_mux.py", "_look_for_others")

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from robotont_teleop.hand.speeds import STOP, Speeds, without_dead_zone
 from robotont_teleop.web.driving_seat import DrivingSeat
-from robotont_teleop.web.messages import FIELDS, LONGEST, Message, MessageError, read_message
+from robotont_teleop.web.page_messages import FIELDS, LONGEST, Message, MessageError, read_message
 
 LARGEST = Speeds(0.5, 2.0)
 FORWARD = (0.3, 0.0, 0.0)

@@ -4,8 +4,8 @@ import json
 import math
 
 import pytest
-from page_server_test import room
 from sensor_msgs.msg import LaserScan
+from web_pages import room
 
 from robotont_teleop.web.page_pictures import map_picture, thinned_scan
 
@@ -24,9 +24,9 @@ def test_what_is_no_map_is_refused(wrong):
 
 def test_a_scan_without_a_largest_range_is_shown_and_one_without_angles_is_none():
     scan = LaserScan(angle_increment=0.1, range_min=0.1, range_max=math.inf, ranges=[1.0, math.inf, math.nan, 2.0])
-    shown = thinned_scan(scan, (0.1, 0.0, 0.0), 1)
+    shown = thinned_scan(scan, (0.1, 0.0, 0.0))
     assert json.loads(json.dumps(shown, allow_nan=False))["ranges"] == [1.0, None, None, 2.0]
     scan.ranges = [1.0] * 541
-    assert len(thinned_scan(scan, (0.1, 0.0, 0.0), 1)["ranges"]) <= 180
+    assert len(thinned_scan(scan, (0.1, 0.0, 0.0))["ranges"]) <= 180
     scan.angle_min = math.nan
-    assert thinned_scan(scan, (0.1, 0.0, 0.0), 1) is None
+    assert thinned_scan(scan, (0.1, 0.0, 0.0)) is None

@@ -6,21 +6,12 @@ import struct
 import pytest
 from tornado.httpclient import HTTPClientError, HTTPRequest
 from tornado.websocket import websocket_connect
-from web_client import TOKEN, Served
+from web_client import TOKEN
 
 from robotont_testing.harness import wait_for
 
 SCAN = ("/scan", "sensor_msgs/LaserScan", "float32[] ranges")
 MAP = ("/map", "nav_msgs/OccupancyGrid", "int8[] data")
-
-
-class Topics:
-    """Stands in for ViewerTopics."""
-
-    wanted, hear = False, None
-
-    def description(self):
-        return "<robot/>"
 
 
 class Viewer:
@@ -63,20 +54,8 @@ class Viewer:
 
 
 @pytest.fixture
-def topics():
-    return Topics()
-
-
-@pytest.fixture
-def served(topics):
-    with Served(viewer_topics=topics) as server:
-        yield server
-
-
-@pytest.fixture
-def guarded(topics):
-    with Served(TOKEN, viewer_topics=topics) as server:
-        yield server
+def topics(served):
+    return served.server.channels.topics
 
 
 @pytest.mark.parametrize("query, origin", [("", None), ("?token=wrong", None), ("?token=wrong", "http://localhost")])
@@ -103,19 +82,19 @@ def test_without_a_token_only_sites_of_this_computer_look_by_our_protocol(served
 
 
 def test_topics_are_subscribed_while_somebody_looks(served, topics):
-    assert not topics.wanted
+    assert not topics.wanted()
     one, other = Viewer(served), Viewer(served)
-    wait_for(lambda: topics.wanted, "the subscriptions")
+    wait_for(lambda: topics.wanted(), "the subscriptions")
     one.close()
     topics.hear(*SCAN, b"1", False)
     wait_for(lambda: other.channels(), "a channel")
     other.close()
-    wait_for(lambda: not topics.wanted, "the end of the subscriptions")
+    wait_for(lambda: not topics.wanted(), "the end of the subscriptions")
 
 
 def test_messages_reach_those_who_subscribe_and_latched_ones_those_who_come_later(served, topics):
     one = Viewer(served)
-    wait_for(lambda: topics.wanted, "the subscriptions")
+    wait_for(lambda: topics.wanted(), "the subscriptions")
     topics.hear(*MAP, b"map", True)
     topics.hear(*SCAN, b"old", False)
     one.subscribe("/scan", 7)
@@ -142,7 +121,7 @@ def test_a_viewer_cannot_publish_and_nonsense_disturbs_nobody(served, topics):
                  '{"op": "subscribe", "subscriptions": [{"id": 1, "channelId": 99}]}', '{"op": "subscribe"}',
                  '{"op": "setParameters", "parameters": [{"name": "x", "value": 1}]}', "[" * 500, "\x01\x00"):
         viewer.send(text)
-    wait_for(lambda: topics.wanted, "the subscriptions")
+    wait_for(lambda: topics.wanted(), "the subscriptions")
     topics.hear(*SCAN, b"1", False)
     viewer.subscribe("/scan", 5)
     wait_for(lambda: topics.hear(*SCAN, b"2", False) or (5, b"2") in viewer.data, "a scan")

@@ -7,17 +7,12 @@ from unittest import mock
 import pytest
 from qr_on_terminal import read_qr
 
-from robotont_teleop.web.web_teleop_node import (
-    LIGHT_ON_BLACK,
-    RESET,
-    SetUpError,
-    host_names,
-    invitation,
-    make_tls,
-    report,
-)
+from robotont_teleop.web.access import Access
+from robotont_teleop.web.page_setup import LIGHT_ON_BLACK, RESET, SetUpError, host_names, invitation, make_tls
+from robotont_teleop.web.web_teleop_node import report
 
 TOKEN = "dGhlIHRva2Vu-_123456"
+ACCESS = Access(TOKEN, file="/home/robot/token")
 
 
 def openssl(*words):
@@ -55,7 +50,7 @@ def test_wrong_certificates_are_named(certificate, tmp_path):
     openssl("pkey", "-in", key, "-aes256", "-passout", "pass:secret", "-out", encrypted)
     openssl("genpkey", "-algorithm", "RSA", "-out", other)
     for paths, words in (((tmp_path / "none.pem",), "No such file"), ((cert, encrypted), "key is encrypted"),
-                         ((cert, other), "MISMATCH"), ((key,), "~certificate")):
+                         ((cert, other), "MISMATCH"), ((key,), "certificate")):
         with pytest.raises(SetUpError) as refusal:
             make_tls(together(*paths))
         assert words.lower() in str(refusal.value).lower()
@@ -64,29 +59,30 @@ def test_wrong_certificates_are_named(certificate, tmp_path):
 @pytest.mark.parametrize("url", ["http://10.0.0.5:8100/", "https://[2001:db8::12:3]:65535/",
                                  "https://a-rather-long-name-of-a-robot.in-a-network.example:8100/"])
 def test_the_qr_code_on_the_terminal_leads_in(url):
-    lines = invitation(url, TOKEN, "/file", terminal=True)
+    lines = invitation(url, ACCESS, terminal=True)
     assert all(line.startswith(LIGHT_ON_BLACK) and line.endswith(RESET) for line in lines if "█" in line)
     assert read_qr(lines) == f"{url}#token={TOKEN}"
     assert max(map(len, lines)) <= 100
 
 
 def test_without_a_token_there_is_no_qr_code():
-    assert invitation("http://127.0.0.1:8100/", None, None, terminal=True) == []
+    assert invitation("http://127.0.0.1:8100/", Access(None), terminal=True) == []
 
 
 def test_where_there_is_no_terminal_the_token_stays_in_its_file():
     """What is printed there goes into the journal, and into a report."""
-    words = "\n".join(invitation("http://10.0.0.5:8100/", TOKEN, "/home/robot/token", terminal=False))
+    words = "\n".join(invitation("http://10.0.0.5:8100/", ACCESS, terminal=False))
     assert "cat /home/robot/token" in words
     assert TOKEN not in words
     assert "█" not in words
 
 
 def test_who_may_read_the_diagnostics_is_told_how_to_get_in_but_not_the_token():
-    server = mock.Mock(pages=[], seat=mock.Mock(hands_off=False))
-    words = report(server, "http://10.0.0.5:8100/", "/var/lib/robotont/token")[1]
-    assert words == "http://10.0.0.5:8100/, open pages: 0; its token: in /var/lib/robotont/token"
-    assert "token" not in report(server, "http://127.0.0.1:8100/", None)[1]
+    server = mock.Mock(pages=[], seat=mock.Mock(hands_off=False), access=ACCESS)
+    words = report(server, "http://10.0.0.5:8100/")[1]
+    assert words == "http://10.0.0.5:8100/, open pages: 0; its token: in /home/robot/token"
+    server.access = Access(None)
+    assert "token" not in report(server, "http://127.0.0.1:8100/")[1]
 
 
 def test_names_under_which_browsers_may_come():

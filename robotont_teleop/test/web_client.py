@@ -3,7 +3,6 @@
 import contextlib
 import json
 import time
-from pathlib import Path
 from types import SimpleNamespace
 
 from tornado.httpclient import HTTPRequest
@@ -11,14 +10,14 @@ from tornado.websocket import websocket_connect
 
 from robotont_teleop.hand.speeds import STOP, Speeds
 from robotont_teleop.web.access import Access
-from robotont_teleop.web.web_server import ServerSettings, WebServer
+from robotont_teleop.web.driving_seat import DrivingSeat
+from robotont_teleop.web.web_server import WebServer
 from robotont_testing.harness import wait_for
 from robotont_testing.loop_client import LoopClient
 
-WEB = Path(__file__).resolve().parents[1] / "web"
 PATIENCE = 10.0  # [s]
 TOKEN = "the-token-of-these-tests"
-SETTINGS = ServerSettings(names=("robot.local",), scheme="http", oldest=0.2, dead_man=0.3, speeds=Speeds(0.5, 2.0))
+SPEEDS = Speeds(0.5, 2.0)
 
 
 class NotedRobot:
@@ -27,7 +26,8 @@ class NotedRobot:
     map_picture = b"\x89PNG"
     camera = SimpleNamespace(picture=lambda: None)
 
-    def __init__(self):
+    def __init__(self, name="Robotont"):
+        self.name = name
         self.sent = []
         self.orders = []
         self.emergency_stop = SimpleNamespace(press=self._press, release=self._release, pressed=False, pressed_at=0.0)
@@ -65,11 +65,18 @@ class NotedRobot:
         return [{"name": "r1", "id": "", "present": True, "age": None}], {"r1": {"link": {"level": 0}}}
 
     def status(self):
-        return {"frame": "odom", "lights": [], "board": "", "battery": None, "ranges": [], "map": None,
+        return {"frame": "odom", "lights": [], "board": "", "battery": None, "ranges": [], "map": None, "scan": None,
                 "camera": False, "navigation": False, "goal": None, "note": {"number": 0, "words": ""}}
 
-    def scan(self):
-        return None
+
+class Topics:
+    """Stands in for ViewerTopics."""
+
+    def __init__(self, wanted, hear):
+        self.wanted, self.hear = wanted, hear
+
+    def description(self):
+        return "<robot/>"
 
 
 class Client(LoopClient):
@@ -100,19 +107,19 @@ class Client(LoopClient):
 class Served(Client):
     """The server in the same loop as its clients, for a `with` block."""
 
-    def __init__(self, token=None, viewer_topics=None, **settings):
+    def __init__(self, token=None, oldest=0.2, dead_man=0.3, robot="Robotont"):
         super().__init__()
-        self._viewer_topics = viewer_topics
-        self.robot = NotedRobot()
+        self.robot = NotedRobot(robot)
         self.access = Access(token)
-        self._settings = SETTINGS._replace(**settings)
+        self._seat = DrivingSeat(SPEEDS, oldest, dead_man)
 
     def __enter__(self):
         super().__enter__()
 
         async def start():
-            self.server = WebServer(self.robot, self.access, self._settings, WEB, self._viewer_topics)
-            self.port = self.server.listen("127.0.0.1", 0)
+            self.server = WebServer(self.robot, self._seat, self.access, ("robot.local",), Topics)
+            self.server.listen("127.0.0.1", 0)
+            self.port = self.server.port
         self.do(start())
         return self
 

@@ -1,23 +1,30 @@
-"""Pages in a real browser, with the whole stack on the simulator behind them."""
+"""Pages in a real browser: on the node with odometry and a map that stand still, or on the whole simulated stack."""
 
 import math
 import time
 import unittest
 
 import rospy
-from geometry_msgs.msg import Twist
-from nav_msgs.msg import Odometry
+import tf2_ros
+from geometry_msgs.msg import TransformStamped, Twist
+from nav_msgs.msg import MapMetaData, OccupancyGrid, Odometry
 from std_srvs.srv import Trigger
+from web_client import Client
 
+from robotont_driver.ros.worker import Worker
 from robotont_testing import places
 from robotont_testing.browser import CHROMIUM, PHONE, Browser
 from robotont_testing.harness import Processes, free_port, wait_for
 from robotont_testing.node_test import NodeTest
 from robotont_testing.stalling_proxy import StallingProxy
 
-OPEN = "document.getElementById('app')?.dataset.state === 'open'"
+OPEN = "document.getElementById('app')?.dataset.state === 'open'"  # not yet on the login page
+POSE, MAP_TO_ODOM = (0.5, -0.25), (1.0, 2.0)  # [m]
+YAW = 0.6             # [rad]
+DRIVE, STOP = (0.3, 0.0, 0.0), (0.0, 0.0, 0.0)
 LOG = """window.sent = [];   // [when it was sent, message, x of the newest movement then]
 window.moves = [];  // [x, when it moved, when that was handled] of each movement of a pointer
+window.sockets = 0;
 const now = () => performance.timeOrigin + performance.now();
 let newest = null;
 for (const kind of ['pointerrawupdate', 'pointermove']) {
@@ -26,61 +33,70 @@ for (const kind of ['pointerrawupdate', 'pointermove']) {
     window.moves.push([newest, performance.timeOrigin + event.timeStamp, now()]);
   }, true);
 }
-const send = WebSocket.prototype.send;
-WebSocket.prototype.send = function (text) {
-  window.sent.push([now(), text, newest]);
-  send.call(this, text);
+window.WebSocket = class extends WebSocket {
+  constructor(...given) {
+    super(...given);
+    window.sockets += 1;
+  }
+
+  send(text) {
+    window.sent.push([now(), text, newest]);
+    super.send(text);
+  }
 };"""
 
 
+def still(frame, child, x=0.0, y=0.0, yaw=0.0):
+    """A transform by (x, y) [m] and yaw [rad]."""
+    transform = TransformStamped(child_frame_id=child)
+    transform.header.frame_id, transform.header.stamp = frame, rospy.Time.now()
+    transform.transform.translation.x, transform.transform.translation.y = x, y
+    transform.transform.rotation.z, transform.transform.rotation.w = math.sin(yaw / 2), math.cos(yaw / 2)
+    return transform
+
+
+def room(x=0.0, **info):
+    """An empty map whose corner is at x [m]."""
+    grid = OccupancyGrid(info=MapMetaData(**{"resolution": 0.5, "width": 12, "height": 12, **info}), data=[0] * 144)
+    grid.info.origin.position.x, grid.info.origin.orientation.w = x, 1.0
+    return grid
+
+
+def values_of(twist):
+    """(v_x, v_y, omega) of a Twist."""
+    return twist.linear.x, twist.linear.y, twist.angular.z
+
+
 @unittest.skipIf(CHROMIUM is None, "no chromium")
-class PagesTest(NodeTest):
+class BrowserTest(NodeTest):
+    """A browser, and a port for the node of the page."""
+
     @classmethod
     def setUpClass(cls):
         super().setUpClass()
-        cls.truth, cls.hand, cls.commands = [], [], []
-        rospy.Subscriber("ground_truth/odom", Odometry, cls._on_truth, tcp_nodelay=True)
-        rospy.Subscriber("cmd_vel/hand", Twist, lambda message: cls.hand.append((time.time(), _values(message))),
-                         tcp_nodelay=True)
-        rospy.Subscriber("cmd_vel", Twist, lambda message: cls.commands.append((time.time(), _values(message))),
-                         tcp_nodelay=True)
-        cls.robot = Processes()
-        cls.log = cls.robot.folder / "web.log"
-        cls.robot.launch("simulation.launch", f"port:={cls.robot.folder / 'robotont'}")
-        wait_for(lambda: cls.truth, "the simulator", timeout=60)
-        cls.release_emergency_stop = staticmethod(rospy.ServiceProxy("emergency_stop/release", Trigger))
-        cls.port = free_port()
-        rospy.set_param("/web_teleop_node/port", cls.port)
-        cls.proxy = StallingProxy(cls.port)
         cls.browser = Browser()
-        cls.start_server()
+        cls.port = free_port()
 
     @classmethod
     def tearDownClass(cls):
         cls.browser.__exit__()
-        cls.proxy.close()
-        cls.robot.close()
-
-    @classmethod
-    def _on_truth(cls, message):
-        cls.truth.append((time.monotonic(), _values(message.twist.twist)))
 
     def setUp(self):
         super().setUp()
-        self.addCleanup(self.proxy.flow)
-        self.addCleanup(self.release_emergency_stop)
         self.pages = []
         self.addCleanup(lambda: [page.close() for page in self.pages])
 
     @classmethod
-    def start_server(cls):
+    def start_server(cls, processes, *parameters, **environment):
+        cls.log = processes.folder / "web.log"
         cls.log.write_text("")
-        cls.server = cls.robot.start(places.program("robotont_teleop", "web_teleop_node"), log=cls.log)
+        server = processes.start(places.program("robotont_teleop", "web_teleop_node"), f"_port:={cls.port}",
+                                 *parameters, log=cls.log, **environment)
         wait_for(lambda: "drive the robot in a browser" in cls.log.read_text(), "the server")
+        return server
 
-    def open(self, size=PHONE, dark=False, browser=None, **options):
-        page = (browser or self.browser).page(
-            f"http://127.0.0.1:{self.proxy.port}/", size, dark, script=LOG, **options)
+    def open(self, url=None, size=PHONE, browser=None, **options):
+        page = (browser or self.browser).page(url or f"http://127.0.0.1:{self.port}/", size, script=LOG, **options)
         self.pages.append(page)
         page.wait(OPEN, "the connection")
         return page
@@ -88,6 +104,76 @@ class PagesTest(NodeTest):
     def close(self, page):
         self.pages.remove(page)
         page.close()
+
+
+class PageServerTest(BrowserTest):
+    @classmethod
+    def setUpClass(cls):
+        super().setUpClass()
+        cls.odometry = rospy.Publisher("odom", Odometry, queue_size=1)
+        cls.moving = tf2_ros.TransformBroadcaster()
+        Worker(cls.publish_odometry)
+        cls.broadcaster = tf2_ros.StaticTransformBroadcaster()
+        cls.broadcaster.sendTransform([still("map", "odom", *MAP_TO_ODOM)])
+        cls.map = rospy.Publisher("map", OccupancyGrid, queue_size=1, latch=True)
+        cls.map.publish(room())
+
+    @classmethod
+    def publish_odometry(cls):
+        message = Odometry(child_frame_id="base_footprint")
+        message.header.frame_id = "odom"
+        message.pose.pose.orientation.w = 1.0
+        cls.odometry.publish(message)
+        cls.moving.sendTransform(still("odom", "base_footprint", *POSE, YAW))
+        return 0.05
+
+    def setUp(self):
+        super().setUp()
+        if rospy.has_param("/web_teleop_node"):
+            rospy.delete_param("/web_teleop_node")
+        self.hand = []
+        self.listen("cmd_vel/hand", Twist, lambda message: self.hand.append(values_of(message)))
+
+    def start(self, *parameters, **environment):
+        return self.start_server(self.processes, *parameters, **environment)
+
+    def page(self):
+        client = Client(self.port)
+        client.__enter__()
+        self.addCleanup(client.__exit__)
+        return client.ready_page()
+
+
+class PagesTest(BrowserTest):
+    """With the simulator behind them, and a proxy between."""
+
+    @classmethod
+    def setUpClass(cls):
+        super().setUpClass()
+        cls.truth, cls.hand, cls.commands = [], [], []
+        rospy.Subscriber("ground_truth/odom", Odometry, lambda message: cls.truth.append(
+            (time.monotonic(), values_of(message.twist.twist))), tcp_nodelay=True)
+        for topic, heard in (("cmd_vel/hand", cls.hand), ("cmd_vel", cls.commands)):
+            rospy.Subscriber(topic, Twist, lambda message, heard=heard: heard.append(
+                (time.time(), values_of(message))), tcp_nodelay=True)
+        cls.robot = Processes()
+        cls.robot.launch("simulation.launch", f"port:={cls.robot.folder / 'robotont'}")
+        wait_for(lambda: cls.truth, "the simulator", timeout=60)
+        cls.release_emergency_stop = staticmethod(rospy.ServiceProxy("emergency_stop/release", Trigger))
+        cls.start_server(cls.robot)
+        cls.proxy = StallingProxy(cls.port)
+        cls.port = cls.proxy.port
+
+    @classmethod
+    def tearDownClass(cls):
+        super().tearDownClass()
+        cls.proxy.close()
+        cls.robot.close()
+
+    def setUp(self):
+        super().setUp()
+        self.addCleanup(self.proxy.flow)
+        self.addCleanup(self.release_emergency_stop)
 
     def speed(self):
         """The newest `rim_speed`."""
@@ -98,7 +184,3 @@ def rim_speed(twist):
     """Of the robot [m/s], and how fast its rim turns around."""
     x, y, turn = twist
     return math.hypot(x, y) + 0.15 * abs(turn)
-
-
-def _values(twist):
-    return twist.linear.x, twist.linear.y, twist.angular.z

@@ -1,13 +1,13 @@
 // Puts the page together: hands to commands, states to what is seen.
 import {toggleCamera} from "./camera.js";
-import {Hands} from "./hands.js";
-import {actWhenHeld} from "./hold.js";
-import {Link} from "./link.js";
-import {Pace} from "./pace.js";
+import {CommandRate} from "./command_rate.js";
+import {DrivingInputs} from "./driving_inputs.js";
+import {actWhenHeld} from "./hold_button.js";
+import {View} from "./map_view.js";
 import {$, number, write} from "./page.js";
 import {adviceOf, byWorst, nameOf, showFacts, showLights, showWheels} from "./panel.js";
+import {Link} from "./server_link.js";
 import {chosenLanguage, setLanguage, text} from "./texts.js";
-import {View} from "./view.js";
 
 const NOTE = 6000;    // [ms] that the robot's answers are shown
 const REFUSED = 2000; // [ms] that a refusal is shown
@@ -26,7 +26,6 @@ let status = null;
 let limits = {linear: 0.5, angular: 2};
 let note = {number: null, until: 0};
 let refused = {key: "", until: 0}; // or another thing that the hands should know
-let heldInVain = false; // the hands have held something since another page drove
 let goalMode = false;
 const view = new View($("view"));
 
@@ -51,7 +50,6 @@ const link = new Link({
       navigator.vibrate?.(200);
     }
     state = message;
-    heldInVain = !hands.still && !drives() && (heldInVain || state.driver !== null);
     view.setPose(message.pose, !link.stalled);
     if (message.hands_off && drives() && hands.still) {
       link.drive(0, 0, 0); // the hands are off
@@ -59,14 +57,13 @@ const link = new Link({
     show();
   },
   status: takeStatus,
-  scan: (message) => view.setScan(message),
   pong: () => ($("round_trip").textContent = `${Math.round(link.roundTrip)} ms`),
   refused: () => (refused = {key: "not_driver", until: performance.now() + REFUSED}),
   late: () => (refused = {key: "late", until: performance.now() + REFUSED}),
 });
 const stop = () => link.stop();
-const hands = new Hands(() => pace.changed(), stop);
-const pace = new Pace(() => hands.still, sendCommand);
+const hands = new DrivingInputs(() => rate.changed(), stop);
+const rate = new CommandRate(() => hands.still, sendCommand);
 const drives = () => state !== null && link.page !== null && state.driver === link.page;
 setInterval(show, LOOK);
 
@@ -82,6 +79,7 @@ function sendCommand() {
 function takeStatus(message) {
   status = message;
   view.setStatus(message);
+  view.setScan(message.scan);
   if (note.number !== null && message.note.number !== note.number) {
     note.until = performance.now() + NOTE;
   }
@@ -188,7 +186,8 @@ function message(open, stalled) {
   if (link.stopWanted) {
     return text("stop_waits");
   }
-  if (!hands.still && !state?.stopped && ((state?.hands_off && drives()) || (heldInVain && state?.driver === null))) {
+  const inVain = state && (drives() ? state.hands_off : state.driver === null && state.in_vain.includes(link.page));
+  if (!hands.still && inVain && !state.stopped) {
     return text("hands_off");
   }
   if (now < refused.until) {

@@ -16,17 +16,16 @@ import time
 import rospy
 from actionlib_msgs.msg import GoalStatusArray
 from sensor_msgs.msg import BatteryState
-from tf2_msgs.msg import TFMessage
 
 from robotont_driver.parameters.parameters import Parameter
 from robotont_driver.ros.diagnostics import ERROR, OK, WARN, Health, robot_name
 from robotont_driver.ros.lifecycle import run_without_wheels
 from robotont_driver.ros.node_parameters import refuse
 from robotont_driver.ros.worker import Worker
-from robotont_fleet import keys
-from robotont_fleet.freshness import Numbered
-from robotont_fleet.robot_state import RobotState, page_address
-from robotont_fleet.zenoh_setup import ABSENT, client_settings, open_session, read_password, ros_home, send, zenoh
+from robotont_fleet import zenoh_keys as keys
+from robotont_fleet.robot_state import RobotState
+from robotont_fleet.zenoh_setup import ABSENT, client_settings, open_session, read_password, send, zenoh
+from robotont_teleop.web.page_setup import ros_home
 
 PARAMETERS = (
     Parameter("robot_name", "", "in the fleet; empty: the namespace, or this computer's name"),
@@ -53,7 +52,6 @@ class FleetNode:
             refuse([str(error)])
         self._identity = secrets.token_hex(4)   # of this process: two robots of one name differ in it
         self._others = set()                    # identities of other processes with our name
-        self._numbers = Numbered()
         # Newest question to the router that was answered [s], and the way there and back: all comes in the order in
         # which the router has sent it, so that what comes behind an answer was sent after its question.
         self._asked, self._took = -math.inf, math.inf
@@ -62,7 +60,7 @@ class FleetNode:
         self._arrived = queue.Queue()           # (what handles it, payload, newest answered question [s])
         self._session = None
         self._state_due = 0.0
-        self._robot = RobotState(page_address())
+        self._robot = RobotState()
         Health(robot_name(), {"fleet": self._report})
         if zenoh is None:
             rospy.logwarn("fleet_node: %s", ABSENT)
@@ -102,14 +100,11 @@ class FleetNode:
 
     def _tell(self):
         """Send the place, and the state where it is due; returns the time to rest."""
-        now = time.monotonic()
-        links = self._robot.chain.links(now)
-        if links:
-            stamp = max(transform.header.stamp for transform, _ in links)
-            self._put_message(keys.TF, TFMessage([self._robot.chain.named(transform, fixed, stamp)
-                                                  for transform, fixed in links]))
-        if now >= self._state_due or self._heard != self._confirmed:
-            self._state_due = now + STATE_PERIOD
+        transforms = self._robot.transforms()
+        if transforms:
+            self._put_message(keys.TF, transforms)
+        if time.monotonic() >= self._state_due or self._heard != self._confirmed:
+            self._state_due = time.monotonic() + STATE_PERIOD
             self._tell_state()
         return PLACE_PERIOD
 
@@ -117,11 +112,10 @@ class FleetNode:
         send(self._session, keys.state_key(self.name), self._state())
 
     def _state(self):
-        now = time.monotonic()
-        state = self._robot.state(now)
+        state = self._robot.state()
         if state["stopped"] and self._heard:
             self._confirmed = self._heard
-        return json.dumps({**state, "id": self._identity, "number": self._numbers.give(now), "note": self._note,
+        return json.dumps({**state, "id": self._identity, "number": _milliseconds(), "note": self._note,
                            "confirmed": self._confirmed, "namesakes": len(self._others)})
 
     def _on_battery(self, message):
@@ -135,7 +129,7 @@ class FleetNode:
         if zenoh.KeyExpr(keys.state_key(self.name)).intersects(query.key_expr):
             query.reply(keys.state_key(self.name), self._state())
         if zenoh.KeyExpr(keys.values_key(self.name)).intersects(query.key_expr):
-            query.reply(keys.values_key(self.name), json.dumps(self._robot.values(time.monotonic())))
+            query.reply(keys.values_key(self.name), json.dumps(self._robot.values))
 
     # In
 
@@ -184,7 +178,7 @@ class FleetNode:
             self._robot.cancel()
         elif kind == "goal" and order["id"] == self._identity:
             x, y = float(order["x"]), float(order["y"])
-            self._pursue(self._numbers.age(order["seen"], time.monotonic()), lambda: self._robot.goal_at(x, y))
+            self._pursue((_milliseconds() - order["seen"]) / 1000, lambda: self._robot.goal_at(x, y))
 
     def _stop(self, number):
         """Press the emergency stop once for each number; the same one again asks for the confirmation only."""
@@ -195,7 +189,7 @@ class FleetNode:
         self._tell_state()
 
     def _on_goal(self, payload, age):
-        """A goal of free_fleet, without a number."""
+        """A goal of free_fleet, which names no state."""
         message = keys.GOAL[1]().deserialize(payload)
         self._pursue(age, lambda: self._robot.goal(message))
 
@@ -206,7 +200,7 @@ class FleetNode:
         """Send a goal that is fresh and cannot be meant for another robot; else say why not."""
         if self._others:
             refusal = f"goal refused: another robot is called {self.name}, too"
-        elif age > OLDEST_GOAL:
+        elif not 0.0 <= age <= OLDEST_GOAL:
             refusal = "goal refused: it was sent before the connection was cut" if age == math.inf else \
                 f"goal refused: it may be {age:.1f} s old, allowed: {OLDEST_GOAL:g} s"
         else:
@@ -233,6 +227,11 @@ class FleetNode:
                            "it run, and in this namespace (ROS_NAMESPACE=robot1 roslaunch ...)?"), values
         values["there and back [s]"] = f"{self._took:.3f}"
         return OK, f"connected, {1000 * self._took:.0f} ms there and back", values
+
+
+def _milliseconds():
+    """The time since the computer's start: the number of a state. A goal names that of the state that was seen."""
+    return int(1000 * time.monotonic())
 
 
 def main():

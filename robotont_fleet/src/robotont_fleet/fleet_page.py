@@ -15,14 +15,13 @@ import sys
 import time
 from pathlib import Path
 
-import rospkg
 import yaml
 from PIL import Image
 
 from robotont_driver.parameters.command_line import CommandLine
-from robotont_fleet import keys
+from robotont_fleet import zenoh_keys as keys
 from robotont_fleet.fleet import Fleet
-from robotont_fleet.fleet_server import FleetServer, FleetSettings
+from robotont_fleet.fleet_server import FleetServer
 from robotont_fleet.free_fleet import free_fleet_text
 from robotont_fleet.zenoh_setup import (
     ABSENT,
@@ -32,18 +31,14 @@ from robotont_fleet.zenoh_setup import (
     nested,
     open_session,
     read_users,
-    ros_home,
     router_settings,
     send,
     zenoh,
 )
-from robotont_teleop.web.access import Access, is_loopback_address
-from robotont_teleop.web.page_address import host_names, own_address
+from robotont_teleop.web.page_setup import SetUpError, host_names, invitation, make_access, own_address, ros_home
 from robotont_teleop.web.web_handlers import read_files
-from robotont_teleop.web.web_teleop_node import SetUpError, invitation, make_access, make_tls
 
 ANSWERS = 1.0  # [s] that robots have to answer the page
-COOKIE = "robotont_fleet"
 
 
 def arguments(given=None):
@@ -83,9 +78,7 @@ def read_ground(path):
 
 def page_files():
     """The page's files by name: its own, and the login and the style of robotont_teleop's."""
-    folders = rospkg.RosPack()
-    files = read_files(Path(folders.get_path("robotont_teleop")) / "web", "Robotont fleet")
-    return {**files, **read_files(Path(folders.get_path("robotont_fleet")) / "web")}
+    return {**read_files("robotont_teleop", "Robotont fleet"), **read_files("robotont_fleet")}
 
 
 def zenoh_settings(options):
@@ -155,20 +148,14 @@ async def serve(options, session):
     for number in (signal.SIGINT, signal.SIGTERM):
         loop.add_signal_handler(number, ended.set)
     address = "0.0.0.0" if options.network else "127.0.0.1"
-    _, token, file = make_access({"address": address, "token_file": str(ros_home() / "robotont_fleet_token")})
-    tls = make_tls(options.certificate)
-    settings = FleetSettings(host_names(options.host_names), "https" if tls else "http",
-                             read_ground(options.map) if options.map else None)
+    access = make_access(address, str(ros_home() / "robotont_fleet_token"), "robotont_fleet")
+    ground = read_ground(options.map) if options.map else None
     side = await loop.run_in_executor(None, ZenohSide, session, loop)
-    server = FleetServer(side.fleet, Access(token, COOKIE), settings, page_files(), side.values)
-    try:
-        port = server.listen(address, options.port, tls)
-    except OSError as error:
-        raise SetUpError(f"--port {options.port}: {error.strerror or error}") from None
-    shown = address if is_loopback_address(address) else own_address()
-    url = f"{settings.scheme}://{shown}:{port}/"
-    print(f"all robots on one page: {url}", *invitation(url, token, file, sys.stdout.isatty()), sep="\n")
-    print(f"robots connect to {options.router or f'tcp/{shown}:{options.router_port}'}", flush=True)
+    server = FleetServer(side.fleet, access, host_names(options.host_names), page_files(), ground, side.values)
+    url = server.listen(address, options.port, options.certificate)
+    print(f"all robots on one page: {url}", *invitation(url, access, sys.stdout.isatty()), sep="\n")
+    router = f"tcp/{own_address() if options.network else address}:{options.router_port}"
+    print(f"robots connect to {options.router or router}", flush=True)
     stops = loop.create_task(server.repeat_stops())
     await asyncio.wait([stops, loop.create_task(ended.wait())], return_when=asyncio.FIRST_COMPLETED)
     if stops.done():

@@ -4,7 +4,6 @@ import asyncio
 import json
 import math
 import time
-from typing import Any, Callable, Dict, NamedTuple, Optional, Tuple
 
 import tornado.web
 
@@ -16,26 +15,18 @@ from robotont_teleop.web.web_handlers import Guarded
 FARTHEST = 1000.0  # [m] of a goal
 
 
-class FleetSettings(NamedTuple):
-    """Settings of the user."""
-
-    names: Tuple[str, ...]  # host names under which browsers may come, beside the address itself
-    scheme: str             # http or https
-    ground: Optional[Tuple[bytes, Dict[str, Any]]] = None  # PNG of the map and where it lies
-
-
 class FleetServer(PageServer):
-    """One page for a Fleet. values(): what `metrics` wants; may take its time."""
+    """One page for a Fleet. ground: as of `read_ground`, or None; values(): what `metrics` wants; may take its time."""
 
-    def __init__(self, fleet, access, settings, files, values: Callable[[], Dict]):
-        super().__init__(access, settings, files)
+    def __init__(self, fleet, access, names, files, ground, values):
+        super().__init__(access, names, files)
         self.fleet = fleet
         self.values = values
-        self.map_picture, self.ground = settings.ground or (None, None)
+        self.map_picture, self.ground = ground or (None, None)
 
-    def listen(self, address, port, tls=None):
-        """Serve; returns the port. Raises OSError."""
-        return self.serve([(r"/robots", RobotsHandler), (r"/order", OrderHandler)], address, port, tls)
+    def listen(self, address, port, certificate=""):
+        """Serve; returns the page's URL. Raises SetUpError."""
+        return self.serve([(r"/robots", RobotsHandler), (r"/order", OrderHandler)], address, port, certificate)
 
     async def metrics(self):
         """Text for Prometheus."""

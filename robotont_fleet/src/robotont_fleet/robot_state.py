@@ -1,7 +1,6 @@
 """What a robot says of itself to a fleet: the ROS side, without any network of its own."""
 
 import math
-import threading
 import time
 from pathlib import Path
 from xml.etree import ElementTree
@@ -9,49 +8,31 @@ from xml.etree import ElementTree
 import rospkg
 import rospy
 from actionlib_msgs.msg import GoalID
-from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import PoseStamped
-from sensor_msgs.msg import BatteryState
-from std_msgs.msg import String
 from tf2_msgs.msg import TFMessage
 
-from robotont_driver.kinematics.se2 import between
 from robotont_driver.robots.battery import EMPTY
-from robotont_fleet.transforms import Chain
-from robotont_teleop.hand.emergency_stop_client import EmergencyStopClient
-from robotont_teleop.hand.newest_diagnostics import NewestDiagnostics
-from robotont_teleop.web.page_address import own_address
-
-LONGEST_WORDS = 200
-SHORTEST = 0.2          # [s] over which a speed is measured
-LONGEST_WAY = 1.0       # [m] between two states; beyond, somebody has put the robot elsewhere
+from robotont_teleop.hand.emergency_stop_button import EmergencyStopButton
+from robotont_teleop.hand.robot_reports import RobotReports, rounded
+from robotont_teleop.web.frame_chain import FrameChain
+from robotont_teleop.web.page_setup import own_address
 
 
-class RobotState:
+class RobotState(RobotReports):
     """The newest of everything that a fleet wants to know, and what it may order."""
 
-    def __init__(self, page):
-        self._lock = threading.Lock()
-        prefix = (rospy.get_namespace().strip("/") + "/").lstrip("/")
-        self.chain = Chain(prefix + "base_link", prefix)
-        self._diagnostics = NewestDiagnostics(rospy.get_namespace().strip("/"))
-        self._battery = None
-        self._driven_by = ""
-        self._page = page
+    def __init__(self):
+        namespace = rospy.get_namespace().strip("/")
+        prefix = namespace and namespace + "/"
+        self._frames, self._base = FrameChain(prefix), prefix + "base_link"
+        super().__init__(namespace)
+        self._page = page_address()
         package = Path(rospkg.RosPack().get_path("robotont_fleet")) / "package.xml"
         self._version = ElementTree.parse(str(package)).findtext("version", "unknown")
-        self._last = 0.0, None  # time [s] and pose of the state before
-        self._speeds = None
-        self._driven = 0.0     # [m]
-        self.emergency_stop = EmergencyStopClient()
+        self.emergency_stop = EmergencyStopButton()
         self._goals = rospy.Publisher("move_base_simple/goal", PoseStamped, queue_size=1)
         self._cancels = rospy.Publisher("move_base/cancel", GoalID, queue_size=5)
-        for topic, kind, callback in (
-                ("/tf", TFMessage, lambda message: self._on_transforms(message, False)),
-                ("/tf_static", TFMessage, lambda message: self._on_transforms(message, True)),
-                ("/diagnostics", DiagnosticArray, lambda message: self._diagnostics.hear(message, time.monotonic())),
-                ("battery", BatteryState, self._on_battery), ("cmd_vel/driven_by", String, self._on_driven_by)):
-            rospy.Subscriber(topic, kind, callback, queue_size=50)
+        self._frames.listen()
 
     # Orders
 
@@ -71,7 +52,8 @@ class RobotState:
             return "goal refused: it is no place"
         if self.emergency_stop.pressed:
             return "goal refused: the emergency stop is pressed"
-        if self._battery and self._battery["charge"] is not None and self._battery["charge"] <= EMPTY:
+        charge = (self.battery or {}).get("charge")
+        if charge is not None and charge <= EMPTY:
             return "goal refused: the battery is empty"
         if not self._goals.get_num_connections():
             return "goal refused: no navigation runs"
@@ -80,7 +62,7 @@ class RobotState:
 
     def goal_at(self, x, y):
         """As `goal`, for (x, y) [m] on the map; the robot looks in the end as it looks now."""
-        frame, pose = self.chain.pose(time.monotonic())
+        frame, pose = self._pose()
         if frame != "map":
             return "goal refused: the robot does not know its place on a map"
         message = PoseStamped()
@@ -92,42 +74,22 @@ class RobotState:
 
     # For the fleet
 
-    def state(self, now):
-        """The state at time `now` [s], for JSON."""
-        frame, pose = self.chain.pose(now)
-        with self._lock:
-            return {"frame": frame, "pose": rounded(pose, 3), "speed": rounded(self._speed(pose, now), 3),
-                    "driven": round(self._driven, 2), "battery": self._battery, "driven_by": self._driven_by,
-                    "stopped": self.emergency_stop.pressed_by, "worst": self._diagnostics.worst(now),
-                    "page": self._page, "versions": {"robotont": self._version, "board": self._diagnostics.board}}
+    def state(self):
+        """The state, for JSON."""
+        frame, pose = self._pose()
+        velocity = self.velocity
+        speed = velocity and (math.hypot(*velocity[:2]), velocity[2])
+        return {"frame": frame, "pose": rounded(pose, 3), "speed": rounded(speed, 3), "driven": round(self.driven, 2),
+                "battery": self.battery, "driven_by": self.driven_by, "stopped": self.emergency_stop.pressed_by,
+                "worst": self.worst, "page": self._page, "versions": {"robotont": self._version, "board": self.board}}
 
-    def values(self, now):
-        """{task: {"level", key: number}} of the diagnostics at time `now` [s], for JSON."""
-        return self._diagnostics.values(now)
+    def transforms(self):
+        """TFMessage of the frames between base_link and the outermost one, in the names of free_fleet; or None."""
+        links = self._frames.named(self._base, time.monotonic())
+        return TFMessage(links) if links else None
 
-    def _speed(self, pose, now):
-        """([m/s], [rad/s]) since the state before, or None."""
-        then, before = self._last
-        if now - then < SHORTEST:
-            return self._speeds
-        self._last, self._speeds = (now, pose), None
-        if pose and before:
-            x, y, turn = between(before, pose)
-            way = math.hypot(x, y)
-            self._driven += way if way < LONGEST_WAY else 0.0
-            self._speeds = way / (now - then), math.remainder(turn, math.tau) / (now - then)
-        return self._speeds
-
-    # From the robot
-
-    def _on_transforms(self, message, fixed):
-        self.chain.hear(message.transforms, time.monotonic(), fixed)
-
-    def _on_battery(self, message):
-        self._battery = {"voltage": finite(message.voltage, 1), "charge": finite(message.percentage, 2)}
-
-    def _on_driven_by(self, message):
-        self._driven_by = message.data[:LONGEST_WORDS]
+    def _pose(self):
+        return self._frames.pose(self._base, time.monotonic())
 
 
 def page_address():
@@ -137,13 +99,3 @@ def page_address():
         return ""
     scheme = "https" if parameters.get("certificate") else "http"
     return f"{scheme}://{own_address()}:{parameters.get('port', 8100)}/"
-
-
-def rounded(values, decimals):
-    """List of the values, None for None."""
-    return None if values is None else [round(value, decimals) for value in values]
-
-
-def finite(value, decimals):
-    """The value rounded, or None where it is not finite."""
-    return round(value, decimals) if math.isfinite(value) else None

@@ -6,8 +6,9 @@ import os
 import secrets
 from pathlib import Path
 
-from robotont_fleet.keys import check_name, keys_of
+from robotont_fleet.zenoh_keys import check_name, keys_of
 from robotont_teleop.web.access import read_or_make_token
+from robotont_teleop.web.page_setup import ros_home
 
 try:
     import zenoh
@@ -24,11 +25,6 @@ MESSAGES = ("put", "delete", "declare_subscriber", "query", "declare_queryable",
 COMMON = {"scouting/multicast/enabled": False, "scouting/gossip/enabled": False, "transport/link/tx/lease": LEASE,
           "transport/link/tx/queue/congestion_control/block/wait_before_close": JAM,
           "transport/link/tx/queue/congestion_control/drop/wait_before_drop": JAM}  # of free_fleet, see `send`
-
-
-def ros_home():
-    """Folder for the files of this user."""
-    return Path(os.environ.get("ROS_HOME") or Path.home() / ".ros")
 
 
 def client_settings(router, user="", password=""):

@@ -1,7 +1,7 @@
 """All that this stack uses of rospy and actionlib beside their public interface, each with its reason.
 
 `test_rospy_internals.py` fails when one of them changes, ruff (SLF001) when another module uses more. What is used of
-tornado stands in `robotont_teleop/web/page_frames.py`.
+tornado stands in `robotont_teleop/web/websocket_frames.py`.
 """
 
 import functools

@@ -1,15 +1,12 @@
 """Where commands by hand go, and the feedback: shared by keyboard_teleop and gamepad_teleop."""
 
-import time
-
 import rosgraph
 import rospy
 from geometry_msgs.msg import Twist
-from nav_msgs.msg import Odometry
-from std_msgs.msg import String
 
 from robotont_driver.ros.publishers import DroppingPublisher
-from robotont_teleop.hand.emergency_stop_client import EmergencyStopClient
+from robotont_teleop.hand.emergency_stop_button import EmergencyStopButton
+from robotont_teleop.hand.robot_reports import RobotReports
 from robotont_teleop.hand.speeds import STOP
 from robotont_teleop.hand.twist_message import twist_message
 
@@ -22,12 +19,9 @@ class HandOutput:
     def __init__(self):
         self.topic = HAND if self._mux_runs() else DIRECT
         self._command = DroppingPublisher(self.topic, Twist)
-        self.emergency_stop = EmergencyStopClient()
-        self._driven_by = ""
-        self._velocity, self._heard = STOP, -1e9
+        self.emergency_stop = EmergencyStopButton()
+        self.reports = RobotReports(rospy.get_namespace().strip("/"))
         self.sent = STOP
-        rospy.Subscriber("odom", Odometry, self._on_odometry, queue_size=1)
-        rospy.Subscriber("cmd_vel/driven_by", String, self._on_driven_by, queue_size=1)
 
     def send(self, twist):
         """Publish (v_x [m/s], v_y [m/s], omega [rad/s]); behind the call it is out, also where the process ends."""
@@ -45,26 +39,14 @@ class HandOutput:
         count = self._command.get_num_connections()
         if not count:
             return f"no node listens to {rospy.resolve_name(self.topic)}"
-        if self._driven_by:
-            return f"drives: {self._driven_by}"
+        if self.reports.driven_by:
+            return f"drives: {self.reports.driven_by}"
         return f"{count} listen to {rospy.resolve_name(self.topic)}"
 
     @property
     def connected(self):
         """Whether anybody gets the commands."""
         return self._command.get_num_connections() > 0
-
-    @property
-    def velocity(self):
-        """(v_x, v_y, omega) of the odometry, or None when there is none."""
-        return self._velocity if time.monotonic() - self._heard < 1.0 else None
-
-    def _on_odometry(self, message):
-        twist = message.twist.twist
-        self._velocity, self._heard = (twist.linear.x, twist.linear.y, twist.angular.z), time.monotonic()
-
-    def _on_driven_by(self, message):
-        self._driven_by = message.data
 
     @staticmethod
     def _mux_runs():

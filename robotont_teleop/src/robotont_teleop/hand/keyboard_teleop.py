@@ -10,15 +10,14 @@ import tty
 
 import rosgraph
 import rospy
-from diagnostic_msgs.msg import DiagnosticArray
 
 from robotont_driver.parameters.parameters import Parameter
 from robotont_driver.ros.lifecycle import answer_help
 from robotont_driver.ros.node_parameters import own_parameters
 from robotont_driver.ros.rospy_end import end_soon, init_tool
 from robotont_teleop.hand.hand_output import HandOutput
-from robotont_teleop.hand.keys import EMERGENCY_STOP, QUIT, RELEASE, HeldKeys, split_keys
-from robotont_teleop.hand.newest_diagnostics import SILENCE, NewestDiagnostics
+from robotont_teleop.hand.held_keys import EMERGENCY_STOP, QUIT, RELEASE, HeldKeys, split_keys
+from robotont_teleop.hand.robot_reports import SILENCE
 from robotont_teleop.hand.speeds import STOP, Speeds
 
 PARAMETERS = (
@@ -53,9 +52,6 @@ class KeyboardTeleop:
         speeds = Speeds(parameters["linear_speed"], parameters["angular_speed"])
         self._keys = HeldKeys(speeds, Speeds(*map(max, speeds, FASTEST)), parameters["first_hold"], REPEAT_HOLD)
         self._output = HandOutput()
-        self._diagnostics = NewestDiagnostics(rospy.get_namespace().strip("/"))
-        rospy.Subscriber("/diagnostics", DiagnosticArray, lambda message: self._diagnostics.hear(
-            message, time.monotonic()))
         self._missed_from = time.monotonic() + CONNECTS
         self._rest = ""
         self._shown = 0.0
@@ -119,9 +115,10 @@ class KeyboardTeleop:
         self._shown = now
         output = self._output
         words = "EMERGENCY STOP, shift+U releases it" if output.emergency_stop.pressed else _words(output.sent)
-        robot = "no odometry" if output.velocity is None else _words(output.velocity)
+        velocity = output.reports.velocity
+        robot = "no odometry" if velocity is None else _words(velocity)
         line = f"{self._keys.speeds.linear:.2f} {self._keys.speeds.angular:.2f} | "
-        line += (output.sent != STOP and self._why_not(now)) or f"sent {words} | {output.listeners} | robot {robot}"
+        line += (output.sent != STOP and self._why_not()) or f"sent {words} | {output.listeners} | robot {robot}"
         if output.connected:
             self._missed_from = now
         elif now < self._missed_from:
@@ -131,9 +128,9 @@ class KeyboardTeleop:
         columns = os.get_terminal_size(sys.stdout.fileno()).columns if sys.stdout.isatty() else 0
         print(f"\r{line[:columns - 1] if columns > 1 else line}\x1b[K", end="", flush=True)
 
-    def _why_not(self, now):
+    def _why_not(self):
         """Why the robot may not do as it is told: what is in its way, or its worst error, in its own words."""
-        bad = [light for light in self._diagnostics.lights(now)
+        bad = [light for light in self._output.reports.lights
                if light["level"] > 1 or (light["level"] and light["name"].endswith(": guard"))]
         worst = max(bad, key=lambda light: light["level"], default={"level": 0, "words": ""})
         return f"{worst['name']} is silent" if worst["level"] == SILENCE else worst["words"]

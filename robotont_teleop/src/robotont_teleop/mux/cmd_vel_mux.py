@@ -92,19 +92,16 @@ class CmdVelMux:
             if twist != STOP and spent >= self._timeouts[name]:
                 self._outdated += 1
                 return
-            before = self._arbiter.driver
             twists = self._arbiter.command(name, twist, now, header.get("callerid", ""), spent)
             stopped_meanwhile = boot_time() - now >= self._timeouts[name]  # this process, since it has judged the age
             self._send([STOP] if stopped_meanwhile else twists)
-            changed = before != self._arbiter.driver
             in_vain = name == "navigation" and self._arbiter.locked and twist != STOP
             news = refusal and self._refusals.refuse((name, refusal.split()[0]), now)
             if refusal:
                 self._refusal = f"cmd_vel/{name}: {refusal}"
         if in_vain:  # a goal that was sent during the stop, and would move the robot after it
             self._cancel.publish(GoalID())
-        if changed:
-            self._tell_driver()
+        self._tell_driver()
         if news:
             rospy.logwarn("cmd_vel/%s refused: %s", name, refusal)
 

@@ -42,24 +42,23 @@ def read_or_make_token(path):
 class Access:
     """Decides by token and cookie. `token`: None lets everybody in (for 127.0.0.1 only).
 
-    cookie_name: one of each page's own, for a computer's ports share their cookies.
+    cookie_name: one of each page's own, for a computer's ports share their cookies. file: that of the token.
     """
 
-    def __init__(self, token, cookie_name="robotont_teleop"):
-        self._token = token
-        self.cookie_name = cookie_name
+    def __init__(self, token, cookie_name="robotont_teleop", file=None):
+        self.token, self.cookie_name, self.file = token, cookie_name, file
         self._failures = deque(maxlen=REMEMBERED)  # (time [s], address) of wrong tokens, the oldest first
 
     @property
     def needs_token(self):
         """Whether one has to log in."""
-        return self._token is not None
+        return self.token is not None
 
     @property
     def cookie(self):
         """Value that a browser keeps once it has shown the token; the token cannot be derived from it."""
         message = f"{self.cookie_name} cookie".encode()
-        return hmac.new((self._token or "").encode(), message, hashlib.sha256).hexdigest()
+        return hmac.new((self.token or "").encode(), message, hashlib.sha256).hexdigest()
 
     def admits(self, cookie):
         """Whether a browser with this cookie (a string, or None) may come in."""
@@ -73,7 +72,7 @@ class Access:
         """
         if sum(other == address and now - time < ATTEMPTS_PERIOD for time, other in self._failures) >= ATTEMPTS:
             return "later"
-        if self.needs_token and _same(token, self._token):
+        if self.needs_token and _same(token, self.token):
             return "in"
         self._failures.append((now, address))
         return "wrong"
@@ -97,7 +96,7 @@ def host_allowed(host, own_address, names):
         address = ipaddress.ip_address(name)
         own = ipaddress.ip_address(own_address.partition("%")[0])
     except ValueError:
-        return name in names or (name in LOCAL_NAMES and _is_loopback(own_address))
+        return name in names or (name in LOCAL_NAMES and is_loopback(own_address))
     own = getattr(own, "ipv4_mapped", None) or own
     return address == own or name in names or (address.is_loopback and own.is_loopback)
 
@@ -107,16 +106,12 @@ def origin_allowed(origin, scheme, host):
     return bool(origin) and bool(host) and origin.lower() == f"{scheme}://{host}".lower()
 
 
-def is_loopback_address(address):
+def is_loopback(address):
     """Whether a server at this address can be reached from this computer only."""
-    return address == "localhost" or _is_loopback(address)
-
-
-def _is_loopback(address):
     try:
         return ipaddress.ip_address(address.partition("%")[0]).is_loopback
     except ValueError:
-        return False
+        return address == "localhost"
 
 
 def _host_name(host):

@@ -14,13 +14,13 @@ class DrivingSeat:
     """One page drives, any number of pages watch."""
 
     def __init__(self, speeds, oldest, dead_man):
-        self._speeds = speeds      # Speeds that no command exceeds
+        self.speeds = speeds      # Speeds that no command exceeds
         self._oldest = oldest      # [s] an older command is dropped; a zero still stops
         self._dead_man = dead_man  # [s] after the server time that its newest command has seen the robot stops
         self.driver = None         # the page that drives
         self._moving_since = None  # [s] server time that the newest command with motion has seen, None when at rest
         self.hands_off = False     # whether the sticks must be let go before they drive again
-        self._holding = set()      # pages that have asked for motion without driving, and have not let go since
+        self.in_vain = set()      # pages that have asked for motion without driving, and have not let go since
         self.dropped = 0           # commands that came too late
         self.foreign = 0           # motion asked for by pages that do not drive
         self.timeouts = 0          # stops because a moving page fell silent
@@ -39,13 +39,13 @@ class DrivingSeat:
         if page == self.driver:
             return None
         self.driver = page
-        self.hands_off = page in self._holding
-        self._holding.discard(page)
+        self.hands_off = page in self.in_vain
+        self.in_vain.discard(page)
         return self._rest()
 
     def leave(self, page):
         """A page is gone; the twist to send, or None."""
-        self._holding.discard(page)
+        self.in_vain.discard(page)
         if page != self.driver:
             return None
         self.driver = None
@@ -60,13 +60,13 @@ class DrivingSeat:
         """
         if not self.is_fresh(seen, now):
             return self._rest() if page == self.driver and twist == STOP else None  # to stand is never too late
-        if self.driver is None and twist != STOP and page not in self._holding:
+        if self.driver is None and twist != STOP and page not in self.in_vain:
             self.driver, self.hands_off = page, False
         if page != self.driver:
             if twist == STOP:
-                self._holding.discard(page)
+                self.in_vain.discard(page)
             else:
-                self._holding.add(page)
+                self.in_vain.add(page)
                 self.foreign += 1
             return None
         if twist == STOP:
@@ -77,7 +77,7 @@ class DrivingSeat:
         if self.hands_off:
             return self._rest()
         self._moving_since = seen  # not when it came: a stall of either way counts from its first moment
-        return self._speeds.within(twist)
+        return self.speeds.within(twist)
 
     def stop(self):
         """An emergency stop; the twist to send, or None. The sticks have to be let go of first."""

@@ -3,6 +3,7 @@
 https://github.com/foxglove/ws-protocol, subprotocol foxglove.websocket.v1, messages in ROS 1's encoding.
 """
 
+import asyncio
 import contextlib
 import itertools
 import json
@@ -14,8 +15,8 @@ import tornado.web
 import tornado.websocket
 
 from robotont_teleop.web.access import LOCAL_NAMES
-from robotont_teleop.web.page_frames import reads, write
 from robotont_teleop.web.web_handlers import Guarded
+from robotont_teleop.web.websocket_frames import reads, write
 
 SUBPROTOCOL = "foxglove.websocket.v1"
 MAX_VIEWERS = 4
@@ -26,29 +27,16 @@ MESSAGE_DATA = 1
 class Channels:
     """What viewers can see: one channel per topic, known from its first message on. All in the server's loop.
 
-    `topics`: ViewerTopics, or None.
+    topics: ViewerTopics; its messages come while there are `viewers`.
     """
 
     def __init__(self, topics, loop):
-        self._topics = topics
         self._loop = loop
         self._numbers = itertools.count(1)
         self.viewers = set()
         self.known = {}   # topic: its channel, as it is advertised
         self.latched = {}  # number of a channel: its newest message, for those who subscribe later
-
-        if topics:
-            topics.hear = self._hear
-
-    def add(self, viewer):
-        """A viewer has come."""
-        self.viewers.add(viewer)
-        self._topics.wanted = True
-
-    def remove(self, viewer):
-        """A viewer has left."""
-        self.viewers.discard(viewer)
-        self._topics.wanted = bool(self.viewers)
+        self.topics = topics(lambda: bool(self.viewers), self._hear)
 
     def _hear(self, *message):
         with contextlib.suppress(RuntimeError):  # the loop has ended
@@ -66,10 +54,6 @@ class Channels:
             self.latched[channel["id"]] = data
         for viewer in self.viewers:
             viewer.show(channel["id"], data, latched)
-
-    async def description(self):
-        """The robot's model."""
-        return await self._loop.run_in_executor(None, self._topics.description)
 
 
 class FoxgloveSocket(Guarded, tornado.websocket.WebSocketHandler):
@@ -106,10 +90,10 @@ class FoxgloveSocket(Guarded, tornado.websocket.WebSocketHandler):
             self.close(1002, f"allowed: {SUBPROTOCOL}")
             return
         self.set_nodelay(True)
-        self.tell({"op": "serverInfo", "name": self.server.settings.robot, "capabilities": ["parameters"],
+        self.tell({"op": "serverInfo", "name": self.server.robot.name, "capabilities": ["parameters"],
                    "supportedEncodings": ["ros1"], "metadata": {"ROS_DISTRO": "noetic"}})
         self.tell({"op": "advertise", "channels": list(self.server.channels.known.values())})
-        self.server.channels.add(self)
+        self.server.channels.viewers.add(self)
 
     async def on_message(self, text):
         """Called by tornado: what is no request of the protocol is not answered."""
@@ -123,7 +107,8 @@ class FoxgloveSocket(Guarded, tornado.websocket.WebSocketHandler):
                 self._subscriptions = {channel: number for channel, number in self._subscriptions.items()
                                        if number not in gone}
             elif request["op"] == "getParameters":
-                value = await self.server.channels.description()
+                asked = self.server.channels.topics.description  # of the master
+                value = await asyncio.get_running_loop().run_in_executor(None, asked)
                 self.tell({"op": "parameterValues", "id": request.get("id"),
                            "parameters": [{"name": "/robot_description", "value": value}] if value else []})
         except (ValueError, KeyError, TypeError, AttributeError, RecursionError):
@@ -131,7 +116,7 @@ class FoxgloveSocket(Guarded, tornado.websocket.WebSocketHandler):
 
     def on_close(self):
         """Called by tornado."""
-        self.server.channels.remove(self)
+        self.server.channels.viewers.discard(self)
 
     def _subscribe(self, channel, number):
         known = {one["id"] for one in self.server.channels.known.values()}

@@ -8,6 +8,7 @@ import numpy as np
 from PIL import Image
 
 from robotont_driver.kinematics.se2 import pose_of
+from robotont_teleop.hand.robot_reports import finite, rounded
 
 LARGEST_MAP = 4000 * 4000  # [cells]
 SCAN_RAYS = 180            # at most
@@ -35,22 +36,12 @@ def map_picture(message):
     return output.getvalue(), {"number": number, "width": size[0], "height": size[1], "origin": place}
 
 
-def thinned_scan(message, laser, number):
+def thinned_scan(message, laser):
     """A LaserScan for JSON, of SCAN_RAYS at most, None where it has no angles; laser: (x, y, yaw) on the robot."""
     if not (math.isfinite(message.angle_min) and math.isfinite(message.angle_increment)):
         return None
     step = max(1, math.ceil(len(message.ranges) / SCAN_RAYS))
     ranges = [finite(value, 2) if message.range_min <= value <= message.range_max else None
               for value in message.ranges[::step]]
-    return {"number": number, "from": rounded(laser, 3), "first": round(message.angle_min, 4),
+    return {"from": rounded(laser, 3), "first": round(message.angle_min, 4),
             "step": round(message.angle_increment * step, 5), "ranges": ranges}
-
-
-def rounded(values, decimals):
-    """List of the values, None for those that are not finite; None for None."""
-    return None if values is None else [finite(value, decimals) for value in values]
-
-
-def finite(value, decimals):
-    """The value rounded, or None where it is not finite."""
-    return round(value, decimals) if value is not None and math.isfinite(value) else None

@@ -6,6 +6,7 @@ import tornado.httpserver
 import tornado.netutil
 import tornado.web
 
+from robotont_teleop.web.page_setup import SetUpError, make_tls, own_address
 from robotont_teleop.web.web_handlers import FileHandler, LoginHandler, MapHandler, MetricsHandler
 
 MAX_CONNECTIONS = 64  # open at once, pages among them
@@ -14,34 +15,36 @@ IDLE, BODY_TIMEOUT = 20.0, 5.0  # [s] an HTTP connection may be idle, a body may
 
 
 class PageServer:
-    """access: `Access`. settings: `names` and `scheme` at least. files: as of `read_files`.
+    """access: `Access`. names: host names under which browsers may come. files: as of `read_files`.
 
     Subclasses have `map_picture`, a PNG or None, and `metrics()`, text for Prometheus.
     """
 
-    def __init__(self, access, settings, files):
-        self.access = access
-        self.settings = settings
-        self.files = files
+    def __init__(self, access, names, files):
+        self.access, self.names, self.files = access, names, files
+        self.scheme = "http"
         self.refused = 0  # messages and requests that were malformed, foreign or too many
         self._loop = asyncio.get_running_loop()
 
-    def serve(self, handlers, address, port, tls=None, **options):
-        """Serve by further tornado handlers; returns the port (another one where it is 0). Raises OSError."""
-        sockets = tornado.netutil.bind_sockets(port, address)
+    def serve(self, handlers, address, port, certificate="", **options):
+        """Serve by further tornado handlers; returns the page's URL. Port 0: any. Raises SetUpError."""
+        tls = make_tls(certificate)
+        self.scheme = "https" if tls else "http"
+        try:
+            sockets = tornado.netutil.bind_sockets(port, address)
+        except OSError as error:
+            raise SetUpError(f"port {port} of {address}: {error.strerror or error}; choose another one") from None
         application = tornado.web.Application(
             [*handlers, (r"/login", LoginHandler), (r"/map\.png", MapHandler), (r"/metrics", MetricsHandler),
              (r"/(.*)", FileHandler)], log_function=lambda handler: None, **options)
         application.web_server = self
-        self._server = LimitedServer(
+        self.http_server = LimitedServer(
             application, ssl_options=tls, max_header_size=LARGEST_HEADER, max_body_size=LARGEST_BODY,
             max_buffer_size=8 * LARGEST_HEADER, idle_connection_timeout=IDLE, body_timeout=BODY_TIMEOUT)
-        self._server.add_sockets(sockets)
-        return sockets[0].getsockname()[1]
-
-    def admit(self, stream):
-        """Somebody who may come in has sent a request on this connection; it is not closed in favour of newer ones."""
-        self._server.admit(stream)
+        self.http_server.add_sockets(sockets)
+        self.port = sockets[0].getsockname()[1]
+        shown = own_address() if address in ("", "0.0.0.0", "::") else address
+        return f"{self.scheme}://{f'[{shown}]' if ':' in shown else shown}:{self.port}/"
 
 
 class LimitedServer(tornado.httpserver.HTTPServer):

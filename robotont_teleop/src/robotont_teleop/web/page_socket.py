@@ -6,15 +6,15 @@ import time
 import tornado.web
 import tornado.websocket
 
-from robotont_teleop.web.messages import MessageError
-from robotont_teleop.web.page_frames import PageFrames, drop, limit_waiting, reads, write
+from robotont_teleop.web.page_messages import MessageError
 from robotont_teleop.web.web_handlers import Guarded
+from robotont_teleop.web.websocket_frames import PageFrames, drop, limit_waiting, reads, write
 
 FRAMES_PER_SECOND = 200       # of one page, of all kinds; it sends 25, and 125 at most while a stick moves fast
 SEND_BUFFER = 16384           # [bytes] of a page's socket, so that little can wait in it
 MAX_PAGES = 16                # open at once
 SLOWEST_READER = 5.0          # [s] a page that has not read for so long is closed
-LONGEST_REASON = 123          # [bytes] of a close (RFC 6455)
+LONGEST_REASON = 30           # [letters] of a close, which has room for 123 bytes (RFC 6455)
 WRONG_MESSAGES = 10           # of one page before it is closed
 GOING_AWAY, NOT_OURS = 1001, 1008  # close codes (RFC 6455): end, policy violation
 
@@ -25,8 +25,6 @@ class PageSocket(Guarded, tornado.websocket.WebSocketHandler):
     def initialize(self):
         """Called by tornado."""
         self.number = None
-        self.waiting = {}   # newest message of each slow kind that this page has not got yet
-        self.fresh = True   # has got no status yet
         self._second, self._frames = None, 0  # a second of the clock, and how many frames have come in it
         self._wrong = 0
         self._read_at = 0.0   # [s] when the page was last seen to read
@@ -55,9 +53,8 @@ class PageSocket(Guarded, tornado.websocket.WebSocketHandler):
         self.set_nodelay(True)
         limit_waiting(self, SEND_BUFFER)
         self._read_at = time.monotonic()
-        settings = self.server.settings
-        self.send({"kind": "hello", "page": self.number, "robot": settings.robot, "linear": settings.speeds.linear,
-                   "angular": settings.speeds.angular})
+        speeds = self.server.seat.speeds
+        self.send({"kind": "hello", "page": self.number, "robot": self.server.robot.name, **speeds._asdict()})
 
     def on_message(self, text):
         """Called by tornado."""
@@ -86,7 +83,7 @@ class PageSocket(Guarded, tornado.websocket.WebSocketHandler):
         if reads(self):
             write(self, json.dumps(message))
 
-    def feed(self, state, now):
+    def feed(self, texts, now):
         """Send the state, unless the page has not read the one before; close a page that reads no more."""
         if not reads(self):
             if now - self._read_at > SLOWEST_READER:
@@ -94,15 +91,14 @@ class PageSocket(Guarded, tornado.websocket.WebSocketHandler):
                 drop(self)
             return
         self._read_at = now
-        for text in (state, *self.waiting.values()):
+        for text in texts:
             write(self, text)
-        self.waiting.clear()
 
     def end(self, code, words):
         """Take no more messages, and close; the robot stops now, however long the goodbye takes."""
         self.server.remove(self)
         self.number = None
-        self.close(code, words.encode("utf-8", "replace")[:LONGEST_REASON].decode("utf-8", "ignore"))
+        self.close(code, words[:LONGEST_REASON])
 
     def _refuse(self, words, at_once=False):
         self.server.refused += 1

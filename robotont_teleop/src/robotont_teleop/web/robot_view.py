@@ -4,28 +4,25 @@ All that a page can ask for and see goes through one object, which tests replace
 """
 
 import itertools
+import math
 import socket
 import threading
 
-import rosgraph
 import rospy
 from actionlib_msgs.msg import GoalID
 from geometry_msgs.msg import Twist
-from std_srvs.srv import Trigger
 
 from robotont_driver.ros.publishers import DroppingPublisher
-from robotont_driver.ros.worker import Worker
 from robotont_map_navigation.goal import Goal
 from robotont_map_navigation.goto_client import GoTo
-from robotont_teleop.hand.emergency_stop_client import EmergencyStopClient
-from robotont_teleop.hand.robot_requests import NewestGoal, ServiceRequest
+from robotont_teleop.hand.emergency_stop_button import EmergencyStopButton
+from robotont_teleop.hand.robot_reports import LONGEST_WORDS
+from robotont_teleop.hand.service_request import ServiceRequest
 from robotont_teleop.hand.speeds import STOP
 from robotont_teleop.hand.twist_message import twist_message
 from robotont_teleop.web.camera import Camera
+from robotont_teleop.web.newest_goal import NewestGoal
 from robotont_teleop.web.robot_topics import MAP_FRAME, RobotTopics
-
-CAMERA_LOOK = 0.5       # [s] between two looks at whether there is a camera, and who wants to see it
-LONGEST_WORDS = 200
 
 
 class RobotView(RobotTopics):
@@ -33,21 +30,20 @@ class RobotView(RobotTopics):
 
     def __init__(self, wheels, camera_topic):
         super().__init__(wheels)
-        self._name = rospy.get_namespace().strip("/") or socket.gethostname()
+        self.name = rospy.get_namespace().strip("/") or socket.gethostname()
         self.camera = Camera(camera_topic)
         self._notes = itertools.count(1)
         self._note = {"number": 0, "words": ""}
         self._sending = threading.RLock()
         self._ended = False
-        self._goto = GoTo(MAP_FRAME, lambda words: self._goal.show_progress(words), self.transforms)
+        self._goto = GoTo(MAP_FRAME, lambda words: self._goal.show_progress(words))
         self._goal = NewestGoal(self._goto, self._say)
-        self.emergency_stop = EmergencyStopClient(self._say)
+        self.emergency_stop = EmergencyStopButton(self._say)
         self._command = DroppingPublisher("cmd_vel/hand", Twist)
         self._cancel = rospy.Publisher("move_base/cancel", GoalID, queue_size=5, tcp_nodelay=True)
-        self.reset_odometry = ServiceRequest("reset_odometry", "reset odometry", Trigger, self._say).call
-        self.give_back = ServiceRequest("cmd_vel_mux/give_back", "give back", Trigger, self._say).call
+        self.reset_odometry = ServiceRequest("reset_odometry", "reset odometry", self._say).call
+        self.give_back = ServiceRequest("cmd_vel_mux/give_back", "give back", self._say).call
         rospy.on_shutdown(self._stop)
-        Worker(self._look_for_camera)
 
     # Commands of the pages
 
@@ -79,22 +75,16 @@ class RobotView(RobotTopics):
 
     def state(self):
         """Fast-changing state, for JSON."""
-        return {**self.fast(), "stopped": self.emergency_stop.pressed}
+        return {**super().state(), "stopped": self.emergency_stop.pressed}
 
     def status(self):
         """Slow-changing state, for JSON."""
-        return {**self.slow(), "camera": self.camera.present, "navigation": self._goto.answers,
+        return {**super().status(), "camera": self.camera.present, "navigation": self._goto.answers,
                 "goal": self._goal.shown, "note": self._note}
 
     def figures(self):
         """What `metrics` wants."""
-        return [{**self.numbers(), "name": self._name, "id": "", "present": True, "age": 0.0,
-                 "stopped": self.emergency_stop.pressed}], {self._name: self.diagnostic_values()}
-
-    def _look_for_camera(self):
-        try:
-            publishers, _, _ = rosgraph.Master(rospy.get_name()).getSystemState()
-        except (OSError, rosgraph.MasterException):
-            return CAMERA_LOOK
-        self.camera.look({name for name, _ in publishers})
-        return CAMERA_LOOK
+        velocity = self.velocity
+        return [{"name": self.name, "id": "", "present": True, "age": 0.0, "driven": self.driven,
+                 "battery": self.battery, "speed": [math.hypot(*velocity[:2])] if velocity else None,
+                 "worst": self.worst, "stopped": self.emergency_stop.pressed}], {self.name: self.values}

@@ -15,23 +15,23 @@ DESCRIPTION = "robot_description"  # parameter with the robot's model
 
 
 class ViewerTopics:
-    """Hands on the messages of some topics, for `RobotView`'s server; nothing is ever published.
+    """Hands on the messages of some topics; nothing is ever published.
 
-    hear(topic, type, definition, data, latched): called from threads of rospy while `wanted`.
+    wanted(): whether somebody looks. hear(topic, type, definition, data, latched): called from threads of rospy.
     """
 
-    def __init__(self):
-        self.wanted, self.hear = False, None
+    def __init__(self, wanted, hear):
+        self._wanted, self._hear = wanted, hear
         self._subscribers = []
         self._handed = {}  # (topic, publisher): [s] of its newest message that was handed on
         Worker(self._follow)
 
     def _follow(self):
         """Subscribe, or unsubscribe, which may wait for the master; returns the time to rest."""
-        if self.wanted and not self._subscribers:
+        if self._wanted() and not self._subscribers:
             self._subscribers = [rospy.Subscriber(topic, rospy.AnyMsg, self._on_message, rospy.resolve_name(topic),
                                                   queue_size=QUEUE) for topic in TOPICS]
-        elif not self.wanted:
+        elif not self._wanted():
             while self._subscribers:
                 self._subscribers.pop().unregister()
         return LOOK_PERIOD
@@ -43,7 +43,7 @@ class ViewerTopics:
             if now - self._handed.get(source, 0.0) < 1.0 / RATE - 0.005:  # a message of 50 Hz may come a little early
                 return
             self._handed[source] = now
-        self.hear(topic, header.get("type", ""), header.get("message_definition", ""), serialized(message), latched)
+        self._hear(topic, header.get("type", ""), header.get("message_definition", ""), serialized(message), latched)
 
     def description(self):
         """The robot's model (URDF), empty where there is none; asks the master."""

@@ -4,7 +4,9 @@ import asyncio
 import json
 import mimetypes
 import time
+from pathlib import Path
 
+import rospkg
 import tornado.web
 from tornado.iostream import StreamClosedError
 
@@ -28,7 +30,7 @@ class Guarded:
 
     def set_default_headers(self):
         """Called by tornado: the page loads nothing from elsewhere, and no other site may frame it."""
-        host, scheme = self.request.host, self.server.settings.scheme
+        host, scheme = self.request.host, self.server.scheme
         sockets = f" {scheme.replace('http', 'ws')}://{host}" if self._host_allowed() else ""
         self.set_header("Content-Security-Policy",
                         "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' blob:; "
@@ -47,7 +49,7 @@ class Guarded:
         if not self._host_allowed():
             raise tornado.web.HTTPError(403, reason="foreign host")
         if self.authorised:
-            self.server.admit(self.request.connection.stream)
+            self.server.http_server.admit(self.request.connection.stream)
         elif not self.public:
             raise tornado.web.HTTPError(401, reason="no token")
 
@@ -71,14 +73,14 @@ class Guarded:
     @property
     def origin_allowed(self):
         """Whether the request comes from the page itself."""
-        return origin_allowed(self.request.headers.get("Origin"), self.server.settings.scheme, self.request.host)
+        return origin_allowed(self.request.headers.get("Origin"), self.server.scheme, self.request.host)
 
     def _host_allowed(self):
         try:
             own = self.request.connection.stream.socket.getsockname()[0]
         except (AttributeError, OSError):
             return False  # gone already
-        return host_allowed(self.request.headers.get("Host"), own, self.server.settings.names)
+        return host_allowed(self.request.headers.get("Host"), own, self.server.names)
 
 
 class FileHandler(Guarded, tornado.web.RequestHandler):
@@ -117,7 +119,7 @@ class LoginHandler(Guarded, tornado.web.RequestHandler):
             raise tornado.web.HTTPError(401, reason="wrong token")
         access = self.server.access
         self.set_cookie(access.cookie_name, access.cookie, expires_days=COOKIE_DAYS, path="/", httponly=True,
-                        samesite="Strict", secure=self.server.settings.scheme == "https")
+                        samesite="Strict", secure=self.server.scheme == "https")
         self.redirect("/", status=303)
 
 
@@ -168,11 +170,11 @@ class CameraHandler(Guarded, tornado.web.RequestHandler):
         await self.finish(picture[1])
 
 
-def read_files(folder, robot="Robotont"):
-    """{name: (type, content)} of the page, with the robot's name in that of the home screen; there are no others."""
+def read_files(package, robot="Robotont"):
+    """{name: (type, content)} of a package's page, with the robot's name in that of the home screen; no others."""
     kinds = {**mimetypes.types_map, ".webmanifest": "application/manifest+json", ".js": "text/javascript"}
     files = {}
-    for path in folder.iterdir():
+    for path in (Path(rospkg.RosPack().get_path(package)) / "web").iterdir():
         kind = kinds.get(path.suffix)
         if kind and path.is_file():
             text = kind.startswith("text/") or kind.endswith("json")

@@ -3,16 +3,9 @@
 import asyncio
 import contextlib
 import gc
-import io
-import os
 import signal
-import socket
-import ssl
 import sys
-from pathlib import Path
 
-import qrcode
-import rospkg
 import rospy
 
 from robotont_driver.parameters.parameters import Parameter, ParameterError
@@ -21,11 +14,11 @@ from robotont_driver.ros.lifecycle import init_node, signals_wait
 from robotont_driver.ros.node_parameters import own_parameters, refuse, running_wheels
 from robotont_driver.ros.rospy_end import end_soon
 from robotont_teleop.hand.speeds import Speeds
-from robotont_teleop.web.access import Access, is_loopback_address, read_or_make_token
-from robotont_teleop.web.page_address import host_names, own_address
+from robotont_teleop.web.driving_seat import DrivingSeat
+from robotont_teleop.web.page_setup import SetUpError, host_names, invitation, make_access, ros_home
 from robotont_teleop.web.robot_view import RobotView
 from robotont_teleop.web.viewer_topics import ViewerTopics
-from robotont_teleop.web.web_server import ServerSettings, WebServer
+from robotont_teleop.web.web_server import WebServer
 
 PARAMETERS = (
     Parameter("address", "127.0.0.1", "where the page can be opened from: 127.0.0.1 = this computer only; 0.0.0.0 = "
@@ -44,64 +37,10 @@ PARAMETERS = (
               reason="for so long the robot drives on when the page dies"),
     Parameter("camera", "camera/color/image_raw/compressed", "topic of the camera's JPEG pictures"),
 )
-LIGHT_ON_BLACK, RESET = "\x1b[97;40m", "\x1b[0m"  # of a terminal (ECMA-48)
 
 
-class SetUpError(Exception):
-    """The page cannot be served; states the found and the allowed values."""
-
-
-def make_access(parameters):
-    """(Access, token, its file): the token only where others than this computer can connect. Raises SetUpError."""
-    if is_loopback_address(parameters["address"]):
-        return Access(None), None, None
-    home = os.environ.get("ROS_HOME") or str(Path.home() / ".ros")
-    path = parameters["token_file"] or str(Path(home) / "robotont_teleop_token")
-    try:
-        token = read_or_make_token(path)
-    except (OSError, ValueError) as error:
-        raise SetUpError(f"~token_file: {error}") from None
-    return Access(token), token, path
-
-
-def make_tls(certificate):
-    """ssl.SSLContext, or None without a certificate. Raises SetUpError."""
-    if not certificate:
-        return None
-    context = ssl.create_default_context(ssl.Purpose.CLIENT_AUTH)
-    context.minimum_version = ssl.TLSVersion.TLSv1_2
-    try:
-        context.load_cert_chain(certificate, password=_refuse_password)
-    except (OSError, ValueError) as error:  # ssl.SSLError is an OSError
-        raise SetUpError(f"~certificate {certificate}: {error}") from None
-    return context
-
-
-def _refuse_password():
-    """Called for an encrypted key; else OpenSSL would ask for it on the terminal, and wait."""
-    raise ValueError("the key is encrypted; allowed: one without a password (openssl pkey -in KEY -out PLAIN_KEY)")
-
-
-def invitation(url, token, file, terminal):
-    """Lines that tell how to get in where a token is asked for.
-
-    The token and its QR code for a terminal only, light on black whatever its colours are: all else may be a log that
-    others read. Those are told the token's file.
-    """
-    if not token:
-        return []
-    if not terminal:
-        return [f"token, asked for once: cat {file}"]
-    code = qrcode.QRCode(border=2)
-    code.add_data(f"{url}#token={token}")  # the part after # is sent to no server and written to no log
-    picture = io.StringIO()
-    code.print_ascii(picture, invert=True)
-    rows = picture.getvalue().replace("\xa0", " ").splitlines()
-    return ["", *(LIGHT_ON_BLACK + row + RESET for row in rows if row), "", f"token, asked for once: {token}"]
-
-
-async def serve(robot, access, token, file, parameters):
-    """Serve until ROS shuts down. token, file: as of `make_access`."""
+async def serve(robot, access, parameters):
+    """Serve until ROS shuts down. Raises SetUpError."""
     loop = asyncio.get_running_loop()
 
     def end(number, _frame):  # shuts down between two messages, never amid the publishing of one
@@ -110,28 +49,16 @@ async def serve(robot, access, token, file, parameters):
             loop.call_soon_threadsafe(rospy.signal_shutdown, signal.Signals(number).name)
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, end)
-    tls = make_tls(parameters["certificate"])
-    scheme = "https" if tls else "http"
-    settings = ServerSettings(
-        names=host_names(parameters["host_names"]), scheme=scheme, oldest=parameters["oldest_command"],
-        dead_man=parameters["dead_man"], speeds=Speeds(parameters["max_linear_speed"], parameters["max_angular_speed"]),
-        robot=rospy.get_namespace().strip("/") or socket.gethostname())
-    folder = Path(rospkg.RosPack().get_path("robotont_teleop")) / "web"
-    server = WebServer(robot, access, settings, folder, ViewerTopics())
-    address, port = parameters["address"], parameters["port"]
-    try:
-        port = server.listen(address, port, tls)
-    except OSError as error:
-        raise SetUpError(f"~address {address}, ~port {port}: {error.strerror or error}; choose another one, e.g. "
-                         f"web_port:={port + 1}. By keys: ./robotont keys") from None
-    shown = own_address() if address in ("", "0.0.0.0", "::") else address
-    url = f"{scheme}://{f'[{shown}]' if ':' in shown else shown}:{port}/"
+    seat = DrivingSeat(Speeds(parameters["max_linear_speed"], parameters["max_angular_speed"]),
+                       parameters["oldest_command"], parameters["dead_man"])
+    server = WebServer(robot, seat, access, host_names(parameters["host_names"]), ViewerTopics)
+    url = server.listen(parameters["address"], parameters["port"], parameters["certificate"])
     namespace = rospy.get_namespace().rstrip("/")
     remapping = f" __ns:={namespace}" if namespace else ""
     print(f"drive the robot in a browser: {url}", "or by keys, in a second terminal: "
           f"./robotont keys{remapping}   (rosrun robotont_teleop keyboard_teleop{remapping})",
-          *invitation(url, token, file, sys.stdout.isatty()), sep="\n", flush=True)  # no log: the token is secret
-    Health(robot_name(), {"web page": lambda: report(server, url, file)})
+          *invitation(url, access, sys.stdout.isatty()), sep="\n", flush=True)  # no log: the token is secret
+    Health(robot_name(), {"web page": lambda: report(server, url)})
     gc.collect()
     gc.freeze()  # what exists now stays: the collector need not look through it while commands wait
     ended = asyncio.Event()
@@ -145,9 +72,9 @@ async def serve(robot, access, token, file, parameters):
             end.result()  # raises what ended it
 
 
-def report(server, url, file):
-    """(level, words, values) for the diagnostics: how to get in, too. file: of the token, or None."""
-    seat = server.seat
+def report(server, url):
+    """(level, words, values) for the diagnostics: how to get in, too."""
+    seat, file = server.seat, server.access.file
     values = {
         "open pages": len(server.pages),
         "page that drives": seat.driver or "none",
@@ -169,12 +96,13 @@ def main():
         with signals_wait():
             parameters = own_parameters(PARAMETERS)
             wheels = running_wheels(rospy.get_namespace())
-            access, token, file = make_access(parameters)
+            file = parameters["token_file"] or str(ros_home() / "robotont_teleop_token")
+            access = make_access(parameters["address"], file, "robotont_teleop")
             robot = RobotView(wheels, parameters["camera"])
         if not rospy.is_shutdown():
-            asyncio.run(serve(robot, access, token, file, parameters))
+            asyncio.run(serve(robot, access, parameters))
     except ParameterError as error:
         refuse(error.faults)
     except SetUpError as error:
-        rospy.logfatal("%s", error)
+        rospy.logfatal("%s; see address, web_port and certificate of teleop.launch. By keys: ./robotont keys", error)
         sys.exit(1)

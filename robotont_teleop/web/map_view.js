@@ -1,10 +1,10 @@
 // The robot from above: map, trail, scan, goal, robot. World x points up on the screen, y to the left (REP 103).
-import {World, at} from "./world.js";
+import {World, at} from "./floor_svg.js";
 
 const TRAIL_STEP = 0.02;   // [m] between two points of the trail
 const TRAIL_LONGEST = 2000;
 const JUMP = 0.5;          // [m] a longer step is no driving: the trail starts anew
-const SCAN_SHOWN = 1000;   // [ms] without a newer one
+const SCAN_SHOWN = 500;    // [ms] without a newer status
 const RADIUS = 0.15;       // [m] of the drawn robot
 const SMALLEST = 6;        // [px] the same
 const SCALE_BAR = 44;      // [px] at least
@@ -67,14 +67,14 @@ export class View {
     }
   }
 
-  setScan({from, first, step, ranges}) {
+  setScan(scan) {
+    const {from, first, step, ranges} = this.pose && scan || {from: [0, 0], ranges: []};
     const points = ranges.map((range, ray) => range !== null &&
       `M${range * Math.cos(first + ray * step)} ${range * Math.sin(first + ray * step)}h0`);
-    const scan = this.part("scan");
-    scan.setAttribute("d", this.pose ? points.filter(Boolean).join("") : "");
-    scan.setAttribute("transform", this.pose ? at(this.pose) + at(from) : "");
+    this.part("scan").setAttribute("d", points.filter(Boolean).join(""));
+    this.part("scan").setAttribute("transform", at(this.pose || [0, 0]) + at(from));
     clearTimeout(this.scanEnd);
-    this.scanEnd = setTimeout(() => scan.setAttribute("d", ""), SCAN_SHOWN);
+    this.scanEnd = setTimeout(() => this.part("scan").setAttribute("d", ""), SCAN_SHOWN);
   }
 
   // {metres, pixels} of a bar that shows the scale

@@ -6,8 +6,8 @@ import rospy
 from std_msgs.msg import String
 from std_srvs.srv import Trigger
 
-from robotont_teleop.hand.emergency_stop_client import EmergencyStopClient
-from robotont_teleop.hand.robot_requests import OLDEST_REQUEST, ServiceRequest
+from robotont_teleop.hand.emergency_stop_button import EmergencyStopButton
+from robotont_teleop.hand.service_request import OLDEST, ServiceRequest
 from robotont_testing.harness import Master, in_own_process, suspended, wait_for
 from robotont_testing.robots import WHEEL_PARAMS
 
@@ -20,8 +20,8 @@ def test_what_a_person_asks_for_is_never_carried_out_late():
         said, failures, asked, answers = [], [], [], []
         rospy.Subscriber("emergency_stop/pressed_by", String, lambda message: said.append(message.data))
         rospy.Service("reset_odometry", Trigger, lambda request: asked.append(request) or (True, ""))
-        button = EmergencyStopClient(failures.append)
-        reset = ServiceRequest("reset_odometry", "reset odometry", Trigger, answers.append)
+        button = EmergencyStopButton(failures.append)
+        reset = ServiceRequest("reset_odometry", "reset odometry", answers.append)
         button.press()
         driver = master.node("driver_node")
         wait_for(lambda: said and said[-1] == "/hand", "the press, by who starts later")
@@ -31,7 +31,7 @@ def test_what_a_person_asks_for_is_never_carried_out_late():
             time.sleep(0.1)  # the first is on its way to the master
             button.release()
             button.press()  # newer than both
-            time.sleep(OLDEST_REQUEST)  # so long they take
+            time.sleep(OLDEST)  # so long they take
         wait_for(lambda: len(failures) == 2 and answers, "words about all")
         assert said[-1] == "/hand"
         assert button.pressed

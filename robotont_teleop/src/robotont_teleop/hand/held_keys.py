@@ -7,6 +7,8 @@ of different axes add up: while any movement key is held, all that were set go o
 first, and reverses it at the next press or repeat.
 """
 
+import re
+
 from robotont_teleop.hand.speeds import STOP
 
 MOVES = {  # key: (axis, sign)
@@ -18,6 +20,8 @@ SPEED_KEYS = {  # key: factors of the linear and the angular speed
     "r": (1.1, 1.0), "f": (1 / 1.1, 1.0), "t": (1.0, 1.1), "g": (1.0, 1 / 1.1),
 }
 EMERGENCY_STOP, RELEASE, QUIT = " ", "U", ("\x03", "\x04", "\x1b")
+KEY = re.compile(r"\x1b[\[O][^A-Za-z~]*[A-Za-z~]|.", re.DOTALL)  # a sequence of ECMA-48, or a letter
+BEGUN = re.compile(r"\x1b[\[O][^A-Za-z~\x1b]{0,13}\Z")
 ARROWS = {"A": "up", "B": "down", "C": "right", "D": "left"}
 REPEATS_WITHIN = 0.15  # [s] a key that comes again sooner is held, not pressed twice
 
@@ -66,16 +70,7 @@ class HeldKeys:
 
 def split_keys(text):
     """Names of the keys in a terminal's input, and the rest that may be the start of one more."""
-    keys = []
-    while text:
-        if text[:2] in ("\x1b[", "\x1bO"):
-            end = next((place for place, sign in enumerate(text[2:], 2) if sign.isalpha() or sign == "~"), None)
-            if end is None:
-                return keys, text[:16] if len(text) < 16 else ""
-            name = text[end] if end == 2 else ""
-            keys.append(ARROWS.get(name, "other"))
-            text = text[end + 1:]
-        else:
-            keys.append(text[0])
-            text = text[1:]
-    return keys, ""
+    begun = BEGUN.search(text)
+    keys = [key if key[1:2] not in "[O" or len(key) == 1 else ARROWS.get(key[2:], "other")
+            for key in KEY.findall(text[:begun.start()] if begun else text)]
+    return keys, begun.group() if begun else ""

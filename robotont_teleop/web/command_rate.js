@@ -2,7 +2,7 @@
 const REPEAT = 40; // [ms] between two commands while the hands hold still
 const SOONEST = 8; // [ms] between two commands while they move
 
-export class Pace {
+export class CommandRate {
   // still(): whether the hands ask for no motion; send(): sends the command of now
   constructor(still, send) {
     this.still = still;
@@ -16,21 +16,14 @@ export class Pace {
   // To be called when what the hands ask for may have changed.
   changed() {
     const still = this.still();
-    const wait = this.sentAt + SOONEST - performance.now();
-    if (wait > 0 && !still) {
-      this.later ??= setTimeout(() => {
-        this.later = null;
-        this.changed();
-      }, wait);
-      return;
-    }
+    const wait = still ? 0 : this.sentAt + SOONEST - performance.now();
     clearTimeout(this.later);
-    this.later = null;
-    if (still && !this.moving) {
-      return;
+    if (wait > 0) {
+      this.later = setTimeout(() => this.changed(), wait);
+    } else if (!still || this.moving) {
+      this.moving = !still;
+      this.sentAt = performance.now();
+      this.send();
     }
-    this.moving = !still;
-    this.sentAt = performance.now();
-    this.send();
   }
 }

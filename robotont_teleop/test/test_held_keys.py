@@ -2,7 +2,7 @@
 
 import pytest
 
-from robotont_teleop.hand.keys import SPEED_KEYS, HeldKeys, split_keys
+from robotont_teleop.hand.held_keys import SPEED_KEYS, HeldKeys, split_keys
 from robotont_teleop.hand.speeds import STOP, Speeds
 
 SPEEDS = Speeds(0.3, 1.0)

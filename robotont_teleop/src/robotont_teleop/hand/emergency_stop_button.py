@@ -5,14 +5,12 @@ import time
 
 import rospy
 from std_msgs.msg import Bool, String
-from std_srvs.srv import Trigger
 
 from robotont_driver.ros.rospy_internals import connection_header
-from robotont_driver.ros.worker import Worker
-from robotont_teleop.hand.robot_requests import call_in_time
+from robotont_teleop.hand.service_request import ServiceRequest
 
 
-class EmergencyStopClient:
+class EmergencyStopButton:
     """Presses for this node, follows driver_node's word of who presses, and asks it for a release.
 
     A press stays latched, for a driver_node that starts or connects later, until driver_node has it released.
@@ -26,13 +24,13 @@ class EmergencyStopClient:
         self._latched = False
         self._named = None         # connection on which driver_node has named this node since its newest press
         self.pressed_at = time.monotonic()  # [s] newest press; before the start of this node nothing was seen
-        self._asked_at = 0.0       # [s] newest request for a release
-        self._wanted = threading.Event()
-        self._service = rospy.ServiceProxy("emergency_stop/release", Trigger)
+        # asks driver_node to let commands move the robot again, not late, and not over a newer press; returns at once
+        self.release = ServiceRequest(
+            "emergency_stop/release", "emergency stop not released", self._not_released,
+            lambda asked: "it was pressed again meanwhile" if self.pressed_at > asked else "", self._released).call
         self._publisher = rospy.Publisher("emergency_stop", Bool, queue_size=5, tcp_nodelay=True, latch=True)
         self._words = rospy.Subscriber("emergency_stop/pressed_by", String, self._on_pressed_by, queue_size=5,
                                        tcp_nodelay=True)
-        Worker(self._release)
 
     @property
     def has_driver(self):
@@ -53,29 +51,16 @@ class EmergencyStopClient:
             self.pressed_at = time.monotonic()
             self._publisher.publish(True)
 
-    def release(self):
-        """Ask driver_node to let commands move the robot again; returns at once."""
-        self._asked_at = time.monotonic()
-        self._wanted.set()
+    def _not_released(self, words):
+        rospy.logerr("%s", words)
+        self._failed(words)
 
-    def _release(self):
-        """Carry out the newest request, but not late, and not over a newer press; returns the time to rest."""
-        if not self._wanted.wait(1.0):
-            return 0.0
-        self._wanted.clear()
-        asked = self._asked_at  # not now: the request before may have waited for the master
-        try:
-            call_in_time(self._service, asked, lambda: self.pressed_at > asked and "it was pressed again meanwhile")
-        except rospy.ServiceException as error:
-            rospy.logerr("emergency stop not released: %s", error)
-            self._failed(f"emergency stop not released: {error}")
-            return 0.0
+    def _released(self, asked):
         with self._lock:
             if self.pressed_at > asked:
                 self.press()
             else:
                 self._unlatch()
-        return 0.0
 
     def _on_pressed_by(self, message):
         with self._lock:

@@ -12,7 +12,7 @@ const EAST = 1;                   // emergency stop
 
 const clamp = (value) => Math.min(1, Math.max(-1, value));
 
-export class Hands {
+export class DrivingInputs {
   // changed(): called when the position may have changed; stop(): the emergency stop's keys and button
   constructor(changed, stop) {
     this.changed = changed;

@@ -1,0 +1,122 @@
+"""What a robot says of itself on its topics: its health, speed, battery and who drives it."""
+
+import math
+import time
+
+import rospy
+from diagnostic_msgs.msg import DiagnosticArray
+from nav_msgs.msg import Odometry
+from sensor_msgs.msg import BatteryState
+from std_msgs.msg import String
+
+from robotont_driver.kinematics.se2 import pose_of
+
+STALE = 1.0      # [s] a value that has not come for so long is not shown
+SILENT = 5.0     # [s] a task or a battery that has not come for so long is silent
+FORGOTTEN = 60.0  # [s] ... and then no more
+SILENCE = 3      # beside the levels of diagnostic_msgs/DiagnosticStatus
+LONGEST_WAY = 0.5  # [m] between two poses; beyond, the odometry was reset
+MOST, LONGEST_NAME, LONGEST_WORDS, MOST_VALUES = 96, 80, 200, 100
+
+
+class RobotReports:
+    """The newest of all that; calls never wait. namespace: only diagnostics of nodes in it; empty: of all."""
+
+    def __init__(self, namespace=""):
+        self._prefix = namespace and namespace + "/"
+        self._tasks = {}      # name: (time [s], level, words, {key: number}); replaced as a whole
+        self._newest = {}     # name: (time [s], value) of values that become stale
+        self._place = None    # of the newest odometry
+        self.base_frame = ""  # as the odometry names it
+        self.driven = 0.0     # [m]
+        self.driven_by = ""
+        self.board = ""       # its banner
+        rospy.Subscriber("odom", Odometry, self._on_odometry, queue_size=1)
+        rospy.Subscriber("battery", BatteryState, self._on_battery, queue_size=1)
+        rospy.Subscriber("cmd_vel/driven_by", String, self._on_driven_by, queue_size=1)
+        rospy.Subscriber("/diagnostics", DiagnosticArray, self._on_diagnostics, queue_size=50)
+
+    @property
+    def velocity(self):
+        """(v_x [m/s], v_y [m/s], omega [rad/s]) of the odometry, or None."""
+        return self._fresh("velocity")
+
+    @property
+    def battery(self):
+        """{"voltage" [V], "charge" (1: full)}, each None where it is unknown; None without a battery."""
+        return self._fresh("battery", SILENT)
+
+    @property
+    def lights(self):
+        """[{"name", "level", "words"}] of the diagnostics' tasks by name, for JSON."""
+        return [{"name": name, "level": level, "words": words} for name, level, words, _ in self._now()]
+
+    @property
+    def worst(self):
+        """[level, task, words] of the worst, the silent ones before errors; None without any."""
+        found = [[level, name, f"silent for {SILENT:g} s" if level == SILENCE else words]
+                 for name, level, words, _ in self._now()]
+        return max(found, key=lambda one: one[0], default=None)
+
+    @property
+    def values(self):
+        """{task: {"level", key: number}}, for JSON."""
+        return {name: {"level": level, **values} for name, level, _, values in self._now()}
+
+    def _now(self):
+        now = time.monotonic()
+        return [(name, level if now - at < SILENT else SILENCE, words, values)
+                for name, (at, level, words, values) in sorted(self._tasks.items())]
+
+    def _keep(self, name, value):
+        self._newest[name] = time.monotonic(), value
+
+    def _fresh(self, name, within=STALE):
+        at, value = self._newest.get(name, (-math.inf, None))
+        return value if time.monotonic() - at < within else None
+
+    def _on_odometry(self, message):
+        twist, place = message.twist.twist, pose_of(message.pose.pose)[:2]
+        way = math.dist(place, self._place or place)
+        self.driven += way if way < LONGEST_WAY else 0.0
+        self._place, self.base_frame = place, message.child_frame_id
+        self._keep("velocity", (twist.linear.x, twist.linear.y, twist.angular.z))
+
+    def _on_battery(self, message):
+        self._keep("battery", {"voltage": finite(message.voltage, 1), "charge": finite(message.percentage, 2)})
+
+    def _on_driven_by(self, message):
+        self.driven_by = message.data[:LONGEST_WORDS]
+
+    def _on_diagnostics(self, message):
+        now = time.monotonic()
+        tasks = {name: task for name, task in self._tasks.items() if now - task[0] < FORGOTTEN}
+        for status in message.status[:MOST]:
+            name = status.name.lstrip("/")[:LONGEST_NAME]
+            if not name.startswith(self._prefix) or not (name in tasks or len(tasks) < MOST):
+                continue
+            level = status.level[0] if isinstance(status.level, bytes) else int(status.level)
+            values = {value.key[:LONGEST_NAME]: _number(value.value) for value in status.values[:MOST_VALUES]}
+            tasks[name] = (now, level, status.message[:LONGEST_WORDS],
+                           {key: number for key, number in values.items() if number is not None})
+            self.board = next((value.value[:LONGEST_WORDS] for value in status.values if value.key == "board"),
+                              self.board)
+        self._tasks = tasks
+
+
+def rounded(values, decimals):
+    """List of the values, None for those that are not finite; None for None."""
+    return None if values is None else [finite(value, decimals) for value in values]
+
+
+def finite(value, decimals):
+    """The value rounded, or None where it is not finite."""
+    return round(value, decimals) if value is not None and math.isfinite(value) else None
+
+
+def _number(text):
+    try:
+        value = float(text[:40].split()[0])
+    except (ValueError, IndexError):
+        return None
+    return value if math.isfinite(value) else None

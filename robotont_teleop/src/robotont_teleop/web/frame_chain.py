@@ -1,0 +1,73 @@
+"""A robot's place out of /tf, by the order in which transforms come: a clock that is set changes nothing.
+
+tf2 would hold a place of before until the clock has come there again.
+"""
+
+import time
+from copy import deepcopy
+
+import rospy
+from tf2_msgs.msg import TFMessage
+
+from robotont_driver.kinematics.se2 import compose, yaw_of
+
+STALE = 1.0       # [s] a transform that has not come for so long is no place
+MOST_FRAMES, DEEPEST = 500, 10
+
+
+class FrameChain:
+    """The newest transforms by child frame. prefix: of frames' names, which is taken off."""
+
+    def __init__(self, prefix=""):
+        self._prefix = prefix
+        self._newest = {}  # child frame: (transform, when it came [s], whether it is fixed)
+
+    def listen(self):
+        """Hear /tf and /tf_static."""
+        for topic, fixed in (("/tf", False), ("/tf_static", True)):
+            rospy.Subscriber(topic, TFMessage, lambda message, fixed=fixed: self.hear(
+                message.transforms, time.monotonic(), fixed), queue_size=50)
+
+    def hear(self, transforms, now, fixed=False):
+        """Transforms came at time `now` [s]; fixed: on /tf_static."""
+        for transform in transforms:
+            if transform.child_frame_id in self._newest or len(self._newest) < MOST_FRAMES:
+                self._newest[transform.child_frame_id] = (transform, now, fixed)
+
+    def links(self, frame, now):
+        """[(transform, fixed)] from a robot's frame up to the outermost one; [] where its odometry is silent."""
+        found = []
+        while frame in self._newest and len(found) < DEEPEST:
+            transform, at, fixed = self._newest[frame]
+            if not fixed and now - at > STALE and all(was_fixed for _, was_fixed in found):  # the odometry's
+                return []
+            found.append((transform, fixed))
+            frame = transform.header.frame_id
+        return found
+
+    def pose(self, frame, now, until=None):
+        """(frame, (x [m], y [m], yaw [rad])) of a robot's frame in `until`, or in the outermost one; or ("", None)."""
+        links, pose = self.links(frame, now), (0.0, 0.0, 0.0)
+        if not links:
+            return "", None
+        for transform, _ in links:
+            if frame == until:
+                break
+            place = transform.transform.translation
+            pose = compose((place.x, place.y, yaw_of(transform.transform.rotation)), pose)
+            frame = transform.header.frame_id
+        return self._plain(frame), pose
+
+    def named(self, frame, now):
+        """The transforms of `links`, without the prefix; fixed ones get the stamp of those that move."""
+        links = deepcopy(self.links(frame, now))
+        for transform, fixed in links:
+            transform.header.frame_id = self._plain(transform.header.frame_id)
+            transform.child_frame_id = self._plain(transform.child_frame_id)
+            if fixed:
+                transform.header.stamp = max(other.header.stamp for other, _ in links)
+        return [transform for transform, _ in links]
+
+    def _plain(self, frame):
+        frame = frame.lstrip("/")
+        return frame[len(self._prefix):] if frame.startswith(self._prefix) else frame

@@ -1,0 +1,85 @@
+"""Who may open a page that this computer serves, under which address, and how people are told."""
+
+import io
+import os
+import socket
+import ssl
+from pathlib import Path
+
+import qrcode
+
+from robotont_teleop.web.access import Access, is_loopback, read_or_make_token
+
+LIGHT_ON_BLACK, RESET = "\x1b[97;40m", "\x1b[0m"  # of a terminal (ECMA-48)
+
+
+class SetUpError(Exception):
+    """The page cannot be served; states the found and the allowed values."""
+
+
+def ros_home():
+    """Folder for the files of this user."""
+    return Path(os.environ.get("ROS_HOME") or Path.home() / ".ros")
+
+
+def make_access(address, file, cookie_name):
+    """Access: by a token in a `file` only where others than this computer can connect. Raises SetUpError."""
+    if is_loopback(address):
+        return Access(None, cookie_name)
+    try:
+        return Access(read_or_make_token(file), cookie_name, file)
+    except (OSError, ValueError) as error:
+        raise SetUpError(f"the token's file: {error}") from None
+
+
+def make_tls(certificate):
+    """ssl.SSLContext, or None without a certificate. Raises SetUpError."""
+    if not certificate:
+        return None
+    context = ssl.create_default_context(ssl.Purpose.CLIENT_AUTH)
+    context.minimum_version = ssl.TLSVersion.TLSv1_2
+    try:
+        context.load_cert_chain(certificate, password=_refuse_password)
+    except (OSError, ValueError) as error:  # ssl.SSLError is an OSError
+        raise SetUpError(f"certificate {certificate}: {error}") from None
+    return context
+
+
+def _refuse_password():
+    """Called for an encrypted key; else OpenSSL would ask for it on the terminal, and wait."""
+    raise ValueError("the key is encrypted; allowed: one without a password (openssl pkey -in KEY -out PLAIN_KEY)")
+
+
+def host_names(given):
+    """Names under which browsers may come: those given, separated by commas, and this computer's."""
+    own = socket.gethostname().lower()
+    names = {own, own.partition(".")[0] + ".local", *(name.strip().lower() for name in given.split(","))}
+    return tuple(sorted(names - {""}))
+
+
+def own_address():
+    """Address of this computer in the network, to show it; its name where there is no network."""
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+        try:
+            probe.connect(("192.0.2.1", 9))  # sends nothing
+            return probe.getsockname()[0]
+        except OSError:
+            return socket.gethostname()
+
+
+def invitation(url, access, terminal):
+    """Lines that tell how to get in where a token is asked for.
+
+    The token and its QR code for a terminal only, light on black whatever its colours are: all else may be a log that
+    others read. Those are told the token's file.
+    """
+    if not access.needs_token:
+        return []
+    if not terminal:
+        return [f"token, asked for once: cat {access.file}"]
+    code = qrcode.QRCode(border=2)
+    code.add_data(f"{url}#token={access.token}")  # the part after # is sent to no server and written to no log
+    picture = io.StringIO()
+    code.print_ascii(picture, invert=True)
+    rows = picture.getvalue().replace("\xa0", " ").splitlines()
+    return ["", *(LIGHT_ON_BLACK + row + RESET for row in rows if row), "", f"token, asked for once: {access.token}"]

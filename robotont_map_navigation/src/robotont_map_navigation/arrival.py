@@ -13,7 +13,7 @@ from robotont_driver.parameters.parameters import Parameter
 PARAMETERS = (
     Parameter("goal_tolerance", 0.03, "from the goal's place, where DWAPlannerROS arrives: its xy_goal_tolerance", "m",
               minimum=0.001, maximum=1.0),
-    Parameter("stay_tolerance", 0.08, "and where it stays, until the goal's end", "m", minimum=0.001, maximum=1.0),
+    Parameter("stay_tolerance", 0.06, "and where it stays, until the goal's end", "m", minimum=0.001, maximum=1.0),
 )
 
 

@@ -33,7 +33,7 @@ FIT_TOLERANCE = 0.2  # [m] from a wall at which a ray still ends at it
 SETTLING = 1.0     # [s] that amcl may take to go where a person has said that the robot is
 LOOK_PERIOD = 0.5  # [s] between two scans that are compared with the map
 THROUGH_WALLS = 0.1  # share of rays that go through walls from which on a pose is wrong, whatever stands in the room
-MISFIT = 0.5        # share of rays explained, below which what the map lacks is more than the map has ...
+MISFIT = 0.4        # share of rays explained, below which what the map lacks is more than the map has ...
 MISFIT_WAY = 1.5    # [m] ... and no obstacle stays before a robot for so much driving
 REMEDY = ("set the pose by RViz' 2D Pose Estimate, or let the robot look around: rosrun robotont_map_navigation "
           "relocalize")

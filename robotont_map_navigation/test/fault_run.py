@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
 """Drives the simulated robot with the real navigation stack, and lets one fault after the other happen on the way.
 
-fault_run.py [--only WORDS] [--long] [--goals N] prints a table, and JSON on the last line: for each fault the seconds
-until the robot stood and, after the fault's end, until it drove again by itself (None: it did not), the way [m] that it
-went meanwhile, the status and last line of goto, what mended it, and the error of the localization at the end.
---long: emergency stops of 60 s, too. --goals N: N goals in a row at the end, with errors and memory. Needs move_base.
+fault_run.py [--only WORDS]... [--long] [--goals N] prints a table, and JSON on the last line: for each fault the
+seconds until the robot stood and, after the fault's end, until it drove again by itself (None: it did not), the way [m]
+that it went meanwhile, the status and last line of goto, what mended it, and the localization's error at the end.
+--long: emergency stops of 60 s, too. --goals N: N goals after each fault, with errors and memory. Needs move_base.
 """
 
 import argparse
@@ -23,6 +23,7 @@ from typing import Any, Callable, NamedTuple
 
 import rospy
 import tf2_ros
+from evdev import ecodes
 from geometry_msgs.msg import PoseWithCovarianceStamped, Twist, Vector3
 from navigation_run import Run, pose, random_goals, standing
 from std_msgs.msg import Bool
@@ -31,8 +32,13 @@ from tornado.httpclient import HTTPRequest
 from tornado.websocket import websocket_connect
 
 from robotont_driver.kinematics.se2 import yaw_of
+from robotont_driver.parameters.parameters import read_parameters
+from robotont_teleop.hand.gamepad_teleop import PARAMETERS, GamepadTeleop
 from robotont_testing.harness import Master, free_port, wait_for
 from robotont_testing.places import program
+
+sys.path.append(str(Path(__file__).resolve().parents[2] / "robotont_teleop" / "test"))
+from rostest_gamepad_teleop import RecordedPad
 
 ROUTE = {"room": ((1.2, 1.0, 1.57), (1.2, 5.0, 1.57)), "maze": ((0.5, 0.5, 1.57), (0.5, 3.6, 1.57))}
 UNDER_WAY = 0.8      # [m] from the start, where the fault begins
@@ -40,7 +46,9 @@ PATIENCE = 100       # [s] in which goto has to end by itself
 BY_ITSELF = 2.0      # [s] after a fault, for which goto is listened to before anybody mends anything
 AFTER_STOP = 0.3     # [s] that the page stays after its message
 MOVES = 0.1          # [m/s] from here on it drives
-NODES = ("move_base", "amcl", "map_server", "navigation_monitor", "robotont_node", "cmd_vel_mux")
+NODES = ("move_base", "amcl", "map_server", "navigation_monitor", "cmd_vel_mux", "robotont_node", "driver_node",
+         "serial_com_node", "odom_node")
+SHORT = 3.0          # [m] to the next of the goals after a fault, at most
 
 
 class Fault(NamedTuple):
@@ -75,6 +83,9 @@ class Rig:
         rospy.wait_for_service("move_base/clear_costmaps", 60)
         self._clear = rospy.ServiceProxy("move_base/clear_costmaps", Empty)
         self._keys = None
+        self.pad = RecordedPad()
+        GamepadTeleop(read_parameters(PARAMETERS, {}), self.pad)
+        self.pad.plug()
 
     def carry(self, x, y, yaw):
         """Put the robot down somewhere."""
@@ -134,6 +145,11 @@ class Rig:
             wait_for(lambda: "EMERGENCY" in os.read(self._keys, 9999).decode("utf-8", "replace").upper(), "the keys")
         os.write(self._keys, key)
         return time.monotonic()
+
+    def press_pad(self, button):
+        """A button of the gamepad."""
+        self.pad.frame((ecodes.EV_KEY, button, 1))
+        self.pad.frame((ecodes.EV_KEY, button, 0))
 
     def press_page(self):
         """STOP on the page, whose server is started for it."""
@@ -209,7 +225,7 @@ class Rig:
 
     def memory(self):
         """[MiB] of each node, proportional set size."""
-        texts = {node: Path(f"/proc/{self.pids(node)[0]}/smaps_rollup").read_text() for node in NODES}
+        texts = {node: Path(f"/proc/{pid}/smaps_rollup").read_text() for node in NODES for pid in self.pids(node)}
         return {node: round(int(text.split("\nPss:")[1].split()[0]) / 1024, 1) for node, text in texts.items()}
 
 
@@ -293,6 +309,8 @@ def faults(long):
              for seconds in ((3, 20, 60) if long else (3, 20))]
     stops += [emergency_stop(way, press, seconds, release_it) for seconds in ((3, 20, 60) if long else (3,))
               for way, press, release_it in (("keys", lambda rig: rig.press_key(b" "), lambda rig: rig.press_key(b"U")),
+                                             ("gamepad", lambda rig: rig.press_pad(ecodes.BTN_EAST),
+                                              lambda rig: rig.press_pad(ecodes.BTN_START)),
                                              ("page", Rig.press_page, release))]
     return {
         (): [
@@ -317,31 +335,34 @@ def faults(long):
 
 
 def in_a_row(rig, count):
-    """`count` goals; their worst errors and statuses."""
-    rig.start()
-    ends = []
-    for goal in random_goals(rig.run.world, rig.run.radius + 0.05, count, seed=77):
+    """`count` goals from where the robot is; statuses, true errors and errors of the localization [m], memory [MiB]."""
+    ends, errors = [], []
+    goals = random_goals(rig.run.world, rig.run.radius + 0.05, 60, seed=77)
+    for _ in range(count):
+        goal = next(goal for goal in goals if math.dist(goal[:2], rig.run.pose()[:2]) < SHORT)
+        goals.remove(goal)
         rig.run.truth[:] = rig.run.truth[-1:]
         ends.append(rig.run.goto(*goal))
-        print(ends[-1]["status"], ends[-1]["error_m"], ends[-1]["words"], file=sys.stderr, flush=True)
-    return {"statuses": [end["status"] for end in ends], "errors_m": [end["error_m"] for end in ends]}
+        errors.append(round(rig.error()[0], 3))
+        print(ends[-1]["status"], ends[-1]["error_m"], errors[-1], ends[-1]["words"], file=sys.stderr, flush=True)
+    return {"statuses": [end["status"] for end in ends], "errors_m": [end["error_m"] for end in ends],
+            "pose_errors_m": errors, "memory_mib": rig.memory()}
 
 
 def main():
     """Run the faults and print what became of them."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--only", default="", help="faults whose name has these words")
+    parser.add_argument("--only", action="append", help="faults whose name begins with these words")
     parser.add_argument("--long", action="store_true", help="emergency stops of 60 s, too")
     parser.add_argument("--arguments", default="", help="of navigation.launch: which part of the faults")
-    parser.add_argument("--goals", type=int, default=0, help="goals in a row at the end")
+    parser.add_argument("--goals", type=int, default=0, help="goals in a row after each fault")
     options = parser.parse_args()
     arguments = tuple(options.arguments.split())
-    chosen = [fault for fault in faults(options.long)[arguments] if options.only in fault.name]
+    chosen = [fault for fault in faults(options.long)[arguments] if fault.name.startswith(tuple(options.only or [""]))]
     with Master() as master:
         world = next((word[len("world:="):] for word in arguments if word.startswith("world:=")), "room")
         rig = Rig(master, world, *(word for word in arguments if not word.startswith("world:=")))
-        before = rig.memory() if options.goals else None
-        rows = []
+        before, rows = rig.memory(), []
         for fault in chosen:
             row = rig.suffer(fault)
             row["expected"] = fault.statuses
@@ -350,11 +371,9 @@ def main():
                   f"{row['goto_ended_s']} s, way after {row['way_after_m']} m, pose error {row['pose_error_m']} m "
                   f"{row['pose_error_rad']} rad, status {row['status']}: {row['words']} {row['mended']}",
                   file=sys.stderr, flush=True)
-        result = {"rows": rows}
-        if options.goals:
-            result["goals"] = in_a_row(rig, options.goals)
-            result["memory"] = before, rig.memory()
-    print(json.dumps(result))
+            if options.goals:
+                row.update(in_a_row(rig, options.goals))
+    print(json.dumps({"memory_mib": before, "rows": rows}))
 
 
 if __name__ == "__main__":

@@ -42,12 +42,22 @@ def test_navigation_comes_back_or_says_what_to_do(arguments):
 
 
 @pytest.mark.long
-def test_stops_of_a_minute_and_ten_goals_after_all_faults():
-    found = suffer("--long", "--goals", "10", timeout=3000)
+def test_emergency_stops_of_a_minute():
+    check(suffer("--long", "--only", "emergency stop", timeout=1500)["rows"])
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("arguments, faults", [
+    ("", ("hand", "emergency stop, topic, 3 s", "cable", "robotont_node", "cmd_vel_mux", "amcl", "map_server",
+          "move_base", "navigation_monitor", "board", "somebody stands in the way", "kidnapped by 1 m and 90")),
+    ("composed:=false", ("driver_node", "serial_com_node"))], ids=["one process", "three processes"])
+def test_ten_goals_after_each_fault(arguments, faults):
+    found = suffer("--arguments", arguments, "--goals", "10", *(word for name in faults for word in ("--only", name)),
+                   timeout=6000)
+    assert len(found["rows"]) == len(faults)
     check(found["rows"])
-    assert found["goals"]["statuses"] == [0] * 10, found["goals"]
-    assert max(found["goals"]["errors_m"]) < POSE_ERROR, found["goals"]
-    before, after = found["memory"]
-    print(before, after)
-    assert sum(after.values()) < 1.1 * sum(before.values()), (before, after)
-    assert after["navigation_monitor"] < 45.0  # [MiB]
+    for row in found["rows"]:
+        assert row["statuses"] == [0] * 10, row
+        assert max(row["errors_m"]) < POSE_ERROR, row
+        assert sum(row["memory_mib"].values()) < 1.1 * sum(found["memory_mib"].values()), (found["memory_mib"], row)
+        assert row["memory_mib"]["navigation_monitor"] < 45.0  # [MiB]

@@ -21,7 +21,7 @@ from robotont_description.geometry import robot_radius
 from robotont_driver.kinematics.wheel_params import read_wheels
 from robotont_driver.nodes import driver_node
 from robotont_driver.parameters.parameters import read_parameters
-from robotont_map_navigation import localization_check, map_file
+from robotont_map_navigation import map_file, navigation_monitor
 from robotont_simulator.world import read_world, write_map
 from robotont_testing import places
 from robotont_testing.robots import ROBOTONT2, SHIPPED, robot_folder
@@ -245,8 +245,10 @@ def test_the_limits_fit_the_driver():
 
 
 def test_navigation_monitor_takes_its_shipped_parameters():
-    given = read("navigation.launch")["navigation_monitor"]
-    assert set(read_parameters(localization_check.PARAMETERS, given)) == set(given)
+    found = read("navigation.launch")
+    given = found["navigation_monitor"]
+    assert set(read_parameters(navigation_monitor.PARAMETERS, given)) == set(given)
+    assert given["goal_tolerance"] == found["move_base"]["DWAPlannerROS"]["xy_goal_tolerance"] < given["stay_tolerance"]
 
 
 def test_every_file_is_loaded():

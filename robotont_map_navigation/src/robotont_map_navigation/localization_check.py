@@ -33,7 +33,8 @@ FIT_TOLERANCE = 0.2  # [m] from a wall at which a ray still ends at it
 SETTLING = 1.0     # [s] that amcl may take to go where a person has said that the robot is
 LOOK_PERIOD = 0.5  # [s] between two scans that are compared with the map
 THROUGH_WALLS = 0.1  # share of rays that go through walls from which on a pose is wrong, whatever stands in the room
-MISFIT_WAY = 1.5    # [m] of driving with a view that the map does not explain; no obstacle stays before it so long
+MISFIT = 0.4        # share of rays explained, below which what the map lacks is more than the map has ...
+MISFIT_WAY = 1.5    # [m] ... and no obstacle stays before a robot for so much driving
 REMEDY = ("set the pose by RViz' 2D Pose Estimate, or let the robot look around: rosrun robotont_map_navigation "
           "relocalize")
 
@@ -122,7 +123,7 @@ class LocalizationCheck:
         """Count how far the robot drives with a view that the map does not explain."""
         step = math.dist(self._place, place) if self._place else 0.0
         self._place = place
-        fits = found.explained >= self._parameters["min_fit"]
+        fits = found.explained >= MISFIT
         self._misfit_way = max(0.0, self._misfit_way + (-step if fits else step))
 
     def _report(self):
@@ -173,7 +174,7 @@ class LocalizationCheck:
         if mean.explained >= self._parameters["min_fit"]:
             return ""
         if mean.through_walls < THROUGH_WALLS:
-            return "" if self._misfit_way < MISFIT_WAY else (
+            return "" if self._misfit_way < MISFIT_WAY or mean.explained >= MISFIT else (
                 f"the map explains {mean.explained:.0%} of the scan's rays, for {self._misfit_way:.1f} m of driving: "
                 "a wrong pose, or a map of another place")
         return (f"the map explains {mean.explained:.0%} of the scan's rays, at least {self._parameters['min_fit']:.0%} "

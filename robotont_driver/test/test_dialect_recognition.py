@@ -52,7 +52,7 @@ def test_each_board_is_recognised_within_a_second(name, start):
         if dialect.spoken is not dialect:
             break
         assert dialect.stop() == b""  # nothing is sent before
-    assert dialect.spoken.name == name
+    assert dialect.spoken.name == dialect.spoken.description == name
     assert at - opened <= 1.0
 
 

@@ -34,6 +34,7 @@ def test_each_fault_and_each_complaint_has_words(text, fault, warning):
     assert not fault or "until a command of zeros" in errors[-1]
     assert len(warnings) == bool(warning)
     assert warning in "".join(warnings)
+    assert values["board profile"] == "ours"
     if fault:
         assert values["faults of the wheels"] == ":".join(str(int(digit, 16)) for digit in text[6:])
 

@@ -5,8 +5,9 @@ import math
 import pytest
 from dialect_bench import SQUARE, Bench, LineNoise, assert_near, official_wheels, turning_circle
 
+from robotont_driver.protocol.dialects import make_dialect
 from robotont_driver.protocol.dialects.dialect import Power, Ranges
-from robotont_driver.protocol.dialects.pose_feedback import parse_pose
+from robotont_driver.protocol.dialects.pose_feedback import PoseLine, body_step, parse_pose, rotate
 from robotont_driver.protocol.dialects.robotont2 import Robotont2
 from robotont_driver.protocol.packet import PacketError
 
@@ -65,6 +66,27 @@ def test_a_line_that_is_none_is_dropped_and_counted(text, kind):
     dialect = Robotont2(official_wheels())
     assert dialect.feed(text.encode() + b"\r\n", 0.0) == []
     assert dialect.dropped == {kind: 1}
+
+
+@pytest.mark.parametrize("name, line", [("robotont2", b"POWER:0.5:14.8\r\n"), ("robotont2018", b"Encoders 1:2:3\r\n")])
+def test_half_a_line_of_an_earlier_connection_is_forgotten(name, line):
+    dialect = make_dialect(name, official_wheels())
+    dialect.feed(line[:5], 0.0)
+    dialect.connect(0.0)
+    dialect.feed(line, 0.0)
+    assert dialect.dropped == {}
+
+
+@pytest.mark.parametrize("periods", [1, 2, 7])
+@pytest.mark.parametrize("turn", [0.0, 0.02, -0.1])
+def test_equal_steps_of_the_board_add_up_to_what_is_read_from_its_poses(periods, turn):
+    before = PoseLine(1.0, -2.0, 0.7, 0.0, 0.0, 0.0)
+    x, y, yaw = before[:3]
+    for _ in range(periods):
+        dx, dy = rotate(0.004, -0.002, yaw)
+        x, y, yaw = x + dx, y + dy, yaw + turn
+    found = body_step(before, PoseLine(x, y, yaw, 0.0, 0.0, 0.0), periods)
+    assert found == pytest.approx((0.004 * periods, -0.002 * periods, turn * periods))
 
 
 def test_ranges_and_power():

@@ -5,6 +5,7 @@ from dialect_bench import Bench, official_wheels
 
 from robotont_driver.kinematics.wheel_params import read_wheels
 from robotont_driver.protocol.dialects import NAMES, expect_dialect, make_dialect
+from robotont_driver.protocol.dialects.recognition import Listener
 from robotont_testing.robots import SHIPPED
 from robotont_testing.stand_in_board import Board
 
@@ -52,8 +53,14 @@ def test_each_board_is_recognised_within_a_second(name, start):
         if dialect.spoken is not dialect:
             break
         assert dialect.stop() == b""  # nothing is sent before
-    assert dialect.spoken.name == name
+    assert dialect.spoken.name == dialect.spoken.description == name
     assert at - opened <= 1.0
+
+
+def test_a_board_of_any_number_of_wheels_is_recognised_and_they_are_counted():
+    listener = Listener()
+    assert [listener.feed(b"1:2:3:4;\n") for _ in range(2)] == [None, "plain"]
+    assert listener.fields == 4
 
 
 def test_a_checked_packet_that_lost_its_trailer_makes_no_plain_board():

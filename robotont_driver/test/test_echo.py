@@ -43,6 +43,8 @@ def test_plain_packets_are_published_until_they_are_an_echo():
     assert packets[0] == [(10, 0, 0)]
     assert packets[-1] == []
     assert "sends back what it gets" in dialect.complaint
+    dialect.connect(0.0)
+    assert dialect.complaint == "", "of another board"
 
 
 def test_counts_that_are_as_commanded_are_no_echo():

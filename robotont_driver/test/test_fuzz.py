@@ -58,6 +58,7 @@ def test_dialects(name, pieces):
             assert max(map(abs, packet)) <= 300
         dialect.spoken.encode(Packet([1, -2, 3]))
         dialect.spoken.report_board()
+        assert len(dialect.spoken.encode_lights(0, [(1, 2, 3)])) <= 2
         dialect.spoken.take_readings()
         dialect.tick(0.02 * number)
 

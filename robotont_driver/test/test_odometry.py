@@ -57,13 +57,9 @@ def test_measured_time_holds_each_speed_until_the_next_packet():
     odom.update((0, 0, 0), 0.3)
     odom.update((0, 0, 0), 1.0)
     assert odom.pose.x == pytest.approx(0.2 * 0.4)
-
-
-def test_measured_time_does_not_drive_on_through_a_gap():
-    odom = odometry(period=0.0)
-    odom.update(KINEMATICS.units_of_twist((0.2, 0.0, 0.0)), 0.0)
+    odom.update(speed, 0.0)
     odom.update((0, 0, 0), 60.0)
-    assert odom.pose.x == pytest.approx(0.2 * LONGEST_HOLD)
+    assert odom.pose.x == pytest.approx(0.2 * (0.4 + LONGEST_HOLD)), "it does not drive on through a gap"
 
 
 def test_covariance_is_propagated_through_the_exact_step():
@@ -87,3 +83,12 @@ def test_covariance_is_propagated_through_the_exact_step():
     both[:3, :3], both[3:, 3:] = pose.covariance.matrix, step_covariance
     pose.move(step.tolist(), Covariance.of_matrix(step_covariance))
     assert pose.covariance.matrix == pytest.approx(jacobian @ both @ jacobian.T, abs=1e-10)
+
+
+def test_paths_in_doubt_widen_the_covariance_by_what_they_may_be_wrong():
+    odom, edges = odometry(), np.array((10.0, 0.0, -20.0))
+    before, where = odom.pose.covariance.matrix, (odom.pose.x, odom.pose.y, odom.pose.yaw)
+    odom.doubt(edges)
+    steps = KINEMATICS.inverse * KINEMATICS.wheels.metres_per_edge * edges
+    assert odom.pose.covariance.matrix - before == pytest.approx(steps @ steps.T, abs=1e-12)
+    assert (odom.pose.x, odom.pose.y, odom.pose.yaw) == where

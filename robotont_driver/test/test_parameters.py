@@ -2,7 +2,7 @@ import shutil
 
 import pytest
 
-from robotont_driver.command.timeouts import check_repetition
+from robotont_driver.command.packet_repetition import check_repetition
 from robotont_driver.kinematics.wheel_params import read_wheels
 from robotont_driver.nodes.driver_node import PARAMETERS as DRIVER
 from robotont_driver.nodes.driver_node import conflicts as conflicts_of_driver

@@ -10,7 +10,7 @@ import pytest
 from robotont_driver.kinematics.wheel_params import read_wheels
 from robotont_driver.link.serial_link import SerialLink
 from robotont_driver.protocol.checksum import add_checksum
-from robotont_driver.protocol.dialects.checked import Checked
+from robotont_driver.protocol.dialects.own_firmware import Checked
 from robotont_driver.protocol.packet import format_packet
 from robotont_driver.timing.starvation import StallWatch
 from robotont_testing.harness import wait_for

@@ -10,6 +10,7 @@ from robotont_driver.odometry.chi_square import chi_square_limit, chi_square_tai
 from robotont_driver.odometry.odometry import WheelOdometry
 from robotont_driver.odometry.slip_by_command import CommandWatch
 from robotont_driver.odometry.slip_by_wheels import WINDOW, SlipDetector
+from robotont_driver.odometry.wheel_noise import LearntNoise
 from robotont_testing.simulated_wheels import PERIOD, counted, end_pose, even_wheels, rolled
 
 NOISE = 0.005        # [m] after 1 m, as in driver.yaml
@@ -100,6 +101,13 @@ def test_two_wheels_of_six_may_slip_at_once():
     assert named[SLIP.start + WINDOW] == (1, 3)
     assert named[-1] == ()
     assert error(odometry, end_pose(twists))[0] < error(drive(wheels, counts, detect=False)[0], end_pose(twists))[0] / 4
+
+
+def test_the_noise_that_is_learnt_is_the_mean_of_the_windows():
+    noise, random = LearntNoise(WINDOW), np.random.default_rng(1)
+    for _ in range(5000):
+        noise.learn(4.0 * random.chisquare(1) / noise.excess)
+    assert noise.ratio == pytest.approx(2.0, rel=0.1)
 
 
 # Command and measurement

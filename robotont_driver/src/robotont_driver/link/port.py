@@ -26,30 +26,38 @@ def waiting_bytes(descriptor):
     return int.from_bytes(fcntl.ioctl(descriptor, termios.TIOCOUTQ, b"\0\0\0\0"), sys.byteorder)
 
 
-@contextlib.contextmanager
-def claimed(port):
-    """The open port as this process' own: also programs that look at no lock are refused. Raises OSError.
+class ForeignPortError(OSError):
+    """A port that belongs to another process."""
 
-    A pseudo-terminal stays as it is: after `kill -9` it would stay marked for as long as its other end lives, while
-    a real port loses the mark with its last user.
+
+@contextlib.contextmanager
+def opened(name, baudrate, timeout=0.0):
+    """A port as this process' own: also programs that look at no lock are refused. Yields serial.Serial.
+
+    Raises OSError, and ForeignPortError where it leads to a user's terminal, or may soon. A pseudo-terminal is only
+    locked: after `kill -9` it would stay marked for as long as its other end lives; a real port loses the mark.
     """
-    if is_pseudo_terminal(port.name):
-        yield
-        return
-    if users_of(port.name):
-        raise OSError(errno.EBUSY, os.strerror(errno.EBUSY))
-    fcntl.ioctl(port.fileno(), termios.TIOCEXCL)
-    try:
-        yield
-    finally:
-        with contextlib.suppress(OSError):  # the device is gone
-            fcntl.ioctl(port.fileno(), termios.TIOCNXCL)
+    reason = refusal(name)
+    if reason:
+        raise ForeignPortError(reason)
+    with serial.Serial(name, baudrate, timeout=timeout, exclusive=True) as port:
+        if is_pseudo_terminal(name):
+            yield port
+            return
+        if users_of(name):
+            raise OSError(errno.EBUSY, os.strerror(errno.EBUSY))
+        fcntl.ioctl(port.fileno(), termios.TIOCEXCL)
+        try:
+            yield port
+        finally:
+            with contextlib.suppress(OSError):  # the device is gone
+                fcntl.ioctl(port.fileno(), termios.TIOCNXCL)
 
 
 def heard(port, baudrate, seconds):
     """Yield the bytes that come within a time [s]. Raises OSError."""
     end = time.monotonic() + seconds
-    with serial.Serial(port, baudrate, timeout=0.1, exclusive=True) as line:
+    with opened(port, baudrate, 0.1) as line:
         while time.monotonic() < end:
             yield line.read(line.in_waiting or 1)
 
@@ -58,17 +66,6 @@ def usb_id(port):
     """The id "vendor:product" of the USB device behind a port such as /dev/ttyACM0; empty when there is none."""
     device = os.path.realpath(port)
     return next((f"{info.vid:04x}:{info.pid:04x}" for info in comports() if info.device == device and info.vid), "")
-
-
-class ForeignPortError(OSError):
-    """A port that belongs to another process."""
-
-
-def check_owner(port):
-    """Raise ForeignPortError where a port leads to a user's terminal, or may soon."""
-    reason = refusal(port)
-    if reason:
-        raise ForeignPortError(reason)
 
 
 def serial_ports():

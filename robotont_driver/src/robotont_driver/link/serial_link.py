@@ -7,10 +7,8 @@ import termios
 import threading
 import time
 
-import serial
-
 from robotont_driver.link.line_writer import LineWriter
-from robotont_driver.link.port import check_owner, claimed, explain
+from robotont_driver.link.port import explain, opened
 from robotont_driver.timing.starvation import StallWatch
 
 READ_SIZE = 4096    # [bytes]
@@ -120,8 +118,7 @@ class SerialLink:
     def _run(self):
         while not self._closing:
             try:
-                check_owner(self._name)
-                with serial.Serial(self._name, self._baudrate, timeout=0, exclusive=True) as port, claimed(port):
+                with opened(self._name, self._baudrate) as port:
                     self._opened(port.fileno())
                     try:
                         self._serve(port.fileno())

@@ -12,7 +12,7 @@ from robotont_driver.command.command_age import Arrivals
 from robotont_driver.command.command_stream import CommandStream
 from robotont_driver.command.emergency_stop import EmergencyStop
 from robotont_driver.command.limits import Limits
-from robotont_driver.command.timeouts import PUBLISH_RATE, WRITE_TIMEOUT, check_repetition
+from robotont_driver.command.packet_repetition import PUBLISH_RATE, WRITE_TIMEOUT, check_repetition
 from robotont_driver.kinematics.kinematics import Kinematics
 from robotont_driver.parameters.parameters import Parameter
 from robotont_driver.protocol.carried_rounding import CarriedRounding

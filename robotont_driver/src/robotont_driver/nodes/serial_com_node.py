@@ -6,7 +6,7 @@ import traceback
 
 import rospy
 
-from robotont_driver.command.timeouts import PUBLISH_RATE, WRITE_TIMEOUT, check_repetition
+from robotont_driver.command.packet_repetition import PUBLISH_RATE, WRITE_TIMEOUT, check_repetition
 from robotont_driver.kinematics.motor import counts_in_reach
 from robotont_driver.link.port import usb_id
 from robotont_driver.link.serial_link import SerialLink

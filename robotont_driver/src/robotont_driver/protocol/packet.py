@@ -1,7 +1,6 @@
 """Packets on the serial line: written, read and checked.
 
-See docs/protocol.md. A command is plain (`m0:m1:m2;`) or checked (with a CRC behind the semicolon); so is the feedback
-of the board, whose checked trailer also contains a counter and the encoder totals.
+A packet is plain (`m0:m1:m2;`) or checked, with a trailer behind the semicolon: docs/protocol.md.
 """
 
 import math

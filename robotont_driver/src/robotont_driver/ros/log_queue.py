@@ -1,7 +1,6 @@
 """Log lines that nobody waits for: the terminal, the disk and /rosout take them from a queue, in a thread of its own.
 
-A handler of Python's logging holds up the thread that logs for as long as its file, pipe or terminal does. In a node
-that thread may be about to stop the robot.
+A handler of Python's logging holds up the thread that logs, which may be about to stop the robot.
 """
 
 import atexit

@@ -1,7 +1,6 @@
 """The topics `serial_write`, `serial_read` and `serial_doubt` as driver_node, serial_com_node and odom_node use them.
 
-Nodes in processes of their own exchange packets over ROS (`PacketTopic`); nodes in one process call each other, and
-ROS gets a copy where somebody listens (`SharedPacketTopic`).
+Between processes over ROS (`PacketTopic`), within one by calls (`SharedPacketTopic`).
 """
 
 import traceback

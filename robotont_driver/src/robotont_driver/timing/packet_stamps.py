@@ -1,11 +1,8 @@
 """When a packet was made: stamps from packet numbers and arrivals, for packets that stand for one period each.
 
-The board makes packet k at a + b k on its own clock; it arrives later than that, never earlier. So the line a + b k
-is the lower envelope of the arrivals over the packet numbers. A packet is stamped by that line, not by its arrival:
-a burst, and packets that were repaired afterwards, are spread back over their periods.
-
-Compare E. Olson, A Passive Solution to the Sensor Synchronization Problem (IROS 2010), which bounds the drift b; here
-it is estimated, too.
+The board makes packet k at a + b k on its own clock; it arrives later than that, never earlier. So a packet is stamped
+by the lower envelope of the arrivals over the packet numbers (docs/odometry.md). Compare E. Olson, A Passive Solution
+to the Sensor Synchronization Problem (IROS 2010), which bounds the drift b; here it is estimated, too.
 """
 
 import math

@@ -5,11 +5,9 @@ tau dv/dt = (|u| - friction) / gain - v, so a step of u from the moment t0 at wh
 
     v(t) = speed * (1 - exp(-(t - t0) / tau)),      speed = (|u| - friction) / gain
 
-Its integral, the edges counted up to the end of each period, is linear in (t, 1, exp(-t / tau)); the constant
-holds t0 and the part of an edge at which the wheel stood. tau is common to the steps of one direction. Standard errors
-are the jackknife's over the steps (Efron and Stein 1981), so they hold what differs between them, too: cogging, uneven
-edges, the place where the gear's play stood. What all steps have alike, inductance and the closing of that play, shifts
-tau: UNSEEN.
+Its integral, the edges counted so far, is linear in (t, 1, exp(-t / tau)). tau is common to the steps of one direction.
+Standard errors are the jackknife's over the steps (Efron and Stein 1981), so they hold what differs between them:
+cogging, uneven edges, the gear's play. What all steps have alike, such as inductance, shifts tau: UNSEEN.
 """
 
 from typing import NamedTuple

@@ -4,13 +4,12 @@ It listens to the board, of any firmware, and sends nothing, so the motors stay 
 drives one motor after another, and with --tune, which measures them.
 """
 
+import functools
 import math
 import sys
 import time
 
-import serial
-
-from robotont_driver.link.port import claimed, explain, heard, usb_id
+from robotont_driver.link.port import explain, heard, opened, usb_id
 from robotont_driver.parameters.command_line import CommandLine
 from robotont_driver.protocol.dialects import expect_dialect
 from robotont_driver.protocol.dialects.dialect import DialectError
@@ -20,6 +19,7 @@ from robotont_driver.tools.bring_up import QUESTIONS, BringUp, BringUpError, bri
 
 STEP = 30  # [degrees] of a wheel between two lines
 SLOWEST = 33  # [edges/period] that --tune needs
+show = functools.partial(print, flush=True)  # at once
 ROTATION = {1: "counterclockwise", -1: "clockwise"}
 
 
@@ -68,12 +68,7 @@ def watch(port, dialect, turned, seconds):
     for data in heard(port, 115200, seconds):
         for packet in dialect.feed(data, time.monotonic()):
             for text in turned.add(packet):
-                print(text, flush=True)
-
-
-def show(text):
-    """Print at once."""
-    print(text, flush=True)
+                show(text)
 
 
 def try_motors(line, wheels):
@@ -95,7 +90,7 @@ def drive(port, question, work):
     """Ask, then `work(line)` with the board's line; the exit status."""
     try:
         input(question)
-        with serial.Serial(port, 115200, timeout=0.02, exclusive=True) as line, claimed(line):
+        with opened(port, 115200, 0.02) as line:
             return 0 if work(line) else 1
     except EOFError:
         error = "nothing was driven: a terminal is needed to ask whether the wheels are in the air"
@@ -139,8 +134,8 @@ def main(arguments=None):
         return drive(options.port, tune.QUESTIONS.format(most * unit), lambda line: tune_motors(line, wheels, most))
     turned = TurnedWheels(wheels)
     try:
-        print(f"Turn each wheel by hand, or the whole robot on the floor: turned {ROTATION[wheels.rotation]}, all its "
-              "wheels must count forward. Ctrl-C ends it.", flush=True)
+        show(f"Turn each wheel by hand, or the whole robot on the floor: turned {ROTATION[wheels.rotation]}, all its "
+             "wheels must count forward. Ctrl-C ends it.")
         try:
             watch(options.port, dialect, turned, options.seconds)
         except KeyboardInterrupt:

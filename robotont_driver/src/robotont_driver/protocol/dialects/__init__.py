@@ -1,16 +1,16 @@
 """Dialects: the serial protocols of the boards of Robotont, each a pure module behind the same small interface.
 
-dialect: the interface. plain, checked: this project's own packets. robotont2, robotont3, robotont2018: the official
+dialect: the interface. thesis_firmware: plain; own_firmware: checked. robotont2, robotont3, robotont2018: the official
 firmware of each generation. recognition: identifies the dialect from the board's output. See docs/dialects.md
 """
 
 from robotont_driver.protocol.dialects.board_wheels import DISTANCE
-from robotont_driver.protocol.dialects.checked import Checked
-from robotont_driver.protocol.dialects.plain import Plain
+from robotont_driver.protocol.dialects.own_firmware import Checked
 from robotont_driver.protocol.dialects.recognition import Recognised
 from robotont_driver.protocol.dialects.robotont2 import Robotont2
 from robotont_driver.protocol.dialects.robotont3 import Robotont3
 from robotont_driver.protocol.dialects.robotont2018 import Robotont2018
+from robotont_driver.protocol.dialects.thesis_firmware import Plain
 
 AUTO = "auto"
 NAMES = (AUTO, Plain.name, Checked.name, Robotont2.name, Robotont3.name, Robotont2018.name)

@@ -1,8 +1,7 @@
 """Poses that a board has integrated, `ODOM:x:y:yaw:vx:vy:turn`, back into counts of its wheels.
 
 The board moves its pose once per period by `speed * 0.02 s`, turned by the yaw *before* the step, so the wheels' paths
-can be recovered exactly. The pose is cumulative: a lost line loses no distance. Nothing but the twist in the same line
-protects a line against noise: a step of the pose must be the twist times the period.
+can be recovered exactly, also over lost lines. Noise shows where a step is not the line's twist times the period.
 """
 
 import math

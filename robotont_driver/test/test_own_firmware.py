@@ -3,12 +3,12 @@
 import math
 
 import pytest
-from feedback_bench import REACH, Reader, Sender, total
 from hypothesis import given
 from hypothesis import strategies as st
+from own_firmware_bench import REACH, Reader, Sender, total
 
 from robotont_driver.protocol.checksum import add_checksum, crc16
-from robotont_driver.protocol.dialects.checked import QUESTION
+from robotont_driver.protocol.dialects.own_firmware import QUESTION
 from robotont_driver.protocol.packet import Packet
 from robotont_testing.stand_in_board import identity, sealed
 

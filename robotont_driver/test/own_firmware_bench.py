@@ -3,7 +3,7 @@
 import random
 
 from robotont_driver.kinematics.wheel_params import read_wheels
-from robotont_driver.protocol.dialects.checked import Checked
+from robotont_driver.protocol.dialects.own_firmware import Checked
 from robotont_testing.robots import SHIPPED
 from robotont_testing.stand_in_board import Board
 

@@ -3,14 +3,14 @@
 import pytest
 
 from robotont_driver.kinematics.wheel_params import read_wheels
-from robotont_driver.protocol.dialects.plain import Plain
+from robotont_driver.protocol.dialects.thesis_firmware import Plain
 from robotont_testing.robots import SHIPPED
 
 
 @pytest.mark.parametrize("data, packets, dropped", [
     (b"1:2:3;00:0001:0002:0003:0000\n4:5:6;\n", [(1, 2, 3), (4, 5, 6)], {}),
     (b"1:2.5:3;\n1:2:3.0;\n1:2:3;\n", [(1, 2, 3)], {"decimals": 2}),  # are no counts
-    (b"\xff\n301:0:0;\n", [], {"not ascii": 1, "reach": 1}),
+    (b"\xff\n301:0:0;\n-300:0:0;\n", [(-300, 0, 0)], {"not ascii": 1, "reach": 1}),
     ((b"1" * 5000 + b"\n1:2:3;\r\n") * 2, [(1, 2, 3)] * 2, {"overlong": 2}),
 ])
 def test_what_is_read_and_what_is_dropped(data, packets, dropped):

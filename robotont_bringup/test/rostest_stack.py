@@ -4,6 +4,9 @@
 import math
 import os
 import signal
+import socket
+import struct
+import xmlrpc.client
 from typing import ClassVar
 
 import numpy as np
@@ -12,6 +15,7 @@ import rostest
 from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import JointState
+from std_msgs.msg import String
 
 from robotont_driver.kinematics.kinematics import Kinematics
 from robotont_driver.kinematics.se2 import between, pose_of
@@ -22,6 +26,7 @@ from robotont_testing.node_test import ERROR, OK, NodeTest, twist
 from robotont_testing.robots import SHIPPED, robot_folder
 from robotont_testing.stand_in_board import Board
 
+MORE_THAN_A_SOCKET_HOLDS = 8000  # [messages] of odom, 700 bytes each; Linux holds 4 MB at most
 KINEMATICS = Kinematics(read_wheels(SHIPPED))
 
 
@@ -126,6 +131,39 @@ class StackTest(NodeTest):
                 os.kill(self.shared.pid(node), signal.SIGKILL)
                 self.drive((0.4, 0, 0), lambda: not any(self.board.speeds), f"the stop without {node}")
             self.drive((0.4, 0, 0), lambda: any(self.board.speeds), f"motion with a new {node}")
+
+    def test_a_subscriber_that_stops_reading_holds_up_nobody(self):
+        if self.composed:
+            return  # it takes no packets of others, and publishes in the same way
+        hung = self.subscribe_without_reading("/odom", Odometry)
+        self.addCleanup(hung.close)
+        wait_for(lambda: self.subscribers("/odom") == 2, "the second subscriber")
+        read = self.publisher("serial_read", String)
+        seen, sent = len(self.odom), 0
+        while sent < MORE_THAN_A_SOCKET_HOLDS:
+            for _ in range(100):
+                read.publish("0:0:0;\n")
+            sent += 100
+            wait_for(lambda sent=sent: len(self.odom) >= seen + sent, "every message for the other subscriber")
+        self.assertEqual(self.subscribers("/odom"), 2)  # it costs itself messages, not its connection
+        self.drive((0.4, 0, 0), lambda: self.odom[-1].twist.twist.linear.x > 0.3, "motion")
+
+    def subscribe_without_reading(self, topic, message_type):
+        """A socket that odom_node takes for a subscriber."""
+        uri = self.shared.node_uri("/odom_node")
+        _, _, (_, host, port) = xmlrpc.client.ServerProxy(uri).requestTopic("/hung", topic, [["TCPROS"]])
+        hung = socket.socket()
+        hung.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
+        hung.connect((host, port))
+        fields = ["callerid=/hung", f"topic={topic}", f"md5sum={message_type._md5sum}", f"type={message_type._type}"]
+        header = b"".join(struct.pack("<I", len(field)) + field.encode() for field in fields)
+        hung.sendall(struct.pack("<I", len(header)) + header)
+        return hung
+
+    def subscribers(self, topic):
+        """Number of open connections of odom_node for a topic."""
+        info = xmlrpc.client.ServerProxy(self.shared.node_uri("/odom_node")).getBusInfo("/test")[2]
+        return sum(line[4] == topic and line[2] == "o" for line in info)
 
 
 if __name__ == "__main__":

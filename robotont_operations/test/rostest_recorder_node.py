@@ -27,11 +27,14 @@ class RecorderNodeTest(NodeTest):
         super().setUp()
         self.folder = self.processes.folder / "black_box"
         self.log = self.processes.folder / "recorder.log"
+        topics = (("serial_read", String), ("odom", Odometry), ("cmd_vel", Twist))
+        self.read, self.odom, self.command = (self.publisher(*topic, subscribers=0) for topic in topics)
+        for publisher in (self.read, self.odom, self.command):  # which may count the recorder of the test before
+            wait_for(lambda publisher=publisher: publisher.publish() or not publisher.get_num_connections(), "its end")
         self.recorder = self.processes.start(
             places.program("robotont_operations", "recorder_node"), f"_folder:={self.folder}", log=self.log)
-        self.read = self.publisher("serial_read", String)
-        self.odom = self.publisher("odom", Odometry)
-        self.command = self.publisher("cmd_vel", Twist)
+        for topic in topics:
+            self.publisher(*topic)
         self.sent = []
         self.streaming = True
         stream = threading.Thread(target=self._stream)

@@ -20,7 +20,7 @@ from robotont_testing.harness import Master, free_port, suspended, wait_for
 from robotont_testing.node_test import twist
 from robotont_testing.stand_in_board import Board, speeds_of
 
-pytestmark = pytest.mark.timed
+pytestmark = [pytest.mark.timed, pytest.mark.alone]
 
 WITHIN = 0.1  # [s]
 BY = ("page", "keys", "topic")

@@ -1,6 +1,5 @@
 """./robotont report: one archive for whoever is asked for help: black box, versions, parameters, logs; no secrets."""
 
-import argparse
 import os
 import platform
 import socket
@@ -129,21 +128,17 @@ def pack(folder, output):
     """Write the folder as a compressed archive that only its owner may read."""
     handle = os.open(str(output), os.O_WRONLY | os.O_CREAT | os.O_TRUNC, 0o600)
     with os.fdopen(handle, "wb") as file, tarfile.open(fileobj=file, mode="w:gz") as archive:
-        archive.add(str(folder), arcname=Path(output).name[:-len(".tar.gz")])
+        archive.add(str(folder), arcname=Path(output).name.partition(".tar")[0])
 
 
 def parse_arguments():
     """Options of the command line."""
-    def archive(text):
-        if not text.endswith(".tar.gz"):
-            raise argparse.ArgumentTypeError(f"found {text!r}, allowed: a name that ends with .tar.gz")
-        return text
     folder = next(parameter.default for parameter in PARAMETERS if parameter.name == "folder")
     parser = CommandLine(
         prog="./robotont report",
         description="Pack the black box, versions, parameters and logs for whoever is asked for help. "
         "Passwords, tokens and keys are removed; look into the archive before you hand it on.")
-    parser.add_argument("--output", type=archive, metavar="FILE.tar.gz",
+    parser.add_argument("--output", metavar="FILE.tar.gz",
                         help="default: robotont_report_TIME.tar.gz in this folder")
     parser.add_argument("--black-box", default=folder, metavar="FOLDER", help="of recorder_node [%(default)s]")
     return parser.parse_args()

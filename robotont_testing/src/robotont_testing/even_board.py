@@ -1,6 +1,6 @@
 """A board whose clock is even however busy the machine is, in a process of its own, and what its packets said when.
 
-python3 -m robotont_testing.even_board LINK LOG [--corrupt P] [--hold N] [--drift D]
+python3 -m robotont_testing.even_board LINK LOG [--corrupt P] [--hold N]
 
 Its wheels turn at random. LOG gets a line `second count count ...` per period: the end of the period on the steady
 clock, and the counts. Ends when its standard input does.
@@ -60,11 +60,10 @@ def main():
     parser.add_argument("log")
     parser.add_argument("--corrupt", type=float, default=0.0, help="part of the bytes that are spoilt")
     parser.add_argument("--hold", type=int, default=0, help="packets that wait for the next one")
-    parser.add_argument("--drift", type=float, default=0.0, help="part by which the periods are too long")
     options = parser.parse_args()
     hurry()
     with open(options.log, "w", buffering=1 << 16) as log:
-        board = EvenBoard(options.link, log, PERIOD * (1 + options.drift))
+        board = EvenBoard(options.link, log, PERIOD)
         board.line.corrupt, board.line.hold = options.corrupt, options.hold
         with board:
             sys.stdin.read()

@@ -54,7 +54,7 @@ def in_own_process(test):
             [sys.executable, "-c", f"import sys, runpy; sys.path.insert(0, {os.path.dirname(file)!r}); "
                                    f"runpy.run_path({file!r})[{test.__name__!r}].__wrapped__()"],
             stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, check=False)
-        assert not result.returncode, result.stdout
+        assert not result.returncode, f"exit status {result.returncode}: {result.stdout}"
     return functools.wraps(test)(run)
 
 

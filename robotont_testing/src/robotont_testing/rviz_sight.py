@@ -9,7 +9,6 @@ import numpy as np
 VIEW = (slice(62, 770), slice(364, 1264))  # rows and columns of the window's 3D part
 NAMES = (slice(82, 720), slice(44, 188))   # and of the names of the displays, without their icons
 PLATE = 0.125                              # [m] radius of the upper plate
-ALL = slice(None)                          # rows of the view
 
 
 class UnseenError(AssertionError):
@@ -27,48 +26,35 @@ def grid_lines(picture):
 
 def scale(picture):
     """[pixels/m] from the grid, whose lines are 1 m apart. Raises UnseenError."""
-    return _scale(*grid_lines(picture))
-
-
-def _scale(columns, lines):
+    columns, lines = grid_lines(picture)
     gaps = np.concatenate([np.diff(columns), np.diff(lines)])
     if not len(gaps) or gaps.max() - gaps.min() > 1.5:
         raise UnseenError(f"no even grid, but gaps {gaps}")
     return gaps.mean()
 
 
-def robot_centre(picture, rows=ALL):
-    """(column, row) [pixels] of the round upper plate's middle, looked for in some rows of the view.
-
-    Raises UnseenError when there is no such disc of the right size.
-    """
-    return _robot_centre(picture, rows, scale(picture))
-
-
-def _robot_centre(picture, rows, per_metre):
-    view = picture[VIEW][rows]
+def robot_centre(picture):
+    """(column, row) [pixels] of the round upper plate's middle. Raises UnseenError without a disc of the right size."""
+    view = picture[VIEW]
     red, green, blue = np.moveaxis(view, 2, 0)
     plate = (blue - red > 30) & (blue - red < 75) & (green - red > 10) & (blue > 190)
-    spans = []
+    centre = []
     for axis in (0, 1):
         wide = np.nonzero(plate.sum(axis=axis) >= 5)[0]  # single pixels of other things are no plate
         if not len(wide):
             raise UnseenError("no robot")
-        spans.append((wide[0], wide[-1]))
-    for first, last in spans:
-        diameter = (last - first + 1) / per_metre
+        diameter = (wide[-1] - wide[0] + 1) / scale(picture)
         if abs(diameter - 2 * PLATE) > 0.02:
             raise UnseenError(f"a robot of {diameter:.3f} m instead of {2 * PLATE} m")
-    return (np.mean(spans[0]) + VIEW[1].start,
-            np.mean(spans[1]) + VIEW[0].start + (rows.start or 0))
+        centre.append((wide[0] + wide[-1]) / 2 + VIEW[1 - axis].start)
+    return tuple(centre)
 
 
-def position(picture, rows=ALL):
+def position(picture):
     """(x, y) [m] of the robot from the lower left crossing of the grid's lines that can be seen."""
     columns, lines = grid_lines(picture)
-    per_metre = _scale(columns, lines)
-    centre = _robot_centre(picture, rows, per_metre)
-    return (centre[0] - columns[0]) / per_metre, (lines[-1] - centre[1]) / per_metre
+    per_metre, (column, row) = scale(picture), robot_centre(picture)
+    return (column - columns[0]) / per_metre, (lines[-1] - row) / per_metre
 
 
 def heading(picture):

@@ -9,7 +9,7 @@ from fake_hardware import ADC, UART, WDT, Machine, Pyb, Reset, Timer, levels, lo
 
 fake_hardware.install()
 
-from robotont_firmware import board, config, resets, wiring_robotont21  # noqa: E402
+from robotont_firmware import board, config, pin_profile_robotont21, resets  # noqa: E402
 from robotont_firmware.main_loop import Controller  # noqa: E402
 
 ROOT = sys.path[1].rsplit("/", 1)[0] + "/root/"  # the runner puts src/ second
@@ -322,7 +322,7 @@ def test_boot_holds_the_motors_and_has_the_pins_of_the_profile():
 
 
 def test_profile_robotont21():
-    settings = profile(wiring_robotont21)
+    settings = profile(pin_profile_robotont21)
     fake_hardware.reset()
     made = board.Board(settings)
     made.start()

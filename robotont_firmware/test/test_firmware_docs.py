@@ -15,15 +15,6 @@ ROWS = [
 ]
 
 
-def test_leads_with_which_robot_needs_what():
-    """Nobody may take the wiring `ours` for Robotont's, or flash a robot that needs no flashing."""
-    lead = TEXT.split("\n## ")[1]
-    assert "as it was built | **Flash nothing.**" in lead
-    for path in sorted((SRC / "robotont_firmware").glob("pin_profile*.py")):
-        profile = runpy.run_path(str(path))["PROFILE"]
-        assert f"`./robotont flash --profile {profile}`" in lead
-
-
 def test_wiring_table():
     expected = set()
     for motor in range(config.WHEELS):

@@ -21,7 +21,7 @@ from robotont_driver.kinematics.kinematics import Kinematics
 from robotont_driver.kinematics.wheel_params import read_wheels
 from robotont_driver.protocol.packet import format_packet
 from robotont_testing.robots import SHIPPED, WHEEL_PARAMS
-from robotont_testing.simulated_wheels import PERIOD, counted, path_of, rolled, square, straight
+from robotont_testing.simulated_wheels import PERIOD, counted, path_of, rolled, square, still, straight
 
 WHEELS = read_wheels(SHIPPED)
 START = 1000.0  # [s]
@@ -200,6 +200,19 @@ def test_a_wrong_truth_topic_lists_those_that_there_are(bag, capsys):
     assert odometry_report.main([str(bag), "--truth", "truth"]) == 1
     words = "found no topic truth; there are: /cmd_vel, /ground_truth/odom, /odom, /serial_read"
     assert words in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("stamped, least, most", [(False, 0.0, 1.0), (True, 5.0, 50.0)])
+def test_packets_that_came_late_leave_no_spikes(stamped, least, most):
+    """Up to 30 ms late, in order; stamped: their arrivals are taken for stamps. Largest error [mm]."""
+    twists = np.concatenate([still(2.0), straight(3.0, 1.0), still(1.0)])
+    times = PERIOD * np.arange(1, len(twists) + 1)
+    arrivals = np.maximum.accumulate(times + np.random.default_rng(1).uniform(0.0, 0.03, len(times)))
+    recording = Recording()
+    recording.stamped = stamped
+    recording.packets = list(zip(arrivals, map(tuple, counted(WHEELS, rolled(WHEELS, twists)).tolist())))
+    truth = Trajectory(np.concatenate([[0.0], times]), path_of(twists))
+    assert least < 1000 * Report(recording.recomputed(Kinematics(WHEELS)), truth, "truth").distances.max() < most
 
 
 def line(length, turn=0.0, number=101):

@@ -155,18 +155,6 @@ def test_enough_runs_cut_umbmark_by_98_percent(seed):
     assert off < 0.002
 
 
-def test_a_point_that_is_kept_where_it_is_not_bends_the_parameters():
-    true = true_of(SHIPPED, 1.02, 0.97, [(1, 1.5)])
-    runs = tracked_runs(true, 0, NOISE, MARKER)
-    free, fixed, given = (calibrate(SHIPPED, runs, FreeParameters(SHIPPED, point=point), 0.003)
-                          for point in ("free", (0.0, 0.0), MARKER))
-    worst = [np.abs(errors_of(found, true)[:2]).max() for found in (free, fixed, given)]
-    assert max(worst[0], worst[2]) < 0.002
-    assert worst[1] > 3 * worst[0]
-    assert given.point == MARKER
-    assert "point x" not in given.names
-
-
 def test_an_outlying_run_loses_its_weight():
     """A robot that was lifted and set down elsewhere."""
     true = true_of(SHIPPED, 1.02, 0.97, [(1, 1.5)])

@@ -142,11 +142,9 @@ class Drive:
         return True
 
     def push(self, name, sign):
-        """Move a number as far as it is accepted, up or down; return it."""
-        for power in range(28, -1, -1):
-            while self.accepts(name, getattr(self.numbers, name) + sign * (1 << power)):
-                pass
-        return getattr(self.numbers, name)
+        """Move a number as far as it is accepted, up or down."""
+        for power in range(30, -1, -1):
+            self.accepts(name, getattr(self.numbers, name) + sign * (1 << power))
 
     def run(self):
         controller = self.modules.main_loop.Controller(self.board(LINES), self.numbers, reset_cause="test")
@@ -179,7 +177,7 @@ def test_on_the_way_to_its_edge_each_number_stays_in_bounds(watched):
     for name in TUNED:
         drive = Drive(watched[1])
         value = max(getattr(config, name), 1)
-        while drive.accepts(name, value):
+        while value < BOUND and drive.accepts(name, value):
             drive.run()
             value *= 8
 

@@ -15,15 +15,6 @@ ROWS = [
 ]
 
 
-def test_leads_with_which_robot_needs_what():
-    """Nobody may take the wiring `ours` for Robotont's, or flash a robot that needs no flashing."""
-    lead = TEXT.split("\n## ")[1]
-    assert "as it was built | **Flash nothing.**" in lead
-    for path in sorted((SRC / "robotont_firmware").glob("wiring*.py")):
-        profile = runpy.run_path(str(path))["PROFILE"]
-        assert f"`./robotont flash --profile {profile}`" in lead
-
-
 def test_wiring_table():
     expected = set()
     for motor in range(config.WHEELS):
@@ -46,6 +37,6 @@ def test_wiring_table():
 def test_moved_wires():
     moved = re.findall(r"^\| M(\d) \(\d+°\) \| ([AB]) \| (\w+) \| (\w+) \|$", TEXT, flags=re.MULTILINE)
     assert len(moved) == 4
-    wiring = runpy.run_path(str(SRC / "robotont_firmware" / "wiring_robotont21.py"))
+    wiring = runpy.run_path(str(SRC / "robotont_firmware" / "pin_profile_robotont21.py"))
     for motor, channel, _, pin in moved:
         assert wiring["ENCODERS"][int(motor)]["AB".index(channel)] == pin

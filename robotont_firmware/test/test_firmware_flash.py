@@ -108,7 +108,7 @@ def test_our_own_firmware_keeps_its_profile_and_boot_gets_its_pins(board, monkey
     board.profile = board.new_profile = "robotont21"
     assert run(monkeypatch, "--yes") == 0
     assert f"The board has firmware 2.0.0; it gets {VERSION} now." in capsys.readouterr().out
-    names = runpy.run_path(str(board.files / "robotont_firmware" / "wiring.mpy"))
+    names = runpy.run_path(str(board.files / "robotont_firmware" / "pin_profile.mpy"))
     assert names["PROFILE"] == "robotont21"
     pins = {pwm[0] for pwm in names["PWM"]} | {pin for pair in names["DIRECTIONS"] for pin in pair}
     boot = (board.files / "boot.py").read_text()
@@ -307,8 +307,8 @@ def test_reports_what_does_not_compile(tmp_path):
 def test_a_profile_that_cannot_work_is_refused_and_nothing_written(board, tmp_path, monkeypatch, capsys, line, message):
     package, root = program.folders()
     copied = shutil.copytree(package, tmp_path / "package")
-    text = (package / "wiring.py").read_text().replace('"ours"', '"wrong"')
-    (copied / "wiring_wrong.py").write_text(f"{text}\n{line}\n")
+    text = (package / "pin_profile.py").read_text().replace('"ours"', '"wrong"')
+    (copied / "pin_profile_wrong.py").write_text(f"{text}\n{line}\n")
     monkeypatch.setattr(program, "folders", lambda: (copied, root))
     assert run(monkeypatch, "--profile", "wrong", "--yes") == 1
     error = capsys.readouterr().err
@@ -331,6 +331,6 @@ def test_finds_its_files_when_installed(tmp_path, monkeypatch):
     (share / "boot.py").touch()
     package = tmp_path / "lib" / "python3" / "dist-packages" / "robotont_firmware"
     package.mkdir(parents=True)
-    (package / "wiring.py").touch()
+    (package / "pin_profile.py").touch()
     monkeypatch.setattr(program.robotont_firmware, "__path__", [str(package)])
     assert program.folders() == (package, share)

@@ -31,7 +31,7 @@ def timer_count(levels):
 
 @pytest.mark.parametrize("motor", range(3))
 def test_counts_up_and_drives_forward_where_the_official_firmware_does(motor):
-    wiring = runpy.run_path(str(SRC / "robotont_firmware" / "wiring_robotont21.py"))
+    wiring = runpy.run_path(str(SRC / "robotont_firmware" / "pin_profile_robotont21.py"))
     forward = A_LEADS_B if official_count(A_LEADS_B) * OFFICIAL_FACTOR > 0 else A_LEADS_B[::-1]
     dir1, dir2, pin_a, pin_b = OFFICIAL[motor]
     pins = MOVED.get(pin_a, pin_a), MOVED.get(pin_b, pin_b)

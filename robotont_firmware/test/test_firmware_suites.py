@@ -8,7 +8,7 @@ import sys
 import pytest
 from firmware_tools import DUAL, GOLDEN, SRC, tool
 
-SUITES = ["suite_protocol", "suite_pid", "suite_controller", "suite_run", "suite_watch", "suite_faults", "suite_fuzz",
+SUITES = ["suite_protocol", "suite_pid", "suite_controller", "suite_watch", "suite_faults", "suite_fuzz",
           "suite_board", "suite_profiles", "suite_drives"]  # fmt: skip
 TESTS = [
     f"{suite}.{node.name}"

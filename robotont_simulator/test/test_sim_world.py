@@ -30,13 +30,11 @@ def test_the_shipped_worlds_leave_room_for_the_robot_at_the_start(file):
     ("walls: 5", "walls: found 5, allowed: a list of lists of 4 numbers"),
     ("boxes: [[0, 0, 1e300, 1, 0]]", "numbers up to 1000"),
     ("walls:\n\t- [0, 0, 1, 1]", "no YAML: "),
-    ("start: 2026-13-45", "month"),
     ("walls: " + "[" * 5000, "no YAML: maximum recursion depth exceeded"),
-    (b"# W\xe4nde\nwalls: []", "found the byte 0xe4 in line 1, allowed: text in UTF-8"),
 ], ids=lambda value: repr(value)[:40])
 def test_a_wrong_file_is_explained(tmp_path, content, words):
     file = tmp_path / "world.yaml"
-    file.write_bytes(content if isinstance(content, bytes) else content.encode())
+    file.write_text(content)
     with pytest.raises(WorldError) as raised:
         read_world(file)
     assert words in str(raised.value)

@@ -8,7 +8,7 @@ from array import array
 import machine
 import pyb
 
-from robotont_firmware import check_wiring, resets
+from robotont_firmware import check_pin_profile, resets
 from robotont_firmware import gain_bounds as bounds
 from robotont_firmware.compat import micropython, ptr16, ticks_cpu, ticks_diff
 
@@ -44,7 +44,7 @@ class Board:
     """
 
     def __init__(self, config):
-        check_wiring.check(config)
+        check_pin_profile.check(config)
         motors_off(config)
         self._motors = len(config.PWM)
         self._config = config
@@ -94,7 +94,7 @@ class Board:
         repl = pyb.repl_uart()
         pyb.repl_uart(None)  # also keeps a 0x03 on the line from raising KeyboardInterrupt
         try:
-            if config.UART == check_wiring.REPL_UART:
+            if config.UART == check_pin_profile.REPL_UART:
                 self._uart = pyb.UART(config.UART, config.BAUDRATE)
             else:
                 self._uart = pyb.UART(config.UART, config.BAUDRATE, rxbuf=bounds.line_bytes(config))

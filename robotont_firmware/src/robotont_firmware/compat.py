@@ -27,18 +27,11 @@ except ImportError:
 
         viper = native
 
-    def ptr8(buffer):
-        """Return the buffer: indexing it reads bytes."""
-        return buffer
-
-    def ptr16(numbers):
-        """Return the array: indexing it reads 16-bit numbers."""
+    def ptr8(numbers):
+        """Return the buffer or array: indexing it reaches its numbers."""
         return numbers
 
-    def ptr32(numbers):
-        """Return the array: indexing it reads and writes 32-bit numbers."""
-        return numbers
-
+    ptr16 = ptr32 = ptr8
     SIGN = 0
 
     def ticks_cpu():

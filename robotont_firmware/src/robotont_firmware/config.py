@@ -1,4 +1,4 @@
-"""Every number of the firmware with its unit: timing, limits and gains here, the wiring profile in wiring.py.
+"""Every number of the firmware with its unit: timing, limits and gains here, the wiring profile in pin_profile.py.
 
 One *unit* is one encoder edge per control period. Three Pololu 19:1 37D motors at 12 V are assumed:
 gear 18.75, 64 edges per motor turn (1200 per wheel turn), 500 rpm without load (200 units), 5 A in stall.
@@ -64,4 +64,4 @@ UART = 2
 BAUDRATE = 115200
 WATCHDOG = 300  # [ms] without a finished period: the board resets
 
-from robotont_firmware.wiring import *  # noqa: E402, F403 (the profile: pins and electronics)
+from robotont_firmware.pin_profile import *  # noqa: E402, F403 (the profile: pins and electronics)

@@ -77,12 +77,12 @@ def stage(package, root, wiring, folder):
     """Put the board's files into a folder, those of the package compiled; return their list. wiring: the profile."""
     folder = Path(folder)
     for path in package.glob("*.py"):
-        if not path.name.startswith("wiring"):
+        if not path.name.startswith("pin_profile"):
             compile_file(path, folder / (path.stem + ".mpy"))
     with tempfile.TemporaryDirectory() as aside:
-        profile = Path(aside, "wiring.py")
+        profile = Path(aside, "pin_profile.py")
         profile.write_text("".join(f"{name} = {value!r}\n" for name, value in wiring.items()), encoding="utf-8")
-        compile_file(profile, folder / "wiring.mpy")
+        compile_file(profile, folder / "pin_profile.mpy")
         pins = tuple([pwm[0] for pwm in wiring["PWM"]] + [pin for pair in wiring["DIRECTIONS"] for pin in pair])
         boot = (root / "boot.py").read_text(encoding="utf-8")
         boot = re.sub(r"^MOTOR_PINS = .*$", f"MOTOR_PINS = {pins!r}", boot, flags=re.MULTILINE)

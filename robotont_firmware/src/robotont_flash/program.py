@@ -13,7 +13,7 @@ from types import SimpleNamespace
 import serial
 
 import robotont_firmware
-from robotont_firmware import check_wiring
+from robotont_firmware import check_pin_profile
 from robotont_flash import board_check, copying
 from robotont_flash.board_check import FlashError
 from robotont_flash.self_test import self_test
@@ -29,7 +29,8 @@ NEW = "The new firmware is on the board, whole."
 def folders():
     """Return (package folder, folder of the root files), from the repository or the install space."""
     # catkin's devel space has a package of that name, too, with nothing but the way to this one
-    package = next(path for path in map(Path, robotont_firmware.__path__) if (path / "wiring.py").is_file()).resolve()
+    package = next(path for path in map(Path, robotont_firmware.__path__) if (path / "pin_profile.py").is_file())
+    package = package.resolve()
     for prefix in package.parents:
         for root in (prefix / "root", prefix / "share" / "robotont_firmware" / "root"):
             if (root / "boot.py").is_file():
@@ -39,21 +40,21 @@ def folders():
 
 def profiles(package):
     """Return the wiring profiles: {name: {name of a number: its value}}."""
-    files = [package / "wiring.py", *sorted(package.glob("wiring_*.py"))]
+    files = [package / "pin_profile.py", *sorted(package.glob("pin_profile_*.py"))]
     found = [{name: value for name, value in runpy.run_path(str(path)).items() if name.isupper()} for path in files]
     return {wiring["PROFILE"]: wiring for wiring in found}
 
 
 def check_profile(package, wiring):
     """FlashError unless a profile has the firmware's names, all that it needs, and values that can work."""
-    config, ours = (runpy.run_path(str(package / name)) for name in ("config.py", "wiring.py"))
+    config, ours = (runpy.run_path(str(package / name)) for name in ("config.py", "pin_profile.py"))
     profile = "profile " + wiring["PROFILE"]
     for name in {*wiring, *filter(str.isupper, ours)}:
         if name not in config or name not in wiring:
             raise FlashError(f"{profile}: {name} is missing, or not known; allowed: the names of config.py, "
-                             "and all of wiring.py")  # fmt: skip
+                             "and all of pin_profile.py")  # fmt: skip
     try:
-        check_wiring.check(SimpleNamespace(**{**config, **wiring}))
+        check_pin_profile.check(SimpleNamespace(**{**config, **wiring}))
     except ValueError as error:
         raise FlashError(f"{profile}: {error}") from error
 

@@ -14,7 +14,7 @@ from dual_tools import Config, Robot, profile
 from sim_motor import BRAKE, CHANCE, COAST, DIODE, DIRTY, FLOATING, HALF, HUM, MICRO, PARTIAL, REVERSED, UNPLUGGED, WILD
 from suite_fuzz import Random
 
-from robotont_firmware import wiring_robotont21, wiring_vnh
+from robotont_firmware import pin_profile_robotont21, pin_profile_vnh
 from robotont_firmware.fault_watch import NO_FAULT
 
 NAMES = {UNPLUGGED: "unplugged", REVERSED: "reversed", HALF: "half dead", PARTIAL: "60 % lost", FLOATING: "noise 2",
@@ -23,8 +23,8 @@ NAMES = {UNPLUGGED: "unplugged", REVERSED: "reversed", HALF: "half dead", PARTIA
 
 PROFILES = (  # configuration, its motor driver, [units] that it reaches
     (Config(), {"driver": BRAKE}, 150),
-    (profile(wiring_vnh), {"driver": DIODE}, 150),
-    (profile(wiring_robotont21), {"driver": COAST, "frequency": 100, "battery": 140}, 33),
+    (profile(pin_profile_vnh), {"driver": DIODE}, 150),
+    (profile(pin_profile_robotont21), {"driver": COAST, "frequency": 100, "battery": 140}, 33),
 )
 
 

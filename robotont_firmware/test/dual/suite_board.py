@@ -9,15 +9,16 @@ from fake_hardware import ADC, UART, WDT, Machine, Pyb, Reset, Timer, levels, lo
 
 fake_hardware.install()
 
-from robotont_firmware import board, config, resets, wiring_robotont21  # noqa: E402
+from robotont_firmware import board, config, pin_profile_robotont21, resets  # noqa: E402
 from robotont_firmware.main_loop import Controller  # noqa: E402
 
 ROOT = sys.path[1].rsplit("/", 1)[0] + "/root/"  # the runner puts src/ second
 
 
-def make():
+def make(settings=None, **changes):
+    """Return a board that runs, with settings or with some values changed."""
     fake_hardware.reset()
-    made = board.Board(config)
+    made = board.Board(settings or Config(**changes))
     made.start()
     return made
 
@@ -143,14 +144,6 @@ def test_line():
 def motor_pins_are_low():
     names = ("PC6", "PC7", "PC8", "PB8", "PB9", "PB12", "PB13", "PB14", "PB15")
     return all(pins[name][0] == "out" and levels[name] == 0 for name in names)
-
-
-def test_stop():
-    made = make()
-    made.drive(1, 3000)
-    made.stop()
-    assert motor_pins_are_low()
-    assert Timer.all[8].channels[2][1].width == 0
 
 
 def run_main(lines, look=None, cause=2):
@@ -282,11 +275,8 @@ def test_what_the_loop_does_was_done_before_the_watchdog_is_armed():
 def test_no_command_is_cut_or_refused():
     """A whole period's bytes fit, on every UART: 125 commands a second, as the page's slider and a client may send."""
     for uart in (2, 1):
-        fake_hardware.reset()
-        settings = Config(UART=uart)
-        made = board.Board(settings)
-        made.start()
-        controller = Controller(made, settings, reset_cause="test")
+        made = make(UART=uart)
+        controller = Controller(made, Config(UART=uart), reset_cause="test")
         controller.start()
         line, lost = checked("-179.55:0.00:179.55"), 0
         for period in range(100):
@@ -322,10 +312,7 @@ def test_boot_holds_the_motors_and_has_the_pins_of_the_profile():
 
 
 def test_profile_robotont21():
-    settings = profile(wiring_robotont21)
-    fake_hardware.reset()
-    made = board.Board(settings)
-    made.start()
+    made = make(profile(pin_profile_robotont21))
     for timer, channel in ((8, 1), (15, 1), (4, 1)):
         assert (Timer.all[timer].prescaler + 1) * (Timer.all[timer].period + 1) in range(799900, 800001), "100 Hz"
         assert Timer.all[timer].channels[channel][0] == Timer.PWM
@@ -341,12 +328,11 @@ def test_profile_robotont21():
 
 
 def test_backward_encoders():
-    fake_hardware.reset()
-    made = board.Board(Config(BACKWARD_ENCODERS=(False, True, False)))
+    made = make(BACKWARD_ENCODERS=(False, True, False))
+    assert log[-1] == "watchdog 300", "armed last"
     for timer in (4, 3, 2):
         Timer.all[timer].count = 5
-    made.start()
-    assert log[-1] == "watchdog 300", "armed last"
+    tick(made)
     totals = array("H", [0] * 3)
     with Locked():
         made.counts(totals)
@@ -379,14 +365,12 @@ def test_light():
     for on in (1, 0):
         made.light(on)
         assert levels["PA5"] == on
-    fake_hardware.reset()
-    assert not hasattr(board.Board(Config(LIGHT=None)), "light")
+    assert not hasattr(make(LIGHT=None), "light")
 
 
 def test_battery():
     assert not hasattr(make(), "battery"), "not measured"
-    fake_hardware.reset()
-    measuring = board.Board(Config(BATTERY_PIN="PC0", BATTERY_DIVIDER=20475))
+    measuring = make(BATTERY_PIN="PC0", BATTERY_DIVIDER=20475)
     ADC.value = 2400
     with Locked():
         voltage = measuring.battery()

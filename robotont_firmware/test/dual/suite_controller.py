@@ -1,6 +1,6 @@
-"""The whole loop on simulated motors: commands, packets, and every way to a stop. The heap is locked."""
+"""The whole loop on simulated motors: commands, packets, every way to a stop; and that it allocates nothing."""
 
-from dual_tools import Config, Robot, checked
+from dual_tools import Config, Locked, Robot, WildBoard, checked
 
 from robotont_firmware import __version__, config
 from robotont_firmware.fault_watch import DRIVER_FAULT
@@ -301,3 +301,50 @@ def test_status_has_voltage_and_load_once_a_second_and_the_light_shows_what_goes
         robot.tick(64, command)
         shown[name] = sum(lights), len(lights)
     assert shown == {"idle": (1, 8), "driven": (8, 8), "fault": (4, 8)}
+
+
+def test_run_ends_with_the_motors_off():
+    robot = Robot()
+    robot.board.ticks_left = 20
+    robot.send("30:30:30")
+    assert robot.controller.run() is False
+    assert robot.board.stopped
+    assert robot.board.fed == 20
+
+
+def test_run_ends_when_the_pc_wants_the_repl():
+    robot = Robot()
+    robot.send("30:30:30")
+    robot.board.inbox += checked("!repl")
+    assert robot.controller.run() is True
+    assert robot.board.stopped
+
+
+def test_run_stops_the_motors_when_anything_raises():
+    robot = Robot()
+
+    def broken(_):
+        raise ZeroDivisionError
+
+    robot.board.fault = broken
+    try:
+        robot.controller.run()
+    except ZeroDivisionError:
+        pass
+    else:
+        raise AssertionError("not raised")
+    assert robot.board.stopped
+
+
+def test_the_whole_loop_allocates_nothing():
+    lines = ["0:0:0", "-180.55:0.00:90.25", "", "0:0:0", "3:-3:9.5", "?"]
+    lines = [checked(line) if line else b"\xff\x00;;;\n" * 40 for line in lines] + [b"1:2:3;\n", b"7" * 250]
+    board = WildBoard(lines)
+    controller = Controller(board, config, reset_cause="test")
+    controller.start()
+    with Locked():
+        ended = controller.run()
+    assert ended is False
+    assert board.stopped
+    assert board.sent > 220 * 30
+    assert controller._tested == 2, "the order was obeyed"

@@ -7,7 +7,7 @@ from suite_fuzz import Random
 
 fake_hardware.install()
 
-from robotont_firmware import board, config, wiring_robotont21  # noqa: E402
+from robotont_firmware import board, config, pin_profile_robotont21  # noqa: E402
 from robotont_firmware.main_loop import Controller  # noqa: E402
 
 PROFILES, PERIODS = 500, 100
@@ -73,7 +73,7 @@ def test_500_random_profiles():
     fake_hardware.strict[0] = False
     refused = ran = 0
     for number in range(PROFILES):
-        settings = profile(wiring_robotont21) if number % 2 else Config()
+        settings = profile(pin_profile_robotont21) if number % 2 else Config()
         for _ in range(1 + random.below(2)):
             spoil(random, settings)
         try:
@@ -113,4 +113,4 @@ def test_the_profiles_that_came_loose():
     assert run(Config(BATTERY_PIN="PC0", BATTERY_DIVIDER=262209))
     assert run(Config(BATTERY_PIN="PC0", BATTERY_DIVIDER=262144)) == ""
     assert run(Config(FAULTS=())) == ""
-    assert run(Config()) == run(profile(wiring_robotont21)) == ""
+    assert run(Config()) == run(profile(pin_profile_robotont21)) == ""

@@ -181,7 +181,7 @@ def _proposal(fits, profile, measured):
     present = present_numbers(profile)
     battery = present.get("BATTERY", 12000) / 1000
     leads = {name: present[name] for name in ("LEAD", "TURN_LEAD") if name in present}
-    file = "wiring.py" if profile == "ours" else f"wiring_{profile}.py"
+    file = "pin_profile.py" if profile == "ours" else f"pin_profile_{profile}.py"
     yield f"proposed for {file}, as of 12 V (docs/firmware.md), and what it has now:"
     for name, number in propose(fits, measured or battery, leads).items():
         yield f"    {name + ' =':13}{number:<8}# now {present.get(name, 'unknown')}"
@@ -200,8 +200,8 @@ def present_numbers(profile):
         package = importlib.import_module("robotont_firmware")
     except ImportError:  # a robot needs none
         return {}
-    folder = next(path for path in map(Path, package.__path__) if (path / "wiring.py").is_file())
-    for file in (folder / "wiring.py", *sorted(folder.glob("wiring_*.py"))):
+    folder = next(path for path in map(Path, package.__path__) if (path / "pin_profile.py").is_file())
+    for file in (folder / "pin_profile.py", *sorted(folder.glob("pin_profile_*.py"))):
         names = runpy.run_path(str(file))
         if names["PROFILE"] == profile:
             return {**runpy.run_path(str(folder / "config.py")), **names}

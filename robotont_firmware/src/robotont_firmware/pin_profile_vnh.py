@@ -1,6 +1,6 @@
 """Wiring profile "vnh": as "ours", with VNH2SP30 or VNH5019 motor drivers, as its pins' names suggest."""
 
-from robotont_firmware.wiring import *  # noqa: F403 (on the PC that is "ours")
+from robotont_firmware.pin_profile import *  # noqa: F403 (on the PC that is "ours")
 
 PROFILE = "vnh"
 DESCRIPTION = "as ours, with VNH2SP30 or VNH5019 motor drivers"

@@ -65,7 +65,7 @@ class DelayTest(PagesTest):
 
         pointer: "mouse" or "finger".
         """
-        page = self.open(DESKTOP)
+        page = self.open(size=DESKTOP)
         if pointer == "finger":
             page.take_mouse_for_finger()
 

@@ -124,7 +124,7 @@ class WebServer(PageServer):
                 continue
             now = time.monotonic()
             told = [{"kind": "state", "time": round(now * 1000.0, 1), "driver": self.seat.driver,
-                     "hands_off": self.seat.hands_off, "in_vain": sorted(self.seat.in_vain), **self.robot.state()}]
+                     "held": sorted(self.seat.held), **self.robot.state()}]
             if tick % STATUS_STATES == 0:
                 told.append({"kind": "status", "pages": len(self.pages), **self.robot.status()})
             texts = [json.dumps(one) for one in told]

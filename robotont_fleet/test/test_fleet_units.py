@@ -95,6 +95,10 @@ def test_the_chain_holds_the_robots_frames_only_with_one_stamp_and_without_the_n
     chain.hear([transform("robot1/base_link", "laser", 0.2)], 0.0, fixed=True)
     assert chain.pose("laser", 0.5, base) == ("base_link", pytest.approx((0.2, 0.0, 0.0)))
     assert chain.pose(base, 1.5) == ("", None)  # the odometry is silent
+    chain.hear([transform("map", f"other{number}", 0.0) for number in range(600)], 1.5)
+    assert chain.links("other599", 1.5) == []  # too many
+    chain.hear([transform("robot1/odom", "robot1/base_footprint", 3.0)], 2.0)
+    assert chain.pose(base, 2.5) == ("map", pytest.approx((4.1, 0.0, 0.0)))  # a place on the map holds on
 
 
 def test_keys_are_those_of_the_bridge_and_of_rosbags_typestore():

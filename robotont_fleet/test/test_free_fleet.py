@@ -165,12 +165,3 @@ def test_it_reads_the_robot_sends_it_two_goals_and_cancels_the_second(adapter_mo
     handler.stop_current_navigation()
     wait_for(lambda: "left 3" in rig.robots["r1"].goals(), "the cancel")
     wait_for(lambda: handler.get_goal_status(sent[-1]).status == 2, "PREEMPTED")
-
-
-def test_an_absent_robot_and_the_frame_base_footprint_are_its_known_traps(adapter_module, rig, session):
-    """docs/fleet.md tells both; they are free_fleet's to mend."""
-    for name, settings in (("nobody", {"robot_frame": "base_link"}), ("r1", {})):
-        with pytest.raises(RuntimeError, match=f"Timeout trying to initialize robot .{name}"):
-            adapter_module.Nav1RobotAdapter(name, None, {"initial_map": "L1", "init_timeout_sec": 1, **settings},
-                                            Node(), session, None, Buffer())
-    assert rig.seen("r1")

@@ -1,37 +1,37 @@
 // The fleet's page: asks for all robots twice a second, and sends orders. What a robot says is shown as text only.
 import {draw, world} from "./fleet_map.js";
+import {$, write} from "./page.js";
 
 const PERIOD = 500, PATIENCE = 3000;  // [ms] between two questions; an answer may take
 const LEVELS = ["well", "warning", "error", "silent"];
-const at = (id) => document.getElementById(id);
 const cards = new Map();
 let view = null, heard = -Infinity, aiming = null;
 
 async function order(fields) {
   try {
     const answer = await fetch("order", {method: "POST", body: JSON.stringify(fields), signal: AbortSignal.timeout(PATIENCE)});
-    at("lost").hidden = answer.ok;
+    $("lost").hidden = answer.ok;
   } catch {
-    at("lost").hidden = false;
+    $("lost").hidden = false;
   }
   ask();
 }
 
 function aim(robot) {
   aiming = robot && aiming?.id !== robot.id ? {id: robot.id, name: robot.name} : null;
-  at("choosing").hidden = !aiming;
-  at("choosing").textContent = aiming ? `Tap the place on the map to which ${aiming.name} shall go.` : "";
+  $("choosing").hidden = !aiming;
+  $("choosing").textContent = aiming ? `Tap the place on the map to which ${aiming.name} shall go.` : "";
   document.body.classList.toggle("aiming", Boolean(aiming));
   for (const [id, card] of cards) {
     card.querySelector(".goal").setAttribute("aria-pressed", String(aiming?.id === id));
   }
   if (aiming) {
-    at("stage").scrollIntoView({block: "center"});
+    $("stage").scrollIntoView({block: "center"});
   }
 }
 
 function makeCard(robot) {
-  const card = at("card").content.firstElementChild.cloneNode(true);
+  const card = $("card").content.firstElementChild.cloneNode(true);
   const find = (selector) => card.querySelector(selector);
   find("h2").textContent = robot.name;
   for (const [selector, what] of [[".one", "STOP"], [".goal", "Goal for"], [".cancel", "Cancel the goal of"], [".own", "Page of"]]) {
@@ -82,28 +82,21 @@ function show() {
     fill(cards.get(robot.id), robot);
   }
   const shown = view.robots.map((robot) => cards.get(robot.id));
-  if (shown.some((card, place) => at("robots").children[place] !== card) || shown.length !== at("robots").children.length) {
-    at("robots").replaceChildren(...shown);
+  if (shown.some((card, place) => $("robots").children[place] !== card) || shown.length !== $("robots").children.length) {
+    $("robots").replaceChildren(...shown);
   }
   const present = view.robots.filter((robot) => robot.present).length;
-  say(at("count"), `${present} of ${view.robots.length} connected`);
-  at("none").hidden = view.robots.length > 0;
-  const {asked, stand, waiting, gone} = view.stop, bar = at("stopping");
+  write($("count"), `${present} of ${view.robots.length} connected`);
+  $("none").hidden = view.robots.length > 0;
+  const {asked, stand, waiting, gone} = view.stop, bar = $("stopping");
   bar.hidden = !asked;
   bar.classList.toggle("done", !waiting.length && !gone.length);
-  say(bar, `STOP: ${stand} of ${asked} have confirmed.` + (waiting.length ? ` Still asking ${waiting.join(", ")}.` : "")
+  write(bar, `STOP: ${stand} of ${asked} have confirmed.` + (waiting.length ? ` Still asking ${waiting.join(", ")}.` : "")
     + (gone.length ? ` Gone before: ${gone.join(", ")}.` : ""));
   const onMap = view.robots.some((robot) => robot.frame === "map") || Boolean(view.ground);
-  at("stage").hidden = !onMap;
+  $("stage").hidden = !onMap;
   document.querySelector("main").classList.toggle("mapped", onMap);
   draw(view, aiming?.id);
-}
-
-// Readers of the screen repeat what is set, even to the same.
-function say(element, text) {
-  if (element.textContent !== text) {
-    element.textContent = text;
-  }
 }
 
 async function ask() {
@@ -116,11 +109,11 @@ async function ask() {
     heard = performance.now();
     show();
   } catch { /* the bar says so */ }
-  at("lost").hidden = performance.now() - heard < PATIENCE;
+  $("lost").hidden = performance.now() - heard < PATIENCE;
 }
 
-at("stop_all").onclick = () => order({kind: "stop"});
-at("map").onclick = (event) => {
+$("stop_all").onclick = () => order({kind: "stop"});
+$("map").onclick = (event) => {
   const robot = view.robots.find((one) => one.id === aiming?.id);
   if (robot) {
     const [x, y] = world.place(event.clientX, event.clientY);

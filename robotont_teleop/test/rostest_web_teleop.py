@@ -58,7 +58,7 @@ class WebTeleopTest(PagesTest):
 
     def hide(self, page):
         """As when another tab comes to the front."""
-        self.open(DESKTOP).call("Page.bringToFront")
+        self.open(size=DESKTOP).call("Page.bringToFront")
         page.wait("document.hidden", "the hidden page")
 
     def test_both_sticks_at_once_move_the_robot_as_commanded_and_stop_is_quick(self):

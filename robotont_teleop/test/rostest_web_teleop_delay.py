@@ -7,7 +7,7 @@ import time
 
 import numpy as np
 import rostest
-from web_pages import LOG, PagesTest
+from web_pages import PagesTest
 
 from robotont_testing.browser import DESKTOP
 from robotont_testing.harness import wait_for
@@ -22,10 +22,9 @@ class DelayTest(PagesTest):
 
     def test_from_stick_to_cmd_vel(self):
         for pointer in ("mouse", "finger"):
-            floor = np.array(self.delays_on_an_empty_page(pointer))
             parts = np.array(self.delays_from_stick_to_cmd_vel(pointer))  # one row per movement
             total = parts.sum(axis=1)
-            for part, delays in (*zip(PARTS, parts.T), ("all", total), ("the handler of an empty page", floor)):
+            for part, delays in (*zip(PARTS, parts.T), ("all", total)):
                 p50, p99 = np.percentile(delays, (50, 99))
                 print(f"{pointer}: {part}: p50 {p50:.1f} ms, p99 {p99:.1f} ms", flush=True)
             self.assertLess(np.percentile(total, 50), 10.0, pointer)
@@ -45,27 +44,12 @@ class DelayTest(PagesTest):
                  "the last movement", period=MOVE_PERIOD)  # of two at once the browser drops one
         return moved
 
-    def delays_on_an_empty_page(self, pointer):
-        """What the browser and the test take from a movement to a handler [ms], where there is nothing else to do."""
-        page = self.browser.page(f"http://127.0.0.1:{self.proxy.port}/empty", DESKTOP, script=LOG)
-        self.pages.append(page)
-        page.run("document.documentElement.style.touchAction = 'none'")
-        if pointer == "finger":
-            page.take_mouse_for_finger()
-        page.mouse_at(90.0, 100.0)
-        moved = self.move_pointer(page, (100.0, 100.0), (200.0, 100.0))
-        page.lift()
-        handled = [(x, at) for x, _, at in page.run("window.moves")]
-        self.close(page)
-        return [min(after for place, after in handled if place >= x - HALF_A_STEP) - 1000.0 * at
-                for x, at in moved.items()]
-
     def delays_from_stick_to_cmd_vel(self, pointer):
         """[ms] from each movement of a stick until a command with it, or with a later one, is on cmd_vel, by PARTS.
 
         pointer: "mouse" or "finger".
         """
-        page = self.open(DESKTOP)
+        page = self.open(size=DESKTOP)
         if pointer == "finger":
             page.take_mouse_for_finger()
 

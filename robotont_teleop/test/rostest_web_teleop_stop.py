@@ -27,7 +27,7 @@ class WebTeleopStopTest(PageServerTest):
         page.wait("!document.getElementById('stopped').hidden", "the stop, over a restart of the page's server")
         page.finger(1, "#move", 0.0, 0.6)
         other = self.page()
-        wait_for(lambda: other.messages["state"]["hands_off"] and self.status[DRIVER].level == WARN, "the stop")
+        wait_for(lambda: other.messages["state"]["held"] and self.status[DRIVER].level == WARN, "the stop")
         rospy.ServiceProxy("emergency_stop/release", Trigger)()
         page.wait("document.getElementById('message').textContent.includes('Let go')", "the request to let go")
         self.assertFalse([command for command in self.hand if any(command)])

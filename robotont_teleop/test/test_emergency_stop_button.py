@@ -23,8 +23,10 @@ def test_what_a_person_asks_for_is_never_carried_out_late():
         button = EmergencyStopButton(failures.append)
         reset = ServiceRequest("reset_odometry", "reset odometry", answers.append)
         button.press()
+        assert (button.pressed, button.has_driver) == (True, False)
         driver = master.node("driver_node")
         wait_for(lambda: said and said[-1] == "/hand", "the press, by who starts later")
+        assert button.has_driver
         with suspended(master._master.pid):
             button.release()
             reset.call()

@@ -26,7 +26,7 @@ def test_a_page_drives_and_its_silence_stops(timely):
     assert time.monotonic() - start < 0.35
     assert timely.robot.sent == [(0.3, 0.1, -1.0), STOP]
     page.drive(0.3)
-    wait_for(lambda: page.messages["state"]["hands_off"], "the state")
+    wait_for(lambda: page.messages["state"]["held"], "the state")
     assert timely.robot.sent[-1] == STOP
 
 

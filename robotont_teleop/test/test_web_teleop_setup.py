@@ -4,12 +4,14 @@ import ssl
 import subprocess
 from unittest import mock
 
+import numpy as np
 import pytest
-from qr_on_terminal import read_qr
+from PIL import Image
 
 from robotont_teleop.web.access import Access
 from robotont_teleop.web.page_setup import LIGHT_ON_BLACK, RESET, SetUpError, host_names, invitation, make_tls
 from robotont_teleop.web.web_teleop_node import report
+from robotont_testing.harness import tool_module
 
 TOKEN = "dGhlIHRva2Vu-_123456"
 ACCESS = Access(TOKEN, file="/home/robot/token")
@@ -54,6 +56,19 @@ def test_wrong_certificates_are_named(certificate, tmp_path):
         with pytest.raises(SetUpError) as refusal:
             make_tls(together(*paths))
         assert words.lower() in str(refusal.value).lower()
+
+
+HALVES = {"█": (255, 255), "▀": (255, 0), "▄": (0, 255), " ": (0, 0)}  # brightness of upper and lower half
+
+
+def read_qr(lines):
+    """Text of the QR code among the lines of a dark terminal, as a phone's camera reads it."""
+    rows = [line.replace(LIGHT_ON_BLACK, "").replace(RESET, "") for line in lines]
+    rows = [row for row in rows if row and set(row) <= set(HALVES)]
+    modules = [[HALVES[sign][half] for sign in row] for row in rows for half in (0, 1)]
+    picture = np.kron(np.pad(np.array(modules, np.uint8), 4), np.ones((6, 6), np.uint8))
+    found, = tool_module("zxingcpp").read_barcodes(Image.fromarray(picture, "L"))
+    return found.text
 
 
 @pytest.mark.parametrize("url", ["http://10.0.0.5:8100/", "https://[2001:db8::12:3]:65535/",

@@ -51,7 +51,7 @@ const link = new Link({
     }
     state = message;
     view.setPose(message.pose, !link.stalled);
-    if (message.hands_off && drives() && hands.still) {
+    if (mustLetGo() && hands.still) {
       link.drive(0, 0, 0); // the hands are off
     }
     show();
@@ -65,10 +65,11 @@ const stop = () => link.stop();
 const hands = new DrivingInputs(() => rate.changed(), stop);
 const rate = new CommandRate(() => hands.still, sendCommand);
 const drives = () => state !== null && link.page !== null && state.driver === link.page;
+const mustLetGo = () => state !== null && state.held.includes(link.page);
 setInterval(show, LOOK);
 
 function sendCommand() {
-  if (!hands.still && (link.stalled || (drives() && state.hands_off))) {
+  if (!hands.still && (link.stalled || mustLetGo())) {
     return; // the server would drop it; in a stall it would only queue up
   }
   const cap = $("cap").value / 100;
@@ -186,8 +187,7 @@ function message(open, stalled) {
   if (link.stopWanted) {
     return text("stop_waits");
   }
-  const inVain = state && (drives() ? state.hands_off : state.driver === null && state.in_vain.includes(link.page));
-  if (!hands.still && inVain && !state.stopped) {
+  if (!hands.still && mustLetGo() && (drives() || state.driver === null) && !state.stopped) {
     return text("hands_off");
   }
   if (now < refused.until) {

@@ -1,7 +1,7 @@
 // Elements of the page.
 export const $ = (id) => document.getElementById(id);
 
-// Writes only what has changed, so that nothing is laid out anew without need.
+// Writes only what has changed: nothing is laid out anew without need, and readers of the screen repeat nothing.
 export function write(element, words) {
   if (element.textContent !== words) {
     element.textContent = words;

@@ -24,7 +24,7 @@ class RobotReports:
 
     def __init__(self, namespace=""):
         self._prefix = namespace and namespace + "/"
-        self._tasks = {}      # name: (time [s], level, words, {key: number}); replaced as a whole
+        self._tasks = {}      # name: (time [s], level, words, {key: number})
         self._newest = {}     # name: (time [s], value) of values that become stale
         self._place = None    # of the newest odometry
         self.base_frame = ""  # as the odometry names it
@@ -64,9 +64,9 @@ class RobotReports:
         return {name: {"level": level, **values} for name, level, _, values in self._now()}
 
     def _now(self):
-        now = time.monotonic()
+        now, tasks = time.monotonic(), dict(self._tasks)  # a copy: others write meanwhile
         return [(name, level if now - at < SILENT else SILENCE, words, values)
-                for name, (at, level, words, values) in sorted(self._tasks.items())]
+                for name, (at, level, words, values) in sorted(tasks.items())]
 
     def _keep(self, name, value):
         self._newest[name] = time.monotonic(), value
@@ -90,7 +90,9 @@ class RobotReports:
 
     def _on_diagnostics(self, message):
         now = time.monotonic()
-        tasks = {name: task for name, task in self._tasks.items() if now - task[0] < FORGOTTEN}
+        tasks = self._tasks
+        for name in [name for name, task in dict(tasks).items() if now - task[0] > FORGOTTEN]:
+            tasks.pop(name, None)
         for status in message.status[:MOST]:
             name = status.name.lstrip("/")[:LONGEST_NAME]
             if not name.startswith(self._prefix) or not (name in tasks or len(tasks) < MOST):
@@ -101,7 +103,6 @@ class RobotReports:
                            {key: number for key, number in values.items() if number is not None})
             self.board = next((value.value[:LONGEST_WORDS] for value in status.values if value.key == "board"),
                               self.board)
-        self._tasks = tasks
 
 
 def rounded(values, decimals):

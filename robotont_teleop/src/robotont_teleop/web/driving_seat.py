@@ -19,11 +19,15 @@ class DrivingSeat:
         self._dead_man = dead_man  # [s] after the server time that its newest command has seen the robot stops
         self.driver = None         # the page that drives
         self._moving_since = None  # [s] server time that the newest command with motion has seen, None when at rest
-        self.hands_off = False     # whether the sticks must be let go before they drive again
-        self.in_vain = set()      # pages that have asked for motion without driving, and have not let go since
+        self.held = set()          # pages whose sticks must be let go before they drive
         self.dropped = 0           # commands that came too late
         self.foreign = 0           # motion asked for by pages that do not drive
         self.timeouts = 0          # stops because a moving page fell silent
+
+    @property
+    def hands_off(self):
+        """Whether the sticks of the page that drives must be let go before they drive again."""
+        return self.driver in self.held
 
     def is_fresh(self, seen, now):
         """Whether a message of a page that had seen server time `seen` is new enough; counts those that are not."""
@@ -39,17 +43,14 @@ class DrivingSeat:
         if page == self.driver:
             return None
         self.driver = page
-        self.hands_off = page in self.in_vain
-        self.in_vain.discard(page)
         return self._rest()
 
     def leave(self, page):
         """A page is gone; the twist to send, or None."""
-        self.in_vain.discard(page)
+        self.held.discard(page)
         if page != self.driver:
             return None
         self.driver = None
-        self.hands_off = False
         return self._rest()
 
     def command(self, page, seen, twist, now, stopped=False):
@@ -60,28 +61,28 @@ class DrivingSeat:
         """
         if not self.is_fresh(seen, now):
             return self._rest() if page == self.driver and twist == STOP else None  # to stand is never too late
-        if self.driver is None and twist != STOP and page not in self.in_vain:
-            self.driver, self.hands_off = page, False
-        if page != self.driver:
-            if twist == STOP:
-                self.in_vain.discard(page)
-            else:
-                self.in_vain.add(page)
-                self.foreign += 1
-            return None
         if twist == STOP:
-            self.hands_off = False
+            self.held.discard(page)
+            if page != self.driver:
+                return None
             self._moving_since = None
             return STOP
-        self.hands_off = self.hands_off or stopped
-        if self.hands_off:
+        if self.driver is None and page not in self.held:
+            self.driver = page
+        if stopped or page != self.driver:
+            self.held.add(page)
+        if page != self.driver:
+            self.foreign += 1
+            return None
+        if page in self.held:
             return self._rest()
         self._moving_since = seen  # not when it came: a stall of either way counts from its first moment
         return self.speeds.within(twist)
 
     def stop(self):
         """An emergency stop; the twist to send, or None. The sticks have to be let go of first."""
-        self.hands_off = self.driver is not None
+        if self.driver is not None:
+            self.held.add(self.driver)
         return self._rest()
 
     def look(self, now):
@@ -89,7 +90,7 @@ class DrivingSeat:
         if self._moving_since is None or now - self._moving_since < self._dead_man:
             return None
         self.timeouts += 1
-        self.hands_off = True
+        self.held.add(self.driver)
         return self._rest()
 
     def time_left(self, now):

@@ -20,6 +20,7 @@ from robotont_teleop.web.websocket_frames import reads, write
 
 SUBPROTOCOL = "foxglove.websocket.v1"
 MAX_VIEWERS = 4
+LONGEST = 1024  # [bytes] of a request
 MESSAGE = struct.Struct("<BIQ")  # opcode, subscription, time [ns]
 MESSAGE_DATA = 1
 
@@ -58,6 +59,8 @@ class Channels:
 
 class FoxgloveSocket(Guarded, tornado.websocket.WebSocketHandler):
     """The connection of one viewer: it may look, and nothing else."""
+
+    max_message_size = LONGEST
 
     def initialize(self):
         """Called by tornado."""

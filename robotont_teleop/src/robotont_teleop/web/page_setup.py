@@ -6,8 +6,6 @@ import socket
 import ssl
 from pathlib import Path
 
-import qrcode
-
 from robotont_teleop.web.access import Access, is_loopback, read_or_make_token
 
 LIGHT_ON_BLACK, RESET = "\x1b[97;40m", "\x1b[0m"  # of a terminal (ECMA-48)
@@ -77,6 +75,7 @@ def invitation(url, access, terminal):
         return []
     if not terminal:
         return [f"token, asked for once: cat {access.file}"]
+    import qrcode  # here: of 4.5 MiB, which fleet_node does not need
     code = qrcode.QRCode(border=2)
     code.add_data(f"{url}#token={access.token}")  # the part after # is sent to no server and written to no log
     picture = io.StringIO()

@@ -12,6 +12,7 @@ from robotont_teleop.web.websocket_frames import PageFrames, drop, limit_waiting
 
 FRAMES_PER_SECOND = 200       # of one page, of all kinds; it sends 25, and 125 at most while a stick moves fast
 SEND_BUFFER = 16384           # [bytes] of a page's socket, so that little can wait in it
+LONGEST = 512                 # [bytes] of one message
 MAX_PAGES = 16                # open at once
 SLOWEST_READER = 5.0          # [s] a page that has not read for so long is closed
 LONGEST_REASON = 30           # [letters] of a close, which has room for 123 bytes (RFC 6455)
@@ -21,6 +22,8 @@ GOING_AWAY, NOT_OURS = 1001, 1008  # close codes (RFC 6455): end, policy violati
 
 class PageSocket(Guarded, tornado.websocket.WebSocketHandler):
     """The connection of one open page."""
+
+    max_message_size = LONGEST
 
     def initialize(self):
         """Called by tornado."""

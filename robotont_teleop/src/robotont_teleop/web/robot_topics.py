@@ -26,7 +26,7 @@ class RobotTopics(RobotReports):
     def __init__(self, wheels):
         self._kinematics = Kinematics(wheels)
         self._frames = FrameChain()
-        self._ranges = {}      # frame: (time [s], distance [m] or None); replaced as a whole
+        self._ranges = {}      # frame: (time [s], distance [m] or None)
         self._counts = ()      # of the newest packets
         self._map = None, None  # PNG, where it lies
         self._frame = ""       # of the newest pose
@@ -49,7 +49,7 @@ class RobotTopics(RobotReports):
         now = time.monotonic()
         self._frame = self._pose()[0] or self._frame
         return {"frame": self._frame, "lights": self.lights[:LIGHTS], "board": self.board, "battery": self.battery,
-                "ranges": [value for _, (at, value) in sorted(self._ranges.items()) if now - at < STALE][:RANGES],
+                "ranges": [value for _, (at, value) in sorted(dict(self._ranges).items()) if now - at < STALE][:RANGES],
                 "map": self._map[1], "scan": self._scan()}
 
     @property
@@ -98,7 +98,7 @@ class RobotTopics(RobotReports):
         distance = message.range if message.min_range <= message.range <= message.max_range else math.nan
         frame = message.header.frame_id
         if frame in self._ranges or len(self._ranges) < RANGES:
-            self._ranges = {**self._ranges, frame: (time.monotonic(), finite(distance, 2))}
+            self._ranges[frame] = time.monotonic(), finite(distance, 2)
 
     def _on_map(self, message):
         try:

@@ -130,7 +130,7 @@ class MetricsHandler(Guarded, tornado.web.RequestHandler):
     def authorised(self):
         """Whether the request shows the token, or a browser has shown it before."""
         kind, _, token = self.request.headers.get("Authorization", "").partition(" ")
-        return self.server.access.admits(self.get_cookie(self.server.access.cookie_name)) or (
+        return super().authorised or (
             kind == "Bearer" and self.server.access.log_in(token, self.request.remote_ip, time.monotonic()) == "in")
 
     async def get(self):

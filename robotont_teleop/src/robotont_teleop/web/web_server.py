@@ -12,7 +12,7 @@ import time
 
 from robotont_teleop.web.foxglove import Channels, FoxgloveSocket
 from robotont_teleop.web.metrics import metrics
-from robotont_teleop.web.page_messages import LONGEST, read_message
+from robotont_teleop.web.page_messages import read_message
 from robotont_teleop.web.page_server import PageServer
 from robotont_teleop.web.page_socket import GOING_AWAY, PageSocket
 from robotont_teleop.web.web_handlers import CameraHandler, read_files
@@ -37,8 +37,7 @@ class WebServer(PageServer):
     def listen(self, address, port, certificate=""):
         """Serve; returns the page's URL. Raises SetUpError."""
         url = self.serve([(r"/socket", PageSocket), (r"/camera\.jpg", CameraHandler), (r"/foxglove", FoxgloveSocket)],
-                         address, port, certificate, websocket_max_message_size=2 * LONGEST,
-                         websocket_ping_interval=5.0, websocket_ping_timeout=10.0)
+                         address, port, certificate, websocket_ping_interval=5.0, websocket_ping_timeout=10.0)
         self._feeder = self._loop.create_task(self._feed())
         return url
 
@@ -125,7 +124,7 @@ class WebServer(PageServer):
                 continue
             now = time.monotonic()
             told = [{"kind": "state", "time": round(now * 1000.0, 1), "driver": self.seat.driver,
-                     "hands_off": self.seat.hands_off, "in_vain": sorted(self.seat.in_vain), **self.robot.state()}]
+                     "held": sorted(self.seat.held), **self.robot.state()}]
             if tick % STATUS_STATES == 0:
                 told.append({"kind": "status", "pages": len(self.pages), **self.robot.status()})
             texts = [json.dumps(one) for one in told]

@@ -48,7 +48,7 @@ AFTER_STOP = 0.3     # [s] that the page stays after its message
 MOVES = 0.1          # [m/s] from here on it drives
 NODES = ("move_base", "amcl", "map_server", "navigation_monitor", "cmd_vel_mux", "robotont_node", "driver_node",
          "serial_com_node", "odom_node")
-SHORT = 3.0          # [m] to the next of the goals after a fault, at most
+SHORT = 2.0          # [m] to the next of the goals after a fault, at most
 
 
 class Fault(NamedTuple):
@@ -337,7 +337,7 @@ def faults(long):
 def in_a_row(rig, count):
     """`count` goals from where the robot is; statuses, true errors and errors of the localization [m], memory [MiB]."""
     ends, errors = [], []
-    goals = random_goals(rig.run.world, rig.run.radius + 0.05, 60, seed=77)
+    goals = random_goals(rig.run.world, rig.run.radius + 0.05, 200, seed=77)
     for _ in range(count):
         goal = next(goal for goal in goals if math.dist(goal[:2], rig.run.pose()[:2]) < SHORT)
         goals.remove(goal)

@@ -126,7 +126,7 @@ def test_the_loop_stays_in_bounds(watched, extreme):
     from dual_tools import Config, checked
 
     # at the limits that robotont_firmware.gain_bounds sets; test_firmware_qemu.py has every number at its own
-    edges = {"MAX_SPEED": 262, "MAX_ACCELERATION": 31, "MAX_BRAKING": 31, "FOLLOW": 256, "P_GAIN": 6335, "D_GAIN": 5242,
+    edges = {"MAX_SPEED": 262, "MAX_ACCELERATION": 31, "MAX_BRAKING": 31, "FOLLOW": 256, "P_GAIN": 12671, "D_GAIN": 5242,
              "SPEED_GAIN": 10485, "LEAD": 2286, "TURN_LEAD": 2286, "MAX_INTEGRAL": 16383, "I_GAIN": 3}
     config = Config(**(edges if extreme else {}))
     modules.bounds.check(config)

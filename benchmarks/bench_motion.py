@@ -21,7 +21,7 @@ from robotont_driver.kinematics.kinematics import Kinematics
 from robotont_driver.robots.robot_folder import read_robot
 from robotont_firmware import config
 from robotont_simulator.lockstep import LockstepRun
-from robotont_simulator.mujoco_model import BODY_MASS, TIMESTEP
+from robotont_simulator.mujoco_model import BODY_MASS, ROLLERS, TIMESTEP
 from robotont_simulator.official_firmware import SimulatedMotors, make_simulation
 from robotont_simulator.simulation import Simulation
 from robotont_simulator.world import World
@@ -38,6 +38,7 @@ MASSES = (2.0, 3.0, 5.0)   # [kg] without wheels
 DIRECTIONS = {"forward": (1.0, 0.0, 0.0), "sideways": (0.0, 1.0, 0.0)}
 STEPS = (0.05,)            # [m/s] beside those of --speeds
 SMOOTHED = 3               # [periods] over which a true speed is the mean
+SECOND = round(1 / PERIOD)  # [periods]
 SEEDS, STOPS = (1, 2, 3), 100
 FLYWHEEL = 1e4             # [kg m^2] that no floor slows down
 
@@ -187,20 +188,35 @@ def bench_steps(options):
 
 
 def bench_spins(options):
-    """Rows of steps on the spot, by the wheels' speed, as the steps: rows of rollers in one plane, and as they are."""
-    direction, rows = (0.0, 0.0, 1.0), []
-    distance = np.mean(read_robot("thesis").wheels.distances)
+    """Rows of steps on the spot, by the wheels' speed: both rows of rollers in one plane; as they are, the overshoot of
+    the speed, that of its mean over the way of one roller, and the ripple of a steady spin.
+    """
+    direction, rows, wheels = (0.0, 0.0, 1.0), [], read_robot("thesis").wheels
+    distance, roller = np.mean(wheels.distances), 2 * math.pi * np.mean(wheels.radii) / ROLLERS
     for mass in MASSES:
         for speed in (*STEPS, *options.speeds):
-            wanted = step(direction, speed / distance, speed)
-            (plane, settled), (over, late), (held, _) = (
-                settling(*along(direction, *robot.drive(wanted)), True)
+            wanted = step(direction, speed / distance, speed) + [(0.0, 0.0, speed / distance)] * SECOND
+            (plane, settled, *_), (over, late, mean, mean_late, ripple), (held, _, held_mean, _, held_ripple) = (
+                spinning(*robot.drive(wanted), roller / speed / PERIOD)
                 for robot in (OwnRobot(mass, plane=True), OwnRobot(mass), HeldRobot(mass)))
             name = f"spin, wheels to {speed:g} m/s, {mass:g} kg"
             rows += [row(name + ", rows in one plane: overshoot", 100 * plane, "%", None, "<= 3",
                          f"within 5 % after {settled:.2f} s"),
-                     row(name + ": overshoot", 100 * over, "%", 100 * held, "", f"within 5 % after {late:.2f} s")]
+                     row(name + ": overshoot", 100 * over, "%", 100 * held, "<= 3", f"within 5 % after {late:.2f} s"),
+                     row(name + ": the same of the mean over a roller", 100 * mean, "%", 100 * held_mean, "<= 3",
+                         f"within 5 % after {mean_late:.2f} s"),
+                     row(name + ": ripple to both sides", 100 * ripple, "%", 100 * held_ripple)]
     return rows
+
+
+def spinning(limited, poses, periods):
+    """`settling` of a spin, both of its mean over so many periods, and half of the ripple in its last second."""
+    limited, turned = np.dot(limited, (0.0, 0.0, 1.0)), speeds_of(poses, True)
+    mean, own = (smoothed(speeds, max(1, round(periods))) / limited[-1] for speeds in (turned, limited))
+    outside = np.flatnonzero(np.abs(mean - 1) > 0.05)
+    late = (outside[-1] + 1 if len(outside) else 0) - int(np.argmax(own >= 0.999))
+    return (*settling(limited, poses, True), max(mean) - 1, max(0.0, late * PERIOD),
+            np.ptp(smoothed(turned, SMOOTHED)[-SECOND:]) / 2 / limited[-1])
 
 
 def step(direction, most, speed):
@@ -215,14 +231,22 @@ def along(direction, limited, poses):
 
 def settling(limited, poses, turning):
     """(overshoot as a part, [s] from when the limited speed is reached until the true one stays within 5 %)."""
-    steps = np.diff(poses, axis=0)
-    turns = np.remainder(steps[:, 2] + math.pi, 2 * math.pi) - math.pi
-    speeds = (turns if turning else np.hypot(steps[:, 0], steps[:, 1])) / PERIOD
-    speeds = np.convolve(speeds, np.ones(SMOOTHED) / SMOOTHED, "valid")
-    final = limited[-1]
+    speeds, final = smoothed(speeds_of(poses, turning), SMOOTHED), limited[-1]
     reached = int(np.argmax(limited >= 0.999 * final)) - (SMOOTHED - 1)
     outside = np.flatnonzero(np.abs(speeds - final) > 0.05 * final)
     return max(speeds) / final - 1, max(0.0, (outside[-1] + 1 - reached) * PERIOD)
+
+
+def speeds_of(poses, turning):
+    """[m/s], or [rad/s] of the turn, in each period."""
+    steps = np.diff(poses, axis=0)
+    turns = np.remainder(steps[:, 2] + math.pi, 2 * math.pi) - math.pi
+    return (turns if turning else np.hypot(steps[:, 0], steps[:, 1])) / PERIOD
+
+
+def smoothed(speeds, periods):
+    """Each mean over so many."""
+    return np.convolve(speeds, np.ones(periods) / periods, "valid")
 
 
 def bench_stops(_options):

@@ -41,14 +41,14 @@ WRONG_EDGES = 16  # [edges] backward are no tremor; the least that a wheel has t
 # Speed controller. STATIC in effort, the gains in 1/256 effort per unit (I: per unit and period).
 STATIC = 160  # [effort] overcomes friction: 0.2 A without load, of 5 A
 SPEED_GAIN = 4915  # 19.2 effort per unit: (FULL_EFFORT - STATIC) / 200 units
-P_GAIN = 6656  # 26 effort per unit
+P_GAIN = 8192  # 32 effort per unit
 I_GAIN = 1344  # 5.25 effort per unit and period
 BRAKE_GAIN = 60  # [effort per unit] against the wheel's motion, after the time-out
 D_GAIN = 0  # on the measured speed; encoder counts are too coarse at 50 Hz to need it
-FOLLOW = 100  # [1/256 of the way per period] the reference nears the set-point: time constant 40 ms
+FOLLOW = 128  # [1/256 of the way per period] the reference nears the set-point: time constant 29 ms
 LEAD = 240  # [1/16 period] time constant of motors that drive the robot straight on, on the floor: 0.3 s at 3 kg,
-TURN_LEAD = 103  # [1/16 period] of motors that turn it on the spot,
-TURN_DRAG = 50  # [1/256 unit/period] by which a turn on the spot slows down by itself, besides friction: rollers rub
+TURN_LEAD = 112  # [1/16 period] of motors that turn it on the spot,
+TURN_DRAG = 40  # [1/256 unit/period] by which a turn on the spot slows down by itself, besides friction: rollers rub
 FREE_LEAD = 64  # [1/16 period] and, for tests, of motors that turn free wheels
 ARC = 1350  # [edges] 2 * sin(120 deg) * wheel distance / way of an edge * 240 / 210: how turning bends the way of three
 #             even wheels, whose LEAD has so much from the mass, which alone is bent

@@ -58,7 +58,7 @@ def check(config):
     check_number(config, "TEST_EFFORT", 0, full // 4)
     for name, factor in (
         ("SPEED_GAIN", MAX_COUNTS * 256),
-        ("P_GAIN", error),
+        ("P_GAIN", error // 2),
         ("D_GAIN", 2 * MAX_COUNTS * 256),
         ("BRAKE_GAIN", MAX_COUNTS),
     ):

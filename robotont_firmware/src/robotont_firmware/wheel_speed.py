@@ -169,7 +169,7 @@ class Pid:
         static = int(self._static)
         effort = forward * reference >> 16
         effort += static if setpoint > 0 else 0 - static if setpoint < 0 else 0
-        effort += int(self._p) * error >> 16
+        effort += int(self._p) * (error >> 1) >> 15  # half the error: twice the gain stays below 2^30
         effort += int(self._i) * int(self._integral) >> 16
         effort -= int(self._d) * (speed - int(self._speed)) >> 16
         self._speed = speed
@@ -190,7 +190,7 @@ class Pid:
         wanted = steady + int(self._ahead)
         cut = effort - bound - int(self._ahead)  # by the motor's limits
         self._limited = bool(effort != wanted)
-        self._push = bound + cut if bound * cut < 0 else bound
+        self._push = bound + cut if (bound > 0 and cut < 0) or (bound < 0 and cut > 0) else bound
         self.lag = error if error > 0 else 0 - error
         if (error > 0 and wanted > effort) or (error < 0 and wanted < effort):
             return

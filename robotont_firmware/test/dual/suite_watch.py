@@ -209,8 +209,8 @@ def test_counts_that_bend_more_than_a_healthy_wheels_are_a_fault():
         (-10, 2, 12),
         (10, 1, 77),  # 4 edges, above 2.5 and the speed's 3/32
         (10, 0.8, None),
-        (100, 1.45, 140),  # above 2.5 edges and 3
-        (100, 1.3, None),
+        (100, 2.2, 140),  # above 2.5 edges and 6
+        (100, 2.0, None),
     ):
         wheel = Wheel(mean)
         wheel.bounds(mean)

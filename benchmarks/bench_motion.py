@@ -188,8 +188,9 @@ def bench_steps(options):
 
 
 def bench_spins(options):
-    """Rows of steps on the spot, by the wheels' speed: both rows of rollers in one plane; as they are, the overshoot of
-    the speed, that of its mean over the way of one roller, and the ripple of a steady spin.
+    """Rows of steps on the spot, by the wheels' speed: with both rows of rollers in one plane, and as they are.
+
+    As they are: the overshoot of the speed, that of its mean over the way of one roller, the ripple of a steady spin.
     """
     direction, rows, wheels = (0.0, 0.0, 1.0), [], read_robot("thesis").wheels
     distance, roller = np.mean(wheels.distances), 2 * math.pi * np.mean(wheels.radii) / ROLLERS

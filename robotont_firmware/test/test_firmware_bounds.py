@@ -195,8 +195,8 @@ def test_as_fast_as_small_gains_allow_the_loop_stays_in_bounds(watched):
 
 def test_what_is_refused_would_leave_the_bounds(watched, monkeypatch):
     drive = Drive(watched[1])
-    edges = {"MAX_SPEED": 262, "MAX_ACCELERATION": 31, "MAX_BRAKING": 31, "FOLLOW": 256, "P_GAIN": 12671, "D_GAIN": 5242,
-             "SPEED_GAIN": 10485, "LEAD": 2286, "TURN_LEAD": 2286, "MAX_INTEGRAL": 16383, "I_GAIN": 3}
+    edges = {"MAX_SPEED": 262, "MAX_ACCELERATION": 31, "MAX_BRAKING": 31, "FOLLOW": 256, "P_GAIN": 12671,
+             "D_GAIN": 5242, "SPEED_GAIN": 10485, "LEAD": 2286, "TURN_LEAD": 2286, "MAX_INTEGRAL": 16383, "I_GAIN": 3}
     vars(drive.numbers).update(edges)
     watched[1].bounds.check(drive.numbers)
     for name, value in edges.items():

@@ -48,7 +48,7 @@ def test_what_was_kept_is_believed_where_it_is_in_doubt(kept, pressed_by):
     assert EmergencyStop(kept).pressed_by == pressed_by
 
 
-SENDERS = ("/navigation", "/unblock")
+SENDERS = ("/navigation", "/web_teleop_node")
 
 
 @given(st.lists(st.tuples(st.sampled_from([*SENDERS, "press", "release"]), st.booleans(), st.floats(0.001, 1.0)),
@@ -79,14 +79,14 @@ def test_who_has_asked_for_motion_drives_after_a_release_only_after_a_stop_of_hi
 def test_exactly_the_time_out_of_silence_is_a_stop():
     for pressed, held in ((TIMEOUT, False), (TIMEOUT - 0.01, True)):  # after his newest wish
         stand_first = StandFirst(TIMEOUT)
-        stand_first.admits("/unblock", True, 0.0)
+        stand_first.admits("/web_teleop_node", True, 0.0)
         stand_first.press(pressed)
         stand_first.release(1.0)
         assert bool(stand_first.waiting(1.0)) == held
-        assert stand_first.admits("/unblock", True, 1.125) != held
-    assert stand_first.waiting(1.5) == ["/unblock"]
+        assert stand_first.admits("/web_teleop_node", True, 1.125) != held
+    assert stand_first.waiting(1.5) == ["/web_teleop_node"]
     assert stand_first.waiting(1.125 + TIMEOUT) == []
-    assert not stand_first.admits("/unblock", True, 1.5)
-    assert stand_first.admits("/unblock", True, 1.5 + TIMEOUT)
+    assert not stand_first.admits("/web_teleop_node", True, 1.5)
+    assert stand_first.admits("/web_teleop_node", True, 1.5 + TIMEOUT)
     stop = EmergencyStop(["/keys"])
     assert stop.hear("/keys", False), "what is not said to be latched is not"

@@ -23,7 +23,6 @@ from typing import Any, Callable, NamedTuple
 
 import rospy
 import tf2_ros
-from evdev import ecodes
 from geometry_msgs.msg import PoseWithCovarianceStamped, Twist, Vector3
 from navigation_run import Run, pose, random_goals, standing
 from std_msgs.msg import Bool
@@ -32,14 +31,10 @@ from tornado.httpclient import HTTPRequest
 from tornado.websocket import websocket_connect
 
 from robotont_driver.kinematics.se2 import yaw_of
-from robotont_driver.parameters.parameters import read_parameters
-from robotont_teleop.hand.gamepad_teleop import PARAMETERS, GamepadTeleop
 from robotont_testing.harness import Master, free_port, wait_for
 from robotont_testing.places import program
 
-sys.path.append(str(Path(__file__).resolve().parents[2] / "robotont_teleop" / "test"))
-from rostest_gamepad_teleop import RecordedPad
-
+PAD = Path(__file__).resolve().parents[2] / "robotont_teleop" / "test" / "pad_run.py"
 ROUTE = {"room": ((1.2, 1.0, 1.57), (1.2, 5.0, 1.57)), "maze": ((0.5, 0.5, 1.57), (0.5, 3.6, 1.57))}
 UNDER_WAY = 0.8      # [m] from the start, where the fault begins
 PATIENCE = 100       # [s] in which goto has to end by itself
@@ -82,10 +77,7 @@ class Rig:
         wait_for(lambda: self._initial.get_num_connections() > 1, "amcl and navigation_monitor", 60)
         rospy.wait_for_service("move_base/clear_costmaps", 60)
         self._clear = rospy.ServiceProxy("move_base/clear_costmaps", Empty)
-        self._keys = None
-        self.pad = RecordedPad()
-        GamepadTeleop(read_parameters(PARAMETERS, {}), self.pad)
-        self.pad.plug()
+        self._keys = self._pad = None
 
     def carry(self, x, y, yaw):
         """Put the robot down somewhere."""
@@ -147,9 +139,16 @@ class Rig:
         return time.monotonic()
 
     def press_pad(self, button):
-        """A button of the gamepad."""
-        self.pad.frame((ecodes.EV_KEY, button, 1))
-        self.pad.frame((ecodes.EV_KEY, button, 0))
+        """A button of a gamepad, whose node is started for the first one."""
+        if self._pad is None:
+            stops = self.button.get_num_connections()
+            self._pad = subprocess.Popen(["/usr/bin/python3", str(PAD)], stdin=subprocess.PIPE,
+                                         stdout=subprocess.DEVNULL, text=True, start_new_session=True)
+            self.master._processes.append(self._pad)
+            wait_for(lambda: self.button.get_num_connections() > stops, "the gamepad")
+        self._pad.stdin.write(button + "\n")
+        self._pad.stdin.flush()
+        return time.monotonic()
 
     def press_page(self):
         """STOP on the page, whose server is started for it."""
@@ -309,8 +308,8 @@ def faults(long):
              for seconds in ((3, 20, 60) if long else (3, 20))]
     stops += [emergency_stop(way, press, seconds, release_it) for seconds in ((3, 20, 60) if long else (3,))
               for way, press, release_it in (("keys", lambda rig: rig.press_key(b" "), lambda rig: rig.press_key(b"U")),
-                                             ("gamepad", lambda rig: rig.press_pad(ecodes.BTN_EAST),
-                                              lambda rig: rig.press_pad(ecodes.BTN_START)),
+                                             ("gamepad", lambda rig: rig.press_pad("BTN_EAST"),
+                                              lambda rig: rig.press_pad("BTN_START")),
                                              ("page", Rig.press_page, release))]
     return {
         (): [

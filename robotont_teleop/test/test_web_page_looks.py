@@ -86,9 +86,9 @@ def check_header(page):
         choose_language(page, language)
         page.wait(f"innerWidth === {size[0]} && document.documentElement.lang === {language!r}", "the screen")
         for who, button in itertools.product(WHO, ("take", "give_back", "")):
-            page.run(f"{SAY}({json.dumps([who, button])})")
-            shown, faults = page.run(
-                f"{FAULTS}('.head, .head :is(#driver, #charge, #round_trip, .dot, .button, .fact)')")
+            shown, faults = page.run(  # at once, before the next status is shown
+                f"{SAY}({json.dumps([who, button])}).then(() => "
+                f"{FAULTS}('.head, .head :is(#driver, #charge, #round_trip, .dot, .button, .fact)'))")
             assert {"driver", "charge", "round_trip", *filter(None, [button])} <= set(shown)
             assert faults == [], (size, language, who, button)
             assert page.box(".head")[3] < size[1] / 4

@@ -1,0 +1,21 @@
+#!/usr/bin/env python3
+"""gamepad_teleop on a recorded pad: presses and releases the buttons that stdin names, one a line (BTN_EAST)."""
+
+import sys
+
+import rospy
+from evdev import ecodes
+from rostest_gamepad_teleop import RecordedPad
+
+from robotont_driver.parameters.parameters import read_parameters
+from robotont_teleop.hand.gamepad_teleop import PARAMETERS, GamepadTeleop
+
+if __name__ == "__main__":
+    rospy.init_node("gamepad_teleop")
+    pad = RecordedPad()
+    teleop = GamepadTeleop(read_parameters(PARAMETERS, {}), pad)
+    pad.plug()
+    for line in sys.stdin:
+        button = ecodes.ecodes[line.strip()]
+        pad.frame((ecodes.EV_KEY, button, 1))
+        pad.frame((ecodes.EV_KEY, button, 0))

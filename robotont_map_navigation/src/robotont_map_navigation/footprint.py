@@ -16,3 +16,8 @@ def needed_radius():
 def base_frame():
     """The robot's frame."""
     return rospy.get_param(COSTMAP + "robot_base_frame", "base_link")
+
+
+def odometry_frame():
+    """The frame of the odometry, in which the local costmap lies."""
+    return rospy.get_param("move_base/local_costmap/global_frame", "odom")

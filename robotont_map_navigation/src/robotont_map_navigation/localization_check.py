@@ -14,11 +14,11 @@ from nav_msgs.msg import OccupancyGrid
 from sensor_msgs.msg import LaserScan
 from std_msgs.msg import String
 
-from robotont_driver.kinematics.se2 import yaw_of
+from robotont_driver.kinematics.se2 import between, compose, yaw_of
 from robotont_driver.parameters.parameters import Parameter
 from robotont_driver.ros.diagnostics import ERROR, OK, WARN, Health, robot_name
 from robotont_driver.ros.worker import Worker
-from robotont_map_navigation.footprint import base_frame
+from robotont_map_navigation.footprint import base_frame, odometry_frame
 from robotont_map_navigation.messages import floor_map_of
 from robotont_map_navigation.scan_fit import Fit, deviations, fit
 
@@ -35,6 +35,8 @@ LOOK_PERIOD = 0.5  # [s] between two scans that are compared with the map
 THROUGH_WALLS = 0.1  # share of rays that go through walls from which on a pose is wrong, whatever stands in the room
 MISFIT = 0.4        # share of rays explained, below which what the map lacks is more than the map has ...
 MISFIT_WAY = 1.5    # [m] ... and no obstacle stays before a robot for so much driving
+MOVED = 0.8         # [m] by which amcl does not move a right pose ...
+MOVED_WAY = 5.0     # [m] ... in so much driving
 REMEDY = ("set the pose by RViz' 2D Pose Estimate, or let the robot look around: rosrun robotont_map_navigation "
           "relocalize")
 
@@ -57,6 +59,9 @@ class LocalizationCheck:
         self._settled = 0.0      # [s] from when on scans count
         self._place = None       # (x, y) [m] at the newest of them
         self._misfit_way = 0.0   # [m] driven with those that did not fit, less that with those that did
+        self._odometry = None    # (x, y, yaw) of the odometry's frame on the map some way ago
+        self._way = 0.0          # [m] driven since
+        self._moved = 0.0        # [m] by which amcl has moved the pose since
         self._wrong = ""         # why the pose is wrong, as goto has been told
         self._trouble = rospy.Publisher("localization/trouble", String, queue_size=1, latch=True)
         self._trouble.publish("")
@@ -87,7 +92,7 @@ class LocalizationCheck:
         """A person has said where the robot is: what the scans showed before does not count."""
         with self._lock:
             self._fits.clear()
-            self._place, self._misfit_way = None, 0.0
+            self._place, self._misfit_way, self._odometry, self._moved = None, 0.0, None, 0.0
             self._settled = time.monotonic() + SETTLING
 
     def _on_command(self, message):
@@ -101,30 +106,38 @@ class LocalizationCheck:
             frame, floor_map = self._map
             try:
                 found = self._transforms.lookup_transform(
-                    frame, scan.header.frame_id, scan.header.stamp, rospy.Duration(LOOK_PERIOD)).transform
+                    frame, scan.header.frame_id, scan.header.stamp, rospy.Duration(LOOK_PERIOD))
                 self._base = self._base or base_frame()
-                base = self._transforms.lookup_transform(frame, self._base, rospy.Time()).transform.translation
+                base, odometry = (_pose(self._transforms.lookup_transform(frame, child, rospy.Time()))
+                                  for child in (self._base, odometry_frame()))
             except tf2_ros.TransformException as error:
                 self._lost = str(error)
                 return LOOK_PERIOD
-            pose = found.translation.x, found.translation.y, yaw_of(found.rotation)
             angles = scan.angle_min + scan.angle_increment * np.arange(len(scan.ranges))
-            found = fit(floor_map, pose, scan.ranges, angles, (scan.range_min, scan.range_max), FIT_TOLERANCE)
+            found = fit(floor_map, _pose(found), scan.ranges, angles, (scan.range_min, scan.range_max), FIT_TOLERANCE)
             with self._lock:
                 self._lost = ""
                 self._laid_at = time.monotonic()
-                self._outside = _outside(floor_map, (base.x, base.y))
+                self._outside = _outside(floor_map, base[:2])
                 if found is not None and time.monotonic() >= self._settled:
                     self._fits.append((time.monotonic(), found))
-                    self._add_way(found, (base.x, base.y))
+                    self._add_way(found, base[:2])
+                    self._add_move(odometry, base)
         return LOOK_PERIOD
 
     def _add_way(self, found, place):
         """Count how far the robot drives with a view that the map does not explain."""
         step = math.dist(self._place, place) if self._place else 0.0
         self._place = place
+        self._way += step
         fits = found.explained >= MISFIT
         self._misfit_way = max(0.0, self._misfit_way + (-step if fits else step))
+
+    def _add_move(self, odometry, base):
+        """How far amcl has moved the pose (x, y, yaw) `base`; too far is not made good by a view that fits then."""
+        if self._odometry is None or (self._way > MOVED_WAY and self._moved <= MOVED):
+            self._odometry, self._way = odometry, 0.0
+        self._moved = math.dist(compose(self._odometry, between(odometry, base))[:2], base[:2])
 
     def _report(self):
         oldest = time.monotonic() - self._parameters["fit_time"]
@@ -171,14 +184,18 @@ class LocalizationCheck:
         """Why a mean `Fit` proves a wrong pose; empty when it does not."""
         if mean is None:  # nothing new since: as it was
             return self._wrong
-        if mean.explained >= self._parameters["min_fit"]:
+        if mean.explained >= self._parameters["min_fit"] and self._moved <= MOVED:
             return ""
-        if mean.through_walls < THROUGH_WALLS:
-            return "" if self._misfit_way < MISFIT_WAY or mean.explained >= MISFIT else (
-                f"the map explains {mean.explained:.0%} of the scan's rays, for {self._misfit_way:.1f} m of driving: "
-                "a wrong pose, or a map of another place")
-        return (f"the map explains {mean.explained:.0%} of the scan's rays, at least {self._parameters['min_fit']:.0%} "
-                f"should be, and {mean.through_walls:.0%} go through walls: a map of another place, or a wrong pose")
+        found = f"the map explains {mean.explained:.0%} of the scan's rays"
+        cause = ": a map of another place, or a wrong pose"
+        if self._moved > MOVED:
+            return f"{found}, but amcl has moved the pose by {self._moved:.1f} m{cause}"
+        if mean.through_walls >= THROUGH_WALLS:
+            return (f"{found}, at least {self._parameters['min_fit']:.0%} should be, and {mean.through_walls:.0%} go "
+                    f"through walls{cause}")
+        if mean.explained < MISFIT and self._misfit_way >= MISFIT_WAY:
+            return f"{found}, for {self._misfit_way:.1f} m of driving{cause}"
+        return ""
 
     def _describe(self, mean):
         silence = time.monotonic() - self._scanned
@@ -190,6 +207,12 @@ class LocalizationCheck:
         if mean.explained < self._parameters["min_fit"]:
             return WARN, f"{found}, the others end before its walls: something that the map lacks fills the view"
         return OK, found
+
+
+def _pose(message):
+    """(x, y [m], yaw [rad]) of a TransformStamped."""
+    transform = message.transform
+    return transform.translation.x, transform.translation.y, yaw_of(transform.rotation)
 
 
 def _outside(floor_map, place):

@@ -12,8 +12,8 @@ from hypothesis import strategies as st
 from robotont_driver.ros import link_report
 from robotont_fleet import fleet_node
 from robotont_fleet import zenoh_keys as keys
-from robotont_fleet.fleet import Fleet, read_state
 from robotont_fleet.free_fleet import free_fleet_text
+from robotont_fleet.known_robots import Fleet, read_state
 from robotont_fleet.zenoh_setup import add_users, nested, read_users, router_settings
 from robotont_teleop.web.frame_chain import FrameChain
 from robotont_teleop.web.metrics import GAUGES, metrics

@@ -8,9 +8,9 @@ from pathlib import Path
 
 import pytest
 
-from robotont_fleet.fleet import Fleet
 from robotont_fleet.fleet_page import page_files, read_ground
 from robotont_fleet.fleet_server import FleetServer
+from robotont_fleet.known_robots import Fleet
 from robotont_teleop.web.access import Access
 from robotont_testing.browser import CHROMIUM, DESKTOP, Browser
 from robotont_testing.harness import tool_module, wait_for

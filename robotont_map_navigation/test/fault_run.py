@@ -141,11 +141,10 @@ class Rig:
     def press_pad(self, button):
         """A button of a gamepad, whose node is started for the first one."""
         if self._pad is None:
-            stops = self.button.get_num_connections()
-            self._pad = subprocess.Popen(["/usr/bin/python3", str(PAD)], stdin=subprocess.PIPE,
-                                         stdout=subprocess.DEVNULL, text=True, start_new_session=True)
+            self._pad = subprocess.Popen(["/usr/bin/python3", str(PAD)], stdin=subprocess.PIPE, stdout=subprocess.PIPE,
+                                         text=True, start_new_session=True)
             self.master._processes.append(self._pad)
-            wait_for(lambda: self.button.get_num_connections() > stops, "the gamepad")
+            wait_for(lambda: "ready" in self._pad.stdout.readline(), "the gamepad")
         self._pad.stdin.write(button + "\n")
         self._pad.stdin.flush()
         return time.monotonic()

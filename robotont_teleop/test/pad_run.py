@@ -6,6 +6,7 @@ import sys
 import rospy
 from evdev import ecodes
 from rostest_gamepad_teleop import RecordedPad
+from std_msgs.msg import String
 
 from robotont_driver.parameters.parameters import read_parameters
 from robotont_teleop.hand.gamepad_teleop import PARAMETERS, GamepadTeleop
@@ -15,6 +16,8 @@ if __name__ == "__main__":
     pad = RecordedPad()
     teleop = GamepadTeleop(read_parameters(PARAMETERS, {}), pad)
     pad.plug()
+    rospy.wait_for_message("emergency_stop/pressed_by", String)
+    print("ready", flush=True)
     for line in sys.stdin:
         button = ecodes.ecodes[line.strip()]
         pad.frame((ecodes.EV_KEY, button, 1))

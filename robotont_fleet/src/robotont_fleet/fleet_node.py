@@ -23,7 +23,7 @@ from robotont_driver.ros.lifecycle import run_without_wheels
 from robotont_driver.ros.node_parameters import refuse
 from robotont_driver.ros.worker import Worker
 from robotont_fleet import zenoh_keys as keys
-from robotont_fleet.robot_state import RobotState
+from robotont_fleet.robot_telemetry import RobotTelemetry
 from robotont_fleet.zenoh_setup import ABSENT, client_settings, open_session, read_password, send, zenoh
 from robotont_teleop.web.page_setup import ros_home
 
@@ -60,7 +60,7 @@ class FleetNode:
         self._arrived = queue.Queue()           # (what handles it, payload, newest answered question [s])
         self._session = None
         self._state_due = 0.0
-        self._robot = RobotState()
+        self._robot = RobotTelemetry()
         Health(robot_name(), {"fleet": self._report})
         if zenoh is None:
             rospy.logwarn("fleet_node: %s", ABSENT)

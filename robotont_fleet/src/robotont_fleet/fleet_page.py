@@ -20,9 +20,9 @@ from PIL import Image
 
 from robotont_driver.parameters.command_line import CommandLine
 from robotont_fleet import zenoh_keys as keys
-from robotont_fleet.fleet import Fleet
 from robotont_fleet.fleet_server import FleetServer
 from robotont_fleet.free_fleet import free_fleet_text
+from robotont_fleet.known_robots import Fleet
 from robotont_fleet.zenoh_setup import (
     ABSENT,
     TEACHER,

@@ -7,7 +7,7 @@ import time
 
 import tornado.web
 
-from robotont_fleet.fleet import REPEAT
+from robotont_fleet.known_robots import REPEAT
 from robotont_teleop.web.metrics import metrics
 from robotont_teleop.web.page_server import PageServer
 from robotont_teleop.web.web_handlers import Guarded

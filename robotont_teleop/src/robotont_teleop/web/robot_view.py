@@ -22,10 +22,10 @@ from robotont_teleop.hand.speeds import STOP
 from robotont_teleop.hand.twist_message import twist_message
 from robotont_teleop.web.camera import Camera
 from robotont_teleop.web.newest_goal import NewestGoal
-from robotont_teleop.web.robot_topics import MAP_FRAME, RobotTopics
+from robotont_teleop.web.robot_telemetry import MAP_FRAME, RobotTelemetry
 
 
-class RobotView(RobotTopics):
+class RobotView(RobotTelemetry):
     """State and commands. Calls by pages never wait, and whatever takes its time is never carried out late."""
 
     def __init__(self, wheels, camera_topic):

@@ -20,7 +20,7 @@ MEASURED_PACKETS = 5    # over which the measured wheel speeds are averaged
 LIGHTS, RANGES = 24, 16
 
 
-class RobotTopics(RobotReports):
+class RobotTelemetry(RobotReports):
     """The newest of everything that a robot publishes; calls never wait."""
 
     def __init__(self, wheels):

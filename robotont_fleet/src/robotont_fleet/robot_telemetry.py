@@ -18,7 +18,7 @@ from robotont_teleop.web.frame_chain import FrameChain
 from robotont_teleop.web.page_setup import own_address
 
 
-class RobotState(RobotReports):
+class RobotTelemetry(RobotReports):
     """The newest of everything that a fleet wants to know, and what it may order."""
 
     def __init__(self):

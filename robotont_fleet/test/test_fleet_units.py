@@ -1,6 +1,7 @@
 """The parts of a fleet alone, without network and clock."""
 
 import json
+import math
 import re
 from pathlib import Path
 
@@ -27,6 +28,15 @@ STATE = {"id": "a", "number": 1, "frame": "map", "pose": [1, 2, 3], "speed": Non
 
 def said(**fields):
     return json.dumps({**STATE, **fields}).encode()
+
+
+@pytest.mark.parametrize("age, words", [
+    (0.0, ""), (2.0, ""), (2.1, "2.1 s old, allowed: 2 s"), (-0.1, "-0.1 s old"), (math.inf, "before the connection"),
+    (math.nan, "nan s old")])
+def test_a_goal_of_another_age_is_refused(age, words):
+    refusal = fleet_node.refusal_of_age(age)
+    assert words in refusal
+    assert bool(refusal) == bool(words)
 
 
 def test_a_stop_is_sent_until_every_robot_of_the_name_confirms_it():

@@ -99,10 +99,10 @@ class LocalizationCheckTest(NodeTest):
         type(self).ranges = np.where(np.arange(90) < 50, far, 0.4)
         self.wait_for_status(TASK, WARN, "something that the map lacks fills the view")
         transforms.publish(place(1.6, 0.3, odometry=1.1))
-        wait_for(lambda: "amcl has moved the pose by 1.1 m" in troubles[-1].data, "words for goto")
+        wait_for(lambda: "the localization has moved the pose by 1.1 m" in troubles[-1].data, "words for goto")
         type(self).ranges = far  # even when it fits
         rospy.sleep(2 * rospy.get_param("navigation_monitor/fit_time"))
-        self.wait_for_status(TASK, ERROR, "amcl has moved the pose by 1.1 m")
+        self.wait_for_status(TASK, ERROR, "the localization has moved the pose by 1.1 m")
         transforms.publish(place(0.5, 0.3))
         self.wait_for_status(TASK, OK, "of the scan's rays")
         wait_for(lambda: not troubles[-1].data, "goto may go on")

@@ -57,6 +57,7 @@ def test_speeds(keys):
 
 @pytest.mark.parametrize("text, keys_, rest", [
     ("w", ["w"], ""), ("ww ", ["w", "w", " "], ""), ("\x1b[A\x1b[D", ["up", "left"], ""), ("\x1bOC", ["right"], ""),
-    ("\x1b", ["\x1b"], ""), ("\x1b[", [], "\x1b["), ("\x1b[1;5A", ["other"], ""), ("\x1b[3~w", ["other", "w"], "")])
+    ("\x1b", ["\x1b"], ""), ("\x1b[", [], "\x1b["), ("\x1b[1;5A", ["other"], ""), ("\x1b[3~w", ["other", "w"], ""),
+    ("\x1b[" + 20 * "1" + "\x1b[A", ["other", "up"], "")])
 def test_keys_of_a_terminal(text, keys_, rest):
     assert split_keys(text) == (keys_, rest)

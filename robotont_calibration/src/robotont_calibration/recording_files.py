@@ -94,15 +94,17 @@ def _lines(path):
 
 
 def _numbers(path, lines, columns=None):
-    """The numbers in lines, K x `columns`, or 7 or more. Raises RecordingError unless all are finite."""
-    try:
-        table = np.array([line.split(",") for line in lines], dtype=float).reshape(len(lines), columns or -1)
-    except ValueError as error:
-        raise RecordingError(f"{path}: found no table of numbers: {str(error)[:200]}") from error
-    if table.shape[1] < (columns or 7) or not np.all(np.abs(table) <= LARGEST_NUMBER):
-        raise RecordingError(f"{path}: found {table.shape[1]} columns of numbers up to {np.abs(table).max():g}, "
-                             f"allowed: {columns or '7 or more'}, up to {LARGEST_NUMBER:g}")
-    return table
+    """The numbers in lines, K x `columns`, or 7 or more as the first. Raises RecordingError unless all are finite."""
+    columns, table = columns or max(7, lines[0].count(",") + 1), []
+    for line in lines:
+        try:
+            table.append(np.array(line.split(","), dtype=float))
+        except ValueError:
+            table.append(np.empty(0))
+        if len(table[-1]) != columns or not np.all(np.abs(table[-1]) <= LARGEST_NUMBER):
+            raise RecordingError(f"{path}: found the line {shown(line)}, allowed: {columns} numbers up to "
+                                 f"{LARGEST_NUMBER:g}, with commas between them")
+    return np.array(table)
 
 
 def _recording(times, counts, poses):

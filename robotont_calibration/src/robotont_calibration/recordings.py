@@ -84,8 +84,8 @@ class Recording:
         if len(self.commands) < 2:
             return None
         stamps, twists = map(np.array, zip(*self.commands))
-        times = np.arange(stamps[0], stamps[-1] + LONGEST_HOLD, 0.02)  # for the drawing
-        times = np.unique(np.concatenate([stamps, stamps + LONGEST_HOLD, times]))
+        held = np.add.outer(stamps, np.arange(0.0, LONGEST_HOLD, 0.02)).ravel()  # for the drawing
+        times = np.unique(np.concatenate([held, stamps + LONGEST_HOLD]))
         newest = np.searchsorted(stamps, times[:-1], side="right") - 1
         twists = np.where((times[:-1] < stamps[newest] + LONGEST_HOLD)[:, None], twists[newest], 0.0)
         return Trajectory(times, np.vstack([np.zeros(3), se2.path(twists * np.diff(times)[:, None])]))

@@ -37,6 +37,14 @@ OLDEST_GOAL = 2.0  # [s] one that was sent longer ago is refused
 QUESTION, ANSWER = 0.5, 2.0  # [s] between two questions to the router; an answer may take
 
 
+def refusal_of_age(age):
+    """Why a goal that was sent `age` [s] ago is refused; empty when it is not."""
+    if 0.0 <= age <= OLDEST_GOAL:
+        return ""
+    return "goal refused: it was sent before the connection was cut" if age == math.inf else \
+        f"goal refused: it may be {age:.1f} s old, allowed: {OLDEST_GOAL:g} s"
+
+
 class FleetNode:
     """The zenoh side of one robot."""
 
@@ -200,11 +208,8 @@ class FleetNode:
         """Send a goal that is fresh and cannot be meant for another robot; else say why not."""
         if self._others:
             refusal = f"goal refused: another robot is called {self.name}, too"
-        elif not 0.0 <= age <= OLDEST_GOAL:
-            refusal = "goal refused: it was sent before the connection was cut" if age == math.inf else \
-                f"goal refused: it may be {age:.1f} s old, allowed: {OLDEST_GOAL:g} s"
         else:
-            refusal = send()
+            refusal = refusal_of_age(age) or send()
         if refusal:
             rospy.logwarn("%s", refusal)
         self._note = refusal

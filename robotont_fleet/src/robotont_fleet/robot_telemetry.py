@@ -52,7 +52,7 @@ class RobotTelemetry(RobotReports):
             return "goal refused: it is no place"
         if self.emergency_stop.pressed:
             return "goal refused: the emergency stop is pressed"
-        charge = (self.battery or {}).get("charge")
+        charge = self.newest_charge
         if charge is not None and charge <= EMPTY:
             return "goal refused: the battery is empty"
         if not self._goals.get_num_connections():

@@ -1,6 +1,7 @@
 """Lets DWAPlannerROS stay where it has arrived, and turn there to the goal's yaw."""
 
 import math
+import threading
 
 import rospy
 from dynamic_reconfigure.msg import Config, DoubleParameter
@@ -25,7 +26,9 @@ class Arrival:
     """
 
     def __init__(self, parameters):
-        self._narrow, self._wide = parameters["goal_tolerance"], parameters["stay_tolerance"]
+        self._narrow = parameters["goal_tolerance"]
+        self._wide = max(self._narrow, parameters["stay_tolerance"])
+        self._lock = threading.Lock()  # a subscriber's thread each
         self._set = self._goal = None  # the newest tolerance [m]; (x, y) [m] of what is pursued
         self._reconfigure = rospy.ServiceProxy("move_base/DWAPlannerROS/set_parameters", Reconfigure)
         rospy.Subscriber("move_base/current_goal", PoseStamped, self._on_goal, queue_size=1)
@@ -43,9 +46,10 @@ class Arrival:
 
     def _allow(self, tolerance):
         """Another planner has no such service; one that is started again is told at the next goal."""
-        if tolerance != self._set:
-            try:
-                self._reconfigure(Config(doubles=[DoubleParameter("xy_goal_tolerance", tolerance)]))
-                self._set = tolerance
-            except rospy.ServiceException:
-                self._set = None
+        with self._lock:
+            if tolerance != self._set:
+                try:
+                    self._reconfigure(Config(doubles=[DoubleParameter("xy_goal_tolerance", tolerance)]))
+                    self._set = tolerance
+                except rospy.ServiceException:
+                    self._set = None

@@ -35,7 +35,7 @@ LOOK_PERIOD = 0.5  # [s] between two scans that are compared with the map
 THROUGH_WALLS = 0.1  # share of rays that go through walls from which on a pose is wrong, whatever stands in the room
 MISFIT = 0.4        # share of rays explained, below which what the map lacks is more than the map has ...
 MISFIT_WAY = 1.5    # [m] ... and no obstacle stays before a robot for so much driving
-MOVED = 0.8         # [m] by which amcl does not move a right pose ...
+MOVED = 0.8         # [m] by which a localization does not move a right pose ...
 MOVED_WAY = 5.0     # [m] ... in so much driving
 REMEDY = ("set the pose by RViz' 2D Pose Estimate, or let the robot look around: rosrun robotont_map_navigation "
           "relocalize")
@@ -50,7 +50,7 @@ class LocalizationCheck:
     def __init__(self, parameters, transforms):
         self._parameters = parameters
         self._lock = threading.Lock()
-        self._map = self._scan = self._covariance = self._base = None
+        self._map = self._scan = self._covariance = self._frames = None
         self._scanned = time.monotonic()  # [s] when the newest scan came
         self._lost = ""          # why the newest scan could not be laid on the map
         self._laid_at = time.monotonic()  # [s] when the newest one that could be was
@@ -59,9 +59,9 @@ class LocalizationCheck:
         self._settled = 0.0      # [s] from when on scans count
         self._place = None       # (x, y) [m] at the newest of them
         self._misfit_way = 0.0   # [m] driven with those that did not fit, less that with those that did
-        self._odometry = None    # (x, y, yaw) of the odometry's frame on the map some way ago
-        self._way = 0.0          # [m] driven since
-        self._moved = 0.0        # [m] by which amcl has moved the pose since
+        self._odometry = None    # (x, y, yaw) of the odometry's frame on the map at the newest scan
+        self._moved = np.zeros(2)  # [m] by which the localization has moved the robot's place ...
+        self._way = 0.0          # [m] ... in so much driving
         self._wrong = ""         # why the pose is wrong, as goto has been told
         self._trouble = rospy.Publisher("localization/trouble", String, queue_size=1, latch=True)
         self._trouble.publish("")
@@ -92,7 +92,7 @@ class LocalizationCheck:
         """A person has said where the robot is: what the scans showed before does not count."""
         with self._lock:
             self._fits.clear()
-            self._place, self._misfit_way, self._odometry, self._moved = None, 0.0, None, 0.0
+            self._place, self._misfit_way, self._odometry, self._moved = None, 0.0, None, np.zeros(2)
             self._settled = time.monotonic() + SETTLING
 
     def _on_command(self, message):
@@ -107,9 +107,9 @@ class LocalizationCheck:
             try:
                 found = self._transforms.lookup_transform(
                     frame, scan.header.frame_id, scan.header.stamp, rospy.Duration(LOOK_PERIOD))
-                self._base = self._base or base_frame()
+                self._frames = self._frames or (base_frame(), odometry_frame())
                 base, odometry = (_pose(self._transforms.lookup_transform(frame, child, rospy.Time()))
-                                  for child in (self._base, odometry_frame()))
+                                  for child in self._frames)
             except tf2_ros.TransformException as error:
                 self._lost = str(error)
                 return LOOK_PERIOD
@@ -134,10 +134,12 @@ class LocalizationCheck:
         self._misfit_way = max(0.0, self._misfit_way + (-step if fits else step))
 
     def _add_move(self, odometry, base):
-        """How far amcl has moved the pose (x, y, yaw) `base`; too far is not made good by a view that fits then."""
-        if self._odometry is None or (self._way > MOVED_WAY and self._moved <= MOVED):
-            self._odometry, self._way = odometry, 0.0
-        self._moved = math.dist(compose(self._odometry, between(odometry, base))[:2], base[:2])
+        """How far the pose (x, y, yaw) `base` is moved; too far is not made good by a view that fits then."""
+        before = compose(self._odometry or odometry, between(odometry, base))
+        self._odometry = odometry
+        self._moved += np.subtract(base, before)[:2]
+        if self._way > MOVED_WAY and np.hypot(*self._moved) <= MOVED:
+            self._moved, self._way = np.zeros(2), 0.0
 
     def _report(self):
         oldest = time.monotonic() - self._parameters["fit_time"]
@@ -184,12 +186,12 @@ class LocalizationCheck:
         """Why a mean `Fit` proves a wrong pose; empty when it does not."""
         if mean is None:  # nothing new since: as it was
             return self._wrong
-        if mean.explained >= self._parameters["min_fit"] and self._moved <= MOVED:
+        if mean.explained >= self._parameters["min_fit"] and np.hypot(*self._moved) <= MOVED:
             return ""
         found = f"the map explains {mean.explained:.0%} of the scan's rays"
         cause = ": a map of another place, or a wrong pose"
-        if self._moved > MOVED:
-            return f"{found}, but amcl has moved the pose by {self._moved:.1f} m{cause}"
+        if np.hypot(*self._moved) > MOVED:
+            return f"{found}, but the localization has moved the pose by {np.hypot(*self._moved):.1f} m{cause}"
         if mean.through_walls >= THROUGH_WALLS:
             return (f"{found}, at least {self._parameters['min_fit']:.0%} should be, and {mean.through_walls:.0%} go "
                     f"through walls{cause}")

@@ -115,7 +115,8 @@ def remove(root, udev_rules):
     """
     units = [place + unit for unit in (*UNITS, PAGE_UNIT, FLEET_UNIT) for place in (WANTED, SYSTEMD)]
     rules = [UDEV + Path(rule).name for rule in udev_rules]
-    names = (*rules, *units, USER, SETTINGS + "python_logging.conf", SETTINGS + "environment", KEPT, STATE)
+    names = (*rules, *units, USER, SETTINGS + "python_logging.conf", SETTINGS + "environment",
+             SETTINGS + "installed", KEPT, STATE)  # installed: a list that 1.0 has kept
     gone = []
     for name, path in [(name, under(root, name)) for name in names]:
         if path.is_symlink():

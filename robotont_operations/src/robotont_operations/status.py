@@ -56,10 +56,10 @@ def look():
     init_tool(CALLER[1:])
     master = rosgraph.Master(CALLER)
     alive = nodes_alive(master)
-    return table(alive, robot_reports(DIAGNOSTICS), sorted(restarts(master).items()), robots_of(alive))
+    return table(alive, newest_diagnostics(DIAGNOSTICS), sorted(restarts(master).items()), robots_of(alive))
 
 
-def robot_reports(duration):
+def newest_diagnostics(duration):
     """{name: (level, words, {key: value})} of the messages on /diagnostics within `duration` [s]."""
     statuses = {}
 

@@ -20,7 +20,7 @@ SPEED_KEYS = {  # key: factors of the linear and the angular speed
     "r": (1.1, 1.0), "f": (1 / 1.1, 1.0), "t": (1.0, 1.1), "g": (1.0, 1 / 1.1),
 }
 EMERGENCY_STOP, RELEASE, QUIT = " ", "U", ("\x03", "\x04", "\x1b")
-KEY = re.compile(r"\x1b[\[O][^A-Za-z~]*[A-Za-z~]|.", re.DOTALL)  # a sequence of ECMA-48, or a letter
+KEY = re.compile(r"\x1b[\[O][^A-Za-z~\x1b]*[A-Za-z~]?|.", re.DOTALL)  # a sequence of ECMA-48, or a letter
 BEGUN = re.compile(r"\x1b[\[O][^A-Za-z~\x1b]{0,13}\Z")
 ARROWS = {"A": "up", "B": "down", "C": "right", "D": "left"}
 REPEATS_WITHIN = 0.15  # [s] a key that comes again sooner is held, not pressed twice

@@ -31,6 +31,7 @@ class RobotReports:
         self.driven = 0.0     # [m]
         self.driven_by = ""
         self.board = ""       # its banner
+        self.newest_charge = None  # of the battery, 0 to 1, however long ago
         rospy.Subscriber("odom", Odometry, self._on_odometry, queue_size=1)
         rospy.Subscriber("battery", BatteryState, self._on_battery, queue_size=1)
         rospy.Subscriber("cmd_vel/driven_by", String, self._on_driven_by, queue_size=1)
@@ -83,7 +84,8 @@ class RobotReports:
         self._keep("velocity", (twist.linear.x, twist.linear.y, twist.angular.z))
 
     def _on_battery(self, message):
-        self._keep("battery", {"voltage": finite(message.voltage, 1), "charge": finite(message.percentage, 2)})
+        self.newest_charge = finite(message.percentage, 2)
+        self._keep("battery", {"voltage": finite(message.voltage, 1), "charge": self.newest_charge})
 
     def _on_driven_by(self, message):
         self.driven_by = message.data[:LONGEST_WORDS]

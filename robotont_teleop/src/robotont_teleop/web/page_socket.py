@@ -15,7 +15,7 @@ SEND_BUFFER = 16384           # [bytes] of a page's socket, so that little can w
 LONGEST = 512                 # [bytes] of one message
 MAX_PAGES = 16                # open at once
 SLOWEST_READER = 5.0          # [s] a page that has not read for so long is closed
-LONGEST_REASON = 30           # [letters] of a close, which has room for 123 bytes (RFC 6455)
+LONGEST_REASON = 60           # [letters] of a close, which has room for 123 bytes (RFC 6455)
 WRONG_MESSAGES = 10           # of one page before it is closed
 GOING_AWAY, NOT_OURS = 1001, 1008  # close codes (RFC 6455): end, policy violation
 

@@ -134,7 +134,7 @@ def test_a_run_that_determines_nothing_and_has_a_gap_is_named_and_not_written(ru
     (["{0}=1,2,north"], "found '1,2,north'"),
     (["{0}"], "found no true pose"),
     (["{0}=1,2,3", "--point", "1"], "found '1', allowed: free, fixed or X,Y [m]"),
-    (["{0}=1,2,3", "--format", "optiodom"], "could not convert string to float: 'time'"),
+    (["{0}=1,2,3", "--format", "optiodom"], "found the line 'time,m0,m1,m2', allowed: 7 numbers"),
     (["--guide", "a", "--side", "-1"], "found '-1', allowed: a number > 0"),
 ])
 def test_bad_input(arguments, words, runs, tmp_path, capsys):

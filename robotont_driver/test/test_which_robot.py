@@ -3,7 +3,7 @@ import time
 import pytest
 
 from robotont_boards import BOARDS
-from robotont_driver.link import port as serial_port
+from robotont_driver.link import exclusive_port as serial_port
 from robotont_driver.tools.which_robot import main
 from robotont_testing.board_port import BoardPort
 from robotont_testing.dc_motors import Motors

@@ -138,14 +138,14 @@ class Rig:
         os.write(self._keys, key)
         return time.monotonic()
 
-    def press_pad(self, button):
-        """A button of a gamepad, whose node is started for the first one."""
+    def press_pad(self, buttons):
+        """Buttons of a gamepad, whose node is started for the first ones."""
         if self._pad is None:
             self._pad = subprocess.Popen(["/usr/bin/python3", str(PAD)], stdin=subprocess.PIPE, stdout=subprocess.PIPE,
                                          text=True, start_new_session=True)
             self.master._processes.append(self._pad)
             wait_for(lambda: "ready" in self._pad.stdout.readline(), "the gamepad")
-        self._pad.stdin.write(button + "\n")
+        self._pad.stdin.write(buttons + "\n")
         self._pad.stdin.flush()
         return time.monotonic()
 
@@ -308,7 +308,7 @@ def faults(long):
     stops += [emergency_stop(way, press, seconds, release_it) for seconds in ((3, 20, 60) if long else (3,))
               for way, press, release_it in (("keys", lambda rig: rig.press_key(b" "), lambda rig: rig.press_key(b"U")),
                                              ("gamepad", lambda rig: rig.press_pad("BTN_EAST"),
-                                              lambda rig: rig.press_pad("BTN_START")),
+                                              lambda rig: rig.press_pad("BTN_TL BTN_START")),
                                              ("page", Rig.press_page, release))]
     return {
         (): [

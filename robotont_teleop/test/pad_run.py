@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""gamepad_teleop on a recorded pad: presses and releases the buttons that stdin names, one a line (BTN_EAST)."""
+"""gamepad_teleop on a recorded pad: buttons that a line of stdin names are pressed, then let go (BTN_EAST)."""
 
 import sys
 
@@ -19,6 +19,8 @@ if __name__ == "__main__":
     rospy.wait_for_message("emergency_stop/pressed_by", String)
     print("ready", flush=True)
     for line in sys.stdin:
-        button = ecodes.ecodes[line.strip()]
-        pad.frame((ecodes.EV_KEY, button, 1))
-        pad.frame((ecodes.EV_KEY, button, 0))
+        buttons = [ecodes.ecodes[name] for name in line.split()]
+        for button in buttons:
+            pad.frame((ecodes.EV_KEY, button, 1))
+        for button in buttons:
+            pad.frame((ecodes.EV_KEY, button, 0))

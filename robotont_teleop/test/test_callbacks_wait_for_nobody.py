@@ -22,7 +22,7 @@ ROOTS = {
     "cmd_vel_mux.py": {"_on_command", "_on_pressed_by", "_look", "_on_give_back", "_stop"},
     "guard_sensors.py": {"_on_scan", "_on_range", "_on_static"},  # what they hold back holds back the mux' own threads
     "odom_node.py": {"_on_packet"},
-    "emergency_stop_button.py": {"press", "_on_pressed_by"},
+    "emergency_stop_publisher.py": {"press", "_on_pressed_by"},
     "service_request.py": {"call"},
     "hand_output.py": {"send", "press_emergency_stop"},
     "robot_view.py": {"send", "cancel", "_stop"},

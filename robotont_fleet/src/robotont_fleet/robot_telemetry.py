@@ -12,7 +12,7 @@ from geometry_msgs.msg import PoseStamped
 from tf2_msgs.msg import TFMessage
 
 from robotont_driver.robots.battery import EMPTY
-from robotont_teleop.hand.emergency_stop_button import EmergencyStopButton
+from robotont_teleop.hand.emergency_stop_publisher import EmergencyStopPublisher
 from robotont_teleop.hand.robot_reports import RobotReports, rounded
 from robotont_teleop.web.frame_chain import FrameChain
 from robotont_teleop.web.page_setup import own_address
@@ -29,7 +29,7 @@ class RobotTelemetry(RobotReports):
         self._page = page_address()
         package = Path(rospkg.RosPack().get_path("robotont_fleet")) / "package.xml"
         self._version = ElementTree.parse(str(package)).findtext("version", "unknown")
-        self.emergency_stop = EmergencyStopButton()
+        self.emergency_stop = EmergencyStopPublisher()
         self._goals = rospy.Publisher("move_base_simple/goal", PoseStamped, queue_size=1)
         self._cancels = rospy.Publisher("move_base/cancel", GoalID, queue_size=5)
         self._frames.listen()

@@ -3,8 +3,8 @@
 import os
 import time
 
+from robotont_driver.link.exclusive_port import waiting_bytes
 from robotont_driver.link.outbox import Outbox
-from robotont_driver.link.port import waiting_bytes
 
 
 class LineWriter:

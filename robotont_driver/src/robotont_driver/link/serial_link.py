@@ -7,8 +7,8 @@ import termios
 import threading
 import time
 
+from robotont_driver.link.exclusive_port import explain, opened
 from robotont_driver.link.line_writer import LineWriter
-from robotont_driver.link.port import explain, opened
 from robotont_driver.timing.starvation import StallWatch
 
 READ_SIZE = 4096    # [bytes]

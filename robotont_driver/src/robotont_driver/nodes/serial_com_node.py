@@ -8,7 +8,7 @@ import rospy
 
 from robotont_driver.command.packet_repetition import PUBLISH_RATE, WRITE_TIMEOUT, check_repetition
 from robotont_driver.kinematics.motor import counts_in_reach
-from robotont_driver.link.port import usb_id
+from robotont_driver.link.exclusive_port import usb_id
 from robotont_driver.link.serial_link import SerialLink
 from robotont_driver.parameters.parameters import Parameter
 from robotont_driver.protocol.dialects import AUTO, DISTANCE, NAMES, Recognised, expect_dialect

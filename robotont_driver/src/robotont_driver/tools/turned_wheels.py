@@ -9,7 +9,7 @@ import math
 import sys
 import time
 
-from robotont_driver.link.port import explain, heard, opened, usb_id
+from robotont_driver.link.exclusive_port import explain, heard, opened, usb_id
 from robotont_driver.parameters.command_line import CommandLine
 from robotont_driver.protocol.dialects import expect_dialect
 from robotont_driver.protocol.dialects.dialect import DialectError

@@ -4,7 +4,7 @@ import argparse
 import importlib.util
 import sys
 
-from robotont_driver.link.port import explain, heard, usb_id
+from robotont_driver.link.exclusive_port import explain, heard, usb_id
 from robotont_driver.protocol.dialects.recognition import LEAST_WHEELS, PATIENCE, ROBOTS, Listener, explained
 
 LINE = "roslaunch robotont_bringup robot.launch {} port:={}"

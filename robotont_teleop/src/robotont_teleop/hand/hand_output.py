@@ -5,7 +5,7 @@ import rospy
 from geometry_msgs.msg import Twist
 
 from robotont_driver.ros.publishers import DroppingPublisher
-from robotont_teleop.hand.emergency_stop_button import EmergencyStopButton
+from robotont_teleop.hand.emergency_stop_publisher import EmergencyStopPublisher
 from robotont_teleop.hand.robot_reports import RobotReports
 from robotont_teleop.hand.speeds import STOP
 from robotont_teleop.hand.twist_message import twist_message
@@ -19,7 +19,7 @@ class HandOutput:
     def __init__(self):
         self.topic = HAND if self._mux_runs() else DIRECT
         self._command = DroppingPublisher(self.topic, Twist)
-        self.emergency_stop = EmergencyStopButton()
+        self.emergency_stop = EmergencyStopPublisher()
         self.reports = RobotReports(rospy.get_namespace().strip("/"))
         self.sent = STOP
 

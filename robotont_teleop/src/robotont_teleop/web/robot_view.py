@@ -15,7 +15,7 @@ from geometry_msgs.msg import Twist
 from robotont_driver.ros.publishers import DroppingPublisher
 from robotont_map_navigation.goal import Goal
 from robotont_map_navigation.goto_client import GoTo
-from robotont_teleop.hand.emergency_stop_button import EmergencyStopButton
+from robotont_teleop.hand.emergency_stop_publisher import EmergencyStopPublisher
 from robotont_teleop.hand.robot_reports import LONGEST_WORDS
 from robotont_teleop.hand.service_request import ServiceRequest
 from robotont_teleop.hand.speeds import STOP
@@ -38,7 +38,7 @@ class RobotView(RobotTelemetry):
         self._ended = False
         self._goto = GoTo(MAP_FRAME, lambda words: self._goal.show_progress(words))
         self._goal = NewestGoal(self._goto, self._say)
-        self.emergency_stop = EmergencyStopButton(self._say)
+        self.emergency_stop = EmergencyStopPublisher(self._say)
         self._command = DroppingPublisher("cmd_vel/hand", Twist)
         self._cancel = rospy.Publisher("move_base/cancel", GoalID, queue_size=5, tcp_nodelay=True)
         self.reset_odometry = ServiceRequest("reset_odometry", "reset odometry", self._say).call

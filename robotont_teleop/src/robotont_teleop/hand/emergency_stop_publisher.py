@@ -10,7 +10,7 @@ from robotont_driver.ros.rospy_internals import connection_header
 from robotont_teleop.hand.service_request import ServiceRequest
 
 
-class EmergencyStopButton:
+class EmergencyStopPublisher:
     """Presses for this node, follows driver_node's word of who presses, and asks it for a release.
 
     A press stays latched, for a driver_node that starts or connects later, until driver_node has it released.

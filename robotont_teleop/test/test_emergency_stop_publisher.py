@@ -6,7 +6,7 @@ import rospy
 from std_msgs.msg import String
 from std_srvs.srv import Trigger
 
-from robotont_teleop.hand.emergency_stop_button import EmergencyStopButton
+from robotont_teleop.hand.emergency_stop_publisher import EmergencyStopPublisher
 from robotont_teleop.hand.service_request import OLDEST, ServiceRequest
 from robotont_testing.harness import Master, in_own_process, suspended, wait_for
 from robotont_testing.robots import WHEEL_PARAMS
@@ -20,7 +20,7 @@ def test_what_a_person_asks_for_is_never_carried_out_late():
         said, failures, asked, answers = [], [], [], []
         rospy.Subscriber("emergency_stop/pressed_by", String, lambda message: said.append(message.data))
         rospy.Service("reset_odometry", Trigger, lambda request: asked.append(request) or (True, ""))
-        button = EmergencyStopButton(failures.append)
+        button = EmergencyStopPublisher(failures.append)
         reset = ServiceRequest("reset_odometry", "reset odometry", answers.append)
         button.press()
         assert (button.pressed, button.has_driver) == (True, False)

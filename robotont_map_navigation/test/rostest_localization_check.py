@@ -132,7 +132,7 @@ class LocalizationCheckTest(NodeTest):
         self.assertEqual(troubles[-1].data, "")
         transforms.publish(place(0.5, 0.3))
         type(self).ranges = np.minimum(far, 0.4)
-        self.wait_for_status(TASK, WARN, "something that the map lacks fills the view")
+        self.wait_for_status(TASK, WARN, "the map explains 0% of the scan's rays, the others end before its walls")
         self.assertEqual(troubles[-1].data, "", "the pose may be right")  # the last ones' end was waited for
         transforms.publish(place(-1.2, 0.3))
         self.wait_for_status(TASK, ERROR, "m of driving: a map of another place")

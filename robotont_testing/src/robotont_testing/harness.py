@@ -48,12 +48,22 @@ def wait_for(condition, what, timeout=20.0, period=0.005):
 def in_own_process(test):
     """A test without arguments that runs in a process of its own: rospy.init_node works once in each."""
     file = test.__code__.co_filename
+    program = f"""
+import os, runpy, sys, traceback
+sys.path.insert(0, {os.path.dirname(file)!r})
+status = 1
+try:
+    runpy.run_path({file!r})[{test.__name__!r}].__wrapped__()
+    status = 0
+except BaseException:
+    traceback.print_exc()
+sys.stdout.flush()
+os._exit(status)  # rospy's own end waits for ever for a thread that subscribes while the master goes
+"""
 
     def run():
-        result = subprocess.run(
-            [sys.executable, "-c", f"import sys, runpy; sys.path.insert(0, {os.path.dirname(file)!r}); "
-                                   f"runpy.run_path({file!r})[{test.__name__!r}].__wrapped__()"],
-            stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, check=False)
+        result = subprocess.run([sys.executable, "-c", program], stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
+                                stderr=subprocess.STDOUT, text=True, check=False, timeout=300)
         assert not result.returncode, f"exit status {result.returncode}: {result.stdout}"
     return functools.wraps(test)(run)
 

@@ -15,7 +15,7 @@ SEND_BUFFER = 16384           # [bytes] of a page's socket, so that little can w
 LONGEST = 512                 # [bytes] of one message
 MAX_PAGES = 16                # open at once
 SLOWEST_READER = 5.0          # [s] a page that has not read for so long is closed
-LONGEST_REASON = 60           # [letters] of a close, which has room for 123 bytes (RFC 6455)
+LONGEST_REASON = 123          # [bytes] of a close (RFC 6455)
 WRONG_MESSAGES = 10           # of one page before it is closed
 GOING_AWAY, NOT_OURS = 1001, 1008  # close codes (RFC 6455): end, policy violation
 
@@ -101,7 +101,7 @@ class PageSocket(Guarded, tornado.websocket.WebSocketHandler):
         """Take no more messages, and close; the robot stops now, however long the goodbye takes."""
         self.server.remove(self)
         self.number = None
-        self.close(code, words[:LONGEST_REASON])
+        self.close(code, words.encode()[:LONGEST_REASON].decode(errors="ignore"))
 
     def _refuse(self, words, at_once=False):
         self.server.refused += 1

@@ -322,7 +322,7 @@ def faults(long):
                   statuses=(1, 7)),
             Fault("kidnapped by 1 m and 90 degrees", kidnap(1.0, 0.0, math.pi / 2), statuses=(8,), mend="relocalize"),
             Fault("kidnapped by 1 m and -90 degrees", kidnap(0.8, 0.6, -math.pi / 2), statuses=(8,), mend="relocalize"),
-            Fault("kidnapped by 5 m", kidnap(4.0, 3.0, 0.0), statuses=(8,), mend="relocalize"),
+            Fault("kidnapped by 5 m", kidnap(4.0, 3.0, 0.0), statuses=(1, 8), mend="relocalize"),
         ],
         ("composed:=false",): [kill("driver_node"), kill("serial_com_node"), kill("odom_node")],
         ("world:=maze",): [

@@ -111,6 +111,17 @@ class GotoTest(NodeTest):
         self.assertEqual(lines[-1], "move_base gave up (ABORTED): Failed to find a valid plan. "
                                     "Even after executing recovery behaviors")
 
+    def test_what_may_be_wrong_with_the_pose_is_said_when_move_base_gives_up(self):
+        self.use("/doubtful")
+        doubt = rospy.Publisher("/doubtful/localization/doubt", String, queue_size=1, latch=True)
+        doubt.publish("the map explains 0%")
+        goto = self.start_goto("101", "0", "0")
+        wait_for(doubt.get_num_connections, "goto")
+        self.start_server("/doubtful")
+        status, lines = self.end(goto)
+        self.assertEqual(status, 1, lines)
+        self.assertIn("behaviors; the map explains 0%. Was the robot carried? Then start relocalize", lines[-1])
+
     def test_no_server(self):
         self.use("/nowhere")
         patient = self.start_goto("2", "2", "0", log="patient")

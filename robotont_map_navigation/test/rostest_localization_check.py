@@ -88,6 +88,8 @@ class LocalizationCheckTest(NodeTest):
         """3 m, and the map explains half of the view."""
         type(self).ranges = np.where(np.arange(90) < 50, self.ranges, 0.4)
         self.wait_for_status(TASK, WARN, "something that the map lacks fills the view")
+        doubts = self.listen("localization/doubt", String)
+        wait_for(lambda: doubts and "fills the view" in doubts[-1].data, "words for goto")
         for number in range(10):
             transforms.publish(place(0.65 if number % 2 else 0.35, 0.3))
             rospy.sleep(0.6)

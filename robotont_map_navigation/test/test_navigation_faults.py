@@ -18,7 +18,7 @@ def suffer(*words, timeout):
                             text=True, timeout=timeout, capture_output=True)
     print(result.stderr)
     assert result.stdout, result.stderr
-    return json.loads(result.stdout)
+    return json.loads(result.stdout.splitlines()[-1])
 
 
 def check(rows):
@@ -29,6 +29,8 @@ def check(rows):
         assert row["status"] == 0 or row["again"] == 0, row
         assert row["pose_error_m"] < POSE_ERROR, row
         assert row["goal_error_m"] < POSE_ERROR, row
+        if row["fault"].startswith("kidnapped"):
+            assert "relocalize" in row["words"], row
         if row["fault"].startswith("emergency stop"):
             assert row["stood_s"] < 1.0, row
             assert row["way_after_m"] < NOT_MOVED, row

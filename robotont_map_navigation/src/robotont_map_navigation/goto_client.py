@@ -59,6 +59,7 @@ class GoTo:
         self._floor_map = (None, None)  # the message, and the FloorMap that is made of it at the first goal
         self._map_came = threading.Event()
         self._trouble = ""  # why the robot's pose is wrong, of navigation_monitor
+        self._doubt = ""    # why it may be
         self._pressed_by = ""  # who presses the emergency stop, which cancels all goals
         self._stopped_by = ""  # who has pressed it since this one was sent
         self._pose = None
@@ -72,6 +73,7 @@ class GoTo:
         rospy.Subscriber("move_base/status", GoalStatusArray, self._on_status, queue_size=1)
         rospy.Subscriber("map", OccupancyGrid, self._on_map, queue_size=1)
         rospy.Subscriber("localization/trouble", String, self._on_trouble, queue_size=1)
+        rospy.Subscriber("localization/doubt", String, self._on_doubt, queue_size=1)
         rospy.Subscriber("emergency_stop/pressed_by", String, self._on_pressed_by, queue_size=10)
 
     @property
@@ -142,7 +144,7 @@ class GoTo:
         left = remaining(self._pose, goal) if self._pose and self._comparable else None
         words = f"; {left[0]:.2f} m and {left[1]:.2f} rad were left" if left else ""
         return Outcome(GAVE_UP, f"got nowhere for {STAYED:.0f} s: does something stand in the way, or on the goal? "
-                       f"{self.cancel()}{words}")
+                       f"{self.cancel()}{words}{self._doubts()}")
 
     def _end(self, goal, start):
         """The Outcome of a goal that has ended."""
@@ -153,8 +155,13 @@ class GoTo:
         if self._stopped_by and self._client.get_state() in (GoalStatus.PREEMPTED, GoalStatus.RECALLED):
             return Outcome(REPLACED, f"cancelled by the emergency stop, pressed by {self._stopped_by}: release it, "
                            "then send the goal again")
-        return outcome(GoalStatus.to_string(self._client.get_state()), self._client.get_goal_status_text(), goal,
-                       self._pose if self._comparable else None, time.monotonic() - start)
+        found = outcome(GoalStatus.to_string(self._client.get_state()), self._client.get_goal_status_text(), goal,
+                        self._pose if self._comparable else None, time.monotonic() - start)
+        return found._replace(words=found.words + self._doubts()) if found.status == GAVE_UP else found
+
+    def _doubts(self):
+        """Words to a goal that was not reached."""
+        return self._doubt and f"; {self._doubt}. Was the robot carried? Then start relocalize"
 
     def _lost(self):
         self._take_back()
@@ -224,6 +231,9 @@ class GoTo:
 
     def _on_trouble(self, message):
         self._trouble = message.data
+
+    def _on_doubt(self, message):
+        self._doubt = message.data
 
     def _on_pressed_by(self, message):
         self._pressed_by = message.data

@@ -44,7 +44,8 @@ REMEDY = ("set the pose by RViz' 2D Pose Estimate, or let the robot look around:
 class LocalizationCheck:
     """Compares scans with the map, and reports what it finds in the diagnostics and, at each change, in the log.
 
-    While the pose is wrong it tells `localization/trouble`, and cancels whatever goal makes move_base drive.
+    While the pose is wrong it tells `localization/trouble`, and cancels whatever goal makes move_base drive. While
+    it may be wrong, or an obstacle may fill the view, it tells `localization/doubt`.
     """
 
     def __init__(self, parameters, transforms):
@@ -65,6 +66,8 @@ class LocalizationCheck:
         self._wrong = ""         # why the pose is wrong, as goto has been told
         self._trouble = rospy.Publisher("localization/trouble", String, queue_size=1, latch=True)
         self._trouble.publish("")
+        self._doubted = ""       # as goto has been told
+        self._doubt = rospy.Publisher("localization/doubt", String, queue_size=1, latch=True)
         self._level = OK
         self._cancel = rospy.Publisher("move_base/cancel", GoalID, queue_size=1)
         self._transforms = transforms
@@ -157,6 +160,10 @@ class LocalizationCheck:
         if bool(wrong) != bool(self._wrong):
             self._wrong = wrong
             self._trouble.publish(wrong)
+        doubt = words if mean and not wrong and mean.explained < self._parameters["min_fit"] else ""
+        if bool(doubt) != bool(self._doubted):
+            self._doubted = doubt
+            self._doubt.publish(doubt)
         return level, words, values
 
     def _judge(self, mean, lost, outside):

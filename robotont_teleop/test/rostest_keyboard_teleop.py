@@ -142,6 +142,23 @@ class KeyboardTeleopTest(NodeTest):
             wait_for(lambda end=pressed + HOLD: time.monotonic() > end, "the end of the key's time")
             self.assertFalse([one for one in self.hand[seen:] if one != STOP])
 
+    def test_space_is_heard_while_the_terminal_takes_no_output(self):
+        stops = self.listen("emergency_stop/pressed_by", String, publishers=1)
+        terminal = self.terminal
+        terminal.type("\x13")  # Ctrl-S
+
+        def still():
+            shown = len(terminal.shown)
+            time.sleep(0.3)
+            return len(terminal.shown) == shown
+        wait_for(still, "the end of its output")
+        terminal.type(" ")
+        wait_for(lambda: stops and stops[-1].data, "the stop")
+        terminal.type("U")
+        wait_for(lambda: not stops[-1].data, "the release")
+        terminal.type("\x11")  # Ctrl-Q
+        wait_for(lambda: not still(), "its output")
+
     def test_its_end_stops_the_robot(self):
         commands = self.listen("cmd_vel", Twist)
         ends = (("Ctrl-C", lambda terminal: terminal.type("\x03")),

@@ -1,4 +1,4 @@
-"""What a robot says of itself to a fleet: the ROS side, without any network of its own."""
+"""What a robot says of itself to a fleet, and what that may order: the ROS side, without any network of its own."""
 
 import math
 import time

@@ -50,11 +50,11 @@ class Pursuit(NamedTuple):
 class GoTo:
     """Sends a goal and watches it; the next one replaces it. What the map shows to be out of reach is never sent."""
 
-    def __init__(self, frame, show, transforms=None):
-        """frame: of the goals; show: called with lines of progress; transforms: a tf2_ros.Buffer, if there is one."""
+    def __init__(self, frame, show):
+        """frame: of the goals; show: called with lines of progress."""
         self._frame = frame
         self._show = show
-        self._transforms = transforms
+        self._transforms = None         # tf2_ros.Buffer, from the first goal on
         self._map = None                # nav_msgs/OccupancyGrid
         self._floor_map = (None, None)  # the message, and the FloorMap that is made of it at the first goal
         self._map_came = threading.Event()

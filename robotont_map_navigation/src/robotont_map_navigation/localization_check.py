@@ -61,7 +61,7 @@ class LocalizationCheck:
         self._place = None       # (x, y) [m] at the newest of them
         self._misfit_way = 0.0   # [m] driven with those that did not fit, less that with those that did
         self._odometry = None    # (x, y, yaw) of the odometry's frame on the map at the newest scan
-        self._moved = np.zeros(2)  # [m] by which the localization has moved the robot's place ...
+        self._moved = 0j         # [m] x + iy, by which the localization has moved the robot's place ...
         self._way = 0.0          # [m] ... in so much driving
         self._wrong = ""         # why the pose is wrong, as goto has been told
         self._trouble = rospy.Publisher("localization/trouble", String, queue_size=1, latch=True)
@@ -95,7 +95,7 @@ class LocalizationCheck:
         """A person has said where the robot is: what the scans showed before does not count."""
         with self._lock:
             self._fits.clear()
-            self._place, self._misfit_way, self._odometry, self._moved = None, 0.0, None, np.zeros(2)
+            self._place, self._misfit_way, self._odometry, self._moved = None, 0.0, None, 0j
             self._settled = time.monotonic() + SETTLING
 
     def _on_command(self, message):
@@ -140,9 +140,9 @@ class LocalizationCheck:
         """How far the pose (x, y, yaw) `base` is moved; too far is not made good by a view that fits then."""
         before = compose(self._odometry or odometry, between(odometry, base))
         self._odometry = odometry
-        self._moved += np.subtract(base, before)[:2]
-        if self._way > MOVED_WAY and np.hypot(*self._moved) <= MOVED:
-            self._moved, self._way = np.zeros(2), 0.0
+        self._moved += complex(base[0] - before[0], base[1] - before[1])
+        if self._way > MOVED_WAY and abs(self._moved) <= MOVED:
+            self._moved, self._way = 0j, 0.0
 
     def _report(self):
         oldest = time.monotonic() - self._parameters["fit_time"]
@@ -193,12 +193,12 @@ class LocalizationCheck:
         """Why a mean `Fit` proves a wrong pose; empty when it does not."""
         if mean is None:  # nothing new since: as it was
             return self._wrong
-        if mean.explained >= self._parameters["min_fit"] and np.hypot(*self._moved) <= MOVED:
+        if mean.explained >= self._parameters["min_fit"] and abs(self._moved) <= MOVED:
             return ""
         found = f"the map explains {mean.explained:.0%} of the scan's rays"
         cause = ": a map of another place, or a wrong pose"
-        if np.hypot(*self._moved) > MOVED:
-            return f"{found}, but the localization has moved the pose by {np.hypot(*self._moved):.1f} m{cause}"
+        if abs(self._moved) > MOVED:
+            return f"{found}, but the localization has moved the pose by {abs(self._moved):.1f} m{cause}"
         if mean.through_walls >= THROUGH_WALLS:
             return (f"{found}, at least {self._parameters['min_fit']:.0%} should be, and {mean.through_walls:.0%} go "
                     f"through walls{cause}")

@@ -5,7 +5,8 @@ import time
 from robotont_testing.cable import Cable
 from robotont_testing.stand_in_board import Line
 
-LATE = 0.005  # [s]
+TURN = 0.004  # [s] between two turns, at most ...
+LATE = 0.004  # [s] ... and later than this the thread was kept: two lines 30 ms apart stay more than 20 ms apart
 LOOK = 0.03   # [s] within which a board has looked at all that it heard
 
 
@@ -27,7 +28,8 @@ class BoardPort(Cable):
 
     def restart(self):
         """As the reset button does."""
-        self.board = self._make(time.monotonic())
+        self._turned = time.monotonic()  # [s] of the newest turn
+        self.board = self._make(self._turned)
 
     def unplug(self):
         """Vanish, if not vanished already; the board stands still."""
@@ -46,8 +48,8 @@ class BoardPort(Cable):
 
     @property
     def due(self):
-        """[s] when the board will do something by itself."""
-        return self.board.next_event
+        """[s] of the next turn."""
+        return min(self.board.next_event, self._turned + TURN)
 
     def hear(self, data, now):
         """The PC has written."""
@@ -58,6 +60,7 @@ class BoardPort(Cable):
         """Let the board's time pass."""
         if now > self.due + LATE:
             self.late.append((self.due, now))
+        self._turned = now
         data = self.board.advance(now)
         if data:
             self.send(b"".join(self.line.pass_on(data)))

@@ -98,6 +98,7 @@ class Cable:
                 continue
             events = ready.get(self._master, 0)
             data = self._read(self.arrived(now)) if events & select.POLLIN else b""
+            now = time.monotonic()  # not before the read: what came while this thread was kept came no earlier
             if data:
                 self.hear(data, now)
             self.connected = self._master is not None and not events & select.POLLHUP

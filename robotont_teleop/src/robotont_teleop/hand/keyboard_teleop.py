@@ -50,9 +50,6 @@ class KeyboardTeleop:
 
     def __init__(self, parameters, terminal):
         self._terminal = terminal
-        self._screen = None  # the terminal of standard output, opened anew: no write to this descriptor waits
-        if sys.stdout.isatty():
-            self._screen = os.open(os.ttyname(sys.stdout.fileno()), os.O_WRONLY | os.O_NOCTTY | os.O_NONBLOCK)
         speeds = Speeds(parameters["linear_speed"], parameters["angular_speed"])
         self._keys = HeldKeys(speeds, Speeds(*map(max, speeds, FASTEST)), parameters["first_hold"], REPEAT_HOLD)
         self._output = HandOutput()
@@ -130,15 +127,7 @@ class KeyboardTeleop:
         else:  # a robot that was started anew has another master, which does not know these keys
             line = f"{output.listeners}: robot started anew? Esc, keys again"
         columns = os.get_terminal_size(sys.stdout.fileno()).columns if sys.stdout.isatty() else 0
-        self._write(f"\r{line[:columns - 1] if columns > 1 else line}\x1b[K")
-
-    def _write(self, text):
-        """Show it, unless the terminal takes nothing, as after Ctrl-S: whoever waited would hear no key either."""
-        if self._screen is None:
-            print(text, end="", flush=True)
-            return
-        with contextlib.suppress(BlockingIOError):
-            os.write(self._screen, text.encode())
+        _write(f"\r{line[:columns - 1] if columns > 1 else line}\x1b[K")
 
     def _why_not(self):
         """Why the robot may not do as it is told: what is in its way, or its worst error, in its own words."""
@@ -146,6 +135,17 @@ class KeyboardTeleop:
                if light["level"] > 1 or (light["level"] and light["name"].endswith(": guard"))]
         worst = max(bad, key=lambda light: light["level"], default={"level": 0, "words": ""})
         return f"{worst['name']} is silent" if worst["level"] == SILENCE else worst["words"]
+
+
+def _write(text):
+    """Show it, unless the terminal takes nothing, as after Ctrl-S: whoever waited would hear no key either."""
+    screen = sys.stdout.fileno()
+    os.set_blocking(screen, False)  # for this write alone: the shell has the same terminal
+    try:
+        with contextlib.suppress(BlockingIOError):
+            os.write(screen, text.encode())
+    finally:
+        os.set_blocking(screen, True)
 
 
 def _words(twist):

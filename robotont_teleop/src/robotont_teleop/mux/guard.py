@@ -118,13 +118,13 @@ class Guard:
         speed = math.hypot(twist[0], twist[1])
         if not speed or not self._sensors:
             return twist
-        self._move(now)
         allowed = speed
         seen = [one for one in tuple(self._sensors.values()) if self._driven - one.driven < FORGOTTEN]
-        if not self._sees(twist, speed, seen, now) and self._blind_speed < speed:
+        if self._blind_speed < speed and not self._sees(twist, speed, seen, now):
             allowed = self._blind_speed
             self.blind = f"no sensor sees where the hand drives: {allowed:.2f} m/s"
-        if sum(len(one.points) for one in seen):
+        if any(len(one.points) for one in seen):
+            self._move(now)
             _, pose, moving = self._track[-1]
             points = (np.concatenate([one.points for one in seen]) - complex(*pose[:2])) * np.exp(-1j * pose[2])
             way, nearest = self._free_way(twist, speed, points)

@@ -82,6 +82,15 @@ def test_what_leaves_a_cone_may_stand_beside_it_for_three_seconds():
     assert guard.limit((0.2, 0.0, 0.0), 103.1) == (0.2, 0.0, 0.0)
 
 
+def test_what_is_remembered_covers_its_neighbours_across_the_end_of_a_round_scan():
+    guard, far = Guard(RADIUS, LIMITS, 0.3), np.full(len(AROUND), math.inf)
+    guard.see("laser", (0.0, 0.0, 0.0), AROUND, np.where(AROUND > 3.1, 0.31, far), 0.3, 100.0)
+    hidden = abs(AROUND) > 3.1
+    assert hidden[0]
+    guard.see("laser", (0.0, 0.0, 0.0), AROUND, np.where(hidden, -math.inf, far), 0.3, 100.1)
+    assert guard.limit((-0.05, -0.25, 0.0), 100.1) == (-0.05, -0.25, 0.0)
+
+
 def obstacle(kind, way, chance):
     """Boxes that stand in a direction [rad] from the origin."""
     distance, ahead = chance.uniform(1.2, 1.6), np.exp(1j * way)

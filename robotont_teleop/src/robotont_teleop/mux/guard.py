@@ -75,8 +75,8 @@ class Guard:
         step = max(float(angles[-1] - angles[0]) / max(1, len(angles) - 1), 1e-3)
         kept, times, index = self._remembered(sensor, sensor_at, yaw, (angles[0], step), nearest, unknown, at)
         hidden = too_near.copy()  # nothing is remembered there, nobody knows how near: at the robot
-        around = np.arange(-round(SURE / step), round(SURE / step) + 1)
-        hidden[np.clip(index[:, None] + around, 0, len(ranges) - 1)] = False
+        covered = (index[:, None] + np.arange(-round(SURE / step), round(SURE / step) + 1)) % round(2 * math.pi / step)
+        hidden[covered[covered < len(ranges)]] = False
         distances = np.where(unknown, math.inf, ranges)
         distances[hidden] = max(0.0, self._radius - math.hypot(*place[:2]))
         counts = distances < REACH

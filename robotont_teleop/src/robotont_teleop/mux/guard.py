@@ -74,11 +74,16 @@ class Guard:
         unknown = np.isnan(ranges) | (ranges < nearest)
         step = max(float(angles[-1] - angles[0]) / max(1, len(angles) - 1), 1e-3)
         kept, times, index = self._remembered(sensor, sensor_at, yaw, (angles[0], step), nearest, unknown, at)
-        hidden = too_near.copy()  # nothing is remembered there, nobody knows how near: at the robot
+        hidden = too_near.copy()  # nothing is remembered there
         covered = (index[:, None] + np.arange(-round(SURE / step), round(SURE / step) + 1)) % round(2 * math.pi / step)
         hidden[covered[covered < len(ranges)]] = False
         distances = np.where(unknown, math.inf, ranges)
-        distances[hidden] = max(0.0, self._radius - math.hypot(*place[:2]))
+        if hidden.any():
+            old, known = self._sensors.get(sensor), np.where(unknown, math.nan, ranges)
+            known[index] = abs(kept[:len(index)] - sensor_at)
+            fresh = old and at - old.at < STALE
+            distances[hidden] = np.maximum(self._radius - math.hypot(*place[:2]),
+                                           _uncovered(known, hidden, nearest) if fresh else 0.0)
         counts = distances < REACH
         rays = np.exp(1j * (angles + yaw))
         points = sensor_at + distances[counts] * rays[counts]
@@ -198,3 +203,17 @@ class Guard:
             twist = limit_acceleration(before, self._sent, max(0.0, now - begin), self._limits)
             self._driven += max(0.0, now - begin)
         self._track = (*self._track[-100:], (now, self._pose(now), twist))
+
+
+def _uncovered(known, hidden, nearest):
+    """[m] of the `hidden` rays, nearer than a sensor measures (`nearest`), whose last scan had nothing there.
+
+    known: [m] of each ray by measurement or memory, or NaN. What comes out from behind something is no nearer than
+    that; what has just come was farther than `nearest` a scan ago.
+    """
+    sure = np.flatnonzero(~np.isnan(known))
+    if not len(sure):
+        return 0.0
+    after = np.searchsorted(sure, np.flatnonzero(hidden))
+    beside = np.minimum(known[sure[after - 1]], known[sure[after % len(sure)]])
+    return np.where(beside < nearest, beside, nearest - DOUBT)

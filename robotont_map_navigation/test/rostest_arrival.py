@@ -29,7 +29,7 @@ class ArrivalTest(NodeTest):
         goal = self.publisher("move_base/current_goal", PoseStamped)
         feedback = self.publisher("move_base/feedback", MoveBaseActionFeedback)
         result = self.publisher("move_base/result", MoveBaseActionResult)
-        narrow, wide = ("xy_goal_tolerance", 0.03), ("xy_goal_tolerance", 0.06)
+        narrow, wide = ("xy_goal_tolerance", 0.02), ("xy_goal_tolerance", 0.06)
         message, place = PoseStamped(), MoveBaseActionFeedback()
         message.pose.position.x = 2.0
         for end, so_far in ((result, MoveBaseActionResult()), (goal, message)):

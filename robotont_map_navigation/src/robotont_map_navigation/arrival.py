@@ -12,7 +12,7 @@ from move_base_msgs.msg import MoveBaseActionFeedback, MoveBaseActionResult
 from robotont_driver.parameters.parameters import Parameter
 
 PARAMETERS = (
-    Parameter("goal_tolerance", 0.03, "from the goal's place, where DWAPlannerROS arrives: its xy_goal_tolerance", "m",
+    Parameter("goal_tolerance", 0.02, "from the goal's place, where DWAPlannerROS arrives: its xy_goal_tolerance", "m",
               minimum=0.001, maximum=1.0),
     Parameter("stay_tolerance", 0.06, "and where it stays, until the goal's end", "m", minimum=0.001, maximum=1.0),
 )

@@ -2,7 +2,6 @@
 
 import atexit
 import faulthandler
-import functools
 import os
 import sys
 import threading
@@ -15,7 +14,8 @@ from robotont_driver.ros import rospy_internals
 
 MASTER_WITHIN = 10.0  # [s] for which a node waits for a master
 FAREWELL = 3.0  # [s] for the last messages and for the master to hear of the end; roslaunch and systemd wait for 10
-TOOLS_FAREWELL = 2.0  # [s] likewise, of a tool, so that its exit status is its own
+TOOLS_FAREWELL = 2.0  # [s] likewise, of a tool ...
+TOOLS_END = 15.0  # [s] ... which then ends by itself, with its own exit status, also on a busy computer
 
 
 def init_tool(name):
@@ -31,7 +31,7 @@ def init_tool(name):
     farewell.start()  # now: at its end Python starts no thread
 
     def leave():
-        end_soon()
+        end_soon(TOOLS_END)
         ended.set()
         farewell.join(TOOLS_FAREWELL)
 
@@ -57,13 +57,16 @@ def init_node(name):
     rospy.init_node(name)
 
 
-@functools.lru_cache(maxsize=None)  # the first call counts
-def end_soon():
-    """End this process after FAREWELL at the latest, with status 1: its way out may lead to a master that hangs.
+def end_soon(within=FAREWELL):
+    """End this process `within` [s] at the latest, with status 1: its way out may lead to a master that hangs.
 
     rospy unregisters from the master without a time limit. All that stops a robot is sent before.
     """
-    faulthandler.dump_traceback_later(FAREWELL, exit=True, file=_NOWHERE)  # a thread that needs nothing of Python
+    if _ending.is_set():
+        return  # the first call counts
+    _ending.set()
+    faulthandler.dump_traceback_later(within, exit=True, file=_NOWHERE)  # a thread that needs nothing of Python
 
 
+_ending = threading.Event()
 _NOWHERE = open(os.devnull, "w")  # noqa: SIM115  open for as long as the process lives

@@ -13,11 +13,12 @@ from robotont_driver.command.limits import limit_acceleration
 from robotont_driver.kinematics.se2 import arc, compose
 from robotont_teleop.hand.speeds import STOP
 
-SIDE = 0.03        # [m] kept free around the footprint ...
-REST = 0.05        # [m] ... and, on top of it, in the direction of travel
+SIDE = 0.025       # [m] kept free around the footprint ...
+REST = 0.055       # [m] ... and, on top of it, in the direction of travel
 REACTION = 0.1     # [s] until the wheels follow a command
 SLOWEST = 0.02     # [m/s] below it the robot stands
 DECELERATION = 1.5  # [m/s^2] where the driver has no limit of its own
+BRAKING = 3.2      # [m/s^2] of the wheels by zeros, which no limit holds back
 STALE = 0.3        # [s] after its newest reading a sensor sees nothing any more ...
 FORGOTTEN = 10.0   # [s] of driving ... what it has seen counts; [s] for what has left the view of one that sees
 BEYOND = 0.05      # [m] what a range sensor shows may reach out of its cone: half the gap to the next of twelve ...
@@ -116,6 +117,11 @@ class Guard:
     def sent(self, twist, now):
         """Whoever has commanded it: this goes out from now on."""
         self._move(now)
+        if twist == STOP != self._sent:
+            _, pose, moving = self._track[-1]
+            lasts = math.hypot(*moving[:2]) / BRAKING
+            self._track = (*self._track[:-1], (now, pose, tuple(part / 2 for part in moving)))
+            self._track = (*self._track, (now + lasts, self._pose(now + lasts), STOP))
         self._sent = twist
 
     def limit(self, twist, now):
@@ -198,6 +204,8 @@ class Guard:
 
     def _move(self, now):
         begin, _, before = self._track[-1]
+        if self._sent == STOP and now < begin:
+            return  # it still brakes
         twist = STOP
         if self._sent != STOP:
             twist = limit_acceleration(before, self._sent, max(0.0, now - begin), self._limits)

@@ -152,11 +152,9 @@ class Rig:
 
     @property
     def moving(self):
-        """Whether the board's wheels turn now."""
         return self._states[-1][1]
 
     def pid(self, node):
-        """Process id of a node such as odom_node; None while it is dead."""
         try:
             return self.processes.pid("/" + node)
         except OSError:
@@ -166,11 +164,6 @@ class Rig:
         """Whether the robot has driven with an odometry for so long."""
         at, _, well = self._states[-1]
         return well and time.monotonic() - at > seconds
-
-    @property
-    def interruptions(self):
-        """How often the robot has stopped to drive with an odometry, whoever's fault it was."""
-        return sum(before[2] and not after[2] for before, after in zip(self._states, self._states[1:]))
 
     def drive(self):
         """Drive steadily and without complaints, from now on."""
@@ -219,11 +212,9 @@ class Rig:
         return Row(fault.name, stops[0] if stops else None, recovery, self.lost(), named)
 
     def _deaths(self):
-        """Number of nodes that roslaunch has seen die."""
         return self.log.read_text(errors="replace").count("has died")
 
     def close(self):
-        """End the stack and the board."""
         self._ended.set()
         self._commander.join()
         for subscriber in self._subscribers:
@@ -238,7 +229,6 @@ class Rig:
 
 
 def fill(disk):
-    """Write until the disk is full."""
     with contextlib.suppress(OSError), open(str(disk / "filler"), "wb", buffering=0) as file:
         while True:
             file.write(bytes(4096 if os.statvfs(str(disk)).f_bavail > 4 else 64))

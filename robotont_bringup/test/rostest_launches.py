@@ -39,7 +39,6 @@ class LaunchesTest(NodeTest):
                 rospy.delete_param("/" + name)
 
     def topics(self, namespace=""):
-        """The topics of a robot that is about to start."""
         return (self.listen(f"{namespace}/odom", Odometry), self.listen(f"{namespace}/joint_states", JointState),
                 self.publisher(f"{namespace}/cmd_vel", Twist, subscribers=0))
 

@@ -5,7 +5,6 @@ import math
 import os
 import signal
 import socket
-import struct
 import xmlrpc.client
 from typing import ClassVar
 
@@ -14,6 +13,7 @@ import rospy
 import rostest
 from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
+from rosgraph.network import write_ros_handshake_header
 from sensor_msgs.msg import JointState
 from std_msgs.msg import String
 
@@ -65,7 +65,6 @@ class StackTest(NodeTest):
         self.start = self.pose(), self.true_pose()
 
     def pose(self):
-        """(x, y, yaw) of the newest odometry."""
         return pose_of(self.odom[-1].pose.pose)
 
     def true_pose(self):
@@ -76,7 +75,6 @@ class StackTest(NodeTest):
         return between(self.start[0], self.pose())
 
     def drive(self, speeds, until, what):
-        """Command at 50 Hz until a condition holds."""
         wait_for(lambda: self.command.publish(twist(*speeds)) or until(), what, period=0.02)
 
     def stop(self):
@@ -155,9 +153,8 @@ class StackTest(NodeTest):
         hung = socket.socket()
         hung.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
         hung.connect((host, port))
-        fields = ["callerid=/hung", f"topic={topic}", f"md5sum={message_type._md5sum}", f"type={message_type._type}"]
-        header = b"".join(struct.pack("<I", len(field)) + field.encode() for field in fields)
-        hung.sendall(struct.pack("<I", len(header)) + header)
+        write_ros_handshake_header(hung, {"callerid": "/hung", "topic": topic, "md5sum": message_type._md5sum,
+                                          "type": message_type._type})
         return hung
 
     def subscribers(self, topic):

@@ -26,7 +26,6 @@ def publishing(master):
 
 
 def ended_within(process, end):
-    """Whether a process ends before that time [s]."""
     with contextlib.suppress(subprocess.TimeoutExpired):
         process.wait(max(0.0, end - time.monotonic()))
     return process.poll() is not None

@@ -15,7 +15,6 @@ ROWS = {arrangement: [] for arrangement in ARRANGEMENTS}
 
 @pytest.fixture(scope="module", autouse=True)
 def table():
-    """All rows, printed at the end."""
     yield
     for arrangement, rows in ROWS.items():
         print("\n" + "\n".join([HEADING + ", " + arrangement, *map(str, rows)]))

@@ -109,7 +109,6 @@ class Stage(TwoMachines):
                 "ROS_LOG_DIR": str(self.folder)}
 
     def close(self):
-        """End all."""
         self.resume()
         self.board.close()
         super().close()
@@ -143,7 +142,6 @@ class Stage(TwoMachines):
         return (self.folder / f"commander.{who}.log").read_text()
 
     def release(self):
-        """Release the emergency stop."""
         self.check("robot", "rosservice", "call", "/emergency_stop/release")
 
     def drop(self):
@@ -152,14 +150,12 @@ class Stage(TwoMachines):
         self._dropping = True
 
     def mend(self):
-        """End `cut` and `drop`."""
         super().mend()
         if self._dropping:
             self.open_firewall("robot")
             self._dropping = False
 
     def kill(self, who, how=signal.SIGKILL):
-        """End a commander."""
         process = self._commanders.pop(who, None)
         if process:
             self._stopped.discard(process.pid)
@@ -173,14 +169,12 @@ class Stage(TwoMachines):
             self._stopped.add(pid)
 
     def resume(self):
-        """All that hang go on."""
         for pid in self._stopped:
             with contextlib.suppress(ProcessLookupError):  # it was killed meanwhile
                 os.kill(pid, signal.SIGCONT)
         self._stopped.clear()
 
     def respawn(self, name):
-        """Kill a program of robot.launch; roslaunch starts it anew."""
         pid = self.pid(name)
         if pid:
             os.kill(pid, signal.SIGKILL)
@@ -199,7 +193,6 @@ class Stage(TwoMachines):
         return age > ALLOWED and any(f"late {stamp}\n" in self.commander_log(who) for stamp in stamps)
 
     def drives(self, who):
-        """Wait until a commander moves the board."""
         try:
             wait_for(lambda: any(one == who and age < ALLOWED for one, age in self.motions()), f"motion by {who}", 60.0)
         except AssertionError:

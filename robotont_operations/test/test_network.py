@@ -51,7 +51,6 @@ def faults(done):
 
 
 def the_fault(done):
-    """The only reported fault."""
     found = faults(done)
     assert len(found) == 1, done.stdout
     return found[0]
@@ -158,7 +157,6 @@ def ghosts(machines):
 
 
 def registered(machines):
-    """What the master knows, as text."""
     ask = "import xmlrpc.client; print(xmlrpc.client.ServerProxy('http://10.77.0.1:11311').getSystemState('/test'))"
     return machines.run("robot", "/usr/bin/python3", "-c", ask).stdout
 

@@ -85,16 +85,6 @@ class StackTest(NodeTest):
         wait_for(lambda: len(self.joints) > seen + 2 and self.joints[-1].position == self.joints[-2].position
                  and standing == self.board.motors.counted and len(self.odom) >= len(self.joints), "the last counts")
 
-    def assert_truthful(self):
-        """Odometry has moved as the wheels really have, within 1 mm and 0.1 degree."""
-        error = np.subtract(self.moved(), between(self.start[1], self.true_pose()))
-        assert np.all(np.abs(error) < (1e-3, 1e-3, math.radians(0.1))), error
-
-    def largest_step(self):
-        """[m] that odometry has moved between two messages of this test, at most."""
-        path = [(message.pose.pose.position.x, message.pose.pose.position.y) for message in self.odom]
-        return np.linalg.norm(np.diff(path, axis=0), axis=1).max()
-
     def test_directions_are_those_of_rep_103_and_odometry_is_truthful(self):
         for speeds, place in (((0.4, 0, 0), 0), ((0, 0.4, 0), 1), ((0, 0, 1.0), 2)):
             before = self.pose()
@@ -105,7 +95,8 @@ class StackTest(NodeTest):
             self.assertLess(np.max(np.abs(moved[:2])), 0.01, (speeds, moved))
         self.drive((0.3, -0.2, 0.8), lambda: self.moved()[2] > 1.5, "a curve")
         self.stop()
-        self.assert_truthful()
+        error = np.subtract(self.moved(), between(self.start[1], self.true_pose()))
+        assert np.all(np.abs(error) < (1e-3, 1e-3, math.radians(0.1))), error
 
     def test_restarted_and_unplugged_in_mid_drive_it_goes_on_by_itself_and_odometry_does_not_jump(self):
         self.drive((0.4, 0, 0), lambda: self.moved()[0] > 0.1, "motion")
@@ -118,7 +109,8 @@ class StackTest(NodeTest):
         self.board.plug()
         wait_for(lambda: len(self.odom) > seen + 5, "odometry after replugging")
         self.drive((0.4, 0, 0), lambda: self.moved()[0] > before + 0.1, "motion after replugging")
-        self.assertLess(self.largest_step(), 0.4 * 0.02 * 1.5)
+        path = [(message.pose.pose.position.x, message.pose.pose.position.y) for message in self.odom]
+        self.assertLess(np.linalg.norm(np.diff(path, axis=0), axis=1).max(), 0.4 * 0.02 * 1.5)
         self.wait_for_status("serial_com_node: link", OK)
         self.assertNotIn("Traceback", self.log.read_text())
 

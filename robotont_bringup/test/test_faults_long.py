@@ -56,7 +56,7 @@ def test_a_hundred_pulled_cables_cost_nothing(rigs, composed):
         rig.board.unplug()
         wait_for(lambda: not rig.moving, "a standing robot")
         rig.board.plug()
-    hold_out(rigs.get(f"cables {composed}", composed), ROUNDS_OF_CABLE, pull)
+    hold_out(rigs(f"cables {composed}", composed), ROUNDS_OF_CABLE, pull)
 
 
 @pytest.mark.parametrize("node, composed", [*((node, False) for node in NODES), *((node, True) for node in IN_ONE)])
@@ -66,14 +66,14 @@ def test_fifty_killed_nodes_cost_nothing(rigs, node, composed):
         kill(node)(rig)
         wait_for(lambda: not rig.well(0.0), "the fault")
         wait_for(lambda: rig.pid(node) not in (pid, None), "another process", timeout=30.0, period=0.2)
-    hold_out(rigs.get(f"kills {composed}", composed), ROUNDS_OF_KILLS, end)
+    hold_out(rigs(f"kills {composed}", composed), ROUNDS_OF_KILLS, end)
 
 
 @pytest.mark.skipif("ROBOTONT_SOAK" not in os.environ, reason="takes as long as ROBOTONT_SOAK says [s], e.g. 1800")
 @pytest.mark.parametrize("composed", [False, True], ids=["three_processes", "one_process"])
 def test_soak(rigs, composed):
     """A long drive on a line that corrupts one byte in a thousand: every count arrives, and nothing grows."""
-    rig = rigs.get(f"soak {composed}", composed)
+    rig = rigs(f"soak {composed}", composed)
     rig.drive()
     spoil(corrupt=0.001)(rig)
     wait_for(lambda: rig.well(20.0), "a warm robot", timeout=60.0)

@@ -26,7 +26,6 @@ def drive(*arguments):
     """Figures of navigation_run.py for each goal, once they are good."""
     figures = run(*arguments, timeout=500)
     for each in figures:
-        print(each)
         assert each["status"] == 0, each
         assert each["error_m"] < 0.15, each
         assert each["error_rad"] < 0.15, each
@@ -61,7 +60,6 @@ def test_with_the_truth_for_a_localization_and_with_a_laser_all_around(argument)
          "pressed to its left", "pressed to its left, believed in it", "pressed to its right"])
 def test_a_robot_gets_around_a_wall_and_also_where_it_is_pressed_to_it(start, believed_x, goal):
     figures, = run("--start", *start, f"start:={believed_x} {start[1]} {start[2]}", "--goal", *goal, timeout=400)
-    print(figures)
     assert (figures["start_to_wall_m"] <= 0.17) == (believed_x != start[0])
     assert figures["status"] == 0, figures
     assert figures["seconds"] < 60, figures
@@ -74,8 +72,6 @@ def test_fifty_random_goals_a_third_of_them_at_walls_none_of_which_traps_the_rob
     figures = run("--random", "50", "--seed", "300", timeout=4000)
     assert len(figures) == 50
     assert sum(each["goal_to_wall_m"] <= 0.3 for each in figures) == 16
-    for each in figures:
-        print(each)
     assert [each for each in figures if each["status"] != 0] == []
     assert [each for each in figures if each["clearance_m"] < 0.0] == []
 
@@ -83,7 +79,6 @@ def test_fifty_random_goals_a_third_of_them_at_walls_none_of_which_traps_the_rob
 def test_a_robot_2_cm_from_a_wall_that_amcl_believes_even_nearer_gets_away_from_it():
     away, refused = run("--start", "0.22", "3", "0.5", "start:=0.15 3 0.5", "--goal", "1.2", "3.6", "0",
                         "--goal", "0.23", "3", "0", timeout=400)  # the wall is 0.1 m thick, the robot's radius 0.15 m
-    print(away, refused)
     assert away["start_to_wall_m"] == 0.17
     assert away["status"] == 0, away
     assert away["error_m"] < 0.15, away
@@ -95,7 +90,6 @@ def test_a_robot_2_cm_from_a_wall_that_amcl_believes_even_nearer_gets_away_from_
 def test_no_alarm_on_the_right_map_and_one_on_a_map_of_another_place():
     right, = run("--goal", "2.5", "2.5", "0", timeout=400)
     wrong, = run("--world", "maze", "--goal", "2.5", "2.5", "0", f"map:={ROOT}/config/maps/room.yaml", timeout=400)
-    print(right, wrong)
     assert right["alarms"] == []
     assert right["fit_percent"] > 90, right
     assert [alarm for alarm in wrong["alarms"] if "a map of another place" in alarm], wrong

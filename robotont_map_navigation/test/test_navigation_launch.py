@@ -20,6 +20,18 @@ from robotont_testing.robots import ROBOTONT2, SHIPPED, robot_folder
 pytestmark = pytest.mark.usefixtures("running")
 KNOWN = {section: set(names) for section, names in yaml.safe_load(
     (PACKAGE / "test" / "data" / "navigation_parameters.yaml").read_text()).items()}
+LAYERS = {"": "costmap_2d", "/static_layer": "costmap_2d::StaticLayer", "/obstacles": "costmap_2d::ObstacleLayer",
+          "/obstacles/scan": "observation source", "/inflation": "costmap_2d::InflationLayer"}
+READERS = {  # where parameters stand: the section of KNOWN with those that are read there
+    "amcl": "amcl", "map_server": "map_server", "fake_localization": "fake_localization",
+    "slam_gmapping": "gmapping", "depthimage_to_laserscan": "depthimage_to_laserscan",
+    "move_base": "move_base", "move_base/NavfnROS": "navfn/NavfnROS",
+    "move_base/DWAPlannerROS": "dwa_local_planner/DWAPlannerROS",
+    "move_base/forget_far_obstacles": "clear_costmap_recovery/ClearCostmapRecovery",
+    "move_base/forget_all_obstacles": "clear_costmap_recovery/ClearCostmapRecovery",
+    **{f"move_base/{costmap}_costmap{layer}": section for costmap in ("global", "local")
+       for layer, section in LAYERS.items()},
+}
 
 
 @pytest.mark.parametrize("file, packages", [
@@ -126,13 +138,8 @@ def test_what_dies_is_started_again():
 
 def read(file, *arguments):
     """{node: tree of its parameters} of a launch file."""
-    return tree(read_launch(file, *arguments).parameters)
-
-
-def tree(flat):
-    """Nested dictionaries of {"/a/b": value}."""
     found = {}
-    for name, value in flat.items():
+    for name, value in read_launch(file, *arguments).parameters.items():
         *above, last = name.strip("/").split("/")
         place = found
         for part in above:
@@ -141,44 +148,24 @@ def tree(flat):
     return found
 
 
-def unknown(section, given, inner=()):
-    """Names in `given` that the section does not read, but for those of the inner sections."""
-    return [f"{section}: {name}" for name in given if name not in KNOWN[section] and name not in inner]
-
-
-def unknown_of_costmap(costmap):
-    """Names that no costmap and no layer of it reads."""
-    types = {plugin["name"]: plugin["type"] for plugin in costmap["plugins"]}
-    faults = unknown("costmap_2d", costmap, types)
-    for name, kind in types.items():
-        layer = costmap.get(name, {})
-        sources = layer.get("observation_sources", "").split()
-        faults += unknown(kind, layer, sources)
-        for source in sources:
-            faults += unknown("observation source", layer[source])
-    return faults
-
-
-def unknown_of_move_base(given):
-    """Names under ~move_base that nobody reads."""
-    behaviors = {behavior["name"]: behavior["type"] for behavior in given["recovery_behaviors"]}
-    planners = {given[key].split("/")[1]: given[key] for key in ("base_global_planner", "base_local_planner")}
-    costmaps = ("global_costmap", "local_costmap")
-    faults = unknown("move_base", given, (*behaviors, *planners, *costmaps))
-    for name, kind in {**behaviors, **planners}.items():
-        faults += unknown(kind, given.get(name, {}))
-    return faults + [fault for costmap in costmaps for fault in unknown_of_costmap(given[costmap])]
-
-
 def test_every_parameter_is_one_that_its_node_reads():
-    given = read("navigation.launch")
-    assert unknown_of_move_base(given["move_base"]) == []
-    assert unknown("amcl", given["amcl"]) == []
-    assert unknown("map_server", given["map_server"]) == []
-    assert unknown("fake_localization", read("navigation.launch", "localization:=fake")["fake_localization"]) == []
-    mapping = read("slam.launch", "camera:=true")
-    assert unknown("gmapping", mapping["slam_gmapping"]) == []
-    assert unknown("depthimage_to_laserscan", mapping["depthimage_to_laserscan"]) == []
+    found = {name.strip("/").rpartition("/") for file, *arguments in (
+        ("navigation.launch",), ("navigation.launch", "localization:=fake"), ("slam.launch", "camera:=true"))
+        for name in read_launch(file, *arguments).parameters}
+    nodes = {place.partition("/")[0] for place in READERS}
+    assert nodes <= {place.partition("/")[0] for place, _, _ in found}
+    assert [f"{place}/{name}" for place, _, name in found
+            if place.partition("/")[0] in nodes and name not in KNOWN.get(READERS.get(place), ())] == []
+
+
+def test_plugins_are_those_whose_parameters_are_looked_at():
+    given = read("navigation.launch")["move_base"]
+    named = {given[key].split("/")[1]: given[key] for key in ("base_global_planner", "base_local_planner")}
+    named.update({each["name"]: each["type"] for each in given["recovery_behaviors"]})
+    for costmap in ("global_costmap", "local_costmap"):
+        named.update({f"{costmap}/{each['name']}": each["type"] for each in given[costmap]["plugins"]})
+        assert given[costmap]["obstacles"]["observation_sources"] == "scan"
+    assert {name: READERS["move_base/" + name] for name in named} == named
 
 
 def test_every_name_that_has_no_good_default_is_set():
@@ -202,15 +189,6 @@ def test_the_local_costmap_is_little_wider_than_dwa_looks_ahead():
     for side in ("width", "height"):
         assert type(costmap[side]) is int
         assert reach < costmap[side] / 2 < 1.1 * reach
-
-
-def test_the_map_gives_way_to_the_robot_by_updates_only():
-    """What the scan has found free takes no wall away; navigation_monitor does, of which the costmaps must hear."""
-    given = read("navigation.launch")["move_base"]
-    for costmap in (given["global_costmap"], given["local_costmap"]):
-        assert costmap["obstacles"]["combination_method"] == 1
-        assert costmap["static_layer"]["subscribe_to_updates"] is True
-        assert costmap["static_layer"]["map_topic"] == "map"
 
 
 def test_the_robot_drives_where_its_camera_looks():

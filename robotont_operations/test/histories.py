@@ -3,7 +3,7 @@
 import contextlib
 import os
 import signal
-from pathlib import Path
+import subprocess
 
 import numpy as np
 
@@ -115,26 +115,17 @@ class Stage(TwoMachines):
 
     def pid(self, name):
         """Process id of a process of robot.launch by its program's name; 0: it does not run now."""
-        for folder in Path("/proc").iterdir():
-            try:
-                if folder.name.isdigit() and int((folder / "stat").read_text().rpartition(")")[2].split()[1]) == \
-                        self.robot.pid and f"/{name}\0" in (folder / "cmdline").read_text():
-                    return int(folder.name)
-            except OSError:
-                continue  # it has ended
-        return 0
+        found = subprocess.run(["pgrep", "--parent", str(self.robot.pid), "--full", f"/{name}( |$)"], check=False,
+                               text=True, stdout=subprocess.PIPE).stdout.split()
+        return int(found[0]) if found else 0
 
     def command(self, who, order, machine="laptop", latch=False):
         """Let commander `who` drive, publish once or press; it starts where it does not run."""
         file = self.folder / f"orders.{who}"
-        new = self.folder / f"orders.{who}.new"
-        new.write_text(order)
-        new.replace(file)
-        process = self._commanders.get(who)
-        if process is None or process.poll() is not None:
-            first, step = MOTIONS[who]
+        file.write_text(order)
+        if who not in self._commanders:
             self._commanders[who] = self.on(
-                machine, "/usr/bin/python3", "-c", COMMANDER, self.topic, first, step, file, latch,
+                machine, "/usr/bin/python3", "-c", COMMANDER, self.topic, *MOTIONS[who], file, latch,
                 log=self.folder / f"commander.{who}.log", **self._environment(machine))
 
     def commander_log(self, who):
@@ -163,10 +154,9 @@ class Stage(TwoMachines):
 
     def hang(self, who):
         """A commander, or a program of robot.launch, stands until `resume`."""
-        pid = self._commanders[who].pid if who in self._commanders else isinstance(who, str) and self.pid(who)
-        if pid:
-            suspend(pid)
-            self._stopped.add(pid)
+        pid = self._commanders[who].pid if who in self._commanders else self.pid(who)
+        suspend(pid)
+        self._stopped.add(pid)
 
     def resume(self):
         for pid in self._stopped:
@@ -175,10 +165,7 @@ class Stage(TwoMachines):
         self._stopped.clear()
 
     def respawn(self, name):
-        pid = self.pid(name)
-        if pid:
-            os.kill(pid, signal.SIGKILL)
-            self._stopped.discard(pid)
+        os.kill(self.pid(name), signal.SIGKILL)
 
     def motions(self):
         """(commander, age [s]) of each motion that the board has heard since the last call."""

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""navigation_monitor: what its diagnostics say of a scan that fits the map, and of one that does not."""
+"""navigation_monitor: what it says of a scan, the room that it makes at walls, DWAPlannerROS' tolerance."""
 
 import math
 import time
@@ -8,13 +8,17 @@ import numpy as np
 import rospy
 import rostest
 from actionlib_msgs.msg import GoalID
-from geometry_msgs.msg import PoseWithCovarianceStamped, Twist
+from dynamic_reconfigure.srv import Reconfigure, ReconfigureResponse
+from geometry_msgs.msg import PoseStamped, PoseWithCovarianceStamped, Twist
+from map_msgs.msg import OccupancyGridUpdate
+from move_base_msgs.msg import MoveBaseActionFeedback, MoveBaseActionResult
 from nav_msgs.msg import OccupancyGrid
 from navigation_messages import grid, latched, transform, walled
 from sensor_msgs.msg import LaserScan
 from std_msgs.msg import String
 from tf2_msgs.msg import TFMessage
 
+from robotont_testing import places
 from robotont_testing.harness import wait_for
 from robotont_testing.node_test import ERROR, OK, WARN, NodeTest, twist
 
@@ -27,7 +31,7 @@ FIT_TIME = 1.5  # [s] in the launch file
 FILLS = "something that the map lacks fills the view"
 
 
-class LocalizationCheckTest(NodeTest):
+class NavigationMonitorTest(NodeTest):
     """A room of 6 m x 2 m around the origin; the sensor really is at (0.5, 0), turned by 0.3 rad."""
 
     frame = "laser"  # of the scans
@@ -162,6 +166,77 @@ class LocalizationCheckTest(NodeTest):
         self.expect(WARN, "does its sensor run?")
         self.all_is_well_again()
 
+    def test_a_costmap_that_follows_the_updates_has_room_for_the_robot(self):
+        """Of 0.2 m, in a namespace, in rooms whose first cells are at (-1, -1)."""
+        rospy.set_param("/robot2/move_base/global_costmap",
+                        {"robot_base_frame": "robot2/base_link", "robot_radius": 0.15, "footprint_padding": 0.05})
+        maps = rospy.Publisher("/robot2/map", OccupancyGrid, queue_size=1, latch=True)
+        updates = self.listen("/robot2/map_updates", OccupancyGridUpdate)
+        costmap = np.zeros(0)
+
+        def send(cells):
+            nonlocal costmap
+            costmap = cells
+            updates.clear()
+            maps.publish(grid(cells, -1.0, -1.0))
+            return time.monotonic()
+
+        def drawn():
+            """With all updates, each of which lies within the map: costmap_2d's StaticLayer does not look."""
+            while updates:
+                update = updates.pop(0)
+                self.assertEqual(update.header.frame_id, "map")
+                rows, columns = slice(update.y, update.y + update.height), slice(update.x, update.x + update.width)
+                costmap[rows, columns] = np.reshape(update.data, (update.height, update.width))
+            return costmap
+
+        def place(x, y):
+            self.transforms.publish(TFMessage([transform("robot2/base_link", x, y)]))
+        place(-0.88, 0.5)  # 0.095 m right of the middle of the left wall
+        send(walled(60, 80))
+        node = self.processes.start(places.program("robotont_map_navigation", "navigation_monitor"), "__ns:=/robot2")
+        wait_for(lambda: drawn()[30, 0] == 0, "room in the wall")
+        expected = walled(60, 80)
+        expected[25:35, 0] = 0
+        np.testing.assert_array_equal(drawn(), expected)
+        place(0.5, 0.5)
+        wait_for(lambda: (drawn() == walled(60, 80)).all(), "the map as it was")
+        place(0.5, -0.88)
+        wait_for(lambda: drawn()[0, 30] == 0, "room in the lower wall")
+        sent = send(walled(50, 70))
+        wait_for(lambda: drawn()[0, 30] == 0, "room in the new map")
+        self.assertGreater(time.monotonic() - sent, 1.9)  # only when everybody has the map of another size
+        sent = send(walled(50, 70))
+        wait_for(lambda: drawn()[0, 30] == 0, "room in the same map, sent again")
+        self.assertLess(time.monotonic() - sent, 1.5)
+        self.assertIsNone(node.poll())
+
+    def test_the_goals_tolerance_is_wide_from_the_arrival_to_the_goals_end(self):
+        heard = []
+
+        def reconfigure(request):
+            heard.extend((each.name, each.value) for each in request.config.doubles)
+            return ReconfigureResponse()
+        service = rospy.Service("move_base/DWAPlannerROS/set_parameters", Reconfigure, reconfigure)
+        self.addCleanup(service.shutdown)
+        goal = self.publisher("move_base/current_goal", PoseStamped)
+        feedback = self.publisher("move_base/feedback", MoveBaseActionFeedback)
+        result = self.publisher("move_base/result", MoveBaseActionResult)
+        narrow, wide = ("xy_goal_tolerance", 0.03), ("xy_goal_tolerance", 0.06)
+        message, now = PoseStamped(), MoveBaseActionFeedback()
+        message.pose.position.x = 2.0
+        for end, so_far in ((result, MoveBaseActionResult()), (goal, message)):
+            heard.clear()
+            goal.publish(message)
+            for x in (1.0, 1.96, 1.98, 1.96):
+                now.feedback.base_position.pose.position.x = x
+                feedback.publish(now)
+                rospy.sleep(0.1)
+            wait_for(lambda: heard[-1:] == [wide], "the arrival")
+            end.publish(so_far)
+            wait_for(lambda: heard[-1] == narrow, "the goal's end, or the next one")
+            self.assertEqual(heard.count(wide), 1)
+
 
 if __name__ == "__main__":
-    rostest.rosrun("robotont_map_navigation", "localization_check", LocalizationCheckTest)
+    rostest.rosrun("robotont_map_navigation", "navigation_monitor", NavigationMonitorTest)

@@ -85,7 +85,7 @@ class Stage(TwoMachines):
     def __init__(self, mux=True, composed=True, master="robot"):
         super().__init__()
         self.mux = mux
-        self._master = master
+        self.master = master
         self.topic = "cmd_vel/hand" if mux else "cmd_vel"
         self.board = Board(str(self.folder / "board"), checked=True)
         self.board.plug()
@@ -105,7 +105,7 @@ class Stage(TwoMachines):
         wait_for(lambda: self.pid(self.driver), "the robot", timeout=60)
 
     def _environment(self, machine):
-        return {"ROS_MASTER_URI": f"http://{ADDRESSES[self._master]}:11311", "ROS_IP": ADDRESSES[machine],
+        return {"ROS_MASTER_URI": f"http://{ADDRESSES[self.master]}:11311", "ROS_IP": ADDRESSES[machine],
                 "ROS_LOG_DIR": str(self.folder)}
 
     def close(self):

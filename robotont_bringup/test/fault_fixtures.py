@@ -15,27 +15,20 @@ def master():
         yield master
 
 
-class Rigs:
-    """One rig at a time, for their nodes have the same names."""
-
-    def __init__(self, master):
-        self._master = master
-        self._kind = self._rig = None
-
-    def get(self, kind, composed=False, **environment):
-        if kind != self._kind:
-            self.close()
-            self._kind, self._rig = kind, Rig(self._master, composed, **environment)
-        return self._rig
-
-    def close(self):
-        if self._rig:
-            self._rig.close()
-        self._kind = self._rig = None
-
-
 @pytest.fixture(scope="module")
 def rigs(master):
-    rigs = Rigs(master)
-    yield rigs
-    rigs.close()
+    """rigs(kind, composed): the rig of that kind, one at a time, for their nodes have the same names."""
+    current = {}
+
+    def close():
+        for rig in current.values():
+            rig.close()
+        current.clear()
+
+    def get(kind, composed=False, **environment):
+        if kind not in current:
+            close()
+            current[kind] = Rig(master, composed, **environment)
+        return current[kind]
+    yield get
+    close()

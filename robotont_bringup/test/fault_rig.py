@@ -13,6 +13,7 @@ import threading
 import time
 from typing import Callable, List, NamedTuple, Optional
 
+import numpy as np
 import rospy
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import Twist
@@ -77,62 +78,59 @@ class Rig:
         self.board = Board(str(processes.folder / "board"), identity=identity())
         self.board.byte_rate = BYTE_RATE
         self.board.on_period = self._on_period
+        self._ends = contextlib.ExitStack()
+        atexit.register(self._ends.close)  # after a Ctrl-C in the middle
         self.disk = processes.folder / "disk"
-        self.small_disk = self._mount()
+        self.disk.mkdir(exist_ok=True)
+        self.small_disk = subprocess.run(["mount", "-t", "tmpfs", "-o", "size=" + LOG_DISK, "tmpfs", str(self.disk)],
+                                         check=False, stderr=subprocess.DEVNULL).returncode == 0
+        if self.small_disk:
+            self._ends.callback(subprocess.run, ["umount", "--lazy", str(self.disk)], check=False)
+        self._ends.callback(self.board.close)
         self.log = processes.folder / "launch.log"
-        self._odom = [0, 0, 0]       # [edges] of each wheel, as odometry has them
+        self._odom = np.zeros(3, int)     # [edges] of each wheel, as odometry has them
         self._odom_at = 0.0          # [s] when it said so
-        self._missing = [0, 0, 0]    # [edges] that it has lost already
+        self._missing = np.zeros(3, int)  # [edges] that it has lost already
         self._states = [(0.0, False, False)]  # (time, whether the wheels turn, and all is well), at each change
-        self._turned = [0.0, 0.0, 0.0]
+        self._turned = np.zeros(3)
         self._levels = {}
         self._named = set()
         self.speed = 0.0             # [m/s] that is commanded; None: nothing is
         self.stopped = {}            # process ids of nodes that do not answer, by name
         self.board.plug()
         environment["ROS_LOG_DIR"] = str(self.disk)
-        self._launches = [
-            processes.launch("robot.launch", f"port:={self.board.link}", "description:=false",
-                             f"composed:={str(composed).lower()}", RUN, log=self.log,
-                             **environment),
-            processes.launch("recorder.launch", f"folder:={self.disk / 'black_box'}", RUN,
-                             log=processes.folder / "recorder.log", **environment)]
-        self._subscribers = [
-            rospy.Subscriber("joint_states", JointState, self._on_joints, tcp_nodelay=True),
-            rospy.Subscriber("/diagnostics", DiagnosticArray, self._on_diagnostics),
-            rospy.Subscriber("/rosout", Log, self._on_log)]
+        for launch in (
+                processes.launch("robot.launch", f"port:={self.board.link}", "description:=false",
+                                 f"composed:={str(composed).lower()}", RUN, log=self.log, **environment),
+                processes.launch("recorder.launch", f"folder:={self.disk / 'black_box'}", RUN,
+                                 log=processes.folder / "recorder.log", **environment)):
+            self._ends.callback(processes.stop, launch)
         self._command = rospy.Publisher("cmd_vel/default", Twist, queue_size=1, tcp_nodelay=True)
         self.button = rospy.Publisher("emergency_stop", Bool, queue_size=1, tcp_nodelay=True)
+        for topic in (self._command, self.button,
+                      rospy.Subscriber("joint_states", JointState, self._on_joints, tcp_nodelay=True),
+                      rospy.Subscriber("/diagnostics", DiagnosticArray, self._on_diagnostics),
+                      rospy.Subscriber("/rosout", Log, self._on_log)):
+            self._ends.callback(topic.unregister)
         self._ended = threading.Event()
-        self._commander = threading.Thread(target=self._drive, daemon=True)
-        self._commander.start()
+        commander = threading.Thread(target=self._drive, daemon=True)
+        commander.start()
+        self._ends.callback(commander.join)
+        self._ends.callback(self._ended.set)
         wait_for(lambda: self._odom_at, "odometry", timeout=30.0)  # counts from before it belong to no fault
         wait_for(lambda: self.board.heard, "commands", timeout=30.0)
         wait_for(lambda: any((self.disk / "black_box").glob("*/*")), "the black box", timeout=30.0)
 
-    def _mount(self):
-        """Make the disk of the logs; returns whether it is a small one of its own."""
-        self.disk.mkdir(exist_ok=True)
-        mounted = subprocess.run(["mount", "-t", "tmpfs", "-o", "size=" + LOG_DISK, "tmpfs", str(self.disk)],
-                                 check=False, stderr=subprocess.DEVNULL).returncode == 0
-        if mounted:
-            atexit.register(self._unmount)  # also after a Ctrl-C in the middle
-        return mounted
-
-    def _unmount(self):
-        atexit.unregister(self._unmount)
-        subprocess.run(["umount", "--lazy", str(self.disk)], check=False)
-
     def _on_period(self, turned):
         now = time.monotonic()
-        moving = max(abs(after - before) for after, before in zip(turned, self._turned)) > STANDING
-        self._turned = list(turned)
+        moving = bool(np.abs(turned - self._turned).max() > STANDING)
+        self._turned = np.array(turned)
         well = moving and now - self._odom_at < FRESH
         if self._states[-1][1:] != (moving, well):
             self._states.append((now, moving, well))
 
     def _on_joints(self, message):
-        self._odom = [round(angle / COUNT) for angle in message.position]
+        self._odom = np.rint(np.array(message.position) / COUNT).astype(int)
         self._odom_at = time.monotonic()
 
     def _on_diagnostics(self, message):
@@ -152,11 +150,9 @@ class Rig:
 
     @property
     def moving(self):
-        """Whether the board's wheels turn now."""
         return self._states[-1][1]
 
     def pid(self, node):
-        """Process id of a node such as odom_node; None while it is dead."""
         try:
             return self.processes.pid("/" + node)
         except OSError:
@@ -166,11 +162,6 @@ class Rig:
         """Whether the robot has driven with an odometry for so long."""
         at, _, well = self._states[-1]
         return well and time.monotonic() - at > seconds
-
-    @property
-    def interruptions(self):
-        """How often the robot has stopped to drive with an odometry, whoever's fault it was."""
-        return sum(before[2] and not after[2] for before, after in zip(self._states, self._states[1:]))
 
     def drive(self):
         """Drive steadily and without complaints, from now on."""
@@ -184,17 +175,16 @@ class Rig:
         self.speed = 0.0
         wait_for(lambda: not self.moving, "a robot at rest")
         with contextlib.suppress(AssertionError):  # else they are lost
-            wait_for(lambda: self._lost() == [0, 0, 0], "all counts", timeout=1.5)
+            wait_for(lambda: not self._lost().any(), "all counts", timeout=1.5)
 
     def _lost(self):
-        return [made - read - before
-                for made, read, before in zip(self.board.motors.counted, self._odom, self._missing)]
+        return self.board.motors.counted - self._odom - self._missing
 
     def lost(self):
         """Counts that the board has made and odometry has not, all wheels, since the last call; call it at rest."""
         lost = self._lost()
-        self._missing = [before + more for before, more in zip(self._missing, lost)]  # each fault answers for its own
-        return sum(map(abs, lost))
+        self._missing += lost  # each fault answers for its own
+        return int(np.abs(lost).sum())
 
     def suffer(self, fault):
         """`Row` of a fault in mid-drive."""
@@ -219,26 +209,13 @@ class Rig:
         return Row(fault.name, stops[0] if stops else None, recovery, self.lost(), named)
 
     def _deaths(self):
-        """Number of nodes that roslaunch has seen die."""
         return self.log.read_text(errors="replace").count("has died")
 
     def close(self):
-        """End the stack and the board."""
-        self._ended.set()
-        self._commander.join()
-        for subscriber in self._subscribers:
-            subscriber.unregister()
-        self._command.unregister()
-        self.button.unregister()
-        for launch in self._launches:
-            self.processes.stop(launch)
-        self.board.close()
-        if self.small_disk:
-            self._unmount()
+        self._ends.close()
 
 
 def fill(disk):
-    """Write until the disk is full."""
     with contextlib.suppress(OSError), open(str(disk / "filler"), "wb", buffering=0) as file:
         while True:
             file.write(bytes(4096 if os.statvfs(str(disk)).f_bavail > 4 else 64))

@@ -56,12 +56,10 @@ def spoil(**rates):
 
 
 def clean(rig):
-    """A line without faults again."""
     spoil(drop=0.0, corrupt=0.0, double=0.0, hold=0, cut=False, delay=0.0)(rig)
 
 
 def deaf(rig):
-    """The board sends nothing that arrives."""
     rig.board.line.cut = True
 
 
@@ -96,17 +94,14 @@ def replug(rig):
 
 
 def kill(node):
-    """End a node without a chance to do anything."""
     return lambda rig: os.kill(rig.processes.pid("/" + node), signal.SIGKILL)
 
 
 def back(node):
-    """A killed node has come back by itself."""
     return lambda rig: wait_for(lambda: rig.pid(node), node + " again", timeout=10.0)
 
 
 def stop(node):
-    """Stop a node's process."""
     def begin(rig):
         rig.stopped[node] = rig.processes.pid("/" + node)
         suspend(rig.stopped[node])
@@ -114,12 +109,10 @@ def stop(node):
 
 
 def go_on(node):
-    """Let a stopped process go on."""
     return lambda rig: os.kill(rig.stopped.pop(node), signal.SIGCONT)
 
 
 def publish(topic, kind, *values):
-    """Publish messages, one after the other."""
     def begin(rig):
         publisher = rospy.Publisher(topic, kind, queue_size=100)
         wait_for(publisher.get_num_connections, "the subscriber of " + topic)
@@ -148,13 +141,7 @@ def flood(rig):
 
 
 def calm(rig):
-    """End the flood."""
     rig.processes.stop(rig.flood)
-
-
-def press(rig):
-    """Press the emergency stop."""
-    rig.button.publish(True)
 
 
 def release(rig):
@@ -165,34 +152,19 @@ def release(rig):
     rig.drive()
 
 
-def kill_master(rig):
-    """End the master without a chance to say so."""
-    rig.processes.stop_master()
-
-
-def start_master(rig):
-    """A new master at the same address knows nothing of the nodes."""
-    rig.processes.start_master()
-
-
-def make_room(rig):
-    """The disk has room again."""
+def empty(rig):
     (rig.disk / "filler").unlink()
 
 
 def set_clock(seconds):
     """Set the nodes' wall clock by so much from the true one."""
-    def begin(rig):
-        new = rig.processes.folder / "clock.new"
-        new.write_text(str(seconds))
-        new.rename(rig.processes.folder / "clock")
-    return begin
+    return lambda rig: (rig.processes.folder / "clock").write_text(str(seconds))
 
 
 def emergency_stop(name, prepare=None, before=lambda rig: None):
     """The button is pressed in mid-drive, and released, after before(rig)."""
-    return Fault(name, press, lambda rig: (before(rig), release(rig)), 1.0, stops=True, within=0.1, prepare=prepare,
-                 recovery=5.0)
+    return Fault(name, lambda rig: rig.button.publish(True), lambda rig: (before(rig), release(rig)), 1.0, stops=True,
+                 within=0.1, prepare=prepare, recovery=5.0)
 
 
 FAULTS = [  # of line, board, senders and computer: whatever the arrangement of the nodes
@@ -214,7 +186,7 @@ FAULTS = [  # of line, board, senders and computer: whatever the arrangement of 
     Fault("malformed lines from the board", lambda rig: [rig.board.say(line) for line in GARBAGE], stops=False),
     Fault("impossible commands on cmd_vel/default", publish("cmd_vel/default", Twist, *twists())),
     Fault("impossible commands on cmd_vel", publish("cmd_vel", Twist, *twists()), recovery=2.5),
-    Fault("disk full", lambda rig: fill(rig.disk), make_room, 4.0, stops=False),
+    Fault("disk full", lambda rig: fill(rig.disk), empty, 4.0, stops=False),
     Fault("recorder_node killed (-9)", kill("recorder_node"), back("recorder_node"), stops=False),
     Fault("recorder_node stopped (SIGSTOP), goes on (SIGCONT)", stop("recorder_node"), go_on("recorder_node"),
           stops=False),
@@ -231,7 +203,7 @@ def node_faults(node, stops=True, loses=False):
 
 def killed_on_a_full_disk(node):
     """A node dies, and its successor finds no room for its log."""
-    return Fault(f"{node} killed (-9) on a full disk", kill(node), make_room, 6.0, stops=True,
+    return Fault(f"{node} killed (-9) on a full disk", kill(node), empty, 6.0, stops=True,
                  prepare=lambda rig: fill(rig.disk), loses=node == "robotont_node")
 
 
@@ -240,7 +212,8 @@ ONE_PROCESS = [
 THREE_PROCESSES = [
     *node_faults("driver_node"), *node_faults("serial_com_node", loses=True), *node_faults("cmd_vel_mux"),
     *node_faults("odom_node", stops=False, loses=True), killed_on_a_full_disk("driver_node")]
-MASTER = Fault("master killed (-9), a new one started", kill_master, start_master, 3.0, stops=False)
+MASTER = Fault("master killed (-9), a new one started", lambda rig: rig.processes.stop_master(),
+               lambda rig: rig.processes.start_master(), 3.0, stops=False)
 CLOCKS = [
     Fault(f"wall clock {way}", set_clock(seconds), set_clock(0), stops=False)
     for way, seconds in (("1 h forward, and back", 3600), ("1 h back, and forward", -3600), ("1 s back", -1))]

@@ -34,12 +34,10 @@ OFFICIAL = """<launch>
 class LaunchesTest(NodeTest):
     def setUp(self):
         super().setUp()
-        for name in ("driver_node", "serial_com_node", "odom_node", "serial"):  # of the test before
-            if rospy.has_param("/" + name):
-                rospy.delete_param("/" + name)
+        for name in {"driver_node", "serial_com_node", "odom_node", "serial"} & set(rospy.get_param("/")):
+            rospy.delete_param("/" + name)  # of the test before
 
     def topics(self, namespace=""):
-        """The topics of a robot that is about to start."""
         return (self.listen(f"{namespace}/odom", Odometry), self.listen(f"{namespace}/joint_states", JointState),
                 self.publisher(f"{namespace}/cmd_vel", Twist, subscribers=0))
 
@@ -51,8 +49,8 @@ class LaunchesTest(NodeTest):
             return place and until(place.x, place.y)
         wait_for(there, what, START, period=0.02)
 
-    def board(self, name, *arguments, **options):
-        board = Board(str(self.processes.folder / name), *arguments, **options)
+    def board(self, name, wheels=3):
+        board = Board(str(self.processes.folder / name), wheels)
         board.plug()
         self.addCleanup(board.close)
         return board

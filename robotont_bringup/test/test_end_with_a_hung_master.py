@@ -1,6 +1,5 @@
 """Nodes and tools end when they are told to, though the ROS master hangs."""
 
-import contextlib
 import os
 import pty
 import signal
@@ -25,13 +24,6 @@ def publishing(master):
     return {node.rpartition("/")[2] for topic, nodes in publishers if topic != "/rosout" for node in nodes}
 
 
-def ended_within(process, end):
-    """Whether a process ends before that time [s]."""
-    with contextlib.suppress(subprocess.TimeoutExpired):
-        process.wait(max(0.0, end - time.monotonic()))
-    return process.poll() is not None
-
-
 def test_all_end():
     with Master() as master:
         for file in ("robots/thesis/wheel_params", "robots/thesis/driver", "simulator"):
@@ -52,8 +44,9 @@ def test_all_end():
                 end = time.monotonic() + BEFORE_THEY_ARE_KILLED
                 for process in processes.values():
                     process.send_signal(signal.SIGTERM)
-                left = [name for name in processes if not ended_within(processes[name], end)]
-            assert not left
+                for name, process in processes.items():
+                    wait_for(lambda process=process: process.poll() is not None, f"the end of {name}",
+                             end - time.monotonic())
             assert not [name for name in nodes if "Traceback" in (master.folder / name).read_text()]
         finally:
             keys.kill()

@@ -15,7 +15,6 @@ ROWS = {arrangement: [] for arrangement in ARRANGEMENTS}
 
 @pytest.fixture(scope="module", autouse=True)
 def table():
-    """All rows, printed at the end."""
     yield
     for arrangement, rows in ROWS.items():
         print("\n" + "\n".join([HEADING + ", " + arrangement, *map(str, rows)]))
@@ -26,13 +25,9 @@ def judge(rig, fault, arrangement):
     row = rig.suffer(fault)
     ROWS[arrangement].append(row)
     print("\n" + str(row), flush=True)
-    if fault.stops:
-        assert row.stop is not None, row
-        assert row.stop <= fault.within, row
-    if fault.stops is False:
-        assert row.stop is None, row
-    if row.recovery is not None:
-        assert row.recovery <= fault.recovery, row
+    assert fault.stops in (None, row.stop is not None), row
+    assert not fault.stops or row.stop <= fault.within, row
+    assert (row.recovery or 0.0) <= fault.recovery, row
     assert row.lost == 0 or fault.loses, row
     assert row.named_by or (row.stop is None and not row.lost), row
 
@@ -42,7 +37,7 @@ def judge(rig, fault, arrangement):
     for arrangement, own in (("one process", ONE_PROCESS), ("three processes", THREE_PROCESSES))
     for fault in (*FAULTS, *own)])
 def test_a_fault_stops_the_robot_and_goes_by_without_help(rigs, arrangement, fault):
-    rig = rigs.get(arrangement, ARRANGEMENTS[arrangement])
+    rig = rigs(arrangement, ARRANGEMENTS[arrangement])
     if "disk" in fault.name and not rig.small_disk:
         pytest.skip("only root may make a small disk")
     judge(rig, fault, arrangement)
@@ -62,11 +57,11 @@ def clocks(master):
 @pytest.mark.parametrize("fault", CLOCKS, ids=[fault.name for fault in CLOCKS])
 @pytest.mark.parametrize("arrangement", ARRANGEMENTS)
 def test_a_clock_that_is_set_stops_nothing(rigs, clocks, arrangement, fault):
-    rig = rigs.get("clocks of " + arrangement, ARRANGEMENTS[arrangement], **clocks)
+    rig = rigs("clocks of " + arrangement, ARRANGEMENTS[arrangement], **clocks)
     judge(rig, fault, arrangement)
 
 
 @pytest.mark.parametrize("arrangement", ARRANGEMENTS)
 def test_the_master_may_die(rigs, arrangement):
     """The last ones: a new master does not know the nodes."""
-    judge(rigs.get("last of " + arrangement, ARRANGEMENTS[arrangement]), MASTER, arrangement)
+    judge(rigs("last of " + arrangement, ARRANGEMENTS[arrangement]), MASTER, arrangement)

@@ -1,8 +1,8 @@
 """The same fault again and again, and a bad line for long: nothing grows, no count is lost."""
 
 import os
-import statistics
 import time
+from pathlib import Path
 
 import pytest
 from fault_rig import IN_ONE, NODES
@@ -23,40 +23,31 @@ def resources(rig):
     """{node: (threads, descriptors, memory [kB])}."""
     found = {}
     for node in rig.nodes:
-        folder = f"/proc/{rig.processes.pid('/' + node)}"
-        with open(folder + "/status") as file:
-            status = dict(line.split(":", 1) for line in file)
-        found[node] = int(status["Threads"]), len(os.listdir(folder + "/fd")), int(status["VmRSS"].split()[0])
+        folder = Path(f"/proc/{rig.processes.pid('/' + node)}")
+        status = dict(line.split(":", 1) for line in (folder / "status").read_text().splitlines())
+        found[node] = int(status["Threads"]), len(os.listdir(folder / "fd")), int(status["VmRSS"].split()[0])
     return found
 
 
-def same(before, after):
-    """Whether no node has more threads, descriptors or memory than before."""
-    return all(after[node][0] <= threads and after[node][1] <= files and after[node][2] < memory + LARGEST_GROWTH
-               for node, (threads, files, memory) in before.items())
+def check_resources(rig, before):
+    """No node has more threads, descriptors or memory than before."""
+    def same():
+        return all(now[0] <= threads and now[1] <= files and now[2] < memory + LARGEST_GROWTH
+                   for (threads, files, memory), now in zip(before.values(), resources(rig).values()))
+    print(f"\nthreads, descriptors, memory [kB]: {before} -> {resources(rig)}")
+    wait_for(same, "the same resources", timeout=30.0, period=1.0)
 
 
 def hold_out(rig, rounds, fault):
     """Many rounds of a fault, each until the robot drives again; resources are the same before and after."""
     rig.drive()
-    for _ in range(WARMING):
-        fault(rig)
-        wait_for(lambda: rig.well(1.0), "a driving robot", timeout=30.0)
-    before = resources(rig)
-    recoveries = []  # [s]
-    for number in range(rounds):
-        begun = time.monotonic()
+    for number in range(WARMING + rounds):
+        if number == WARMING:
+            before = resources(rig)
         fault(rig)
         wait_for(lambda: rig.well(SURELY), f"a driving robot after round {number}", timeout=30.0)
-        recoveries.append(time.monotonic() - begun - SURELY)
     rig.drive()
-    try:
-        wait_for(lambda: same(before, resources(rig)), "the same resources", timeout=30.0, period=1.0)
-    finally:
-        print(f"\n{rounds} rounds, each gone by after {statistics.median(recoveries):.2f} s (median), "
-              f"{max(recoveries):.2f} s (worst); threads, descriptors, memory [kB]:")
-        for node, after in resources(rig).items():
-            print(f"  {node:<16} {before[node]} -> {after}")
+    check_resources(rig, before)
 
 
 @pytest.mark.parametrize("composed", [False, True], ids=["three_processes", "one_process"])
@@ -65,7 +56,7 @@ def test_a_hundred_pulled_cables_cost_nothing(rigs, composed):
         rig.board.unplug()
         wait_for(lambda: not rig.moving, "a standing robot")
         rig.board.plug()
-    hold_out(rigs.get(f"cables {composed}", composed), ROUNDS_OF_CABLE, pull)
+    hold_out(rigs(f"cables {composed}", composed), ROUNDS_OF_CABLE, pull)
 
 
 @pytest.mark.parametrize("node, composed", [*((node, False) for node in NODES), *((node, True) for node in IN_ONE)])
@@ -75,14 +66,14 @@ def test_fifty_killed_nodes_cost_nothing(rigs, node, composed):
         kill(node)(rig)
         wait_for(lambda: not rig.well(0.0), "the fault")
         wait_for(lambda: rig.pid(node) not in (pid, None), "another process", timeout=30.0, period=0.2)
-    hold_out(rigs.get(f"kills {composed}", composed), ROUNDS_OF_KILLS, end)
+    hold_out(rigs(f"kills {composed}", composed), ROUNDS_OF_KILLS, end)
 
 
 @pytest.mark.skipif("ROBOTONT_SOAK" not in os.environ, reason="takes as long as ROBOTONT_SOAK says [s], e.g. 1800")
 @pytest.mark.parametrize("composed", [False, True], ids=["three_processes", "one_process"])
 def test_soak(rigs, composed):
     """A long drive on a line that corrupts one byte in a thousand: every count arrives, and nothing grows."""
-    rig = rigs.get(f"soak {composed}", composed)
+    rig = rigs(f"soak {composed}", composed)
     rig.drive()
     spoil(corrupt=0.001)(rig)
     wait_for(lambda: rig.well(20.0), "a warm robot", timeout=60.0)
@@ -91,9 +82,7 @@ def test_soak(rigs, composed):
     while time.monotonic() < end:
         time.sleep(min(60.0, end - time.monotonic() + 0.1))
         wait_for(lambda: rig.well(1.0), "a driving robot")
-        print(f"{(end - time.monotonic()) / 60:4.0f} min left, {rig.interruptions} interruptions", resources(rig),
-              flush=True)
     clean(rig)
     rig.rest()
     assert rig.lost() == 0
-    wait_for(lambda: same(before, resources(rig)), "the same resources", timeout=30.0, period=1.0)
+    check_resources(rig, before)

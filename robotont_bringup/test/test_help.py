@@ -18,7 +18,6 @@ NODES = {"driver_node", "serial_com_node", "odom_node", "simulator_node", "cmd_v
 
 
 def run(program, argument, monkeypatch):
-    """Exit status of a program's script."""
     monkeypatch.setattr(sys, "argv", [str(program), argument])
     monkeypatch.setenv("ROS_MASTER_URI", "http://127.0.0.1:1")
     try:

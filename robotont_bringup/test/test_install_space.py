@@ -14,6 +14,7 @@ NEEDS_THE_STACK = {"navigation.launch": "move_base", "slam.launch": "gmapping",
                    "diagnostics.launch": "diagnostic_aggregator",
                    "camera_scan.launch": "depthimage_to_laserscan",
                    "robot_localization.launch": "robot_localization"}
+PYTHON = "-DPYTHON_EXECUTABLE=/usr/bin/python3"
 PARSE = """
 import sys
 from roslaunch.config import load_config_default
@@ -33,25 +34,27 @@ def outside():
     return {**environment, "CMAKE_PREFIX_PATH": opt} if opt else environment
 
 
+def run(environment, *words, timeout=300.0):
+    """A finished program, started far from the source tree."""
+    return subprocess.run([str(word) for word in words], env=environment, cwd="/", check=False, text=True,
+                          stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, timeout=timeout)
+
+
 @pytest.fixture(scope="module")
 def prefix(tmp_path_factory):
     """The whole repository, installed as `catkin_make install` does it, without tests."""
     folder = tmp_path_factory.mktemp("installed")
-    options = {"CMAKE_INSTALL_PREFIX": folder / "prefix", "CATKIN_DEVEL_PREFIX": folder / "devel",
-               "CATKIN_ENABLE_TESTING": "OFF", "PYTHON_EXECUTABLE": "/usr/bin/python3"}
-    definitions = [f"-D{key}={value}" for key, value in options.items()]
-    for command in (["cmake", "-S", ROOT, "-B", folder / "build", *definitions],
+    for command in (["cmake", "-S", ROOT, "-B", folder / "build", f"-DCMAKE_INSTALL_PREFIX={folder}/prefix",
+                     f"-DCATKIN_DEVEL_PREFIX={folder}/devel", "-DCATKIN_ENABLE_TESTING=OFF", PYTHON],
                     ["cmake", "--build", folder / "build", "--target", "install"]):
-        done = subprocess.run([str(word) for word in command], env=outside(), check=False, text=True,
-                              stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
+        done = run(outside(), *command)
         assert done.returncode == 0, done.stdout
     return folder / "prefix"
 
 
 def test_a_package_alone_configures_without_its_tests(tmp_path):
-    done = subprocess.run(["cmake", "-S", str(ROOT / "robotont_driver"), "-B", str(tmp_path),
-                           "-DPYTHON_EXECUTABLE=/usr/bin/python3", f"-DCATKIN_DEVEL_PREFIX={tmp_path / 'devel'}"],
-                          env=outside(), check=False, text=True, stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
+    done = run(outside(), "cmake", "-S", ROOT / "robotont_driver", "-B", tmp_path, PYTHON,
+               f"-DCATKIN_DEVEL_PREFIX={tmp_path}/devel")
     assert done.returncode == 0, done.stdout
     assert "no tests of robotont_driver: robotont_testing is not in this workspace" in done.stdout
 
@@ -65,16 +68,8 @@ def installed(prefix):
     environment = dict(os.fsdecode(setting).split("=", 1) for setting in sourced.split(b"\0") if b"=" in setting)
     sites = [path for path in os.environ["PYTHONPATH"].split(":") if path.endswith("site-packages")]
     environment["PYTHONPATH"] = ":".join([environment["PYTHONPATH"], *sites])
-    port = free_port()
-    environment.update(ROS_MASTER_URI=f"http://127.0.0.1:{port}", ROS_IP="127.0.0.1",
-                       ROS_LOG_DIR=str(prefix.parent / "log"))
-    return environment
-
-
-def run(installed, *words, timeout=120.0):
-    """A finished program of the install space, started far from the source tree."""
-    return subprocess.run([str(word) for word in words], env=installed, cwd="/", check=False, text=True,
-                          stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, timeout=timeout)
+    return {**environment, "ROS_MASTER_URI": f"http://127.0.0.1:{free_port()}", "ROS_IP": "127.0.0.1",
+            "ROS_LOG_DIR": str(prefix.parent / "log")}
 
 
 def test_all_is_there_and_the_source_tree_is_out_of_reach(prefix, installed):
@@ -99,7 +94,7 @@ def test_all_is_there_and_the_source_tree_is_out_of_reach(prefix, installed):
 def test_every_launch_file_parses(prefix, installed):
     files = sorted(map(str, (prefix / "share").glob("robotont_*/launch/*.launch")))
     assert len(files) >= len(list((ROOT / "launch").glob("*.launch")))
-    lines = run(installed, "python3", "-c", PARSE, *files, timeout=300.0).stdout
+    lines = run(installed, "python3", "-c", PARSE, *files).stdout
     found = dict(line.split(maxsplit=1) for line in lines.splitlines() if line.startswith("/"))
     packages = run(installed, "rospack", "list-names").stdout.split()
     for file in files:

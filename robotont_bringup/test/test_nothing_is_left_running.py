@@ -66,10 +66,10 @@ def drive_as_it_says(log, terminal):
 @pytest.mark.parametrize("command, ending", ENDINGS)
 def test_nothing_is_left(command, ending, tmp_path):
     arguments, in_the_middle = COMMANDS[command]
-    temporary, mark = tmp_path / "tmp", "TEST_MARK=" + uuid.uuid4().hex
+    temporary, mark = tmp_path / "tmp", uuid.uuid4().hex
     temporary.mkdir()
-    environment = {**(TERMINAL if command == "sim" else os.environ), "TMPDIR": str(temporary),
-                   "ROS_MASTER_URI": f"http://127.0.0.1:{free_port()}", **dict([mark.split("=")])}
+    environment = {**(TERMINAL if command == "sim" else os.environ), "TMPDIR": str(temporary), "TEST_MARK": mark,
+                   "ROS_MASTER_URI": f"http://127.0.0.1:{free_port()}"}
     environment.pop("DISPLAY", None)
     web_port = free_port()
     with open(str(tmp_path / "output"), "wb") as output:
@@ -100,10 +100,10 @@ def test_nothing_is_left(command, ending, tmp_path):
 
 
 def test_a_holder_within_another_leaves_no_folder_though_its_keeper_was_killed(tmp_path):
-    mark = "TEST_MARK=" + uuid.uuid4().hex
+    mark = uuid.uuid4().hex
     inner = "from robotont_testing import lifeline; print(lifeline.hold(), flush=True); import time; time.sleep(60)"
     outer = "import subprocess, sys; from robotont_testing.lifeline import hold; hold(); subprocess.run(sys.argv[1:])"
-    environment = {**os.environ, "TMPDIR": str(tmp_path), **dict([mark.split("=")])}
+    environment = {**os.environ, "TMPDIR": str(tmp_path), "TEST_MARK": mark}
     with subprocess.Popen([sys.executable, "-c", outer, sys.executable, "-c", inner], env=environment, text=True,
                           stdout=subprocess.PIPE) as holder:
         folder = holder.stdout.readline().strip()

@@ -43,9 +43,9 @@ def robotont(folder, *arguments, before=(), **environment):
 
 
 def functions(folder, script, **environment):
-    """Run bash with the functions of setup/workspace.bash, and with no package manager."""
+    """Run bash with the functions of setup/workspace.bash."""
     head = (f"set -euo pipefail; ROOT='{folder}'; WORK='{folder}/.build'; fail() {{ echo \"$*\"; exit 1; }}; "
-            f". '{folder}/setup/workspace.bash'; install_packages() {{ :; }}; ")
+            f". '{folder}/setup/workspace.bash'; ")
     return subprocess.run(["bash", "-c", head + script], env={**os.environ, **environment}, check=False, text=True,
                           stdout=subprocess.PIPE, stderr=subprocess.STDOUT, timeout=120)
 
@@ -70,7 +70,18 @@ def test_an_unknown_command_lists_those_that_there_are():
     assert result.returncode == 1
     assert sorted(re.findall(r"^  ([a-z-]+) +\S", result.stdout, re.MULTILINE)) == sorted(COMMANDS)
     assert result.stdout.endswith("no such command: fly\n")
-    assert "no such command: simm; did you mean sim?" in robotont(ROOT, "simm").stdout
+
+
+@pytest.mark.parametrize("arguments, words", [  # of arguments: one for each way of a command to take its own
+    (["simm"], "no such command: simm; did you mean sim?"),
+    (["sim", "wrold:=room"], "no argument --wrold; did you mean --world?"),
+    (["keys", "--linear_speeds"], "no argument --linear_speeds; did you mean _linear_speed:=VALUE?"),
+    (["report", "--outptu"], "no argument --outptu"), (["lint", "x"], "no argument x"),
+    (["rviz"], "RViz needs a display, and DISPLAY is not set")])
+def test_what_is_misspelt_or_cannot_be_is_refused(arguments, words):
+    result = robotont(ROOT, *arguments, DISPLAY="")
+    assert result.returncode != 0
+    assert words in result.stdout
 
 
 def test_a_folder_that_catkin_cannot_work_in_is_refused(tmp_path):
@@ -176,11 +187,8 @@ def test_each_group_installs_its_own_and_again_what_was_deleted(tmp_path):
 def test_an_unknown_system_gets_one_clear_line(system, ros, found, tmp_path):
     folder = clone(tmp_path / "clone")
     (folder / ".build").mkdir()
-    head = (f"set -euo pipefail; ROOT='{folder}'; WORK='{folder}/.build'; fail() {{ echo \"$*\"; exit 1; }}; "
-            f". '{folder}/setup/workspace.bash'; system_name() {{ echo {system}; }}; opt_ros() {{ echo {ros}; }}; "
-            "dpkg-query() { return 1; }; as_root() { echo \"$*\" >&3; }; exec 3>&1; install_packages robot")
-    result = subprocess.run(["bash", "-c", head], check=False, text=True, stdout=subprocess.PIPE,
-                            stderr=subprocess.STDOUT)
+    result = functions(folder, f"system_name() {{ echo {system}; }}; opt_ros() {{ echo {ros}; }}; "
+                       "dpkg-query() { return 1; }; as_root() { echo \"$*\" >&3; }; exec 3>&1; install_packages robot")
     assert found in result.stdout
     assert "depthimage" not in result.stdout.replace("ros-noetic-depthimage", "")
     assert ("apt-get" in result.stdout) == bool(ros)
@@ -199,18 +207,3 @@ def test_a_copied_clone_is_built_anew(tmp_path):
     shutil.copytree(str(first), str(second))
     assert f"moved or copied from {first}: rebuilt" in functions(second, prepare).stdout
     assert not list((second / ".build").glob("*/of_first"))
-
-
-def test_rviz_without_a_display_is_not_even_tried():
-    result = robotont(ROOT, "rviz", DISPLAY="")
-    assert result.returncode == 1
-    assert "RViz needs a display, and DISPLAY is not set" in result.stdout
-
-
-@pytest.mark.parametrize("command, argument, words", [  # one for each way of a command to take its arguments
-    ("sim", "wrold:=room", "--wrold; did you mean --world?"), ("report", "--outptu", "--outptu"),
-    ("keys", "--linear_speeds", "--linear_speeds; did you mean _linear_speed:=VALUE?"), ("lint", "x", "x")])
-def test_a_misspelt_argument_is_refused(command, argument, words):
-    result = robotont(ROOT, command, argument)
-    assert result.returncode != 0
-    assert f"no argument {words}" in result.stdout

@@ -20,7 +20,7 @@ ROUTES = {
 }
 
 
-def drive(places, rate, look_around=True):
+def drive(places, rate):
     """A generator of `rate` twists (v_x [m/s], v_y, omega [rad/s]) per second; send it the true (x, y, yaw) each time.
 
     At each new place the robot stands for a while, then turns on the spot, all the way round: to the left at the first,
@@ -37,7 +37,7 @@ def drive(places, rate, look_around=True):
                     pose = yield (0.0, 0.0, _limited(2.0 * off, TURN))
                     off = math.remainder(bearing - pose[2], 2 * math.pi)
             pose = yield (min(SPEED, 0.05 + math.dist(pose[:2], place)), 0.0, _limited(1.5 * off, TURN))
-        if look_around and place not in seen:
+        if place not in seen:
             seen.append(place)
             for _ in range(round(REST * rate)):
                 pose = yield (0.0, 0.0, 0.0)

@@ -1,14 +1,13 @@
 #!/usr/bin/env python3
 """Maps a world with slam.launch on the simulator, driven as docs/navigation.md "Mapping" says, and scores the map.
 
-mapping_run.py WORLD [--backwards] [launch arguments, e.g. imu:=imu scan_field_of_view:=6.2831853] prints the
+mapping_run.py WORLD [launch arguments, e.g. imu:=imu scan_field_of_view:=6.2831853] prints the
 figures of map_score as JSON. WORLD: a file with one of mapping_route.ROUTES' names. Needs gmapping; has a ROS master of
 its own.
 """
 
 import argparse
 import json
-import sys
 import time
 from pathlib import Path
 
@@ -22,6 +21,7 @@ from nav_msgs.msg import OccupancyGrid, Odometry
 from robotont_driver.kinematics.se2 import between, compose, pose_of
 from robotont_simulator.world import read_world
 from robotont_testing.harness import Master, wait_for
+from robotont_testing.node_test import twist
 
 RATE = 20.0          # [Hz] of the commands
 SETTLED = 5.0        # [s] behind the drive, with no newer map
@@ -56,19 +56,16 @@ class Run:
         self.map, self.map_at = message, time.monotonic()
 
     def follow(self, places):
-        """Drive along the places."""
-        rate, twists = rospy.Rate(RATE), drive(places, RATE)
-        twist = next(twists)
-        while twist is not None:
-            message = Twist()
-            message.linear.x, message.linear.y, message.angular.z = twist
-            self._publisher.publish(message)
+        rate, commands = rospy.Rate(RATE), drive(places, RATE)
+        speeds = next(commands)
+        while speeds is not None:
+            self._publisher.publish(twist(*speeds))
             rate.sleep()
             assert self.launch.poll() is None, self.log.read_text()
             try:
-                twist = twists.send(self.truth)
+                speeds = commands.send(self.truth)
             except StopIteration:
-                twist = None
+                speeds = None
         wait_for(lambda: time.monotonic() > self.map_at + SETTLED, "the last map", timeout=60)
 
     def walls(self):
@@ -79,24 +76,16 @@ class Run:
 
 
 def main():
-    """Drive, score, print."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("world", type=Path)
-    parser.add_argument("--backwards", action="store_true", help="along the route from its end")
     options, arguments = parser.parse_known_args()
-    places = ROUTES[options.world.stem]
-    if options.backwards:
-        places = (places[0], *reversed(places))
     with Master() as master:
         run = Run(master, options.world.resolve(), arguments)
-        begin = time.monotonic()
-        run.follow(places)
-        seconds = time.monotonic() - begin
+        run.follow(ROUTES[options.world.stem])
         off = between(compose(run.start, run.odom), run.truth)
-        print(json.dumps({**score(run.walls(), read_world(options.world), run.start), "seconds": round(seconds),
+        print(json.dumps({**score(run.walls(), read_world(options.world), run.start),
                           "odometry_off": [round(float(each), 3) for each in off]}))
-    return 0
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    main()

@@ -37,7 +37,6 @@ ROOT = Path(__file__).resolve().parents[2]
 GOAL_TIMEOUT = 180  # [s]
 NEAR = (0.2, 0.3)   # [m] between a wall and the robot's centre
 FIT = "rays that the map explains"
-DEVIATIONS = {"deviation_m": "deviation of the position [m]", "deviation_rad": "deviation of the yaw [rad]"}
 RESOLUTION = 0.05   # [m] per pixel of the worlds' maps
 HALF_A_VIEW = 1.03 / 2  # [rad] of the camera to each side
 TRUTH_RATE = 50.0   # [Hz]
@@ -81,25 +80,22 @@ class Run:
     def __init__(self, master, arguments, robot, world, start=None):
         """start: (x, y, yaw) of the robot, and of amcl unless the arguments give it another; None: the world's."""
         self.radius = robot_radius(read_robot(robot).wheels)
-        world_file = ROOT / "config" / "worlds" / f"{world}.yaml"
-        self.world = read_world(world_file)
-        place = world
+        file = ROOT / "config" / "worlds" / f"{world}.yaml"
+        self.world, place = read_world(file), world
         if start:
             arguments = ["start:=" + " ".join(map(str, start)), *arguments]
-            moved = {**yaml.safe_load(world_file.read_text()), "start": start}
-            world_file = master.folder / "world.yaml"
-            world_file.write_text(yaml.safe_dump(moved))
-            place = world_file
-        self.log = master.folder / "log"
+            moved = {**yaml.safe_load(file.read_text()), "start": start}
+            place = master.folder / "world.yaml"
+            place.write_text(yaml.safe_dump(moved))
         self.truth, self.commands, self.reports = [], [], []
-        self.launch = master.launch("navigation.launch", "sim:=true", f"port:={master.folder / 'board'}",
-                                    f"robot:={robot}", f"world:={place}",
-                                    f"map:={ROOT}/config/maps/{world}.yaml", *arguments, log=self.log)
+        launch = master.launch("navigation.launch", "sim:=true", f"port:={master.folder / 'board'}",
+                               f"robot:={robot}", f"world:={place}", f"map:={ROOT}/config/maps/{world}.yaml",
+                               *arguments)
         rospy.init_node("navigation_run", disable_signals=True)
         rospy.Subscriber("ground_truth/odom", Odometry, self.truth.append, tcp_nodelay=True)
         rospy.Subscriber("cmd_vel", Twist, lambda message: self.commands.append((time.monotonic(), message)))
         rospy.Subscriber("/diagnostics", DiagnosticArray, self._on_diagnostics)
-        wait_for(lambda: self.truth or self.launch.poll() is not None, "the simulator", timeout=60)
+        wait_for(lambda: self.truth or launch.poll() is not None, "the simulator", timeout=60)
 
     def _on_diagnostics(self, message):
         self.reports += [status for status in message.status if status.name == "navigation_monitor: localization"]
@@ -136,19 +132,14 @@ class Run:
                                   if abs(math.atan2(speed.y, speed.x)) > HALF_A_VIEW) / TRUTH_RATE, 2),
             "fastest_m_s": round(max(math.hypot(speed.x, speed.y) for speed in speeds), 3),
             "last_command": flat(self.commands[-1][1]) if len(self.commands) > first_command else None,
-            **judged(reports),
+            "alarms": sorted({report.message for report in reports if report.level}), "fit_percent": least_fit(reports),
         }
 
 
-def judged(reports):
-    """What DiagnosticStatus of navigation_monitor have in common: the alarms, and the extremes of the values."""
-    values = [{each.key: each.value for each in report.values} for report in reports]
-    shares = [int(each[FIT].rstrip("%")) for each in values if each[FIT].endswith("%")]
-    return {
-        "alarms": sorted({report.message for report in reports if report.level}),
-        "fit_percent": min(shares, default=None), "mean_fit_percent": round(np.mean(shares)) if shares else None,
-        **{key: max((float(each[name]) for each in values), default=None) for key, name in DEVIATIONS.items()},
-    }
+def least_fit(reports):
+    """[%] of the scan's rays that the map explained, the least in DiagnosticStatus of navigation_monitor."""
+    shares = [pair.value.rstrip("%") for report in reports for pair in report.values if pair.key == FIT]
+    return min((int(share) for share in shares if share.isdigit()), default=None)
 
 
 def pose(message):
@@ -162,13 +153,11 @@ def flat(twist):
 
 
 def standing(message):
-    """Whether the robot stands."""
     twist = message.twist.twist
     return max(abs(twist.linear.x), abs(twist.linear.y), abs(twist.angular.z)) < 5e-3
 
 
 def main():
-    """Drive to the goals and print the figures; the exit status is that of the worst goto."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--goal", nargs=3, type=float, action="append", metavar=("X", "Y", "YAW"))
     parser.add_argument("--random", type=int, default=0, metavar="N", help="as many random goals")
@@ -176,7 +165,6 @@ def main():
     parser.add_argument("--world", default="room")
     parser.add_argument("--start", nargs=3, type=float, metavar=("X", "Y", "YAW"), help="of the robot and of amcl")
     parser.add_argument("--robot", default="thesis")
-    parser.add_argument("--log", help="copy of what the launch file printed")
     parser.add_argument("--commands", help="file for the recorded commands of the last goal: seconds, v_x, v_y, omega")
     options, arguments = parser.parse_known_args()
     with Master() as master:
@@ -192,8 +180,6 @@ def main():
             start = run.commands[0][0]
             Path(options.commands).write_text(json.dumps(
                 [[round(when - start, 3), *flat(twist)] for when, twist in run.commands]))
-        if options.log:
-            Path(options.log).write_text(run.log.read_text())
     print(json.dumps(figures))
     return max(figure["status"] for figure in figures)
 

@@ -1,7 +1,6 @@
 """What the pytest modules of this folder share: paths, launch files as roslaunch reads them, the navigation stack."""
 
 import os
-import subprocess
 import tempfile
 import xmlrpc.client
 from functools import lru_cache
@@ -63,12 +62,6 @@ def read_launch(file, *arguments):
             substitution_args._rospack = None
     own = {name: param.value for name, param in config.params.items()}
     return Launch({node.namespace + node.name: node.args for node in config.nodes}, own)
-
-
-def roslaunch(*words):
-    """A finished run of roslaunch with all that it said."""
-    return subprocess.run(["roslaunch", *map(str, words)], env={**os.environ, "ROS_IP": "127.0.0.1"}, check=False,
-                          text=True, timeout=60, stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
 
 
 @pytest.fixture(scope="module")

@@ -1,19 +1,19 @@
 #!/usr/bin/env python3
 """goto, as a user runs it, against a stand-in for move_base: every end that a goal can have."""
 
+import itertools
 import os
 import re
 import signal
 from pathlib import Path
 from unittest import mock
 
-import numpy as np
 import rospy
 import rostest
 from actionlib_msgs.msg import GoalStatus, GoalStatusArray
-from geometry_msgs.msg import TransformStamped, Twist
+from geometry_msgs.msg import Twist
 from move_base_msgs.msg import MoveBaseActionGoal
-from nav_msgs.msg import OccupancyGrid
+from navigation_messages import grid, latched, transform, walled
 from std_msgs.msg import String
 from tf2_msgs.msg import TFMessage
 
@@ -29,6 +29,8 @@ SHARED = "/shared"  # namespace of the one stand-in that drives on until its goa
 
 class GotoTest(NodeTest):
     """Tests that end their server have a namespace of their own, so that nothing of it is left to others."""
+
+    numbers = itertools.count()
 
     @classmethod
     def setUpClass(cls):
@@ -56,15 +58,17 @@ class GotoTest(NodeTest):
         words = [f"_{name}:={value}" for name, value in parameters.items()]
         return self.processes.start(DOUBLE, f"__ns:={space}", *words)
 
-    def start_goto(self, *words, log="goto"):
-        self.log = self.processes.folder / log
-        words = (*words, f"__ns:={self.space}")
-        return self.processes.start(places.program("robotont_map_navigation", "goto"), *words, log=self.log)
+    def start_goto(self, *words):
+        log = self.processes.folder / f"goto{next(self.numbers)}"
+        process = self.processes.start(places.program("robotont_map_navigation", "goto"), *words, f"__ns:={self.space}",
+                                       log=log)
+        process.log = log
+        return process
 
     def end(self, process, timeout=30.0):
         """(exit status, lines) of goto when it has ended."""
         wait_for(lambda: process.poll() is not None, "the end of goto", timeout)
-        text = self.log.read_text()
+        text = process.log.read_text()
         self.assertNotIn("Traceback", text)
         return process.returncode, text.splitlines()
 
@@ -75,7 +79,7 @@ class GotoTest(NodeTest):
         self.use("/late")
         goals = self.listen("/late/move_base/goal", MoveBaseActionGoal)
         goto = self.start_goto("2", "-2.2", "1.2", "--frame", "odom")
-        wait_for(lambda: "waiting for" in self.log.read_text(), "words about waiting")
+        wait_for(lambda: "waiting for" in goto.log.read_text(), "words about waiting")
         self.start_server("/late", hurry=4.0)
         status, lines = self.end(goto)
         self.assertEqual(status, 0, lines)
@@ -105,12 +109,6 @@ class GotoTest(NodeTest):
         self.start_goto("1.5", "1", "0")
         wait_for(self.moving, "motion")
 
-    def test_move_base_gives_up(self):
-        status, lines = self.end(self.start_goto("101", "0", "0"))
-        self.assertEqual(status, 1, lines)
-        self.assertEqual(lines[-1], "move_base gave up (ABORTED): Failed to find a valid plan. "
-                                    "Even after executing recovery behaviors")
-
     def test_what_may_be_wrong_with_the_pose_is_said_when_move_base_gives_up(self):
         self.use("/doubtful")
         doubt = rospy.Publisher("/doubtful/localization/doubt", String, queue_size=1, latch=True)
@@ -120,23 +118,23 @@ class GotoTest(NodeTest):
         self.start_server("/doubtful")
         status, lines = self.end(goto)
         self.assertEqual(status, 1, lines)
-        self.assertIn("behaviors; the map explains 0%. Was the robot carried? Then start relocalize", lines[-1])
+        self.assertEqual(lines[-1], "move_base gave up (ABORTED): Failed to find a valid plan. Even after executing "
+                         "recovery behaviors; the map explains 0%. Was the robot carried? Then start relocalize")
 
     def test_no_server(self):
         self.use("/nowhere")
-        patient = self.start_goto("2", "2", "0", log="patient")
+        patient = self.start_goto("2", "2", "0")
         status, lines = self.end(self.start_goto("2", "2", "0", "--wait", "1"))
         self.assertEqual(status, 3, lines)
         self.assertEqual(lines[-1], "no /nowhere/move_base after 1 s: is navigation.launch running?")
-        self.log = self.processes.folder / "patient"
-        self.assertEqual(self.log.read_text(), "waiting for /nowhere/move_base\n")
+        self.assertEqual(patient.log.read_text(), "waiting for /nowhere/move_base\n")
         os.killpg(patient.pid, signal.SIGINT)
         status, lines = self.end(patient)
         self.assertEqual((status, lines[-1]), (130, "interrupted"))
 
     def test_the_server_dies_and_is_started_again_or_not(self):
         respawned, mortal = self.start_server("/respawned", repeat=True), self.start_server("/mortal", repeat=True)
-        first = self.start_goto("2", "2", "0", log="mortal")
+        first = self.start_goto("2", "2", "0")
         wait_for(self.moving, "motion")
         self.use("/respawned")
         goto = self.start_goto("2", "2", "0")
@@ -147,37 +145,20 @@ class GotoTest(NodeTest):
         status, lines = self.end(goto)
         self.assertEqual(status, 3, lines)
         self.assertRegex(lines[-1], r"^move_base died after \d+\.\d s and was started again: send the goal again$")
-        self.log = self.processes.folder / "mortal"
         status, lines = self.end(first)
         self.assertEqual((status, lines[-1]), (3, "move_base has not been heard for 3 s: has it died?"))
 
-    def show_map(self, robot):
-        """A latched map of two rooms, (0, 0) to (4, 2), without a door; the robot is at x = `robot` [m]."""
-        cells = np.zeros((40, 80), np.int8)
-        cells[[0, -1]] = cells[:, [0, 40, -1]] = 100
-        message = OccupancyGrid(data=cells.ravel().tolist())
-        message.header.frame_id = "map"
-        message.info.resolution, message.info.width, message.info.height = 0.05, 80, 40
-        message.info.origin.orientation.w = 1.0
-        transform = TransformStamped()
-        transform.header.frame_id, transform.child_frame_id = "map", self.space[1:] + "/base_link"
-        transform.transform.translation.x, transform.transform.translation.y = robot, 1.0
-        transform.transform.rotation.w = 1.0
-        for name, value in (("robot_base_frame", self.space[1:] + "/base_link"), ("robot_radius", 0.15),
-                            ("footprint_padding", 0.01)):
-            rospy.set_param(f"{self.space}/move_base/global_costmap/{name}", value)
-        self.latched = [rospy.Publisher(self.space + "/map", OccupancyGrid, queue_size=1, latch=True),
-                        rospy.Publisher("/tf_static", TFMessage, queue_size=1, latch=True)]
-        for publisher, what in zip(self.latched, (message, TFMessage([transform]))):
-            publisher.publish(what)
-
     def test_a_goal_that_the_map_shows_to_be_out_of_reach_is_refused(self):
+        """Two rooms, (0, 0) to (4, 2) [m], without a door."""
         self.start_server("/mapped", repeat=True)
         goals = self.listen("/mapped/move_base/goal", MoveBaseActionGoal)
-        self.show_map(robot=1.0)
-        for x, y, words in ((9, 1, r"\(9.00, 1.00\) is off the map, which is 4.0 m x 2.0 m large"),
-                            (2.02, 1, r"\(2.02, 1.00\) is in a wall of the map"),
-                            (1, 0.1, r"\(1.00, 0.10\) is 0.08 m from a wall of the map, and the robot needs 0.16 m"),
+        rospy.set_param("/mapped/move_base/global_costmap", {
+            "robot_base_frame": "mapped/base_link", "robot_radius": 0.15, "footprint_padding": 0.01})
+        rooms = walled(40, 80)
+        rooms[:, 40] = 100
+        self.latched = (latched("/mapped/map", grid(rooms)),
+                        latched("/tf_static", TFMessage([transform("mapped/base_link", 1.0, 1.0)])))
+        for x, y, words in ((1, 0.1, r"\(1.00, 0.10\) is 0.08 m from a wall of the map, and the robot needs 0.16 m"),
                             (3, 1, r"no way from the robot at \(1.00, 1.00\) to \(3.00, 1.00\): walls of the map.*")):
             status, lines = self.end(self.start_goto(str(x), str(y), "0"))
             self.assertEqual(status, 6, lines)
@@ -196,22 +177,20 @@ class GotoTest(NodeTest):
     def test_a_move_base_that_confirms_no_cancellation_and_one_who_does_not_wait_for_it(self):
         self.start_server("/deaf", repeat=True, deaf=1000.0)
         hasty = self.start_goto("2", "2", "0", "--timeout", "1")
-        wait_for(lambda: "s  cancelled; not confirmed yet" in self.log.read_text(), "words about the cancellation")
+        wait_for(lambda: "s  cancelled; not confirmed yet" in hasty.log.read_text(), "words about the cancellation")
         os.killpg(hasty.pid, signal.SIGINT)
         status, lines = self.end(hasty, 5.0)
         self.assertEqual(status, 5, lines)
         self.assertRegex(lines[-1], "^not there after 1 s; cancelled, but .* not confirmed it within [1-5] s")
 
-    def start_in_root(self, **parameters):
-        """(GoTo of this process, recorded statuses, server) in the namespace of this process."""
-        server = self.start_server("", repeat=True, **parameters)
-        statuses = self.listen("/move_base/status", GoalStatusArray)
+    def start_in_root(self):
+        self.start_server("", repeat=True)
         goto = GoTo("map", lambda _line: None)
         self.assertTrue(goto.wait_for_server(20.0))
-        return goto, statuses, server
+        return goto
 
     def test_a_cancellation_that_overtakes_its_goal_ends_the_goal_before_it_too(self):
-        goto, statuses, _ = self.start_in_root()
+        goto, statuses = self.start_in_root(), self.listen("/move_base/status", GoalStatusArray)
         goto.send(Goal(2.0, 2.0, 0.0))
         wait_for(self.moving, "motion")
         on_the_way = []
@@ -227,7 +206,7 @@ class GotoTest(NodeTest):
                  "the end of both goals")
 
     def test_the_emergency_stop_that_cancels_a_goal_is_named(self):
-        goto, _, _ = self.start_in_root()
+        goto = self.start_in_root()
         pursuit = goto.send(Goal(2.0, 2.0, 0.0))
         wait_for(self.moving, "motion")
         rospy.Publisher("/emergency_stop/pressed_by", String, queue_size=1, latch=True).publish("/page")
@@ -239,8 +218,7 @@ class GotoTest(NodeTest):
     def test_another_goal_takes_its_place(self):
         first = self.start_goto("2", "2", "0")
         wait_for(self.moving, "motion")
-        second = self.start_goto("3", "3", "0", log="second")
-        self.log = self.processes.folder / "goto"
+        second = self.start_goto("3", "3", "0")
         status, lines = self.end(first)
         self.assertEqual(status, 4, lines)
         self.assertIn("another goal took its place", lines[-1])

@@ -20,25 +20,21 @@ def room(door, origin=(0.0, 0.0, 0.0)):
     return FloorMap(cells, 0.05, origin)
 
 
-@pytest.mark.parametrize("goal, words", [
-    ((1.0, 1.0), None), ((3.0, 1.0), None),
-    ((4.5, 1.0), "(4.50, 1.00) is off the map, which is 4.0 m x 2.0 m large"),
-    ((-0.01, 1.0), "(-0.01, 1.00) is off the map, which is 4.0 m x 2.0 m large"),
-    ((2.02, 0.5), "(2.02, 0.50) is in a wall of the map"),
-    ((1.0, 0.125), "(1.00, 0.12) is 0.10 m from a wall of the map, and the robot needs 0.16 m"),
-    ((1.0, 0.2), None),
+NO_WAY = ("no way from the robot at (0.50, 0.50) to (3.00, 1.00): walls of the map, or gaps narrower than 0.32 m, lie "
+          "between them")
+
+
+@pytest.mark.parametrize("door, start, goal, words", [
+    (12, (0.5, 0.5), (1.0, 1.0), None), (12, (0.5, 0.5), (3.0, 1.0), None), (12, (0.5, 0.5), (1.0, 0.2), None),
+    (12, (0.5, 0.5), (4.5, 1.0), "(4.50, 1.00) is off the map, which is 4.0 m x 2.0 m large"),
+    (12, (0.5, 0.5), (-0.01, 1.0), "(-0.01, 1.00) is off the map, which is 4.0 m x 2.0 m large"),
+    (12, (0.5, 0.5), (2.02, 0.5), "(2.02, 0.50) is in a wall of the map"),
+    (12, (0.5, 0.5), (1.0, 0.125), "(1.00, 0.12) is 0.10 m from a wall of the map, and the robot needs 0.16 m"),
+    (6, (0.5, 0.5), (3.0, 1.0), NO_WAY), (7, (0.5, 0.5), (3.0, 1.0), None),
+    (6, None, (3.0, 1.0), None), (6, (9.0, 9.0), (3.0, 1.0), None),  # a robot whose place is unknown
 ])
-def test_a_goal_is_refused_for_what_the_map_shows(goal, words):
-    assert refusal(room(door=12), goal, (0.5, 0.5), RADIUS) == words
-
-
-def test_a_door_that_is_too_narrow_leads_nowhere():
-    words = refusal(room(door=6), (3.0, 1.0), (0.5, 0.5), RADIUS)
-    assert words == ("no way from the robot at (0.50, 0.50) to (3.00, 1.00): walls of the map, or gaps narrower than "
-                     "0.32 m, lie between them")
-    assert refusal(room(door=7), (3.0, 1.0), (0.5, 0.5), RADIUS) is None
-    assert refusal(room(door=6), (3.0, 1.0), None, RADIUS) is None  # a robot whose place is unknown
-    assert refusal(room(door=6), (3.0, 1.0), (9.0, 9.0), RADIUS) is None
+def test_a_goal_is_refused_for_what_the_map_shows(door, start, goal, words):
+    assert refusal(room(door), goal, start, RADIUS) == words
 
 
 def test_a_robot_that_stands_at_a_wall_has_a_way_out_but_not_through_the_wall():

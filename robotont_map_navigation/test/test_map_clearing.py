@@ -40,24 +40,6 @@ def distances(place):
     return np.hypot((columns + 0.5) * CELL + ORIGIN[0] - place[0], (rows + 0.5) * CELL + ORIGIN[1] - place[1])
 
 
-def is_passable(cells, start, goal, radius):
-    return FloorMap(cells, CELL, ORIGIN).is_connected(start, goal, radius)
-
-
-def test_nothing_changes_away_from_walls():
-    assert cleared_cells(floor_map(), beside(0.25), None, RADIUS) == {}
-    assert MapClearing(floor_map(), RADIUS).move(beside(0.25), 0.0) is None
-
-
-@pytest.mark.parametrize("distance", [0.2, 0.12, 0.05, 0.0, -0.08])
-def test_where_the_robot_stands_nothing_is_an_obstacle(distance):
-    place = beside(distance)
-    cells = changed(place, beside(0.2))
-    assert (cells[distances(place) < RADIUS] == 0).all()
-    unchanged = distances(place) > RADIUS + 2 * CELL
-    assert (cells[unchanged] == CELLS[unchanged]).all()
-
-
 @pytest.mark.parametrize("distance", [0.2, 0.12, 0.05, 0.0, -0.08])
 @pytest.mark.parametrize("along", [0.0, 1.0, 1.02])
 def test_a_wall_that_gives_way_has_no_hole(distance, along):
@@ -65,12 +47,7 @@ def test_a_wall_that_gives_way_has_no_hole(distance, along):
     place = beside(distance, along)
     cells = changed(place, beside(0.2, along))
     cells[60, :] = 100
-    lower, other = beside(0.6, 0.5), beside(-0.6, 0.5)
-    assert not is_passable(cells, lower, other, CELL)
-    uncut = CELLS.copy()
-    uncut[60, :] = 100
-    uncut[20, WALL:WALL + 3] = 0
-    assert is_passable(uncut, lower, other, CELL)  # the check itself
+    assert not FloorMap(cells, CELL, ORIGIN).is_connected(beside(0.6, 0.5), beside(-0.6, 0.5), CELL)
 
 
 def test_the_way_out_is_free_for_the_whole_robot():
@@ -119,7 +96,7 @@ def test_a_costmap_that_takes_every_update_has_the_map_but_for_the_place_of_now(
         place = beside(generator.uniform(-0.3, 0.4), generator.uniform(-0.1, 3.5))  # amcl's pose may jump
         apply(costmap, own.move(place, 0.1 * step))
         near = distances(place) < RADIUS
-        assert (costmap[near] <= 0).all()
+        assert (costmap[near] == 0).all()
         far = distances(place) > RADIUS + 2 * CELL
         assert (costmap[far] == CELLS[far]).all()
     apply(costmap, own.move(beside(1.0), 30.0))

@@ -5,9 +5,8 @@ import subprocess
 
 import numpy as np
 import pytest
-from map_score import Faces, moved, score
+from map_score import moved, score
 from mapping_route import ROUTES
-from navigation_run import clearance
 from navigation_tools import PACKAGE, lacking
 
 from robotont_simulator.world import OCCUPIED, draw_map, read_world
@@ -41,23 +40,6 @@ def test_the_score_tells_a_wall_that_is_doubled_and_one_that_is_missing():
     assert doubled["p90_m"] > 0.15, doubled
     assert halved["p90_m"] <= 0.05, halved
     assert halved["recall"] < 0.6, halved
-
-
-def test_the_far_side_of_a_wall_is_no_face():
-    world = read_world(WORLDS["mapping_flat"])
-    near, behind = Faces(world).distances(np.array([[8.0 - 0.05, 2.0], [8.0 + 0.05, 2.0]]))  # 0.1 m thick
-    assert near <= 0.02
-    assert behind == pytest.approx(0.1, abs=0.02)
-
-
-@pytest.mark.parametrize("name", ROUTES)
-def test_the_routes_pass_all_walls(name):
-    world = read_world(WORLDS[name])
-    assert ROUTES[name][0] == world.start[:2]
-    for one, other in zip(ROUTES[name], ROUTES[name][1:]):
-        for part in np.linspace(0, 1, 50):
-            place = (1 - part) * np.array(one) + part * np.array(other)
-            assert clearance(place, world, 0.15) > 0.1, (one, other)
 
 
 @pytest.mark.long

@@ -1,24 +1,15 @@
 """The launch files and the parameters of navigation, read as roslaunch reads them; nothing is started."""
 
+import os
 import re
+import subprocess
 from pathlib import Path
 
 import pytest
 import yaml
-from navigation_tools import (  # noqa: F401
-    NAVIGATION,
-    NAVIGATION_PACKAGES,
-    PACKAGE,
-    ROOT,
-    missing,
-    read_launch,
-    roslaunch,
-    running,
-)
+from navigation_tools import NAVIGATION, NAVIGATION_PACKAGES, PACKAGE, ROOT, missing, read_launch, running  # noqa: F401
 from roslaunch import RLException
 
-from robotont_description.geometry import robot_radius
-from robotont_driver.kinematics.wheel_params import read_wheels
 from robotont_driver.nodes import driver_node
 from robotont_driver.parameters.parameters import read_parameters
 from robotont_map_navigation import map_file, navigation_monitor
@@ -27,35 +18,37 @@ from robotont_testing import places
 from robotont_testing.robots import ROBOTONT2, SHIPPED, robot_folder
 
 pytestmark = pytest.mark.usefixtures("running")
-FILES = {"navigation.launch": [name for name in NAVIGATION_PACKAGES if name != "fake_localization"],
-         "slam.launch": ["gmapping"], "camera_scan.launch": ["depthimage_to_laserscan"]}
 KNOWN = {section: set(names) for section, names in yaml.safe_load(
     (PACKAGE / "test" / "data" / "navigation_parameters.yaml").read_text()).items()}
-NOISE = ("... logging to", "Checking log directory", "Press Ctrl-C", "Done checking", "\x1b]2;")
+LAYERS = {"": "costmap_2d", "/static_layer": "costmap_2d::StaticLayer", "/obstacles": "costmap_2d::ObstacleLayer",
+          "/obstacles/scan": "observation source", "/inflation": "costmap_2d::InflationLayer"}
+READERS = {  # where parameters stand: the section of KNOWN with those that are read there
+    "amcl": "amcl", "map_server": "map_server", "fake_localization": "fake_localization",
+    "slam_gmapping": "gmapping", "depthimage_to_laserscan": "depthimage_to_laserscan",
+    "move_base": "move_base", "move_base/NavfnROS": "navfn/NavfnROS",
+    "move_base/DWAPlannerROS": "dwa_local_planner/DWAPlannerROS",
+    "move_base/forget_far_obstacles": "clear_costmap_recovery/ClearCostmapRecovery",
+    "move_base/forget_all_obstacles": "clear_costmap_recovery/ClearCostmapRecovery",
+    **{f"move_base/{costmap}_costmap{layer}": section for costmap in ("global", "local")
+       for layer, section in LAYERS.items()},
+}
 
 
-def lines(result):
-    """Lines of a run of roslaunch but for those of its start."""
-    return [line for line in result.stdout.splitlines() if line and not line.startswith(NOISE)]
-
-
-def test_a_missing_package_is_named_in_the_first_line(tmp_path):
-    """The shipped file where the stack is missing; else a copy that asks for one more package. So do the others."""
-    for file, packages in FILES.items():
-        _, require, after = (ROOT / "launch" / file).read_text().partition(f"/require {file}")
-        assert all(package in after.partition("/>")[0] for package in packages if package != "amcl"), require
-    file, packages = "navigation.launch", FILES["navigation.launch"]
-    path, lacks = ROOT / "launch" / file, missing(packages)
-    if not lacks:
-        lacks = ["no_such_package"]
-        before, require, after = path.read_text().partition("/require ")
-        path = tmp_path / file
-        path.write_text(before + require + after.replace(packages[0], f"no_such_package {packages[0]}", 1))
-    result = roslaunch(path)
-    assert re.fullmatch(rf"{file} needs the ROS packages? {', '.join(lacks)}, which (is|are) missing: "
-                        r"sudo apt-get install ros-noetic-\S+ \(ROS Noetic; Debian itself has none\)", lines(result)[0])
-    assert "returned with code [1]" in lines(result)[1]  # and roslaunch's own words, with no traceback
-    assert not any(line.startswith("Traceback") for line in lines(result))
+@pytest.mark.parametrize("file, packages", [
+    ("navigation.launch", [name for name in NAVIGATION_PACKAGES if name not in ("amcl", "fake_localization")]),
+    ("slam.launch", ["gmapping"]), ("camera_scan.launch", ["depthimage_to_laserscan"])])
+def test_a_missing_package_is_named_in_the_first_line(file, packages, tmp_path):
+    """Of a copy that asks for one more: the stack may be there."""
+    text = (ROOT / "launch" / file).read_text()
+    _, require, asked = text.partition(f"/require {file}")
+    assert set(packages) <= set(asked.partition('"/>')[0].split())
+    (tmp_path / file).write_text(text.replace(require, f"{require} no_such_package", 1))
+    result = subprocess.run(["roslaunch", str(tmp_path / file)], env={**os.environ, "ROS_IP": "127.0.0.1"}, check=False,
+                            text=True, timeout=60, stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
+    words = (rf"^{file} needs the ROS packages? no_such_package.*, which (is|are) missing: sudo apt-get install "
+             r"ros-noetic-\S+ \(ROS Noetic; Debian itself has none\)\n.*returned with code \[1\]")
+    assert re.search(words, result.stdout, re.MULTILINE), result.stdout
+    assert "Traceback" not in result.stdout
     assert result.returncode != 0
 
 
@@ -76,22 +69,29 @@ def test_sim_starts_the_robot_map_none_no_map_server_and_rviz_the_view_of_naviga
 
 def test_frames_and_topics_of_a_second_robot():
     found = read_launch("navigation.launch", "sim:=true", "namespace:=robot2").parameters
-    assert found["/robot2/amcl/odom_frame_id"] == "robot2/odom"
-    assert found["/robot2/amcl/base_frame_id"] == "robot2/base_link"
-    assert found["/robot2/amcl/global_frame_id"] == found["/robot2/map_server/frame_id"] == "map"
-    assert found["/robot2/move_base/global_costmap/robot_base_frame"] == "robot2/base_link"
-    assert found["/robot2/move_base/local_costmap/robot_base_frame"] == "robot2/base_link"
-    assert found["/robot2/move_base/local_costmap/global_frame"] == "robot2/odom"
-    assert found["/robot2/move_base/global_costmap/global_frame"] == "map"
+    expected = {
+        "amcl/odom_frame_id": "robot2/odom", "amcl/base_frame_id": "robot2/base_link", "amcl/global_frame_id": "map",
+        "map_server/frame_id": "map", "move_base/global_costmap/global_frame": "map",
+        "move_base/global_costmap/robot_base_frame": "robot2/base_link",
+        "move_base/local_costmap/robot_base_frame": "robot2/base_link",
+        "move_base/local_costmap/global_frame": "robot2/odom"}
+    assert {name: found["/robot2/" + name] for name in expected} == expected
     assert not [name for name in found if re.match(r"/(move_base|amcl|map_server)", name)]
 
 
-def test_the_footprint_is_that_of_the_wheels(tmp_path):
-    assert robot_radius(read_wheels(SHIPPED)) == 0.15
+def test_the_footprint_is_that_of_the_wheels_or_of_the_robot_that_runs(tmp_path, running):  # noqa: F811
+    def footprints(*arguments):
+        found = read_launch("navigation.launch", *arguments).parameters
+        return {found[f"/move_base/{costmap}_costmap/robot_radius"] for costmap in ("global", "local")}
     large = robot_folder(tmp_path, {**SHIPPED, "wheelDistanceFromCenter": [0.2, 0.3, 0.2], "wheelRadius": 0.06})
-    found = read_launch("navigation.launch", "sim:=true", f"robot:={large}").parameters
     # the outer corner of the second wheel: hypot(0.3 + 0.021, 0.06) = 0.3266
-    assert found["/move_base/global_costmap/robot_radius"] == found["/move_base/local_costmap/robot_radius"] == 0.33
+    assert footprints("sim:=true", f"robot:={large}") == {0.33}
+    running(ROBOTONT2)
+    assert footprints() == {0.17}
+    running(SHIPPED)
+    assert footprints() == {0.15}
+    with pytest.raises(RLException, match="robot_radius"):
+        footprints("namespace:=robot2")  # where none runs
 
 
 @pytest.mark.parametrize("world", ["room", "maze"])
@@ -138,13 +138,8 @@ def test_what_dies_is_started_again():
 
 def read(file, *arguments):
     """{node: tree of its parameters} of a launch file."""
-    return tree(read_launch(file, *arguments).parameters)
-
-
-def tree(flat):
-    """Nested dictionaries of {"/a/b": value}."""
     found = {}
-    for name, value in flat.items():
+    for name, value in read_launch(file, *arguments).parameters.items():
         *above, last = name.strip("/").split("/")
         place = found
         for part in above:
@@ -153,44 +148,24 @@ def tree(flat):
     return found
 
 
-def unknown(section, given, inner=()):
-    """Names in `given` that the section does not read, but for those of the inner sections."""
-    return [f"{section}: {name}" for name in given if name not in KNOWN[section] and name not in inner]
-
-
-def unknown_of_costmap(costmap):
-    """Names that no costmap and no layer of it reads."""
-    types = {plugin["name"]: plugin["type"] for plugin in costmap["plugins"]}
-    faults = unknown("costmap_2d", costmap, types)
-    for name, kind in types.items():
-        layer = costmap.get(name, {})
-        sources = layer.get("observation_sources", "").split()
-        faults += unknown(kind, layer, sources)
-        for source in sources:
-            faults += unknown("observation source", layer[source])
-    return faults
-
-
-def unknown_of_move_base(given):
-    """Names under ~move_base that nobody reads."""
-    behaviors = {behavior["name"]: behavior["type"] for behavior in given["recovery_behaviors"]}
-    planners = {given[key].split("/")[1]: given[key] for key in ("base_global_planner", "base_local_planner")}
-    costmaps = ("global_costmap", "local_costmap")
-    faults = unknown("move_base", given, (*behaviors, *planners, *costmaps))
-    for name, kind in {**behaviors, **planners}.items():
-        faults += unknown(kind, given.get(name, {}))
-    return faults + [fault for costmap in costmaps for fault in unknown_of_costmap(given[costmap])]
-
-
 def test_every_parameter_is_one_that_its_node_reads():
-    given = read("navigation.launch")
-    assert unknown_of_move_base(given["move_base"]) == []
-    assert unknown("amcl", given["amcl"]) == []
-    assert unknown("map_server", given["map_server"]) == []
-    assert unknown("fake_localization", read("navigation.launch", "localization:=fake")["fake_localization"]) == []
-    mapping = read("slam.launch", "camera:=true")
-    assert unknown("gmapping", mapping["slam_gmapping"]) == []
-    assert unknown("depthimage_to_laserscan", mapping["depthimage_to_laserscan"]) == []
+    found = {name.strip("/").rpartition("/") for file, *arguments in (
+        ("navigation.launch",), ("navigation.launch", "localization:=fake"), ("slam.launch", "camera:=true"))
+        for name in read_launch(file, *arguments).parameters}
+    nodes = {place.partition("/")[0] for place in READERS}
+    assert nodes <= {place.partition("/")[0] for place, _, _ in found}
+    assert [f"{place}/{name}" for place, _, name in found
+            if place.partition("/")[0] in nodes and name not in KNOWN.get(READERS.get(place), ())] == []
+
+
+def test_plugins_are_those_whose_parameters_are_looked_at():
+    given = read("navigation.launch")["move_base"]
+    named = {given[key].split("/")[1]: given[key] for key in ("base_global_planner", "base_local_planner")}
+    named.update({each["name"]: each["type"] for each in given["recovery_behaviors"]})
+    for costmap in ("global_costmap", "local_costmap"):
+        named.update({f"{costmap}/{each['name']}": each["type"] for each in given[costmap]["plugins"]})
+        assert given[costmap]["obstacles"]["observation_sources"] == "scan"
+    assert {name: READERS["move_base/" + name] for name in named} == named
 
 
 def test_every_name_that_has_no_good_default_is_set():
@@ -214,15 +189,6 @@ def test_the_local_costmap_is_little_wider_than_dwa_looks_ahead():
     for side in ("width", "height"):
         assert type(costmap[side]) is int
         assert reach < costmap[side] / 2 < 1.1 * reach
-
-
-def test_the_map_gives_way_to_the_robot_by_updates_only():
-    """What the scan has found free takes no wall away; navigation_monitor does, of which the costmaps must hear."""
-    given = read("navigation.launch")["move_base"]
-    for costmap in (given["global_costmap"], given["local_costmap"]):
-        assert costmap["obstacles"]["combination_method"] == 1
-        assert costmap["static_layer"]["subscribe_to_updates"] is True
-        assert costmap["static_layer"]["map_topic"] == "map"
 
 
 def test_the_robot_drives_where_its_camera_looks():
@@ -256,14 +222,3 @@ def test_every_file_is_loaded():
                    for file in ("navigation.launch", "slam.launch", "camera_scan.launch"))
     for file in NAVIGATION.glob("*.yaml"):
         assert f"/config/navigation/{file.name}" in text
-
-
-def test_the_footprint_is_that_of_the_robot_that_runs(running):  # noqa: F811
-    def footprint():
-        return read_launch("navigation.launch").parameters["/move_base/global_costmap/robot_radius"]
-    running(ROBOTONT2)
-    assert footprint() == 0.17
-    running(SHIPPED)
-    assert footprint() == 0.15
-    with pytest.raises(RLException, match="robot_radius"):
-        read_launch("navigation.launch", "namespace:=robot2")  # where none runs

@@ -20,40 +20,35 @@ def ranges(x, y, yaw):
         return np.minimum(np.where(cos > 0, 2.95 - x, -0.95 - x) / cos, np.where(sin > 0, 0.95 - y, -0.95 - y) / sin)
 
 
-def test_all_rays_fit_at_the_true_pose():
-    pose = (0.3, 0.2, 0.7)
-    assert fit(MAP, pose, ranges(*pose), ANGLES, BOUNDS, 0.1) == (1.0, 0.0)
+POSE = (0.3, 0.2, 0.7)
+SEEN = ranges(*POSE)
+
+
+def but(rays, ranges):
+    """What is seen, but for some rays."""
+    seen = SEEN.copy()
+    seen[rays] = ranges
+    return seen
+
+
+@pytest.mark.parametrize("seen, bounds, expected", [
+    (SEEN, BOUNDS, (1.0, 0.0)),
+    (np.minimum(SEEN, 0.4), BOUNDS, (0.0, 0.0)),
+    (but(slice(39), np.tile([math.nan, 0.01, 5.0], 13)), BOUNDS, (1.0, 0.0)),
+    (but(slice(9, None), math.nan), BOUNDS, None),
+    (but(slice(None, None, 3), math.inf), BOUNDS, (2 / 3, 1 / 3)),
+    (np.full(90, math.inf), (0.05, 0.5), (1.0, 0.0)),
+], ids=["the walls", "an obstacle that fills the view", "rays that show nothing", "too few rays",
+        "nothing where the map has a wall", "nothing as far as the sensor sees"])
+def test_shares_at_the_true_pose(seen, bounds, expected):
+    assert fit(MAP, POSE, seen, ANGLES, bounds, 0.1) == (expected and pytest.approx(expected))
 
 
 @pytest.mark.parametrize("wrong", [(0.9, 0.2, 0.7), (0.3, -0.3, 0.7), (0.3, 0.2, 1.2)])
 def test_few_rays_fit_at_another_pose(wrong):
-    explained, through_walls = fit(MAP, wrong, ranges(0.3, 0.2, 0.7), ANGLES, BOUNDS, 0.1)
+    explained, through_walls = fit(MAP, wrong, SEEN, ANGLES, BOUNDS, 0.1)
     assert explained < 0.7
     assert through_walls > 0.1
-
-
-def test_an_obstacle_that_fills_the_view_goes_through_no_wall():
-    pose = (0.3, 0.2, 0.7)
-    assert fit(MAP, pose, np.minimum(ranges(*pose), 0.4), ANGLES, BOUNDS, 0.1) == (0.0, 0.0)
-
-
-def test_rays_that_show_nothing_do_not_count():
-    pose = (0.3, 0.2, 0.7)
-    seen = ranges(*pose)
-    seen[:39] = np.tile([math.nan, 0.01, 5.0], 13)
-    assert fit(MAP, pose, seen, ANGLES, BOUNDS, 0.1) == (1.0, 0.0)
-    seen[9:] = math.nan
-    assert fit(MAP, pose, seen, ANGLES, BOUNDS, 0.1) is None
-
-
-def test_a_ray_that_sees_nothing_where_the_map_has_a_wall_goes_through_it():
-    pose = (0.3, 0.2, 0.7)
-    seen = ranges(*pose)
-    seen[::3] = math.inf
-    explained, through_walls = fit(MAP, pose, seen, ANGLES, BOUNDS, 0.1)
-    assert explained == pytest.approx(2 / 3)
-    assert through_walls == pytest.approx(1 / 3)
-    assert fit(MAP, pose, np.full(90, math.inf), ANGLES, (0.05, 0.5), 0.1) == (1.0, 0.0)  # a sensor that sees no wall
 
 
 @pytest.mark.parametrize("off", [(0.1, 0.05, 0.1), (-0.08, -0.1, -0.08)])

@@ -3,7 +3,7 @@
 import contextlib
 import os
 import signal
-from pathlib import Path
+import subprocess
 
 import numpy as np
 
@@ -85,7 +85,7 @@ class Stage(TwoMachines):
     def __init__(self, mux=True, composed=True, master="robot"):
         super().__init__()
         self.mux = mux
-        self._master = master
+        self.master = master
         self.topic = "cmd_vel/hand" if mux else "cmd_vel"
         self.board = Board(str(self.folder / "board"), checked=True)
         self.board.plug()
@@ -105,37 +105,27 @@ class Stage(TwoMachines):
         wait_for(lambda: self.pid(self.driver), "the robot", timeout=60)
 
     def _environment(self, machine):
-        return {"ROS_MASTER_URI": f"http://{ADDRESSES[self._master]}:11311", "ROS_IP": ADDRESSES[machine],
+        return {"ROS_MASTER_URI": f"http://{ADDRESSES[self.master]}:11311", "ROS_IP": ADDRESSES[machine],
                 "ROS_LOG_DIR": str(self.folder)}
 
     def close(self):
-        """End all."""
         self.resume()
         self.board.close()
         super().close()
 
     def pid(self, name):
         """Process id of a process of robot.launch by its program's name; 0: it does not run now."""
-        for folder in Path("/proc").iterdir():
-            try:
-                if folder.name.isdigit() and int((folder / "stat").read_text().rpartition(")")[2].split()[1]) == \
-                        self.robot.pid and f"/{name}\0" in (folder / "cmdline").read_text():
-                    return int(folder.name)
-            except OSError:
-                continue  # it has ended
-        return 0
+        found = subprocess.run(["pgrep", "--parent", str(self.robot.pid), "--full", f"/{name}( |$)"], check=False,
+                               text=True, stdout=subprocess.PIPE).stdout.split()
+        return int(found[0]) if found else 0
 
     def command(self, who, order, machine="laptop", latch=False):
         """Let commander `who` drive, publish once or press; it starts where it does not run."""
         file = self.folder / f"orders.{who}"
-        new = self.folder / f"orders.{who}.new"
-        new.write_text(order)
-        new.replace(file)
-        process = self._commanders.get(who)
-        if process is None or process.poll() is not None:
-            first, step = MOTIONS[who]
+        file.write_text(order)
+        if who not in self._commanders:
             self._commanders[who] = self.on(
-                machine, "/usr/bin/python3", "-c", COMMANDER, self.topic, first, step, file, latch,
+                machine, "/usr/bin/python3", "-c", COMMANDER, self.topic, *MOTIONS[who], file, latch,
                 log=self.folder / f"commander.{who}.log", **self._environment(machine))
 
     def commander_log(self, who):
@@ -143,7 +133,6 @@ class Stage(TwoMachines):
         return (self.folder / f"commander.{who}.log").read_text()
 
     def release(self):
-        """Release the emergency stop."""
         self.check("robot", "rosservice", "call", "/emergency_stop/release")
 
     def drop(self):
@@ -152,14 +141,12 @@ class Stage(TwoMachines):
         self._dropping = True
 
     def mend(self):
-        """End `cut` and `drop`."""
         super().mend()
         if self._dropping:
             self.open_firewall("robot")
             self._dropping = False
 
     def kill(self, who, how=signal.SIGKILL):
-        """End a commander."""
         process = self._commanders.pop(who, None)
         if process:
             self._stopped.discard(process.pid)
@@ -167,24 +154,18 @@ class Stage(TwoMachines):
 
     def hang(self, who):
         """A commander, or a program of robot.launch, stands until `resume`."""
-        pid = self._commanders[who].pid if who in self._commanders else isinstance(who, str) and self.pid(who)
-        if pid:
-            suspend(pid)
-            self._stopped.add(pid)
+        pid = self._commanders[who].pid if who in self._commanders else self.pid(who)
+        suspend(pid)
+        self._stopped.add(pid)
 
     def resume(self):
-        """All that hang go on."""
         for pid in self._stopped:
             with contextlib.suppress(ProcessLookupError):  # it was killed meanwhile
                 os.kill(pid, signal.SIGCONT)
         self._stopped.clear()
 
     def respawn(self, name):
-        """Kill a program of robot.launch; roslaunch starts it anew."""
-        pid = self.pid(name)
-        if pid:
-            os.kill(pid, signal.SIGKILL)
-            self._stopped.discard(pid)
+        os.kill(self.pid(name), signal.SIGKILL)
 
     def motions(self):
         """(commander, age [s]) of each motion that the board has heard since the last call."""
@@ -199,7 +180,6 @@ class Stage(TwoMachines):
         return age > ALLOWED and any(f"late {stamp}\n" in self.commander_log(who) for stamp in stamps)
 
     def drives(self, who):
-        """Wait until a commander moves the board."""
         try:
             wait_for(lambda: any(one == who and age < ALLOWED for one, age in self.motions()), f"motion by {who}", 60.0)
         except AssertionError:

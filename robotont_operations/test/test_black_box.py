@@ -1,5 +1,6 @@
 """The black box on files: what it keeps, what it deletes, and what a loss of power leaves of it."""
 
+import contextlib
 import io
 import os
 import shutil
@@ -20,6 +21,11 @@ HEADER = {"type": String._type, "md5sum": String._md5sum, "message_definition": 
 def record(second, text="0:0:0;\n"):
     data = text.encode()
     return Record("/serial_read", 1000.0 + second, len(data).to_bytes(4, "little") + data, HEADER)
+
+
+def fill(box, seconds):
+    for second in seconds:
+        box.write([record(second)], now=float(second))
 
 
 def messages(bags):
@@ -65,8 +71,7 @@ def test_a_restart_keeps_what_led_to_it(size, kept, tmp_path, monkeypatch):
 
 def test_a_file_that_cannot_be_read_costs_nothing_but_itself(tmp_path):
     box = BlackBox(tmp_path)
-    for second in range(3):
-        box.write([record(second)], now=float(second))
+    fill(box, range(3))
     middle = bags_of(box.folder)[1]
     for content in (os.urandom(5000), b"#ROSBAG V2.0\n" + b"\xff" * 5000, b"", middle.read_bytes()[:-100]):
         middle.write_bytes(content)
@@ -105,8 +110,7 @@ def test_secrets_in_the_log_are_left_out(tmp_path):
 
 def test_a_full_disk_makes_room_and_says_so(tmp_path, monkeypatch):
     box = BlackBox(tmp_path)
-    for second in range(3):
-        box.write([record(second)], now=float(second))
+    fill(box, range(3))
     with monkeypatch.context() as full:
         full.setattr(os, "fsync", lambda _: (_ for _ in ()).throw(OSError(28, "No space left on device")))
         with pytest.raises(OSError, match="No space"):
@@ -119,18 +123,22 @@ def test_a_full_disk_makes_room_and_says_so(tmp_path, monkeypatch):
 @pytest.mark.parametrize("deleted", ["the run", "all runs"])
 def test_a_folder_that_was_deleted_is_made_again(deleted, tmp_path):
     box = BlackBox(tmp_path / "black_box", keep=5.0)
-    for second in range(3):
-        box.write([record(second)], now=float(second))
+    fill(box, range(3))
     shutil.rmtree(str(box.folder if deleted == "the run" else tmp_path / "black_box"))
-    for second in range(3, 20):
-        box.write([record(second)], now=float(second))
+    fill(box, range(3, 20))
     assert [stamp for _, _, stamp in messages(bags_of(box.folder))] == [1000.0 + second for second in range(14, 20)]
 
 
-def sudo_free(*command):
-    done = subprocess.run([str(word) for word in command], check=False, capture_output=True, text=True)
+@contextlib.contextmanager
+def mounted(disk, folder):
+    """A block in which the image of a disk is mounted."""
+    done = subprocess.run(["mount", "-o", "loop", str(disk), str(folder)], check=False, capture_output=True, text=True)
     if done.returncode:
         pytest.skip(f"no loop device here: {done.stderr.strip()}")
+    try:
+        yield
+    finally:
+        subprocess.run(["umount", str(folder)], check=True)
 
 
 def test_what_a_loss_of_power_leaves(tmp_path):
@@ -141,21 +149,15 @@ def test_what_a_loss_of_power_leaves(tmp_path):
     folder.mkdir()
     with open(disk, "wb") as file:
         file.truncate(32_000_000)
-    sudo_free("mkfs.ext4", "-q", disk)
-    sudo_free("mount", "-o", "loop", disk, folder)
-    try:
+    subprocess.run(["mkfs.ext4", "-q", str(disk)], check=True)
+    with mounted(disk, folder):
         box = BlackBox(folder)
         for second in range(20):
             box.write([record(second + part / 100) for part in range(100)], now=float(second))
         (folder / "not_flushed").write_bytes(b"x" * 1000)
         shutil.copy(disk, after)  # the power is lost here
-    finally:
-        subprocess.run(["umount", str(folder)], check=True)
-    sudo_free("mount", "-o", "loop", after, folder)
-    try:
+    with mounted(after, folder):
         assert not (folder / "not_flushed").exists() or not (folder / "not_flushed").read_bytes()
         run = runs_in(folder)[-1]
         assert len(messages(bags_of(run))) == 2000
         subprocess.run(["rosbag", "info", *map(str, bags_of(run))], check=True, stdout=subprocess.DEVNULL)
-    finally:
-        subprocess.run(["umount", str(folder)], check=True)

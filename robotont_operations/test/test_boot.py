@@ -59,7 +59,6 @@ class BootedRobot:
         return ""
 
     def run(self, *command):
-        """Run a command of the machine itself."""
         subprocess.run(self._within("--all", "--root", "--wd", *command), check=True, timeout=60)
 
     def _within(self, *words):
@@ -78,7 +77,6 @@ class BootedRobot:
         return False
 
     def journal(self):
-        """What the machine has logged."""
         return subprocess.run(["journalctl", "-D", str(self.shared / "journal"), "--no-pager", "-o", "short-monotonic",
                                "-u", "robotont*"], check=False, text=True, capture_output=True).stdout
 

@@ -15,6 +15,7 @@ from robotont_testing.two_machines import ADDRESSES, NoNamespacesError, TwoMachi
 
 ROBOT, LAPTOP = ADDRESSES["robot"], ADDRESSES["laptop"]
 MASTER = {"ROS_MASTER_URI": f"http://{ROBOT}:11311"}
+NETWORK = ("/usr/bin/python3", places.package("robotont_operations") / "scripts/network")
 NODE = "import rospy, sys; rospy.init_node(sys.argv[1]); rospy.Publisher('x', rospy.AnyMsg, queue_size=1); rospy.spin()"
 
 pytestmark = pytest.mark.timed
@@ -36,9 +37,8 @@ def machines():
 
 def check(machines, name, **environment):
     """Run the check on a machine; it must take at most 5 s, whatever is wrong."""
-    script = places.package("robotont_operations") / "scripts/network"
     before = time.monotonic()
-    done = machines.run(name, "/usr/bin/python3", script, **{**MASTER, **environment})
+    done = machines.run(name, *NETWORK, **{**MASTER, **environment})
     assert time.monotonic() - before <= 5.0
     assert not done.stderr
     return done
@@ -51,7 +51,6 @@ def faults(done):
 
 
 def the_fault(done):
-    """The only reported fault."""
     found = faults(done)
     assert len(found) == 1, done.stdout
     return found[0]
@@ -124,24 +123,18 @@ def test_a_name_that_the_robot_cannot_resolve(machines):
 
 
 IN = "on that machine, sudo ufw allow from 10.77.0.2"
+NODES = "tcp dport 11312-65535 ct state new"
 
 
-@pytest.mark.parametrize("verdict, words", [
-    ("drop", f"firewall: 10.77.0.1 answers, but not at port 11311: {IN}"),
-    ("reject with tcp reset", f"10.77.0.1 answers, but .*firewall.*{IN}"),
-    ("reject with icmp type admin-prohibited", f"10.77.0.1 answers, but .*{IN}")])
-def test_the_robots_firewall_before_the_master(machines, verdict, words):
-    with firewall(machines, "robot", "tcp dport 11311", verdict):
-        assert re.search(words, the_fault(check(machines, "laptop", ROS_IP=LAPTOP)))
-
-
-def test_the_robots_firewall_before_its_nodes(machines):
-    with node(machines, "robot", "behind", ROS_IP=ROBOT):
-        for verdict, words in (
-                ("drop", f"firewall: 10.77.0.1 answers, but not at the ports of /behind: {IN}"),
-                ("reject with tcp reset", f"firewall that rejects, or nodes that are gone: /behind .*{IN}")):
-            with firewall(machines, "robot", "tcp dport 11312-65535 ct state new", verdict):
-                assert re.match(words, the_fault(check(machines, "laptop", ROS_IP=LAPTOP)))
+@pytest.mark.parametrize("rule, verdict, words", [
+    ("tcp dport 11311", "drop", f"firewall: 10.77.0.1 answers, but not at port 11311: {IN}"),
+    ("tcp dport 11311", "reject with tcp reset", f".*10.77.0.1 answers, but .*firewall.*{IN}"),
+    ("tcp dport 11311", "reject with icmp type admin-prohibited", f".*10.77.0.1 answers, but .*{IN}"),
+    (NODES, "drop", f"firewall: 10.77.0.1 answers, but not at the ports of /behind: {IN}"),
+    (NODES, "reject with tcp reset", f"firewall that rejects, or nodes that are gone: /behind .*{IN}")])
+def test_the_robots_firewall_before_the_master_or_its_nodes(machines, rule, verdict, words):
+    with node(machines, "robot", "behind", ROS_IP=ROBOT), firewall(machines, "robot", rule, verdict):
+        assert re.match(words, the_fault(check(machines, "laptop", ROS_IP=LAPTOP)))
 
 
 @contextmanager
@@ -158,7 +151,6 @@ def ghosts(machines):
 
 
 def registered(machines):
-    """What the master knows, as text."""
     ask = "import xmlrpc.client; print(xmlrpc.client.ServerProxy('http://10.77.0.1:11311').getSystemState('/test'))"
     return machines.run("robot", "/usr/bin/python3", "-c", ask).stdout
 
@@ -177,8 +169,7 @@ def test_faults_that_take_long_hide_no_other_and_nothing_stays_registered(machin
 
 def test_nothing_stays_registered_after_ctrl_c(machines):
     with firewall(machines, "laptop", "ct state new"):
-        script = places.package("robotont_operations") / "scripts/network"
-        process = machines.on("laptop", "/usr/bin/python3", script, ROS_IP=LAPTOP, **MASTER)
+        process = machines.on("laptop", *NETWORK, ROS_IP=LAPTOP, **MASTER)
         wait_for(lambda: "robotont_network" in registered(machines), "the way back")
         process.send_signal(signal.SIGINT)
         assert process.wait(2.0) == 130

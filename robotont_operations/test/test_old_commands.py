@@ -162,29 +162,24 @@ def test_an_emergency_stop_pressed_during_an_outage_is_not_lost(stage):
     stage.release()
 
 
-@pytest.mark.parametrize("stage", [BARE], indirect=True)
-def test_a_press_stops_at_once_while_the_master_hangs(stage):
-    a_press_stops_at_once(stage, lambda: stage.hang("rosmaster"))
-    stage.resume()
-    stage.release()
-
-
-@pytest.mark.long
-@pytest.mark.parametrize("stage", [MUX_FAR, BARE_FAR], indirect=True)
-def test_a_press_stops_at_once_while_the_master_is_out_of_reach(stage):
-    a_press_stops_at_once(stage, lambda: stage.cut(carrier=True))
-
-
-def a_press_stops_at_once(stage, lose_master):
+@pytest.mark.parametrize("stage", [BARE, *(pytest.param(far, marks=pytest.mark.long) for far in (MUX_FAR, BARE_FAR))],
+                         indirect=True)
+def test_a_press_stops_at_once_while_the_master_hangs_or_is_out_of_reach(stage):
     stage.command(0, "drive", "robot")
     stage.drives(0)
     wait_for(lambda: "can press" in stage.commander_log(0), "the connection")
-    lose_master()
+    if stage.master == "robot":
+        stage.hang("rosmaster")
+    else:
+        stage.cut(carrier=True)
     before = time.monotonic()
     stage.command(0, "press")
     stands(stage)
     assert time.monotonic() - before <= 0.2  # of which the commander may take 0.1
     nothing_moves(stage, 0.5, allowed=0.0)
+    if stage.master == "robot":
+        stage.resume()
+        stage.release()
 
 
 @with_mux

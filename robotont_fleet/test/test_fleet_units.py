@@ -6,6 +6,7 @@ import re
 from pathlib import Path
 
 import pytest
+from fleet_rig import STATE
 from geometry_msgs.msg import TransformStamped
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
@@ -20,10 +21,6 @@ from robotont_teleop.web.frame_chain import FrameChain
 from robotont_teleop.web.metrics import GAUGES, metrics
 from robotont_testing.harness import tool_module
 from robotont_testing.places import launch
-
-STATE = {"id": "a", "number": 1, "frame": "map", "pose": [1, 2, 3], "speed": None, "driven": 0.0, "driven_by": "",
-         "stopped": "", "confirmed": None, "worst": [0, "link", "ok"], "battery": None, "page": "", "versions": {},
-         "note": "", "namesakes": 0}
 
 
 def said(**fields):

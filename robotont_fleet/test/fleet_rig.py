@@ -44,7 +44,6 @@ class Rig(Processes):
             return False
 
     def request(self, method, path, body=None):
-        """(status, headers, body) of a request of the page."""
         return self._client.request(method, path, body, Origin=f"http://127.0.0.1:{self.port}")
 
     def view(self):
@@ -74,8 +73,6 @@ class Rig(Processes):
 
 
 class RobotRig:
-    """One robot with its master."""
-
     def __init__(self, rig, name, environment):
         self._rig, self.name = rig, name
         self._port = free_port()

@@ -55,7 +55,6 @@ def click(rig, name, x, state=None):
 
 
 def release(rig):
-    """A person goes to each robot."""
     for robot in rig.robots.values():
         robot.release()
 

@@ -60,7 +60,6 @@ class Served(LoopClient):
         self.loop.call_soon_threadsafe(lambda: self.say(name, **fields))
 
     def ask(self, *request, **headers):
-        """Status of a request of the page."""
         return self.request(*request, **{"Origin": f"http://127.0.0.1:{self.port}", **headers})[0]
 
 

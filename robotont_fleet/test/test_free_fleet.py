@@ -36,8 +36,6 @@ STOOD_IN = ("rclpy", "rclpy.time", "rclpy.node", "rmf_adapter", "rmf_adapter.eas
 
 
 class Buffer(BufferCore):
-    """tf2's own buffer, behind rclpy's names."""
-
     def lookup_transform(self, target, source, _when):
         return self.lookup_transform_core(target, source, rospy.Time())
 

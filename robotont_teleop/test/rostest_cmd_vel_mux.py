@@ -92,12 +92,10 @@ class CmdVelMuxTest(NodeTest):
         return now
 
     def stopped_after(self, start):
-        """Time [s] of the first stop that is sent after `start`."""
         return wait_for(lambda: next((at for at, packet in self.packets if at > start and packet == STOPPED), None),
                         "the stop")
 
     def next_packets(self):
-        """The different ones of those that come now."""
         seen = len(self.packets)
         wait_for(lambda: len(self.packets) > seen + 5, "packets")
         return {packet for _, packet in self.packets[seen:]}

@@ -1,8 +1,6 @@
 """Robots with masters of their own on stand-in boards, and a fleet page, all of this computer."""
 
-import http.client
 import json
-import os
 import signal
 import sys
 import time
@@ -11,11 +9,16 @@ from pathlib import Path
 
 from robotont_testing import places
 from robotont_testing.harness import Processes, free_port, wait_for, wait_for_master
+from robotont_testing.loop_client import LoopClient
 from robotont_testing.robots import SHIPPED
 from robotont_testing.stand_in_board import Board
 
 PATIENCE = 60.0  # [s]
 HERE = Path(__file__).resolve().parent
+STATE = {"id": "a", "number": 1, "frame": "map", "pose": [1, 2, 3], "speed": [0.1, 0.0], "driven": 0.0,
+         "driven_by": "hand", "stopped": "", "confirmed": None, "worst": [0, "link", "ok"],
+         "battery": {"voltage": 15.0, "charge": 0.5}, "page": "", "versions": {"robotont": "1.0.0"}, "note": "",
+         "namesakes": 0}  # what a robot says of itself
 
 
 class Rig(Processes):
@@ -25,7 +28,7 @@ class Rig(Processes):
         super().__init__()
         self.router_port, self.port = free_port(), free_port()
         self.home = self.folder / "home"
-        self.page = None
+        self.page, self._client = None, LoopClient(self.port)
         self.robots = {}
 
     def start_page(self, *arguments):
@@ -40,17 +43,11 @@ class Rig(Processes):
         except OSError:
             return False
 
-    def request(self, method, path, body=None, **headers):
-        connection = http.client.HTTPConnection("127.0.0.1", self.port, timeout=10)
-        try:
-            connection.request(method, path, body, {"Origin": f"http://127.0.0.1:{self.port}", **headers})
-            answer = connection.getresponse()
-            return answer.status, answer.read()
-        finally:
-            connection.close()
+    def request(self, method, path, body=None):
+        return self._client.request(method, path, body, Origin=f"http://127.0.0.1:{self.port}")
 
     def view(self):
-        return json.loads(self.request("GET", "/robots")[1])
+        return json.loads(self.request("GET", "/robots")[2])
 
     def seen(self, name):
         """The newest state of a robot that is present, or {}: between its token and its first state there is none."""
@@ -58,13 +55,10 @@ class Rig(Processes):
                      and one["age"] is not None), {})
 
     def order(self, **fields):
-        status, answer = self.request("POST", "/order", json.dumps(fields))
-        assert status == 204, answer
+        assert self.request("POST", "/order", json.dumps(fields))[0] == 204
 
     def add_robot(self, name, *arguments, board=True, **environment):
-        robot = RobotRig(self, name)
-        robot.environment.update(environment)
-        self.robots[name] = robot
+        self.robots[name] = robot = RobotRig(self, name, environment)
         robot.start(board)
         robot.start_fleet_node(*arguments)
         return robot
@@ -79,14 +73,11 @@ class Rig(Processes):
 
 
 class RobotRig:
-    """One robot with its master."""
-
-    def __init__(self, rig, name):
+    def __init__(self, rig, name, environment):
         self._rig, self.name = rig, name
-        port = free_port()
-        self.environment = {"ROS_MASTER_URI": f"http://127.0.0.1:{port}", "ROS_IP": "127.0.0.1",
-                            "ROS_LOG_DIR": str(rig.folder / name)}
-        self._port = port
+        self._port = free_port()
+        self.environment = {"ROS_MASTER_URI": f"http://127.0.0.1:{self._port}", "ROS_IP": "127.0.0.1",
+                            "ROS_LOG_DIR": str(rig.folder / name), **environment}
         self.log = rig.folder / f"{name}.goals"
         self.log.write_text("")
         self.board = Board(str(rig.folder / f"{name}.port"))
@@ -142,16 +133,6 @@ def wait_until_driving(rig, *robots):
     for robot in robots:
         wait_for(lambda robot=robot: robot.drives and rig.seen(robot.name).get("frame") == "map",
                  f"{robot.name} on the map", PATIENCE, period=0.1)
-
-
-def processor_time(pid):
-    fields = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()
-    return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
-
-
-def proportional_memory(pid):
-    """[MiB], of what other processes use as well its share only (PSS)."""
-    return int(Path(f"/proc/{pid}/smaps_rollup").read_text().split("\nPss:")[1].split()[0]) / 1024
 
 
 def stop_time(rig, robots):

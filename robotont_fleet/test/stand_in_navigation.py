@@ -22,7 +22,6 @@ LOG = open(sys.argv[1], "a", buffering=1)  # noqa: SIM115
 
 
 def follow(goal):
-    """Until it is cancelled."""
     while not rospy.is_shutdown() and not server.is_preempt_requested():
         rospy.sleep(0.02)
     server.set_preempted()
@@ -30,7 +29,6 @@ def follow(goal):
 
 
 def on_goal(message):
-    """As move_base does."""
     LOG.write(f"goal {message.pose.position.x:g} {message.pose.position.y:g}\n")
     goal = MoveBaseActionGoal()
     goal.header.stamp = rospy.Time.now()

@@ -9,16 +9,8 @@ import pytest
 from fleet_rig import Rig
 
 from robotont_fleet import zenoh_keys as keys
-from robotont_fleet.zenoh_setup import (
-    ABSENT,
-    client_settings,
-    open_session,
-    read_password,
-    read_users,
-    router_settings,
-    send,
-    zenoh,
-)
+from robotont_fleet import zenoh_setup as setup
+from robotont_fleet.zenoh_setup import client_settings, open_session, read_users, zenoh
 from robotont_testing import places
 from robotont_testing.harness import Master, free_port, wait_for
 
@@ -43,16 +35,14 @@ def rig():
         home.mkdir()
         order = next(line for line in added.stdout.splitlines() if line.startswith("on r1: ")).partition(": ")[2]
         subprocess.run(["sh", "-c", order], check=True, env={**os.environ, "ROS_HOME": str(home)})
-        assert read_password(home / "robotont_fleet_password") == one.users["r1"]
-        assert "in ./robotont shell" in added.stdout
-        assert "when it is started again" in added.stdout
+        assert setup.read_password(home / "robotont_fleet_password") == one.users["r1"]
         one.start_page("--network")
         yield one
 
 
-def session(rig, user, password):
+def session(rig, user, password, transport="tcp"):
     """Of a user; raises zenoh.ZError where the router refuses him."""
-    settings = client_settings(f"tcp/127.0.0.1:{rig.router_port}", user, password)
+    settings = client_settings(f"{transport}/127.0.0.1:{rig.router_port}", user, password)
     return open_session({**settings, "connect/timeout_ms": 2000, "connect/exit_on_failure": True})
 
 
@@ -99,16 +89,16 @@ def test_states_and_orders_go_on_behind_a_jam():
     """A robot was silent to the page for ever, although connected, that had once been short of processor time."""
     port = free_port()
     heard = {"up": [], "down": []}
-    with open_session(router_settings(f"tcp/127.0.0.1:{port}")) as router, \
+    with open_session(setup.router_settings(f"tcp/127.0.0.1:{port}")) as router, \
             open_session(client_settings(f"tcp/127.0.0.1:{port}")) as robot:
         for session, key in ((router, "up"), (robot, "down")):
             session.declare_subscriber(key, lambda sample, key=key: heard[key].append(len(sample.payload)))
         for session, key in ((robot, "up"), (router, "down")):
-            wait_for(lambda session=session, key=key: send(session, key, "x") or heard[key], "the connection",
+            wait_for(lambda session=session, key=key: setup.send(session, key, "x") or heard[key], "the connection",
                      period=0.1)
             for _ in range(2000):
-                send(session, key, b"x" * 20000)
-            send(session, key, b"x" * 3)
+                setup.send(session, key, b"x" * 20000)
+            setup.send(session, key, b"x" * 3)
             wait_for(lambda key=key: heard[key][-1] == 3, "the first behind the jam", 60.0)
 
 
@@ -130,22 +120,20 @@ def test_with_tls_only_who_trusts_the_certificate_and_has_a_password_gets_in(tmp
         fleet("--write-router", tmp_path / "router.json5", ROS_HOME=str(rig.home))
         assert (tmp_path / "router.json5").stat().st_mode & 0o077 == 0
         router = json.loads((tmp_path / "router.json5").read_text())
-        endpoint = f"tls/127.0.0.1:{rig.router_port}"
-        router["listen"]["endpoints"] = [endpoint]
+        router["listen"]["endpoints"] = [f"tls/127.0.0.1:{rig.router_port}"]
         router["transport"]["link"]["tls"] = {"listen_certificate": str(tmp_path / "certificate.pem"),
                                               "listen_private_key": str(tmp_path / "key.pem")}
         (tmp_path / "router.json5").write_text(json.dumps(router))
         rig.start_page("--network", "--zenoh-config", tmp_path / "router.json5")
 
-        def joined(where, authority, password):
-            monkeypatch.setenv("ROS_HOME", str(rig.home))
+        monkeypatch.setenv("ROS_HOME", str(rig.home))
+
+        def joined(transport, authority, password):
             shutil.copy(str(tmp_path / authority), str(rig.home / "robotont_fleet_ca.pem"))
-            return open_session({**client_settings(where, "r1", password), "connect/timeout_ms": 2000,
-                                 "connect/exit_on_failure": True})
-        with joined(endpoint, "ca.pem", password) as robot:
+            return session(rig, "r1", password, transport)
+        with joined("tls", "ca.pem", password) as robot:
             assert robot.info.routers_zid()
-        for wrong in ((endpoint, "stranger.pem", password), (endpoint, "ca.pem", "wrong"),
-                      (endpoint.replace("tls", "tcp"), "ca.pem", password)):
+        for wrong in (("tls", "stranger.pem", password), ("tls", "ca.pem", "wrong"), ("tcp", "ca.pem", password)):
             with pytest.raises(zenoh.ZError):
                 joined(*wrong)
 
@@ -165,10 +153,10 @@ def test_without_zenoh_the_robot_drives_on_and_one_line_says_how_to_install_it(t
     path = os.pathsep.join([str(tmp_path), os.environ["PYTHONPATH"]])
     said = fleet(PYTHONPATH=path)
     assert said.returncode == 1
-    assert said.stderr == f"fleet: {ABSENT}\n"
+    assert said.stderr == f"fleet: {setup.ABSENT}\n"
     with Master() as master:
         log = tmp_path / "log"
         node = master.start(places.program("robotont_fleet", "fleet_node"), log=log, PYTHONPATH=path)
-        wait_for(lambda: ABSENT in log.read_text(), "the line")
+        wait_for(lambda: setup.ABSENT in log.read_text(), "the line")
         assert node.poll() is None
         assert log.read_text().count("\n") <= 2

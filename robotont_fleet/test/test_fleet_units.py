@@ -6,6 +6,7 @@ import re
 from pathlib import Path
 
 import pytest
+from fleet_rig import STATE
 from geometry_msgs.msg import TransformStamped
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
@@ -21,13 +22,9 @@ from robotont_teleop.web.metrics import GAUGES, metrics
 from robotont_testing.harness import tool_module
 from robotont_testing.places import launch
 
-STATE = {"id": "a", "number": 1, "frame": "map", "pose": [1, 2, 3], "speed": None, "driven": 0.0, "driven_by": "",
-         "stopped": "", "confirmed": None, "worst": [0, "link", "ok"], "battery": None, "page": "", "versions": {},
-         "note": "", "namesakes": 0}
-
 
 def said(**fields):
-    return json.dumps({**STATE, **fields}).encode()
+    return json.dumps({**STATE, "speed": None, "battery": None, **fields}).encode()
 
 
 @pytest.mark.parametrize("age, words", [
@@ -77,7 +74,7 @@ def test_the_longest_gone_of_too_many_robots_are_forgotten():
 
 @settings(suppress_health_check=[HealthCheck.too_slow], deadline=None)
 @given(st.binary(max_size=200) | st.dictionaries(st.sampled_from(sorted(STATE)), st.none() | st.text() | st.floats()
-       | st.lists(st.floats() | st.text(), max_size=4)).map(lambda fields: json.dumps({**STATE, **fields}).encode()))
+       | st.lists(st.floats() | st.text(), max_size=4)).map(lambda fields: said(**fields)))
 def test_whatever_a_robot_says_the_page_gets_sound_json_or_nothing(payload):
     state = read_state(payload)
     assert state is None or json.loads(json.dumps(state, allow_nan=False)) == state

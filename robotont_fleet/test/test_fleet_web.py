@@ -7,6 +7,7 @@ import time
 from pathlib import Path
 
 import pytest
+from fleet_rig import STATE
 
 from robotont_fleet.fleet_page import page_files, read_ground
 from robotont_fleet.fleet_server import FleetServer
@@ -27,26 +28,26 @@ class Served(LoopClient):
 
     def __init__(self, robots, token=None):
         super().__init__()
+        self._robots, self._access = robots, Access(token, "robotont_fleet")
         self.sent, self.states = [], {}
-        self.__enter__()
-        self.do(self._start(robots, token))
 
-    async def _start(self, robots, token):
+    def __enter__(self):
+        super().__enter__()
+        self.do(self._start())
+        return self
+
+    async def _start(self):
         self.fleet = Fleet(self._send)
-        server = FleetServer(self.fleet, Access(token, "robotont_fleet"), ("fleet.local",), page_files(),
+        server = FleetServer(self.fleet, self._access, ("fleet.local",), page_files(),
                              read_ground(str(config("maps/room.yaml"))), dict)
         server.listen("127.0.0.1", 0)
         self.port = server.port
-        for number in range(robots):
+        for number in range(self._robots):
             self.say(f"robot{number}", pose=[0.5 + number % 8, 0.5 + number // 8, number], frame="map")
 
     def say(self, name, present=True, **fields):
-        self.states[name] = {
-            "id": name, "number": 7, "frame": "odom", "pose": None, "speed": [0.1, 0.0], "driven": 0.0,
-            "driven_by": "hand", "stopped": "", "confirmed": None, "worst": [0, "link", "ok"],
-            "battery": {"voltage": 15.2, "charge": 0.5},
-            "page": "http://192.0.2.1:8100/", "versions": {}, "note": "", "namesakes": 0,
-            **self.states.get(name, {}), **fields}
+        self.states[name] = {**STATE, "id": name, "number": 7, "page": "http://192.0.2.1:8100/",
+                             **self.states.get(name, {}), **fields}
         self.fleet.hear_token(name, name, present)
         self.fleet.hear_state(name, json.dumps(self.states[name]).encode(), time.monotonic())
 
@@ -55,17 +56,11 @@ class Served(LoopClient):
         if order["kind"] == "stop" and name != "robot2":
             self.loop.call_soon(lambda: self.say(name, stopped="/fleet_node", confirmed=order["number"]))
 
-    def in_loop(self, call):
-        async def called():
-            call()
-        self.do(called())
+    def say_later(self, name, **fields):
+        self.loop.call_soon_threadsafe(lambda: self.say(name, **fields))
 
     def ask(self, *request, **headers):
-        """Status of a request of the page."""
         return self.request(*request, **{"Origin": f"http://127.0.0.1:{self.port}", **headers})[0]
-
-    def __enter__(self):
-        return self if self._thread.is_alive() else super().__enter__()
 
 
 @pytest.fixture(scope="module")
@@ -119,7 +114,7 @@ def test_stop_all_shows_who_has_confirmed_and_a_click_sends_a_robot(browser):
         wait_for(lambda: any(order["kind"] == "goal" for _, order in server.sent), "the goal")
         name, goal = next(one for one in server.sent if one[1]["kind"] == "goal")
         assert (name, goal["id"], goal["seen"]) == ("robot0", "robot0", 7)
-        server.in_loop(lambda: server.say("robot1", present=False))
+        server.say_later("robot1", present=False)
         page.wait("document.querySelectorAll('.card[data-gone]').length === 1", "one that has gone")
         assert page.text("#count") == "2 of 3 connected"
         assert page.complaints() == []
@@ -129,21 +124,20 @@ def test_stop_all_shows_who_has_confirmed_and_a_click_sends_a_robot(browser):
 @NEEDS_BROWSER
 @pytest.mark.parametrize(("robots", "size", "dark"), [
     (0, SMALL, False), (1, DESKTOP, True), (40, SMALL, True), (40, DESKTOP, False)])
-def test_the_page_fits_and_axe_finds_nothing(browser, tmp_path, size, dark, robots):
+def test_the_page_fits_and_axe_finds_nothing(browser, size, dark, robots):
     with Served(robots) as server:
         for name, fields in (("robot1", {"worst": [2, "serial_com_node: link", "no board " * 12]}),
                              ("robot2", {"stopped": "/web_teleop_node"}), ("robot3", {"namesakes": 1, "page": ""}),
                              ("robot4", {"battery": {"voltage": 14.5, "charge": 0.07}}),
                              ("robot5", {"battery": {"voltage": 13.9, "charge": 0.03}})):
             if robots > 5:
-                server.in_loop(lambda name=name, fields=fields: server.say(name, **fields))
+                server.say_later(name, **fields)
         page = browser.page(f"http://127.0.0.1:{server.port}/", size, dark)
         page.wait(f"document.querySelectorAll('.card').length === {robots}", "the robots")
         page.wait("document.getElementById('count').textContent.includes('connected')", "the first answer")
         page.tap("#stop_all")
         page.wait("!document.getElementById('stopping').hidden || !document.getElementById('none').hidden", "the stop")
         assert page.run("document.documentElement.scrollWidth <= innerWidth")
-        page.screenshot(tmp_path / "fleet.png")
         page.run((Path(tool_module("axe_core_python").__file__).parent / "axe.min.js").read_text())
         found = page.run("axe.run({exclude: ['#map text']}).then((result) => result.violations.map("  # it sees no halo
                          "(one) => one.id + one.nodes[0].html))")
@@ -176,8 +170,8 @@ def test_a_page_that_is_open_over_night_takes_no_more_in_the_morning(browser):
         def poll(number):
             end = asked[0] + number
             while asked[0] < end:
-                server.in_loop(lambda: [server.say(f"robot{one}", present=asked[0] // 100 % 8 != one, number=asked[0])
-                                        for one in range(8)])
+                for one in range(8):
+                    server.say_later(f"robot{one}", present=asked[0] // 100 % 8 != one, number=asked[0])
                 time.sleep(0.05)
         poll(polls // 5)
         before = taken()

@@ -9,8 +9,9 @@ import math
 import os
 import sys
 import time
-import types
 from pathlib import Path
+from types import SimpleNamespace
+from unittest import mock
 
 import pytest
 import rospy
@@ -29,95 +30,29 @@ pytestmark = [
     pytest.mark.skipif(sys.version_info < (3, 10), reason="free_fleet needs Python 3.10")]
 
 
-class Stub(types.ModuleType):
-    """A module in which everything is there."""
-
-    def __getattr__(self, name):
-        if name.startswith("__"):
-            raise AttributeError(name)
-        return type(name, (), {"__init__": lambda self, *_, **__: None})
+STOOD_IN = ("rclpy", "rclpy.time", "rclpy.node", "rmf_adapter", "rmf_adapter.easy_full_control", "builtin_interfaces",
+            "rmf_adapter.robot_update_handle", "builtin_interfaces.msg", "tf_transformations",
+            "free_fleet.ros2_types")  # the last: DDS, which no ROS 1 robot speaks
 
 
 class Buffer(BufferCore):
-    """tf2's own buffer, behind rclpy's names."""
-
-    def lookup_transform(self, target, source, when):
-        return self.lookup_transform_core(target, source, when)
-
-
-class Future:
-    """Of rclpy."""
-
-    value = None
-
-    def set_result(self, value):
-        self.value = value
-
-    def result(self):
-        return self.value
-
-    def done(self):
-        return self.value is not None
-
-
-class Node:
-    """Of rclpy, with one timer."""
-
-    def __init__(self):
-        self.said = []
-        self.tick = None
-
-    def get_logger(self):
-        return types.SimpleNamespace(**{level: self.said.append for level in ("debug", "info", "warn", "error")})
-
-    def get_clock(self):
-        now = types.SimpleNamespace(seconds_nanoseconds=lambda: divmod(time.time_ns(), 10 ** 9))
-        return types.SimpleNamespace(now=lambda: now)
-
-    def create_timer(self, _period, callback):
-        self.tick = callback
-
-    def destroy_timer(self, _timer):
-        self.tick = None
-
-
-def spin_until_future_complete(node, future, timeout_sec):
-    end = time.monotonic() + timeout_sec
-    while not future.done() and time.monotonic() < end:
-        node.tick()
-        time.sleep(0.1)
+    def lookup_transform(self, target, source, _when):
+        return self.lookup_transform_core(target, source, rospy.Time())
 
 
 @pytest.fixture(scope="module")
 def adapter_module():
     tool_module("rosbags.typesys")
-    before, path = dict(sys.modules), list(sys.path)
-    names = ("rclpy", "rclpy.time", "rclpy.node", "rmf_adapter", "rmf_adapter.easy_full_control", "builtin_interfaces",
-             "rmf_adapter.robot_update_handle", "builtin_interfaces.msg", "tf_transformations")
-    sys.modules.update({name: Stub(name) for name in names})
-    for name in names:
-        owner, _, part = name.rpartition(".")
-        if owner:
-            setattr(sys.modules[owner], part, sys.modules[name])
-    rclpy, transformations = sys.modules["rclpy"], sys.modules["tf_transformations"]
-    rclpy.Future, rclpy.spin_until_future_complete = Future, spin_until_future_complete
-    rclpy.time.Time = lambda seconds=0, nanoseconds=0: Stamp(seconds, nanoseconds)
+    modules = {name: mock.MagicMock() for name in STOOD_IN}
+    time_module, transformations = modules["rclpy.time"], modules["tf_transformations"]
+    modules["rclpy"].time = time_module
+    time_module.Time = lambda seconds=0, nanoseconds=0: SimpleNamespace(
+        to_msg=lambda: rospy.Time(seconds, nanoseconds))
     transformations.euler_from_quaternion = lambda q: (0.0, 0.0, 2 * math.atan2(q[2], q[3]))
     transformations.quaternion_from_euler = lambda _r, _p, yaw: (0.0, 0.0, math.sin(yaw / 2), math.cos(yaw / 2))
-    sys.modules["free_fleet.ros2_types"] = Stub("free_fleet.ros2_types")  # DDS, which no ROS 1 robot speaks
-    sys.path[:0] = [str(FREE_FLEET / "free_fleet"), str(FREE_FLEET / "free_fleet_adapter")]
-    yield importlib.import_module("free_fleet_adapter.nav1_robot_adapter")
-    sys.path[:] = path
-    for name in set(sys.modules) - set(before):
-        if name.split(".")[0] in ("free_fleet", "free_fleet_adapter", *names):
-            del sys.modules[name]
-
-
-class Stamp(rospy.Time):
-    """Of rclpy and of tf2."""
-
-    def to_msg(self):
-        return self
+    paths = [str(FREE_FLEET / "free_fleet"), str(FREE_FLEET / "free_fleet_adapter"), *sys.path]
+    with mock.patch.dict(sys.modules, modules), mock.patch.object(sys, "path", paths):
+        yield importlib.import_module("free_fleet_adapter.nav1_robot_adapter")
 
 
 @pytest.fixture(scope="module")
@@ -143,8 +78,11 @@ def test_the_keys_are_those_of_its_own_function(adapter_module):
 
 
 def test_it_reads_the_robot_sends_it_two_goals_and_cancels_the_second(adapter_module, rig, session):
+    node = mock.MagicMock()
+    node.get_clock().now().seconds_nanoseconds = lambda: divmod(time.time_ns(), 10 ** 9)
     settings = {"initial_map": "L1", "robot_frame": "base_link"}
-    robot = adapter_module.Nav1RobotAdapter("r1", None, settings, Node(), session, None, Buffer())
+    robot = adapter_module.Nav1RobotAdapter("r1", None, settings, node, session, None, Buffer())
+    wait_for(robot.get_pose, "a pose")
     seen = rig.seen("r1")["pose"]
     wait_for(lambda: robot.get_pose()[0] >= seen[0], "a pose that moves on")
     assert robot.get_pose()[1:] == pytest.approx(seen[1:], abs=0.02)

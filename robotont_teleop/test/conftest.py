@@ -20,6 +20,5 @@ def timely():
 
 @pytest.fixture
 def guarded():
-    """One that asks for TOKEN."""
     with Served(TOKEN) as server:
         yield server

@@ -12,7 +12,6 @@ from evdev.ecodes import ABS_BRAKE, ABS_GAS, ABS_HAT0X, ABS_HAT0Y, ABS_RX, ABS_R
 class RecordedPad(NamedTuple):
     """One model with one driver, and what of it is meant to drive."""
 
-    layout: str
     buttons: Tuple[int, ...]
     axes: Dict[int, AbsInfo]     # with the values at rest
     left_stick: Tuple[int, int]  # axes to the right and down
@@ -24,7 +23,6 @@ class RecordedPad(NamedTuple):
 
     @property
     def capabilities(self):
-        """As evdev gives them."""
         return {ecodes.EV_KEY: list(self.buttons), ecodes.EV_ABS: list(self.axes.items())}
 
 
@@ -32,44 +30,39 @@ def axis(rest, lowest, highest, fuzz=0, flat=0):
     return AbsInfo(value=rest, min=lowest, max=highest, fuzz=fuzz, flat=flat, resolution=0)
 
 
-def sixteen_bits(rest):
-    return axis(rest, -32768, 32767, 16, 128)
+def sticks(x, y, right_x, right_y, *limits):
+    """Axes of two sticks, by their values at rest."""
+    return {code: axis(rest, *limits) for code, rest in zip((ABS_X, ABS_Y, ABS_RX, ABS_RY), (x, y, right_x, right_y))}
 
 
 HAT = {ABS_HAT0X: axis(0, -1, 1), ABS_HAT0Y: axis(0, -1, 1)}
+TRIGGERS = {ABS_Z: axis(0, 0, 255), ABS_RZ: axis(0, 0, 255)}
 MICROSOFT = (0x130, 0x131, 0x133, 0x134, 0x136, 0x137, 0x13A, 0x13B, 0x13C, 0x13D, 0x13E)
+AS_XPAD = ((ABS_X, ABS_Y), ABS_RX, 0x136, 0x137, 0x131, (ABS_Z, ABS_RZ))
+SIXTEEN_BITS = (-32768, 32767, 16, 128)
 
 PADS = {
     "Microsoft X-Box 360 pad, xpad": RecordedPad(
-        "xbox", MICROSOFT,
-        {ABS_X: sixteen_bits(0), ABS_Y: sixteen_bits(-1), ABS_Z: axis(0, 0, 255), ABS_RX: sixteen_bits(0),
-         ABS_RY: sixteen_bits(-1), ABS_RZ: axis(0, 0, 255), **HAT},
-        (ABS_X, ABS_Y), ABS_RX, 0x136, 0x137, 0x131, (ABS_Z, ABS_RZ)),
+        MICROSOFT, {**sticks(0, -1, 0, -1, *SIXTEEN_BITS), **TRIGGERS, **HAT}, *AS_XPAD),
     "Logitech Gamepad F710 in mode X, xpad": RecordedPad(
-        "xbox", MICROSOFT,
-        {ABS_X: sixteen_bits(128), ABS_Y: sixteen_bits(-129), ABS_Z: axis(0, 0, 255), ABS_RX: sixteen_bits(128),
-         ABS_RY: sixteen_bits(-129), ABS_RZ: axis(0, 0, 255), **HAT},
-        (ABS_X, ABS_Y), ABS_RX, 0x136, 0x137, 0x131, (ABS_Z, ABS_RZ)),
+        MICROSOFT, {**sticks(128, -129, 128, -129, *SIXTEEN_BITS), **TRIGGERS, **HAT}, *AS_XPAD),
     "Xbox Wireless Controller by Bluetooth, xpadneo; worn sticks": RecordedPad(
-        "xbox", MICROSOFT,
+        MICROSOFT,
         {ABS_X: axis(2765, -32768, 32767, 0, 4095), ABS_Y: axis(825, -32768, 32767, 0, 4095),
          ABS_Z: axis(1, 0, 1023, 3, 63), ABS_RX: axis(-152, -32768, 32767, 255, 4095),
-         ABS_RY: axis(1338, -32768, 32767, 255, 4095), ABS_RZ: axis(0, 0, 1023, 3, 63), **HAT},
-        (ABS_X, ABS_Y), ABS_RX, 0x136, 0x137, 0x131, (ABS_Z, ABS_RZ)),
+         ABS_RY: axis(1338, -32768, 32767, 255, 4095), ABS_RZ: axis(0, 0, 1023, 3, 63), **HAT}, *AS_XPAD),
     "Xbox Wireless Controller by Bluetooth, hid-generic": RecordedPad(
-        "bluetooth", (28, 158, 240, *range(0x130, 0x13F), 410),
+        (28, 158, 240, *range(0x130, 0x13F), 410),
         {ABS_X: axis(31673, 0, 65535, 255, 4095), ABS_Y: axis(32915, 0, 65535, 255, 4095),
          ABS_Z: axis(32082, 0, 65535, 255, 4095), ABS_RZ: axis(32239, 0, 65535, 255, 4095),
          ABS_GAS: axis(0, 0, 1023, 3, 63), ABS_BRAKE: axis(0, 0, 1023, 3, 63), **HAT},
         (ABS_X, ABS_Y), ABS_Z, 0x136, 0x137, 0x131, (ABS_BRAKE, ABS_GAS)),
     "Sony DualShock 4, hid-generic": RecordedPad(
-        "playstation_generic", tuple(range(0x130, 0x13E)),
+        tuple(range(0x130, 0x13E)),
         {ABS_X: axis(127, 0, 255, 0, 15), ABS_Y: axis(129, 0, 255, 0, 15), ABS_Z: axis(128, 0, 255, 0, 15),
          ABS_RX: axis(0, 0, 255, 0, 15), ABS_RY: axis(0, 0, 255, 0, 15), ABS_RZ: axis(127, 0, 255, 0, 15), **HAT},
         (ABS_X, ABS_Y), ABS_Z, 0x134, 0x135, 0x132, (ABS_RX, ABS_RY)),
     "Sony DualShock 4, hid-sony and hid-playstation": RecordedPad(
-        "xbox", (0x130, 0x131, 0x133, 0x134, *range(0x136, 0x13F)),
-        {ABS_X: axis(127, 0, 255), ABS_Y: axis(129, 0, 255), ABS_Z: axis(0, 0, 255), ABS_RX: axis(128, 0, 255),
-         ABS_RY: axis(127, 0, 255), ABS_RZ: axis(0, 0, 255), **HAT},
-        (ABS_X, ABS_Y), ABS_RX, 0x136, 0x137, 0x131, (ABS_Z, ABS_RZ)),
+        (0x130, 0x131, 0x133, 0x134, *range(0x136, 0x13F)),
+        {**sticks(127, 129, 128, 127, 0, 255), **TRIGGERS, **HAT}, *AS_XPAD),
 }

@@ -37,9 +37,6 @@ class RecordedDevice(EventIO):
         self.fd = fd
         os.set_blocking(fd, False)
 
-    def fileno(self):
-        return self.fd
-
     def read(self):
         """As the kernel's: ENODEV when it is unplugged."""
         events = tuple(super().read())
@@ -128,6 +125,16 @@ class GamepadTest(NodeTest):
         self.status.clear()
         self.wait_for_status(self.task, WARN, "no gamepad found")
 
+    def drive_ahead(self):
+        self.pad.frame((ecodes.EV_KEY, ecodes.BTN_TL, 1))
+        self.pad.frame((ecodes.EV_ABS, ecodes.ABS_Y, -32768))
+        self.newest_is((0.3, 0.0, 0.0), "motion")
+
+    def let_go_once_and_drive_back(self):
+        self.pad.frame((ecodes.EV_ABS, ecodes.ABS_Y, 0))
+        self.pad.frame((ecodes.EV_ABS, ecodes.ABS_Y, 32767))
+        self.newest_is((-0.3, 0.0, 0.0), "motion after letting go once")
+
     def newest_is(self, twist, what):
         wait_for(lambda: self.commands and all(abs(one - other) < 1e-3 for one, other in
                                                zip(self.commands[-1], twist)), what)
@@ -145,25 +152,19 @@ class GamepadTest(NodeTest):
         self.newest_is(STOP, "the stop")
 
     def test_unplugging_stops_and_plugging_in_does_not_drive(self):
-        self.pad.frame((ecodes.EV_KEY, ecodes.BTN_TL, 1))
-        self.pad.frame((ecodes.EV_ABS, ecodes.ABS_Y, -32768))
-        self.newest_is((0.3, 0.0, 0.0), "motion")
+        self.drive_ahead()
         self.unplug()
         self.newest_is(STOP, "the stop")
         self.plug()
         seen = len(self.commands)
         self.pad.frame((ecodes.EV_ABS, ecodes.ABS_Y, -32768))
         self.pad.frame((ecodes.EV_KEY, ecodes.BTN_TL, 1))
-        self.pad.frame((ecodes.EV_ABS, ecodes.ABS_Y, 0))
-        self.pad.frame((ecodes.EV_ABS, ecodes.ABS_Y, 32767))
-        self.newest_is((-0.3, 0.0, 0.0), "motion after letting go once")
+        self.let_go_once_and_drive_back()
         self.assertNotIn((0.3, 0.0, 0.0), self.commands[seen:])
 
     def test_the_emergency_stop_and_its_release_which_moves_nothing(self):
         stops = self.listen("emergency_stop/pressed_by", String, publishers=1)
-        self.pad.frame((ecodes.EV_KEY, ecodes.BTN_TL, 1))
-        self.pad.frame((ecodes.EV_ABS, ecodes.ABS_Y, -32768))
-        self.newest_is((0.3, 0.0, 0.0), "motion")
+        self.drive_ahead()
         self.pad.frame((ecodes.EV_KEY, ecodes.BTN_EAST, 1))
         wait_for(lambda: stops and stops[-1].data, "the emergency stop")
         self.newest_is(STOP, "the stop")
@@ -171,15 +172,11 @@ class GamepadTest(NodeTest):
         self.pad.frame((ecodes.EV_KEY, ecodes.BTN_START, 1))
         wait_for(lambda: not stops[-1].data, "the release")
         self.pad.frame((ecodes.EV_ABS, ecodes.ABS_Y, -30000))
-        self.pad.frame((ecodes.EV_ABS, ecodes.ABS_Y, 0))
-        self.pad.frame((ecodes.EV_ABS, ecodes.ABS_Y, 32767))
-        self.newest_is((-0.3, 0.0, 0.0), "motion after letting go once")
+        self.let_go_once_and_drive_back()
         self.assertFalse([one for one in self.commands[seen:] if one[0] > 1e-3])
 
     def test_a_dead_man_button_that_is_let_go_of_unseen_stops(self):
-        self.pad.frame((ecodes.EV_KEY, ecodes.BTN_TL, 1))
-        self.pad.frame((ecodes.EV_ABS, ecodes.ABS_Y, -32768))
-        self.newest_is((0.3, 0.0, 0.0), "motion")
+        self.drive_ahead()
         self.pad.lose((ecodes.EV_KEY, ecodes.BTN_TL, 0))
         self.pad.put((ecodes.EV_SYN, ecodes.SYN_DROPPED, 0), (ecodes.EV_ABS, ecodes.ABS_X, 32767))
         self.newest_is(STOP, "the stop at the loss, before the next report")

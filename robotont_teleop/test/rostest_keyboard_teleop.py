@@ -58,7 +58,6 @@ class Terminal:
         os.write(self._master, text.encode())
 
     def hang_up(self):
-        """As closing the terminal's window does."""
         os.close(self._master)
 
     def end(self):

@@ -19,18 +19,13 @@ STALL = 1.5       # [s]
 
 
 class WebTeleopTest(PagesTest):
-    """What the page must do."""
-
     def stops_after(self, act, what):
         """Carry out `act`; the robot must stand within STOPS_IN from then on, and swing a little at most."""
-        seen = len(self.truth)
-        start, day = time.monotonic(), time.time()
+        seen, start = len(self.truth), time.monotonic()
         act()
         stood = wait_for(lambda: next((at for at, twist in self.truth[seen:] if rim_speed(twist) < STANDS), None),
                          f"the stop after {what}", timeout=5) - start
-        zeros = [next((f"{at - day:.2f} s" for at, command in commands if at >= day and not any(command)), "never")
-                 for commands in (self.hand, self.commands)]
-        self.assertLess(stood, STOPS_IN, "{}; zero on cmd_vel/hand: {}, on cmd_vel: {}".format(what, *zeros))
+        self.assertLess(stood, STOPS_IN, what)
         wait_for(lambda: self.truth[-1][0] > start + stood + REST, "the truth")
         self.assertLess(max(rim_speed(twist) for at, twist in self.truth[seen:] if at > start + stood), 2 * STANDS,
                         f"moves again after {what}")
@@ -49,21 +44,15 @@ class WebTeleopTest(PagesTest):
                 page.finger(1, "#move", right, up)
                 page.finger(2, "#turn", turn)
             return until() if until else self.speed() > 0.1
-        try:
-            wait_for(drives, "motion", period=0.05)
-        except AssertionError as error:
-            shown = page.run("document.body.innerText + ' ' + JSON.stringify([document.hasFocus(), document.hidden])")
-            raise AssertionError(f"{error}; on cmd_vel/hand {self.hand[-1:]}, on cmd_vel {self.commands[-1:]}, truth "
-                                 f"{self.truth[-1:]} at {time.monotonic()}; the page: {shown}") from error
+        wait_for(drives, "motion", period=0.05)
 
     def hide(self, page):
-        """As when another tab comes to the front."""
         self.open(size=DESKTOP).call("Page.bringToFront")
         page.wait("document.hidden", "the hidden page")
 
     def test_both_sticks_at_once_move_the_robot_as_commanded_and_stop_is_quick(self):
         page = self.open()
-        page.run("document.getElementById('cap').value = 80")
+        page.run("$('cap').value = 80")
 
         def as_commanded():
             wanted, real = self.commands[-1][1], self.truth[-1][1]
@@ -72,12 +61,6 @@ class WebTeleopTest(PagesTest):
         self.drive_on(page, 0.35, 0.35, -0.4, until=as_commanded)
         self.assertEqual(page.text("#driver"), "You drive")
         self.stops_after(page.lift, "letting go")
-        self.drive_on(page)
-        seen, start = len(self.commands), time.time()
-        page.run("document.getElementById('stop').click()")
-        at = wait_for(lambda: next((at for at, command in self.commands[seen:] if not any(command)), None), "the stop")
-        self.assertLess(at - start, 0.1)
-        self.stops_after(lambda: None, "STOP")
         self.assertEqual(page.complaints(), [])
 
     def test_whatever_happens_to_the_page_the_robot_stops(self):
@@ -96,10 +79,10 @@ class WebTeleopTest(PagesTest):
             self.stops_after(browser.kill, "killing the browser")
 
     def test_a_stalled_connection_stops_and_delivers_nothing_old(self):
-        for directions in (("up",), ("down",)):
+        for direction in ("up", "down"):
             page = self.open()
             self.drive_on(page)
-            self.stops_after(lambda directions=directions: self.proxy.stall(*directions), f"a stall {directions}")
+            self.stops_after(lambda direction=direction: self.proxy.stall(direction), f"a stall {direction}")
             end = time.monotonic() + STALL
             positions = itertools.cycle((0.1, 0.2, 0.3, 0.4))
             while time.monotonic() < end:  # the thumb goes on, so that every command is another one
@@ -107,12 +90,10 @@ class WebTeleopTest(PagesTest):
                 self.assertLess(self.speed(), 2 * STANDS)  # it may still swing a little
             seen = len(self.hand)
             self.proxy.flow()
-            wait_for(lambda page=page: page.run("performance.now()") and not page.run(
-                "document.getElementById('message').hidden"), "words for the driver")
-            page.wait("document.getElementById('message').textContent.includes('Let go')", "the request to let go")
+            page.wait("$('message').textContent.includes('Let go')", "the request to let go")
             self.assertFalse([command for _, command in self.hand[seen:] if any(command)], "sticks were not let go")
             page.lift()
-            page.wait("document.getElementById('message').hidden", "the end of that request")
+            page.wait("$('message').hidden", "the end of that request")
             self.drive_on(page)
             self.stops_after(page.lift, "letting go")
             self.assert_none_is_old(page)

@@ -50,10 +50,10 @@ class WebTeleopNodeTest(PageServerTest):
         goals, active = self.start_move_base()
         self.start()
         page = self.open()
-        page.wait("!document.getElementById('goal').hidden", "the target button")
+        page.wait("!$('goal').hidden", "the target button")
         page.finger(1, "#goal")
         page.lift()
-        page.wait("document.getElementById('goal').getAttribute('aria-pressed') === 'true'", "the choice of a place")
+        page.wait("$('goal').getAttribute('aria-pressed') === 'true'", "the choice of a place")
         right, up = 0.4, 0.7
         page.finger(1, "#view", right, up)
         page.lift()
@@ -63,12 +63,12 @@ class WebTeleopNodeTest(PageServerTest):
         self.assertAlmostEqual(goal.pose.position.x, POSE[0] + MAP_TO_ODOM[0] + up * half, delta=0.02)
         self.assertAlmostEqual(goal.pose.position.y, POSE[1] + MAP_TO_ODOM[1] - right * half, delta=0.02)
         self.assertAlmostEqual(2 * math.atan2(goal.pose.orientation.z, goal.pose.orientation.w), YAW, delta=0.01)
-        page.wait("document.getElementById('message').textContent.includes('to go')", "the way that is left")
+        page.wait("$('message').textContent.includes('to go')", "the way that is left")
         wait_for(active, "an active goal")
         page.finger(1, "#stop")
         page.lift()
         wait_for(lambda: not active(), "the end of the goal")
-        page.wait("document.getElementById('cancel').hidden", "the end of the goal on the page")
+        page.wait("$('cancel').hidden", "the end of the goal on the page")
 
     def test_of_many_goals_the_newest_is_pursued_and_none_waits(self):
         goals, active = self.start_move_base()
@@ -95,13 +95,14 @@ class WebTeleopNodeTest(PageServerTest):
 
     def test_by_the_token_over_https_and_no_token_in_any_log(self):
         folder = self.processes.folder
-        cert, key, token_file = folder / "cert.pem", folder / "key.pem", folder / "token"
-        subprocess.run(["openssl", "req", "-x509", "-newkey", "rsa:2048", "-nodes", "-subj", "/CN=robot", "-out",
-                        cert, "-keyout", key], check=True, stdin=subprocess.DEVNULL, capture_output=True)
-        cert.write_text(cert.read_text() + key.read_text())
+        certificate, token_file = folder / "page.pem", folder / "token"
+        certificate.write_bytes(subprocess.run(
+            ["openssl", "req", "-x509", "-newkey", "rsa:2048", "-nodes", "-subj", "/CN=robot", "-keyout", "-"],
+            check=True, stdin=subprocess.DEVNULL, capture_output=True).stdout)
         logs = folder / "log"
         logs.mkdir()
-        self.start("_address:=0.0.0.0", f"_certificate:={cert}", f"_token_file:={token_file}", ROS_LOG_DIR=str(logs))
+        self.start("_address:=0.0.0.0", f"_certificate:={certificate}", f"_token_file:={token_file}",
+                   ROS_LOG_DIR=str(logs))
         token = token_file.read_text().strip()
         url = re.search(rf"https://[^/]+:{self.port}/", self.log.read_text()).group() + "#token=" + token
 

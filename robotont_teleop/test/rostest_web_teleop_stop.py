@@ -19,17 +19,17 @@ class WebTeleopStopTest(PageServerTest):
         server, page = self.start(), self.open()
         page.finger(1, "#stop")
         page.lift()
-        page.wait("!document.getElementById('stopped').hidden", "the stop")
+        page.wait("!$('stopped').hidden", "the stop")
         self.processes.stop(server)
         page.wait(f"!({OPEN})", "the end of the connection")
         self.start()
         page.wait(OPEN, "the new connection")
-        page.wait("!document.getElementById('stopped').hidden", "the stop, over a restart of the page's server")
+        page.wait("!$('stopped').hidden", "the stop, over a restart of the page's server")
         page.finger(1, "#move", 0.0, 0.6)
         other = self.page()
         wait_for(lambda: other.messages["state"]["held"] and self.status[DRIVER].level == WARN, "the stop")
         rospy.ServiceProxy("emergency_stop/release", Trigger)()
-        page.wait("document.getElementById('message').textContent.includes('Let go')", "the request to let go")
+        page.wait("$('message').textContent.includes('Let go')", "the request to let go")
         self.assertFalse([command for command in self.hand if any(command)])
 
     def start_driver_node(self):
@@ -38,7 +38,6 @@ class WebTeleopStopTest(PageServerTest):
         wait_for(lambda: DRIVER in self.status, "driver_node")
 
     def pressed(self):
-        """Whether driver_node says that it is."""
         return self.values(DRIVER)["emergency stop"] != "not pressed"
 
     def open_through_proxy(self):
@@ -54,29 +53,29 @@ class WebTeleopStopTest(PageServerTest):
         proxy.stall()
         page.finger(1, "#stop")
         page.lift()
-        page.wait("document.getElementById('message').textContent.includes('has not reached')", "words for the driver")
+        page.wait("$('message').textContent.includes('has not reached')", "words for the driver")
         self.assertFalse(self.pressed())
         page.wait("window.sockets > 1", "a new connection instead of the dead one")
         proxy.cut()
         proxy.flow()
         wait_for(self.pressed, "the stop")
-        page.wait("document.getElementById('message').hidden", "the end of these words")
-        page.wait("!document.getElementById('stopped').hidden", "words about the stop")
+        page.wait("$('message').hidden", "the end of these words")
+        page.wait("!$('stopped').hidden", "words about the stop")
 
     def test_a_release_that_a_stall_holds_up_releases_nothing(self):
         page, proxy = self.open_through_proxy()
         page.finger(1, "#stop")
         page.lift()
-        page.wait("!document.getElementById('stopped').hidden", "words about the stop")
+        page.wait("!$('stopped').hidden", "words about the stop")
         page.finger(2, "#release")
-        page.wait("document.getElementById('release').classList.contains('filling')", "the hold")
+        page.wait("$('release').classList.contains('filling')", "the hold")
         proxy.stall("up")
         page.wait("window.sent.some(([, text]) => text.includes('release'))", "the release, which waits on its way")
         page.lift()
         then = page.run("performance.now()")
         wait_for(lambda: page.run("performance.now()") > then + 250, "a release that is too old")
         proxy.flow()
-        page.wait("document.getElementById('message').textContent.includes('too late')", "words for the driver")
+        page.wait("$('message').textContent.includes('too late')", "words for the driver")
         self.assertTrue(self.pressed())
         page.finger(2, "#release")
         wait_for(lambda: not self.pressed(), "the release that is held anew")

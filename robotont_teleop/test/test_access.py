@@ -22,18 +22,13 @@ def test_a_token_is_made_once_for_its_owner_only(tmp_path):
     assert read_or_make_token(path) == token
 
 
-def test_a_token_that_others_can_read_is_refused(tmp_path):
+@pytest.mark.parametrize("token, mode, words", [
+    ("a-good-token", 0o644, "found mode 644, allowed: 600"), ("", 0o600, "found 0 characters")])
+def test_a_token_that_others_can_read_or_that_is_none_is_refused(tmp_path, token, mode, words):
     path = tmp_path / "token"
-    read_or_make_token(path)
-    path.chmod(0o644)
-    with pytest.raises(ValueError, match="found mode 644, allowed: 600"):
-        read_or_make_token(path)
-
-
-def test_an_empty_token_is_refused(tmp_path):
-    path = tmp_path / "token"
-    path.touch(0o600)
-    with pytest.raises(ValueError, match="found 0 characters"):
+    path.write_text(token)
+    path.chmod(mode)
+    with pytest.raises(ValueError, match=words):
         read_or_make_token(path)
 
 

@@ -4,8 +4,6 @@ import json
 import math
 
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 
 from robotont_teleop.hand.speeds import STOP, Speeds, without_dead_zone
 from robotont_teleop.web.driving_seat import DrivingSeat
@@ -18,16 +16,6 @@ FORWARD = (0.3, 0.0, 0.0)
 @pytest.fixture
 def seat():
     return DrivingSeat(LARGEST, oldest=0.2, dead_man=0.3)
-
-
-def test_others_watch_until_they_take_over(seat):
-    seat.command("one", 10.0, FORWARD, 10.05)
-    assert seat.command("two", 10.05, FORWARD, 10.06) is None
-    assert seat.command("two", 10.05, STOP, 10.06) is None
-    assert seat.take("two") == STOP
-    assert seat.command("one", 10.1, FORWARD, 10.11) is None
-    assert seat.command("two", 10.1, FORWARD, 10.12) == FORWARD
-    assert seat.foreign == 2, "a zero is no attempt to drive"
 
 
 def test_a_late_command_is_dropped_whatever_it_is(seat):
@@ -45,13 +33,6 @@ def test_a_zero_stops_however_late_it_comes(seat):
     assert seat.command("one", 10.5, FORWARD, 10.6) == FORWARD
 
 
-def test_a_late_zero_does_not_count_as_letting_go(seat):
-    seat.command("one", 10.0, FORWARD, 10.0)
-    assert seat.look(10.3) == STOP
-    assert seat.command("one", 10.1, STOP, 10.35) is None
-    assert seat.hands_off
-
-
 def test_silence_stops_and_the_sticks_must_be_let_go(seat):
     seat.command("one", 10.0, FORWARD, 10.0)
     assert seat.time_left(10.1) == pytest.approx(0.2)
@@ -59,6 +40,7 @@ def test_silence_stops_and_the_sticks_must_be_let_go(seat):
     assert seat.look(10.3) == STOP
     assert seat.look(10.31) is None
     assert seat.time_left(10.31) is None
+    assert seat.command("one", 10.1, STOP, 10.35) is None, "too late to count as letting go"
     assert seat.command("one", 10.4, FORWARD, 10.4) is None
     assert seat.hands_off
     assert seat.command("one", 10.5, STOP, 10.5) == STOP
@@ -71,13 +53,6 @@ def test_the_dead_mans_time_counts_from_what_the_page_has_seen(seat):
     assert seat.look(10.301) == STOP
 
 
-def test_a_page_that_closes_stops(seat):
-    seat.command("one", 10.0, FORWARD, 10.0)
-    assert seat.leave("two") is None
-    assert seat.leave("one") == STOP
-    assert seat.driver is None
-
-
 @pytest.mark.parametrize("event, who, driver", [
     (lambda seat: seat.stop(), "one", "one"),
     (lambda seat: seat.command("one", 10.02, FORWARD, 10.02, stopped=True), "one", "one"),  # pressed elsewhere
@@ -86,6 +61,10 @@ def test_a_page_that_closes_stops(seat):
 ], ids=["emergency stop", "emergency stop of others", "take-over", "free seat"])
 def test_a_stick_that_is_held_does_not_drive_behind(event, who, driver, seat):
     seat.command("one", 10.0, FORWARD, 10.0)
+    assert seat.command("two", 10.0, FORWARD, 10.0) is None
+    assert seat.command("two", 10.0, STOP, 10.0) is None
+    assert seat.foreign == 1, "a zero is no attempt"
+    assert seat.leave("three") is None
     seat.command("two", 10.0, FORWARD, 10.0)
     assert event(seat) == STOP
     assert seat.command(who, 10.05, FORWARD, 10.05) is None
@@ -126,17 +105,3 @@ def test_a_message_of_each_kind():
 def test_messages_that_are_refused(text):
     with pytest.raises(MessageError):
         read_message(text)
-
-
-@settings(max_examples=50, deadline=None)
-@given(st.one_of(st.text(), st.recursive(
-    st.none() | st.booleans() | st.floats() | st.integers() | st.text(),
-    lambda inner: st.lists(inner, max_size=2) | st.dictionaries(
-        st.sampled_from(["kind", "time", "x", "y", "turn"]), inner | st.sampled_from(list(FIELDS))), max_leaves=6
-).map(json.dumps)))
-def test_whatever_comes_is_a_message_or_refused(text):
-    try:
-        message = read_message(text)
-    except MessageError:
-        return
-    assert all(math.isfinite(value) for value in message.values)

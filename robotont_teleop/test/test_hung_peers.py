@@ -1,9 +1,9 @@
 """The emergency stop while one peer of the robot's nodes hangs: the board stands within 0.1 s, whoever hangs."""
 
 import contextlib
+import itertools
 import os
 import subprocess
-import sys
 import threading
 import time
 
@@ -15,6 +15,7 @@ from std_msgs.msg import Bool
 from std_srvs.srv import Trigger
 from web_client import Client
 
+from robotont_driver.ros.worker import Worker
 from robotont_testing import places
 from robotont_testing.harness import Master, free_port, suspended, wait_for
 from robotont_testing.node_test import twist
@@ -25,14 +26,6 @@ pytestmark = [pytest.mark.timed, pytest.mark.alone]
 WITHIN = 0.1  # [s]
 BY = ("page", "keys", "topic")
 STAYS = 0.2   # [s] of zeros, after which a press by the keys is behind the zero that they send with it
-LISTENER = """
-import rospy
-rospy.init_node("listener", disable_signals=True)
-heard = []
-for topic in sys.argv[1:]:
-    rospy.Subscriber(topic, rospy.AnyMsg, heard.append)
-rospy.sleep(1e9)
-"""
 TOPICS = ("/rosout", "/tf", "/diagnostics", "/odom", "/cmd_vel", "/cmd_vel/limited", "/cmd_vel/driven_by",
           "/emergency_stop", "/emergency_stop/pressed_by", "/serial_write", "/serial_read", "/joint_states")
 
@@ -42,32 +35,29 @@ class Robot:
 
     def __init__(self, processes, disk, composed, mux):
         self.processes = processes
-        self.disk = disk
+        self.disk = disk  # of its own, which can be frozen, or None
         self.board = Board(str(processes.folder / "board"))
         self.board.plug()
-        reader, self.pipe = os.pipe()  # nobody reads
-        port, given = free_port(), {"ROS_LOG_DIR": str(disk)}
+        self._reader, self.pipe = os.pipe()  # nobody reads
+        port, given = free_port(), {"ROS_LOG_DIR": str(disk)} if disk else {}
         self.launch = processes.launch("robot.launch", f"port:={self.board.link}", "description:=false",
                                        f"composed:={composed}", f"mux:={mux}", log=f"/dev/fd/{self.pipe}", **given)
-        self._reader = reader
         self.rosout = processes.start("rosrun", "rosout", "rosout", **given)
         self.command = rospy.Publisher("cmd_vel/default" if mux else "cmd_vel", Twist, queue_size=1, tcp_nodelay=True)
         self.button = rospy.Publisher("emergency_stop", Bool, queue_size=1, tcp_nodelay=True)
         wait_for(lambda: self.command.get_num_connections() and self.button.get_num_connections(), "the nodes",
                  timeout=60.0)
         self.server = processes.start(places.program("robotont_teleop", "web_teleop_node"), f"_port:={port}", **given)
-        self.listener = processes.start(sys.executable, "-c", "import sys\n" + LISTENER, *TOPICS)
+        self.listener = processes.start("rosrun", "rosbag", "record", "-q", "-O", processes.folder / "bag", *TOPICS)
         self.client = Client(port).__enter__()
-        self.page = wait_for(lambda: self._open(), "the page", timeout=60.0, period=0.2)
+        self.page = wait_for(self._open, "the page", timeout=60.0, period=0.2)
         self.keys = Terminal()
         wait_for(lambda: "robot" in self.keys.line, "the keys", timeout=60.0)
         rospy.wait_for_service("emergency_stop/release", 20.0)
         self._release = rospy.ServiceProxy("emergency_stop/release", Trigger, persistent=True)
         self._release()
-        self.speed, self.zeros = 0.0, 0
-        self._ended = threading.Event()
-        self._driver = threading.Thread(target=self._drive, daemon=True)
-        self._driver.start()
+        self.speed = 0.0  # [m/s] that somebody commands; None: nothing
+        Worker(self._drive)
         for by in BY:  # whoever hangs afterwards, each is connected
             self.release()
             self.delay(by)
@@ -77,14 +67,12 @@ class Robot:
             return self.client.ready_page()
 
     def _drive(self):
-        while not self._ended.wait(0.02):
-            speed = self.speed
-            self.command.publish(twist(speed))
-            self.zeros = self.zeros + 1 if not speed else 0
+        if self.speed is not None:
+            self.command.publish(twist(self.speed))
+        return 0.02
 
     def close(self):
-        self._ended.set()
-        self._driver.join()
+        self.speed = None
         self.keys.end()
         self.client.__exit__()
         os.close(self._reader)  # whoever waits for room in it goes on
@@ -94,7 +82,6 @@ class Robot:
         self.board.close()
 
     def press(self, by):
-        """Press it; returns when [s]."""
         now = time.monotonic()
         if by == "page":
             self.page.send({"kind": "stop"})
@@ -105,23 +92,16 @@ class Robot:
         return now
 
     def release(self):
-        """As a person does who asks again where he must."""
+        """As a person does who asks again where he must; it moves behind a zero."""
         wait_for(lambda: self._ask().success, "the release", period=0.05)
-        wait_for(self._let_go_and_drive, "motion")
+        speeds = itertools.cycle((0.0, 0.2))
+        wait_for(lambda: any(self.board.speeds) or setattr(self, "speed", next(speeds)), "motion", period=0.1)
+        self.speed = 0.2
 
     def _ask(self):
         answers = []
         threading.Thread(target=lambda: answers.append(self._release()), daemon=True).start()
         return wait_for(lambda: answers, "an answer to the release")[0]
-
-    def _let_go_and_drive(self):
-        """Whether it moves behind a zero; of two words that come at once a node hears only the newer."""
-        self.speed = 0.0
-        wait_for(lambda: self.zeros > 1, "zeros")
-        self.speed = 0.2
-        with contextlib.suppress(AssertionError):
-            return wait_for(lambda: any(self.board.speeds), "motion", timeout=0.3)
-        return False
 
     def delay(self, by):
         """[s] from a press until the last wheel's zero is on the wire, to stay until the release."""
@@ -145,11 +125,7 @@ class Robot:
                 os.set_blocking(self.pipe, False)
                 with contextlib.suppress(BlockingIOError):
                     while True:
-                        os.write(self.pipe, b"x" * 4096)
-                with contextlib.suppress(BlockingIOError):
-                    while True:
                         os.write(self.pipe, b"x")
-                os.set_blocking(self.pipe, True)
                 stack.callback(lambda: [os.read(self._reader, 4096) for _ in range(10)])
             else:
                 pids = {"master": self.processes._master.pid, "roslaunch": self.launch.pid, "rosout": self.rosout.pid,
@@ -182,10 +158,8 @@ def disk(tmp_path):
 
 
 @pytest.fixture
-def robot(request, master, disk, tmp_path):
-    composed, mux = request.param
-    robot = Robot(master, disk or tmp_path, composed, mux)
-    robot.freezable = disk is not None
+def robot(request, master, disk):
+    robot = Robot(master, disk, *request.param)
     yield robot
     robot.close()
 
@@ -198,13 +172,11 @@ PRESSES = 2  # the first may be heard by a thread that hangs in it
                          ids=["composed, with mux", "three processes, without mux"])
 def test_a_stop_waits_for_nobody(robot, peers):
     for peer in peers:
-        if peer == "disk" and not robot.freezable:
-            print("disk: not tried, for only root may freeze one")
-            continue
+        if peer == "disk" and not robot.disk:
+            continue  # only root may freeze one
         robot.release()
         with robot.hung(peer):
             for by in BY * PRESSES:
                 delay = robot.delay(by)
-                print(f"{peer} hung, pressed by {by}: {1000 * delay:.1f} ms", flush=True)
                 assert delay <= WITHIN, (peer, by)
                 robot.release()

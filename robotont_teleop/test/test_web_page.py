@@ -1,12 +1,11 @@
 """The page in a real browser, on a server whose robot only takes notes."""
 
 import io
-import json
 from types import SimpleNamespace
 
 import pytest
 from PIL import Image
-from web_client import TOKEN, Served
+from web_client import TOKEN
 
 from robotont_teleop.hand.speeds import STOP
 from robotont_testing.browser import CHROMIUM, DESKTOP, PHONE, PHONE_LYING, Browser
@@ -14,7 +13,9 @@ from robotont_testing.harness import wait_for
 from robotont_testing.stalling_proxy import StallingProxy
 
 pytestmark = pytest.mark.skipif(CHROMIUM is None, reason="no chromium")
-OPEN = "document.getElementById('app')?.dataset.state === 'open'"  # not yet on the login page
+FIND = "window.$ = (id) => document.getElementById(id);"
+NO_FOCUS = "document.activeElement === document.body"
+OPEN = "$('app')?.dataset.state === 'open'"  # not yet on the login page
 
 
 @pytest.fixture(scope="module")
@@ -31,16 +32,16 @@ def page(browser, served):
     opened.close()
 
 
-def open_page(browser, server, place="", size=DESKTOP, **options):
-    page = browser.page(f"http://127.0.0.1:{server.port}/{place}", size, **options)
+def open_page(browser, server, place="", size=DESKTOP, script="", **options):
+    page = browser.page(f"http://127.0.0.1:{server.port}/{place}", size, script=FIND + script, **options)
     page.wait(OPEN, "the connection")
     return page
 
 
-def key_event(page, kind, code, modifier="", element="body"):
+def key_event(page, kind, code, modifier=""):
     """A key that the system's own shortcuts would swallow here; `modifier`: such as metaKey."""
-    page.run(f"document.querySelector({element!r}).dispatchEvent(new KeyboardEvent({kind!r}, {{code: {code!r}, "
-             f"bubbles: true, cancelable: true, {modifier and modifier + ': true'}}})) && 0")
+    page.run(f"document.body.dispatchEvent(new KeyboardEvent({kind!r}, {{code: {code!r}, bubbles: true, "
+             f"cancelable: true, {modifier and modifier + ': true'}}})) && 0")
 
 
 def press_mouse(page, selector, right=0.0, button="left"):
@@ -72,7 +73,7 @@ SWALLOWERS = (
     ("a context menu by the mouse", lambda page: press_mouse(page, "#view", button="right")),
     ("a context menu by a key", lambda page: page.run(
         "document.body.dispatchEvent(new MouseEvent('contextmenu', {bubbles: true, cancelable: true})) && 0")),
-    ("the list", lambda page: page.run("document.getElementById('language').focus()")))
+    ("the list", lambda page: page.run("$('language').focus()")))
 
 
 def test_whatever_may_swallow_the_end_of_a_key_stops(page, served):
@@ -91,7 +92,7 @@ def test_a_thumb_that_rests_on_its_stick_drives_on_until_it_is_cancelled(page, s
     """Android reports a long press as a request for the context menu; the stick refuses it, so that none opens."""
     page.finger(1, "#move", up=0.5)
     wait_for(lambda: drives(served), "motion")
-    assert not page.run("document.getElementById('move').dispatchEvent(new MouseEvent('contextmenu', "
+    assert not page.run("$('move').dispatchEvent(new MouseEvent('contextmenu', "
                         "{bubbles: true, cancelable: true}))")
     page.run("new Promise((done) => setTimeout(done, 300))")
     assert drives(served)
@@ -99,15 +100,20 @@ def test_a_thumb_that_rests_on_its_stick_drives_on_until_it_is_cancelled(page, s
     wait_for(lambda: not drives(served), "the stop")
 
 
-def test_after_the_mouse_the_slider_leaves_the_keys_to_the_robot(page, served):
+def test_after_the_mouse_the_list_and_the_slider_leave_the_keys_to_the_robot(page, served):
+    press_mouse(page, "#language")  # opens it; to choose in it is the system's own window
+    assert focus(page) == "language"
+    page.run("$('language').dispatchEvent(new Event('change', {bubbles: true}))")
+    page.wait(NO_FOCUS, "the end of the list's focus")
     press_mouse(page, "#cap", 0.4)
-    assert page.run("document.getElementById('cap').value") == "80"
-    page.wait("document.activeElement === document.body", "the end of the slider's focus")
+    assert page.run("$('cap').value") == "80"
+    page.wait(NO_FOCUS, "the end of the slider's focus")
     for key, axis in (("KeyW", 0), ("ArrowUp", 0), ("KeyA", 1), ("KeyQ", 2)):
         page.key(key, down=True)
         wait_for(lambda axis=axis: drives(served) and served.robot.sent[-1][axis] > 0, f"motion by {key}")
         page.key(key, down=False)
         wait_for(lambda: not drives(served), "the stop")
+    page.run("localStorage.clear()")
 
 
 def test_the_keyboard_reaches_the_slider_and_the_list(page, served):
@@ -125,22 +131,13 @@ def test_the_keyboard_reaches_the_slider_and_the_list(page, served):
     assert focus(page) == "language"
     assert not drives(served)
     page.run("localStorage.clear()")
-    page.run("document.getElementById('cap').focus()")  # letters drive beside it
+    page.run("$('cap').focus()")  # letters drive beside it
     drive_by_key(page, served)
-
-
-def test_after_the_mouse_the_list_leaves_the_keys_to_the_robot(page, served):
-    press_mouse(page, "#language")  # opens it; to choose in it is the system's own window
-    assert focus(page) == "language"
-    page.run("document.getElementById('language').dispatchEvent(new Event('change', {bubbles: true}))")
-    page.wait("document.activeElement === document.body", "the end of the list's focus")
-    drive_by_key(page, served)
-    page.run("localStorage.clear()")
 
 
 @pytest.mark.parametrize("element", ["cap", "language", "stop"])
 def test_the_space_bar_stops_whatever_has_the_focus(page, served, element):
-    page.run(f"document.getElementById({element!r}).focus()")
+    page.run(f"$({element!r}).focus()")
     type_key(page, "Space", 32, " ")
     wait_for(lambda: ("press",) in served.robot.orders, "the emergency stop")
 
@@ -181,16 +178,12 @@ def report(server, lights=(), state=None, **status):
         {"name": name, "level": level, "words": words} for name, (level, words) in lights.items()]}
 
 
-def shown(page, selector):
-    return page.run(f"document.querySelector({selector!r}).offsetHeight > 0")
-
-
 def level(page):
-    return page.run("document.getElementById('dot').dataset.level")
+    return page.run("$('dot').dataset.level")
 
 
 def choose_language(page, language):
-    page.run(f"(() => {{const list = document.getElementById('language'); list.value = '{language}'; "
+    page.run(f"(() => {{const list = $('language'); list.value = '{language}'; "
              "list.dispatchEvent(new Event('change'))})()")
 
 
@@ -202,10 +195,10 @@ def choose_language(page, language):
 ])
 def test_the_worst_fault_stands_where_one_looks(page, served, fault, words):
     report(served, fault)
-    page.wait(f"document.getElementById('fault').innerText === {words!r}", "the bar")
+    page.wait(f"$('fault').innerText === {words!r}", "the bar")
     assert level(page) == str(max(found for found, _ in fault.values()))
     report(served)
-    page.wait("document.getElementById('fault').hidden", "its end")
+    page.wait("$('fault').hidden", "its end")
     assert level(page) == "0"
     assert page.text("#summary") == "All is well (1)"
 
@@ -219,69 +212,56 @@ def test_who_cannot_drive_is_told_why_in_each_language(page, served, task, words
     report(served, {f"cmd_vel_mux: {task}": (1, words)})
     for language, remedy in zip(("en", "de", "et"), remedies):
         choose_language(page, language)
-        page.wait(f"document.getElementById('fault_words').innerText.includes({remedy!r})", "what to do")
+        page.wait(f"$('fault_words').innerText.includes({remedy!r})", "what to do")
     page.run("localStorage.clear()")
 
 
-def test_a_pressed_stop_is_seen_and_its_release_found_on_every_screen(page, served):
+def test_a_pressed_stop_is_seen_and_who_may_release_it(page, served):
     report(served)
     served.robot.emergency_stop.press()
-    page.wait("document.getElementById('stop').getAttribute('aria-pressed') === 'true'", "the pressed button")
-    assert page.text("#driver") == "Emergency stop"
-    assert level(page) == "2"
-    for size in (PHONE, PHONE_LYING, DESKTOP):
-        page.look(size, False)
-        page.wait(f"innerWidth === {size[0]}", "the screen")
-        for _panel in range(2):
-            page.run("document.getElementById('details').click()")
-            x, y = page.place("#release")
-            assert page.run(f"document.elementFromPoint({x}, {y}).closest('button')?.id") == "release", size
-    other = served.ready_page()
-    other.order("take")
-    page.wait("document.getElementById('release_why').offsetHeight > 0", "why this page may not release it")
+    page.wait("$('stop').getAttribute('aria-pressed') === 'true'", "the pressed button")
+    assert (page.text("#driver"), level(page)) == ("Emergency stop", "2")
+    served.ready_page().order("take")
+    page.wait("$('release_why').offsetHeight > 0", "why this page may not release it")
     assert page.text("#release_why") == "Take over first"
 
 
 def test_a_page_that_was_overtaken_is_told(page, served):
-    page.key("KeyW", down=True)
-    wait_for(lambda: drives(served), "motion")
+    drive_by_key(page, served)
     page.key("KeyW", down=False)
     served.ready_page().order("take")
-    page.wait("document.getElementById('message').textContent === 'Another page has taken over'", "the words")
+    page.wait("$('message').textContent === 'Another page has taken over'", "the words")
 
 
 def test_what_is_old_is_not_shown_as_if_it_were_of_now(browser, served):
     report(served, state={"velocity": [0.2, 0.0, 0.1], "measured": [0.1, 0.1, 0.1]}, board="this one",
            battery={"voltage": 12.0, "charge": 0.9})
     proxy = StallingProxy(served.port)
-    page = browser.page(f"http://127.0.0.1:{proxy.port}/")
-    page.wait("document.getElementById('speed').textContent === '0.20' && "
-              "document.getElementById('round_trip').textContent !== '–'", "numbers")
+    page = open_page(browser, proxy)
+    page.wait("$('speed').textContent === '0.20' && $('round_trip').textContent !== '–'", "numbers")
     proxy.stall()
-    page.wait("['speed', 'turning', 'round_trip'].every((id) => document.getElementById(id).textContent === '–') && "
+    page.wait("['speed', 'turning', 'round_trip'].every((id) => $(id).textContent === '–') && "
               "document.querySelector('.wheels span.real').textContent === '–'", "no numbers")
     proxy.flow()
-    page.wait("document.getElementById('speed').textContent === '0.20'", "numbers")
+    page.wait("$('speed').textContent === '0.20'", "numbers")
     assert (page.text("#summary"), page.text("#charge")) == ("All is well (1)", "90 %")
     proxy.close()
-    page.wait("document.getElementById('summary').textContent === 'No connection' && !document.getElementById("
-              "'facts').innerText.includes('this one')", "a panel that knows nothing")
-    assert page.run("document.getElementById('lights').childElementCount") == 0
-    assert not shown(page, "#battery")
+    page.wait("$('summary').textContent === 'No connection' && !$('facts').innerText.includes('this one')",
+              "a panel that knows nothing")
+    assert page.run("$('lights').childElementCount") == 0
+    assert page.box("#battery")[3] == 0, "its height"
     page.close()
 
 
-def test_the_page_says_which_robot_it_is(browser):
-    with Served(robot="robot7") as server:
-        page = open_page(browser, server)
-        assert page.run("document.title") == page.text("#robot") == "robot7"
-        manifest = json.loads(server.request("GET", "/manifest.webmanifest")[2])
-        assert (manifest["name"], manifest["short_name"]) == ("robot7", "robot7")
-        page.close()
+def test_the_page_says_which_robot_it_is(browser, served):
+    served.robot.name = "robot7"
+    page = open_page(browser, served)
+    assert page.run("document.title") == page.text("#robot") == "robot7"
+    page.close()
 
 
 def test_a_robot_that_reports_nothing_is_not_well_and_the_slider_and_the_bar_have_units(page):
-    page.wait("document.getElementById('fault_words').innerText === 'The robot reports nothing'", "the bar")
+    page.wait("$('fault_words').innerText === 'The robot reports nothing'", "the bar")
     assert page.text(".cap .whole") == "0.25 m/s"
     bars = []
     for button in ("closer", "farther", "farther", "farther", "farther"):
@@ -297,15 +277,15 @@ def test_the_camera_is_shown_picture_after_picture_and_an_old_one_is_not(browser
     served.robot.camera = SimpleNamespace(picture=lambda: newest[-1])
     report(served, camera=True)
     page = open_page(browser, served)
-    page.wait("!document.getElementById('film').hidden", "the camera's button")
+    page.wait("!$('film').hidden", "the camera's button")
     page.tap("#film")
     for width in (64, 96):
         file = io.BytesIO()
         Image.new("RGB", (width, 48)).save(file, "JPEG")
         newest.append((width, file.getvalue()))
-        page.wait(f"document.getElementById('camera').naturalWidth === {width}", "the picture")
+        page.wait(f"$('camera').naturalWidth === {width}", "the picture")
     newest.append(None)
-    page.wait("!document.getElementById('camera').hasAttribute('src')", "the end of a picture that is old")
+    page.wait("!$('camera').hasAttribute('src')", "the end of a picture that is old")
     assert [words for words in page.complaints() if "404" not in str(words)] == []
     page.close()
 
@@ -345,10 +325,10 @@ def words(page):
     })()""")
 
 
-def test_nothing_moves_when_something_goes_wrong(page, served):
+def test_nothing_moves_when_something_goes_wrong_and_the_release_is_found(page, served):
     """A person may be about to press it."""
     report(served)
-    page.wait("document.getElementById('fault').hidden", "a robot that is well")
+    page.wait("$('fault').hidden", "a robot that is well")
     for size in (PHONE, PHONE_LYING, DESKTOP):
         page.look(size, False)
         page.wait(f"innerWidth === {size[0]}", "the screen")
@@ -356,24 +336,27 @@ def test_nothing_moves_when_something_goes_wrong(page, served):
         before = [page.box(control) for control in controls]
         report(served, {LINK: (2, "is the cable in? " * 10)})
         served.robot.emergency_stop.press()
-        page.wait("document.getElementById('fault').offsetHeight * document.getElementById('stopped').offsetHeight > 0",
-                  "both bars")
+        page.wait("$('fault').offsetHeight * $('stopped').offsetHeight > 0", "both bars")
         assert [page.box(control) for control in controls] == before
+        for _panel in range(2):  # open, and closed again
+            page.tap("#details")
+            x, y = page.place("#release")
+            assert page.run(f"document.elementFromPoint({x}, {y}).closest('button')?.id") == "release", size
         release = page.box("#release")
         report(served)
-        page.wait("document.getElementById('fault').hidden", "the end of the fault")
+        page.wait("$('fault').hidden", "the end of the fault")
         assert page.box("#release") == release
         served.robot.emergency_stop.release()
         report(served)
-        page.wait("document.getElementById('fault').hidden && document.getElementById('stopped').hidden", "their end")
+        page.wait("$('fault').hidden && $('stopped').hidden", "their end")
 
 
 def test_a_token_that_is_typed_can_be_seen(browser, guarded):
-    page = browser.page(f"http://127.0.0.1:{guarded.port}/login.html")  # whatever cookies other tests have left
-    page.wait("document.getElementById('show') !== null", "the login page")
-    page.run("document.getElementById('token').value = 'x'")
+    page = browser.page(f"http://127.0.0.1:{guarded.port}/login.html", script=FIND)  # whatever cookies are left
+    page.wait("$('show') !== null", "the login page")
+    page.run("$('token').value = 'x'")
     page.tap("#show")
-    page.wait("document.getElementById('token').type === 'text'", "the token")
+    page.wait("$('token').type === 'text'", "the token")
     page.tap("#show")
-    page.wait("document.getElementById('token').type === 'password'", "dots")
+    page.wait("$('token').type === 'password'", "dots")
     page.close()

@@ -31,10 +31,10 @@ FAULTS = """((selector) => {  // of the elements that are shown: too wide texts,
 })"""
 SAY = """(async ([who, button]) => {
   const {text} = await import('/texts.js');
-  document.getElementById('driver').textContent = text(who);
-  document.getElementById('round_trip').textContent = '1234 ms';
+  $('driver').textContent = text(who);
+  $('round_trip').textContent = '1234 ms';
   for (const id of ['take', 'give_back']) {
-    document.getElementById(id).hidden = id !== button;
+    $(id).hidden = id !== button;
   }
 })"""
 CONTROLS = ("#move", "#turn", "#stop", "#cap", "#closer", "#farther", "#driver", "#round_trip")
@@ -61,7 +61,7 @@ def test_it_looks_right_and_everybody_can_use_it(served):
                 tell(served, trouble=True)
                 served.ready_page().order("take")
                 served.robot.emergency_stop.press()
-                page.wait("['take', 'stopped', 'fault'].every((id) => !document.getElementById(id).hidden)", "all bars")
+                page.wait("['take', 'stopped', 'fault'].every((id) => !$(id).hidden)", "all bars")
             for size in (PHONE, PHONE_LYING, DESKTOP):
                 page.look(size, dark)
                 choose_language(page, language)
@@ -80,7 +80,7 @@ def test_it_looks_right_and_everybody_can_use_it(served):
 
 def check_header(page):
     """On narrow phones, whoever drives, with the battery and either button."""
-    page.wait("document.getElementById('battery').offsetWidth > 0", "the battery")
+    page.wait("$('battery').offsetWidth > 0", "the battery")
     for size, language in itertools.product(NARROW, LANGUAGES):
         page.look(size, False)
         choose_language(page, language)
@@ -116,5 +116,4 @@ def check_places(page, size, more):
 
 
 def axe():
-    """The script of axe-core."""
     return Path(tool_module("axe_core_python").__file__).with_name("axe.min.js").read_text()

@@ -11,6 +11,7 @@ from types import SimpleNamespace
 import pytest
 from PIL import Image
 from tornado.websocket import WebSocketClosedError
+from web_client import Served
 
 from robotont_teleop.hand.speeds import STOP
 from robotont_testing.harness import wait_for
@@ -130,12 +131,14 @@ def test_no_command_waits_behind_a_picture(served):
         wait_for(lambda: served.robot.moved and "pong" in page.messages, "the command and the answer")
 
 
-def test_the_home_screen_gets_its_icons(served):
+def test_the_home_screen_gets_the_robots_name_and_icons():
     """All other files are fetched by the browser of `test_web_page`, which complains."""
-    _, headers, manifest = served.request("GET", "/manifest.webmanifest")
-    assert headers["Content-Type"].startswith("application/manifest+json")
-    for icon in json.loads(manifest)["icons"]:
-        status, headers, body = served.request("GET", "/" + icon["src"])
-        assert (status, headers["Content-Type"]) == (200, icon["type"])
-        if icon["type"] == "image/png":
-            assert "{}x{}".format(*Image.open(io.BytesIO(body)).size) == icon["sizes"]
+    with Served(robot="robot7") as served:
+        _, headers, manifest = served.request("GET", "/manifest.webmanifest")
+        assert headers["Content-Type"].startswith("application/manifest+json")
+        assert {"name": "robot7", "short_name": "robot7"}.items() <= json.loads(manifest).items()
+        for icon in json.loads(manifest)["icons"]:
+            status, headers, body = served.request("GET", "/" + icon["src"])
+            assert (status, headers["Content-Type"]) == (200, icon["type"])
+            if icon["type"] == "image/png":
+                assert "{}x{}".format(*Image.open(io.BytesIO(body)).size) == icon["sizes"]

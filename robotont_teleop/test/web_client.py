@@ -54,7 +54,6 @@ class NotedRobot:
 
     @property
     def moved(self):
-        """Whether it was ever asked for motion."""
         return any(twist != STOP for twist in self.sent)
 
     def state(self):
@@ -70,8 +69,6 @@ class NotedRobot:
 
 
 class Topics:
-    """Stands in for ViewerTopics."""
-
     def __init__(self, wanted, hear):
         self.wanted, self.hear = wanted, hear
 
@@ -84,21 +81,14 @@ class Client(LoopClient):
 
     def page(self, origin="", host="", cookie=None):
         """An open page (OpenPage); raises tornado.httpclient.HTTPClientError when it is refused."""
-        url = f"ws://127.0.0.1:{self.port}/socket"
         headers = {"Origin": origin or f"http://{host or f'127.0.0.1:{self.port}'}"} if origin is not None else {}
         if host:
             headers["Host"] = host
         if cookie:
             headers["Cookie"] = f"robotont_teleop={cookie}"
-        page = OpenPage(self)
-
-        async def connect():
-            return await websocket_connect(HTTPRequest(url, headers=headers), on_message_callback=page.take)
-        page.socket = self.do(connect())
-        return page
+        return OpenPage(self, "/socket", headers)
 
     def ready_page(self, **who):
-        """A `page` that has got its first messages."""
         page = self.page(**who)
         wait_for(lambda: {"hello", "state", "status"} <= set(page.messages), "the first messages")
         return page
@@ -128,51 +118,59 @@ class Served(Client):
         super().__exit__()
 
 
-class OpenPage:
+class Connection:
+    """A WebSocket of a Client. Subclasses `take` what comes."""
+
+    def __init__(self, client, path, headers, **options):
+        self._client, self.closed = client, False
+
+        async def connect():
+            request = HTTPRequest(f"ws://127.0.0.1:{client.port}{path}", headers=headers)
+            return await websocket_connect(request, on_message_callback=self._on_message, **options)
+        self.socket = client.do(connect())
+
+    def _on_message(self, message):
+        if message is None:
+            self.closed = True
+        else:
+            self.take(message)
+
+    def send(self, *messages):
+        async def write():
+            for message in messages:
+                text = message if isinstance(message, (str, bytes)) else json.dumps(message)
+                await self.socket.write_message(text, binary=isinstance(text, bytes))
+        with contextlib.suppress(Exception):  # the server may have closed it, as it should
+            self._client.do(write())
+
+    def close(self):
+        async def close():
+            self.socket.close()
+        self._client.do(close())
+
+
+class OpenPage(Connection):
     """What a page would be: the newest state, and messages."""
 
-    def __init__(self, client):
-        self._client = client
-        self.socket = None
+    def __init__(self, *where):
         self.messages = {}  # newest of each kind
         self.states = 0
-        self.closed = False
+        super().__init__(*where)
 
     def take(self, text):
-        if text is None:
-            self.closed = True
-            return
         message = json.loads(text, parse_constant=_refuse_constant)
         self.messages[message["kind"]] = message
         self.states += message["kind"] == "state"
 
     @property
     def time(self):
-        """The newest server time [ms]."""
         return self.messages["state"]["time"]
 
-    @property
-    def close_code(self):
-        return self.socket.close_code
-
-    def send(self, *texts):
-        async def write():
-            for text in texts:
-                await self.socket.write_message(text if isinstance(text, (str, bytes)) else json.dumps(text),
-                                                binary=isinstance(text, bytes))
-        with contextlib.suppress(Exception):  # the server may have closed it, as it should
-            self._client.do(write())
-
     def drive(self, x=0.0, y=0.0, turn=0.0, time=None):
-        self.send({"kind": "drive", "time": self.time if time is None else time, "x": x, "y": y, "turn": turn})
+        self.order("drive", time, x=x, y=y, turn=turn)
 
     def order(self, kind, time=None, **fields):
         self.send({"kind": kind, "time": self.time if time is None else time, **fields})
-
-    def close(self):
-        async def close():
-            self.socket.close()
-        self._client.do(close())
 
 
 def _refuse_constant(name):

@@ -18,11 +18,12 @@ from robotont_testing.harness import Processes, free_port, wait_for
 from robotont_testing.node_test import NodeTest
 from robotont_testing.stalling_proxy import StallingProxy
 
-OPEN = "document.getElementById('app')?.dataset.state === 'open'"  # not yet on the login page
+OPEN = "$('app')?.dataset.state === 'open'"  # not yet on the login page
 POSE, MAP_TO_ODOM = (0.5, -0.25), (1.0, 2.0)  # [m]
 YAW = 0.6             # [rad]
 DRIVE, STOP = (0.3, 0.0, 0.0), (0.0, 0.0, 0.0)
-LOG = """window.sent = [];   // [when it was sent, message, x of the newest movement then]
+LOG = """window.$ = (id) => document.getElementById(id);
+window.sent = [];   // [when it was sent, message, x of the newest movement then]
 window.moves = [];  // [x, when it moved, when that was handled] of each movement of a pointer
 window.sockets = 0;
 const now = () => performance.timeOrigin + performance.now();
@@ -47,7 +48,6 @@ window.WebSocket = class extends WebSocket {
 
 
 def still(frame, child, x=0.0, y=0.0, yaw=0.0):
-    """A transform by (x, y) [m] and yaw [rad]."""
     transform = TransformStamped(child_frame_id=child)
     transform.header.frame_id, transform.header.stamp = frame, rospy.Time.now()
     transform.transform.translation.x, transform.transform.translation.y = x, y
@@ -63,14 +63,11 @@ def room(x=0.0, **info):
 
 
 def values_of(twist):
-    """(v_x, v_y, omega) of a Twist."""
     return twist.linear.x, twist.linear.y, twist.angular.z
 
 
 @unittest.skipIf(CHROMIUM is None, "no chromium")
 class BrowserTest(NodeTest):
-    """A browser, and a port for the node of the page."""
-
     @classmethod
     def setUpClass(cls):
         super().setUpClass()
@@ -176,7 +173,6 @@ class PagesTest(BrowserTest):
         self.addCleanup(self.release_emergency_stop)
 
     def speed(self):
-        """The newest `rim_speed`."""
         return rim_speed(self.truth[-1][1])
 
 

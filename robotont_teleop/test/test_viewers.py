@@ -47,7 +47,10 @@ def test_in_the_network_nobody_looks_without_the_token(guarded, query, origin):
         Viewer(guarded, query, origin)
 
 
-def test_with_the_token_any_viewer_looks(guarded):
+def test_with_the_token_any_viewer_looks_also_after_many_tries_without_one(guarded):
+    for _ in range(6):  # a viewer tries again and again
+        with pytest.raises(HTTPClientError, match="401"):
+            Viewer(guarded, "", None)
     viewer = Viewer(guarded, f"?token={TOKEN}", "https://app.foxglove.dev")
     assert wait_for(lambda: viewer.newest("serverInfo"), "the server's word")["capabilities"] == ["parameters"]
 

@@ -70,7 +70,8 @@ class FoxgloveSocket(Guarded, tornado.websocket.WebSocketHandler):
     def authorised(self):
         """Whether it brings the cookie of the page, or the token behind `?token=`: a viewer has no login page."""
         token = self.get_query_argument("token", "")
-        return super().authorised or self.server.access.log_in(token, self.request.remote_ip, time.monotonic()) == "in"
+        return super().authorised or bool(token) and (
+            self.server.access.log_in(token, self.request.remote_ip, time.monotonic()) == "in")
 
     def check_origin(self, origin):
         """Called by tornado. With the token any viewer; else one that this computer has served."""

@@ -34,8 +34,11 @@ class LiftedRobot:
         self.ticks = 0
         self.fastest = 0  # [edges] that a wheel truly turned in a period
         self.each_tick = lambda: None
+        self.key = self.silent = False  # whether a key was hit, whether the cable brings nothing
+        self.told = b""  # newest words to the board
 
     def write(self, data):
+        self.told = data
         self.board.inbox += data
 
     def read(self, _size):
@@ -45,7 +48,7 @@ class LiftedRobot:
         self.ticks += 1
         self.fastest = max(self.fastest, *(abs(motor.turned - turned) for motor, turned in zip(self.motors, before)))
         sent, self.board.sent = self.board.sent, b""
-        return sent
+        return b"" if self.silent else sent
 
     def clock(self):
         return self.ticks / config.RATE

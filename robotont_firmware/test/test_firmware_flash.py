@@ -59,48 +59,39 @@ def test_what_a_board_sends_tells_its_firmware(lines, kind, words):
     assert words in firmware
 
 
-@pytest.mark.parametrize(("sent", "words"), [
-    (b"ODOM:0:0:0:0:0:0\r\n", "needs no flashing"), (b"Hello, world\r\n", "no firmware known here")])  # fmt: skip
-def test_other_firmware_is_refused_and_nothing_written(board, monkeypatch, capsys, sent, words):
-    board.waiting = sent
-    assert flash_ours(monkeypatch) == 1
-    message = capsys.readouterr().err
-    assert words in message
-    assert message.endswith(UNTOUCHED)
-    assert board.received == b""
-    assert not board.steps
+def usb(vid, pid):
+    return [types.SimpleNamespace(device=Board.port, vid=vid, pid=pid, description="")]
 
 
-def test_other_boards_are_recognised_by_their_usb_number(board, monkeypatch, capsys):
-    for vid, pid, words in ((0x0483, 0x5740, "generation 3"), (0x2E8A, 0x0005, "no ST-Link")):  # and a Pico
-        entry = types.SimpleNamespace(device=board.port, vid=vid, pid=pid, description="")
-        monkeypatch.setattr(board_check.list_ports, "comports", lambda entry=entry: [entry])
-        assert flash_ours(monkeypatch) == 1
-        assert words in capsys.readouterr().err
-        assert board.received == b""
-
-
+@pytest.mark.parametrize(("sent", "ports", "arguments", "wrong", "words"), [
+    (b"ODOM:0:0:0:0:0:0\r\n", [], "--profile ours", {}, ["needs no flashing"]),
+    (b"Hello, world\r\n", [], "--profile ours", {}, ["no firmware known here"]),
+    (b"", usb(0x0483, 0x5740), "--profile ours", {}, ["generation 3"]),
+    (b"", usb(0x2E8A, 0x0005), "--profile ours", {}, ["no ST-Link"]),  # a Pico
+    (b"", [], "", {}, ["--profile", "FOUR ENCODER WIRES MOVED"]),  # it reports no profile
+    (b"", [], "--profile theirs", {}, ["--profile", "FOUR ENCODER WIRES MOVED"]),
+    (OWN, [], "--profile ours", {}, ["Wiring profile ours", "PB6, PB7", "the board has the profile robotont21 now",
+                                     "--yes"]),
+    (b"", [], "--yes --profile ours", {"MAX_SPEDE": 90}, ["profile ours: MAX_SPEDE is missing, or not known"]),
+    (b"", [], "--yes --profile ours", {"without": "FAULTS"}, ["profile ours: FAULTS is missing, or not known"]),
+    (b"", [], "--yes --profile ours", {"TICK_TIMER": 4},
+     ["profile ours: config.TICK_TIMER: found 4, allowed: a timer of its own"])])  # fmt: skip
 @pytest.mark.parametrize("answer", ["", "robotont21\n"])  # without a terminal, and a wrong one
-def test_nothing_is_written_without_the_right_answer(board, monkeypatch, capsys, answer):
-    board.waiting, board.profile = OWN, "robotont21"
+def test_what_must_not_be_flashed_is_refused_and_nothing_written(board, monkeypatch, capsys, sent, ports, arguments,
+                                                                 wrong, words, answer):
+    board.waiting, board.profile = sent, "robotont21" if sent == OWN else ""
+    known = program.profiles(program.folders()[0])
+    known["ours"].update(wrong)
+    known["ours"].pop(known["ours"].pop("without", ""), None)
+    monkeypatch.setattr(program, "profiles", lambda package: known)
+    monkeypatch.setattr(board_check.list_ports, "comports", lambda: ports)
     monkeypatch.setattr("sys.stdin", io.StringIO(answer))
-    assert run(monkeypatch, "--profile", "ours") == 1
+    assert run(monkeypatch, *arguments.split()) == 1
     shown = capsys.readouterr()
-    assert "Wiring profile ours" in shown.out
-    assert "PB6, PB7" in shown.out
-    assert "the board has the profile robotont21 now" in shown.out
-    assert "--yes" in shown.err
+    assert all(word in shown.out + shown.err for word in words)
     assert shown.err.endswith(UNTOUCHED)
     assert not board.steps
-
-
-def test_a_board_that_does_not_report_its_profile_needs_one(board, monkeypatch, capsys):
-    for arguments in ((), ("--profile", "theirs")):
-        assert run(monkeypatch, "--yes", *arguments) == 1
-        message = capsys.readouterr().err
-        assert "--profile" in message
-        assert "FOUR ENCODER WIRES MOVED" in message
-    assert not board.steps
+    assert board.received == (board_check.ASK if sent == OWN else b"")
 
 
 def test_our_own_firmware_keeps_its_profile_and_boot_gets_its_pins(board, monkeypatch, capsys):
@@ -297,24 +288,6 @@ def test_reports_what_does_not_compile(tmp_path):
     bad.write_text("def (")
     with pytest.raises(FlashError, match=r"bad\.py does not compile"):
         copying.compile_file(bad, tmp_path / "bad.mpy")
-
-
-@pytest.mark.parametrize(("line", "message"), [
-    ("MAX_SPEDE = 90", "MAX_SPEDE is missing, or not known"),
-    ("del FAULTS", "FAULTS is missing, or not known"),
-    ("TICK_TIMER = 4", "config.TICK_TIMER: found 4, allowed: a timer of its own"),
-])  # fmt: skip
-def test_a_profile_that_cannot_work_is_refused_and_nothing_written(board, tmp_path, monkeypatch, capsys, line, message):
-    package, root = program.folders()
-    copied = shutil.copytree(package, tmp_path / "package")
-    text = (package / "pin_profile.py").read_text().replace('"ours"', '"wrong"')
-    (copied / "pin_profile_wrong.py").write_text(f"{text}\n{line}\n")
-    monkeypatch.setattr(program, "folders", lambda: (copied, root))
-    assert run(monkeypatch, "--profile", "wrong", "--yes") == 1
-    error = capsys.readouterr().err
-    assert f"profile wrong: {message}" in error
-    assert error.endswith(UNTOUCHED)
-    assert not board.steps
 
 
 def test_a_file_that_is_not_whole_exchanges_nothing(board, tmp_path):

@@ -6,13 +6,13 @@ import signal
 import subprocess
 import sys
 import termios
-import time
 
 import pytest
 from firmware_tools import ROOT
 from lifted_robot import MOST, RobotAtAPort
 
 from robotont_firmware import config
+from robotont_testing.harness import wait_for
 
 PROGRAM = ROOT / "robotont_driver" / "scripts" / "turned_wheels"
 
@@ -29,11 +29,8 @@ class Tuning:
             [sys.executable, str(PROGRAM), self.place.port, "--tune", "robot:=thesis"], stdin=self.terminal,
             stdout=subprocess.PIPE, stderr=subprocess.STDOUT)  # fmt: skip
 
-    def wait(self, done, seconds=30):
-        end = time.monotonic() + seconds
-        while not done():
-            assert time.monotonic() < end, self.driven
-            time.sleep(0.002)
+    def wait(self, done):
+        wait_for(done, f"what was awaited, after {self.driven}", timeout=30, period=0.002)
 
     def begin(self):
         """Press Enter and wait for the middle of the sixth step."""
@@ -94,15 +91,13 @@ def test_whatever_ends_it_in_mid_step_ends_the_step(cause, status, words):
             assert termios.tcgetattr(place.terminal) == place.before
 
 
-def test_without_a_terminal_nothing_is_driven():
-    done = subprocess.run([sys.executable, str(PROGRAM), "/dev/null", "--tune"], stdin=subprocess.DEVNULL,
-                          capture_output=True, text=True, timeout=60, check=False)
-    assert done.returncode == 1
-    assert "nothing was driven" in done.stderr
-
-
-def test_a_bound_too_low_to_measure_anything_is_refused():
-    done = subprocess.run([sys.executable, str(PROGRAM), "/dev/null", "--tune", "--speed", "0.1"],
+@pytest.mark.parametrize("arguments, status, words", [
+    (["--bring-up"], 1, "nothing was driven"),  # without a terminal
+    (["--tune"], 1, "nothing was driven"),
+    (["--tune", "--speed", "0.1"], 2, "--speed: found 0.1, allowed: 0.31 m/s or more"),
+])
+def test_what_cannot_be_done_is_refused_and_nothing_driven(arguments, status, words):
+    done = subprocess.run([sys.executable, str(PROGRAM), "/dev/null", "--robot", "thesis", *arguments],
                           stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=60, check=False)
-    assert done.returncode == 2
-    assert "--speed: found 0.1, allowed: 0.31 m/s or more" in done.stderr
+    assert done.returncode == status
+    assert words in done.stderr

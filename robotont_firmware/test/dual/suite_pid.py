@@ -73,7 +73,7 @@ def test_step_settles():
 def test_mean_error_is_zero_over_any_second():
     worst = 0
     for motor in ({}, {"tau": 120}, {"friction": 12}, {"battery": 90}):
-        for units in (0.75, 1.5, 3.7, 12.34, -18.9, 21.83, -50.01, 87.65, 120.5):
+        for units in (0.5, -0.5, 0.75, 1.5, 3.7, 12.34, -18.9, 21.83, -50.01, 87.65, 120.5):
             counts = Bench(**motor).run(units, 300).counts
             for start in range(100, 250, 10):
                 mean = sum(counts[start : start + 50]) / 50
@@ -173,13 +173,6 @@ def test_brakes_until_standstill():
     coasting.speed = 100000000
     coasting.run(22 * PERIOD)
     assert bench.speeds[-1] < 3 < coasting.speed / 1000000  # not just switched off: braked
-
-
-def test_small_setpoints_overcome_friction():
-    for units in (0.5, -0.5):
-        bench = Bench().run(units, 100)
-        turned = sum(bench.counts[50:])
-        assert 20 <= turned * (1 if units > 0 else -1) <= 30, turned
 
 
 def test_derivative_brakes_a_rising_speed():

@@ -1,7 +1,6 @@
 """./robotont wheels --bring-up with the firmware itself on simulated motors."""
 
 import builtins
-import contextlib
 
 import pytest
 from lifted_robot import RobotAtAPort, SimMotor
@@ -15,14 +14,14 @@ from robotont_driver.tools.bring_up import judge
     (True, 1, ["motor 0 is right", "motor 1 runs backward: swap DIRECTIONS[1]",
                "motor 2 does not turn, or its encoder counts nothing"]),
 ])
-def test_each_motor_is_judged(monkeypatch, capsys, wrong, status, found):
+def test_each_motor_is_judged(monkeypatch, capsys, tmp_path, wrong, status, found):
     motors = [SimMotor() for _ in range(3)]
     if wrong:
         motors[1].drive = lambda effort, drive=motors[1].drive: drive(-effort)
         motors[2].powered = False
     monkeypatch.setattr(builtins, "input", print)
-    with contextlib.closing(RobotAtAPort(*motors)) as robot:
-        assert turned_wheels.main([robot.port, "--robot", "thesis", "--bring-up"]) == status
+    with RobotAtAPort(tmp_path / "port", *motors) as robot:
+        assert turned_wheels.main([robot.link, "--robot", "thesis", "--bring-up"]) == status
     shown = capsys.readouterr()
     assert "Lift the robot" in shown.out
     lines = [line for line in shown.out.splitlines() if line.startswith("motor ")]

@@ -99,16 +99,6 @@ def test_driving_behind_the_drivers_limits_is_no_fault(mass, seconds):
             assert not {DRIVER_FAULT, NO_COUNTS, WRONG_WAY} & set(run.status.wheels), (simulation.time, twist)
 
 
-@pytest.mark.parametrize("wheels, twist", [
-    (3, (-0.49, 0.16, 1.92)), (3, (0.44, 0.5, 1.09)), (4, (0.47, 0.36, -1.52)), (5, (-0.12, 0.38, -0.95))])
-def test_a_slow_wheel_beside_fast_ones_is_no_fault(wheels, twist):
-    """In curves from rest one wheel may hardly have to turn, while the fast ones load it sideways and drag it."""
-    run = run_in(wheels=wheels)
-    run.hold(twist, 2.0)
-    assert run.simulation.driven()
-    assert not any(run.status.wheels)
-
-
 @pytest.mark.parametrize("state", [UNPLUGGED, REVERSED])
 def test_an_encoder_that_breaks_on_a_slow_wheel_beside_fast_ones(state):
     run = run_in()

@@ -163,18 +163,6 @@ def test_a_wheel_that_makes_its_way_owes_nothing():
         assert abs(pid._integral) <= 256, pid._integral
 
 
-def test_brakes_until_standstill():
-    bench = Bench().run(100, 50).run(0, 100 * 256 // BRAKING + 1)  # what the slew limit takes
-    assert bench.setpoint == 0
-    bench.run(0, 15)
-    assert abs(bench.speeds[-1]) < 1
-    bench = Bench(tau=160).run(100, 50).run(0, 22)
-    coasting = SimMotor(tau=160)
-    coasting.speed = 100000000
-    coasting.run(22 * PERIOD)
-    assert bench.speeds[-1] < 3 < coasting.speed / 1000000  # not just switched off: braked
-
-
 def test_derivative_brakes_a_rising_speed():
     flat, damped = Pid(Config(D_GAIN=0)), Pid(Config(D_GAIN=512))
     for pid in (flat, damped):

@@ -58,7 +58,6 @@ def parts(tree):
 
 
 def mutants(source):
-    """Yield (old line, new line, changed source)."""
     tree = ast.parse(source)
     before = ast.unparse(tree).splitlines()
     for place, node in enumerate(parts(tree)):

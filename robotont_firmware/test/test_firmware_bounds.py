@@ -28,8 +28,6 @@ MODULES = ("protocol", "receiver", "setpoints", "fault_watch", "status", "wheel_
 
 
 class Watch:
-    """Checks each value and remembers the largest."""
-
     largest = 0
 
     def __call__(self, value, where):

@@ -45,7 +45,6 @@ def test_the_heap_is_large_enough_to_load_the_firmware(rom):
 
 
 def counted(rom):
-    """Instructions by what was counted."""
     output = run(rom, "import count_period", count=True)
     return {name: int(number) for name, number in re.findall(r"^(.*) (\d+)$", output, flags=re.MULTILINE)}
 

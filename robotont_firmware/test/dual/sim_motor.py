@@ -109,7 +109,6 @@ class SimMotor:
 
     @micropython.viper
     def run(self, milliseconds: int):
-        """Let time pass."""
         speed = int(self.speed)
         turned, turned_part = int(self.turned), int(self._turned_part)
         counted, counted_part = int(self.counted), int(self._counted_part)

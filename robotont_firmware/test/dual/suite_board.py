@@ -24,13 +24,11 @@ def make(settings=None, **changes):
 
 
 def start(name):
-    """Run boot.py or main.py as MicroPython would."""
     with open(ROOT + name) as file:
         exec(file.read(), {"__name__": "__main__"})
 
 
 def counted(made):
-    """Return what it takes from the encoders."""
     totals = array("H", [0] * 3)
     with Locked():
         made.counts(totals)

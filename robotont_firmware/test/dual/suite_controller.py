@@ -185,14 +185,6 @@ def test_a_turn_is_driven_against_what_rubs():
         assert set(robot.controller._setpoints.straight) == {0}, "no acceleration straight on"
 
 
-def test_effort_limit():
-    robot = Robot(settings=Config(MAX_EFFORT=1000))
-    for _ in range(100):
-        robot.tick(1, "150:-150:150")
-        assert max([abs(effort) for effort in robot.efforts()]) <= 1000
-    assert max([abs(effort) for effort in robot.efforts()]) == 1000
-
-
 def test_one_wheel_is_driven_on_its_own_while_no_commands_come():
     """Order !test: for half a second at most by the firmware's own clock, never too fast."""
     robot = Robot()

@@ -4,7 +4,7 @@ from array import array
 
 from dual_tools import Locked, checked, crc_slow, golden
 
-from robotont_firmware.protocol import Sender, crc16, put_decimal, put_hex, seal
+from robotont_firmware.protocol import Sender, crc16, seal
 from robotont_firmware.receiver import LINE_SIZE, Receiver
 
 
@@ -120,19 +120,6 @@ def test_an_order_needs_its_crc():
             assert not receiver.asked, line
             assert not receiver.leave, line
             assert receiver.dropped == 1
-
-
-def test_decimal_and_hex():
-    buffer = bytearray(16)
-    for value in (0, 1, 9, 10, 99, 100, 1073741823, -1, -10, -1073741823):
-        with Locked():
-            end = put_decimal(buffer, 0, value)
-        assert int(bytes(buffer[:end])) == value
-        assert end == len(str(value))
-    for value in (0, 9, 10, 255, 0xFFFF, -1):
-        with Locked():
-            end = put_hex(buffer, 0, value, 4)
-        assert bytes(buffer[:end]) == b"%04X" % (value & 0xFFFF)
 
 
 def test_texts_golden():

@@ -108,17 +108,14 @@ def test_the_brake_obeys_the_current_limit():
         assert abs(robot.board.motors[0].speed) < 2 * MICRO
 
 
-
 def test_a_blocked_wheel_gets_no_current_for_long():
     robot = Robot()
     lead_on(robot, 1, 100, until_off=False)
     robot.board.motors[1].blocked = True
     robot.board.motors[1].speed = 0
     currents = []
-    for period in range(150):
-        if period % 3 == 0:
-            robot.send(command(1, 100))
-        robot.tick(1)
+    for _ in range(150):
+        robot.tick(1, command(1, 100))
         currents.append(abs(robot.board.motors[1].current()))
     assert max(currents) <= config.MAX_TORQUE * 1.6  # one period with the effort from before
     assert robot.newest()[3] == [0, NO_COUNTS, 0]
@@ -169,7 +166,6 @@ def test_an_overload_is_in_the_status_and_goes_away():
     assert robot.newest()[3] == [0, 0, 0]
 
 
-
 def test_missed_ticks_cost_no_distance():
     for units in (12.34, 20.5, 50):
         for pattern in ((1, 4), (2, 3, 1), (1, 1, 1, 1, 1, 1, 6)):
@@ -178,12 +174,10 @@ def test_missed_ticks_cost_no_distance():
             motor, periods = robot.board.motors[0], 0
             before, ((_, counter, _),) = motor.counted, robot.packets()
             for step in range(240):
-                if step % 3 == 0:
-                    robot.send(command(0, units))
                 robot.board.sent = b""  # the emulated board's heap is small
                 robot.board.skip = pattern[step % len(pattern)]
                 periods += robot.board.skip
-                robot.tick(1)
+                robot.tick(1, command(0, units))
             lost = round(units * 256) / 256 * periods - (motor.counted - before)
             assert abs(lost) <= 5, (units, pattern, lost)
             assert robot.newest()[1] == periods - 240 & 0xFF, "and they are counted"

@@ -114,8 +114,9 @@ def test_the_geometry_is_that_of_the_model(model, parameters):
     """What simulator and navigation take for the robot's size is what is drawn."""
     wheels = read_wheels(parameters)
     plates = [float(plate.get("radius")) for plate in model.links["body_link"].findall("collision/geometry/cylinder")]
-    assert max(plates) == pytest.approx(upper_plate_radius(wheels), abs=1e-9)
-    assert min(plates) < min(wheels.distances), "the lower plate is between the wheels"
+    widest = max(float(cylinder(model, wheel).get("length")) for wheel in range(wheels.amount))
+    lower = max(0.05, min(wheels.distances) - widest / 2 - 0.006)  # [m] between the wheels, 6 mm off them
+    assert plates == pytest.approx([lower, upper_plate_radius(wheels)], abs=1e-9)
     corners = [math.hypot(distance + float(cylinder(model, wheel).get("length")) / 2, wheels.radii[wheel])
                for wheel, distance in enumerate(wheels.distances)]
     farthest = max(*plates, *corners)

@@ -8,8 +8,9 @@ from xml.etree import ElementTree
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
-from robotont_description.geometry import laser_height, lower_plate_radius, robot_radius, upper_plate_radius
+from robotont_description.geometry import laser_height, robot_radius, upper_plate_radius
 from robotont_description.urdf_model import main, urdf
 from robotont_driver.kinematics.kinematics import wheel_matrix
 from robotont_driver.kinematics.wheel_params import read_wheels
@@ -28,30 +29,27 @@ def numbers(text):
 def transform(origin):
     """4 x 4 matrix of an <origin>; roll, pitch, yaw about fixed axes, as URDF says."""
     matrix = np.eye(4)
-    if origin is None:
-        return matrix
-    (cr, cp, cy), (sr, sp, sy) = (function(numbers(origin.get("rpy", "0 0 0"))) for function in (np.cos, np.sin))
-    matrix[:3, :3] = (np.array([[cy, -sy, 0], [sy, cy, 0], [0, 0, 1]])
-                      @ np.array([[cp, 0, sp], [0, 1, 0], [-sp, 0, cp]])
-                      @ np.array([[1, 0, 0], [0, cr, -sr], [0, sr, cr]]))
-    matrix[:3, 3] = numbers(origin.get("xyz", "0 0 0"))
+    if origin is not None:
+        turn = Rotation.from_euler("xyz", numbers(origin.get("rpy", "0 0 0")))
+        matrix[:3, :3] = turn.apply(np.eye(3)).T
+        matrix[:3, 3] = numbers(origin.get("xyz", "0 0 0"))
     return matrix
 
 
 class Model:
-    """A URDF, with the pose of every link in base_link when all joints are at zero."""
+    """A URDF, with the pose of every link in its root when all joints are at zero."""
 
     def __init__(self, text, prefix=""):
-        self.root = ElementTree.fromstring(text)
-        self.links = {link.get("name"): link for link in self.root.iter("link")}
-        self.joints = {joint.get("name"): joint for joint in self.root.findall("joint")}
+        root = ElementTree.fromstring(text)
+        self.links = {link.get("name"): link for link in root.iter("link")}
+        self.joints = {joint.get("name"): joint for joint in root.findall("joint")}
         self.poses = {prefix + "base_link": np.eye(4)}
         waiting = list(self.joints.values())
         while waiting:
             joint = next(joint for joint in waiting if joint.find("parent").get("link") in self.poses)
             waiting.remove(joint)
-            self.poses[joint.find("child").get("link")] = \
-                self.poses[joint.find("parent").get("link")] @ transform(joint.find("origin"))
+            parent = self.poses[joint.find("parent").get("link")]
+            self.poses[joint.find("child").get("link")] = parent @ transform(joint.find("origin"))
 
 
 @pytest.fixture(scope="module", params=ROBOTS.values(), ids=list(ROBOTS))
@@ -89,35 +87,39 @@ def rolling_matrix(model, amount):
     return np.array(rows)
 
 
+def cylinder(model, wheel):
+    return model.links[f"wheel_{wheel}_link"].find("collision/geometry/cylinder")
+
+
 def test_the_model_rolls_as_the_kinematics_say(model, parameters):
     wheels = read_wheels(parameters)
     np.testing.assert_allclose(rolling_matrix(model, wheels.amount), wheel_matrix(wheels), rtol=0, atol=1e-6)
 
 
-def test_wheels_stand_on_the_floor_where_the_parameters_say(model, parameters):
+def test_wheels_laser_and_camera_are_where_the_parameters_say(model, parameters):
     wheels = read_wheels(parameters)
+    places = {"laser": (0.0, 0.0, laser_height(wheels))}  # from where the simulator measures
     for wheel, (angle, distance, radius) in enumerate(zip(wheels.positions, wheels.distances, wheels.radii)):
-        place = (distance * math.cos(angle), distance * math.sin(angle), radius)
-        np.testing.assert_allclose(model.poses[f"wheel_{wheel}_link"][:3, 3], place, rtol=0, atol=1e-9)
-        cylinder = model.links[f"wheel_{wheel}_link"].find("collision/geometry/cylinder")
-        assert float(cylinder.get("radius")) == radius
-
-
-def test_the_laser_is_where_the_simulator_measures_from(model, parameters):
-    place = (0.0, 0.0, laser_height(read_wheels(parameters)))
-    np.testing.assert_allclose(model.poses["laser"][:3, 3], place, rtol=0, atol=1e-9)
+        places[f"wheel_{wheel}_link"] = distance * math.cos(angle), distance * math.sin(angle), radius
+        assert float(cylinder(model, wheel).get("radius")) == radius
+    for link, place in places.items():
+        np.testing.assert_allclose(model.poses[link][:3, 3], place, rtol=0, atol=1e-9)
+    camera, optical = model.poses["camera_link"], model.poses["camera_optical_frame"]
+    assert camera[0, 3] > 0.1
+    np.testing.assert_allclose(camera[:3, 0], (1, 0, 0), atol=1e-12)
+    np.testing.assert_allclose(optical[:3, :3], [[0, 0, 1], [-1, 0, 0], [0, -1, 0]], atol=1e-12)
 
 
 def test_the_geometry_is_that_of_the_model(model, parameters):
     """What simulator and navigation take for the robot's size is what is drawn."""
     wheels = read_wheels(parameters)
     plates = [float(plate.get("radius")) for plate in model.links["body_link"].findall("collision/geometry/cylinder")]
-    assert plates == pytest.approx([lower_plate_radius(wheels), upper_plate_radius(wheels)], abs=1e-9)
-    farthest = max(plates)
-    for wheel, distance in enumerate(wheels.distances):
-        cylinder = model.links[f"wheel_{wheel}_link"].find("collision/geometry/cylinder")
-        corner = math.hypot(distance + float(cylinder.get("length")) / 2, float(cylinder.get("radius")))
-        farthest = max(farthest, corner)
+    widest = max(float(cylinder(model, wheel).get("length")) for wheel in range(wheels.amount))
+    lower = max(0.05, min(wheels.distances) - widest / 2 - 0.006)  # [m] between the wheels, 6 mm off them
+    assert plates == pytest.approx([lower, upper_plate_radius(wheels)], abs=1e-9)
+    corners = [math.hypot(distance + float(cylinder(model, wheel).get("length")) / 2, wheels.radii[wheel])
+               for wheel, distance in enumerate(wheels.distances)]
+    farthest = max(*plates, *corners)
     assert farthest <= robot_radius(wheels) < farthest + 0.01
 
 
@@ -171,13 +173,6 @@ def test_masses_and_inertias_are_possible(model, parameters):
     assert 0.0 < centre[2] < 0.1
 
 
-def test_the_camera_looks_ahead(model):
-    camera, optical = model.poses["camera_link"], model.poses["camera_optical_frame"]
-    assert camera[0, 3] > 0.1
-    np.testing.assert_allclose(camera[:3, 0], (1, 0, 0), atol=1e-12)
-    np.testing.assert_allclose(optical[:3, :3], [[0, 0, 1], [-1, 0, 0], [0, -1, 0]], atol=1e-12)
-
-
 def test_check_urdf_is_content(text, tmp_path):
     file = tmp_path / "robot.urdf"
     file.write_text(text)
@@ -190,9 +185,8 @@ def test_check_urdf_is_content(text, tmp_path):
 
 def test_a_prefix_is_put_before_every_link_and_joint():
     plain, other = Model(urdf()), Model(urdf(prefix="robot1/"), "robot1/")
-    assert set(other.links) == {"robot1/" + name for name in plain.links}
+    assert set(other.links) == set(other.poses) == {"robot1/" + name for name in plain.links}  # joints lead to all
     assert set(other.joints) == {"robot1/" + name for name in plain.joints}
-    assert set(other.poses) == set(other.links)  # the joints lead to them
 
 
 def test_without_xacro_it_says_where_there_is_one(monkeypatch):

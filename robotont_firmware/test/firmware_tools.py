@@ -3,6 +3,7 @@
 import os
 import platform
 import shutil
+import subprocess
 import sys
 from pathlib import Path
 
@@ -23,3 +24,10 @@ def tool(name):
                     f"on {platform.machine()}")
     assert found, f"{name} is not installed: run ./robotont setup test"
     return found
+
+
+def run_suite(interpreter, suite, src=SRC):
+    """Run a suite of dual/ under "cpython" or "micropython"; return the process, which has ended."""
+    program = sys.executable if interpreter == "cpython" else tool(interpreter)
+    return subprocess.run([program, str(DUAL / "run.py"), str(src), str(GOLDEN), suite], stdout=subprocess.PIPE,
+                          stderr=subprocess.STDOUT, text=True, timeout=120, check=False)  # fmt: skip

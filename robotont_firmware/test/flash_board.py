@@ -41,7 +41,6 @@ class Board:
         self.old = self.content()
 
     def content(self):
-        """All files of the board: {name: bytes}."""
         return {str(path.relative_to(self.files)): path.read_bytes()
                 for path in self.files.rglob("*") if path.is_file()}  # fmt: skip
 
@@ -65,7 +64,6 @@ class Board:
         return ""
 
     def packets(self):
-        """The first 60 packets after a start."""
         lines = [f"0:0:0;{number + (self.missed and number > 9):02X}{self.totals}:00{number * self.ticks:02X}00000000"
                  f"{self.load:02X}:".encode() for number in range(60)]  # fmt: skip
         return b"".join(line + b"%04X\n" % (crc16(line) ^ self.spoilt) for line in lines)

@@ -1,11 +1,7 @@
 """The firmware itself on simulated motors of a lifted robot, in no time, or at a port."""
 
-import contextlib
-import os
 import sys
-import threading
 import time
-import tty
 
 from firmware_tools import DUAL
 
@@ -13,6 +9,7 @@ from robotont_driver.kinematics.wheel_params import read_wheels
 from robotont_driver.tools.tune import Tune, tune
 from robotont_firmware import config
 from robotont_firmware.main_loop import Controller
+from robotont_testing.cable import Cable
 from robotont_testing.robots import SHIPPED
 
 sys.path.append(str(DUAL))
@@ -34,8 +31,11 @@ class LiftedRobot:
         self.ticks = 0
         self.fastest = 0  # [edges] that a wheel truly turned in a period
         self.each_tick = lambda: None
+        self.key = self.silent = False  # whether a key was hit, whether the cable brings nothing
+        self.told = b""  # newest words to the board
 
     def write(self, data):
+        self.told = data
         self.board.inbox += data
 
     def read(self, _size):
@@ -45,7 +45,7 @@ class LiftedRobot:
         self.ticks += 1
         self.fastest = max(self.fastest, *(abs(motor.turned - turned) for motor, turned in zip(self.motors, before)))
         sent, self.board.sent = self.board.sent, b""
-        return sent
+        return b"" if self.silent else sent
 
     def clock(self):
         return self.ticks / config.RATE
@@ -62,47 +62,27 @@ class LiftedRobot:
         return tune(tuned, 3, config.RATE, most, lines.append), "\n".join(lines)
 
 
-class RobotAtAPort:
-    """A LiftedRobot in real time behind a pseudo-terminal, the serial port `port`. `driven`: periods of each order."""
+class RobotAtAPort(Cable):
+    """A LiftedRobot in real time at the serial port `link`. `driven`: periods of each order."""
 
-    def __init__(self, *motors):
+    def __init__(self, link, *motors):
+        super().__init__(str(link))
         self.robot = LiftedRobot(*motors)
         self.driven = []
-        self.master, self.slave = os.openpty()
-        tty.setraw(self.slave)
-        os.set_blocking(self.master, False)
-        self.port = os.ttyname(self.slave)
-        self._going = True
-        self._thread = threading.Thread(target=self._run, daemon=True)
-        self._thread.start()
+        self.due = time.monotonic()
+        self._was = 0
 
-    def _run(self):
-        due, was = time.monotonic(), 0
-        while self._going:
-            with contextlib.suppress(BlockingIOError, OSError):
-                self.robot.write(os.read(self.master, 4096))
-            sent = self.robot.read(0)
-            left = self.robot.controller._test_left
-            if left > was:
-                self.driven.append(0)
-            if was > 0 or left > 0:
-                self.driven[-1] += 1
-            was = left
-            with contextlib.suppress(BlockingIOError, OSError):
-                os.write(self.master, sent)
-            due += 0.02
-            time.sleep(max(0.0, due - time.monotonic()))
+    def hear(self, data, _now):
+        self.robot.write(data)
 
-    def pull(self):
-        """Take the cable away; the board runs on, and hears nothing."""
-        off, self.master = self.master, os.open(os.devnull, os.O_RDWR)
-        os.close(off)
-        os.close(self.slave)
-        self.slave = None
-
-    def close(self):
-        self._going = False
-        self._thread.join()
-        for descriptor in (self.master, self.slave):
-            if descriptor is not None:
-                os.close(descriptor)
+    def turn(self, now):
+        if now < self.due:
+            return
+        self.due += 0.02
+        self.send(self.robot.read(0))
+        left, was = self.robot.controller._test_left, self._was
+        if left > was:
+            self.driven.append(0)
+        if was > 0 or left > 0:
+            self.driven[-1] += 1
+        self._was = left

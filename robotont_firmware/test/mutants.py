@@ -13,12 +13,13 @@ import sys
 import tempfile
 from pathlib import Path
 
-from firmware_tools import DUAL, GOLDEN, SRC, tool
+from firmware_tools import SRC, run_suite
 
 SUITES = ("suite_watch", "suite_faults", "suite_drives", "suite_controller", "suite_pid")
 FUNCTIONS = ("direction", "reset", "bound", "look", "_is_uneven")
-NUMBERS = ("MAX_LOAD", "BLIND_TIME", "BLIND_SHARE", "CHANGING_SHARE", "BESIDE_SHARE", "WRONG_EDGES", "UNEVEN_SHARE",
-           "UNEVEN_EDGES", "BLOCKED_INTEGRAL")  # fmt: skip
+NUMBERS = ("_RISE", "_CLEAR_RISE", "_SETTLED", "_CHANGING", "_EVEN", "_FAST", "_KNOCK", "MAX_LOAD", "BLIND_TIME",
+           "BLIND_SHARE", "CHANGING_SHARE", "BESIDE_SHARE", "WRONG_EDGES", "UNEVEN_SHARE", "UNEVEN_EDGES",
+           "BLOCKED_INTEGRAL")  # fmt: skip
 OPPOSITE = {ast.Lt: ast.GtE, ast.Gt: ast.LtE, ast.LtE: ast.Gt, ast.GtE: ast.Lt, ast.Add: ast.Sub, ast.Sub: ast.Add,
             ast.And: ast.Or, ast.Or: ast.And, ast.LShift: ast.RShift, ast.RShift: ast.LShift}  # fmt: skip
 
@@ -46,36 +47,33 @@ def changes(node):
                 yield lambda field=field, index=index: getattr(node, field).__setitem__(index, ast.Pass())
 
 
+def parts(tree):
+    """Return all nodes of the rules' functions and of their constants."""
+    found = []
+    for node in ast.walk(tree):
+        if (isinstance(node, ast.FunctionDef) and node.name in FUNCTIONS) or (
+                isinstance(node, ast.Assign) and getattr(node.targets[0], "id", "") in NUMBERS):
+            found += ast.walk(node)
+    return found
+
+
 def mutants(source):
-    """Yield (line, old text, new text, changed source) of the rules' functions and their constants."""
     tree = ast.parse(source)
-
-    def parts(whole):
-        for node in ast.walk(whole):
-            if isinstance(node, ast.FunctionDef) and node.name in FUNCTIONS:
-                node.body = [part for part in node.body if not isinstance(getattr(part, "value", None), ast.Constant)]
-                yield from ast.walk(node)
-            if isinstance(node, ast.Assign) and getattr(node.targets[0], "id", "") in (
-                    "_RISE", "_CLEAR_RISE", "_SETTLED", "_CHANGING", "_EVEN", "_FAST", "_KNOCK"):  # fmt: skip
-                yield from ast.walk(node)
-
-    for place, node in enumerate(list(parts(copy.deepcopy(tree)))):
+    before = ast.unparse(tree).splitlines()
+    for place, node in enumerate(parts(tree)):
         for number in range(len(list(changes(node)))):
             changed = copy.deepcopy(tree)
-            there = list(parts(changed))[place]
-            list(changes(there))[number]()
-            before, after = ast.unparse(node).split("\n"), ast.unparse(there).split("\n")
-            lines = [(old, new) for old, new in zip(before, after) if old != new] or [(before[0], after[0])]
-            yield getattr(node, "lineno", 0), lines[0][0].strip(), lines[0][1].strip(), ast.unparse(changed)
+            list(changes(parts(changed)[place]))[number]()
+            after = ast.unparse(changed)
+            old, new = next(lines for lines in zip(before, after.splitlines()) if lines[0] != lines[1])
+            yield old.strip(), new.strip(), after
 
 
 def noticed(folder):
     """Return the test that fails with the sources in a folder, or "" when all pass."""
     for suite in SUITES:
-        command = [tool("micropython"), str(DUAL / "run.py"), str(folder), str(GOLDEN), suite]
         try:
-            run = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, timeout=120,
-                                 check=False)  # fmt: skip
+            run = run_suite("micropython", suite, folder)
         except subprocess.TimeoutExpired:
             return "no end"
         if run.returncode != 0:
@@ -86,30 +84,21 @@ def noticed(folder):
 def main():
     """Run all; return 1 when one of them is not noticed."""
     package = SRC / "robotont_firmware"
-    source = (package / "fault_watch.py").read_text()
-    numbers = (package / "config.py").read_text().split("\n")
-    todo = [("fault_watch.py", *mutant) for mutant in mutants(source)]
-    for at, line in enumerate(numbers):
-        name, _, rest = line.partition(" = ")
-        if name in NUMBERS:
-            for value in (int(rest.split()[0]) * 2, int(rest.split()[0]) // 2):
-                new = f"{name} = {value}"
-                changed = "\n".join([*numbers[:at], new, *numbers[at + 1 :]])
-                todo.append(("config.py", at + 1, line.split("  #")[0], new, changed))
+    todo = [(file, *mutant) for file in ("fault_watch.py", "config.py")
+            for mutant in mutants((package / file).read_text())]  # fmt: skip
     survivors = []
     with tempfile.TemporaryDirectory() as folder:
         there = Path(folder) / "robotont_firmware"
         shutil.copytree(str(package), str(there))
         assert not noticed(folder), "the suites fail without any change"
-        for file, line, old, new, changed in todo:
+        for file, old, new, changed in todo:
             (there / file).write_text(changed)
             test = noticed(folder)
-            print(f"{file}:{line}: {old}  ->  {new}: {test or 'NOT NOTICED'}", flush=True)
-            survivors += [] if test else [(file, line, old, new)]
+            what = f"{file}: {old}  ->  {new}"
+            print(f"{what}: {test or 'NOT NOTICED'}", flush=True)
+            survivors += [] if test else [what]
             shutil.copy(str(package / file), str(there / file))
-    print(f"{len(todo)} mutants, {len(todo) - len(survivors)} noticed")
-    for file, line, old, new in survivors:
-        print(f"not noticed: {file}:{line}: {old}  ->  {new}")
+    print(f"{len(todo)} mutants, {len(todo) - len(survivors)} noticed", *survivors, sep="\nnot noticed: ")
     return 1 if survivors else 0
 
 

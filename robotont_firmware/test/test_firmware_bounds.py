@@ -5,15 +5,21 @@ The modules are compiled with each arithmetic operation wrapped in a check, then
 
 import ast
 import copy
+import importlib
+import itertools
 import json
 import random
 import sys
 import types
+from unittest import mock
 
 import pytest
 from firmware_tools import DUAL, GOLDEN, SRC
 
 from robotont_firmware import config
+
+sys.path.append(str(DUAL))
+from dual_tools import Config, WildBoard
 
 BOUND = 1 << 30
 LINES = [b"0:0:0;\n", b"999.999:-999.999:999.999;\n", b"-999.999:999.999:0.004;\n", b"3:-3:0.003907;\n"]
@@ -22,19 +28,14 @@ MODULES = ("protocol", "receiver", "setpoints", "fault_watch", "status", "wheel_
 
 
 class Watch:
-    """Checks each value and remembers the largest, by module and line."""
-
-    def __init__(self):
-        self.largest = 0
-        self.where = None
+    largest = 0
 
     def __call__(self, value, where):
         if isinstance(value, (str, bytes, list, bool)):  # text for the banner, made before the loop
             return value
         assert isinstance(value, int), f"{value!r} at {where}"
         assert abs(value) < BOUND, f"{value} at {where}"
-        if abs(value) > self.largest:
-            self.largest, self.where = abs(value), where
+        self.largest = max(abs(value), self.largest)
         return value
 
 
@@ -64,48 +65,32 @@ class Wrap(ast.NodeTransformer):
         return ast.copy_location(ast.Assign(targets=[node.target], value=self._wrap(value)), node)
 
 
-def instrument(source, name, watch, package):
-    tree = ast.fix_missing_locations(Wrap(name).visit(ast.parse(source)))
-    module = types.ModuleType(package + "." + name)
-    module._watch = watch
-    sys.modules[package + "." + name] = module
-    exec(compile(tree, name + ".py", "exec"), module.__dict__)
-    return module
-
-
 @pytest.fixture
-def watched(monkeypatch):
-    """Return (watch, modules): the pure modules, instrumented, in place of the plain ones."""
-    monkeypatch.syspath_prepend(str(SRC))
-    monkeypatch.syspath_prepend(str(DUAL))
-    for name in [name for name in sys.modules if name.split(".")[0] == "robotont_firmware"]:
-        monkeypatch.delitem(sys.modules, name)
-    import robotont_firmware
-
-    watch = Watch()
-    modules = types.SimpleNamespace()
-    for name in MODULES:
-        source = (SRC / "robotont_firmware" / (name + ".py")).read_text()
-        setattr(modules, name, instrument(source, name, watch, "robotont_firmware"))
-    modules.config = __import__("robotont_firmware.config").config
-    modules.bounds = __import__("robotont_firmware.gain_bounds").gain_bounds
-    yield watch, modules
-    for name in [name for name in sys.modules if name.split(".")[0] == "robotont_firmware"]:
-        del sys.modules[name]
-    del robotont_firmware
+def watched():
+    """(watch, modules): the pure modules, instrumented, in place of the plain ones."""
+    watch, modules = Watch(), types.SimpleNamespace()
+    with mock.patch.dict(sys.modules):
+        for name in [name for name in sys.modules if name.split(".")[0] == "robotont_firmware"]:
+            del sys.modules[name]
+        for name in MODULES:
+            source = (SRC / "robotont_firmware" / (name + ".py")).read_text()
+            tree = ast.fix_missing_locations(Wrap(name).visit(ast.parse(source)))
+            module = sys.modules["robotont_firmware." + name] = types.ModuleType("robotont_firmware." + name)
+            module._watch = watch
+            exec(compile(tree, name + ".py", "exec"), module.__dict__)
+            setattr(modules, name, module)
+        modules.bounds = importlib.import_module("robotont_firmware.gain_bounds")
+        yield watch, modules
 
 
 def test_packets_stay_in_bounds(watched):
     watch, modules = watched
     golden = json.loads(GOLDEN.read_text())
-    lines = [vector[kind] for vector in golden["commands"] for kind in ("plain", "checked")] + golden[
-        "bad_commands"
-    ]
+    lines = [vector[kind] for vector in golden["commands"] for kind in ("plain", "checked")]
+    lines += golden["bad_commands"]
     lines += ["999.999999999:-999.9999999999:%s;\n" % ("9" * 100), "0.999999:-0.999999:999.999999;\n"]
-    for line in lines:
-        for wheels in (3, 4, 5):
-            data = line.encode()
-            modules.receiver.Receiver(wheels).feed(data, len(data))
+    for line, wheels in itertools.product(lines, (3, 4, 5)):
+        modules.receiver.Receiver(wheels).feed(line.encode(), len(line))
     receiver = modules.receiver.Receiver(3)
     receiver.dropped = BOUND // 2 - 2  # just before it starts again from 0
     for _ in range(3):
@@ -125,10 +110,7 @@ class Drive:
     """Drives of 220 periods on a WildBoard with the instrumented modules."""
 
     def __init__(self, modules):
-        from dual_tools import Config, WildBoard
-
-        self.modules, self.board = modules, WildBoard
-        self.numbers = Config()
+        self.modules, self.numbers = modules, Config()
 
     def accepts(self, name, value):
         """Whether the configuration is accepted with that value, which it then has."""
@@ -147,7 +129,7 @@ class Drive:
             self.accepts(name, getattr(self.numbers, name) + sign * (1 << power))
 
     def run(self):
-        controller = self.modules.main_loop.Controller(self.board(LINES), self.numbers, reset_cause="test")
+        controller = self.modules.main_loop.Controller(WildBoard(LINES), self.numbers, reset_cause="test")
         controller.start()
         assert controller.run() is False
 

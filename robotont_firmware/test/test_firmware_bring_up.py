@@ -1,7 +1,6 @@
 """./robotont wheels --bring-up with the firmware itself on simulated motors."""
 
 import builtins
-import contextlib
 
 import pytest
 from lifted_robot import RobotAtAPort, SimMotor
@@ -10,30 +9,24 @@ from robotont_driver.tools import turned_wheels
 from robotont_driver.tools.bring_up import judge
 
 
-def bring_up(monkeypatch, capsys, motors):
-    monkeypatch.setattr(builtins, "input", lambda words: print(words))
-    with contextlib.closing(RobotAtAPort(*motors)) as robot:
-        status = turned_wheels.main([robot.port, "--robot", "thesis", "--bring-up"])
-    shown = capsys.readouterr()
-    return status, [line for line in shown.out.splitlines() if line.startswith("motor ")], shown
-
-
-def test_each_motor_is_judged(monkeypatch, capsys):
+@pytest.mark.parametrize("wrong, status, found", [
+    (False, 0, ["motor 0 is right", "motor 1 is right", "motor 2 is right"]),
+    (True, 1, ["motor 0 is right", "motor 1 runs backward: swap DIRECTIONS[1]",
+               "motor 2 does not turn, or its encoder counts nothing"]),
+])
+def test_each_motor_is_judged(monkeypatch, capsys, tmp_path, wrong, status, found):
     motors = [SimMotor() for _ in range(3)]
-    motors[1].drive = lambda effort, drive=motors[1].drive: drive(-effort)
-    motors[2].powered = False
-    status, lines, shown = bring_up(monkeypatch, capsys, motors)
+    if wrong:
+        motors[1].drive = lambda effort, drive=motors[1].drive: drive(-effort)
+        motors[2].powered = False
+    monkeypatch.setattr(builtins, "input", print)
+    with RobotAtAPort(tmp_path / "port", *motors) as robot:
+        assert turned_wheels.main([robot.link, "--robot", "thesis", "--bring-up"]) == status
+    shown = capsys.readouterr()
     assert "Lift the robot" in shown.out
-    assert [line.split(":")[0].split(" (")[0] for line in lines] == [
-        "motor 0 is right", "motor 1 runs backward", "motor 2 does not turn, or its encoder counts nothing"], shown
-    assert "motor 1 runs backward: swap DIRECTIONS[1]" in lines[1]
-    assert status == 1
-
-
-def test_a_robot_that_is_right(monkeypatch, capsys):
-    status, lines, shown = bring_up(monkeypatch, capsys, ())
-    assert [line.split(" (")[0] for line in lines] == [f"motor {motor} is right" for motor in range(3)], shown
-    assert status == 0
+    lines = [line for line in shown.out.splitlines() if line.startswith("motor ")]
+    assert len(lines) == 3, shown
+    assert all(line.startswith(words) for line, words in zip(lines, found)), shown
 
 
 @pytest.mark.parametrize(("forward", "backward", "words"), [
@@ -49,12 +42,3 @@ def test_a_robot_that_is_right(monkeypatch, capsys):
 def test_what_the_counts_mean(forward, backward, words):
     assert words in judge(1, forward, backward)
     assert bool(judge(1, forward, backward)) == bool(words)
-
-
-def test_without_a_terminal_or_our_firmware_nothing_is_driven(monkeypatch, capsys):
-    def closed(_):
-        raise EOFError
-
-    monkeypatch.setattr(builtins, "input", closed)
-    assert turned_wheels.main(["/dev/null", "--robot", "thesis", "--bring-up"]) == 1
-    assert "nothing was driven" in capsys.readouterr().err

@@ -34,13 +34,13 @@ def board(tmp_path, monkeypatch):
     return board
 
 
-def run(monkeypatch, *arguments):
-    monkeypatch.setattr(sys, "argv", ["flash", *arguments])
-    return program.main()
-
-
-def flash_ours(monkeypatch):
-    return run(monkeypatch, "--profile", "ours", "--yes")
+@pytest.fixture
+def flash(board, monkeypatch, capsys):
+    """A function: (exit status, what it prints, what it prints on standard error) of flash with some arguments."""
+    def run(arguments):
+        monkeypatch.setattr(sys, "argv", ["flash", *arguments.split()])
+        return (program.main(), *capsys.readouterr())
+    return run
 
 
 @pytest.mark.parametrize(("lines", "kind", "words"), [
@@ -59,55 +59,47 @@ def test_what_a_board_sends_tells_its_firmware(lines, kind, words):
     assert words in firmware
 
 
-@pytest.mark.parametrize(("sent", "words"), [
-    (b"ODOM:0:0:0:0:0:0\r\n", "needs no flashing"), (b"Hello, world\r\n", "no firmware known here")])  # fmt: skip
-def test_other_firmware_is_refused_and_nothing_written(board, monkeypatch, capsys, sent, words):
-    board.waiting = sent
-    assert flash_ours(monkeypatch) == 1
-    message = capsys.readouterr().err
-    assert words in message
-    assert message.endswith(UNTOUCHED)
-    assert board.received == b""
-    assert not board.steps
+def usb(vid, pid):
+    return [types.SimpleNamespace(device=Board.port, vid=vid, pid=pid, description="")]
 
 
-def test_other_boards_are_recognised_by_their_usb_number(board, monkeypatch, capsys):
-    for vid, pid, words in ((0x0483, 0x5740, "generation 3"), (0x2E8A, 0x0005, "no ST-Link")):  # and a Pico
-        entry = types.SimpleNamespace(device=board.port, vid=vid, pid=pid, description="")
-        monkeypatch.setattr(board_check.list_ports, "comports", lambda entry=entry: [entry])
-        assert flash_ours(monkeypatch) == 1
-        assert words in capsys.readouterr().err
-        assert board.received == b""
-
-
+@pytest.mark.parametrize(("sent", "ports", "arguments", "wrong", "words"), [
+    (b"ODOM:0:0:0:0:0:0\r\n", [], "--profile ours", {}, ["needs no flashing"]),
+    (b"Hello, world\r\n", [], "--profile ours", {}, ["no firmware known here"]),
+    (b"", usb(0x0483, 0x5740), "--profile ours", {}, ["generation 3"]),
+    (b"", usb(0x2E8A, 0x0005), "--profile ours", {}, ["no ST-Link"]),  # a Pico
+    (b"", [], "", {}, ["--profile", "FOUR ENCODER WIRES MOVED"]),  # it reports no profile
+    (b"", [], "--profile theirs", {}, ["--profile", "FOUR ENCODER WIRES MOVED"]),
+    (OWN, [], "--profile ours", {}, ["Wiring profile ours", "PB6, PB7", "the board has the profile robotont21 now",
+                                     "--yes"]),
+    (b"", [], "--yes --profile ours", {"MAX_SPEDE": 90}, ["profile ours: MAX_SPEDE is missing, or not known"]),
+    (b"", [], "--yes --profile ours", {"without": "FAULTS"}, ["profile ours: FAULTS is missing, or not known"]),
+    (b"", [], "--yes --profile ours", {"TICK_TIMER": 4},
+     ["profile ours: config.TICK_TIMER: found 4, allowed: a timer of its own"])])  # fmt: skip
 @pytest.mark.parametrize("answer", ["", "robotont21\n"])  # without a terminal, and a wrong one
-def test_nothing_is_written_without_the_right_answer(board, monkeypatch, capsys, answer):
-    board.waiting, board.profile = OWN, "robotont21"
+def test_what_must_not_be_flashed_is_refused_and_nothing_written(board, flash, monkeypatch, sent, ports, arguments,
+                                                                 wrong, words, answer):
+    board.waiting, board.profile = sent, "robotont21" if sent == OWN else ""
+    known = program.profiles(program.folders()[0])
+    known["ours"].update(wrong)
+    known["ours"].pop(known["ours"].pop("without", ""), None)
+    monkeypatch.setattr(program, "profiles", lambda package: known)
+    monkeypatch.setattr(board_check.list_ports, "comports", lambda: ports)
     monkeypatch.setattr("sys.stdin", io.StringIO(answer))
-    assert run(monkeypatch, "--profile", "ours") == 1
-    shown = capsys.readouterr()
-    assert "Wiring profile ours" in shown.out
-    assert "PB6, PB7" in shown.out
-    assert "the board has the profile robotont21 now" in shown.out
-    assert "--yes" in shown.err
-    assert shown.err.endswith(UNTOUCHED)
+    status, shown, message = flash(arguments)
+    assert status == 1
+    assert all(word in shown + message for word in words)
+    assert message.endswith(UNTOUCHED)
     assert not board.steps
+    assert board.received == (board_check.ASK if sent == OWN else b"")
 
 
-def test_a_board_that_does_not_report_its_profile_needs_one(board, monkeypatch, capsys):
-    for arguments in ((), ("--profile", "theirs")):
-        assert run(monkeypatch, "--yes", *arguments) == 1
-        message = capsys.readouterr().err
-        assert "--profile" in message
-        assert "FOUR ENCODER WIRES MOVED" in message
-    assert not board.steps
-
-
-def test_our_own_firmware_keeps_its_profile_and_boot_gets_its_pins(board, monkeypatch, capsys):
+def test_our_own_firmware_keeps_its_profile_and_boot_gets_its_pins(board, flash):
     board.waiting = OWN
     board.profile = board.new_profile = "robotont21"
-    assert run(monkeypatch, "--yes") == 0
-    assert f"The board has firmware 2.0.0; it gets {VERSION} now." in capsys.readouterr().out
+    status, shown, _ = flash("--yes")
+    assert status == 0
+    assert f"The board has firmware 2.0.0; it gets {VERSION} now." in shown
     names = runpy.run_path(str(board.files / "robotont_firmware" / "pin_profile.mpy"))
     assert names["PROFILE"] == "robotont21"
     pins = {pwm[0] for pwm in names["PWM"]} | {pin for pair in names["DIRECTIONS"] for pin in pair}
@@ -124,10 +116,10 @@ def new_files(folder):
             for path in copying.stage(package, root, program.profiles(package)["ours"], folder)}  # fmt: skip
 
 
-def test_flashes_everything_and_tests_the_board(board, monkeypatch, capsys, tmp_path):
+def test_flashes_everything_and_tests_the_board(board, flash, monkeypatch, tmp_path):
     monkeypatch.setattr(copying, "compile_file", board.compile_file)
-    assert flash_ours(monkeypatch) == 0
-    shown = capsys.readouterr().out
+    status, shown, _ = flash("--profile ours --yes")
+    assert status == 0
     assert "Self-test passed: 50 packets, no tick missed, load 49 % of a period" in shown
     assert f"# robotont_firmware {VERSION} wheels 3 reset button" in shown
     assert "The board has firmware" not in shown, "it did not say which"
@@ -138,17 +130,29 @@ def test_flashes_everything_and_tests_the_board(board, monkeypatch, capsys, tmp_
     assert board.steps == ["exec", "exec", "fs", "exec", "reset"]
 
 
-@pytest.mark.parametrize(("change", "words"), [
-    ({"load": 90}, "load 90 %"), ({"missed": True}, "1 were lost"), ({"totals": ""}, "0 packets came"),
-    ({"ticks": 1}, "50 ticks missed"), ({"spoilt": 1}, "60 spoilt"),
-    ({"new_version": "1.0.0"}, "should have firmware"), ({"new_profile": "vnh"}, "should have firmware"),
-    ({"packets": lambda: b"x\n"}, "0 packets came"), ({"banner": "x"}, "does not introduce itself")])  # fmt: skip
-def test_a_board_that_fails_its_test_is_reported(board, monkeypatch, capsys, change, words):
+@pytest.mark.parametrize(("change", "words", "last", "kept"), [
+    ({"fails": 0}, "pulled", program.STOPPED, True), ({"fails": 1}, "pulled", program.STOPPED, True),
+    ({"fails": 2}, "pulled", program.STOPPED, True), ({"fails": 3}, "pulled", program.EXCHANGING, True),
+    ({"fails": 4}, "pulled", program.NEW, False),
+    ({"load": 90}, "load 90 %", program.NEW, False), ({"missed": True}, "1 were lost", program.NEW, False),
+    ({"totals": ""}, "0 packets came", program.NEW, False), ({"ticks": 1}, "50 ticks missed", program.NEW, False),
+    ({"spoilt": 1}, "60 spoilt", program.NEW, False), ({"banner": "x"}, "does not introduce", program.NEW, False),
+    ({"new_version": "1.0.0"}, "should have firmware", program.NEW, False),
+    ({"new_profile": "vnh"}, "should have firmware", program.NEW, False),
+    ({"packets": lambda: b"x\n"}, "0 packets came", program.NEW, False),
+    *(({"machine": machine}, machine.split(" (")[0], program.STOPPED, True) for machine in (
+        "Raspberry Pi Pico with RP2040 (1, 24, 0, '') 4870", "NUCLEO-F446RE with STM32F446xx (1, 24, 0, '') 7942",
+        "NUCLEO-L476RG with STM32L476RG (1, 19, 1) 7942", "NUCLEO-L476RG with STM32L476RG (1, 40, 0, '') 7943",
+        "what is that"))])  # fmt: skip
+def test_what_fails_ends_with_words_about_what_the_board_has(board, flash, change, words, last, kept):
     vars(board).update(change)
-    assert flash_ours(monkeypatch) == 1
-    message = capsys.readouterr().err
+    status, _, message = flash("--profile ours --yes")
+    assert status == 1
     assert words in message
-    assert message.endswith("The new firmware is on the board, whole.\n")
+    assert message.endswith(last + "\n")
+    there = {name: data for name, data in board.content().items() if not name.startswith("robotont_new/")}
+    assert (there == board.old) == kept
+    assert (board.steps[-1] == "reset") == (board.fails in (None, 4)), "else the program that may have run stands still"
 
 
 CUT = """
@@ -205,38 +209,13 @@ def test_wherever_it_is_cut_the_board_has_the_old_firmware_or_the_new_one_or_non
     assert whole
 
 
-@pytest.mark.parametrize(("step", "words", "kept"), [
-    (0, "The board has the files that it had", True), (1, "The board has the files that it had", True),
-    (2, "The board has the files that it had", True), (3, "The board has the old firmware, or the new one", True),
-    (4, "The new firmware is on the board", False)])  # fmt: skip
-def test_a_step_that_fails_ends_with_words_about_what_the_board_has(board, monkeypatch, capsys, step, words, kept):
-    board.fails = step
-    assert flash_ours(monkeypatch) == 1
-    assert words in capsys.readouterr().err.splitlines()[-1]
-    there = {name: data for name, data in board.content().items() if not name.startswith("robotont_new/")}
-    assert (there == board.old) == kept
-
-
-@pytest.mark.parametrize("machine", [
-    "Raspberry Pi Pico with RP2040 (1, 24, 0, '') 4870", "NUCLEO-F446RE with STM32F446xx (1, 24, 0, '') 7942",
-    "NUCLEO-L476RG with STM32L476RG (1, 19, 1) 7942", "NUCLEO-L476RG with STM32L476RG (1, 40, 0, '') 7943",
-    "what is that"])  # fmt: skip
-def test_another_board_is_refused_and_stays_as_it_is(board, monkeypatch, capsys, machine):
-    board.machine = machine
-    assert flash_ours(monkeypatch) == 1
-    message = capsys.readouterr().err
-    assert "The board has the files that it had" in message
-    assert machine.split(" (")[0] in message
-    assert board.content() == board.old
-    assert board.steps[-1] == "reset", "the program that may have run on it starts again"
-
-
-def test_the_owners_files_stay(board, monkeypatch, capsys):
+def test_the_owners_files_stay(board, flash):
     for name in ("boot.py", "main.py"):
         (board.files / name).write_text("print('mine')")
         (board.files / (name + ".kept")).write_text("print('mine, too')")
-    assert flash_ours(monkeypatch) == 0
-    assert "The board's own main.py stays, as main.py.kept.kept" in capsys.readouterr().out
+    status, shown, _ = flash("--profile ours --yes")
+    assert status == 0
+    assert "The board's own main.py stays, as main.py.kept.kept" in shown
     kept = {path.name: path.read_text() for path in board.files.glob("*.kept")}
     assert kept == {"boot.py.kept": "print('mine, too')", "boot.py.kept.kept": "print('mine')",
                     "main.py.kept": "print('mine, too')", "main.py.kept.kept": "print('mine')"}  # fmt: skip
@@ -297,24 +276,6 @@ def test_reports_what_does_not_compile(tmp_path):
     bad.write_text("def (")
     with pytest.raises(FlashError, match=r"bad\.py does not compile"):
         copying.compile_file(bad, tmp_path / "bad.mpy")
-
-
-@pytest.mark.parametrize(("line", "message"), [
-    ("MAX_SPEDE = 90", "MAX_SPEDE is missing, or not known"),
-    ("del FAULTS", "FAULTS is missing, or not known"),
-    ("TICK_TIMER = 4", "config.TICK_TIMER: found 4, allowed: a timer of its own"),
-])  # fmt: skip
-def test_a_profile_that_cannot_work_is_refused_and_nothing_written(board, tmp_path, monkeypatch, capsys, line, message):
-    package, root = program.folders()
-    copied = shutil.copytree(package, tmp_path / "package")
-    text = (package / "pin_profile.py").read_text().replace('"ours"', '"wrong"')
-    (copied / "pin_profile_wrong.py").write_text(f"{text}\n{line}\n")
-    monkeypatch.setattr(program, "folders", lambda: (copied, root))
-    assert run(monkeypatch, "--profile", "wrong", "--yes") == 1
-    error = capsys.readouterr().err
-    assert f"profile wrong: {message}" in error
-    assert error.endswith(UNTOUCHED)
-    assert not board.steps
 
 
 def test_a_file_that_is_not_whole_exchanges_nothing(board, tmp_path):

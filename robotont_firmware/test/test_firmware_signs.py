@@ -1,15 +1,20 @@
-"""The signs of profile robotont21 follow from the official firmware's; docs/firmware.md has the derivation in words."""
+"""docs/firmware.md against the profiles: the wiring table, the moved wires, and the signs that it derives in words."""
 
+import re
 import runpy
 
 import pytest
 from firmware_tools import ROOT, SRC
 
+from robotont_firmware import config
+
+TEXT = (ROOT / "docs" / "firmware.md").read_text(encoding="utf-8")
 A_LEADS_B = [(0, 0), (1, 0), (1, 1), (0, 1), (0, 0)]  # levels of A and B, one turn of the quadrature
 OFFICIAL_FACTOR = -1  # sign by which the official firmware makes its decoder's count a speed
 # Official pins (shield 1.3): DIR1, DIR2, encoder A, encoder B. A positive effort lifts DIR2 and lowers DIR1.
 OFFICIAL = (("PC8", "PC9", "PC5", "PA12"), ("PB15", "PB1", "PB4", "PB13"), ("PB12", "PA7", "PC7", "PA9"))
-MOVED = {"PC5": "PA0", "PA12": "PA1", "PB13": "PB5", "PC7": "PA8"}
+MOVES = re.findall(r"^\| M(\d) \(\d+°\) \| ([AB]) \| (\w+) \| (\w+) \|$", TEXT, re.MULTILINE)
+MOVED = {old: new for _, _, old, new in MOVES}
 CHANNELS = {"PA0": 1, "PA1": 2, "PB4": 1, "PB5": 2, "PA8": 1, "PA9": 2}  # of the timers' encoder inputs
 
 
@@ -27,6 +32,32 @@ def timer_count(levels):
         else:
             total += 1 if now[1] == now[0] else -1  # channel 2 rises while 1 is high, or falls while 1 is low: up
     return total
+
+
+def test_wiring_table():
+    rows = [[cell.strip() for cell in line.strip("|").split("|")]
+            for line in re.findall(r"^\| [0-9] \|.*", TEXT, re.MULTILINE)]
+    expected = set()
+    for motor in range(config.WHEELS):
+        pin_a, pin_b, timer, function = config.ENCODERS[motor]
+        pwm, pwm_timer, channel, pwm_function = config.PWM[motor]
+        forward, backward = config.DIRECTIONS[motor]
+        expected |= {
+            (str(motor), "encoder A", pin_a, f"TIM{timer} channel 1", f"AF{function}"),
+            (str(motor), "encoder B", pin_b, f"TIM{timer} channel 2", f"AF{function}"),
+            (str(motor), "PWM", pwm, f"TIM{pwm_timer} channel {channel}", f"AF{pwm_function}"),
+            (str(motor), "forward", forward, "", ""),
+            (str(motor), "backward", backward, "", ""),
+            (str(motor), "fault", config.FAULTS[motor], "", ""),
+        }
+    assert {(row[0], row[1], row[2], row[4], row[5]) for row in rows} == expected
+    pins = [row[2] for row in rows]
+    assert len(set(pins)) == len(pins), "a pin is used twice"
+
+
+def test_moved_wires():
+    assert len(MOVES) == 4
+    assert [OFFICIAL[int(motor)][2 + "AB".index(channel)] for motor, channel, *_ in MOVES] == list(MOVED)
 
 
 @pytest.mark.parametrize("motor", range(3))

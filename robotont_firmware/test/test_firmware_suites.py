@@ -2,11 +2,9 @@
 
 import ast
 import functools
-import subprocess
-import sys
 
 import pytest
-from firmware_tools import DUAL, GOLDEN, SRC, tool
+from firmware_tools import DUAL, run_suite
 
 SUITES = ["suite_protocol", "suite_pid", "suite_controller", "suite_watch", "suite_faults", "suite_fuzz",
           "suite_board", "suite_profiles", "suite_drives"]  # fmt: skip
@@ -20,15 +18,8 @@ TESTS = [
 
 @functools.lru_cache(maxsize=None)
 def results(interpreter):
-    """Run all suites once; return ({test: "ok" or output}, {test: value})."""
-    program = sys.executable if interpreter == "cpython" else tool("micropython")
-    output = ""
-    for suite in SUITES:  # each in a process of its own: suite_board replaces modules
-        run = subprocess.run(
-            [program, str(DUAL / "run.py"), str(SRC), str(GOLDEN), suite],
-            stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, timeout=120, check=False,
-        )  # fmt: skip
-        output += run.stdout
+    """Run each suite once, in a subprocess; return ({test: "ok" or output}, {test: value})."""
+    output = "".join(run_suite(interpreter, suite).stdout for suite in SUITES)  # suite_board replaces modules
     found, values = {}, {}
     for line in output.splitlines():
         words = line.split(" ", 2)

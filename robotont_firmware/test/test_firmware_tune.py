@@ -130,57 +130,42 @@ def test_growing_steps_keep_any_wheel_within_a_low_bound(motor, most):
     assert most / 2 < robot.fastest <= most
 
 
-def in_mid_step(robot, act):
-    """Call act() once, 8 periods after the beginning of the tenth step."""
-    driven = [0, 0]
+def fault(robot):
+    robot.board.faults[2] = True
+
+
+def key(robot):
+    robot.key = True
+
+
+def silence(robot):
+    robot.silent = True
+
+
+@pytest.mark.parametrize("happen, words, periods", [
+    (fault, "wheel 2: its motor driver reports a fault", 3),
+    (key, "ended by a key", 2),
+    (silence, "the board is silent for 0.3 s", 0.3 * config.RATE + 3),
+])
+def test_what_happens_in_mid_step_ends_it_at_once(happen, words, periods):
+    robot, happened = LiftedRobot(), []
+    driven = [0, 0]  # periods of the newest step, steps
 
     def look():
         driven[0] = driven[0] + 1 if robot.controller._test_left > 0 else 0
         driven[1] += driven[0] == 8
-        if driven == [8, 10]:
-            act()
+        if driven == [8, 10] and not happened:
+            happened.append(robot.ticks)
+            happen(robot)
 
     robot.each_tick = look
-
-
-def test_a_fault_of_any_wheel_ends_it_at_once():
-    robot = LiftedRobot()
-    in_mid_step(robot, lambda: robot.board.faults.__setitem__(2, True))
-    with pytest.raises(BringUpError, match="wheel 2: its motor driver reports a fault"):
-        robot.tune()
+    with pytest.raises(BringUpError, match=words):
+        robot.tune(pressed=lambda: robot.key)
+    assert robot.ticks - happened[0] <= periods
+    assert robot.told.startswith(b"!test 0+0:0;")
+    assert any(robot.efforts) == (happen is not fault)
     robot.read(0)
     assert robot.efforts == [0, 0, 0]
-
-
-def test_a_key_ends_it_at_once():
-    robot, hit = LiftedRobot(), []
-    in_mid_step(robot, lambda: hit.append(True))
-    with pytest.raises(BringUpError, match="ended by a key"):
-        robot.tune(pressed=lambda: bool(hit))
-    before = robot.controller._test_left
-    robot.read(0)
-    assert before > 10
-    assert robot.controller._test_left <= 0
-
-
-def test_a_silent_board_ends_it_and_is_told_to_stop():
-    robot = LiftedRobot()
-    read, robot.read = robot.read, lambda size: robot.hear(size)
-    robot.hear = read
-
-    def silence():
-        def nothing(_):
-            robot.ticks += 1
-            return b""
-        robot.hear = nothing
-
-    in_mid_step(robot, silence)
-    at = []
-    robot.write = lambda data, write=robot.write: (at.append((robot.ticks, data)), write(data))
-    with pytest.raises(BringUpError, match="the board is silent for 0.3 s"):
-        robot.tune()
-    assert at[-1][1].startswith(b"!test 0+0:0;")
-    assert at[-1][0] - at[-2][0] < 8 + 0.3 * config.RATE + 5
 
 
 def test_an_older_firmware_is_refused(monkeypatch):

@@ -1,62 +1,44 @@
 """./robotont wheels --tune as a program: the firmware behind a pseudo-terminal, a person at another one."""
 
 import os
-import select
 import signal
 import subprocess
 import sys
 import termios
-import time
 
 import pytest
 from firmware_tools import ROOT
 from lifted_robot import MOST, RobotAtAPort
 
 from robotont_firmware import config
+from robotont_testing.harness import wait_for
 
 PROGRAM = ROOT / "robotont_driver" / "scripts" / "turned_wheels"
 
 
-class Tuning:
-    """The program on a terminal, and a robot at a port."""
-
-    def __init__(self):
-        self.place = RobotAtAPort()
-        self.robot, self.driven = self.place.robot, self.place.driven
-        self.keyboard, self.terminal = os.openpty()
-        self.before = termios.tcgetattr(self.terminal)
-        self.program = subprocess.Popen(
-            [sys.executable, str(PROGRAM), self.place.port, "--tune", "robot:=thesis"], stdin=self.terminal,
+@pytest.fixture
+def place(tmp_path):
+    """A robot at a port, and the program on a terminal of its own, in the middle of the sixth step."""
+    with RobotAtAPort(tmp_path / "port") as place:
+        place.keyboard, place.terminal = os.openpty()
+        place.before = termios.tcgetattr(place.terminal)
+        place.program = subprocess.Popen(
+            [sys.executable, str(PROGRAM), place.link, "--tune", "robot:=thesis"], stdin=place.terminal,
             stdout=subprocess.PIPE, stderr=subprocess.STDOUT)  # fmt: skip
-
-    def wait(self, done, seconds=30):
-        end = time.monotonic() + seconds
-        while not done():
-            assert time.monotonic() < end, self.driven
-            time.sleep(0.002)
-
-    def begin(self):
-        """Press Enter and wait for the middle of the sixth step."""
-        said = b""
-        while b"Press Enter" not in said:
-            assert select.select([self.program.stdout], [], [], 30)[0]
-            data = os.read(self.program.stdout.fileno(), 4096)
-            assert data, said
-            said += data
-        os.write(self.keyboard, b"\n")
-        self.wait(lambda: len(self.driven) >= 6 and self.driven[-1] in range(4, 12))
-
-    def __enter__(self):
-        return self
-
-    def __exit__(self, *_):
-        if self.program.poll() is None:
-            self.program.kill()
-        self.program.wait()
-        self.program.stdout.close()
-        self.place.close()
-        os.close(self.keyboard)
-        os.close(self.terminal)
+        try:
+            said = b""
+            while b"Press Enter" not in said:
+                data = os.read(place.program.stdout.fileno(), 4096)
+                assert data, said
+                said += data
+            os.write(place.keyboard, b"\n")
+            wait_for(lambda: len(place.driven) >= 6 and place.driven[-1] in range(4, 12), "a step", 30, 0.002)
+            yield place
+        finally:
+            place.program.kill()
+            place.program.communicate()
+            os.close(place.keyboard)
+            os.close(place.terminal)
 
 
 @pytest.mark.timed
@@ -68,41 +50,36 @@ class Tuning:
     ("cable", 1, "is the board still plugged in?"),
     (signal.SIGKILL, -9, ""),
 ])
-def test_whatever_ends_it_in_mid_step_ends_the_step(cause, status, words):
+def test_whatever_ends_it_in_mid_step_ends_the_step(place, cause, status, words):
     """By the program's order within some periods; without it, or without a line, by the board's clock."""
-    with Tuning() as place:
-        place.begin()
-        if cause == "key":
-            os.write(place.keyboard, b"x")
-        elif cause == "cable":
-            place.place.pull()
-        else:
-            place.program.send_signal(cause)
-        said = place.program.communicate(timeout=20)[0].decode()
-        assert place.program.returncode == status, said
-        assert words in said
-        assert "Traceback" not in said
-        place.wait(lambda: place.robot.controller._test_left <= 0 and not any(place.robot.efforts))
-        steps = len(place.driven)
-        by_its_clock = cause in ("cable", signal.SIGKILL)
-        assert place.driven[-1] == config.TEST_TIME if by_its_clock else place.driven[-1] < config.TEST_TIME
-        ticks = place.robot.ticks
-        place.wait(lambda: place.robot.ticks > ticks + 30)
-        assert len(place.driven) == steps
-        assert place.robot.fastest <= MOST
-        if cause != signal.SIGKILL:
-            assert termios.tcgetattr(place.terminal) == place.before
+    if cause == "key":
+        os.write(place.keyboard, b"x")
+    elif cause == "cable":
+        place.unplug()
+    else:
+        place.program.send_signal(cause)
+    said = place.program.communicate(timeout=20)[0].decode()
+    assert place.program.returncode == status, said
+    assert words in said
+    assert "Traceback" not in said
+    wait_for(lambda: place.robot.controller._test_left <= 0 and not any(place.robot.efforts), "the step's end")
+    steps, ticks = len(place.driven), place.robot.ticks
+    by_its_clock = cause in ("cable", signal.SIGKILL)
+    assert place.driven[-1] == config.TEST_TIME if by_its_clock else place.driven[-1] < config.TEST_TIME
+    wait_for(lambda: place.robot.ticks > ticks + 30, "30 periods")
+    assert len(place.driven) == steps
+    assert place.robot.fastest <= MOST
+    if cause != signal.SIGKILL:
+        assert termios.tcgetattr(place.terminal) == place.before
 
 
-def test_without_a_terminal_nothing_is_driven():
-    done = subprocess.run([sys.executable, str(PROGRAM), "/dev/null", "--tune"], stdin=subprocess.DEVNULL,
-                          capture_output=True, text=True, timeout=60, check=False)
-    assert done.returncode == 1
-    assert "nothing was driven" in done.stderr
-
-
-def test_a_bound_too_low_to_measure_anything_is_refused():
-    done = subprocess.run([sys.executable, str(PROGRAM), "/dev/null", "--tune", "--speed", "0.1"],
+@pytest.mark.parametrize("arguments, status, words", [
+    (["--bring-up"], 1, "nothing was driven"),  # without a terminal
+    (["--tune"], 1, "nothing was driven"),
+    (["--tune", "--speed", "0.1"], 2, "--speed: found 0.1, allowed: 0.31 m/s or more"),
+])
+def test_what_cannot_be_done_is_refused_and_nothing_driven(arguments, status, words):
+    done = subprocess.run([sys.executable, str(PROGRAM), "/dev/null", "--robot", "thesis", *arguments],
                           stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=60, check=False)
-    assert done.returncode == 2
-    assert "--speed: found 0.1, allowed: 0.31 m/s or more" in done.stderr
+    assert done.returncode == status
+    assert words in done.stderr

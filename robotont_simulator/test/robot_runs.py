@@ -9,8 +9,7 @@ from robotont_simulator.simulation import Simulation
 from robotont_simulator.world import read_world
 from robotont_testing.robots import SHIPPED
 
-HERE = Path(__file__).resolve().parent
-ROOT = HERE.parents[1]
+ROOT = Path(__file__).resolve().parents[2]
 
 
 def evenly(amount):

@@ -59,7 +59,9 @@ class SimulatorNodeTest(SimulationTest):
 
     def test_ctrl_c_ends_the_board_at_once_and_then_its_port(self):
         self.stop_simulation()  # its topics have the same names
-        process, log = self.simulator(self.processes.folder / "board", "__name:=ending")
+        port, log = self.processes.folder / "board", self.processes.folder / "simulator.log"
+        process = self.processes.start(places.program("robotont_simulator", "simulator_node"), f"_port:={port}",
+                                       "__name:=ending", log=log)
         periods = self.listen("ground_truth/odom", Odometry)
         wait_for(lambda: periods, "the ground truth", START)
         before = len(periods)

@@ -1,6 +1,5 @@
 """The unchanged driver on the simulator, through simulation.launch."""
 
-import math
 from typing import ClassVar
 
 import numpy as np
@@ -9,7 +8,6 @@ from nav_msgs.msg import Odometry
 from sensor_msgs.msg import LaserScan
 
 from robotont_driver.kinematics.se2 import between, pose_of, wrap
-from robotont_testing import places
 from robotont_testing.harness import Processes, wait_for
 from robotont_testing.node_test import OK, NodeTest, twist
 
@@ -22,20 +20,11 @@ def pose(message):
     return pose_of(message.pose.pose)
 
 
-class Simulation(Processes):
-    """simulation.launch with these arguments."""
-
-    def __init__(self, *arguments):
-        super().__init__()
-        self.arguments = arguments
-        self.log = self.folder / "log"
-        self.launch("simulation.launch", f"port:={self.folder / 'board'}", *arguments, log=self.log)
-
-
 class SimulationTest(NodeTest):
     """Tests with the same arguments share a simulation, one after the other: its start is most of a test's time."""
 
-    _simulation: ClassVar = None
+    _simulation: ClassVar = None  # Processes
+    _arguments: ClassVar = ()
 
     @classmethod
     def stop_simulation(cls):
@@ -47,10 +36,10 @@ class SimulationTest(NodeTest):
 
     def start(self, *arguments):
         """A simulation whose robot stands and has no fault."""
-        if not self._simulation or self._simulation.arguments != arguments:
+        if not self._simulation or self._arguments != arguments:
             self.stop_simulation()
-            type(self)._simulation = Simulation(*arguments)
-        self.log = self._simulation.log
+            type(self)._simulation, type(self)._arguments = Processes(), arguments
+            self._simulation.launch("simulation.launch", f"port:={self._simulation.folder / 'board'}", *arguments)
         self.odom = self.listen("odom", Odometry)
         self.truth = self.listen("ground_truth/odom", Odometry)
         self.scan = self.listen("scan", LaserScan)
@@ -60,13 +49,8 @@ class SimulationTest(NodeTest):
         self.drive((0.0, 0.0, 0.0), lambda: self.says(OK, "no fault"), "a good start")
         self.wait_for_status(LINK, OK)
 
-    def drive(self, speeds, until, what, timeout=20.0):
-        try:
-            wait_for(lambda: self.command.publish(twist(*speeds)) or until(), what, period=0.02, timeout=timeout)
-        except AssertionError as error:
-            seen = "".join(f"\n{name}: {status.level} {status.message}" for name, status in self.status.items())
-            raise AssertionError(f"{error}; odometry {pose(self.odom[-1])}, truth {pose(self.truth[-1])}, wheels turn "
-                                 f"{self.odom[-1].twist.twist.linear.x:.2f} m/s{seen}") from None
+    def drive(self, speeds, until, what):
+        wait_for(lambda: self.command.publish(twist(*speeds)) or until(), what, period=0.02)
 
     def rest(self):
         self.drive((0.0, 0.0, 0.0), lambda: max(map(abs, (
@@ -77,9 +61,6 @@ class SimulationTest(NodeTest):
         """Newest poses by the odometry and in truth."""
         return pose(self.odom[-1]), pose(self.truth[-1])
 
-    def moved(self, start):
-        return math.dist(pose(self.truth[-1])[:2], start[:2])
-
     def error_since(self, start):
         """What the odometry's displacement (x [m], y [m], yaw [rad]) since `start` differs from the true one."""
         odom, truth = (between(before, after) for before, after in zip(start, self.poses()))
@@ -89,9 +70,3 @@ class SimulationTest(NodeTest):
     def says(self, level, words):
         status = self.status.get(BOARD)
         return status is not None and status.level == level and words in status.message
-
-    def simulator(self, port, *arguments):
-        """A simulator_node without the driver; its process and log."""
-        log = self.processes.folder / "simulator.log"
-        return self.processes.start(places.program("robotont_simulator", "simulator_node"), f"_port:={port}",
-                                    *arguments, log=log), log

@@ -1,4 +1,4 @@
-"""What breaks on the simulated robot: the firmware stops it within 0.6 s, nothing runs away, no stall heats a motor."""
+"""What breaks on the simulated robot: the firmware stops it within 0.6 s, and nothing runs away."""
 
 import math
 import random
@@ -9,7 +9,7 @@ from robot_runs import run_in
 
 from robotont_driver.command.command_stream import CommandStream
 from robotont_driver.command.limits import Limits
-from robotont_driver.protocol.board_status import DRIVER_FAULT, NO_COUNTS, OVERLOAD, WRONG_WAY
+from robotont_driver.protocol.board_status import DRIVER_FAULT, NO_COUNTS, WRONG_WAY
 from robotont_driver.robots.robot_folder import read_robot
 from robotont_firmware import config
 from robotont_simulator.lockstep import LockstepRun
@@ -18,7 +18,6 @@ from robotont_simulator.world import World
 
 UNIT = 2 * math.pi / 1200 * 50  # [rad/s] of a wheel
 CREEP = config.MAX_LOAD / 19.2 + 1  # [units] of a wheel that gets MAX_LOAD and counts nothing
-CONTINUOUS = 1.25  # [A] that the motor stands for ever: a quarter of its stall current
 
 
 def along(run, wheel, units):
@@ -28,27 +27,19 @@ def along(run, wheel, units):
     return speed * math.cos(direction), speed * math.sin(direction), 0.0
 
 
-def drive_on(run, wheel, twist, seconds):
-    """([s] until the wheel is off for a fault or None, its speed [units] and current [A], per period)."""
-    off, speeds, currents = None, [], []
-    for period in range(round(seconds * 50)):
-        run.drive([twist])
-        speeds.append(abs(run.simulation.wheel_speeds()[wheel]) / UNIT)
-        currents.append(abs(run.simulation.currents()[wheel]))
-        if off is None and run.status.wheels[wheel] in (NO_COUNTS, WRONG_WAY):
-            off = (period + 1) / 50
-    return off, speeds, currents
-
-
 def break_encoder(run, wheel, state, twist, within, whole):
     """Drive on with a broken encoder: the wheel is off `within` [s], then all; its fastest speed in `whole` [units]."""
     run.simulation.set_encoder(wheel, state)
-    off, speeds, _ = drive_on(run, wheel, twist, within + 0.4)
-    print(f"off after {off} s, the wheel at most at {max(speeds) / whole:.2f} of {whole:.0f} units")
+    off, fastest = None, 0.0
+    for period in range(round((within + 0.4) * 50)):
+        run.drive([twist])
+        fastest = max(fastest, abs(run.simulation.wheel_speeds()[wheel]) / UNIT)
+        if off is None and run.status.wheels[wheel] in (NO_COUNTS, WRONG_WAY):
+            off = (period + 1) / 50
     assert off is not None
     assert off <= within
     assert not run.simulation.driven(), "the others have braked"
-    return max(speeds) / whole
+    return fastest / whole
 
 
 @pytest.mark.parametrize("wheel, units", [(0, 5), (1, -50), (2, 150)])  # the firmware's suite_faults has them all
@@ -63,19 +54,6 @@ def test_an_encoder_that_breaks(state, fault, wheel, units):
         within = 0.6 if driving and abs(units) < 150 else 0.6 + abs(units) / 500
         assert break_encoder(run, wheel, state, twist, within, abs(units)) <= max(1.3, CREEP / abs(units))
         assert run.status.wheels == tuple(fault if other == wheel else 0 for other in range(3))
-
-
-@pytest.mark.parametrize("units", [20, 150])
-def test_a_wheel_that_is_jammed_does_not_heat_its_motor(units):
-    run = run_in()
-    twist = along(run, 1, units)
-    run.hold(twist, 1.0)
-    run.simulation.set_jam(1, True)
-    _, _, currents = drive_on(run, 1, twist, 6.0)
-    mean = float(np.mean(currents[100:]))
-    print(f"mean current after 2 s: {mean:.2f} A")
-    assert mean < CONTINUOUS
-    assert run.status.wheels[1] in (NO_COUNTS, OVERLOAD)
 
 
 @pytest.mark.parametrize("mass", [2.0, 3.0, 5.0])  # [kg] of the body
@@ -97,16 +75,6 @@ def test_driving_behind_the_drivers_limits_is_no_fault(mass, seconds):
             stream.command((*twist[:2], 0.0), (0.0, 0.0, twist[2]), simulation.time)
             run.drive([stream.twist(simulation.time)])
             assert not {DRIVER_FAULT, NO_COUNTS, WRONG_WAY} & set(run.status.wheels), (simulation.time, twist)
-
-
-@pytest.mark.parametrize("wheels, twist", [
-    (3, (-0.49, 0.16, 1.92)), (3, (0.44, 0.5, 1.09)), (4, (0.47, 0.36, -1.52)), (5, (-0.12, 0.38, -0.95))])
-def test_a_slow_wheel_beside_fast_ones_is_no_fault(wheels, twist):
-    """In curves from rest one wheel may hardly have to turn, while the fast ones load it sideways and drag it."""
-    run = run_in(wheels=wheels)
-    run.hold(twist, 2.0)
-    assert run.simulation.driven()
-    assert not any(run.status.wheels)
 
 
 @pytest.mark.parametrize("state", [UNPLUGGED, REVERSED])

@@ -7,6 +7,9 @@ from robot_runs import ROOT
 
 from robotont_description.geometry import robot_radius
 from robotont_driver.kinematics.wheel_params import read_wheels
+from robotont_driver.robots.robot_folder import read_robot
+from robotont_firmware import config
+from robotont_simulator.simulated_board import THESIS_INERTIA, THESIS_MASS, configuration
 from robotont_simulator.simulation import Simulation
 from robotont_simulator.world import World
 from robotont_testing.robots import ROBOTS, robot_folder
@@ -37,3 +40,9 @@ def test_the_motors_have_the_gearbox_of_the_wheel_file(gear):
         simulation.step()
     turns = (simulation.wheel_angles() - before) * wheels.pid_frequency / (2 * math.pi)
     assert turns == pytest.approx([156.25 / gear] * 3, rel=0.03)
+
+
+def test_the_thesis_robot_has_those_of_the_firmware():
+    numbers = configuration(read_robot("thesis").wheels, THESIS_MASS, THESIS_INERTIA)
+    for name in ("LEAD", "TURN_LEAD", "MAX_LOAD", "BLOCKED_INTEGRAL", "ARC"):
+        assert getattr(numbers, name) == pytest.approx(getattr(config, name), rel=0.002), name

@@ -52,19 +52,15 @@ def test_the_rate_is_rounded_down_to_what_fits_the_steps(rate, found):
 
 def test_errors_are_as_large_as_the_data_sheet_says():
     rate = 250.0
-    biases, scales, averages, walks = [], [], [], []
-    for seed in range(40):
-        errors = ImuErrors(rate, np.random.default_rng(seed))
-        scales.append(errors.gyro_scale - 1)
-        biases.append(errors.gyro_bias)
-        first = errors.gyro_bias
-        readings = np.array([errors.measure(np.zeros(3), np.zeros(3))[0] for _ in range(round(rate))])
-        averages.append(readings.mean(axis=0) - first)  # over 1 s
-        if seed < 10:
-            for _ in range(round(rate * 20)):
-                errors.measure(np.zeros(3), np.zeros(3))
-            walks.append(errors.gyro_bias - first)
-    assert np.std(biases) == pytest.approx(imu.GYRO_BIAS, rel=0.3)
-    assert np.std(scales) == pytest.approx(imu.GYRO_SCALE, rel=0.5)
-    assert np.std(averages) == pytest.approx(imu.GYRO_NOISE, rel=0.3)
+    devices = [ImuErrors(rate, np.random.default_rng(seed)) for seed in range(40)]
+    starts = np.array([errors.gyro_bias for errors in devices])
+    readings = np.array([[errors.measure(np.zeros(3), np.zeros(3))[0] for _ in range(round(rate))]
+                         for errors in devices])  # over 1 s
+    for errors in devices[:10]:
+        for _ in range(round(rate * 20)):
+            errors.measure(np.zeros(3), np.zeros(3))
+    walks = [errors.gyro_bias - start for errors, start in zip(devices[:10], starts)]
+    assert np.std(starts) == pytest.approx(imu.GYRO_BIAS, rel=0.3)
+    assert np.std([errors.gyro_scale - 1 for errors in devices]) == pytest.approx(imu.GYRO_SCALE, rel=0.5)
+    assert np.std(readings.mean(axis=1) - starts) == pytest.approx(imu.GYRO_NOISE, rel=0.3)
     assert np.std(walks) == pytest.approx(imu.GYRO_DRIFT * math.sqrt(21), rel=0.5)

@@ -43,12 +43,6 @@ def upper_plate_radius(wheels):
     return max(sizes()["plate_radius"], min(wheels.distances))
 
 
-def lower_plate_radius(wheels):
-    """[m] of the plate between the wheels."""
-    free = min(wheels.distances) - wheel_width(max(wheels.radii)) / 2 - sizes()["beside_wheels"]
-    return max(sizes()["smallest_plate"], free)
-
-
 def laser_height(wheels):
     """[m] of the frame `laser` above the floor."""
     deck = 2 * max(wheels.radii) + sizes()["above_wheels"] + sizes()["plate_thickness"]

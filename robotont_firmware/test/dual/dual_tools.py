@@ -13,12 +13,7 @@ try:
 
     lock, unlock = micropython.heap_lock, micropython.heap_unlock
 except ImportError:  # CPython always allocates; the proof is MicroPython's
-
-    def lock():
-        pass
-
-    def unlock():
-        pass
+    lock = unlock = int
 
 
 FAST = sys.implementation.name == "micropython" and sys.maxsize > 1 << 31  # machine code on the PC's processor
@@ -38,7 +33,6 @@ GOLDEN_PATH = None  # set by the runner
 
 
 def golden():
-    """Return the driver's golden packets."""
     with open(GOLDEN_PATH) as file:
         return json.load(file)
 
@@ -55,7 +49,6 @@ class Config:
 
 
 def profile(module):
-    """Return the configuration with a wiring profile's module."""
     return Config(**{name: getattr(module, name) for name in dir(module) if name[0].isupper()})
 
 
@@ -132,8 +125,6 @@ class WildBoard:
 
 
 class Robot:
-    """A controller on a simulated board."""
-
     def __init__(self, wheels=3, settings=None, cause="test", battery_mv=None, **motor):
         self.board = SimBoard([SimMotor(**motor) for _ in range(wheels)])
         if battery_mv is not None:

@@ -146,16 +146,13 @@ class Reset(Exception):  # noqa: N818
 class Pyb:
     Pin, Timer, UART, ADC = Pin, Timer, UART, ADC
     on_wait = None
+    wfi = staticmethod(lambda: Pyb.on_wait())
 
     @staticmethod
     def repl_uart(*uart):
         if not uart:
             return "before"
         log.append(f"repl_uart {uart[0]}")
-
-    @staticmethod
-    def wfi():
-        Pyb.on_wait()
 
 
 class Machine:
@@ -164,10 +161,7 @@ class Machine:
     cause = 2
     mem16 = Memory()  # the chip's registers
     mem32 = Memory()
-
-    @staticmethod
-    def reset_cause():
-        return Machine.cause
+    reset_cause = staticmethod(lambda: Machine.cause)
 
     @staticmethod
     def reset():
@@ -178,21 +172,10 @@ class Machine:
 class Micropython:
     """main.py's door to the heap lock; these stand-ins allocate, so it only remembers."""
 
-    @staticmethod
-    def heap_lock():
-        log.append("heap_lock")
-
-    @staticmethod
-    def heap_unlock():
-        log.append("heap_unlock")
-
-    @staticmethod
-    def alloc_emergency_exception_buf(_):
-        pass
-
-    @staticmethod
-    def kbd_intr(character):
-        log.append(f"kbd_intr {character}")
+    heap_lock = staticmethod(lambda: log.append("heap_lock"))
+    heap_unlock = staticmethod(lambda: log.append("heap_unlock"))
+    kbd_intr = staticmethod(lambda character: log.append(f"kbd_intr {character}"))
+    alloc_emergency_exception_buf = staticmethod(lambda size: None)
 
 
 cycles = [0]  # of the processor

@@ -56,14 +56,13 @@ class SimMotor:
         self.turned = 0  # [edges] that the wheel turned
         self.counted = 0  # [edges] of those that reach the board
         self._turned_part = self._counted_part = 0  # [millionths of an edge] 0..999999, on top of them
-        self._phase = self._current = self._drawn = 0  # of slow pulses: [0.1 ms], [1/1000 unit]
+        self._phase = self._current = 0  # of slow pulses: [0.1 ms], [1/1000 unit]
         self._clock = 0  # [ms]
         self._random = 1
 
     def current(self):
-        """Return the motor's mean current in [effort], whose 4000 are 5 A; with slow pulses that of the last run."""
-        slow = self.driver != BRAKE and self.frequency < 1000
-        return (self._drawn if slow else self._torque(self.speed // 1000)) * self.full_effort // 208000
+        """Return the motor's mean current in [effort], whose 4000 are 5 A."""
+        return self._torque(self.speed // 1000) * self.full_effort // 208000
 
     def drive(self, effort):
         """Set the voltage; more than the battery has is cut off."""
@@ -110,14 +109,13 @@ class SimMotor:
 
     @micropython.viper
     def run(self, milliseconds: int):
-        """Let time pass."""
         speed = int(self.speed)
         turned, turned_part = int(self.turned), int(self._turned_part)
         counted, counted_part = int(self.counted), int(self._counted_part)
         tau, friction = int(self.tau), int(self.friction)
         breakaway, load = int(self.breakaway), int(self.load)
         encoder, clock, noise = int(self.encoder), int(self._clock), int(self._random)
-        blocked, drawn = int(self.blocked), 0
+        blocked = int(self.blocked)
         for _ in range(milliseconds):
             clock = clock + 1 if clock < PERIOD - 1 else 0
             if encoder == FLOATING or encoder == WILD:  # noqa: PLR1714, SIM109 (a tuple would be made)
@@ -127,7 +125,6 @@ class SimMotor:
             elif encoder == HUM:
                 counted += 1 if clock % 7 == 0 and clock < 15 else 0
             pull = int(self._torque(speed // 1000))
-            drawn += pull // milliseconds
             pull = pull * 1000 - load
             still = speed == 0 and pull <= breakaway and pull >= 0 - breakaway
             if still or blocked:
@@ -159,7 +156,7 @@ class SimMotor:
         self.speed = speed
         self.turned, self._turned_part = turned, turned_part
         self.counted, self._counted_part = counted, counted_part
-        self._clock, self._random, self._drawn = clock, noise, drawn
+        self._clock, self._random = clock, noise
 
 
 class SimBoard:

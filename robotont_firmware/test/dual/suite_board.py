@@ -24,27 +24,43 @@ def make(settings=None, **changes):
 
 
 def start(name):
-    """Run boot.py or main.py as MicroPython would."""
     with open(ROOT + name) as file:
         exec(file.read(), {"__name__": "__main__"})
 
 
-def test_encoders():
-    made = make()
-    for index, timer in ((0, 4), (1, 3), (2, 2)):
-        counter = Timer.all[timer]
-        assert counter.period == 0xFFFF
-        assert counter.channels[1][0] == Timer.ENC_AB
-        filters = {2: 0x40000018, 3: 0x40000418, 4: 0x40000818}[timer]
-        assert Machine.mem16[filters] == 0xF0F0, "both inputs filtered"
-        counter.count = 1000 * index + 7
-    assert [pins[name][1] for name in ("PB6", "PB7", "PA6", "PA7", "PA0", "PA1")] == [2, 2, 2, 2, 1, 1]
+def counted(made):
     totals = array("H", [0] * 3)
-    made.counts(totals)
-    assert list(totals) == [0, 0, 0], "counters are latched at the tick, not read later"
-    tick(made)
-    made.counts(totals)
-    assert list(totals) == [7, 1007, 2007]
+    with Locked():
+        made.counts(totals)
+    return list(totals)
+
+
+def tick(made):
+    with Locked():
+        made._on_tick(None)
+        made.wait_tick()
+
+
+FILTERS = {1: 0x40012C18, 2: 0x40000018, 3: 0x40000418, 4: 0x40000818}
+
+
+def test_encoders():
+    for settings, timers, expected in (
+        (Config(), (4, 3, 2), [7, 1007, 2007]),
+        (Config(BACKWARD_ENCODERS=(False, True, False)), (4, 3, 2), [7, 65536 - 1007, 2007]),
+        (profile(pin_profile_robotont21), (2, 3, 1), [7, 1007, 2007]),
+    ):
+        made = make(settings)
+        for index, timer in enumerate(timers):
+            counter = Timer.all[timer]
+            assert (counter.period, counter.channels[1][0]) == (0xFFFF, Timer.ENC_AB)
+            assert Machine.mem16[FILTERS[timer]] == 0xF0F0, "both inputs filtered"
+            counter.count = 1000 * index + 7
+        for pin_a, pin_b, _, function in settings.ENCODERS:
+            assert pins[pin_a] == pins[pin_b] == ["af", function, "up" if settings.ENCODER_PULL_UPS else "none"]
+        assert counted(made) == [0, 0, 0], "counters are latched at the tick, not read later"
+        tick(made)
+        assert counted(made) == expected
 
 
 class Interrupted:
@@ -71,15 +87,7 @@ def test_counts_are_of_one_tick():
     made._latched = Interrupted(made)
     made._tick(None)
     assert made.wait_tick() == 2, "and the periods are those until that tick"
-    totals = array("H", [0] * 3)
-    made.counts(totals)
-    assert list(totals) == [100, 100, 100], totals
-
-
-def tick(made):
-    with Locked():
-        made._on_tick(None)
-        made.wait_tick()
+    assert counted(made) == [100, 100, 100]
 
 
 def test_tick():
@@ -108,15 +116,21 @@ def test_tick():
 
 
 def test_drive():
-    made = make()
-    pwm = Timer.all[8]
-    assert (pwm.prescaler, pwm.period) == (0, 3999), "20 kHz at 80 MHz"
-    for wheel, forward, backward in ((0, "PB8", "PB9"), (1, "PB12", "PB13"), (2, "PB14", "PB15")):
-        for effort, expected in ((1234, (1, 0, 1234)), (-4000, (0, 1, 4000)), (0, (0, 0, 0))):
-            with Locked():
-                made.drive(wheel, effort)
-            assert (levels[forward], levels[backward], pwm.channels[wheel + 1][1].width) == expected
-    assert [pins[name][0] for name in ("PC6", "PC7", "PC8")] == ["af"] * 3
+    for settings, prescaler, width, wheels in (
+        (Config(), 0, 4000,  # 20 kHz at 80 MHz
+         ((8, 1, "PB8", "PB9"), (8, 2, "PB12", "PB13"), (8, 3, "PB14", "PB15"))),
+        (profile(pin_profile_robotont21), 12, 61538,  # 100 Hz
+         ((8, 1, "PC9", "PC8"), (15, 1, "PB1", "PB15"), (4, 1, "PA7", "PB12"))),
+    ):
+        made = make(settings)
+        for wheel, (timer, channel, forward, backward) in enumerate(wheels):
+            pwm = Timer.all[timer]
+            kind, output = pwm.channels[channel]
+            assert (pwm.prescaler, pwm.period, kind) == (prescaler, width - 1, Timer.PWM)
+            for effort, expected in ((1000, (1, 0, width // 4)), (-4000, (0, 1, width)), (0, (0, 0, 0))):
+                with Locked():
+                    made.drive(wheel, effort)
+                assert (levels[forward], levels[backward], output.width) == expected
 
 
 def test_fault():
@@ -237,39 +251,31 @@ def test_ctrl_c_is_off_until_the_repl_is_free():
     assert not [line for line in log if line.startswith("watchdog")]
 
 
-def test_a_wrong_configuration_leaves_the_repl_and_no_watchdog():
-    before = config.P_GAIN
-    config.P_GAIN = 1 << 29
-    try:
-        fake_hardware.reset()
-        start("boot.py")
-        try:
-            start("main.py")
-            outcome = "it started"
-        except ValueError as error:
-            outcome = str(error)
-        assert "config.P_GAIN: found 536870912, allowed: " in outcome
-    finally:
-        config.P_GAIN = before
-    assert not [line for line in log if line.startswith(("watchdog", "repl_uart"))], log
-    assert motor_pins_are_low()
+def test_an_error_before_the_watchdog_is_armed_ends_in_the_repl():
+    """A wrong number; whatever the loop does, for it is done once before; a chip without a watchdog."""
 
-
-def test_what_the_loop_does_was_done_before_the_watchdog_is_armed():
-    """Whatever a profile gets past its check: an error then still ends in the REPL."""
-    for method in ("counts", "fault", "drive", "_tick"):
-        fake_hardware.reset()
-        made = board.Board(config)
-
-        def broken(*_):
+    def broken(*_):
+        if "broken" not in log:
+            log.append("broken")
             raise IndexError
 
-        setattr(made, method, broken)
+    for holder, name, value in (
+        (config, "P_GAIN", 1 << 29), (WDT, "broken", True), (board.Board, "counts", broken),
+        (board.Board, "fault", broken), (board.Board, "drive", broken), (board.Board, "_tick", broken),
+    ):  # fmt: skip
+        fake_hardware.reset()
+        before = getattr(holder, name)
+        setattr(holder, name, value)
         try:
-            made.start()
-            raise AssertionError(method)
-        except IndexError:
-            assert not [line for line in log if line.startswith(("watchdog", "repl_uart"))], log
+            start("boot.py")
+            start("main.py")
+            raise AssertionError(name)
+        except (ValueError, IndexError, OSError):
+            assert motor_pins_are_low(), name
+        finally:
+            setattr(holder, name, before)
+        taken = [line for line in log if line.startswith(("watchdog", "repl_uart"))]
+        assert taken == (["repl_uart None", "repl_uart before"] if holder is WDT else []), (name, taken)
 
 
 def test_no_command_is_cut_or_refused():
@@ -289,18 +295,6 @@ def test_no_command_is_cut_or_refused():
         assert UART.last.room >= 230
 
 
-def test_an_error_while_starting_gives_the_repl_back():
-    fake_hardware.reset()
-    WDT.broken = True
-    try:
-        start("main.py")
-        raise AssertionError("it started")
-    except OSError:
-        pass
-    assert log.index("repl_uart None") < log.index("repl_uart before")
-    assert motor_pins_are_low()
-
-
 def test_boot_holds_the_motors_and_has_the_pins_of_the_profile():
     fake_hardware.reset()
     start("boot.py")
@@ -309,34 +303,6 @@ def test_boot_holds_the_motors_and_has_the_pins_of_the_profile():
         assert "robotont_firmware" not in file.read().split('"""', 2)[2], "it needs no other file"
     held = set(pins)
     assert held == {wiring[0] for wiring in config.PWM} | {pin for pair in config.DIRECTIONS for pin in pair}
-
-
-def test_profile_robotont21():
-    made = make(profile(pin_profile_robotont21))
-    for timer, channel in ((8, 1), (15, 1), (4, 1)):
-        assert (Timer.all[timer].prescaler + 1) * (Timer.all[timer].period + 1) in range(799900, 800001), "100 Hz"
-        assert Timer.all[timer].channels[channel][0] == Timer.PWM
-    with Locked():
-        made.drive(1, 1000)
-    assert Timer.all[15].channels[1][1].width == (Timer.all[15].period + 1) // 4
-    assert (levels["PB1"], levels["PB15"]) == (1, 0)
-    Timer.all[1].count = 5
-    tick(made)
-    totals = array("H", [0] * 3)
-    made.counts(totals)
-    assert list(totals) == [0, 0, 5], "counts up while the motor drives forward"
-
-
-def test_backward_encoders():
-    made = make(BACKWARD_ENCODERS=(False, True, False))
-    assert log[-1] == "watchdog 300", "armed last"
-    for timer in (4, 3, 2):
-        Timer.all[timer].count = 5
-    tick(made)
-    totals = array("H", [0] * 3)
-    with Locked():
-        made.counts(totals)
-    assert list(totals) == [5, 65531, 5]
 
 
 def test_load_is_the_longest_work_since_it_was_asked_and_counts_from_the_tick():
@@ -360,18 +326,14 @@ def test_load_is_the_longest_work_since_it_was_asked_and_counts_from_the_tick():
     assert made.load() == 255
 
 
-def test_light():
-    made = make()
+def test_battery_and_light_where_they_are_wired():
+    assert not hasattr(make(LIGHT=None), "light")
+    assert not hasattr(make(), "battery")
+    made = make(BATTERY_PIN="PC0", BATTERY_DIVIDER=20475)
+    ADC.value = 2400
+    with Locked():
+        voltage = made.battery()
+    assert voltage == 12000
     for on in (1, 0):
         made.light(on)
         assert levels["PA5"] == on
-    assert not hasattr(make(LIGHT=None), "light")
-
-
-def test_battery():
-    assert not hasattr(make(), "battery"), "not measured"
-    measuring = make(BATTERY_PIN="PC0", BATTERY_DIVIDER=20475)
-    ADC.value = 2400
-    with Locked():
-        voltage = measuring.battery()
-    assert voltage == 12000

@@ -79,46 +79,26 @@ def chunk(random, line):
     return mutate(random, line), False
 
 
-class Fuzz:
-    """A receiver under random and mutated commands; `digest` holds what it made of all of them."""
-
-    def __init__(self):
-        self.random = Random(20180521)
-        self.receiver = Receiver(3)
-        start = bytearray(checked("0:0:0"))
-        self.receiver.feed(start, len(start))
-        assert self.receiver.checked
-        self.sent = [(0, 0, 0)]  # the newest commands
-        self.fed = self.accepted = self.intact = self.digest = 0
-
-    def feed(self):
-        """Feed BYTES bytes; return what came of them."""
-        while self.fed < BYTES:
-            self._feed_one()
-        assert self.intact <= self.accepted
-        return (
-            f"digest {self.digest:07X} accepted {self.accepted} dropped {self.receiver.dropped} of {self.fed} bytes"
-        )
-
-    def _feed_one(self):
-        numbers = [number(self.random) for _ in range(3)]
-        data, intact = chunk(self.random, checked(":".join([text for text, _ in numbers])))
-        self.sent = self.sent[-100:] + [tuple([value for _, value in numbers])]
-        with Locked():
-            found = self.receiver.feed(data, len(data))
-        self.fed += len(data)
-        self.accepted += found
-        self.intact += intact
-        if found:
-            got = tuple(self.receiver.setpoints)
-            assert got in self.sent, (got, bytes(data))
-        for value in self.receiver.setpoints:
-            self._note(value & 0xFFFFFF)
-        self._note(self.receiver.dropped)
-
-    def _note(self, value):
-        self.digest = (self.digest * 31 + value) % PRIME
-
-
 def test_random_and_mutated_bytes():
-    return Fuzz().feed()
+    random, receiver = Random(20180521), Receiver(3)
+    start = bytearray(checked("0:0:0"))
+    receiver.feed(start, len(start))
+    assert receiver.checked
+    newest = [(0, 0, 0)]
+    fed = accepted = intact = digest = 0
+    while fed < BYTES:
+        numbers = [number(random) for _ in range(3)]
+        data, whole = chunk(random, checked(":".join([text for text, _ in numbers])))
+        newest = newest[-100:] + [tuple([value for _, value in numbers])]
+        with Locked():
+            found = receiver.feed(data, len(data))
+        fed += len(data)
+        accepted += found
+        intact += whole
+        if found:
+            assert tuple(receiver.setpoints) in newest, (receiver.setpoints, bytes(data))
+        for value in receiver.setpoints:
+            digest = (digest * 31 + (value & 0xFFFFFF)) % PRIME
+        digest = (digest * 31 + receiver.dropped) % PRIME
+    assert intact <= accepted
+    return f"digest {digest:07X} accepted {accepted} dropped {receiver.dropped} of {fed} bytes"

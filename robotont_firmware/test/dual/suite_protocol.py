@@ -4,7 +4,7 @@ from array import array
 
 from dual_tools import Locked, checked, crc_slow, golden
 
-from robotont_firmware.protocol import Sender, crc16, put_decimal, put_hex, seal
+from robotont_firmware.protocol import Sender, crc16, seal
 from robotont_firmware.receiver import LINE_SIZE, Receiver
 
 
@@ -43,19 +43,7 @@ def test_bad_commands_golden_in_either_mode():
 
 
 def test_bad_numbers_with_a_right_crc():
-    for body in (
-        "1:2",
-        "1:2:3:4",
-        "a:2:3",
-        "1:2:",
-        "1:-:3",
-        "1:2:3.",
-        "1:2:.5",
-        "+1:2:3",
-        "1:2:1000",
-        "1:2:3 ",
-        "",
-    ):
+    for body in ("1:2", "1:2:3:4", "a:2:3", "1:2:", "1:-:3", "1:2:3.", "1:2:.5", "+1:2:3", "1:2:1000", "1:2:3 ", ""):
         receiver = Receiver(3)
         assert feed(receiver, checked(body)) == 0, body
         assert receiver.dropped == 1, body
@@ -77,51 +65,38 @@ def test_feedback_golden():
 def test_longest_feedback_fits():
     for wheels in (3, 8):
         sender = Sender(wheels)
+        counts, totals = array("i", [-32768] * wheels), array("H", [65535] * wheels)
+        status = array("H", [255] * 3 + [15] * wheels + [0xFFF, 255])
         with Locked():
-            length = sender.pack(255, LONGEST[wheels], TOTALS[wheels], STATUS[wheels])
+            length = sender.pack(255, counts, totals, status)
         line = bytes(sender.buffer[:length])
         assert line.endswith(b"%04X\n" % crc_slow(line[:-5]))
 
 
-LONGEST = {wheels: array("i", [-32768] * wheels) for wheels in (3, 8)}
-TOTALS = {wheels: array("H", [65535] * wheels) for wheels in (3, 8)}
-STATUS = {wheels: array("H", [255] * 3 + [15] * wheels + [0xFFF, 255]) for wheels in (3, 8)}
-
-
-def test_plain_is_refused_after_checked_until_release():
-    receiver = Receiver(3)
-    assert feed(receiver, b"1:2:3;\n") == 1
-    assert feed(receiver, checked("4:5:6")) == 1
-    assert feed(receiver, b"1:2:3;\n") == 0
-    assert receiver.dropped == 1
-    assert list(receiver.setpoints) == [4 * 256, 5 * 256, 6 * 256]
-    receiver.release()
-    assert feed(receiver, b"1:2:3;\n") == 1
-
-
-def test_newest_of_several_wins():
-    receiver = Receiver(3)
-    assert feed(receiver, checked("1:1:1") + checked("2:2:2") + b"3:3:3;0000\n" + b"4:4:") == 2
-    assert list(receiver.setpoints) == [512, 512, 512]
-
-
-def test_long_line_is_dropped_to_its_newline():
-    for length in (LINE_SIZE + 1, LINE_SIZE + 2, 5000):
+def test_lines_one_after_the_other():
+    """Each: bytes, commands in them, then speed of all wheels and lines dropped so far."""
+    longest = "1:2:3." + "0" * (LINE_SIZE - len("1:2:3.;CCCC"))
+    for why, *lines in (
+        ("plain is refused after checked until release",
+         (b"1:1:1;\n", 1, 1, 0), (checked("4:4:4"), 1, 4, 0), (b"1:1:1;\n", 0, 4, 1), (None, 0, 4, 1),
+         (b"1:1:1;\n", 1, 1, 1)),
+        ("the newest of several wins",
+         (checked("1:1:1") + checked("2:2:2") + b"3:3:3;0000\n" + b"4:4:", 2, 2, 1)),
+        ("a long line is dropped to its newline",
+         (b"1" * (LINE_SIZE + 1), 0, 0, 0), (checked("2:2:2"), 0, 0, 1), (checked("2:2:2"), 1, 2, 1)),
+        ("as is a longer one", (b"1" * 5000, 0, 0, 0), (checked("2:2:2"), 0, 0, 1), (checked("2:2:2"), 1, 2, 1)),
+        ("the longest is none", (checked(longest.replace("2", "1").replace("3", "1")), 1, 1, 0)),
+        ("one byte more is", (checked(longest + "0"), 0, 0, 1)),
+        ("empty lines are nothing", (b"\n\n\n", 0, 0, 0)),
+    ):
         receiver = Receiver(3)
-        assert feed(receiver, b"1" * length) == 0
-        assert feed(receiver, checked("1:2:3")) == 0  # still that line
-        assert receiver.dropped == 1
-        assert feed(receiver, checked("1:2:3")) == 1
-    receiver = Receiver(3)
-    padded = "1:2:3." + "0" * (LINE_SIZE - len("1:2:3.;CCCC"))
-    assert feed(receiver, checked(padded)) == 1
-    assert feed(receiver, checked(padded + "0")) == 0
-
-
-def test_empty_lines_are_nothing():
-    receiver = Receiver(3)
-    assert feed(receiver, b"\n\n\n") == 0
-    assert receiver.dropped == 0
+        for line, accepted, speed, dropped in lines:
+            if line is None:
+                receiver.release()
+            else:
+                assert feed(receiver, line) == accepted, why
+            assert list(receiver.setpoints) == [256 * speed] * 3, why
+            assert receiver.dropped == dropped, why
 
 
 def test_every_decimal_rounds_to_nearest():
@@ -145,19 +120,6 @@ def test_an_order_needs_its_crc():
             assert not receiver.asked, line
             assert not receiver.leave, line
             assert receiver.dropped == 1
-
-
-def test_decimal_and_hex():
-    buffer = bytearray(16)
-    for value in (0, 1, 9, 10, 99, 100, 1073741823, -1, -10, -1073741823):
-        with Locked():
-            end = put_decimal(buffer, 0, value)
-        assert int(bytes(buffer[:end])) == value
-        assert end == len(str(value))
-    for value in (0, 9, 10, 255, 0xFFFF, -1):
-        with Locked():
-            end = put_hex(buffer, 0, value, 4)
-        assert bytes(buffer[:end]) == b"%04X" % (value & 0xFFFF)
 
 
 def test_texts_golden():

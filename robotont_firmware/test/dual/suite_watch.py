@@ -25,15 +25,11 @@ class Wheel:
 
     def look(self, ahead, push, periods=1):
         """Judge a period in which it made `ahead` edges with an effort `push`."""
-        wished = self.setpoint
-        return self.watch.look(
-            self.setpoint, wished, int(ahead * 256), push, self.limited, periods, self.settled, self.fastest
-        )
+        return self.watch.look(self.setpoint, self.setpoint, int(ahead * 256), push, self.limited, periods,
+                               self.settled, self.fastest)  # fmt: skip
 
-    def fault(self, ahead, push, periods=100, first=()):
+    def fault(self, ahead, push, periods=100):
         """Return (fault, after so many periods) or (NO_FAULT, periods)."""
-        for made in first:
-            self.look(made, 0)
         for period in range(periods):
             found = self.look(ahead, push)
             if found != NO_FAULT:
@@ -55,6 +51,7 @@ class Wheel:
 
 
 def test_a_wheel_may_have_what_turns_a_free_one_and_its_load():
+    assert CONFIG.BLOCKED_INTEGRAL == CONFIG.MAX_LOAD, "the integral of a bounded wheel holds its load, and no more"
     least = -CONFIG.STATIC - CONFIG.MAX_LOAD
     for setpoint, ahead, fastest, most in (
         (50, 0, 0, free(50 * 294 / 256)),  # 1.15 times its set-point
@@ -69,30 +66,24 @@ def test_a_wheel_may_have_what_turns_a_free_one_and_its_load():
 
 
 def test_the_bound_follows_the_lesser_of_what_it_counts_now_and_lately():
-    for ahead, periods, most in (
-        (100, 1, free(62.5) + CONFIG.MAX_LOAD),  # a quarter of the way
-        (0, 1, free(10 * 294 / 256) if free(11) > 560 else CONFIG.STATIC + CONFIG.MAX_LOAD),
-        (100, 2, free(75) + CONFIG.MAX_LOAD),
-        (100, 4, free(100) + CONFIG.MAX_LOAD),
-    ):
+    for ahead, periods, then, lesser in (
+        (100, 1, None, 62.5), (100, 2, None, 75), (100, 4, None, 100),  # a quarter of the way in each
+        (100, 6, 150, 112.5), (100, 8, 150, 112.5),  # no more than all of the way
+    ):  # fmt: skip
         wheel = Wheel(10)
         wheel.bounds(50)
         wheel.look(ahead, 0, periods)
-        assert wheel.watch.bound(FAR) == most, (ahead, periods)
-    for periods in (6, 8):
-        wheel = Wheel(10)
-        wheel.bounds(50)
-        wheel.look(100, 0, periods)  # no more than all of the way
-        wheel.look(150, 0)
-        assert wheel.watch.bound(FAR) == free(112.5) + CONFIG.MAX_LOAD
-        assert wheel.watch.bound(100) == 100, "within its bounds"
+        if then:
+            wheel.look(then, 0)
+        assert wheel.watch.bound(FAR) == free(lesser) + CONFIG.MAX_LOAD, (ahead, periods)
+    assert wheel.watch.bound(100) == 100, "within its bounds"
     wheel.fastest = 0  # not told
     wheel.look(112.5, 0)
     assert wheel.watch.bound(FAR) == free(112.5) + CONFIG.MAX_LOAD
-
-
-def test_the_integral_of_a_bounded_wheel_may_hold_the_load_and_no_more():
-    assert CONFIG.BLOCKED_INTEGRAL == CONFIG.MAX_LOAD
+    wheel = Wheel(10)
+    wheel.bounds(50)
+    wheel.look(0, 0)
+    assert wheel.watch.bound(FAR) == CONFIG.STATIC + CONFIG.MAX_LOAD
 
 
 def test_the_direction_is_that_of_the_last_drive():
@@ -130,64 +121,50 @@ def test_unbounded_while_the_robot_changes_its_motion_unless_it_is_slow_and_gets
         assert (wheel.watch.bound(FAR) < FAR) == bounded, step
 
 
-def test_the_time_at_the_bound():
-    for settled, periods in ((True, CONFIG.BLIND_TIME), (False, 24)):
-        assert Wheel(50, settled=settled).fault(0, 4000) == (NO_COUNTS, periods)
-        assert Wheel(-50, settled=settled).fault(0, -4000) == (NO_COUNTS, periods)
-    assert Wheel(50).watch.look(12800, 12800, 0, 4000, False, 14, True, 12800) == NO_COUNTS, "missed ticks count"
-
-
-def test_what_is_no_fault():
-    bound = Wheel(50).bounds()[1]
-    for ahead, push, settled, limited, why in (
-        (0, bound - (bound >> 3) - 1, True, False, "less than seven eighths of the bound"),
-        (50, 4000, True, False, "as fast as it should be"),
-        (30, 4000, False, False, "60 % while the robot changes its motion"),
-        (-20, -100, False, True, "dragged backward while it brakes"),
-        (60, 4000, True, False, "faster than it should be, as it is driven"),
-        (45, free(45) + CONFIG.MAX_LOAD * 5 // 8 - 40, True, True, "90 % are not slow, and it is not at the bound"),
-        (60, -4000, False, False, "held back while the robot changes its motion"),
+def test_faults_at_their_edges():
+    """Each: edges and effort in so many periods before; then edges and effort, what is found, after how many."""
+    full, bound = CONFIG.BLIND_TIME, Wheel(50).bounds()[1]
+    load, held = CONFIG.STATIC + CONFIG.MAX_LOAD, free(45) + CONFIG.MAX_LOAD * 5 // 8
+    for why, wheel, before, edges, push, fault, after in (
+        ("at the bound", Wheel(50), (), 0, 4000, NO_COUNTS, full),
+        ("backward", Wheel(-50), (), 0, -4000, NO_COUNTS, full),
+        ("while the robot changes its motion", Wheel(50, settled=False), (), 0, 4000, NO_COUNTS, 24),
+        ("seven eighths of the bound", Wheel(50), (), 0, bound - (bound >> 3), NO_COUNTS, full),
+        ("less than that", Wheel(50), (), 0, bound - (bound >> 3) - 1, NO_FAULT, 100),
+        ("as fast as it should be", Wheel(50), (), 50, 4000, NO_FAULT, 100),
+        ("60 % while the robot changes its motion", Wheel(50, settled=False), (), 30, 4000, NO_FAULT, 100),
+        ("dragged backward while it brakes", Wheel(50, limited=True), (), -20, -100, NO_FAULT, 100),
+        ("faster than it should be, as it is driven", Wheel(50), (), 60, 4000, NO_FAULT, 100),
+        ("faster, and held back, while it changes", Wheel(50, settled=False), (), 60, -4000, NO_FAULT, 100),
+        ("slower, and held back", Wheel(50), [(40, 0, 30)], 40, -4000, NO_FAULT, 100),
+        ("that is not held against it", Wheel(50), [(40, -4000, 100), (0, 0, 9)], 0, 4000, NO_COUNTS, full),
+        ("90 % are not slow, and it is not at the bound", Wheel(50, limited=True), (), 45, held - 40, NO_FAULT, 100),
+        ("slow, and limited", Wheel(50, limited=True), (), 0, load, NO_COUNTS, full),
+        ("it hardly works", Wheel(50, limited=True), (), 0, load - CONFIG.MAX_LOAD // 2, NO_FAULT, 100),
+        ("60 % are slow", Wheel(50, limited=True), (), 30, free(30) + CONFIG.MAX_LOAD * 5 // 8, NO_COUNTS, 19),
+        ("the wrong way it need not work much", Wheel(50, limited=True), (), -20, 100, WRONG_WAY, full),
+        ("it owes 16 edges", Wheel(5), [(4, 0, 30)], 4, 4000, NO_COUNTS, 16),
+        ("two periods of the fastest", Wheel(50, 100), [(40, 0, 30)], 40, 4000, NO_COUNTS, 20),
+        ("two periods of its own", Wheel(50), [(45, 0, 30)], 45, 4000, NO_COUNTS, 20),
+        ("one edge a period too many", Wheel(10), [(11, 0, 30)], 11, -4000, WRONG_WAY, 21),
+        ("70 edges the wrong way", Wheel(50), (), -5, 4000, WRONG_WAY, full),
+        ("14 are a tremor", Wheel(50), (), -1, 4000, NO_COUNTS, full),
+        ("edges ahead count as far as two periods", Wheel(50), [(40, 0, 30), (40, 4000, 8)], -30, 4000, WRONG_WAY, 6),
+        ("nor do more the wrong way", Wheel(50), [(-60, 4000, 3), (50, 0, 3)], 12, 4000, NO_COUNTS, 11),
+        ("faster although it is held back", Wheel(10), (), 30, -load, WRONG_WAY, 15),
+        ("six eighths do not hold it back", Wheel(10), (), 30, -load * 6 // 8, NO_FAULT, 100),
+        ("two periods of turning are noise", Wheel(50), [(0, 4000, full - 1), (50, 4000, 2)], 0, 4000, NO_COUNTS, 2),
+        ("three are worked off", Wheel(50), [(0, 4000, full - 1), (50, 4000, 3)], 0, 4000, NO_COUNTS, full),
+        ("time is not forgotten", Wheel(50), [(0, 4000, full - 1), (0, 0, 9)], 0, 4000, NO_COUNTS, 1),
+        ("the wrong way is pardoned", Wheel(50), [(-5, 4000, full - 1), (50, 4000, 4)], 0, 4000, NO_COUNTS, full),
+        ("nor owed", Wheel(50), [(0, 4000, full - 1), (-20, 0, 8), (50, 0, 5)], 0, 4000, NO_COUNTS, full),
+        ("as if nothing had been", Wheel(50), [(0, 4000, full - 1), (45, 0, 30)], 45, 4000, NO_COUNTS, 20),
     ):
-        assert Wheel(50, settled=settled, limited=limited).fault(ahead, push)[0] == NO_FAULT, why
-    wheel = Wheel(50)
-    wheel.bounds(40)
-    assert wheel.fault(40, -4000)[0] == NO_FAULT, "slower than it should be while it is held back"
-    assert wheel.fault(0, 4000, first=[0] * 9)[1] == CONFIG.BLIND_TIME, "and that is not held against it"
-    assert Wheel(50).fault(0, bound - (bound >> 3)) == (NO_COUNTS, CONFIG.BLIND_TIME)
-    assert Wheel(50, limited=True).fault(0, CONFIG.STATIC + CONFIG.MAX_LOAD)[0] == NO_COUNTS, "slow, and limited"
-    assert Wheel(50, limited=True).fault(0, CONFIG.STATIC + CONFIG.MAX_LOAD // 2)[0] == NO_FAULT, "it hardly works"
-    assert Wheel(50, limited=True).fault(30, free(30) + CONFIG.MAX_LOAD * 5 // 8)[0] == NO_COUNTS, "60 % are slow"
-    assert Wheel(50, limited=True).fault(-20, 100)[0] == WRONG_WAY, "the wrong way it need not work much"
-
-
-def test_how_much_it_has_to_owe():
-    for setpoint, fastest, ahead, periods in ((5, 5, 4, 16), (50, 100, 40, 20), (50, 50, 45, 20), (50, 50, 0, 14)):
-        wheel = Wheel(setpoint, fastest)
-        wheel.bounds(ahead)
-        assert wheel.fault(ahead, 4000) == (NO_COUNTS, periods), (setpoint, fastest)
-    wheel = Wheel(10)
-    wheel.bounds(11)
-    found, periods = wheel.fault(11, -4000)
-    assert found == WRONG_WAY
-    assert periods in (20, 21), "one edge a period too many, or a little less, for it is smoothed"
-
-
-def test_the_wrong_way_takes_16_edges():
-    assert Wheel(50).fault(-5, 4000)[0] == WRONG_WAY, "5 a period are 70 in the time"
-    assert Wheel(50).fault(-1, 4000)[0] == NO_COUNTS, "a tremor"
-    wheel = Wheel(50)
-    wheel.bounds(40)
-    wheel.fault(40, 4000, 8)
-    assert wheel.fault(-30, 4000)[0] == WRONG_WAY, "edges ahead count as far as two periods of the fastest"
-    wheel = Wheel(50)
-    for edges, push in ((-60, 4000), (-60, 4000), (-60, 4000), (50, 0), (50, 0), (50, 0)):
-        wheel.look(edges, push)
-    assert wheel.fault(12, 4000)[0] == NO_COUNTS, "nor do more than that the wrong way"
-    wheel = Wheel(10)
-    found = [wheel.look(30, -CONFIG.STATIC - CONFIG.MAX_LOAD) for _ in range(40)]
-    assert WRONG_WAY in found, "faster than it should be, although it is held back"
-    wheel = Wheel(10)
-    assert {wheel.look(30, -(CONFIG.STATIC + CONFIG.MAX_LOAD) * 6 // 8) for _ in range(40)} == {NO_FAULT}
+        for ahead, effort, periods in before:
+            assert wheel.fault(ahead, effort, periods) == (NO_FAULT, periods), why
+        found = wheel.fault(edges, push)
+        assert found == (fault, after), (why, found)
+    assert Wheel(50).look(0, 4000, full) == NO_COUNTS, "missed ticks count"
 
 
 def test_a_wheel_that_gets_faster_follows():
@@ -204,21 +181,18 @@ def test_a_wheel_that_gets_faster_follows():
 
 
 def test_counts_that_bend_more_than_a_healthy_wheels_are_a_fault():
-    for mean, by, found in (
-        (10, 2, 12),  # bent by 8 edges each period, of which 4 count
-        (-10, 2, 12),
-        (10, 1, 77),  # 4 edges, above 2.5 and the speed's 3/32
-        (10, 0.8, None),
-        (100, 2.2, 140),  # above 2.5 edges and 6
-        (100, 2.0, None),
+    for mean, wheel, by, found in (
+        (10, Wheel(10), 2, 12),  # bent by 8 edges each period, of which 4 count
+        (-10, Wheel(-10), 2, 12),
+        (10, Wheel(10), 1, 77),  # 4 edges, above 2.5 and the speed's 3/32
+        (10, Wheel(10), 0.8, None),
+        (100, Wheel(100), 2.2, 140),  # above 2.5 edges and 6
+        (100, Wheel(100), 2.0, None),
+        (-10, Wheel(10), 0.7, 140),  # the wrong way allows no less than standing
+        (10, Wheel(10, settled=False), 8, None),
     ):
-        wheel = Wheel(mean)
         wheel.bounds(mean)
-        assert wheel.uneven(mean, by) == found, (mean, by, wheel.uneven(mean, by))
-    assert Wheel(10, settled=False).uneven(10, 8) is None
-    wheel = Wheel(10)
-    wheel.bounds(-10)
-    assert wheel.uneven(-10, 0.7) == 140, "the wrong way allows no less than standing"
+        assert wheel.uneven(mean, by) == found, (mean, by)
     wheel = Wheel(10)
     wheel.bounds(10)
     wheel.setpoint = wheel.fastest = 0
@@ -239,25 +213,3 @@ def test_unevenness_is_worked_off_by_even_counts_and_forgotten_by_a_reset():
     wheel.bounds(50)
     for edges in (0, 0, 0, 100, 0, 60, 50):  # a knock
         assert wheel.look(edges, 0) == NO_FAULT
-
-
-def test_time_at_the_bound_is_worked_off_by_twice_the_edges_that_it_makes():
-    """It owes two periods of the fastest at most; noise of a period does not pardon that, three of turning do."""
-    full = CONFIG.BLIND_TIME
-    for first, edges, periods, left in ((0, 50, 2, 2), (0, 50, 3, full), (0, 0, 9, 1), (-5, 50, 4, full)):
-        wheel = Wheel(50)
-        assert wheel.fault(first, 4000, CONFIG.BLIND_TIME - 1)[0] == NO_FAULT
-        for _ in range(periods):
-            assert wheel.look(edges, 0) == NO_FAULT
-        found, after = wheel.fault(0, 4000)
-        assert found == NO_COUNTS, "edges the wrong way are pardoned, too"
-        assert after == left, (first, edges, after)
-    wheel = Wheel(50)
-    wheel.fault(0, 4000, full - 1)
-    for edges in (-20,) * 8 + (50,) * 5:
-        wheel.look(edges, 0)
-    assert wheel.fault(0, 4000)[1] == full, "edges the wrong way are not owed while it is not at the bound"
-    wheel = Wheel(50)
-    wheel.fault(0, 4000, full - 1)
-    wheel.bounds(45)
-    assert wheel.fault(45, 4000) == (NO_COUNTS, 20), "as if nothing had been"

@@ -7,7 +7,7 @@ import numpy as np
 
 from robotont_description.geometry import laser_height
 from robotont_simulator.imu import GRAVITY, ImuErrors
-from robotont_simulator.mujoco_model import AWAY, FRICTION, STALL_CURRENT, TIMESTEP, VOLTAGE, WORLD_GROUP, build
+from robotont_simulator.mujoco_model import AWAY, FRICTION, TIMESTEP, VOLTAGE, WORLD_GROUP, build
 from robotont_simulator.world import HEIGHT
 
 GOOD, UNPLUGGED, REVERSED = 1, 0, -1  # states of an encoder
@@ -35,7 +35,6 @@ class Simulation:
         self._body = self.mujoco_model.body("base_link").id
         self._angle_at = [int(self.mujoco_model.joint(f"wheel{wheel}").qposadr[0]) for wheel in range(wheels.amount)]
         self._brake = self.mujoco_model.actuator_biasprm[:, 2].copy()
-        self._gains = self.mujoco_model.actuator_gainprm[:, 0].copy()
         self._rollers = [
             [geom for geom in range(self.mujoco_model.ngeom)
              if (self.mujoco_model.geom(geom).name or "").startswith(f"roller{wheel}_")]
@@ -177,11 +176,6 @@ class Simulation:
     def _driven(self):
         """Of each motor whether it has current: the driver leaves others open, which neither turns nor brakes."""
         return (self._efforts != 0) & self._powered
-
-    def currents(self):
-        """[A] that each motor draws, n."""
-        emf = self.wheel_speeds() * -self._brake / self._gains  # part of the nominal voltage
-        return STALL_CURRENT * self._driven() * (self.data.ctrl - emf)
 
     def touches(self):
         """Whether the body touches a wall or a box."""

@@ -47,9 +47,10 @@ class DriverNodeTest(NodeTest):
         return node, written
 
     def test_the_newest_command_is_repeated_then_times_out_and_a_new_one_drives_again(self):
-        before = len(self.written)
+        before, counts = len(self.written), self.packets_on("serial_read")
         self.drive(0, 0.2, 0, packet="-10.91:21.83:-10.91;\n")
         self.drive(0.2, 0, 0, packet=FORWARD)
+        wait_for(lambda: "-19:0:19;\n" in counts, "the counts of the mock's motors")
         wait_for(lambda: self.written[-1] == ZEROS, "the stop")
         forward = [packet for packet in self.written[before:] if packet.startswith("-18.")]  # rounding is carried
         assert len(forward) >= 5  # 20 Hz for 0.5 s

@@ -76,6 +76,10 @@ class OdomNodeTest(NodeTest):
         self.assertEqual(self.joints[-1].name, ["wheel_0_joint", "wheel_1_joint", "wheel_2_joint"])
         self.assertGreater(self.odom[-1].pose.covariance[0], self.odom[0].pose.covariance[0])
         self.assertGreater(self.pose()[0], 0.09)
+        units = Kinematics(read_wheels(rospy.get_param("/"))).units_of_twist((0.8, 0.4, 2.0))
+        self.send([[round(unit) for unit in units]])
+        speeds = self.odom[-1].twist.twist
+        np.testing.assert_allclose((speeds.linear.x, speeds.linear.y, speeds.angular.z), (0.8, 0.4, 2.0), atol=0.02)
         self.assertTrue(rospy.ServiceProxy("reset_odometry", Trigger)().success)
         self.send([(0, 0, 0)])
         self.assertEqual(self.pose(), (0.0, 0.0, 0.0))

@@ -19,8 +19,6 @@ from robotont_testing.node_test import NodeTest
 from robotont_testing.robots import ROBOTONT2_PARAMS, WHEEL_PARAMS
 from robotont_testing.stand_in_board import Board
 
-SIZES = ("--side", "0.2", "--turns", "0.25", "--line", "0.3")
-
 
 class GuideTest(NodeTest):
     @classmethod
@@ -39,17 +37,9 @@ class GuideTest(NodeTest):
         self.odom = self.listen("odom", Odometry)
         wait_for(lambda: self.odom and not any(self.board.speeds), "odometry of a robot that stands", timeout=60)
 
-    def command(self, *arguments):
-        """Words of the command line."""
-        folder = self.processes.folder
-        return [places.program("robotont_calibration", "calibrate_wheels"), "--guide", str(folder / "runs"), *SIZES,
-                "--wheel-params", str(WHEEL_PARAMS), "-o", str(folder / "new.yaml"),
-                "--picture", str(folder / "new.png"), *arguments]
-
     def place(self):
         """(x [m], y [m], yaw [rad]) by the odometry, which is right: the board's motors are ideal."""
-        pose = self.odom[-1].pose.pose
-        return pose_of(pose)
+        return pose_of(self.odom[-1].pose.pose)
 
     @staticmethod
     def until_it_asks(process):
@@ -64,9 +54,12 @@ class GuideTest(NodeTest):
 
     def begin(self, *arguments, **environment):
         """A guided calibration that waits for answers."""
-        process = subprocess.Popen(self.command(*arguments), stdin=subprocess.PIPE, stdout=subprocess.PIPE,
-                                   stderr=subprocess.STDOUT, bufsize=0, start_new_session=True,
-                                   env={**os.environ, **environment})
+        folder = self.processes.folder
+        command = [places.program("robotont_calibration", "calibrate_wheels"), "--guide", str(folder / "runs"),
+                   "--side", "0.2", "--turns", "0.25", "--line", "0.3", "--wheel-params", str(WHEEL_PARAMS),
+                   "-o", str(folder / "new.yaml"), "--picture", str(folder / "new.png"), *arguments]
+        process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
+                                   bufsize=0, start_new_session=True, env={**os.environ, **environment})
         self.addCleanup(process.kill)
         return process
 
@@ -115,8 +108,8 @@ class GuideTest(NodeTest):
 
     def test_what_cannot_begin_says_why(self):
         """Each in a process of its own, all at once."""
-        cases = [("for a node that takes commands on /elsewhere/cmd_vel",
-                  self.begin("--packets", "/serial_read", ROS_NAMESPACE="elsewhere"), b"\n"),
+        elsewhere = self.begin("--packets", "/serial_read", ROS_NAMESPACE="elsewhere")
+        cases = [("for a node that takes commands on /elsewhere/cmd_vel", elsewhere, b"\n"),
                  (f"--wheel-params {(shipped() / 'thesis').resolve() / 'wheel_params.yaml'}",
                   self.begin("--wheel-params", str(ROBOTONT2_PARAMS)), b"\n"),
                  ("found no topic nowhere", self.begin("--truth", "nowhere"), b"q\n"),

@@ -3,12 +3,13 @@ import io
 import math
 import os
 import sys
+from unittest import mock
 
 import numpy as np
 import pytest
 import rosbag
 import rospy
-from geometry_msgs.msg import Twist
+from geometry_msgs.msg import Twist, Vector3
 from nav_msgs.msg import Odometry
 from std_msgs.msg import String, UInt8MultiArray
 
@@ -17,6 +18,7 @@ from robotont_calibration.recording_files import read_recording, write_csv
 from robotont_calibration.recordings import Recording, RecordingError
 from robotont_calibration.trajectory import Trajectory, synchronise
 from robotont_calibration.trajectory_errors import Report, timing
+from robotont_driver.kinematics import se2
 from robotont_driver.kinematics.kinematics import Kinematics
 from robotont_driver.kinematics.wheel_params import read_wheels
 from robotont_driver.protocol.packet import format_packet
@@ -25,7 +27,6 @@ from robotont_testing.simulated_wheels import PERIOD, counted, path_of, rolled, 
 
 WHEELS = read_wheels(SHIPPED)
 START = 1000.0  # [s]
-PARAMS = str(WHEEL_PARAMS)
 
 
 def pose_message(time, pose):
@@ -38,29 +39,27 @@ def pose_message(time, pose):
 
 @pytest.fixture(scope="module")
 def drive():
-    """Twists, poses and counts of a square, with noise that shows."""
+    """Twists, poses and packets of a square, with noise that shows."""
     twists = np.concatenate([square(1.0, 1), straight(0.5, 0.7)])
-    return twists, path_of(twists), counted(WHEELS, rolled(WHEELS, twists), 0.01, np.random.default_rng(1))
+    counts = counted(WHEELS, rolled(WHEELS, twists), 0.01, np.random.default_rng(1)).tolist()
+    packets = [(START + PERIOD * index, tuple(packet)) for index, packet in enumerate(counts, 1)]
+    return twists, path_of(twists), packets
 
 
 @pytest.fixture(scope="module")
 def bag(drive, tmp_path_factory):
     """A bag of that drive: truth at 40 Hz, odometry and packets at 50 Hz, commands at 50 Hz. No master."""
-    twists, poses, counts = drive
+    twists, poses, packets = drive
     path = tmp_path_factory.mktemp("bag") / "drive.bag"
     made = Recording()
-    made.packets = [(START + PERIOD * index, tuple(packet)) for index, packet in enumerate(counts.tolist(), 1)]
-    odometry = made.recomputed(Kinematics(WHEELS))
+    made.packets = packets
     times = START + PERIOD * np.arange(len(poses))
     with rosbag.Bag(str(path), "w") as file:
-        for (time, packet), pose in zip(made.packets, odometry.poses):
-            stamp = rospy.Time.from_sec(time)
-            file.write("/serial_read", String(format_packet(packet)), stamp)
-            file.write("/odom", pose_message(time, pose), stamp)
-        for index, twist in enumerate(twists):
-            message = Twist()
-            message.linear.x, message.linear.y, message.angular.z = twist
-            file.write("/cmd_vel", message, rospy.Time.from_sec(times[index]))
+        for (time, packet), pose in zip(packets, made.recomputed(Kinematics(WHEELS)).poses):
+            file.write("/serial_read", String(format_packet(packet)), rospy.Time.from_sec(time))
+            file.write("/odom", pose_message(time, pose), rospy.Time.from_sec(time))
+        for time, (x, y, turn) in zip(times, twists):
+            file.write("/cmd_vel", Twist(Vector3(x, y, 0), Vector3(0, 0, turn)), rospy.Time.from_sec(time))
         for time in np.arange(START, times[-1], 0.025):
             pose = [np.interp(time, times, column) for column in poses.T]
             file.write("/ground_truth/odom", pose_message(time, pose), rospy.Time.from_sec(time))
@@ -84,15 +83,14 @@ def evo(folder, relation, delta):
 
 @pytest.fixture(scope="module")
 def exported(bag, tmp_path_factory):
-    """(report, folder with the exported files), by the command line."""
-    folder = tmp_path_factory.mktemp("tum")
-    arguments = [str(bag), "--truth", "ground_truth/odom", "-o", str(folder / "report.png"), "--tum", str(folder),
-                 "--delta", "0.5"]
-    with contextlib.redirect_stdout(io.StringIO()) as output:
-        assert odometry_report.main(arguments) == 0
-    options = odometry_report.parse(arguments)
-    recording = read_recording(bag, {"odometry": "odom", "truth": "ground_truth/odom", "packets": "serial_read"})
-    return odometry_report.make_report(recording, options), folder, output.getvalue()
+    """(report, folder with the exported files, what was printed), by the command line."""
+    folder, reports = tmp_path_factory.mktemp("tum"), []
+    make_report = odometry_report.make_report
+    with contextlib.redirect_stdout(io.StringIO()) as output, mock.patch.object(
+            odometry_report, "make_report", lambda *given: reports.append(make_report(*given)) or reports[0]):
+        assert odometry_report.main([str(bag), "--truth", "ground_truth/odom", "-o", str(folder / "report.png"),
+                                     "--tum", str(folder), "--delta", "0.5"]) == 0
+    return reports[0], folder, output.getvalue()
 
 
 @pytest.mark.skipif(sys.version_info < (3, 10), reason="evo's relatives need a newer numpy than the system's")
@@ -109,45 +107,35 @@ def test_numbers_equal_those_of_evo(exported, errors, relation, delta, monkeypat
 
 def test_the_table_and_the_picture(exported):
     report, folder, output = exported
-    for what, value in report.rows():
-        assert what in output
-        assert value in output
+    assert report.table() in output
+    assert "path of the ground truth" in output
     assert (folder / "report.png").read_bytes().startswith(b"\x89PNG")
-    assert "ground truth" in output
-    assert dict(report.rows())["packets"] == "1031 at 50.0/s, 0 missing; 20.0 ms between two, at most 20 ms"
 
 
 def test_without_a_truth_the_commanded_path_is_the_reference(bag, tmp_path, capsys):
     assert odometry_report.main([str(bag), "-o", str(tmp_path / "a.png")]) == 0
-    output = capsys.readouterr().out
-    assert "path of the commanded path" in output
+    assert "path of the commanded path" in capsys.readouterr().out
 
 
 def test_csv_with_truth_and_parameters_of_ones_own(drive, tmp_path, capsys):
-    _, poses, counts = drive
-    packets = [(PERIOD * index, tuple(packet)) for index, packet in enumerate(counts.tolist(), 1)]
+    _, poses, packets = drive
     path = tmp_path / "drive.csv"
     write_csv(path, packets, [(time, tuple(pose)) for (time, _), pose in zip(packets, poses[1:])])
     recording = read_recording(path, {})
-    assert [packet for _, packet in recording.packets] == [packet for _, packet in packets]
+    assert recording.packets == pytest.approx(packets)
     assert len(recording.truth) == len(packets)
-    assert odometry_report.main([str(path), "--wheel-params", PARAMS, "-o", str(tmp_path / "a.png")]) == 0
+    assert odometry_report.main([str(path), "--wheel-params", str(WHEEL_PARAMS), "-o", str(tmp_path / "a.png")]) == 0
     assert "drift per metre" in capsys.readouterr().out
 
 
 @pytest.mark.parametrize("content, words", [
     ("", "found nothing"),
-    ("# words\n", "found nothing"),
     ("a,b,c\n", "found the heading 'a,b,c', allowed: time,m0"),
-    ("time,m0,m1\n1,2,3\n", "found the heading"),
-    ("m" * 200000, "found the heading 'mmm"),
     ("time,m0,m1,m2\n1,2,3,4\n1,2,3\n", "found the line '1,2,3', allowed: 4 numbers"),
     ("# words\ntime,m0,m1,m2\n1,2,3,4\n2,2,x,4\n", "found the line '2,2,x,4', allowed: 4 numbers"),
     ("time,m0,m1,m2\n1,2,3,nan\n", "found the line '1,2,3,nan', allowed: 4 numbers up to 1e"),
-    ("time,m0,m1,m2\n1,2,3,4\n1,2," + "9" * 400 + ",4\n", "found the line '1,2,999"),
     ("time,m0,m1,m2\n1,2,3," + "4" * 200000 + "\n", "found the line '1,2,3,444"),
     (b"# f\xfcr\ntime,m0,m1,m2\n", "not UTF-8"),
-    (b"time,m0,m1,m2\n1,2,\x00,4\n", "found the line"),
 ], ids=lambda value: repr(value)[:30])
 def test_a_csv_that_is_none_is_refused(tmp_path, content, words):
     path = tmp_path / "a.csv"
@@ -220,55 +208,50 @@ def line(length, turn=0.0, number=101):
     return Trajectory(times, np.column_stack([times / 10 * length, 0 * times, times / 10 * turn]))
 
 
-def test_known_errors_give_known_figures():
-    rows = dict(Report(line(10.1), line(10.0), "truth").rows())
-    assert rows["error at the end"] == "100.0 mm, 0.00°"
-    assert rows["drift per metre"] == "10.0 mm"
-    assert rows["drift per turn"] == "too few turns"
-    assert rows["absolute error, largest"] == "100.0 mm"
-    assert rows["absolute error, root mean square"] == "57.9 mm, 0.00°"  # some 100 mm by the root of 3
-    assert rows["relative error per 1 m, root mean square"] == "10.0 mm, 0.00°"
-    rows = dict(Report(line(0.0, 4 * math.pi + 0.2), line(0.0, 4 * math.pi), "truth").rows())
-    assert rows["drift per turn"] == "5.73°"
-    assert rows["turned, to and fro"] == "2.00 turns"
-    assert rows["drift per metre"] == "no path"
-    assert rows["relative error per 1 m, root mean square"] == "path too short"
+@pytest.mark.parametrize("driven, true, figures", [
+    ((10.1,), (10.0,), {
+        "error at the end": "100.0 mm, 0.00°", "drift per metre": "10.0 mm", "drift per turn": "too few turns",
+        "absolute error, largest": "100.0 mm",
+        "absolute error, root mean square": "57.9 mm, 0.00°",  # some 100 mm by the root of 3
+        "relative error per 1 m, root mean square": "10.0 mm, 0.00°"}),
+    ((0.0, 4 * math.pi + 0.2), (0.0, 4 * math.pi), {
+        "drift per turn": "5.73°", "turned, to and fro": "2.00 turns", "drift per metre": "no path",
+        "relative error per 1 m, root mean square": "path too short"}),
+], ids=["ahead", "on the spot"])
+def test_known_errors_give_known_figures(driven, true, figures):
+    assert figures.items() <= dict(Report(line(*driven), line(*true), "truth").rows()).items()
 
 
 def test_the_estimate_is_laid_on_the_start_of_the_reference():
     truth = Trajectory(np.arange(5.0), [(0, 0, 0), (1, 0, 0.1), (1, 1, 0.2), (2, 1, 0.3), (2, 2, 0.4)])
-    turn = np.array(((0, -1), (1, 0)))
-    moved = truth.poses.copy()
-    moved[:, :2] = moved[:, :2] @ turn.T + (3, -1)
-    moved[:, 2] += math.pi / 2
+    moved = np.transpose(se2.compose((3, -1, -math.pi / 2), truth.poses.T))
     laid, _ = synchronise(Trajectory(truth.times, moved), truth)
     np.testing.assert_allclose(laid.poses, truth.poses, atol=1e-12)
 
 
+def commanded(*commands):
+    recording = Recording()
+    recording.commands = list(commands)
+    return recording.commanded_path()
+
+
 def test_commands_hold_until_the_next_one_or_half_a_second():
-    recording = Recording()
-    recording.commands = [(1.0, (0.2, 0.0, 0.0)), (1.1, (0.0, 0.4, 0.0)), (3.0, (0.0, 0.0, 1.0))]
-    path = recording.commanded_path().at([1.0, 1.1, 1.35, 1.6, 2.9, 3.25, 3.5])
-    np.testing.assert_allclose(path.poses, [(0, 0, 0), (0.02, 0, 0), (0.02, 0.1, 0), (0.02, 0.2, 0), (0.02, 0.2, 0),
-                                            (0.02, 0.2, 0.25), (0.02, 0.2, 0.5)], atol=1e-9)
-
-
-def test_a_clock_that_leaps_ends_the_command_before_it():
-    recording = Recording()
-    recording.commands = [(10.0, (0.2, 0.0, 0.0)), (1.76e9, (0.2, 0.0, 0.0))]
-    path = recording.commanded_path()
-    assert len(path.times) < 100
-    np.testing.assert_allclose(path.poses[-1], (0.2, 0, 0), atol=1e-6)
+    path = commanded((1.0, (0.2, 0.0, 0.0)), (1.1, (0.0, 0.4, 0.0)), (3.0, (0.0, 0.0, 1.0)))
+    np.testing.assert_allclose(path.at([1.0, 1.1, 1.35, 1.6, 2.9, 3.25, 3.5]).poses, [
+        (0, 0, 0), (0.02, 0, 0), (0.02, 0.1, 0), (0.02, 0.2, 0), (0.02, 0.2, 0), (0.02, 0.2, 0.25), (0.02, 0.2, 0.5),
+    ], atol=1e-9)
+    leaping = commanded((10.0, (0.2, 0.0, 0.0)), (1.76e9, (0.2, 0.0, 0.0)))
+    assert len(leaping.times) < 100, "a clock that leaps ends the command before it"
+    np.testing.assert_allclose(leaping.poses[-1], (0.2, 0, 0), atol=1e-6)
 
 
 def test_only_where_both_are_known_they_are_compared():
-    one, other = line(1.0), line(1.0)
-    later = Trajectory(other.times + 5, other.poses)
-    estimate, reference = synchronise(one, later)
+    known = line(1.0)
+    estimate, reference = synchronise(known, Trajectory(known.times + 5, known.poses))
     assert (estimate.times[0], estimate.times[-1]) == (5.0, 10.0)
     assert np.array_equal(estimate.times, reference.times)
     with pytest.raises(ValueError, match="do not overlap in time"):
-        synchronise(one, Trajectory(other.times + 50, other.poses))
+        synchronise(known, Trajectory(known.times + 50, known.poses))
 
 
 def test_lost_messages_are_counted():

@@ -3,7 +3,10 @@
 import pytest
 from hypothesis import Phase, settings
 
+from robotont_boards import BOARDS
 from robotont_driver.kinematics.wheel_params import read_wheels
+from robotont_testing.board_port import BoardPort
+from robotont_testing.dc_motors import Motors
 from robotont_testing.robots import ROBOTS
 
 settings.register_profile("shared machine", deadline=None)
@@ -17,3 +20,17 @@ settings.register_profile("mutants", deadline=None, derandomize=True, database=N
 def wheels(request):
     """Robots with three, four and five wheels."""
     return read_wheels(request.param)
+
+
+@pytest.fixture
+def official_board(tmp_path):
+    """Plugs in an official board, by its dialect's name; its `BoardPort`."""
+    ports = []
+
+    def plugged(name):
+        ports.append(BoardPort(str(tmp_path / "board"), lambda now: BOARDS[name](Motors(), start=now)))
+        ports[-1].plug()
+        return ports[-1]
+    yield plugged
+    for port in ports:
+        port.unplug()

@@ -5,7 +5,7 @@ import random
 from robotont_driver.kinematics.wheel_params import read_wheels
 from robotont_driver.protocol.dialects.own_firmware import Checked
 from robotont_testing.robots import SHIPPED
-from robotont_testing.stand_in_board import Board
+from robotont_testing.stand_in_board import PERIOD, Board
 
 REACH = 300  # [edges per period]
 
@@ -21,23 +21,18 @@ class Reader(Checked):
         return super().feed(data, Sender.now)
 
 
-def total(packets):
-    """Of each wheel."""
-    return [sum(column) for column in zip(*packets)]
-
-
 class Sender:
-    """Feedback packets of a board that drives at random, 20 ms each. `now`: [s] the time, of all boards."""
+    """Feedback packets of a `Board` that drives at random, one a period. `now`: [s] the time, of all boards."""
 
     now = 0.0
 
-    def __init__(self, start=0, seed=1):
-        self.board = Board("unused", start_totals=start)
+    def __init__(self, start=0, seed=1, **board):
+        self.board = Board("unused", start_totals=start, **board)
         self.random = random.Random(seed)
         self.sent = []
 
     def packet(self, counts=None):
-        Sender.now += 0.02
+        Sender.now += PERIOD
         board = self.board
         counts = counts or [self.random.randint(-200, 200) for _ in range(board.wheels)]
         board.motors.follow(counts)

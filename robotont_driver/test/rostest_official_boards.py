@@ -3,7 +3,7 @@
 
 import time
 
-import rosparam
+import numpy as np
 import rospy
 import rostest
 from sensor_msgs.msg import BatteryState, Range
@@ -22,30 +22,37 @@ DRIVE = "-18.90:0.00:18.90;\n"  # 0.2 m/s forward
 DRIVE_LINE = b"MS:-0.1732:0.0000:0.1732\n"
 
 
-class OfficialBoardsTest(NodeTest):
+class BoardTest(NodeTest):
+    """serial_com_node and an official board at a port."""
+
     def setUp(self):
         super().setUp()
-        for name, value in ROBOTONT2.items():
-            rosparam.set_param("/" + name, str(value))
-        other_keys = [key for key in SHIPPED if key not in ROBOTONT2]
-        for name in (*other_keys, "serial", "serial_com_node", "battery"):
+        for name in ("serial", "serial_com_node", "battery", *SHIPPED):
             if rospy.has_param("/" + name):
                 rospy.delete_param("/" + name)
-        self.read = self.listen("serial_read", String)
+        for name, value in ROBOTONT2.items():
+            rospy.set_param("/" + name, value)
         self.log = self.processes.folder / "log"
-
-    def start(self):
-        """The node is told its port by the official parameter."""
         self.port = BoardPort(str(self.processes.folder / "board"),
                               lambda now: BOARDS["robotont2"](Motors(), start=now))
         self.addCleanup(self.port.unplug)
         self.port.plug()
-        self.node = self.processes.node("serial_com_node", "__name:=serial_com_node", log=self.log)
-        self.write = self.publisher("serial_write", String)
+
+    def start(self, *arguments):
+        self.node = self.processes.node("serial_com_node", "__name:=serial_com_node", *arguments, log=self.log)
 
     def wire(self):
         return b"".join(data for _, data in list(self.port.heard))
 
+    def say(self, *lines, until):
+        """Send lines again and again until a condition holds."""
+        def said():
+            self.port.board.extra_lines = list(lines)
+            return until()
+        wait_for(said, f"what follows from {lines}", period=0.1)
+
+
+class OfficialBoardsTest(BoardTest):
     def counted(self):
         packets = [tuple(map(int, message.data.rstrip(";\n").split(":"))) for message in list(self.read)]
         return [sum(column) for column in zip(*packets)]
@@ -61,8 +68,10 @@ class OfficialBoardsTest(NodeTest):
 
     def test_generation_2_is_recognised_greeted_driven_and_taken_afresh(self):
         rospy.set_param("/battery", {"curve": [[13.1, 0.0], [14.4, 0.04], [14.5, 0.06]], "resistance": 0.1})
-        rospy.set_param("/serial", {"port": str(self.processes.folder / "board"), "baudrate": 115200})
+        rospy.set_param("/serial", {"port": self.port.link, "baudrate": 115200})  # the official parameter
+        self.read = self.listen("serial_read", String)
         self.start()
+        self.write = self.publisher("serial_write", String)
         wait_for(lambda: self.read, "packets", timeout=10.0)
         before = len(self.port.heard)
         self.drive(2.0)
@@ -72,10 +81,9 @@ class OfficialBoardsTest(NodeTest):
         self.assertIn(DRIVE_LINE, self.wire())
         wait_for(lambda: self.wire().endswith(b"RS:0:0:0\n"), "the stop that silence makes", timeout=0.7)
         self.stand()
-        board = self.port.board
         # the board sums every second window: what it reported is what we published
-        wait_for(lambda: max(abs(got - true) for got, true in zip(self.counted(), board_edges(board))) <= 1,
-                 "every count")
+        true = [path * EDGES_PER_METRE for path in self.port.board.odometry.summed]
+        wait_for(lambda: max(map(abs, np.subtract(self.counted(), true))) <= 1, "every count")
         self.assertEqual(self.port.swallowed(), [])
         self.wait_for_status(TASK, OK, "packets/s")
         self.assertEqual(self.values(TASK)["packets"], "robotont2")
@@ -98,11 +106,8 @@ class OfficialBoardsTest(NodeTest):
         """Ranges, battery, and where the sensors are."""
         ranges, battery = self.listen("range", Range), self.listen("battery", BatteryState)
         places = self.listen("/tf_static", TFMessage)
-
-        def say():
-            self.port.board.extra_lines = [b"RANGE:" + b":".join([b"1500"] * 12) + b"\r\n", b"POWER:1.5:14.25\r\n"]
-            return len(ranges) >= 24 and battery and places
-        wait_for(say, "readings", period=0.1)
+        self.say(b"RANGE:" + b":".join([b"1500"] * 12) + b"\r\n", b"POWER:1.5:14.25\r\n",
+                 until=lambda: len(ranges) >= 24 and battery and places)
         self.assertEqual({message.header.frame_id for message in ranges}, {f"range_sensor_{n}" for n in range(12)})
         self.assertAlmostEqual(ranges[0].range, 1.5)
         self.assertAlmostEqual(battery[0].voltage, 14.25, places=5)
@@ -111,10 +116,6 @@ class OfficialBoardsTest(NodeTest):
         self.wait_for_status("serial_com_node: board", ERROR, "the battery is empty, 4 %")
         front = next(t for t in places[0].transforms if t.child_frame_id == "range_sensor_11")
         self.assertAlmostEqual(front.transform.translation.x, 0.165)
-
-def board_edges(board):
-    """Edges per wheel that the board has summed."""
-    return [path * EDGES_PER_METRE for path in board.odometry.summed]
 
 
 if __name__ == "__main__":

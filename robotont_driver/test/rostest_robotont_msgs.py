@@ -6,16 +6,11 @@ Skipped without it; conftest.py finds it where the documentation says.
 
 import unittest
 
-import rosparam
 import rostest
+from rostest_official_boards import BoardTest
 from sensor_msgs.msg import LaserScan
 
-from robotont_boards import BOARDS
-from robotont_testing.board_port import BoardPort
-from robotont_testing.dc_motors import Motors
 from robotont_testing.harness import wait_for
-from robotont_testing.node_test import NodeTest
-from robotont_testing.robots import ROBOTONT2
 
 try:
     from robotont_msgs.msg import ColorRGB, LaserScanSplit, LedModulePixel, LedModuleSegment, PowerSupply
@@ -24,41 +19,17 @@ except ImportError:
 
 
 @unittest.skipIf(PowerSupply is None, "needs the official package robotont_msgs")
-class RobotontMsgsTest(NodeTest):
-    def start(self, name, *arguments, **board):
-        for key, value in ROBOTONT2.items():
-            rosparam.set_param("/" + key, str(value))
-        self.port = BoardPort(str(self.processes.folder / "board"),
-                              lambda now: BOARDS[name](Motors(), start=now, **board))
-        self.addCleanup(self.port.unplug)
-        self.port.plug()
-        self.processes.node("serial_com_node", f"_port:={self.port.link}", "__name:=serial_com_node", *arguments)
-
-    def wire(self):
-        return b"".join(data for _, data in list(self.port.heard))
-
-    def lights(self, topic, message_type):
-        lights = self.publisher(topic, message_type, subscribers=0)
-        wait_for(lights.get_num_connections, "the subscriber")
-        return lights
-
+class RobotontMsgsTest(BoardTest):
     def test_lights_and_power_of_generation_2(self):
-        self.start("robotont2")
-        segment, pixel = self.lights("led_segment", LedModuleSegment), self.lights("led_pixel", LedModulePixel)
+        self.start(f"_port:={self.port.link}")
+        segment, pixel = self.publisher("led_segment", LedModuleSegment), self.publisher("led_pixel", LedModulePixel)
         wait_for(lambda: b"\x1b" in self.wire(), "the greeting")
         segment.publish(LedModuleSegment(idx_start=3, colors=[ColorRGB(255, 0, 1)] * 2))
         wait_for(lambda: b"LED:3:16711681:16711681\n" in self.wire(), "the line")
         pixel.publish(LedModulePixel(idx=7, color=ColorRGB(0, 0, 2)))
         wait_for(lambda: b"LED:7:2\n" in self.wire(), "the line of one light")
-        self.check_power_supply(b"POWER:1.5:14.8\r\n")
-
-    def check_power_supply(self, line):
         supply = self.listen("power_supply", PowerSupply)
-
-        def say():
-            self.port.board.extra_lines = [line]
-            return supply
-        wait_for(say, "the message", period=0.1)
+        self.say(b"POWER:1.5:14.8\r\n", until=lambda: supply)
         self.assertAlmostEqual(supply[0].voltage, 14.8, places=5)
         self.assertAlmostEqual(supply[0].current, 1.5, places=5)
         self.assertFalse(supply[0].estop_pressed)

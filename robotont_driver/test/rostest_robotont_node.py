@@ -34,28 +34,29 @@ class RobotontNodeTest(NodeTest):
         self.node = self.processes.node("robotont_node", log=self.log)
         wait_for(lambda: self.odom, "odometry")
 
-    def heard(self):
-        return [line.partition(";")[0] for _, line in self.board.heard]
+    def drive(self, metres):
+        """Until the odometry has gone so far."""
+        command = self.publisher("cmd_vel", Twist)
+        wait_for(lambda: command.publish(twist(0.2)) or self.odom[-1].pose.pose.position.x > metres, "motion",
+                 period=0.02)
 
-    def test_a_command_reaches_the_board_its_counts_become_odometry_and_the_last_packet_is_a_stop(self):
+    def test_other_processes_get_copies_and_the_last_packet_is_a_stop(self):
         written, read = self.listen("serial_write", String), self.listen("serial_read", String)
         self.start()
         wait_for(lambda: len(written) > 5 and len(read) > 5, "copies for other processes")
         self.assertEqual({message.data for message in written}, {"0.00:0.00:0.00;\n"})
         self.assertEqual({message.data for message in read}, {"0:0:0;\n"})
-        command = self.publisher("cmd_vel", Twist)
-        wait_for(lambda: command.publish(twist(0.2)) or self.odom[-1].pose.pose.position.x > 0.1, "motion", period=0.02)
-        self.assertIn("-18.90:0.00:18.90", self.heard())
+        self.drive(0.1)
         for task in ("serial_com_node: link", "serial_com_node: board", "odom_node: wheel feedback",
                      "odom_node: stamps"):
             self.wait_for_status(task, OK)
         self.assertIn("driver_node: command stream", self.status)
-        self.assertNotIn("Traceback", self.log.read_text())
         subscribers = dict(rospy.get_master().getSystemState()[2][1])
         for topic in ("/serial_write", "/serial_read"):
             self.assertNotIn("/robotont_node", subscribers[topic], "packets of other processes would be taken")
         self.processes.stop(self.node, signal.SIGTERM)
-        wait_for(lambda: self.heard()[-1] in ("0.00:0.00:0.00", "0:0:0"), "the stop")
+        wait_for(lambda: self.board.heard[-1][1].partition(";")[0] in ("0.00:0.00:0.00", "0:0:0"), "the stop")
+        self.assertNotIn("Traceback", self.log.read_text())
 
     def test_wrong_parameters_of_all_parts_are_listed_at_once(self):
         rospy.set_param("driver_node/publish_rat", 20.0)
@@ -71,8 +72,7 @@ class RobotontNodeTest(NodeTest):
 
     def test_a_node_that_comes_after_a_killed_one_goes_on_from_its_pose(self):
         self.start()
-        command = self.publisher("cmd_vel", Twist)
-        wait_for(lambda: command.publish(twist(0.2)) or self.odom[-1].pose.pose.position.x > 0.2, "motion", period=0.02)
+        self.drive(0.2)
         self.processes.stop(self.node, signal.SIGKILL)
         before = self.odom[-1].pose
         self.odom.clear()

@@ -12,27 +12,19 @@ FLAT = (0.0, 0.0, 0.0)
 
 
 @pytest.fixture
-def stream():
-    return make()
-
-
-def make(**limits):
-    return CommandStream(Kinematics(read_wheels(SHIPPED)), Limits(**limits), timeout=0.5, period=0.05)
+def stream(request):
+    limits = Limits(**getattr(request, "param", {}))
+    return CommandStream(Kinematics(read_wheels(SHIPPED)), limits, timeout=0.5, period=0.05)
 
 
 def drive(stream, now, x=0.3, y=0.0, turn=0.0):
     return stream.command((x, y, 0.0), (0.0, 0.0, turn), now)
 
 
-def test_follows_and_repeats_the_newest(stream):
-    drive(stream, 1.0, 0.1)
-    drive(stream, 1.1, 0.3, 0.2, -0.5)
-    assert stream.twist(1.1) == (0.3, 0.2, -0.5)
-    assert stream.twist(1.5) == (0.3, 0.2, -0.5)
-
-
-def test_stops_when_commands_stop_and_recovers_by_itself(stream):
-    drive(stream, 1.0)
+def test_follows_the_newest_stops_when_commands_stop_and_recovers_by_itself(stream):
+    drive(stream, 0.9, 0.1)
+    drive(stream, 1.0, 0.3, 0.2, -0.5)
+    assert stream.twist(1.0) == stream.twist(1.4) == (0.3, 0.2, -0.5)
     assert stream.time_left(1.2) == pytest.approx(0.3)
     assert stream.twist(1.5) == STOP
     assert "is their sender alive?" in stream.complaint(2.0)
@@ -97,8 +89,8 @@ def test_an_emergency_stop_holds_and_its_release_moves_nothing(stream):
     assert stream.complaint(1.5) == ""
 
 
-def test_the_wheel_limit_scales_all_wheels():
-    stream = make(wheel_speed=0.2)
+@pytest.mark.parametrize("stream", [{"wheel_speed": 0.2}], indirect=True, ids=str)
+def test_the_wheel_limit_scales_all_wheels(stream):
     drive(stream, 1.0, 0.3, 0.1, 0.4)
     twist = stream.twist(1.0)
     assert max(map(abs, stream.kinematics.wheel_speeds(twist))) == pytest.approx(0.2)
@@ -107,8 +99,8 @@ def test_the_wheel_limit_scales_all_wheels():
     assert stream.limited
 
 
-def test_acceleration_rises_step_by_step_but_stops_do_not_wait():
-    stream = make(linear_acceleration=1.0)
+@pytest.mark.parametrize("stream", [{"linear_acceleration": 1.0}], indirect=True, ids=str)
+def test_acceleration_rises_step_by_step_but_stops_do_not_wait(stream):
     stream.twist(1.0)
     drive(stream, 1.02)
     assert stream.twist(1.02) == pytest.approx((0.02, 0, 0))

@@ -55,8 +55,6 @@ def test_the_normalised_errors_of_the_end_pose_and_of_the_twist_lie_within_their
     errors, of_twist = normalised_errors(wheels, twists, noise, solver)
     low, high = chi2.interval(CONFIDENCE, 3 * RUNS) / np.array(RUNS)
     beyond = int(np.sum(errors > chi2.ppf(0.95, 3)))
-    print(f"mean normalised error squared {errors.mean():.3f}, bounds {low:.3f} to {high:.3f}; "
-          f"beyond its own 95 % bound: {beyond / RUNS:.1%}; of the twist {of_twist.mean():.3f}")
     assert low < errors.mean() < high
     fewest, most = binom.interval(CONFIDENCE, RUNS, 0.05)
     assert fewest <= beyond <= most

@@ -118,7 +118,7 @@ def test_minutes_of_random_commands_lose_none_and_let_no_older_one_win(name, min
         for _ in range(generator.randrange(1, 40)):
             newest = (generator.uniform(-0.6, 0.6), generator.uniform(-0.6, 0.6), generator.uniform(-3, 3))
             bench.command(newest)
-            bench.run(max(0.001, generator.expovariate(rate)), step=0.001)
+            bench.run(max(0.001, generator.expovariate(rate)))
     bench.run(0.2)
     lines = [line.strip() for _, line in bench.sent if line != b"\x1b"]
     assert bench.board.swallowed == []

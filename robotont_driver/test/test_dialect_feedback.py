@@ -1,9 +1,11 @@
 """What the dialects make of the boards' lines: odometry without loss, readings, malformed lines, restarts."""
 
 import math
+import random
 
+import numpy as np
 import pytest
-from dialect_bench import SQUARE, Bench, LineNoise, assert_near, official_wheels, turning_circle
+from dialect_bench import Bench, official_wheels
 
 from robotont_driver.protocol.dialects import make_dialect
 from robotont_driver.protocol.dialects.dialect import Power, Ranges
@@ -12,20 +14,26 @@ from robotont_driver.protocol.dialects.robotont2 import Robotont2
 from robotont_driver.protocol.packet import PacketError
 
 
-def follow(bench, *twists, seconds):
-    """Drive and stand; the odometry is where the board says."""
-    for twist in twists:
-        bench.hold(twist, seconds)
-    bench.settle(2.0)
-    assert_near(bench.pose(), bench.board_pose(), 1e-3, 1e-3)
+def follow_a_square_and_a_turning_circle(bench):
+    """Drive and stand: the odometry is where the board says. On the circle the robot turns the other way."""
+    for twist in ((0.2, 0, 0), (0, 0.2, 0), (-0.2, 0, 0), (0, -0.2, 0)):
+        bench.hold(twist, 3.0)
+    seconds, speed, rate = 12.0, 0.15, 50
+    for angle in np.linspace(0, 4 * math.pi, round(seconds * rate), endpoint=False):
+        bench.hold((speed * math.cos(angle), speed * math.sin(angle), -2 * math.pi / seconds), 1 / rate)
+    bench.hold((0.0, 0.0, 0.0), 2.0)
+    pose = bench.odometry.pose
+    x, y, yaw = np.subtract((pose.x, pose.y, pose.yaw), bench.board.odometry.pose)
+    assert math.hypot(x, y) <= 1e-3
+    assert abs(math.remainder(yaw, 2 * math.pi)) <= 1e-3
 
 
-@pytest.mark.parametrize("name, base_frame", [("robotont2", True), ("robotont2", False), ("robotont3", None)])
+@pytest.mark.parametrize("name, base_frame", [
+    ("robotont2", {"base_frame": True}), ("robotont2", {"base_frame": False}), ("robotont3", {})], ids=str)
 def test_a_square_and_a_turning_circle_end_where_the_board_says(name, base_frame):
-    bench = Bench(name, **({} if base_frame is None else {"base_frame": base_frame}))
-    follow(bench, *SQUARE, seconds=3.0)
-    follow(bench, *turning_circle(), seconds=0.02)
-    assert abs(bench.board_pose()[2] + 2 * math.pi) < 0.5  # it has really turned
+    bench = Bench(name, **base_frame)
+    follow_a_square_and_a_turning_circle(bench)
+    assert abs(bench.board.odometry.pose[2] + 2 * math.pi) < 0.5  # it has really turned
     edges = [path / (2 * math.pi * 0.035 / 1200) for path in bench.board.odometry.summed]
     assert [sum(column) for column in zip(*bench.counts)] == pytest.approx(edges, abs=1.0)
     assert (bench.dialect.dropped, bench.dialect.restarts) == ({}, 0)
@@ -35,16 +43,27 @@ def test_june_2018_ends_near_there():
     bench = Bench("robotont2018")
     bench.hold((0.2, 0, 0), 3.0)
     true = (bench.motors.paths[2] - bench.motors.paths[0]) / math.sqrt(3)
-    assert bench.pose()[0] == pytest.approx(true, rel=0.05)  # every second window is a guess
+    assert bench.odometry.pose.x == pytest.approx(true, rel=0.05)  # every second window is a guess
     assert not bench.dialect.dropped
+
+
+def line_noise(lines, bytes_):
+    """Loses a share of whole lines, replaces a share of bytes."""
+    chance, rest = random.Random(1), b""
+
+    def pass_on(data):
+        nonlocal rest
+        *whole, rest = (rest + data).split(b"\n")
+        kept = b"".join(line + b"\n" for line in whole if chance.random() >= lines)
+        return bytes(chance.randrange(256) if chance.random() < bytes_ else byte for byte in kept)
+    return pass_on
 
 
 @pytest.mark.parametrize("lines, bytes_, base_frame", [(0.2, 0.0, True), (0.0, 0.001, False), (0.2, 0.001, True)])
 def test_a_bad_line_loses_no_distance(lines, bytes_, base_frame):
     bench = Bench(base_frame=base_frame)
-    bench.pass_on = LineNoise(lines, bytes_)
-    follow(bench, *SQUARE, seconds=3.0)
-    follow(bench, *turning_circle(), seconds=0.02)
+    bench.pass_on = line_noise(lines, bytes_)
+    follow_a_square_and_a_turning_circle(bench)
     assert bench.dialect.repaired > 25 * lines
     assert bench.dialect.restarts == 0
     assert max(max(map(abs, counts)) for counts in bench.counts) < 2 * 0.3 / (2 * math.pi * 0.035 / 1200) * 0.02

@@ -2,50 +2,35 @@
 
 import pytest
 from dialect_bench import Bench, official_wheels
+from own_firmware_bench import Sender
 
 from robotont_driver.kinematics.wheel_params import read_wheels
 from robotont_driver.protocol.dialects import NAMES, expect_dialect, make_dialect
 from robotont_driver.protocol.dialects.recognition import Listener
 from robotont_testing.robots import SHIPPED
-from robotont_testing.stand_in_board import Board
 
 
-def talk(name, seconds=1.2):
+def talk(name):
     """What a board says, cold: (time, bytes)."""
     if name in ("plain", "checked"):
-        return own_talk(name == "checked", seconds)
+        sender = Sender(checked=name == "checked")
+        return [(period * 0.02, sender.packet([period % 7, -period % 5, 3])) for period in range(110)]
     bench = Bench(name)
     heard = []
     bench.pass_on = lambda data: heard.append((bench.now, data)) or b""
-    bench.hold((0.1, 0.05, 0.2), seconds + 1.0)
+    bench.hold((0.1, 0.05, 0.2), 2.2)
     return [(at, data) for at, data in heard if data]
-
-
-def own_talk(checked, seconds):
-    """What a board of the thesis or of this project says: (time, bytes)."""
-    board = Board("nobody", checked=checked, banner="")
-    talked = []
-    for period in range(round(seconds / 0.02) + 50):
-        counts = [period % 7, -period % 5, 3]
-        board.motors.counted = [total + count for total, count in zip(board.motors.counted, counts)]
-        talked.append((period * 0.02, board.packet(counts)))
-        board.counter = (board.counter + 1) % 256
-    return talked
 
 
 @pytest.mark.parametrize("start", ["cold", "in mid-stream", "in the middle of a line"])
 @pytest.mark.parametrize("name", NAMES[1:])
 def test_each_board_is_recognised_within_a_second(name, start):
-    wheels = official_wheels()
-    talked = talk(name)
-    if start != "cold":
-        begin = 0.7
-        talked = [(at, data) for at, data in talked if at >= begin]
-        if start == "in the middle of a line":
-            talked[0] = (talked[0][0], talked[0][1][7:])
-    dialect = make_dialect("auto", wheels)
-    dialect.usb_id = "0483:5740" if name == "robotont3" else "0483:374b"
     opened = 0.0 if start == "cold" else 0.7
+    talked = [(at, data) for at, data in talk(name) if at >= opened]
+    if start == "in the middle of a line":
+        talked[0] = (talked[0][0], talked[0][1][7:])
+    dialect = make_dialect("auto", official_wheels())
+    dialect.usb_id = "0483:5740" if name == "robotont3" else "0483:374b"
     dialect.connect(opened)
     at = opened
     for at, data in talked:
@@ -66,7 +51,7 @@ def test_a_board_of_any_number_of_wheels_is_recognised_and_they_are_counted():
 def test_a_checked_packet_that_lost_its_trailer_makes_no_plain_board():
     dialect = make_dialect("auto", official_wheels())
     dialect.connect(0.0)
-    (_, one), (_, two), *_ = own_talk(True, 1.0)
+    (_, one), (_, two), *_ = talk("checked")
     dialect.feed(one.partition(b";")[0] + b";\n", 0.02)
     dialect.feed(two, 0.04)
     assert dialect.spoken.name == "checked"

@@ -1,3 +1,5 @@
+from unittest.mock import MagicMock
+
 import pytest
 from dialect_bench import official_wheels
 
@@ -73,11 +75,6 @@ def test_an_echo_that_ends_is_forgotten():
 def test_commands_that_push_an_echoed_one_out_meanwhile_are_no_fault():
     """The link's thread sends while the other one looks for the line that has come back."""
     watch = EchoWatch()
-
-    class Sent(list):
-        def popleft(self):
-            raise IndexError("pop from an empty deque")
-
-    watch._sent = Sent([b"1:2:3;"])
+    watch._sent = MagicMock(**{"__iter__.return_value": [b"1:2:3;"], "popleft.side_effect": IndexError})
     watch.received(b"1:2:3;\n")
     assert not watch.echoing

@@ -1,7 +1,5 @@
 """Whatever a file, the parameter server or a line contains: results, or the documented errors, and nothing else."""
 
-import random
-
 import pytest
 import yaml
 from hypothesis import given, settings
@@ -13,6 +11,7 @@ from robotont_driver.protocol.dialects import NAMES, make_dialect
 from robotont_driver.protocol.packet import Packet
 from robotont_driver.robots.wheel_file import read_wheel_file
 from robotont_testing.robots import ROBOTONT2, WHEEL_PARAMS
+from robotont_testing.spoilt import spoilt
 
 VALUES = st.recursive(
     st.none() | st.booleans() | st.integers() | st.floats() | st.text(max_size=20)
@@ -25,24 +24,6 @@ LINES = (
     b"Setpoints 1:2:3\r\nEncoders 1:2:3\r\n\r\n", b"Temperatures 20.0:21.0:22.0\r\n")
 
 
-def mutated(data, seed, most=6):
-    """The bytes with up to `most` of them changed, lost, doubled or inserted."""
-    generator = random.Random(seed)
-    data = bytearray(data)
-    for _ in range(generator.randint(0, most)):
-        at = generator.randrange(len(data) + 1)
-        kind = generator.randrange(4)
-        if kind == 0:
-            data[at:at + 1] = bytes([generator.randrange(256)])
-        elif kind == 1:
-            del data[at:at + generator.randint(1, 5)]
-        elif kind == 2:
-            data[at:at] = data[at:at + generator.randint(1, 20)]
-        else:
-            data[at:at] = generator.choice((b"\n", b":", b";", b"-", b"9" * 400, b".", b"[", b"{", b"&a *a", b"\xff"))
-    return bytes(data)
-
-
 @pytest.mark.parametrize("name", NAMES)
 @settings(max_examples=50)
 @given(st.lists(st.tuples(st.sampled_from(LINES), st.integers(0, 2 ** 32)) | st.binary(max_size=300), max_size=30))
@@ -50,7 +31,7 @@ def test_dialects(name, pieces):
     dialect = make_dialect(name, read_wheels(ROBOTONT2))
     dialect.connect(0.0)
     for number, piece in enumerate(pieces):
-        data = mutated(*piece) if isinstance(piece, tuple) else piece
+        data = spoilt(*piece) if isinstance(piece, tuple) else piece
         if data.endswith(b":"):
             data = add_checksum(data[:-1].decode("latin-1").encode("ascii", "replace").decode() + ":")
         for packet in dialect.feed(data, 0.02 * number):
@@ -63,7 +44,7 @@ def test_dialects(name, pieces):
         dialect.tick(0.02 * number)
 
 
-@given(st.integers(0, 2 ** 32).map(lambda seed: mutated(WHEEL_PARAMS.read_bytes(), seed)) | st.binary(max_size=200)
+@given(st.integers(0, 2 ** 32).map(lambda seed: spoilt(WHEEL_PARAMS.read_bytes(), seed)) | st.binary(max_size=200)
        | VALUES.map(lambda value: yaml.safe_dump(value).encode()))
 def test_files(tmp_path_factory, content):
     """By read_mapping, as all other files of YAML."""

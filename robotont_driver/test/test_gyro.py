@@ -42,57 +42,41 @@ class Device:
 class Run:
     """Odometry of wheels and gyro along true twists."""
 
-    def __init__(self, wheels=THREE, device=None, noise=0.005, false_alarms=FALSE_ALARMS):
-        self.device = device or Device(0)
+    def __init__(self, device=None):
+        self.device = device
         self.gyro = Gyro(PERIOD, NOISE, WALK, 1.0, SCALE)
-        self.fusion = GyroFusion(self.gyro, false_alarms)
-        self.odometry = WheelOdometry(Kinematics(wheels), PERIOD, noise, self.fusion)
-        self.integral = self.fusion.integral
+        self.fusion = GyroFusion(self.gyro, FALSE_ALARMS)
+        self.odometry = WheelOdometry(Kinematics(THREE), PERIOD, 0.005, self.fusion)
         self.now = 0   # [ns]
         self.poses = []
         self.suspects = []
 
     def period(self, counts, speed, plugged=True):
-        step = round(PERIOD * SECOND / SAMPLES)
         for reading in self.device.read(speed):
-            self.now += step
+            self.now += round(PERIOD * SECOND / SAMPLES)
             if plugged:
-                self.integral.add(self.now, reading)
+                self.fusion.integral.add(self.now, reading)
         self.odometry.update(tuple(counts), 0.0, self.now)
-        pose = self.odometry.pose
-        self.poses.append((pose.x, pose.y, pose.yaw))
+        self.poses.append(pose_of(self.odometry))
         self.suspects.append(self.fusion.watch.suspects if self.fusion.watch else ())
+
+    def turn_by_hand(self, speed, seconds):
+        """The wheels stand."""
+        for _ in range(round(seconds / PERIOD)):
+            self.period((0, 0, 0), speed)
 
     def drive(self, counts, twists, unplugged=()):
         for number, (packet, twist) in enumerate(zip(counts.tolist(), twists)):
             self.period(packet, twist[2], number not in unplugged)
         return self
 
-    @property
-    def pose(self):
-        return self.poses[-1]
 
-
-def circles(number, speed=0.3, radius=0.25):
-    """Twists of so many circles."""
-    turn = speed / radius
-    return np.tile((speed, 0.0, turn), (round(number * 2 * math.pi / turn / PERIOD), 1))
-
-
-def with_rest(*parts, seconds=5.0):
-    return np.concatenate([still(seconds), *parts, still(0.5)])
-
-
-def of_wheels_alone(counts):
-    """Odometry without a gyro."""
-    alone = WheelOdometry(Kinematics(THREE), PERIOD, 0.005)
-    for packet in counts.tolist():
-        alone.update(packet, 0.0)
-    return alone
+def pose_of(odometry):
+    return odometry.pose.x, odometry.pose.y, odometry.pose.yaw
 
 
 def test_at_rest_the_heading_stays_and_the_bias_is_learnt():
-    run = Run(device=Device(1, bias=0.017))
+    run = Run(Device(1, bias=0.017))
     for number in range(round(30 / PERIOD)):
         flicker = 1 if number % 7 == 0 else -1 if number % 7 == 1 else 0  # an encoder between two edges
         run.period((flicker, 0, 0), 0.0)
@@ -104,11 +88,10 @@ def test_at_rest_the_heading_stays_and_the_bias_is_learnt():
 
 
 def test_a_robot_that_is_turned_by_hand_is_followed_and_its_bias_kept():
-    run = Run(device=Device(2))
+    run = Run(Device(2))
     for speed, seconds in ((0.0, 5.0), (1.0, 1.0), (-0.5, 1.0), (0.0, 2.0)):
-        for _ in range(round(seconds / PERIOD)):
-            run.period((0, 0, 0), speed)
-    assert math.degrees(abs(run.pose[2] - 0.5)) < 5.0  # but for the first tenths of a second
+        run.turn_by_hand(speed, seconds)
+    assert math.degrees(abs(run.poses[-1][2] - 0.5)) < 5.0  # but for the first tenths of a second
     assert abs(run.gyro.bias - run.device.bias) < 5e-4
     at_once = round(5.0 / PERIOD)
     assert not any(run.suspects[:at_once])
@@ -117,11 +100,10 @@ def test_a_robot_that_is_turned_by_hand_is_followed_and_its_bias_kept():
 
 
 def test_a_bias_that_jumps_is_learnt_anew():
-    run = Run(device=Device(3))
+    run = Run(Device(3))
     for jump in (0.0, 0.05):
         run.device.bias += jump
-        for _ in range(round(8.0 / PERIOD)):
-            run.period((0, 0, 0), 0.0)
+        run.turn_by_hand(0.0, 8.0)
     assert abs(run.gyro.bias - run.device.bias) < 1e-3
     assert run.gyro.ready
     assert run.suspects[-1] == ()
@@ -130,9 +112,9 @@ def test_a_bias_that_jumps_is_learnt_anew():
 @pytest.mark.parametrize("length", [2, 10, 10000], ids=lambda packets: f"{packets} packets")
 def test_unplugged_the_wheels_go_on_without_a_jump(length):
     """Against the truth, packet by packet."""
-    twists = with_rest(mixed_drive(8.0, np.random.default_rng(8)))
+    twists = np.concatenate([still(5.0), mixed_drive(8.0, np.random.default_rng(8)), still(0.5)])
     start = round(8.0 / PERIOD)
-    run = Run(device=Device(4)).drive(counted(THREE, rolled(THREE, twists)), twists, range(start, start + length))
+    run = Run(Device(4)).drive(counted(THREE, rolled(THREE, twists)), twists, range(start, start + length))
     jumps = np.abs(np.diff(np.array(run.poses) - path_of(twists)[1:], axis=0))[start - 5:]
     assert 1000 * jumps[:, :2].max() < 1.0
     assert np.degrees(np.abs(se2.wrap(jumps[:, 2])).max()) < 0.1
@@ -147,68 +129,53 @@ def stalled(times, stalls):
     return arrivals
 
 
-def drive_stalled(counts, twists, device, stalls, lost=()):
-    """The Run of packets and samples that arrive behind `stalls`; the packets of the numbers in `lost` do not."""
-    run, clock = Run(), PacketStamps(PERIOD)
-    ends = PERIOD * np.arange(1, len(counts) + 1)
-    samples = np.concatenate([end - PERIOD + PERIOD / SAMPLES * np.arange(1, SAMPLES + 1) for end in ends])
+@pytest.mark.parametrize("longest", [0.5, 2.0], ids=lambda seconds: f"stalls of {seconds:g} s")
+@pytest.mark.parametrize("seed", [0, 1])
+def test_a_machine_that_stalls_loses_no_heading(longest, seed):
+    """It turns nearly all the time, and the samples arrive behind all the packets of a stall, each with its stamp."""
+    speed, radius = 0.3, 0.25
+    circles = np.tile((speed, 0.0, speed / radius), (round(3 * 2 * math.pi * radius / speed / PERIOD), 1))
+    twists = np.concatenate([still(5.0), circles, still(0.5)])
+    counts = counted(THREE, rolled(THREE, twists), 0.005).tolist()
+    device, run, clock = Device(seed, scale=1.0), Run(), PacketStamps(PERIOD)
     readings = np.concatenate([device.read(twist[2]) for twist in twists])
-    events = sorted([(at, 0, number) for number, at in enumerate(stalled(ends, stalls)) if number not in lost]
-                    + [(at, 1, number) for number, at in enumerate(stalled(samples, stalls))])
-    for at, kind, number in events:
-        if kind:
-            run.integral.add(round(samples[number] * SECOND), readings[number])
+    chance = np.random.default_rng([seed, 11])
+    begins = np.cumsum(chance.uniform(0.2, 2 * longest + 0.2, 200)) + 4.0
+    stalls = np.column_stack([begins, begins + chance.uniform(0, longest, 200)])
+    sampled = PERIOD / SAMPLES * np.arange(1, len(readings) + 1)
+    packets = stalled(PERIOD * np.arange(1, len(counts) + 1), stalls)
+    events = sorted([(at, 0, number) for number, at in enumerate(packets)]
+                    + [(at, 1, number) for number, at in enumerate(stalled(sampled, stalls))])
+    for at, is_sample, number in events:
+        if is_sample:
+            run.fusion.integral.add(round(sampled[number] * SECOND), readings[number])
         else:
             now = round(at * SECOND)
             run.odometry.update(counts[number], 0.0, clock.stamp(now, now))
-    return run
-
-
-def random_stalls(generator, longest, begin):
-    """[s] begin and end of stalls of up to `longest`, 200 x 2, as long apart."""
-    begins = np.cumsum(generator.uniform(0.2, 2 * longest + 0.2, 200)) + begin
-    return np.column_stack([begins, begins + generator.uniform(0, longest, 200)])
-
-
-@pytest.mark.parametrize("longest", [0.5, 2.0], ids=lambda seconds: f"stalls of {seconds:g} s")
-def test_a_machine_that_stalls_loses_no_heading(longest):
-    """It turns nearly all the time, and the samples arrive behind all the packets of a stall, each with its stamp."""
-    twists = with_rest(*(circles(1) for _ in range(3)))
-    truth = path_of(twists)[-1, 2]
-    counts = counted(THREE, rolled(THREE, twists), 0.005).tolist()
-    errors = []
-    for seed in range(2):
-        stalls = random_stalls(np.random.default_rng([seed, 11]), longest, 4.0)
-        run = drive_stalled(counts, twists, Device(seed, scale=1.0), stalls)
-        errors.append(math.degrees(se2.wrap(run.odometry.pose.yaw - truth)))
-    assert np.abs(errors).max() < 1.5
+    assert math.degrees(abs(se2.wrap(run.odometry.pose.yaw - path_of(twists)[-1, 2]))) < 1.5
 
 
 @pytest.mark.parametrize("slipping, twist", [(0, (0.3, 0.0, 0.0)), (1, (0.0, 0.3, 0.0)), (2, (0.0, 0.0, 1.0))],
                          ids=str)
 def test_a_wheel_of_three_that_slips_is_named_within_three_tenths_of_a_second(slipping, twist):
-    """It turns as commanded, but its part of the motion is not there."""
-    part = 0.5
-    commanded = np.tile(twist, (round(2.0 / PERIOD), 1))
-    paths = rolled(THREE, commanded)
-    ground = paths.copy()
-    ground[:, slipping] *= 1 - part
+    """It turns as commanded, but half of its part of the motion is not there."""
+    good, slips = (np.tile(twist, (round(seconds / PERIOD), 1)) for seconds in (1.0, 2.0))
+    ground = rolled(THREE, slips)
+    ground[:, slipping] *= 0.5
     moved = (Kinematics(THREE).inverse @ ground.T).T / PERIOD
-    good = np.tile(twist, (round(1.0 / PERIOD), 1))
     twists = np.concatenate([still(3.0), good, moved, still(1.0)])
-    counts = counted(THREE, np.concatenate([rolled(THREE, still(3.0)), rolled(THREE, good), paths,
-                                            rolled(THREE, still(1.0))]), 0.005)
-    run = Run(device=Device(5)).drive(counts, twists)
+    counts = counted(THREE, rolled(THREE, np.concatenate([still(3.0), good, slips, still(1.0)])), 0.005)
+    run, alone = Run(Device(5)).drive(counts, twists), WheelOdometry(Kinematics(THREE), PERIOD, 0.005)
+    for packet in counts.tolist():
+        alone.update(packet, 0.0)
     begins = round(4.0 / PERIOD)
     assert not any(run.suspects[:begins])
     named = next(number for number, suspects in enumerate(run.suspects[begins:]) if suspects)
-    truth = path_of(twists)[-1]
-    alone = of_wheels_alone(counts)
-    off, wheels_off = (math.hypot(x - truth[0], y - truth[1]) for x, y in (run.pose[:2], (alone.pose.x, alone.pose.y)))
     assert named * PERIOD <= 0.3
     assert slipping in run.suspects[begins + 25]
-    assert abs(math.degrees(se2.wrap(run.pose[2] - truth[2]))) < 5.0
-    assert off < wheels_off
+    off, off_by_wheels = (np.subtract(pose, path_of(twists)[-1]) for pose in (run.poses[-1], pose_of(alone)))
+    assert abs(math.degrees(se2.wrap(off[2]))) < 5.0
+    assert np.hypot(*off[:2]) < np.hypot(*off_by_wheels[:2])
     assert run.suspects[-1] == ()
 
 

@@ -28,22 +28,20 @@ def start(now):
     return KeptPose("/robot/odom_node", now)
 
 
-def test_the_next_run_goes_on_from_the_newest_pose_with_the_gap_in_its_covariance(parameters):
+@pytest.mark.parametrize("now, new_launch, gap", [
+    (14.0, False, 2.0), (13.0, True, None), (12.1 + LONGEST_GAP, False, None), (3.0, False, None)],
+    ids=["soon", "a new launch", "too long ago", "a reboot"])
+def test_the_next_run_goes_on_from_the_newest_pose_with_the_gap_in_its_covariance(parameters, now, new_launch, gap):
     first = start(10.0)
     assert first.found is None
     first.keep(POSE, P, TWIST, 11.0)
     first.keep(MOVED, P, TWIST, 12.0)
-    found = start(14.0).found
-    assert (found.pose, found.gap) == (MOVED, 2.0)
-    assert found.covariance == pytest.approx(P.plus(Covariance(0.25, 0.0, 0.0, 0.25, 0.0, 4.0)))
-
-
-@pytest.mark.parametrize("what, now", [("a new launch", 13.0), ("too long ago", 12.1 + LONGEST_GAP), ("a reboot", 3.0)])
-def test_nothing_is_taken_from(parameters, what, now):
-    start(10.0).keep(POSE, NONE, TWIST, 12.0)
-    if what == "a new launch":
+    if new_launch:
         parameters.clear()  # as `clear_params` of robot.launch does
-    assert start(now).found is None
+    found = start(now).found
+    assert (found and (found.pose, found.gap)) == (gap and (MOVED, gap))
+    if found:
+        assert found.covariance == pytest.approx(P.plus(Covariance(0.25, 0.0, 0.0, 0.25, 0.0, 4.0)))
 
 
 def test_a_link_of_another_user_is_not_followed(parameters, tmp_path):

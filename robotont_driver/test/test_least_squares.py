@@ -1,21 +1,11 @@
 import numpy as np
-import pytest
 
 from robotont_driver.kinematics.kinematics import wheel_matrix
 from robotont_driver.kinematics.least_squares import SOLVERS, condition, least_squares, triples
 from robotont_driver.kinematics.wheel_params import read_wheels
 from robotont_testing.robots import UNEVEN_4, UNEVEN_5
-from robotont_testing.simulated_wheels import even_wheels
-
-ROBOTS = {
-    **{f"even {number}": read_wheels(even_wheels(number)) for number in (3, 4, 5, 6)},
-    "uneven 4": read_wheels(UNEVEN_4),
-    "uneven 5": read_wheels(UNEVEN_5),
-}
-each_robot = pytest.mark.parametrize("wheels", ROBOTS.values(), ids=ROBOTS)
 
 
-@each_robot
 def test_without_noise_both_solvers_give_the_twist(wheels):
     matrix = wheel_matrix(wheels)
     twists = np.random.default_rng(1).uniform(-2, 2, (1000, 3))

@@ -25,14 +25,11 @@ def test_speed_limits_hold_and_keep_the_direction(twist, linear, angular, wheel)
         assert not wheel or factors[0] * max(map(abs, wheel_speeds)) <= wheel * slack
 
 
-@given(twist=twists)
-def test_zero_means_no_limit(twist):
-    assert limit_speed(twist, twist, Limits()) == twist
-    assert limit_acceleration((1, 1, 1), twist, 0.001, Limits()) == twist
-
-
-def test_the_tightest_limit_decides():
-    assert limit_speed((3.0, 4.0, 2.0), (6.0, 0.0, 0.0), Limits(2.5, 1.5, 1.2)) == pytest.approx((0.6, 0.8, 0.4))
+@pytest.mark.parametrize("limits, factor", [
+    (Limits(2.5, 1.5, 1.2), 0.2), (Limits(2.5, 1.5), 0.5), (Limits(4.0, 1.5), 0.75), (Limits(), 1.0)], ids=str)
+def test_the_tightest_limit_decides_and_zero_means_none(limits, factor):
+    assert limit_speed((3.0, 4.0, 2.0), (6.0, 0.0, 0.0), limits) == pytest.approx((3 * factor, 4 * factor, 2 * factor))
+    assert limit_acceleration((1, 1, 1), (3.0, 4.0, 2.0), 0.001, limits) == (3.0, 4.0, 2.0)
 
 
 @given(previous=twists, wanted=twists, elapsed=st.floats(0.001, 0.05), linear=bounds, angular=bounds,

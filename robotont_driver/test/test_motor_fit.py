@@ -31,8 +31,6 @@ def test_friction_gain_and_time_constant_of_other_motors_are_found_and_their_err
     truths, fits = drawn
     found = np.array([(fit.friction, fit.gain, fit.tau) for fit in fits])
     off = found[..., 0] - truths
-    print("rms", np.sqrt(np.mean(off ** 2, axis=0)), "largest", abs(off).max(axis=0), "within 1, 2, 3 errors",
-          [np.mean(np.abs(off) < times * found[..., 1], axis=0) for times in (1, 2, 3)])
     assert (np.abs(off[:, 0]) < 2).all(), "of 4000"
     assert (np.abs(off[:, 1]) < 0.005 * truths[:, 1]).all()
     assert (np.abs(off[:, 2]) < 0.08).all(), "periods: 1.6 ms"

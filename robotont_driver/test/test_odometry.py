@@ -92,3 +92,17 @@ def test_paths_in_doubt_widen_the_covariance_by_what_they_may_be_wrong():
     steps = KINEMATICS.inverse * KINEMATICS.wheels.metres_per_edge * edges
     assert odom.pose.covariance.matrix - before == pytest.approx(steps @ steps.T, abs=1e-12)
     assert (odom.pose.x, odom.pose.y, odom.pose.yaw) == where
+
+
+def test_a_covariance_counts_as_its_matrix():
+    generator = np.random.default_rng(1)
+    for _ in range(20):
+        root, other_root, jacobian = generator.normal(size=(3, 3, 3))
+        one, other, vector = root @ root.T, other_root @ other_root.T, generator.normal(size=3)
+        covariance = Covariance.of_matrix(one)
+        assert np.array_equal(covariance.matrix, (one + one.T) / 2)
+        assert covariance.rows == tuple(covariance.matrix.ravel())
+        assert covariance.plus(Covariance.of_matrix(other)).matrix == pytest.approx(one + other)
+        assert covariance.times(0.3).matrix == pytest.approx(0.3 * one)
+        assert covariance.propagated(jacobian).matrix == pytest.approx(jacobian @ one @ jacobian.T)
+        assert Covariance.of_vector(vector).matrix == pytest.approx(np.outer(vector, vector))

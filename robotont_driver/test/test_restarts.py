@@ -6,36 +6,30 @@ import random
 import numpy as np
 import pytest
 from dialect_bench import official_wheels
+from own_firmware_bench import Sender
 
 from robotont_boards.virtual_board import OfficialOdometry
+from robotont_driver.kinematics import se2
 from robotont_driver.kinematics.kinematics import Kinematics
 from robotont_driver.odometry.odometry import WheelOdometry
 from robotont_driver.protocol.dialects import make_dialect
-from robotont_testing.stand_in_board import Board, identity, sealed
+from robotont_testing.stand_in_board import PERIOD, identity, sealed
 
-PERIOD = 0.02
 EDGES_PER_METRE = 1200 / (2 * math.pi * 0.035)
 MATRIX = np.array([(-math.sin(angle), math.cos(angle), 0.145) for angle in np.radians((60, 180, 300))])
 METRES, RADIANS = 0.005, math.radians(0.5)  # a smaller error is none
-KINDS = ("checked", "robotont2", "robotont3")
 
 
 class Robot:
     """The true motion: `pose` (x, y, yaw) and `edges` of each wheel; motors that follow within 0.1 s."""
 
     def __init__(self):
-        self.pose = np.zeros(3)
-        self.edges = np.zeros(3)
-        self.twist = np.zeros(3)
+        self.pose, self.edges, self.twist = np.zeros((3, 3))
 
     def move(self, wanted):
         """One period with the motors set to a twist."""
         self.twist = self.twist + (np.array(wanted) - self.twist) * (1 - math.exp(-PERIOD / 0.1))
-        vx, vy, turn = self.twist
-        half = self.pose[2] + turn * PERIOD / 2
-        chord = np.sinc(turn * PERIOD / 2 / math.pi) * PERIOD
-        cos, sin = chord * math.cos(half), chord * math.sin(half)
-        self.pose = self.pose + np.array((cos * vx - sin * vy, sin * vx + cos * vy, turn * PERIOD))
+        self.pose = np.array(se2.compose(self.pose, se2.arc(self.twist * PERIOD)))
         self.edges = self.edges + MATRIX @ self.twist * PERIOD * EDGES_PER_METRE
 
 
@@ -46,27 +40,25 @@ class CheckedBoard:
 
     def __init__(self, robot, chance):
         self._robot, self._chance = robot, chance
-        self.sender = Board("unused", identity=identity())
+        self._sender = Sender(identity=identity())
+        self.board = self._sender.board
         self.restart()
-        self.sender.counter = chance.randrange(256)
+        self.board.counter = chance.randrange(256)
 
     def restart(self):
-        self.sender.motors.counted = self._counted = np.floor(self._robot.edges).astype(int).tolist()
-        self.sender.restart(start_totals=self._chance.choice((0, self._chance.randrange(65536))))
+        self._counted = np.floor(self._robot.edges).astype(int)
+        self.board.restart(start_totals=self._chance.choice((0, self._chance.randrange(65536))))
 
     def send(self):
-        before, self._counted = self._counted, np.floor(self._robot.edges).astype(int).tolist()
-        self.sender.motors.counted = self._counted
-        line = self.sender.packet([now - then for now, then in zip(self._counted, before)])
-        self.sender.counter = (self.sender.counter + 1) % 256
-        return line
+        before, self._counted = self._counted, np.floor(self._robot.edges).astype(int)
+        return self._sender.packet((self._counted - before).tolist())
 
 
 class PoseBoard:
-    """The official firmware's odometry and lines."""
+    """The official firmware's odometry and lines; `burst`: [bytes] that are sent at once, as over USB."""
 
     banner = b"**** MAIN ****\r\n"
-    burst = 1
+    burst = None
 
     def __init__(self, robot, chance):
         self._robot = robot
@@ -85,16 +77,12 @@ class PoseBoard:
         self._odometry.update((now - self._before) / EDGES_PER_METRE / PERIOD)
         self._before = now
         self._waiting += self._odometry.line(base_frame=True)
-        sent = b""
-        while len(self._waiting) >= self.burst:
-            size = max(self.burst, 1) if self.burst > 1 else len(self._waiting)
-            sent, self._waiting = sent + self._waiting[:size], self._waiting[size:]
+        size = len(self._waiting) if self.burst is None else len(self._waiting) // self.burst * self.burst
+        sent, self._waiting = self._waiting[:size], self._waiting[size:]
         return sent
 
 
 class BurstBoard(PoseBoard):
-    """The same over USB, in bursts."""
-
     burst = 1024
 
 
@@ -129,10 +117,10 @@ class Drive:
             self.now += PERIOD
             self.hear(self.board.send())
 
-    def pause(self, periods, wanted):
-        """The board is dead."""
+    def pause(self, periods):
+        """The board is dead, and the robot rolls out."""
         for _ in range(periods):
-            self.robot.move(wanted)
+            self.robot.move((0.0, 0.0, 0.0))
             self.now += PERIOD
 
     def hear(self, data):
@@ -151,17 +139,18 @@ class Drive:
         self.run(75 if isinstance(self.board, BurstBoard) else 30, change=0.0)
 
     @property
-    def error(self):
-        """([m], [rad]) of the odometry."""
+    def off(self):
+        """By what the odometry is wrong: (x [m], y [m], yaw [rad])."""
         pose = self.odometry.pose
-        x, y, yaw = self.robot.pose
-        return math.hypot(pose.x - x, pose.y - y), abs(math.remainder(pose.yaw - yaw, 2 * math.pi))
+        return np.subtract((pose.x, pose.y, pose.yaw), self.robot.pose)
 
-    @property
-    def spread(self):
-        """([m], [rad]) standard deviations that the odometry states."""
+    def assert_right(self, within_what_is_stated):
+        """No error that counts; `within_what_is_stated`: beyond two standard deviations."""
         covariance = self.odometry.pose_covariance
-        return math.sqrt(covariance.xx + covariance.yy), math.sqrt(covariance.aa)
+        x, y, yaw = self.off
+        for error, variance, negligible in ((math.hypot(x, y), covariance.xx + covariance.yy, METRES),
+                                            (abs(se2.wrap(yaw)), covariance.aa, RADIANS)):
+            assert error <= negligible + 2 * math.sqrt(variance) * within_what_is_stated
 
 
 def restarted(kind, seed):
@@ -176,7 +165,7 @@ def restarted(kind, seed):
     drive.run(2)
     drive.board.restart()
     drive.lost = 0
-    drive.pause(chance.choice((0, 0, chance.randrange(15), chance.randrange(100))), (0.0, 0.0, 0.0))
+    drive.pause(chance.choice((0, 0, chance.randrange(15), chance.randrange(100))))
     if chance.random() < 0.5:
         drive.hear(drive.board.banner)
     drive.lost = chance.randrange(6)
@@ -187,21 +176,18 @@ def restarted(kind, seed):
     return drive
 
 
-@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("kind", BOARDS)
 def test_no_restart_moves_the_robot_unless_it_is_told(kind):
     told = 0
     for seed in range(100):
         drive = restarted(kind, seed)
         told += drive.dialect.restarts
-        if drive.dialect.restarts:
-            continue
-        bounds = drive.spread if drive.dialect.doubts else (0.0, 0.0)
-        for error, bound, negligible in zip(drive.error, bounds, (METRES, RADIANS)):
-            assert error <= negligible + 2 * bound, (seed, drive.error, bounds)
+        if not drive.dialect.restarts:
+            drive.assert_right(within_what_is_stated=bool(drive.dialect.doubts))
     assert 75 < told < 104  # a spoilt line may be taken for one more
 
 
-@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("kind", BOARDS)
 def test_lost_lines_and_spoilt_bytes_are_no_restart(kind):
     restarts = 0
     for seed in range(25):
@@ -216,22 +202,20 @@ def test_lost_lines_and_spoilt_bytes_are_no_restart(kind):
         drive.settle()
         restarts += drive.dialect.restarts
         # near the board's origin three good lines after many bad ones may well be those of a restart
-        bounds = drive.spread if drive.dialect.restarts else (0.0, 0.0)
-        for error, bound, negligible in zip(drive.error, bounds, (METRES, RADIANS)):
-            assert error <= negligible + 2 * bound, (seed, drive.error, bounds)
+        drive.assert_right(within_what_is_stated=bool(drive.dialect.restarts))
     assert restarts <= (0 if kind == "checked" else 2)
 
 
 @pytest.mark.parametrize("lost", [85, 90, 95])
 def test_a_counter_that_starts_anew_at_once_is_no_gap_of_periods_for_which_there_was_no_time(lost):
     drive = Drive("checked", lost)
-    drive.board.sender.counter, drive.board.sender.offset = (-lost - 201) % 256, 3000
+    board = drive.board.board
+    board.counter, board.offset = (-lost - 201) % 256, 3000
     drive.wanted = (0.2, 0.0, 0.0)
     drive.run(200, change=0.0)
-    before = drive.robot.pose - (drive.odometry.pose.x, drive.odometry.pose.y, drive.odometry.pose.yaw)
+    before = drive.off
     drive.board.restart()
-    drive.board.sender.offset = 0
+    board.offset = 0
     drive.run(30, change=0.0)
-    after = drive.robot.pose - (drive.odometry.pose.x, drive.odometry.pose.y, drive.odometry.pose.yaw)
     assert (drive.dialect.restarts, drive.dialect.repaired) == (1, 0)
-    assert np.abs(after - before).max() < 0.001
+    assert np.abs(drive.off - before).max() < 0.001

@@ -1,24 +1,17 @@
-from pathlib import Path
-
 import pytest
 
-from robotont_boards import BOARDS
 from robotont_driver.robots.wheel_file import read_wheel_file
 from robotont_driver.tools.turned_wheels import TurnedWheels, main
-from robotont_testing.board_port import BoardPort
-from robotont_testing.dc_motors import Motors
+from robotont_testing.robots import ROBOTONT2_PARAMS, WHEEL_PARAMS
 from robotont_testing.stand_in_board import Board
 
-CONFIG = Path(__file__).resolve().parents[2] / "config"
-OURS, OFFICIAL = CONFIG / "wheel_params.yaml", CONFIG / "robots" / "robotont2" / "wheel_params.yaml"
+
+def turned_wheels(params):
+    return TurnedWheels(read_wheel_file(params)[0])
 
 
-@pytest.fixture
-def turned():
-    return TurnedWheels(read_wheel_file(str(OFFICIAL))[0])
-
-
-def test_a_wheel_is_shown_once_per_step_with_its_place_and_direction(turned):
+def test_a_wheel_is_shown_once_per_step_with_its_place_and_direction():
+    turned = turned_wheels(ROBOTONT2_PARAMS)
     lines = [line for _ in range(100) for line in turned.add((0, -1, 0))]
     assert lines == ["wheel 1 (at 180 degrees): backward, -15 degrees in all"]
     assert turned.add((0, -100, 0)) == ["wheel 1 (at 180 degrees): backward, -60 degrees in all"]
@@ -27,14 +20,13 @@ def test_a_wheel_is_shown_once_per_step_with_its_place_and_direction(turned):
     assert turned.verdict == "less than 30 degrees: wheel 0"
 
 
-@pytest.mark.parametrize("path, turn", [(OFFICIAL, "counterclockwise"), (OURS, "clockwise")])
-def test_a_robot_that_was_turned_on_the_floor_shows_whether_the_signs_fit(path, turn):
-    wheels = read_wheel_file(str(path))[0]
+@pytest.mark.parametrize("params, turn", [(ROBOTONT2_PARAMS, "counterclockwise"), (WHEEL_PARAMS, "clockwise")])
+def test_a_robot_that_was_turned_on_the_floor_shows_whether_the_signs_fit(params, turn):
     for counts, words in (
         ((300, 310, 290), f"all wheels turned as if the robot had been turned {turn}"),
         ((300, -310, 290), "disagree about the robot's rotation: wheel 0 forward, wheel 1 backward, wheel 2 forward"),
     ):
-        turned = TurnedWheels(wheels)
+        turned = turned_wheels(params)
         turned.add(counts)
         assert words in turned.verdict
 
@@ -52,13 +44,9 @@ def test_our_own_board_is_watched_and_hears_nothing(tmp_path, capsys):
                          "wheel 2 forward")
 
 
-def test_an_official_board_is_watched_too(tmp_path, capsys):
-    port = BoardPort(str(tmp_path / "board"), lambda now: BOARDS["robotont2"](Motors(), start=now))
-    port.plug()
-    try:
-        assert main([port.link, "robot:=robotont2", "--seconds", "1.0"]) == 0
-    finally:
-        port.unplug()
+def test_an_official_board_is_watched_too(official_board, capsys):
+    port = official_board("robotont2")
+    assert main([port.link, "robot:=robotont2", "--seconds", "1.0"]) == 0
     assert "less than 30 degrees: wheel 0, 1, 2" in capsys.readouterr().out
     assert port.heard == []
 

@@ -62,11 +62,6 @@ def test_packets_of_the_most_wheels_fit_into_a_line():
     assert len(format_packet([-9999] * MOST_WHEELS) + "FF" + totals + status + ":CCCC") <= LONGEST_LINE + 1
 
 
-def test_nearly_parallel_wheels_are_refused():
-    faults = faults_of({**SHIPPED, "wheelRads": [0.0, 0.001, math.pi]})
-    assert "rank < 3" in faults[0]
-
-
 @pytest.mark.parametrize("key, value, words", [
     ("wheelRads", [45, 135, 225], "in degrees? then write [0.785398, 2.356194, 3.926991]"),
     ("referenceDirection", -90, "in degrees? then write -1.570796"),
@@ -74,8 +69,9 @@ def test_nearly_parallel_wheels_are_refused():
     ("wheelDistanceFromCenter", [125, 125, 130], "in millimetres? then write [0.125, 0.125, 0.13]"),
     ("wheelRadius", 3.5, "up to 2 times wheelDistanceFromCenter, 0.125 [m]: are both in metres?"),
     ("wheelRadius", 1e-300, "a number from 0.001 to 10 [m]"),
+    ("wheelRads", [0.0, 0.001, math.pi], "(these give a wheel matrix of rank < 3)"),
 ])
-def test_another_unit_is_refused_with_the_value_that_is_meant(key, value, words):
+def test_another_unit_or_place_is_refused_with_what_is_meant(key, value, words):
     (fault,) = faults_of({**SHIPPED, key: value})
     assert fault.startswith(f"{key}: found {value!r}, allowed: ")
     assert fault.endswith(words) or words in fault

@@ -63,4 +63,4 @@ class BoardPort(Cable):
         self._turned = now
         data = self.board.advance(now)
         if data:
-            self.send(b"".join(self.line.pass_on(data)))
+            self.send(self.line.pass_on(data))

@@ -1,12 +1,11 @@
 """A board whose clock is even however busy the machine is, in a process of its own, and what its packets said when.
 
-python3 -m robotont_testing.even_board LINK LOG [--corrupt P] [--hold N]
+python3 -m robotont_testing.even_board LINK LOG HOLD
 
-Its wheels turn at random. LOG gets a line `second count count ...` per period: the end of the period on the steady
-clock, and the counts. Ends when its standard input does.
+Its wheels turn at random; HOLD packets wait for the next one. LOG gets a line `second count count ...` per period: the
+end of the period on the steady clock, and the counts. Ends when its standard input does.
 """
 
-import argparse
 import contextlib
 import os
 import random
@@ -18,20 +17,21 @@ from robotont_testing.stand_in_board import Board
 
 PERIOD = 0.02  # [s]
 FASTEST = 20   # [edges per period]
+CORRUPT = 0.001  # part of the bytes that are spoilt
 
 
 class EvenBoard(Board):
     """A `Board` of which each period's end and counts are written to the file `log`."""
 
-    def __init__(self, link, log, period):
-        super().__init__(link, period=period)
+    def __init__(self, link, log):
+        super().__init__(link)
         self._log = log
         self._random = random.Random(3)
 
     def _tick(self, now):
         self._commanded_at = now
         self._speeds = [self._random.randint(-FASTEST, FASTEST) for _ in range(self.wheels)]
-        self._log.write(" ".join(map(str, (self.due - self.period, *self._speeds))) + "\n")
+        self._log.write(" ".join(map(str, (self.due - PERIOD, *self._speeds))) + "\n")
         super()._tick(now)
 
 
@@ -55,16 +55,11 @@ def numbers_of(published, sent):
 
 def main():
     """Run until standard input ends."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("link")
-    parser.add_argument("log")
-    parser.add_argument("--corrupt", type=float, default=0.0, help="part of the bytes that are spoilt")
-    parser.add_argument("--hold", type=int, default=0, help="packets that wait for the next one")
-    options = parser.parse_args()
+    link, log, hold = sys.argv[1:]
     hurry()
-    with open(options.log, "w", buffering=1 << 16) as log:
-        board = EvenBoard(options.link, log, PERIOD)
-        board.line.corrupt, board.line.hold = options.corrupt, options.hold
+    with open(log, "w", buffering=1 << 16) as file:
+        board = EvenBoard(link, file)
+        board.line.corrupt, board.line.hold = CORRUPT, int(hold)
         with board:
             sys.stdin.read()
 

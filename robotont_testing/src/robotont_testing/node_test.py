@@ -47,10 +47,6 @@ class NodeTest(unittest.TestCase):
         """Whether the driver's nodes are to share a process: the argument `composed` of the .test file."""
         return rospy.get_param("/composed", True)
 
-    def start_driver(self, node, namespace, log=None):
-        """Start driver_node, serial_com_node or odom_node in a namespace, alone or in a robotont_node."""
-        return self.processes.node("robotont_node" if self.composed else node, f"__ns:={namespace}", log=log)
-
     def _on_diagnostics(self, message):
         for status in message.status:
             self.status[status.name] = status

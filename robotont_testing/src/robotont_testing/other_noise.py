@@ -10,6 +10,8 @@ import numpy as np
 
 PERIOD = 0.02  # [s] of the board
 FINE = 4       # parts of a period in which wheels roll
+# of the gyro: samples [Hz], noise [rad/s/sqrt(Hz)], deviation of the bias and step of a reading [rad/s]
+GYRO_RATE, DENSITY, BIAS, STEP = 100.0, 1e-4, 0.01, 0.001
 
 
 def _followed(wished, lag=0.08):
@@ -39,72 +41,52 @@ def joystick(seconds, rng, speed=0.4, turn=1.2, stops=0.2):
     return _followed(_stretches(parts)[:round(seconds / PERIOD)])
 
 
-def squares(side=1.0, rounds=1, sense=1, speed=0.3, turn=1.0):
+def squares(side=1.0, rounds=1, speed=0.3, turn=1.0):
     """Squares: each side ahead, each corner on the spot, each with a short stop behind it."""
-    legs = [(side / speed, (speed, 0, 0)), (0.5, (0, 0, 0)), (math.pi / 2 / turn, (0, 0, sense * turn)),
-            (0.5, (0, 0, 0))]
+    legs = [(side / speed, (speed, 0, 0)), (0.5, (0, 0, 0)), (math.pi / 2 / turn, (0, 0, turn)), (0.5, (0, 0, 0))]
     return _followed(_stretches(legs * 4 * rounds))
 
 
-def circles(radius=0.5, rounds=1, sense=1, speed=0.3, heading=0.0):
-    """Circles in one go, the nose at `heading` to the way."""
+def circles(radius=0.5, rounds=1, speed=0.3):
+    """Circles in one go."""
     seconds = 2 * math.pi * radius / speed * rounds
-    twist = (speed * math.cos(heading), speed * math.sin(heading), sense * speed / radius)
-    return _followed(_stretches([(0.5, (0, 0, 0)), (seconds, twist), (1.0, (0, 0, 0))]))
+    return _followed(_stretches([(0.5, (0, 0, 0)), (seconds, (speed, 0, speed / radius)), (1.0, (0, 0, 0))]))
 
 
-def poses(twists):
-    """(K + 1) x 3 true poses, x, y, yaw (not wrapped), from the origin."""
-    step = np.repeat(twists, 50, axis=0) * (PERIOD / 50)
-    yaw = np.cumsum(step[:, 2]) - step[:, 2] / 2
-    x = np.cumsum(step[:, 0] * np.cos(yaw) - step[:, 1] * np.sin(yaw))[49::50]
-    y = np.cumsum(step[:, 0] * np.sin(yaw) + step[:, 1] * np.cos(yaw))[49::50]
-    return np.vstack([np.zeros(3), np.column_stack([x, y, np.cumsum(twists[:, 2]) * PERIOD])])
-
-
-def counts(wheels, twists, rng, noise=0.0, scale=0.0, uneven=0.0, slip=None):
+def counts(wheels, twists, rng, noise=0.0, slip=None):
     """Edges per period and wheel, K x n integers.
 
-    noise: standard deviation [m] of a rim's way after 1 m, a walk of its own per wheel, in the way. scale: one or n
-    errors of radius. uneven: part of an edge by which the four edges of a cycle lie off. slip: K x n further shares
-    of the way that a rim turns without rolling.
+    noise: standard deviation [m] of a rim's way after 1 m, a walk of its own per wheel, in the way. slip: K x n further
+    shares of the way that a rim turns without rolling.
     """
     rows = np.array([(math.cos(a), math.sin(a), wheels.rotation * r)
                      for a, r in zip(wheels.directions, wheels.distances)])
     rolled = np.repeat(twists @ rows.T, FINE, axis=0) * (PERIOD / FINE)
-    way = rolled * (1 + np.asarray(scale))
-    if slip is not None:
-        way = way * (1 + np.repeat(slip, FINE, axis=0))
+    way = rolled if slip is None else rolled * (1 + np.repeat(slip, FINE, axis=0))
     way = way + noise * np.sqrt(np.abs(rolled)) * rng.standard_normal(rolled.shape)
     ways = np.cumsum(way, axis=0)[FINE - 1::FINE]
-    angle = rng.uniform(-2, 2, rolled.shape[1]) + ways / np.array(wheels.metres_per_edge)
-    if uneven:
-        off = rng.uniform(-uneven, uneven, (4, rolled.shape[1]))
-        edge = np.floor(angle).astype(int)
-        angle = angle - off[edge % 4, np.arange(rolled.shape[1])]
-    seen = np.floor(angle).astype(int)
+    seen = np.floor(rng.uniform(-2, 2, rolled.shape[1]) + ways / np.array(wheels.metres_per_edge)).astype(int)
     return np.diff(seen, axis=0, prepend=seen[:1])
 
 
-def gyro(twists, rng, rate=100.0, density=1e-4, bias=0.01, walk=2e-5, scale=0.0, offset=0.0, dropouts=0.0,
-         lsb=0.001, axis=2):
+def gyro(twists, rng, walk=2e-5, scale=0.0, dropouts=0.0, axis=2):
     """(stamps [s], rates [rad/s]) of an integrating gyro about one axis, in packets' time: period k ends at (k+1)·0.02.
 
-    density [rad/s/sqrt(Hz)], walk of the bias [rad/s/sqrt(s)], scale: error of the rate, -2 is a wrong sign. offset:
-    its clock, behind [s]. dropouts: share of the time in gaps of some 0.5 s. axis: 2 is up; 0 or 1 sees no turning.
+    walk of the bias [rad/s/sqrt(s)], scale: error of the rate, -2 is a wrong sign. dropouts: share of the time in gaps
+    of some 0.5 s. axis: 2 is up; 0 or 1 sees no turning.
     """
-    each = 1.0 / rate
+    each = 1.0 / GYRO_RATE
     times = np.arange(1, int(len(twists) * PERIOD / each) + 1) * each + rng.uniform(0, each)
     times = times[times <= len(twists) * PERIOD]
     knots = np.arange(len(twists) + 1) * PERIOD
     turned = np.concatenate([[0.0], np.cumsum(twists[:, 2])]) * PERIOD * (axis == 2)
     true = np.diff(np.interp(np.concatenate([[times[0] - each], times]), knots, turned)) / each
-    drift = bias * rng.standard_normal() + walk * math.sqrt(each) * np.cumsum(rng.standard_normal(len(times)))
-    read = true * (1 + scale) + drift + density * math.sqrt(rate) * rng.standard_normal(len(times))
+    drift = BIAS * rng.standard_normal() + walk * math.sqrt(each) * np.cumsum(rng.standard_normal(len(times)))
+    read = true * (1 + scale) + drift + DENSITY * math.sqrt(GYRO_RATE) * rng.standard_normal(len(times))
     kept = np.ones(len(times), dtype=bool)
     for start in np.flatnonzero(rng.random(len(times)) < dropouts * each / 0.5):
-        kept[start:start + 1 + int(rng.exponential(0.5) * rate)] = False
-    return times[kept] + offset, (np.round(read / lsb) * lsb)[kept]
+        kept[start:start + 1 + int(rng.exponential(0.5) * GYRO_RATE)] = False
+    return times[kept], (np.round(read / STEP) * STEP)[kept]
 
 
 def arrivals(number, rng, drift=0.0, jitter=0.0015, late=0.01, lost=0.0, burst=1):

@@ -6,6 +6,7 @@ import time
 
 from robotont_testing.cable import Cable
 
+PERIOD = 0.02          # [s]
 COMMAND_TIMEOUT = 0.5  # [s]
 LINE_LATENCY = 0.005   # [s] of bytes at a slow line that are looked at together
 
@@ -63,7 +64,6 @@ class Line:
         self.drop = 0.0
         self.corrupt = 0.0
         self.double = 0.0
-        self.split = False   # write byte by byte
         self.hold = 0        # merge: write only when so many packets wait
         self.cut = False     # lose everything
         self.delay = 0.0     # [s] for `delayed`
@@ -71,9 +71,9 @@ class Line:
         self._under_way = []  # (time of arrival [s], bytes)
 
     def pass_on(self, packet):
-        """List of the byte strings to write, one after the other, for a packet."""
+        """What of a packet goes over the line now, and of those that it held; bytes."""
         if self.cut:
-            return []
+            return b""
         data = bytearray()
         for byte in packet:
             fate = self.random.random()
@@ -87,16 +87,16 @@ class Line:
                 data.append(byte)
         self._held.append(bytes(data))
         if len(self._held) <= self.hold:
-            return []
+            return b""
         together, self._held = b"".join(self._held), []
-        return [bytes((byte,)) for byte in together] if self.split else [together]
+        return together
 
     def delayed(self, packet, now):
-        """As `pass_on`, with those of earlier packets that arrive at time `now` [s]; b"" for none."""
+        """As `pass_on`, of this packet and of earlier ones what arrives at time `now` [s]; b"" for none."""
         if packet:
             arrival = max([now + self.delay, *(at for at, _ in self._under_way[-1:])])  # nothing overtakes
-            self._under_way += [(arrival, data) for data in self.pass_on(packet)]
-        arrived = [data for at, data in self._under_way if at <= now]
+            self._under_way.append((arrival, self.pass_on(packet)))
+        arrived = b"".join(data for at, data in self._under_way if at <= now)
         self._under_way = [(at, data) for at, data in self._under_way if at > now]
         return arrived
 
@@ -116,13 +116,12 @@ class Board(Cable):
     (`flags`, `missed`, `refused`, and `faults` per wheel) and its text a CRC, as from firmware 2.0 on.
     """
 
-    def __init__(self, link, wheels=3, checked=True, period=0.02, start_totals=0, banner="robotont stand-in 1",
+    def __init__(self, link, wheels=3, checked=True, start_totals=0, banner="robotont stand-in 1",
                  identity=None):
         super().__init__(link)
         self.due = 0.0  # [s] when the next period begins
         self.wheels = wheels
         self.checked = checked
-        self.period = period
         self.banner = banner
         self.identity = identity
         self.flags = self.missed = self.refused = 0
@@ -178,13 +177,12 @@ class Board(Cable):
         """Take bytes that have arrived."""
         if self.byte_rate:
             self._heard_until += len(data) / self.byte_rate
-        for piece in self.commands.delayed(data, now):
-            self._obey(piece, now)
+        self._obey(self.commands.delayed(data, now), now)
 
     def turn(self, now):
         """Do the work of a period, if it is its time."""
         if now >= self.due:
-            self.due += self.period
+            self.due += PERIOD
             self._tick(now)
 
     def _obey(self, data, now):
@@ -202,12 +200,10 @@ class Board(Cable):
     def answer(self):
         """Send the board's identity; the line may corrupt the answer as it corrupts packets."""
         if self.identity:
-            for data in self.line.pass_on(sealed("identity " + self.identity)):
-                self.send(data)
+            self.send(self.line.pass_on(sealed("identity " + self.identity)))
 
     def _tick(self, now):
-        for piece in self.commands.delayed(b"", now):
-            self._obey(piece, now)
+        self._obey(self.commands.delayed(b"", now), now)
         if now - self._commanded_at > COMMAND_TIMEOUT:
             self._speeds = [0.0] * self.wheels
         counts = self.motors.follow(self._speeds)
@@ -220,8 +216,7 @@ class Board(Cable):
         self._says = []
         packet = self.packet(counts)
         self.counter = (self.counter + 1) % 256
-        for data in self.line.delayed(packet, now):
-            self.send(data)
+        self.send(self.line.delayed(packet, now))
 
     def packet(self, counts):
         """The feedback packet for the counts of one period."""

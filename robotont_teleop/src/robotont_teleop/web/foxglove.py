@@ -70,8 +70,9 @@ class FoxgloveSocket(Guarded, tornado.websocket.WebSocketHandler):
     def authorised(self):
         """Whether it brings the cookie of the page, or the token behind `?token=`: a viewer has no login page."""
         token = self.get_query_argument("token", "")
-        return super().authorised or bool(token) and (
-            self.server.access.log_in(token, self.request.remote_ip, time.monotonic()) == "in")
+        if super().authorised or not token:  # without one it has not tried a wrong one
+            return super().authorised
+        return self.server.access.log_in(token, self.request.remote_ip, time.monotonic()) == "in"
 
     def check_origin(self, origin):
         """Called by tornado. With the token any viewer; else one that this computer has served."""

@@ -228,7 +228,7 @@ class NavigationMonitorTest(NodeTest):
         for end, so_far in ((result, MoveBaseActionResult()), (goal, message)):
             heard.clear()
             goal.publish(message)
-            for x in (1.0, 1.96, 1.98, 1.96):
+            for x in (1.0, 1.97, 1.99, 1.97):
                 now.feedback.base_position.pose.position.x = x
                 feedback.publish(now)
                 rospy.sleep(0.1)

@@ -2,6 +2,7 @@
 
 import inspect
 import threading
+import time
 
 import actionlib
 import pytest
@@ -49,3 +50,23 @@ def test_the_server_of_a_node_ends_with_its_socket(monkeypatch):
     node.shutdown("it is enough")
     thread.join(5.0)
     assert not thread.is_alive()
+
+
+def test_a_publisher_that_is_named_twice_at_once_is_connected_to_once_at_a_time(monkeypatch):
+    asking, most = [], []
+
+    def connect(_manager, _topic, _uri):
+        asking.append(1)
+        most.append(len(asking))
+        time.sleep(0.2)  # the second one must not come meanwhile
+        asking.pop()
+    monkeypatch.setattr(RegManager, "_connect_topic_thread", connect)
+    monkeypatch.setattr(rospy_internals, "within_reach", lambda _: True)
+    rospy_internals._connect_when_within_reach.__wrapped__()
+    threads = [threading.Thread(target=RegManager._connect_topic_thread, args=(None, "topic", "http://robot:1"))
+               for _ in range(2)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert most == [1, 1]

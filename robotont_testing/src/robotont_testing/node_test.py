@@ -8,6 +8,7 @@ import rospy
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import Twist
 
+from robotont_driver.ros import rospy_internals
 from robotont_testing.harness import START, Processes, wait_for
 
 OK, WARN, ERROR = 0, 1, 2
@@ -26,6 +27,7 @@ class NodeTest(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
         """A node of its own for the test process."""
+        rospy_internals.mend()
         rospy.init_node("node_test", anonymous=True, disable_signals=True)
 
     # Topics live as long as the test process: rospy may miss a connection that is ended and made again.

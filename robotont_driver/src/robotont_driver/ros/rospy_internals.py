@@ -9,6 +9,7 @@ import io
 import socket
 import threading
 import time
+from collections import defaultdict
 from urllib.parse import urlsplit
 
 import rosgraph.xmlrpc
@@ -124,12 +125,14 @@ def _hear_all_who_connect():
 
 @functools.lru_cache(maxsize=None)
 def _connect_when_within_reach():
-    """Ask a publisher for its connection as soon as its machine is within reach, and only then.
+    """Ask a publisher for its connection as soon as its machine is within reach, and only then, once at a time.
 
     rospy asks at once, waits 60 s for an answer, and up to 32 s before it asks again: a commander that starts just
-    before an outage would be heard a minute after it.
+    before an outage would be heard a minute after it. When the master names a publisher twice within a moment, rospy
+    connects twice, and may end both connections: it would never be heard.
     """
     connect, waiting = RegManager._connect_topic_thread, set()  # (topic, URI)
+    turns = defaultdict(threading.Lock)  # likewise
 
     def connect_within_reach(manager, topic, uri):
         if (topic, uri) in waiting:
@@ -140,7 +143,8 @@ def _connect_when_within_reach():
             time.sleep(pause)
             pause = min(2 * pause, 1.0)
         waiting.discard((topic, uri))
-        connect(manager, topic, uri)
+        with turns[topic, uri]:  # the second one finds the first one's connection
+            connect(manager, topic, uri)
     RegManager._connect_topic_thread = connect_within_reach
 
 

@@ -1,14 +1,16 @@
 """Base of the rostests: recorded topics, commands, and the newest diagnostics."""
 
 import itertools
+import threading
 import unittest
+from collections import defaultdict
 from typing import ClassVar
 
 import rospy
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import Twist
+from rospy.impl.registration import RegManager
 
-from robotont_driver.ros import rospy_internals
 from robotont_testing.harness import START, Processes, wait_for
 
 OK, WARN, ERROR = 0, 1, 2
@@ -21,13 +23,23 @@ def twist(x=0.0, y=0.0, turn=0.0):
     return message
 
 
+def _connect_once_at_a_time():
+    """As robotont_driver's `rospy_internals` has it, which stands above this package."""
+    connect, turns = RegManager._connect_topic_thread, defaultdict(threading.Lock)  # noqa: SLF001
+
+    def connect_in_turn(manager, topic, uri):
+        with turns[topic, uri]:
+            connect(manager, topic, uri)
+    RegManager._connect_topic_thread = connect_in_turn  # noqa: SLF001
+
+
 class NodeTest(unittest.TestCase):
     """A test beside a running ROS master."""
 
     @classmethod
     def setUpClass(cls):
         """A node of its own for the test process."""
-        rospy_internals.mend()
+        _connect_once_at_a_time()
         rospy.init_node("node_test", anonymous=True, disable_signals=True)
 
     # Topics live as long as the test process: rospy may miss a connection that is ended and made again.

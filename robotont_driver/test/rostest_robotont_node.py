@@ -50,7 +50,7 @@ class RobotontNodeTest(NodeTest):
         for task in ("serial_com_node: link", "serial_com_node: board", "odom_node: wheel feedback",
                      "odom_node: stamps"):
             self.wait_for_status(task, OK)
-        self.assertIn("driver_node: command stream", self.status)
+        self.values("driver_node: command stream")
         subscribers = dict(rospy.get_master().getSystemState()[2][1])
         for topic in ("/serial_write", "/serial_read"):
             self.assertNotIn("/robotont_node", subscribers[topic], "packets of other processes would be taken")

@@ -183,8 +183,9 @@ class Guard:
 
     def _free_way(self, twist, speed, points):
         """([m] along the arc of the twist until the footprint meets a point, that point), all in base_link."""
-        # beside what is nearer than SIDE already it may go on, but no nearer
-        radius = min(max(abs(points).min() - 0.005, self._radius), self._radius + SIDE)
+        # beside what is nearer than SIDE already it may go on, and a little nearer, but not again and again
+        now = abs(points).min()
+        radius = min(max(now - 0.005, min(now - 0.0005, self._radius + SIDE / 2)), self._radius + SIDE)
         ahead = points * complex(twist[0] / speed, -twist[1] / speed)  # as if it drove along x ...
         if twist[2] < 0.0:
             ahead = ahead.conj()  # ... and to the left; straight is a circle, too

@@ -11,6 +11,7 @@ from robotont_testing.robots import SHIPPED, robot_folder
 pytestmark = pytest.mark.skipif(bool(lacking(*NAVIGATION_PACKAGES)), reason=lacking(*NAVIGATION_PACKAGES) or "-")
 
 IN_THE_ROOM = ["--goal", "8", "8", "1.57"]
+ERROR = 0.07  # [m] of the true place at the end; of a hundred goals none was missed by more than 0.05
 THREE = [*IN_THE_ROOM, "--goal", "1", "8.5", "3.0", "--goal", "9", "1", "-1.57"]
 
 
@@ -27,8 +28,8 @@ def drive(*arguments):
     figures = run(*arguments, timeout=500)
     for each in figures:
         assert each["status"] == 0, each
-        assert each["error_m"] < 0.15, each
-        assert each["error_rad"] < 0.15, each
+        assert each["error_m"] < ERROR, each
+        assert each["error_rad"] < 0.1, each
         assert each["clearance_m"] > 0.05, each
         assert each["last_command"] == [0.0, 0.0, 0.0], each
     return figures
@@ -63,7 +64,7 @@ def test_a_robot_gets_around_a_wall_and_also_where_it_is_pressed_to_it(start, be
     assert (figures["start_to_wall_m"] <= 0.17) == (believed_x != start[0])
     assert figures["status"] == 0, figures
     assert figures["seconds"] < 60, figures
-    assert figures["error_m"] < 0.15, figures
+    assert figures["error_m"] < ERROR, figures
 
 
 @pytest.mark.long
@@ -81,7 +82,7 @@ def test_a_robot_2_cm_from_a_wall_that_amcl_believes_even_nearer_gets_away_from_
                         "--goal", "0.23", "3", "0", timeout=400)  # the wall is 0.1 m thick, the robot's radius 0.15 m
     assert away["start_to_wall_m"] == 0.17
     assert away["status"] == 0, away
-    assert away["error_m"] < 0.15, away
+    assert away["error_m"] < ERROR, away
     assert away["clearance_m"] > 0.0, away
     assert refused["status"] == 6, refused
     assert refused["way"] == pytest.approx(0.0, abs=0.01), refused

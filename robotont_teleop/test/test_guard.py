@@ -91,6 +91,14 @@ def test_what_is_remembered_covers_its_neighbours_across_the_end_of_a_round_scan
     assert guard.limit((-0.05, -0.25, 0.0), 100.1) == (-0.05, -0.25, 0.0)
 
 
+def test_what_comes_into_a_narrow_view_from_beside_too_near_to_measure_counts_as_at_the_robot():
+    guard, far = Guard(RADIUS, LIMITS, 0.3), np.full(len(CAMERA), math.inf)
+    for at, ranges in ((100.0, far), (100.1, np.where(CAMERA > 0.4, -math.inf, far))):
+        guard.see("camera", (0.1, 0.0, 0.0), CAMERA, ranges, 0.3, at)
+    assert guard.limit((0.2, 0.0, 0.0), 100.1) == STOP
+    assert "too near to measure" in guard.held[1]
+
+
 def obstacle(kind, way, chance):
     """Boxes that stand in a direction [rad] from the origin."""
     distance, ahead = chance.uniform(1.2, 1.6), np.exp(1j * way)

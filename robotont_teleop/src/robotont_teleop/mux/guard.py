@@ -76,15 +76,17 @@ class Guard:
         step = max(float(angles[-1] - angles[0]) / max(1, len(angles) - 1), 1e-3)
         kept, times, index = self._remembered(sensor, sensor_at, yaw, (angles[0], step), nearest, unknown, at)
         hidden = too_near.copy()  # nothing is remembered there
-        covered = (index[:, None] + np.arange(-round(SURE / step), round(SURE / step) + 1)) % round(2 * math.pi / step)
+        around = round(2 * math.pi / step)  # rays
+        covered = (index[:, None] + np.arange(-round(SURE / step), round(SURE / step) + 1)) % around
         hidden[covered[covered < len(ranges)]] = False
         distances = np.where(unknown, math.inf, ranges)
         if hidden.any():
             old, known = self._sensors.get(sensor), np.where(unknown, math.nan, ranges)
             known[index] = abs(kept[:len(index)] - sensor_at)
-            fresh = old and at - old.at < STALE
+            # into a narrow view things come from beside, however near
+            looked = old and at - old.at < STALE and len(ranges) >= around
             distances[hidden] = np.maximum(self._radius - math.hypot(*place[:2]),
-                                           _uncovered(known, hidden, nearest) if fresh else 0.0)
+                                           _uncovered(known, hidden, nearest) if looked else 0.0)
         counts = distances < REACH
         rays = np.exp(1j * (angles + yaw))
         points = sensor_at + distances[counts] * rays[counts]
@@ -92,8 +94,8 @@ class Guard:
         edges = points[:0]
         if beyond and len(points):
             edges = points[[0, -1]] + rays[[0, -1]] * (-1j * beyond, 1j * beyond)
-        looked = np.floor((angles + place[2])[~np.isnan(ranges)] * SECTORS / (2 * math.pi)).astype(int) % SECTORS
-        bits = sum(1 << sector for sector in set(looked.tolist()))
+        sectors = np.floor((angles + place[2])[~np.isnan(ranges)] * SECTORS / (2 * math.pi)).astype(int) % SECTORS
+        bits = sum(1 << sector for sector in set(sectors.tolist()))
         times = np.concatenate([np.full(len(points), at), np.full(len(edges), at - FORGOTTEN + BESIDE_A_CONE), times])
         self._sensors[sensor] = Seen(at, self._driven, np.concatenate([points, edges, kept]), times, bits)
 
@@ -184,8 +186,8 @@ class Guard:
     def _free_way(self, twist, speed, points):
         """([m] along the arc of the twist until the footprint meets a point, that point), all in base_link."""
         # beside what is nearer than SIDE already it may go on, and a little nearer, but not again and again
-        now = abs(points).min()
-        radius = min(max(now - 0.005, min(now - 0.0005, self._radius + SIDE / 2)), self._radius + SIDE)
+        closest = abs(points).min()
+        radius = min(max(closest - 0.005, min(closest - 0.0005, self._radius + SIDE / 2)), self._radius + SIDE)
         ahead = points * complex(twist[0] / speed, -twist[1] / speed)  # as if it drove along x ...
         if twist[2] < 0.0:
             ahead = ahead.conj()  # ... and to the left; straight is a circle, too
@@ -215,7 +217,7 @@ class Guard:
 
 
 def _uncovered(known, hidden, nearest):
-    """[m] of the `hidden` rays, nearer than a sensor measures (`nearest`), whose last scan had nothing there.
+    """[m] of the `hidden` rays of a scan all around, nearer than measured (`nearest`), not so in the scan before.
 
     known: [m] of each ray by measurement or memory, or NaN. What comes out from behind something is no nearer than
     that; what has just come was farther than `nearest` a scan ago.

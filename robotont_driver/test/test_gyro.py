@@ -12,7 +12,7 @@ from robotont_driver.odometry.gyro import Gyro
 from robotont_driver.odometry.gyro_fusion import GyroFusion
 from robotont_driver.odometry.gyro_samples import GAP, TurnIntegral
 from robotont_driver.odometry.odometry import WheelOdometry
-from robotont_driver.timing.packet_stamps import SECOND, PacketStamps
+from robotont_driver.timing.odometry_stamps import SECOND, OdometryStamps
 from robotont_testing.robots import SHIPPED
 from robotont_testing.simulated_wheels import PERIOD, counted, mixed_drive, path_of, rolled, still
 
@@ -137,7 +137,7 @@ def test_a_machine_that_stalls_loses_no_heading(longest, seed):
     circles = np.tile((speed, 0.0, speed / radius), (round(3 * 2 * math.pi * radius / speed / PERIOD), 1))
     twists = np.concatenate([still(5.0), circles, still(0.5)])
     counts = counted(THREE, rolled(THREE, twists), 0.005).tolist()
-    device, run, clock = Device(seed, scale=1.0), Run(), PacketStamps(PERIOD)
+    device, run, clock = Device(seed, scale=1.0), Run(), OdometryStamps(PERIOD)
     readings = np.concatenate([device.read(twist[2]) for twist in twists])
     chance = np.random.default_rng([seed, 11])
     begins = np.cumsum(chance.uniform(0.2, 2 * longest + 0.2, 200)) + 4.0

@@ -13,7 +13,7 @@ from robotont_driver.nodes.odom_node import GYRO_BIAS_DRIFT, GYRO_SCALE_NOISE, P
 from robotont_driver.odometry.gyro import Gyro
 from robotont_driver.odometry.gyro_fusion import GyroFusion
 from robotont_driver.odometry.odometry import WheelOdometry
-from robotont_driver.timing.packet_stamps import SECOND
+from robotont_driver.timing.odometry_stamps import SECOND
 from robotont_testing import other_noise
 from robotont_testing.robots import SHIPPED
 

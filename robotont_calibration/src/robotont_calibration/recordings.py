@@ -8,7 +8,7 @@ from robotont_calibration.trajectory import Trajectory
 from robotont_driver.kinematics import se2
 from robotont_driver.odometry.odometry import LONGEST_HOLD
 from robotont_driver.protocol.packet import LONGEST_LINE, PacketError, parse_packet
-from robotont_driver.timing.packet_stamps import SECOND, PacketStamps
+from robotont_driver.timing.odometry_stamps import SECOND, OdometryStamps
 
 
 class RecordingError(ValueError):
@@ -93,5 +93,5 @@ class Recording:
 
 def stamps_of(arrivals, period):
     """[s] when packets of a `period` [s] were made that came at `arrivals` [s], as odom_node stamps them."""
-    clock = PacketStamps(period)
+    clock = OdometryStamps(period)
     return np.array([clock.stamp(at, at) for at in (round(arrival * SECOND) for arrival in arrivals.tolist())]) / SECOND

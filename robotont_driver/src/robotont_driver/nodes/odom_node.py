@@ -23,7 +23,7 @@ from robotont_driver.ros.lifecycle import run_node
 from robotont_driver.ros.log_throttle import Refusals
 from robotont_driver.ros.odometry_messages import OdometryMessages
 from robotont_driver.ros.packet_topics import topics_between_processes
-from robotont_driver.timing.packet_stamps import SECOND, ArrivalClock, PacketStamps
+from robotont_driver.timing.odometry_stamps import SECOND, ArrivalClock, OdometryStamps
 
 # [s] Without a newer command for this long, serial_com_node and the board have stopped the robot.
 COMMAND_AGE = 0.5
@@ -68,7 +68,7 @@ class OdomNode:
         kinematics = Kinematics(wheels, SOLVERS[parameters["solver"]])
         period = 1.0 / wheels.pid_frequency if parameters["packet_period"] < 0 else parameters["packet_period"]
         noise, false_alarms = parameters["wheel_noise"], parameters["slip_false_alarms"]
-        self._clock = PacketStamps(period) if period else ArrivalClock()
+        self._clock = OdometryStamps(period) if period else ArrivalClock()
         self._gyro = None
         if parameters["imu"] and period:
             self._gyro = GyroFusion(

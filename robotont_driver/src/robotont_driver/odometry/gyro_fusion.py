@@ -8,7 +8,7 @@ from robotont_driver.odometry.gyro_agreement import TurnAgreement
 from robotont_driver.odometry.gyro_samples import TurnIntegral
 from robotont_driver.odometry.slip_by_gyro import TurnWatch
 from robotont_driver.odometry.wheel_noise import PATH_VARIANCE
-from robotont_driver.timing.packet_stamps import SECOND
+from robotont_driver.timing.odometry_stamps import SECOND
 
 LEAP = 5.0              # [periods] more than this between the stamps of two packets is a leap; ...
 CROWDED = 0.5           # ... behind it, packets that waited are less than this apart

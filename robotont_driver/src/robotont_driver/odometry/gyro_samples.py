@@ -2,7 +2,7 @@
 
 from collections import deque
 
-from robotont_driver.timing.packet_stamps import SECOND
+from robotont_driver.timing.odometry_stamps import SECOND
 
 GAP = SECOND // 10      # [ns] between two samples; across a longer one the turn is unknown
 HOLD = SECOND * 3 // 10  # [ns] by which samples of a period may be late and count as its own; shorter than SETTLING

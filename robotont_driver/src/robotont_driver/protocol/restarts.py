@@ -8,7 +8,7 @@ between the packets is not one that the wheels have made. Where their speeds do 
 import math
 from typing import NamedTuple, Tuple
 
-from robotont_driver.timing.packet_stamps import LARGEST_DRIFT
+from robotont_driver.timing.odometry_stamps import LARGEST_DRIFT
 
 HELD = 20.0       # [periods] whose packets the link may have held back when it was opened
 JITTER = 2.0      # [periods] by which a packet may come too early or too late after its predecessor

@@ -35,7 +35,7 @@ STEP = SECOND // 200    # [ns] change of the wall clock against the steady one t
 TICK = 1000             # [ns] least time between two stamps; tf2 in Python holds those that differ by less for the same
 
 
-class PacketStamps:
+class OdometryStamps:
     """Stamps packets of a known nominal period [s].
 
     Counted: `restarts` (after a pause, or a steady clock that went back), `shifts` (packets that came later than
@@ -225,7 +225,7 @@ class PacketStamps:
             self._newest = None
 
 
-class ArrivalClock(PacketStamps):
+class ArrivalClock(OdometryStamps):
     """Stamps by arrival, for packets that stand for no certain period."""
 
     def __init__(self):

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from robotont_driver.timing.packet_stamps import SECOND, TICK, PacketStamps
+from robotont_driver.timing.odometry_stamps import SECOND, TICK, OdometryStamps
 from robotont_testing import other_noise
 
 PERIOD = 0.02  # [s]
@@ -33,7 +33,7 @@ def delayed(times, quantiles, seed=1):
 
 def stamps(arrivals, walls=0, clock=None):
     """[s] stamps of packets that come at `arrivals` [s] of the steady clock; walls: [ns] how far the other is ahead."""
-    clock = clock or PacketStamps(PERIOD)
+    clock = clock or OdometryStamps(PERIOD)
     given = [round(arrival * SECOND) for arrival in arrivals]
     walls = np.broadcast_to(walls, len(given)).tolist()
     return np.array([clock.stamp(at, at + wall) for at, wall in zip(given, walls)]) / SECOND
@@ -69,7 +69,7 @@ def test_what_was_taken_for_lost_and_came_late_leaves_no_trace(stall, after):
 def test_packets_lost_unnoticed_shift_the_line_within_half_a_second(lost):
     """Plain packets have no counter: those behind a lost one are one period later than their number says."""
     times = np.delete(made(3000), slice(1000, 1000 + lost))
-    clock = PacketStamps(PERIOD)
+    clock = OdometryStamps(PERIOD)
     found = stamps(delayed(times, QUIET), clock=clock)
     wrong = np.flatnonzero(np.abs(found - times) > 5e-3)
     assert set(wrong) <= set(range(1000, 1025))
@@ -86,7 +86,7 @@ def test_lost_packets_at_the_start_do_not_make_the_line_too_fast_for_ever():
         kept[:start] = generator.uniform(size=start) < 0.93
         times = made(2000)
         delays = np.where(np.arange(2000) < start, generator.exponential(generator.choice((3, 12), 2000)), 0.5) / 1000
-        clock = PacketStamps(PERIOD)
+        clock = OdometryStamps(PERIOD)
         found = stamps(np.maximum.accumulate(times + delays)[kept], clock=clock) - times[kept]
         if np.abs(found[-200:]).max() > 0.003:
             wrong.append((seed, clock.drift))
@@ -96,7 +96,7 @@ def test_lost_packets_at_the_start_do_not_make_the_line_too_fast_for_ever():
 def test_after_a_pause_it_begins_anew_and_the_drift_is_reported():
     times = made(3000, 3e-4)
     times[1500:] += 60.0
-    clock = PacketStamps(PERIOD)
+    clock = OdometryStamps(PERIOD)
     assert np.abs(stamps(times, clock=clock) - times)[100:].max() < 1e-3
     assert (clock.restarts, clock.event) == (1, None)
     assert clock.drift == pytest.approx(3e-4, abs=5e-5)
@@ -108,7 +108,7 @@ def test_the_wall_clock_is_set(step, words):
     """Beside a steady clock the stamps follow with the very next packet, and keep their distances."""
     times = made(2000)
     ahead = np.where(np.arange(2000) < 1000, 0.0, step)
-    clock = PacketStamps(PERIOD)
+    clock = OdometryStamps(PERIOD)
     walls = [EPOCH + round(by * SECOND) for by in ahead]
     found = stamps(delayed(times, QUIET), walls, clock) - EPOCH / SECOND
     assert np.abs(found - times - ahead)[100:].max() < 3e-3
@@ -121,7 +121,7 @@ def test_the_only_clock_is_set(step, packets):
     """Simulated time, or a steady clock that is none: the stamps follow within so many packets."""
     times = made(2000) + 4000.0
     times[1000:] += step
-    clock = PacketStamps(PERIOD)
+    clock = OdometryStamps(PERIOD)
     found = stamps([*delayed(times[:1000], QUIET), *delayed(times[1000:], QUIET)], clock=clock)
     wrong = np.flatnonzero(np.abs(found - times) > 10e-3)
     assert set(wrong) <= set(range(1000, 1000 + packets))
@@ -130,7 +130,7 @@ def test_the_only_clock_is_set(step, packets):
 
 @given(st.lists(st.tuples(st.integers(-3 * SECOND, 3 * SECOND), st.integers(-3 * SECOND, 3 * SECOND)), max_size=300))
 def test_never_newer_than_now_and_never_older_than_the_last(moves):
-    clock = PacketStamps(PERIOD)
+    clock = OdometryStamps(PERIOD)
     arrival, wall, before = 0, EPOCH, None
     for gap, step in moves:
         arrival, wall = arrival + abs(gap), wall + (step if step % 5 == 0 else 0)
@@ -150,7 +150,7 @@ def test_never_newer_than_now_and_never_older_than_the_last(moves):
 def test_ten_minutes_of_the_other_generator(given):
     """From the first packet on; the least delay is 2 ms. Lost packets have no counter."""
     ends, at, come = other_noise.arrivals(30000, np.random.default_rng(1), **given)
-    clock = PacketStamps(PERIOD)
+    clock = OdometryStamps(PERIOD)
     p50, p99 = np.percentile(1000 * np.abs(stamps(1.0 + at[come], clock=clock) - 1.002 - ends[come]), (50, 99))
     print(f"{given}: stamps p50 {p50:.2f}, p99 {p99:.2f} ms")
     assert p50 <= 0.1

@@ -16,7 +16,7 @@ from nav_msgs.msg import Odometry
 from rospy.impl.tcpros_pubsub import TCPROSPub
 from std_msgs.msg import Bool, String
 
-from robotont_operations.black_box import bags_of, runs_in
+from robotont_operations.black_box_files import bags_of, runs_in
 from robotont_testing import places
 from robotont_testing.harness import wait_for
 from robotont_testing.node_test import ERROR, OK, WARN, NodeTest, twist

@@ -11,7 +11,7 @@ import rosbag
 import rospy
 import rostest
 
-from robotont_operations.black_box import bags_of, runs_in
+from robotont_operations.black_box_files import bags_of, runs_in
 from robotont_testing import places
 from robotont_testing.harness import START, Processes, suspended, wait_for
 from robotont_testing.node_test import OK, NodeTest

@@ -12,7 +12,7 @@ import pytest
 import rosbag
 from installing import install_robot, need
 
-from robotont_operations.black_box import bags_of, runs_in
+from robotont_operations.black_box_files import bags_of, runs_in
 from robotont_testing import places
 from robotont_testing.harness import Processes, wait_for
 from robotont_testing.stand_in_board import Board

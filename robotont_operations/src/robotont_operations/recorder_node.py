@@ -12,7 +12,7 @@ from robotont_driver.ros.diagnostics import ERROR, OK, WARN, Health, robot_name
 from robotont_driver.ros.lifecycle import run_without_wheels
 from robotont_driver.ros.rospy_internals import connection_header, serialized
 from robotont_driver.ros.worker import Worker
-from robotont_operations.black_box import BlackBox, Record
+from robotont_operations.black_box_files import BlackBox, Record
 
 PARAMETERS = (
     Parameter("folder", "/var/lib/robotont/black_box", "where the files are kept"),

@@ -16,7 +16,7 @@ import yaml
 
 from robotont_driver.parameters.command_line import CommandLine
 from robotont_operations import probes
-from robotont_operations.black_box import bags_of, merge, runs_in
+from robotont_operations.black_box_files import bags_of, merge, runs_in
 from robotont_operations.privacy import clean_parameters, clean_text
 from robotont_operations.recorder_node import PARAMETERS
 

@@ -11,8 +11,8 @@ import rosbag
 from rosgraph_msgs.msg import Log
 from std_msgs.msg import String
 
-from robotont_operations import black_box
-from robotont_operations.black_box import MOST_RUNS, BlackBox, Record, bags_of, merge, runs_in
+from robotont_operations import black_box_files
+from robotont_operations.black_box_files import MOST_RUNS, BlackBox, Record, bags_of, merge, runs_in
 
 pytestmark = pytest.mark.skipif(not rosbag.bag.found_lz4, reason="no roslz4, which is compiled, for this Python")
 HEADER = {"type": String._type, "md5sum": String._md5sum, "message_definition": String._full_text}
@@ -47,7 +47,7 @@ def test_each_file_opens_and_the_oldest_go(tmp_path):
 
 
 def test_the_disk_is_bounded(tmp_path, monkeypatch):
-    monkeypatch.setattr(black_box, "RUN_SIZE", 500_000)
+    monkeypatch.setattr(black_box_files, "RUN_SIZE", 500_000)
     box = BlackBox(tmp_path, keep=1e9)
     for second in range(60):
         box.write([record(second, os.urandom(25_000).hex())], now=float(second))
@@ -63,8 +63,8 @@ def test_a_restart_keeps_what_led_to_it(size, kept, tmp_path, monkeypatch):
         box = BlackBox(tmp_path)
         box.write([record(run, f"run {run}")], now=0.0)
         run_size = sum(path.stat().st_size for path in bags_of(box.folder))
-        monkeypatch.setattr(black_box, "RUN_SIZE", 2 * run_size)
-        monkeypatch.setattr(black_box, "SIZE", size or 4 * run_size)
+        monkeypatch.setattr(black_box_files, "RUN_SIZE", 2 * run_size)
+        monkeypatch.setattr(black_box_files, "SIZE", size or 4 * run_size)
     found = [messages(bags_of(one))[0][1] for one in runs_in(tmp_path)]
     assert found == [f"run {number}" for number in range(run + 1 - kept, run + 1)]
 
@@ -86,7 +86,7 @@ def test_what_is_no_run_of_the_recorder_stays_alone(tmp_path, monkeypatch):
     (tmp_path / "run_000000_link").symlink_to(tmp_path / "elsewhere")
     (tmp_path / "run_000001_file").touch()
     (tmp_path / "run_000002_gone").symlink_to(tmp_path / "nowhere")
-    monkeypatch.setattr(black_box, "MOST_RUNS", 2)
+    monkeypatch.setattr(black_box_files, "MOST_RUNS", 2)
     runs = [BlackBox(tmp_path).folder for _ in range(4)]
     assert runs_in(tmp_path) == runs[2:]
     os.mkfifo(str(runs[3] / "000001.bag"))

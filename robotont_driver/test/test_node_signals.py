@@ -6,8 +6,8 @@ import time
 
 import pytest
 
-from robotont_driver.ros import rospy_end
 from robotont_driver.ros.lifecycle import signals_wait
+from robotont_driver.rospy_repairs import rospy_end
 
 
 @pytest.fixture

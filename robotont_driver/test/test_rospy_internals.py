@@ -13,7 +13,7 @@ from rospy.impl.tcpros_base import TCPROSServer, TCPROSTransport
 from rospy.impl.transport import Transport
 from rospy.topics import Publisher, Subscriber, _PublisherImpl, _SubscriberImpl
 
-from robotont_driver.ros import rospy_internals
+from robotont_driver.rospy_repairs import rospy_internals
 from robotont_testing.harness import wait_for
 
 

@@ -4,7 +4,8 @@ from unittest.mock import Mock
 
 import pytest
 
-from robotont_driver.ros import rospy_internals, topic_outages
+from robotont_driver.ros import topic_outages
+from robotont_driver.rospy_repairs import rospy_internals
 from robotont_testing.harness import wait_for
 
 

@@ -19,7 +19,7 @@ from robotont_demo.scenario import commanded_path, plan
 from robotont_demo.simulated import simulated
 from robotont_driver.parameters.command_line import CommandLine
 from robotont_driver.robots.robot_folder import read_robot
-from robotont_driver.ros import rospy_internals
+from robotont_driver.rospy_repairs import rospy_internals
 
 
 def parse(words):

@@ -14,7 +14,7 @@ from nav_msgs.msg import OccupancyGrid
 from std_msgs.msg import String
 
 from robotont_driver.kinematics.se2 import compose, pose_of, yaw_of
-from robotont_driver.ros.rospy_internals import goal_id
+from robotont_driver.rospy_repairs.rospy_internals import goal_id
 from robotont_map_navigation.footprint import base_frame, needed_radius
 from robotont_map_navigation.goal import (
     GAVE_UP,

@@ -10,8 +10,8 @@ import rospy
 from robotont_driver.parameters.parameters import Parameter
 from robotont_driver.ros.diagnostics import ERROR, OK, WARN, Health, robot_name
 from robotont_driver.ros.lifecycle import run_without_wheels
-from robotont_driver.ros.rospy_internals import connection_header, serialized
 from robotont_driver.ros.worker import Worker
+from robotont_driver.rospy_repairs.rospy_internals import connection_header, serialized
 from robotont_operations.black_box_files import BlackBox, Record
 
 PARAMETERS = (

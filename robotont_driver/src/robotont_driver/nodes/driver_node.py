@@ -23,9 +23,9 @@ from robotont_driver.ros.kept_parameter import KeptParameter
 from robotont_driver.ros.lifecycle import run_node
 from robotont_driver.ros.log_throttle import Refusals
 from robotont_driver.ros.packet_topics import topics_between_processes
-from robotont_driver.ros.rospy_internals import connection_header
 from robotont_driver.ros.topic_outages import OutageWatch
 from robotont_driver.ros.worker import Worker
+from robotont_driver.rospy_repairs.rospy_internals import connection_header
 
 PARAMETERS = (
     Parameter("publish_rate", PUBLISH_RATE, "how often the newest command is repeated", "Hz", minimum=5.0,

@@ -10,8 +10,6 @@ import sys
 import rospy
 
 from robotont_driver.parameters.parameters import ParameterError, help_text, nearest
-from robotont_driver.ros import rospy_end
-from robotont_driver.ros.log_queue import queue_log
 from robotont_driver.ros.node_parameters import (
     COMMON_PARAMETERS,
     own_parameters,
@@ -20,6 +18,8 @@ from robotont_driver.ros.node_parameters import (
     refuse,
     running_wheels,
 )
+from robotont_driver.rospy_repairs import rospy_end
+from robotont_driver.rospy_repairs.log_queue import queue_log
 
 
 def answer_help(name, explanation, table=()):

@@ -10,7 +10,7 @@ import rospy
 from std_msgs.msg import String
 
 from robotont_driver.protocol.packet import PacketError, parse_packet
-from robotont_driver.ros.publishers import ImmediatePublisher
+from robotont_driver.rospy_repairs.publishers import ImmediatePublisher
 
 BURST = 200  # copies that may wait for a slow listener; then the oldest are dropped
 

@@ -13,8 +13,8 @@ import rospy
 
 from robotont_driver.command.command_age import Link
 from robotont_driver.ros.clocks import boot_time
-from robotont_driver.ros.rospy_internals import ANSWER_WITHIN, connect_anew, connections, disconnect
 from robotont_driver.ros.worker import Worker
+from robotont_driver.rospy_repairs.rospy_internals import ANSWER_WITHIN, connect_anew, connections, disconnect
 
 PERIOD = 0.25        # [s] between two looks
 TAKEN_WITHIN = 2.0   # [s] rospy connects to those that it was asked for, where nothing is in the way

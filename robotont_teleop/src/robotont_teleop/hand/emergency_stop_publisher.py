@@ -6,7 +6,7 @@ import time
 import rospy
 from std_msgs.msg import Bool, String
 
-from robotont_driver.ros.rospy_internals import connection_header
+from robotont_driver.rospy_repairs.rospy_internals import connection_header
 from robotont_teleop.hand.service_request import ServiceRequest
 
 

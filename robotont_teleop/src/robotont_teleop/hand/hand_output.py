@@ -4,7 +4,7 @@ import rosgraph
 import rospy
 from geometry_msgs.msg import Twist
 
-from robotont_driver.ros.publishers import DroppingPublisher
+from robotont_driver.rospy_repairs.publishers import DroppingPublisher
 from robotont_teleop.hand.emergency_stop_publisher import EmergencyStopPublisher
 from robotont_teleop.hand.robot_reports import RobotReports
 from robotont_teleop.hand.speeds import STOP

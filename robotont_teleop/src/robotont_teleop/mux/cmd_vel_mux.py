@@ -18,10 +18,10 @@ from robotont_driver.ros.clocks import boot_time
 from robotont_driver.ros.diagnostics import OK, WARN, Health, robot_name
 from robotont_driver.ros.lifecycle import run_without_wheels
 from robotont_driver.ros.log_throttle import Refusals
-from robotont_driver.ros.publishers import DroppingPublisher
-from robotont_driver.ros.rospy_internals import connection_header
 from robotont_driver.ros.topic_outages import OutageWatch
 from robotont_driver.ros.worker import Worker
+from robotont_driver.rospy_repairs.publishers import DroppingPublisher
+from robotont_driver.rospy_repairs.rospy_internals import connection_header
 from robotont_teleop.hand.twist_message import twist_message
 from robotont_teleop.mux.arbitration import STOP, Arbiter, Input
 from robotont_teleop.mux.guard_sensors import make_guard

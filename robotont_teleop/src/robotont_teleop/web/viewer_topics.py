@@ -4,8 +4,8 @@ import time
 
 import rospy
 
-from robotont_driver.ros.rospy_internals import connection_header, serialized
 from robotont_driver.ros.worker import Worker
+from robotont_driver.rospy_repairs.rospy_internals import connection_header, serialized
 
 TOPICS = ("odom", "scan", "map", "joint_states", "/tf", "/tf_static", "/diagnostics")
 RATE = 10.0        # [Hz] at most, of each publisher of a topic

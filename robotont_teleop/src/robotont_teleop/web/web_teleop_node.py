@@ -12,7 +12,7 @@ from robotont_driver.parameters.parameters import Parameter, ParameterError
 from robotont_driver.ros.diagnostics import OK, WARN, Health, robot_name
 from robotont_driver.ros.lifecycle import init_node, signals_wait
 from robotont_driver.ros.node_parameters import own_parameters, refuse, running_wheels
-from robotont_driver.ros.rospy_end import end_soon
+from robotont_driver.rospy_repairs.rospy_end import end_soon
 from robotont_teleop.hand.speeds import Speeds
 from robotont_teleop.web.driving_seat import DrivingSeat
 from robotont_teleop.web.page_setup import SetUpError, host_names, invitation, make_access, ros_home

@@ -8,7 +8,7 @@ import warnings
 
 import rospy
 
-from robotont_driver.ros.rospy_internals import add_subscriber_listener, connections, publish_to
+from robotont_driver.rospy_repairs.rospy_internals import add_subscriber_listener, connections, publish_to
 
 SEND_TIMEOUT = struct.pack("@ll", 0, 50000)  # a struct timeval: [s], [us]
 

@@ -10,7 +10,7 @@ import time
 import rosgraph
 import rospy
 
-from robotont_driver.ros import rospy_internals
+from robotont_driver.rospy_repairs import rospy_internals
 
 MASTER_WITHIN = 10.0  # [s] for which a node waits for a master
 FAREWELL = 3.0  # [s] for the last messages and for the master to hear of the end; roslaunch and systemd wait for 10

@@ -1,6 +1,7 @@
 """Token, cookie, Host and Origin."""
 
 import stat
+from concurrent.futures import ThreadPoolExecutor
 
 import pytest
 
@@ -23,13 +24,30 @@ def test_a_token_is_made_once_for_its_owner_only(tmp_path):
 
 
 @pytest.mark.parametrize("token, mode, words", [
-    ("a-good-token", 0o644, "found mode 644, allowed: 600"), ("", 0o600, "found 0 characters")])
+    ("a-good-token", 0o644, "found mode 644, allowed: 600"), ("short", 0o600, "found 5 characters")])
 def test_a_token_that_others_can_read_or_that_is_none_is_refused(tmp_path, token, mode, words):
     path = tmp_path / "token"
     path.write_text(token)
     path.chmod(mode)
     with pytest.raises(ValueError, match=words):
         read_or_make_token(path)
+
+
+def test_an_empty_file_gets_a_token(tmp_path):  # as after a loss of power
+    path = tmp_path / "token"
+    path.touch(0o644)
+    assert read_or_make_token(path) == path.read_text().strip() != ""
+    assert stat.S_IMODE(path.stat().st_mode) == 0o600
+
+
+@pytest.mark.parametrize("left", [False, True])
+def test_all_who_start_at_once_have_the_same_token(tmp_path, left):
+    with ThreadPoolExecutor(16) as starts:
+        for number in range(50):
+            path = tmp_path / str(number)
+            if left:
+                path.touch()
+            assert len(set(starts.map(read_or_make_token, [path] * 16))) == 1
 
 
 def test_the_right_token_and_its_cookie_come_in():

@@ -1,5 +1,6 @@
 """Who may open the page: token, cookie, Host and Origin; free of network and clock."""
 
+import fcntl
 import hashlib
 import hmac
 import ipaddress
@@ -9,6 +10,8 @@ from collections import deque
 from pathlib import Path
 from urllib.parse import urlsplit
 
+from robotont_driver.parameters.files import write_file
+
 LOCAL_NAMES = ("localhost", "127.0.0.1", "::1")
 ATTEMPTS, ATTEMPTS_PERIOD = 5, 60.0  # wrong tokens of an address within [s], after which none of it is looked at
 REMEMBERED = 1000                    # wrong tokens, of all addresses
@@ -16,19 +19,19 @@ LONGEST_TOKEN = 128
 
 
 def read_or_make_token(path):
-    """The token in a file, which is made with mode 0600 where there is none.
+    """The token in a file, which is made with mode 0600 where there is none, or an empty one.
 
     Raises OSError, or ValueError when others may read the file or it holds no token.
     """
     path = Path(path)
     path.parent.mkdir(parents=True, exist_ok=True)
+    folder = os.open(str(path.parent), os.O_RDONLY)
     try:
-        file = os.open(str(path), os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600)
-    except FileExistsError:
-        pass
-    else:
-        with os.fdopen(file, "w") as output:
-            output.write(secrets.token_urlsafe(16) + "\n")
+        fcntl.flock(folder, fcntl.LOCK_EX)  # of two that start at once the second reads what the first has made
+        if not path.exists() or not path.stat().st_size:
+            write_file(path, secrets.token_urlsafe(16) + "\n", 0o600)
+    finally:
+        os.close(folder)
     mode = path.stat().st_mode & 0o777
     if mode & 0o077:
         raise ValueError(f"{path}: found mode {mode:o}, allowed: 600 (others could read the token)")

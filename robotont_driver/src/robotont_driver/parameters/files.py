@@ -1,0 +1,48 @@
+"""Files that are there whole or not at all, whatever ends this process, its computer or its disk's space."""
+
+import contextlib
+import os
+import stat
+import tempfile
+from pathlib import Path
+
+
+@contextlib.contextmanager
+def new_file(path, mode=0o644):
+    """A binary file to write to, which takes the place of `path` at the end of the `with`; none on an exception.
+
+    It is written beside, has this mode whatever was there before, and is on the disk before it takes the place. A link
+    is not followed: OSError, as where something other than a file is in the place.
+    """
+    path = Path(path)
+    with contextlib.suppress(FileNotFoundError):
+        if not stat.S_ISREG(path.lstat().st_mode):
+            raise OSError(f"{path}: found something else than a file")
+    handle, beside = tempfile.mkstemp(dir=str(path.parent), prefix=".new_")
+    try:
+        with os.fdopen(handle, "wb") as file:
+            yield file
+            file.flush()
+            os.fchmod(handle, mode)
+            os.fsync(handle)
+        os.replace(beside, str(path))
+    except BaseException:
+        with contextlib.suppress(OSError):
+            os.unlink(beside)
+        raise
+    flush_folder(path.parent)
+
+
+def write_file(path, text, mode=0o644):
+    """Write a text as UTF-8 (or bytes), by `new_file`."""
+    with new_file(path, mode) as file:
+        file.write(text if isinstance(text, bytes) else text.encode("utf-8", "surrogateescape"))
+
+
+def flush_folder(folder):
+    """Bring a folder's list of names to the disk."""
+    handle = os.open(str(folder), os.O_RDONLY | os.O_DIRECTORY)
+    try:
+        os.fsync(handle)
+    finally:
+        os.close(handle)

@@ -1,0 +1,38 @@
+"""A file is there whole or not at all, with its mode, and nothing else is written through it."""
+
+import os
+from pathlib import Path
+
+import pytest
+
+from robotont_driver.parameters.files import new_file, write_file
+
+
+def test_a_file_and_its_mode_take_the_place_of_an_older_one(tmp_path):
+    path = tmp_path / "odd \udcff name"
+    path.write_text("old and longer")
+    path.chmod(0o666)
+    other = tmp_path / "hard link"
+    os.link(str(path), str(other))
+    write_file(path, "new ä", 0o600)
+    assert path.read_text("utf-8") == "new ä" and path.stat().st_mode & 0o777 == 0o600
+    assert other.read_text() == "old and longer"
+
+
+def test_what_fails_half_way_leaves_the_old_file_and_nothing_beside(tmp_path):
+    path = tmp_path / "file"
+    path.write_text("old")
+    with pytest.raises(ZeroDivisionError), new_file(path) as file:
+        file.write(b"half")
+        1 / 0  # noqa: B018
+    assert [(one.name, one.read_text()) for one in tmp_path.iterdir()] == [("file", "old")]
+
+
+@pytest.mark.parametrize("make", [os.mkfifo, os.mkdir, lambda path: os.symlink("target", path)],
+                         ids=["fifo", "folder", "link"])
+def test_what_is_no_file_is_refused_and_not_followed(tmp_path, make):
+    path = tmp_path / "place"
+    make(str(path))
+    with pytest.raises(OSError, match="something else than a file"):
+        write_file(path, "text")
+    assert not (tmp_path / "target").exists() and not Path(path).is_file()

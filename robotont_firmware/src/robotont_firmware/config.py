@@ -54,9 +54,9 @@ ARC = 1350  # [edges] 2 * sin(120 deg) * wheel distance / way of an edge * 240 /
 #             even wheels, whose LEAD has so much from the mass, which alone is bent
 STANDSTILL = 5  # [periods] set-point 0 and no edge for this long: motor off, integral 0
 
-# One wheel driven on its own while no commands come, by the order `!test` (./robotont wheels --bring-up, --tune).
-TEST_EFFORT = 400  # [effort] 10 %, where the order tells none; no order gets more than a quarter of FULL_EFFORT
-TEST_SPEED = 60  # [units] 0.55 m/s: the board ends a drive that would become faster; an order may tell less
+# One wheel driven on its own while no commands come, by the order `!test` (./robotont wheels --bring-up).
+TEST_EFFORT = 400  # [effort] 10 %; a quarter of FULL_EFFORT at most
+TEST_SPEED = 60  # [units] 0.55 m/s: the board ends a drive that is faster
 TEST_TIME = 25  # [periods] 0.5 s, whatever the PC does
 
 # Serial line to the PC: USART2, the ST-Link's virtual port, shared with the REPL.

@@ -65,9 +65,6 @@ class Controller:
         self._waits_for_zero = reset_cause not in SIMULATED
         self._test_left = 0  # [periods] that one wheel is still driven by an order `!test`
         self._tested = 0  # that wheel + 1, negative: backward
-        self._test_effort = 0
-        self._test_speed = 0  # [units] at which that drive ends,
-        self._test_counts = 0  # [edges/period] and how fast the wheel was a period ago
         self._status = Status(board, config, wheels)
         self._identity = Identity(board, config, wheels, reset_cause)
 
@@ -180,21 +177,14 @@ class Controller:
 
     def _test(self, periods):
         """Drive one wheel for TEST_TIME, never too fast, and let the others roll; while no commands come."""
-        receiver, config = self._receiver, self._config
-        if receiver.test != 0:
-            effort = receiver.test_effort
-            self._tested, self._test_left = receiver.test, config.TEST_TIME if effort else 0
-            effort = config.TEST_EFFORT if effort < 0 else effort
-            self._test_effort = min(effort, config.FULL_EFFORT >> 2, config.MAX_EFFORT)
-            self._test_speed = min(receiver.test_speed or config.TEST_SPEED, config.TEST_SPEED, config.MAX_SPEED)
-            self._test_counts = 0
-        speed = abs(self._counts[abs(self._tested) - 1]) // periods
-        # A wheel that sets off in mid-period shows half of what it will gain in the next one.
-        if speed + max(0, speed - self._test_counts) * 2 > self._test_speed:
+        config = self._config
+        if self._receiver.test != 0:
+            self._tested, self._test_left = self._receiver.test, config.TEST_TIME
+        tested = abs(self._tested) - 1
+        if abs(self._counts[tested]) > config.TEST_SPEED * periods:
             self._test_left = 0
-        self._test_counts = speed
         for wheel in range(self._wheels):
-            effort = self._test_effort if self._test_left > 0 and abs(self._tested) == wheel + 1 else 0
+            effort = config.TEST_EFFORT if self._test_left > 0 and wheel == tested else 0
             self._board.drive(wheel, effort if self._tested > 0 else -effort)
         self._test_left -= periods
 

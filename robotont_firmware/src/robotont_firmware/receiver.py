@@ -23,7 +23,7 @@ _FRACTION_SCALE = const(1000000)  # six decimals are read exactly, further ones 
 
 _LEAVE = b"!repl;"  # with a valid CRC: stop the motors and give the line to MicroPython's REPL
 _ASK = b"?;"  # with a valid CRC: asks for the identity
-_TEST = b"!test "  # with a wheel, + or -, perhaps effort:speed, a semicolon and a valid CRC: drives it for a moment
+_TEST = b"!test "  # with a wheel, + or -, a semicolon and a valid CRC: drives it for a moment
 
 
 @micropython.viper
@@ -76,8 +76,7 @@ class Receiver:
     `setpoints`: the newest valid command, one integer in 1/256 unit per wheel, rounded to nearest.
     `dropped`: lines refused since the start (modulo 2^29). `checked`: see above.
     `leave`: a valid `!repl;CCCC` came, so the PC wants the REPL. `asked`: a valid `?;CCCC` came; to be
-    cleared with the answer. `test`: the wheel of a valid `!test 0+;CCCC`, plus 1, negative for backward; 0: none;
-    `test_effort`, `test_speed`: those of `!test 0+800:50;CCCC` [effort, units], -1 and 0 where it tells none.
+    cleared with the answer. `test`: the wheel of a valid `!test 0+;CCCC`, plus 1, negative for backward; 0: none.
     """
 
     def __init__(self, wheels):
@@ -86,7 +85,7 @@ class Receiver:
         self.checked = False
         self.leave = False
         self.asked = False
-        self.test = self.test_effort = self.test_speed = 0
+        self.test = 0
         self._scratch = array("i", [0] * wheels)
         self._wheels = wheels
         self._line = bytearray(LINE_SIZE + 1)  # one more for the newline, which ends every scan
@@ -151,27 +150,16 @@ class Receiver:
             self._drop()
 
     def _read_test(self, end):
-        """Return True when line[0:end] is `!test 0+;` or `!test 0+800:50;`, which then stands in `test`."""
-        line, numbers = self._line, self._scratch
-        at = len(_TEST) + 2
-        if end <= at or not self._is(_TEST, at - 2):
+        """Return True when line[0:end] is `!test 0+;`, which then stands in `test`."""
+        line = self._line
+        at = len(_TEST)
+        if end != at + 3 or not self._is(_TEST, at) or line[at + 2] != _SEMICOLON:
             return False
-        wheel = line[at - 2] - _ZERO + 1
-        forward = line[at - 1] == _PLUS
-        numbers[0], numbers[1] = -1, 0
-        if line[at] != _SEMICOLON:
-            at = _read_number(line, at, numbers, 0)
-            if at == 0 or line[at] != _COLON:
-                return False
-            at = _read_number(line, at + 1, numbers, 1)
-            if min(numbers[0], numbers[1]) < 0:
-                return False
-        if at != end - 1 or line[at] != _SEMICOLON or not 1 <= wheel <= self._wheels:
+        wheel = line[at] - _ZERO + 1
+        sign = 1 if line[at + 1] == _PLUS else -1 if line[at + 1] == _MINUS else 0
+        if sign == 0 or not 1 <= wheel <= self._wheels:
             return False
-        if not forward and line[len(_TEST) + 1] != _MINUS:
-            return False
-        self.test = wheel if forward else -wheel
-        self.test_effort, self.test_speed = numbers[0] >> 8, numbers[1] >> 8
+        self.test = wheel * sign
         return True
 
     def _is(self, order, end):

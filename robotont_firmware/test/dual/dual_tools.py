@@ -70,7 +70,7 @@ def checked(body):
     return body + b"%04X\n" % crc_slow(body)
 
 
-ORDER = checked("!test 1+400:50")
+ORDER = checked("!test 1+")
 
 
 class WildBoard:

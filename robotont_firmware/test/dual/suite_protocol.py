@@ -135,9 +135,7 @@ def test_orders_golden():
         assert receiver.leave == line.startswith("!r"), line
         assert receiver.test == {"0": 1, "2": -3}.get(line[6:7] if "test" in line else "", 0), line
         assert receiver.dropped == 0
-    for order in ("!test 3+", "!test 0", "!test 0*", "!test +", "!test 0+0", "!test /+", "!tes 0+", "!test 0+1000:50",
-                  "!test 0+-400:50", "!test 0+400:-50", "!test 0+400", "!test 0+400:", "!test 0400:50",
-                  "!test 3+400:50", "!test 0+400:50:1", "!test 0+:50"):  # fmt: skip
+    for order in ("!test 3+", "!test 0", "!test 0*", "!test +", "!test 0+0", "!test /+", "!tes 0+", "!test 0+400:50"):
         receiver = Receiver(3)
         feed(receiver, checked(order))
         assert (receiver.test, receiver.dropped) == (0, 1), order

@@ -4,7 +4,6 @@ import math
 import time
 import types
 
-from robotont_driver.tools.motor_fit import ROTOR_LEAD
 from robotont_firmware import config
 from robotont_firmware.gain_bounds import LARGEST, NO_ARC
 from robotont_firmware.main_loop import Controller
@@ -12,6 +11,7 @@ from robotont_firmware.main_loop import Controller
 EVEN = 0.1  # by which the sines of the angles between wheels may differ
 THESIS_MASS, THESIS_INERTIA = 3.576, 0.0429  # [kg, kg m^2] of the robot for which config.LEAD and TURN_LEAD are,
 THESIS_DISTANCE, THESIS_WAY = 0.125, 0.035 / 18.75  # [m] of its wheels from its middle; [m/rad] of rim by motor shaft
+ROTOR_LEAD = 38  # [1/16 period] of LEAD and TURN_LEAD is the motor's own
 HALF = 8         # [1/16 period] by which a LEAD is less than the time constant: a period's effort acts on its mean
 DARK = 25  # [periods] that a board without power and then starting does nothing
 

@@ -1,0 +1,33 @@
+#!/usr/bin/env python3
+"""Keeps half a metre from whatever is ahead, by the laser scan: too far, it drives on; too near, it backs."""
+
+import math
+
+import rospy
+from geometry_msgs.msg import Twist
+from sensor_msgs.msg import LaserScan
+
+DISTANCE = 0.5  # [m]
+GAIN = 1.0      # [m/s] for each metre too much
+FASTEST = 0.2   # [m/s]
+AHEAD = 0.2     # [rad] to both sides
+
+rospy.init_node("keep_distance")
+publisher = rospy.Publisher("cmd_vel", Twist, queue_size=1)
+
+
+def on_scan(scan):
+    """Each scan gives one command. Without scans there are no commands, and the robot stops by itself."""
+    angles = [scan.angle_min + i * scan.angle_increment for i in range(len(scan.ranges))]
+    seen = [distance for angle, distance in zip(angles, scan.ranges)
+            if abs(angle) < AHEAD and scan.range_min <= distance <= scan.range_max]  # drops NaN and infinity, too
+    command = Twist()
+    if seen:
+        command.linear.x = max(-FASTEST, min(FASTEST, GAIN * (min(seen) - DISTANCE)))
+    elif any(distance == math.inf for distance in scan.ranges):
+        command.linear.x = FASTEST  # nothing within the sensor's range
+    publisher.publish(command)
+
+
+rospy.Subscriber("scan", LaserScan, on_scan, queue_size=1)
+rospy.spin()

@@ -9,7 +9,7 @@ from nav_msgs.msg import Odometry
 
 SPEED, TURN = 0.25, 1.0  # [m/s], [rad/s]
 SIDE = 0.5              # [m]
-STOPPING = 0.4          # [s] the robot slows down over this long before the end of a side or a turn
+STOPPING = 0.6          # [s] the robot slows down over this long before the end of a side or a turn
 
 
 class Square:
@@ -32,7 +32,7 @@ class Square:
             left = amount - gone(start, self.pose)
             if left < 0.002:
                 break
-            share = max(0.1, min(1.0, left / ((speed + turn) * STOPPING)))
+            share = max(0.05, min(1.0, left / ((speed + turn) * STOPPING)))
             command = Twist()
             command.linear.x, command.angular.z = speed * share, turn * share
             self.publisher.publish(command)

@@ -71,8 +71,8 @@ class ExamplesTest(NodeTest):
 
     def test_square_by_odometry(self):
         poses = self.run_example("square_by_odometry.py")
-        self.check(poses, [(0.5, 0.0), (0.5, 0.5), (0.0, 0.5)], 0.03, 0.03)
-        self.assertLess(abs(np.sin(poses[-1, 2])), 0.03)
+        self.check(poses, [(0.5, 0.0), (0.5, 0.5), (0.0, 0.5)], 0.08, 0.08)
+        self.assertLess(abs(np.sin(poses[-1, 2])), 0.1)
 
     def test_follow_path(self):
         poses = self.run_example("follow_path.py")

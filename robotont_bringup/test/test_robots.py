@@ -6,12 +6,13 @@ from pathlib import Path
 from roslaunch.config import load_config_default
 from roslaunch.launch import ROSLaunchRunner
 
-from robotont_driver.kinematics.wheel_params import read_wheels
+from robotont_driver.kinematics.wheel_params import KEYS, read_wheels
 from robotont_driver.nodes import driver_node, odom_node, serial_com_node
-from robotont_driver.robots.robot_folder import shipped
+from robotont_driver.robots.robot_folder import read_robot, shipped
 from robotont_simulator import simulator_node
 from robotont_testing import places
 from robotont_testing.harness import Master
+from robotont_testing.robots import H_DRIVE, MIRRORED_4, robot_folder
 
 NAMES = ("thesis", "robotont2", "robotont3", "four_wheels")
 ROBOT = ("robot.launch", "description:=false")
@@ -33,7 +34,8 @@ TABLES = {"driver_node": driver_node, "serial_com_node": serial_com_node, "odom_
 
 def seen(parameters, nodes):
     """What the nodes read of a master's parameters: the wheels, and theirs by node and name, official ones included."""
-    found = {"wheels": read_wheels(parameters), "robot": parameters.get("robot"), "battery": parameters.get("battery")}
+    found = {"wheels": read_wheels(parameters), "truth": parameters.get("measuredPoint"),
+             "robot": parameters.get("robot"), "battery": parameters.get("battery")}
     composed = "robotont_node" in nodes
     for node in {*nodes, *(("driver_node", "serial_com_node", "odom_node") if composed else ())} & set(TABLES):
         own = parameters.get(node, {})
@@ -44,8 +46,14 @@ def seen(parameters, nodes):
     return found
 
 
-def test_parameters_of_each_launch_behind_all_others_are_those_on_a_fresh_master():
+def test_parameters_of_each_launch_behind_all_others_are_those_on_a_fresh_master(tmp_path):
     """Forward and backward, so that each stands before and behind each other one. Nothing is started."""
+    every_key = robot_folder(tmp_path / "every_key", {
+        **H_DRIVE, "referenceDirection": 0.3, "motorNoLoadSpeed": 300.0, "motorStallTorque": 0.1,
+        "motorRotorInertia": 1e-5, "robotMass": 9.0, "measuredPoint": [0.1, 0.0]})
+    assert set(read_robot(every_key).given) >= set(KEYS) - {"positiveRotation"}
+    signs = robot_folder(tmp_path / "signs", MIRRORED_4)
+    LAUNCHES.update(every_key=(*ROBOT, f"robot:={every_key}"), signs=(*ROBOT, f"robot:={signs}"))
     with Master() as master:
         server = xmlrpc.client.ServerProxy(master.uri)
         configurations = {name: load_config_default([(str(places.launch(file)), arguments)], None)

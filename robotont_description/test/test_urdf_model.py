@@ -117,8 +117,9 @@ def test_the_geometry_is_that_of_the_model(model, parameters):
     widest = max(float(cylinder(model, wheel).get("length")) for wheel in range(wheels.amount))
     lower = max(0.05, min(wheels.distances) - widest / 2 - 0.006)  # [m] between the wheels, 6 mm off them
     assert plates == pytest.approx([lower, upper_plate_radius(wheels)], abs=1e-9)
-    corners = [math.hypot(distance + float(cylinder(model, wheel).get("length")) / 2, wheels.radii[wheel])
-               for wheel, distance in enumerate(wheels.distances)]
+    ends = [np.array([along * float(cylinder(model, wheel).get("length")) / 2, across * radius, 0, 1])
+            for wheel, radius in enumerate(wheels.radii) for along in (-1, 1) for across in (-1, 1)]
+    corners = [np.hypot(*(model.poses[f"wheel_{number // 4}_link"] @ end)[:2]) for number, end in enumerate(ends)]
     farthest = max(*plates, *corners)
     assert farthest <= robot_radius(wheels) < farthest + 0.01
 

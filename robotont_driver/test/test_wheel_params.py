@@ -2,12 +2,14 @@ import math
 
 import pytest
 
-from robotont_driver.kinematics.wheel_params import MOST_WHEELS, read_wheels
+from robotont_driver.kinematics.kinematics import Kinematics
+from robotont_driver.kinematics.motor import Motor, counts_in_reach, no_load_speeds
+from robotont_driver.kinematics.wheel_params import MOST_WHEELS, doubts, read_wheels
 from robotont_driver.parameters.parameters import ParameterError
 from robotont_driver.protocol.checksum import add_checksum
 from robotont_driver.protocol.packet import LONGEST_LINE, format_packet
 from robotont_driver.robots.wheel_file import read_wheel_file
-from robotont_testing.robots import SHIPPED, WHEEL_PARAMS
+from robotont_testing.robots import BARE, SHIPPED, WHEEL_PARAMS
 
 
 def faults_of(given):
@@ -23,7 +25,7 @@ def test_shipped_wheels_stand_where_their_angles_say():
 
 
 @pytest.mark.parametrize("key, value", [
-    ("wheelAmount", 2), ("wheelAmount", 3.0), ("wheelAmount", "3"), ("wheelAmount", True), ("wheelAmount", None),
+    ("wheelAmount", 2), ("wheelAmount", "3"), ("wheelAmount", True), ("wheelAmount", None),
     ("wheelAmount", 4), ("wheelAmount", -3), ("wheelAmount", 17), ("wheelAmount", 2147483647),
     ("wheelRads", [0.0, 1.0]), ("wheelRads", [0.0, 1.0, "x"]), ("wheelRads", [0.0, 1.0, math.nan]),
     ("wheelRads", 1.0), ("wheelRads", [0.0, 2.0, math.inf]), ("wheelRads", []), ("wheelRads", {}),
@@ -42,6 +44,11 @@ def test_shipped_wheels_stand_where_their_angles_say():
     ("pidControlFrequency", 0), ("pidControlFrequency", "50 Hz"),
     ("referenceDirection", "right"), ("referenceDirection", math.nan), ("referenceDirection", None),
     ("positiveRotation", "left"), ("positiveRotation", 1), ("positiveRotation", []),
+    ("positiveRotation", ["clockwise", "clockwise"]), ("positiveRotation", ["clockwise", "clockwise", 1]),
+    ("encoderEdgesPerMotorRevolution", 2 ** 20 + 1), ("encoderEdgesPerMotorRevolution", math.inf),
+    ("wheelPositionRads", [0.0, 1.0]), ("wheelPositionRads", [0.0, 1.0, 90.0]), ("wheelPositionRads", None),
+    ("motorNoLoadSpeed", 0.0), ("motorNoLoadSpeed", 18000), ("motorStallTorque", -1.0), ("motorRotorInertia", "2e-6"),
+    ("robotMass", 0), ("robotMass", math.nan),
 ])
 def test_a_wrong_value_is_named_with_what_was_found(key, value):
     faults = faults_of({**SHIPPED, key: value})
@@ -51,6 +58,60 @@ def test_a_wrong_value_is_named_with_what_was_found(key, value):
         value = SHIPPED["wheelRads"]
     assert len(named) == 1
     assert f"found {value!r}, allowed: " in named[0]
+
+
+def test_wheels_that_stand_apart_from_their_direction_need_no_sign():
+    given = {**SHIPPED, "wheelPositionRads": SHIPPED["wheelRads"]}
+    assert faults_of(given) == ["positiveRotation: found 'clockwise', allowed: nothing beside wheelPositionRads, which "
+                                "tells where each wheel stands"]
+
+
+def test_a_sign_per_wheel_is_a_motor_mounted_the_other_way_round():
+    """The same robot: wheel 0 drives the other way when it turns positive."""
+    one = {**BARE, "wheelRads": [math.radians(angle) for angle in (90, 210, 330)]}
+    mirrored = {**BARE, "wheelRads": [math.radians(angle) for angle in (270, 210, 330)],
+                "positiveRotation": ["clockwise", "counterclockwise", "counterclockwise"]}
+    for twist in ((0.3, -0.2, 1.0), (0.0, 0.0, 1.0)):
+        ahead, same_left, same_right = Kinematics(read_wheels(one)).wheel_speeds(twist)
+        assert Kinematics(read_wheels(mirrored)).wheel_speeds(twist) == pytest.approx([-ahead, same_left, same_right])
+    assert read_wheels(mirrored).positions == pytest.approx(
+        [position + 2 * math.pi * (wheel == 0) for wheel, position in enumerate(read_wheels(one).positions)])
+    assert not doubts(read_wheels(mirrored))
+    del mirrored["positiveRotation"]
+    assert doubts(read_wheels(mirrored)).startswith(
+        "wheelRads: all wheels stand on one side of the centre, at 180, 120, 240 degrees")
+
+
+def test_whole_numbers_may_be_written_as_floats():
+    as_floats = read_wheels({**SHIPPED, "wheelAmount": 3.0, "encoderEdgesPerMotorRevolution": 64.0})
+    assert as_floats == read_wheels(SHIPPED)
+    assert isinstance(as_floats.edges_per_motor_turn, int)
+
+
+def test_a_motor_of_which_the_speed_alone_is_known_is_the_default_one_behind_a_gearbox():
+    """So a hub motor is as strong at the wheel as the shipped robot's motor with its gearbox."""
+    hub = read_wheels({**SHIPPED, "gearboxReductionRatio": 1.0, "motorNoLoadSpeed": Motor().no_load_speed / 18.75})
+    shipped = read_wheels(SHIPPED)
+    assert no_load_speeds(hub) == pytest.approx(no_load_speeds(shipped))
+    assert no_load_speeds(shipped) == pytest.approx([1.8326] * 3, abs=1e-4)
+    for key, power in (("stall_torque", 1), ("rotor_inertia", 2)):
+        assert getattr(hub.motor, key) == pytest.approx(getattr(shipped.motor, key) * 18.75 ** power)
+    told = read_wheels({**SHIPPED, "motorNoLoadSpeed": 300.0, "motorStallTorque": 0.5, "motorRotorInertia": 1e-5,
+                        "robotMass": 12.0})
+    assert (told.motor, told.mass) == (Motor(300.0, 0.5, 1e-5), 12.0)
+
+
+@pytest.mark.parametrize("gear, edges, frequency, rpm", [
+    (18.75, 64, 50, 9375),      # Pololu 37D
+    (1.0, 8192, 100, 200),      # a hub motor
+    (50.0, 131072, 1000, 18000),  # a servo of 17 bits
+    (21.0, 501923, 100, 3000),
+])
+def test_reach_follows_the_motor(gear, edges, frequency, rpm):
+    wheels = read_wheels({**SHIPPED, "gearboxReductionRatio": gear, "encoderEdgesPerMotorRevolution": edges,
+                          "pidControlFrequency": frequency, "motorNoLoadSpeed": rpm * 2 * math.pi / 60})
+    without_load = rpm / 60 * edges / frequency
+    assert 1.4 * without_load < counts_in_reach(wheels) < 1.6 * without_load
 
 
 def test_packets_of_the_most_wheels_fit_into_a_line():
@@ -69,7 +130,9 @@ def test_packets_of_the_most_wheels_fit_into_a_line():
     ("wheelDistanceFromCenter", [125, 125, 130], "in millimetres? then write [0.125, 0.125, 0.13]"),
     ("wheelRadius", 3.5, "up to 2 times wheelDistanceFromCenter, 0.125 [m]: are both in metres?"),
     ("wheelRadius", 1e-300, "a number from 0.001 to 10 [m]"),
-    ("wheelRads", [0.0, 0.001, math.pi], "(these give a wheel matrix of rank < 3)"),
+    ("wheelRads", [0.0, 0.001, math.pi], "(these give a wheel matrix of rank < 3); wheels 0 and 1 would stand at one "
+     "place, 0 degrees: where motors on two sides drive the same way when they turn positive, positiveRotation is a "
+     "list, one word per wheel"),
 ])
 def test_another_unit_or_place_is_refused_with_what_is_meant(key, value, words):
     (fault,) = faults_of({**SHIPPED, key: value})

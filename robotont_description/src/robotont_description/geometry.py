@@ -33,8 +33,11 @@ def robot_radius(wheels):
 
     Rounded up to whole centimetres: 0.15 m for the shipped robot, whose wheels reach to 0.142 m.
     """
-    corners = [math.hypot(distance + wheel_width(radius) / 2, radius)
-               for distance, radius in zip(wheels.distances, wheels.radii)]
+    corners = [
+        math.hypot(distance * abs(math.sin(direction - position)) + wheel_width(radius) / 2,
+                   distance * abs(math.cos(direction - position)) + radius)
+        for distance, radius, direction, position in zip(
+            wheels.distances, wheels.radii, wheels.directions, wheels.positions)]
     return math.ceil(max(*corners, upper_plate_radius(wheels)) * 100) / 100
 
 

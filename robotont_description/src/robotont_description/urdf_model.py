@@ -1,12 +1,14 @@
 """The URDF from the xacro files."""
 
 import sys
+import tempfile
 from pathlib import Path
 
 import rospkg
+import yaml
 
 from robotont_driver.parameters.command_line import CommandLine
-from robotont_driver.robots.robot_folder import WHEELS, read_robot
+from robotont_driver.robots.robot_folder import read_robot
 
 XACRO = Path("urdf") / "robotont.urdf.xacro"
 
@@ -24,8 +26,14 @@ def urdf(robot="", prefix="", official="false"):
     found = read_robot(robot or ("robotont2" if official == "true" else ""))  # checked before anything is drawn
     import xacro  # here, so that `main` can explain where it is missing
 
-    document = xacro.process_file(str(model), mappings={
-        "wheel_params": str((found.folder / WHEELS).resolve()), "prefix": prefix, "official": official})
+    with tempfile.NamedTemporaryFile("w", suffix=".yaml") as file:  # numbers only: xacro knows no deg(45)
+        wheels = found.wheels
+        file.write(yaml.safe_dump({
+            "wheelAmount": wheels.amount, "wheelRads": [*wheels.directions], "wheelPositionRads": [*wheels.positions],
+            "wheelDistanceFromCenter": [*wheels.distances], "wheelRadius": [*wheels.radii]}))
+        file.flush()
+        document = xacro.process_file(str(model), mappings={
+            "wheel_params": file.name, "prefix": prefix, "official": official})
     return document.toprettyxml(indent="  ")
 
 

@@ -24,7 +24,7 @@ AWAY = (0, 0, -10)     # [m] where the visitor is when not there
 
 # Pololu 37D motors at 12 V, seen at the motor's own shaft.
 VOLTAGE = 12.0         # [V]
-NO_LOAD = 2 * math.pi * NO_LOAD_SPEED  # [rad/s]
+NO_LOAD = NO_LOAD_SPEED  # [rad/s]
 STALL = 0.0315         # [N m] 0.59 N m behind the gearbox
 GEAR_FRICTION = 0.04   # part of the stall torque that the gearbox costs
 ROTOR_INERTIA = 1.2e-6  # [kg m^2]

@@ -53,7 +53,7 @@ def arc(wheels, lead):
     if max(steps) - min(steps) > EVEN:
         return NO_ARC
     mean = sum(steps) / wheels.amount * sum(wheels.distances) / sum(wheels.metres_per_edge)
-    edges = 2 * mean * wheels.rotation * lead / max(1, lead - ROTOR_LEAD + HALF)
+    edges = 2 * mean * math.copysign(1, sum(wheels.levers)) * lead / max(1, lead - ROTOR_LEAD + HALF)
     return min(max(round(edges), 2 * config.MAX_SPEED), NO_ARC) if edges > 0 else NO_ARC
 
 

@@ -59,8 +59,8 @@ def counts(wheels, twists, rng, noise=0.0, slip=None):
     noise: standard deviation [m] of a rim's way after 1 m, a walk of its own per wheel, in the way. slip: K x n further
     shares of the way that a rim turns without rolling.
     """
-    rows = np.array([(math.cos(a), math.sin(a), wheels.rotation * r)
-                     for a, r in zip(wheels.directions, wheels.distances)])
+    rows = np.array([(math.cos(a), math.sin(a), lever)
+                     for a, lever in zip(wheels.directions, wheels.levers)])
     rolled = np.repeat(twists @ rows.T, FINE, axis=0) * (PERIOD / FINE)
     way = rolled if slip is None else rolled * (1 + np.repeat(slip, FINE, axis=0))
     way = way + noise * np.sqrt(np.abs(rolled)) * rng.standard_normal(rolled.shape)

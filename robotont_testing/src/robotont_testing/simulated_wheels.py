@@ -17,8 +17,8 @@ def even_wheels(number, first=math.pi / 4, **keys):
 
 def rolled(wheels, twists):
     """Paths [m], K x n, that wheels roll in each period of K twists (v_x, v_y, omega), K x 3."""
-    rows = [(math.cos(direction), math.sin(direction), wheels.rotation * distance)
-            for direction, distance in zip(wheels.directions, wheels.distances)]
+    rows = [(math.cos(direction), math.sin(direction), lever)
+            for direction, lever in zip(wheels.directions, wheels.levers)]
     return np.asarray(twists) @ np.array(rows).T * PERIOD
 
 

@@ -17,11 +17,11 @@ def wheel_matrix(wheels):
     """Formulas (1) and (6): n x 3, wheel speeds [m/s] = matrix @ (v_x [m/s], v_y [m/s], omega [rad/s]).
 
     Row i is (cos theta_i, sin theta_i, +-R_i) with theta_i [rad] the wheel's direction in base_link; the
-    sign is negative where the robot turns clockwise when all wheels turn positive.
+    sign is negative where the robot turns clockwise when the wheel turns positive.
     """
     return np.array([
-        (math.cos(direction), math.sin(direction), wheels.rotation * distance)
-        for direction, distance in zip(wheels.directions, wheels.distances)
+        (math.cos(direction), math.sin(direction), lever)
+        for direction, lever in zip(wheels.directions, wheels.levers)
     ])
 
 

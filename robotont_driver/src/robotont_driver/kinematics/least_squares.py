@@ -44,6 +44,6 @@ def condition(matrix):
 
     Infinite where the wheels do not determine every motion.
     """
-    scaled = matrix / (1.0, 1.0, np.abs(matrix[:, 2]).mean())
+    scaled = matrix / (1.0, 1.0, np.abs(matrix[:, 2]).mean() or 1.0)
     values = np.linalg.svd(scaled, compute_uv=False)
     return values[0] / values[2] if len(matrix) >= 3 and values[2] > 1e-9 * values[0] else np.inf

@@ -1,4 +1,4 @@
-"""The wheels and the drive train: the thesis' seven keys (Figure 4, Table 1) and three of our own."""
+"""The wheels and the drive train: the thesis' seven keys (Figure 4, Table 1), and optional ones of our own."""
 
 import math
 from collections.abc import Mapping
@@ -6,7 +6,8 @@ from typing import NamedTuple, Tuple
 
 from robotont_driver.kinematics.kinematics import wheel_matrix
 from robotont_driver.kinematics.least_squares import condition
-from robotont_driver.parameters.parameters import ParameterError, fault, is_number
+from robotont_driver.kinematics.motor import BODY_MASS, WHEEL_MASS, Motor, like_default
+from robotont_driver.parameters.parameters import ParameterError, fault, is_number, is_whole
 
 THESIS_KEYS = (
     "wheelAmount",
@@ -17,17 +18,34 @@ THESIS_KEYS = (
     "encoderEdgesPerMotorRevolution",
     "pidControlFrequency",
 )
-KEYS = (*THESIS_KEYS, "referenceDirection", "positiveRotation", "measuredPoint")
+OPTIONAL_KEYS = (
+    "referenceDirection",
+    "positiveRotation",
+    "wheelPositionRads",
+    "motorNoLoadSpeed",
+    "motorStallTorque",
+    "motorRotorInertia",
+    "robotMass",
+    "measuredPoint",
+)
+KEYS = (*THESIS_KEYS, *OPTIONAL_KEYS)
 MOST_WHEELS = 16           # their packets fit into a line: 160 bytes to the board, 256 bytes from it
 # Beyond any robot: a mistake.
 LARGEST_ANGLE = 4 * math.pi  # [rad] more is meant in degrees
 SMALLEST_LENGTH, LARGEST_LENGTH = 0.001, 10.0  # [m] more is meant in millimetres
 LARGEST_WHEEL = 2.0        # radius per distance from the centre; larger wheels are meant in other units
-SMALLEST_GEAR = 0.01       # motor turns per wheel turn
-LARGEST_GEAR = 10000.0     # motor turns per wheel turn
-MOST_EDGES = 100000        # encoder edges per motor turn
-LARGEST_FREQUENCY = 1000.0  # [Hz] PID periods per second
+WIDEST_GAP = math.radians(200)  # between wheels next to each other: all stand on one side
+SAME_PLACE = 0.01          # [rad] between wheels that cannot both stand there
 MOST_CONDITION = 300.0     # beyond it some motion needs wheels hundreds of times as fast as another
+NUMBERS = {                # least and most of what is one number for the whole robot, and its unit
+    "gearboxReductionRatio": (0.01, 10000.0, ""),         # motor turns per wheel turn
+    "encoderEdgesPerMotorRevolution": (1, 2 ** 20, ""),   # edges per turn of the motor
+    "pidControlFrequency": (1.0, 1000.0, " [Hz]"),        # PID periods per second
+    "motorNoLoadSpeed": (1.0, 5000.0, " [rad/s] of the motor's own shaft"),
+    "motorStallTorque": (1e-4, 1000.0, " [N m] at the motor's own shaft"),
+    "motorRotorInertia": (1e-9, 1.0, " [kg m^2]"),
+    "robotMass": (0.05, 1000.0, " [kg]"),
+}
 ROTATIONS = {"counterclockwise": 1, "clockwise": -1}
 
 
@@ -35,22 +53,20 @@ class Wheels(NamedTuple):
     """Checked wheel parameters. Tuples hold one value per wheel, in the order of the packets."""
 
     directions: Tuple[float, ...]  # [rad] yaw of each wheel's positive driving direction in base_link
+    positions: Tuple[float, ...]   # [rad] yaw in base_link of the place where each wheel stands
     distances: Tuple[float, ...]   # [m] centre of the robot to the wheel's contact point
+    levers: Tuple[float, ...]      # [m] path of each wheel per rad that the robot turns counterclockwise
     radii: Tuple[float, ...]       # [m]
-    rotation: int                  # body rotation when all wheels turn positive: +1 counterclockwise, -1
     gear: float                    # motor turns per turn of a wheel
     edges_per_motor_turn: int      # encoder edges per turn of a motor
     pid_frequency: float           # [Hz] PID periods per second
+    motor: Motor
+    mass: float                    # [kg] of the whole robot
 
     @property
     def amount(self):
         """Number of wheels."""
         return len(self.directions)
-
-    @property
-    def positions(self):
-        """[rad] yaw in base_link of the place where each wheel stands."""
-        return tuple(direction - self.rotation * math.pi / 2 for direction in self.directions)
 
     @property
     def edges_per_turn(self):
@@ -73,74 +89,117 @@ def read_wheels(given):
     """
     if not isinstance(given, Mapping):
         raise ParameterError([fault("wheel parameters", given, "parameters by name: " + ", ".join(KEYS))])
-    faults = []
+    reader = _Reader(given)
+    placed = "wheelPositionRads" in given
+    rads = reader.angles("wheelRads")
+    distances = reader.lengths("wheelDistanceFromCenter", 0.0 if placed else SMALLEST_LENGTH)
+    radii = reader.lengths("wheelRadius", SMALLEST_LENGTH)
+    gear, edges, frequency = map(reader.number, THESIS_KEYS[4:])
+    speed, torque, inertia, mass = (
+        reader.number(key, None) for key in ("motorNoLoadSpeed", "motorStallTorque", "motorRotorInertia", "robotMass"))
+    reference = reader.check("referenceDirection", _is_angle, f"a number up to {LARGEST_ANGLE:.2f} [rad]"
+                             + meant(given.get("referenceDirection"), LARGEST_ANGLE, "degrees", math.pi / 180), 0.0)
+    reader.check("measuredPoint", lambda v: isinstance(v, (list, tuple)) and len(v) == 2
+                 and all(is_number(part) and abs(part) <= LARGEST_LENGTH for part in v),
+                 f"[x, y], two numbers up to {LARGEST_LENGTH:g} [m]: which point of base_link a ground truth is of", ())
+    if placed:
+        places = reader.angles("wheelPositionRads")
+        reader.check("positiveRotation", lambda _: False,
+                     "nothing beside wheelPositionRads, which tells where each wheel stands", "")
+    else:
+        words = reader.per_wheel("positiveRotation", lambda v: isinstance(v, str) and v in ROTATIONS,
+                                 "clockwise or counterclockwise, or a list of them, one per wheel", "counterclockwise")
+    if not reader.faults and max(radii) > LARGEST_WHEEL * max(distances):
+        reader.faults.append(fault("wheelRadius", given["wheelRadius"], (
+            f"up to {LARGEST_WHEEL:g} times wheelDistanceFromCenter, {given['wheelDistanceFromCenter']} [m]: are both "
+            "in metres?")))
+    if reader.faults:
+        raise ParameterError(reader.faults)
 
-    def check(key, valid, allowed):
-        """The value of `key`; when it is missing or not `valid`: None, and a fault."""
-        if key in given and valid(given[key]):
-            return given[key]
-        faults.append(fault(key, given.get(key, "nothing"), allowed))
-        return None
-
-    amount = check("wheelAmount", lambda v: _is_whole(v) and 3 <= v <= MOST_WHEELS,
-                   f"a whole number from 3 to {MOST_WHEELS}, the wheels whose packets fit into a line")
-    several = "wheelAmount" if amount is None else str(amount)
-
-    def is_list(value, valid):
-        """Whether `value` is a list of valid items, one per wheel."""
-        return isinstance(value, (list, tuple)) and len(value) == (amount or len(value)) \
-            and all(map(valid, value))
-
-    def is_length(value):
-        """Whether `value` is a length that a robot can have."""
-        return is_number(value) and SMALLEST_LENGTH <= value <= LARGEST_LENGTH
-
-    def check_per_wheel(key, unit):
-        """One positive number per wheel, given as a list or as one number for all."""
-        value = check(key, lambda v: is_length(v) or is_list(v, is_length),
-                      f"a number from {SMALLEST_LENGTH:g} to {LARGEST_LENGTH:g} [{unit}], or a list of {several}"
-                      + meant(given.get(key), LARGEST_LENGTH, "millimetres", 0.001))
-        return value if isinstance(value, (list, tuple)) else [value] * (amount or 0)
-
-    rads = check("wheelRads", lambda v: is_list(v, _is_angle),
-                 f"a list of {several} numbers up to {LARGEST_ANGLE:.2f} [rad]"
-                 + meant(given.get("wheelRads"), LARGEST_ANGLE, "degrees", math.pi / 180))
-    distances = check_per_wheel("wheelDistanceFromCenter", "m")
-    radii = check_per_wheel("wheelRadius", "m")
-    gear = check("gearboxReductionRatio", lambda v: is_number(v) and SMALLEST_GEAR <= v <= LARGEST_GEAR,
-                 f"a number from {SMALLEST_GEAR:g} to {LARGEST_GEAR:g}")
-    edges = check("encoderEdgesPerMotorRevolution", lambda v: _is_whole(v) and v <= MOST_EDGES,
-                  f"a whole number from 1 to {MOST_EDGES}")
-    frequency = check("pidControlFrequency", lambda v: _is_positive(v) and 1 <= v <= LARGEST_FREQUENCY,
-                      f"a number from 1 to {LARGEST_FREQUENCY:g} [Hz]")
-    given = {"referenceDirection": 0.0, "positiveRotation": "counterclockwise", "measuredPoint": (0.0, 0.0), **given}
-    reference = check("referenceDirection", _is_angle, f"a number up to {LARGEST_ANGLE:.2f} [rad]"
-                      + meant(given["referenceDirection"], LARGEST_ANGLE, "degrees", math.pi / 180))
-    rotation = check("positiveRotation", lambda v: isinstance(v, str) and v in ROTATIONS,
-                     " or ".join(sorted(ROTATIONS)))
-    check("measuredPoint", lambda v: isinstance(v, (list, tuple)) and len(v) == 2
-          and all(is_number(part) and abs(part) <= LARGEST_LENGTH for part in v),
-          f"[x, y], two numbers up to {LARGEST_LENGTH:g} [m]: which point of base_link a ground truth is of")
-    if not faults and max(radius / distance for radius, distance in zip(radii, distances)) > LARGEST_WHEEL:
-        faults.append(fault("wheelRadius", given["wheelRadius"], f"up to {LARGEST_WHEEL:g} times "
-                            f"wheelDistanceFromCenter, {given['wheelDistanceFromCenter']} [m]: are both in metres?"))
-    if faults:
-        raise ParameterError(faults)
-
+    directions = tuple(rad + reference for rad in rads)
+    distances = tuple(map(float, distances))
+    if placed:
+        positions = tuple(rad + reference for rad in places)
+        levers = tuple(distance * math.sin(direction - position)
+                       for direction, position, distance in zip(directions, positions, distances))
+    else:
+        signs = [ROTATIONS[word] for word in words]
+        positions = tuple(direction - sign * math.pi / 2 for direction, sign in zip(directions, signs))
+        levers = tuple(sign * distance for sign, distance in zip(signs, distances))
+    motor = Motor() if speed is None else like_default(speed)
     wheels = Wheels(
-        directions=tuple(rad + reference for rad in rads),
-        distances=tuple(map(float, distances)),
-        radii=tuple(map(float, radii)),
-        rotation=ROTATIONS[rotation],
-        gear=float(gear),
-        edges_per_motor_turn=edges,
+        directions=directions, positions=positions, distances=distances, levers=levers,
+        radii=tuple(map(float, radii)), gear=float(gear), edges_per_motor_turn=int(edges),
         pid_frequency=float(frequency),
+        motor=Motor(motor.no_load_speed, torque or motor.stall_torque, inertia or motor.rotor_inertia),
+        mass=float(mass or BODY_MASS + WHEEL_MASS * len(directions)),
     )
     if condition(wheel_matrix(wheels)) > MOST_CONDITION:
         raise ParameterError([fault("wheelRads", list(rads), (
             "angles at which the wheels can move the robot in every direction and turn it "
-            "(these give a wheel matrix of rank < 3)"))])
+            "(these give a wheel matrix of rank < 3)" + _at_one_place(wheels)))])
     return wheels
+
+
+class _Reader:
+    """Values of a mapping by key, checked; `faults` lists what is wrong."""
+
+    def __init__(self, given):
+        self.faults = []
+        self._given = given
+        amount = self.check("wheelAmount", lambda v: is_whole(v) and 3 <= v <= MOST_WHEELS,
+                            f"a whole number from 3 to {MOST_WHEELS}, the wheels whose packets fit into a line")
+        self._amount = amount and int(amount)
+        self._several = "a list of " + ("wheelAmount" if amount is None else str(self._amount))
+
+    def check(self, key, valid, allowed, *default):
+        """The value of `key`, or the default; when there is none or it is not `valid`: None, and a fault."""
+        if default and key not in self._given:
+            return default[0]
+        if key in self._given and valid(self._given[key]):
+            return self._given[key]
+        self.faults.append(fault(key, self._given.get(key, "nothing"), allowed))
+        return None
+
+    def number(self, key, *default):
+        """One of NUMBERS."""
+        least, most, unit = NUMBERS[key]
+        kind, valid = ("a whole number", is_whole) if isinstance(most, int) else ("a number", is_number)
+        return self.check(key, lambda v: valid(v) and least <= v <= most, f"{kind} from {least:g} to {most:.10g}{unit}",
+                          *default)
+
+    def per_wheel(self, key, valid, allowed, *default):
+        """One value per wheel, given as a list or as one for all."""
+        value = self.check(key, lambda v: valid(v) or self._is_list(v, valid), allowed,
+                           *default)
+        return value if isinstance(value, (list, tuple)) else [value] * (self._amount or 0)
+
+    def lengths(self, key, least):
+        """One length [m] per wheel."""
+        return self.per_wheel(key, lambda v: is_number(v) and least <= v <= LARGEST_LENGTH,
+                              f"a number from {least:g} to {LARGEST_LENGTH:g} [m], or {self._several}"
+                              + meant(self._given.get(key), LARGEST_LENGTH, "millimetres", 0.001))
+
+    def angles(self, key):
+        """One angle [rad] per wheel, a list."""
+        return self.check(key, lambda v: self._is_list(v, _is_angle), (
+            f"{self._several} numbers up to {LARGEST_ANGLE:.2f} [rad]"
+            + meant(self._given.get(key), LARGEST_ANGLE, "degrees", math.pi / 180)))
+
+    def _is_list(self, value, valid):
+        """Whether `value` is a list of valid items, one per wheel."""
+        return isinstance(value, (list, tuple)) and len(value) == (self._amount or len(value)) \
+            and all(map(valid, value))
+
+
+def doubts(wheels):
+    """Words about `Wheels` that can drive, but are probably meant otherwise; empty for none."""
+    places = sorted(position % (2 * math.pi) for position in wheels.positions)
+    gaps = [after - before for before, after in zip(places, [*places[1:], places[0] + 2 * math.pi])]
+    if max(gaps) < WIDEST_GAP:
+        return ""
+    return (f"wheelRads: all wheels stand on one side of the centre, at {_degrees(wheels, range(wheels.amount))} "
+            "degrees; where a motor is mounted the other way round, positiveRotation is a list, one word per wheel")
 
 
 def meant(value, largest, unit, factor):
@@ -154,13 +213,21 @@ def meant(value, largest, unit, factor):
     return f"; in {unit}? then write {converted if numbers is value else converted[0]}"
 
 
-def _is_positive(value):
-    return is_number(value) and value > 0
+def _at_one_place(wheels):
+    """Why the wheel matrix may lack a rank: wheels at one place; empty where there are none."""
+    for wheel, position in enumerate(wheels.positions):
+        same = [other for other in range(wheels.amount)
+                if abs(math.remainder(wheels.positions[other] - position, 2 * math.pi)) < SAME_PLACE]
+        if len(same) > 1:
+            return (f"; wheels {' and '.join(map(str, same))} would stand at one place, {_degrees(wheels, [wheel])} "
+                    "degrees: where motors on two sides drive the same way when they turn positive, positiveRotation "
+                    "is a list, one word per wheel")
+    return ""
+
+
+def _degrees(wheels, numbers):
+    return ", ".join(f"{math.degrees(wheels.positions[number]) % 360:.0f}" for number in numbers)
 
 
 def _is_angle(value):
     return is_number(value) and abs(value) <= LARGEST_ANGLE
-
-
-def _is_whole(value):
-    return _is_positive(value) and isinstance(value, int)

@@ -58,9 +58,8 @@ class Parameter(NamedTuple):
             return value in self.choices
         if not self.is_numeric:
             return isinstance(value, type(self.default))
-        if isinstance(self.default, int) and not isinstance(value, int):
-            return False
-        return is_number(value) and self.minimum <= value <= self.maximum
+        valid = is_whole if isinstance(self.default, int) else is_number
+        return valid(value) and self.minimum <= value <= self.maximum
 
 
 def is_number(value):
@@ -69,6 +68,11 @@ def is_number(value):
         return isinstance(value, (int, float)) and not isinstance(value, bool) and math.isfinite(value)
     except OverflowError:  # an int beyond every float
         return False
+
+
+def is_whole(value):
+    """Whether `value` is a whole number: 64, or 64.0, which some tools write for it."""
+    return is_number(value) and value == int(value)
 
 
 def fault(name, found, allowed):

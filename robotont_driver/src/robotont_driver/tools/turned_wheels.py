@@ -47,8 +47,9 @@ class TurnedWheels:
         if 0 in turned:
             still = [wheel for wheel, sign in enumerate(turned) if not sign]
             return f"less than {STEP} degrees: wheel " + ", ".join(map(str, still))
-        if len(set(turned)) == 1:
-            return f"all wheels turned as if the robot had been turned {ROTATION[turned[0] * self._wheels.rotation]}"
+        rotations = {math.copysign(sign, sign * lever) for sign, lever in zip(turned, self._wheels.levers)}
+        if len(rotations) == 1:
+            return f"all wheels turned as if the robot had been turned {ROTATION[rotations.pop()]}"
         signs = ", ".join(f"wheel {wheel} {'forward' if sign > 0 else 'backward'}" for wheel, sign in enumerate(turned))
         return f"the wheels disagree about the robot's rotation: {signs}"
 
@@ -134,8 +135,10 @@ def main(arguments=None):
         return drive(options.port, tune.QUESTIONS.format(most * unit), lambda line: tune_motors(line, wheels, most))
     turned = TurnedWheels(wheels)
     try:
-        show(f"Turn each wheel by hand, or the whole robot on the floor: turned {ROTATION[wheels.rotation]}, all its "
-             "wheels must count forward. Ctrl-C ends it.")
+        forward = [wheel for wheel, lever in enumerate(wheels.levers) if lever * wheels.levers[0] > 0]
+        which = "all its wheels" if len(forward) == wheels.amount else f"wheels {', '.join(map(str, forward))} alone"
+        show("Turn each wheel by hand, or the whole robot on the floor: turned "
+             f"{ROTATION[math.copysign(1, wheels.levers[0])]}, {which} must count forward. Ctrl-C ends it.")
         try:
             watch(options.port, dialect, turned, options.seconds)
         except KeyboardInterrupt:

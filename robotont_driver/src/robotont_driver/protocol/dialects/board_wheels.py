@@ -16,8 +16,8 @@ class BoardWheels:
     """The board's wheels in the order and with the signs of a wheel file.
 
     The board drives wheel j along the direction at POSITIONS[j] + 90 degrees, counterclockwise positive. A wheel
-    file may list the same wheels in another order and with all signs reversed. `places[k]`: which of the board's
-    wheels the file's wheel k is. `sign`: +1 or -1, the file's positive direction on the board.
+    file may list the same wheels in another order and with other signs. `places[k]`: which of the board's wheels the
+    file's wheel k is. `signs[k]`: +1 or -1, the file's positive direction of wheel k on the board.
     """
 
     def __init__(self, wheels, distance=DISTANCE):
@@ -27,7 +27,7 @@ class BoardWheels:
         if abs(wheels.pid_frequency * PERIOD - 1) > 1e-6:
             raise DialectError(f"pidControlFrequency: found {wheels.pid_frequency:g}, allowed: {1 / PERIOD:g} [Hz], "
                                "the rate of the board's feedback")
-        self.sign = wheels.rotation
+        self.signs = tuple(math.copysign(1, lever) for lever in wheels.levers)
         self.places = tuple(self._place(position) for position in wheels.positions)
         if len(set(self.places)) != 3:
             raise DialectError(self._refusal(wheels))
@@ -35,8 +35,8 @@ class BoardWheels:
         # [m/s per unit] a unit is one edge per period, whatever radius a calibration has found
         self.speed_of_unit = 2 * math.pi * RADIUS / wheels.edges_per_turn / PERIOD
         self.edges_per_metre = wheels.edges_per_turn / (2 * math.pi * RADIUS)
-        self.rows = tuple((-self.sign * math.sin(POSITIONS[place]), self.sign * math.cos(POSITIONS[place]),
-                           self.sign * distance) for place in self.places)
+        self.rows = tuple((-sign * math.sin(POSITIONS[place]), sign * math.cos(POSITIONS[place]), sign * distance)
+                          for place, sign in zip(self.places, self.signs))
 
     @staticmethod
     def _place(position):
@@ -63,8 +63,8 @@ class BoardWheels:
     def board_speeds(self, units):
         """Rim speeds [m/s] of the board's three wheels for units in the file's order."""
         speeds = [0.0] * 3
-        for unit, place in zip(units, self.places):
-            speeds[place] = self.sign * unit * self.speed_of_unit
+        for unit, place, sign in zip(units, self.places, self.signs):
+            speeds[place] = sign * unit * self.speed_of_unit
         return speeds
 
     def edges(self, step):

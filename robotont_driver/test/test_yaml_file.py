@@ -1,0 +1,58 @@
+import math
+import time
+
+import pytest
+import rosparam
+
+from robotont_driver.parameters.yaml_file import read_mapping
+
+BOMB = "a0: &a0 [1, 1]\n" + "".join(f"a{n}: &a{n} [{', '.join([f'*a{n - 1}'] * 9)}]\n" for n in range(1, 12))
+MERGES = "a0: &a0 {b: 1}\n" + "".join(f"a{n}: &a{n} {{<<: [{', '.join([f'*a{n - 1}'] * 9)}]}}\n" for n in range(1, 12))
+
+
+@pytest.mark.parametrize("text", ["deg(45)", "rad(pi/4)", "!degrees 45", "!radians pi/4", "rad(-2*pi)", "deg(-1.5e1)",
+                                  "rad(0.5*(1+pi))", "[deg(30), 1.0]", "!radians 0.785", "'text'", "1", "[1, 2.5]"])
+def test_values_are_those_of_rosparam(tmp_path, text):
+    file = tmp_path / "angles.yaml"
+    file.write_text(f"value: {text}")
+    assert read_mapping(file, "")[0] == rosparam.load_file(str(file))[0][0]
+
+
+@pytest.mark.parametrize("text, words", [
+    ("a: !!timestamp x", "no YAML: 'x' is no timestamp, in line 1"),
+    ("b: 1\na: !!int ''", "no YAML: '' is no int, in line 2"),
+    ("a: 2026-13-45", "no YAML: '2026-13-45' is no timestamp, in line 1"),
+    ("a: " + "9" * 5000, ""),
+    ("a: 1\nb: 2\n'a': 3", "no YAML: a stands twice, in line 3"),
+    ("b: {a: 1, a: 1}", "no YAML: a stands twice, in line 1"),
+    ("a: deg(x)", "no YAML: 'deg(x)' is no degrees, in line 1"),
+    ("a: rad(9**9**9)", "no YAML: 'rad(9**9**9)' is no radians, in line 1"),
+    ("a: rad(1/0)", "is no radians, in line 1"),
+    ("a: !foo 1", "in line 1"),
+    ("a: &a [*a]", "no YAML: an alias of what it is part of, in line 1"),
+    ("a: " + "[" * 60 + "]" * 60, "no YAML: more than 50 levels, in line 1"),
+    (BOMB, "no YAML: more than 100000 values, in line 6"),
+    (MERGES, "no YAML: more than 100000 values, in line 6"),
+    ("a: " + "x" * 2 * 10 ** 6, "no YAML: it has more than 1000000 bytes"),
+    ("[1]", "found [1], allowed: two keys"),
+    ("a: \x01", "unacceptable character #x0001"),
+])
+def test_what_is_no_yaml_of_people_is_refused_in_one_line_and_at_once(tmp_path, text, words):
+    file = tmp_path / "wrong.yaml"
+    file.write_text(text)
+    started = time.process_time()
+    try:
+        read_mapping(file, "two keys")
+    except ValueError as error:
+        assert str(error).startswith(f"{file}: ")
+        assert words in str(error)
+        assert "\n" not in str(error)
+    else:
+        assert words == ""  # a Python that reads such a number
+    assert time.process_time() - started < 2.0  # [s] and what repeats itself took 20
+
+
+def test_merged_keys_may_be_given_again(tmp_path):
+    file = tmp_path / "merged.yaml"
+    file.write_text("a: &a {x: deg(180), y: 2}\nb: {<<: *a, y: 3}")
+    assert read_mapping(file, "")[0]["b"] == {"x": math.pi, "y": 3}

@@ -29,8 +29,7 @@ LONG = ("goto", "rviz", "status", "relocalize", "web_teleop_stop", "calibrate_wh
         "test_fleet_access", "test_web_page_looks", "test_firmware_suites", "test_end_with_a_hung_master",
         "test_camera", "test_sim_faults", "test_calibrate_wheels", "test_gyro_other_noise", "test_wheel_estimation",
         "test_old_commands", "test_boot", "test_network", "timed_simulator_drive", "timed_navigation_demands",
-        "timed_odom_node", "timed_keyboard_teleop", "timed_cmd_vel_mux", "timed_odom_node_set_clock",
-        "test_firmware_tune")
+        "timed_odom_node", "timed_keyboard_teleop", "timed_cmd_vel_mux", "timed_odom_node_set_clock")
 
 
 class WithoutTf2:

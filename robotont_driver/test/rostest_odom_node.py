@@ -84,16 +84,6 @@ class OdomNodeTest(NodeTest):
         self.send([(0, 0, 0)])
         self.assertEqual(self.pose(), (0.0, 0.0, 0.0))
 
-    def test_counts_in_doubt_widen_the_covariance_and_move_nothing(self):
-        self.send([(0, 0, 0)])
-        before = self.odom[-1].pose.covariance
-        self.publisher("serial_doubt", String).publish("50:0:50;\n")
-        wait_for(lambda: self.send([(0, 0, 0)]) or self.odom[-1].pose.covariance[0] > before[0], "a wider covariance")
-        self.assertEqual(self.pose(), (0.0, 0.0, 0.0))
-        after = self.odom[-1].pose.covariance
-        self.assertGreater(math.sqrt(after[0] - before[0]), 0.005)
-        self.assertGreater(math.sqrt(after[35] - before[35]), 0.02)
-
     def keep_on_until(self, level, words, topic, counts, units):
         """The task's values, once it has this level and these words while packets of `counts` come."""
         task = topic.lstrip("/") + TASK

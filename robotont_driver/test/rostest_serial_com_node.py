@@ -37,7 +37,7 @@ class SerialComNodeTest(NodeTest):
         self.write = self.publisher("serial_write", String)
 
     def packets(self):
-        return [tuple(map(int, message.data.rstrip("\n").rstrip(";").split(":"))) for message in list(self.read)]
+        return [tuple(map(int, message.data.partition(";")[0].split(":"))) for message in list(self.read)]
 
     def heard(self):
         return [line for _, line in self.board.heard]

@@ -25,9 +25,6 @@ GOLDEN = [  # dialect, what differs from the wheels as delivered, twist, line
     ("robotont2", {}, (0, 0.6, 0), b"MS:0.1500:-0.3000:0.1500\n"),  # too fast: the direction is kept
     ("robotont2", SHIPPED, FORWARD, b"MS:-0.1732:0.0000:0.1732\n"),
     ("robotont3", {}, (0, 0.6, 0), b"MS:0.2000:-0.4000:0.2000\n"),
-    ("robotont2018", {}, FORWARD, b"-9:0:9\r"),
-    ("robotont2018", {}, (0, 2, 0), b"50:-100:50\r"),
-    ("robotont2018", {}, REST, b"0:0:0\r"),
 ]
 
 

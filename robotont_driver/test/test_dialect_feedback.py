@@ -39,14 +39,6 @@ def test_a_square_and_a_turning_circle_end_where_the_board_says(name, base_frame
     assert (bench.dialect.dropped, bench.dialect.restarts) == ({}, 0)
 
 
-def test_june_2018_ends_near_there():
-    bench = Bench("robotont2018")
-    bench.hold((0.2, 0, 0), 3.0)
-    true = (bench.motors.paths[2] - bench.motors.paths[0]) / math.sqrt(3)
-    assert bench.odometry.pose.x == pytest.approx(true, rel=0.05)  # every second window is a guess
-    assert not bench.dialect.dropped
-
-
 def line_noise(lines, bytes_):
     """Loses a share of whole lines, replaces a share of bytes."""
     chance, rest = random.Random(1), b""
@@ -87,9 +79,8 @@ def test_a_line_that_is_none_is_dropped_and_counted(text, kind):
     assert dialect.dropped == {kind: 1}
 
 
-@pytest.mark.parametrize("name, line", [("robotont2", b"POWER:0.5:14.8\r\n"), ("robotont2018", b"Encoders 1:2:3\r\n")])
-def test_half_a_line_of_an_earlier_connection_is_forgotten(name, line):
-    dialect = make_dialect(name, official_wheels())
+def test_half_a_line_of_an_earlier_connection_is_forgotten():
+    dialect, line = make_dialect("robotont2", official_wheels()), b"POWER:0.5:14.8\r\n"
     dialect.feed(line[:5], 0.0)
     dialect.connect(0.0)
     dialect.feed(line, 0.0)

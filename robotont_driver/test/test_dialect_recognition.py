@@ -86,9 +86,8 @@ def confirmed(name, board, usb_id="", wheels=None):
 @pytest.mark.parametrize("robot, board, usb_id, fits", [
     ("robotont2", "robotont2", "", ""), ("robotont2", "robotont2", "0483:374b", ""),
     ("robotont3", "robotont3", "0483:5740", ""), ("robotont3", "robotont3", "", ""),
-    ("robotont2018", "robotont2018", "", ""), ("auto", "checked", "", ""),
+    ("auto", "checked", "", ""),
     ("robotont2", "checked", "", "thesis"), ("robotont2", "plain", "", "thesis"),
-    ("robotont2", "robotont2018", "", "robotont2018"), ("robotont2018", "robotont2", "0483:374b", "robotont2"),
     ("robotont2", "robotont3", "0483:5740", "robotont3"), ("robotont3", "robotont2", "0483:374b", "robotont2"),
     ("robotont3", "checked", "", "thesis")])
 def test_a_board_confirms_its_robot_or_is_refused_with_the_one_that_fits(robot, board, usb_id, fits):
@@ -99,6 +98,15 @@ def test_a_board_confirms_its_robot_or_is_refused_with_the_one_that_fits(robot, 
     assert f"packets: {robot}): " in dialect.spoken.obstacle
     assert dialect.spoken.obstacle.endswith(f"robot:={fits}")
     dialect.tick(10.0)
+    assert dialect.stop() == b""
+
+
+@pytest.mark.parametrize("robot", ["auto", "robotont2"])
+def test_the_firmware_of_june_2018_is_named_and_not_driven(robot):
+    dialect = expect_dialect(robot, official_wheels())
+    dialect.feed(b"coders 0:0:0\r\n\r\nSetpoints 0:0:0\r\nEncoders 1:-2:3\r\n\r\n", 0.1)
+    dialect.tick(10.0)
+    assert dialect.spoken.obstacle.startswith("firmware of June 2018: ")
     assert dialect.stop() == b""
 
 

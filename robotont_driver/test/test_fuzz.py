@@ -21,7 +21,7 @@ LINES = (
     b"-18:0:18;07:0012:FFEE:0012:00000000:", b"1:2:3;\n", b"# robotont_firmware 2.0.0 wheels 3 rate 50\n",
     b"ODOM:0.100000:-0.200000:0.300000:0.010000:0.000000:0.500000\r\n", b"**** MAIN ****\r\n",
     b"RANGE:1:2:3:4:5:6:7:8:9:10:11:12\r\n", b"POWER:0.5:14.8\r\n", b"BATSTATE:0.1:0.2:16.0:15.0\n",
-    b"Setpoints 1:2:3\r\nEncoders 1:2:3\r\n\r\n", b"Temperatures 20.0:21.0:22.0\r\n")
+    b"Setpoints 1:2:3\r\nEncoders 1:2:3\r\n\r\n")
 
 
 @pytest.mark.parametrize("name", NAMES)

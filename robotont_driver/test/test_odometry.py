@@ -85,14 +85,6 @@ def test_covariance_is_propagated_through_the_exact_step():
     assert pose.covariance.matrix == pytest.approx(jacobian @ both @ jacobian.T, abs=1e-10)
 
 
-def test_paths_in_doubt_widen_the_covariance_by_what_they_may_be_wrong():
-    odom, edges = odometry(), np.array((10.0, 0.0, -20.0))
-    before, where = odom.pose.covariance.matrix, (odom.pose.x, odom.pose.y, odom.pose.yaw)
-    odom.doubt(edges)
-    steps = KINEMATICS.inverse * KINEMATICS.wheels.metres_per_edge * edges
-    assert odom.pose.covariance.matrix - before == pytest.approx(steps @ steps.T, abs=1e-12)
-    assert (odom.pose.x, odom.pose.y, odom.pose.yaw) == where
-
 
 def test_a_covariance_counts_as_its_matrix():
     generator = np.random.default_rng(1)

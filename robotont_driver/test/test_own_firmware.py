@@ -31,7 +31,8 @@ def test_a_banner_shows_a_restart_even_where_counters_happen_to_fit():
     for _ in range(200):
         checked.feed(sender.packet([1, 1, 1]))
     for restarts in (1, 2):
-        assert checked.feed(b"# robotont_firmware 1.0\n" + Sender().packet([5, 5, 5])) == [(5, 5, 5)]
+        packet, = checked.feed(b"# robotont_firmware 1.0\n" + Sender().packet([5, 5, 5]))
+        assert (packet, packet.number) == ((5, 5, 5), 0)
         assert state(checked) == (restarts, 0, {})
     assert checked.health.banner == "robotont_firmware 1.0"
 
@@ -52,6 +53,7 @@ def test_counts_are_conserved_under_any_loss(losses):
             sender.packet()
         read += checked.feed(sender.packet())
         assert read[-1] == sender.sent[-1]
+    assert [packet.number for packet in read] == list(range(len(read)))
     assert [sum(column) for column in zip(*read)] == [sum(column) for column in zip(*sender.sent)]
     assert len(read) == len(sender.sent)
     assert state(checked) == (0, sum(losses), {})

@@ -10,6 +10,7 @@ from robotont_driver.protocol.line_splitter import LineSplitter
 from robotont_driver.protocol.packet import (
     LONGEST_LINE,
     CheckedPacket,
+    Packet,
     PacketError,
     format_packet,
     parse_packet,
@@ -73,12 +74,23 @@ class TestPlainPackets:
 
     @pytest.mark.parametrize("text, values", [
         ("0:10.75:-10.75;\n", (0, 10.75, -10.75)), ("1:-2:3;", (1, -2, 3)),
-        ("1:2:3;00:0001:0002:0003:0000\n", (1, 2, 3)), ("0.00:0:0;rest", (0, 0, 0)),
+        ("1:2:3;00:0001:0002:0003:0000\n", (1, 2, 3)), ("0.00:0:0;rest", (0, 0, 0)), ("1:2:3;7 \n", (1, 2, 3)),
+        ("1:2:3;" + "9" * 16, (1, 2, 3)), ("1:2:3;-1\n", (1, 2, 3)), ("1:2:3;٣\n", (1, 2, 3)),
     ])
     def test_a_packet_is_its_values_and_keeps_its_text(self, text, values):
         packet = parse_packet(text, 3)
         assert packet == values
         assert packet.text == text.partition(";")[0] + ";\n"
+        assert packet.number is None
+
+    @pytest.mark.parametrize("number", [0, 1234, 10 ** 14])
+    def test_a_number_is_written_and_read_behind_the_semicolon(self, number):
+        packet = Packet((1, -2, 3), number=number)
+        assert packet.text == f"1:-2:3;{number}\n"
+        for text in (packet.text, packet.text.strip()):
+            again = parse_packet(text, 3)
+            assert (again, again.number, again.text) == ((1, -2, 3), number, packet.text)
+
 
 class TestLineSplitter:
     def test_a_line_without_end_is_dropped_up_to_the_next_newline(self):

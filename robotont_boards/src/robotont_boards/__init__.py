@@ -7,9 +7,8 @@ edges. Nothing here uses the driver's code. The fate of commands is recorded: `e
 
 from robotont_boards.robotont2 import Robotont2Board
 from robotont_boards.robotont3 import Robotont3Board
-from robotont_boards.robotont2018 import Robotont2018Board
 from robotont_boards.virtual_board import POSITIONS
 
 __all__ = ["BOARDS", "POSITIONS", "Robotont2Board"]
 
-BOARDS = {"robotont2": Robotont2Board, "robotont3": Robotont3Board, "robotont2018": Robotont2018Board}
+BOARDS = {"robotont2": Robotont2Board, "robotont3": Robotont3Board}

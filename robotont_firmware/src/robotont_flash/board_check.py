@@ -17,7 +17,7 @@ ST_LINK, GENERATION_3 = 0x0483, (0x0483, 0x5740)  # USB vendor; and product: an 
 
 # Output of boards, from the beginning of a line: pattern, and firmware with the driver's option for it.
 FIRMWARES = (
-    (rb"Setpoints |Encoders ", "the firmware of June 2018 (packets:=robotont2018)"),
+    (rb"Setpoints |Encoders ", "the firmware of June 2018"),
     (rb"ODOM:|\*\*\*\* MAIN|RANGE:|POWER:|BATSTATE:", "the official firmware of generation 2 or 3"),
     (rb"-?[0-9]+(\.[0-9]+)?(:-?[0-9]+(\.[0-9]+)?)+; *\r?$", "the thesis' packets (packets:=plain)"),
 )

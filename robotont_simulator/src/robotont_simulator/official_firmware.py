@@ -34,9 +34,8 @@ class SimulatedMotors:
 
 def make_simulation(name, wheels, world, seed, imu_rate=0.0):
     """`Simulation` for a board with an official firmware. Raises ValueError for wheels that it cannot have."""
-    own_order = name == "robotont2018"  # its wheels are the wheel file's, in that order
     places = [math.remainder(found - wanted, 2 * math.pi) for found, wanted in zip(wheels.positions, POSITIONS)]
-    placed = own_order or (min(wheels.levers) > 0 and max(map(abs, places)) <= LARGEST_ANGLE)
+    placed = min(wheels.levers) > 0 and max(map(abs, places)) <= LARGEST_ANGLE
     if wheels.amount != 3 or not placed:
         raise ValueError(f"found another robot's wheels, allowed: those of robot:={name}, or calibrated ones")
     return Simulation(wheels._replace(pid_frequency=MOTORS_FREQUENCY), world, seed, imu_rate)

@@ -96,8 +96,6 @@ class OdomNode:
         rospy.Service("reset_odometry", Trigger, self._on_reset)
         # no queue_size: every packet counts
         topics.serial_read.subscribe(wheels.amount, self._on_packet, self._on_refused)
-        if period:
-            topics.serial_doubt.subscribe(wheels.amount, self._on_doubt, self._on_refused)
         if self._watch:
             topics.serial_write.subscribe(wheels.amount, self._on_command, self._on_refused_command, queue_size=1)
         subjects = {"wheel feedback": self._report, "stamps": self._report_stamps}
@@ -129,10 +127,6 @@ class OdomNode:
             changed = self._alarms() != alarms
         if changed:
             self._report_change()
-
-    def _on_doubt(self, edges):
-        with self._lock:
-            self._odometry.doubt(edges)
 
     def _alarms(self):
         """State whose changes the diagnostics report at once."""

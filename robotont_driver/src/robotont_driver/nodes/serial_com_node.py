@@ -24,8 +24,7 @@ from robotont_driver.ros.node_parameters import refuse
 from robotont_driver.ros.official_topics import OfficialTopics
 from robotont_driver.ros.packet_topics import topics_between_processes
 
-DOUBT = ("lines of the board were lost, or it has restarted: the odometry may be wrong by the counts between, and its "
-         "covariance contains them")
+DOUBT = "lines of the board were lost, or it has restarted: the odometry may be wrong by the counts between"
 START_PATIENCE = 3.0  # [s] for which a board may be missing at the start before the log says so; diagnostics do at once
 LARGEST_REACH = 0x7FFF  # [edges] what the 16 bits of a packet's totals can represent
 
@@ -33,8 +32,8 @@ PARAMETERS = (
     Parameter("port", "/dev/ttyACM0", "serial port of the board", official="serial/port"),
     Parameter("baudrate", 115200, "speed of the line", "baud", minimum=1200, maximum=4000000,
               reason="no serial port is faster", official="serial/baudrate"),
-    Parameter("packets", AUTO, "dialect of the board: plain (the thesis'), checked (with CRC), robotont2, robotont3 "
-              "or robotont2018 (official firmware, another board is refused), or auto: recognised from its output",
+    Parameter("packets", AUTO, "dialect of the board: plain (the thesis'), checked (with CRC), robotont2 or robotont3 "
+              "(official firmware, another board is refused), or auto: recognised from its output",
               choices=NAMES),
     Parameter("write_timeout", WRITE_TIMEOUT, "one stop packet after this long without a serial_write", "s",
               minimum=0.05, maximum=2.0, reason="for so long the robot drives on when driver_node dies"),
@@ -65,8 +64,6 @@ class SerialComNode:
         self._restarts = self._doubts = 0  # of the board, already reported
         self._packets = topics.serial_read
         self._packets.advertise()
-        self._doubtful = topics.serial_doubt
-        self._doubtful.advertise()
         self._link = SerialLink(
             parameters["port"], parameters["baudrate"], self._on_bytes, self._on_change, self._stop_packet,
             self._on_failure, write_timeout=parameters["write_timeout"])
@@ -115,8 +112,6 @@ class SerialComNode:
         for line in data.splitlines(keepends=True):  # of a burst, each packet goes out before the next line is read
             for packet in dialect.feed(line, time.monotonic()):
                 self._packets.publish(packet)
-                if packet.doubt:
-                    self._doubtful.publish(packet.doubt)
         spoken = dialect.spoken
         if spoken is not self._met:
             self._meet(spoken)

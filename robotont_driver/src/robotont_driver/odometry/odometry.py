@@ -111,8 +111,7 @@ class WheelOdometry:
         by_edge = self.kinematics.inverse * self.kinematics.wheels.metres_per_edge  # 3 x n: step by one edge of each
         self._rows = by_edge.tolist()
         by_wheel = [Covariance.of_vector(column.tolist()) for column in by_edge.T]  # of a step, for 1 edge^2 of each
-        self._variance_covariance = WeightedSum(by_wheel)                          # by n variances [edges^2]
-        self._edge_covariance = self._variance_covariance([1.0] * len(by_wheel))   # for 1 edge^2 in every wheel
+        self._edge_covariance = WeightedSum(by_wheel)([1.0] * len(by_wheel))       # for 1 edge^2 in every wheel
         self._end_covariance = self._edge_covariance.times(READING_VARIANCE)
         self._path_covariance = WeightedSum([                                      # by n paths [edges]
             covariance.times(variance) for covariance, variance in zip(by_wheel, self._variance_per_edge.tolist())])
@@ -147,10 +146,6 @@ class WheelOdometry:
             (own + PATH_VARIANCE * edge) * self._rate ** 2 for own, edge in zip(covariance, edge_covariance)])
         factor = self._radians_per_edge * self._rate
         self.wheel_rates = [edges * factor for edges in counts]
-
-    def doubt(self, edges):
-        """The path of each wheel up to now may be wrong by these `edges` (n)."""
-        self.pose.move((0.0, 0.0, 0.0), self._variance_covariance([path ** 2 for path in edges]))
 
     def _move_with_gyro(self, counts, step, covariance, stamp):
         """Move by wheels and gyro; the step, its Covariance, and its Covariance for 1 edge^2 in every wheel."""

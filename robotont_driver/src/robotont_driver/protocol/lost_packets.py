@@ -5,13 +5,14 @@ A packet that does not continue the one before is held until the next: an error,
 
 from typing import NamedTuple, Tuple
 
-from robotont_driver.protocol.packet import PacketError, WholeCounts
+from robotont_driver.protocol.packet import Packet, PacketError, WholeCounts
 from robotont_driver.protocol.restarts import ANY, Arrival, doubt_about
 
 
 class LostPackets:
     """Checked packets in, counts (`Packet`) per PID period out, lost periods included.
 
+    The packets are numbered from the first one of a connection, or of a restarted board, on, lost ones included.
     reach: edges that a motor can make in one period. Counted: `repaired` periods, `restarts` (of the board), `doubts`
     (gaps in which it may have restarted); `dropped["inconsistent"]` packets that nothing confirmed.
     """
@@ -28,7 +29,7 @@ class LostPackets:
         """Begin a new connection: forget all about the board."""
         self._last = None      # newest trusted packet
         self._suspect = None   # a packet that does not continue `_last`: an error, or a restart
-        self._suspicion = ()   # doubt [edges] that a restart at `_suspect` leaves
+        self._suspicion = False  # whether a restart at `_suspect` leaves a doubt
 
     def restart(self):
         """The board has said that it has restarted, with counter and totals."""
@@ -38,9 +39,9 @@ class LostPackets:
     def recover(self, packet, now):
         """List of `Packet` that a CheckedPacket which came at `now` [periods] completes. Raises PacketError."""
         if self._last is None:
-            packet.arrival = Arrival(now)
+            packet.arrival, packet.number = Arrival(now), 0
             self._last = packet
-            return [packet.counts]
+            return [_numbered(packet)]
         if packet.repeats(self._last):
             raise PacketError("repeated", "the same packet twice")
         gap = self._gap(self._last, packet, now)
@@ -54,11 +55,12 @@ class LostPackets:
             if step is not None and not step.restarted:
                 # Two packets agree with each other and not with those before: the board has restarted.
                 self.restarts += 1
-                self.doubts += bool(suspicion)
-                return [suspect.counts.doubted(suspicion), *self._continue(suspect, packet, step, now)]
+                self.doubts += suspicion
+                suspect.number = 0
+                return [_numbered(suspect), *self._continue(suspect, packet, step, now)]
             self._dropped["inconsistent"] += 1
         packet.arrival = self._last.arrival.next(now, 1)
-        self._suspect, self._suspicion = packet, gap.doubt if gap else ()
+        self._suspect, self._suspicion = packet, gap is not None and gap.doubt
         return []
 
     def _gap(self, last, packet, now):
@@ -75,19 +77,21 @@ class LostPackets:
         if periods and packet.counter + 1 <= most < ANY:
             doubt = doubt_about(counts, periods, now - last.arrival.at, last.counts, packet.counts)
             if doubt:
-                return _Gap(periods, counts, doubt.edges, doubt.late and doubt.unexplained > 0)
-        return _Gap(periods, counts, (), False)
+                return _Gap(periods, counts, True, doubt.late and doubt.unexplained > 0)
+        return _Gap(periods, counts, False, False)
 
     def _continue(self, last, packet, gap, now):
         periods, counts, doubt, _ = gap
-        packet.arrival = last.arrival.next(now, periods + 1)
+        packet.arrival, packet.number = last.arrival.next(now, periods + 1), last.number + periods + 1
         self._last = packet
         self._suspect = None
         if not periods:
-            return [packet.counts]
+            return [_numbered(packet)]
         self.repaired += periods
-        self.doubts += bool(doubt)
-        return [*WholeCounts(len(counts)).share(counts, periods), packet.counts.doubted(doubt)]
+        self.doubts += doubt
+        lost = WholeCounts(len(counts)).share(counts, periods)
+        numbered = (Packet(share, number=number) for number, share in enumerate(lost, last.number + 1))
+        return [*numbered, _numbered(packet)]
 
 
 class _Gap(NamedTuple):
@@ -95,5 +99,10 @@ class _Gap(NamedTuple):
 
     periods: int             # whose packets are missing
     counts: Tuple[int, ...]  # per wheel, in these
-    doubt: Tuple[float, ...]  # [edges] as in a `Packet`
+    doubt: bool              # whether the board may have restarted
     restarted: bool          # whether a restart is likelier than these counts
+
+
+def _numbered(packet):
+    """The `Packet` of a CheckedPacket."""
+    return Packet(packet.counts, number=packet.number)

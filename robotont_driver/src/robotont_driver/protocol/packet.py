@@ -1,9 +1,9 @@
-"""Packets on the serial line: written, read and checked.
+"""Packets on the serial line and on the topics: written, read and checked.
 
-A packet is plain (`m0:m1:m2;`) or checked, with a trailer behind the semicolon: docs/protocol.md.
+A packet is plain (`m0:m1:m2;`) or checked, with a trailer behind the semicolon: docs/protocol.md. On the topic
+serial_read its number may stand there.
 """
 
-import math
 import re
 
 from robotont_driver.protocol.board_status import BoardStatus
@@ -13,7 +13,7 @@ LONGEST_LINE = 256  # [bytes] without the newline; a longer line is dropped
 
 # far more than any motor can make, and few enough digits for every sum and square to stay finite
 _NUMBER = r"-?[0-9]{1,7}(?:\.[0-9]{1,9})?"
-_PLAIN = re.compile(rf"({_NUMBER}(?::{_NUMBER})*);")
+_PLAIN = re.compile(rf"({_NUMBER}(?::{_NUMBER})*);(?:([0-9]{{1,15}})\n?\Z)?")
 
 # whole counts, counter, totals, status (from firmware 2.0 on; with at least 3 wheels it is longer than a total), CRC
 _CHECKED = re.compile(r"([^;.]*);([0-9A-F]{2})((?::[0-9A-F]{4})+)(?::([0-9A-F]{9,}))?:[0-9A-F]{4}\Z")
@@ -31,31 +31,26 @@ class ForeignPacketError(PacketError):
     """A valid checked packet of a board with another number of wheels."""
 
 
-def format_packet(values, decimals=0):
-    r"""The plain packet `m0:m1:...;\\n` of the values [units], each with that many decimals."""
+def format_packet(values, decimals=0, number=None):
+    r"""The packet `m0:m1:...;\\n` of the values [units], each with so many decimals; behind `;` its number, if any."""
     # round() may leave a negative zero, which "+ 0.0" makes positive
-    return ":".join([f"{round(value, decimals) + 0.0:.{decimals}f}" for value in values]) + ";\n"
+    fields = ":".join([f"{round(value, decimals) + 0.0:.{decimals}f}" for value in values])
+    return f"{fields};\n" if number is None else f"{fields};{number}\n"
 
 
 class Packet(tuple):
-    r"""The values [units] of a plain packet, one per wheel, and its `text`, `m0:m1:...;\\n`, which writes them.
+    r"""The values [units] of a packet, one per wheel, and its `text`, `m0:m1:...;\\n`, which writes them.
 
-    `doubt`: None, or a `Packet` of the edges by which the path of each wheel up to here may be wrong; not in `text`.
+    `number`: None, or that of its period on the board: it counts periods without a gap, lost ones included, and begins
+    anew when the board does. It stands in the text behind the semicolon, where a reader of plain packets stops.
     """
 
-    doubt = None
-
-    def __new__(cls, values, text=None):
+    def __new__(cls, values, text=None, number=None):
         """From values; without `text` they are written as whole numbers."""
         packet = super().__new__(cls, values)
-        packet.text = format_packet(packet) if text is None else text
+        packet.text = format_packet(packet, 0, number) if text is None else text
+        packet.number = number
         return packet
-
-    def doubted(self, edges):
-        """The same `Packet` with a doubt: n floats, or none for no doubt."""
-        if edges:
-            self.doubt = Packet(math.ceil(abs(edge)) for edge in edges)
-        return self
 
 
 class WholeCounts:
@@ -75,7 +70,7 @@ class WholeCounts:
 
 
 def parse_packet(text, wheels):
-    """The `Packet` of `wheels` values at the start of a string; anything behind `;` is ignored.
+    """The `Packet` of `wheels` values at the start of a string, with its number; else anything behind `;` is ignored.
 
     Raises PacketError when the string is longer than a line, there is no semicolon, a field is not a number (or one
     of too many digits), or there are not `wheels` fields.
@@ -86,7 +81,9 @@ def parse_packet(text, wheels):
     fields = match.group(1).split(":") if match else ()
     if len(fields) != wheels:
         raise _explain(text, wheels)
-    return Packet([float(field) if "." in field else int(field) for field in fields], match.group() + "\n")
+    number = match.group(2) and int(match.group(2))
+    return Packet([float(field) if "." in field else int(field) for field in fields],
+                  f"{match.group(1)};{match.group(2) or ''}\n", number)
 
 
 def _explain(text, wheels):
@@ -104,10 +101,11 @@ def _explain(text, wheels):
 class CheckedPacket:
     """Feedback with a valid CRC: `counts` per wheel, packet `counter`, encoder `totals` modulo 2^16.
 
-    `status`: the board's BoardStatus; None from firmware before 2.0. `arrival`: its reader's `Arrival`.
+    `status`: the board's BoardStatus; None from firmware before 2.0. Its reader's: `arrival`, an `Arrival`, and
+    `number`, which goes on where the counter begins again.
     """
 
-    arrival = None
+    arrival = number = None
 
     def __init__(self, line, wheels):
         """From a line without newline. Raises PacketError."""

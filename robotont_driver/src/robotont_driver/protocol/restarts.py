@@ -6,7 +6,7 @@ between the packets is not one that the wheels have made. Where their speeds do 
 """
 
 import math
-from typing import NamedTuple, Tuple
+from typing import NamedTuple
 
 from robotont_driver.timing.odometry_stamps import LARGEST_DRIFT
 
@@ -46,7 +46,6 @@ class Doubt(NamedTuple):
 
     unexplained: float        # [edges] of a wheel's path, whenever it changed its speed from the old to the new one
     late: bool                # whether more time has passed than the lost periods took
-    edges: Tuple[float, ...]  # by which the path of each wheel may be wrong, >= 0
 
 
 def doubt_about(path, periods, elapsed, before, after):
@@ -61,7 +60,7 @@ def doubt_about(path, periods, elapsed, before, after):
         return None
     unexplained = max(
         abs(way) - periods * abs(new - old) / 2 for way, old, new in zip(difference, before, after)) - known
-    return Doubt(unexplained, late, tuple(map(largest, zip(path, difference))))
+    return Doubt(unexplained, late)
 
 
 def largest(edges):

@@ -1,4 +1,4 @@
-"""The topics `serial_write`, `serial_read` and `serial_doubt` as driver_node, serial_com_node and odom_node use them.
+"""The topics `serial_write` and `serial_read` as driver_node, serial_com_node and odom_node use them.
 
 Between processes over ROS (`PacketTopic`), within one by calls (`SharedPacketTopic`).
 """
@@ -80,7 +80,6 @@ class PacketTopics(NamedTuple):
 
     serial_write: Any
     serial_read: Any
-    serial_doubt: Any  # edges by which the paths of the wheels up to the newest packet may be wrong
 
 
 def topics_between_processes():

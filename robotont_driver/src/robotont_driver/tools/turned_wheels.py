@@ -1,7 +1,7 @@
 """Command line of turned_wheels: shows which wheel counts which way while you turn it by hand.
 
 It listens to the board, of any firmware, and sends nothing, so the motors stay off; but with --bring-up, which
-drives one motor after another, and with --tune, which measures them.
+drives one motor after another.
 """
 
 import functools
@@ -14,11 +14,9 @@ from robotont_driver.parameters.command_line import CommandLine
 from robotont_driver.protocol.dialects import expect_dialect
 from robotont_driver.protocol.dialects.dialect import DialectError
 from robotont_driver.robots.robot_folder import read_robot
-from robotont_driver.tools import tune
 from robotont_driver.tools.bring_up import QUESTIONS, BringUp, BringUpError, bring_up
 
 STEP = 30  # [degrees] of a wheel between two lines
-SLOWEST = 33  # [edges/period] that --tune needs
 show = functools.partial(print, flush=True)  # at once
 ROTATION = {1: "counterclockwise", -1: "clockwise"}
 
@@ -79,20 +77,12 @@ def try_motors(line, wheels):
     return bring_up(tried, wheels.amount, show)
 
 
-def tune_motors(line, wheels, most):
-    """Step one wheel after another, no faster than `most` [edges/period]; whether numbers are proposed."""
-    with tune.keys() as pressed:
-        tuned = tune.Tune(line, wheels, most, pressed)
-        tuned.prepare()
-        return tune.tune(tuned, wheels.amount, wheels.pid_frequency, most, show)
-
-
-def drive(port, question, work):
-    """Ask, then `work(line)` with the board's line; the exit status."""
+def drive(port, wheels):
+    """Ask, then try the motors of the board at the port; the exit status."""
     try:
-        input(question)
+        input(QUESTIONS)
         with opened(port, 115200, 0.02) as line:
-            return 0 if work(line) else 1
+            return 0 if try_motors(line, wheels) else 1
     except EOFError:
         error = "nothing was driven: a terminal is needed to ask whether the wheels are in the air"
     except KeyboardInterrupt:
@@ -112,10 +102,6 @@ def main(arguments=None):
     parser.add_argument("port", nargs="?", default="/dev/ttyACM0", help="serial port [%(default)s]")
     parser.add_argument("--seconds", type=float, default=60.0, help="how long to watch [%(default)s]")
     parser.add_argument("--bring-up", action="store_true", help="drive the lifted wheels, one at a time (own firmware)")
-    parser.add_argument("--tune", action="store_true",
-                        help="step the lifted wheels, propose the firmware's numbers (own firmware)")
-    parser.add_argument("--speed", type=float, default=0.5,
-                        help="[m/s] that no wheel's rim exceeds with --tune [%(default)s]; the board has a bound, too")
     parser.add_argument("--robot", default="", metavar="NAME or FOLDER", help="[thesis]")
     options = parser.parse_args(arguments)
     try:
@@ -125,14 +111,8 @@ def main(arguments=None):
     except (DialectError, ValueError, OSError) as error:
         print(f"turned_wheels: {error}", file=sys.stderr)
         return 1
-    if options.bring_up or options.tune:
-        unit = max(wheels.metres_per_edge) * wheels.pid_frequency  # [m/s]
-        most = int(min(max(options.speed / unit, 0), 999))
-        if options.bring_up:
-            return drive(options.port, QUESTIONS, lambda line: try_motors(line, wheels))
-        if most < SLOWEST:
-            parser.error(f"--speed: found {options.speed:g}, allowed: {SLOWEST * unit + 0.005:.2f} m/s or more")
-        return drive(options.port, tune.QUESTIONS.format(most * unit), lambda line: tune_motors(line, wheels, most))
+    if options.bring_up:
+        return drive(options.port, wheels)
     turned = TurnedWheels(wheels)
     try:
         forward = [wheel for wheel, lever in enumerate(wheels.levers) if lever * wheels.levers[0] > 0]

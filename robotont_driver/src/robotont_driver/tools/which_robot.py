@@ -5,7 +5,7 @@ import importlib.util
 import sys
 
 from robotont_driver.link.exclusive_port import explain, heard, usb_id
-from robotont_driver.protocol.dialects.recognition import LEAST_WHEELS, PATIENCE, ROBOTS, Listener, explained
+from robotont_driver.protocol.dialects.recognition import LEAST_WHEELS, PATIENCE, REFUSED, ROBOTS, Listener, explained
 
 LINE = "roslaunch robotont_bringup robot.launch {} port:={}"
 
@@ -18,6 +18,8 @@ def listen(port, baudrate, seconds):
     listener = Listener(usb_id=usb_id(port))
     for data in heard(port, baudrate, seconds):
         name = listener.feed(data)
+        if name in REFUSED:
+            return None, REFUSED[name]
         if name:
             own = name in ("plain", "checked") and listener.fields not in (0, LEAST_WHEELS)
             return name, f"robot:=FOLDER_OF_{listener.fields}_WHEELS" if own else ROBOTS[name]

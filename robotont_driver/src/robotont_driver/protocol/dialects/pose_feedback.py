@@ -157,12 +157,12 @@ class PoseTracker:
             if not possible or (doubt and largest(made) < doubt.unexplained):
                 self.restarts += 1
                 self._begin(ORIGIN, now)
-                return self._repair(line, anew, made, difference if possible else (), now)
+                return self._repair(line, anew, made, possible, now)
         elif not possible:
             self.restarts += 1
             self._begin(line, now)
             return []
-        return self._repair(line, periods, edges, doubt.edges if doubt else (), now)
+        return self._repair(line, periods, edges, doubt is not None, now)
 
     def _path(self, before, line, after, most):
         """(periods, edges) of the way from a line to another, whose own period made the edges `after`."""
@@ -174,10 +174,9 @@ class PoseTracker:
     def _repair(self, line, periods, edges, doubt, now):
         """Packets for the lines that were lost and the one that came."""
         self.repaired += periods - 1
-        self.doubts += bool(doubt)
+        self.doubts += doubt
         self._take(line, now, periods)
-        *packets, newest = self._counts.share(edges, periods)
-        return [*packets, newest.doubted(doubt)]
+        return self._counts.share(edges, periods)
 
 
 def tolerance(value):

@@ -1,6 +1,7 @@
 """Recognises a board's dialect from its output."""
 
-from robotont_driver.protocol.dialects import robotont2018
+import re
+
 from robotont_driver.protocol.dialects.dialect import Dialect, DialectError, decode
 from robotont_driver.protocol.dialects.pose_feedback import parse_pose
 from robotont_driver.protocol.dialects.robotont2 import BANNER
@@ -13,10 +14,13 @@ OWN_BANNER = "# robotont_firmware"
 ST_LINK = "0483:374b"  # USB id of a NUCLEO board's port
 # What drives each board: the robot for it, as the launch files' argument.
 ROBOTS = {"plain": "robot:=thesis", "checked": "robot:=thesis", "robotont2": "robot:=robotont2",
-          "robotont3": "robot:=robotont3", "robotont2018": "robot:=robotont2018"}
+          "robotont3": "robot:=robotont3"}
 FIRMWARE = {"plain": "the thesis' packets", "checked": "this project's firmware, packets with checksums",
-            "robotont2": "official firmware, generations 2 and 2.1", "robotont3": "official firmware, generation 3",
-            "robotont2018": "official firmware of 2018"}
+            "robotont2": "official firmware, generations 2 and 2.1", "robotont3": "official firmware, generation 3"}
+JUNE_2018 = "june 2018"
+REFUSED = {JUNE_2018: "firmware of June 2018: it has no time-out and is spoken no more; flash the makers' 2.1.3 "
+                      "(robot:=robotont2) or this project's (robot:=robotont21, docs/firmware.md)"}
+_JUNE_2018 = re.compile("(Encoders|Setpoints) -?[0-9]{1,5}:-?[0-9]{1,5}:-?[0-9]{1,5}")
 LONGEST_KEPT = 4096  # [bytes]
 LEAST_WHEELS = 3
 SHOWN = 40  # characters of the received data in messages
@@ -134,6 +138,9 @@ class Recognised(Dialect):
 
     def _begin(self, name, now):
         """Use the dialect from now on; returns whether it is the robot's."""
+        self.obstacle = REFUSED.get(name, "")
+        if self.obstacle:
+            return False
         if self._expected:
             name = self._confirmed(name)
         self.obstacle = self._misfit(name)
@@ -175,8 +182,8 @@ def recognise(text, wheels, usb_id):
         return "checked"
     if text == BANNER or refusal(parse_pose, text) is None:
         return "robotont3" if usb_id == USB_ID else "robotont2"
-    if robotont2018.is_line(text):
-        return "robotont2018"
+    if _JUNE_2018.fullmatch(text):
+        return JUNE_2018
     return "plain" if text.endswith(";") and refusal(parse_packet, text, wheels) is None else None
 
 

@@ -1,11 +1,7 @@
 """The thesis' packets, `m0:m1:m2;`, as boards with the thesis' own firmware use them."""
 
 from robotont_driver.protocol.dialects.dialect import LineDialect
-from robotont_driver.protocol.dialects.echo import EchoWatch
-from robotont_driver.protocol.packet import PacketError, parse_packet
-
-ECHO = ("the board sends back what it gets: it runs a REPL or another firmware (./robotont flash), or the line is a "
-        "loop; nothing is published on serial_read")
+from robotont_driver.protocol.packet import Packet, PacketError, parse_packet
 
 
 class Plain(LineDialect):
@@ -15,25 +11,12 @@ class Plain(LineDialect):
 
     def __init__(self, wheels):
         super().__init__(wheels)
-        self._echo = EchoWatch()
         self._first = True  # whether no line has come yet
 
     def connect(self, now):
         """Begin a new connection."""
         super().connect(now)
-        self._echo.connect()
         self.banner, self._first = "", True
-
-    @property
-    def complaint(self):
-        """A warning when the line returns an echo instead of packets; empty otherwise."""
-        return ECHO if self._echo.echoing else ""
-
-    def feed(self, data, now):
-        """List of `Packet` that `data` completes; none from a board that sends an echo."""
-        packets = super().feed(data, now)
-        self._echo.received(data)
-        return [] if self._echo.echoing else packets
 
     def read_line(self, text, now):
         """List of `Packet` that the line completes. Raises PacketError."""
@@ -47,10 +30,8 @@ class Plain(LineDialect):
         if "." in counts.text:
             raise PacketError("decimals", f"counts with decimals in {text[:40]!r}")
         self.check_reach(counts)
-        return [counts]
+        return [Packet(counts)]  # a number is only this driver's
 
     def encode(self, command):
         """The packet as it is."""
-        line = command.text.encode("ascii")
-        self._echo.sent(line)
-        return line
+        return command.text.encode("ascii")

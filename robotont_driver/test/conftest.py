@@ -24,7 +24,7 @@ def wheels(request):
 
 @pytest.fixture
 def official_board(tmp_path):
-    """Plugs in an official board, by its dialect's name; its `BoardPort`."""
+    """Plugs in an official board, by its protocol's name; its `BoardPort`."""
     ports = []
 
     def plugged(name):

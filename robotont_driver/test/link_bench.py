@@ -4,7 +4,7 @@ import time
 
 from robotont_driver.kinematics.wheel_params import read_wheels
 from robotont_driver.link.serial_link import SerialLink
-from robotont_driver.protocol.dialects.own_firmware import Checked
+from robotont_driver.protocol.checked import Checked
 from robotont_testing.robots import SHIPPED
 
 STOP = b"0:0:0;\n"

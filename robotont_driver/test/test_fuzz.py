@@ -7,8 +7,8 @@ from hypothesis import strategies as st
 
 from robotont_driver.kinematics.wheel_params import read_wheels
 from robotont_driver.protocol.checksum import add_checksum
-from robotont_driver.protocol.dialects import NAMES, make_dialect
 from robotont_driver.protocol.packet import Packet
+from robotont_driver.protocol.protocols import NAMES, make_protocol
 from robotont_driver.robots.wheel_file import read_wheel_file
 from robotont_testing.robots import ROBOTONT2, WHEEL_PARAMS
 from robotont_testing.spoilt import spoilt
@@ -27,21 +27,21 @@ LINES = (
 @pytest.mark.parametrize("name", NAMES)
 @settings(max_examples=50)
 @given(st.lists(st.tuples(st.sampled_from(LINES), st.integers(0, 2 ** 32)) | st.binary(max_size=300), max_size=30))
-def test_dialects(name, pieces):
-    dialect = make_dialect(name, read_wheels(ROBOTONT2))
-    dialect.connect(0.0)
+def test_protocols(name, pieces):
+    protocol = make_protocol(name, read_wheels(ROBOTONT2))
+    protocol.connect(0.0)
     for number, piece in enumerate(pieces):
         data = spoilt(*piece) if isinstance(piece, tuple) else piece
         if data.endswith(b":"):
             data = add_checksum(data[:-1].decode("latin-1").encode("ascii", "replace").decode() + ":")
-        for packet in dialect.feed(data, 0.02 * number):
+        for packet in protocol.feed(data, 0.02 * number):
             assert len(packet) == 3
             assert max(map(abs, packet)) <= 300
-        dialect.spoken.encode(Packet([1, -2, 3]))
-        dialect.spoken.report_board()
-        assert len(dialect.spoken.encode_lights(0, [(1, 2, 3)])) <= 2
-        dialect.spoken.take_readings()
-        dialect.tick(0.02 * number)
+        protocol.spoken.encode(Packet([1, -2, 3]))
+        protocol.spoken.report_board()
+        assert len(protocol.spoken.encode_lights(0, [(1, 2, 3)])) <= 2
+        protocol.spoken.take_readings()
+        protocol.tick(0.02 * number)
 
 
 @given(st.integers(0, 2 ** 32).map(lambda seed: spoilt(WHEEL_PARAMS.read_bytes(), seed)) | st.binary(max_size=200)

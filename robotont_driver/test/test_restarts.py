@@ -5,14 +5,14 @@ import random
 
 import numpy as np
 import pytest
-from dialect_bench import official_wheels
-from own_firmware_bench import Sender
+from checked_bench import Sender
+from protocol_bench import official_wheels
 
 from robotont_boards.virtual_board import OfficialOdometry
 from robotont_driver.kinematics import se2
 from robotont_driver.kinematics.kinematics import Kinematics
 from robotont_driver.odometry.odometry import WheelOdometry
-from robotont_driver.protocol.dialects import make_dialect
+from robotont_driver.protocol.protocols import make_protocol
 from robotont_testing.stand_in_board import PERIOD, identity, sealed
 
 EDGES_PER_METRE = 1200 / (2 * math.pi * 0.035)
@@ -90,14 +90,14 @@ BOARDS = {"checked": CheckedBoard, "robotont2": PoseBoard, "robotont3": BurstBoa
 
 
 class Drive:
-    """One robot, its board, and the driver's dialect and odometry, which hear what `spoil` leaves of the lines."""
+    """One robot, its board, and the driver's protocol and odometry, which hear what `spoil` leaves of the lines."""
 
     def __init__(self, kind, seed):
         self.chance = random.Random(f"{kind} {seed}")
         self.robot = Robot()
         self.board = BOARDS[kind](self.robot, self.chance)
-        self.dialect = make_dialect(kind, official_wheels())
-        self.dialect.connect(0.0)
+        self.protocol = make_protocol(kind, official_wheels())
+        self.protocol.connect(0.0)
         self.odometry = WheelOdometry(Kinematics(official_wheels()), PERIOD, 1e-6)
         self.now = 0.0
         self.spoilt = 0.0    # part of the bytes
@@ -129,7 +129,7 @@ class Drive:
                 self.lost -= 1
                 continue
             heard = bytes(self.chance.randrange(256) if self.chance.random() < self.spoilt else byte for byte in line)
-            for counts in self.dialect.feed(heard, self.now + self.chance.uniform(0, 0.004)):
+            for counts in self.protocol.feed(heard, self.now + self.chance.uniform(0, 0.004)):
                 self.odometry.update(counts, 0.0)
 
     def settle(self):
@@ -146,7 +146,7 @@ class Drive:
         """No error that counts, unless the log says that there may be one."""
         x, y, yaw = self.off
         right = math.hypot(x, y) <= METRES and abs(se2.wrap(yaw)) <= RADIANS
-        assert right or self.dialect.restarts or self.dialect.doubts
+        assert right or self.protocol.restarts or self.protocol.doubts
 
 
 def restarted(kind, seed):
@@ -177,7 +177,7 @@ def test_no_restart_moves_the_robot_unless_it_is_told(kind):
     told = 0
     for seed in range(100):
         drive = restarted(kind, seed)
-        told += drive.dialect.restarts
+        told += drive.protocol.restarts
         drive.assert_right_or_told()
     assert 75 < told < 104  # a spoilt line may be taken for one more
 
@@ -195,7 +195,7 @@ def test_lost_lines_and_spoilt_bytes_are_no_restart(kind):
             drive.lost = drive.chance.randrange(6)
         drive.spoilt, drive.lost = 0.0, 0
         drive.settle()
-        restarts += drive.dialect.restarts
+        restarts += drive.protocol.restarts
         # near the board's origin three good lines after many bad ones may well be those of a restart
         drive.assert_right_or_told()
     assert restarts <= (0 if kind == "checked" else 2)
@@ -212,5 +212,5 @@ def test_a_counter_that_starts_anew_at_once_is_no_gap_of_periods_for_which_there
     drive.board.restart()
     board.offset = 0
     drive.run(30, change=0.0)
-    assert (drive.dialect.restarts, drive.dialect.repaired) == (1, 0)
+    assert (drive.protocol.restarts, drive.protocol.repaired) == (1, 0)
     assert np.abs(drive.off - before).max() < 0.001

@@ -1,4 +1,4 @@
-"""The official firmware on the simulated robot, driven through the dialects, on the simulator's own clock."""
+"""The official firmware on the simulated robot, driven through the protocols, on the simulator's own clock."""
 
 import math
 
@@ -9,8 +9,8 @@ from robotont_driver.kinematics.kinematics import Kinematics
 from robotont_driver.kinematics.wheel_params import read_wheels
 from robotont_driver.link.outbox import Outbox
 from robotont_driver.odometry.odometry import WheelOdometry
-from robotont_driver.protocol.dialects import make_dialect
 from robotont_driver.protocol.packet import format_packet, parse_packet
+from robotont_driver.protocol.protocols import make_protocol
 from robotont_simulator.official_firmware import SimulatedMotors, make_simulation
 from robotont_simulator.world import World
 from robotont_testing.robots import ROBOTONT2, SHIPPED
@@ -28,21 +28,21 @@ class Drive:
         self.board = BOARDS[name](SimulatedMotors(self.simulation))
         self.kinematics = Kinematics(wheels)
         self.odometry = WheelOdometry(self.kinematics, PERIOD, 0.008)
-        self.dialect = make_dialect(name, wheels)
+        self.protocol = make_protocol(name, wheels)
         self.outbox = Outbox()
-        self.outbox.pacing = self.dialect.pacing
+        self.outbox.pacing = self.protocol.pacing
         self.now = 0.0
 
     def hold(self, twist, seconds):
         """Command a twist at 50 Hz."""
         text = format_packet(self.kinematics.units_of_twist(twist), 3)
         for _ in range(round(seconds / PERIOD)):
-            self.outbox.put(self.dialect.encode(parse_packet(text, 3)))
+            self.outbox.put(self.protocol.encode(parse_packet(text, 3)))
             self.now += PERIOD
             line = self.outbox.take(self.now)
             if line:
                 self.board.receive(line, self.now)
-            for counts in self.dialect.feed(self.board.advance(self.now), self.now):
+            for counts in self.protocol.feed(self.board.advance(self.now), self.now):
                 self.odometry.update(counts, PERIOD)
 
     def errors(self):

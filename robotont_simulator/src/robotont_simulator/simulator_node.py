@@ -40,7 +40,7 @@ class SimulatorNode:
 
     def __init__(self, _name, wheels, parameters):
         self._parameters = parameters
-        # the robot's dialect tells which firmware its board has; any that is not official is this project's
+        # the robot's protocol tells which firmware its board has; any that is not official is this project's
         packets = rospy.get_param("serial_com_node/packets", "")
         self._official = packets if packets in BOARDS else ""
         try:

@@ -11,10 +11,10 @@ from robotont_driver.kinematics.motor import counts_in_reach
 from robotont_driver.link.exclusive_port import usb_id
 from robotont_driver.link.serial_link import SerialLink
 from robotont_driver.parameters.parameters import Parameter
-from robotont_driver.protocol.dialects import AUTO, DISTANCE, NAMES, Recognised, expect_dialect
-from robotont_driver.protocol.dialects.dialect import DialectError
-from robotont_driver.protocol.dialects.recognition import explained
+from robotont_driver.protocol.handshake import explained
 from robotont_driver.protocol.packet import format_packet
+from robotont_driver.protocol.protocol import ProtocolError
+from robotont_driver.protocol.protocols import AUTO, DISTANCE, NAMES, Handshake, expect_protocol
 from robotont_driver.robots.battery import Battery, read_pack
 from robotont_driver.ros.diagnostics import Health
 from robotont_driver.ros.lifecycle import run_node
@@ -32,7 +32,7 @@ PARAMETERS = (
     Parameter("port", "/dev/ttyACM0", "serial port of the board", official="serial/port"),
     Parameter("baudrate", 115200, "speed of the line", "baud", minimum=1200, maximum=4000000,
               reason="no serial port is faster", official="serial/baudrate"),
-    Parameter("packets", AUTO, "dialect of the board: plain (the thesis'), checked (with CRC), robotont2 or robotont3 "
+    Parameter("packets", AUTO, "protocol of the board: plain (the thesis'), checked (with CRC), robotont2 or robotont3 "
               "(official firmware, another board is refused), or auto: recognised from its output",
               choices=NAMES),
     Parameter("write_timeout", WRITE_TIMEOUT, "one stop packet after this long without a serial_write", "s",
@@ -46,7 +46,7 @@ PARAMETERS = (
 
 
 class SerialComNode:
-    """Carries packets between the topics and the board, in the board's dialect, and reports errors on the line.
+    """Carries packets between the topics and the board, in the board's protocol, and reports errors on the line.
 
     name: full name of the node. topics: `PacketTopics`.
     """
@@ -55,11 +55,11 @@ class SerialComNode:
         self._wheels = wheels.amount
         self._parameters = parameters
         try:
-            self._dialect = expect_dialect(parameters["packets"], wheels, parameters["board_wheel_distance"])
-        except DialectError as error:
+            self._protocol = expect_protocol(parameters["packets"], wheels, parameters["board_wheel_distance"])
+        except ProtocolError as error:
             rospy.logfatal("~packets is %s, but its board cannot have these wheels: %s", parameters["packets"], error)
             raise SystemExit(1) from None
-        self._met = None          # the dialect that was greeted
+        self._met = None          # the protocol that was greeted
         self._refusals = Refusals()  # of malformed messages on serial_write
         self._restarts = self._doubts = 0  # of the board, already reported
         self._packets = topics.serial_read
@@ -76,7 +76,7 @@ class SerialComNode:
         self._link.start()
         rospy.on_shutdown(self._close)
         topics.serial_write.subscribe(self._wheels, self._on_write, self._on_refused, queue_size=1)
-        self._report = LinkReport(self._link, self._dialect, self._refusals, battery)
+        self._report = LinkReport(self._link, self._protocol, self._refusals, battery)
         Health(parameters["port"], {"link": self._report.report_link, "board": self._report.report_board}, name)
 
     def _on_refused(self, error):
@@ -84,8 +84,8 @@ class SerialComNode:
             rospy.logwarn("serial_write refused: %s", error)
 
     def _on_write(self, command):
-        self._dialect.tick(time.monotonic())
-        spoken = self._dialect.spoken
+        self._protocol.tick(time.monotonic())
+        spoken = self._protocol.spoken
         if spoken.obstacle:
             rospy.logerr_throttle(10.0, "does not drive: %s (docs/robots.md)", spoken.obstacle)
         # a command must not reach the board before its greeting, which the link's thread is about to send
@@ -94,25 +94,25 @@ class SerialComNode:
             self._link.send(line)
 
     def _stop_packet(self):
-        self._dialect.tick(time.monotonic())
-        spoken = self._dialect.spoken
+        self._protocol.tick(time.monotonic())
+        spoken = self._protocol.spoken
         return spoken.stop() if spoken is self._met else b""
 
     def _close(self):
-        spoken = self._dialect.spoken
-        stop = spoken.stop() or format_packet([0] * self._wheels).encode("ascii")  # no dialect yet: plain may be right
+        spoken = self._protocol.spoken
+        stop = spoken.stop() or format_packet([0] * self._wheels).encode("ascii")  # no protocol yet: plain may be right
         self._link.close(stop, spoken.goodbye, spoken.pause)
 
     def _on_light(self, first, colours):
-        for line in self._dialect.spoken.encode_lights(first, colours):
+        for line in self._protocol.spoken.encode_lights(first, colours):
             self._link.add(line)
 
     def _on_bytes(self, data):
-        dialect = self._dialect
+        protocol = self._protocol
         for line in data.splitlines(keepends=True):  # of a burst, each packet goes out before the next line is read
-            for packet in dialect.feed(line, time.monotonic()):
+            for packet in protocol.feed(line, time.monotonic()):
                 self._packets.publish(packet)
-        spoken = dialect.spoken
+        spoken = protocol.spoken
         if spoken is not self._met:
             self._meet(spoken)
         self._topics.publish(spoken.take_readings())
@@ -123,10 +123,10 @@ class SerialComNode:
         self._restarts, self._doubts = spoken.restarts, spoken.doubts
 
     def _meet(self, spoken):
-        """Greet the board, once per connection, when its dialect has been recognised."""
+        """Greet the board, once per connection, when its protocol has been recognised."""
         self._restarts, self._doubts = spoken.restarts, spoken.doubts
         self._link.pace(spoken.pacing)
-        if not isinstance(spoken, Recognised):  # which still listens
+        if not isinstance(spoken, Handshake):  # which still listens
             rospy.loginfo("%s: the board speaks %s", self._parameters["port"], explained(spoken.name))
             if spoken.complaint:
                 rospy.logwarn("%s", spoken.complaint)
@@ -154,9 +154,9 @@ class SerialComNode:
             rospy.logwarn("%s: open again; what the wheels have turned meanwhile is missing in the odometry", port)
         else:
             rospy.loginfo("%s: open", port)
-        self._dialect.usb_id = usb_id(port)
-        self._dialect.connect(time.monotonic())
-        self._meet(self._dialect.spoken)
+        self._protocol.usb_id = usb_id(port)
+        self._protocol.connect(time.monotonic())
+        self._meet(self._protocol.spoken)
 
     def _complain(self):
         trouble = self._link.trouble

@@ -30,7 +30,7 @@ class Robot(NamedTuple):
 
     @property
     def packets(self):
-        """Dialect that its board must speak; "auto" for any."""
+        """Protocol that its board must speak; "auto" for any."""
         return self.parameters.get("serial_com_node", {}).get("packets", "auto")
 
 

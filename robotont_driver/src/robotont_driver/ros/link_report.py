@@ -6,11 +6,11 @@ from robotont_driver.ros.diagnostics import ERROR, OK, WARN, Rate
 
 
 class LinkReport:
-    """Tasks for `Health`. link: `SerialLink`; dialect: the expected one; refusals: `Refusals` of serial_write."""
+    """Tasks for `Health`. link: `SerialLink`; protocol: the expected one; refusals: `Refusals` of serial_write."""
 
-    def __init__(self, link, dialect, refusals, battery):
+    def __init__(self, link, protocol, refusals, battery):
         self._link = link
-        self._dialect = dialect
+        self._protocol = protocol
         self._refusals = refusals
         self._battery = battery
         self._rate = Rate()
@@ -19,17 +19,17 @@ class LinkReport:
 
     def report_link(self):
         """Level, words and values of the line."""
-        dialect, link = self._dialect.spoken, self._link
-        read = dialect.packets - dialect.repaired
+        protocol, link = self._protocol.spoken, self._link
+        read = protocol.packets - protocol.repaired
         rate = self._rate.look(read, time.monotonic())
-        dropped = sum(dialect.dropped.values())
+        dropped = sum(protocol.dropped.values())
         errors = dropped + self._refusals.amount
         new_errors, self._trouble_before = max(0, errors - self._trouble_before), errors
         values = {
-            "packets": dialect.description,
+            "packets": protocol.description,
             "packets read per second": f"{rate:.1f}",
             "packets read": read,
-            "packets published": dialect.packets,
+            "packets published": protocol.packets,
             "packets written": link.writer.sent,
             "commands overtaken by newer ones": link.writer.outbox.replaced,
             "commands while the port was closed": link.unsent,
@@ -38,10 +38,10 @@ class LinkReport:
             "times that this node was stopped or starved": link.stalls.stalls,
             "stops for lack of commands": link.timeouts,
             "lines dropped": dropped,
-            **{"lines dropped: " + kind: count for kind, count in sorted(dialect.dropped.items())},
-            "periods repaired": dialect.repaired,
-            "board restarts": dialect.restarts,
-            "lost lines that may have been a restart": dialect.doubts,
+            **{"lines dropped: " + kind: count for kind, count in sorted(protocol.dropped.items())},
+            "periods repaired": protocol.repaired,
+            "board restarts": protocol.restarts,
+            "lost lines that may have been a restart": protocol.doubts,
             "reconnects": max(0, link.opened - 1),
             "faults of this program": link.failures,
         }
@@ -50,17 +50,17 @@ class LinkReport:
             return ERROR, f"a fault of serial_com_node itself, {link.failure}; please report it, with its log", values
         if link.trouble:
             return ERROR, link.trouble, values
-        if dialect.complaint:
-            return WARN, dialect.complaint, values
+        if protocol.complaint:
+            return WARN, protocol.complaint, values
         if rate == 0.0:
-            return WARN, silence(dialect, new_errors), values
+            return WARN, silence(protocol, new_errors), values
         if new_errors:
             return WARN, f"{new_errors} lines dropped in the last second: check cable and baudrate", values
-        return OK, f"{rate:.0f} packets/s, {dialect.name}", values
+        return OK, f"{rate:.0f} packets/s, {protocol.name}", values
 
     def report_board(self):
         """Level, words and values of what the board says of itself."""
-        errors, warnings, values = self._dialect.spoken.report_board()
+        errors, warnings, values = self._protocol.spoken.report_board()
         empty, words = self._battery.complaint
         (errors if empty else warnings).extend([words] if words else [])
         if self._link.trouble:
@@ -69,9 +69,9 @@ class LinkReport:
         return level, " / ".join(errors + warnings) or "reports no fault", values
 
 
-def silence(dialect, dropped):
+def silence(protocol, dropped):
     """Message about a board that has sent no packet since the last report, but lines that were `dropped`."""
     if not dropped:
         return "port open, but no packets: is the firmware running, at this baudrate?"
-    return (f"{dropped} lines came in the last second, and none is a packet of a board that speaks {dialect.name}: "
-            f"{dialect.newest_error}; is it another board (~packets), another firmware, or another baudrate?")
+    return (f"{dropped} lines came in the last second, and none is a packet of a board that speaks {protocol.name}: "
+            f"{protocol.newest_error}; is it another board (~packets), another firmware, or another baudrate?")

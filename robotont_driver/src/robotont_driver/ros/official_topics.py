@@ -12,7 +12,7 @@ from geometry_msgs.msg import TransformStamped
 from sensor_msgs.msg import BatteryState, Range
 from tf2_msgs.msg import TFMessage
 
-from robotont_driver.protocol.dialects.dialect import Power, Ranges
+from robotont_driver.protocol.protocol import Power, Ranges
 
 try:
     from robotont_msgs.msg import LedModulePixel, LedModuleSegment, PowerSupply
@@ -31,7 +31,7 @@ SENSORS = (
 
 
 class OfficialTopics:
-    """Publishes readings of a dialect; `light(first, colours)` is called for messages that colour lights.
+    """Publishes readings of a protocol; `light(first, colours)` is called for messages that colour lights.
 
     battery: a `Battery`.
     """

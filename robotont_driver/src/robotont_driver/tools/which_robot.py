@@ -5,13 +5,13 @@ import importlib.util
 import sys
 
 from robotont_driver.link.exclusive_port import explain, heard, usb_id
-from robotont_driver.protocol.dialects.recognition import LEAST_WHEELS, PATIENCE, REFUSED, ROBOTS, Listener, explained
+from robotont_driver.protocol.handshake import LEAST_WHEELS, PATIENCE, REFUSED, ROBOTS, Listener, explained
 
 LINE = "roslaunch robotont_bringup robot.launch {} port:={}"
 
 
 def listen(port, baudrate, seconds):
-    """(dialect's name or None; the robot for it, or a description of the received data). Sends nothing.
+    """(protocol's name or None; the robot for it, or a description of the received data). Sends nothing.
 
     Raises OSError.
     """

@@ -3,7 +3,7 @@
 import random
 
 from robotont_driver.kinematics.wheel_params import read_wheels
-from robotont_driver.protocol.dialects.own_firmware import Checked
+from robotont_driver.protocol.checked import Checked
 from robotont_testing.robots import SHIPPED
 from robotont_testing.stand_in_board import PERIOD, Board
 
@@ -11,7 +11,7 @@ REACH = 300  # [edges per period]
 
 
 class Reader(Checked):
-    """The dialect, of a robot with three wheels, by the clock of the `Sender`s."""
+    """The protocol, of a robot with three wheels, by the clock of the `Sender`s."""
 
     def __init__(self):
         super().__init__(read_wheels(SHIPPED))

@@ -2,7 +2,7 @@
 
 import math
 
-from robotont_driver.protocol.dialects.dialect import DialectError
+from robotont_driver.protocol.protocol import ProtocolError
 
 POSITIONS = tuple(math.radians(angle) for angle in (60, 180, 300))  # [rad] yaw of each wheel's place in base_link
 DISTANCE = 0.145       # [m] centre to wheel; 0.127 in firmware from before March 2020
@@ -21,16 +21,16 @@ class BoardWheels:
     """
 
     def __init__(self, wheels, distance=DISTANCE):
-        """Raises DialectError for wheels that the board cannot have."""
+        """Raises ProtocolError for wheels that the board cannot have."""
         if wheels.amount != 3:
-            raise DialectError(f"wheelAmount: found {wheels.amount}, allowed: 3, for the board has three motors")
+            raise ProtocolError(f"wheelAmount: found {wheels.amount}, allowed: 3, for the board has three motors")
         if abs(wheels.pid_frequency * PERIOD - 1) > 1e-6:
-            raise DialectError(f"pidControlFrequency: found {wheels.pid_frequency:g}, allowed: {1 / PERIOD:g} [Hz], "
+            raise ProtocolError(f"pidControlFrequency: found {wheels.pid_frequency:g}, allowed: {1 / PERIOD:g} [Hz], "
                                "the rate of the board's feedback")
         self.signs = tuple(math.copysign(1, lever) for lever in wheels.levers)
         self.places = tuple(self._place(position) for position in wheels.positions)
         if len(set(self.places)) != 3:
-            raise DialectError(self._refusal(wheels))
+            raise ProtocolError(self._refusal(wheels))
         self.distance = distance
         # [m/s per unit] a unit is one edge per period, whatever radius a calibration has found
         self.speed_of_unit = 2 * math.pi * RADIUS / wheels.edges_per_turn / PERIOD

@@ -8,7 +8,7 @@ import math
 import re
 from typing import NamedTuple
 
-from robotont_driver.protocol.dialects.board_wheels import PERIOD
+from robotont_driver.protocol.board_wheels import PERIOD
 from robotont_driver.protocol.packet import PacketError, WholeCounts
 from robotont_driver.protocol.restarts import NEGLIGIBLE, Arrival, doubt_about, largest
 

@@ -1,6 +1,6 @@
 """Robotont of generation 3 with the official firmware: the lines of generation 2 over USB, and traps of its own."""
 
-from robotont_driver.protocol.dialects.robotont2 import Robotont2
+from robotont_driver.protocol.robotont2 import Robotont2
 
 USB_ID = "0483:5740"  # STM32 virtual serial port
 TRANSFER = 64         # [bytes] of a USB transfer; a line is shorter

@@ -7,8 +7,8 @@ from robotont_driver.kinematics.kinematics import Kinematics
 from robotont_driver.kinematics.wheel_params import read_wheels
 from robotont_driver.link.outbox import Outbox
 from robotont_driver.odometry.odometry import WheelOdometry
-from robotont_driver.protocol.dialects import make_dialect
 from robotont_driver.protocol.packet import format_packet, parse_packet
+from robotont_driver.protocol.protocols import make_protocol
 from robotont_testing.dc_motors import Motors
 from robotont_testing.robots import ROBOTONT2
 
@@ -33,18 +33,18 @@ class Bench:
         self.wheels = official_wheels()
         self.motors = Motors()
         self.board = BOARDS[name](self.motors, **board)
-        self.dialect = make_dialect(name, self.wheels)
-        self.dialect.connect(0.0)
+        self.protocol = make_protocol(name, self.wheels)
+        self.protocol.connect(0.0)
         self.odometry = WheelOdometry(Kinematics(self.wheels), 0.02, 0.005)
         self.outbox = Outbox()
-        self.outbox.pacing = self.dialect.pacing
+        self.outbox.pacing = self.protocol.pacing
         self.pass_on = lambda data: data
         self.now = 0.0
         self.counts = []
         self.sent = []   # (time, line)
         self.commanded = None
         self._repeat_at = math.inf
-        self.outbox.hurry(self.dialect.hello, self.dialect.pause)
+        self.outbox.hurry(self.protocol.hello, self.protocol.pause)
 
     def command(self, twist):
         """A command as driver_node and serial_com_node would pass it on."""
@@ -56,7 +56,7 @@ class Bench:
         for _ in range(round(seconds / STEP)):
             if self.now >= self._repeat_at:
                 self._repeat_at = self.now + REPEAT
-                line = self.dialect.encode(self.commanded)
+                line = self.protocol.encode(self.commanded)
                 if line:
                     self.outbox.put(line)
             self.now += STEP
@@ -66,7 +66,7 @@ class Bench:
                 self.board.receive(line, self.now)
             data = self.pass_on(self.board.advance(self.now))
             if data:
-                for counts in self.dialect.feed(data, self.now):
+                for counts in self.protocol.feed(data, self.now):
                     self.counts.append(counts)
                     self.odometry.update(counts, 0.0)
 

@@ -2,10 +2,10 @@
 
 import re
 
-from robotont_driver.protocol.dialects.board_wheels import DISTANCE, PERIOD, BoardWheels
-from robotont_driver.protocol.dialects.dialect import LineDialect, Power, Ranges
-from robotont_driver.protocol.dialects.pose_feedback import PoseTracker, parse_pose
+from robotont_driver.protocol.board_wheels import DISTANCE, PERIOD, BoardWheels
 from robotont_driver.protocol.packet import PacketError
+from robotont_driver.protocol.pose_feedback import PoseTracker, parse_pose
+from robotont_driver.protocol.protocol import LineProtocol, Power, Ranges
 
 BANNER = "**** MAIN ****"
 STOP = b"RS:0:0:0\n"
@@ -17,7 +17,7 @@ RANGE_SENSORS = 12
 _READING = re.compile(r"-?[0-9]{1,9}(?:\.[0-9]{1,9})?")
 
 
-class Robotont2(LineDialect):
+class Robotont2(LineProtocol):
     """Rim speeds to the board, cumulative poses back.
 
     The board executes one line per 20 ms, of two that came together the older one; a line of three bytes or fewer, a
@@ -32,7 +32,7 @@ class Robotont2(LineDialect):
     fastest = 0.30      # [m/s] the board limits each wheel to this by itself, which would bend the path
 
     def __init__(self, wheels, distance=DISTANCE):
-        """Raises DialectError when the board cannot have these wheels. distance [m]: as the board's firmware has it."""
+        """Raises ProtocolError when the board cannot have these wheels. distance [m]: as the board's firmware has it."""
         super().__init__(wheels)
         self._board_wheels = BoardWheels(wheels, distance)
         usual = PUSHED * self.fastest * PERIOD * self._board_wheels.edges_per_metre

@@ -1,17 +1,17 @@
-"""What the dialects make of the boards' lines: odometry without loss, readings, malformed lines, restarts."""
+"""What the protocols make of the boards' lines: odometry without loss, readings, malformed lines, restarts."""
 
 import math
 import random
 
 import numpy as np
 import pytest
-from dialect_bench import Bench, official_wheels
+from protocol_bench import Bench, official_wheels
 
-from robotont_driver.protocol.dialects import make_dialect
-from robotont_driver.protocol.dialects.dialect import Power, Ranges
-from robotont_driver.protocol.dialects.pose_feedback import PoseLine, body_step, parse_pose, rotate
-from robotont_driver.protocol.dialects.robotont2 import Robotont2
 from robotont_driver.protocol.packet import PacketError
+from robotont_driver.protocol.pose_feedback import PoseLine, body_step, parse_pose, rotate
+from robotont_driver.protocol.protocol import Power, Ranges
+from robotont_driver.protocol.protocols import make_protocol
+from robotont_driver.protocol.robotont2 import Robotont2
 
 
 def follow_a_square_and_a_turning_circle(bench):
@@ -36,7 +36,7 @@ def test_a_square_and_a_turning_circle_end_where_the_board_says(name, base_frame
     assert abs(bench.board.odometry.pose[2] + 2 * math.pi) < 0.5  # it has really turned
     edges = [path / (2 * math.pi * 0.035 / 1200) for path in bench.board.odometry.summed]
     assert [sum(column) for column in zip(*bench.counts)] == pytest.approx(edges, abs=1.0)
-    assert (bench.dialect.dropped, bench.dialect.restarts) == ({}, 0)
+    assert (bench.protocol.dropped, bench.protocol.restarts) == ({}, 0)
 
 
 def line_noise(lines, bytes_):
@@ -56,8 +56,8 @@ def test_a_bad_line_loses_no_distance(lines, bytes_, base_frame):
     bench = Bench(base_frame=base_frame)
     bench.pass_on = line_noise(lines, bytes_)
     follow_a_square_and_a_turning_circle(bench)
-    assert bench.dialect.repaired > 25 * lines
-    assert bench.dialect.restarts == 0
+    assert bench.protocol.repaired > 25 * lines
+    assert bench.protocol.restarts == 0
     assert max(max(map(abs, counts)) for counts in bench.counts) < 2 * 0.3 / (2 * math.pi * 0.035 / 1200) * 0.02
 
 
@@ -74,17 +74,17 @@ def test_a_line_that_is_none_is_dropped_and_counted(text, kind):
     with pytest.raises(PacketError) as raised:
         parse_pose(text)
     assert raised.value.kind == kind
-    dialect = Robotont2(official_wheels())
-    assert dialect.feed(text.encode() + b"\r\n", 0.0) == []
-    assert dialect.dropped == {kind: 1}
+    protocol = Robotont2(official_wheels())
+    assert protocol.feed(text.encode() + b"\r\n", 0.0) == []
+    assert protocol.dropped == {kind: 1}
 
 
 def test_half_a_line_of_an_earlier_connection_is_forgotten():
-    dialect, line = make_dialect("robotont2", official_wheels()), b"POWER:0.5:14.8\r\n"
-    dialect.feed(line[:5], 0.0)
-    dialect.connect(0.0)
-    dialect.feed(line, 0.0)
-    assert dialect.dropped == {}
+    protocol, line = make_protocol("robotont2", official_wheels()), b"POWER:0.5:14.8\r\n"
+    protocol.feed(line[:5], 0.0)
+    protocol.connect(0.0)
+    protocol.feed(line, 0.0)
+    assert protocol.dropped == {}
 
 
 @pytest.mark.parametrize("periods", [1, 2, 7])
@@ -100,12 +100,12 @@ def test_equal_steps_of_the_board_add_up_to_what_is_read_from_its_poses(periods,
 
 
 def test_ranges_and_power():
-    dialect = Robotont2(official_wheels())
-    dialect.feed(b"RANGE:" + b":".join(b"%d" % (100 * sensor) for sensor in range(12)) + b"\r\nPOWER:1.5:14.8\r\n"
+    protocol = Robotont2(official_wheels())
+    protocol.feed(b"RANGE:" + b":".join(b"%d" % (100 * sensor) for sensor in range(12)) + b"\r\nPOWER:1.5:14.8\r\n"
                  b"BATSTATE:1.25:0.5:19.0:15.1\nRANGE:1:2\r\nPOWER:x:14.8\r\nPOWER:nan:1\r\n", 0.0)
-    ranges, power, battery = dialect.take_readings()
+    ranges, power, battery = protocol.take_readings()
     assert ranges == Ranges(tuple(sensor / 10 for sensor in range(12)))
     assert power == Power(14.8, 1.5)
     assert battery == Power(15.1, 1.75)
-    assert dialect.dropped == {"fields": 1, "number": 2}
-    assert dialect.take_readings() == []
+    assert protocol.dropped == {"fields": 1, "number": 2}
+    assert protocol.take_readings() == []

@@ -5,15 +5,15 @@ import re
 
 from robotont_driver.protocol.board_status import BoardHealth
 from robotont_driver.protocol.checksum import add_checksum, has_checksum
-from robotont_driver.protocol.dialects.dialect import LineDialect, Power
 from robotont_driver.protocol.lost_packets import LostPackets
 from robotont_driver.protocol.packet import CheckedPacket, ForeignPacketError, PacketError, format_packet
+from robotont_driver.protocol.protocol import LineProtocol, Power
 
 _SEALED = re.compile(r"#.*;[0-9A-F]{4}\Z")
 QUESTION = add_checksum("?;")  # asks for the identity, which boards with firmware from 2.0 on send
 
 
-class Checked(LineDialect):
+class Checked(LineProtocol):
     """Commands carry a CRC; only packets with a valid trailer are read, and those that were lost are recovered.
 
     `health`: `BoardHealth`, the board's own reports. `lost`: `LostPackets`.

@@ -3,7 +3,7 @@
 import json
 
 import pytest
-from own_firmware_bench import Reader
+from checked_bench import Reader
 
 from robotont_driver.protocol.checksum import add_checksum, crc16
 from robotont_driver.protocol.line_splitter import LineSplitter

@@ -1,22 +1,22 @@
-"""What the dialects send to the boards, and when: on the bench, a virtual clock."""
+"""What the protocols send to the boards, and when: on the bench, a virtual clock."""
 
 import itertools
 import math
 import random
 
 import pytest
-from dialect_bench import Bench, command_of, official_wheels
+from protocol_bench import Bench, command_of, official_wheels
 
 from robotont_boards import BOARDS
 from robotont_driver.kinematics.wheel_params import read_wheels
-from robotont_driver.protocol.dialects import make_dialect
-from robotont_driver.protocol.dialects.dialect import DialectError
-from robotont_driver.protocol.dialects.robotont2 import Robotont2
+from robotont_driver.protocol.protocol import ProtocolError
+from robotont_driver.protocol.protocols import make_protocol
+from robotont_driver.protocol.robotont2 import Robotont2
 from robotont_testing.dc_motors import Motors
 from robotont_testing.robots import BARE, SHIPPED, UNEVEN_4
 
 FORWARD, LEFT, TURN, REST = (0.2, 0, 0), (0, 0.2, 0), (0, 0, 1), (0, 0, 0)
-GOLDEN = [  # dialect, what differs from the wheels as delivered, twist, line
+GOLDEN = [  # protocol, what differs from the wheels as delivered, twist, line
     ("robotont2", {}, FORWARD, b"MS:-0.1732:0.0000:0.1732\n"),
     ("robotont2", {}, LEFT, b"MS:0.1000:-0.2000:0.1000\n"),
     ("robotont2", {}, TURN, b"MS:0.1450:0.1450:0.1450\n"),
@@ -31,7 +31,7 @@ GOLDEN = [  # dialect, what differs from the wheels as delivered, twist, line
 @pytest.mark.parametrize("name, wheels, twist, line", GOLDEN)
 def test_worked_values(name, wheels, twist, line):
     wheels = official_wheels(**wheels)
-    assert make_dialect(name, wheels).encode(command_of(wheels, twist)) == line
+    assert make_protocol(name, wheels).encode(command_of(wheels, twist)) == line
 
 
 @pytest.mark.parametrize("order", itertools.permutations(range(3)))
@@ -57,7 +57,7 @@ def test_other_distances_are_doubted():
     ({**BARE, "pidControlFrequency": 100}, "pidControlFrequency: found 100"),
 ])
 def test_wheels_that_the_board_cannot_have_are_refused_with_words(given, words):
-    with pytest.raises(DialectError, match=words):
+    with pytest.raises(ProtocolError, match=words):
         Robotont2(read_wheels(given))
 
 
@@ -74,12 +74,12 @@ WHITE, RED, DARK = (255, 255, 255), (255, 0, 0), (0, 0, 0)
 @pytest.mark.parametrize("first, colours", [(3, [RED]), (0, [RED] * 60), (10, [RED, WHITE, DARK, WHITE, RED, WHITE]),
                                             (7, [WHITE, RED, RED, RED]), (59, [WHITE])])
 def test_lights_of_generation_3_show_what_was_asked_and_nothing_else(first, colours):
-    dialect = make_dialect("robotont3", official_wheels())
+    protocol = make_protocol("robotont3", official_wheels())
     board = BOARDS["robotont3"](Motors(), lights=True)
     plain = BOARDS["robotont3"](Motors())
     longest = b"MS:-0.4000:-0.4000:-0.4000\n"
-    for at, line in enumerate([longest, *dialect.encode_lights(0, [RED, WHITE] * 3), longest,
-                               *dialect.encode_lights(first, colours), longest]):
+    for at, line in enumerate([longest, *protocol.encode_lights(0, [RED, WHITE] * 3), longest,
+                               *protocol.encode_lights(first, colours), longest]):
         assert len(line) < 64
         for each in (board, plain):
             each.receive(line, 0.1 * at)
@@ -94,13 +94,13 @@ def test_lights_of_generation_3_show_what_was_asked_and_nothing_else(first, colo
 
 
 def test_lights_of_generation_3_that_do_not_fit_into_a_transfer_are_not_sent():
-    dialect = make_dialect("robotont3", official_wheels())
-    assert dialect.encode_lights(10, [WHITE, RED] * 4) == []
-    assert dialect.encode_lights(10, []) == []
+    protocol = make_protocol("robotont3", official_wheels())
+    assert protocol.encode_lights(10, [WHITE, RED] * 4) == []
+    assert protocol.encode_lights(10, []) == []
 
 
 def speeds_of(line):
-    """Wheel speeds [m/s] in a line of the official dialects."""
+    """Wheel speeds [m/s] in a line of the official protocols."""
     return [float(field) for field in line.decode().strip().split(":")[1:]]
 
 
@@ -121,7 +121,7 @@ def test_minutes_of_random_commands_lose_none_and_let_no_older_one_win(name, min
     assert bench.board.swallowed == []
     assert bench.board.inversions == 0
     assert [line for _, line in bench.board.executed] == lines
-    newest_line = bench.dialect.encode(bench.commanded)  # the last digit may differ by the rounding that is carried on
+    newest_line = bench.protocol.encode(bench.commanded)  # the last digit may differ by the rounding that is carried on
     assert speeds_of(lines[-1]) == pytest.approx(speeds_of(newest_line), abs=1.01e-4)
     starts = [at for at, _ in bench.sent]
     assert min(later - earlier for earlier, later in zip(starts, starts[1:])) >= 0.03 - 1e-9

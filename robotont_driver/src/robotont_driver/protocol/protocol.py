@@ -1,4 +1,4 @@
-"""What every dialect offers, and the values that pass between it and serial_com_node."""
+"""What every protocol offers, and the values that pass between it and serial_com_node."""
 
 from collections import Counter
 from typing import NamedTuple, Tuple
@@ -21,11 +21,11 @@ class Power(NamedTuple):
     current: float  # [A] drawn; NaN: not measured
 
 
-class DialectError(ValueError):
-    """A dialect that cannot drive these wheels: what was found and what is allowed."""
+class ProtocolError(ValueError):
+    """A protocol that cannot drive these wheels: what was found and what is allowed."""
 
 
-class Dialect:
+class Protocol:
     """The serial protocol of one kind of board: bytes in, counts and readings out; commands in, bytes out.
 
     Pure: times `now` [s] are the caller's, from any clock that never goes back. A subclass sets the constants
@@ -54,12 +54,12 @@ class Dialect:
 
     @property
     def spoken(self):
-        """The dialect in use: this one, unless another was recognised."""
+        """The protocol in use: this one, unless another was recognised."""
         return self
 
     @property
     def description(self):
-        """The dialect as the diagnostics show it."""
+        """The protocol as the diagnostics show it."""
         return self.name
 
     @property
@@ -108,8 +108,8 @@ class Dialect:
         return self.encode(Packet([0] * self.wheels.amount))
 
 
-class LineDialect(Dialect):
-    """A dialect of text lines: `read_line(text, now)` gets each and may raise PacketError."""
+class LineProtocol(Protocol):
+    """A protocol of text lines: `read_line(text, now)` gets each and may raise PacketError."""
 
     def __init__(self, wheels):
         super().__init__(wheels)

@@ -1,10 +1,10 @@
 """The thesis' packets, `m0:m1:m2;`, as boards with the thesis' own firmware use them."""
 
-from robotont_driver.protocol.dialects.dialect import LineDialect
 from robotont_driver.protocol.packet import Packet, PacketError, parse_packet
+from robotont_driver.protocol.protocol import LineProtocol
 
 
-class Plain(LineDialect):
+class Plain(LineProtocol):
     """Plain packets both ways; what stands behind a semicolon is ignored."""
 
     name = "plain"

@@ -1,14 +1,14 @@
-"""The dialect of this project's board: what is dropped, what is repaired, and what is let out to which board."""
+"""The protocol of this project's board: what is dropped, what is repaired, and what is let out to which board."""
 
 import math
 
 import pytest
+from checked_bench import REACH, Reader, Sender
 from hypothesis import given
 from hypothesis import strategies as st
-from own_firmware_bench import REACH, Reader, Sender
 
+from robotont_driver.protocol.checked import QUESTION
 from robotont_driver.protocol.checksum import add_checksum, crc16
-from robotont_driver.protocol.dialects.own_firmware import QUESTION
 from robotont_driver.protocol.packet import Packet
 from robotont_testing.stand_in_board import identity, sealed
 

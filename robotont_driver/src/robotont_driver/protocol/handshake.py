@@ -1,15 +1,15 @@
-"""Recognises a board's dialect from its output."""
+"""Recognises a board's protocol from its output."""
 
 import re
 
-from robotont_driver.protocol.dialects.dialect import Dialect, DialectError, decode
-from robotont_driver.protocol.dialects.pose_feedback import parse_pose
-from robotont_driver.protocol.dialects.robotont2 import BANNER
-from robotont_driver.protocol.dialects.robotont3 import USB_ID
 from robotont_driver.protocol.line_splitter import LineSplitter
 from robotont_driver.protocol.packet import CheckedPacket, ForeignPacketError, PacketError, parse_packet
+from robotont_driver.protocol.pose_feedback import parse_pose
+from robotont_driver.protocol.protocol import Protocol, ProtocolError, decode
+from robotont_driver.protocol.robotont2 import BANNER
+from robotont_driver.protocol.robotont3 import USB_ID
 
-PATIENCE = 1.0  # [s] of listening before a board of unknown dialect gets plain packets
+PATIENCE = 1.0  # [s] of listening before a board of unknown protocol gets plain packets
 OWN_BANNER = "# robotont_firmware"
 ST_LINK = "0483:374b"  # USB id of a NUCLEO board's port
 # What drives each board: the robot for it, as the launch files' argument.
@@ -27,12 +27,12 @@ SHOWN = 40  # characters of the received data in messages
 
 
 def explained(name):
-    """A dialect's name, and whose it is."""
+    """A protocol's name, and whose it is."""
     return f"{name} ({FIRMWARE[name]})"
 
 
 class Listener:
-    """Names the dialect of received data. usb_id: "vendor:product" of the port, if known. wheels: 0: any number.
+    """Names the protocol of received data. usb_id: "vendor:product" of the port, if known. wheels: 0: any number.
 
     `fields`: numbers in the newest line before the first semicolon, the wheels of a plain or checked packet.
     """
@@ -43,11 +43,11 @@ class Listener:
         self.fields = 0
         self._splitter = LineSplitter()
         self._newest = b""      # bytes
-        self._example = b""     # newest line that belongs to no dialect
+        self._example = b""     # newest line that belongs to no protocol
         self._plain_lines = 0   # in a row: one alone may be a checked packet that has lost its trailer
 
     def feed(self, data):
-        """Name of the dialect that a line among the new bytes proves; None while none does."""
+        """Name of the protocol that a line among the new bytes proves; None while none does."""
         self._newest = (self._newest + data)[-SHOWN:]
         return next(filter(None, map(self._decide, self._splitter.feed(data))), None)
 
@@ -69,7 +69,7 @@ class Listener:
         if self._example:
             newest = repr(self._example[:SHOWN])[1:]
             if self._example.isascii() and self._example.decode().isprintable():
-                return (f"lines come, but of no known dialect: {newest}; is it the right port, and does the board run "
+                return (f"lines come, but of no known protocol: {newest}; is it the right port, and does the board run "
                         "firmware of Robotont?")
             return f"lines come, but no text: {newest}; is it the right port, at the right baudrate?"
         if self._newest:
@@ -77,10 +77,10 @@ class Listener:
         return "port open, but no data from the board: is it powered, and is its firmware running?"
 
 
-class Recognised(Dialect):
-    """Listens until a line identifies the dialect, and uses that one from then on: see `spoken`.
+class Handshake(Protocol):
+    """Listens until a line identifies the protocol, and uses that one from then on: see `spoken`.
 
-    make(name): a new dialect; may raise DialectError. expected: the dialect that the robot's board has, any other is
+    make(name): a new protocol; may raise ProtocolError. expected: the protocol that the robot's board has, any other is
     refused; empty: any that fits the wheels. Until then nothing is sent; where none is expected, plain packets are
     after PATIENCE, for a board that only receives.
     """
@@ -94,15 +94,15 @@ class Recognised(Dialect):
 
     @property
     def spoken(self):
-        """The dialect that was recognised; this one until then."""
-        return self._dialect or self
+        """The protocol that was recognised; this one until then."""
+        return self._protocol or self
 
     @property
     def description(self):
         """The state of the recognition, for the diagnostics."""
         if self._expected:
             return f"waiting for lines of {self._expected}"
-        return "listening" if self._quiet else "plain, because no dialect was recognised"
+        return "listening" if self._quiet else "plain, because no protocol was recognised"
 
     @property
     def complaint(self):
@@ -113,11 +113,11 @@ class Recognised(Dialect):
 
     def connect(self, now):
         """Begin a new connection: it may lead to another board."""
-        self._dialect = None
+        self._protocol = None
         self._since = now
         self._quiet = True  # whether it is too early to send anything
         self._listener = Listener(self.usb_id, self.wheels.amount)
-        self._kept = b""    # newest bytes, for the dialect that they may turn out to belong to
+        self._kept = b""    # newest bytes, for the protocol that they may turn out to belong to
         self.obstacle = ""
 
     def tick(self, now):
@@ -127,17 +127,17 @@ class Recognised(Dialect):
     def feed(self, data, now):
         """List of `Packet`, those that led to the recognition included."""
         self.tick(now)
-        if self._dialect is not None:
-            return self._dialect.feed(data, now)
+        if self._protocol is not None:
+            return self._protocol.feed(data, now)
         self._kept = (self._kept + data)[-LONGEST_KEPT:]
         name = self._listener.feed(data)
         if name is None or not self._begin(name, now):
             return []
         data, self._kept = self._kept, b""
-        return self._dialect.feed(data, now)
+        return self._protocol.feed(data, now)
 
     def _begin(self, name, now):
-        """Use the dialect from now on; returns whether it is the robot's."""
+        """Use the protocol from now on; returns whether it is the robot's."""
         self.obstacle = REFUSED.get(name, "")
         if self.obstacle:
             return False
@@ -149,34 +149,34 @@ class Recognised(Dialect):
             fitting = ("robot:=robotont21 for a Robotont 2 that was flashed, else " if flashed else "") + ROBOTS[name]
             self.obstacle = f"the board speaks {name}, which does not fit this robot ({self.obstacle}): {fitting}"
             return False
-        self._dialect = self._made[name]
-        self._dialect.connect(now)
+        self._protocol = self._made[name]
+        self._protocol.connect(now)
         return True
 
     def _confirmed(self, name):
-        """The expected dialect, where the lines are its own: generations 2 and 3 differ by their ports only."""
+        """The expected protocol, where the lines are its own: generations 2 and 3 differ by their ports only."""
         wrong_port = {"robotont2": USB_ID, "robotont3": ST_LINK}.get(self._expected)
         alike = {name, self._expected} <= {"robotont2", "robotont3"}
         return self._expected if alike and self.usb_id != wrong_port else name
 
     def _misfit(self, name):
-        """Why the robot cannot be that of a board of this dialect; empty when it can. Makes the dialect."""
+        """Why the robot cannot be that of a board of this protocol; empty when it can. Makes the protocol."""
         if self._expected:
             return "" if name == self._expected else f"its driver.yaml has packets: {self._expected}"
         try:
             if name not in self._made:
                 self._made[name] = self._make(name)
-        except DialectError as error:
+        except ProtocolError as error:
             return str(error)
         return self._made[name].doubt
 
     def encode(self, command):
-        """Nothing while listening; a plain packet when no dialect was recognised."""
+        """Nothing while listening; a plain packet when no protocol was recognised."""
         return b"" if self._quiet or self.obstacle or self._expected else command.text.encode("ascii")
 
 
 def recognise(text, wheels, usb_id):
-    """Name of the dialect that a whole line (text without its end) belongs to, or None."""
+    """Name of the protocol that a whole line (text without its end) belongs to, or None."""
     error = refusal(CheckedPacket, text, wheels)
     if text.startswith(OWN_BANNER) or error is None or isinstance(error, ForeignPacketError):
         return "checked"

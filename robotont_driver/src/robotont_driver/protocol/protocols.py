@@ -17,7 +17,7 @@ OFFICIAL = (Robotont2.name, Robotont3.name)  # their boards tell at once who the
 
 
 def expect_protocol(name, wheels, board_distance=DISTANCE):
-    """As `make_protocol`, for a board that has to show by its lines that it is of the official protocol of that name."""
+    """As `make_protocol`, for a board that has to show by its lines that it speaks the official protocol of that name."""
     if name not in OFFICIAL:
         return make_protocol(name, wheels, board_distance)
     return Handshake(wheels, lambda found: make_protocol(found, wheels, board_distance), name)

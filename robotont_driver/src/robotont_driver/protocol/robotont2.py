@@ -32,7 +32,7 @@ class Robotont2(LineProtocol):
     fastest = 0.30      # [m/s] the board limits each wheel to this by itself, which would bend the path
 
     def __init__(self, wheels, distance=DISTANCE):
-        """Raises ProtocolError when the board cannot have these wheels. distance [m]: as the board's firmware has it."""
+        """Raises ProtocolError when the board cannot have these wheels. distance [m]: as its firmware has it."""
         super().__init__(wheels)
         self._board_wheels = BoardWheels(wheels, distance)
         usual = PUSHED * self.fastest * PERIOD * self._board_wheels.edges_per_metre

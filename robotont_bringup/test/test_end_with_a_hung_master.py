@@ -13,7 +13,7 @@ from robotont_testing.harness import START, Master, suspended, wait_for, wait_fo
 
 NODES = (("robotont_driver", "robotont_node"), ("robotont_driver", "driver_node"), ("robotont_driver", "odom_node"),
          ("robotont_driver", "serial_com_node"), ("robotont_teleop", "cmd_vel_mux"),
-         ("robotont_teleop", "web_teleop_node"), ("robotont_teleop", "gamepad_teleop"),
+         ("robotont_teleop", "web_teleop_node"), ("robotont_teleop", "joy_watch"),
          ("robotont_operations", "recorder_node"), ("robotont_simulator", "simulator_node"))
 BEFORE_THEY_ARE_KILLED = 8.0  # [s] roslaunch and systemd do so after 10 and more
 

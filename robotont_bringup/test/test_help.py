@@ -13,7 +13,7 @@ import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
 PROGRAMS = sorted(file for file in ROOT.glob("robotont_*/scripts/*") if file.is_file())  # no __pycache__
-NODES = {"driver_node", "serial_com_node", "odom_node", "simulator_node", "cmd_vel_mux", "gamepad_teleop",
+NODES = {"driver_node", "serial_com_node", "odom_node", "simulator_node", "cmd_vel_mux", "joy_watch",
           "keyboard_teleop", "web_teleop_node", "navigation_monitor", "recorder_node"}
 
 

@@ -34,7 +34,6 @@ from robotont_driver.kinematics.se2 import yaw_of
 from robotont_testing.harness import Master, free_port, wait_for
 from robotont_testing.places import program
 
-PAD = Path(__file__).resolve().parents[2] / "robotont_teleop" / "test" / "pad_run.py"
 ROUTE = {"room": ((1.2, 1.0, 1.57), (1.2, 5.0, 1.57)), "maze": ((0.5, 0.5, 1.57), (0.5, 3.6, 1.57))}
 UNDER_WAY = 0.8      # [m] from the start, where the fault begins
 PATIENCE = 100       # [s] in which goto has to end by itself
@@ -77,7 +76,7 @@ class Rig:
         wait_for(lambda: self._initial.get_num_connections() > 1, "amcl and navigation_monitor", 60)
         rospy.wait_for_service("move_base/clear_costmaps", 60)
         self._clear = rospy.ServiceProxy("move_base/clear_costmaps", Empty)
-        self._keys = self._pad = None
+        self._keys = None
 
     def carry(self, x, y, yaw):
         """Put the robot down somewhere."""
@@ -136,17 +135,6 @@ class Rig:
             os.close(slave)
             wait_for(lambda: "EMERGENCY" in os.read(self._keys, 9999).decode("utf-8", "replace").upper(), "the keys")
         os.write(self._keys, key)
-        return time.monotonic()
-
-    def press_pad(self, buttons):
-        """Buttons of a gamepad, whose node is started for the first ones."""
-        if self._pad is None:
-            self._pad = subprocess.Popen(["/usr/bin/python3", str(PAD)], stdin=subprocess.PIPE, stdout=subprocess.PIPE,
-                                         text=True, start_new_session=True)
-            self.master._processes.append(self._pad)
-            wait_for(lambda: "ready" in self._pad.stdout.readline(), "the gamepad")
-        self._pad.stdin.write(buttons + "\n")
-        self._pad.stdin.flush()
         return time.monotonic()
 
     def press_page(self):
@@ -306,9 +294,8 @@ def faults(long):
     stops = [emergency_stop("topic", topic, seconds, lambda rig: rig.button.publish(False))
              for seconds in ((3, 20, 60) if long else (3, 20))]
     stops += [emergency_stop(way, press, seconds, release_it) for seconds in ((3, 20, 60) if long else (3,))
-              for way, press, release_it in (("keys", lambda rig: rig.press_key(b" "), lambda rig: rig.press_key(b"U")),
-                                             ("gamepad", lambda rig: rig.press_pad("BTN_EAST"),
-                                              lambda rig: rig.press_pad("BTN_TL BTN_START")),
+              for way, press, release_it in (("keys", lambda rig: rig.press_key(b" "),
+                                              lambda rig: rig.press_key(b"\x15")),  # Ctrl-U
                                              ("page", Rig.press_page, release))]
     return {
         (): [

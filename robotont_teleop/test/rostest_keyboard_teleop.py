@@ -87,7 +87,7 @@ class KeyboardTeleopTest(NodeTest):
 
     @staticmethod
     def ready(terminal):
-        wait_for(lambda: "drives: " in terminal.line or "listen to /cmd_vel/hand" in terminal.line, "its line")
+        wait_for(lambda: "drives: " in terminal.line, "its line")
 
     def newest_is(self, twist, what):
         wait_for(lambda: self.hand and all(abs(one - other) < 1e-9 for one, other in zip(self.hand[-1], twist)), what)
@@ -128,7 +128,7 @@ class KeyboardTeleopTest(NodeTest):
     def test_space_is_the_emergency_stop_and_that_of_others_lets_go_of_the_keys_too(self):
         stops = self.listen("emergency_stop/pressed_by", String, publishers=1)
         terminal, person = self.terminal, self.publisher("emergency_stop", Bool, subscribers=1)
-        for press, release in ((lambda: terminal.type(" "), lambda: terminal.type("wwwwU")),
+        for press, release in ((lambda: terminal.type(" "), lambda: terminal.type("wwww\x15")),
                                (lambda: person.publish(True), lambda: person.publish(False))):
             pressed = self.moves(terminal)
             press()
@@ -153,7 +153,7 @@ class KeyboardTeleopTest(NodeTest):
         wait_for(still, "the end of its output")
         terminal.type(" ")
         wait_for(lambda: stops and stops[-1].data, "the stop")
-        terminal.type("U")
+        terminal.type("\x15")
         wait_for(lambda: not stops[-1].data, "the release")
         terminal.type("\x11")  # Ctrl-Q
         wait_for(lambda: not still(), "its output")
@@ -186,7 +186,8 @@ class KeyboardTeleopTest(NodeTest):
         """As behind a robot's restart: its new master does not know these keys."""
         terminal = Terminal("__ns:=/robot1")
         self.addCleanup(terminal.end)
-        wait_for(lambda: "robot1/cmd_vel: robot started anew? Esc, keys again" in terminal.line, "what to do")
+        wait_for(lambda: "no cmd_vel_mux on /robot1/cmd_vel/hand: robot started anew? Esc, keys again" in terminal.line,
+                 "what to do")
 
     def test_without_a_terminal_it_says_so(self):
         result = subprocess.run([places.program("robotont_teleop", "keyboard_teleop")], stdin=subprocess.DEVNULL,

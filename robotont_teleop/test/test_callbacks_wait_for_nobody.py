@@ -29,7 +29,7 @@ ROOTS = {
     "camera.py": {"picture"},  # is asked for in the page's loop
     "web_server.py": {"receive", "remove", "_look"},
     "keyboard_teleop.py": {"_take", "_send", "stop"},
-    "gamepad_teleop.py": {"_take_event", "_repeat", "_let_go"},
+    "joy_watch.py": {"_on_joy"},
 }
 
 
@@ -113,6 +113,6 @@ def test_no_callback_of_a_command_or_a_stop_reaches_a_call_that_waits(file, func
 
 
 def test_a_call_that_waits_is_found():
-    assert waits("service_request.py", "_call")[-1].endswith("_answer calls wait_for_service")
+    assert waits("service_request.py", "_answer")[-1].endswith("_answer calls wait_for_service")
     assert "_write calls set_param" in waits("kept_parameter.py", "_write")[0]
     assert waits("cmd_vel_mux.py", "_look_for_others")

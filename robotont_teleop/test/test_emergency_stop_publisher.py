@@ -1,11 +1,13 @@
-"""Presses reach a driver_node that starts later, requests of a person are never carried out late."""
+"""Presses reach a driver_node that starts later; what a person asks for ends by itself and in time."""
 
+import threading
 import time
 
 import rospy
 from std_msgs.msg import String
 from std_srvs.srv import Trigger
 
+from robotont_teleop.hand import service_request
 from robotont_teleop.hand.emergency_stop_publisher import EmergencyStopPublisher
 from robotont_teleop.hand.service_request import OLDEST, ServiceRequest
 from robotont_testing.harness import Master, in_own_process, suspended, wait_for
@@ -31,10 +33,9 @@ def test_what_a_person_asks_for_is_never_carried_out_late():
             button.release()
             reset.call()
             time.sleep(0.1)  # the first is on its way to the master
-            button.release()
             button.press()  # newer than both
             time.sleep(OLDEST)  # so long they take
-        wait_for(lambda: len(failures) == 2 and answers, "words about all")
+        wait_for(lambda: failures and answers, "words about both")
         assert said[-1] == "/hand"
         assert button.pressed
         assert not asked
@@ -48,3 +49,32 @@ def test_what_a_person_asks_for_is_never_carried_out_late():
         wait_for(lambda: said, "driver_node again")
         time.sleep(0.2)  # in which a press would reach it
         assert set(said) == {""}, "a press that was released lives on"
+
+
+@in_own_process
+def test_a_call_without_an_answer_ends_and_holds_up_none_behind_it():
+    service_request.LONGEST = 1.0
+    with Master():
+        rospy.init_node("hand", disable_signals=True)
+        waiting, answers, carried_out, late = threading.Event(), [], [], []
+
+        def serve(_request):
+            if not carried_out:  # the first one hangs
+                carried_out.append("first")
+                waiting.wait()
+                late.append(True)
+            return True, "now"
+
+        rospy.Service("give_back", Trigger, serve)
+        request = ServiceRequest("give_back", "give back", answers.append)
+        before = threading.active_count()
+        request.call()
+        wait_for(lambda: carried_out, "the first call")
+        request.call()
+        wait_for(lambda: answers == ["give back: now"], "the answer to the second", timeout=0.9)
+        wait_for(lambda: answers[1:] == ["give back: no answer within 1 s: ask again"], "the end of the first")
+        wait_for(lambda: threading.active_count() <= before + 2, "the end of its threads")  # 2: the service's own
+        waiting.set()
+        wait_for(lambda: late, "the late answer")
+        time.sleep(0.2)  # in which it would be taken
+        assert len(answers) == 2

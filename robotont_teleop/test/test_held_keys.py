@@ -1,8 +1,10 @@
 """Held keys, in virtual time."""
 
+import string
+
 import pytest
 
-from robotont_teleop.hand.held_keys import SPEED_KEYS, HeldKeys, split_keys
+from robotont_teleop.hand.held_keys import RELEASE, SPEED_KEYS, HeldKeys, split_keys
 from robotont_teleop.hand.speeds import STOP, Speeds
 
 SPEEDS = Speeds(0.3, 1.0)
@@ -58,6 +60,13 @@ def test_speeds(keys):
 @pytest.mark.parametrize("text, keys_, rest", [
     ("w", ["w"], ""), ("ww ", ["w", "w", " "], ""), ("\x1b[A\x1b[D", ["up", "left"], ""), ("\x1bOC", ["right"], ""),
     ("\x1b", ["\x1b"], ""), ("\x1b[", [], "\x1b["), ("\x1b[1;5A", ["other"], ""), ("\x1b[3~w", ["other", "w"], ""),
+    ("WaQU\x1b[A", ["w", "a", "q", "u", "up"], ""),  # Caps Lock
     ("\x1b[" + 20 * "1" + "\x1b[A", ["other", "up"], "")])
 def test_keys_of_a_terminal(text, keys_, rest):
     assert split_keys(text) == (keys_, rest)
+
+
+def test_no_letter_releases_the_emergency_stop():
+    letters = string.ascii_letters + string.digits + string.punctuation
+    assert RELEASE not in split_keys(letters)[0]
+    assert split_keys("\x15") == ([RELEASE], "")

@@ -1,6 +1,5 @@
-"""Where commands by hand go, and the feedback: shared by keyboard_teleop and gamepad_teleop."""
+"""Where commands by hand go, and what comes back: always to the mux, whoever starts first."""
 
-import rosgraph
 import rospy
 from geometry_msgs.msg import Twist
 
@@ -10,17 +9,16 @@ from robotont_teleop.hand.robot_reports import RobotReports
 from robotont_teleop.hand.speeds import STOP
 from robotont_teleop.hand.twist_message import twist_message
 
-HAND, DIRECT = "cmd_vel/hand", "cmd_vel"
+TOPIC = "cmd_vel/hand"
 
 
 class HandOutput:
-    """Publishes commands for the mux, or straight on cmd_vel where no mux runs when it starts."""
+    """Publishes commands for cmd_vel_mux."""
 
     def __init__(self):
-        self.topic = HAND if self._mux_runs() else DIRECT
-        self._command = DroppingPublisher(self.topic, Twist)
+        self._command = DroppingPublisher(TOPIC, Twist)
         self.emergency_stop = EmergencyStopPublisher()
-        self.reports = RobotReports(rospy.get_namespace().strip("/"))
+        self.reports = RobotReports()
         self.sent = STOP
 
     def send(self, twist):
@@ -36,21 +34,11 @@ class HandOutput:
     @property
     def listeners(self):
         """Description of the receivers of the commands."""
-        count = self._command.get_num_connections()
-        if not count:
-            return f"no node listens to {rospy.resolve_name(self.topic)}"
-        if self.reports.driven_by:
-            return f"drives: {self.reports.driven_by}"
-        return f"{count} listen to {rospy.resolve_name(self.topic)}"
+        if not self.connected:
+            return f"no cmd_vel_mux on {rospy.resolve_name(TOPIC)}"
+        return f"drives: {self.reports.driven_by or '?'}"
 
     @property
     def connected(self):
         """Whether anybody gets the commands."""
         return self._command.get_num_connections() > 0
-
-    @staticmethod
-    def _mux_runs():
-        """Anybody may listen to commands by hand, as a recorder does; who drives only the mux tells."""
-        publishers, _, _ = rosgraph.Master(rospy.get_name()).getSystemState()
-        name = rospy.resolve_name("cmd_vel/driven_by")
-        return any(topic == name for topic, _ in publishers)

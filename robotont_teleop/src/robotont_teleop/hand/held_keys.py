@@ -19,7 +19,8 @@ SPEED_KEYS = {  # key: factors of the linear and the angular speed
     "+": (1.1, 1.1), "=": (1.1, 1.1), "-": (1 / 1.1, 1 / 1.1),
     "r": (1.1, 1.0), "f": (1 / 1.1, 1.0), "t": (1.0, 1.1), "g": (1.0, 1 / 1.1),
 }
-EMERGENCY_STOP, RELEASE, QUIT = " ", "U", ("\x03", "\x04", "\x1b")
+EMERGENCY_STOP, QUIT = " ", ("\x03", "\x04", "\x1b")
+RELEASE = "\x15"  # Ctrl-U: no letter, which a slip or Caps Lock could make
 KEY = re.compile(r"\x1b[\[O][^A-Za-z~\x1b]*[A-Za-z~]?|.", re.DOTALL)  # a sequence of ECMA-48, or a letter
 BEGUN = re.compile(r"\x1b[\[O][^A-Za-z~\x1b]{0,13}\Z")
 ARROWS = {"A": "up", "B": "down", "C": "right", "D": "left"}
@@ -69,8 +70,11 @@ class HeldKeys:
 
 
 def split_keys(text):
-    """Names of the keys in a terminal's input, and the rest that may be the start of one more."""
+    """Names of the keys in a terminal's input, and the rest that may be the start of one more.
+
+    Letters are small, whatever Caps Lock makes of them.
+    """
     begun = BEGUN.search(text)
-    keys = [key if key[1:2] not in "[O" or len(key) == 1 else ARROWS.get(key[2:], "other")
+    keys = [key.lower() if key[1:2] not in "[O" or len(key) == 1 else ARROWS.get(key[2:], "other")
             for key in KEY.findall(text[:begun.start()] if begun else text)]
     return keys, begun.group() if begun else ""

@@ -37,7 +37,7 @@ HELP = """\
 hold to drive             speed              the robot stops when no key is held
   q  w  e  turn, ahead      +  -  all
   a  s  d  strafe, back     r  f  driving      space    emergency stop
-  arrows   drive and turn   t  g  turning      shift+U  release it
+  arrows   drive and turn   t  g  turning      Ctrl-U  release it
 keys add up (a, then q: strafe and turn)
 the opposite key stops first, then reverses
 Ctrl-C or Esc: end
@@ -115,7 +115,7 @@ class KeyboardTeleop:
             return
         self._shown = now
         output = self._output
-        words = "EMERGENCY STOP, shift+U releases it" if output.emergency_stop.pressed else _words(output.sent)
+        words = "EMERGENCY STOP, Ctrl-U releases it" if output.emergency_stop.pressed else _words(output.sent)
         velocity = output.reports.velocity
         robot = "no odometry" if velocity is None else _words(velocity)
         line = f"{self._keys.speeds.linear:.2f} {self._keys.speeds.angular:.2f} | "

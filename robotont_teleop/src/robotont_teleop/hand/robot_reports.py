@@ -20,10 +20,12 @@ MOST, LONGEST_NAME, LONGEST_WORDS, MOST_VALUES = 96, 80, 200, 100
 
 
 class RobotReports:
-    """The newest of all that; calls never wait. namespace: only diagnostics of nodes in it; empty: of all."""
+    """The newest of all that; calls never wait. namespace: of the robot; None: that of this node."""
 
-    def __init__(self, namespace=""):
+    def __init__(self, namespace=None):
+        namespace = rospy.get_namespace().strip("/") if namespace is None else namespace
         self._prefix = namespace and namespace + "/"
+        self._others = set()  # prefixes of other robots' nodes, for which "hardware" is the robot
         self._tasks = {}      # name: (time [s], level, words, {key: number})
         self._newest = {}     # name: (time [s], value) of values that become stale
         self._place = None    # of the newest odometry
@@ -65,9 +67,9 @@ class RobotReports:
         return {name: {"level": level, **values} for name, level, _, values in self._now()}
 
     def _now(self):
-        now, tasks = time.monotonic(), dict(self._tasks)  # a copy: others write meanwhile
+        now, tasks, others = time.monotonic(), dict(self._tasks), tuple(self._others)  # copies: others write meanwhile
         return [(name, level if now - at < SILENT else SILENCE, words, values)
-                for name, (at, level, words, values) in sorted(tasks.items())]
+                for name, (at, level, words, values) in sorted(tasks.items()) if not name.startswith(others)]
 
     def _keep(self, name, value):
         self._newest[name] = time.monotonic(), value
@@ -97,7 +99,11 @@ class RobotReports:
             tasks.pop(name, None)
         for status in message.status[:MOST]:
             name = status.name.lstrip("/")[:LONGEST_NAME]
-            if not name.startswith(self._prefix) or not (name in tasks or len(tasks) < MOST):
+            robot = status.hardware_id[:LONGEST_NAME].strip("/") + "/"
+            if name.startswith(robot) and robot != self._prefix and len(self._others) < MOST:
+                self._others.add(robot)
+            foreign = not name.startswith(self._prefix) or name.startswith(tuple(self._others))
+            if foreign or not (name in tasks or len(tasks) < MOST):
                 continue
             level = status.level[0] if isinstance(status.level, bytes) else int(status.level)
             values = {value.key[:LONGEST_NAME]: _number(value.value) for value in status.values[:MOST_VALUES]}

@@ -1,16 +1,21 @@
 """What a robot tells of itself, for the web pages: the newest of its topics and transforms."""
 
+import contextlib
 import math
 import time
 
 import numpy as np
+import rosgraph
 import rospy
 from nav_msgs.msg import OccupancyGrid
 from sensor_msgs.msg import LaserScan, Range
 from std_msgs.msg import String
 
 from robotont_driver.kinematics.kinematics import Kinematics
+from robotont_driver.parameters.parameters import ParameterError
 from robotont_driver.protocol.packet import PacketError, parse_packet
+from robotont_driver.ros.node_parameters import running_wheels
+from robotont_driver.ros.worker import Worker
 from robotont_teleop.hand.robot_reports import STALE, RobotReports, finite, rounded
 from robotont_teleop.web.frame_chain import FrameChain
 from robotont_teleop.web.page_pictures import map_picture, thinned_scan
@@ -18,13 +23,14 @@ from robotont_teleop.web.page_pictures import map_picture, thinned_scan
 MAP_FRAME = "map"
 MEASURED_PACKETS = 5    # over which the measured wheel speeds are averaged
 LIGHTS, RANGES = 24, 16
+LOOK_PERIOD, NEXT_ROBOT = 0.5, 5.0  # [s] between two looks at which robot runs
 
 
 class RobotTelemetry(RobotReports):
     """The newest of everything that a robot publishes; calls never wait."""
 
-    def __init__(self, wheels):
-        self._kinematics = Kinematics(wheels)
+    def __init__(self):
+        self._kinematics = None  # until a robot runs
         self._frames = FrameChain()
         self._ranges = {}      # frame: (time [s], distance [m] or None)
         self._counts = ()      # of the newest packets
@@ -37,6 +43,14 @@ class RobotTelemetry(RobotReports):
                 ("range", Range, self._on_range), ("scan", LaserScan, lambda scan: self._keep("scan", scan)),
                 ("map", OccupancyGrid, self._on_map)):
             rospy.Subscriber(topic, kind, callback, queue_size=1)
+        Worker(self._look_for_wheels)
+
+    def _look_for_wheels(self):
+        """Learn which robot runs, before or after this node was started; returns the time to rest."""
+        with contextlib.suppress(OSError, ParameterError, rosgraph.MasterException):
+            self._kinematics = Kinematics(running_wheels(rospy.get_namespace()))
+            return NEXT_ROBOT
+        return LOOK_PERIOD
 
     def state(self):
         """What changes fast, for JSON."""
@@ -74,7 +88,7 @@ class RobotTelemetry(RobotReports):
         return thinned_scan(scan, laser) if laser and frame == self.base_frame else None
 
     def _measured(self):
-        counts = self._fresh("counts")
+        counts = self._kinematics and self._fresh("counts")
         return counts and self._kinematics.speeds_of_units(np.mean(counts, axis=0).tolist())
 
     def _on_commanded(self, message):
@@ -89,10 +103,8 @@ class RobotTelemetry(RobotReports):
             self._keep("counts", self._counts)
 
     def _units(self, packet):
-        try:
-            return parse_packet(packet, self._kinematics.wheels.amount)
-        except PacketError:
-            return None
+        with contextlib.suppress(PacketError):
+            return self._kinematics and parse_packet(packet, self._kinematics.wheels.amount)
 
     def _on_range(self, message):
         distance = message.range if message.min_range <= message.range <= message.max_range else math.nan

@@ -28,8 +28,8 @@ from robotont_teleop.web.robot_telemetry import MAP_FRAME, RobotTelemetry
 class RobotView(RobotTelemetry):
     """State and commands. Calls by pages never wait, and whatever takes its time is never carried out late."""
 
-    def __init__(self, wheels, camera_topic):
-        super().__init__(wheels)
+    def __init__(self, camera_topic):
+        super().__init__()
         self.name = rospy.get_namespace().strip("/") or socket.gethostname()
         self.camera = Camera(camera_topic)
         self._notes = itertools.count(1)

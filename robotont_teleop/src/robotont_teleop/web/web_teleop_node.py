@@ -11,7 +11,7 @@ import rospy
 from robotont_driver.parameters.parameters import Parameter, ParameterError
 from robotont_driver.ros.diagnostics import OK, WARN, Health, robot_name
 from robotont_driver.ros.lifecycle import init_node, signals_wait
-from robotont_driver.ros.node_parameters import own_parameters, refuse, running_wheels
+from robotont_driver.ros.node_parameters import own_parameters, refuse
 from robotont_driver.rospy_repairs.rospy_end import end_soon
 from robotont_teleop.hand.speeds import Speeds
 from robotont_teleop.web.driving_seat import DrivingSeat
@@ -95,10 +95,9 @@ def main():
     try:
         with signals_wait():
             parameters = own_parameters(PARAMETERS)
-            wheels = running_wheels(rospy.get_namespace())
             file = parameters["token_file"] or str(ros_home() / "robotont_teleop_token")
             access = make_access(parameters["address"], file, "robotont_teleop")
-            robot = RobotView(wheels, parameters["camera"])
+            robot = RobotView(parameters["camera"])
         if not rospy.is_shutdown():
             asyncio.run(serve(robot, access, parameters))
     except ParameterError as error:

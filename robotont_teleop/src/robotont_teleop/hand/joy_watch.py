@@ -1,0 +1,72 @@
+"""Watches a gamepad of the packages joy and teleop_twist_joy: its STOP button, and whether it is still there.
+
+Between joy_node, which repeats the newest state for ever, and teleop_twist_joy, which believes it.
+"""
+
+import time
+
+import rospy
+from sensor_msgs.msg import Joy
+
+from robotont_driver.parameters.parameters import Parameter
+from robotont_driver.ros.diagnostics import OK, WARN, Health, robot_name
+from robotont_driver.ros.lifecycle import run_without_wheels
+from robotont_teleop.hand.emergency_stop_publisher import EmergencyStopPublisher
+from robotont_teleop.hand.still_pad import StillPad
+
+MOST_BUTTONS = 100
+PARAMETERS = (
+    Parameter("longest_still", 1.5, "without a change of any stick or button while the dead-man button is held, after "
+              "which the robot stops: the pad may be out of reach", "s", minimum=0.3, maximum=5.0,
+              reason="for so long the robot drives on when the pad is gone"),
+    Parameter("dead_man_button", 4, "as enable_button of teleop_twist_joy; 4: left shoulder", minimum=0,
+              maximum=MOST_BUTTONS),
+    Parameter("stop_button", 1, "emergency stop; 1: the right-hand one of the four", minimum=0, maximum=MOST_BUTTONS),
+    Parameter("release_button", 7, "releases it together with the dead-man button; 7: Start of an Xbox pad", minimum=0,
+              maximum=MOST_BUTTONS),
+)
+SILENT = 2.0  # [s] without a message of joy_node, after which there is no pad
+
+
+class JoyWatch:
+    """Takes `joy`, hands on `joy/live`: the same, or a pad that nobody touches where it may be gone."""
+
+    def __init__(self, parameters):
+        self._parameters = parameters
+        self._pad = StillPad(parameters["longest_still"])
+        self._down = set()        # buttons of the newest message
+        self._heard, self._gone = None, False
+        self._stop = EmergencyStopPublisher()
+        self._live = rospy.Publisher("joy/live", Joy, queue_size=1, tcp_nodelay=True)
+        self._health = Health(robot_name(), {"gamepad": self._report})
+        rospy.Subscriber("joy", Joy, self._on_joy, queue_size=1, tcp_nodelay=True)
+
+    def _on_joy(self, message):
+        given, now = self._parameters, time.monotonic()
+        down = {number for number, pressed in enumerate(message.buttons) if pressed}
+        pressed, self._down = down - self._down, down
+        both = {given["release_button"], given["dead_man_button"]}
+        there = self._pad.hear((message.axes, message.buttons), now)
+        if given["stop_button"] in pressed:
+            self._stop.press()
+        elif pressed & both and both <= down:
+            self._stop.release()
+        gone = not there and given["dead_man_button"] in down
+        if not there:
+            message.axes, message.buttons = [0.0] * len(message.axes), [0] * len(message.buttons)
+        self._live.publish(message)
+        changed, self._gone, self._heard = gone != self._gone, gone, now
+        if changed:
+            self._health.publish_now()
+
+    def _report(self):
+        if self._heard is None or time.monotonic() - self._heard > SILENT:
+            return WARN, "no gamepad: plug one in; may this user read /dev/input/js0 (group input)?", {}
+        if self._gone:
+            return WARN, "the gamepad is still, or out of reach: move a stick", {}
+        return OK, "a gamepad", {}
+
+
+def main():
+    """Run joy_watch."""
+    run_without_wheels("joy_watch", JoyWatch, PARAMETERS)

@@ -62,32 +62,24 @@ class RostestFile(pytest.File):
     """A launch file that rostest runs."""
 
     def collect(self):
-        """One item; one for each way to start the driver's nodes where the file has the argument `composed`."""
-        variants = {self.path.stem: ()}
-        if '<arg name="composed"' in self.path.read_text():
-            variants = {f"{self.path.stem}[one process]": ("composed:=true",),
-                        f"{self.path.stem}[three processes]": ("composed:=false",)}
-        for name, arguments in variants.items():
-            rostest = Rostest.from_parent(self, name=name)
-            rostest.arguments = arguments
-            rostest.add_marker(pytest.mark.rostest)
-            if self.path.name.startswith(("timed_", "alone_")):
-                rostest.add_marker(pytest.mark.timed)
-            if self.path.name.startswith("long_"):
-                rostest.add_marker(pytest.mark.long)
-            if self.path.name.startswith("alone_"):
-                rostest.add_marker(pytest.mark.alone)
-            if self.path.name == "robotont_msgs.test" and not has_robotont_msgs():
-                rostest.add_marker(pytest.mark.skip(
-                    reason="needs the official package robotont_msgs at $ROBOTONT_MSGS or .build/robotont_msgs "
-                           "(docs/from-the-official-stack.md)"))
-            yield rostest
+        """One item."""
+        rostest = Rostest.from_parent(self, name=self.path.stem)
+        rostest.add_marker(pytest.mark.rostest)
+        if self.path.name.startswith(("timed_", "alone_")):
+            rostest.add_marker(pytest.mark.timed)
+        if self.path.name.startswith("long_"):
+            rostest.add_marker(pytest.mark.long)
+        if self.path.name.startswith("alone_"):
+            rostest.add_marker(pytest.mark.alone)
+        if self.path.name == "robotont_msgs.test" and not has_robotont_msgs():
+            rostest.add_marker(pytest.mark.skip(
+                reason="needs the official package robotont_msgs at $ROBOTONT_MSGS or .build/robotont_msgs "
+                       "(docs/from-the-official-stack.md)"))
+        yield rostest
 
 
 class Rostest(pytest.Item):
     """A run of rostest."""
-
-    arguments = ()
 
     def runtest(self):
         """Run it; all that it prints is shown when it fails."""
@@ -99,9 +91,9 @@ class Rostest(pytest.Item):
         environment.pop("ROS_HOSTNAME", None)
         environment["ROBOTONT_TOOLS"] = sysconfig.get_path("purelib")  # the tests' own, on no node's path
         environment["PYTHONPATH"] = os.pathsep.join(filter(None, [os.environ.get("PYTHONPATH"), str(ROBOTONT_MSGS)]))
-        with tempfile.TemporaryDirectory() as results:  # both ways to start a file's nodes may run at the same time
+        with tempfile.TemporaryDirectory() as results:
             environment["ROS_TEST_RESULTS_DIR"] = results
-            result = subprocess.run(["rostest", str(self.path), *self.arguments], env=environment, check=False,
+            result = subprocess.run(["rostest", str(self.path)], env=environment, check=False,
                                     stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
         if result.returncode:
             raise RostestError(result.stdout)

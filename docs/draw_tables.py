@@ -55,9 +55,9 @@ def table(place, parameters):
 def parameters_page():
     """Text of parameters.md."""
     lines = [HEAD, "# Parameters", "", "A node reads its parameters once, as it starts; after `rosparam set`, "
-             "`rosnode kill NODE` applies it where roslaunch starts the node again. driver_node, serial_com_node and "
-             "odom_node are one process: for them NODE is `/robotont_node`, unless they run with `composed:=false`. "
-             "There is no dynamic_reconfigure. A wrong value ends the node with a message; `-h` shows the same table. "
+             "`rosnode kill NODE` applies it where roslaunch starts the node again (with `composed:=true` NODE is "
+             "`/robotont_node` for driver_node, serial_com_node and odom_node). There is no dynamic_reconfigure. A "
+             "wrong value ends the node with a message; `-h` shows the same table. "
              "What belongs to a robot stands in its folder: [robots](robots.md). Those that are gone: "
              "[removed](removed.md).", "", "Each node has one more:", "", *table("common", COMMON_PARAMETERS)]
     for node in NODES:

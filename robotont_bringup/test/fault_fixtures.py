@@ -17,7 +17,7 @@ def master():
 
 @pytest.fixture(scope="module")
 def rigs(master):
-    """rigs(kind, composed): the rig of that kind, one at a time, for their nodes have the same names."""
+    """rigs(kind): the rig of that kind, one at a time, for their nodes have the same names."""
     current = {}
 
     def close():
@@ -25,10 +25,10 @@ def rigs(master):
             rig.close()
         current.clear()
 
-    def get(kind, composed=False, **environment):
+    def get(kind, **environment):
         if kind not in current:
             close()
-            current[kind] = Rig(master, composed, **environment)
+            current[kind] = Rig(master, **environment)
         return current[kind]
     yield get
     close()

@@ -33,7 +33,6 @@ CALM = 1.5             # [s] without a fault before the next begins, and behind 
 BYTE_RATE = 11520      # [bytes/s] of a line of 115200 baud
 COUNT = 2 * math.pi / 1200  # [rad] of a wheel per encoder edge
 NODES = ("driver_node", "serial_com_node", "odom_node", "cmd_vel_mux")
-IN_ONE = ("robotont_node", "cmd_vel_mux")  # nodes of a composed robot
 RUN = "--run_id=faults"  # else of two roslaunch beside a new master each makes one, and the later one gives up
 LOG_DISK = "24m"       # size of the disk of logs and black box, which needs 5 MB
 
@@ -72,9 +71,8 @@ HEADING = f"{'fault':<50} {'to stop':>8} {'to recover':>9} {'lost':>5}  named by
 class Rig:
     """robot.launch and recorder.launch on a stand-in board, beside the master of `processes`."""
 
-    def __init__(self, processes, composed=False, **environment):
+    def __init__(self, processes, **environment):
         self.processes = processes
-        self.nodes = IN_ONE if composed else NODES
         self.board = Board(str(processes.folder / "board"), identity=identity())
         self.board.byte_rate = BYTE_RATE
         self.board.on_period = self._on_period
@@ -100,8 +98,8 @@ class Rig:
         self.board.plug()
         environment["ROS_LOG_DIR"] = str(self.disk)
         for launch in (
-                processes.launch("robot.launch", f"port:={self.board.link}", "description:=false",
-                                 f"composed:={str(composed).lower()}", RUN, log=self.log, **environment),
+                processes.launch("robot.launch", f"port:={self.board.link}", "description:=false", RUN, log=self.log,
+                                 **environment),
                 processes.launch("recorder.launch", f"folder:={self.disk / 'black_box'}", RUN,
                                  log=processes.folder / "recorder.log", **environment)):
             self._ends.callback(processes.stop, launch)

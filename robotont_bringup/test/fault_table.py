@@ -204,12 +204,10 @@ def node_faults(node, stops=True, loses=False):
 def killed_on_a_full_disk(node):
     """A node dies, and its successor finds no room for its log."""
     return Fault(f"{node} killed (-9) on a full disk", kill(node), empty, 6.0, stops=True,
-                 prepare=lambda rig: fill(rig.disk), loses=node == "robotont_node")
+                 prepare=lambda rig: fill(rig.disk), loses=node == "serial_com_node")
 
 
-ONE_PROCESS = [
-    *node_faults("robotont_node", loses=True), *node_faults("cmd_vel_mux"), killed_on_a_full_disk("robotont_node")]
-THREE_PROCESSES = [
+NODES = [
     *node_faults("driver_node"), *node_faults("serial_com_node", loses=True), *node_faults("cmd_vel_mux"),
     *node_faults("odom_node", stops=False, loses=True), killed_on_a_full_disk("driver_node")]
 MASTER = Fault("master killed (-9), a new one started", lambda rig: rig.processes.stop_master(),

@@ -76,7 +76,7 @@ class LaunchesTest(NodeTest):
         folder = robot_folder(self.processes.folder / "robot", UNEVEN)
         robots = {name: self.topics("/" + name) for name in boards}
         frames = self.parents()
-        for name, arguments in (("robot1", ["composed:=true"]), ("robot2", ["composed:=false", "robot:=" + folder])):
+        for name, arguments in (("robot1", ["composed:=true"]), ("robot2", ["robot:=" + folder])):
             self.processes.launch("robot.launch", f"port:={boards[name].link}", f"namespace:=/{name}", *arguments)
         wait_for(lambda: all(odom and joints for odom, joints, _ in robots.values()), "both robots", START)
         (odom, joints, command), (other, _, other_command) = robots["robot1"], robots["robot2"]

@@ -9,7 +9,6 @@ import xmlrpc.client
 from typing import ClassVar
 
 import numpy as np
-import rospy
 import rostest
 from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
@@ -46,8 +45,7 @@ class StackTest(NodeTest):
         robot = robot_folder(cls.shared.folder / "robot", SHIPPED)
         cls.log = cls.shared.folder / "log"
         cls.launch = cls.shared.launch(
-            "robot.launch", f"port:={cls.board.link}", f"robot:={robot}", "description:=false",
-            f"composed:={str(rospy.get_param('/composed')).lower()}", log=cls.log)
+            "robot.launch", f"port:={cls.board.link}", f"robot:={robot}", "description:=false", log=cls.log)
 
     @classmethod
     def on_period(cls, turned):
@@ -110,7 +108,7 @@ class StackTest(NodeTest):
         self.assertNotIn("Traceback", self.log.read_text())
 
     def test_each_node_that_dies_stops_the_robot_and_is_started_again(self):
-        for node in ("/robotont_node",) if self.composed else ("/driver_node", "/serial_com_node"):
+        for node in ("/driver_node", "/serial_com_node"):
             self.drive((0.4, 0, 0), lambda: any(self.board.speeds), "motion")
             with suspended(self.launch.pid):  # roslaunch may have it back before the board stops by itself
                 os.kill(self.shared.pid(node), signal.SIGKILL)
@@ -118,8 +116,6 @@ class StackTest(NodeTest):
             self.drive((0.4, 0, 0), lambda: any(self.board.speeds), f"motion with a new {node}")
 
     def test_a_subscriber_that_stops_reading_holds_up_nobody(self):
-        if self.composed:
-            return  # it takes no packets of others, and publishes in the same way
         hung = self.subscribe_without_reading("/odom", Odometry)
         self.addCleanup(hung.close)
         wait_for(lambda: self.subscribers("/odom") == 2, "the second subscriber")

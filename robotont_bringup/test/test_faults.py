@@ -4,26 +4,24 @@ import os
 
 import pytest
 from fault_rig import HEADING
-from fault_table import CLOCK, CLOCKS, FAULTS, MASTER, ONE_PROCESS, THREE_PROCESSES
+from fault_table import CLOCK, CLOCKS, FAULTS, MASTER, NODES
 
 pytestmark = pytest.mark.faults
 pytest_plugins = ["fault_fixtures"]
 
-ARRANGEMENTS = {"one process": True, "three processes": False}  # composed or not
-ROWS = {arrangement: [] for arrangement in ARRANGEMENTS}
+ROWS = []
 
 
 @pytest.fixture(scope="module", autouse=True)
 def table():
     yield
-    for arrangement, rows in ROWS.items():
-        print("\n" + "\n".join([HEADING + ", " + arrangement, *map(str, rows)]))
+    print("\n" + "\n".join([HEADING, *map(str, ROWS)]))
 
 
-def judge(rig, fault, arrangement):
+def judge(rig, fault):
     """Suffer a fault, and hold what it did against what it may do."""
     row = rig.suffer(fault)
-    ROWS[arrangement].append(row)
+    ROWS.append(row)
     print("\n" + str(row), flush=True)
     assert fault.stops in (None, row.stop is not None), row
     assert not fault.stops or row.stop <= fault.within, row
@@ -32,15 +30,12 @@ def judge(rig, fault, arrangement):
     assert row.named_by or (row.stop is None and not row.lost), row
 
 
-@pytest.mark.parametrize("arrangement, fault", [
-    pytest.param(arrangement, fault, id=f"{arrangement}: {fault.name}")
-    for arrangement, own in (("one process", ONE_PROCESS), ("three processes", THREE_PROCESSES))
-    for fault in (*FAULTS, *own)])
-def test_a_fault_stops_the_robot_and_goes_by_without_help(rigs, arrangement, fault):
-    rig = rigs(arrangement, ARRANGEMENTS[arrangement])
+@pytest.mark.parametrize("fault", [*FAULTS, *NODES], ids=lambda fault: fault.name)
+def test_a_fault_stops_the_robot_and_goes_by_without_help(rigs, fault):
+    rig = rigs("faults")
     if "disk" in fault.name and not rig.small_disk:
         pytest.skip("only root may make a small disk")
-    judge(rig, fault, arrangement)
+    judge(rig, fault)
 
 
 @pytest.fixture
@@ -55,13 +50,10 @@ def clocks(master):
 
 
 @pytest.mark.parametrize("fault", CLOCKS, ids=[fault.name for fault in CLOCKS])
-@pytest.mark.parametrize("arrangement", ARRANGEMENTS)
-def test_a_clock_that_is_set_stops_nothing(rigs, clocks, arrangement, fault):
-    rig = rigs("clocks of " + arrangement, ARRANGEMENTS[arrangement], **clocks)
-    judge(rig, fault, arrangement)
+def test_a_clock_that_is_set_stops_nothing(rigs, clocks, fault):
+    judge(rigs("clocks", **clocks), fault)
 
 
-@pytest.mark.parametrize("arrangement", ARRANGEMENTS)
-def test_the_master_may_die(rigs, arrangement):
-    """The last ones: a new master does not know the nodes."""
-    judge(rigs("last of " + arrangement, ARRANGEMENTS[arrangement]), MASTER, arrangement)
+def test_the_master_may_die(rigs):
+    """The last one: a new master does not know the nodes."""
+    judge(rigs("last"), MASTER)

@@ -5,7 +5,7 @@ import time
 from pathlib import Path
 
 import pytest
-from fault_rig import IN_ONE, NODES
+from fault_rig import NODES
 from fault_table import clean, kill, spoil
 
 from robotont_testing.harness import wait_for
@@ -22,7 +22,7 @@ LARGEST_GROWTH = 3000  # [kB] of a node's memory over all rounds
 def resources(rig):
     """{node: (threads, descriptors, memory [kB])}."""
     found = {}
-    for node in rig.nodes:
+    for node in NODES:
         folder = Path(f"/proc/{rig.processes.pid('/' + node)}")
         status = dict(line.split(":", 1) for line in (folder / "status").read_text().splitlines())
         found[node] = int(status["Threads"]), len(os.listdir(folder / "fd")), int(status["VmRSS"].split()[0])
@@ -50,30 +50,28 @@ def hold_out(rig, rounds, fault):
     check_resources(rig, before)
 
 
-@pytest.mark.parametrize("composed", [False, True], ids=["three_processes", "one_process"])
-def test_a_hundred_pulled_cables_cost_nothing(rigs, composed):
+def test_a_hundred_pulled_cables_cost_nothing(rigs):
     def pull(rig):
         rig.board.unplug()
         wait_for(lambda: not rig.moving, "a standing robot")
         rig.board.plug()
-    hold_out(rigs(f"cables {composed}", composed), ROUNDS_OF_CABLE, pull)
+    hold_out(rigs("cables"), ROUNDS_OF_CABLE, pull)
 
 
-@pytest.mark.parametrize("node, composed", [*((node, False) for node in NODES), *((node, True) for node in IN_ONE)])
-def test_fifty_killed_nodes_cost_nothing(rigs, node, composed):
+@pytest.mark.parametrize("node", NODES)
+def test_fifty_killed_nodes_cost_nothing(rigs, node):
     def end(rig):
         pid = rig.pid(node)
         kill(node)(rig)
         wait_for(lambda: not rig.well(0.0), "the fault")
         wait_for(lambda: rig.pid(node) not in (pid, None), "another process", timeout=30.0, period=0.2)
-    hold_out(rigs(f"kills {composed}", composed), ROUNDS_OF_KILLS, end)
+    hold_out(rigs("kills"), ROUNDS_OF_KILLS, end)
 
 
 @pytest.mark.skipif("ROBOTONT_SOAK" not in os.environ, reason="takes as long as ROBOTONT_SOAK says [s], e.g. 1800")
-@pytest.mark.parametrize("composed", [False, True], ids=["three_processes", "one_process"])
-def test_soak(rigs, composed):
+def test_soak(rigs):
     """A long drive on a line that corrupts one byte in a thousand: every count arrives, and nothing grows."""
-    rig = rigs(f"soak {composed}", composed)
+    rig = rigs("soak")
     rig.drive()
     spoil(corrupt=0.001)(rig)
     wait_for(lambda: rig.well(20.0), "a warm robot", timeout=60.0)

@@ -19,9 +19,9 @@ from robotont_testing.harness import free_port, wait_for
 
 ROBOTONT = Path(__file__).resolve().parents[2] / "robotont"
 COMMANDS = {  # arguments, and programs that run when the command is in the middle of its work
-    "demo": (["--picture", "{folder}/demo.png"], {"rosmaster", "robotont_node", "simulator_node"}),
+    "demo": (["--picture", "{folder}/demo.png"], {"rosmaster", "odom_node", "simulator_node"}),
     "bench": (["driver"], {"rosmaster", "serial_com_node", "odom_node"}),
-    "sim": (["port:={folder}/board", "web_port:={port}"], {"rosmaster", "robotont_node", "simulator_node"}),
+    "sim": (["port:={folder}/board", "web_port:={port}"], {"rosmaster", "odom_node", "simulator_node"}),
 }
 ENDINGS = [("demo", "SIGHUP"), ("bench", "SIGINT"), ("bench", "SIGTERM"), ("sim", "SIGKILL")]  # each once
 TERMINAL = {"PATH": "/usr/bin:/bin", "PYTHONUNBUFFERED": "1",  # by lines, as on a terminal
@@ -49,7 +49,7 @@ def drive_as_it_says(log, terminal):
     """What sim prints on how to go on is taken by its word."""
     wait_for(lambda: "Ctrl-C here ends all of it." in log.read_text(), "the hint", 60.0, 0.1)
     assert "[WARN]" not in log.read_text()  # a healthy start
-    speaks = r"/robotont_node: .*/board: the board speaks checked \(this project's firmware"
+    speaks = r"/serial_com_node: .*/board: the board speaks checked \(this project's firmware"
     wait_for(lambda: re.search(speaks, log.read_text()), "which board it is", 60.0, 0.1)
     page, = re.findall(r"drive the robot in a browser: (\S+)", log.read_text())
     assert b"<html" in urllib.request.urlopen(page, timeout=10.0).read()

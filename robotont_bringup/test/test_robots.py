@@ -19,7 +19,7 @@ ROBOT = ("robot.launch", "description:=false")
 LAUNCHES = {
     **{name: (*ROBOT, f"robot:={name}") for name in NAMES},
     **{"simulated " + name: ("simulation.launch", "description:=false", f"robot:={name}") for name in NAMES[1::2]},
-    "in three": (*ROBOT, "robot:=robotont2", "composed:=false"),
+    "in one": (*ROBOT, "robot:=robotont2", "composed:=true"),
     "tuned": (*ROBOT, "robot:=robotont2", "publish_tf:=false", "imu:=imu"),
     "driver_basic": ("driver_basic.launch",),
     "commands": ("odometry_from_commands.launch",),

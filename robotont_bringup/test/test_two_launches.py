@@ -10,7 +10,7 @@ import pytest
 from robotont_testing import places
 from robotont_testing.harness import START, Master, free_port, suspended, wait_for
 
-REQUIRE = [str(places.program("robotont_bringup", "require")), "robot.launch", "--free", "//robotont_node"]
+REQUIRE = [str(places.program("robotont_bringup", "require")), "robot.launch", "--free", "//driver_node"]
 
 
 def finished(command, **environment):
@@ -19,11 +19,11 @@ def finished(command, **environment):
 
 
 def pid_of(master):
-    """Process id of /robotont_node once it answers."""
+    """Process id of /driver_node once it answers."""
     def answer():
         with contextlib.suppress(AssertionError, OSError):
-            return master.pid("/robotont_node")
-    return wait_for(answer, "robotont_node", START)
+            return master.pid("/driver_node")
+    return wait_for(answer, "driver_node", START)
 
 
 def test_the_second_launch_is_refused_with_the_name_of_the_first_until_that_was_killed():
@@ -32,11 +32,11 @@ def test_the_second_launch_is_refused_with_the_name_of_the_first_until_that_was_
         first = master.launch("robot.launch", *arguments, f"port:={master.folder / 'none'}")
         pid = pid_of(master)
         second = finished(["roslaunch", "-p", master.uri.rpartition(":")[2], str(places.launch("robot.launch")),
-                           *arguments, "composed:=false", "port:=/dev/nothing"])
+                           *arguments, "port:=/dev/nothing"])
         assert second.returncode == 1
-        assert f"/robotont_node runs already on ROS master {master.uri}: process {pid} on 127.0.0.1" in second.stderr
+        assert f"/driver_node runs already on ROS master {master.uri}: process {pid} on 127.0.0.1" in second.stderr
         assert "Traceback" not in second.stderr
-        assert master.pid("/robotont_node") == pid
+        assert master.pid("/driver_node") == pid
         port = finished(["rosparam", "get", "/serial_com_node/port"]).stdout.strip()
         assert port == str(master.folder / "none"), "the first one's parameters"
         with suspended(pid):

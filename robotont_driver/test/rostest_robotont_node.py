@@ -1,15 +1,18 @@
 #!/usr/bin/env python3
-"""robotont_node: what differs from three processes. What is the same, driver_node.test and stack.test show of both."""
+"""robotont_node against the three processes: the same on the wire, the same odometry; and what differs."""
 
 import math
+import random
 import signal
 
+import numpy as np
 import rospy
 import rostest
 from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
 from std_msgs.msg import String
 
+from robotont_driver.kinematics.se2 import pose_of
 from robotont_testing.harness import wait_for
 from robotont_testing.node_test import OK, NodeTest, twist
 from robotont_testing.stand_in_board import Board
@@ -59,6 +62,42 @@ class RobotontNodeTest(NodeTest):
         self.processes.stop(self.node, signal.SIGTERM)
         wait_for(lambda: self.board.heard[-1][1].partition(";")[0] in ("0.00:0.00:0.00", "0:0:0"), "the stop")
         self.assertNotIn("Traceback", self.log.read_text())
+
+    def driven(self, names):
+        """(packets on the wire, end of the odometry) of these nodes, for the same commands and the same counts."""
+        rng = random.Random(5)
+        script = iter([[rng.randint(-30, 30) for _ in range(3)] for _ in range(100)])
+        odom = self.listen("odom", Odometry)
+        nodes = [self.processes.node(name, log=self.processes.folder / name) for name in names]
+        wait_for(lambda: odom, "odometry")
+        self.board.motors.follow = lambda _: self.turn(next(script, (0, 0, 0)))
+        command, packets = self.publisher("cmd_vel", Twist), [np.zeros(3)]
+
+        def after(heard):
+            for _, line in self.board.heard[heard:]:
+                packet = np.array(line.partition(";")[0].split(":"), float)
+                if np.abs(packet - packets[-1]).max() > 0.5:
+                    return packet
+            return None
+        for _ in range(20):
+            heard = len(self.board.heard)
+            command.publish(twist(*(rng.uniform(-0.5, 0.5) for _ in range(3))))
+            wait_for(lambda heard=heard: after(heard) is not None, "the packet")
+            packets.append(after(heard))
+        wait_for(lambda: not any(self.board.reported[-1]), "all counts")
+        seen = len(odom)
+        wait_for(lambda: len(odom) > seen + 5, "their odometry")
+        for node in nodes:
+            self.processes.stop(node, signal.SIGTERM)
+        rospy.delete_param("odom_node")  # the next one does not go on from there
+        return packets, pose_of(odom[-1].pose.pose)
+
+    def test_wire_and_odometry_are_those_of_the_three_processes(self):
+        self.turn = self.board.motors.follow
+        (packets, pose), (packets_of_three, pose_of_three) = self.driven(["robotont_node"]), self.driven(PARTS)
+        np.testing.assert_allclose(packets, packets_of_three, rtol=0, atol=0.011)
+        self.assertGreater(abs(pose[2]), 0.01)
+        self.assertEqual(pose, pose_of_three)
 
     def test_wrong_parameters_of_all_parts_are_listed_at_once(self):
         rospy.set_param("driver_node/publish_rat", 20.0)

@@ -40,7 +40,7 @@ PATIENCE = 100       # [s] in which goto has to end by itself
 BY_ITSELF = 2.0      # [s] after a fault, for which goto is listened to before anybody mends anything
 AFTER_STOP = 0.3     # [s] that the page stays after its message
 MOVES = 0.1          # [m/s] from here on it drives
-NODES = ("move_base", "amcl", "map_server", "navigation_monitor", "cmd_vel_mux", "robotont_node", "driver_node",
+NODES = ("move_base", "amcl", "map_server", "navigation_monitor", "cmd_vel_mux", "driver_node",
          "serial_com_node", "odom_node")
 SHORT = 2.0          # [m] to the next of the goals after a fault, at most
 
@@ -302,7 +302,8 @@ def faults(long):
             Fault("hand takes over", take_over), *stops,
             Fault("cable unplugged for 3 s", unplug(True), unplug(False), 3.0),
             Fault("no scan for 5 s", scan_reaches(lambda _: []), scan_reaches(list), 5.0),
-            *map(kill, ("robotont_node", "cmd_vel_mux", "amcl", "map_server", "move_base", "navigation_monitor")),
+            *map(kill, ("driver_node", "serial_com_node", "odom_node", "cmd_vel_mux", "amcl", "map_server",
+                        "move_base", "navigation_monitor")),
             Fault("board restarts", lambda rig: rospy.ServiceProxy("simulator_node/brown_out", Trigger)()),
             Fault("somebody stands in the way", visit(0.9)),
             Fault("somebody stands on the goal", lambda rig: rig.visitor.publish(Vector3(*ROUTE["room"][1])),
@@ -311,7 +312,6 @@ def faults(long):
             Fault("kidnapped by 1 m and -90 degrees", kidnap(0.8, 0.6, -math.pi / 2), statuses=(8,), mend="relocalize"),
             Fault("kidnapped by 5 m", kidnap(4.0, 3.0, 0.0), statuses=(1, 8), mend="relocalize"),
         ],
-        ("composed:=false",): [kill("driver_node"), kill("serial_com_node"), kill("odom_node")],
         ("world:=maze",): [
             Fault("the only way barred for 4 s", visit(0.9), leave, 4.0, world="maze"),
             Fault("the only way barred for good", visit(0.9), statuses=(1,), world="maze"),

@@ -61,7 +61,7 @@ def test_each_localization_starts_its_nodes(arguments, localization):
 
 def test_sim_starts_the_robot_map_none_no_map_server_and_rviz_the_view_of_navigation():
     nodes = read_launch("navigation.launch", "sim:=true", "map:=none", "rviz:=true").nodes
-    assert set(nodes) >= {"/simulator_node", "/robotont_node", "/robot_state_publisher", "/move_base", "/amcl"}
+    assert set(nodes) >= {"/simulator_node", "/driver_node", "/robot_state_publisher", "/move_base", "/amcl"}
     assert "/map_server" not in nodes
     assert "navigation.rviz" in nodes["/rviz"]
     assert "-f map" in nodes["/rviz"]

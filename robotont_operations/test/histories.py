@@ -82,7 +82,7 @@ class Stage(TwoMachines):
     master: the machine that has the ROS master.
     """
 
-    def __init__(self, mux=True, composed=True, master="robot"):
+    def __init__(self, mux=True, master="robot"):
         super().__init__()
         self.mux = mux
         self.master = master
@@ -99,10 +99,9 @@ class Stage(TwoMachines):
             self.on(master, "roscore", **self._environment(master))
         self.robot = self.on("robot", "roslaunch", *([] if master == "robot" else ["--wait"]),
                              places.launch("robot.launch"), f"port:={self.board.link}", f"robot:={folder}",
-                             f"mux:={str(mux).lower()}", f"composed:={str(composed).lower()}", "description:=false",
-                             log=self.folder / "robot.log", **self._environment("robot"))
-        self.driver = "robotont_node" if composed else "driver_node"
-        wait_for(lambda: self.pid(self.driver), "the robot", timeout=60)
+                             f"mux:={str(mux).lower()}", "description:=false", log=self.folder / "robot.log",
+                             **self._environment("robot"))
+        wait_for(lambda: self.pid("driver_node"), "the robot", timeout=60)
 
     def _environment(self, machine):
         return {"ROS_MASTER_URI": f"http://{ADDRESSES[self.master]}:11311", "ROS_IP": ADDRESSES[machine],

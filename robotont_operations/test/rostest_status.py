@@ -53,9 +53,9 @@ class StatusTest(NodeTest):
         done = self.run_tool("status")
         self.assertEqual(done.returncode, 2, done.stdout)
         self.assertRegex(done.stdout, "ERROR +link")
-        with suspended(self.processes.pid("/robotont_node")):
+        with suspended(self.processes.pid("/serial_com_node")):
             done = self.run_tool("status")
-        self.assertIn("/robotont_node does not answer", done.stdout)
+        self.assertIn("/serial_com_node does not answer", done.stdout)
         for uri, words in (("http://127.0.0.1:9", "no ROS master"),
                            (self.processes.uri.replace("http:", "https:"), "allowed: http://HOST:PORT")):
             done = self.run_tool("status", ROS_MASTER_URI=uri)
@@ -63,16 +63,16 @@ class StatusTest(NodeTest):
             self.assertIn(words, done.stderr)
         self.board.plug()
         self.wait_for_status("serial_com_node: link", OK)
-        pid = self.processes.pid("/robotont_node")
+        pid = self.processes.pid("/serial_com_node")
         os.kill(pid, signal.SIGKILL)
 
         def is_back():
             with contextlib.suppress(OSError):
-                return self.processes.pid("/robotont_node") != pid
-        wait_for(is_back, "robotont_node", START)
+                return self.processes.pid("/serial_com_node") != pid
+        wait_for(is_back, "serial_com_node", START)
         self.status.clear()
         self.wait_for_status("serial_com_node: link", OK)
-        self.assertIn("restarts of /robotont_node: 1", self.run_tool("status").stdout)
+        self.assertIn("restarts of /serial_com_node: 1", self.run_tool("status").stdout)
 
     def test_report(self):
         rospy.set_param("/web_teleop/token", "hunter22")
@@ -94,7 +94,7 @@ class StatusTest(NodeTest):
             archive.extractall(str(unpacked))
         root = unpacked / "out"
         self.assertIn("wheelRads", (root / "ros/parameters.yaml").read_text())
-        self.assertIn("/robotont_node", (root / "ros/graph.yaml").read_text())
+        self.assertIn("/serial_com_node", (root / "ros/graph.yaml").read_text())
         self.assertIn("robotont_driver", (root / "versions/stack.txt").read_text())
         self.assertIn("run_000000_x/000001.bag", (root / "notes.txt").read_text())
         self.assertIn("wheels turn", (root / "logs/ros/web.log").read_text())

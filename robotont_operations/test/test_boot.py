@@ -31,7 +31,7 @@ Environment=ROS_HOME=/tmp
 ExecStart=/usr/bin/env python3 -c "import rospy, time; from nav_msgs.msg import Odometry; rospy.init_node('watch'); \\
     rospy.wait_for_message('odom', Odometry); open('/shared/odom', 'w').write(str(time.time()))"
 """
-MASTER, DRIVER, RECORDER = r"/rosmaster\0", r"/robotont_node\0", r"/recorder_node\0"  # in their command lines
+MASTER, DRIVER, RECORDER = r"/rosmaster\0", r"/serial_com_node\0", r"/recorder_node\0"  # in their command lines
 CGROUPS = ("/sys/fs/cgroup/unified", "/sys/fs/cgroup")
 
 
@@ -158,7 +158,7 @@ def test_a_service_that_is_killed_comes_back_with_those_that_need_it(robot, vict
     os.kill(robot.process(victim), number)
     for words in lost:
         come(robot, lambda words=words: robot.process(words) not in {None, before[words]}, f"a new {words}")
-    come(robot, lambda: {"/recorder_node", "/robotont_node"} <= set(robot.ask("rosnode", "list").split()),
+    come(robot, lambda: {"/recorder_node", "/serial_com_node"} <= set(robot.ask("rosnode", "list").split()),
          "nodes that the master knows")
     come(robot, lambda: "twist" in robot.ask("rostopic", "echo", "-n", "1", "/odom"), "odometry")
     back = time.time()

@@ -15,7 +15,7 @@ pytestmark = pytest.mark.timed
 LATE = 1.0   # [s] besides the length of an outage, within which TCP brings what waited
 
 
-MUX, BARE = "mux, one process", "no mux, three processes"
+MUX, BARE = "mux", "no mux"
 MUX_FAR, BARE_FAR = MUX + ", master far away", BARE + ", master far away"
 either = pytest.mark.parametrize("stage", [MUX, BARE], indirect=True)
 with_mux = pytest.mark.parametrize("stage", [MUX], indirect=True)
@@ -29,7 +29,7 @@ def stage(request):
         pytest.skip("no nft: sudo apt-get install nftables")
     try:
         mux = request.param in (MUX, MUX_FAR)
-        both = Stage(mux, mux, "laptop" if request.param in (MUX_FAR, BARE_FAR) else "robot")
+        both = Stage(mux, "laptop" if request.param in (MUX_FAR, BARE_FAR) else "robot")
     except NoNamespacesError as error:
         pytest.skip(str(error))
     with both:
@@ -106,7 +106,7 @@ def test_a_latched_command_drives_neither_after_an_outage_nor_a_node_that_was_ki
     others_drive(stage)
     stands(stage)
     before = connections(stage)
-    stage.respawn("cmd_vel_mux" if stage.mux else stage.driver)
+    stage.respawn("cmd_vel_mux" if stage.mux else "driver_node")
     wait_for(lambda: connections(stage) > before, "the connection of the new node")
     nothing_moves(stage, LATE)
     others_drive(stage)
@@ -115,7 +115,7 @@ def test_a_latched_command_drives_neither_after_an_outage_nor_a_node_that_was_ki
 @with_mux
 def test_a_latched_command_of_a_publisher_that_hung_does_not_drive(stage, latched):
     stage.hang(LATCHED)
-    stage.respawn("cmd_vel_mux" if stage.mux else stage.driver)
+    stage.respawn("cmd_vel_mux" if stage.mux else "driver_node")
     others_drive(stage)  # the new node listens
     time.sleep(2.0)  # longer than a start takes
     stands(stage)
@@ -186,7 +186,7 @@ def test_a_press_stops_at_once_while_the_master_hangs_or_is_out_of_reach(stage):
 def test_what_waited_for_nodes_that_hung_does_not_drive(stage):
     stage.command(0, "drive")
     stage.drives(0)
-    stage.hang(stage.driver)
+    stage.hang("driver_node")
     stage.hang("cmd_vel_mux")
     wait_for(lambda: not any(stage.board.speeds), "the board's own stop")
     stage.kill(0)

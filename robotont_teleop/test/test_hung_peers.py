@@ -33,7 +33,7 @@ TOPICS = ("/rosout", "/tf", "/diagnostics", "/odom", "/cmd_vel", "/cmd_vel/limit
 class Robot:
     """robot.launch on a stand-in board; a page, a terminal with keys, a button, and somebody who drives."""
 
-    def __init__(self, processes, disk, composed, mux):
+    def __init__(self, processes, disk, mux):
         self.processes = processes
         self.disk = disk  # of its own, which can be frozen, or None
         self.board = Board(str(processes.folder / "board"))
@@ -41,7 +41,7 @@ class Robot:
         self._reader, self.pipe = os.pipe()  # nobody reads
         port, given = free_port(), {"ROS_LOG_DIR": str(disk)} if disk else {}
         self.launch = processes.launch("robot.launch", f"port:={self.board.link}", "description:=false",
-                                       f"composed:={composed}", f"mux:={mux}", log=f"/dev/fd/{self.pipe}", **given)
+                                       f"mux:={mux}", log=f"/dev/fd/{self.pipe}", **given)
         self.rosout = processes.start("rosrun", "rosout", "rosout", **given)
         self.command = rospy.Publisher("cmd_vel/default" if mux else "cmd_vel", Twist, queue_size=1, tcp_nodelay=True)
         self.button = rospy.Publisher("emergency_stop", Bool, queue_size=1, tcp_nodelay=True)
@@ -159,7 +159,7 @@ def disk(tmp_path):
 
 @pytest.fixture
 def robot(request, master, disk):
-    robot = Robot(master, disk, *request.param)
+    robot = Robot(master, disk, request.param)
     yield robot
     robot.close()
 
@@ -168,8 +168,8 @@ PEERS = ("master", "listener", "rosout", "roslaunch", "terminal", "disk")
 PRESSES = 2  # the first may be heard by a thread that hangs in it
 
 
-@pytest.mark.parametrize("robot, peers", [((True, True), PEERS), ((False, False), ["master"])], indirect=["robot"],
-                         ids=["composed, with mux", "three processes, without mux"])
+@pytest.mark.parametrize("robot, peers", [(True, PEERS), (False, ["master"])], indirect=["robot"],
+                         ids=["with mux", "without mux"])
 def test_a_stop_waits_for_nobody(robot, peers):
     for peer in peers:
         if peer == "disk" and not robot.disk:

@@ -56,11 +56,6 @@ class NodeTest(unittest.TestCase):
         self.status = {}
         self.listen("/diagnostics", DiagnosticArray, self._on_diagnostics)
 
-    @property
-    def composed(self):
-        """Whether the driver's nodes are to share a process: the argument `composed` of the .test file."""
-        return rospy.get_param("/composed", True)
-
     def _on_diagnostics(self, message):
         for status in message.status:
             self.status[status.name] = status

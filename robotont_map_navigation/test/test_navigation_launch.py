@@ -28,7 +28,7 @@ READERS = {  # where parameters stand: the section of KNOWN with those that are 
     "move_base": "move_base", "move_base/NavfnROS": "navfn/NavfnROS",
     "move_base/DWAPlannerROS": "dwa_local_planner/DWAPlannerROS",
     "move_base/forget_far_obstacles": "clear_costmap_recovery/ClearCostmapRecovery",
-    "move_base/forget_all_obstacles": "clear_costmap_recovery/ClearCostmapRecovery",
+    "move_base/forget_all_but_near_obstacles": "clear_costmap_recovery/ClearCostmapRecovery",
     **{f"move_base/{costmap}_costmap{layer}": section for costmap in ("global", "local")
        for layer, section in LAYERS.items()},
 }

@@ -60,6 +60,7 @@ class GoTo:
         self._map_came = threading.Event()
         self._trouble = ""  # why the robot's pose is wrong, of navigation_monitor
         self._doubt = ""    # why it may be
+        self._held = ""     # what has ended navigation's motion since this goal was sent, of navigation_monitor
         self._pressed_by = ""  # who presses the emergency stop, which cancels all goals
         self._stopped_by = ""  # who has pressed it since this one was sent
         self._pose = None
@@ -74,6 +75,7 @@ class GoTo:
         rospy.Subscriber("map", OccupancyGrid, self._on_map, queue_size=1)
         rospy.Subscriber("localization/trouble", String, self._on_trouble, queue_size=1)
         rospy.Subscriber("localization/doubt", String, self._on_doubt, queue_size=1)
+        rospy.Subscriber("navigation/held", String, self._on_held, queue_size=1)
         rospy.Subscriber("emergency_stop/pressed_by", String, self._on_pressed_by, queue_size=10)
 
     @property
@@ -112,6 +114,7 @@ class GoTo:
         self._pose = None
         self._ended.clear()
         self._left = False
+        self._held = ""
         self._stopped_by = self._pressed_by
         self._client.send_goal(message, done_cb=self._on_done, feedback_cb=self._on_feedback)
         self._sent.add(goal_id(self._client))
@@ -152,6 +155,8 @@ class GoTo:
             return Outcome(REPLACED, "cancelled")
         if self._trouble:
             return self._lost()
+        if self._held:
+            return Outcome(GAVE_UP, f"{self._held}; the goal is cancelled")
         if self._stopped_by and self._client.get_state() in (GoalStatus.PREEMPTED, GoalStatus.RECALLED):
             return Outcome(REPLACED, f"cancelled by the emergency stop, pressed by {self._stopped_by}: release it, "
                            "then send the goal again")
@@ -234,6 +239,9 @@ class GoTo:
 
     def _on_doubt(self, message):
         self._doubt = message.data
+
+    def _on_held(self, message):
+        self._held = message.data
 
     def _on_pressed_by(self, message):
         self._pressed_by = message.data

@@ -1,4 +1,4 @@
-"""Beside move_base: whether the map fits, room where the robot stands, staying at a goal."""
+"""Beside move_base: whether the map fits, room where the robot stands, staying at a goal, an end to pushing."""
 
 import copy
 
@@ -10,18 +10,20 @@ from robotont_driver.ros.lifecycle import run_without_wheels
 from robotont_map_navigation import arrival, localization_check
 from robotont_map_navigation.arrival import Arrival
 from robotont_map_navigation.footprint_clearing import FootprintClearing
+from robotont_map_navigation.held import Held
 from robotont_map_navigation.localization_check import LocalizationCheck
 
 PARAMETERS = (*localization_check.PARAMETERS, *arrival.PARAMETERS)
 
 
 class NavigationMonitor:
-    """The three in one process, for which /tf, 100 messages per second, is read once."""
+    """The four in one process, for which /tf, 100 messages per second, is read once."""
 
     def __init__(self, parameters):
         transforms = tf2_ros.Buffer()
         self._listener = tf2_ros.TransformListener(transforms)
-        self._parts = LocalizationCheck(parameters, transforms), FootprintClearing(transforms), Arrival(parameters)
+        self._parts = (LocalizationCheck(parameters, transforms), FootprintClearing(transforms), Arrival(parameters),
+                       Held())
         self._map = rospy.Publisher("map_for_amcl", OccupancyGrid, queue_size=1, latch=True)
         rospy.Subscriber("map", OccupancyGrid, self._on_map, queue_size=1)
 

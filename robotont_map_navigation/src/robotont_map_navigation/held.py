@@ -1,0 +1,67 @@
+"""Ends navigation's motion where something holds the robot: it must not push what its sensors do not see."""
+
+import threading
+import time
+
+import rospy
+from actionlib_msgs.msg import GoalID
+from geometry_msgs.msg import PoseStamped, Twist
+from nav_msgs.msg import Odometry
+from std_msgs.msg import String
+
+from robotont_driver.ros.diagnostics import ERROR, OK, Health, robot_name
+from robotont_map_navigation.footprint import needed_radius
+from robotont_map_navigation.hold_watch import HoldWatch
+
+NOTHING = 0.0, 0.0, 0.0
+
+
+class Held:
+    """Cancels every goal when the robot does not move as navigation commands; tells why on `navigation/held`."""
+
+    def __init__(self):
+        self._lock = threading.Lock()  # a subscriber's thread each
+        self._watch = HoldWatch(needed_radius())
+        self._driver = "navigation"  # where there is no mux to tell
+        self._words = ""
+        self._told = rospy.Publisher("navigation/held", String, queue_size=1, latch=True)
+        self._told.publish("")
+        self._cancel = rospy.Publisher("move_base/cancel", GoalID, queue_size=1)
+        for topic, kind, callback in (("cmd_vel/limited", Twist, self._on_command), ("odom", Odometry, self._on_odom),
+                                      ("cmd_vel/driven_by", String, self._on_driver),
+                                      ("move_base/current_goal", PoseStamped, self._on_goal)):
+            rospy.Subscriber(topic, kind, callback, queue_size=1, tcp_nodelay=True)
+        Health(robot_name(), {"motion": self._report})
+
+    def _on_driver(self, message):
+        self._driver = message.data
+
+    def _on_command(self, message):
+        with self._lock:
+            self._watch.command(_twist(message) if self._driver == "navigation" else NOTHING, time.monotonic())
+
+    def _on_odom(self, message):
+        with self._lock:
+            words = self._watch.measure(_twist(message.twist.twist), time.monotonic())
+        if words:
+            self._cancel.publish(GoalID())
+            if not self._words:
+                rospy.logwarn("navigation ends its goal: %s", words)
+            self._tell(words)
+
+    def _on_goal(self, _message):
+        """A new goal tries again."""
+        self._tell("")
+
+    def _tell(self, words):
+        if words != self._words:
+            self._words = words
+            self._told.publish(words)
+
+    def _report(self):
+        values = {"driven by": self._driver}
+        return (ERROR, self._words, values) if self._words else (OK, "as commanded", values)
+
+
+def _twist(message):
+    return message.linear.x, message.linear.y, message.angular.z

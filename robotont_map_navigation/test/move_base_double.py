@@ -29,6 +29,7 @@ def read_record():
 class MoveBaseDouble:
     """The action server `move_base`. `~repeat`: true goes on with the record for ever. `~hurry`: times as fast.
 
+    `~barred`: so many goals find no way.
     `~deaf`: [s] that it goes on after a cancellation, as move_base does in its recovery.
     """
 
@@ -37,6 +38,7 @@ class MoveBaseDouble:
         self._repeat = rospy.get_param("~repeat", False)
         self._hurry = rospy.get_param("~hurry", 1.0)
         self._deaf = rospy.get_param("~deaf", 0.0)
+        self._barred = rospy.get_param("~barred", 0)
         self._pose = PoseStamped()
         self._pose.pose.orientation.w = 1.0
         self._command = rospy.Publisher("cmd_vel", Twist, queue_size=1)
@@ -60,7 +62,8 @@ class MoveBaseDouble:
 
     def _drive(self, goal):
         """Called with each goal, in a thread of its own."""
-        if goal.target_pose.pose.position.x > 100:
+        self._barred -= 1
+        if goal.target_pose.pose.position.x > 100 or self._barred >= 0:
             self._server.set_aborted(MoveBaseResult(), NO_WAY)
             return
         start = rospy.Time.now()

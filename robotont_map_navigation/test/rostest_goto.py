@@ -10,7 +10,8 @@ from unittest import mock
 
 import rospy
 import rostest
-from actionlib_msgs.msg import GoalStatus, GoalStatusArray
+from actionlib_msgs.msg import GoalID, GoalStatus, GoalStatusArray
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from geometry_msgs.msg import Twist
 from move_base_msgs.msg import MoveBaseActionGoal
 from navigation_messages import grid, latched, transform, walled
@@ -21,7 +22,7 @@ from robotont_map_navigation.goal import Goal
 from robotont_map_navigation.goto_client import GOING_ON, GoTo
 from robotont_testing import places
 from robotont_testing.harness import Processes, wait_for
-from robotont_testing.node_test import NodeTest
+from robotont_testing.node_test import ERROR, NodeTest
 
 DOUBLE = Path(__file__).resolve().parent / "move_base_double.py"
 SHARED = "/shared"  # namespace of the one stand-in that drives on until its goal is cancelled
@@ -113,13 +114,44 @@ class GotoTest(NodeTest):
         self.use("/doubtful")
         doubt = rospy.Publisher("/doubtful/localization/doubt", String, queue_size=1, latch=True)
         doubt.publish("the map explains 0%")
-        goto = self.start_goto("101", "0", "0")
+        goto = self.start_goto("101", "0", "0", "--patience", "0")
         wait_for(doubt.get_num_connections, "goto")
         self.start_server("/doubtful")
         status, lines = self.end(goto)
         self.assertEqual(status, 1, lines)
         self.assertEqual(lines[-1], "move_base gave up (ABORTED): Failed to find a valid plan. Even after executing "
                          "recovery behaviors; the map explains 0%. Was the robot carried? Then start relocalize")
+
+    def test_a_goal_waits_where_the_way_is_barred_says_why_and_goes_on_by_itself(self):
+        self.use("/barred")
+        ill = DiagnosticStatus(name="barred/serial_com_node: link", level=ERROR, message="unplugged")
+        diagnostics = self.publisher("/diagnostics", DiagnosticArray, subscribers=0)
+        goto = self.start_goto("2", "-2.2", "1.2")
+        self.start_server("/barred", hurry=4.0, barred=3)
+        wait_for(lambda: diagnostics.publish(DiagnosticArray(status=[ill])) or goto.poll() is not None, "the goal",
+                 timeout=60, period=0.2)
+        status, lines = self.end(goto)
+        self.assertEqual(status, 0, lines)
+        self.assertTrue(any(re.match(r"waits, \d of 60 s: barred/serial_com_node: link: unplugged", line)
+                            for line in lines), lines)
+
+    def test_a_goal_that_waits_is_given_up_after_its_patience_with_the_reason(self):
+        self.start_server("/shut", barred=1000)
+        status, lines = self.end(self.start_goto("2", "2", "0", "--patience", "2"))
+        self.assertEqual(status, 1, lines)
+        self.assertIn("move_base gave up (ABORTED): Failed to find a valid plan", lines[-1])
+
+    def test_what_holds_the_robot_ends_the_goal(self):
+        self.start_server("/held", repeat=True)
+        goto = self.start_goto("5", "0", "0")
+        wait_for(self.moving, "motion")
+        held = rospy.Publisher("/held/navigation/held", String, queue_size=1, latch=True)
+        held.publish("something holds the robot")
+        wait_for(held.get_num_connections, "goto")
+        cancel = self.publisher("/held/move_base/cancel", GoalID)
+        wait_for(lambda: cancel.publish(GoalID()) or goto.poll() is not None, "the end of it", period=0.5)
+        self.assertEqual((goto.returncode, self.end(goto)[1][-1]),
+                         (1, "something holds the robot; the goal is cancelled"))
 
     def test_no_server(self):
         self.use("/nowhere")

@@ -19,7 +19,7 @@ from robotont_map_navigation.goal import (
     read_seconds,
     read_yaw,
 )
-from robotont_map_navigation.goto_client import GoTo
+from robotont_map_navigation.goto_client import PATIENCE, GoTo
 
 TERMINAL_PERIOD, LOG_PERIOD = 0.2, 2.0  # [s] between two lines of progress on a terminal and in a file
 EXIT_STATUS = """exit status: 0 reached; 1 move_base gave up; 2 wrong arguments; 3 no move_base, or it died;
@@ -68,6 +68,8 @@ def parse_arguments(words):
     parser.add_argument("--frame", default="map", help="frame of x, y and yaw [%(default)s]")
     parser.add_argument("--timeout", type=_argument(read_seconds), default=0.0,
                         help="cancel after this long, 0: never [s] [%(default)s]")
+    parser.add_argument("--patience", type=_argument(read_seconds), default=PATIENCE,
+                        help="wait so long where the way is barred or a sensor is gone [s] [%(default)s]")
     parser.add_argument("--wait", type=_argument(read_seconds), default=30.0,
                         help="for move_base to come up [s] [%(default)s]")
     return parser.parse_args(protect_negative(words))
@@ -86,7 +88,7 @@ def run(options, display):
         if not goto.wait_for_server(options.wait):
             return Outcome(NOT_THERE, f"no {name} after {options.wait:g} s: is navigation.launch running?")
     print(f"going to {goal} in {options.frame}", flush=True)
-    return goto.go(goal, options.timeout)
+    return goto.go(goal, options.timeout, options.patience)
 
 
 def main():

@@ -9,6 +9,7 @@ import actionlib
 import rospy
 import tf2_ros
 from actionlib_msgs.msg import GoalID, GoalStatus, GoalStatusArray
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from move_base_msgs.msg import MoveBaseAction, MoveBaseGoal
 from nav_msgs.msg import OccupancyGrid
 from std_msgs.msg import String
@@ -35,7 +36,10 @@ from robotont_map_navigation.messages import floor_map_of
 
 SILENCE = 3.0      # [s] without a status of move_base, which sends five per second, and it is gone
 LOOK_UP = 0.4      # [s] that the map and then the transforms have to come; without them a goal is not checked
-STAYS, STAYED = 0.5, 60.0  # [m], [s] a robot that has stayed in a circle as small for so long gets nowhere
+STAYS = 0.5        # [m] a robot that stays in a circle as small gets nowhere
+PATIENCE = 60.0    # [s] for which a goal may wait where the robot gets nowhere
+AGAIN = 1.0        # [s] after move_base has given up, until it gets the goal once more
+NEWS = 3.0         # [s] for which a word of the diagnostics counts
 CANCELLING = 20.0  # [s] that move_base has to confirm a cancellation: it hears of none while it turns around, 10 s
 GOING_ON = (GoalStatus.PENDING, GoalStatus.ACTIVE, GoalStatus.PREEMPTING, GoalStatus.RECALLING)
 
@@ -69,6 +73,8 @@ class GoTo:
         self._ended = threading.Event()
         self._ended.set()  # nothing is pursued yet
         self._left = False
+        self._lock = threading.Lock()
+        self._ills = {}  # name of a diagnostics' task: (time [s], level, words) where it complains
         self._heard = -math.inf
         self._client = actionlib.SimpleActionClient("move_base", MoveBaseAction)
         rospy.Subscriber("move_base/status", GoalStatusArray, self._on_status, queue_size=1)
@@ -76,6 +82,7 @@ class GoTo:
         rospy.Subscriber("localization/trouble", String, self._on_trouble, queue_size=1)
         rospy.Subscriber("localization/doubt", String, self._on_doubt, queue_size=1)
         rospy.Subscriber("navigation/held", String, self._on_held, queue_size=1)
+        rospy.Subscriber("/diagnostics", DiagnosticArray, self._on_diagnostics, queue_size=10)
         rospy.Subscriber("emergency_stop/pressed_by", String, self._on_pressed_by, queue_size=10)
 
     @property
@@ -91,9 +98,12 @@ class GoTo:
                 return False
         return True
 
-    def go(self, goal, timeout):
-        """Send the robot to a Goal; its Outcome, after `timeout` [s] at the latest (0: no limit)."""
-        return self.check(goal) or self.follow(self.send(goal), timeout)
+    def go(self, goal, timeout, patience=PATIENCE):
+        """Send the robot to a Goal; its Outcome, after `timeout` [s] at the latest (0: no limit).
+
+        Where the robot gets nowhere the goal waits for `patience` [s], and goes on by itself.
+        """
+        return self.check(goal) or self.follow(self.send(goal), timeout, patience)
 
     def check(self, goal):
         """The Outcome of a Goal that the map shows to be out of reach; else None."""
@@ -120,17 +130,23 @@ class GoTo:
         self._sent.add(goal_id(self._client))
         return Pursuit(goal, self._heard)
 
-    def follow(self, pursuit, timeout):
-        """The Outcome of the goal that was sent last, after `timeout` [s] at the latest (0: no limit)."""
+    def follow(self, pursuit, timeout, patience=PATIENCE):
+        """The Outcome of the goal that was sent last; `timeout` and `patience` as of `go`."""
         goal, start = pursuit
         place, since = None, start  # in the circle around it the robot has been since then
         try:
-            while not self._ended.wait(0.1):
+            while True:
                 now, pose = time.monotonic(), self._pose
                 if pose and (place is None or math.dist(place, pose[:2]) > STAYS):
                     place, since = pose[:2], now
-                if now - since > STAYED:
-                    return self._stays(goal)
+                if self._ended.wait(0.1):
+                    found = self._end(goal, start)
+                    if not self._may_go_on(found) or now - since > patience:
+                        return found
+                    self._wait_and_send_again(goal, found, now - since, patience)
+                    continue
+                if now - since > patience:
+                    return self._stays(goal, now - since)
                 self._show(progress(self._pose, goal, now - start))
                 if self._trouble:
                     return self._lost()
@@ -141,12 +157,30 @@ class GoTo:
                     return Outcome(TOO_LONG, f"not there after {timeout:g} s; {self.cancel()}")
         except KeyboardInterrupt:
             return Outcome(INTERRUPTED, f"interrupted; {self.cancel()}")
-        return self._end(goal, start)
 
-    def _stays(self, goal):
+    def _may_go_on(self, found):
+        """Whether what made move_base give up may pass: a door, a cable, a sensor; not what holds the robot."""
+        return found.status == GAVE_UP and not self._held
+
+    def _wait_and_send_again(self, goal, found, waited, patience):
+        end = time.monotonic() + AGAIN
+        while time.monotonic() < end and not self._left:
+            self._show(f"waits, {waited:.0f} of {patience:.0f} s: {self._cause() or found.words}")
+            time.sleep(0.1)
+        with self._lock:
+            if not self._left:
+                self.send(goal)
+
+    def _cause(self):
+        """The worst that the robot's nodes say of themselves; empty when all is well."""
+        oldest = time.monotonic() - NEWS
+        ills = [ill for ill in tuple(self._ills.values()) if ill[0] > oldest]
+        return max(ills, key=lambda ill: ill[1])[2] if ills else ""
+
+    def _stays(self, goal, seconds):
         left = remaining(self._pose, goal) if self._pose and self._comparable else None
         words = f"; {left[0]:.2f} m and {left[1]:.2f} rad were left" if left else ""
-        return Outcome(GAVE_UP, f"got nowhere for {STAYED:.0f} s: does something stand in the way, or on the goal? "
+        return Outcome(GAVE_UP, f"got nowhere for {seconds:.0f} s: does something stand in the way, or on the goal? "
                        f"{self.cancel()}{words}{self._doubts()}")
 
     def _end(self, goal, start):
@@ -175,10 +209,11 @@ class GoTo:
 
     def leave(self, cancel=False):
         """Make `follow` return, from another thread; the robot goes on to its goal unless that is to `cancel`."""
-        if cancel:
-            self._take_back()
-        self._left = True
-        self._ended.set()
+        with self._lock:  # no goal is sent again once this has been said
+            if cancel:
+                self._take_back()
+            self._left = True
+            self._ended.set()
 
     def cancel(self):
         """Take the goal back; returns a sentence on whether move_base confirms it. Ctrl-C ends the wait for that."""
@@ -239,6 +274,14 @@ class GoTo:
 
     def _on_doubt(self, message):
         self._doubt = message.data
+
+    def _on_diagnostics(self, message):
+        own = rospy.get_namespace()[1:]
+        for status in message.status:
+            if status.name.startswith(own):
+                self._ills[status.name] = time.monotonic(), status.level, f"{status.name}: {status.message}"
+                if status.level == DiagnosticStatus.OK:
+                    del self._ills[status.name]
 
     def _on_held(self, message):
         self._held = message.data

@@ -10,7 +10,7 @@ import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
 COMMANDS = ["demo", "sim", "keys", "rviz", "test", "bench", "wheels", "flash", "lint", "docs", "shell",
-            "build", "setup", "release", "network", "status", "report", "fleet", "install-robot", "pictures"]
+            "build", "setup", "release", "update", "network", "status", "report", "fleet", "install-robot", "pictures"]
 # Root may write everywhere; with these words before a command it may not.
 WITHOUT_RIGHTS = ["setpriv", "--bounding-set=-all", "--inh-caps=-all"] if os.getuid() == 0 else []
 
@@ -48,6 +48,45 @@ def functions(folder, script, **environment):
             f". '{folder}/setup/workspace.bash'; ")
     return subprocess.run(["bash", "-c", head + script], env={**os.environ, **environment}, check=False, text=True,
                           stdout=subprocess.PIPE, stderr=subprocess.STDOUT, timeout=120)
+
+
+def git(folder, *words):
+    """Run git there; what it prints."""
+    settings = ("user.name=a", "user.email=a@b.invalid", "init.defaultBranch=main")
+    options = [word for setting in settings for word in ("-c", setting)]
+    return subprocess.run(["git", "-C", str(folder), *options, *words], check=True, text=True, stdout=subprocess.PIPE,
+                          stderr=subprocess.STDOUT).stdout.strip()
+
+
+def test_update_takes_the_newest_version_goes_back_and_touches_nothing_of_the_user(tmp_path):
+    home = clone(tmp_path / "home")
+    git(home, "init")
+    for version in ("v1.0.0", "v1.9.0", "v1.10.0"):
+        (home / "VERSION").write_text(version)
+        git(home, "add", "-A")
+        git(home, "commit", "-m", version)
+        git(home, "tag", version)
+    git(tmp_path, "clone", "-b", "v1.0.0", str(home), "robot")
+    robot = tmp_path / "robot"
+    (robot / "mine.yaml").write_text("kept")
+
+    def now():
+        return (robot / "VERSION").read_text(), (robot / "mine.yaml").read_text()
+    assert "from v1.0.0 to v1.10.0; back: ./robotont update v1.0.0" in robotont(robot, "update").stdout
+    assert now() == ("v1.10.0", "kept")
+    assert robotont(robot, "update", "v1.0.0").returncode == 0
+    assert now() == ("v1.0.0", "kept")
+    wrong = robotont(robot, "update", "v3")
+    assert (wrong.returncode, wrong.stdout) == (
+        1, "robotont: no version v3; there are: v1.10.0 v1.9.0 v1.0.0\n")
+    (robot / "VERSION").write_text("changed")
+    refused = robotont(robot, "update")
+    assert refused.returncode == 1
+    assert " M VERSION" in refused.stdout
+    assert now() == ("changed", "kept")
+    git(robot, "checkout", "VERSION")
+    git(robot, "remote", "set-url", "origin", str(tmp_path / "gone"))
+    assert f"no connection to {tmp_path / 'gone'}" in robotont(robot, "update").stdout
 
 
 # one for each way of a command to its help: those that are programs stand in one table

@@ -6,7 +6,7 @@ import pytest
 import yaml
 from robot_runs import ROOT
 
-from robotont_simulator.world import WorldError, draw_map, read_world, write_map
+from robotont_simulator.world import Box, World, WorldError, draw_map, read_world, write_map
 
 WORLDS = sorted((ROOT / "config" / "worlds").glob("*.yaml"))
 
@@ -30,7 +30,7 @@ def test_the_shipped_worlds_leave_room_for_the_robot_at_the_start(file):
     ("walls: 5", "walls: found 5, allowed: a list of lists of 4 numbers"),
     ("boxes: [[0, 0, 1e300, 1, 0]]", "numbers up to 1000"),
     ("walls:\n\t- [0, 0, 1, 1]", "no YAML: "),
-    ("walls: " + "[" * 5000, "no YAML: maximum recursion depth exceeded"),
+    ("walls: " + "[" * 5000, "no YAML: more than 50 levels"),
 ], ids=lambda value: repr(value)[:40])
 def test_a_wrong_file_is_explained(tmp_path, content, words):
     file = tmp_path / "world.yaml"
@@ -80,3 +80,28 @@ def test_make_map_from_the_command_line(tmp_path):
     result = subprocess.run([sys.executable, str(script), str(ROOT / "config" / "worlds" / "maze.yaml"),
                              str(tmp_path / "maze")], stdout=subprocess.PIPE, text=True, check=True)
     assert result.stdout.strip() == str(tmp_path / "maze.yaml")
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_what_is_thinner_than_a_cell_is_on_the_map(seed):
+    generator = np.random.default_rng(seed)
+    x, y, yaw = generator.uniform(1.0, 3.0), generator.uniform(1.0, 3.0), generator.uniform(-3.0, 3.0)
+    post = Box(x, y, 0.03, 0.03, yaw)
+    walls = [Box(2.0, 0.0, 4.0, 0.1, 0.0), Box(2.0, 4.0, 4.0, 0.1, 0.0)]
+    (with_post, origin), (without, _) = (draw_map(World((*walls, *more), (0.5, 0.5, 0.0))) for more in ([post], []))
+    rows, columns = np.nonzero(with_post != without)
+    assert rows.size
+    places = origin + (np.array([columns, with_post.shape[0] - 1 - rows]).T + 0.5) * 0.05
+    assert np.hypot(*(places - (x, y)).T).max() < 0.1
+
+
+def test_make_map_does_not_write_over_a_world(tmp_path):
+    world = tmp_path / "office.yaml"
+    world.write_text("walls: [[0, 0, 4, 0], [0, 3, 4, 3]]\nstart: [1, 1, 0]\n")
+    before = world.read_text()
+    with pytest.raises(WorldError, match="is there and is no map"):
+        write_map(read_world(world), tmp_path / "office")
+    assert world.read_text() == before
+    assert not (tmp_path / "office.pgm").exists()
+    write_map(read_world(world), tmp_path / "office_map")
+    write_map(read_world(world), tmp_path / "office_map")  # a map is drawn anew

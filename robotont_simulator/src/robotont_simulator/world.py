@@ -1,6 +1,7 @@
 """Worlds: a file of walls and boxes, for the physics and, drawn as a map, for navigation."""
 
 import math
+import re
 from pathlib import Path
 from typing import NamedTuple, Tuple
 
@@ -105,8 +106,10 @@ def draw_map(world, resolution=0.05, margin=0.5):
     solid = np.zeros(x.shape, bool)
     for box in world.boxes:
         cos, sin = math.cos(box.yaw), math.sin(box.yaw)
-        along = abs(cos * (x - box.x) + sin * (y - box.y)) - box.length / 2
-        across = abs(-sin * (x - box.x) + cos * (y - box.y)) - box.width / 2
+        # what is thinner than a cell, at any angle, has the middle of one
+        length, width = (side if side >= resolution else 1.4143 * resolution for side in (box.length, box.width))
+        along = abs(cos * (x - box.x) + sin * (y - box.y)) - length / 2
+        across = abs(-sin * (x - box.x) + cos * (y - box.y)) - width / 2
         solid |= np.maximum(along, across) <= resolution * 1e-6
     start = np.unravel_index(np.argmin((x - world.start[0]) ** 2 + (y - world.start[1]) ** 2), x.shape)
     regions, _ = ndimage.label(~solid)
@@ -120,9 +123,14 @@ def draw_map(world, resolution=0.05, margin=0.5):
 
 
 def write_map(world, file, resolution=0.05):
-    """Write FILE.pgm and FILE.yaml for map_server; returns the YAML's path. `file`: a path without ending."""
+    """Write FILE.pgm and FILE.yaml for map_server; returns the YAML's path. `file`: a path without ending.
+
+    Raises WorldError where FILE.yaml is there and no map, as the world itself.
+    """
     image, origin = draw_map(world, resolution)
     picture, description = Path(f"{file}.pgm"), Path(f"{file}.yaml")
+    if description.exists() and not re.search("^image:", description.read_text(errors="replace"), re.MULTILINE):
+        raise WorldError(f"{description} is there and is no map: give the map another name")
     height, width = image.shape
     picture.write_bytes(b"P5\n%d %d\n255\n" % (width, height) + image.tobytes())
     description.write_text(

@@ -3,6 +3,7 @@
 Every number that a user may set has bounds: without them a slip of the pen drives on, or takes the machine down.
 """
 
+import ast
 import importlib
 import re
 import runpy
@@ -37,6 +38,17 @@ def test_help(program, monkeypatch, capsys):
         assert "~diagnostic_period" in text
         assert run(program, "--unheard-of", monkeypatch) == 2
         assert "--unheard-of" in capsys.readouterr().err
+
+
+def test_nothing_depends_on_what_python_omits_when_it_optimises():
+    """PYTHONOPTIMIZE=2: no assert, and __doc__ is None."""
+    for file in ROOT.glob("robotont_*/src/**/*.py"):
+        if "robotont_testing" not in file.parts:
+            for node in ast.walk(ast.parse(file.read_text())):
+                assert not isinstance(node, ast.Assert), file
+                parts = [getattr(node, name, None) for name in ("left", "right", "value")]
+                assert not any(isinstance(part, ast.Name) and part.id == "__doc__" for part in parts
+                               if not isinstance(node, ast.keyword)), file
 
 
 @pytest.mark.parametrize("program", [file for file in PROGRAMS if file.name in NODES], ids=lambda file: file.name)

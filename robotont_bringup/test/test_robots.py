@@ -3,7 +3,9 @@
 import xmlrpc.client
 from pathlib import Path
 
+import pytest
 from roslaunch.config import load_config_default
+from roslaunch.core import RLException
 from roslaunch.launch import ROSLaunchRunner
 
 from robotont_driver.kinematics.wheel_params import KEYS, read_wheels
@@ -78,6 +80,26 @@ def test_parameters_of_each_launch_behind_all_others_are_those_on_a_fresh_master
             load(name)
             load("page")
             assert read(name) == fresh[name], name
+
+
+@pytest.mark.parametrize("namespace, space, frame", [("/", "/outer/", "odom"), ("r1", "/outer/r1/", "r1/odom")])
+def test_robot_launch_in_a_group_lands_in_it(namespace, space, frame, tmp_path):
+    file = tmp_path / "group.launch"
+    file.write_text(f"""<launch><group ns="outer"><include file="{places.launch('robot.launch')}">
+      <arg name="namespace" value="{namespace}"/></include></group></launch>""")
+    found = load_config_default([(str(file), [])], None)
+    assert {node.namespace for node in found.nodes} == {space}
+    assert found.params[space + "odom_node/odom_frame"].value == frame
+    own = {name for name in found.params if not name.startswith("/ros")} - {"/outer/robot_is_free"}
+    assert not [name for name in own if not name.startswith(space)]
+
+
+@pytest.mark.parametrize("namespace", ["robotont-7", "/a/7b", "röbot", "a b"])
+def test_a_namespace_that_ros_refuses_is_refused_before_anything_starts(namespace, capfd):
+    with pytest.raises(RLException):
+        load_config_default([(str(places.launch("robot.launch")), ["namespace:=" + namespace])], None)
+    words = f"robot.launch: namespace: found '/{namespace.lstrip('/')}', allowed: letters, digits"
+    assert words in capfd.readouterr().err
 
 
 def test_the_page_about_robots_has_every_robot():

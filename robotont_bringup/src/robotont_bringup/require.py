@@ -10,6 +10,7 @@ for ever.
 import argparse
 import http.client
 import os
+import re
 import socket
 import sys
 import time
@@ -106,6 +107,10 @@ def main():
         sys.exit(words(options.launch_file, lacking, options.debian))
     master_uri = os.environ.get("ROS_MASTER_URI", "")
     names = ["/" + "/".join(filter(None, name.split("/"))) for name in options.free]
+    wrong = [name for name in names if not re.fullmatch(r"(/[A-Za-z]\w*)+", name, re.ASCII)]
+    if wrong:
+        sys.exit(f"{options.launch_file}: namespace: found {wrong[0].rpartition('/')[0]!r}, allowed: letters, digits "
+                 "and _, of which a letter is the first; ROS takes no other names")
     other = names and (running(names, master_uri) or claimed(names[0], master_uri))
     if other:
         name, process = other

@@ -24,7 +24,7 @@ from robotont_driver.rospy_repairs import rospy_internals
 
 def parse(words):
     """The options; exits with status 2 and a message when they are wrong."""
-    parser = CommandLine(prog="./robotont demo", description=__doc__.splitlines()[0])
+    parser = CommandLine(prog="./robotont demo", description=(__doc__ or "").partition("\n")[0])
     parser.add_argument("--robot", default="", metavar="NAME or FOLDER", help="of config/robots [thesis]")
     parser.add_argument("--picture", type=Path, default="demo.png", help="where to put the picture [%(default)s]")
     parser.add_argument("--bad-bytes", type=float, default=0.001, metavar="RATE",

@@ -14,7 +14,8 @@ def wait_for(condition, what, timeout=20.0, period=0.005):
     """Until `condition()` is true; AssertionError that names `what` after `timeout` [s]."""
     end = time.monotonic() + timeout
     while not condition():
-        assert time.monotonic() < end, f"waited {timeout} s in vain for {what}"
+        if time.monotonic() > end:
+            raise AssertionError(f"waited {timeout} s in vain for {what}")
         time.sleep(period)
 
 

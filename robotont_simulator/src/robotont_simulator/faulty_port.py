@@ -2,6 +2,7 @@
 
 import contextlib
 import os
+import pwd
 import random
 import select
 import tty
@@ -44,6 +45,12 @@ class Port:
         except OSError as error:
             if isinstance(error, PortError):
                 raise
+            with contextlib.suppress(OSError, KeyError):
+                user = os.lstat(self.link).st_uid
+                if user not in (os.geteuid(), 0):
+                    raise PortError(f"{self.link}: belongs to the user {pwd.getpwuid(user).pw_name}; choose a name of "
+                                    f"your own, such as port:={self.link}_{pwd.getpwuid(os.geteuid()).pw_name}"
+                                    ) from None
             raise PortError(f"{self.link!r}: {os.strerror(error.errno).lower()}; allowed: a new name in a folder "
                             "that you may write to") from None
 

@@ -154,7 +154,7 @@ def _words(twist):
 
 def main():
     """Run keyboard_teleop; the terminal is left as it was."""
-    answer_help("keyboard_teleop", __doc__ + "\n\n" + HELP + "\n\nof a robot with a namespace: "
+    answer_help("keyboard_teleop", (__doc__ or "") + "\n\n" + HELP + "\n\nof a robot with a namespace: "
                 "__ns:=/NAMESPACE", PARAMETERS)
     if not sys.stdin.isatty():
         sys.exit("keyboard_teleop: no terminal to read keys from: start it by rosrun in a terminal, not by roslaunch")

@@ -14,6 +14,7 @@ FINE_NEAR = 0.07                  # [m]
 CANDIDATES = 30                   # that are looked at finely, no two of them ...
 APART = 0.5, 0.5                  # ... as close as this [m], [rad]
 RAYS = 80                         # that are compared
+BETTER = 0.15                     # by which another place has to explain more than the one that is believed
 
 
 class Found(NamedTuple):
@@ -23,8 +24,11 @@ class Found(NamedTuple):
     share: float                      # of the rays that the map explains there, less those through walls
 
 
-def search(floor_map, ends, free, clearance):
+def search(floor_map, ends, free, clearance, believed=None):
     """The places that fit best, a list of `Found`, the best first, none close to another.
+
+    believed: (x, y, yaw) where the robot may be already; that place is the first one, unless another explains BETTER
+    more: a cupboard that has gone makes some other place fit a little better than the right one.
 
     ends: where rays have ended, 2 x N [m] in the robot's frame; free: as far as rays saw that ended nowhere, 2 x M;
     clearance: [m] that the robot is off all walls at least.
@@ -39,17 +43,19 @@ def search(floor_map, ends, free, clearance):
     x, y = x[possible], y[possible]
     yaws = np.arange(-math.pi, math.pi, turn)
     shares = np.array([_share_at_walls(floor_map, x, y, yaw, ends) for yaw in yaws])
-    candidates = []
+    candidates = [believed] if believed else []
     for number in np.argsort(shares, axis=None)[::-1]:
         at_yaw, place = np.unravel_index(number, shares.shape)
         pose = x[place], y[place], yaws[at_yaw]
-        if all(_apart(pose, other) for other in candidates):
+        if not any(near(pose, other) for other in candidates):
             candidates.append(pose)
-            if len(candidates) == CANDIDATES:
+            if len(candidates) >= CANDIDATES:
                 break
+    refined = [_refined(floor_map, pose, ends, free) for pose in candidates]
+    first = refined[0] if believed else None
     found = []
-    for better in sorted((_refined(floor_map, pose, ends, free) for pose in candidates), key=lambda one: -one.share):
-        if all(_apart(better.pose, other.pose) for other in found):
+    for better in sorted(refined, key=lambda one: -one.share - (BETTER if one is first else 0.0)):
+        if not any(near(better.pose, other.pose) for other in found):
             found.append(better)
     return found
 
@@ -58,9 +64,10 @@ def _thin(places):
     return places[:, ::1 + places.shape[1] // RAYS]
 
 
-def _apart(one, other):
-    return (math.dist(one[:2], other[:2]) > APART[0]
-            or abs(math.remainder(one[2] - other[2], 2 * math.pi)) > APART[1])
+def near(one, other):
+    """Whether two poses (x, y, yaw) are the same place."""
+    return (math.dist(one[:2], other[:2]) <= APART[0]
+            and abs(math.remainder(one[2] - other[2], 2 * math.pi)) <= APART[1])
 
 
 def _share_at_walls(floor_map, x, y, yaw, ends):

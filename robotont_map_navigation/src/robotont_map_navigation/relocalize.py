@@ -20,7 +20,7 @@ from robotont_driver.rospy_repairs.rospy_end import init_tool
 from robotont_map_navigation.footprint import base_frame, needed_radius
 from robotont_map_navigation.goal import DONE, GAVE_UP, INTERRUPTED, LOST, NOT_THERE, Goal, Outcome
 from robotont_map_navigation.messages import floor_map_of
-from robotont_map_navigation.place_search import search
+from robotont_map_navigation.place_search import near, search
 
 SPEED = 0.6      # [rad/s] of the turn
 PERIOD = 0.1     # [s] between two commands
@@ -66,21 +66,25 @@ class Relocalize:
         ends, free = self._seen()
         if ends.shape[1] == 0:
             return Outcome(LOST, f"no wall in view: {ASK}")
-        found = search(floor_map_of(self._map), ends, free, needed_radius() / 2)
+        believed = self._place(self._base, above=self._map.header.frame_id)
+        found = search(floor_map_of(self._map), ends, free, needed_radius() / 2, believed)
         if not found:
             return Outcome(LOST, f"the map has no place where the robot fits: {ASK}")
         first, *others = found
         if first.share < LEAST:
             return Outcome(LOST, f"no place of the map fits: the best, {Goal(*first.pose)}, explains {first.share:.0%} "
                            f"of what is seen: {ASK}")
-        if others and first.share - others[0].share < CLEARER:
+        stays = believed is not None and near(first.pose, believed)
+        if others and not stays and first.share - others[0].share < CLEARER:
             return Outcome(LOST, f"{Goal(*first.pose)} and {Goal(*others[0].pose)} look alike from here: {ASK}")
         self._tell(self._map.header.frame_id, first.pose)
         _wait_for(lambda: not self._trouble, WAIT)
         if self._trouble:
             return Outcome(LOST, f"found {Goal(*first.pose)}, but {self._trouble}: {ASK}")
+        elsewhere = max((other.share for other in others), default=0.0)
+        room = "; it is where amcl had it, and the room has changed" if stays and elsewhere > first.share else ""
         return Outcome(DONE, f"found at {Goal(*first.pose)}: the map explains {first.share:.0%} of what is seen, at "
-                       f"other places {others[0].share if others else 0.0:.0%} at most")
+                       f"other places {elsewhere:.0%} at most{room}")
 
     def _turn(self):
         """Turn once around; an Outcome when something holds the robot."""
@@ -126,10 +130,11 @@ class Relocalize:
                 into.append(np.array([x, y]))
         return tuple(np.hstack([np.zeros((2, 0)), *one]) for one in (ends, free))
 
-    def _place(self, frame=None, stamp=None):
-        """Pose (x, y, yaw) of the robot, or of a frame at a stamp, in the odometry's frame; None when unknown."""
+    def _place(self, frame=None, stamp=None, above=None):
+        """Pose (x, y, yaw) of the robot, or of a frame at a stamp, in the odometry's frame, or one `above`; or None."""
         try:
-            found = self._transforms.lookup_transform(self._odom, frame or self._base, stamp or rospy.Time()).transform
+            found = self._transforms.lookup_transform(above or self._odom, frame or self._base,
+                                                      stamp or rospy.Time()).transform
         except tf2_ros.TransformException:
             return None
         return found.translation.x, found.translation.y, yaw_of(found.rotation)

@@ -2,6 +2,7 @@
 
 import json
 import signal
+import socket
 import sys
 import time
 import xmlrpc.client
@@ -11,13 +12,15 @@ from robotont_testing import places
 from robotont_testing.harness import Processes, free_port, wait_for, wait_for_master
 from robotont_testing.loop_client import LoopClient
 from robotont_testing.robots import SHIPPED
+from robotont_testing.stalling_proxy import StallingProxy
 from robotont_testing.stand_in_board import Board
 
-PATIENCE = 60.0  # [s]
+PATIENCE, TO_WHEELS = 60.0, 0.2  # [s]
 HERE = Path(__file__).resolve().parent
 STATE = {"id": "a", "number": 1, "frame": "map", "pose": [1, 2, 3], "speed": [0.1, 0.0], "driven": 0.0,
-         "driven_by": "hand", "stopped": "", "confirmed": None, "worst": [0, "link", "ok"],
-         "battery": {"voltage": 15.0, "charge": 0.5}, "page": "", "versions": {"robotont": "1.0.0"}, "note": "",
+         "driven_by": "hand", "driver": True, "stopped": "", "confirmed": [],
+         "worst": {"level": 0, "task": "link", "words": "ok", "fault": ""},
+         "battery": {"voltage": 15.0, "charge": 0.5}, "page": "", "note": "",
          "namesakes": 0}  # what a robot says of itself
 
 
@@ -39,9 +42,10 @@ class Rig(Processes):
     def answers(self):
         assert self.page.poll() is None, (self.folder / "page.log").read_text()
         try:
-            return self.request("GET", "/robots")[0] in (200, 401)
+            socket.create_connection(("127.0.0.1", self.port)).close()
         except OSError:
             return False
+        return True
 
     def request(self, method, path, body=None):
         return self._client.request(method, path, body, Origin=f"http://127.0.0.1:{self.port}")
@@ -57,6 +61,18 @@ class Rig(Processes):
     def order(self, **fields):
         assert self.request("POST", "/order", json.dumps(fields))[0] == 204
 
+    def stop_state(self):
+        return self.view()["stop"]
+
+    def release(self):
+        """All drive again, also those that were gone at the first time."""
+        def free():
+            drives = [robot.drives for robot in self.robots.values()]
+            if not all(drives) or self.stop_state()["left"]:
+                self.order(kind="release")
+            return all(drives)
+        wait_for(free, "all to drive", PATIENCE, period=0.3)
+
     def add_robot(self, name, *arguments, board=True, **environment):
         self.robots[name] = robot = RobotRig(self, name, environment)
         robot.start(board)
@@ -67,6 +83,7 @@ class Rig(Processes):
         """At once: a dozen that say good-bye one after the other take seconds."""
         for robot in self.robots.values():
             robot.board.close()
+            robot.proxy.close()
         for process in list(self._processes):
             self.stop(process, signal.SIGKILL)
         super().close()
@@ -81,6 +98,7 @@ class RobotRig:
         self.log = rig.folder / f"{name}.goals"
         self.log.write_text("")
         self.board = Board(str(rig.folder / f"{name}.port"))
+        self.proxy = StallingProxy(rig.router_port, room=4096)
         self._computer = []
 
     def start(self, board):
@@ -106,16 +124,10 @@ class RobotRig:
         self.board.unplug()
         self.board.restart()
 
-    def release(self):
-        """A person goes to it."""
-        wait_for(lambda: self._rig.seen(self.name).get("battery"), f"{self.name}'s navigation", PATIENCE, 0.1)
-        self.navigation.send_signal(signal.SIGUSR1)
-        wait_for(lambda: not self._rig.seen(self.name).get("stopped", True), f"{self.name} released", PATIENCE, 0.1)
-
     def start_fleet_node(self, *arguments):
         self.fleet_node = self._rig.start(
             places.program("robotont_fleet", "fleet_node"), f"_robot_name:={self.name}",
-            f"_router:=tcp/127.0.0.1:{self._rig.router_port}", *arguments, log=self._rig.folder / f"{self.name}.log",
+            f"_router:=tcp/127.0.0.1:{self.proxy.port}", *arguments, log=self._rig.folder / f"{self.name}.log",
             **{**self.environment, "ROS_HOME": str(self._rig.folder / f"{self.name}.home")})
 
     def words(self):
@@ -133,6 +145,43 @@ def wait_until_driving(rig, *robots):
     for robot in robots:
         wait_for(lambda robot=robot: robot.drives and rig.seen(robot.name).get("frame") == "map",
                  f"{robot.name} on the map", PATIENCE, period=0.1)
+
+
+def memory(pid):
+    """[MiB] resident, and of what other processes use as well its share only (PSS)."""
+    text = Path(f"/proc/{pid}/smaps_rollup").read_text()
+    return [int(text.split(f"\n{name}:")[1].split()[0]) / 1024 for name in ("Rss", "Pss")]
+
+
+def watch_stop(rig, reached):
+    """[s] of each robot from when it could be reached until its wheels stood, once the page says so of all.
+
+    reached(view): {name: when [s]} of those that can be. Fails where the page says more than is true, and where one
+    drives on afterwards. Zeros may take TO_WHEELS from driver_node to the wheels.
+    """
+    stood, since, untrue = {}, {}, {}
+
+    def look():
+        view = rig.view()
+        since.update({name: when for name, when in reached(view).items() if name not in since})
+        for name, robot in rig.robots.items():
+            now = time.monotonic()
+            if robot.drives:
+                stood.pop(name, None)
+            else:
+                stood.setdefault(name, now)
+            if robot.drives and name in view["stop"]["stand"]:
+                assert now - untrue.setdefault(name, now) < TO_WHEELS, f"the page says that {name} stands"
+            else:
+                untrue.pop(name, None)
+        return set(view["stop"]["stand"]) == set(rig.robots)
+    wait_for(lambda: look() and len(stood) == len(rig.robots), "all to stand by the page's word", PATIENCE, 0.005)
+    took = [max(0.0, when - since.get(name, when)) for name, when in stood.items()]
+    end = time.monotonic() + 0.3
+    while time.monotonic() < end:
+        look()
+        assert set(stood) == set(rig.robots), "one drives on"
+    return took
 
 
 def stop_time(rig, robots):

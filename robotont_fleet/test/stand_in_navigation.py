@@ -1,7 +1,7 @@
 """A node beside a robot: drives at 0.2 m/s, has a place on a map, a battery, and a move_base that is told to arrive.
 
-stand_in_navigation.py LOG: writes a line for each goal and each cancel. SIGUSR1: a person releases the emergency stop.
-SIGUSR2: the battery is empty, and with the next one it is full again.
+stand_in_navigation.py LOG: writes a line for each goal and each cancel. SIGUSR1: a person beside the robot releases the
+emergency stop. SIGUSR2: the battery is empty, and with the next one it is full again.
 """
 
 import signal
@@ -41,11 +41,18 @@ action_goals = rospy.Publisher("move_base/goal", MoveBaseActionGoal, queue_size=
 rospy.Subscriber("move_base_simple/goal", PoseStamped, on_goal)
 rospy.Subscriber("move_base/cancel", GoalID, lambda message: LOG.write(f"cancel {message.id}\n"))
 server.start()
-pressed = ""
-rospy.Subscriber("emergency_stop/pressed_by", String, lambda message: globals().update(pressed=message.data))
 transforms = rospy.Publisher("/tf_static", TFMessage, queue_size=1, latch=True)
 battery = rospy.Publisher("battery", BatteryState, queue_size=1)
 commands = rospy.Publisher("cmd_vel", Twist, queue_size=1)
+
+
+def on_pressed_by(message):
+    pressed.append(message.data)
+    commands.publish(Twist())  # who has not stopped once may not drive behind a stop, however short it was
+
+
+pressed = [""]
+rospy.Subscriber("emergency_stop/pressed_by", String, on_pressed_by)
 at_map = TransformStamped(child_frame_id="odom")
 at_map.header.frame_id = "map"
 at_map.transform.translation.x, at_map.transform.rotation.w = 1.0, 1.0
@@ -58,7 +65,7 @@ release = rospy.ServiceProxy("emergency_stop/release", Trigger)
 rate = rospy.Rate(10)
 while not rospy.is_shutdown():
     command = Twist()
-    command.linear.x = 0.0 if pressed else 0.2  # who has not stopped at a stop may not drive behind it
+    command.linear.x = 0.0 if pressed[-1] else 0.2
     commands.publish(command)
     while released:
         released.pop()

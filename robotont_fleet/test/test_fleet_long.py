@@ -7,7 +7,7 @@ import time
 from pathlib import Path
 
 import pytest
-from fleet_rig import PATIENCE, STATE, Rig, stop_time, wait_until_driving
+from fleet_rig import PATIENCE, STATE, Rig, memory, stop_time, wait_until_driving
 
 from robotont_fleet import zenoh_keys as keys
 from robotont_fleet.zenoh_setup import client_settings, open_session, zenoh
@@ -19,12 +19,6 @@ SECONDS = float(os.environ.get("ROBOTONT_FLEET_SECONDS", "600"))
 ROBOTS = int(os.environ.get("ROBOTONT_FLEET_ROBOTS", "20"))
 STOPS = int(os.environ.get("ROBOTONT_FLEET_STOPS", "20"))
 STAND_INS = int(os.environ.get("ROBOTONT_FLEET_STAND_INS", "200"))
-
-
-def memory(pid):
-    """[MiB] resident, and of what other processes use as well its share only (PSS)."""
-    text = Path(f"/proc/{pid}/smaps_rollup").read_text()
-    return [int(text.split(f"\n{name}:")[1].split()[0]) / 1024 for name in ("Rss", "Pss")]
 
 
 def processor_time(pid):
@@ -74,9 +68,8 @@ def test_robots_with_masters_of_their_own():
         for _ in range(STOPS):
             wait_until_driving(rig, *robots)
             took.append(stop_time(rig, robots))
-            wait_for(lambda: rig.view()["stop"]["stand"] == ROBOTS, "confirmations", PATIENCE)
-            for robot in robots:
-                robot.release()
+            wait_for(lambda: len(rig.stop_state()["stand"]) == ROBOTS, "confirmations", PATIENCE)
+            rig.release()
         check_stops(took)
         assert grown < 10.0
 
@@ -84,24 +77,26 @@ def test_robots_with_masters_of_their_own():
 def test_stand_ins_without_ros():
     with Rig() as rig:
         rig.start_page()
-        ended, heard = threading.Event(), {}  # {name: number of its newest stop}
+        ended, heard = threading.Event(), {}  # {name: its newest order}
         sessions = [open_session(client_settings(f"tcp/127.0.0.1:{rig.router_port}")) for _ in range(20)]
         names = [(f"s{number}", sessions[number % len(sessions)]) for number in range(STAND_INS)]
         tokens = [session.liveliness().declare_token(keys.alive_key(name, "a")) for name, session in names]
         for name, session in names:
             session.declare_subscriber(keys.order_key(name), lambda sample, name=name: heard.update(
-                {name: json.loads(sample.payload.to_bytes())["number"]}))
+                {name: json.loads(sample.payload.to_bytes())}))
 
         def talk():
-            """All twice a second, and at once who has heard a stop."""
+            """All twice a second, and at once who has heard a stop or a release."""
             confirmed, due = {}, 0.0
             while not ended.wait(0.02):
                 all_talk = time.monotonic() >= due
                 for name, session in names:
-                    number = heard.get(name)
-                    if all_talk or number != confirmed.get(name):
-                        confirmed[name] = number
-                        session.put(keys.state_key(name), json.dumps({**STATE, "confirmed": number}))
+                    order = heard.get(name, {})
+                    if all_talk or order != confirmed.get(name):
+                        confirmed[name] = order
+                        stops = [order["number"]] if order.get("kind") == "stop" else []
+                        session.put(keys.state_key(name), json.dumps(
+                            {**STATE, "confirmed": stops, "number": time.monotonic_ns() // 10 ** 6}))
                 due = time.monotonic() + 0.5 if all_talk else due
         talker = threading.Thread(target=talk)
         talker.start()
@@ -116,7 +111,9 @@ def test_stand_ins_without_ros():
                 wait_for(lambda before=before: all(heard.get(name) != before.get(name) for name, _ in names),
                          "the stop at all", PATIENCE, period=0.001)
                 took.append(time.monotonic() - began)
-                wait_for(lambda: rig.view()["stop"]["stand"] == len(tokens), "confirmations", PATIENCE)
+                wait_for(lambda: len(rig.stop_state()["stand"]) == len(tokens), "confirmations", PATIENCE)
+                rig.order(kind="release")
+                wait_for(lambda: not rig.stop_state()["left"], "the release", PATIENCE)
             check_stops(took)
         finally:
             ended.set()

@@ -2,83 +2,303 @@
 
 import json
 import math
-import re
-from pathlib import Path
 
 import pytest
 from fleet_rig import STATE
 from geometry_msgs.msg import TransformStamped
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
+from prometheus_client.parser import text_string_to_metric_families
 
-from robotont_driver.ros import link_report
 from robotont_fleet import fleet_node
 from robotont_fleet import zenoh_keys as keys
-from robotont_fleet.free_fleet import free_fleet_text
-from robotont_fleet.known_robots import Fleet, read_state
-from robotont_fleet.zenoh_setup import add_users, nested, read_users, router_settings
+from robotont_fleet.fleet_page import StopFile
+from robotont_fleet.known_robots import MOST, NEEDS, Fleet
+from robotont_fleet.mailbox import Mailbox
+from robotont_fleet.messages import TO_PAGE, TO_ROBOT, read_order, read_state, read_values
+from robotont_fleet.zenoh_setup import add_users, read_users, router_settings
 from robotont_teleop.web.frame_chain import FrameChain
-from robotont_teleop.web.metrics import GAUGES, metrics
-from robotont_testing.harness import tool_module
-from robotont_testing.places import launch
+from robotont_teleop.web.metrics import metrics
+from robotont_testing.harness import tool_module, wait_for
 
 
-def said(**fields):
-    return json.dumps({**STATE, "speed": None, "battery": None, **fields}).encode()
+class Class:
+    """A Fleet, and robots that say what they are told to; what it sends and keeps."""
+
+    def __init__(self, kept=None):
+        self.sent, self.kept, self.now, self._number = [], None, 0.0, 0
+        self.fleet = Fleet(lambda *order: self.sent.append(order), lambda kept: setattr(self, "kept", kept), kept)
+
+    def come(self, name, identity="a"):
+        self.fleet.hear_token(name, identity, True, self.now)
+
+    def go(self, name, identity="a"):
+        self.fleet.hear_token(name, identity, False, self.now)
+
+    def say(self, name, identity="a", number=None, **fields):
+        self._number += 1
+        self.fleet.hear_state(name, {**STATE, "id": identity, "number": number or self._number, **fields}, self.now)
+
+    def confirm(self, name, identity="a"):
+        self.say(name, identity, confirmed=[self.wanted(name)], stopped="/fleet_node")
+
+    def wanted(self, name):
+        return self.kept["all"] or self.kept["some"][name]
+
+    def repeated(self):
+        """Names to whom a stop is sent now."""
+        del self.sent[:]
+        self.fleet.repeat(self.now)
+        assert all(order["number"] == self.wanted(name) for name, order in self.sent)
+        return [name for name, _ in self.sent]
+
+    def stop(self):
+        return self.fleet.view(self.now)["stop"]
+
+    def needs(self):
+        return {one["name"]: one["need"] for one in self.fleet.view(self.now)["robots"]}
+
+
+@pytest.fixture
+def room():
+    room = Class()
+    for name in ("r1", "r2"):
+        room.come(name)
+        room.say(name)
+    return room
+
+
+def test_a_stop_for_all_holds_for_who_blinks_joins_and_restarts_until_somebody_ends_it(room):
+    room.fleet.stop()
+    assert room.sent[-2:] == [(name, {"kind": "stop", "number": room.kept["all"]}) for name in ("r1", "r2")]
+    room.confirm("r1")
+    assert room.repeated() == ["r2"]
+    room.confirm("r2")
+    assert room.repeated() == []
+    assert room.stop() == {"all": True, "stand": ["r1", "r2"], "waiting": [], "gone": [], "left": []}
+    room.go("r2")
+    assert (room.stop()["gone"], room.repeated()) == (["r2"], [])
+    room.come("r2")  # it was cut off
+    assert (room.sent[-1][0], room.stop()["waiting"], room.repeated()) == ("r2", ["r2"], ["r2"])
+    room.confirm("r2")
+    room.go("r2")
+    room.come("r2", "b")  # it has restarted
+    room.come("r3")       # a new one
+    assert room.repeated() == ["r2", "r3"]
+    room.confirm("r2", "b")
+    room.confirm("r3")
+    assert room.repeated() == []
+    room.say("r3", confirmed=[])  # somebody has released it beside
+    assert (room.repeated(), room.needs()["r3"]) == (["r3"], "waits")
+    room.fleet.release()
+    room.come("r4")
+    assert room.repeated() == []
+
+
+def test_nothing_but_the_newest_word_of_who_is_there_confirms_a_stop(room):
+    room.fleet.stop()
+    room.say("r1", confirmed=["another"])
+    room.say("r1", "never seen", confirmed=[room.kept["all"]])
+    assert room.repeated() == ["r1", "r2"]
+    room.go("r1")
+    room.confirm("r1")  # on its way when it went
+    assert room.stop()["gone"] == ["r1"]
+    room.come("r1")
+    assert room.repeated() == ["r1", "r2"]
+    room.say("r1", number=100, confirmed=[])
+    room.say("r1", number=99, confirmed=[room.kept["all"]])  # of before
+    assert room.repeated() == ["r1", "r2"]
+    room.say("r1", number=101, confirmed=[room.kept["all"]])
+    assert room.repeated() == ["r2"]
+    room.now += 2.1  # and then not a word
+    assert (room.stop()["waiting"], room.repeated()) == (["r1", "r2"], ["r1", "r2"])
+
+
+def test_a_stop_for_one_holds_also_for_who_is_gone_and_counts_apart_from_that_for_all(room):
+    room.go("r2")
+    room.fleet.stop("r2")
+    number = room.kept["some"]["r2"]
+    assert room.stop() == {"all": False, "stand": [], "waiting": [], "gone": ["r2"], "left": []}
+    room.fleet.stop("r2")
+    assert room.kept["some"]["r2"] == number
+    room.come("r2", "b")
+    assert room.repeated() == ["r2"]
+    room.fleet.release()
+    assert room.kept["some"] == {}
+    room.fleet.stop("r2")
+    room.fleet.stop()
+    everyone = room.kept["all"]
+    room.fleet.stop("r1")
+    room.fleet.stop()
+    assert (room.kept["all"], room.kept["some"]) == (everyone, {})
+    assert room.stop()["waiting"] == ["r1", "r2"]
+
+
+def test_a_robot_that_blinks_keeps_its_card_and_of_namesakes_each_must_confirm(room):
+    def cards():
+        return [(one["id"], one["present"], one.get("number")) for one in room.fleet.view(0.0)["robots"]
+                if one["name"] == "r1"]
+    room.say("r1", number=9)
+    room.go("r1")
+    room.now = 60.0
+    room.come("r1")
+    assert cards() == [("a", True, 9)]
+    assert room.needs()["r1"] == ""  # not silent: it has just come
+    assert [one["age"] for one in room.fleet.view(room.now)["robots"] if one["name"] == "r1"] == [60.0]
+    room.go("r1")
+    room.come("r1", "b")
+    assert cards() == [("b", True, None)]
+    room.come("r1", "c")
+    room.fleet.stop("r1")
+    room.confirm("r1", "b")
+    assert room.repeated() == ["r1"]
+    room.confirm("r1", "c")
+    assert room.repeated() == []
+    room.go("r1", "b")
+    room.go("r1", "c")
+    assert [one[:2] for one in cards()] == [("c", False)]
+
+
+def test_a_release_lets_go_who_is_there_and_stands_by_this_page_and_tells_who_is_left(room):
+    room.fleet.stop()
+    number = room.kept["all"]
+    room.say("r1", number=50, confirmed=["other-1", number])
+    room.come("r3")
+    room.confirm("r3")
+    room.go("r3")
+    room.say("r2", confirmed=["other-1"])
+    del room.sent[:]
+    room.fleet.release()
+    assert room.sent == [("r1", {"kind": "release", "number": number, "id": "a", "seen": 50})]
+    assert room.stop() == {"all": False, "stand": [], "waiting": [], "gone": [], "left": ["r1"]}
+    assert room.kept["all"] is None
+    room.come("r3")  # it had not heard
+    room.say("r3", confirmed=[number])
+    assert room.stop()["left"] == ["r1", "r3"]
+    room.say("r1", number=51, confirmed=[])
+    del room.sent[:]
+    room.fleet.release()
+    assert [name for name, _ in room.sent] == ["r3"]
+
+
+def test_stops_survive_the_page_and_its_file_is_read_in_doubt_as_a_stop(room, tmp_path, monkeypatch, capsys):
+    monkeypatch.setenv("ROS_HOME", str(tmp_path / "new"))
+    file = StopFile(8110)
+    assert file.read() == {}
+    room.fleet.stop()
+    room.come("r3")
+    file.write(room.kept)
+    wait_for(file.read, "the file")
+    assert (tmp_path / "new" / "robotont_fleet_stops_8110.json").stat().st_mode & 0o777 == 0o600
+    after = Class(file.read())
+    assert after.stop() == {"all": True, "stand": [], "waiting": [], "gone": ["r1", "r2", "r3"], "left": []}
+    assert Class({**file.read(), "all": None, "some": {"r2": "a"}}).stop()["gone"] == ["r2"]
+    after.come("r1")
+    assert after.sent == [("r1", {"kind": "stop", "number": room.kept["all"]})]
+    after.fleet.release()
+    assert after.kept["page"] == room.kept["page"]
+    (tmp_path / "new" / "robotont_fleet_stops_8110.json").write_text("{")
+    assert file.read() is None
+    assert "STOP ALL holds" in capsys.readouterr().err
+
+
+def test_robots_are_remembered_up_to_a_number_and_states_of_who_never_was_there_are_not():
+    room = Class()
+    for number in range(MOST + 100):
+        room.now = number
+        room.come(f"r{number}")
+        room.say(f"r{number}")
+        room.go(f"r{number}")
+    assert set(room.needs()) == {f"r{number}" for number in range(100, MOST + 100)}
+    for number in range(50):
+        room.say("r399", f"b{number}")
+        room.say(f"never there {number}")
+    assert len(room.fleet.view(0.0)["robots"]) == MOST
+
+
+def test_who_needs_somebody_comes_first_and_is_counted():
+    room = Class()
+    worst = {"task": "link", "words": "no board", "fault": ""}
+    said = {"silent": {}, "no_driver": {"driver": False}, "error": {"worst": {**worst, "level": 2}},
+            "empty": {"battery": {"voltage": 13.0, "charge": 0.05}}, "namesakes": {"namesakes": 1},
+            "low": {"battery": {"voltage": 13.5, "charge": 0.15}}, "stopped": {"stopped": "/keys"},
+            "warning": {"worst": {**worst, "level": 1}}, "well": {}, "gone": {}, "waits": {}, "held": {}}
+    for name in said:
+        room.come(name)
+    room.say("silent")
+    room.now = 5.1
+    for name, fields in said.items():
+        if name != "silent":
+            room.say(name, **fields)
+    room.go("gone")
+    for name in ("waits", "held"):
+        room.fleet.stop(name)
+    room.confirm("held")
+    view = room.fleet.view(room.now)
+    assert {name: need or "well" for name, need in room.needs().items()} == {name: name for name in said}
+    assert [one["need"] for one in view["robots"]] == list(NEEDS)
+    assert view["need"] == 8
+
+
+def test_of_orders_that_wait_the_newest_of_each_kind_is_left_in_their_order():
+    mailbox = Mailbox()
+    for number in range(100):
+        mailbox.put("goal", f"goal {number}")
+        mailbox.put("stop", f"stop {number}")
+    mailbox.put("cancel", "cancel")
+    mailbox.put("goal", "goal")
+    assert [mailbox.take() for _ in range(3)] == ["stop 99", "cancel", "goal"]
+    for number in range(100):
+        mailbox.put(number, number)
+    assert mailbox.take() == 84
 
 
 @pytest.mark.parametrize("age, words", [
     (0.0, ""), (2.0, ""), (2.1, "2.1 s old, allowed: 2 s"), (-0.1, "-0.1 s old"), (math.inf, "before the connection"),
     (math.nan, "nan s old")])
 def test_a_goal_of_another_age_is_refused(age, words):
-    refusal = fleet_node.refusal_of_age(age)
+    refusal = fleet_node.refusal_of_age("goal", age)
     assert words in refusal
     assert bool(refusal) == bool(words)
 
 
-def test_a_stop_is_sent_until_every_robot_of_the_name_confirms_it():
-    sent = []
-    fleet = Fleet(lambda name, order: sent.append((name, order["number"])))
-    for identity in "ab":
-        fleet.hear_token("r1", identity, present=True)
-        fleet.hear_state("r1", said(id=identity), 0.0)
-    fleet.hear_token("r2", "c", present=True)
-    fleet.stop()
-    numbers = dict(sent)
-    assert set(numbers) == {"r1", "r2"}
-    fleet.hear_state("r1", said(id="a", confirmed=numbers["r1"]), 1.0)
-    fleet.hear_state("r2", said(id="c", confirmed="an older one"), 1.0)
-    fleet.hear_token("r2", "c", present=False)
-    del sent[:]
-    fleet.repeat()
-    assert sent == [("r1", numbers["r1"])]  # the other one of that name has not
-    fleet.hear_state("r1", said(id="b", confirmed=numbers["r1"]), 1.0)
-    fleet.hear_token("r2", "d", present=True)  # started again
-    del sent[:]
-    fleet.repeat()
-    assert sent == [("r2", numbers["r2"])]
-    assert fleet.view(2.0)["stop"] == {"asked": 2, "stand": 1, "waiting": ["r2"], "gone": []}
-    assert [one["id"] for one in fleet.view(2.0)["robots"]] == ["a", "b", "d"]
+GOAL = {"kind": "goal", "name": "r1", "id": "a", "seen": 7, "x": 0.5, "y": -3}
 
 
-def test_the_longest_gone_of_too_many_robots_are_forgotten():
-    fleet = Fleet(lambda *_: None)
-    for number in range(400):
-        fleet.hear_token(f"r{number}", "a", present=True)
-        fleet.hear_state(f"r{number}", said(), number)
-        fleet.hear_token(f"r{number}", "a", present=False)
-    names = {one["name"] for one in fleet.view(500.0)["robots"]}
-    assert len(names) == 300
-    assert "r399" in names
+def test_orders_are_read_as_they_were_sent():
+    for order in ({"kind": "stop"}, {"kind": "stop", "name": "r1"}, {"kind": "release"}, GOAL):
+        assert read_order(json.dumps(order).encode(), TO_PAGE) == order
+    for order in ({"kind": "stop", "number": "a-1"}, {"kind": "release", "number": "a-1", "id": "a", "seen": 7}, GOAL):
+        assert read_order(json.dumps(order).encode(), TO_ROBOT) == order
+
+
+@pytest.mark.parametrize("payload", [
+    "", "[]", "{}", "null", '"stop"', b"\xff", "[" * 500, '{"kind": "drive"}', '{"kind": ["stop"]}',
+    '{"kind": "cancel"}', '{"kind": "stop", "name": [1]}', json.dumps({"kind": "stop", "name": "r" * 600}),
+    *(json.dumps({**GOAL, key: value}) for key, value in (("x", math.nan), ("x", 1000.1), ("y", None), ("x", True),
+                                                           ("seen", math.inf), ("seen", 10 ** 400), ("id", 3)))])
+def test_what_is_no_order_is_refused(payload):
+    with pytest.raises(ValueError, match="no order"):
+        read_order(payload if isinstance(payload, bytes) else payload.encode(), TO_PAGE)
+
+
+ODD = st.none() | st.text() | st.floats() | st.sampled_from([10 ** 400, True]) | st.lists(
+    st.floats() | st.text(), max_size=4) | st.dictionaries(st.text(max_size=8), st.floats() | st.text(), max_size=2)
 
 
 @settings(suppress_health_check=[HealthCheck.too_slow], deadline=None)
-@given(st.binary(max_size=200) | st.dictionaries(st.sampled_from(sorted(STATE)), st.none() | st.text() | st.floats()
-       | st.lists(st.floats() | st.text(), max_size=4)).map(lambda fields: said(**fields)))
-def test_whatever_a_robot_says_the_page_gets_sound_json_or_nothing(payload):
-    state = read_state(payload)
-    assert state is None or json.loads(json.dumps(state, allow_nan=False)) == state
-    assert state is None or state["page"] == "" or state["page"].startswith(("http://", "https://"))
+@given(st.binary(max_size=200) | st.dictionaries(st.sampled_from(sorted(STATE)), ODD).map(
+    lambda fields: json.dumps({**STATE, **fields}).encode()))
+def test_whatever_is_said_becomes_sound_json_or_nothing(payload):
+    for read in (read_state, read_values, lambda text: read_order(text, TO_ROBOT)):
+        try:
+            found = read(payload)
+        except ValueError:
+            continue
+        assert json.loads(json.dumps(found, allow_nan=False)) == found
+        assert read is not read_state or found["page"] == "" or found["page"].startswith(("http://", "https://"))
+        if read is read_state:
+            metrics([{**found, "name": "r1", "up": True, "age": 0.0}], {})
 
 
 def transform(parent, child, x, stamp=0):
@@ -118,8 +338,8 @@ def test_keys_are_those_of_the_bridge_and_of_rosbags_typestore():
         assert keys.ros_key(topic, "r1").split("/", 2)[1] == store.generate_msgdef(f"{package}/msg/{name}")[1]
 
 
-@pytest.mark.parametrize("name", ["", "*", "a/b", "r1/**", "-r", "ä", "r" * 42])
-def test_a_name_that_is_no_part_of_a_key_is_refused(name):
+@pytest.mark.parametrize("name", ["", "*", "a/b", "r1/**", "-r", "ä", "r" * 42, "teacher", "Teacher"])
+def test_a_name_that_is_no_part_of_a_key_or_the_teachers_is_refused(name):
     with pytest.raises(ValueError, match="allowed"):
         keys.check_name(name)
 
@@ -127,34 +347,21 @@ def test_a_name_that_is_no_part_of_a_key_is_refused(name):
 def test_each_robot_gets_its_own_keys_only(tmp_path):
     users = add_users(tmp_path / "users", ["order", "r2"])
     assert read_users(tmp_path / "users") == users
-    tree = nested(router_settings("tcp/0.0.0.0:7447", users, tmp_path / "users"))
-    rules = {rule["id"]: rule["key_exprs"] for rule in tree["access_control"]["rules"]}
+    access = router_settings("0.0.0.0", 7447, users=users, users_file=tmp_path / "users")["access_control"]
+    rules = {rule["id"]: rule["key_exprs"] for rule in access["rules"]}
     assert rules["teacher"] == ["**"]
     assert all("/order/" in key for key in rules["order"])
-    assert tree["access_control"]["default_permission"] == "deny"
+    assert access["default_permission"] == "deny"
     (tmp_path / "users").chmod(0o644)
     with pytest.raises(ValueError, match="600"):
         read_users(tmp_path / "users")
 
 
-def test_metrics_escape_what_robots_say():
-    text = metrics([{"name": "r1", "id": "a", "present": True, "age": None}], {"r1": {'a "task"\n': {"level": 2}}})
-    assert 'robotont_up{robot="r1",id="a"} 1\n' in text
-    assert 'task="a \\"task\\"\\n",key="level"} 2\n' in text
-
-
-def test_the_shipped_configuration_of_free_fleet_is_that_of_the_robots_folder():
-    shipped = launch("fleet.launch").parents[1] / "config" / "fleet" / "free_fleet.yaml"
-    assert shipped.read_text() == free_fleet_text("robotont3", ["robot1", "robot2"])
-
-
-def test_the_dashboard_asks_for_numbers_that_there_are():
-    board = json.loads((launch("fleet.launch").parents[1] / "config" / "fleet" / "grafana.json").read_text())
-    asked = {name for panel in board["panels"] for target in panel["targets"]
-             for name in re.findall(r"robotont_\w+", target["expr"])}
-    assert asked <= {f"robotont_{name}" for name, *_ in GAUGES} | {"robotont_diagnostic"}
-    keys_asked = {key for panel in board["panels"] for target in panel["targets"]
-                  for key in re.findall(r'key="([^"]+)"', target["expr"])}
-    sources = "".join(Path(module.__file__).read_text() for module in (link_report, fleet_node))
-    assert keys_asked
-    assert all(f'"{key}"' in sources for key in keys_asked)
+def test_metrics_are_read_by_prometheus_own_parser():
+    text = metrics([{"name": "r1", "id": "a", "up": True, "age": None}, {"name": "r2", "up": False, "age": 0.5}],
+                   {"r1": {'a "task"\n': {"level": 2}}}).decode()
+    found = {family.name: [(*map(one.labels.get, ("robot", "id", "task", "key")), one.value) for one in family.samples]
+             for family in text_string_to_metric_families(text)}
+    assert found["robotont_up"] == [("r1", "a", None, None, 1.0), ("r2", "", None, None, 0.0)]
+    assert found["robotont_state_age_seconds"] == [("r2", "", None, None, 0.5)]
+    assert found["robotont_diagnostic"] == [("r1", None, 'a "task"\n', "level", 2.0)]

@@ -1,7 +1,6 @@
 """The fleet's page: its server's doors, and the page in a real browser, with robots that only write down."""
 
 import json
-import math
 import os
 import time
 from pathlib import Path
@@ -11,7 +10,8 @@ from fleet_rig import STATE
 
 from robotont_fleet.fleet_page import page_files, read_ground
 from robotont_fleet.fleet_server import FleetServer
-from robotont_fleet.known_robots import Fleet
+from robotont_fleet.known_robots import NEEDS, Fleet
+from robotont_fleet.messages import read_state
 from robotont_teleop.web.access import Access
 from robotont_testing.browser import CHROMIUM, DESKTOP, Browser
 from robotont_testing.harness import tool_module, wait_for
@@ -29,7 +29,7 @@ class Served(LoopClient):
     def __init__(self, robots, token=None):
         super().__init__()
         self._robots, self._access = robots, Access(token, "robotont_fleet")
-        self.sent, self.states = [], {}
+        self.sent, self.states, self.there, self.complaint = [], {}, set(), ""
 
     def __enter__(self):
         super().__enter__()
@@ -37,24 +37,32 @@ class Served(LoopClient):
         return self
 
     async def _start(self):
-        self.fleet = Fleet(self._send)
+        self.fleet = Fleet(self._send, lambda kept: setattr(self, "stops", kept))
         server = FleetServer(self.fleet, self._access, ("fleet.local",), page_files(),
-                             read_ground(str(config("maps/room.yaml"))), dict)
+                             read_ground(str(config("maps/room.yaml"))), dict, self)
         server.listen("127.0.0.1", 0)
         self.port = server.port
         for number in range(self._robots):
             self.say(f"robot{number}", pose=[0.5 + number % 8, 0.5 + number // 8, number], frame="map")
 
+    async def kept(self):
+        """As of a StopFile."""
+
     def say(self, name, present=True, **fields):
         self.states[name] = {**STATE, "id": name, "number": 7, "page": "http://192.0.2.1:8100/",
                              **self.states.get(name, {}), **fields}
-        self.fleet.hear_token(name, name, present)
-        self.fleet.hear_state(name, json.dumps(self.states[name]).encode(), time.monotonic())
+        now = time.monotonic()
+        if present != (name in self.there):
+            self.there ^= {name}
+            self.fleet.hear_token(name, name, present, now)
+        self.fleet.hear_state(name, read_state(json.dumps(self.states[name]).encode()), now)
 
     def _send(self, name, order):
         self.sent.append((name, order))
-        if order["kind"] == "stop" and name != "robot2":
-            self.loop.call_soon(lambda: self.say(name, stopped="/fleet_node", confirmed=order["number"]))
+        if name != "robot2" and order["kind"] in ("stop", "release"):
+            stops = order["kind"] == "stop"
+            self.loop.call_soon(lambda: self.say(name, stopped="/fleet_node" if stops else "",
+                                                 confirmed=[order["number"]] if stops else []))
 
     def say_later(self, name, **fields):
         self.loop.call_soon_threadsafe(lambda: self.say(name, **fields))
@@ -89,25 +97,27 @@ def test_only_who_has_the_token_sees_and_orders():
         wait_for(lambda: len(server.sent) == 2, "the stops")
 
 
-def test_what_is_no_order_is_refused():
-    goal = {"kind": "goal", "name": "robot0", "id": "robot0", "seen": 7, "x": 0.0, "y": 0.0}
+def test_what_is_no_order_is_refused_and_who_is_not_there_can_be_stopped_only():
     with Served(1) as server:
-        for order in ("", "[]", "{}", "null", '{"kind": "stop", "name": "nobody"}', '{"kind": "cancel"}',
-                      '{"kind": "release"}', json.dumps({**goal, "x": math.nan}), json.dumps({**goal, "x": 1e9}),
-                      '{"kind": "stop", "name": [1]}'):
+        for order in ("", "[" * 900, '{"kind": "drive"}', '{"kind": "stop", "name": "a/b"}', '{"kind": "goal"}',
+                      '{"kind": "cancel", "name": "nobody"}'):
             assert server.ask("POST", "/order", order) == 400, order
         assert server.sent == []
+        assert server.ask("POST", "/order", '{"kind": "stop", "name": "nobody"}') == 204
+        assert list(server.stops["some"]) == ["nobody"]
 
 
 @NEEDS_BROWSER
-def test_stop_all_shows_who_has_confirmed_and_a_click_sends_a_robot(browser):
+def test_stop_all_shows_who_stands_until_all_are_let_go_and_a_click_sends_a_robot(browser):
     with Served(3) as server:
         page = browser.page(f"http://127.0.0.1:{server.port}/", SMALL)
         page.wait("document.querySelectorAll('.card').length === 3", "three robots")
         page.tap("#stop_all")
-        page.wait("document.getElementById('stopping').textContent.includes('Still asking robot2')", "who is missing")
-        assert page.text("#stopping").startswith("STOP: 2 of 3 have confirmed.")
-        page.tap(".card .goal")
+        page.wait("document.getElementById('stopping').textContent.includes('Still asking: robot2.')", "who is missing")
+        assert page.text("#stop_words").startswith("STOP: 2 of 3 stand by it.")
+        assert page.text("#need") == "1 need somebody"
+        assert page.text(".card h2") == "robot2"
+        page.tap(".card:nth-child(2) .goal")
         x, y = page.place("#map")
         page.run(f"document.getElementById('map').dispatchEvent(new MouseEvent('click', {{clientX: {x}, clientY: {y}, "
                  "bubbles: true}))")
@@ -117,7 +127,50 @@ def test_stop_all_shows_who_has_confirmed_and_a_click_sends_a_robot(browser):
         server.say_later("robot1", present=False)
         page.wait("document.querySelectorAll('.card[data-gone]').length === 1", "one that has gone")
         assert page.text("#count") == "2 of 3 connected"
+        assert "stopped when back: robot1" in page.text("#stop_words")
+        page.tap(".card[data-gone] .one")
+        page.run("document.getElementById('release').dispatchEvent(new PointerEvent('pointerdown'))")
+        page.wait("document.getElementById('stopping').hidden", "the release")
+        assert ("robot0", "release") in [(name, order["kind"]) for name, order in server.sent]
         assert page.complaints() == []
+        page.close()
+
+
+@NEEDS_BROWSER
+def test_a_stop_that_does_not_arrive_is_red_until_it_has(browser):
+    """With a server that answers nothing, then errors, then as it should; never more than one question at a time."""
+    fetch = """window.mode = "hang"; window.asked = 0; window.most = 0; const real = window.fetch;
+        window.fetch = async (path, options) => {
+          window.asked += path === "robots"; window.most = Math.max(window.most, window.asked);
+          try {
+            if (window.mode === "hang") await new Promise((_, no) => options.signal.onabort = () => no(Error("late")));
+            return window.mode === "fail" ? new Response("", {status: 500}) : await real(path, options);
+          } finally { window.asked -= path === "robots"; }
+        };"""
+    with Served(2) as server:
+        page = browser.page(f"http://127.0.0.1:{server.port}/", SMALL, script=fetch)
+        page.tap("#stop_all")
+        page.wait("!document.getElementById('unsent').hidden && !document.getElementById('lost').hidden", "red")
+        page.run("window.mode = 'fail'")
+        page.wait("!document.getElementById('unsent').hidden", "red still")
+        assert server.sent == []
+        page.run("window.mode = ''")
+        page.wait("document.getElementById('unsent').hidden && document.getElementById('lost').hidden", "its arrival")
+        wait_for(lambda: len(server.sent) == 2, "the stops")
+        page.wait("document.getElementById('stop_words').textContent.startsWith('STOP: 2 of 2')", "the robots' word")
+        assert page.run("window.most") == 1
+        page.close()
+
+
+@NEEDS_BROWSER
+def test_all_is_said_in_three_languages(browser):
+    with Served(1) as server:
+        page = browser.page(f"http://127.0.0.1:{server.port}/", SMALL, language="de")
+        page.wait("document.getElementById('count').textContent === '1 von 1 verbunden'", "German")
+        page.run("""import('./fleet_texts.js').then(({FLEET_TEXTS}) => window.texts = FLEET_TEXTS)""")
+        assert page.run(f"""{json.dumps(NEEDS)}.every((need) => window.texts['need_' + need])""")
+        assert page.run("""Object.entries(window.texts).filter(([key, texts]) => key !== 'need_' && (texts.length !== 3
+            || texts.some((one) => !one || one.split('{}').length !== texts[0].split('{}').length)))""") == []
         page.close()
 
 
@@ -126,7 +179,8 @@ def test_stop_all_shows_who_has_confirmed_and_a_click_sends_a_robot(browser):
     (0, SMALL, False), (1, DESKTOP, True), (40, SMALL, True), (40, DESKTOP, False)])
 def test_the_page_fits_and_axe_finds_nothing(browser, size, dark, robots):
     with Served(robots) as server:
-        for name, fields in (("robot1", {"worst": [2, "serial_com_node: link", "no board " * 12]}),
+        worst = {"level": 2, "task": "serial_com_node: link", "words": "no board " * 12, "fault": ""}
+        for name, fields in (("robot1", {"worst": worst}),
                              ("robot2", {"stopped": "/web_teleop_node"}), ("robot3", {"namesakes": 1, "page": ""}),
                              ("robot4", {"battery": {"voltage": 14.5, "charge": 0.07}}),
                              ("robot5", {"battery": {"voltage": 13.9, "charge": 0.03}})):
@@ -136,8 +190,14 @@ def test_the_page_fits_and_axe_finds_nothing(browser, size, dark, robots):
         page.wait(f"document.querySelectorAll('.card').length === {robots}", "the robots")
         page.wait("document.getElementById('count').textContent.includes('connected')", "the first answer")
         page.tap("#stop_all")
-        page.wait("!document.getElementById('stopping').hidden || !document.getElementById('none').hidden", "the stop")
-        assert page.run("document.documentElement.scrollWidth <= innerWidth")
+        page.wait("!document.getElementById('stopping').hidden", "the stop")
+        for turned in (size, (size[1], size[0], size[2])):
+            page.look(turned, dark)
+            page.wait("document.documentElement.scrollWidth <= innerWidth", "all to fit")
+            page.wait("""[...document.querySelectorAll('#map .robots .place')].every((one) => {
+                const box = one.querySelector('circle').getBoundingClientRect(), all = map.getBoundingClientRect();
+                return box.left >= all.left && box.right <= all.right && box.top >= all.top && box.bottom <= all.bottom;
+            })""", "the discs on the map")
         page.run((Path(tool_module("axe_core_python").__file__).parent / "axe.min.js").read_text())
         found = page.run("axe.run({exclude: ['#map text']}).then((result) => result.violations.map("  # it sees no halo
                          "(one) => one.id + one.nodes[0].html))")

@@ -1,29 +1,81 @@
 // The fleet's page: asks for all robots twice a second, and sends orders. What a robot says is shown as text only.
-import {draw, world} from "./fleet_map.js";
+import {draw, shortNames, world} from "./fleet_map.js";
+import {FLEET_TEXTS} from "./fleet_texts.js";
+import {actWhenHeld} from "./hold_button.js";
 import {$, write} from "./page.js";
+import {addTexts, chosenLanguage, setLanguage, text, textOr} from "./texts.js";
 
-const PERIOD = 500, PATIENCE = 3000;  // [ms] between two questions; an answer may take
-const LEVELS = ["well", "warning", "error", "silent"];
-const cards = new Map();
-let view = null, heard = -Infinity, aiming = null;
+const PERIOD = 500, PATIENCE = 3000, OLD = 2000, RETRY = 150, STILL = 3000, TOAST = 5000;  // [ms]
+const LEVELS = {"": 0, warning: 1, low: 1, held: 1, silent: 3, gone: 3};  // of a need; the others: 2
+const NAMED = 6;         // robots that a line names
+const cards = new Map(); // by the robot's key
+const unsent = new Map(); // STOPs that have not arrived, by name; "" for all
+let view = null, heard = -Infinity, asking = false, sending = false, failed = false, aiming = null, touched = -Infinity;
 
-async function order(fields) {
+const key = (robot) => `${robot.name} ${robot.id}`;
+
+function say(name, ...values) {
+  return values.reduce((words, value) => words.replace("{}", () => value), text(name));
+}
+
+async function post(fields) {
   try {
-    const answer = await fetch("order", {method: "POST", body: JSON.stringify(fields), signal: AbortSignal.timeout(PATIENCE)});
-    $("lost").hidden = answer.ok;
+    return (await fetch("order", {method: "POST", body: JSON.stringify(fields), signal: AbortSignal.timeout(PATIENCE)})).ok;
   } catch {
-    $("lost").hidden = false;
+    return false;
+  }
+}
+
+// Sends a STOP until it has arrived.
+async function stop(name) {
+  if (!name) {
+    unsent.clear();
+  }
+  unsent.set(name ?? "", {kind: "stop", name});
+  if (sending) {
+    return;
+  }
+  sending = true;
+  const late = setTimeout(() => showUnsent(true), RETRY);
+  while (unsent.size) {
+    const [robot, fields] = unsent.entries().next().value;
+    if (await post(fields)) {
+      if (unsent.get(robot) === fields) {
+        unsent.delete(robot);
+      }
+    } else {
+      showUnsent(true);
+      await new Promise((resolve) => setTimeout(resolve, RETRY));
+    }
+  }
+  clearTimeout(late);
+  sending = false;
+  showUnsent(false);
+  ask();
+}
+
+function showUnsent(shown) {
+  $("unsent").hidden = !shown;
+}
+
+// Sends what is of this moment only, once.
+async function order(fields) {
+  if (!await post(fields)) {
+    write($("toast"), text("not_sent"));
+    $("toast").hidden = false;
+    clearTimeout(failed);
+    failed = setTimeout(() => $("toast").hidden = true, TOAST);
   }
   ask();
 }
 
 function aim(robot) {
-  aiming = robot && aiming?.id !== robot.id ? {id: robot.id, name: robot.name} : null;
+  aiming = robot && aiming !== key(robot) ? key(robot) : null;
   $("choosing").hidden = !aiming;
-  $("choosing").textContent = aiming ? `Tap the place on the map to which ${aiming.name} shall go.` : "";
+  write($("choosing"), aiming ? say("aim", robot.name) : "");
   document.body.classList.toggle("aiming", Boolean(aiming));
-  for (const [id, card] of cards) {
-    card.querySelector(".goal").setAttribute("aria-pressed", String(aiming?.id === id));
+  for (const [one, card] of cards) {
+    card.querySelector(".goal").setAttribute("aria-pressed", String(aiming === one));
   }
   if (aiming) {
     $("stage").scrollIntoView({block: "center"});
@@ -31,96 +83,145 @@ function aim(robot) {
 }
 
 function makeCard(robot) {
-  const card = $("card").content.firstElementChild.cloneNode(true);
-  const find = (selector) => card.querySelector(selector);
-  find("h2").textContent = robot.name;
-  for (const [selector, what] of [[".one", "STOP"], [".goal", "Goal for"], [".cancel", "Cancel the goal of"], [".own", "Page of"]]) {
-    find(selector).setAttribute("aria-label", `${what} ${robot.name}`);
+  const card = $("card").content.firstElementChild.cloneNode(true), name = robot.name;
+  card.querySelector("h2").textContent = name;
+  const acts = {one: () => stop(name), cancel: () => order({kind: "cancel", name}),
+    goal: () => aim(view.robots.find((one) => key(one) === key(robot)))};
+  for (const [what, act] of Object.entries(acts)) {
+    card.querySelector(`.${what}`).onclick = act;
   }
-  find(".one").onclick = () => order({kind: "stop", name: robot.name});
-  find(".cancel").onclick = () => order({kind: "cancel", name: robot.name});
-  find(".goal").onclick = () => aim(robot);
   return card;
 }
 
 function age(seconds) {
-  return seconds === null ? "nothing yet" : seconds < 3 ? "now" : seconds < 100 ? `${Math.round(seconds)} s ago`
-    : seconds < 6000 ? `${Math.round(seconds / 60)} min ago` : `${Math.round(seconds / 3600)} h ago`;
+  return seconds === null ? say("age_none") : seconds < 3 ? say("age_now") : seconds < 100 ? say("age_seconds", Math.round(seconds))
+    : seconds < 6000 ? say("age_minutes", Math.round(seconds / 60)) : say("age_hours", Math.round(seconds / 3600));
 }
 
 function words(robot) {
-  return robot.namesakes ? `Two robots are called ${robot.name}: rename one` : !robot.present ? "No connection: this is what it said last"
-    : robot.silent ? "Connected, but its fleet_node says nothing" : robot.stopping ? "STOP sent, not confirmed yet"
-    : robot.stopped ? `Emergency stop, pressed by ${robot.stopped}; release it on the robot's own page` : robot.note
-    || (robot.worst?.[0] ? `${robot.worst[1]}: ${robot.worst[2]}` : "");
+  const {need, worst} = robot;
+  if (need === "error" || need === "warning") {
+    return textOr(`fault_${worst.fault}`, `${worst.task}: ${worst.words}`);
+  }
+  const told = say(`need_${need}`, need === "stopped" ? robot.stopped : robot.name);
+  return [told, robot.asked && !robot.present ? text("stop_asked") : "", robot.present ? robot.note : ""].filter(Boolean).join(" · ");
 }
 
 function fill(card, robot) {
-  const find = (selector) => card.querySelector(selector);
-  const level = !robot.present || robot.silent ? 3 : robot.namesakes || robot.stopped ? 2 : robot.worst?.[0] ?? 3;
+  const find = (selector) => card.querySelector(selector), {voltage, charge} = robot.battery ?? {};
   card.toggleAttribute("data-gone", !robot.present);
-  card.toggleAttribute("data-stopped", Boolean(robot.stopped || robot.stopping));
-  find(".dot").dataset.level = level;
-  find(".dot").title = LEVELS[level];
-  find(".age").textContent = age(robot.age);
-  const {voltage, charge} = robot.battery ?? {};
-  find(".charge").textContent = (charge ?? null) !== null ? `${Math.round(100 * charge)} %${charge <= 0.05 ? ", empty" : charge <= 0.15 ? ", low" : ""}` : voltage ? `${voltage.toFixed(1)} V` : "";
-  find(".words").textContent = words(robot);
-  find(".now").textContent = [robot.driven_by ? `driven by ${robot.driven_by}` : "nobody drives",
-    robot.speed ? `${robot.speed[0].toFixed(2)} m/s` : "", robot.frame === "map" ? "" : "not on the map"].filter(Boolean).join(" · ");
+  card.dataset.need = robot.need;
+  find(".dot").dataset.level = LEVELS[robot.need] ?? 2;
+  find(".dot").title = text(`need_${robot.need || "well"}`).replace(": {}", "").replace("{}", robot.name);
+  write(find(".age"), age(robot.age));
+  write(find(".charge"), (charge ?? null) !== null ? `${Math.round(100 * charge)} %` : voltage ? `${voltage.toFixed(1)} V` : "");
+  write(find(".words"), words(robot));
+  write(find(".now"), [robot.driven_by ? say("driven_by", robot.driven_by) : text("driven_by_nobody"),
+    robot.speed ? `${robot.speed[0].toFixed(2)} m/s` : "", robot.frame === "map" ? "" : text("not_on_map")].filter(Boolean).join(" · "));
+  for (const [selector, label] of [[".one", "stop_of"], [".goal", "fleet_goal_of"], [".cancel", "fleet_cancel_of"], [".own", "fleet_page_of"]]) {
+    find(selector).setAttribute("aria-label", say(label, robot.name));
+  }
+  for (const [selector, label] of [[".goal", "fleet_goal"], [".cancel", "fleet_cancel"], [".own", "fleet_page"]]) {
+    write(find(selector), text(label));
+  }
   find(".goal").disabled = !robot.present || robot.frame !== "map";
-  find(".cancel").disabled = find(".one").disabled = !robot.present;
+  find(".cancel").disabled = !robot.present;
   find(".own").hidden = !robot.page;
   find(".own").href = robot.page || "#";
 }
 
+function named(names) {
+  return names.slice(0, NAMED).join(", ") + (names.length > NAMED ? ` + ${names.length - NAMED}` : "");
+}
+
+function showStop() {
+  const {all, stand, waiting, gone, left} = view.stop, asked = stand.length + waiting.length + gone.length, bar = $("stopping");
+  bar.hidden = !(all || asked || left.length);
+  bar.classList.toggle("done", !waiting.length && !gone.length);
+  $("stop_all").setAttribute("aria-pressed", String(all));
+  write($("stop_words"), [all || asked ? say("stop_holds", stand.length, asked) : "", waiting.length ? say("stop_waiting", named(waiting)) : "",
+    gone.length ? say("stop_gone", named(gone)) : "", left.length ? say("stop_left", named(left)) : ""].filter(Boolean).join(" "));
+}
+
 function show() {
-  for (const robot of view.robots) {
-    if (!cards.has(robot.id)) {
-      cards.set(robot.id, makeCard(robot));
-    }
-    fill(cards.get(robot.id), robot);
+  const seen = new Set(view.robots.map(key));
+  for (const one of [...cards.keys()].filter((one) => !seen.has(one))) {
+    cards.delete(one);
   }
-  const shown = view.robots.map((robot) => cards.get(robot.id));
-  if (shown.some((card, place) => $("robots").children[place] !== card) || shown.length !== $("robots").children.length) {
-    $("robots").replaceChildren(...shown);
+  for (const robot of view.robots) {
+    if (!cards.has(key(robot))) {
+      cards.set(key(robot), makeCard(robot));
+    }
+    fill(cards.get(key(robot)), robot);
+  }
+  const shown = view.robots.map((robot) => cards.get(key(robot))), before = [...$("robots").children];
+  const others = shown.length !== before.length || shown.some((card) => !before.includes(card));
+  if (others || (performance.now() - touched > STILL && shown.some((card, place) => before[place] !== card))) {
+    $("robots").replaceChildren(...shown);  // not from under a finger
   }
   const present = view.robots.filter((robot) => robot.present).length;
-  write($("count"), `${present} of ${view.robots.length} connected`);
+  write($("count"), say("connected", present, view.robots.length));
+  $("need").hidden = !view.need;
+  write($("need"), say("need", view.need));
   $("none").hidden = view.robots.length > 0;
-  const {asked, stand, waiting, gone} = view.stop, bar = $("stopping");
-  bar.hidden = !asked;
-  bar.classList.toggle("done", !waiting.length && !gone.length);
-  write(bar, `STOP: ${stand} of ${asked} have confirmed.` + (waiting.length ? ` Still asking ${waiting.join(", ")}.` : "")
-    + (gone.length ? ` Gone before: ${gone.join(", ")}.` : ""));
+  showStop();
   const onMap = view.robots.some((robot) => robot.frame === "map") || Boolean(view.ground);
   $("stage").hidden = !onMap;
   document.querySelector("main").classList.toggle("mapped", onMap);
-  draw(view, aiming?.id);
+  draw(view, shortNames(view.robots.map((robot) => robot.name)), (robot) => key(robot) === aiming);
 }
 
 async function ask() {
+  if (asking) {
+    return;
+  }
+  asking = true;
   try {
     const answer = await fetch("robots", {signal: AbortSignal.timeout(PATIENCE)});
-    if (answer.status === 401) {
+    if (answer.status === 401 && !unsent.size) {
       location.reload();
     }
-    view = await answer.json();
-    heard = performance.now();
+    view = answer.ok ? await answer.json() : view;
+    heard = answer.ok ? performance.now() : heard;
     show();
   } catch { /* the bar says so */ }
-  $("lost").hidden = performance.now() - heard < PATIENCE;
+  asking = false;
+  showLost();
 }
 
-$("stop_all").onclick = () => order({kind: "stop"});
+function showLost() {
+  const lost = performance.now() - heard > OLD;
+  $("lost").hidden = !lost;
+  document.body.classList.toggle("old", lost);
+}
+
+addTexts(FLEET_TEXTS);
+setLanguage(chosenLanguage());
+$("language").value = document.documentElement.lang;
+$("language").onchange = () => {
+  try {
+    localStorage.setItem("language", $("language").value);
+  } catch { /* no storage: for this time only */ }
+  setLanguage($("language").value);
+  show();
+};
+$("stop_all").onclick = () => stop();
+actWhenHeld($("release"), () => order({kind: "release"}));
 $("map").onclick = (event) => {
-  const robot = view.robots.find((one) => one.id === aiming?.id);
+  const robot = view.robots.find((one) => key(one) === aiming);
   if (robot) {
     const [x, y] = world.place(event.clientX, event.clientY);
     order({kind: "goal", name: robot.name, id: robot.id, seen: robot.number, x, y});
     aim(null);
   }
 };
+for (const event of ["pointerdown", "pointermove"]) {
+  $("robots").addEventListener(event, () => touched = performance.now());
+}
 document.addEventListener("keydown", (event) => event.key === "Escape" && aim(null));
-setInterval(ask, PERIOD);
+new ResizeObserver(() => view && show()).observe($("map"));
+setInterval(() => {
+  ask();
+  showLost();
+}, PERIOD);
 ask();

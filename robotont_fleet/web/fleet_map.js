@@ -1,8 +1,9 @@
-// All robots on one map.
+// All robots on one map, each a disc with what tells its name from the others.
 import {World, at} from "./floor_svg.js";
 
-const MARGIN = 1, LEAST = 4;  // [m] around the robots; the smallest ground
-const CROWD = 12;             // robots whose names would hide each other
+const MARGIN = 1, LEAST = 4;      // [m] around the robots; the smallest ground
+const RADIUS = 13, BODY = 0.15;   // [px, m] the least of a disc
+const LETTERS = 3;                // in a disc
 const svg = document.getElementById("map");
 export const world = new World(svg, [[1, 0], [0, -1]]);
 
@@ -19,17 +20,19 @@ function bounds({robots, ground}) {
   return [Math.floor(Math.min(...xs)), Math.ceil(Math.max(...xs)), Math.floor(Math.min(...ys)), Math.ceil(Math.max(...ys))];
 }
 
-// How many letters all names begin with: of robot1 ... robot40 the map shows the numbers.
-function sharedLetters(names) {
-  let count = 0;
-  while (/[^0-9]/.test(names[0][count] ?? "0") && names.every((name) => name[count] === names[0][count])) {
-    count++;
+// By name what of it stands in a disc: of robot1 ... robot40 the numbers.
+export function shortNames(names) {
+  let alike = 0;
+  while (names.length && /[^0-9]/.test(names[0][alike] ?? "0") && names.every((name) => name[alike] === names[0][alike])) {
+    alike++;
   }
-  return names.some((name) => name.length === count) ? 0 : count;
+  alike = names.some((name) => name.length === alike) ? 0 : alike;
+  return new Map(names.map((name) => [name, name.slice(alike, alike + LETTERS)]));
 }
 
-export function draw(view, chosen) {
-  const robots = view.robots.filter((robot) => robot.frame === "map" && robot.pose);
+// shorts: of shortNames; chosen(robot): whether it waits for a place to go to.
+export function draw(view, shorts, chosen) {
+  const robots = view.robots.filter((robot) => robot.frame === "map" && robot.pose).reverse();  // the worst on top
   const {width, height} = svg.getBoundingClientRect();
   if (!width || !(robots.length || view.ground)) {
     return;
@@ -41,16 +44,15 @@ export function draw(view, chosen) {
     const {x, y, width: long, height: high} = view.ground;  // another map after a restart of the fleet is another address
     world.showMap(`map.png?${[x, y, long, high]}`, {...view.ground, origin: [x, y]});
   }
-  const crowd = robots.length > CROWD, alike = crowd ? sharedLetters(robots.map((robot) => robot.name)) : 0;
-  const radius = Math.max(8 / scale, 0.15);
-  svg.classList.toggle("crowd", crowd);
+  const radius = Math.max(RADIUS / scale, BODY);
   svg.querySelector(".robots").replaceChildren(...robots.map((robot) => {
-    const [x, y, yaw] = robot.pose, place = svg.querySelector("defs .place").cloneNode(true), [body, name] = place.children;
+    const [x, y, yaw] = robot.pose, place = svg.querySelector("defs .place").cloneNode(true);
+    const [title, body, name] = place.children;
     place.setAttribute("transform", at([x, y]));
-    place.classList.add(robot.present ? "here" : "gone", robot.stopped ? "stopped" : robot.id === chosen ? "chosen" : "free");
+    place.classList.add(robot.present ? "here" : "gone", robot.stopped ? "stopped" : chosen(robot) ? "chosen" : "free");
+    title.textContent = robot.name;
     body.setAttribute("transform", `${at([0, 0, yaw])} scale(${radius})`);
-    name.setAttribute("y", -radius * scale - 5);
-    name.textContent = robot.name.slice(alike);
+    name.textContent = shorts.get(robot.name);
     return place;
   }));
 }

@@ -19,7 +19,7 @@ def test_without_a_token_one_gets_the_login_page_only(guarded):
 def test_prometheus_shows_the_token_as_a_bearer_token(guarded):
     status, headers, body = guarded.request("GET", "/metrics", Authorization="Bearer " + TOKEN)
     assert (status, headers["Content-Type"]) == (200, "text/plain; version=0.0.4; charset=utf-8")
-    assert b'robotont_diagnostic{robot="r1",task="link",key="level"} 0\n' in body
+    assert b'robotont_diagnostic{key="level",robot="r1",task="link"} 0.0\n' in body
     assert guarded.request("GET", "/metrics", Authorization="Bearer wrong")[0] == 401
 
 

@@ -61,7 +61,7 @@ class NotedRobot:
                 "driven_by": "nobody", "stopped": self.stopped}
 
     def figures(self):
-        return [{"name": "r1", "id": "", "present": True, "age": None}], {"r1": {"link": {"level": 0}}}
+        return [{"name": "r1", "up": True, "age": None}], {"r1": {"link": {"level": 0}}}
 
     def status(self):
         return {"frame": "odom", "lights": [], "board": "", "battery": None, "ranges": [], "map": None, "scan": None,

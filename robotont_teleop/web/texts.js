@@ -129,6 +129,11 @@ export function setLanguage(code) {
   }
 }
 
+// More texts, of another page of this server's
+export function addTexts(more) {
+  Object.assign(TEXTS, more);
+}
+
 export function text(key) {
   return TEXTS[key][language];
 }

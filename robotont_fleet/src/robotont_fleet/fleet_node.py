@@ -4,10 +4,10 @@ A process of its own, for which the driver never waits. Without a router or with
 """
 
 import contextlib
+import functools
 import io
 import json
 import math
-import queue
 import secrets
 import socket
 import threading
@@ -23,6 +23,8 @@ from robotont_driver.ros.lifecycle import run_without_wheels
 from robotont_driver.ros.node_parameters import refuse
 from robotont_driver.ros.worker import Worker
 from robotont_fleet import zenoh_keys as keys
+from robotont_fleet.mailbox import Mailbox
+from robotont_fleet.messages import CONFIRMED, TO_ROBOT, read_order
 from robotont_fleet.robot_telemetry import RobotTelemetry
 from robotont_fleet.zenoh_setup import ABSENT, client_settings, open_session, read_password, send, zenoh
 from robotont_teleop.web.page_setup import ros_home
@@ -30,19 +32,19 @@ from robotont_teleop.web.page_setup import ros_home
 PARAMETERS = (
     Parameter("robot_name", "", "in the fleet; empty: the namespace, or this computer's name"),
     Parameter("router", "tcp/127.0.0.1:7447", "of the fleet, as zenoh writes it: tcp/ADDRESS:7447"),
-    Parameter("zenoh_config", "", "file of zenoh's own settings in place of router and password, as for TLS"),
 )
-STATE_PERIOD, PLACE_PERIOD = 0.5, 0.1  # [s] of what the robot says of itself, and of its place
-OLDEST_GOAL = 2.0  # [s] one that was sent longer ago is refused
+STATE_PERIOD, PLACE_PERIOD, LEAST_PERIOD = 0.5, 0.1, 0.01  # [s] of its state, of its place, and at least of both
+OLDEST = 2.0  # [s] a goal or a release that was sent longer ago is refused
+LARGEST = 4096  # [bytes] of a message
 QUESTION, ANSWER = 0.5, 2.0  # [s] between two questions to the router; an answer may take
 
 
-def refusal_of_age(age):
-    """Why a goal that was sent `age` [s] ago is refused; empty when it is not."""
-    if 0.0 <= age <= OLDEST_GOAL:
+def refusal_of_age(what, age):
+    """Why a goal or a release that was sent `age` [s] ago is refused; empty when it is not."""
+    if 0.0 <= age <= OLDEST:
         return ""
-    return "goal refused: it was sent before the connection was cut" if age == math.inf else \
-        f"goal refused: it may be {age:.1f} s old, allowed: {OLDEST_GOAL:g} s"
+    return f"{what} refused: it was sent before the connection was cut" if age == math.inf else \
+        f"{what} refused: it may be {age:.1f} s old, allowed: {OLDEST:g} s"
 
 
 class FleetNode:
@@ -63,12 +65,12 @@ class FleetNode:
         # Newest question to the router that was answered [s], and the way there and back: all comes in the order in
         # which the router has sent it, so that what comes behind an answer was sent after its question.
         self._asked, self._took = -math.inf, math.inf
-        self._heard, self._confirmed = None, None   # number of the newest stop, and of the newest that holds
+        self._held = []                         # numbers of the stops that hold, the newest last
         self._note = ""
-        self._arrived = queue.Queue()           # (what handles it, payload, newest answered question [s])
+        self._mailbox = Mailbox()               # of (what handles it, the order, newest answered question [s])
         self._session = None
-        self._state_due = 0.0
-        self._robot = RobotTelemetry()
+        self._due, self._state_due = threading.Event(), 0.0  # of the next state: at once, and when [s]
+        self._robot = RobotTelemetry(self._on_pressed_by, self._refuse)
         Health(robot_name(), {"fleet": self._report})
         if zenoh is None:
             rospy.logwarn("fleet_node: %s", ABSENT)
@@ -78,16 +80,14 @@ class FleetNode:
     def _open(self):
         """Find the router, however long that takes; then serve."""
         try:
-            session = open_session(client_settings(self._parameters["router"], self.name, self._password),
-                                   self._parameters["zenoh_config"])
+            session = open_session(client_settings(self._parameters["router"], self.name, self._password))
         except zenoh.ZError as error:
             rospy.logerr("no fleet: %s", error)
             return
-        for key, handle in ((keys.ros_key(keys.GOAL, self.name), self._on_goal),
-                            (keys.ros_key(keys.CANCEL, self.name), self._on_cancel),
-                            (keys.order_key(self.name), self._on_order)):
-            session.declare_subscriber(key, self._receiver(handle))
-        session.declare_queryable(keys.state_key(self.name), self._on_query)
+        session.declare_subscriber(keys.order_key(self.name), self._receiver(self._read_order))
+        for kind, handle in ((keys.GOAL, self._on_goal), (keys.CANCEL, self._on_cancel)):
+            read = functools.partial(self._read_message, kind, handle)
+            session.declare_subscriber(keys.ros_key(kind, self.name), self._receiver(read))
         session.declare_queryable(keys.values_key(self.name), self._on_query)
         session.liveliness().declare_subscriber(keys.alive_key(self.name), self._on_namesake, history=True)
         self._token = session.liveliness().declare_token(keys.alive_key(self.name, self._identity))
@@ -107,24 +107,28 @@ class FleetNode:
         send(self._session, keys.ros_key(topic, self.name), output.getvalue())
 
     def _tell(self):
-        """Send the place, and the state where it is due; returns the time to rest."""
+        """Send the place, and the state where it is due; returns the time to rest when it is time for the next."""
         transforms = self._robot.transforms()
         if transforms:
             self._put_message(keys.TF, transforms)
-        if time.monotonic() >= self._state_due or self._heard != self._confirmed:
+        if self._due.is_set() or time.monotonic() >= self._state_due:
+            self._due.clear()
             self._state_due = time.monotonic() + STATE_PERIOD
-            self._tell_state()
-        return PLACE_PERIOD
-
-    def _tell_state(self):
-        send(self._session, keys.state_key(self.name), self._state())
+            send(self._session, keys.state_key(self.name), self._state())
+        self._due.wait(PLACE_PERIOD)
+        return LEAST_PERIOD
 
     def _state(self):
-        state = self._robot.state()
-        if state["stopped"] and self._heard:
-            self._confirmed = self._heard
-        return json.dumps({**state, "id": self._identity, "number": _milliseconds(), "note": self._note,
-                           "confirmed": self._confirmed, "namesakes": len(self._others)})
+        confirmed = self._held if self._robot.stopped_from_here else []
+        return json.dumps({**self._robot.state(), "id": self._identity, "number": _milliseconds(), "note": self._note,
+                           "confirmed": confirmed, "namesakes": len(self._others)})
+
+    def _on_pressed_by(self, message):
+        self._mailbox.put("pressed_by", (self._follow_emergency_stop, message, 0.0))  # a stop may be on its way as well
+
+    def _follow_emergency_stop(self, _message, _age):
+        if not self._robot.emergency_stop.pressed:  # somebody has released it
+            self._held = []
 
     def _on_battery(self, message):
         if math.isfinite(message.percentage):  # the adapter hands it on unseen
@@ -134,10 +138,7 @@ class FleetNode:
         self._put_message(keys.STATUS, message)
 
     def _on_query(self, query):
-        if zenoh.KeyExpr(keys.state_key(self.name)).intersects(query.key_expr):
-            query.reply(keys.state_key(self.name), self._state())
-        if zenoh.KeyExpr(keys.values_key(self.name)).intersects(query.key_expr):
-            query.reply(keys.values_key(self.name), json.dumps(self._robot.values))
+        query.reply(keys.values_key(self.name), json.dumps(self._robot.values))
 
     # In
 
@@ -152,21 +153,36 @@ class FleetNode:
             self._asked, self._took = asked, now - asked
         return max(0.0, QUESTION - (now - asked))
 
-    def _receiver(self, handle):
+    def _receiver(self, read):
         """Notes what has come, and how old it can be, in zenoh's own thread: in the order of arrival.
 
-        There it may do no more: what asked zenoh for anything would wait for ever where another thread asks, too.
+        There it may do no more: what asked zenoh for anything would wait for ever where another thread asks, too. What
+        is no order ends here; read(payload) returns (its kind, what handles it, the order), or raises ValueError.
         """
-        return zenoh.handlers.Callback(lambda sample: self._arrived.put(
-            (handle, sample.payload.to_bytes(), self._asked)), indirect=False)
+        def take(sample):
+            with contextlib.suppress(ValueError):
+                if len(sample.payload) > LARGEST:
+                    return
+                kind, handle, order = read(sample.payload.to_bytes())
+                self._mailbox.put(kind, (handle, order, self._asked))
+        return zenoh.handlers.Callback(take, indirect=False)
+
+    def _read_order(self, payload):
+        order = read_order(payload, TO_ROBOT)
+        return (order["kind"], order.get("number")), self._on_order, order
+
+    @staticmethod
+    def _read_message(kind, handle, payload):
+        try:
+            return kind, handle, kind[1]().deserialize(payload)
+        except Exception as error:  # genpy has its own kinds for each sort of garbage
+            raise ValueError(str(error)) from None
 
     def _obey(self):
         """Carry out what has come; returns the time to rest."""
-        handle, payload, asked = self._arrived.get()
-        try:
-            handle(payload, time.monotonic() - asked)
-        except Exception as error:  # whatever somebody has sent
-            rospy.logwarn_throttle(10.0, "an order that is none: %r", error)
+        handle, order, asked = self._mailbox.take()
+        handle(order, time.monotonic() - asked)
+        self._due.set()
         return 0.0
 
     def _on_namesake(self, sample):
@@ -176,44 +192,56 @@ class FleetNode:
         elif identity != self._identity:
             self._others.add(identity)
 
-    def _on_order(self, payload, _age):
+    def _on_order(self, order, _age):
         """An order of the fleet's page."""
-        order = json.loads(payload)
-        kind = order["kind"]
-        if kind == "stop":
-            self._stop(str(order["number"])[:40])
-        elif kind == "cancel":
+        if order["kind"] == "stop":
+            self._stop(order["number"])
+        elif order["kind"] == "cancel":
             self._robot.cancel()
-        elif kind == "goal" and order["id"] == self._identity:
-            x, y = float(order["x"]), float(order["y"])
-            self._pursue((_milliseconds() - order["seen"]) / 1000, lambda: self._robot.goal_at(x, y))
+        elif order["id"] == self._identity:
+            age = (_milliseconds() - order["seen"]) / 1000
+            if order["kind"] == "goal":
+                self._pursue(age, lambda: self._robot.goal_at(order["x"], order["y"]))
+            else:
+                self._refuse(refusal_of_age("release", age) or self._release(order["number"]))
 
     def _stop(self, number):
-        """Press the emergency stop once for each number; the same one again asks for the confirmation only."""
-        if number != self._heard:
-            self._heard = number
-            self._robot.stop()
+        """Press the emergency stop, and again where somebody has released it; what is pressed already is confirmed."""
+        if number not in self._held:
+            self._held = [*self._held[1 - CONFIRMED:], number]
             rospy.logwarn("emergency stop pressed by the fleet's page")
-        self._tell_state()
+        elif self._robot.stopped_from_here:
+            return
+        self._robot.stop()
 
-    def _on_goal(self, payload, age):
+    def _release(self, number):
+        """End one stop; returns why the robot does not go by that, or ""."""
+        if number not in self._held:
+            return "not released: it was released already"
+        if len(self._held) > 1:
+            self._held = [one for one in self._held if one != number]
+            return "not released: it was stopped again meanwhile, or by another fleet's page"
+        return self._robot.release()
+
+    def _on_goal(self, message, age):
         """A goal of free_fleet, which names no state."""
-        message = keys.GOAL[1]().deserialize(payload)
         self._pursue(age, lambda: self._robot.goal(message))
 
-    def _on_cancel(self, payload, _age):
-        self._robot.cancel(keys.CANCEL[1]().deserialize(payload))
+    def _on_cancel(self, message, _age):
+        self._robot.cancel(message)
 
     def _pursue(self, age, send):
-        """Send a goal that is fresh and cannot be meant for another robot; else say why not."""
+        """Send a goal that is fresh and cannot be meant for another robot."""
         if self._others:
-            refusal = f"goal refused: another robot is called {self.name}, too"
+            self._refuse(f"goal refused: another robot is called {self.name}, too")
         else:
-            refusal = refusal_of_age(age) or send()
-        if refusal:
-            rospy.logwarn("%s", refusal)
-        self._note = refusal
-        self._tell_state()
+            self._refuse(refusal_of_age("goal", age) or send())
+
+    def _refuse(self, why):
+        """Tell why something is refused; "": it is not."""
+        if why:
+            rospy.logwarn_throttle_identical(1.0, why)
+        self._note = why
 
     # Health
 

@@ -13,22 +13,24 @@ import json
 import signal
 import sys
 import time
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import yaml
 from PIL import Image
 
 from robotont_driver.parameters.command_line import CommandLine
+from robotont_driver.parameters.files import write_file
 from robotont_fleet import zenoh_keys as keys
 from robotont_fleet.fleet_server import FleetServer
-from robotont_fleet.free_fleet import free_fleet_text
 from robotont_fleet.known_robots import Fleet
+from robotont_fleet.messages import read_state, read_values
 from robotont_fleet.zenoh_setup import (
     ABSENT,
     TEACHER,
     add_users,
     client_settings,
-    nested,
+    endpoint,
     open_session,
     read_users,
     router_settings,
@@ -39,6 +41,7 @@ from robotont_teleop.web.page_setup import SetUpError, host_names, invitation, m
 from robotont_teleop.web.web_handlers import read_files
 
 ANSWERS = 1.0  # [s] that robots have to answer the page
+KEEPS = 1.0    # [s] that an order waits for the disk before it is answered
 
 
 def arguments(given=None):
@@ -49,14 +52,11 @@ def arguments(given=None):
     parser.add_argument("--port", type=int, default=8110, help="of the page [8110]")
     parser.add_argument("--router-port", type=int, default=7447, help="of the router, to which robots connect [7447]")
     parser.add_argument("--router", default="", help="another router to use, as zenoh writes it: tcp/ADDRESS:7447")
-    parser.add_argument("--zenoh-config", default="", help="file of zenoh's own settings for the router, as for TLS")
     parser.add_argument("--map", default="", help="the map that the robots share: map_server's .yaml")
-    parser.add_argument("--certificate", default="", help="TLS certificate and private key of the page, for https")
+    parser.add_argument("--certificate", default="",
+                        help="TLS certificate and private key, one file: the page by https, the robots by tls/")
     parser.add_argument("--host-names", default="", help="further names of this computer, between commas")
     parser.add_argument("--add", nargs="+", metavar="ROBOT", help="make robots' passwords, print them, and end")
-    parser.add_argument("--write-router", metavar="FILE", help="write zenohd's configuration for these robots, and end")
-    parser.add_argument("--free-fleet", nargs="+", metavar="ROBOT", help="print free_fleet's configuration, and end")
-    parser.add_argument("--robot", default="", help="of config/robots, or a folder, for --free-fleet [thesis]")
     return parser.parse_args(given)
 
 
@@ -89,11 +89,11 @@ def zenoh_settings(options):
         raise SetUpError(str(error)) from None
     if options.router:
         return client_settings(options.router, TEACHER, users.get(TEACHER, ""))
-    if not options.network:
-        return router_settings(f"tcp/127.0.0.1:{options.router_port}")
-    if not users:
+    host = "0.0.0.0" if options.network else "127.0.0.1"
+    if options.network and not users:
         raise SetUpError("--network: no robot has a password: ./robotont fleet --add ROBOT ... makes them")
-    return router_settings(f"tcp/0.0.0.0:{options.router_port}", users, users_file())
+    return router_settings(host, options.router_port, options.certificate, users if options.network else None,
+                           users_file())
 
 
 def users_file():
@@ -101,18 +101,51 @@ def users_file():
     return ros_home() / "robotont_fleet_users"
 
 
-class ZenohSide:
-    """The robots behind a session; everything that they say goes to the Fleet in the loop's thread."""
+class StopFile:
+    """Keeps the stops of a page over its end, its computer's too. port: the page's."""
 
-    def __init__(self, session, loop):
+    def __init__(self, port):
+        self._path = ros_home() / f"robotont_fleet_stops_{port}.json"
+        self._writer = ThreadPoolExecutor(1)  # the disk may take its time, a stop not
+
+    def read(self):
+        """What the Fleet before has kept; None where that cannot be known."""
+        try:
+            return dict(json.loads(self._path.read_bytes()))
+        except FileNotFoundError:
+            return {}
+        except (OSError, ValueError, TypeError) as error:
+            print(f"fleet: {self._path}: {error}; so STOP ALL holds", file=sys.stderr)
+            return None
+
+    def write(self, kept):
+        """Keep this from now on; returns at once."""
+        self._writer.submit(self._write, json.dumps(kept))
+
+    def _write(self, text):
+        try:
+            self._path.parent.mkdir(parents=True, exist_ok=True)
+            write_file(self._path, text, 0o600)
+        except OSError as error:
+            print(f"fleet: stops do not survive this page's end: {error}", file=sys.stderr)
+
+    async def kept(self):
+        """Until all is on the disk, or a moment has passed."""
+        await asyncio.wait([asyncio.get_running_loop().run_in_executor(self._writer, int)], timeout=KEEPS)
+
+
+class ZenohSide:
+    """The robots behind a session, for a Fleet, which is called in the loop's thread only."""
+
+    def __init__(self, session, loop, stop_file):
         self._session = session
         self._loop = loop
-        self.fleet = Fleet(self._send)
+        kept = stop_file.read()
+        self.fleet = Fleet(self._send, stop_file.write, kept)
+        if kept is None:
+            self.fleet.stop()
         session.liveliness().declare_subscriber(keys.alive_key(), self._on_token, history=True)
         session.declare_subscriber(keys.state_key(), self._on_state)
-        for reply in session.get(keys.state_key(), timeout=ANSWERS):  # of those that are there already
-            if reply.ok:
-                self._on_state(reply.ok)
 
     def _tell(self, call, *values):
         with contextlib.suppress(RuntimeError):  # the loop has ended
@@ -120,10 +153,12 @@ class ZenohSide:
 
     def _on_token(self, sample):
         name, _, identity = str(sample.key_expr).split("/")[1:4]
-        self._tell(self.fleet.hear_token, name, identity, sample.kind == zenoh.SampleKind.PUT)
+        self._tell(self.fleet.hear_token, name, identity, sample.kind == zenoh.SampleKind.PUT, time.monotonic())
 
     def _on_state(self, sample):
-        self._tell(self.fleet.hear_state, keys.robot_of(sample.key_expr), sample.payload.to_bytes(), time.monotonic())
+        with contextlib.suppress(ValueError):
+            state = read_state(sample.payload)
+            self._tell(self.fleet.hear_state, keys.robot_of(sample.key_expr), state, time.monotonic())
 
     def _send(self, name, order):
         send(self._session, keys.order_key(name), json.dumps(order))
@@ -132,12 +167,9 @@ class ZenohSide:
         """{robot: {task: {key: number}}} of all that answer in time."""
         found = {}
         for reply in self._session.get(keys.values_key(), timeout=ANSWERS):
-            with contextlib.suppress(ValueError, AttributeError):
-                tasks = json.loads(reply.ok.payload.to_bytes()) if reply.ok else {}
-                if tasks:
-                    found[keys.robot_of(reply.ok.key_expr)] = {
-                        task: {key: number for key, number in numbers.items() if isinstance(number, (int, float))}
-                        for task, numbers in tasks.items()}
+            with contextlib.suppress(ValueError):
+                if reply.ok:
+                    found[keys.robot_of(reply.ok.key_expr)] = read_values(reply.ok.payload)
         return found
 
 
@@ -150,11 +182,13 @@ async def serve(options, session):
     address = "0.0.0.0" if options.network else "127.0.0.1"
     access = make_access(address, str(ros_home() / "robotont_fleet_token"), "robotont_fleet")
     ground = read_ground(options.map) if options.map else None
-    side = await loop.run_in_executor(None, ZenohSide, session, loop)
-    server = FleetServer(side.fleet, access, host_names(options.host_names), page_files(), ground, side.values)
+    stop_file = StopFile(options.port)
+    side = ZenohSide(session, loop, stop_file)
+    server = FleetServer(side.fleet, access, host_names(options.host_names), page_files(), ground, side.values,
+                         stop_file)
     url = server.listen(address, options.port, options.certificate)
     print(f"all robots on one page: {url}", *invitation(url, access, sys.stdout.isatty()), sep="\n")
-    router = f"tcp/{own_address() if options.network else address}:{options.router_port}"
+    router = endpoint(own_address() if options.network else address, options.router_port, options.certificate)
     print(f"robots connect to {options.router or router}", flush=True)
     stops = loop.create_task(server.repeat_stops())
     await asyncio.wait([stops, loop.create_task(ended.wait())], return_when=asyncio.FIRST_COMPLETED)
@@ -174,17 +208,9 @@ def main():
             print("where ./robotont starts the robot (sim, shell): in ./robotont shell; where it starts at boot: as "
                   "./robotont install-robot --fleet says\na fleet that runs takes them when it is started again")
             return 0
-        if options.free_fleet:
-            print(free_fleet_text(options.robot, options.free_fleet), end="")
-            return 0
-        if options.write_router:
-            options.network = True
-            Path(options.write_router).touch(0o600)
-            Path(options.write_router).write_text(json.dumps(nested(zenoh_settings(options)), indent=2) + "\n")
-            return 0
         if zenoh is None:
             raise SetUpError(ABSENT)
-        with open_session(zenoh_settings(options), options.zenoh_config) as session:
+        with open_session(zenoh_settings(options)) as session:
             asyncio.run(serve(options, session))
     except (SetUpError, OSError, ValueError) as error:
         print(f"fleet: {error}", file=sys.stderr)

@@ -1,27 +1,28 @@
 """The web server of the fleet's page: logins and orders in, all robots out. Free of zenoh and of ROS."""
 
 import asyncio
-import json
-import math
 import time
 
 import tornado.web
 
-from robotont_fleet.known_robots import REPEAT
+from robotont_fleet.known_robots import REPEAT, SILENT
+from robotont_fleet.messages import TO_PAGE, read_order
+from robotont_fleet.zenoh_keys import check_name
 from robotont_teleop.web.metrics import metrics
 from robotont_teleop.web.page_server import PageServer
 from robotont_teleop.web.web_handlers import Guarded
 
-FARTHEST = 1000.0  # [m] of a goal
-
 
 class FleetServer(PageServer):
-    """One page for a Fleet. ground: as of `read_ground`, or None; values(): what `metrics` wants; may take its time."""
+    """One page for a Fleet. ground: as of `read_ground`, or None; values(): what `metrics` wants; may take its time.
 
-    def __init__(self, fleet, access, names, files, ground, values):
+    stop_file: keeps the Fleet's stops (`StopFile`).
+    """
+
+    def __init__(self, fleet, access, names, files, ground, values, stop_file):
         super().__init__(access, names, files)
         self.fleet = fleet
-        self.values = values
+        self.values, self.stop_file = values, stop_file
         self.map_picture, self.ground = ground or (None, None)
 
     def listen(self, address, port, certificate=""):
@@ -29,14 +30,16 @@ class FleetServer(PageServer):
         return self.serve([(r"/robots", RobotsHandler), (r"/order", OrderHandler)], address, port, certificate)
 
     async def metrics(self):
-        """Text for Prometheus."""
+        """For Prometheus."""
         values = await self._loop.run_in_executor(None, self.values)
-        return metrics(self.fleet.view(time.monotonic())["robots"], values)
+        robots = self.fleet.view(time.monotonic())["robots"]
+        return metrics([{**one, "up": one["present"] and one.get("driver") and one["age"] <= SILENT}
+                        for one in robots], values)
 
     async def repeat_stops(self):
         """For ever: what is not confirmed is sent again."""
         while True:
-            self.fleet.repeat()
+            self.fleet.repeat(time.monotonic())
             await asyncio.sleep(REPEAT)
 
 
@@ -49,30 +52,25 @@ class RobotsHandler(Guarded, tornado.web.RequestHandler):
 
 
 class OrderHandler(Guarded, tornado.web.RequestHandler):
-    """An order of the page: {"kind": "stop"}, {"kind": "stop" or "cancel", "name"}, {"kind": "goal", ...}."""
+    """An order of the page: one of TO_PAGE; a stop with the name of a robot, or without one for all."""
 
-    def post(self):
+    async def post(self):
         """Called by tornado."""
         if not self.origin_allowed:
             raise tornado.web.HTTPError(403, reason="foreign origin")
         fleet = self.server.fleet
         try:
-            order = json.loads(self.request.body)
-            kind, name = order["kind"], order.get("name")
-            if name is not None and not any(name == one["name"] for one in fleet.view(0.0)["robots"]):
+            order = read_order(self.request.body, TO_PAGE)
+            kind = order.pop("kind")
+            if "name" in order and not fleet.knows(check_name(order["name"])) and kind != "stop":
                 raise ValueError("no such robot")
-            if kind == "stop":
-                fleet.stop(name)
-            elif kind == "cancel" and name:
-                fleet.cancel(name)
-            elif kind == "goal" and name:
-                x, y = float(order["x"]), float(order["y"])
-                if not math.hypot(x, y) <= FARTHEST:
-                    raise ValueError("too far")
-                fleet.goal(name, str(order["id"]), int(order["seen"]), x, y)
-            else:
-                raise ValueError("no such order")
-        except (ValueError, KeyError, TypeError, AttributeError) as error:
+        except ValueError as error:
             raise tornado.web.HTTPError(400, reason="no order") from error
+        if kind == "release":
+            fleet.release()
+        else:
+            {"stop": fleet.stop, "cancel": fleet.cancel, "goal": fleet.goal}[kind](**order)
+        if kind in ("stop", "release"):
+            await self.server.stop_file.kept()
         self.set_status(204)
-        self.finish()
+        await self.finish()

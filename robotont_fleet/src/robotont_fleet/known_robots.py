@@ -1,17 +1,20 @@
-"""All robots of a fleet as its page knows them, and the stops that it waits for; free of network and clock.
+"""All robots of a fleet as its page knows them, and the stops that it holds; free of network and clock.
 
-A stop is a wish that holds, and is repeated, until the robot has said that it stands by it.
+A stop holds from when somebody gives it until somebody ends it, for who is there, comes back or comes anew. It is sent
+until the robot's newest state says that it stands by it, and again as soon as it says so no more.
 """
 
-import itertools
-import json
 import math
 import secrets
 
-MOST = 300            # robots that are remembered; the longest gone are forgotten first
+from robotont_driver.robots.battery import EMPTY, LOW
+
+MOST = 300            # robots that are remembered, those that went first forgotten first
 REPEAT = 0.2          # [s] between two times that a stop is sent
+FRESH = 1.5           # [s] after which a robot's word that it stands counts no more
 SILENT = 5.0          # [s] a robot that is connected says nothing
-LARGEST_STATE = 16384  # [bytes]
+# What a robot may need, the worst first, those up to "stopped" a person
+NEEDS = ("namesakes", "waits", "silent", "no_driver", "error", "empty", "low", "stopped", "held", "warning", "", "gone")
 
 
 class Robot:
@@ -21,115 +24,145 @@ class Robot:
         self.name = name
         self.identity = identity
         self.present = False
-        self.heard = -math.inf  # [s] its newest state
+        self.came = self.heard = -math.inf      # [s] its token, and its newest state
         self.state = {}
 
 
 class Fleet:
-    """send(name, order): tries to send an order (for JSON) to a robot, and never waits."""
+    """send(name, order): tries to send an order (for JSON) to a robot. keep(kept): stores it. Neither waits.
 
-    def __init__(self, send):
-        self._send = send
-        self._robots = {}     # by (name, identity)
-        self._wishes = {}     # name: number of the stop that it has not confirmed
-        self._asked = set()   # names whom the newest STOP was for
-        self._numbers = (f"{secrets.token_hex(4)}-{number}" for number in itertools.count(1))
+    kept: what the Fleet before this one has had stored.
+    """
+
+    def __init__(self, send, keep=lambda kept: None, kept=None):
+        kept = kept or {}
+        self._send, self._store = send, keep
+        self._page = kept.get("page") or secrets.token_hex(4)
+        self._all = kept.get("all")              # number of the stop for all, or None
+        self._some = dict(kept.get("some", {}))  # {name: number} of stops for one
+        self._robots = {name: {"": Robot(name, "")} for name in kept.get("names", ())}  # by name, identity
 
     # From robots
 
-    def hear_token(self, name, identity, present):
-        """A robot's liveliness token has come or gone."""
-        self._robot(name, identity).present = present
-        if present:  # it was started again: what was it before is gone
-            for key in [key for key, one in self._robots.items() if one.name == name and not one.present]:
-                del self._robots[key]
-        for key in sorted((key for key, one in self._robots.items() if not one.present),
-                          key=lambda key: self._robots[key].heard)[:max(0, len(self._robots) - MOST)]:
-            del self._robots[key]
+    def hear_token(self, name, identity, present, now):
+        """A robot's liveliness token has come or gone, at time `now` [s]."""
+        if present:
+            self._come(name, identity, now)
+        elif identity in self._robots.get(name, ()):
+            self._robots[name][identity].present = False
+            if self._present(name):
+                del self._robots[name][identity]
+        if len(self._robots) > MOST:
+            gone = [one for one in self._each() if not one.present]
+            for one in sorted(gone, key=lambda one: one.heard)[:len(self._robots) - MOST]:
+                del self._robots[one.name]
 
-    def hear_state(self, name, payload, now):
-        """A robot's state came at time `now` [s]."""
-        state = read_state(payload)
-        if state is None:
-            return
-        robot = self._robot(name, state["id"])
-        robot.state, robot.heard = state, now
-        if name in self._wishes and all(one.state.get("confirmed") == self._wishes[name] for one in self._all(name)):
-            del self._wishes[name]
+    def _come(self, name, identity, now):
+        alike, known = self._robots.get(name, {}), name in self._robots
+        one = alike.get(identity, Robot(name, identity))
+        one.present, one.came, one.state = True, now, {**one.state, "confirmed": []} if one.state else {}
+        self._robots[name] = {identity: one, **{other.identity: other for other in self._present(name)}}
+        self._send_stop(name)
+        if self._all and not known:
+            self._keep()
 
-    def _robot(self, name, identity):
-        return self._robots.setdefault((name, identity), Robot(name, identity))
+    def hear_state(self, name, state, now):
+        """A robot's state (`read_state`) came. One of who never was there, or an older one, changes nothing."""
+        one = self._robots.get(name, {}).get(state["id"])
+        if one and state["number"] >= one.state.get("number", state["number"]):
+            one.state, one.heard = state, now
 
-    def _all(self, name):
-        return [one for one in self._robots.values() if one.name == name and one.present]
+    def _each(self):
+        return [one for alike in self._robots.values() for one in alike.values()]
+
+    def _present(self, name):
+        return [one for one in self._robots.get(name, {}).values() if one.present]
 
     # Orders
 
-    def stop(self, name=None):
-        """Stop one robot, or all that are present; also those of one name that come back before they have confirmed."""
-        self._asked = {name} if name else {one.name for one in self._robots.values() if one.present}
-        for one in self._asked:
-            self._wishes[one] = next(self._numbers)
-        self.repeat()
+    def knows(self, name):
+        """Whether there is or was such a robot."""
+        return name in self._robots
 
-    def repeat(self):
-        """Send the stops that are not confirmed; to be called every REPEAT."""
-        for name, number in self._wishes.items():
-            if self._all(name):
-                self._send(name, {"kind": "stop", "number": number})
+    def stop(self, name=None):
+        """Stop one robot, or all: whoever is or will be there, until `release`."""
+        if not self._all:
+            number = f"{self._page}-{secrets.token_hex(4)}"
+            if name:
+                self._some.setdefault(name, number)
+            else:
+                self._all, self._some = number, {}
+        for one in [name] if name else self._robots:
+            self._send_stop(one)
+        self._keep()
+
+    def repeat(self, now):
+        """Send the stops to who does not stand by them; to be called every REPEAT."""
+        for name in self._robots:
+            if not self._stands(name, now):
+                self._send_stop(name)
+
+    def release(self):
+        """End all stops, and let go the robots that are there and stand by one of this page, by whatever it was."""
+        self._all, self._some = None, {}
+        self._keep()
+        for one in self._each():
+            for number in self._own(one):
+                self._send(one.name, {"kind": "release", "number": number, "id": one.identity,
+                                      "seen": one.state["number"]})
 
     def cancel(self, name):
         """Take back the goals of a robot."""
         self._send(name, {"kind": "cancel"})
 
-    def goal(self, name, identity, seen, x, y):
-        """Send a robot to (x, y) [m] on the map; seen: number of the state that the user has seen."""
-        self._send(name, {"kind": "goal", "id": identity, "seen": seen, "x": x, "y": y})
+    def goal(self, name, **what):
+        """Send a robot to ("x", "y") [m] on the map; "id", "seen": of its state that the user has seen."""
+        self._send(name, {"kind": "goal", **what})
+
+    def _wanted(self, name):
+        return self._all or self._some.get(name)
+
+    def _stands(self, name, now):
+        """Whether each process of this name has just said that it stands by the stop that is wanted."""
+        present = self._present(name)
+        return bool(present) and all(now - one.heard <= FRESH and self._wanted(name) in one.state.get("confirmed", ())
+                                     for one in present)
+
+    def _own(self, one):
+        """Numbers of this page's stops by which a robot stands that is there."""
+        confirmed = one.state.get("confirmed", ()) if one.present else ()
+        return [number for number in confirmed if number.startswith(self._page)]
+
+    def _send_stop(self, name):
+        if self._wanted(name) and self._present(name):
+            self._send(name, {"kind": "stop", "number": self._wanted(name)})
+
+    def _keep(self):
+        self._store({"page": self._page, "all": self._all, "some": dict(self._some), "names": sorted(self._robots)})
 
     # For pages
 
     def view(self, now):
-        """Everything, for JSON."""
+        """Everything, for JSON; the robots that need somebody first."""
         robots = [{**one.state, "name": one.name, "id": one.identity, "present": one.present,
-                   "age": None if one.heard == -math.inf else round(now - one.heard, 1),
-                   "silent": one.present and now - one.heard > SILENT,
-                   "stopping": one.name in self._wishes} for one in self._robots.values()]
-        present = {one.name for one in self._robots.values() if one.present}
-        waiting = set(self._wishes) & present
-        return {"robots": sorted(robots, key=lambda one: (len(one["name"]), one["name"], one["id"])),
-                "stop": {"asked": len(self._asked), "stand": len(self._asked - set(self._wishes)),
-                         "waiting": sorted(waiting), "gone": sorted(set(self._wishes) - present)}}
+                   "age": round(now - one.heard, 1) if one.state else None, "need": self._need(one, now),
+                   "asked": bool(self._wanted(one.name))} for one in self._each()]
+        robots.sort(key=lambda one: (NEEDS.index(one["need"]), len(one["name"]), one["name"], one["id"]))
+        asked = {*self._robots, *self._some} if self._all else set(self._some)
+        stand = {name for name in asked if self._stands(name, now)}
+        there = {one["name"] for one in robots if one["present"]}
+        left = {one.name for one in self._each() if self._own(one)} - asked
+        return {"robots": robots, "need": sum(NEEDS.index(one["need"]) <= NEEDS.index("stopped") for one in robots),
+                "stop": {"all": bool(self._all), "stand": sorted(stand), "waiting": sorted(asked & there - stand),
+                         "gone": sorted(asked - there), "left": sorted(left)}}
 
-
-def read_state(payload):
-    """What a robot has said, of which nothing else than expected is believed; None where it is no state."""
-    try:
-        if len(payload) > LARGEST_STATE:
-            return None
-        given = json.loads(payload)
-        return {"id": _text(given["id"]), "number": int(given["number"]), "frame": _text(given["frame"]),
-                "pose": _numbers(given["pose"], 3), "speed": _numbers(given["speed"], 2),
-                "driven": _number(given["driven"]), "driven_by": _text(given["driven_by"]),
-                "stopped": _text(given["stopped"]), "confirmed": given["confirmed"] and _text(given["confirmed"]),
-                "worst": given["worst"] and [int(given["worst"][0]), *map(_text, given["worst"][1:3])],
-                "battery": given["battery"] and {name: _number(given["battery"].get(name)) for name in
-                                                 ("voltage", "charge")},
-                "page": given["page"] if str(given["page"]).startswith(("http://", "https://")) else "",
-                "versions": {_text(name): _text(value) for name, value in list(given["versions"].items())[:5]},
-                "note": _text(given["note"]), "namesakes": int(given["namesakes"])}
-    except (ValueError, KeyError, TypeError, AttributeError, OverflowError, RecursionError):
-        return None
-
-
-def _text(value):
-    return str(value)[:200]
-
-
-def _number(value):
-    number = isinstance(value, (int, float)) and not isinstance(value, bool) and math.isfinite(value)
-    return value if number else None
-
-
-def _numbers(values, amount):
-    numbers = [_number(value) for value in values or ()]
-    return numbers if len(numbers) == amount and None not in numbers else None
+    def _need(self, one, now):
+        """The first of NEEDS that is true."""
+        state, charge = one.state, (one.state.get("battery") or {}).get("charge")
+        level, wanted = (state.get("worst") or {"level": 0})["level"], self._wanted(one.name)
+        found = {"gone": not one.present, "namesakes": state.get("namesakes") or len(self._present(one.name)) > 1,
+                 "waits": wanted and not self._stands(one.name, now), "silent": now - max(one.came, one.heard) > SILENT,
+                 "no_driver": state and not state["driver"], "error": level >= 2,
+                 "empty": charge is not None and charge <= EMPTY, "low": charge is not None and charge <= LOW,
+                 "held": wanted, "stopped": state.get("stopped"), "warning": level == 1}
+        return next((need for need, there in found.items() if there), "")

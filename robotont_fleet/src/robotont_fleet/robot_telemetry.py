@@ -2,13 +2,11 @@
 
 import math
 import time
-from pathlib import Path
-from xml.etree import ElementTree
 
-import rospkg
 import rospy
 from actionlib_msgs.msg import GoalID
 from geometry_msgs.msg import PoseStamped
+from std_msgs.msg import String
 from tf2_msgs.msg import TFMessage
 
 from robotont_driver.robots.battery import EMPTY
@@ -19,17 +17,20 @@ from robotont_teleop.web.page_setup import own_address
 
 
 class RobotTelemetry(RobotReports):
-    """The newest of everything that a fleet wants to know, and what it may order."""
+    """The newest of everything that a fleet wants to know, and what it may order.
 
-    def __init__(self):
+    on_pressed_by(message): called when driver_node has said who presses the emergency stop. not_released(words): why it
+    was not released.
+    """
+
+    def __init__(self, on_pressed_by, not_released):
         namespace = rospy.get_namespace().strip("/")
         prefix = namespace and namespace + "/"
         self._frames, self._base = FrameChain(prefix), prefix + "base_link"
-        super().__init__(namespace)
+        super().__init__()
         self._page = page_address()
-        package = Path(rospkg.RosPack().get_path("robotont_fleet")) / "package.xml"
-        self._version = ElementTree.parse(str(package)).findtext("version", "unknown")
-        self.emergency_stop = EmergencyStopPublisher()
+        self.emergency_stop = EmergencyStopPublisher(not_released)
+        rospy.Subscriber("emergency_stop/pressed_by", String, on_pressed_by, queue_size=5)  # behind what it listens to
         self._goals = rospy.Publisher("move_base_simple/goal", PoseStamped, queue_size=1)
         self._cancels = rospy.Publisher("move_base/cancel", GoalID, queue_size=5)
         self._frames.listen()
@@ -40,6 +41,19 @@ class RobotTelemetry(RobotReports):
         """Press the emergency stop; a person beside the robot releases it. Goals are taken back."""
         self.emergency_stop.press()
         self._cancels.publish(GoalID())
+
+    @property
+    def stopped_from_here(self):
+        """Whether driver_node says that the robot stands because this node has pressed."""
+        return self.emergency_stop.has_driver and rospy.get_name() in self.emergency_stop.pressed_by.split(", ")
+
+    def release(self):
+        """Let the robot go where nobody else has pressed; returns why not, or ""."""
+        others = set(self.emergency_stop.pressed_by.split(", ")) - {rospy.get_name()}
+        if others:
+            return f"not released: also pressed by {', '.join(sorted(others))}; release it on the robot's own page"
+        self.emergency_stop.release()
+        return ""
 
     def cancel(self, message=None):
         """Take back the goal that a GoalID names, or all."""
@@ -77,11 +91,9 @@ class RobotTelemetry(RobotReports):
     def state(self):
         """The state, for JSON."""
         frame, pose = self._pose()
-        velocity = self.velocity
-        speed = velocity and (math.hypot(*velocity[:2]), velocity[2])
-        return {"frame": frame, "pose": rounded(pose, 3), "speed": rounded(speed, 3), "driven": round(self.driven, 2),
-                "battery": self.battery, "driven_by": self.driven_by, "stopped": self.emergency_stop.pressed_by,
-                "worst": self.worst, "page": self._page, "versions": {"robotont": self._version, "board": self.board}}
+        stop = self.emergency_stop
+        return {**self.summary, "frame": frame, "pose": rounded(pose, 3), "driver": stop.has_driver, "page": self._page,
+                "stopped": stop.pressed_by if stop.has_driver else ""}
 
     def transforms(self):
         """TFMessage of the frames between base_link and the outermost one, in the names of free_fleet; or None."""

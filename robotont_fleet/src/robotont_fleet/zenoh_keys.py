@@ -14,13 +14,14 @@ from tf2_msgs.msg import TFMessage
 TF, BATTERY, STATUS = ("tf", TFMessage), ("battery_state", BatteryState), ("move_base/status", GoalStatusArray)
 GOAL, CANCEL = ("move_base_simple/goal", PoseStamped), ("move_base/cancel", GoalID)
 OUT, IN = (TF, BATTERY, STATUS), (GOAL, CANCEL)
+TEACHER = "teacher"  # the user whose orders robots obey; nobody's name
 OWN = "robotont"  # beginning of the keys that free_fleet does not know
 
 
 def check_name(name):
     """The name of a robot, which is a part of its keys. Raises ValueError."""
-    if not re.fullmatch(r"[A-Za-z0-9][A-Za-z0-9_.-]{0,40}", name):
-        raise ValueError(f"name of a robot: found {name!r}, allowed: up to 41 letters, digits and _ . -")
+    if not re.fullmatch(r"[A-Za-z0-9][A-Za-z0-9_.-]{0,40}", name) or name.lower() == TEACHER:
+        raise ValueError(f"name of a robot: found {name!r}, allowed: up to 41 letters, digits and _ . -; not {TEACHER}")
     return name
 
 
@@ -31,7 +32,7 @@ def ros_key(topic, robot):
 
 
 def state_key(robot="*"):
-    """What the robot says of itself, as JSON, twice a second and to who asks."""
+    """What the robot says of itself, as JSON, twice a second and when it changes."""
     return f"{OWN}/{robot}/state"
 
 
@@ -41,7 +42,7 @@ def values_key(robot="*"):
 
 
 def order_key(robot):
-    """Orders to it, as JSON: stop, cancel, goal."""
+    """Orders to it, as JSON: stop, release, cancel, goal."""
     return f"{OWN}/{robot}/order"
 
 

@@ -2,11 +2,11 @@
 
 import contextlib
 import json
-import os
 import secrets
 from pathlib import Path
 
-from robotont_fleet.zenoh_keys import check_name, keys_of
+from robotont_driver.parameters.files import write_file
+from robotont_fleet.zenoh_keys import TEACHER, check_name, keys_of
 from robotont_teleop.web.access import read_or_make_token
 from robotont_teleop.web.page_setup import ros_home
 
@@ -16,13 +16,16 @@ except ImportError:  # the robot drives without it
     zenoh = None
 
 ABSENT = "no zenoh, which only the fleet needs: ./robotont setup fleet, or python3 -m pip install eclipse-zenoh"
-TEACHER = "teacher"   # the user whose orders robots obey
 LEASE = 2000          # [ms] a connection that is silent for so long is closed, with all that waits in it
-RETRY = 1000          # [ms] between two attempts to connect
+RETRY = 200           # [ms] between two attempts to connect
 JAM = 1000000         # [us] that a message waits for room on a connection, which is closed after it, and made anew
 MESSAGES = ("put", "delete", "declare_subscriber", "query", "declare_queryable", "reply", "liveliness_token",
             "declare_liveliness_subscriber", "liveliness_query")
-COMMON = {"scouting/multicast/enabled": False, "scouting/gossip/enabled": False, "transport/link/tx/lease": LEASE,
+LARGEST = 1 << 20     # [bytes] of a message
+ROOM = 1 << 16        # [bytes] that wait in a connection: behind more a stop would wait for seconds
+COMMON = {"transport/link/rx/max_message_size": LARGEST,
+          **{f"transport/link/{link}/so_{way}buf": ROOM for link in ("tcp", "tls") for way in ("snd", "rcv")},
+          "scouting/multicast/enabled": False, "scouting/gossip/enabled": False, "transport/link/tx/lease": LEASE,
           "transport/link/tx/queue/congestion_control/block/wait_before_close": JAM,
           "transport/link/tx/queue/congestion_control/drop/wait_before_drop": JAM}  # of free_fleet, see `send`
 
@@ -40,9 +43,20 @@ def client_settings(router, user="", password=""):
     return {**settings, **_login(user, password)} if password else settings
 
 
-def router_settings(endpoint, users=None, users_file=""):
-    """Settings of a router. users: {name: password}; each robot may use its own keys only. None: anybody, all keys."""
-    settings = {**COMMON, "mode": "router", "listen/endpoints": [endpoint]}
+def endpoint(host, port, certificate=""):
+    """As zenoh writes it."""
+    return f"{'tls' if certificate else 'tcp'}/{host}:{port}"
+
+
+def router_settings(host, port, certificate="", users=None, users_file=""):
+    """Settings of a router. certificate: a file that holds its private key, too; with one nobody comes without TLS.
+
+    users: {name: password}; each robot may use its own keys only. None: anybody, all keys.
+    """
+    settings = {**COMMON, "mode": "router", "listen/endpoints": [endpoint(host, port, certificate)]}
+    if certificate:
+        settings.update({"transport/link/tls/listen_certificate": certificate,
+                         "transport/link/tls/listen_private_key": certificate})
     if users is None:
         return settings
     keys = {name: ["**"] if name == TEACHER else keys_of(name) for name in users}
@@ -59,22 +73,10 @@ def _login(user, password):
     return {"transport/auth/usrpwd/user": user, "transport/auth/usrpwd/password": password}
 
 
-def nested(settings):
-    """The settings as zenohd reads them from a file."""
-    tree = {}
+def open_session(settings):
+    """A zenoh session. Raises zenoh.ZError."""
+    config = zenoh.Config()
     for path, value in settings.items():
-        *folders, name = path.split("/")
-        place = tree
-        for folder in folders:
-            place = place.setdefault(folder, {})
-        place[name] = value
-    return tree
-
-
-def open_session(settings, file=""):
-    """A zenoh session; file: one in zenoh's own form, in place of the settings. Raises zenoh.ZError."""
-    config = zenoh.Config.from_file(file) if file else zenoh.Config()
-    for path, value in ({} if file else settings).items():
         config.insert_json5(path, json.dumps(value))
     return zenoh.open(config)
 
@@ -107,8 +109,6 @@ def add_users(path, names):
     users = read_users(path)
     users.update({name: secrets.token_urlsafe(16) for name in map(check_name, names)})
     users.setdefault(TEACHER, secrets.token_urlsafe(16))
-    path = Path(path)
-    path.parent.mkdir(parents=True, exist_ok=True)
-    with os.fdopen(os.open(str(path), os.O_WRONLY | os.O_CREAT | os.O_TRUNC, 0o600), "w") as file:
-        file.writelines(f"{name}:{password}\n" for name, password in users.items())
+    Path(path).parent.mkdir(parents=True, exist_ok=True)
+    write_file(path, "".join(f"{name}:{password}\n" for name, password in users.items()), 0o600)
     return users

@@ -7,9 +7,13 @@ import threading
 
 
 class StallingProxy:
-    """Forwards `port` to `target_port` of 127.0.0.1. Directions: "up" from the client, "down" to it."""
+    """Forwards `port` to `target_port` of 127.0.0.1. Directions: "up" from the client, "down" to it.
 
-    def __init__(self, target_port):
+    room: [bytes] that it holds at each end; 0: as much as the system likes, which are megabytes.
+    """
+
+    def __init__(self, target_port, room=0):
+        self._room = room
         self._target = target_port
         self._flows = {"up": threading.Event(), "down": threading.Event()}
         self.flow()
@@ -52,6 +56,8 @@ class StallingProxy:
                 client.close()  # the server is away
                 continue
             for end in (client, server):
+                for buffer in (socket.SO_SNDBUF, socket.SO_RCVBUF) if self._room else ():
+                    end.setsockopt(socket.SOL_SOCKET, buffer, self._room)
                 end.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
             self._sockets += [client, server]
             for source, sink, direction in ((client, server, "up"), (server, client, "down")):

@@ -26,23 +26,28 @@ class RobotReports:
         namespace = rospy.get_namespace().strip("/") if namespace is None else namespace
         self._prefix = namespace and namespace + "/"
         self._others = set()  # prefixes of other robots' nodes, for which "hardware" is the robot
-        self._tasks = {}      # name: (time [s], level, words, {key: number})
+        self._tasks = {}      # name: (time [s], level, words, {key: number}, key of the fault)
         self._newest = {}     # name: (time [s], value) of values that become stale
         self._place = None    # of the newest odometry
         self.base_frame = ""  # as the odometry names it
         self.driven = 0.0     # [m]
-        self.driven_by = ""
         self.board = ""       # its banner
         self.newest_charge = None  # of the battery, 0 to 1, however long ago
         rospy.Subscriber("odom", Odometry, self._on_odometry, queue_size=1)
         rospy.Subscriber("battery", BatteryState, self._on_battery, queue_size=1)
-        rospy.Subscriber("cmd_vel/driven_by", String, self._on_driven_by, queue_size=1)
+        self._driven_by = ""
+        self._mux = rospy.Subscriber("cmd_vel/driven_by", String, self._on_driven_by, queue_size=1)
         rospy.Subscriber("/diagnostics", DiagnosticArray, self._on_diagnostics, queue_size=50)
 
     @property
     def velocity(self):
         """(v_x [m/s], v_y [m/s], omega [rad/s]) of the odometry, or None."""
         return self._fresh("velocity")
+
+    @property
+    def driven_by(self):
+        """Who drives, as the mux says; "" where there is none."""
+        return self._driven_by if self._mux.get_num_connections() else ""
 
     @property
     def battery(self):
@@ -52,24 +57,36 @@ class RobotReports:
     @property
     def lights(self):
         """[{"name", "level", "words"}] of the diagnostics' tasks by name, for JSON."""
-        return [{"name": name, "level": level, "words": words} for name, level, words, _ in self._now()]
+        return [{"name": name, "level": level, "words": words} for name, level, words, *_ in self._now()]
 
     @property
     def worst(self):
-        """[level, task, words] of the worst, the silent ones before errors; None without any."""
-        found = [[level, name, f"silent for {SILENT:g} s" if level == SILENCE else words]
-                 for name, level, words, _ in self._now()]
-        return max(found, key=lambda one: one[0], default=None)
+        """{"level", "task", "words", "fault"} of the worst, the silent ones before errors; None without any.
+
+        fault: its key, as the task itself has given it in its values; "silent"; or "".
+        """
+        found = [{"level": level, "task": name, "words": words, "fault": fault} if level != SILENCE else
+                 {"level": level, "task": name, "words": f"silent for {SILENT:g} s", "fault": "silent"}
+                 for name, level, words, _, fault in self._now()]
+        return max(found, key=lambda one: one["level"], default=None)
+
+    @property
+    def summary(self):
+        """How it is, for JSON: what its page, the fleet and /metrics tell alike; nothing of it is old."""
+        velocity = self.velocity
+        speed = velocity and (math.hypot(*velocity[:2]), velocity[2])
+        return {"speed": rounded(speed, 3), "driven": round(self.driven, 2), "battery": self.battery,
+                "driven_by": self.driven_by, "worst": self.worst}
 
     @property
     def values(self):
         """{task: {"level", key: number}}, for JSON."""
-        return {name: {"level": level, **values} for name, level, _, values in self._now()}
+        return {name: {"level": level, **values} for name, level, _, values, _ in self._now()}
 
     def _now(self):
         now, tasks, others = time.monotonic(), dict(self._tasks), tuple(self._others)  # copies: others write meanwhile
-        return [(name, level if now - at < SILENT else SILENCE, words, values)
-                for name, (at, level, words, values) in sorted(tasks.items()) if not name.startswith(others)]
+        return [(name, level if now - at < SILENT else SILENCE, *rest)
+                for name, (at, level, *rest) in sorted(tasks.items()) if not name.startswith(others)]
 
     def _keep(self, name, value):
         self._newest[name] = time.monotonic(), value
@@ -90,7 +107,7 @@ class RobotReports:
         self._keep("battery", {"voltage": finite(message.voltage, 1), "charge": self.newest_charge})
 
     def _on_driven_by(self, message):
-        self.driven_by = message.data[:LONGEST_WORDS]
+        self._driven_by = message.data[:LONGEST_WORDS]
 
     def _on_diagnostics(self, message):
         now = time.monotonic()
@@ -108,7 +125,8 @@ class RobotReports:
             level = status.level[0] if isinstance(status.level, bytes) else int(status.level)
             values = {value.key[:LONGEST_NAME]: _number(value.value) for value in status.values[:MOST_VALUES]}
             tasks[name] = (now, level, status.message[:LONGEST_WORDS],
-                           {key: number for key, number in values.items() if number is not None})
+                           {key: number for key, number in values.items() if number is not None},
+                           next((value.value[:LONGEST_NAME] for value in status.values if value.key == "fault"), ""))
             self.board = next((value.value[:LONGEST_WORDS] for value in status.values if value.key == "board"),
                               self.board)
 

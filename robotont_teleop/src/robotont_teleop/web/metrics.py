@@ -1,8 +1,11 @@
-"""Robots as numbers for Prometheus, in its text format 0.0.4; free of network."""
+"""Robots as numbers for Prometheus, by its own library; free of network."""
 
-KIND = "text/plain; version=0.0.4; charset=utf-8"
-GAUGES = (  # name, meaning, value of a robot's view
-    ("up", "1 while it is connected", lambda robot: robot["present"]),
+from prometheus_client import CONTENT_TYPE_LATEST, generate_latest
+from prometheus_client.core import GaugeMetricFamily
+
+KIND = CONTENT_TYPE_LATEST
+GAUGES = (  # name, meaning, value of a robot
+    ("up", "1 while it is connected, has just said how it is, and its driver_node runs", lambda robot: robot["up"]),
     ("state_age_seconds", "since it has last said how it is", lambda robot: robot["age"]),
     ("battery_volts", "of the pack", lambda robot: (robot.get("battery") or {}).get("voltage")),
     ("battery_ratio", "charge, 1: full", lambda robot: (robot.get("battery") or {}).get("charge")),
@@ -10,25 +13,36 @@ GAUGES = (  # name, meaning, value of a robot's view
     ("driven_metres", "since what reports it was started", lambda robot: robot.get("driven")),
     ("emergency_stop", "1 while it is pressed", lambda robot: bool(robot.get("stopped"))),
     ("worst_level", "of its diagnostics: 0 ok, 1 warning, 2 error, 3 silent",
-     lambda robot: (robot.get("worst") or [None])[0]),
+     lambda robot: (robot.get("worst") or {}).get("level")),
 )
 
 
 def metrics(robots, values):
-    """Text. robots: as in robotont_fleet's Fleet.view; values: {robot: {task: {key: number}}} of their diagnostics."""
-    lines = []
+    """Bytes of KIND.
+
+    robots: `RobotReports.summary` of each, with "name", "up", "age" [s], "stopped", and an "id" where there are several
+    of a name. values: {robot: {task: {key: number}}} of their diagnostics.
+    """
+    families = []
     for name, meaning, read in GAUGES:
-        lines += [f"# HELP robotont_{name} {meaning}", f"# TYPE robotont_{name} gauge"]
-        lines += [f"robotont_{name}{_labels(robot=one['name'], id=one['id'])} {float(read(one)):g}" for one in robots
-                  if read(one) is not None]
-    lines += ["# HELP robotont_diagnostic numbers of /diagnostics, by task and key", "# TYPE robotont_diagnostic gauge"]
+        families.append(GaugeMetricFamily(f"robotont_{name}", meaning, labels=("robot", "id")))
+        for one in robots:
+            if read(one) is not None:
+                families[-1].add_metric((one["name"], one.get("id", "")), float(read(one)))
+    found = GaugeMetricFamily("robotont_diagnostic", "numbers of /diagnostics", labels=("robot", "task", "key"))
     for robot, tasks in sorted(values.items()):
-        lines += [f"robotont_diagnostic{_labels(robot=robot, task=task, key=key)} {float(number):g}"
-                  for task, numbers in sorted(tasks.items()) for key, number in sorted(numbers.items())]
-    return "\n".join(lines) + "\n"
+        for task, numbers in sorted(tasks.items()):
+            for key, number in sorted(numbers.items()):
+                found.add_metric((robot, task, key), float(number))
+    return generate_latest(Collected([*families, found]))
 
 
-def _labels(**labels):
-    escaped = {name: str(value).replace("\\", r"\\").replace('"', r"\"").replace("\n", r"\n")
-               for name, value in labels.items()}
-    return "{" + ",".join(f'{name}="{value}"' for name, value in escaped.items()) + "}"
+class Collected:
+    """What a registry of prometheus_client is to `generate_latest`."""
+
+    def __init__(self, families):
+        self._families = families
+
+    def collect(self):
+        """All families."""
+        return self._families

@@ -4,7 +4,6 @@ All that a page can ask for and see goes through one object, which tests replace
 """
 
 import itertools
-import math
 import socket
 import threading
 
@@ -84,7 +83,5 @@ class RobotView(RobotTelemetry):
 
     def figures(self):
         """What `metrics` wants."""
-        velocity = self.velocity
-        return [{"name": self.name, "id": "", "present": True, "age": 0.0, "driven": self.driven,
-                 "battery": self.battery, "speed": [math.hypot(*velocity[:2])] if velocity else None,
-                 "worst": self.worst, "stopped": self.emergency_stop.pressed}], {self.name: self.values}
+        return [{**self.summary, "name": self.name, "up": self.emergency_stop.has_driver, "age": 0.0,
+                 "stopped": self.emergency_stop.pressed}], {self.name: self.values}

@@ -106,6 +106,32 @@ def test_without_commands_the_robot_stops_by_itself():
     assert abs(run.simulation.twist()[0]) < 0.01
 
 
+@pytest.mark.parametrize("slope, most", [(3, 10), (5, 10), (8, 80)])
+@pytest.mark.parametrize("towards", [0, 75, 200])
+def test_a_robot_that_is_told_to_stand_stands_on_a_slope(slope, towards, most):
+    """For a minute [mm]; on 8 degrees it creeps."""
+    run = run_in()
+    slope, towards = math.radians(slope), math.radians(towards)
+    down = math.sin(slope) * math.cos(towards), math.sin(slope) * math.sin(towards), -math.cos(slope)
+    run.simulation.mujoco_model.opt.gravity[:] = 9.81 * np.array(down)
+    start = len(run.path)
+    run.hold((0.0, 0.0, 0.0), 60.0)
+    steps = np.diff([truth[:2] for _, _, truth in run.path[start:]], axis=0)
+    assert 1000 * np.linalg.norm(steps.sum(axis=0)) <= most
+    assert np.linalg.norm(steps, axis=1).max() <= 0.1 * 0.02
+    assert run.status.fault == ""
+
+
+@pytest.mark.parametrize("edges", [128, 512])
+@pytest.mark.parametrize("last", [(0.0, 0.0, 0.0), None])
+def test_a_stop_stops_whatever_the_encoders_count(edges, last):
+    run = run_in(encoderEdgesPerMotorRevolution=edges)
+    run.hold((0.4, 0.0, 0.0), 2.0)
+    rate = run.simulation.wheels.pid_frequency
+    run.drive([last] * round(2 * rate))
+    assert math.hypot(*run.simulation.twist()[:2]) < 0.01
+
+
 def test_a_wall_stops_the_robot_and_is_noticed():
     run = run_in("room")
     run.hold((-0.4, 0.0, 0.0), 4.0)

@@ -52,7 +52,7 @@ TURN_DRAG = 40  # [1/256 unit/period] by which a turn on the spot slows down by 
 FREE_LEAD = 64  # [1/16 period] and, for tests, of motors that turn free wheels
 ARC = 1350  # [edges] 2 * sin(120 deg) * wheel distance / way of an edge * 240 / 210: how turning bends the way of three
 #             even wheels, whose LEAD has so much from the mass, which alone is bent
-STANDSTILL = 5  # [periods] set-point 0 and no edge for this long: motor off, integral 0
+STIFFNESS = 5888  # [1/256 effort per edge] by which a wheel that should stand resists: 23 effort per edge
 
 # One wheel driven on its own while no commands come, by the order `!test` (./robotont wheels --bring-up).
 TEST_EFFORT = 400  # [effort] 10 %; a quarter of FULL_EFFORT at most

@@ -28,6 +28,7 @@ DRIVER_FAULT = const(1)  # the motor driver's fault line
 NO_COUNTS = const(2)  # driven, and the encoder shows too little motion: unplugged, no motor current, or blocked
 WRONG_WAY = const(3)  # driven, and the encoder counts against it: encoder or motor leads reversed
 OVERLOAD = const(4)  # the motor has worked too hard for too long: its current is limited for now
+TOO_MANY = const(5)  # the encoder counts more than the motor can make: not the configuration's, or noise
 
 _RISE = const(640)  # [1/256 unit] a wheel that is faster than a little ago by more than this follows;
 _CLEAR_RISE = const(2048)  # [1/256 unit] by this while the robot moves as it should: more than noise

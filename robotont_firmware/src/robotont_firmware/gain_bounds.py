@@ -26,7 +26,7 @@ _RANGES = (  # name, least, most; what depends on other numbers is added in `che
     ("FULL_EFFORT", 1, 10000),
     ("FOLLOW", 1, 256),  # more would swing around the set-point
     ("TURN_DRAG", 0, 256),
-    ("STANDSTILL", 1, 1000),
+    ("STIFFNESS", 1024, 65536),
     ("BLIND_TIME", 1, 1000),
     ("BLIND_SHARE", 0, 256),
     ("CHANGING_SHARE", 0, 256),
@@ -60,7 +60,7 @@ def check(config):
         ("SPEED_GAIN", MAX_COUNTS * 256),
         ("P_GAIN", error // 2),
         ("D_GAIN", 2 * MAX_COUNTS * 256),
-        ("BRAKE_GAIN", MAX_COUNTS),
+        ("BRAKE_GAIN", MAX_COUNTS * 256),
     ):
         check_number(config, name, 0, _unscaled(LARGEST // factor, battery))
     check_number(config, "ARC", 2 * config.MAX_SPEED, NO_ARC)  # then a way bends by MAX_SPEED a period at most
@@ -79,6 +79,12 @@ def check(config):
 def at_battery(value, battery):
     """Return a gain or an effort of config.py for a battery of `battery` mV: more volts, less duty."""
     return value * MOTOR_VOLTAGE // battery
+
+
+def reach(config):
+    """Return the most edges that a motor makes in a period on a full battery, and an eighth more."""
+    free = (config.FULL_EFFORT << 8) // max(1, config.SPEED_GAIN)
+    return min(free * config.BATTERY // MOTOR_VOLTAGE * 9 // 8, MAX_COUNTS - 1)
 
 
 def acceleration(config, most):

@@ -22,7 +22,7 @@ from array import array
 
 from robotont_firmware import gain_bounds as bounds
 from robotont_firmware.compat import const, micropython
-from robotont_firmware.fault_watch import DRIVER_FAULT, NO_FAULT, OVERLOAD
+from robotont_firmware.fault_watch import DRIVER_FAULT, NO_FAULT, OVERLOAD, TOO_MANY
 from robotont_firmware.identity import Identity
 from robotont_firmware.protocol import Sender
 from robotont_firmware.receiver import Receiver
@@ -153,7 +153,10 @@ class Controller:
             settled = unsettled[wheel] <= 0
             if not settled:
                 unsettled[wheel] -= periods
-            effort = pid.step(setpoint, counts[wheel], periods, settled, fastest, straight[wheel], turning)
+            if fastest == 0:
+                effort = pid.stop(counts[wheel], periods, True)
+            else:
+                effort = pid.step(setpoint, counts[wheel], periods, settled, fastest, straight[wheel], turning)
             board.drive(wheel, effort)
             if pid.lag > _LAG + (abs(setpoint) >> 3):
                 self._unsettle(wheel)
@@ -168,11 +171,12 @@ class Controller:
         clear(self._setpoints.now, self._wheels)
         for wheel in range(self._wheels):
             pid = self._pids[wheel]
-            if self._braking <= 0 or self._status.fault_of(wheel) != NO_FAULT:
+            fault = self._status.fault_of(wheel)
+            if self._braking <= 0 or (fault != NO_FAULT and fault != TOO_MANY):  # noqa: PLR1714 (a tuple would be made)
                 pid.reset(periods)
                 self._board.drive(wheel, 0)
             else:
-                self._board.drive(wheel, pid.brake(self._counts[wheel], periods))
+                self._board.drive(wheel, pid.stop(self._counts[wheel], periods))
         self._braking = max(0, self._braking - periods)
 
     def _test(self, periods):

@@ -6,14 +6,20 @@ Every intermediate value stays below 2^30 in magnitude; robotont_firmware.gain_b
 
 from robotont_firmware import gain_bounds as bounds
 from robotont_firmware.compat import const, micropython
-from robotont_firmware.fault_watch import NO_FAULT, FaultWatch
+from robotont_firmware.fault_watch import NO_FAULT, TOO_MANY, FaultWatch
 
 MAX_COUNTS = const(400)  # [edges/period] twice the motor's reach; a larger difference is no speed
 _FASTEST = const(MAX_COUNTS << 8)  # [1/256 unit]
 MAX_PERIODS = const(16)  # [periods] the most missed ticks that a step makes up for; the watchdog comes before
 
 _SLOW = const(256)  # [1/256 unit] a wheel that should turn slower than twice this tells nothing by standing still
-_GROWTH = const(2)  # [edges/period] by which a braked wheel may seem to grow faster
+_GROWTH = const(512)  # [1/256 unit] by which a braked wheel may seem to grow faster
+_EDGE = const(256)  # [1/256 unit]
+_CREEPS = const(2560)  # [1/256 unit] a wheel that is no faster may be held,
+_FOLLOWS = const(1024)  # [1/256 unit] one that is as fast follows its effort
+_BRAKES = const(0)  # stages of a stop
+_ROLLS = const(1)
+_HOLDS = const(2)
 
 
 @micropython.viper
@@ -32,8 +38,7 @@ class Pid:
     The set-point passes through a first-order model of how the wheel is able to follow; the feed-forward
     drives the wheel along it, and P and I only act on the difference from it. So a step does not
     charge the integral, and the sum of the errors, hence the distance, still comes out exact: as long as the
-    robot is driven. When all should stop, a wheel that has come to rest stays there: driven back to where it
-    should have stopped, a heavy robot would swing.
+    robot is driven. When all stand, `stop` holds each wheel where it came to rest.
 
     P and I are only as good as the encoder: a FaultWatch bounds the effort, and `fault` is what it found, until
     `reset`.
@@ -66,7 +71,9 @@ class Pid:
         self._max_heat = config.OVERLOAD_TIME * ((self._max_torque >> 4) * (self._max_torque >> 4) - self._heating)
         self._max_integral = bounds.integral_for(bounds.at_battery(config.MAX_INTEGRAL, battery), self._i)
         self._blocked_integral = bounds.integral_for(bounds.at_battery(config.BLOCKED_INTEGRAL, battery), self._i)
-        self._standstill = config.STANDSTILL
+        self._stiffness = bounds.at_battery(config.STIFFNESS, battery)
+        self._most_away = bounds.integral_for(self._max_torque, self._stiffness)
+        self._reach = bounds.reach(config)
         self._heat = 0  # torque above the continuous one, squared and summed
         self.overloaded = False
         self._watch = FaultWatch(config, self._forward)
@@ -79,34 +86,32 @@ class Pid:
         self.reference = 0  # the speed that the wheel should have at the end of the period [1/256 unit]
         self._mean = 0  # and on the mean over it, which its edges are
         self._speed = 0
-        self._still = self._standstill
         self._ahead = 0  # effort that the change of motion takes
         self._push = 0  # effort, without what the change of motion takes
         self.lag = 0  # [1/256 unit] by which it misses its reference
-        self._braked = 0  # [edges/period] the least speed since braking began
+        self._beyond = 0  # [periods] in a row in which it counted more than the motor can make
+        self._stage = _HOLDS
+        self._soft = 0  # halvings of the effort of a stop
+        self._away = 0  # [1/256 edge] by which it was moved while it should stand
+        self._braked = _FASTEST  # [1/256 unit] the least speed since braking began
+        self._proved = False  # whether it was seen to follow its effort
         self.fault = NO_FAULT
         self._limited = False
         self._watch.reset()
         self._warm(0, 0, periods)
 
     @micropython.native
-    def brake(self, counts, periods=1):
-        """Return the effort that stops a wheel with `counts` edges in the past periods, within the current limit.
+    def stop(self, counts, periods=1, holds=False):
+        """Return the effort that stops a wheel with `counts` edges in the past periods; if it `holds`, keeps it there.
 
-        Only a wheel that turns as it was driven is braked: with a reversed or missing encoder, or one
-        whose counts grow while braking, it rolls.
+        Never along the motion that is counted. Out of a drive only a wheel that turns as it was driven is braked: with
+        a reversed or missing encoder, or one whose counts grow while braking, it rolls until it is slow.
         """
-        direction = self._watch.direction()
-        ahead = self._per_period(counts, periods) * direction
-        if ahead <= 0 or (self._braked > 0 and ahead > self._braked + _GROWTH):
-            self.reset(periods)
-            return 0
-        if self._braked == 0 or ahead < self._braked:
-            self._braked = ahead
-        self._integral = 0
-        self.reference = self._mean = 0
-        speed = ahead * direction << 8
-        effort = self._limit(-self._brake * ahead * direction, speed)
+        periods = max(1, min(periods, MAX_PERIODS))
+        speed = (clamp(counts, MAX_COUNTS * periods) << 8) // periods
+        self.fault = TOO_MANY if self._exceeds(counts, periods) else NO_FAULT
+        self._integral = self.reference = self._mean = 0
+        effort = self._against(speed, speed * self._watch.direction(), periods if holds else 0)
         self._warm(effort, speed, periods)
         return effort
 
@@ -120,34 +125,71 @@ class Pid:
         largest set-point of all wheels, without sign [1/256 unit]. straight, turning: the acceleration of the robot
         in this period, in the wheel's direction, apart from the change of its own reference [1/256 unit].
         """
-        if self._rests(setpoint, counts):
-            self.reset(periods)
-            return 0
         if periods > MAX_PERIODS:  # noqa: PLR1730 (min() costs 700 instructions)
             periods = MAX_PERIODS
-        counts = clamp(counts, MAX_COUNTS * periods)
-        speed = counts << 8
+        speed = clamp(counts, MAX_COUNTS * periods) << 8
         if periods > 1:
             speed = speed // periods
         watch = self._watch
-        if setpoint == 0 and fastest == 0 and speed * watch.direction() <= 0:  # the robot should stop, and it has
-            self._integral = self.reference = self._mean = 0
         error = self._mean - speed
         self.fault = watch.look(
             setpoint, self.reference, speed, self._push, self._limited, periods, settled, fastest)  # fmt: skip
+        if self._exceeds(counts, periods):
+            self.fault = TOO_MANY
         steady = self._steady(setpoint, speed, error, straight, turning)
         bound = watch.bound(steady)
         effort = self._limit(bound + self._ahead, speed)
+        if effort * speed > 0 and (speed if speed > 0 else -speed) > _FOLLOWS:
+            self._proved = True
+        self._stage, self._braked, self._soft = _BRAKES, _FASTEST, 0
         self._warm(effort, speed, periods)
         self._note(steady, bound, effort, error, periods)
         return effort
 
-    @micropython.native
-    def _per_period(self, counts, periods):
-        """Return the edges per period, within +-MAX_COUNTS."""
-        if periods > 1:
-            counts = counts // periods
-        return clamp(counts, MAX_COUNTS)
+    @micropython.viper
+    def _against(self, speed: int, ahead: int, periods: int) -> int:
+        """Return the effort against a speed and, over these periods, against the way that the wheel was moved at rest.
+
+        ahead: the speed in the direction in which it was driven.
+        """
+        fast = speed if speed > 0 else 0 - speed
+        before = int(self._speed)
+        if (before > _FOLLOWS and speed < 0 - _FOLLOWS) or (before < 0 - _FOLLOWS and speed > _FOLLOWS):
+            self._soft = int(self._soft) + 1 & 7  # it was turned round: half of the effort is enough
+        self._speed = speed
+        stage, least = int(self._stage), int(self._braked)
+        if fast <= _CREEPS:
+            stage = _HOLDS
+        if stage == _BRAKES or periods == 0:
+            if ahead <= 0 or ahead > least + _GROWTH:
+                stage = _ROLLS
+            self._braked = ahead if ahead < least else least
+        elif fast > _CREEPS and not self._proved:
+            stage = _ROLLS
+        self._stage = stage
+        if stage == _ROLLS:
+            self._away = 0
+            return 0
+        away, most = int(self._away), int(self._most_away)
+        away = away + speed * periods if stage == _HOLDS else 0
+        away = most if away > most else 0 - most if away < 0 - most else away
+        clear = fast - _EDGE  # one edge is a creep, or a tremor
+        clear = 0 if clear < 0 else clear if speed > 0 else 0 - clear
+        effort = 0 - (int(self._brake) * clear >> 8) - (int(self._stiffness) * away >> 16) >> int(self._soft)
+        if clear != 0 and ((effort > 0 and speed > 0) or (effort < 0 and speed < 0)):
+            away -= away >> 2  # it goes back: less is enough
+        self._away = away
+        effort = int(self._limit(effort, speed))
+        return 0 if (effort > 0 and speed > 0) or (effort < 0 and speed < 0) else effort
+
+    @micropython.viper
+    def _exceeds(self, counts: int, periods: int) -> bool:
+        """Return True in the third period in a row that brings more edges than the motor can make."""
+        beyond = int(self._beyond) + periods
+        if (counts if counts > 0 else 0 - counts) <= int(self._reach) * periods:
+            beyond = 0
+        self._beyond = beyond
+        return beyond >= 3
 
     @micropython.viper
     def _steady(self, setpoint: int, speed: int, error: int, straight: int, turning: int) -> int:
@@ -199,15 +241,6 @@ class Pid:
         limit = before if before > limit else 0 - before if 0 - before > limit else limit
         after = before + error * periods
         self._integral = limit if after > limit else 0 - limit if after < 0 - limit else after
-
-    @micropython.native
-    def _rests(self, setpoint, counts):
-        """Return True from STANDSTILL periods of set-point 0 without an edge until the next set-point."""
-        if setpoint != 0:
-            self._still = 0
-        elif self._still < self._standstill:
-            self._still = self._still + 1 if counts == 0 else 0
-        return self._still >= self._standstill
 
     @micropython.viper
     def _limit(self, effort: int, speed: int) -> int:

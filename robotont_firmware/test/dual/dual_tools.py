@@ -74,7 +74,7 @@ ORDER = checked("!test 1+")
 
 
 class WildBoard:
-    """Allocates nothing: counters jump anywhere, the lines come again and again, ticks are missed, a driver fails.
+    """Allocates nothing: counters jump anywhere but for a while, lines come again, ticks are missed, a driver fails.
 
     The first line, zeros, comes now and then; for a while none comes, but an order `!test`. It ends after 220 ticks,
     with `sent` bytes.
@@ -93,7 +93,8 @@ class WildBoard:
 
     def counts(self, totals):
         for wheel in range(len(totals)):
-            self.total = (self.total + self.JUMPS[(self.ticks // 9 + wheel) % 8]) & 0xFFFF
+            if not 60 < self.ticks < 130:
+                self.total = (self.total + self.JUMPS[(self.ticks // 9 + wheel) % 8]) & 0xFFFF
             totals[wheel] = self.total
 
     def drive(self, wheel, effort):

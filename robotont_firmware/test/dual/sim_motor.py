@@ -51,6 +51,7 @@ class SimMotor:
         self.blocked = False
         self.powered = True
         self.encoder = GOOD
+        self.times = 1  # edges that it counts for one
         self.effort = 0
         self.speed = 0
         self.turned = 0  # [edges] that the wheel turned
@@ -195,7 +196,7 @@ class SimBoard:
 
     def counts(self, totals):
         for index in range(len(self.motors)):
-            totals[index] = self.motors[index].counted & 0xFFFF
+            totals[index] = self.motors[index].counted * self.motors[index].times & 0xFFFF
 
     def drive(self, wheel, effort):
         self._next[wheel] = effort

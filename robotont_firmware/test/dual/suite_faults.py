@@ -4,7 +4,7 @@ from dual_tools import Config, Locked, Robot
 from sim_motor import HALF, MICRO, REVERSED, UNPLUGGED
 
 from robotont_firmware import config
-from robotont_firmware.fault_watch import NO_COUNTS, OVERLOAD, WRONG_WAY
+from robotont_firmware.fault_watch import NO_COUNTS, OVERLOAD, TOO_MANY, WRONG_WAY
 from robotont_firmware.status import BATTERY_IS_LOW, TIMED_OUT, WAITS_FOR_ZERO
 from robotont_firmware.wheel_speed import Pid
 
@@ -122,6 +122,25 @@ def test_a_blocked_wheel_gets_no_current_for_long():
     assert sum(currents[100:]) == 0
 
 
+def test_a_stop_stops_whatever_multiple_the_encoders_count():
+    """More than the motors can make is a fault."""
+    told = 0
+    for times in (2, 4, 8, 16):
+        for units in (20, 60, 120):
+            for last in ("0:0:0", None):
+                robot = Robot()
+                for motor in robot.board.motors:
+                    motor.times = times
+                for _ in range(80):
+                    robot.board.sent = b""
+                    robot.tick(1, f"{units}:{-units}:{units / 2}")
+                told += TOO_MANY in robot.newest()[3]
+                robot.tick(50 if last else config.TIMEOUT + 26, last)
+                for motor in robot.board.motors:
+                    assert abs(motor.speed) < MICRO, (times, units, last, motor.speed / MICRO)
+    assert told > 4, told
+
+
 class Jammed:
     """A wheel that something slows, whatever the effort."""
 
@@ -221,7 +240,7 @@ def test_missed_ticks_change_nothing_in_the_brake():
         pid = Pid(config)
         pid.step(60 * 256, 60)
         with Locked():
-            effort = pid.brake(60 * periods, periods)
+            effort = pid.stop(60 * periods, periods)
         efforts.append(effort)
     assert efforts == [efforts[0]] * 3, efforts
     assert efforts[0] < 0

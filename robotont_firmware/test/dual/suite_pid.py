@@ -41,7 +41,10 @@ class Bench:
                 self.unsettled -= 1
                 if abs(target - self.setpoint) > 128 or self.pid.lag > 1280 + (abs(self.setpoint) >> 3):
                     self.unsettled = 10  # as the controller does
-                self.effort = self.pid.step(self.setpoint, counts, 1, self.unsettled <= 0)
+                if self.setpoint == 0:
+                    self.effort = self.pid.stop(counts, 1, True)
+                else:
+                    self.effort = self.pid.step(self.setpoint, counts, 1, self.unsettled <= 0)
             self.speeds.append(self.motor.speed / 1000000)
             self.counts.append(counts)
         return self
@@ -118,17 +121,30 @@ def test_reversal_respects_both_limits():
     assert largest == 1000
 
 
-def test_standstill_switches_the_motor_off():
-    bench = Bench().run(30, 50).run(0, 50)
-    assert bench.effort == 0
-    assert bench.motor.speed == 0
-    for _ in range(10):  # a hand turns the wheel: it rolls
-        with Locked():
-            assert bench.pid.step(0, 7) == 0
-    with Locked():
-        again = bench.pid.step(256, 0)
-        fresh = Pid.step  # a bound method would allocate
-    assert again == fresh(Pid(config), 256, 0)
+def test_no_effort_of_a_stop_points_along_the_motion():
+    """Whatever the encoder counts: out of a drive or at rest, braking or held, however many periods were missed."""
+    for setpoint, before in ((0, 0), (120, 120), (-120, -110), (50, -50)):
+        for periods, holds in ((1, True), (1, False), (3, True)):
+            for size in (1, 2, 5, 11, 30, 60, 104, 105, 200, 313, 400, 3000, 32767):
+                pid = Pid(config)
+                for _ in range(6):
+                    pid.step(setpoint * 256, before)
+                for counts in (size, size, size // 2, -size, size, -size // 3, -size):
+                    with Locked():
+                        effort = pid.stop(counts, periods, holds)
+                    assert effort * counts <= 0, (setpoint, before, periods, holds, size, counts, effort)
+
+
+def test_who_stands_is_held_against_what_moves_it_and_is_not_driven_back():
+    """load: of a slope, backward. A slope of 5 degrees takes 25 units of a robot of 3.6 kg."""
+    for load in (0, 12, 25, -25):
+        for units in (0, 50):
+            bench = Bench(load=load).run(units, 50).run(0, 50)
+            start = bench.last
+            bench.run(0, 150)
+            assert abs(bench.last - start) <= 8, (load, units, bench.last - start)
+            assert abs(bench.motor.speed) < 10000, (load, bench.motor.speed)
+            assert bench.effort * load >= 0, (load, bench.effort)
 
 
 def test_a_stopped_wheel_is_not_driven_back():

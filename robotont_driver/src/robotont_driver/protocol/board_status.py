@@ -10,7 +10,7 @@ from functools import lru_cache
 from typing import NamedTuple, Tuple
 
 TIMED_OUT, WAITS_FOR_ZERO, BATTERY_LOW = 1, 2, 4  # flags
-NO_FAULT, DRIVER_FAULT, NO_COUNTS, WRONG_WAY, OVERLOAD = range(5)  # what is wrong with a wheel
+NO_FAULT, DRIVER_FAULT, NO_COUNTS, WRONG_WAY, OVERLOAD, TOO_MANY = range(6)  # what is wrong with a wheel
 
 OFF = "; all motors are off until a command of zeros"
 FAULTS = {
@@ -19,6 +19,7 @@ FAULTS = {
                "current, or wheel blocked" + OFF,
     WRONG_WAY: "wheel {}: counts against its direction: encoder or motor leads reversed, or motor without current and "
                "dragged" + OFF,
+    TOO_MANY: "wheel {}: counts more than its motor can turn: another encoder or gear than configured, or noise" + OFF,
 }
 NOTICES_KEPT = 8
 MOST_LOAD = 90  # [%] of a period

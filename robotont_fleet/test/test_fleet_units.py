@@ -321,6 +321,11 @@ def test_the_chain_holds_the_robots_frames_only_with_one_stamp_and_without_the_n
     assert named[0].header.stamp.secs == 7
     chain.hear([transform("robot1/base_link", "laser", 0.2)], 0.0, fixed=True)
     assert chain.pose("laser", 0.5, base) == ("base_link", pytest.approx((0.2, 0.0, 0.0)))
+    hanging = transform("laser", "camera", 0.0)
+    hanging.transform.translation.y, hanging.transform.rotation.w, hanging.transform.rotation.x = 0.3, 0.0, 1.0
+    chain.hear([hanging, transform("camera", "lens", 0.1)], 0.0, fixed=True)
+    chain._newest["lens"][0].transform.translation.y = 0.05
+    assert chain.pose("lens", 0.5, base) == ("base_link", pytest.approx((0.3, 0.25, 0.0)))  # its left is the right
     assert chain.pose(base, 1.5) == ("", None)  # the odometry is silent
     chain.hear([transform("map", f"other{number}", 0.0) for number in range(600)], 1.5)
     assert chain.links("other599", 1.5) == []  # too many

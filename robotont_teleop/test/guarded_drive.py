@@ -7,31 +7,48 @@ import numpy as np
 
 from robotont_driver.command.command_stream import CommandStream
 from robotont_driver.command.limits import Limits
+from robotont_driver.kinematics.kinematics import Kinematics
 from robotont_driver.kinematics.se2 import compose
 from robotont_driver.robots.wheel_file import read_wheel_file
 from robotont_driver.ros.official_topics import FIELD_OF_VIEW, SENSORS
 from robotont_simulator.lockstep import LockstepRun
+from robotont_simulator.sensors import SCAN_FARTHEST, SCAN_NEAREST
 from robotont_simulator.simulation import Simulation
 from robotont_simulator.world import World
-from robotont_teleop.mux.guard import BEYOND, Guard
+from robotont_teleop.mux.guard import Guard
+from robotont_teleop.mux.sensor_view import cone
 from robotont_testing import places
 
 RADIUS = 0.15  # [m] of the footprint
+BODY = RADIUS, 0.0175, 0.162  # [m]
+WHEELS = read_wheel_file(places.config("wheel_params.yaml"))[0]
+SCAN_BOUNDS, CONE_BOUNDS = (SCAN_NEAREST, SCAN_FARTHEST), (0.04, 4.0)  # [m]
 LIMITS = Limits(wheel_speed=1.5, linear_acceleration=1.5, angular_acceleration=8.0,
                 linear_deceleration=2.25)  # as shipped
 PERIOD = 0.02  # [s]
 SCAN_PERIODS, SCAN_DELAY = 5, 2  # periods between two scans, and until a scan is heard
 AROUND, CAMERA = np.linspace(-math.pi, math.pi, 360, endpoint=False), np.linspace(-0.515, 0.515, 128)
-CONE = np.linspace(-FIELD_OF_VIEW / 2, FIELD_OF_VIEW / 2, 5)
+CONE = cone(FIELD_OF_VIEW)
+
+
+def place(x=0.0, y=0.0, yaw=0.0, height=0.1):
+    """As the guard wants it, of a sensor that stands upright."""
+    cos, sin = math.cos(yaw), math.sin(yaw)
+    return np.array([[cos, -sin, 0.0], [sin, cos, 0.0], [0.0, 0.0, 1.0]]), (x, y, height)
+
+
+def make_guard(blind_speed=0.3):
+    """Of the shipped robot."""
+    return Guard(BODY, LIMITS, Kinematics(WHEELS).wheel_speeds, blind_speed)
 
 
 class GuardedDrive:
     """angles: of the laser's rays [rad], or None for the twelve range sensors of the official robot."""
 
-    def __init__(self, boxes, start, angles=AROUND, blind_speed=0.3):
-        wheels = read_wheel_file(places.config("wheel_params.yaml"))[0]
-        self.simulation = Simulation(wheels, World(tuple(boxes), start))
-        self.guard = Guard(RADIUS, LIMITS, blind_speed)
+    def __init__(self, boxes, start, angles=AROUND, bounds=SCAN_BOUNDS):
+        self.simulation = Simulation(WHEELS, World(tuple(boxes), start))
+        self.guard = make_guard()
+        self._bounds = bounds
         self.angles, self.plugged, self.touched, self.nearest = angles, True, False, math.inf
         self.held = 0  # periods in which something was in the way
         self._boxes = boxes
@@ -77,13 +94,14 @@ class GuardedDrive:
     def _look(self, at):
         """Arguments of `Guard.see`."""
         if self.angles is not None:
-            return [("laser", (0.0, 0.0, 0.0), self.angles, self.simulation.scan(self.angles, 0.3, 4.0), 0.3, at)]
+            return [("laser", place(), self.angles, self.simulation.scan(self.angles, *self._bounds), self._bounds, at)]
         readings = []
         for sensor, (distance, bearing, view) in enumerate(SENSORS):
-            place = (distance * math.cos(bearing), -distance * math.sin(bearing), -view)
-            ranges = np.full(len(CONE), min(self._ray(compose(self.simulation.pose(), place), ray)
+            pose = (distance * math.cos(bearing), -distance * math.sin(bearing), -view)
+            ranges = np.full(len(CONE), min(self._ray(compose(self.simulation.pose(), pose), ray)
                                             for ray in np.linspace(CONE[0], CONE[-1], 15)))
-            readings.append((sensor, place, CONE, np.where(ranges < 0.04, -math.inf, ranges), 0.04, at, BEYOND))
+            ranges[ranges < CONE_BOUNDS[0]] = -math.inf
+            readings.append((sensor, place(*pose), CONE, ranges, CONE_BOUNDS, at))
         return readings
 
     def _ray(self, pose, angle):

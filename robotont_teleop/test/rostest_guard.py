@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""cmd_vel_mux with a laser that stands backwards and a range sensor on the left: who is slowed, and what is said."""
+"""cmd_vel_mux with a laser that hangs backwards and a range sensor on the left: who is slowed, and what is said."""
 
 import math
 
@@ -25,12 +25,16 @@ class GuardTest(NodeTest):
         self.scan = self.publisher("scan", LaserScan)
         self.hand, self.sonar = self.publisher("cmd_vel/hand", Twist), self.publisher("range", Range)
 
-    def look(self, behind=math.inf, left=math.inf):
-        """Everything around is free for 3 m, but for a wall ahead, behind the laser's back, and something beside."""
+    def look(self, behind=math.inf, left=math.inf, beside=3.0, frame="laser", age=0.0):
+        """Everything around is free for 3 m, but for a wall ahead, behind the laser's back, and something beside.
+
+        beside: [m] by the laser, whose left is the robot's left because it looks backwards and hangs.
+        """
         now = rospy.Time.now()
         scan = LaserScan(angle_min=-math.pi, angle_increment=math.pi / 180, range_min=0.1, range_max=4.0)
-        scan.header.frame_id, scan.header.stamp = "laser", now
-        scan.ranges = np.where(abs(np.arange(360) - 180) > 150, behind, 3.0).tolist()
+        scan.header.frame_id, scan.header.stamp = frame, now - rospy.Duration(age)
+        angles = np.arange(360) - 180
+        scan.ranges = np.where(abs(angles) > 150, behind, np.where(abs(angles - 90) < 30, beside, 3.0)).tolist()
         self.scan.publish(scan)
         sonar = Range(field_of_view=0.4, min_range=0.04, max_range=4.0, range=left)
         sonar.header.frame_id, sonar.header.stamp = "sonar", now
@@ -54,9 +58,10 @@ class GuardTest(NodeTest):
         self.drive((0.8, 0.0, 0.0), lambda command: command == (0.8, 0.0, 0.0))
 
     def test_2_a_hand_stops_before_what_is_in_the_way_and_drives_on_beside_it(self):
-        near = (lambda: self.look(behind=0.2)), (lambda: self.look(left=0.06))
+        near = (lambda: self.look(behind=0.2)), (lambda: self.look(left=0.06)), (lambda: self.look(beside=0.21))
         for (x, y), look, side in (((0.8, 0.0), near[0], "ahead, 0.05 m"),
-                                   ((0.0, 0.8), near[1], "on the left, 0.01 m")):
+                                   ((0.0, 0.8), near[1], "on the left, 0.01 m"),
+                                   ((0.0, 0.8), near[2], "on the left, 0.06 m")):
             self.drive((-x, -y, 0.5), lambda command, x=x, y=y: command == (-x, -y, 0.5), look)
             self.drive((x, y, 0.5), lambda command: command == STOP, look)
             self.drive((x, y, 0.5), lambda _, side=side: self.said(f"in the way: something {side}"), look)
@@ -77,7 +82,18 @@ class GuardTest(NodeTest):
         slower = self.drive((0.8, 0.0, 0.4), lambda command: 0.0 < command[0] < 0.31)
         np.testing.assert_allclose(slower, (0.3, 0.0, 0.15), rtol=1e-6)
 
-    def test_5_others_and_a_mux_without_it_are_left_alone(self):
+    def test_5_a_scan_that_cannot_be_used_is_named_and_slows(self):
+        def free():
+            self.look(frame="/laser")
+        self.drive((0.8, 0.0, 0.0), lambda command: command == (0.8, 0.0, 0.0), free)
+        for look, words in (((lambda: self.look(frame="unknown")), "/tf_static does not tell where it is in base_link"),
+                            ((lambda: self.look(age=5.0)), "its stamps are 5.0 s old")):
+            self.drive((0.8, 0.0, 0.0), lambda command: 0.0 < command[0] < 0.31, look)
+            self.drive((0.8, 0.0, 0.0), lambda _, words=words: self.said(words), look)
+        self.drive((0.8, 0.0, 0.0), lambda command: command == (0.8, 0.0, 0.0), free)
+        self.wait_for_status(STATUS, OK)
+
+    def test_6_others_and_a_mux_without_it_are_left_alone(self):
         self.wait_for_status("cmd_vel_mux: who drives", OK, "drives: nobody")  # after the hand's rest
         for topic in ("cmd_vel/navigation", "cmd_vel/default"):
             sender = self.publisher(topic, Twist)

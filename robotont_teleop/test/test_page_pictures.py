@@ -3,6 +3,7 @@
 import json
 import math
 
+import numpy as np
 import pytest
 from sensor_msgs.msg import LaserScan
 from web_pages import room
@@ -24,9 +25,12 @@ def test_what_is_no_map_is_refused(wrong):
 
 def test_a_scan_without_a_largest_range_is_shown_and_one_without_angles_is_none():
     scan = LaserScan(angle_increment=0.1, range_min=0.1, range_max=math.inf, ranges=[1.0, math.inf, math.nan, 2.0])
-    shown = thinned_scan(scan, (0.1, 0.0, 0.0))
+    upright, hanging = ((np.diag(turn), (0.1, 0.0, 0.2)) for turn in ((1.0, 1.0, 1.0), (1.0, -1.0, -1.0)))
+    shown = thinned_scan(scan, upright)
+    assert shown["from"] == [0.1, 0.0, 0.0]
+    assert [thinned_scan(scan, place)["step"] for place in (upright, hanging)] == [0.1, -0.1]
     assert json.loads(json.dumps(shown, allow_nan=False))["ranges"] == [1.0, None, None, 2.0]
     scan.ranges = [1.0] * 541
-    assert len(thinned_scan(scan, (0.1, 0.0, 0.0))["ranges"]) <= 180
+    assert len(thinned_scan(scan, upright)["ranges"]) <= 180
     scan.angle_min = math.nan
-    assert thinned_scan(scan, (0.1, 0.0, 0.0)) is None
+    assert thinned_scan(scan, upright) is None

@@ -14,7 +14,7 @@ from nav_msgs.msg import OccupancyGrid
 from sensor_msgs.msg import LaserScan
 from std_msgs.msg import String
 
-from robotont_driver.kinematics.se2 import between, compose, yaw_of
+from robotont_driver.kinematics.se2 import between, compose, rotation_of, seen_from_above, yaw_of
 from robotont_driver.parameters.parameters import Parameter
 from robotont_driver.ros.diagnostics import ERROR, OK, WARN, Health, robot_name
 from robotont_driver.ros.worker import Worker
@@ -117,7 +117,9 @@ class LocalizationCheck:
                 self._lost = str(error)
                 return LOOK_PERIOD
             angles = scan.angle_min + scan.angle_increment * np.arange(len(scan.ranges))
-            found = fit(floor_map, _pose(found), scan.ranges, angles, (scan.range_min, scan.range_max), FIT_TOLERANCE)
+            angles, shares = seen_from_above(rotation_of(found.transform.rotation), angles)
+            found = fit(floor_map, (*_pose(found)[:2], 0.0), shares * scan.ranges, angles,
+                        (scan.range_min, scan.range_max), FIT_TOLERANCE)
             with self._lock:
                 self._lost = ""
                 self._laid_at = time.monotonic()

@@ -15,7 +15,7 @@ from nav_msgs.msg import OccupancyGrid
 from sensor_msgs.msg import LaserScan
 from std_msgs.msg import String
 
-from robotont_driver.kinematics.se2 import between, compose, yaw_of
+from robotont_driver.kinematics.se2 import between, compose, rotation_of, seen_from_above, yaw_of
 from robotont_driver.rospy_repairs.rospy_end import init_tool
 from robotont_map_navigation.footprint import base_frame, needed_radius
 from robotont_map_navigation.goal import DONE, GAVE_UP, INTERRUPTED, LOST, NOT_THERE, Goal, Outcome
@@ -53,7 +53,8 @@ class Relocalize:
     def run(self):
         """Turn and search; the Outcome."""
         for what, there in (("map", lambda: self._map), ("scan", lambda: self._scans), ("odometry", self._place),
-                            ("transform of the scan", lambda: self._place(self._scans[-1].header.frame_id)),
+                            ("transform of the scan",
+                             lambda: self._transform(self._scans[-1].header.frame_id, rospy.Time())),
                             ("amcl", self._pose.get_num_connections),
                             ("cmd_vel_mux", self._command.get_num_connections)):
             if not _wait_for(there, WAIT):
@@ -66,7 +67,7 @@ class Relocalize:
         ends, free = self._seen()
         if ends.shape[1] == 0:
             return Outcome(LOST, f"no wall in view: {ASK}")
-        believed = self._place(self._base, above=self._map.header.frame_id)
+        believed = self._place(above=self._map.header.frame_id)
         found = search(floor_map_of(self._map), ends, free, needed_radius() / 2, believed)
         if not found:
             return Outcome(LOST, f"the map has no place where the robot fits: {ASK}")
@@ -117,27 +118,31 @@ class Relocalize:
         here = self._place()
         ends, free = [], []
         for scan in tuple(self._scans):
-            sensor = self._place(scan.header.frame_id, scan.header.stamp)
+            sensor = self._transform(scan.header.frame_id, scan.header.stamp)
             if sensor is None:
                 continue
             ranges = np.array(scan.ranges)
             angles = scan.angle_min + scan.angle_increment * np.arange(len(ranges))
+            angles, shares = seen_from_above(rotation_of(sensor.rotation), angles)
+            here_to = between(here, (sensor.translation.x, sensor.translation.y, 0.0))
             ended = (ranges >= scan.range_min) & (ranges < scan.range_max)
             for kind, into in ((ended, ends), (ranges == math.inf, free)):
-                lengths = np.minimum(ranges[kind], scan.range_max)
-                x, y, _ = compose(between(here, sensor), (lengths * np.cos(angles[kind]),
-                                                          lengths * np.sin(angles[kind]), 0.0))
+                lengths = np.minimum(ranges[kind], scan.range_max) * shares[kind]
+                x, y, _ = compose(here_to, (lengths * np.cos(angles[kind]), lengths * np.sin(angles[kind]), 0.0))
                 into.append(np.array([x, y]))
         return tuple(np.hstack([np.zeros((2, 0)), *one]) for one in (ends, free))
 
-    def _place(self, frame=None, stamp=None, above=None):
-        """Pose (x, y, yaw) of the robot, or of a frame at a stamp, in the odometry's frame, or one `above`; or None."""
+    def _place(self, above=None):
+        """Pose (x, y, yaw) of the robot in the odometry's frame, or one `above`; None when unknown."""
+        found = self._transform(self._base, rospy.Time(), above)
+        return found and (found.translation.x, found.translation.y, yaw_of(found.rotation))
+
+    def _transform(self, frame, stamp, above=None):
+        """geometry_msgs/Transform of a frame at a stamp in the odometry's frame, or one `above`; None when unknown."""
         try:
-            found = self._transforms.lookup_transform(above or self._odom, frame or self._base,
-                                                      stamp or rospy.Time()).transform
+            return self._transforms.lookup_transform(above or self._odom, frame, stamp).transform
         except tf2_ros.TransformException:
             return None
-        return found.translation.x, found.translation.y, yaw_of(found.rotation)
 
     def _tell(self, frame, pose):
         message = PoseWithCovarianceStamped()

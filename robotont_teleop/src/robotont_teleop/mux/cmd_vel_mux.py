@@ -64,7 +64,7 @@ class CmdVelMux:
         self._others = ()
         self._pressed_by = ""  # who presses the emergency stop
         self._guard = make_guard(parameters["blind_speed"])
-        self._held, self._blind_told = False, False
+        self._guard_worries = False
         self._guarded = STOP    # the newest command, as the guard has let it through
         self._publisher = DroppingPublisher("cmd_vel", Twist)
         self._driven_by = rospy.Publisher("cmd_vel/driven_by", String, queue_size=1, latch=True)
@@ -127,7 +127,9 @@ class CmdVelMux:
             self._arrivals.stalls.tick(now)
             self._send(self._arbiter.look(now) or self._slower(now))
             left = self._arbiter.time_left(now)
-        self._watch_guard(now)
+            if self._guard:
+                self._guard.move(now)
+        self._watch_guard()
         self._tell_driver()
         return LOOK_PERIOD if left is None else min(left, LOOK_PERIOD)
 
@@ -148,20 +150,12 @@ class CmdVelMux:
             return []
         return [twist if boot_time() - now < self._timeouts["hand"] else STOP]  # this process may have been stopped
 
-    def _watch_guard(self, now):
-        """Tell at once that something is in the way, and once where nobody sees."""
-        held = bool(self._held_back(now))
-        if held != self._held:
-            self._held = held
+    def _watch_guard(self):
+        """Tell at once that something is in the way, or that a sensor cannot be used."""
+        worries = bool(self._guard) and self._report_guard()[0] != OK
+        if worries != self._guard_worries:
+            self._guard_worries = worries
             self._health.publish_now()
-        if self._guard and self._guard.blind and not self._blind_told:
-            self._blind_told = True
-            rospy.logwarn("guard: %s (%s)", self._guard.blind, self._guard.report(now))
-
-    def _held_back(self, now):
-        """What is in the way of the hand, in words."""
-        held = self._guard and self._guard.held
-        return held[1] if held and now - held[0] < HELD else ""
 
     def _tell_driver(self):
         with self._lock:
@@ -227,9 +221,11 @@ class CmdVelMux:
         return OK, f"drives: {driver}", values
 
     def _report_guard(self):
-        now = boot_time()
-        held, words = self._held_back(now), self._guard.report(now)
-        return (WARN, held, {"sight": words}) if held else (OK, words, {})
+        now, held = boot_time(), self._guard.held
+        well, words = self._guard.report(now)
+        if held and now - held[0] < HELD:
+            return WARN, held[1], {"sight": words}
+        return OK if well else WARN, words, {}
 
 
 def main():

@@ -3,13 +3,15 @@
 tf2 would hold a place of before until the clock has come there again.
 """
 
+import math
 import time
 from copy import deepcopy
 
+import numpy as np
 import rospy
 from tf2_msgs.msg import TFMessage
 
-from robotont_driver.kinematics.se2 import compose, yaw_of
+from robotont_driver.kinematics.se2 import rotation_of
 
 STALE = 1.0       # [s] a transform that has not come for so long is no place
 MOST_FRAMES, DEEPEST = 500, 10
@@ -47,16 +49,21 @@ class FrameChain:
 
     def pose(self, frame, now, until=None):
         """(frame, (x [m], y [m], yaw [rad])) of a robot's frame in `until`, or in the outermost one; or ("", None)."""
-        links, pose = self.links(frame, now), (0.0, 0.0, 0.0)
+        frame, place = self.place(frame, now, until)
+        return frame, place and (*place[1][:2].tolist(), math.atan2(place[0][1, 0], place[0][0, 0]))
+
+    def place(self, frame, now, until=None):
+        """(frame, (3 x 3 rotation, (x, y, z) [m])) likewise: for what may hang or tilt."""
+        links, rotation, place = self.links(frame, now), np.eye(3), np.zeros(3)
         if not links:
             return "", None
         for transform, _ in links:
             if frame == until:
                 break
-            place = transform.transform.translation
-            pose = compose((place.x, place.y, yaw_of(transform.transform.rotation)), pose)
+            step, turn = transform.transform.translation, rotation_of(transform.transform.rotation)
+            rotation, place = turn.dot(rotation), np.add(turn.dot(place), (step.x, step.y, step.z))
             frame = transform.header.frame_id
-        return self._plain(frame), pose
+        return self._plain(frame), (rotation, place)
 
     def named(self, frame, now):
         """The transforms of `links`, without the prefix; fixed ones get the stamp of those that move."""

@@ -37,11 +37,17 @@ def map_picture(message):
 
 
 def thinned_scan(message, laser):
-    """A LaserScan for JSON, of SCAN_RAYS at most, None where it has no angles; laser: (x, y, yaw) on the robot."""
+    """A LaserScan for JSON, of SCAN_RAYS at most, None where it has no angles.
+
+    laser: (3 x 3 rotation, (x, y, z)) on the robot; the rays of one that hangs upside down are mirrored.
+    """
     if not (math.isfinite(message.angle_min) and math.isfinite(message.angle_increment)):
         return None
     step = max(1, math.ceil(len(message.ranges) / SCAN_RAYS))
     ranges = [finite(value, 2) if message.range_min <= value <= message.range_max else None
               for value in message.ranges[::step]]
-    return {"from": rounded(laser, 3), "first": round(message.angle_min, 4),
-            "step": round(message.angle_increment * step, 5), "ranges": ranges}
+    rotation, (x, y, _) = laser
+    side = math.copysign(1.0, rotation[2, 2])
+    return {"from": rounded((x, y, math.atan2(rotation[1, 0], rotation[0, 0])), 3),
+            "first": round(side * message.angle_min, 4),
+            "step": round(side * message.angle_increment * step, 5), "ranges": ranges}

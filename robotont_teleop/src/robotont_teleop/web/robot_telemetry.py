@@ -84,7 +84,7 @@ class RobotTelemetry(RobotReports):
         scan = self._fresh("scan")
         if scan is None:
             return None
-        frame, laser = self._frames.pose(scan.header.frame_id, time.monotonic(), until=self.base_frame)
+        frame, laser = self._frames.place(scan.header.frame_id, time.monotonic(), until=self.base_frame)
         return thinned_scan(scan, laser) if laser and frame == self.base_frame else None
 
     def _measured(self):

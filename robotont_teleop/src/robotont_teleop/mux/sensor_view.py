@@ -1,0 +1,41 @@
+"""What one reading of a sensor shows around the robot, free of ROS and clock; places are x + iy [m] in base_link."""
+
+import math
+
+import numpy as np
+
+REACH = 2.0   # [m] farther things do not count
+LEVEL = 0.05  # [m] by which a ray may fall or rise below or above its sensor, and is not yet at floor or ceiling
+RAY = math.radians(2)  # between two rays of a range sensor
+
+
+def cone(field_of_view):
+    """Angles [rad] of a range sensor's rays: what it has measured may be anywhere in its field of view [rad]."""
+    return np.linspace(-0.5, 0.5, math.ceil(abs(field_of_view) / RAY) + 2) * field_of_view
+
+
+def look(place, angles, ranges, bounds, able, body):
+    """(points, rays, reach, able): obstacles; each ray's direction, and how far [m] it shows what is there.
+
+    By REP 117 inf is nothing within range, -inf something too near to measure: counted at the least range, if the ray
+    has ever measured (able); else it looks at the robot. All else outside the range (NaN, 0, -1, 65535) is no reading.
+    place: (3 x 3 rotation, (x, y, z) [m]) of the sensor. angles [rad], ranges [m]: N each; bounds: least and largest
+    range. body: (radius, floor, top) [m]: what ends within is the robot, what ends lower or higher lets it pass.
+    Raises ValueError, with the reason, for a sensor that cannot be used.
+    """
+    (rotation, (x, y, height)), (radius, floor, top) = place, body
+    if not len(ranges) or not np.isfinite(angles).all() or not 0.0 <= bounds[0] <= bounds[1] or not bounds[1]:
+        raise ValueError("no rays, or no range between its least and its largest one")
+    rays = np.dot(rotation, (np.cos(angles), np.sin(angles), np.zeros(len(angles))))
+    flat, rise = rays[0] + 1j * rays[1], np.where(rays[2], rays[2], 1e-9)
+    ends = np.where(rise < 0.0, min(floor, height - LEVEL), max(top, height + LEVEL)) - height
+    longest = np.minimum(ends / rise, min(REACH, bounds[1]))
+    shown = abs(x + 1j * y + longest * flat)
+    if shown.max() <= radius:
+        raise ValueError("it looks only at the floor, above the robot or at the robot")
+    measured, free = (ranges >= bounds[0]) & (ranges <= bounds[1]), ranges == np.inf
+    able = able | measured | free
+    lengths = np.where(able & (ranges == -np.inf), bounds[0], np.where(measured, ranges, np.inf))
+    points, hit = x + 1j * y + np.minimum(lengths, REACH) * flat, lengths <= longest
+    outside = hit & (abs(points) > radius)
+    return points[outside], flat, np.where(outside, REACH, np.where(~hit & (measured | free), shown, 0.0)), able

@@ -73,6 +73,36 @@ def test_silence_stops_the_robot_once(arbiter):
     assert arbiter.driver == NOBODY
 
 
+def test_who_comes_back_after_a_silence_is_stopped_before(arbiter):
+    arbiter.command("hand", HAND, 0.0)
+    assert arbiter.command("hand", HAND, 1.0) == [STOP, HAND]
+
+
+def test_the_default_drives_until_it_is_silent_and_a_rest_is_no_shorter_than_the_silence(arbiter):
+    assert arbiter.command("default", DEFAULT, 0.0) == [DEFAULT]
+    assert arbiter.look(0.49) == []
+    assert arbiter.look(0.5) == [STOP]
+    assert arbiter.driver == NOBODY
+
+
+def test_after_an_emergency_stop_nobody_rests_with_the_robot_still_his(arbiter):
+    arbiter.command("hand", HAND, 0.0)
+    arbiter.emergency_stop(True, 0.1)
+    arbiter.emergency_stop(False, 0.2)
+    assert arbiter.look(0.21) == []
+    assert arbiter.driver == NOBODY
+    assert arbiter.command("navigation", NAVIGATION, 0.3) == [NAVIGATION]
+
+
+def test_on_request_the_rest_of_the_hand_ends(arbiter):
+    arbiter.command("hand", HAND, 0.0)
+    arbiter.command("hand", STOP, 0.1)
+    arbiter.command("navigation", NAVIGATION, 0.15)
+    assert arbiter.give_back(0.2) == []
+    assert arbiter.driver == "navigation"
+    assert arbiter.command("navigation", NAVIGATION, 0.25) == [NAVIGATION]
+
+
 def test_an_emergency_stop_locks_at_once_and_goes_on_saying_so(arbiter):
     arbiter.command("hand", HAND, 0.0)
     assert arbiter.emergency_stop(True, 0.1) == [STOP]

@@ -111,10 +111,9 @@ class Arbiter:
         """
         due = self.look(now)
         state = self._by_name[name]
-        may_drive = state.stand_first.admits(sender, twist != STOP, now) or self.locked
-        if not may_drive or not state.admits(sender, twist, now):
+        if not state.stand_first.admits(sender, twist != STOP, now) or not state.admits(sender, twist, now):
             return due
-        state.twist, state.received = tuple(twist), now if twist == STOP else now - spent
+        state.twist, state.received = tuple(twist), now - spent
         if self.locked:
             return due
         if twist != STOP:
@@ -169,7 +168,7 @@ class Arbiter:
     def _choose(self, now):
         """Give the robot to the highest input that claims it; a zero lies between two drivers."""
         driver = next((state for state in self._states if state.claims(now)), None)
-        if self.locked or driver is self._driver:
+        if driver is self._driver:
             return []
         self._driver = driver
         return self._stop()

@@ -70,7 +70,6 @@ class CmdVelMux:
         self._driven_by = rospy.Publisher("cmd_vel/driven_by", String, queue_size=1, latch=True)
         self._cancel = rospy.Publisher("move_base/cancel", GoalID, queue_size=1)
         self._tell_driver()
-        Worker(self._look)
         rospy.on_shutdown(self._stop)
         pressed_by = rospy.Subscriber("emergency_stop/pressed_by", String, self._on_pressed_by, tcp_nodelay=True)
         heard = [rospy.Subscriber("cmd_vel/" + name, Twist, partial(self._on_command, name), queue_size=1,
@@ -80,6 +79,7 @@ class CmdVelMux:
         Worker(self._look_for_others)
         self._health = Health(robot_name(), {"who drives": self._report,
                                              **({"guard": self._report_guard} if self._guard else {})})
+        Worker(self._look)  # last: it tells the diagnostics at once what a sensor has that is there before this node
 
     def _on_command(self, name, message):
         linear, angular = message.linear, message.angular

@@ -8,12 +8,11 @@ import unittest
 
 import rostest
 from rostest_official_boards import BoardTest
-from sensor_msgs.msg import LaserScan
 
 from robotont_testing.harness import wait_for
 
 try:
-    from robotont_msgs.msg import ColorRGB, LaserScanSplit, LedModulePixel, LedModuleSegment, PowerSupply
+    from robotont_msgs.msg import ColorRGB, LedModulePixel, LedModuleSegment, PowerSupply
 except ImportError:
     PowerSupply = None
 
@@ -33,17 +32,6 @@ class RobotontMsgsTest(BoardTest):
         self.assertAlmostEqual(supply[0].voltage, 14.8, places=5)
         self.assertAlmostEqual(supply[0].current, 1.5, places=5)
         self.assertFalse(supply[0].estop_pressed)
-
-    def test_scan_to_distance(self):
-        split = self.listen("scan_to_distance", LaserScanSplit)
-        self.processes.node("scan_to_distance")
-        scan = self.publisher("scan", LaserScan)
-        ranges = [3.0] * 30 + [2.0] * 30 + [1.0] * 29 + [0.5]
-        message = LaserScan(angle_min=-1.5, angle_max=1.5, angle_increment=3 / 89, range_min=0.1, range_max=10.0,
-                            ranges=ranges)
-        wait_for(lambda: scan.publish(message) or split, "the distances", period=0.1)
-        self.assertEqual((split[0].rightMin, split[0].centerMin, split[0].leftMin), (3.0, 2.0, 0.5))
-        self.assertAlmostEqual(split[0].leftMean, (29 + 0.5) / 30)
 
 
 if __name__ == "__main__":

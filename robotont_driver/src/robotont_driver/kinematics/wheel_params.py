@@ -214,7 +214,9 @@ def meant(value, largest, unit, factor):
 
 
 def _at_one_place(wheels):
-    """Why the wheel matrix may lack a rank: wheels at one place; empty where there are none."""
+    """Why the wheel matrix may lack a rank: wheels along one line, or at one place; empty where there are none."""
+    if all(math.cos(direction - wheels.directions[0]) > 0.999 for direction in wheels.directions):
+        return "; all wheels drive in one direction: mecanum wheels are no omni wheels"
     for wheel, position in enumerate(wheels.positions):
         same = [other for other in range(wheels.amount)
                 if abs(math.remainder(wheels.positions[other] - position, 2 * math.pi)) < SAME_PLACE]

@@ -3,7 +3,7 @@ import math
 import numpy as np
 import pytest
 
-from robotont_driver.nodes.scan_to_distance import sectors
+from robotont_course.scan_to_distance import sectors
 
 
 @pytest.mark.parametrize("ranges, right, centre, left", [

@@ -1,0 +1,1 @@
+"""What courses use beside the robot: topics of their exercises."""

@@ -55,7 +55,7 @@ def scan_of(*points):
 
 def guard_before(*points):
     """A guard that has just seen points all around."""
-    return show(make_guard(), scan_of(*points))
+    return show(make_guard(), scan_of(*points), times=2)
 
 
 def speed_of(guard, twist=AHEAD, now=100.0):
@@ -190,7 +190,7 @@ def test_nothing_within_range_is_free():
 
 
 def test_no_reading_takes_nothing_back_before_the_reading_is_old_and_then_it_is_slow():
-    guard = show(guard_before(0.24), np.full(len(AROUND), math.nan), 100.6, times=6)
+    guard = show(show(make_guard(), scan_of(0.24)), np.full(len(AROUND), math.nan), 100.6, times=6)
     assert speed_of(guard, now=100.6) < 0.1
     show(guard, np.full(len(AROUND), math.nan), 100.9, times=3)
     assert speed_of(guard, now=100.9) == SLOW

@@ -44,6 +44,7 @@ class Relocalize:
         self._base = base_frame()
         self._odom = rospy.get_param("amcl/odom_frame_id", "odom")
         self._command = rospy.Publisher("cmd_vel/navigation", Twist, queue_size=1)
+        self._mux = rospy.Subscriber("cmd_vel/driven_by", String)  # which only the mux publishes
         self._pose = rospy.Publisher("initialpose", PoseWithCovarianceStamped, queue_size=1)
         self._news = threading.Event()
         rospy.Subscriber("map", OccupancyGrid, self._on_map, queue_size=1)
@@ -56,7 +57,8 @@ class Relocalize:
                             ("transform of the scan",
                              lambda: self._transform(self._scans[-1].header.frame_id, rospy.Time())),
                             ("amcl", self._pose.get_num_connections),
-                            ("cmd_vel_mux", self._command.get_num_connections)):
+                            ("cmd_vel_mux", self._mux.get_num_connections),
+                            ("connection to it", self._command.get_num_connections)):
             if not _wait_for(there, WAIT):
                 return Outcome(NOT_THERE, f"no {what} within {WAIT:g} s: do robot.launch and navigation.launch run?")
         del self._scans[:]

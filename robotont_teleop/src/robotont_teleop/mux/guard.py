@@ -23,6 +23,7 @@ DECELERATION = 1.5  # [m/s^2] where the driver has no limit of its own
 ZEROS = Limits(linear_acceleration=3.2)  # [m/s^2] of the wheels by zeros, which no limit of the driver holds back
 READINGS = 7       # the newest of each sensor count, for as many of its periods: one may show what another misses ...
 SHORTEST, LONGEST = 0.3, 2.0  # [s] ... but at least and at most for so long
+TRACK = 300        # steps of the newest seconds: a reading may be a second old, and commands come 50 times per second
 SECTORS, WINDOW = 36, 2  # all around; those on both sides of the way that have to be seen
 SIDES = ("ahead", "on the left", "behind", "on the right")
 
@@ -39,6 +40,7 @@ class Guard:
         given = filter(None, (limits.linear_acceleration, limits.linear_deceleration))
         self._braking = min(given, default=DECELERATION)
         self._sensors = {}  # (rays that have measured, newest readings, [s] for which they count) by name
+        self._view = 0.0, 0j, np.zeros(0), np.zeros(0), np.zeros(SECTORS)  # a reading of all, and until when it counts
         self._refused = {}  # (why, time) by name
         self._sent = self._moving = STOP
         self._track = ((0.0, 0.0, 0.0, 0.0),)  # (time, *pose)
@@ -59,6 +61,18 @@ class Guard:
         lasts = READINGS * (at - readings[0][0]) / max(len(readings) - 1, 1)
         recent = {name: one for name, one in self._sensors.items() if at - one[1][-1][0] < LONGEST}
         self._sensors = {**recent, sensor: (able, readings, len(readings) > 1 and min(max(SHORTEST, lasts), LONGEST))}
+        self._view = self._together(complex(x, y), at)
+
+    def _together(self, here, now):
+        """The readings that count in one: the nearest point in each degree from here, the best view of each sector."""
+        until = max(readings[-1][0] + lasts for _, readings, lasts in self._sensors.values())
+        fresh = [one for _, readings, lasts in self._sensors.values() for one in readings if now - one[0] < lasts]
+        points, rings = (np.concatenate([np.zeros(0), *(one[part] for one in fresh)]) for part in (2, 3))
+        degrees = np.floor(np.degrees(np.angle(points - here)))
+        order = np.argsort(degrees + abs(points - here) / 100)  # below half a degree, as nothing is farther than REACH
+        order = order[np.diff(degrees[order], prepend=-360.0) > 0.0]
+        reach = np.max([np.zeros(SECTORS), *(one[4] - abs(here - one[1]) for one in fresh)], axis=0)
+        return until, here, points[order], rings[order], reach
 
     def refuse(self, sensor, why, now):
         """A reading has come that cannot be used."""
@@ -76,7 +90,7 @@ class Guard:
         lasts, before = max(0.0, now - begin), self._moving
         self._moving = limit_acceleration(before, self._sent, lasts, self._limits if any(self._sent) else ZEROS)
         step = arc(tuple((old + new) / 2 * lasts for old, new in zip(before, self._moving)))
-        self._track = (*(one for one in self._track if now - one[0] < LONGEST), (now, *compose(pose, step)))
+        self._track = (*self._track[-TRACK:], (now, *compose(pose, step)))
 
     def limit(self, twist, now):
         """The twist, or a slower one in the same direction."""
@@ -85,12 +99,12 @@ class Guard:
             return twist
         self.move(now)
         _, x, y, yaw = self._track[-1]
-        pace, fresh = math.hypot(*self._moving[:2]), self._fresh(now)
+        pace, (until, _, points, rings, _) = math.hypot(*self._moving[:2]), self._view
         bearing, bend = math.atan2(twist[1], twist[0]), twist[2] / 2 * (speed / self._braking + REACTION)
-        allowed = min(speed, max(self._blind_speed, self._stopping(self._seen(bearing, bearing + bend, fresh))))
-        points = np.concatenate([np.zeros(0), *(reading[2] for reading in fresh)]) - complex(x, y)
-        rings = np.concatenate([np.zeros(0), *(reading[3] for reading in fresh)])
-        near = abs(points) - rings < max(speed, pace) * (max(speed, pace) / self._braking / 2 + REACTION)
+        bend = max(-math.pi, min(bend, math.pi))
+        allowed = min(speed, max(self._blind_speed, self._stopping(self._seen(bearing, bearing + bend, now))))
+        points, fastest = points - complex(x, y), max(speed, pace)
+        near = abs(points) - rings < (fastest * (fastest / self._braking / 2 + REACTION) if now < until else -math.inf)
         if near.any():
             points, rings = points[near] * cmath.exp(-1j * yaw), rings[near]
             free, nearest = self._free_way(twist, points, rings)
@@ -108,25 +122,22 @@ class Guard:
         wrong = [f"{name} cannot be used: {why}" for name, (why, at) in self._refused.items() if now - at < LONGEST]
         if wrong or not (self._sensors or self._refused):
             return not wrong, "; ".join(wrong) or "no scan and no range: does not interfere"
-        seen = [self._seen(quarter * math.pi / 2, quarter * math.pi / 2, self._fresh(now)) for quarter in range(4)]
+        seen = [self._seen(quarter * math.pi / 2, quarter * math.pi / 2, now) for quarter in range(4)]
         where = ", ".join(side for side, way in zip(SIDES, seen) if way <= 0.0)
         words = f"at most {self._blind_speed:.2f} m/s where no sensor sees: {where}"
         return True, words if where else "sees all around"
-
-    def _fresh(self, now):
-        return [one for _, readings, lasts in self._sensors.values() for one in readings if now - one[0] < lasts]
 
     def _stopping(self, way):
         """[m/s] from which the robot stops within a way [m]."""
         return self._braking * (math.sqrt(REACTION ** 2 + 2 * max(0.0, way) / self._braking) - REACTION)
 
-    def _seen(self, bearing, end, fresh):
+    def _seen(self, bearing, end, now):
         """[m] around the footprint that are seen, from one angle [rad] to another and around them."""
-        _, x, y, yaw = self._track[-1]
-        reach = np.max([np.zeros(SECTORS), *(one[4] - abs(complex(x, y) - one[1]) for one in fresh)], axis=0)
+        (until, place, _, _, reach), (_, x, y, yaw) = self._view, self._track[-1]
         first, last = sorted(math.floor((angle + yaw) * SECTORS / (2 * math.pi)) for angle in (bearing, end))
-        way = range(first - WINDOW, min(last, first + SECTORS) + WINDOW + 1)
-        return min(reach[sector % SECTORS] for sector in way) - self._body[0]
+        way = range(first - WINDOW, last + WINDOW + 1)
+        seen = min(reach[sector % SECTORS] for sector in way) - abs(complex(x, y) - place) - self._body[0]
+        return seen if now < until else 0.0
 
     def _free_way(self, twist, points, rings):
         """([m] along the arc of the twist until a point on the way comes into its ring, that point), in base_link."""

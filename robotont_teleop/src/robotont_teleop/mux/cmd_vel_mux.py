@@ -221,8 +221,9 @@ class CmdVelMux:
         return OK, f"drives: {driver}", values
 
     def _report_guard(self):
-        now, held = boot_time(), self._guard.held
-        well, words = self._guard.report(now)
+        with self._lock:
+            now, held = boot_time(), self._guard.held
+            well, words = self._guard.report(now)
         if held and now - held[0] < HELD:
             return WARN, held[1], {"sight": words}
         return OK if well else WARN, words, {}

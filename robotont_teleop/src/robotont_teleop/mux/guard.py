@@ -40,7 +40,7 @@ class Guard:
         given = filter(None, (limits.linear_acceleration, limits.linear_deceleration))
         self._braking = min(given, default=DECELERATION)
         self._sensors = {}  # (rays that have measured, newest readings, [s] for which they count) by name
-        self._view = 0.0, 0j, np.zeros(0), np.zeros(0), np.zeros(SECTORS)  # a reading of all, and until when it counts
+        self._news, self._view = True, ()  # whether a reading has come, and all of them in one
         self._refused = {}  # (why, time) by name
         self._sent = self._moving = STOP
         self._track = ((0.0, 0.0, 0.0, 0.0),)  # (time, *pose)
@@ -61,11 +61,11 @@ class Guard:
         lasts = READINGS * (at - readings[0][0]) / max(len(readings) - 1, 1)
         recent = {name: one for name, one in self._sensors.items() if at - one[1][-1][0] < LONGEST}
         self._sensors = {**recent, sensor: (able, readings, len(readings) > 1 and min(max(SHORTEST, lasts), LONGEST))}
-        self._view = self._together(complex(x, y), at)
+        self._news = True
 
     def _together(self, here, now):
-        """The readings that count in one: the nearest point in each degree from here, the best view of each sector."""
-        until = max(readings[-1][0] + lasts for _, readings, lasts in self._sensors.values())
+        """(until when it counts, place, points, rings, reach): in each degree from here the nearest point of all."""
+        until = max((readings[-1][0] + lasts for _, readings, lasts in self._sensors.values()), default=now)
         fresh = [one for _, readings, lasts in self._sensors.values() for one in readings if now - one[0] < lasts]
         points, rings = (np.concatenate([np.zeros(0), *(one[part] for one in fresh)]) for part in (2, 3))
         degrees = np.floor(np.degrees(np.angle(points - here)))
@@ -91,6 +91,8 @@ class Guard:
         self._moving = limit_acceleration(before, self._sent, lasts, self._limits if any(self._sent) else ZEROS)
         step = arc(tuple((old + new) / 2 * lasts for old, new in zip(before, self._moving)))
         self._track = (*self._track[-TRACK:], (now, *compose(pose, step)))
+        if self._news:
+            self._news, self._view = False, self._together(complex(*self._track[-1][1:3]), now)
 
     def limit(self, twist, now):
         """The twist, or a slower one in the same direction."""
@@ -119,6 +121,7 @@ class Guard:
 
     def report(self, now):
         """(whether all is well, what it knows, in words)."""
+        self.move(now)
         wrong = [f"{name} cannot be used: {why}" for name, (why, at) in self._refused.items() if now - at < LONGEST]
         if wrong or not (self._sensors or self._refused):
             return not wrong, "; ".join(wrong) or "no scan and no range: does not interfere"

@@ -7,8 +7,8 @@ from robotont_driver.kinematics.kinematics import Kinematics
 from robotont_driver.kinematics.wheel_params import read_wheels
 from robotont_driver.link.outbox import Outbox
 from robotont_driver.odometry.odometry import WheelOdometry
+from robotont_driver.protocol.connection import make_protocol
 from robotont_driver.protocol.packet import format_packet, parse_packet
-from robotont_driver.protocol.protocols import make_protocol
 from robotont_testing.dc_motors import Motors
 from robotont_testing.robots import ROBOTONT2
 
@@ -34,11 +34,11 @@ class Bench:
         self.motors = Motors()
         self.board = BOARDS[name](self.motors, **board)
         self.protocol = make_protocol(name, self.wheels)
-        self.protocol.connect(0.0)
         self.odometry = WheelOdometry(Kinematics(self.wheels), 0.02, 0.005)
         self.outbox = Outbox()
         self.outbox.pacing = self.protocol.pacing
         self.pass_on = lambda data: data
+        self.arrival = lambda now: now  # [s] when what the board sends now is read
         self.now = 0.0
         self.counts = []
         self.sent = []   # (time, line)
@@ -66,7 +66,7 @@ class Bench:
                 self.board.receive(line, self.now)
             data = self.pass_on(self.board.advance(self.now))
             if data:
-                for counts in self.protocol.feed(data, self.now):
+                for counts in self.protocol.feed(data, self.arrival(self.now)):
                     self.counts.append(counts)
                     self.odometry.update(counts, 0.0)
 

@@ -82,5 +82,7 @@ def test_identity():
                                        "the board controls at 50 Hz, pidControlFrequency is 40"
                                        ": robot:= one with 3 wheels and 50 Hz (docs/robots.md)")
     assert "in turns" in known._replace(units="turns").obstacle(3, 50.0)
-    for words in ("", WHO + " more", WHO + "\n", WHO.replace("3", "three"), "robotont_firmware 1.0.0 wheels 3"):
+    assert Identity.parse(WHO.replace(" rate", " colour blue rate") + " motors 3 new") == known, "of a later firmware"
+    for words in ("", "robotont_firmware", WHO.replace("3", "three"), "robotont_firmware 1.0.0 wheels 3",
+                  WHO.replace("50", "٥٠") + " rate"):
         assert Identity.parse(words) is None

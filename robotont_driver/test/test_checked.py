@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from robotont_driver.protocol.checked import QUESTION
 from robotont_driver.protocol.checksum import add_checksum, crc16
 from robotont_driver.protocol.packet import Packet
-from robotont_testing.stand_in_board import identity, sealed
+from robotont_testing.stand_in_board import PERIOD, identity, sealed
 
 COMMAND = Packet([5, 5, 5])
 DRIVES, ASKS, STANDS = add_checksum("5:5:5;\n"), QUESTION + add_checksum("0:0:0;\n"), add_checksum("0:0:0;\n")
@@ -42,6 +42,20 @@ def test_a_valid_packet_that_fits_nothing_is_not_believed_alone():
     read = checked.feed(sender.packet() + Sender(start=0x5000, seed=9).packet()) + checked.feed(sender.packet())
     assert read == sender.sent
     assert state(checked) == (0, 0, {"inconsistent": 1})
+
+
+@pytest.mark.parametrize("old", [1, 50, 120])
+def test_old_lines_that_come_again_are_no_restart_and_drive_nobody(old):
+    sender, checked = Sender(), Reader()
+    lines = [sender.packet() for _ in range(200)]
+    read = checked.feed(b"".join(lines[:50]))
+    for line in lines[50:]:
+        Sender.now += PERIOD
+        read += checked.feed(line)
+    read += checked.feed(b"".join(lines[-old:]))
+    read += checked.feed(sender.packet())
+    assert read == sender.sent
+    assert state(checked)[:2] == (0, 0)
 
 
 @given(st.lists(st.integers(0, 100), max_size=30))
@@ -82,31 +96,27 @@ def test_a_fault_stands_in_every_packet_and_ends_with_it():
         assert bool(words) == bool(checked.health.fault)
     assert checked.feed(b"# fault cleared\n") == []
     assert checked.health.fault, "a board of today says nothing without a checksum"
-    checked.connect(0.0)
-    assert checked.health.fault == "", "of a board that is not known"
+    checked = Reader()
     checked.feed(b"# fault motor 1\n")
     assert "the board reports: fault motor 1" in checked.report_board()[1], "firmware before 2.0"
 
 
 def test_the_battery_of_our_own_board_is_a_reading_once_a_second():
-    checked, taken = Reader(), []
     for status, readings in (("0000000004D231", 3), ("00000000000031", 0)):  # the latter: not measured
+        checked = Reader()
         for counter in range(150):
             checked.feed(resting(status, counter))
-            taken += checked.take_readings()
-        assert [(power.voltage, math.isnan(power.current)) for power in taken] == [(12.34, True)] * readings
-        taken = []
+        assert [(power.voltage, math.isnan(power.current)) for power in checked.readings] == [(12.34, True)] * readings
 
 
 def test_an_unknown_board_is_asked_and_gets_zeros():
     checked = Reader()
     assert checked.encode(COMMAND) == DRIVES, "nothing has come: it may be firmware before 2.0"
-    for _ in range(2):
-        checked.feed(resting("000000000"))
-        assert checked.encode(COMMAND) == ASKS
-        checked.feed(sealed("identity " + identity()))
-        assert checked.encode(COMMAND) == DRIVES
-        checked.connect(0.0)
+    checked.feed(resting("000000000"))
+    assert checked.encode(COMMAND) == ASKS
+    checked.feed(sealed("identity " + identity()))
+    assert checked.encode(COMMAND) == DRIVES
+    checked = Reader()
     checked.feed(sealed(identity()) + resting("030000000"))  # a start makes the board known, too
     assert checked.encode(COMMAND) == DRIVES
     assert checked.health.identity.profile == "ours"

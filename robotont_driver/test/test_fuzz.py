@@ -7,8 +7,8 @@ from hypothesis import strategies as st
 
 from robotont_driver.kinematics.wheel_params import read_wheels
 from robotont_driver.protocol.checksum import add_checksum
+from robotont_driver.protocol.connection import NAMES, Connection
 from robotont_driver.protocol.packet import Packet
-from robotont_driver.protocol.protocols import NAMES, make_protocol
 from robotont_driver.robots.wheel_file import read_wheel_file
 from robotont_testing.robots import ROBOTONT2, WHEEL_PARAMS
 from robotont_testing.spoilt import spoilt
@@ -27,21 +27,23 @@ LINES = (
 @pytest.mark.parametrize("name", NAMES)
 @settings(max_examples=50)
 @given(st.lists(st.tuples(st.sampled_from(LINES), st.integers(0, 2 ** 32)) | st.binary(max_size=300), max_size=30))
-def test_protocols(name, pieces):
-    protocol = make_protocol(name, read_wheels(ROBOTONT2))
-    protocol.connect(0.0)
+def test_connections(name, pieces):
+    connection = Connection(read_wheels(ROBOTONT2), name)
     for number, piece in enumerate(pieces):
+        now = 0.02 * number
         data = spoilt(*piece) if isinstance(piece, tuple) else piece
         if data.endswith(b":"):
             data = add_checksum(data[:-1].decode("latin-1").encode("ascii", "replace").decode() + ":")
-        for packet in protocol.feed(data, 0.02 * number):
+        for packet in connection.feed(data, now):
             assert len(packet) == 3
-            assert max(map(abs, packet)) <= 300
-        protocol.spoken.encode(Packet([1, -2, 3]))
-        protocol.spoken.report_board()
-        assert len(protocol.spoken.encode_lights(0, [(1, 2, 3)])) <= 2
-        protocol.spoken.take_readings()
-        protocol.tick(0.02 * number)
+            assert max(map(abs, packet)) <= 1.25 * 300
+        for line in (connection.encode(Packet([1, -2, 3]), now), connection.stop(now), connection.last_stop()):
+            assert len(line) < 64
+        assert connection.state(now) in ("listening", "speaking")
+        assert not (connection.obstacle and connection.complaint)
+        if connection.protocol:
+            connection.protocol.report_board()
+            assert len(connection.protocol.encode_lights(0, [(1, 2, 3)])) <= 2
 
 
 @given(st.integers(0, 2 ** 32).map(lambda seed: spoilt(WHEEL_PARAMS.read_bytes(), seed)) | st.binary(max_size=200)

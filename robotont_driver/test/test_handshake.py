@@ -1,13 +1,16 @@
-"""Which board it is: recognised from its first lines, on the bench."""
+"""One connection: which board it is, by its first lines, what is sent to it, and whether it comes at its rate."""
 
 import pytest
 from checked_bench import Sender
 from protocol_bench import Bench, official_wheels
 
 from robotont_driver.kinematics.wheel_params import read_wheels
+from robotont_driver.protocol.connection import CLOSED, LISTENING, NAMES, SILENT, SPEAKING, Connection
 from robotont_driver.protocol.handshake import Listener
-from robotont_driver.protocol.protocols import NAMES, expect_protocol, make_protocol
+from robotont_driver.protocol.packet import Packet
 from robotont_testing.robots import SHIPPED
+
+COMMAND = Packet((5, 5, 5))
 
 
 def talk(name):
@@ -29,17 +32,26 @@ def test_each_board_is_recognised_within_a_second(name, start):
     talked = [(at, data) for at, data in talk(name) if at >= opened]
     if start == "in the middle of a line":
         talked[0] = (talked[0][0], talked[0][1][7:])
-    protocol = make_protocol("auto", official_wheels())
-    protocol.usb_id = "0483:5740" if name == "robotont3" else "0483:374b"
-    protocol.connect(opened)
+    usb_id = "0483:5740" if name == "robotont3" else "0483:374b"
+    connection = Connection(official_wheels(), "auto", usb_id=usb_id, now=opened)
+    assert connection.state(opened) == LISTENING
     at = opened
     for at, data in talked:
-        protocol.feed(data, at)
-        if protocol.spoken is not protocol:
+        connection.feed(data, at)
+        if connection.protocol:
             break
-        assert protocol.stop() == b""  # nothing is sent before
-    assert protocol.spoken.name == protocol.spoken.description == name
+        assert connection.stop(at) == b""  # nothing is sent before
+    assert connection.protocol.name == name
     assert at - opened <= 1.0
+
+
+def test_a_connection_listens_speaks_falls_silent_and_closes():
+    connection = Connection(official_wheels(), "checked")
+    states = [connection.state(0.1)]
+    connection.feed(talk("checked")[0][1], 0.2)
+    states += [connection.state(5.1), connection.state(5.3)]
+    connection.trouble = "gone"
+    assert [*states, connection.state(5.3)] == [LISTENING, SPEAKING, SILENT, CLOSED]
 
 
 def test_a_board_of_any_number_of_wheels_is_recognised_and_they_are_counted():
@@ -49,38 +61,32 @@ def test_a_board_of_any_number_of_wheels_is_recognised_and_they_are_counted():
 
 
 def test_a_checked_packet_that_lost_its_trailer_makes_no_plain_board():
-    protocol = make_protocol("auto", official_wheels())
-    protocol.connect(0.0)
+    connection = Connection(official_wheels())
     (_, one), (_, two), *_ = talk("checked")
-    protocol.feed(one.partition(b";")[0] + b";\n", 0.02)
-    protocol.feed(two, 0.04)
-    assert protocol.spoken.name == "checked"
+    connection.feed(one.partition(b";")[0] + b";\n", 0.02)
+    connection.feed(two, 0.04)
+    assert connection.protocol.name == "checked"
 
 
 def test_what_is_unknown_is_named_and_gets_plain_packets_after_a_second():
-    protocol = make_protocol("auto", official_wheels())
-    protocol.connect(0.0)
+    connection = Connection(official_wheels())
     for at, data, words, baudrate in (
             (0.0, b"", "no data from the board", False), (0.1, b"\xfe\x80\x80", r"\xfe\x80\x80", True),
             (0.2, b"\nhello, I am a printer\r\n", "of no known protocol: 'hello, I am a printer'", False),
             (0.3, b"\x8f\x00\xf0\n", r"\x8f\x00\xf0", True)):
-        protocol.feed(data, at)
-        assert words in protocol.spoken.complaint
-        assert ("baudrate" in protocol.spoken.complaint) == baudrate
-    assert protocol.stop() == b""
-    protocol.tick(1.1)
-    assert protocol.stop() == b"0:0:0;\n"
-    assert "plain" in protocol.description
+        connection.feed(data, at)
+        assert words in connection.complaint
+        assert ("baudrate" in connection.complaint) == baudrate
+    assert connection.stop(0.9) == b""
+    assert connection.stop(1.1) == connection.last_stop() == b"0:0:0;\n"
 
 
 def confirmed(name, board, usb_id="", wheels=None):
-    """The protocol that a robot of the protocol `name` ("auto" for any) uses on a board."""
-    protocol = expect_protocol(name, wheels or official_wheels())
-    protocol.usb_id = usb_id
-    protocol.connect(0.0)
+    """The connection of a robot whose board speaks the protocol `name` ("auto" for any), at a board."""
+    connection = Connection(wheels or official_wheels(), name, usb_id=usb_id)
     for at, data in talk(board):
-        protocol.feed(data, at)
-    return protocol
+        connection.feed(data, at)
+    return connection
 
 
 @pytest.mark.parametrize("robot, board, usb_id, fits", [
@@ -91,29 +97,59 @@ def confirmed(name, board, usb_id="", wheels=None):
     ("robotont2", "robotont3", "0483:5740", "robotont3"), ("robotont3", "robotont2", "0483:374b", "robotont2"),
     ("robotont3", "checked", "", "thesis")])
 def test_a_board_confirms_its_robot_or_is_refused_with_the_one_that_fits(robot, board, usb_id, fits):
-    protocol = confirmed(robot, board, usb_id)
+    connection = confirmed(robot, board, usb_id)
     if not fits:
-        assert (protocol.spoken.name, protocol.spoken.obstacle) == (board, "")
+        assert (connection.protocol.name, connection.obstacle) == (board, "")
         return
-    assert f"packets: {robot}): " in protocol.spoken.obstacle
-    assert protocol.spoken.obstacle.endswith(f"robot:={fits}")
-    protocol.tick(10.0)
-    assert protocol.stop() == b""
+    assert f"packets: {robot}): " in connection.obstacle
+    assert connection.obstacle.endswith(f"robot:={fits}")
+    assert connection.stop(10.0) == b""
 
 
+@pytest.mark.parametrize("lines, words", [
+    (b"coders 0:0:0\r\n\r\nSetpoints 0:0:0\r\nEncoders 1:-2:3\r\n\r\n", "firmware of June 2018: "),
+    (b"Setpoint 1, 0.200000\r\n", "firmware of August 2018 to February 2020: "),
+    (b"Speed[0]: 0.000000 (0.000000): \r\n", "firmware of August 2018 to February 2020: "),
+    (b"ODOM:0.100000:0.000000:0.000000:0.100000:0.000000:0.000000\r\nMOTOR 1: \r\n",
+     "firmware of August 2018 to February 2020: "),
+    (b"".join(b"ODOM:%.6f:0.000000:0.000000:0.100000:0.000000:0.000000\r\n" % (0.01 * step) for step in range(60)),
+     "firmware of August 2018 to February 2020: "),  # moves by 0.1 s times its twist
+])
 @pytest.mark.parametrize("robot", ["auto", "robotont2"])
-def test_the_firmware_of_june_2018_is_named_and_not_driven(robot):
-    protocol = expect_protocol(robot, official_wheels())
-    protocol.feed(b"coders 0:0:0\r\n\r\nSetpoints 0:0:0\r\nEncoders 1:-2:3\r\n\r\n", 0.1)
-    protocol.tick(10.0)
-    assert protocol.spoken.obstacle.startswith("firmware of June 2018: ")
-    assert protocol.stop() == b""
+def test_firmware_of_2018_to_2020_is_named_and_not_driven(robot, lines, words):
+    connection = Connection(official_wheels(), robot)
+    connection.feed(lines, 0.1)
+    assert connection.obstacle.startswith(words)
+    assert connection.encode(COMMAND, 10.0) in (b"", b"RS:0:0:0\n")
 
 
 def test_the_thesis_robot_on_a_generation_2_board_is_refused_unless_its_file_names_that_board():
-    protocol = confirmed("auto", "robotont2", wheels=read_wheels(SHIPPED))
-    assert protocol.spoken.obstacle == (
+    connection = confirmed("auto", "robotont2", wheels=read_wheels(SHIPPED))
+    assert connection.obstacle == (
         "the board speaks robotont2, which does not fit this robot (the robot has 0.125 m from centre to wheel, the "
         "board assumes 0.145 m, so turns would be wrong): robot:=robotont2")
-    assert protocol.stop() == b""
-    assert "0.125 m" in confirmed("robotont2", "robotont2", wheels=read_wheels(SHIPPED)).spoken.complaint
+    assert connection.stop(10.0) == b""
+    assert "0.125 m" in confirmed("robotont2", "robotont2", wheels=read_wheels(SHIPPED)).complaint
+
+
+@pytest.mark.parametrize("rate, spoken", [(100, "refused"), (75.5, "refused"), (74, "odd"), (56, "odd"), (54, ""),
+                                          (50, ""),
+                                          (46, ""), (45, "odd"), (34, "odd"), (33, "refused"), (5, "refused")])
+def test_a_rate_that_is_not_the_robots_is_told_and_a_very_different_one_is_not_driven(rate, spoken):
+    connection = Connection(official_wheels(), "plain")
+    for packet in range(int(4.5 * rate) + 20):
+        connection.feed(b"1:2:3;\n", packet / rate)
+    assert bool(connection.obstacle) == (spoken == "refused")
+    assert bool(connection.complaint) == (spoken == "odd")
+    assert connection.encode(COMMAND, 9.0) == (b"0:0:0;\n" if spoken == "refused" else b"5:5:5;\n")
+    if spoken:
+        assert f"{rate:.0f} packets come per second instead of 50" in connection.obstacle + connection.complaint
+
+
+def test_a_computer_that_stood_still_refuses_no_board():
+    connection = Connection(official_wheels(), "plain")
+    now = 0.0
+    for packet in range(1500):
+        now = max(now, packet * 0.02 if packet % 300 else packet * 0.02 + 3.0)
+        connection.feed(b"1:2:3;\n", now)
+        assert connection.obstacle == ""

@@ -5,11 +5,11 @@ import json
 import pytest
 from checked_bench import Reader
 
+from robotont_driver.protocol.checked_packet import CheckedPacket
 from robotont_driver.protocol.checksum import add_checksum, crc16
 from robotont_driver.protocol.line_splitter import LineSplitter
 from robotont_driver.protocol.packet import (
     LONGEST_LINE,
-    CheckedPacket,
     Packet,
     PacketError,
     format_packet,

@@ -8,18 +8,8 @@ from link_bench import Ends
 
 from robotont_driver.link import port_owner
 from robotont_testing.harness import wait_for
-from robotont_testing.port_owners import given_away, program
+from robotont_testing.port_owners import program
 
-OWNER = """
-import os, sys, time
-from robotont_driver.link import port_owner
-master, slave = os.openpty()
-os.symlink(os.ttyname(slave), sys.argv[1])
-port_owner.sign(sys.argv[1], os.ttyname(slave))
-os.close(slave)
-print("ready", flush=True)
-time.sleep(100)
-"""
 SHELL = """
 import os, sys, time
 os.setsid()
@@ -32,20 +22,6 @@ time.sleep(100)
 @pytest.fixture
 def port(tmp_path):
     return tmp_path / "port"
-
-
-def test_the_port_of_a_living_owner_may_be_opened_that_of_a_killed_one_not_whoever_has_it_now(port):
-    with program(OWNER, port) as owner:
-        assert port_owner.read_owner(port).lives
-        assert port_owner.refusal(str(port)) == ""
-        device = os.readlink(str(port))
-        owner.kill()
-        wait_for(lambda: not port_owner.read_owner(port).lives, "the end of a zombie")
-    words = f"left behind by process {owner.pid}"
-    with given_away(device), Ends(port) as end:
-        wait_for(lambda: end.changes, "a report")
-        assert f"{port}: {words}" in end.changes[0]
-        assert words in port_owner.refusal(str(port))
 
 
 def test_the_driver_does_not_touch_the_terminal_of_a_session(port):

@@ -12,7 +12,7 @@ from robotont_boards.virtual_board import OfficialOdometry
 from robotont_driver.kinematics import se2
 from robotont_driver.kinematics.kinematics import Kinematics
 from robotont_driver.odometry.odometry import WheelOdometry
-from robotont_driver.protocol.protocols import make_protocol
+from robotont_driver.protocol.connection import make_protocol
 from robotont_testing.stand_in_board import PERIOD, identity, sealed
 
 EDGES_PER_METRE = 1200 / (2 * math.pi * 0.035)
@@ -55,10 +55,9 @@ class CheckedBoard:
 
 
 class PoseBoard:
-    """The official firmware's odometry and lines; `burst`: [bytes] that are sent at once, as over USB."""
+    """The official firmware's odometry and lines."""
 
     banner = b"**** MAIN ****\r\n"
-    burst = None
 
     def __init__(self, robot, chance):
         self._robot = robot
@@ -70,23 +69,15 @@ class PoseBoard:
     def restart(self):
         self._before = np.floor(self._robot.edges)
         self._odometry.reset()
-        self._waiting = b""
 
     def send(self):
         now = np.floor(self._robot.edges)
         self._odometry.update((now - self._before) / EDGES_PER_METRE / PERIOD)
         self._before = now
-        self._waiting += self._odometry.line(base_frame=True)
-        size = len(self._waiting) if self.burst is None else len(self._waiting) // self.burst * self.burst
-        sent, self._waiting = self._waiting[:size], self._waiting[size:]
-        return sent
+        return self._odometry.line(base_frame=True)
 
 
-class BurstBoard(PoseBoard):
-    burst = 1024
-
-
-BOARDS = {"checked": CheckedBoard, "robotont2": PoseBoard, "robotont3": BurstBoard}
+BOARDS = {"checked": CheckedBoard, "robotont2": PoseBoard}
 
 
 class Drive:
@@ -97,7 +88,6 @@ class Drive:
         self.robot = Robot()
         self.board = BOARDS[kind](self.robot, self.chance)
         self.protocol = make_protocol(kind, official_wheels())
-        self.protocol.connect(0.0)
         self.odometry = WheelOdometry(Kinematics(official_wheels()), PERIOD, 1e-6)
         self.now = 0.0
         self.spoilt = 0.0    # part of the bytes
@@ -134,7 +124,7 @@ class Drive:
 
     def settle(self):
         self.wanted = (0.0, 0.0, 0.0)
-        self.run(75 if isinstance(self.board, BurstBoard) else 30, change=0.0)
+        self.run(30, change=0.0)
 
     @property
     def off(self):

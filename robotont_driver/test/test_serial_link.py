@@ -1,15 +1,16 @@
 import contextlib
 import os
 import pty
+import resource
 import shutil
 import subprocess
 import time
 
 import pytest
-from link_bench import STOP, Ends
+from link_bench import Ends
 
-from robotont_driver.protocol.checksum import add_checksum
-from robotont_driver.protocol.packet import format_packet
+from robotont_driver.protocol import connection
+from robotont_driver.protocol.packet import Packet
 from robotont_driver.timing.starvation import StallWatch
 from robotont_testing.harness import wait_for
 from robotont_testing.stand_in_board import Board
@@ -27,15 +28,15 @@ def heard(board):
 
 
 def test_both_ways_alone_and_a_stop_at_the_end(port):
-    with Board(port) as board, Ends(port) as end:
+    with Board(port, checked=False) as board, Ends(port) as end:
         wait_for(lambda: len(end.packets) > 3, "packets")
         with Ends(port) as other:
             wait_for(lambda: other.changes, "a report")
         assert "another program holds it open" in other.changes[0]
-        end.link.send(b"10:20:-30;\n")
+        end.link.send(Packet((10, 20, -30)))
         wait_for(lambda: (10, 20, -30) in end.packets, "the board's answer")
         assert heard(board) == ["10:20:-30;"]
-        end.link.close(STOP)
+        end.link.close()
         wait_for(lambda: heard(board) == ["10:20:-30;", "0:0:0;"], "the stop")
         assert end.changes == [None]
 
@@ -45,11 +46,11 @@ def test_a_missing_port_is_reported_once_and_opened_when_it_comes(port):
         wait_for(lambda: end.changes, "a report")
         assert port in end.changes[0]
         assert "plugged in" in end.changes[0]
-        end.link.send(b"1:2:3;\n")
+        end.link.send(Packet((1, 2, 3)))
         assert end.link.unsent == 1
         with Board(port) as board:
             wait_for(lambda: end.packets, "packets")
-            end.link.send(b"4:5:6;\n")
+            end.link.send(Packet((4, 5, 6)))
             wait_for(lambda: board.heard, "a command")
             assert heard(board) == ["4:5:6;"]  # what was commanded before is not sent now
             assert len(end.changes) == 2
@@ -59,18 +60,18 @@ def test_a_full_line_blocks_nobody_and_the_newest_command_goes_first(port):
     master, slave = pty.openpty()
     os.set_blocking(master, False)
     os.symlink(os.ttyname(slave), port)
-    sent, read = [add_checksum(format_packet([number, 0, 0])) for number in range(5000)], bytearray()
+    sent, read = [Packet((number, 0, 0)) for number in range(5000)], bytearray()
 
     def newest():
         with contextlib.suppress(BlockingIOError):
             read.extend(os.read(master, 65536))
-        return read.endswith(sent[-1])
+        return read.endswith(sent[-1].text.encode())
     with Ends(port) as end:
         wait_for(lambda: end.link.trouble is None, "the port")
         for packet in sent:
             end.link.send(packet)  # nobody reads: this would block for ever
-        assert end.link.writer.outbox.replaced > 1000
         wait_for(newest, "the newest packet")
+        assert end.link.replaced > 1000
     numbers = [int(line.split(b":")[0]) for line in bytes(read).splitlines()]
     assert numbers == sorted(numbers)  # whole packets, none older behind a newer
     assert len(numbers) < 5000
@@ -82,7 +83,7 @@ def test_silence_sends_one_stop_packet(port):
     with Board(port) as board, Ends(port, write_timeout=0.5) as end:
         wait_for(lambda: heard(board) == ["0:0:0;"], "the stop after opening")
         # again on a machine that has just stood still
-        wait_for(lambda: end.link.send(b"10:10:10;\n") or "10:10:10;" in heard(board), "the command", period=0.3)
+        wait_for(lambda: end.link.send(Packet((10, 10, 10))) or "10:10:10;" in heard(board), "the command", period=0.3)
         wait_for(lambda: heard(board)[-1] == "0:0:0;", "the stop after the command")
         before = len(board.reported)
         wait_for(lambda: len(board.reported) > before + 15, "a while")
@@ -94,11 +95,11 @@ def test_what_was_commanded_while_the_process_was_stopped_is_not_sent(port):
     with Board(port) as board, Ends(port, write_timeout=0.4) as end:
         wait_for(lambda: end.packets, "packets")
         end.link.stalls = StallWatch(0.2, time.monotonic() - 3.0)  # as if this process had done nothing for 3 s
-        end.link.send(b"10:10:10;\n")
+        end.link.send(Packet((10, 10, 10)))
         assert end.link.outdated == 1
         begun = time.monotonic()
         end.link.stalls = StallWatch(0.2, begun - 0.3)
-        end.link.send(b"20:20:20;\n")  # old, but not too old: for the rest of its time
+        end.link.send(Packet((20, 20, 20)))  # old, but not too old: for the rest of its time
         wait_for(lambda: "20:20:20;" in heard(board), "the command")
         wait_for(lambda: heard(board)[-1] == "0:0:0;", "the stop")
         assert time.monotonic() - begun < 0.35
@@ -111,14 +112,65 @@ def test_an_error_in_a_callback_is_reported_and_ends_nothing(port):
         for error in (KeyError("gone"), OSError(5, "not the port's")):
             def fail(*_, error=error):
                 raise error
-            end.reader.feed, working = fail, end.reader.feed
+            end.connections[-1].feed = fail
             wait_for(lambda error=error: error in end.failures, "the report")
-            end.reader.feed = working
+            del end.connections[-1].feed
             end.packets.clear()
             wait_for(lambda: end.packets, "packets again")
         assert end.link.failures == len(end.failures) >= 2
         assert "not the port's" in end.link.failure
         assert end.changes == [None]  # the port has been open all the time
+
+
+def test_another_reader_takes_bytes_and_ends_nothing(port):
+    """What the system calls an empty read is no lost port: only what it calls gone is."""
+    with Board(port) as board, Ends(port, packets="checked") as end, open(port, "rb", buffering=0) as thief:
+        os.set_blocking(thief.fileno(), False)
+        stolen = 0
+
+        def steal():
+            nonlocal stolen
+            with contextlib.suppress(BlockingIOError):
+                stolen += bool(thief.read(4096))
+            return stolen >= 20 and len(end.packets) >= 40
+        wait_for(steal, "packets for both", period=0.001)
+        assert end.changes == [None]
+        assert [packet.number for packet in end.packets] == list(range(len(end.packets))), "none is lost"
+        board.unplug()
+        wait_for(lambda: len(end.changes) == 2, "the loss")
+
+
+def test_a_board_that_falls_silent_is_opened_again_once_and_its_numbers_begin_anew(port, monkeypatch):
+    monkeypatch.setattr(connection, "SILENCE", 0.3)
+    with Board(port) as board, Ends(port, packets="checked") as end:
+        wait_for(lambda: len(end.packets) > 3, "packets")
+        board.line.cut = True
+        wait_for(lambda: len(end.connections) == 2, "another opening")
+        assert "no packet for" in end.changes[1]
+        assert end.connections[0].state(time.monotonic()) == connection.CLOSED
+        told = len(board.reported)
+        wait_for(lambda: len(board.reported) > told + 50, "a second")
+        assert (len(end.connections), end.link.trouble) == (2, None), "a board that never spoke is waited for"
+        end.packets.clear()
+        board.line.cut = False
+        wait_for(lambda: end.packets, "packets")
+        assert end.packets[0].number == 0
+        assert end.connections[1].protocol.dropped == {}
+
+
+def test_more_than_a_thousand_open_files_are_no_trouble(port):
+    resource.setrlimit(resource.RLIMIT_NOFILE, (min(2000, resource.getrlimit(resource.RLIMIT_NOFILE)[1]),
+                                                resource.getrlimit(resource.RLIMIT_NOFILE)[1]))
+    files = [os.open("/dev/null", os.O_RDONLY) for _ in range(1100)]
+    try:
+        with Board(port) as board, Ends(port) as end:
+            wait_for(lambda: end.packets, "packets")
+            end.link.send(Packet((1, 2, 3)))
+            wait_for(lambda: "1:2:3;" in heard(board), "the command")
+            assert end.changes == [None]
+    finally:
+        for file in files:
+            os.close(file)
 
 
 @pytest.mark.skipif(not (os.geteuid() == 0 and shutil.which("setpriv") and os.path.exists(REAL_TTY)),

@@ -3,7 +3,7 @@ import os
 import pytest
 
 from robotont_simulator.faulty_port import Port, PortError
-from robotont_testing.port_owners import given_away, program
+from robotont_testing.port_owners import program
 
 OWNER = """
 import sys, time
@@ -21,27 +21,21 @@ def simulator(tmp_path):
         yield process
 
 
-def test_the_port_of_a_running_simulator_is_not_taken(tmp_path, simulator):
+def test_the_port_of_a_running_simulator_is_not_taken_that_of_a_killed_one_is(tmp_path, simulator):
     device = os.readlink(str(tmp_path / "port"))
-    with pytest.raises(PortError, match=f"is the port of process {simulator.pid}, which still runs"):
+    with pytest.raises(PortError, match="is in use: end the simulator that has it"):
         Port(str(tmp_path / "port"))
     assert os.readlink(str(tmp_path / "port")) == device
-
-
-def test_the_link_of_a_killed_simulator_is_replaced_whoever_has_the_terminal_now(tmp_path, simulator):
-    device = os.readlink(str(tmp_path / "port"))
     simulator.kill()
     simulator.wait()
-    with given_away(device):
-        port = Port(str(tmp_path / "port"))
-        assert os.readlink(port.link) != device
-        port.unplug()
-        assert list(tmp_path.iterdir()) == []
+    port = Port(str(tmp_path / "port"))
+    port.unplug()
+    assert list(tmp_path.iterdir()) == []
 
 
 def test_a_link_to_something_else_is_left_alone(tmp_path):
     (tmp_path / "port").symlink_to("/dev/null")
-    with pytest.raises(PortError, match="is no link of a simulator"):
+    with pytest.raises(PortError, match="leads to /dev/null, which is in use"):
         Port(str(tmp_path / "port"))
     assert os.readlink(str(tmp_path / "port")) == "/dev/null"
 

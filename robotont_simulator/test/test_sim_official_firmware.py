@@ -9,8 +9,8 @@ from robotont_driver.kinematics.kinematics import Kinematics
 from robotont_driver.kinematics.wheel_params import read_wheels
 from robotont_driver.link.outbox import Outbox
 from robotont_driver.odometry.odometry import WheelOdometry
+from robotont_driver.protocol.connection import make_protocol
 from robotont_driver.protocol.packet import format_packet, parse_packet
-from robotont_driver.protocol.protocols import make_protocol
 from robotont_simulator.official_firmware import SimulatedMotors, make_simulation
 from robotont_simulator.world import World
 from robotont_testing.robots import ROBOTONT2, SHIPPED

@@ -118,6 +118,9 @@ class Robotont2Board(Board):
 
     def _control(self):
         efforts = [0.0 if self._stopped[wheel] else self._effort(wheel) for wheel in range(3)]
+        for wheel, effort in enumerate(efforts):
+            if effort == 0.0:  # off until the next command
+                self._stop(wheel)
         counts = self.motors.turn(efforts, self.CONTROL_PERIOD)
         self.speeds = [count * METRES_PER_EDGE / self.CONTROL_PERIOD for count in counts]
 

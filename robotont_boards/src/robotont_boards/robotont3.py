@@ -71,10 +71,13 @@ def fast_cos(angle):
 
 
 class Robotont3Board(Board):
-    """Generation 3 on USB: every transfer is a message, output comes in bursts of 1024 bytes."""
+    """Generation 3 on USB: every transfer is a message; every tenth loop draws its display.
+
+    Speeds are measured over the true time between two loops, but the pose moves by them times 0.02 s.
+    """
 
     TRANSFER = 64
-    BURST = 1024
+    DRAWING = 10, 0.025   # every how many loops, and [s] that it takes
     LINEAR_LIMIT, ANGULAR_LIMIT, DISTANCE = 0.4, 1.0, 0.145
     PERIOD = 0.02
     WEAKEST = 10  # [%] duty below which a motor is off
@@ -93,8 +96,10 @@ class Robotont3Board(Board):
         self._buffer = TransferBuffer()
         self._manual = None         # [%] duties of a DC command
         self._commanded_at = start
-        self._printed = b""
         self._sums, self._before = [0.0] * 3, [0.0] * 3
+        self._duties = [0.0] * 3
+        self._loops = 1
+        self._looped_at = start
         self._every(self.PERIOD, self._loop, self.PERIOD)
 
     def receive(self, data, now):
@@ -148,33 +153,36 @@ class Robotont3Board(Board):
         self.setpoints = numbers
 
     def _loop(self):
+        self._loops += 1
+        if self._loops % self.DRAWING[0] == 0:
+            self._schedule[0][0] = self.now + self.DRAWING[1]
+        elapsed, self._looped_at = round(self.now - self._looped_at, 3), self.now
         if self._manual is not None:
-            self._turn(self._manual)
-            self._print(b"EF:%d:%d:%d\r\n" % tuple(self._manual))
+            self._turn(self._manual, elapsed)
+            self._outgoing.append(b"EF:%d:%d:%d\r\n" % tuple(self._manual))
             return
         if self.now > self._commanded_at + TIME_OUT:
             self.setpoints = [0.0] * 3
-        self._turn([self._duty(wheel) for wheel in range(3)])
+        self._turn([self._duty(wheel) for wheel in range(3)], elapsed)
         self.odometry.update(self.speeds)
-        self._print(self.odometry.line(base_frame=True))
-        for line in self.extra_lines:
-            self._print(line)
+        self._outgoing += [self.odometry.line(base_frame=True), *self.extra_lines]
         self.extra_lines = []
 
     def _duty(self, wheel):
+        """Comparisons as in C: what is not a number stays so, in the sum too, until a reboot."""
         error = self.setpoints[wheel] - self.speeds[wheel]
-        self._sums[wheel] = clamp(self._sums[wheel] + 1000 * self.PERIOD * error, 100)
+        self._sums[wheel] = within(self._sums[wheel] + 1000 * self.PERIOD * error, 100)
         change = self.speeds[wheel] - self._before[wheel]
         self._before[wheel] = self.speeds[wheel]
-        return clamp(60 * error + self._sums[wheel] - change / self.PERIOD, 100)
+        return within(60 * error + self._sums[wheel] - change / self.PERIOD, 100)
 
-    def _turn(self, duties):
-        efforts = [duty / 100 if abs(duty) >= self.WEAKEST else 0.0 for duty in duties]
-        counts = self.motors.turn(efforts, self.PERIOD)
-        self.speeds = [count * METRES_PER_EDGE / self.PERIOD for count in counts]
+    def _turn(self, duties, elapsed):
+        """The motors have turned with the duties of the loop before."""
+        efforts = [duty / 100 if abs(duty) >= self.WEAKEST else 0.0 for duty in self._duties]
+        self._duties = duties
+        self.speeds = [count * METRES_PER_EDGE / elapsed for count in self.motors.turn(efforts, elapsed)]
 
-    def _print(self, data):
-        self._printed += data
-        while len(self._printed) >= self.BURST:
-            self._outgoing.append(self._printed[:self.BURST])
-            self._printed = self._printed[self.BURST:]
+
+def within(value, limit):
+    """The value within +-limit; NaN stays."""
+    return limit if value > limit else -limit if value < -limit else value

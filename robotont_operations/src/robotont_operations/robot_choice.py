@@ -3,7 +3,7 @@
 import glob
 import re
 
-from robotont_driver.protocol.protocols import OFFICIAL
+from robotont_driver.protocol.connection import OFFICIAL
 from robotont_driver.robots.robot_folder import read_robot
 from robotont_driver.tools.which_robot import listen
 

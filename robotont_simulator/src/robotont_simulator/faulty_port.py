@@ -55,29 +55,22 @@ class Port:
                             "that you may write to") from None
 
     def _make_room(self):
-        """Remove the leftovers of a killed simulator."""
+        """Remove the link that a killed simulator has left."""
         if not os.path.lexists(self.link):
             return
         if not os.path.islink(self.link):
             raise PortError(f"{self.link}: found something that is no link, allowed: a new name")
-        owner, device = port_owner.read_owner(self.link), os.readlink(self.link)
-        if owner and owner.device == device:
-            if owner.lives:
-                raise PortError(f"{self.link}: is the port of process {owner.pid}, which still runs; end it, or "
-                                "choose another name (port:=NAME)")
-        elif os.path.exists(self.link):
-            raise PortError(f"{self.link}: leads to {device} and is no link of a simulator; remove it, or choose "
-                            "another name")
-        port_owner.remove(self.link)
+        if os.path.exists(self.link) and not port_owner.refusal(self.link):  # no program's terminal by now
+            raise PortError(f"{self.link}: leads to {os.readlink(self.link)}, which is in use: end the simulator that "
+                            "has it, choose another name (port:=NAME), or remove the link")
+        os.unlink(self.link)
 
     def _make_line(self):
         """The board's end of a new pseudo-terminal, whose other end has the name."""
         master, slave = os.openpty()
         try:
             tty.setraw(slave)
-            device = os.ttyname(slave)
-            os.symlink(device, self.link)
-            port_owner.sign(self.link, device)
+            os.symlink(os.ttyname(slave), self.link)
         except OSError:
             os.close(master)
             raise
@@ -89,7 +82,8 @@ class Port:
     def unplug(self):
         """Vanish, name and line."""
         if self.plugged:
-            port_owner.remove(self.link)
+            with contextlib.suppress(FileNotFoundError):
+                os.unlink(self.link)
             os.close(self._master)
             self._master = None
 

@@ -19,12 +19,15 @@ class SimulatedMotors:
         self._simulation = simulation
         self._period = 1.0 / simulation.wheels.pid_frequency
         self._before = simulation.counts()
+        self._owed = 0.0  # [s] that have passed on the board and not in the simulation
 
     def turn(self, efforts, seconds):
         """Let time pass with efforts from -1 to 1; edges, integers, that the encoders have counted in it."""
         for motor, effort in enumerate(efforts):
             self._simulation.drive(motor, effort)
-        for _ in range(round(seconds / self._period)):
+        self._owed += seconds
+        while self._owed > self._period / 2:
+            self._owed -= self._period
             self._simulation.step()
         counts = self._simulation.counts()
         turned = (counts - self._before + 0x8000) % 0x10000 - 0x8000

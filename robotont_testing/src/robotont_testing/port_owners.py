@@ -1,8 +1,6 @@
-"""Other processes that own a port, and what becomes of the names of theirs when they die."""
+"""Other processes that own a port."""
 
 import contextlib
-import os
-import pty
 import subprocess
 import sys
 
@@ -18,17 +16,3 @@ def program(code, *arguments):
         process.kill()
         process.wait()
         process.stdout.close()
-
-
-@contextlib.contextmanager
-def given_away(device):
-    """Within the block the name of a terminal whose owner is dead belongs to somebody else, as the kernel may do."""
-    others = []
-    while not os.path.exists(device):
-        others.append(pty.openpty())
-    try:
-        yield
-    finally:
-        for other in others:
-            for end in other:
-                os.close(end)

@@ -1,6 +1,10 @@
-"""Lines that wait for the serial line: of commands only the newest, and no faster than the board can take lines."""
+"""What waits for the serial line: of commands only the newest, and no faster than the board can take lines."""
 
+import contextlib
+import os
 from collections import deque
+
+from robotont_driver.link.exclusive_port import waiting_bytes
 
 LONGEST_QUEUE = 64  # lines of low priority, beyond which the oldest are dropped
 
@@ -8,29 +12,31 @@ LONGEST_QUEUE = 64  # lines of low priority, beyond which the oldest are dropped
 class Outbox:
     """Lines that wait to be written: those that `hurry`, the newest command that was `put`, those `added`.
 
-    pacing: [s] least time between the beginnings of two lines. byte_time: [s] that the serial line needs for a byte; a
-    line is handed out when its predecessor is on the serial line, so never more than two are on their way; 0: at once.
-    Times `now` [s] are the caller's.
+    byte_time: [s] that the serial line needs for a byte; a line is handed out when its predecessor is on the serial
+    line, so never more than two are on their way; 0: at once. Times `now` [s] are the caller's.
     """
 
     def __init__(self, byte_time=0.0):
-        self.pacing = 0.0
+        self.pacing = 0.0  # [s] least time between the beginnings of two lines
         self._byte_time = byte_time
-        self.replaced = 0  # commands that a newer one overtook before they were written
-        self.clear()
-
-    def clear(self):
-        """Forget all that waits; the line is free."""
         self._hurried = deque()  # (line, pause behind it)
         self._command = b""
         self._added = deque(maxlen=LONGEST_QUEUE)
         self._free_at = 0.0      # [s] from when on a line may be written
         self._pause = 0.0        # [s] behind the newest line
         self._sent_by = 0.0      # [s] when the serial line will have sent all lines
+        self._rest = b""         # of a line that is half written: it must be finished first
+        self._newest_length = 0  # [bytes] of the newest line that was written
+        self.sent = 0            # lines
 
     def __bool__(self):
-        """Whether any line waits."""
-        return bool(self._hurried or self._command or self._added)
+        """Whether anything has still to be written."""
+        return bool(self._rest or self._hurried or self._command or self._added)
+
+    @property
+    def blocked(self):
+        """Whether a line is half written, because the driver of the port is full."""
+        return bool(self._rest)
 
     def hurry(self, line, pause):
         """A line (bytes) that goes before all commands and needs a pause [s] behind it."""
@@ -38,21 +44,39 @@ class Outbox:
             self._hurried.append((line, pause))
 
     def put(self, command):
-        """A command (bytes), which replaces one that still waits."""
-        self.replaced += bool(self._command)
-        self._command = command
+        """A command (bytes), which replaces one that still waits; whether it does."""
+        replaces, self._command = bool(self._command), command
+        return replaces
 
     def add(self, line):
         """A line (bytes) that can wait until no command does."""
         self._added.append(line)
 
+    def write(self, descriptor, clock):
+        """Write to a port what it takes now.
+
+        Its driver never holds more than two lines, and none before a paced one, which would join it, so that no command
+        waits behind old ones.
+        """
+        with contextlib.suppress(BlockingIOError):
+            while self._rest or self._may_take(descriptor):
+                self._rest = self._rest or self.take(clock())
+                if not self._rest:
+                    return
+                self._rest = self._rest[os.write(descriptor, self._rest):]
+                if not self._rest:
+                    self.written(clock())
+
+    def _may_take(self, descriptor):
+        return self and waiting_bytes(descriptor) <= (0 if self.pacing else self._newest_length)
+
     def take(self, now):
         """The line to write now; empty when there is none, or it is too early."""
         if now < self._free_at:
             return b""
-        pause = self.pacing
+        self._pause = self.pacing
         if self._hurried:
-            line, pause = self._hurried.popleft()
+            line, self._pause = self._hurried.popleft()
         elif self._command:
             line, self._command = self._command, b""
         elif self._added:
@@ -61,8 +85,9 @@ class Outbox:
             return b""
         begins = max(now, self._sent_by)
         self._sent_by = begins + len(line) * self._byte_time
-        self._pause = pause
-        self._free_at = max(now + pause, begins)
+        self._free_at = max(now + self._pause, begins)
+        self._newest_length = len(line)
+        self.sent += 1
         return line
 
     def written(self, now):
@@ -70,5 +95,5 @@ class Outbox:
         self._free_at = max(self._free_at, now + self._pause)
 
     def wait(self, now):
-        """[s] until the next line may be written; None when none waits."""
-        return max(0.0, self._free_at - now) if self else None
+        """[s] until the next line may be written."""
+        return max(0.0, self._free_at - now)

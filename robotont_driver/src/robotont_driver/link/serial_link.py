@@ -1,4 +1,4 @@
-"""A serial port that may come and go: bytes in without polling, newest command out without waiting."""
+"""The loop of the serial port: open, wait, read, feed, publish, write; and again when the port is lost."""
 
 import contextlib
 import os
@@ -7,43 +7,51 @@ import termios
 import threading
 import time
 
-from robotont_driver.link.exclusive_port import explain, opened
-from robotont_driver.link.line_writer import LineWriter
+from robotont_driver.link.exclusive_port import explain, opened, usb_id
+from robotont_driver.link.outbox import Outbox
+from robotont_driver.protocol.connection import SILENCE, SILENT
 from robotont_driver.timing.starvation import StallWatch
 
-READ_SIZE = 4096    # [bytes]
+READ_SIZE = 4096     # [bytes]
 BITS_OF_A_BYTE = 10  # on the serial line, with start and stop
 NOT_TRIED = "not opened yet"
-FULL_LINE = 0.005   # [s] after which a driver that still has bytes to send is checked again
+FULL_LINE = 0.005    # [s] after which a driver that still has bytes to send is checked again
+GONE = select.POLLHUP | select.POLLERR | select.POLLNVAL
 
 
 class SerialLink:
-    """Keeps a serial port open, in one thread, and survives whatever happens to it.
+    """Keeps a serial port open, in one thread, which alone reads and writes, and survives whatever happens to it.
 
-    It calls received(data) with bytes as they come; changed(trouble) once per change, with None when the port is open
-    and with a message when it is not; failed(error) with an exception out of these or its own, and goes on.
-    stop_packet() gives the bytes that are sent once when nothing was sent for `write_timeout` [s]; it may give none.
+    connect(usb_id, now): a new `Connection` for a port that was opened. It calls publish(packet) for each `Packet` from
+    the board; changed(trouble) once per change, with None when the port is open and with a message when it is not;
+    met(protocol) when the board's protocol is known; failed(error) with an exception out of these or its own, and goes
+    on. When no command came for `write_timeout` [s] the board is sent one stop.
     """
 
-    def __init__(self, port, baudrate, received, changed, stop_packet, failed, write_timeout=0.5, retry_period=0.5):
+    def __init__(self, port, baudrate, connect, publish, changed, met, failed, write_timeout=0.5, retry_period=0.5):
         self._name = port
         self._baudrate = baudrate
-        self._received = received
+        self._connect = connect
+        self._publish = publish
         self._changed = changed
-        self._stop_packet = stop_packet
+        self._met = met
         self._failed = failed
         self._write_timeout = write_timeout
         self._retry_period = retry_period
         self._tick_period = write_timeout / 8  # [s] of the watch for stalls
-        self._lock = threading.Lock()
-        self.writer = LineWriter(BITS_OF_A_BYTE / baudrate, self._stop_when_silent)
+        self._outbox = Outbox()
+        self._command = None    # (`Packet`, [s] when it is too old) that the thread has not taken yet
+        self._lines = []        # of low priority, that it has not taken yet
         self._deadline = None   # [s] when to send the stop packet
         self._closing = False
         self._close_by = None   # [s] when to give up sending the last packet
         self._woken, self._wake = os.pipe()
         os.set_blocking(self._wake, False)
         self.trouble = NOT_TRIED  # None while the port is open
+        self.connection = None  # the newest `Connection`; None before the first
         self.opened = 0         # times
+        self.sent = 0           # lines
+        self.replaced = 0       # commands that a newer one overtook before they were written
         self.unsent = 0         # packets given while the port was closed
         self.timeouts = 0       # stop packets sent
         self.outdated = 0       # packets that waited for this process for too long
@@ -56,60 +64,33 @@ class SerialLink:
         """Begin: from now on the callbacks may be called."""
         self._thread.start()
 
-    def pace(self, pacing):
-        """From now on let at least `pacing` [s] pass between the beginnings of two lines; 0: as fast as may be."""
-        with self._lock:
-            self.writer.outbox.pacing = pacing
-
     def send(self, packet):
-        """Send bytes as soon as the line takes them. Never blocks; a newer packet replaces a waiting one.
+        """Send a `Packet` as soon as the line takes it. Never blocks; a newer one replaces a waiting one.
 
         What may have waited for this process for `write_timeout` is not sent, and nothing after `close`.
         """
-        with self._lock:
-            if self._closing:
-                return
-            now = time.monotonic()
-            deadline = self.stalls.earliest_arrival(now) + self._write_timeout
-            if deadline <= now:
-                self.outdated += 1
-                return
-            self._deadline = deadline
-            if self.writer.descriptor is None:
-                self.unsent += 1
-            else:
-                self._queue(self.writer.outbox.put, packet)
-
-    def hurry(self, line, pause):
-        """Send a line before all packets, then nothing for `pause` [s]."""
-        self._send_line(self.writer.outbox.hurry, line, pause)
+        now = time.monotonic()
+        deadline = self.stalls.earliest_arrival(now) + self._write_timeout
+        if deadline <= now:
+            self.outdated += 1
+        elif self.trouble:
+            self.unsent += 1
+        else:
+            self.replaced += self._command is not None
+            self._command = packet, deadline
+            self._notify()
 
     def add(self, line):
-        """Send a line when no packet waits."""
-        self._send_line(self.writer.outbox.add, line)
-
-    def _send_line(self, put, *arguments):
-        with self._lock:
-            if self.writer.descriptor is not None and not self._closing:
-                self._queue(put, *arguments)
-
-    def close(self, packet, goodbye=b"", pause=0.0):
-        """Send `goodbye`, after a pause [s] a last packet, close the port and end the thread."""
-        with self._lock:
-            if self.writer.descriptor is not None:
-                self.writer.outbox.hurry(goodbye, pause)
-                self._queue(self.writer.outbox.put, packet)
-            self._closing = True
-            self._close_by = time.monotonic() + self._write_timeout + pause
+        """Send a line (bytes) when no packet waits."""
+        self._lines.append(line)
         self._notify()
-        self._thread.join(self._retry_period + self._write_timeout + pause)
 
-    def _queue(self, put, *arguments):
-        waited = self.writer.waits
-        put(*arguments)
-        self.writer.write()
-        if not waited and self.writer.waits:
-            self._notify()  # the thread has to wait for room, or for the time, from now on
+    def close(self):
+        """Send the board's goodbye and a last stop, close the port and end the thread."""
+        self._close_by = time.monotonic() + self._write_timeout
+        self._closing = True
+        self._notify()
+        self._thread.join(self._retry_period + self._write_timeout)
 
     def _notify(self):
         with contextlib.suppress(BlockingIOError):  # when full, it has been woken often enough
@@ -119,18 +100,87 @@ class SerialLink:
         while not self._closing:
             try:
                 with opened(self._name, self._baudrate) as port:
-                    self._opened(port.fileno())
-                    try:
-                        self._serve(port.fileno())
-                    finally:
-                        with self._lock:  # no thread may write to a descriptor that is closed, or opened by others
-                            self.writer.descriptor = None
+                    now = time.monotonic()
+                    self.connection = connection = self._connect(usb_id(self._name), now)
+                    self._outbox = Outbox(BITS_OF_A_BYTE / self._baudrate)
+                    self._command, self._deadline = None, now + self._write_timeout
+                    self.opened += 1
+                    self.trouble = None
+                    self._call(self._changed, None)
+                    self._serve(port.fileno(), connection)
             except (OSError, ValueError, termios.error) as error:  # pyserial's own errors are OSErrors
                 self._lost(explain(self._name, error))
             except Exception as error:  # without this thread nothing would stop the robot
                 self._note_failure(error)
                 self._lost(f"{self._name}: {self.failure}")
-            self._wait(self._retry_period)
+            self._rest(self._retry_period)
+
+    def _serve(self, port, connection):
+        """Move bytes both ways until the port fails, the board falls silent or the link is closed."""
+        poll, protocol, wanted = select.poll(), None, 0
+        poll.register(self._woken, select.POLLIN)
+        while True:
+            if connection.protocol is not protocol:
+                protocol = connection.protocol
+                self._outbox.pacing = protocol.pacing
+                self._outbox.hurry(protocol.hello, protocol.pause)
+                self._call(self._met, protocol)
+            now = time.monotonic()
+            self.stalls.tick(now)
+            if self._closing:
+                self._say_goodbye(port, connection)
+                return
+            if connection.state(now) == SILENT:
+                raise OSError(f"no packet for {SILENCE:g} s")
+            self._take_commands(connection, now)
+            before = self._outbox.sent
+            self._outbox.write(port, time.monotonic)
+            self.sent += self._outbox.sent - before
+            if wanted != select.POLLIN | (select.POLLOUT if self._outbox.blocked else 0):
+                wanted = select.POLLIN | (select.POLLOUT if self._outbox.blocked else 0)
+                poll.register(port, wanted)
+            events = dict(poll.poll(1000 * self._time_to_rest(now)))
+            if self._woken in events:
+                os.read(self._woken, READ_SIZE)
+            if events.get(port, 0) & ~select.POLLOUT:
+                self._hear(connection, read(port, events[port]))
+
+    def _hear(self, connection, data):
+        for line in data.splitlines(keepends=True):  # of a burst, each packet goes out before the next line is read
+            for packet in self._call(connection.feed, line, time.monotonic()) or ():
+                self._call(self._publish, packet)
+
+    def _take_commands(self, connection, now):
+        """Put the newest command into the outbox, and the stop in its place when it is too old."""
+        taken, self._command = self._command, None
+        if taken:
+            packet, self._deadline = taken
+            self.replaced += self._outbox.put(self._call(connection.encode, packet, now) or b"")
+        if self._deadline is not None and now >= self._deadline:
+            self._deadline = None
+            stop = self._call(connection.stop, now) or b""
+            self.timeouts += bool(stop)
+            self._outbox.put(stop)
+        lines, self._lines = self._lines, []
+        for line in lines:
+            self._outbox.add(line)
+
+    def _time_to_rest(self, now):
+        """[s] until something has to be done although nothing comes."""
+        left = self._tick_period if self._deadline is None else min(max(0.0, self._deadline - now), self._tick_period)
+        return min(left, self._outbox.wait(now) or FULL_LINE) if self._outbox and not self._outbox.blocked else left
+
+    def _say_goodbye(self, port, connection):
+        """Write the board's goodbye and a stop, as far as the port takes them in time."""
+        protocol = connection.protocol
+        outbox = Outbox()
+        if protocol:
+            outbox.pacing = protocol.pacing
+            outbox.hurry(protocol.goodbye, protocol.pause)
+        outbox.put(connection.last_stop())
+        while outbox and time.monotonic() < self._close_by:
+            outbox.write(port, time.monotonic)
+            time.sleep(FULL_LINE if outbox else 0.0)
 
     def _call(self, callback, *arguments):
         """Result of a callback; None where it raises."""
@@ -145,71 +195,27 @@ class SerialLink:
         self.failure = f"{type(error).__name__}: {error}"
         self._failed(error)
 
-    def _opened(self, descriptor):
-        with self._lock:
-            self.writer.open(descriptor)
-            self._deadline = time.monotonic() + self._write_timeout
-            self.opened += 1
-            self.trouble = None
-        self._call(self._changed, None)
-
     def _lost(self, trouble):
         changed = self.trouble in (None, NOT_TRIED)
         self.trouble = trouble  # may become another one while the port stays closed
+        if self.connection:
+            self.connection.trouble = trouble
         if changed and not self._closing:
             self._call(self._changed, trouble)
 
-    def _serve(self, descriptor):
-        """Move bytes both ways until the port fails or the link is closed."""
-        while True:
-            with self._lock:
-                now = time.monotonic()
-                self.stalls.tick(now)
-                self._stop_when_silent(now)
-                if self.writer.outbox and not self.writer.blocked:
-                    self.writer.write()  # lines whose time has come
-                blocked = self.writer.blocked
-                timeout = self._time_to_rest(now)
-                if self._closing and (timeout == 0.0 or not self.writer.waits):
-                    return
-            readable, writable, _ = select.select(
-                [descriptor, self._woken], [descriptor] if blocked else [], [], timeout)
-            if self._woken in readable:
-                os.read(self._woken, READ_SIZE)
-            if writable:
-                with self._lock:
-                    self.writer.write()
-            if descriptor in readable:
-                data = os.read(descriptor, READ_SIZE)
-                if not data:
-                    raise OSError("the device is gone")
-                self._call(self._received, data)
-
-    def _time_to_rest(self, now):
-        """[s] until something has to be done although nothing comes."""
-        if self._closing:
-            left = max(0.0, self._close_by - now)
-        else:
-            left = self._tick_period if self._deadline is None else max(0.0, self._deadline - now)
-        if self.writer.outbox and not self.writer.blocked and left != 0.0:
-            left = min(left, self.writer.outbox.wait(now) or FULL_LINE)
-        return min(left, self._tick_period)
-
-    def _stop_when_silent(self, now):
-        """Replace the command by the stop packet when it is too old."""
-        if self._deadline is not None and now >= self._deadline and not self._closing:
-            self._deadline = None
-            packet = self._call(self._stop_packet) or b""
-            self.timeouts += bool(packet)
-            self.writer.outbox.put(packet)
-
-    def _wait(self, duration):
+    def _rest(self, duration):
         end = time.monotonic() + duration
-        while not self._closing:
-            with self._lock:
-                now = time.monotonic()
-                self.stalls.tick(now)
-            if now >= end:
-                return
-            if select.select([self._woken], [], [], min(end - now, self._tick_period))[0]:
-                os.read(self._woken, READ_SIZE)
+        while not self._closing and time.monotonic() < end:
+            time.sleep(min(duration, self._tick_period))
+            self.stalls.tick(time.monotonic())
+
+
+def read(port, events):
+    """The bytes that have come; empty where another reader was faster. Raises OSError where the port is gone."""
+    try:
+        data = os.read(port, READ_SIZE)
+    except BlockingIOError:
+        data = b""
+    if not data and events & GONE:
+        raise OSError("the device is gone")
+    return data

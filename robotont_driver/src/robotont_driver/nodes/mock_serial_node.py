@@ -3,7 +3,7 @@
 import rospy
 from std_msgs.msg import String
 
-from robotont_driver.protocol.packet import PacketError, WholeCounts, parse_packet
+from robotont_driver.protocol.packet import Packet, PacketError, parse_packet
 from robotont_driver.ros.lifecycle import run_node
 
 PARAMETERS = ()
@@ -14,7 +14,7 @@ class MockSerialNode:
 
     def __init__(self, _name, wheels, _parameters):
         self._wheels = wheels.amount
-        self._motors = WholeCounts(wheels.amount)
+        self._turned = [0.0] * wheels.amount  # [edges] since the start
         self._publisher = rospy.Publisher("serial_read", String, queue_size=100)
         rospy.Subscriber("serial_write", String, self._on_write, tcp_nodelay=True)
 
@@ -24,7 +24,8 @@ class MockSerialNode:
         except PacketError as error:
             rospy.logwarn_throttle(10.0, "serial_write refused: %s", error)
             return
-        self._publisher.publish(self._motors.share(units)[0].text)
+        before, self._turned = self._turned, [edges + unit for edges, unit in zip(self._turned, units)]
+        self._publisher.publish(Packet(round(now) - round(then) for now, then in zip(self._turned, before)).text)
 
 
 def main():

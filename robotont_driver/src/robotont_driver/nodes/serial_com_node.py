@@ -1,5 +1,6 @@
 """The ROS side of serial_com_node: serial_write to the port, the port to serial_read."""
 
+import functools
 import threading
 import time
 import traceback
@@ -8,13 +9,12 @@ import rospy
 
 from robotont_driver.command.packet_repetition import PUBLISH_RATE, WRITE_TIMEOUT, check_repetition
 from robotont_driver.kinematics.motor import counts_in_reach
-from robotont_driver.link.exclusive_port import usb_id
 from robotont_driver.link.serial_link import SerialLink
 from robotont_driver.parameters.parameters import Parameter
+from robotont_driver.protocol.board_wheels import DISTANCE
+from robotont_driver.protocol.connection import AUTO, NAMES, Connection
 from robotont_driver.protocol.handshake import explained
-from robotont_driver.protocol.packet import format_packet
 from robotont_driver.protocol.protocol import ProtocolError
-from robotont_driver.protocol.protocols import AUTO, DISTANCE, NAMES, Handshake, expect_protocol
 from robotont_driver.robots.battery import Battery, read_pack
 from robotont_driver.ros.diagnostics import Health
 from robotont_driver.ros.lifecycle import run_node
@@ -52,86 +52,57 @@ class SerialComNode:
     """
 
     def __init__(self, name, wheels, parameters, topics):
-        self._wheels = wheels.amount
-        self._parameters = parameters
+        self._port = parameters["port"]
+        connect = functools.partial(Connection, wheels, parameters["packets"], parameters["board_wheel_distance"])
         try:
-            self._protocol = expect_protocol(parameters["packets"], wheels, parameters["board_wheel_distance"])
-        except ProtocolError as error:
-            rospy.logfatal("~packets is %s, but its board cannot have these wheels: %s", parameters["packets"], error)
-            raise SystemExit(1) from None
-        self._met = None          # the protocol that was greeted
-        self._refusals = Refusals()  # of malformed messages on serial_write
-        self._restarts = self._doubts = 0  # of the board, already reported
-        self._packets = topics.serial_read
-        self._packets.advertise()
-        self._link = SerialLink(
-            parameters["port"], parameters["baudrate"], self._on_bytes, self._on_change, self._stop_packet,
-            self._on_failure, write_timeout=parameters["write_timeout"])
-        try:
+            connect()
             battery = Battery(read_pack(rospy.get_param("battery", None)))
+        except ProtocolError as error:
+            refuse([f"~packets is {parameters['packets']}, but its board cannot have these wheels: {error}"])
         except ValueError as error:
             refuse([str(error)])
+        self._refusals = Refusals()  # of malformed messages on serial_write
+        self._told = (0, 0)  # restarts and doubts of the connection, already reported
+        self._read = topics.serial_read
+        self._read.advertise()
+        self._link = SerialLink(self._port, parameters["baudrate"], connect, self._on_packet, self._on_change,
+                                self._on_protocol, self._on_failure, write_timeout=parameters["write_timeout"])
         self._topics = OfficialTopics(parameters["range_frame_prefix"], parameters["base_frame"], battery,
                                       self._on_light)
         self._link.start()
-        rospy.on_shutdown(self._close)
-        topics.serial_write.subscribe(self._wheels, self._on_write, self._on_refused, queue_size=1)
-        self._report = LinkReport(self._link, self._protocol, self._refusals, battery)
-        Health(parameters["port"], {"link": self._report.report_link, "board": self._report.report_board}, name)
+        rospy.on_shutdown(self._link.close)
+        topics.serial_write.subscribe(wheels.amount, self._on_write, self._on_refused, queue_size=1)
+        report = LinkReport(self._link, self._refusals, battery)
+        Health(self._port, {"link": report.report_link, "board": report.report_board}, name)
 
     def _on_refused(self, error):
         if self._refusals.refuse(error.kind, time.monotonic()):
             rospy.logwarn("serial_write refused: %s", error)
 
     def _on_write(self, command):
-        self._protocol.tick(time.monotonic())
-        spoken = self._protocol.spoken
-        if spoken.obstacle:
-            rospy.logerr_throttle(10.0, "does not drive: %s (docs/robots.md)", spoken.obstacle)
-        # a command must not reach the board before its greeting, which the link's thread is about to send
-        line = spoken.encode(command) if spoken is self._met else b""
-        if line or self._link.trouble:  # a closed port counts it as unsent
-            self._link.send(line)
+        self._link.send(command)
+        connection = self._link.connection
+        if connection and connection.obstacle:
+            rospy.logerr_throttle(10.0, "does not drive: %s (docs/robots.md)", connection.obstacle)
 
-    def _stop_packet(self):
-        self._protocol.tick(time.monotonic())
-        spoken = self._protocol.spoken
-        return spoken.stop() if spoken is self._met else b""
-
-    def _close(self):
-        spoken = self._protocol.spoken
-        stop = spoken.stop() or format_packet([0] * self._wheels).encode("ascii")  # no protocol yet: plain may be right
-        self._link.close(stop, spoken.goodbye, spoken.pause)
+    def _on_packet(self, packet):
+        self._read.publish(packet)
+        protocol = self._link.connection.protocol
+        if protocol.readings:
+            readings, protocol.readings = protocol.readings, []
+            self._topics.publish(readings)
+        restarts, doubts = protocol.restarts, protocol.doubts
+        if (restarts, doubts) != self._told:
+            if restarts > self._told[0]:
+                rospy.logwarn("the board has restarted; counts that it has not sent before are missing in the odometry")
+            if doubts > self._told[1]:
+                rospy.logwarn_throttle(10.0, DOUBT)
+            self._told = restarts, doubts
 
     def _on_light(self, first, colours):
-        for line in self._protocol.spoken.encode_lights(first, colours):
+        protocol = self._link.connection and self._link.connection.protocol
+        for line in protocol.encode_lights(first, colours) if protocol else ():
             self._link.add(line)
-
-    def _on_bytes(self, data):
-        protocol = self._protocol
-        for line in data.splitlines(keepends=True):  # of a burst, each packet goes out before the next line is read
-            for packet in protocol.feed(line, time.monotonic()):
-                self._packets.publish(packet)
-        spoken = protocol.spoken
-        if spoken is not self._met:
-            self._meet(spoken)
-        self._topics.publish(spoken.take_readings())
-        if spoken.restarts > self._restarts:
-            rospy.logwarn("the board has restarted; counts that it has not sent before are missing in the odometry")
-        if spoken.doubts > self._doubts:
-            rospy.logwarn_throttle(10.0, DOUBT)
-        self._restarts, self._doubts = spoken.restarts, spoken.doubts
-
-    def _meet(self, spoken):
-        """Greet the board, once per connection, when its protocol has been recognised."""
-        self._restarts, self._doubts = spoken.restarts, spoken.doubts
-        self._link.pace(spoken.pacing)
-        if not isinstance(spoken, Handshake):  # which still listens
-            rospy.loginfo("%s: the board speaks %s", self._parameters["port"], explained(spoken.name))
-            if spoken.complaint:
-                rospy.logwarn("%s", spoken.complaint)
-            self._link.hurry(spoken.hello, spoken.pause)
-        self._met = spoken
 
     def _on_failure(self, error):
         """An exception in the link's thread: a fault of this program."""
@@ -139,24 +110,23 @@ class SerialComNode:
             lines = "".join(traceback.format_exception(type(error), error, error.__traceback__))
             rospy.logerr_throttle(10.0, "a fault of serial_com_node itself; please report it: %s", lines)
 
+    def _on_protocol(self, protocol):
+        rospy.loginfo("%s: the board speaks %s", self._port, explained(protocol.name))
+        if protocol.complaint:
+            rospy.logwarn("%s", protocol.complaint)
+
     def _on_change(self, trouble):
-        if trouble:
-            self._met = None
-            if self._link.opened:
-                rospy.logwarn("%s", trouble)
-            else:  # the simulator's board comes a moment later
-                timer = threading.Timer(START_PATIENCE, self._complain)
-                timer.daemon = True
-                timer.start()
-            return
-        port = self._parameters["port"]
-        if self._link.opened > 1:
-            rospy.logwarn("%s: open again; what the wheels have turned meanwhile is missing in the odometry", port)
+        if trouble and self._link.opened:
+            rospy.logwarn("%s", trouble)
+        elif trouble:  # the simulator's board comes a moment later
+            timer = threading.Timer(START_PATIENCE, self._complain)
+            timer.daemon = True
+            timer.start()
+        elif self._link.opened > 1:
+            self._told = (0, 0)
+            rospy.logwarn("%s: open again; what wheels have turned meanwhile is missing in the odometry", self._port)
         else:
-            rospy.loginfo("%s: open", port)
-        self._protocol.usb_id = usb_id(port)
-        self._protocol.connect(time.monotonic())
-        self._meet(self._protocol.spoken)
+            rospy.loginfo("%s: open", self._port)
 
     def _complain(self):
         trouble = self._link.trouble

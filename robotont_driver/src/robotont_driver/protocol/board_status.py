@@ -23,9 +23,6 @@ FAULTS = {
 }
 NOTICES_KEPT = 8
 MOST_LOAD = 90  # [%] of a period
-_IDENTITY = re.compile(
-    r"robotont_firmware (?P<version>\S+) wheels (?P<wheels>\d{1,3}) rate (?P<rate>\d{1,5}) units (?P<units>\S+) "
-    r"profile (?P<profile>\S+) reset (?P<reset>\S+)\Z")
 
 
 class BoardStatus(NamedTuple):
@@ -83,11 +80,17 @@ class Identity(NamedTuple):
 
     @classmethod
     def parse(cls, text):
-        """From a banner, or the answer to `?;`; None when the text is not an identity."""
-        match = _IDENTITY.match(text)
-        if not match:
+        """From a banner, or the answer to `?;`, `robotont_firmware VERSION NAME VALUE ...`; None from other text.
+
+        Later firmware may say more than this.
+        """
+        words = text.split(" ")
+        said = {"version": words[1] if words[0] == "robotont_firmware" and len(words) > 1 else "",
+                **dict(zip(words[2::2], words[3::2]))}
+        numbers = said.get("wheels", ""), said.get("rate", "")
+        if not all(said.get(name) for name in cls._fields) or not all(re.fullmatch("[0-9]{1,5}", it) for it in numbers):
             return None
-        fields = match.groupdict()
+        fields = {name: said[name] for name in cls._fields}
         return cls(**{**fields, "wheels": int(fields["wheels"]), "rate": int(fields["rate"])})
 
     def obstacle(self, wheels, rate):
@@ -107,28 +110,25 @@ class BoardHealth:
     """Collects what a board reports about itself, for a robot of `wheels` wheels at `rate` [Hz].
 
     `status`: newest BoardStatus; None from boards that send none. `identity`: None until it is known.
-    `fault`: description of what has stopped the motors. `obstacle`: why the board must not be driven.
     """
 
     def __init__(self, wheels, rate):
         self._wheels = wheels
         self._rate = rate
-        self._missed = 0    # ticks missed and lines refused, on this connection
-        self._refused = 0
+        self._missed = self._refused = 0  # ticks that it missed and lines that it refused, on this connection
         self._reported = (0, 0)
         self.notices = deque(maxlen=NOTICES_KEPT)  # newest messages of the board
-        self._news = []     # messages since the last report
+        self._news = []         # messages since the last report
         self.banner = ""
-        self.connect()
-
-    def connect(self):
-        """Begin a new connection: forget all about the board."""
-        self.status = None
-        self.identity = None
-        self._foreign = False   # whether the newest packet was one of another number of wheels
         self._fleeting = deque(maxlen=1)  # a fault that no report has shown yet
-        self._heard = 0         # packets, since the voltage was taken
         self._shown = ""
+        self._begin()
+
+    def _begin(self):
+        """The board starts: nothing is known of it."""
+        self.status = self.identity = None
+        self._foreign = False   # whether the newest packet was one of another number of wheels
+        self._heard = 0         # packets, since the voltage was taken
 
     @property
     def fault(self):
@@ -172,17 +172,14 @@ class BoardHealth:
     def hear_text(self, text):
         """Take a line of text. Returns whether it is the banner of a board that has just started."""
         self.notices.append(text)
-        self._news.append(text)
-        del self._news[:-NOTICES_KEPT]
+        self._news = [*self._news, text][-NOTICES_KEPT:]
         if text.startswith("identity "):
             self.identity = Identity.parse(text[len("identity "):])
-            return False
-        if not text.startswith("robotont"):
-            return False
-        self.banner = text
-        self.connect()
-        self.identity = Identity.parse(text)
-        return True
+        starts = text.startswith("robotont")
+        if starts:
+            self._begin()
+            self.banner, self.identity = text, Identity.parse(text)
+        return starts
 
     def report(self):
         """(errors, warnings, values) for the diagnostics, since the last call: call it once per report.
@@ -190,17 +187,16 @@ class BoardHealth:
         errors, warnings: lists of messages. A fault that came and went since the last report is in this one.
         """
         fleeting = self._fleeting.pop() if self._fleeting else ""  # the link's thread may set the next one meanwhile
-        fault = self.fault
+        fault = self._shown = self.fault
         errors = [message for message in (self.obstacle, fault) if message]
         if fleeting and not fault:
             errors.append("over again: " + fleeting)
-        self._shown = fault
         warnings = list(self.status.complaints) if self.status else []
         missed, refused = self._missed - self._reported[0], self._refused - self._reported[1]
         self._reported = (self._missed, self._refused)
-        if missed > 0:
+        if missed:
             warnings.append(f"the board missed {missed} ticks")
-        if refused > 0:
+        if refused:
             warnings.append(f"the board refused {refused} lines: check cable and baudrate")
         news, self._news = self._news, []
         warnings += [f"the board reports: {text}" for text in news if not text.startswith(("identity", "robotont"))]

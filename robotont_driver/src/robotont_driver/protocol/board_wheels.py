@@ -7,6 +7,7 @@ from robotont_driver.protocol.protocol import ProtocolError
 POSITIONS = tuple(math.radians(angle) for angle in (60, 180, 300))  # [rad] yaw of each wheel's place in base_link
 DISTANCE = 0.145       # [m] centre to wheel; 0.127 in firmware from before March 2020
 RADIUS = 0.035         # [m]
+BOARD_EDGES = 1200     # of a wheel's turn: 64 of a motor's turn, behind a gear of 18.75
 PERIOD = 0.02          # [s] between two lines of feedback
 LARGEST_ANGLE = 0.1    # [rad] by which a wheel file may differ from POSITIONS: a calibrated one differs a little
 CALIBRATED = 0.05      # part by which a calibrated distance may differ from the board's
@@ -52,7 +53,12 @@ class BoardWheels:
         return (f"wheelRads: found wheels at {found} degrees, allowed: one each at 60, 180 and 300, where the board "
                 "has them, in any order")
 
-    def doubt(self, wheels):
+    @property
+    def edges_of_board(self):
+        """How many of the board's own edges are one of the wheel file's."""
+        return BOARD_EDGES / (self.edges_per_metre * 2 * math.pi * RADIUS)
+
+    def misfit(self, wheels):
         """Warning about wheels at another distance than the board assumes; empty when they agree."""
         for distance in wheels.distances:
             if abs(distance / self.distance - 1) > CALIBRATED:

@@ -5,14 +5,13 @@ A packet that does not continue the one before is held until the next: an error,
 
 from typing import NamedTuple, Tuple
 
-from robotont_driver.protocol.packet import Packet, PacketError, WholeCounts
+from robotont_driver.protocol.packet import Packet, PacketError
 from robotont_driver.protocol.restarts import ANY, Arrival, doubt_about
 
 
 class LostPackets:
-    """Checked packets in, counts (`Packet`) per PID period out, lost periods included.
+    """CheckedPackets in, a `Packet` per PID period out, lost periods included, numbered from 0 on.
 
-    The packets are numbered from the first one of a connection, or of a restarted board, on, lost ones included.
     reach: edges that a motor can make in one period. Counted: `repaired` periods, `restarts` (of the board), `doubts`
     (gaps in which it may have restarted); `dropped["inconsistent"]` packets that nothing confirmed.
     """
@@ -20,16 +19,10 @@ class LostPackets:
     def __init__(self, reach, dropped):
         self._reach = reach
         self._dropped = dropped
-        self.repaired = 0
-        self.restarts = 0
-        self.doubts = 0
-        self.connect()
-
-    def connect(self):
-        """Begin a new connection: forget all about the board."""
-        self._last = None      # newest trusted packet
-        self._suspect = None   # a packet that does not continue `_last`: an error, or a restart
-        self._suspicion = False  # whether a restart at `_suspect` leaves a doubt
+        self.repaired = self.restarts = self.doubts = 0
+        self._last = None          # newest trusted packet
+        self._suspect = None       # a packet that does not continue `_last`: an error, or a restart
+        self._suspicion = False    # whether a restart at `_suspect` leaves a doubt
 
     def restart(self):
         """The board has said that it has restarted, with counter and totals."""
@@ -39,9 +32,8 @@ class LostPackets:
     def recover(self, packet, now):
         """List of `Packet` that a CheckedPacket which came at `now` [periods] completes. Raises PacketError."""
         if self._last is None:
-            packet.arrival, packet.number = Arrival(now), 0
-            self._last = packet
-            return [_numbered(packet)]
+            packet.arrival = Arrival(now)
+            return [self._trust(packet, 0)]
         if packet.repeats(self._last):
             raise PacketError("repeated", "the same packet twice")
         gap = self._gap(self._last, packet, now)
@@ -56,9 +48,11 @@ class LostPackets:
                 # Two packets agree with each other and not with those before: the board has restarted.
                 self.restarts += 1
                 self.doubts += suspicion
-                suspect.number = 0
-                return [_numbered(suspect), *self._continue(suspect, packet, step, now)]
+                return [self._trust(suspect, 0), *self._continue(suspect, packet, step, now)]
             self._dropped["inconsistent"] += 1
+            self._suspect = None
+        if packet.counter + 1 > self._last.arrival.most(now):
+            raise PacketError("inconsistent", "neither the next packet, nor one of a board that has just started")
         packet.arrival = self._last.arrival.next(now, 1)
         self._suspect, self._suspicion = packet, gap is not None and gap.doubt
         return []
@@ -82,16 +76,19 @@ class LostPackets:
 
     def _continue(self, last, packet, gap, now):
         periods, counts, doubt, _ = gap
-        packet.arrival, packet.number = last.arrival.next(now, periods + 1), last.number + periods + 1
-        self._last = packet
-        self._suspect = None
-        if not periods:
-            return [_numbered(packet)]
+        packet.arrival = last.arrival.next(now, periods + 1)
+        number = last.number + 1
         self.repaired += periods
         self.doubts += doubt
-        lost = WholeCounts(len(counts)).share(counts, periods)
-        numbered = (Packet(share, number=number) for number, share in enumerate(lost, last.number + 1))
-        return [*numbered, _numbered(packet)]
+        lost = zip(*(_evenly(count, periods) for count in counts)) if periods else ()
+        return [*(Packet(share, number=at) for at, share in enumerate(lost, number)),
+                self._trust(packet, number + periods)]
+
+    def _trust(self, packet, number):
+        """The packet is the newest one of the board, with that number; its `Packet`."""
+        packet.number = number
+        self._last, self._suspect = packet, None
+        return Packet(packet.counts, f"{packet.counts.text[:-1]}{number}\n", number)
 
 
 class _Gap(NamedTuple):
@@ -103,6 +100,6 @@ class _Gap(NamedTuple):
     restarted: bool          # whether a restart is likelier than these counts
 
 
-def _numbered(packet):
-    """The `Packet` of a CheckedPacket."""
-    return Packet(packet.counts, number=packet.number)
+def _evenly(count, periods):
+    """List of whole numbers, as equal as may be, whose sum is `count`."""
+    return [count * (at + 1) // periods - count * at // periods for at in range(periods)]

@@ -1,22 +1,15 @@
-"""Packets on the serial line and on the topics: written, read and checked.
+"""Plain packets, `m0:m1:m2;`: the text on the topics, and on the serial line of the thesis' firmware.
 
-A packet is plain (`m0:m1:m2;`) or checked, with a trailer behind the semicolon: docs/protocol.md. On the topic
-serial_read its number may stand there.
+Behind the semicolon, where a reader of plain packets stops, its number may stand on the topic serial_read.
 """
 
 import re
-
-from robotont_driver.protocol.board_status import BoardStatus
-from robotont_driver.protocol.checksum import has_checksum
 
 LONGEST_LINE = 256  # [bytes] without the newline; a longer line is dropped
 
 # far more than any motor can make, and few enough digits for every sum and square to stay finite
 _NUMBER = r"-?[0-9]{1,7}(?:\.[0-9]{1,9})?"
 _PLAIN = re.compile(rf"({_NUMBER}(?::{_NUMBER})*);(?:([0-9]{{1,15}})\n?\Z)?")
-
-# whole counts, counter, totals, status (from firmware 2.0 on; with at least 3 wheels it is longer than a total), CRC
-_CHECKED = re.compile(r"([^;.]*);([0-9A-F]{2})((?::[0-9A-F]{4})+)(?::([0-9A-F]{9,}))?:[0-9A-F]{4}\Z")
 
 
 class PacketError(ValueError):
@@ -25,10 +18,6 @@ class PacketError(ValueError):
     def __init__(self, kind, text):
         super().__init__(text)
         self.kind = kind
-
-
-class ForeignPacketError(PacketError):
-    """A valid checked packet of a board with another number of wheels."""
 
 
 def format_packet(values, decimals=0, number=None):
@@ -51,22 +40,6 @@ class Packet(tuple):
         packet.text = format_packet(packet, 0, number) if text is None else text
         packet.number = number
         return packet
-
-
-class WholeCounts:
-    """Whole counts of wheels out of fractions of edges: what one packet lacks, the next ones contain."""
-
-    def __init__(self, wheels):
-        self._rest = [0.0] * wheels  # [edges] that no packet has contained yet
-
-    def share(self, edges, periods=1):
-        """List of `Packet` of the `edges` (n numbers), as evenly as may be over so many periods."""
-        packets = []
-        for _ in range(periods):
-            due = [rest + edge / periods for rest, edge in zip(self._rest, edges)]
-            packets.append(Packet(map(round, due)))
-            self._rest = [edge - count for edge, count in zip(due, packets[-1])]
-        return packets
 
 
 def parse_packet(text, wheels):
@@ -96,47 +69,3 @@ def _explain(text, wheels):
             return PacketError("number", f"{field[:20]!r} is not a number of up to 7 digits, in {text[:40]!r}")
     return PacketError(
         "fields", "{} fields instead of {} in {!r}".format(body.count(":") + 1, wheels, text[:40]))
-
-
-class CheckedPacket:
-    """Feedback with a valid CRC: `counts` per wheel, packet `counter`, encoder `totals` modulo 2^16.
-
-    `status`: the board's BoardStatus; None from firmware before 2.0. Its reader's: `arrival`, an `Arrival`, and
-    `number`, which goes on where the counter begins again.
-    """
-
-    arrival = number = None
-
-    def __init__(self, line, wheels):
-        """From a line without newline. Raises PacketError."""
-        match = _CHECKED.match(line)
-        if not match:
-            raise PacketError("trailer", f"no valid trailer in {line[:60]!r}")
-        counts, counter, totals, status = match.groups()
-        if not has_checksum(line):
-            raise PacketError("checksum", f"wrong checksum in {line[:60]!r}")
-        self.counter = int(counter, 16)
-        self.totals = tuple([int(total, 16) for total in totals.split(":")[1:]])
-        if len(self.totals) != wheels:
-            found = len(self.totals)
-            raise ForeignPacketError("fields", f"{found} totals instead of {wheels} in {line[:60]!r}")
-        self.counts = parse_packet(counts + ";", wheels)
-        if status and len(status) not in (wheels + 6, wheels + 11):
-            raise PacketError("fields", f"not {wheels} faults in {line[:60]!r}")
-        self.status = BoardStatus.parse(status, wheels) if status else None
-
-    def missed_since(self, last):
-        """(periods, counts per wheel) that the board sent after packet `last` and before this one.
-
-        Totals are known modulo 2^16, so the counts are those of the smallest magnitude.
-        """
-        periods = (self.counter - last.counter - 1) % 256
-        counts = [
-            (total - before - count + 0x8000) % 0x10000 - 0x8000
-            for total, before, count in zip(self.totals, last.totals, self.counts)
-        ]
-        return periods, counts
-
-    def repeats(self, other):
-        """Whether both are the same packet."""
-        return self.counter == other.counter and self.totals == other.totals and self.counts == other.counts

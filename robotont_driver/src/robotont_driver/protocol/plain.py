@@ -1,22 +1,14 @@
 """The thesis' packets, `m0:m1:m2;`, as boards with the thesis' own firmware use them."""
 
 from robotont_driver.protocol.packet import Packet, PacketError, parse_packet
-from robotont_driver.protocol.protocol import LineProtocol
+from robotont_driver.protocol.protocol import Protocol
 
 
-class Plain(LineProtocol):
+class Plain(Protocol):
     """Plain packets both ways; what stands behind a semicolon is ignored."""
 
     name = "plain"
-
-    def __init__(self, wheels):
-        super().__init__(wheels)
-        self._first = True  # whether no line has come yet
-
-    def connect(self, now):
-        """Begin a new connection."""
-        super().connect(now)
-        self.banner, self._first = "", True
+    _first = True  # whether no line has come yet
 
     def read_line(self, text, now):
         """List of `Packet` that the line completes. Raises PacketError."""

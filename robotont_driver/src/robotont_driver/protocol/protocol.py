@@ -1,5 +1,6 @@
-"""What every protocol offers, and the values that pass between it and serial_com_node."""
+"""What every protocol offers, and the values that pass between it and its `Connection`."""
 
+import math
 from collections import Counter
 from typing import NamedTuple, Tuple
 
@@ -26,102 +27,40 @@ class ProtocolError(ValueError):
 
 
 class Protocol:
-    """The serial protocol of one kind of board: bytes in, counts and readings out; commands in, bytes out.
+    """The serial protocol of one kind of board, for one connection: bytes in, `Packet`s out; commands in, bytes out.
 
-    Pure: times `now` [s] are the caller's, from any clock that never goes back. A subclass sets the constants
-    and defines `read_line` or `feed`, and `encode`.
+    Pure: times `now` [s] are the caller's, from any clock that never goes back. A subclass sets the constants and
+    defines `read_line` and `encode`.
     """
 
     name = ""
-    pacing = 0.0   # [s] least time between the beginnings of two lines to the board; 0: none is needed
-    pause = 0.0    # [s] that hello and goodbye need before the next line
-    hello = b""    # sent once per connection, before the first command
-    goodbye = b""  # sent before the last stop
-    usb_id = ""    # "vendor:product" of the port, for the recognition; empty when unknown
-    packets = 0    # count tuples handed out
-    repaired = 0   # of these, how many stand for periods whose lines were lost
-    restarts = 0   # of the board
-    doubts = 0     # gaps in which the board may have restarted
+    pacing = 0.0    # [s] least time between the beginnings of two lines to the board; 0: none is needed
+    pause = 0.0     # [s] that hello and goodbye need before the next line
+    hello = b""     # sent once, before the first command
+    goodbye = b""   # sent before the last stop
+    fastest = math.inf  # [m/s] of a wheel's rim, to which the board limits each one alone
+    repaired = 0    # packets handed out for periods whose lines were lost
+    restarts = 0    # of the board
+    doubts = 0      # gaps in which the board may have restarted
     newest_error = ""  # description of the newest line that was not used
-    banner = ""    # newest start-up banner of the board
-    obstacle = ""  # why the board cannot be driven
-    doubt = ""     # about the robot's wheels on this board, which can be driven if its robot says so
+    banner = ""     # newest start-up banner of the board
+    obstacle = ""   # why the board must not be driven
+    complaint = ""  # a warning about a board that is driven nevertheless
+    misfit = ""     # between the robot's wheels and the board: drives only where the robot's folder names the protocol
 
     def __init__(self, wheels):
         self.wheels = wheels
+        self.packets = 0          # handed out
         self.dropped = Counter()  # lines that were not used, by reason
-        self._readings = []
-
-    @property
-    def spoken(self):
-        """The protocol in use: this one, unless another was recognised."""
-        return self
-
-    @property
-    def description(self):
-        """The protocol as the diagnostics show it."""
-        return self.name
-
-    @property
-    def complaint(self):
-        """A warning about a board that can be driven nevertheless; empty when all is well."""
-        return ""
-
-    def report_board(self):
-        """(errors, warnings, values): what the board reports about itself; lists of sentences, and values by name.
-
-        Call it once per report of the diagnostics: it may contain what is new since the last one.
-        """
-        return [self.obstacle] if self.obstacle else [], [], {"board": self.banner}
-
-    def tick(self, now):
-        """Advance the time while no data arrives."""
-
-    def connect(self, now):
-        """Begin a new connection: forget all about the board; its first line may be incomplete."""
-
-    def feed(self, data, now):
-        """List of `Packet` of whole counts, one per PID period, that `data` completes.
-
-        No data can raise out of it.
-        """
-        raise NotImplementedError
-
-    def encode(self, command):
-        """Bytes of one line for a command, a `Packet`; empty while nothing may be sent."""
-        raise NotImplementedError
-
-    def encode_lights(self, first, colours):
-        """List of lines (bytes) that colour the lights `first`, `first` + 1, ...; colours: (r, g, b), 0..255.
-
-        Empty where the board has no lights.
-        """
-        return []
-
-    def take_readings(self):
-        """List of `Ranges` and `Power` that came since the last call."""
-        readings, self._readings = self._readings, []
-        return readings
-
-    def stop(self):
-        """Bytes of the line that stops all wheels."""
-        return self.encode(Packet([0] * self.wheels.amount))
-
-
-class LineProtocol(Protocol):
-    """A protocol of text lines: `read_line(text, now)` gets each and may raise PacketError."""
-
-    def __init__(self, wheels):
-        super().__init__(wheels)
+        self.readings = []        # `Ranges` and `Power` that nobody has taken yet
         self._reach = counts_in_reach(wheels)  # [edges] more in one period is taken for an error
         self._splitter = LineSplitter()
 
-    def connect(self, now):
-        """Begin a new connection."""
-        self._splitter = LineSplitter()
-
     def feed(self, data, now):
-        """List of `Packet` that `data` completes; lines that are refused are counted in `dropped`, by kind."""
+        """List of `Packet`, one per PID period, that `data` completes; no data can raise out of it.
+
+        Lines that are refused are counted in `dropped`, by kind.
+        """
         packets = []
         for line in self._splitter.feed(data):
             try:
@@ -136,17 +75,35 @@ class LineProtocol(Protocol):
         return packets
 
     def read_line(self, text, now):
-        """List of `Packet` that the line completes. Raises PacketError."""
+        """List of `Packet` that a line completes. Raises PacketError."""
         raise NotImplementedError
+
+    def encode(self, command):
+        """Bytes of one line for a command, a `Packet`."""
+        raise NotImplementedError
+
+    def stop(self):
+        """Bytes of the line that stops all wheels."""
+        return self.encode(Packet([0] * self.wheels.amount))
+
+    def encode_lights(self, first, colours):
+        """List of lines (bytes) that colour the lights `first`, `first` + 1, ...; colours: (r, g, b), 0..255.
+
+        Empty where the board has no lights.
+        """
+        return []
+
+    def report_board(self):
+        """(errors, warnings, values): what the board reports about itself; lists of sentences, and values by name.
+
+        Call it once per report of the diagnostics: it may contain what is new since the last one.
+        """
+        return [], [], {"board": self.banner}
 
     def check_reach(self, edges):
         """Raise PacketError where a wheel (n) has made more edges in a period than its motor can."""
         if max(map(abs, edges)) > self._reach:
             raise PacketError("reach", f"more than {self._reach} edges in one period")
-
-    def count(self, recovered):
-        """Take over the numbers of what `recovered`, a LostPackets or PoseTracker, has counted so far."""
-        self.repaired, self.restarts, self.doubts = recovered.repaired, recovered.restarts, recovered.doubts
 
 
 def decode(line):

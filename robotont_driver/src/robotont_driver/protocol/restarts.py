@@ -8,8 +8,7 @@ between the packets is not one that the wheels have made. Where their speeds do 
 import math
 from typing import NamedTuple
 
-from robotont_driver.timing.odometry_stamps import LARGEST_DRIFT
-
+LARGEST_DRIFT = 0.02  # part by which the board's period may differ from the nominal one
 HELD = 20.0       # [periods] whose packets the link may have held back when it was opened
 JITTER = 2.0      # [periods] by which a packet may come too early or too late after its predecessor
 EARLY = 10.0      # [periods] by which no packet comes too early, unless the board is faster than its robot's parameters

@@ -4,63 +4,84 @@ import time
 
 from robotont_driver.ros.diagnostics import ERROR, OK, WARN, Rate
 
+LOST = 0.1  # part of the periods whose lines may be lost without a warning
+
 
 class LinkReport:
-    """Tasks for `Health`. link: `SerialLink`; protocol: the expected one; refusals: `Refusals` of serial_write."""
+    """Tasks for `Health`. link: `SerialLink`, whose `connection` has all that is told of a board; refusals: `Refusals`.
 
-    def __init__(self, link, protocol, refusals, battery):
+    Numbers of lines and packets are those since the port was opened.
+    """
+
+    def __init__(self, link, refusals, battery):
         self._link = link
-        self._protocol = protocol
         self._refusals = refusals
         self._battery = battery
+        self._failures = 0   # of this program, already reported
+        self._connection = None
+        self._begin()
+
+    def _begin(self):
         self._rate = Rate()
-        self._failures = 0        # of this program, already reported
-        self._trouble_before = 0  # errors up to the last report
+        self._seen = 0, 0, 0  # errors, packets and repaired ones up to the last report
 
     def report_link(self):
         """Level, words and values of the line."""
-        protocol, link = self._protocol.spoken, self._link
-        read = protocol.packets - protocol.repaired
-        rate = self._rate.look(read, time.monotonic())
-        dropped = sum(protocol.dropped.values())
-        errors = dropped + self._refusals.amount
-        new_errors, self._trouble_before = max(0, errors - self._trouble_before), errors
+        link, connection, now = self._link, self._link.connection, time.monotonic()
+        if connection is not self._connection:
+            self._connection = connection
+            self._begin()
+        protocol = connection and connection.protocol
+        dropped = dict(protocol.dropped) if protocol else {}
+        packets, repaired = (protocol.packets, protocol.repaired) if protocol else (0, 0)
+        rate = self._rate.look(packets - repaired, now)
         values = {
-            "packets": protocol.description,
+            "connection": connection.state(now) if connection else "closed",
+            "packets": protocol.name if protocol else "not known yet",
             "packets read per second": f"{rate:.1f}",
-            "packets read": read,
-            "packets published": protocol.packets,
-            "packets written": link.writer.sent,
-            "commands overtaken by newer ones": link.writer.outbox.replaced,
+            "packets read": packets - repaired,
+            "packets published": packets,
+            "packets written": link.sent,
+            "commands overtaken by newer ones": link.replaced,
             "commands while the port was closed": link.unsent,
             "commands refused": self._refusals.amount,
             "commands too old": link.outdated,
             "times that this node was stopped or starved": link.stalls.stalls,
             "stops for lack of commands": link.timeouts,
-            "lines dropped": dropped,
-            **{"lines dropped: " + kind: count for kind, count in sorted(protocol.dropped.items())},
-            "periods repaired": protocol.repaired,
-            "board restarts": protocol.restarts,
-            "lost lines that may have been a restart": protocol.doubts,
+            "lines dropped": sum(dropped.values()),
+            **{"lines dropped: " + kind: count for kind, count in sorted(dropped.items())},
+            "periods repaired": repaired,
+            "board restarts": protocol.restarts if protocol else 0,
+            "lost lines that may have been a restart": protocol.doubts if protocol else 0,
             "reconnects": max(0, link.opened - 1),
             "faults of this program": link.failures,
         }
+        errors = sum(dropped.values()) + self._refusals.amount
+        seen = errors, packets, repaired
+        new_errors, new_packets, lost = (new - before for new, before in zip(seen, self._seen))
+        self._seen = seen
         new_failures, self._failures = link.failures - self._failures, link.failures
         if new_failures:
             return ERROR, f"a fault of serial_com_node itself, {link.failure}; please report it, with its log", values
         if link.trouble:
             return ERROR, link.trouble, values
-        if protocol.complaint:
-            return WARN, protocol.complaint, values
-        if rate == 0.0:
-            return WARN, silence(protocol, new_errors), values
-        if new_errors:
-            return WARN, f"{new_errors} lines dropped in the last second: check cable and baudrate", values
-        return OK, f"{rate:.0f} packets/s, {protocol.name}", values
+        warning = connection.complaint
+        if not warning and rate == 0.0:
+            warning = silence(protocol, new_errors)
+        elif not warning and lost > LOST * new_packets:
+            warning = f"{lost / new_packets:.0%} of the board's lines are lost: check cable and baudrate"
+        elif not warning and new_errors:
+            warning = f"{new_errors} lines dropped in the last second: check cable and baudrate"
+        return (WARN, warning, values) if warning else (OK, f"{rate:.0f} packets/s, {protocol.name}", values)
 
     def report_board(self):
         """Level, words and values of what the board says of itself."""
-        errors, warnings, values = self._protocol.spoken.report_board()
+        connection = self._link.connection
+        errors, warnings, values = [], [], {}
+        if connection and connection.protocol:
+            errors, warnings, values = connection.protocol.report_board()
+        if connection and connection.obstacle and connection.obstacle not in errors:
+            errors.insert(0, connection.obstacle)
         empty, words = self._battery.complaint
         (errors if empty else warnings).extend([words] if words else [])
         if self._link.trouble:
@@ -71,7 +92,7 @@ class LinkReport:
 
 def silence(protocol, dropped):
     """Message about a board that has sent no packet since the last report, but lines that were `dropped`."""
-    if not dropped:
+    if not dropped or protocol is None:
         return "port open, but no packets: is the firmware running, at this baudrate?"
     return (f"{dropped} lines came in the last second, and none is a packet of a board that speaks {protocol.name}: "
             f"{protocol.newest_error}; is it another board (~packets), another firmware, or another baudrate?")

@@ -4,7 +4,9 @@ The messages of `power_supply`, `led_pixel` and `led_segment` are those of the o
 it there are only `range` and `battery`.
 """
 
+import contextlib
 import math
+import queue
 import time
 
 import rospy
@@ -12,7 +14,8 @@ from geometry_msgs.msg import TransformStamped
 from sensor_msgs.msg import BatteryState, Range
 from tf2_msgs.msg import TFMessage
 
-from robotont_driver.protocol.protocol import Power, Ranges
+from robotont_driver.protocol.protocol import Ranges
+from robotont_driver.ros.worker import Worker
 
 try:
     from robotont_msgs.msg import LedModulePixel, LedModuleSegment, PowerSupply
@@ -21,6 +24,7 @@ except ImportError:
 
 FIELD_OF_VIEW = math.radians(25)
 NEAREST, FARTHEST = 0.04, 4.0  # [m]
+MOST_WAITING = 50  # readings
 # Where the range sensors sit in base_link: distance from the centre [m], angle of the place and angle of the view
 # [rad], both clockwise from forward.
 SENSORS = (
@@ -31,9 +35,10 @@ SENSORS = (
 
 
 class OfficialTopics:
-    """Publishes readings of a protocol; `light(first, colours)` is called for messages that colour lights.
+    """Publishes a board's readings; `light(first, colours)` is called for messages that colour lights.
 
-    battery: a `Battery`.
+    battery: a `Battery`. It has a thread of its own: a publisher is made when its first reading comes, which asks the
+    master, and a master that hangs must hold up nobody.
     """
 
     def __init__(self, sensor_prefix, base_frame, battery, light):
@@ -41,18 +46,24 @@ class OfficialTopics:
         self._sensor_prefix = sensor_prefix
         self._base_frame = base_frame
         self._light = light
+        self._readings = queue.Queue(MOST_WAITING)
         self._publishers = {}  # by topic; made when the first reading comes
         if LedModulePixel:
             rospy.Subscriber("led_pixel", LedModulePixel, self._on_pixel, queue_size=50)
             rospy.Subscriber("led_segment", LedModuleSegment, self._on_segment, queue_size=50)
+        Worker(self._publish)
 
     def publish(self, readings):
-        """Publish a list of `Ranges` and `Power`."""
+        """Publish a list of `Ranges` and `Power` soon; those that find no room are dropped."""
         for reading in readings:
-            if isinstance(reading, Ranges):
-                self._publish_ranges(reading)
-            elif isinstance(reading, Power):
-                self._publish_power(reading)
+            with contextlib.suppress(queue.Full):
+                self._readings.put_nowait(reading)
+
+    def _publish(self):
+        with contextlib.suppress(queue.Empty):
+            reading = self._readings.get(timeout=1.0)
+            (self._publish_ranges if isinstance(reading, Ranges) else self._publish_power)(reading)
+        return 0.0
 
     def _publish_ranges(self, ranges):
         if "range" not in self._publishers:

@@ -11,8 +11,8 @@ import time
 
 from robotont_driver.link.exclusive_port import explain, heard, opened, usb_id
 from robotont_driver.parameters.command_line import CommandLine
+from robotont_driver.protocol.connection import Connection
 from robotont_driver.protocol.protocol import ProtocolError
-from robotont_driver.protocol.protocols import expect_protocol
 from robotont_driver.robots.robot_folder import read_robot
 from robotont_driver.tools.bring_up import QUESTIONS, BringUp, BringUpError, bring_up
 
@@ -60,12 +60,10 @@ class TurnedWheels:
                 f"{self._degrees()[wheel]:+.0f} degrees in all")
 
 
-def watch(port, protocol, turned, seconds):
+def watch(port, connection, turned, seconds):
     """Print what the wheels do for a time [s]. Raises OSError."""
-    protocol.usb_id = usb_id(port)
-    protocol.connect(time.monotonic())
     for data in heard(port, 115200, seconds):
-        for packet in protocol.feed(data, time.monotonic()):
+        for packet in connection.feed(data, time.monotonic()):
             for text in turned.add(packet):
                 show(text)
 
@@ -107,7 +105,7 @@ def main(arguments=None):
     try:
         found = read_robot(options.robot)
         wheels = found.wheels
-        protocol = expect_protocol(found.packets, wheels)
+        connection = Connection(wheels, found.packets, usb_id=usb_id(options.port), now=time.monotonic())
     except (ProtocolError, ValueError, OSError) as error:
         print(f"turned_wheels: {error}", file=sys.stderr)
         return 1
@@ -120,15 +118,15 @@ def main(arguments=None):
         show("Turn each wheel by hand, or the whole robot on the floor: turned "
              f"{ROTATION[math.copysign(1, wheels.levers[0])]}, {which} must count forward. Ctrl-C ends it.")
         try:
-            watch(options.port, protocol, turned, options.seconds)
+            watch(options.port, connection, turned, options.seconds)
         except KeyboardInterrupt:
             print()
     except (OSError, ValueError) as error:
         print(f"turned_wheels: {explain(options.port, error)}", file=sys.stderr)
         return 1
-    spoken = protocol.spoken
-    if spoken.obstacle or not spoken.packets:
-        print(f"turned_wheels: {spoken.obstacle or spoken.complaint or 'no packets came'}", file=sys.stderr)
+    if connection.obstacle or not (connection.protocol and connection.protocol.packets):
+        words = connection.obstacle or connection.complaint or "no packets came"
+        print(f"turned_wheels: {words}", file=sys.stderr)
         return 1
     print(turned.verdict)
     return 0

@@ -5,7 +5,8 @@ import importlib.util
 import sys
 
 from robotont_driver.link.exclusive_port import explain, heard, usb_id
-from robotont_driver.protocol.handshake import LEAST_WHEELS, PATIENCE, REFUSED, ROBOTS, Listener, explained
+from robotont_driver.protocol.connection import PATIENCE
+from robotont_driver.protocol.handshake import LEAST_WHEELS, REFUSED, ROBOTS, Listener, explained
 
 LINE = "roslaunch robotont_bringup robot.launch {} port:={}"
 

@@ -1,0 +1,167 @@
+"""One open port and the board behind it, from the opening to the loss: the protocol, counters, and what is wrong."""
+
+from robotont_driver.protocol.board_wheels import DISTANCE
+from robotont_driver.protocol.checked import Checked
+from robotont_driver.protocol.handshake import REFUSED, ROBOTS, Listener
+from robotont_driver.protocol.packet import Packet, format_packet
+from robotont_driver.protocol.plain import Plain
+from robotont_driver.protocol.protocol import ProtocolError
+from robotont_driver.protocol.robotont2 import Robotont2
+from robotont_driver.protocol.robotont3 import USB_ID, Robotont3
+
+AUTO = "auto"
+KINDS = {kind.name: kind for kind in (Plain, Checked, Robotont2, Robotont3)}
+NAMES = (AUTO, *KINDS)
+OFFICIAL = (Robotont2.name, Robotont3.name)  # their boards tell at once who they are
+ST_LINK = "0483:374b"   # USB id of a NUCLEO board's port
+PATIENCE = 1.0          # [s] of listening before a board of unknown protocol gets plain packets
+SILENCE = 5.0           # [s] without a packet after which a board that has spoken is silent
+LONGEST_KEPT = 4096     # [bytes]
+CLOSED, LISTENING, SPEAKING, SILENT = "closed", "listening", "speaking", "silent"
+
+
+def make_protocol(name, wheels, board_distance=DISTANCE):
+    """The protocol of a name out of KINDS for `Wheels`. Raises ProtocolError when its board cannot have such wheels.
+
+    board_distance: [m] from centre to wheel, as the official firmware assumes it.
+    """
+    return KINDS[name](wheels, board_distance) if name in OFFICIAL else KINDS[name](wheels)
+
+
+class Connection:
+    """Made anew whenever the port is opened; knows nothing of the one before.
+
+    packets: one of NAMES: plain and checked are taken at their word; an official board has to show by its lines that it
+    is the robot's; auto: any board that fits the wheels. usb_id: "vendor:product" of the port, if known. Nothing is
+    sent before the board is known, but with auto plain packets after PATIENCE, for a board that only receives.
+    Times `now` [s] are the caller's. Pure; no data can raise out of it. Raises ProtocolError as `make_protocol`.
+    """
+
+    def __init__(self, wheels, packets=AUTO, board_distance=DISTANCE, usb_id="", now=0.0):
+        self._wheels = wheels
+        self._distance = board_distance
+        self._usb_id = usb_id
+        self._expected = packets if packets in OFFICIAL else ""
+        self.protocol = None if packets == AUTO or self._expected else make_protocol(packets, wheels)
+        self._listener = Listener(usb_id, wheels.amount)
+        self._kept = b""     # newest bytes, for the protocol that they may turn out to belong to
+        self._opened = now
+        self._spoke = None   # [s] when the newest packet came
+        self._refusal = ""   # of the board, at the handshake
+        self._rate = PacketRate(wheels.pid_frequency)
+        self.trouble = ""    # why the port is closed
+        if self._expected:
+            make_protocol(self._expected, wheels, board_distance)
+
+    def state(self, now):
+        """CLOSED, LISTENING (no packet yet), SPEAKING, or SILENT, where a board that has spoken does so no more."""
+        if self.trouble:
+            return CLOSED
+        if self._spoke is None:
+            return LISTENING
+        return SILENT if now - self._spoke > SILENCE else SPEAKING
+
+    @property
+    def obstacle(self):
+        """Why the board is not driven; empty when it is."""
+        return self._refusal or (self.protocol.obstacle or self._rate.obstacle if self.protocol else "")
+
+    @property
+    def complaint(self):
+        """A warning: what was heard of an unknown board, or what is odd about a known one; empty when all is well."""
+        if self.obstacle:
+            return ""
+        return self.protocol.complaint or self._rate.complaint if self.protocol else self._listener.heard
+
+    def feed(self, data, now):
+        """List of `Packet` that `data` completes, those that led to the handshake included."""
+        if self.protocol is None:
+            self._kept = (self._kept + data)[-LONGEST_KEPT:]
+            name = self._listener.feed(data)
+            if name is None or not self._agree(name):
+                return []
+            data, self._kept = self._kept, b""
+        packets = self.protocol.feed(data, now)
+        if packets:
+            self._spoke = now
+            self._rate.look(self.protocol.packets, now)
+        return packets
+
+    def _agree(self, name):
+        """Use the protocol from now on; returns whether it is the robot's."""
+        if self._expected and {name, self._expected} <= set(OFFICIAL):  # generations 2 and 3 differ by their ports only
+            wrong_port = {Robotont2.name: USB_ID, Robotont3.name: ST_LINK}[self._expected]
+            name = self._expected if self._usb_id != wrong_port else name
+        self._refusal = REFUSED.get(name, "")
+        if self._refusal:
+            return False
+        misfit = f"its driver.yaml has packets: {self._expected}" if self._expected and name != self._expected else ""
+        if not misfit:
+            try:
+                protocol = make_protocol(name, self._wheels, self._distance)
+                misfit = "" if self._expected else protocol.misfit
+            except ProtocolError as error:
+                misfit = str(error)
+        if misfit:
+            flashed = "robot:=robotont21 for a Robotont 2 that was flashed, else " if self._expected and \
+                name in (Plain.name, Checked.name) else ""
+            self._refusal = (f"the board speaks {name}, which does not fit this robot ({misfit}): {flashed}"
+                             + ROBOTS[name])
+            return False
+        self.protocol = protocol
+        return True
+
+    def encode(self, command, now):
+        """Bytes of a line for a command, a `Packet`; empty while nothing may be sent."""
+        if self.protocol:
+            return self.protocol.stop() if self._rate.obstacle else self.protocol.encode(command)
+        listens = self._refusal or self._expected or now - self._opened < PATIENCE
+        return b"" if listens else command.text.encode("ascii")
+
+    def stop(self, now):
+        """Bytes of the line that stops all wheels; empty while nothing may be sent."""
+        return self.encode(Packet([0] * self._wheels.amount), now)
+
+    def last_stop(self):
+        """Bytes of the line with which a connection ends: of an unknown board the thesis' stop, which may be right."""
+        return self.protocol.stop() if self.protocol else format_packet([0] * self._wheels.amount).encode("ascii")
+
+
+class PacketRate:
+    """Whether packets come at the robot's rate `nominal` [Hz], those of lost lines included where they are known.
+
+    Judged by two spans in a row: a computer that stood still gets too few, then too many.
+    """
+
+    SPAN = 2.0                # [s]
+    ODD, WRONG = 1.1, 1.5     # times the nominal rate, or that part of it
+
+    def __init__(self, nominal):
+        self._nominal = nominal
+        self._begin = None           # (packets, time) of the span
+        self._rates = (nominal, nominal)  # [Hz] of the newest two spans
+
+    def look(self, packets, now):
+        """So many packets have come until `now` [s]."""
+        before, since = self._begin or (packets, now)
+        if now - since >= self.SPAN:
+            self._rates = self._rates[1], (packets - before) / (now - since)
+            before, since = packets, now
+        self._begin = before, since
+
+    def _off(self, factor):
+        slowest, fastest = min(self._rates), max(self._rates)
+        off = slowest > self._nominal * factor or fastest < self._nominal / factor
+        words = f"{self._rates[1]:.0f} packets come per second instead of {self._nominal:g} (pidControlFrequency)"
+        return words if off else ""
+
+    @property
+    def obstacle(self):
+        """Why a board at such a rate is not driven; empty when it is."""
+        off = self._off(self.WRONG)
+        return f"{off}: another robot's board, other firmware, or most of its lines are lost; not driven" if off else ""
+
+    @property
+    def complaint(self):
+        """A warning about a rate that is a little off; empty when it is right."""
+        return self._off(self.ODD)

@@ -3,6 +3,7 @@
 import time
 
 from robotont_driver.link import exclusive_port as serial_port
+from robotont_driver.tools import which_robot
 from robotont_driver.tools.which_robot import main
 
 
@@ -12,8 +13,18 @@ def test_it_names_the_launch_line_and_sends_nothing(official_board, capsys):
     assert main([port.link, "--seconds", "20"]) == 0
     assert time.monotonic() - begun < 15
     output = capsys.readouterr().out
-    assert all(part in output for part in ("speaks robotont2", "robot:=robotont2 port:=", port.link))
+    assert all(part in output for part in (f"the board at {port.link} speaks robotont2", "robot:=robotont2 port:=", port.link))
     assert port.heard == []
+
+
+def test_without_a_port_it_listens_to_each_that_there_is(official_board, capsys, monkeypatch):
+    port = official_board("robotont2")
+    monkeypatch.setattr(which_robot, "serial_ports", lambda: [port.link, port.link])
+    assert main(["--seconds", "20"]) == 0
+    assert capsys.readouterr().out.count("robot:=robotont2 port:=") == 1
+    monkeypatch.setattr(which_robot, "serial_ports", lambda: [])
+    assert main([]) == 1
+    assert "there is no serial port" in capsys.readouterr().err
 
 
 def test_a_port_that_is_not_there_and_a_board_that_is_unknown(official_board, capsys, monkeypatch):

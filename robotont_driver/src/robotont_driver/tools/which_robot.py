@@ -2,9 +2,10 @@
 
 import argparse
 import importlib.util
+import os
 import sys
 
-from robotont_driver.link.exclusive_port import explain, heard, usb_id
+from robotont_driver.link.exclusive_port import explain, heard, serial_ports, usb_id
 from robotont_driver.protocol.connection import PATIENCE
 from robotont_driver.protocol.handshake import LEAST_WHEELS, REFUSED, ROBOTS, Listener, explained
 
@@ -27,21 +28,30 @@ def listen(port, baudrate, seconds):
     return None, listener.heard
 
 
+def tell(port, baudrate, seconds):
+    """Print what the board at a port is, and the line that starts it; the exit status."""
+    try:
+        name, received = listen(port, baudrate, seconds)
+    except (OSError, ValueError) as error:
+        print(f"which_robot: {explain(port, error)}", file=sys.stderr)
+        return 1
+    if name is None:
+        print(f"which_robot: {port}: {received}", file=sys.stderr)
+        return 1
+    model = "" if importlib.util.find_spec("xacro") else " description:=false"  # no xacro, no model
+    print(f"the board at {port} speaks {explained(name)}; start it with\n  {LINE.format(received, port)}{model}")
+    return 0
+
+
 def main(arguments=None):
     """Run; returns the exit status."""
     parser = argparse.ArgumentParser(prog="which_robot", description=__doc__)
-    parser.add_argument("port", nargs="?", default="/dev/ttyACM0", help="serial port [%(default)s]")
+    parser.add_argument("port", nargs="?", help="serial port [each that there is]")
     parser.add_argument("--baudrate", type=int, default=115200, help="[%(default)s]")
     parser.add_argument("--seconds", type=float, default=2 * PATIENCE, help="how long to listen [%(default)s]")
     options = parser.parse_args(arguments)
-    try:
-        name, received = listen(options.port, options.baudrate, options.seconds)
-    except (OSError, ValueError) as error:
-        print(f"which_robot: {explain(options.port, error)}", file=sys.stderr)
-        return 1
-    if name is None:
-        print(f"which_robot: {options.port}: {received}", file=sys.stderr)
-        return 1
-    model = "" if importlib.util.find_spec("xacro") else " description:=false"  # no xacro, no model
-    print(f"the board speaks {explained(name)}; start it with\n  {LINE.format(received, options.port)}{model}")
-    return 0
+    ports = [options.port] if options.port else list({os.path.realpath(port): port for port in serial_ports()}.values())
+    if not ports:
+        print("which_robot: there is no serial port: is the board plugged in, with a cable that carries data?",
+              file=sys.stderr)
+    return max([tell(port, options.baudrate, options.seconds) for port in ports], default=1)

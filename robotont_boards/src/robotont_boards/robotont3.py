@@ -177,8 +177,8 @@ class Robotont3Board(Board):
         return within(60 * error + self._sums[wheel] - change / self.PERIOD, 100)
 
     def _turn(self, duties, elapsed):
-        """The motors have turned with the duties of the loop before."""
-        efforts = [duty / 100 if abs(duty) >= self.WEAKEST else 0.0 for duty in self._duties]
+        """The motors have turned with the duties of the loop before, in whole percent."""
+        efforts = [int(duty) / 100 if abs(duty) >= self.WEAKEST else 0.0 for duty in self._duties]
         self._duties = duties
         self.speeds = [count * METRES_PER_EDGE / elapsed for count in self.motors.turn(efforts, elapsed)]
 

@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 from protocol_bench import Bench, official_wheels
 
+from robotont_driver.protocol.board_wheels import BoardWheels
 from robotont_driver.protocol.packet import PacketError
-from robotont_driver.protocol.pose_feedback import PoseLine, body_step, parse_pose, rotate
+from robotont_driver.protocol.pose_feedback import PoseLine, PoseTracker, body_step, parse_pose, rotate
 from robotont_driver.protocol.protocol import Power, Ranges
 from robotont_driver.protocol.robotont2 import Robotont2
 
@@ -38,7 +39,7 @@ def test_a_square_and_a_turning_circle_end_where_the_board_says(base_frame):
 
 
 @pytest.mark.parametrize("lost, jitter, stall, edges", [
-    (0.0, 0.0, 0.0, 0.1), (0.0, 0.002, 0.0, 4.0), (0.2, 0.002, 0.0, 15.0), (0.0, 0.001, 0.5, 11.0),
+    (0.0, 0.0, 0.0, 0.1), (0.0, 0.002, 0.0, 4.0), (0.2, 0.002, 0.0, 25.0), (0.0, 0.001, 0.5, 11.0),
     (0.05, 0.002, 0.3, 11.0)])
 def test_generation_3_loses_no_edge_where_its_pose_is_late_by_its_display(lost, jitter, stall, edges):
     chance, bench = random.Random(7), Bench("robotont3")
@@ -59,6 +60,20 @@ def test_generation_3_loses_no_edge_where_its_pose_is_late_by_its_display(lost, 
     off = [sum(column) - true for column, true in zip(zip(*bench.counts), bench.motors._counted)]
     assert max(map(abs, off)) <= edges
     assert bench.protocol.restarts == 0
+
+
+def test_a_longer_loop_is_no_jump_of_the_speed_and_a_robot_that_stands_has_all_of_its_way():
+    wheels = BoardWheels(official_wheels())
+    tracker = PoseTracker(wheels, 60, lambda edges, elapsed: round(elapsed, 2))
+    now, x, moved = 0.0, 0.0, []
+    for loop in range(200):
+        speed = 0.2 if loop < 199 else 0.0
+        now, x = now + (0.025 if loop % 10 == 9 else 0.02), x + speed * 0.02
+        moved += tracker.update(PoseLine(x, 0.0, 0.0, speed, 0.0, 0.0), now)
+    usual = max(wheels.edges((0.2 * 0.02, 0.0, 0.0)))
+    most = [max(map(abs, edges)) for edges in moved[:-1]]
+    assert 0.999 * usual < min(most) <= max(most) < 1.1 * usual
+    assert sum(max(edges) for edges in moved) == pytest.approx(usual * (199 + 19 * 0.25), abs=0.1)
 
 
 def line_noise(lines, bytes_):

@@ -20,6 +20,7 @@ _NOT_FINITE = re.compile(r"ODOM:.*(nan|inf)", re.IGNORECASE)
 PRINTED = 2e-6        # [m, rad] two roundings to six decimals, and as much again
 SINGLE = 1.5e-7       # relative error of the board's single-precision pose
 CONFIRMED = 3         # lines that must agree before a jump is believed; two did so by chance in 4 of a million
+SPREAD = 0.2          # part of what is owed that a packet has: speeds stay even
 SMALLEST_EDGES = 1.0  # [edges per period] slower than this, the speed gives no estimate of the elapsed periods
 
 
@@ -68,6 +69,7 @@ class PoseTracker:
         self._suspects = []      # (line, now) that follow each other, but not it: noise, losses, or a restart
         self._in_base = True     # whether twists are in base_link: from firmware 2.1.3 on
         self._speed = [0.0] * 3  # [edges] of the newest period
+        self._owed = [0.0] * 3   # [edges] made in what a period was longer, which the next packets have as well
 
     def restart(self, now):
         """The board reports that it starts: its pose is the origin."""
@@ -118,7 +120,10 @@ class PoseTracker:
             self._in_base = in_base
         self._speed = self._own_period(before.yaw, line)
         length = self._length(self._speed, self._take(line, now, 1))
-        return [edges * length for edges in self._speed]
+        part = SPREAD if any(self._speed) else 1.0
+        more = [owed + edges * (length - 1) for owed, edges in zip(self._owed, self._speed)]
+        self._owed = [edges * (1 - part) for edges in more]
+        return [edges + owed * part for edges, owed in zip(self._speed, more)]
 
     def _own_period(self, yaw, line):
         """Edges of a line's own period by its twist, which began at `yaw`."""

@@ -1,16 +1,13 @@
-"""20 robots with masters of their own for minutes, then 200 that only talk: all there, states young, STOP at once."""
+"""20 robots with masters of their own for minutes: all there, states young, STOP at once, no memory grows."""
 
-import json
 import os
-import threading
 import time
 from pathlib import Path
 
 import pytest
-from fleet_rig import PATIENCE, STATE, Rig, memory, stop_time, wait_until_driving
+from fleet_rig import PATIENCE, Rig, memory, stop_time, wait_until_driving
 
-from robotont_fleet import zenoh_keys as keys
-from robotont_fleet.zenoh_setup import client_settings, open_session, zenoh
+from robotont_fleet.zenoh_setup import zenoh
 from robotont_testing.figures import percentile
 from robotont_testing.harness import wait_for
 
@@ -18,7 +15,6 @@ pytestmark = [pytest.mark.skipif(zenoh is None, reason="no zenoh on this system"
 SECONDS = float(os.environ.get("ROBOTONT_FLEET_SECONDS", "600"))
 ROBOTS = int(os.environ.get("ROBOTONT_FLEET_ROBOTS", "20"))
 STOPS = int(os.environ.get("ROBOTONT_FLEET_STOPS", "20"))
-STAND_INS = int(os.environ.get("ROBOTONT_FLEET_STAND_INS", "200"))
 
 
 def processor_time(pid):
@@ -72,51 +68,3 @@ def test_robots_with_masters_of_their_own():
             rig.release()
         check_stops(took)
         assert grown < 10.0
-
-
-def test_stand_ins_without_ros():
-    with Rig() as rig:
-        rig.start_page()
-        ended, heard = threading.Event(), {}  # {name: its newest order}
-        sessions = [open_session(client_settings(f"tcp/127.0.0.1:{rig.router_port}")) for _ in range(20)]
-        names = [(f"s{number}", sessions[number % len(sessions)]) for number in range(STAND_INS)]
-        tokens = [session.liveliness().declare_token(keys.alive_key(name, "a")) for name, session in names]
-        for name, session in names:
-            session.declare_subscriber(keys.order_key(name), lambda sample, name=name: heard.update(
-                {name: json.loads(sample.payload.to_bytes())}))
-
-        def talk():
-            """All twice a second, and at once who has heard a stop or a release."""
-            confirmed, due = {}, 0.0
-            while not ended.wait(0.02):
-                all_talk = time.monotonic() >= due
-                for name, session in names:
-                    order = heard.get(name, {})
-                    if all_talk or order != confirmed.get(name):
-                        confirmed[name] = order
-                        stops = [order["number"]] if order.get("kind") == "stop" else []
-                        session.put(keys.state_key(name), json.dumps(
-                            {**STATE, "confirmed": stops, "number": time.monotonic_ns() // 10 ** 6}))
-                due = time.monotonic() + 0.5 if all_talk else due
-        talker = threading.Thread(target=talk)
-        talker.start()
-        try:
-            wait_for(lambda: len([one for one in rig.view()["robots"] if one["age"] is not None]) == len(tokens),
-                     "all", PATIENCE)
-            watch(rig, len(tokens), SECONDS)
-            took = []
-            for _ in range(STOPS):
-                before, began = dict(heard), time.monotonic()
-                rig.order(kind="stop")
-                wait_for(lambda before=before: all(heard.get(name) != before.get(name) for name, _ in names),
-                         "the stop at all", PATIENCE, period=0.001)
-                took.append(time.monotonic() - began)
-                wait_for(lambda: len(rig.stop_state()["stand"]) == len(tokens), "confirmations", PATIENCE)
-                rig.order(kind="release")
-                wait_for(lambda: not rig.stop_state()["left"], "the release", PATIENCE)
-            check_stops(took)
-        finally:
-            ended.set()
-            talker.join()
-            for session in sessions:
-                session.close()

@@ -149,6 +149,7 @@ def test_a_robot_that_blinks_keeps_its_card_and_of_namesakes_each_must_confirm(r
     room.come("r1", "b")
     assert cards() == [("b", True, None)]
     room.come("r1", "c")
+    assert room.needs()["r1"] == "namesakes"
     room.fleet.stop("r1")
     room.confirm("r1", "b")
     assert room.repeated() == ["r1"]
@@ -197,8 +198,9 @@ def test_stops_survive_the_page_and_its_file_is_read_in_doubt_as_a_stop(room, tm
     assert after.sent == [("r1", {"kind": "stop", "number": room.kept["all"]})]
     after.fleet.release()
     assert after.kept["page"] == room.kept["page"]
-    (tmp_path / "new" / "robotont_fleet_stops_8110.json").write_text("{")
-    assert file.read() is None
+    for damaged in ("", "{", "5", "{}", "[]", '{"page": "a", "all": null, "some": [1], "names": []}'):
+        (tmp_path / "new" / "robotont_fleet_stops_8110.json").write_text(damaged)
+        assert file.read() is None
     assert "STOP ALL holds" in capsys.readouterr().err
 
 

@@ -219,6 +219,7 @@ for (const event of ["pointerdown", "pointermove"]) {
   $("robots").addEventListener(event, () => touched = performance.now());
 }
 document.addEventListener("keydown", (event) => event.key === "Escape" && aim(null));
+window.addEventListener("beforeunload", (event) => unsent.size && event.preventDefault());
 new ResizeObserver(() => view && show()).observe($("map"));
 setInterval(() => {
   ask();

@@ -24,7 +24,7 @@ from robotont_driver.parameters.files import write_file
 from robotont_fleet import zenoh_keys as keys
 from robotont_fleet.fleet_server import FleetServer
 from robotont_fleet.known_robots import Fleet
-from robotont_fleet.messages import read_state, read_values
+from robotont_fleet.messages import NONE, read_state, read_values
 from robotont_fleet.zenoh_setup import (
     ABSENT,
     TEACHER,
@@ -111,10 +111,13 @@ class StopFile:
     def read(self):
         """What the Fleet before has kept; None where that cannot be known."""
         try:
-            return dict(json.loads(self._path.read_bytes()))
+            kept = json.loads(self._path.read_bytes())
+            return {"page": str(kept["page"]), "all": kept["all"] and str(kept["all"]),
+                    "some": {name: str(number) for name, number in kept["some"].items()},
+                    "names": [str(name) for name in kept["names"]]}
         except FileNotFoundError:
             return {}
-        except (OSError, ValueError, TypeError) as error:
+        except (OSError, *NONE) as error:
             print(f"fleet: {self._path}: {error}; so STOP ALL holds", file=sys.stderr)
             return None
 

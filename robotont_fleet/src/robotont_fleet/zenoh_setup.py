@@ -17,7 +17,7 @@ except ImportError:  # the robot drives without it
 
 ABSENT = "no zenoh, which only the fleet needs: ./robotont setup fleet, or python3 -m pip install eclipse-zenoh"
 LEASE = 2000          # [ms] a connection that is silent for so long is closed, with all that waits in it
-RETRY = 200           # [ms] between two attempts to connect
+RETRY = 100           # [ms] between two attempts to connect
 JAM = 1000000         # [us] that a message waits for room on a connection, which is closed after it, and made anew
 MESSAGES = ("put", "delete", "declare_subscriber", "query", "declare_queryable", "reply", "liveliness_token",
             "declare_liveliness_subscriber", "liveliness_query")

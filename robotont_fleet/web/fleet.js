@@ -5,12 +5,12 @@ import {actWhenHeld} from "./hold_button.js";
 import {$, write} from "./page.js";
 import {addTexts, chosenLanguage, setLanguage, text, textOr} from "./texts.js";
 
-const PERIOD = 500, PATIENCE = 3000, OLD = 2000, RETRY = 150, STILL = 3000, TOAST = 5000;  // [ms]
+const PERIOD = 500, PATIENCE = 3000, OLD = 2000, RETRY = 100, STILL = 3000, TOAST = 5000;  // [ms]
 const LEVELS = {"": 0, warning: 1, low: 1, held: 1, silent: 3, gone: 3};  // of a need; the others: 2
 const NAMED = 6;         // robots that a line names
 const cards = new Map(); // by the robot's key
 const unsent = new Map(); // STOPs that have not arrived, by name; "" for all
-let view = null, heard = -Infinity, asking = false, sending = false, failed = false, aiming = null, touched = -Infinity;
+let view = null, heard = -Infinity, asking = false, sending = false, failed = false, aiming = null, touched = -Infinity, wake = null;
 
 const key = (robot) => `${robot.name} ${robot.id}`;
 
@@ -45,7 +45,10 @@ async function stop(name) {
       }
     } else {
       showUnsent(true);
-      await new Promise((resolve) => setTimeout(resolve, RETRY));
+      await new Promise((resolve) => {
+        wake = resolve;
+        setTimeout(resolve, RETRY);
+      });
     }
   }
   clearTimeout(late);
@@ -219,6 +222,7 @@ for (const event of ["pointerdown", "pointermove"]) {
   $("robots").addEventListener(event, () => touched = performance.now());
 }
 document.addEventListener("keydown", (event) => event.key === "Escape" && aim(null));
+window.addEventListener("online", () => wake?.());
 window.addEventListener("beforeunload", (event) => unsent.size && event.preventDefault());
 new ResizeObserver(() => view && show()).observe($("map"));
 setInterval(() => {

@@ -248,6 +248,9 @@ def test_what_is_level_with_a_sensor_counts_wherever_it_is_told_to_be():
         guard = show(make_guard(), scan_of(0.24), where=mounted(0.0, 0.05, 0.0, height=height))
         assert speed_of(guard) < 0.1
         assert speed_of(guard, (-0.8, 0.0, 0.0)) > 0.5
+    passes_below = show(make_guard(), scan_of(0.25), where=mounted(0.0, -math.atan2(0.07, 0.24), 0.0))
+    assert speed_of(passes_below) == SLOW
+    assert passes_below.held is None
 
 
 @pytest.mark.parametrize(("named", "why"), [

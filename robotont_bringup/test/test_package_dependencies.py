@@ -74,3 +74,17 @@ def test_a_robot_gets_nothing_that_it_does_not_need():
         ahead += more & set(PACKAGES)
     assert not brought & {"move_base", "amcl", "gmapping", "map_server", "robotont_simulator", "mujoco",
                           "robotont_calibration", "matplotlib", "rosbag"}
+
+
+# Keys of rosdep's own lists (ros/rosdistro, rosdep/base.yaml and python.yaml) that our packages may use.
+RULES = {f"python3-{name}" for name in (
+    "hypothesis", "matplotlib", "mujoco-pip", "numpy", "pil", "prometheus-client", "pytest", "qrcode", "rospkg", "scipy",
+    "serial", "setuptools", "tornado", "yaml")} | {"iputils-ping", "liburdfdom-tools"}
+
+
+@pytest.mark.parametrize("package", PACKAGES)
+def test_rosdep_has_a_rule_for_every_key(package):
+    """Else `rosdep install` of the workspace fails. What is no key of its lists is a ROS package."""
+    root = ElementTree.parse(str(ROOT / package / "package.xml")).getroot()
+    keys = {tag.text for tag in root if tag.tag.endswith("depend")}
+    assert {key for key in keys if "-" in key} <= RULES

@@ -20,7 +20,9 @@ def arguments(*words):
 
 
 def install_robot(*words):
-    """What install-robot prints, and its exit status, as of a finished process."""
+    """What install-robot prints, and its exit status, as of a finished process; a --root is an image."""
+    for root in [Path(after) for word, after in zip(words, words[1:]) if word == "--root" and Path(after).is_dir()]:
+        (root / "etc").mkdir(exist_ok=True)
     out, err = io.StringIO(), io.StringIO()
     with arguments(*words), contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
         try:

@@ -45,6 +45,10 @@ class StatusTest(NodeTest):
     def test_status_from_well_to_dead(self):
         done = self.run_tool("status")
         self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+        self.assertLess(max(map(len, done.stdout.splitlines())), 102)
+        head = subprocess.run(["bash", "-c", f"{places.program('robotont_operations', 'status')} | head -n 1"],
+                              check=False, text=True, timeout=60, capture_output=True)
+        self.assertEqual((head.stdout.count("\n"), head.stderr), (1, ""))
         for words in ("nodes", "link", "board", "command stream", "config/robots/thesis", "packets/s, checked"):
             self.assertIn(words, done.stdout)
         self.assertNotIn("\033", done.stdout)  # colours are for terminals
@@ -82,7 +86,8 @@ class StatusTest(NodeTest):
                  "the black box")  # the first bags may be from before all topics were connected
         logs = self.processes.folder / "logs"
         logs.mkdir()
-        (logs / "web.log").write_text("open http://robot/?token=hunter22\nwheels turn\n")
+        (logs / "web_teleop_node-1.log").write_text("open http://robot/?token=hunter22\n")
+        (logs / "driver_node-1.log").write_text("wheels turn\n")
         (folder / "run_000000_x").mkdir()
         (folder / "run_000000_x/000001.bag").write_bytes(os.urandom(5000))
         output = self.processes.folder / "out.tar.gz"
@@ -97,7 +102,7 @@ class StatusTest(NodeTest):
         self.assertIn("/serial_com_node", (root / "ros/graph.yaml").read_text())
         self.assertIn("robotont_driver", (root / "versions/stack.txt").read_text())
         self.assertIn("run_000000_x/000001.bag", (root / "notes.txt").read_text())
-        self.assertIn("wheels turn", (root / "logs/ros/web.log").read_text())
+        self.assertIn("wheels turn", (root / "logs/ros/logs/driver_node-1.log").read_text())
         with rosbag.Bag(str(max((root / "black_box").glob("*.bag")))) as bag:
             self.assertIn("/serial_read", bag.get_type_and_topic_info()[1])
         for path in root.rglob("*"):

@@ -21,8 +21,8 @@ def test_dry_run_names_each_file_and_a_root_that_is_not_there_is_refused_and_not
     assert (dry.returncode, nowhere.returncode) == (0, 2)
     assert "  etc/systemd/system/robotont.service\n" in dry.stdout
     assert "robotont-page.service -> /etc" in dry.stdout
-    assert f"--root: found {tmp_path / 'mnt'}, which is no folder" in nowhere.stderr
-    assert not files(tmp_path)
+    assert f"--root: found {tmp_path / 'mnt'}, where there is no etc/; allowed:" in nowhere.stderr
+    assert files(tmp_path) == ["etc"]
 
 
 @pytest.mark.parametrize("name, option, words", [
@@ -115,7 +115,36 @@ def test_what_is_a_link_out_of_an_image_is_refused(link, tmp_path):
     assert files(tmp_path) == before
 
 
+@pytest.mark.parametrize("name", ["etc/robotont/robot.conf", "etc/systemd/system/robotont.service"])
+def test_what_is_no_file_is_refused_and_other_names_of_a_file_are_not_written_through(name, tmp_path):
+    root, other = tmp_path / "root", tmp_path / "other"
+    (root / name).parent.mkdir(parents=True)
+    os.mkfifo(str(root / name))
+    done = install_robot("--root", root, "robot:=robotont2")
+    assert done.returncode == 1
+    assert f"{root / name} is no file" in done.stderr
+    (root / name).unlink()
+    other.write_bytes("# K\u00fcche\n".encode("latin-1"))
+    os.link(str(other), str(root / name))
+    done = install_robot("--root", root, "robot:=robotont2")
+    assert done.returncode == 0, done.stderr
+    assert other.read_bytes() == b"# K\xfcche\n"
+    if name.endswith(".conf"):
+        assert (root / name).read_bytes() == b"# K\xfcche\nROBOTONT_ROBOT=robotont2\n"
+    else:
+        assert f"install-robot: {root / name}, another driver's that holds the port, is replaced" in done.stderr
+
+
+def test_a_workspace_that_is_not_in_the_image_is_named(tmp_path, monkeypatch):
+    (tmp_path / "workspace").mkdir()
+    monkeypatch.setenv("PYTHONPATH", os.pathsep.join([os.environ.get("PYTHONPATH", ""), f"{tmp_path}/workspace"]))
+    root = tmp_path / "root"
+    root.mkdir()
+    assert f"{tmp_path}/workspace is on this computer and not in {root}" in install_robot("--root", root).stderr
+
+
 def test_removal_stops_nothing_where_nothing_is_installed(tmp_path, monkeypatch):
+    (tmp_path / "etc").mkdir()
     ran = []
     monkeypatch.setattr(install_robot_module, "run", lambda commands: ran.extend(commands) or True)
     for options, status in ((["--dry-run"], 1), ([], 1), ([], 0)):

@@ -1,18 +1,91 @@
-"""What report says at its end."""
+"""What is in a report, and what cannot be."""
 
+import io
+import os
 import re
 import sys
+import tarfile
+
+import pytest
+import yaml
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+from geometry_msgs.msg import Twist
+from rosgraph_msgs.msg import Log
+from std_msgs.msg import String
 
 from robotont_operations import report
 from robotont_testing.harness import free_port
+from robotont_testing.robots import SHIPPED
+
+SECRET = "x7Rk hunter22 lmno"  # behind no word that means one
 
 
-def test_without_a_black_box_it_says_how_to_have_one_and_a_small_archive_has_a_size(tmp_path, monkeypatch, capsys):
+@pytest.fixture(name="run")
+def _run(tmp_path, monkeypatch, capsys):
+    """Run the report; (its words, {name: contents})."""
     monkeypatch.setattr(report, "COMMANDS", {})
-    monkeypatch.setattr(sys, "argv", ["report", "--output", str(tmp_path / "r.tar.gz"), "--black-box", str(tmp_path)])
+    monkeypatch.setattr(report, "LINES", {})
     monkeypatch.setenv("ROS_LOG_DIR", str(tmp_path / "logs"))
-    monkeypatch.setenv("ROS_MASTER_URI", f"http://127.0.0.1:{free_port()}")
-    assert report.main() == 0
-    said = capsys.readouterr().out
+    monkeypatch.setenv("ROS_MASTER_URI", f"http://me:hunter22@127.0.0.1:{free_port()}")
+
+    def run():
+        output = tmp_path / "r.tar.gz"
+        monkeypatch.setattr(sys, "argv", ["report", "--output", str(output), "--black-box", str(tmp_path / "box")])
+        assert report.main() == 0
+        assert output.stat().st_mode & 0o777 == 0o600
+        with tarfile.open(str(output)) as archive:
+            return capsys.readouterr().out, {member.name: archive.extractfile(member).read().decode("utf-8", "replace")
+                                             for member in archive if member.isfile()}
+    return run
+
+
+def test_without_a_black_box_it_says_how_to_have_one_and_a_small_archive_has_a_size(run):
+    said, _ = run()
     assert "recorder.launch folder:=" in said
     assert re.search(r"r\.tar\.gz: [1-9][0-9]* kB;", said)
+
+
+def test_logs_are_those_of_own_nodes(run, tmp_path):
+    (tmp_path / "logs/latest").mkdir(parents=True)
+    for name in ("robot1-driver_node-2.log", "driver_node-2-stdout.log", "web_teleop_node-3.log", "rosout.log",
+                 "roslaunch-host-5.log", "fleet_node-1.log", "driver_node_of_mine-1.log", "master.log"):
+        (tmp_path / "logs/latest" / name).write_text(name if "driver_node-" in name else SECRET)
+    _, found = run()
+    assert {name.rpartition("/")[2] for name in found if "/logs/" in name} == {
+        "robot1-driver_node-2.log", "driver_node-2-stdout.log"}
+    assert not [name for name, text in found.items() if "hunter22" in text]
+
+
+def test_a_run_of_the_black_box_whose_name_is_no_unicode_costs_no_report(run, tmp_path):
+    folder = os.fsencode(str(tmp_path / "box")) + b"/run_000001_\xff"
+    os.makedirs(folder)
+    with open(folder + b"/000001.bag", "wb") as file:
+        file.write(b"no bag")
+    said, found = run()
+    assert "black box run_000001_" in said
+    assert "run_000001_" in found["r/notes.txt"]
+
+
+def test_parameters_are_numbers_and_names_of_own_tables():
+    given = {**SHIPPED, "wheelRadius": SECRET, "run_id": SECRET, "robot": SECRET, "mine": {"deep": {"x": SECRET}},
+             "driver_node": {"publish_rate": 20.0, "cmd_timeout": SECRET, "unheard_of": SECRET},
+             "r1": {"serial_com_node": {"port": "/dev/robotont", "packets": SECRET, "password": SECRET}},
+             "web_teleop_node": {"token": SECRET}}
+    found = yaml.safe_dump(report.own_parameters(given))
+    assert "hunter22" not in found
+    for words in ("publish_rate: 20.0", "port: /dev/robotont", "wheelAmount: 3", "pidControlFrequency: 50"):
+        assert words in found
+
+
+def test_of_the_black_box_numbers_remain_and_what_own_nodes_say_of_themselves():
+    def left(topic, message):
+        data = io.BytesIO()
+        message.serialize(data)
+        return report.kept(topic, (message._type, data.getvalue(), message._md5sum, None, type(message)))
+    own = DiagnosticStatus(name="r1/serial_com_node: link", message="OK")
+    others = DiagnosticStatus(name="mine: x", message=SECRET, values=[KeyValue(SECRET, SECRET)])
+    assert left("/diagnostics", DiagnosticArray(status=[own, others])).status == [own]
+    assert left("/r1/serial_read", String("1:2:3;")) == String("1:2:3;")
+    assert isinstance(left("/cmd_vel", Twist()), Twist)
+    assert left("/rosout", Log(msg=SECRET)) is None
+    assert left("/cmd_vel/driven_by", String(SECRET)) is None

@@ -7,8 +7,8 @@ overwrite what led to it.
 
 import contextlib
 import errno
-import io
 import os
+import re
 import shutil
 import time
 from collections import deque
@@ -19,7 +19,7 @@ from typing import Mapping, NamedTuple
 import genpy
 import rosbag
 
-from robotont_operations.privacy import clean_message, may_hold_secrets
+from robotont_driver.parameters.files import flush_folder
 
 UNFINISHED = ".writing"
 SIZE = 64_000_000      # [bytes] of all runs together
@@ -56,7 +56,7 @@ class BlackBox:
         number = int(old[-1].name.split("_")[1]) + 1 if old else 1
         self.folder = folder / f"run_{number:06d}_{time.strftime('%Y-%m-%dT%H-%M-%SZ', time.gmtime())}"
         self.folder.mkdir()
-        _flush_folder(folder)
+        flush_folder(folder)
         self._files = deque()  # (time of the end, size, path), the oldest first
         self._number = 0
 
@@ -74,7 +74,7 @@ class BlackBox:
         try:
             if not self.folder.exists():
                 self.folder.mkdir(parents=True)
-                _flush_folder(self.folder.parent)
+                flush_folder(self.folder.parent)
             write_bag(unfinished, records)
             with open(unfinished, "rb+") as file:
                 os.fsync(file.fileno())
@@ -85,7 +85,7 @@ class BlackBox:
             if getattr(error, "errno", None) in FULL:
                 self._drop_oldest()
             raise
-        _flush_folder(self.folder)
+        flush_folder(self.folder)
         self._files.append((now, path.stat().st_size, path))
 
     def _forget(self, now):
@@ -102,7 +102,7 @@ class BlackBox:
 def runs_in(folder):
     """Folders of the recorder's runs, the oldest first; links and files of such names are not its own."""
     return sorted(path for path in Path(folder).glob("run_*_*")
-                  if path.name.split("_")[1].isdigit() and path.is_dir() and not path.is_symlink())
+                  if re.match("run_[0-9]+_", path.name) and path.is_dir() and not path.is_symlink())
 
 
 def bags_of(run):
@@ -120,8 +120,8 @@ def write_bag(path, records):
                       genpy.Time.from_sec(record.time), raw=True)
 
 
-def merge(bags, output):
-    """Write the messages of several bag files into one, without secrets.
+def merge(bags, output, kept):
+    """Write into one file what kept(topic, raw) leaves of the messages of several bag files: a message, or None.
 
     Returns (number of messages, [words on each file that could not be read, or not to its end]).
     """
@@ -130,28 +130,11 @@ def merge(bags, output):
         for path in bags:
             try:
                 with rosbag.Bag(str(path)) as bag:
-                    for topic, message, stamp in bag.read_messages(raw=True):
-                        merged.write(topic, _without_secrets(message), stamp, raw=True)
-                        count += 1
+                    for topic, raw, stamp in bag.read_messages(raw=True):
+                        message = kept(topic, raw)
+                        if message is not None:
+                            merged.write(topic, message, stamp)
+                            count += 1
             except Exception as error:  # a corrupt bag can raise whatever rosbag and its decompressors raise
                 unread.append(f"{path.parent.name}/{path.name}: {type(error).__name__}: {str(error)[:200]}")
     return count, unread
-
-
-def _without_secrets(raw):
-    """A raw message of rosbag: (type, data, md5sum, position, class)."""
-    if not may_hold_secrets(raw[1]):
-        return raw
-    message = raw[-1]().deserialize(raw[1])
-    clean_message(message)
-    cleaned = io.BytesIO()
-    message.serialize(cleaned)
-    return (raw[0], cleaned.getvalue(), *raw[2:])
-
-
-def _flush_folder(folder):
-    handle = os.open(str(folder), os.O_RDONLY)
-    try:
-        os.fsync(handle)
-    finally:
-        os.close(handle)

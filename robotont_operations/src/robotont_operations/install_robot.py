@@ -17,10 +17,12 @@ from robotont_operations.installation import (
     KEPT,
     PAGE_UNIT,
     STATE,
+    SYSTEMD,
     LinkError,
     install,
     installation,
     installed_units,
+    read,
     remove,
     unreadable,
 )
@@ -81,8 +83,8 @@ def parse_arguments():
                         help="bring the robot onto the page of all robots, too: address of the computer of "
                         "./robotont fleet; kept when you install again")
     options = parser.parse_args()
-    if not Path(options.root).is_dir():
-        parser.error(f"--root: found {options.root}, which is no folder; allowed: where the file system is mounted")
+    if not Path(options.root, "etc").is_dir():
+        parser.error(f"--root: found {options.root}, where there is no etc/; allowed: where a file system is mounted")
     try:
         options.robot = options.robot and chosen(options.robot)
     except (OSError, ValueError) as error:
@@ -108,6 +110,18 @@ def _udev_rules():
     return sorted((Path(rospkg.RosPack().get_path("robotont_bringup")) / "udev").glob("*.rules"))
 
 
+def _warn(options, live, used):
+    """Say what the user may not expect of this installation."""
+    if not live:
+        for path in dict.fromkeys(part for part in used if not Path(options.root, part.lstrip("/")).exists()):
+            print(f"install-robot: {path} is on this computer and not in {options.root}: the services look for it "
+                  "there; put the workspace there at the same path, or install from within (chroot)", file=sys.stderr)
+    theirs = Path(options.root, SYSTEMD, "robotont.service")
+    if theirs.is_file() and "robotont_bringup robot.launch" not in read(theirs):
+        print(f"install-robot: {theirs}, another driver's that holds the port, is replaced; a copy of it, with what it "
+              "starts, is yours to keep", file=sys.stderr)
+
+
 def _install(options, live):
     if live and not options.robot and not Path("/", KEPT).exists():
         proposed = proposal()
@@ -122,6 +136,7 @@ def _install(options, live):
               "or move the workspace to /opt", file=sys.stderr)
         if live:
             return 1  # under another root it may be open where it will run
+    _warn(options, live, used)
     model = importlib.util.find_spec("xacro") is not None
     if not model:
         print("install-robot: no xacro: the robot starts without its model; ./robotont setup sim, and again, for one")
@@ -139,7 +154,7 @@ def _install(options, live):
     else:
         print(f"written, under {options.root}:", *install(files, links, options.robot, options.root), sep="\n  ")
         kept = Path(options.root, KEPT)
-        if model and "description:=false" in kept.read_text():
+        if model and "description:=false" in read(kept):
             print(f"install-robot: {kept} is kept, and says description:=false: without it the robot has its model")
         good = run(commands)
         if live:

@@ -5,6 +5,7 @@ import re
 import shutil
 from pathlib import Path
 
+from robotont_driver.parameters.files import write_file
 from robotont_operations.robot_choice import with_robot
 
 UNITS = ("robotont-master.service", "robotont.service", "robotont-recorder.service")
@@ -76,6 +77,18 @@ def refuse_link(path, allowed):
         raise LinkError(f"{path} is a link to {os.readlink(str(path))}; allowed: {allowed}")
 
 
+def refuse_other(path):
+    """Raise LinkError where a path is there and no file: a link, a pipe, a device."""
+    refuse_link(path, "a file")
+    if path.exists() and not path.is_file():
+        raise LinkError(f"{path} is no file; allowed: a file")
+
+
+def read(path):
+    """Text of a file in whatever encoding; written by write_file it is the same bytes again."""
+    return path.read_text("utf-8", "surrogateescape")
+
+
 def install(files, links, robot, root):
     """Write an `installation` under `root`; returns the paths under it that were written.
 
@@ -84,7 +97,7 @@ def install(files, links, robot, root):
     """
     paths = {name: under(root, name) for name in (*files, *links)}
     for name in files:
-        refuse_link(paths[name], "a file")
+        refuse_other(paths[name])
     written = []
     for name, path in paths.items():
         path.parent.mkdir(parents=True, exist_ok=True)
@@ -95,9 +108,9 @@ def install(files, links, robot, root):
         elif name == KEPT and path.exists():
             if not robot:
                 continue
-            path.write_text(with_robot(path.read_text(), robot))
+            write_file(path, with_robot(read(path), robot))
         else:
-            path.write_text(files[name])
+            write_file(path, files[name])
         written.append(name)
     return written
 

@@ -1,99 +1,226 @@
-"""./robotont network: finds out in 5 s why two machines of one ROS 1 system do not hear each other, with the remedy."""
+"""./robotont network: why two machines of one ROS 1 system do not hear each other, by four questions, with the remedy.
+
+Does the master answer? Does it know this machine's name? Can it call this machine back, as it does for every new topic?
+Do the clocks agree? Each answer is one line; without a master the others have none.
+"""
 
 import argparse
+import contextlib
+import errno
+import http.client
 import os
+import socket
 import sys
+import threading
 import time
-from concurrent.futures import wait
+import xmlrpc.client
+import xmlrpc.server
+from calendar import timegm
+from email.utils import parsedate
+
+import rosgraph.network
 
 from robotont_operations import probes
-from robotont_operations.network_check.announced_address import announced_by, check_announced
-from robotont_operations.network_check.clock import check_clock
-from robotont_operations.network_check.findings import FAULT, NOTE, Finding
-from robotont_operations.network_check.master import LOST_MASTER, Master
-from robotont_operations.network_check.other_nodes import check_nodes
-from robotont_operations.network_check.way_back import FAREWELL, WayBack
 
-BUDGET = 4.0  # [s] that all checks together may take: beyond it what has not come is reported as not checked
+GOOD, NOTE, FAULT = "ok", "note", "FAULT"
+CALLER = "/robotont_network"  # the name of this program in its questions to the master
+PATIENCE = 1.5   # [s] for the master's call
+TOLERANCE = 0.2  # [s] between two clocks; tf's listeners wait about as long for a transform
+QUESTION = xmlrpc.client.dumps((CALLER,), "getPid")
 
 
-class NetworkCheck:
-    """The checks from this machine: first the master, then all others at once."""
+def master_answers(uri):
+    """(what is wrong with the master at ROS_MASTER_URI, or "", its address or None)."""
+    place = probes.master_place(uri)
+    if place is None:
+        return (f"wrong ROS_MASTER_URI: {uri!r} is no http://HOST:PORT: export "
+                "ROS_MASTER_URI=http://ADDRESS_OF_THE_ROBOT:11311"), None
+    host, port = place
+    address = probes.resolve(host)
+    if address is None:
+        return (f"unresolvable name: this machine finds no address of {host!r} (ROS_MASTER_URI): export ROS_MASTER_URI="
+                f"http://ADDRESS_OF_THE_ROBOT:{port}, or add a line 'ADDRESS {host}' to /etc/hosts"), None
+    words = _no_answer(uri, host if host == address else f"{host} ({address})", address, port)
+    return words and "master unreachable: " + words, address
 
-    def __init__(self, environment):
-        self._environment = environment
-        self._way_back = None
-        self._jobs = []  # (what is checked, its Findings, its Future)
 
-    def run(self):
-        """List of Findings, within the budget."""
-        end = time.monotonic() + BUDGET
-        master = Master(self._environment)
-        findings = [master.find()]
-        if master.address is None:
-            return findings
-        is_here = probes.is_own(master.address)
-        own = "127.0.0.1" if is_here else probes.own_address_towards(master.address)
-        others = self._begin("nodes of other machines", self._check_nodes, master, is_here)
-        self._begin("what this machine announces", check_announced, self._environment, own, is_here, others)
-        if not is_here:
-            self._way_back = WayBack(master, announced_by(self._environment), own)
-            self._begin("whether the master's machine reaches this one", self._way_back.check)
-            self._begin(f"the clock of {master.address}", check_clock, master.address, master.port)
-        for what, found, job in self._jobs:  # grows by the clocks of other machines
-            done = wait([job], max(0.0, end - time.monotonic())).done
-            findings += found
-            if done:
-                job.result()  # an error in the check itself is none of the network
-            else:
-                findings.append(Finding(NOTE, f"not checked: {what}: the other checks took too long: mend what they "
-                                              "found, run it again"))
-        return findings
+def _no_answer(uri, where, address, port):
+    """What keeps a master from answering, or ""."""
+    try:
+        socket.create_connection((address, port), 1.0).close()
+        code, words, _ = probes.remote(uri, 1.0).getPid(CALLER)
+        if code == 1:
+            return ""
+    except ConnectionRefusedError:
+        if address.startswith("127."):
+            return (f"no process listens at port {port} of this machine itself (ROS_MASTER_URI={uri}): on a laptop: "
+                    f"export ROS_MASTER_URI=http://ADDRESS_OF_THE_ROBOT:{port}; on the robot: start the stack")
+        return (f"{where} answers, but no process listens at port {port}, or a firewall there rejects: start the "
+                "robot's stack there; if it runs, it keeps to itself: ./robotont install-robot --network ADDRESS "
+                f"there; else there: {let_in(address)}")
+    except (*probes.RPC_ERRORS, TypeError, ValueError) as error:  # the last two: no answer of three values
+        if isinstance(error, OSError) and error.errno == errno.ENETUNREACH:
+            return (f"this machine has no way to {where}: plug in the cable or join the robot's Wi-Fi, then look at "
+                    "'ip address'")
+        if isinstance(error, OSError) and not isinstance(error, (ConnectionError, http.client.HTTPException)):
+            return (f"no answer from {where} port {port}: is it switched on, in this network, its cable in? ping "
+                    f"{address}. If that answers, its firewall: there, {let_in(address)}")
+        words = error
+    return f"{where} port {port} answers, but not as a ROS master ({words}): check the port in ROS_MASTER_URI"
 
-    def cancel(self):
-        """Let what is not finished end, the way back unregister itself."""
-        if self._way_back:
-            self._way_back.cancel()
-        wait([job for _, _, job in self._jobs], FAREWELL)
 
-    def _begin(self, what, work, *arguments):
-        """The Future of `work(report, *arguments)`; what it reports is kept as it comes."""
-        found = []
-        job = probes.start(work, found.append, *arguments)
-        self._jobs.append((what, found, job))
-        return job
+def knows_my_name(environment, master, announced, found):
+    """(level, words): whether the address under which this machine's nodes are looked for can be right.
 
-    def _check_nodes(self, report, master, master_is_here):
-        """Whether nodes of other machines answer; begins the checks of their clocks."""
+    announced: that address or name; found: what it is here, or None; master: the master's address.
+    """
+    own = own_address_towards(master)
+    set_by = "ROS_HOSTNAME" if environment.get("ROS_HOSTNAME") else "ROS_IP"
+    value = environment.get(set_by, "")
+    source = f"{set_by}={value}" if value else f"ROS_IP is not set: the host name {announced!r}"
+    remedy = f"export ROS_IP={own}" + ("" if set_by == "ROS_IP" else " and unset ROS_HOSTNAME")
+    if is_own(master):
+        remedy = "export ROS_IP=ADDRESS, that of this machine in the other's network (ip address)"
+    if found is None:
+        fault = f"{source} cannot be resolved even here"
+    elif not is_own(found):
+        fault = f"{source} ({found}) is no address of this machine"
+    elif not found.startswith("127."):
+        return GOOD, f"this machine's nodes are looked for at {announced}"
+    elif is_own(master):
+        return NOTE, (f"this machine keeps to itself: its nodes announce {announced} ({found}), which no other machine "
+                      "can use; on a robot ./robotont install-robot --network ADDRESS opens it")
+    else:
+        fault = f"{source} is {found}, where the robot finds only itself"
+    return FAULT, f"wrong ROS_IP/ROS_HOSTNAME: {fault}: {remedy}"
+
+
+def calls_back(uri, master, announced):
+    """(level, words): whether the master reaches this machine; a topic of its own is registered meanwhile.
+
+    Raises RPC_ERRORS.
+    """
+    called, own = threading.Event(), own_address_towards(master)
+    topic, caller = f"{CALLER}/way_back_{os.getpid()}", f"{CALLER}_{os.getpid()}"
+    with xmlrpc.server.SimpleXMLRPCServer(("0.0.0.0", 0), logRequests=False) as server:
+        server.register_function(lambda *_: called.set() or (1, "", 0), "publisherUpdate")
+        threading.Thread(target=server.serve_forever, args=(0.05,), daemon=True).start()
+        here, calls = f"http://{announced}:{server.server_address[1]}/", probes.remote(uri, 1.0)
         try:
-            nodes = master.nodes()
-        except probes.RPC_ERRORS:
-            report(LOST_MASTER)
-            return False
-        others = check_nodes(report, nodes, master.address, master_is_here)
-        ports = {address: node.port for node, address in others.items() if master_is_here or address != master.address}
-        for address, port in ports.items():
-            self._begin(f"the clock of {address}", check_clock, address, port)
-        if master_is_here and not others:
-            report(Finding(NOTE, "no node of another machine is registered here: run ./robotont network there, too"))
-        return bool(others)
+            calls.registerSubscriber(caller, topic, "std_msgs/Empty", here)
+            calls.registerPublisher(caller, topic, "std_msgs/Empty", here)
+            if called.wait(PATIENCE):
+                return GOOD, "the master's machine reaches this one"
+        finally:
+            with contextlib.suppress(*probes.RPC_ERRORS):
+                calls.unregisterSubscriber(caller, topic, here)
+                calls.unregisterPublisher(caller, topic, here)
+            server.shutdown()
+    if announced == own:
+        return FAULT, (f"one-way traffic: this machine reaches {master}, but not the other way round (at {own}): on "
+                       f"this machine, sudo ufw allow from {master}")
+    return FAULT, (f"wrong ROS_IP/ROS_HOSTNAME: the master's machine does not reach this one as {announced!r}: export "
+                   f"ROS_IP={own}; if that does not help, sudo ufw allow from {master}")
+
+
+def clocks_agree(address, port):
+    """(level, words): whether the clock of the master's machine agrees with this one's."""
+    measured = clock_difference(address, port)
+    if measured is None:
+        return NOTE, f"the clock of {address} does not show in its answers"
+    difference, uncertainty = measured
+    if abs(difference) - uncertainty > TOLERANCE:
+        return FAULT, (f"clocks apart: that of {address} is {abs(difference):.1f} s "
+                       f"{'ahead of' if difference > 0 else 'behind'} this machine's: sudo apt-get install chrony on "
+                       "both (without internet: docs/network.md)")
+    return GOOD, f"the clock of {address} agrees within {max(0.01, abs(difference) + uncertainty):.2f} s"
+
+
+def clock_difference(address, port, duration=1.1, period=0.03):
+    """(difference, uncertainty) [s] of the clock behind an HTTP server to this machine's; positive: theirs is ahead.
+
+    Every answer of Python's HTTP server (rosmaster, rospy) has a `Date` in whole seconds. A date d in an answer asked
+    for at t0 and had at t1 bounds the difference to [d - t1, d + 1 - t0]; the second's tick within `duration` [s] makes
+    these bounds narrow. None where no answer has a date.
+    """
+    low, high = float("-inf"), float("inf")
+    end = time.monotonic() + duration
+    start = time.time() - time.monotonic()  # steady: this machine's clock may step meanwhile
+    while time.monotonic() < end:
+        before = time.monotonic() + start
+        connection = http.client.HTTPConnection(address, port, timeout=max(0.1, end - time.monotonic()))
+        try:
+            connection.request("POST", "/RPC2", QUESTION, {"Content-Type": "text/xml"})
+            date = parsedate(connection.getresponse().getheader("Date", ""))
+        except (OSError, http.client.HTTPException):
+            return None
+        finally:
+            connection.close()
+        if date is None:
+            return None
+        after = time.monotonic() + start
+        low, high = max(low, timegm(date) - after), min(high, timegm(date) + 1.0 - before)
+        time.sleep(period)
+    return (low + high) / 2, abs(high - low) / 2
+
+
+def is_own(address):
+    """Whether an IPv4 address belongs to this machine."""
+    with socket.socket() as probe, contextlib.suppress(OSError):
+        probe.bind((address, 0))
+        return True
+    return False
+
+
+def own_address_towards(address):
+    """Own address on the way to another one; None without a route. Sends nothing."""
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe, contextlib.suppress(OSError):
+        probe.connect((address, 9))
+        return probe.getsockname()[0]
+    return None
+
+
+def let_in(address):
+    """The remedy for a firewall on the machine at an address that keeps this one out."""
+    own = own_address_towards(address) or "THE_ADDRESS_OF_THIS_MACHINE"
+    return f"sudo ufw allow from {own} (ROS 1 needs all TCP ports above 1023)"
+
+
+def check(environment):
+    """Yield (level, words) of each question, as it is answered."""
+    uri = environment.get("ROS_MASTER_URI", "").rstrip("/") or "http://localhost:11311"
+    announced = environment.get("ROS_HOSTNAME") or environment.get("ROS_IP") or rosgraph.network.get_host_name()
+    resolved = probes.start(probes.resolve, announced)
+    trouble, master = master_answers(uri)
+    yield (FAULT, trouble) if trouble else (GOOD, f"the master answers at {uri}")
+    if trouble:
+        return
+    clock = None if is_own(master) else probes.start(clocks_agree, master, probes.master_place(uri)[1])
+    found = resolved.result()
+    yield knows_my_name(environment, master, announced, found)
+    if clock:
+        if found and is_own(found) and not found.startswith("127."):
+            try:
+                yield calls_back(uri, master, announced)
+            except probes.RPC_ERRORS:
+                yield FAULT, "master unreachable: it stopped answering in mid-check: check the Wi-Fi or the cable"
+        yield clock.result()
 
 
 def main():
     """Run the check; returns the exit status."""
     parser = argparse.ArgumentParser(
-        prog="./robotont network", description="Check from this machine, robot or laptop, whether ROS 1 nodes of two "
-        "machines can hear each other: addresses, names, firewalls, clocks, both directions. Takes at most 5 s.",
+        prog="./robotont network", description="Check from this machine, robot or laptop, whether it and the ROS 1 "
+        "master hear each other: address, name, way back, clocks. Takes at most 5 s. Run it on both machines.",
         epilog="exit status: 0 no fault; 1 at least one")
     parser.parse_args()
-    check = NetworkCheck(os.environ)
+    status = 0
     try:
-        findings = check.run()
-        check.cancel()
+        for level, words in check(os.environ):
+            print(f"{level:5}  {words}", flush=True)
+            status |= level == FAULT
     except KeyboardInterrupt:
-        check.cancel()
-        os._exit(130)
-    for level, words in findings:
-        print(f"{level:5}  {words}")
-    sys.stdout.flush()
-    os._exit(any(level == FAULT for level, _ in findings))  # resolvers that still wait must not hold this up
+        status = 130
+    except BrokenPipeError:  # | head
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    sys.exit(status)

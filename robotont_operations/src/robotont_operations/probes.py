@@ -1,21 +1,13 @@
-"""Probes of one machine by another through sockets alone, each within a given time."""
+"""Calls of other machines, each within a given time."""
 
-import contextlib
-import errno
 import http.client
 import socket
-import subprocess
 import threading
-import time
 import xml.parsers.expat
 import xmlrpc.client
-from calendar import timegm
 from concurrent.futures import Future, wait
-from email.utils import parsedate
 from urllib.parse import urlsplit
 
-OPEN, REFUSED, SILENT, NO_ROUTE = "open", "refused", "silent", "no route"  # outcomes of `reach`
-OTHER_PORTS = (22, 80, 443, 9)  # asked only to see whether a host is there at all
 # what calls through `remote` raise; the last two where the server speaks something else, as web and SSH servers do
 RPC_ERRORS = (OSError, xmlrpc.client.Error, http.client.HTTPException, xml.parsers.expat.ExpatError)
 
@@ -60,60 +52,6 @@ def resolve(host):
     return addresses[0][4][0] if found else None
 
 
-def is_loopback(address):
-    """Whether an IPv4 address means the machine itself to whoever uses it."""
-    return address.startswith("127.")
-
-
-def is_own(address):
-    """Whether an IPv4 address belongs to this machine."""
-    with socket.socket() as probe:
-        try:
-            probe.bind((address, 0))
-        except OSError:
-            return False
-        return True
-
-
-def own_address_towards(address):
-    """Own address on the way to another one; None without a route. Sends nothing."""
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
-        try:
-            probe.connect((address, 9))
-        except OSError:
-            return None
-        return probe.getsockname()[0]
-
-
-def reach(address, port):
-    """Result of a TCP connection attempt: OPEN, REFUSED, SILENT (no answer within 1 s), or NO_ROUTE."""
-    try:
-        socket.create_connection((address, port), 1.0).close()
-    except ConnectionRefusedError:
-        return REFUSED
-    except socket.timeout:
-        return SILENT
-    except OSError as error:
-        # an absent host on the same network gives EHOSTUNREACH after a while, a rejecting firewall at once
-        return NO_ROUTE if error.errno == errno.ENETUNREACH else SILENT
-    return OPEN
-
-
-def is_there(address):
-    """Whether a host answers anything at all: a ping, or any of a few ports, be it with a refusal."""
-    def asked(port):
-        return ping(address) if port is None else reach(address, port) in {OPEN, REFUSED}
-    return any(all_in_time(asked, (None, *OTHER_PORTS), 1.0))
-
-
-def ping(address):
-    """Whether a host answers an ICMP echo within 1 s; False, too, where there is no ping."""
-    with contextlib.suppress(OSError):
-        return not subprocess.call(["ping", "-c", "1", "-W", "1", address], stdout=subprocess.DEVNULL,
-                                   stderr=subprocess.DEVNULL)
-    return False
-
-
 class _Transport(xmlrpc.client.Transport):
     def __init__(self, timeout):
         super().__init__()
@@ -138,34 +76,3 @@ def master_place(uri):
 def remote(uri, timeout):
     """An XML-RPC proxy each of whose answers may take `timeout` [s]; calls raise RPC_ERRORS."""
     return xmlrpc.client.ServerProxy(uri, transport=_Transport(timeout))
-
-
-_QUESTION = xmlrpc.client.dumps(("/robotont_network",), "getPid")  # which master and nodes answer without a log line
-
-
-def clock_difference(address, port, duration=1.1, period=0.03):
-    """(difference, uncertainty) [s] of the clock behind an HTTP server to this machine's; positive: theirs is ahead.
-
-    Every answer of Python's HTTP server (rosmaster, rospy) has a `Date` in whole seconds. A date d in an answer asked
-    for at t0 and had at t1 bounds the difference to [d - t1, d + 1 - t0]; the second's tick within `duration` [s] makes
-    these bounds narrow. None where no answer has a date (roscpp's have none).
-    """
-    low, high = float("-inf"), float("inf")
-    end = time.monotonic() + duration
-    start = time.time() - time.monotonic()  # steady: this machine's clock may step meanwhile
-    while time.monotonic() < end:
-        before = time.monotonic() + start
-        connection = http.client.HTTPConnection(address, port, timeout=max(0.1, end - time.monotonic()))
-        try:
-            connection.request("POST", "/RPC2", _QUESTION, {"Content-Type": "text/xml"})
-            date = parsedate(connection.getresponse().getheader("Date", ""))
-        except (OSError, http.client.HTTPException):
-            return None
-        finally:
-            connection.close()
-        if date is None:
-            return None
-        after = time.monotonic() + start
-        low, high = max(low, timegm(date) - after), min(high, timegm(date) + 1.0 - before)
-        time.sleep(period)
-    return (low + high) / 2, abs(high - low) / 2

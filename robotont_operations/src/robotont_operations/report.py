@@ -1,8 +1,12 @@
-"""./robotont report: one archive for whoever is asked for help: black box, versions, parameters, logs; no secrets."""
+"""./robotont report: one archive for whoever is asked for help: black box, versions, parameters, logs.
+
+It holds what is listed here and nothing else: numbers, words of fixed sets and names, and the logs of own nodes that
+know no secret. So no password, token or key can be in it, of whatever form: no program in OWN is ever given one.
+"""
 
 import os
 import platform
-import socket
+import re
 import subprocess
 import sys
 import tarfile
@@ -13,29 +17,42 @@ from pathlib import Path
 import rosgraph
 import rospkg
 import yaml
+from diagnostic_msgs.msg import DiagnosticArray
 
+from robotont_driver.kinematics.wheel_params import KEYS
+from robotont_driver.nodes import driver_node, odom_node, serial_com_node
 from robotont_driver.parameters.command_line import CommandLine
-from robotont_operations import probes
+from robotont_driver.parameters.files import new_file
+from robotont_driver.parameters.parameters import is_number
+from robotont_operations import probes, recorder_node
 from robotont_operations.black_box_files import bags_of, merge, runs_in
-from robotont_operations.privacy import clean_parameters, clean_text
-from robotont_operations.recorder_node import PARAMETERS
 
 CALLER = "/robotont_report"
 LOG_END = 500_000   # [bytes] of each log that are kept, its end
 LOG_FILES = 40      # the newest
+OWN = ("driver_node", "serial_com_node", "odom_node", "robotont_node", "cmd_vel_mux", "recorder_node",
+       "navigation_monitor", "simulator_node", "robot_state_publisher", "move_base", "amcl", "map_server")
+TABLES = {"driver_node": driver_node, "serial_com_node": serial_com_node, "odom_node": odom_node,
+          "recorder_node": recorder_node}
+WORDS = ("port", "packets", "odom_frame", "base_frame", "joint_prefix", "imu", "folder")  # parameters that are texts
+TOPICS = ("geometry_msgs/Twist", "geometry_msgs/TwistStamped", "std_msgs/Bool", "nav_msgs/Odometry")
+PACKETS = ("serial_write", "serial_read")  # texts of numbers
 PACKAGES = ("python3-rospy", "ros-noetic-rospy", "python3-numpy", "python3-serial", "rviz", "ros-noetic-rviz",
             "systemd")
 COMMANDS = {
-    "versions/system.txt": ("uname", "-a"),
+    "versions/system.txt": ("uname", "-srvm"),
     "versions/packages.txt": ("dpkg-query", "-W", *PACKAGES),
     "machine/usb.txt": ("lsusb",),
-    "machine/disk.txt": ("df", "-h"),
+    "machine/disk.txt": ("df", "-h", "/", "/tmp"),
     "machine/memory.txt": ("free", "-m"),
     "machine/addresses.txt": ("ip", "-brief", "address"),
-    "logs/kernel.txt": ("dmesg", "--ctime"),
-    "logs/services.txt": ("systemctl", "--no-pager", "status", "robotont-master", "robotont", "robotont-recorder"),
-    "logs/journal.txt": ("journalctl", "--no-pager", "--lines", "5000", "--output", "short-precise",
-                         "--unit", "robotont*"),
+    "machine/services.txt": ("systemctl", "is-active", "robotont-master", "robotont", "robotont-recorder"),
+}
+LINES = {  # what of other programs' lines is kept
+    "logs/kernel.txt": (("dmesg", "--ctime"), r".*\b(?:usb|cdc_acm|tty[A-Z]\w*|oom-kill)\b.*"),
+    "logs/journal.txt": (("journalctl", "--no-pager", "--lines", "5000", "--output", "short-precise", "--unit",
+                          "robotont"),
+                         rf".*?\] /(?:\w+/)*(?:{'|'.join(OWN)}): .*|.*process has died \[pid \d+, exit code -?\d+"),
 }
 
 
@@ -47,63 +64,57 @@ class Report:
         self.notes = []
 
     def text(self, name, text):
-        """Add a string, with its secrets removed."""
+        """Add a text, with escapes where it is no Unicode."""
         path = self._folder / name
         path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_text(clean_text(text), "utf-8")
+        path.write_text(text, "utf-8", "backslashreplace")
 
     def commands(self):
         """Output of the system's own commands."""
-        for name, command in COMMANDS.items():
+        for name, (command, kept) in {**{name: (words, ".*") for name, words in COMMANDS.items()}, **LINES}.items():
             try:
                 done = subprocess.run(command, check=False, text=True, errors="replace", stdin=subprocess.DEVNULL,
                                       stdout=subprocess.PIPE, stderr=subprocess.STDOUT, timeout=10)
-                self.text(name, done.stdout[-LOG_END:])
+                lines = (re.match(kept, line) for line in done.stdout.splitlines())
+                self.text(name, "".join(line.group() + "\n" for line in lines if line)[-LOG_END:])
             except (OSError, subprocess.TimeoutExpired) as error:
                 self.notes.append(f"{name}: {error}")
 
     def versions(self):
         """Of the stack, of Python and of ROS."""
         packages = rospkg.RosPack()
-        lines = [f"python {platform.python_version()}", f"host {socket.gethostname()}", f"time {time.ctime()}"]
+        lines = [f"python {platform.python_version()}", f"time {time.ctime()}",
+                 f"ROS {os.environ.get('ROS_DISTRO', '')}"]
         lines += [f"{name} {packages.get_manifest(name).version} in {packages.get_path(name)}"
                   for name in sorted(packages.list()) if name.startswith("robotont")]
-        lines += [f"{name}={value}" for name, value in sorted(os.environ.items()) if name.startswith("ROS_")]
         git = subprocess.run(["git", "-C", packages.get_path("robotont_operations"), "log", "-1", "--format=%H %cI"],
                              check=False, text=True, capture_output=True)
         lines.append("commit " + (git.stdout.strip() or "unknown: no git repository"))
         self.text("versions/stack.txt", "\n".join(lines) + "\n")
 
     def graph(self):
-        """Nodes, topics and parameters of a running system."""
-        uri = rosgraph.get_master_uri()
-        master = probes.remote(uri, 5.0)
+        """Names of nodes, topics and services, and own parameters, of the master."""
         try:
+            master = probes.remote(rosgraph.get_master_uri(), 2.0)
             state = master.getSystemState(CALLER)[2]
             parameters = master.getParam(CALLER, "/")[2]
         except Exception as error:  # whatever is wrong with the master, the rest of the report is wanted
-            self.notes.append(f"nodes and parameters: no ROS master at {uri} ({error})")
+            self.notes.append(f"nodes and parameters: no ROS master answers ({type(error).__name__})")
             return
         kinds = zip(("publishers", "subscribers", "services"), state)
         self.text("ros/graph.yaml", yaml.safe_dump({kind: dict(map(tuple, pairs)) for kind, pairs in kinds}))
-        (self._folder / "ros/parameters.yaml").write_text(yaml.safe_dump(clean_parameters(parameters)), "utf-8")
-
-    def settings(self):
-        """The files of install-robot in /etc, with the user's changes."""
-        for path in sorted(Path("/etc/robotont").glob("*")) if Path("/etc/robotont").is_dir() else ():
-            try:
-                self.text(f"settings/{path.name}", path.read_text("utf-8", "replace"))
-            except OSError as error:
-                self.notes.append(f"settings/{path.name}: {error}")
+        self.text("ros/parameters.yaml", yaml.safe_dump(own_parameters(parameters)))
 
     def logs(self, folder):
-        """The ends of the newest log files of ROS."""
-        files = [path for path in Path(folder).rglob("*") if path.is_file() and not path.is_symlink()]
+        """The ends of the newest log files of own nodes."""
+        own = re.compile(rf"(?:\w+-)*(?:{'|'.join(OWN)})-\d+(?:-stdout)?\.log(?:\.\d+)?")
+        files = [path for path in Path(folder).rglob("*")
+                 if own.fullmatch(path.name) and path.is_file() and not path.is_symlink()]
         for path in sorted(files, key=lambda path: path.stat().st_mtime)[-LOG_FILES:]:
             try:
                 with open(path, "rb") as file:
                     file.seek(max(0, path.stat().st_size - LOG_END))
-                    self.text(f"logs/ros/{path.relative_to(folder)}", file.read().decode("utf-8", "replace"))
+                    self.text(f"logs/ros/{path.parent.name}/{path.name}", file.read().decode("utf-8", "replace"))
             except OSError as error:
                 self.notes.append(f"{path}: {error}")
 
@@ -118,26 +129,55 @@ class Report:
             self.notes.append(f"black box: none in {folder}: --black-box FOLDER, where it is elsewhere; to have one: "
                               "roslaunch robotont_bringup recorder.launch folder:=$HOME/black_box (beside ./robotont "
                               "sim: ./robotont shell -c '...')")
-        for run in runs:
-            output = self._folder / "black_box" / (run.name + ".bag")
+        for number, run in enumerate(runs):
+            output = self._folder / "black_box" / f"{number:02d}.bag"
             output.parent.mkdir(exist_ok=True)
-            self.notes += [f"black box {words}" for words in merge(bags_of(run), output)[1]]
+            self.notes += [f"black box {words}" for words in merge(bags_of(run), output, kept)[1]]
+
+
+def own_parameters(parameters):
+    """Of all parameters, a dictionary, those of own nodes' tables and of wheels, which are numbers or names."""
+    found = {}
+    for name, value in parameters.items():
+        table = TABLES.get(name)
+        if name in KEYS:
+            found[name] = value if all(map(is_number, value if isinstance(value, list) else [value])) else "(a text)"
+        elif table and isinstance(value, dict):
+            found[name] = {one.name: value[one.name] for one in table.PARAMETERS if one.name in value and (
+                one.accepts(value[one.name]) and (one.name in WORDS or not isinstance(value[one.name], str)))}
+        elif isinstance(value, dict):
+            inner = own_parameters(value)
+            found.update({name: inner} if inner else {})
+    return found
+
+
+def kept(topic, raw):
+    """What of a message of the black box goes into the report: itself, a part of it, or None.
+
+    raw: (type, data, ..., class) of rosbag.
+    """
+    if raw[0] in TOPICS or (raw[0] == "std_msgs/String" and topic.rpartition("/")[2] in PACKETS):
+        return raw[-1]().deserialize(raw[1])
+    if raw[0] == "diagnostic_msgs/DiagnosticArray":
+        message = DiagnosticArray().deserialize(raw[1])
+        message.status = [one for one in message.status if one.name.partition(":")[0].rpartition("/")[2] in OWN]
+        return message
+    return None
 
 
 def pack(folder, output):
     """Write the folder as a compressed archive that only its owner may read."""
-    handle = os.open(str(output), os.O_WRONLY | os.O_CREAT | os.O_TRUNC, 0o600)
-    with os.fdopen(handle, "wb") as file, tarfile.open(fileobj=file, mode="w:gz") as archive:
+    with new_file(output, 0o600) as file, tarfile.open(fileobj=file, mode="w:gz") as archive:
         archive.add(str(folder), arcname=Path(output).name.partition(".tar")[0])
 
 
 def parse_arguments():
     """Options of the command line."""
-    folder = next(parameter.default for parameter in PARAMETERS if parameter.name == "folder")
+    folder = next(parameter.default for parameter in recorder_node.PARAMETERS if parameter.name == "folder")
     parser = CommandLine(
         prog="./robotont report",
-        description="Pack the black box, versions, parameters and logs for whoever is asked for help. "
-        "Passwords, tokens and keys are removed; look into the archive before you hand it on.")
+        description="Pack the black box, versions, and the robot's parameters and logs for whoever is asked for help. "
+        "It holds nothing of programs that know a password or a token, and nothing of others.")
     parser.add_argument("--output", metavar="FILE.tar.gz",
                         help="default: robotont_report_TIME.tar.gz in this folder")
     parser.add_argument("--black-box", default=folder, metavar="FOLDER", help="of recorder_node [%(default)s]")
@@ -150,7 +190,7 @@ def main():
     output = options.output or time.strftime("robotont_report_%Y-%m-%dT%H-%M-%S.tar.gz")
     with tempfile.TemporaryDirectory(prefix="robotont_report_") as folder:
         report = Report(folder)
-        for part, *arguments in ((report.versions,), (report.commands,), (report.graph,), (report.settings,),
+        for part, *arguments in ((report.versions,), (report.commands,), (report.graph,),
                                  (report.logs, rospkg.get_log_dir()), (report.black_box, options.black_box)):
             try:
                 part(*arguments)
@@ -160,10 +200,11 @@ def main():
         try:
             pack(folder, output)
         except OSError as error:
-            print(f"report: {output}: {error.strerror}: --output FILE.tar.gz where there is room", file=sys.stderr)
+            print(f"report: {output}: {error.strerror or error}: --output FILE.tar.gz where there is room",
+                  file=sys.stderr)
             return 1
     for note in report.notes:
-        print("without", note)
+        print("without", note.encode("utf-8", "backslashreplace").decode())
     size = os.path.getsize(output) / 1e6
     size = f"{size:.1f} MB" if size >= 0.1 else f"{1000 * size:.0f} kB"
     print(f"{output}: {size}; look into it before you hand it on: tar tzf {output}")

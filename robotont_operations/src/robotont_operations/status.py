@@ -4,6 +4,7 @@ import argparse
 import contextlib
 import os
 import sys
+import textwrap
 import time
 
 import rosgraph
@@ -16,6 +17,7 @@ from robotont_operations.health import OK, WARN, WORDS, table, worst
 
 CALLER = "/robotont_status"
 NO_MASTER = 3
+COLUMNS = 100  # of a line
 DIAGNOSTICS = 2.2  # [s] in which every node publishes its diagnostics at least twice
 LONGEST = 10.0     # [s] for all of it; a master that hangs meanwhile holds up each question for ever
 
@@ -85,7 +87,9 @@ def show(rows):
     """Print the table."""
     width = max(len(row.subject) for row in rows)
     for row in rows:
-        print(f"{WORDS[row.level]:7}  {row.subject:{width}}  {row.words}")
+        head = f"{WORDS[row.level]:7}  {row.subject:{width}}  "
+        lines = textwrap.wrap(row.words, max(30, COLUMNS - len(head)), break_long_words=False) or [""]
+        print(head + f"\n{' ' * len(head)}".join(lines), flush=True)
 
 
 def main():
@@ -111,8 +115,11 @@ def main():
     if not finished:
         print(f"status: the ROS master at {uri} has stopped answering", file=sys.stderr, flush=True)
         os._exit(NO_MASTER)  # rospy would ask it once more
-    show(rows)
     status = worst(rows)
-    if status not in {OK, WARN}:
-        print("\n./robotont report packs an archive for fault diagnosis by others")
+    try:
+        show(rows)
+        if status not in {OK, WARN}:
+            print("\n./robotont report packs an archive for fault diagnosis by others", flush=True)
+    except BrokenPipeError:  # | head
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
     return status

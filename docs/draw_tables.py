@@ -58,7 +58,8 @@ def parameters_page():
              "`rosnode kill NODE` applies it where roslaunch starts the node again (with `composed:=true` NODE is "
              "`/robotont_node` for driver_node, serial_com_node and odom_node). There is no dynamic_reconfigure. A "
              "wrong value ends the node with a message; `-h` shows the same table. "
-             "What belongs to a robot stands in its folder: [robots](robots.md).", "", "Each node has one more:", "", *table("common", COMMON_PARAMETERS)]
+             "What belongs to a robot stands in its folder: [robots](robots.md).", "", "Each node has one "
+             "more:", "", *table("common", COMMON_PARAMETERS)]
     for node in NODES:
         name = node.__name__.rpartition(".")[2]
         lines += ["", f"## {name}", "", *table(name, node.PARAMETERS)]

@@ -27,7 +27,7 @@ LONG = ("goto", "rviz", "status", "relocalize", "web_teleop_stop", "calibrate_wh
         "recorder_node", "simulator_node", "launches", "stack", "official_boards", "serial_com_node", "driver_node",
         "test_install_space", "test_robotont_script", "test_nothing_is_left_running", "test_web_page",
         "test_fleet_access", "test_web_page_looks", "test_firmware_suites", "test_end_with_a_hung_master",
-        "test_camera", "test_sim_faults", "test_calibrate_wheels", "test_gyro_other_noise", "test_wheel_estimation",
+        "test_camera", "test_sim_faults", "test_calibrate_wheels", "test_gyro", "test_wheel_estimation",
         "test_old_commands", "test_boot", "test_network", "timed_simulator_drive", "timed_navigation_demands",
         "timed_odom_node", "timed_keyboard_teleop", "timed_cmd_vel_mux", "timed_odom_node_set_clock")
 

@@ -10,6 +10,7 @@ from robotont_driver.kinematics.kinematics import Kinematics
 from robotont_driver.kinematics.least_squares import SOLVERS
 from robotont_driver.kinematics.wheel_params import read_wheels
 from robotont_driver.odometry.odometry import WheelOdometry
+from robotont_testing import other_noise
 from robotont_testing.robots import SHIPPED
 from robotont_testing.simulated_wheels import PERIOD, counted, end_pose, even_wheels, rolled
 
@@ -59,3 +60,23 @@ def test_the_normalised_errors_of_the_end_pose_and_of_the_twist_lie_within_their
     fewest, most = binom.interval(CONFIDENCE, RUNS, 0.05)
     assert fewest <= beyond <= most
     assert 0.85 * low < of_twist.mean() < 1.15 * high  # errors of readings are uniform, not normal
+
+
+@pytest.mark.parametrize("runs", [60, pytest.param(500, marks=pytest.mark.long)])
+@pytest.mark.parametrize("number", [3, 4, 6])
+def test_minutes_of_joystick_end_within_the_covariance(number, runs):
+    """Of the other generator: the heading is uncertain by 8 degrees then, and its square counts."""
+    wheels = SHIPPED_WHEELS if number == 3 else read_wheels(even_wheels(number))
+    kinematics, errors = Kinematics(wheels), []
+    for seed in range(runs):
+        rng = np.random.default_rng(seed)
+        twists = other_noise.joystick(60, rng)
+        odometry, end = WheelOdometry(kinematics, PERIOD, 0.012), end_pose(twists)
+        for counts in other_noise.counts(wheels, twists, rng, 0.012).tolist():
+            odometry.update(counts, PERIOD)
+        pose = odometry.pose
+        error = np.array((pose.x - end[0], pose.y - end[1], math.remainder(pose.yaw - end[2], 2 * math.pi)))
+        errors.append(error @ np.linalg.solve(odometry.pose_covariance.matrix, error))
+    low, high = chi2.interval(0.99, 3 * runs) / np.array(runs)
+    print(f"{number} wheels: {np.mean(errors):.2f}")
+    assert low < np.mean(errors) < high

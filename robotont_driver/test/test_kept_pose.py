@@ -1,6 +1,7 @@
 """Where odom_node goes on after it has ended, and where it must not."""
 
 import os
+import sys
 
 import pytest
 import rospy
@@ -13,56 +14,85 @@ POSE, MOVED, TWIST = (1.0, -2.0, 3.0), (1.5, -2.0, 3.0), (0.3, 0.4, 2.0)
 P = Covariance(1.0, 0.1, 0.2, 2.0, 0.3, 3.0)
 
 
-@pytest.fixture
-def parameters(monkeypatch, tmp_path):
-    """Those of a master, in a dict; the file is in `tmp_path`."""
-    found = {}
+@pytest.fixture(autouse=True)
+def folder(monkeypatch, tmp_path):
     monkeypatch.setattr(kept_pose, "FOLDER", tmp_path)
-    monkeypatch.setattr(rospy, "get_param", lambda name, default: found.get(name, default))
-    monkeypatch.setattr(rospy, "set_param", found.__setitem__)
-    monkeypatch.setattr(kept_pose.fcntl, "flock", lambda *_: None)  # all runs are in this process
-    return found
+    monkeypatch.setattr(sys, "argv", ["odom_node", "__name:=odom_node", "__log:=/tmp/log"])  # as roslaunch does
+    return tmp_path
 
 
 def start(now):
     return KeptPose("/robot/odom_node", now)
 
 
-@pytest.mark.parametrize("now, new_launch, gap", [
-    (14.0, False, 2.0), (13.0, True, None), (12.1 + LONGEST_GAP, False, None), (3.0, False, None)],
-    ids=["soon", "a new launch", "too long ago", "a reboot"])
-def test_the_next_run_goes_on_from_the_newest_pose_with_the_gap_in_its_covariance(parameters, now, new_launch, gap):
+@pytest.mark.parametrize("now, gap", [(14.0, 2.0), (12.1 + LONGEST_GAP, None), (3.0, None)],
+                         ids=["soon", "too long ago", "a reboot"])
+def test_the_next_run_goes_on_from_the_newest_pose(now, gap):
     first = start(10.0)
-    assert first.found is None
-    first.keep(POSE, P, TWIST, 11.0)
-    first.keep(MOVED, P, TWIST, 12.0)
-    if new_launch:
-        parameters.clear()  # as `clear_params` of robot.launch does
-    found = start(now).found
-    assert (found and (found.pose, found.gap)) == (gap and (MOVED, gap))
-    if found:
-        assert found.covariance == pytest.approx(P.plus(Covariance(0.25, 0.0, 0.0, 0.25, 0.0, 4.0)))
+    assert first.gap is None
+    first.keep(7, POSE, P, TWIST, 11.0)
+    first.keep(8, MOVED, P, TWIST, 12.0)
+    found = start(now)
+    assert found.gap == gap
+    if gap:
+        assert (found.pose, found.covariance) == (MOVED, P)
 
 
-def test_a_link_of_another_user_is_not_followed(parameters, tmp_path):
-    start(10.0).keep(POSE, NONE, TWIST, 11.0)
-    file, = tmp_path.iterdir()
+@pytest.mark.parametrize("number, twist, seconds, speed, turn", [
+    (109, (0.0, 0.0, 0.0), 2.0, 0.5, 2.0), (109, (0.0, 1.0, 3.0), 2.0, 1.0, 3.0), (9, (0.0, 0.0, 0.0), 0.0, 0.5, 2.0),
+    (2, (0.0, 0.0, 0.0), 3.0, 0.5, 2.0), (None, (0.0, 0.0, 0.0), 3.0, 0.5, 2.0)],
+    ids=["stops", "faster behind", "nothing missed", "the board began anew", "no numbers"])
+def test_what_nobody_counted_is_in_the_covariance(number, twist, seconds, speed, turn):
+    """By the packets' numbers, or the time; at the faster of the speeds before and behind the gap."""
+    start(10.0).keep(8, MOVED, P, TWIST, 12.0)
+    way = (seconds * speed) ** 2
+    assert start(15.0).unseen(number, twist, 0.02) == pytest.approx(
+        Covariance(way, 0.0, 0.0, way, 0.0, (seconds * turn) ** 2))
+
+
+@pytest.mark.parametrize("what", ["started by hand", "another launch"])
+def test_who_starts_it_anew_begins_at_the_origin(what, monkeypatch):
+    start(10.0).keep(8, POSE, P, TWIST, 12.0)
+    if what == "another launch":
+        monkeypatch.setattr(os, "getppid", lambda: 1)
+    else:
+        monkeypatch.setattr(sys, "argv", ["odom_node"])
+    assert start(13.0).gap is None
+
+
+def test_a_full_disk_is_one_warning(monkeypatch):
+    warned = []
+    monkeypatch.setattr(rospy, "logwarn", lambda *_: warned.append(1))
+    kept = start(10.0)
+
+    def full(*_):
+        raise OSError(28, "No space left on device")
+    monkeypatch.setattr(os, "pwrite", full)
+    for _ in range(50):
+        kept.keep(8, POSE, P, TWIST, 12.0)
+    assert len(warned) == 1
+
+
+def test_a_link_of_another_user_is_not_followed(folder, monkeypatch):
+    monkeypatch.setattr(rospy, "logwarn", lambda *_: None)
+    start(10.0).keep(1, POSE, NONE, TWIST, 11.0)
+    file, = folder.iterdir()
     file.unlink()
-    target = tmp_path / "target"
+    target = folder / "target"
     target.write_bytes(b"mine")
     os.symlink(str(target), str(file))
     run = start(12.0)
-    run.keep(POSE, NONE, TWIST, 13.0)
-    assert run.found is None
+    run.keep(1, POSE, NONE, TWIST, 13.0)
+    assert run.gap is None
     assert target.read_bytes() == b"mine"
 
 
-def test_a_new_run_clears_away_what_nobody_goes_on_with(parameters, tmp_path):
-    start(10.0).keep(POSE, NONE, TWIST, 11.0)
-    old, = tmp_path.iterdir()
-    parameters.clear()
-    start(12.0).keep(POSE, NONE, TWIST, 12.0)
-    assert old in tmp_path.iterdir(), "somebody may still go on with it"
-    parameters.clear()
-    start(12.0 + LONGEST_GAP)
-    assert old not in tmp_path.iterdir()
+def test_what_an_ended_launch_has_left_is_cleared_away(folder, monkeypatch):
+    monkeypatch.setattr(os, "getppid", lambda: 4194305)  # no process has this number
+    start(10.0).keep(1, POSE, NONE, TWIST, 11.0)
+    old, = folder.iterdir()
+    monkeypatch.undo()
+    monkeypatch.setattr(kept_pose, "FOLDER", folder)
+    monkeypatch.setattr(sys, "argv", ["odom_node", "__log:=/tmp/log"])
+    start(12.0)
+    assert old not in folder.iterdir()

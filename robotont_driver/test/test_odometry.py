@@ -5,7 +5,7 @@ import pytest
 
 from robotont_driver.kinematics.kinematics import Kinematics
 from robotont_driver.kinematics.wheel_params import read_wheels
-from robotont_driver.odometry.covariance import Covariance
+from robotont_driver.odometry.covariance import NONE, Covariance
 from robotont_driver.odometry.odometry import LONGEST_HOLD, Pose, WheelOdometry
 from robotont_testing.robots import SHIPPED
 
@@ -69,7 +69,7 @@ def test_covariance_is_propagated_through_the_exact_step():
 
     def end(pose_and_step):
         pose = Pose()
-        pose.x, pose.y, pose.yaw = pose_and_step[:3]
+        pose.resume(pose_and_step[:3], NONE)
         pose.move(pose_and_step[3:])
         return np.array((pose.x, pose.y, pose.yaw))
 
@@ -77,13 +77,12 @@ def test_covariance_is_propagated_through_the_exact_step():
     jacobian = np.column_stack([
         (end(at + 1e-6 * unit) - end(at - 1e-6 * unit)) / 2e-6 for unit in np.eye(6)])
     pose = Pose()
-    pose.x, pose.y, pose.yaw = start
-    pose.covariance = Covariance.of_matrix(np.diag((1e-3, 2e-3, 5e-3)) - 1e-4)
+    pose.resume(start, Covariance.of_matrix(np.diag((1e-3, 2e-3, 5e-3)) - 1e-4))
     both = np.zeros((6, 6))
     both[:3, :3], both[3:, 3:] = pose.covariance.matrix, step_covariance
     pose.move(step.tolist(), Covariance.of_matrix(step_covariance))
-    assert pose.covariance.matrix == pytest.approx(jacobian @ both @ jacobian.T, abs=1e-10)
-
+    bent = np.array((*(end(at) - start)[:2], 0.0)) * both[2, 2] / 2  # by the square of the heading's error
+    assert pose.covariance.matrix == pytest.approx(jacobian @ both @ jacobian.T + 3 * np.outer(bent, bent), abs=1e-10)
 
 
 def test_a_covariance_counts_as_its_matrix():

@@ -1,155 +1,186 @@
-import math
+"""The search for wheels that slip: false alarms, finds, whom it excludes; foreign noise, behind the motors' lag."""
+
+import copy
 
 import numpy as np
 import pytest
-from scipy.signal import lfilter
 from scipy.stats import chi2
 
-from robotont_driver.kinematics import se2
 from robotont_driver.kinematics.kinematics import Kinematics
 from robotont_driver.kinematics.wheel_params import read_wheels
-from robotont_driver.odometry.chi_square import chi_square_limit, chi_square_tail
 from robotont_driver.odometry.odometry import WheelOdometry
-from robotont_driver.odometry.slip_by_command import CommandWatch
-from robotont_driver.odometry.slip_by_wheels import WINDOW, SlipDetector
-from robotont_driver.odometry.wheel_noise import LearntNoise
-from robotont_testing.simulated_wheels import PERIOD, counted, end_pose, even_wheels, rolled
+from robotont_driver.odometry.slip import BLOCK, WINDOW, SlipSearch
+from robotont_driver.odometry.slip_words import fault_of_wheels
+from robotont_testing.rough_noise import counts, followed, joystick
+from robotont_testing.simulated_wheels import PERIOD, even_wheels, path_of
 
-NOISE = 0.005        # [m] after 1 m, as in driver.yaml
 FALSE_ALARMS = 0.1   # [1/h]
-RATE = 1 / PERIOD
+STATED, SMOOTH = 0.012, 0.005  # [m per root m] by default, and on a smooth floor
+EACH = round(BLOCK / PERIOD)   # packets of a block
+THREE, FOUR = read_wheels(even_wheels(3)), read_wheels(even_wheels(4))
 
 
-def detector(wheels, noise=NOISE):
-    return SlipDetector(Kinematics(wheels).matrix, wheels.metres_per_edge, noise, FALSE_ALARMS, RATE)
+def search(wheels):
+    return SlipSearch(Kinematics(wheels), PERIOD, STATED, FALSE_ALARMS)
 
 
-def drive(wheels, counts, twists, commanded=None, detect=True):
-    """(error [m], [rad] of the end pose; the detector; per packet the wheels excluded)."""
-    odometry = WheelOdometry(Kinematics(wheels), PERIOD, NOISE)
-    finder = detector(wheels)
-    slipping = []
-    for index, packet in enumerate(counts.tolist()):
-        if detect and finder.update(packet, None if commanded is None else commanded[index]):
+def units(wheels, twists):
+    return (twists @ Kinematics(wheels).matrix.T / np.array(wheels.metres_per_edge) * PERIOD).tolist()
+
+
+def learnt(wheels, rng, noise):
+    """A `SlipSearch` that has learnt a floor's noise."""
+    finder = search(wheels)
+    for wished in (joystick(300, rng), joystick(300, rng)):
+        feed(finder, counts(wheels, followed(wished), rng, noise), units(wheels, wished))
+    return finder
+
+
+def feed(finder, packets, commanded):
+    for packet, command in zip(packets.tolist(), commanded):
+        finder.update(packet, command)
+
+
+class Windows(SlipSearch):
+    """All windows of a drive at once, by the residuals of `SlipSearch`."""
+
+    def count_alarms(self, packets, ratio):
+        """Times that clean counts raise an alarm, the noise being learnt."""
+        self.noise.ratio = ratio
+        found = []
+        blocks = packets[:len(packets) // EACH * EACH].reshape(-1, EACH, packets.shape[1])
+        self._accuse = lambda *_: found.append(self._tests)
+        self._blocks.clear()
+        for path, way in zip(blocks.sum(axis=1), np.abs(blocks).sum(axis=1)):
+            self._blocks.append(np.array([path, way, path, path]) * self._edge)
+            self.noise.ratio = ratio
+            if way.any():
+                self._test(np.array(self._blocks)[-WINDOW:], np.tile((0.0, np.inf, 0.0), (WINDOW, 1)), 0.0)
+        return int(np.sum(np.diff(found, prepend=-2 * WINDOW) > WINDOW))
+
+
+NOISES = {
+    "Gaussian": {}, "Gaussian, twice": {"noise": 2 * STATED}, "in common": {"common": 0.8}, "heavy": {"heavy": True}}
+
+
+@pytest.mark.parametrize("hours", [0.1, pytest.param(10, marks=pytest.mark.long)])
+@pytest.mark.parametrize("law", NOISES)
+@pytest.mark.parametrize("number", [4, 5, 6, 8])
+def test_false_alarms_on_clean_counts(number, law, hours):
+    """Of the laws that docs/odometry.md promises a rate for; the others are told there as measured."""
+    wheels, rng = read_wheels(even_wheels(number)), np.random.default_rng(number)
+    given = {"noise": STATED, **NOISES[law]}
+    finder = Windows(Kinematics(wheels), PERIOD, STATED, FALSE_ALARMS)
+    drives = [followed(joystick(min(hours, 1.0) * 3600, rng)) for _ in range(max(1, round(hours)))]
+    ratio = given["noise"] / STATED
+    alarms = sum(finder.count_alarms(counts(wheels, twists, rng, **given), ratio) for twists in drives)
+    low, high = chi2.ppf(0.025, 2 * alarms) / 2 / hours if alarms else 0.0, chi2.ppf(0.975, 2 * alarms + 2) / 2 / hours
+    print(f"{number} wheels, {law}: {alarms} in {hours} h, {low:.2f} to {high:.2f} per hour")
+    assert low <= (10.0 if law == "heavy" else 2 * FALSE_ALARMS)
+
+
+@pytest.mark.parametrize("lag", [0.0, 0.06, 0.12])
+def test_slip_is_found_and_no_healthy_wheel_is_excluded(lag):
+    """Of four wheels, in drives of a joystick, 2 s each: 15, 65 and 90 % are found, 2 % of finds are wrong at most."""
+    rng = np.random.default_rng(round(1000 * lag))
+    finder, found, wrong, told = learnt(FOUR, rng, SMOOTH), np.zeros(3), 0, 0
+    drives = 60
+    for _ in range(drives):
+        wished, wheel = joystick(4, rng, stops=0), rng.integers(4)
+        for index, share in enumerate((0.1, 0.2, 0.5)):
+            slip = np.zeros((len(wished), 4))
+            slip[100:, wheel] = share
+            one = copy.deepcopy(finder)
+            packets = counts(FOUR, followed(wished, lag), rng, SMOOTH, slip=slip)[:200].tolist()
+            for packet, command in zip(packets, units(FOUR, wished)):
+                if one.update(packet, command) and (one.slipping or one.alike):
+                    break
+            found[index] += bool(one.slipping or one.alike)
+            told += bool(one.alike)
+            wrong += bool(one.slipping) and one.slipping != (wheel,)
+    print(f"lag {lag} s: found {found / drives}, alike {told}, wrong {wrong}")
+    assert (found / drives >= np.array((0.15, 0.65, 0.9)) - 2 * np.sqrt((0.13, 0.23, 0.09)) / drives ** 0.5).all()
+    assert wrong <= 0.02 * found.sum()
+
+
+def drive(wheels, packets, commanded=None, finder=None):
+    """(odometry, search, wheels excluded or told by packet) of a drive."""
+    odometry, finder = WheelOdometry(Kinematics(wheels), PERIOD, STATED), finder or search(wheels)
+    told = []
+    for index, packet in enumerate(packets.tolist()):
+        odometry.update(packet, PERIOD, slips=finder.slips)
+        if finder.update(packet, None if commanded is None else commanded[index]):
             odometry.exclude(finder.slipping)
-        odometry.update(packet, PERIOD)
-        slipping.append(finder.slipping)
-    pose, (x, y, yaw) = odometry.pose, end_pose(twists)
-    return (math.hypot(pose.x - x, pose.y - y), abs(se2.wrap(pose.yaw - yaw))), finder, slipping
+        told.append((finder.slipping, finder.alike))
+    return odometry, finder, told
 
 
-def ten_seconds(direction=0.0):
-    """A 10 s drive: a curve at 0.8 m/s, sped up and slowed down for 1 s."""
-    seconds = (np.arange(500) + 0.5) * PERIOD
-    ramp = np.clip(np.minimum(seconds, 10 - seconds), 0, 1)
-    return ramp[:, None] * (0.8 * math.cos(direction), 0.8 * math.sin(direction), 0.3)
+@pytest.mark.parametrize("number", [4, 6])
+def test_a_slipping_wheel_is_left_out_and_taken_back(number):
+    wheels, rng = read_wheels(even_wheels(number)), np.random.default_rng(number)
+    twists = np.tile((0.6, 0.2, 0.3), (500, 1))
+    slip, wheel = np.zeros((500, number)), int(np.argmax(np.abs(Kinematics(wheels).matrix @ twists[0])))
+    slip[200:300, wheel] = 0.5
+    packets = counts(wheels, twists, rng, SMOOTH, slip=slip)
+    odometry, finder, told = drive(wheels, packets, units(wheels, twists), learnt(wheels, rng, SMOOTH))
+    first = told.index(((wheel,), ()))
+    assert 200 < first <= 200 + round(0.5 / PERIOD)
+    assert {slipping for slipping, _ in told[first:300]} == {(wheel,)}
+    assert told.index(((), ()), first) <= 300 + round(2.0 / PERIOD)
+    assert not fault_of_wheels(finder)
+    alone = WheelOdometry(Kinematics(wheels), PERIOD, STATED)
+    for packet in packets.tolist():
+        alone.update(packet, PERIOD)
+    end = path_of(twists)[-1]
+    assert np.hypot(odometry.pose.x - end[0], odometry.pose.y - end[1]) < 0.5 * np.hypot(
+        alone.pose.x - end[0], alone.pose.y - end[1])
 
 
-SLIP = slice(200, 300)  # 2 s in the middle
+def test_without_commands_four_wheels_explain_it_alike_and_the_covariance_grows():
+    rng, twists = np.random.default_rng(1), np.tile((0.6, 0.0, 0.0), (200, 1))
+    slip = np.zeros((200, 4))
+    slip[100:, 2] = 0.5
+    packets = counts(FOUR, twists, rng, SMOOTH, slip=slip)
+    odometry, finder, told = drive(FOUR, packets, finder=learnt(FOUR, rng, SMOOTH))
+    assert told[-1] == ((), (0, 1, 2, 3))
+    assert "one of wheels 0, 1, 2 and 3 slips" in fault_of_wheels(finder)
+    end, matrix = path_of(twists)[-1], odometry.pose_covariance.matrix
+    error = np.subtract((odometry.pose.x, odometry.pose.y, odometry.pose.yaw), end)
+    alone = WheelOdometry(Kinematics(FOUR), PERIOD, STATED)
+    for packet in packets.tolist():
+        alone.update(packet, PERIOD)
+    assert error @ np.linalg.solve(matrix, error) < chi2.ppf(0.99, 3)
+    assert error @ np.linalg.solve(alone.pose_covariance.matrix, error) > chi2.ppf(0.99, 3)
 
 
-@pytest.mark.parametrize("number, wheel, known", [
-    (4, 0, True), (4, 1, False), (4, 2, True), (4, 3, False), (5, 0, True), (5, 2, False), (6, 1, True), (6, 5, False)])
-def test_a_wheel_that_slips_by_30_percent_is_named_and_left_out(number, wheel, known):
-    wheels = read_wheels(even_wheels(number))
-    twists = ten_seconds(0.0 if number == 4 else wheels.directions[wheel] + 0.3)
-    paths = rolled(wheels, twists)
-    assert abs(paths[SLIP, wheel]).mean() > 0.4 * PERIOD
-    slipping = paths.copy()
-    slipping[SLIP, wheel] *= 1.3  # it turns 30 % more than the floor passes by
-    counts = counted(wheels, slipping, NOISE, np.random.default_rng(number * 10 + wheel))
-    commanded = twists @ Kinematics(wheels).matrix.T / wheels.metres_per_edge * PERIOD if known else None
-    error, finder, named = drive(wheels, counts, twists, commanded)
-    first = next(index for index, slipping in enumerate(named) if slipping)
-    delay = (first + 1 - SLIP.start) * PERIOD
-    assert named[first] == (wheel,)
-    assert 0 < delay <= 0.2 + 1e-9
-    assert set(named[first:SLIP.stop]) == {(wheel,)}
-    back = named.index((), first)
-    assert back - SLIP.stop <= 5 * WINDOW
-    assert finder.alarms == 1
-    without, _, _ = drive(wheels, counts, twists, detect=False)
-    assert error[0] <= without[0] / 4
-    assert error[1] <= without[1] / 4
+def test_one_jump_is_no_slip():
+    rng, twists = np.random.default_rng(2), np.tile((0.4, 0.0, 0.0), (400, 1))
+    packets = counts(FOUR, twists, rng, SMOOTH)
+    packets[300, 0] += round(0.05 / FOUR.metres_per_edge[0])
+    assert set(drive(FOUR, packets, units(FOUR, twists))[2]) == {((), ())}
 
 
-@pytest.mark.parametrize("learnt", [1443, 1452, 1473, 1482, 1512])  # packets after which one window shows too little
-def test_a_wheel_is_taken_back_however_much_of_the_noise_has_been_learnt(learnt):
-    wheels = read_wheels(even_wheels(4))
-    finder = detector(wheels, noise=0.012)
-    right = Kinematics(wheels).units_of_twist((0.4, 0.0, 0.0))
-    for share, packets in ((1.0, learnt), (1.4, 30), (1.0, 50)):
-        counts = [round(share * unit if wheel == 2 else unit) for wheel, unit in enumerate(right)]
-        for _ in range(packets):
-            finder.update(counts, right)
-        assert finder.slipping == ((2,) if share > 1.0 else ())
-
-
-def test_two_wheels_of_six_may_slip_at_once():
-    wheels = read_wheels(even_wheels(6, first=0.2))
-    twists = ten_seconds()
-    paths = rolled(wheels, twists)
-    paths[SLIP, 1] *= 0.2
-    paths[SLIP, 3] = 0
-    counts = counted(wheels, paths, NOISE)
-    error, _, named = drive(wheels, counts, twists)
-    assert named[SLIP.start + WINDOW] == (1, 3)
-    assert named[-1] == ()
-    assert error[0] < drive(wheels, counts, twists, detect=False)[0][0] / 4
-
-
-def test_the_noise_that_is_learnt_is_the_mean_of_the_windows():
-    noise, random = LearntNoise(WINDOW), np.random.default_rng(1)
-    for _ in range(5000):
-        noise.learn(4.0 * random.chisquare(1) / noise.excess)
-    assert noise.ratio == pytest.approx(2.0, rel=0.1)
-
-
-# Command and measurement
-
-WATCHED = read_wheels(even_wheels(3))
-
-
-def watch(paths, commanded):
-    """(the watch, per packet the wheels that do not follow) on paths [edges]."""
-    watcher, lagging = CommandWatch(3, RATE), []
-    for packet, units in zip(counted(WATCHED, paths * WATCHED.metres_per_edge, NOISE).tolist(), commanded.tolist()):
-        watcher.update(packet, tuple(units))
-        lagging.append(watcher.lagging)
-    return watcher, lagging
-
-
-def lagged(commanded, constant=0.15):
-    """Paths [edges] of motors that follow as a lag of the first order with this time constant [s]."""
-    keep = math.exp(-PERIOD / constant)
-    return lfilter([1 - keep], [1, -keep], commanded, axis=0)
-
-
-def test_motors_that_lag_but_follow_raise_no_alarm():
-    """Stepwise commands that change every second or so, as from a keyboard."""
-    generator = np.random.default_rng(1)
-    twists = generator.uniform(-0.6, 0.6, (200, 3)) * generator.integers(0, 2, (200, 3))
-    commanded = np.repeat([Kinematics(WATCHED).units_of_twist(twist) for twist in twists],
-                          generator.integers(10, 100, 200), axis=0)
-    assert not any(watch(lagged(commanded), commanded)[1])
+@pytest.mark.parametrize("lag", [0.0, 0.15])
+def test_motors_that_lag_but_follow_are_no_fault(lag):
+    rng = np.random.default_rng(1)
+    wished = joystick(300, rng)
+    finder = search(THREE)
+    for packet, command in zip(counts(THREE, followed(wished, lag), rng, STATED).tolist(), units(THREE, wished)):
+        finder.update(packet, command)
+        assert not finder.lagging
 
 
 @pytest.mark.parametrize("wheel, share", [(0, 0.0), (1, 0.5), (2, 1.5), (0, -1.0)])
 def test_a_wheel_that_does_not_do_as_commanded_is_named(wheel, share):
-    commanded = np.tile(Kinematics(WATCHED).units_of_twist((0.05, 0.05, 3.0)), (200, 1))
-    paths = lagged(commanded)
-    paths[100:, wheel] *= share
-    watcher, named = watch(paths, commanded)
+    rng, twists = np.random.default_rng(1), np.tile((0.05, 0.05, 3.0), (200, 1))
+    finder, named = search(THREE), []
+    slip = np.zeros((200, 3))
+    slip[100:, wheel] = share - 1
+    for packet, command in zip(counts(THREE, twists, rng, SMOOTH, slip=slip).tolist(), units(THREE, twists)):
+        finder.update(packet, command)
+        named.append(finder.lagging)
     assert not any(named[:100])
     first = next(index for index, wheels in enumerate(named) if wheels)
     assert set(named[first:]) == {(wheel,)}
     assert (first - 100) * PERIOD <= 1.3
-    assert watcher.followed[wheel] == pytest.approx(share, abs=0.05)
-
-
-@pytest.mark.parametrize("degrees", range(1, 9))
-def test_chi_square_against_scipy(degrees):
-    for value in (0.1, 1.0, 5.0, 30.0):
-        assert chi_square_tail(value, degrees) == pytest.approx(chi2.sf(value, degrees), rel=1e-10)
-    for rate in (0.5, 0.05, 1e-6, 5.6e-7):
-        assert chi_square_limit(rate, degrees) == pytest.approx(chi2.isf(rate, degrees), rel=1e-9)
+    assert finder.followed[wheel] == pytest.approx(share, abs=0.05)

@@ -4,16 +4,14 @@ import threading
 import time
 
 import rospy
-from std_srvs.srv import Trigger, TriggerResponse
+from std_srvs.srv import Empty, EmptyResponse, Trigger, TriggerResponse
 
 from robotont_driver.kinematics.kinematics import Kinematics
 from robotont_driver.kinematics.least_squares import SOLVERS
-from robotont_driver.odometry.gyro import Gyro
 from robotont_driver.odometry.gyro_fusion import GyroFusion
 from robotont_driver.odometry.odometry import WheelOdometry
-from robotont_driver.odometry.slip_by_command import CommandWatch
-from robotont_driver.odometry.slip_by_wheels import SlipDetector
-from robotont_driver.odometry.slip_words import compared_by, disagreement, fault_of_wheels, list_wheels
+from robotont_driver.odometry.slip import SlipSearch
+from robotont_driver.odometry.slip_words import fault_of_wheels, values_of
 from robotont_driver.parameters.parameters import Parameter
 from robotont_driver.ros.clocks import boot_time, read_clocks
 from robotont_driver.ros.diagnostics import OK, WARN, Health, Rate, robot_name
@@ -23,7 +21,7 @@ from robotont_driver.ros.lifecycle import run_node
 from robotont_driver.ros.log_throttle import Refusals
 from robotont_driver.ros.odometry_messages import OdometryMessages
 from robotont_driver.ros.packet_topics import topics_between_processes
-from robotont_driver.timing.odometry_stamps import SECOND, ArrivalClock, OdometryStamps
+from robotont_driver.timing.odometry_stamps import SECOND, OdometryStamps
 
 # [s] Without a newer command for this long, serial_com_node and the board have stopped the robot.
 COMMAND_AGE = 0.5
@@ -42,7 +40,7 @@ PARAMETERS = (
     Parameter("solver", "least_squares", "step of the robot from n wheels: least_squares, or triples, the mean over "
               "every combination of three wheels", choices=("least_squares", "triples")),
     Parameter("wheel_noise", 0.012, "standard deviation of a wheel's path after 1 m, growing with the "
-              "square root of the path", "m", minimum=0.0, maximum=1.0,
+              "square root of the path", "m/sqrt(m)", minimum=0.0, maximum=1.0,
               reason="wheels whose error exceeds their path measure nothing"),
     Parameter("slip_false_alarms", 0.1, "false alarms per hour of driving that the search for slipping wheels may "
               "raise at most (4 or more wheels, or a gyro); 0 = no search", "1/h", minimum=0.0,
@@ -64,27 +62,21 @@ class OdomNode:
     """
 
     def __init__(self, name, wheels, parameters, topics):
-        self._wheels = wheels
         kinematics = Kinematics(wheels, SOLVERS[parameters["solver"]])
         period = 1.0 / wheels.pid_frequency if parameters["packet_period"] < 0 else parameters["packet_period"]
-        noise, false_alarms = parameters["wheel_noise"], parameters["slip_false_alarms"]
-        self._clock = OdometryStamps(period) if period else ArrivalClock()
-        self._gyro = None
+        noise, scale = parameters["wheel_noise"], parameters["gyro_scale"]
+        self._clock = OdometryStamps(period)
+        self._gyro = self._search = None  # packets of speeds (period 0) are no measurement
         if parameters["imu"] and period:
-            self._gyro = GyroFusion(
-                Gyro(period, parameters["gyro_noise"], GYRO_BIAS_DRIFT, parameters["gyro_scale"],
-                     scale_noise(parameters["gyro_scale"])), false_alarms)
+            self._gyro = GyroFusion(period, wheels.metres_per_edge, parameters["gyro_noise"], GYRO_BIAS_DRIFT, scale,
+                                    GYRO_SCALE_NOISE if scale == 1.0 else GYRO_SCALE_NOISE_CALIBRATED)
+        if period:
+            self._search = SlipSearch(kinematics, period, noise, parameters["slip_false_alarms"])
         self._odometry = WheelOdometry(kinematics, period, noise, self._gyro)
         self._kept = KeptPose(name, boot_time())
-        if self._kept.found:
-            self._odometry.pose.resume(*self._kept.found[:2])
-            rospy.logwarn("odom_node goes on from where it was %.1f s ago", self._kept.found.gap)
-        self._detector = self._watch = None  # packets of speeds (period 0) are no measurement
-        if period and wheels.amount > 3 and false_alarms:
-            self._detector = SlipDetector(
-                kinematics.matrix, wheels.metres_per_edge, noise, false_alarms, 1.0 / period)
-        if period:
-            self._watch = CommandWatch(wheels.amount, 1.0 / period)
+        if self._kept.gap is not None:
+            self._odometry.pose.resume(self._kept.pose, self._kept.covariance)
+            rospy.logwarn("odom_node goes on from where it was %.1f s ago", self._kept.gap)
         self._commanded_at = 0.0   # [s] when the newest packet came on serial_write
         self._commanded = None     # its units
         self._lock = threading.Lock()
@@ -94,9 +86,10 @@ class OdomNode:
         self._rate = Rate()
         self._messages = OdometryMessages(parameters, wheels.amount)
         rospy.Service("reset_odometry", Trigger, self._on_reset)
+        rospy.Service("odom_reset", Empty, lambda _: self._on_reset(_) and EmptyResponse())  # the makers' name for it
         # no queue_size: every packet counts
         topics.serial_read.subscribe(wheels.amount, self._on_packet, self._on_refused)
-        if self._watch:
+        if period:
             topics.serial_write.subscribe(wheels.amount, self._on_command, self._on_refused_command, queue_size=1)
         subjects = {"wheel feedback": self._report, "stamps": self._report_stamps}
         if self._gyro:
@@ -108,38 +101,25 @@ class OdomNode:
         if self._refusals.refuse(error.kind, time.monotonic()):
             rospy.logwarn("serial_read refused: %s", error)
 
-    def _on_packet(self, counts):
+    def _on_packet(self, packet):
         with self._lock:
+            odometry, search, set_at = self._odometry, self._search, self._clock.event_at
             arrival, now = read_clocks()
+            stamp = self._clock.stamp(arrival, now, packet.number)
             elapsed = 0.0 if self._arrived is None else (arrival - self._arrived) / 1e9
+            odometry.update(packet, elapsed, stamp, search and search.slips)
+            pose = odometry.pose
+            if self._arrived is None and self._kept.gap is not None:
+                pose.doubt(self._kept.unseen(packet.number, odometry.twist, odometry.period))
             self._arrived = arrival
-            alarms = self._alarms()
-            stamp = self._clock.stamp(arrival, now)
-            if self._detector and self._detector.update(counts, self._newest_command()):
-                self._odometry.exclude(self._detector.slipping)
-            self._odometry.update(counts, elapsed, stamp)
             self._packets += 1
-            self._messages.publish(self._odometry, stamp)
-            pose = self._odometry.pose
-            self._kept.keep((pose.x, pose.y, pose.yaw), pose.covariance, self._odometry.twist, boot_time())
-            if self._watch:  # the diagnostics can wait, the odometry need not
-                self._watch.update(counts, self._newest_command())
-            changed = self._alarms() != alarms
-        if changed:
-            self._report_change()
-
-    def _alarms(self):
-        """State whose changes the diagnostics report at once."""
-        return (self._clock.event_at, self._detector.slipping if self._detector else (), self._gyro_suspects())
-
-    def _report_change(self):
-        self._health.publish_now()
-        suspects = self._gyro_suspects()
-        if suspects:
-            rospy.logwarn_throttle(1.0, "%s", disagreement(suspects, self._wheels.amount))
-
-    def _gyro_suspects(self):
-        return self._gyro.watch.suspects if self._gyro and self._gyro.watch else ()
+            self._messages.publish(odometry, stamp)
+            self._kept.keep(packet.number, (pose.x, pose.y, pose.yaw), pose.covariance, odometry.twist, boot_time())
+            changed = search and search.update(packet, self._newest_command(), self._gyro and self._gyro.compared)
+            if changed:
+                odometry.exclude(search.slipping)
+        if changed or self._clock.event_at != set_at:
+            self._health.publish_now()
 
     def _on_command(self, command):
         self._commanded_at = time.monotonic()
@@ -159,48 +139,34 @@ class OdomNode:
 
     def _report(self):
         with self._lock:
-            rate = self._rate.look(self._packets, time.monotonic())
+            rate, search, gap = self._rate.look(self._packets, time.monotonic()), self._search, self._kept.gap
             values = {
                 "packets per second": f"{rate:.1f}",
                 "packets": self._packets,
                 "packets refused": self._refusals.amount,
+                "went on from an earlier pose": "no" if gap is None else f"after {gap:.1f} s without odometry",
             }
-            slipping = self._detector.slipping if self._detector else ()
-            lagging = self._watch.lagging if self._watch else ()
-            followed = self._watch.followed if self._watch else None
-            suspects = self._gyro_suspects()
-        found = self._kept.found
-        values["went on from an earlier pose"] = f"after {found.gap:.1f} s without odometry" if found else "no"
-        values["wheels compared by"] = compared_by(self._gyro, self._detector, self._watch)
-        values["wheels excluded"] = list_wheels(slipping) or "none"
-        values["wheels excluded so far"] = self._detector.alarms if self._detector else 0
-        if self._detector:
-            values["noise of the wheels, learnt"] = f"{self._detector.noise.ratio:.1f} x wheel_noise"
-        for wheel, share in enumerate(followed or ()):
-            values[f"wheel {wheel}: part of the commanded path"] = "at rest" if share is None else f"{share:.0%}"
+            if search:
+                values.update(values_of(search))
+            fault = fault_of_wheels(search) if search else ""
         if rate == 0.0:
             return WARN, "no packets on serial_read, the odometry stands still: see the diagnostics of the link", values
-        fault = fault_of_wheels(slipping, suspects, lagging, self._wheels.amount, self._gyro)
         return (WARN, fault, values) if fault else (OK, f"{rate:.0f} packets/s", values)
 
     def _report_stamps(self):
         with self._lock:
-            clock, arrived = self._clock, self._arrived
+            clock = self._clock
             values = {
                 "drift of the board's clock": f"{1e6 * clock.drift:+.0f} ppm",
-                "packets later than their number implies": clock.shifts,
-                "times that the clock was set": clock.steps,
                 "restarts": clock.restarts,
                 "newest time that the clock was set": clock.event or "never",
             }
-            recently = clock.event and arrived - clock.event_at < RECENTLY
+            recently = clock.event and self._arrived - clock.event_at < RECENTLY
+        if not rospy.get_time():
+            return WARN, "use_sim_time is set, and nobody publishes /clock: all stamps are 0", values
         if recently:
             return WARN, clock.event + "; odometry, transforms and joint states go on with its new time", values
         return OK, "by packet number and arrival" if self._odometry.period else "by arrival", values
-
-def scale_noise(scale):
-    """Standard deviation of a gyro's scale: of one out of the box, or of one that somebody has measured."""
-    return GYRO_SCALE_NOISE if scale == 1.0 else GYRO_SCALE_NOISE_CALIBRATED
 
 
 def conflicts(_wheels, parameters, _other):

@@ -1,125 +1,145 @@
 """Fusion of a gyro with the wheels' odometry. Turns are counterclockwise, in [rad]."""
 
 from operator import add
-from typing import NamedTuple, Tuple
 
-from robotont_driver.odometry.covariance import Covariance, Rows
-from robotont_driver.odometry.gyro_agreement import TurnAgreement
-from robotont_driver.odometry.gyro_samples import TurnIntegral
-from robotont_driver.odometry.slip_by_gyro import TurnWatch
-from robotont_driver.odometry.wheel_noise import PATH_VARIANCE
-from robotont_driver.timing.odometry_stamps import SECOND
+from robotont_driver.odometry.covariance import Covariance
+from robotont_driver.odometry.gyro import SECOND, Agreement, Bias, Turns
 
-LEAP = 5.0              # [periods] more than this between the stamps of two packets is a leap; ...
-CROWDED = 0.5           # ... behind it, packets that waited are less than this apart
-UNIT = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
-NO_LASTING = ((0.0, 0.0),) * 3, (0.0, 0.0)
-
-
-class Fused(NamedTuple):
-    """A step of wheels and gyro together."""
-
-    step: Tuple[float, float, float]  # (dx [m], dy [m], dyaw [rad])
-    covariance: Covariance  # of the errors that are independent from period to period
-    wheels: Rows            # 3 x 3, sensitivity of the step to an error of the wheels' step
-    # (how the step depends on the errors of bias [rad/s] and scale [1], 3 x 2; their variances, 2), which are the same
-    # in the periods to come, so that their covariance with the pose has to be kept (S. F. Schmidt, 1966)
-    lasting: Tuple[Rows, Tuple[float, float]]
+GAP = SECOND // 10       # [ns] between two samples; across a longer one the turn is unknown
+PAUSE = SECOND           # [ns] between two packets, across which the wheels' turn is unknown
+LATE = 3 * SECOND // 10  # [ns] by which the newest sample may be late while wheels and gyro are compared for slip
+SETTLING = SECOND // 2   # [ns] without motion of the wheels until the robot stands: ...
+STILL = 2.5, 0.001       # ... its wheels have moved by no more than so many edges or [m]
+FLAT, FAST, BEYOND = 5, 0.5, 1.1  # samples at the largest rate, [rad/s], share of it that wheels turn: saturated
+TIMING, UNKNOWN = 0.016, 0.1  # [s] by which stamps of gyro and wheels differ (standard deviation); until that is known
+NO_LASTING = ((0.0, 0.0, 0.0),) * 2
 
 
 class GyroFusion:
-    """Weighs the turns of wheels and gyro by their covariances, and detects disagreement.
+    """Weighs the turns of wheels and gyro by their covariances. period: [s] of a packet; metres_per_edge: n [m].
 
-    gyro: a `Gyro`. false_alarms: of `TurnWatch`, per hour; 0: no watch. Its `integral` takes the samples.
+    noise: [rad/s/sqrt(Hz)]; bias_walk: [rad/s/sqrt(s)]; scale: rate for 1 rad/s, and its standard deviation.
     """
 
-    def __init__(self, gyro, false_alarms):
-        self.gyro = gyro
-        self.integral = TurnIntegral()
-        self.agreement = TurnAgreement(gyro.period)
-        self.watch = TurnWatch(gyro, false_alarms) if false_alarms else None
-        self._stamp = None    # [ns] of the newest packet
-        self._leapt = False   # whether the stamps have leapt, and packets still come at once
-        self.missing = 0  # packets without its turn
-        self.turned = 0.0  # [rad] by the gyro since it counts, to and fro, for its calibration
+    def __init__(self, period, metres_per_edge, noise, bias_walk, scale=1.0, scale_noise=0.0):
+        self.period, self._noise = period, noise ** 2
+        self._scale, self._scale_variance = scale, (scale_noise / scale) ** 2
+        self._still = [max(STILL[0], STILL[1] / edge) for edge in metres_per_edge]
+        self._paths, self._still_since = [0.0] * len(metres_per_edge), 0
+        self._samples = self._wheels = self._common = None  # `Turns`; stamp up to which they have been compared
+        self._rate = self._top = self._hits = 0.0
+        self.bias, self.agreement = Bias(noise, bias_walk), Agreement()
+        self.compared = None  # (turn beyond the wheels', its variance, [s] of timing) of the newest packet, or None
+        self.behind = 0.0     # packets whose turn is still that of the wheels alone
+        self.learns = False   # whether the bias has been learnt with the newest packet
+        self.saturates = 0.0  # [rad/s] at which it does; 0: not seen
+        self.missing = self.gaps = 0  # packets without its turn; times that samples were missing
+        self.turned = 0.0     # by the gyro since it counts, to and fro, for its calibration
 
-    def use_wheels(self, by_edge):
-        """From now on one edge of each wheel moves the robot by `by_edge`, 3 x n ([m], [m], [rad])."""
-        self._by_edge = by_edge
-        self._readings = (PATH_VARIANCE * by_edge @ by_edge[2]).tolist()  # (3,) of a step with its turn
-        if self.watch:
-            self.watch.use_wheels(by_edge[2].tolist())
+    @property
+    def variances(self):
+        """Of bias and scale, which is as uncertain as the wheels show it to be."""
+        wrong = 0.0 if self.agreement.refused else self.agreement.wrong
+        return self.bias.variance, max(self._scale_variance, wrong ** 2)
 
-    def fuse(self, counts, step, covariance, stamp):
-        """`Fused` step of the period that ended at `stamp` [ns]; None without a turn of the gyro.
+    def add(self, stamp, rate):
+        """Take a sample: `rate` [rad/s] at `stamp` [ns]. One that is not newer than the last begins anew."""
+        if self._samples is None or not 0 < stamp - self._samples.newest <= GAP:
+            self.gaps += self._samples is not None
+            self._samples, self._common = Turns(stamp), None
+        else:
+            self._samples.add(stamp, (self._rate + rate) / 2 * ((stamp - self._samples.newest) / SECOND))
+        self._rate = rate
+        if abs(rate) > self._top:
+            self._top, self._hits, self._flat = abs(rate), 0, [0.0, 0.0]
+        self._hits += abs(rate) == self._top
 
-        counts: n. step: (dx, dy, dyaw) of the wheels, with its Covariance.
+    def fuse(self, counts, step, covariance, readings, stamp, doubted):
+        """(step, Covariance, lasting as in `Pose.move`) of the packet that ends at `stamp` [ns].
+
+        counts: n; step: (dx, dy, dyaw) of the wheels, with its Covariance, and that of two `readings` of encoders.
+        doubted: whether wheels may slip.
         """
-        gyro = self.gyro
-        gyro.watch_wheels(counts)
-        seconds = self._watch_stamps(stamp)
-        measured, late = self.integral.turned(stamp, gyro.scale * (step[2] + gyro.bias * seconds))
-        gyro.learn(*self.integral.sampled)
-        turn = None if measured is None else gyro.turn(measured, seconds)
-        fused = self._fuse_turn(counts, step, covariance, turn)
-        if not late or not gyro.ready or self.agreement.refused:
-            return fused
-        if fused is None:
-            fused = Fused(step, covariance, UNIT, NO_LASTING)
-        dx, dy, dyaw = fused.step
-        return fused._replace(step=(dx, dy, dyaw + late / gyro.scale))
-
-    def _watch_stamps(self, stamp):
-        """[s] since the packet before. After a leap those that waited come at once; till then wheels count alone."""
-        periods = 1.0 if self._stamp is None else (stamp - self._stamp) / SECOND / self.gyro.period
-        self.gyro.age(periods)
-        self._stamp = stamp
-        self._leapt = not 0.0 < periods < LEAP or (self._leapt and periods < CROWDED)
-        if self._leapt:
-            self.integral.forget()
-        return periods * self.gyro.period
-
-    def _fuse_turn(self, counts, step, covariance, turn):
-        """`Fused` step with the `turn` by the gyro in this period; None without."""
-        gyro = self.gyro
-        if turn is None:
+        wheels, before = (step, covariance, NO_LASTING), self._common
+        self.compared, self.learns = None, False
+        news = self._news(counts, step[2], stamp)
+        if news is None:
             self.missing += 1
-            if self.watch:
-                self.watch.forget()
-            return None
-        if not gyro.ready:
-            return None
-        difference = turn - step[2]
-        if self.agreement.refused:
-            self.agreement.update(turn, step[2], 0.0)
-            if self.watch:
-                self.watch.rest()
-            return None
-        self.turned += turn
-        if self.watch and self.watch.update(counts, turn, difference, covariance.aa):
-            covariance = self._doubt(covariance, difference)
-        elif gyro.stands:
-            return None  # an encoder that flickers between two edges is no reason to add up the gyro's noise
-        fused = self._weigh(step, covariance, turn, difference)
-        wrong = self.agreement.update(turn, step[2], fused.step[2] - step[2])
-        return Fused((*step[:2], step[2] - wrong), covariance, UNIT, NO_LASTING) if wrong else fused
+            self.behind = 0.0
+            return wheels
+        measured, turned, seconds = news
+        self.behind = (stamp - self._common) / SECOND / self.period
+        if not seconds:
+            self.compared = (0.0, 0.0, self._timing()) if self.agreement.judged else None
+            return wheels
+        self.bias.age(seconds)
+        stands = before >= self._still_since + SETTLING
+        if stands:
+            self.bias.learn(measured / self._scale, seconds)
+            self.learns = True
+        turn = measured / self._scale - self.bias.value * seconds
+        if not self.bias.ready or self._is_saturated(turn, turned):
+            return wheels
+        agreement, beyond = self.agreement, turn - turned
+        fused = wheels
+        if not agreement.refused:
+            self.turned += turn
+            if agreement.judged and stamp - self._common < LATE:
+                self.compared = beyond, self._variance(turn, seconds), self._timing()
+            if doubted or not stands:  # a robot that stands does not turn, but by hand
+                fused = self._weigh(step, covariance, readings, turn, beyond, seconds)
+        wrong = agreement.update(beyond, turned, seconds, fused[0][2] - step[2], covariance.aa - fused[1].aa)
+        if not wrong:
+            return fused
+        (x, y, yaw), known, _ = fused
+        return (x, y, yaw - wrong), known._replace(aa=known.aa + agreement.saved), NO_LASTING
 
-    def _doubt(self, covariance, difference):
-        """The covariance of the wheels' step when each of the suspects may have made the `difference` [rad]."""
-        columns = self._by_edge[:, list(self.watch.suspects)]
-        columns = columns[:, columns[2] != 0.0]
-        slips = columns * (difference / columns[2])
-        return covariance.plus(Covariance.of_matrix(slips @ slips.T))
+    def _news(self, counts, turn, stamp):
+        """(turn of the gyro, of the wheels, [s]) since the last call, as far as both are known; None: they are not."""
+        self._paths = list(map(add, self._paths, counts))
+        begins = self._wheels is None or not 0 < stamp - self._wheels.newest <= PAUSE
+        if begins or any(abs(path) > still for path, still in zip(self._paths, self._still)):
+            self._still_since, self._paths = stamp, [0.0] * len(self._paths)
+        if begins:
+            self._wheels, self._common = Turns(stamp), None
+        else:
+            self._wheels.add(stamp, turn)
+        if self._samples is None:
+            return None
+        before, self._common = self._common, min(stamp, self._samples.newest)
+        if before is None:
+            return None
+        if self._common <= before:
+            self._common = before
+            return (0.0, 0.0, 0.0) if stamp - before < LATE else None
+        turns = self._samples.between(before, self._common), self._wheels.between(before, self._common)
+        return None if None in turns else (*turns, (self._common - before) / SECOND)
 
-    def _weigh(self, step, covariance, turn, difference):
-        gyro = self.gyro
-        period = gyro.period
-        x, y, yaw = map(add, (covariance.xa, covariance.ya, covariance.aa), self._readings)
-        whole = yaw + gyro.noise + gyro.bias_variance * period ** 2 + gyro.scale_variance * turn ** 2
-        gain = x, y, yaw = x / whole, y / whole, yaw / whole
-        kept = (1.0, 0.0, -x), (0.0, 1.0, -y), (0.0, 0.0, 1.0 - yaw)
-        dx, dy, dyaw = step
-        return Fused(
-            (dx + x * difference, dy + y * difference, dyaw + yaw * difference),
-            covariance.propagated(kept).plus(Covariance.of_vector(gain).times(gyro.noise)),
-            kept, (tuple([(part * period, part * turn) for part in gain]), (gyro.bias_variance, gyro.scale_variance)))
+    def _is_saturated(self, turn, turned):
+        """Whether the gyro shows the largest rate it can, over which the wheels have turned by more than it has."""
+        if self._hits < FLAT or not self._top == abs(self._rate) > FAST:
+            return False
+        self._flat = [self._flat[0] + abs(turn), self._flat[1] + abs(turned)]
+        if self._flat[0] > FAST:
+            self.saturates = self._top if self._flat[1] > BEYOND * self._flat[0] else 0.0
+        return self.saturates > 0.0
+
+    def _timing(self):
+        return max(TIMING, abs(self.agreement.delay)) if self.agreement.delay else UNKNOWN
+
+    def _variance(self, turn, seconds):
+        """Of the turn in a window of 0.5 s, its packet's part: errors of bias and scale are the same in all of it."""
+        bias, scale = self.variances
+        return seconds * (self._noise + 0.5 * (bias + scale * (turn / seconds) ** 2))
+
+    def _weigh(self, step, covariance, readings, turn, beyond, seconds):
+        period, (bias, scale) = self.period, self.variances
+        rate = turn / seconds
+        whole = covariance.aa + readings.aa + period * self._noise + period ** 2 * (bias + scale * rate ** 2)
+        x, y, yaw = gain = [(own + read) / whole for own, read in (
+            (covariance.xa, readings.xa), (covariance.ya, readings.ya), (covariance.aa, readings.aa))]
+        if seconds < 2 * period:  # what comes late is made good, but no covariance of the past
+            left = (1.0, 0.0, -x), (0.0, 1.0, -y), (0.0, 0.0, 1.0 - yaw)
+            covariance = covariance.propagated(left).plus(Covariance.of_vector(gain).times(self._noise * seconds))
+        lasting = [seconds * part for part in gain], [turn * part for part in gain]
+        return tuple(own + part * beyond for own, part in zip(step, gain)), covariance, lasting

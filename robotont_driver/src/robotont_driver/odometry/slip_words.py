@@ -1,45 +1,36 @@
-"""What is wrong with the wheels, in words: of what the searches for slip have found."""
+"""What is wrong with the wheels, in words: of what a `SlipSearch` has found."""
 
 
-def compared_by(gyro, detector, watch):
-    """The comparisons that the search is based on; each is None where there is none."""
-    if gyro:
-        return "the gyro, and " + ("each other, " if detector else "") + "command and measurement"
-    if detector:
-        return "each other, and command and measurement"
-    return "command and measurement only" if watch else "nothing (packets of speeds)"
+def values_of(search):
+    """Values for the diagnostics, by name."""
+    values = {
+        "wheels excluded": list_wheels(search.slipping) or "none",
+        "wheels found so far": search.alarms,
+        "noise of the wheels, learnt": f"{search.noise.ratio:.1f} x wheel_noise",
+    }
+    for wheel, share in enumerate(search.followed or ()):
+        values[f"wheel {wheel}: part of the commanded path"] = "at rest" if share is None else f"{share:.0%}"
+    return values
 
 
-def fault_of_wheels(slipping, suspects, lagging, amount, gyro):
-    """The gravest fault; empty when there is none. Tuples of wheels: excluded, disagreeing with the gyro, standing."""
-    if slipping:
-        return (f"{list_wheels(slipping)} {_verb(slipping, 'disagrees', 'disagree')} with the others and "
-                f"{_verb(slipping, 'is', 'are')} excluded from the odometry: look for a slipping or blocked wheel, a "
-                "loose coupling, an unplugged encoder")
-    if suspects:
-        return disagreement(suspects, amount)
-    if lagging:
-        hint = "" if amount > 3 or gyro else ("; with 3 wheels only command and measurement can be compared, and the "
-                                              "odometry goes on with all")
-        return (f"{list_wheels(lagging)} {_verb(lagging, 'does', 'do')} not turn as commanded: look for a blocked "
-                f"wheel, a loose motor or encoder cable, an empty battery{hint}")
+def fault_of_wheels(search):
+    """The gravest fault; empty when there is none."""
+    if search.slipping:
+        return (f"{list_wheels(search.slipping)} disagrees with the others and is excluded from the odometry: look for "
+                "a slipping or blocked wheel, a loose coupling, an unplugged encoder")
+    if search.alike:
+        wheels = [wheel for wheel in search.alike if wheel < search.wheels]
+        moved = "the robot is pushed, lifted or carried" if len(wheels) < len(search.alike) else ""
+        slips = f"{'one of ' if len(wheels) > 1 else ''}{list_wheels(wheels)} slips or is blocked" if wheels else ""
+        return " or ".join(filter(None, (moved, slips))) + ": the odometry goes on with all, its covariance grows"
+    if search.lagging:
+        does = "does" if len(search.lagging) == 1 else "do"
+        return (f"{list_wheels(search.lagging)} {does} not turn as commanded: look for a blocked wheel, a loose motor "
+                "or encoder cable, an empty battery")
     return ""
-
-
-def disagreement(suspects, amount):
-    """The gyro measures another turn than the wheels: one of the `suspects` slips, or, of all `amount`, the robot."""
-    if len(suspects) == amount:
-        return ("the gyro measures another turn than the wheels: the robot is pushed, lifted or carried, or a wheel "
-                "slips or is blocked")
-    names = " or ".join(f"wheel {wheel}" for wheel in suspects)
-    return f"{names} slips: the gyro measures another turn than the wheels"
 
 
 def list_wheels(wheels):
     """Wheels by index, as text; empty for none."""
     *first, last = map(str, wheels) if wheels else [""]
     return "wheels " + ", ".join(first) + " and " + last if first else last and "wheel " + last
-
-
-def _verb(wheels, one, several):
-    return one if len(wheels) == 1 else several

@@ -1,90 +1,71 @@
-"""The newest pose in shared memory, from which odom_node goes on when it is started again, however it has ended."""
+"""The newest pose in shared memory, from which odom_node goes on when roslaunch starts it again, however it ended."""
 
 import contextlib
-import fcntl
 import os
-import re
 import struct
-import uuid
+import sys
 from pathlib import Path
-from typing import NamedTuple, Tuple
 
 import rospy
 
 from robotont_driver.odometry.covariance import Covariance
-from robotont_driver.ros.node_parameters import RUN
 
 FOLDER = Path("/dev/shm")  # not on a disk: written for each packet, and gone with the machine's run
 LONGEST_GAP = 60.0         # [s] after a longer one nobody knows where the robot is
-STOPS_WITHIN = 1.0         # [s] for which it may have gone on at its speed, uncounted
-CONTENT = struct.Struct("<d12d")  # time [s], pose, its covariance (6), twist; Linux writes so little as a whole
-
-
-class Kept(NamedTuple):
-    """A pose before a gap."""
-
-    pose: Tuple[float, ...]  # x [m], y [m], yaw [rad]
-    covariance: Covariance   # with what the gap adds
-    gap: float               # [s] since it was measured
+CONTENT = struct.Struct("<dq12d")  # time [s], packet's number or -1, pose, covariance (6), twist; written as a whole
 
 
 class KeptPose:
-    """One file per run of a robot and user; a parameter of the node names it, so that a new launch starts anew.
+    """One file per node and roslaunch: who starts a launch anew, or a node by hand, begins at the origin.
 
-    name: full name of the node. `found`: the `Kept` of the run before, or None. Where there is no shared memory,
-    nothing is kept.
+    `gap`: [s] since the pose from which it has gone on, or None. Without shared memory nothing is kept.
     """
 
     def __init__(self, name, now):
-        self.found = self._file = None
-        run = rospy.get_param(f"{name}/{RUN}", "")
+        self.gap = self._file = self._before = None
+        if not any(argument.startswith("__log:=") for argument in sys.argv):
+            return  # not started by roslaunch
         prefix = f"robotont_odom_{os.getuid()}_"
-        if not re.fullmatch("[0-9a-f]{32}", run):
-            run = uuid.uuid4().hex
-            rospy.set_param(f"{name}/{RUN}", run)
-            _clear_away(prefix, now)
         try:
-            self._file = _open(FOLDER / (prefix + run), os.O_CREAT)
-            self.found = _read(self._file, now)
+            for path in FOLDER.glob(prefix + "*"):
+                if not (Path("/proc") / path.name[len(prefix):].partition("_")[0]).exists():
+                    path.unlink()
+            path = FOLDER / f"{prefix}{os.getppid()}_{name.replace('/', '_')}"
+            self._file = os.open(str(path), os.O_RDWR | os.O_NOFOLLOW | os.O_CLOEXEC | os.O_CREAT, 0o600)
+            content = os.pread(self._file, CONTENT.size, 0)
         except OSError as error:
-            rospy.logwarn("odom_node will not go on from its pose if it is started again: %s", error)
+            self._give_up(error)
+            return
+        if len(content) == CONTENT.size:
+            at, number, *numbers = CONTENT.unpack(content)
+            if 0.0 <= now - at <= LONGEST_GAP:
+                self._before, self.gap = (number, *numbers[9:]), now - at
+                self.pose, self.covariance = tuple(numbers[:3]), Covariance(*numbers[3:9])
 
-    def keep(self, pose, covariance, twist, now):
-        """Keep a pose (3), its Covariance and the twist (3) of `now` [s]."""
+    def unseen(self, number, twist, period):
+        """Covariance of what the robot has gone meanwhile; call it once, with the first packet's number and twist.
+
+        It may have gone all the time at the faster of its speeds before and behind the gap, in any direction.
+        """
+        before, *old = self._before
+        missed = number - before - 1 if number is not None and 0 <= before < number else None
+        seconds = self.gap if missed is None else missed * period
+        way = seconds ** 2 * max(x ** 2 + y ** 2 for x, y, _ in (old, twist))
+        turn = seconds ** 2 * max(old[2] ** 2, twist[2] ** 2)
+        return Covariance(way, 0.0, 0.0, way, 0.0, turn)
+
+    def keep(self, number, pose, covariance, twist, now):
+        """Keep a packet's number, the pose (3), its Covariance and the twist (3) of `now` [s]."""
         if self._file is not None:
-            os.pwrite(self._file, CONTENT.pack(now, *pose, *covariance, *twist), 0)
+            try:
+                number = -1 if number is None else number
+                os.pwrite(self._file, CONTENT.pack(now, number, *pose, *covariance, *twist), 0)
+            except OSError as error:
+                self._give_up(error)
 
-
-def _open(path, flags=0):
-    """A descriptor of the file, which nobody else has; it is closed as the process ends. Raises OSError."""
-    file = os.open(str(path), os.O_RDWR | os.O_NOFOLLOW | os.O_CLOEXEC | flags, 0o600)
-    try:
-        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except OSError:
-        os.close(file)
-        raise
-    return file
-
-
-def _clear_away(prefix, now):
-    """Remove the files of runs that nobody goes on with."""
-    for path in FOLDER.glob(prefix + "*"):
-        with contextlib.suppress(OSError):  # somebody has it: it runs
-            file = _open(path)
-            if _read(file, now) is None:
-                path.unlink()
-            os.close(file)
-
-
-def _read(file, now):
-    """The `Kept` in a file; None: there is none, or it is too old."""
-    content = os.pread(file, CONTENT.size, 0)
-    if len(content) < CONTENT.size:
-        return None
-    at, *numbers = CONTENT.unpack(content)
-    if not 0.0 <= now - at <= LONGEST_GAP:
-        return None
-    pose, covariance, (v_x, v_y, omega) = numbers[:3], Covariance(*numbers[3:9]), numbers[9:]
-    way = (v_x ** 2 + v_y ** 2) * STOPS_WITHIN ** 2
-    unseen = Covariance(way, 0.0, 0.0, way, 0.0, (omega * STOPS_WITHIN) ** 2)
-    return Kept(tuple(pose), covariance.plus(unseen), now - at)
+    def _give_up(self, error):
+        rospy.logwarn("odom_node will begin at the origin if it is started again: %s: %s", FOLDER, error)
+        if self._file is not None:
+            with contextlib.suppress(OSError):
+                os.close(self._file)
+        self._file = None

@@ -14,7 +14,6 @@ from robotont_driver.parameters.parameters import (
     read_parameters,
 )
 
-RUN = "run"  # what odom_node writes for the one that comes after it: no user's
 # Parameters that every node has besides its own.
 COMMON_PARAMETERS = (
     Parameter("diagnostic_period", 1.0, "between two diagnostics", "s", minimum=0.1, maximum=60.0),
@@ -47,7 +46,6 @@ def private_parameters(table, node="~"):
     if not isinstance(given, dict):
         raise ParameterError([fault("~", given, "parameters by name, as in `publish_rate: 20.0`: is a line missing?")])
     given = {**official_parameters(table), **given}
-    given.pop(RUN, None)
     return read_parameters((*table, *COMMON_PARAMETERS), given)
 
 

@@ -89,7 +89,6 @@ class RobotontNodeTest(NodeTest):
         wait_for(lambda: len(odom) > seen + 5, "their odometry")
         for node in nodes:
             self.processes.stop(node, signal.SIGTERM)
-        rospy.delete_param("odom_node")  # the next one does not go on from there
         return packets, pose_of(odom[-1].pose.pose)
 
     def test_wire_and_odometry_are_those_of_the_three_processes(self):

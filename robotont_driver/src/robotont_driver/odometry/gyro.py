@@ -16,7 +16,7 @@ RELEARN, STEADY = 3.0, 10.0  # ... unless it goes on for so long [s], its rates 
 BLOCK, ENDS = 1.0, 0.1  # [s] over which turns are compared, and at whose ends the rate is taken
 MEMORY = 0.97           # of a comparison after another one
 JUDGED, CHANGED = 3.0, 4.0  # [rad] turned, and [(rad/s)^2] squared changes of the rate, that make a judgement
-SCALE, OWN = 0.05, 0.01  # error of the scale from which on a gyro is refused; which the wheels' own may explain
+SCALE, OWN = 0.05, 0.005  # error of the scale from which on a gyro is refused; which the wheels' own may explain
 DELAY = 0.03            # [s] of its stamps, from which on it is refused
 SURE = 3.0              # [standard deviations] beyond these
 
@@ -75,6 +75,7 @@ class Bias:
         variance = self.variance * seconds ** 2 + self._noise * seconds
         self.unsteady += seconds
         if turn ** 2 > OUTLIER ** 2 * variance:  # turned by hand, or another bias
+            self._learnt = self._learnt if self.ready else 0.0
             self._odd.append((turn / seconds, seconds))
             rates, lasted = zip(*self._odd)
             if sum(lasted) < RELEARN:
@@ -86,7 +87,7 @@ class Bias:
             gain = self.variance * seconds / variance
             self.value += gain * turn
             self.variance *= 1 - gain * seconds
-            self._learnt, self.unsteady = self._learnt + seconds, 0.0
+            self._learnt, self.unsteady = self._learnt + seconds, max(0.0, self.unsteady - 5 * seconds)
         self._odd = []
 
 
@@ -143,8 +144,8 @@ class Agreement:
         if off + scatter < SCALE and abs(self.delay) < DELAY and not before:
             self._given = self.saved = 0.0
         if off - scatter > SCALE:
-            self.refused = (f"measures {round(1 + self.error, 2) + 0.0:.2f} turns for one of the wheels: look for a wrong "
-                            "sign, axis, unit or frame (TF), a wrong gyro_scale, wheels that slip, a wrong wheel file")
+            self.refused = (f"measures {round(1 + self.error, 2) + 0.0:.2f} turns for one of the wheels: look for a "
+                            "wrong sign, axis, unit, frame (TF) or gyro_scale, slipping wheels, a wrong wheel file")
         elif abs(self.delay) - spread * math.sqrt(turn) > DELAY:
             self.refused = f"its stamps are {self.delay:+.2f} s late: look at its driver's stamps and at the clocks"
         return self._given if self.refused and not before else 0.0

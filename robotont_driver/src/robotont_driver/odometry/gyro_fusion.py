@@ -69,11 +69,12 @@ class GyroFusion:
             return wheels
         measured, turned, seconds = news
         self.behind = (stamp - self._common) / SECOND / self.period
+        stands = before >= self._still_since + SETTLING
+        compares = self.agreement.judged or stands
         if not seconds:
-            self.compared = (0.0, 0.0, self._timing()) if self.agreement.judged else None
+            self.compared = (0.0, 0.0, self._timing()) if compares else None
             return wheels
         self.bias.age(seconds)
-        stands = before >= self._still_since + SETTLING
         if stands:
             self.bias.learn(measured / self._scale, seconds)
             self.learns = True
@@ -84,7 +85,7 @@ class GyroFusion:
         fused = wheels
         if not agreement.refused:
             self.turned += turn
-            if agreement.judged and stamp - self._common < LATE:
+            if compares and stamp - self._common < LATE:
                 self.compared = beyond, self._variance(turn, seconds), self._timing()
             if doubted or not stands:  # a robot that stands does not turn, but by hand
                 fused = self._weigh(step, covariance, readings, turn, beyond, seconds)

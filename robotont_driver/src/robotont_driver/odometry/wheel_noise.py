@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-TRUST, MEMORY = 12, 600  # [windows of 0.5 s] that the first guess counts for; in which noise is learnt: 5 min
+TRUST, MEMORY = 6, 600  # [windows of 0.5 s] that the first guess counts for; in which noise is learnt: 5 min
 DRIVEN = 0.02            # [m] mean way of the wheels in a window that says something about it
 FIRST, BOUNDS = 2.0, (1 / 3, 4.0)  # times `wheel_noise`: until it has been learnt; always
 

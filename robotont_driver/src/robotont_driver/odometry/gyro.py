@@ -76,18 +76,19 @@ class Bias:
         self.unsteady += seconds
         if turn ** 2 > OUTLIER ** 2 * variance:  # turned by hand, or another bias
             self._learnt = self._learnt if self.ready else 0.0
-            self._odd.append((turn / seconds, seconds))
-            rates, lasted = zip(*self._odd)
-            if sum(lasted) < RELEARN:
+            self._odd.append((turn, seconds))
+            turns, lasted = map(sum, zip(*self._odd))
+            if lasted < RELEARN:
                 return
-            if max(rates) - min(rates) < STEADY * math.sqrt(self._noise / min(lasted)):
-                self.value += sum(rates) / len(rates)
+            left = [(turn - turns / lasted * seconds) / math.sqrt(self._noise * seconds) for turn, seconds in self._odd]
+            if max(left) - min(left) < STEADY:
+                self.value += turns / lasted
                 self.variance, self._learnt, self.unsteady = FIRST_BIAS ** 2, 0.0, 0.0
         else:
             gain = self.variance * seconds / variance
             self.value += gain * turn
             self.variance *= 1 - gain * seconds
-            self._learnt, self.unsteady = self._learnt + seconds, max(0.0, self.unsteady - 5 * seconds)
+            self._learnt, self.unsteady = self._learnt + seconds, max(0.0, self.unsteady - seconds)
         self._odd = []
 
 

@@ -98,7 +98,7 @@ class GyroFusion:
     def _news(self, counts, turn, stamp):
         """(turn of the gyro, of the wheels, [s]) since the last call, as far as both are known; None: they are not."""
         self._paths = list(map(add, self._paths, counts))
-        begins = self._wheels is None or not 0 < stamp - self._wheels.newest <= PAUSE
+        begins = self._wheels is None or not 0 <= stamp - self._wheels.newest <= PAUSE
         if begins or any(abs(path) > still for path, still in zip(self._paths, self._still)):
             self._still_since, self._paths = stamp, [0.0] * len(self._paths)
         if begins:

@@ -13,7 +13,7 @@ from robotont_driver.ros.diagnostics import OK, WARN, Rate
 BURST = 1000  # samples that may wait: 4 s at 250 Hz, on a machine that is late with everything
 BEHIND, AHEAD = 0.5, 0.1  # [s] by which the stamps of a whole second may differ from this computer's clock
 SLOWEST = 10.0  # [1/s] samples
-PATIENCE = 10.0  # [s] of standing within which a bias has been learnt
+PATIENCE = 5.0   # [s] of standing of which nothing was learnt
 SETTLED = 0.5    # [s] without motion after which the robot stands
 
 

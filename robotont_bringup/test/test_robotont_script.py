@@ -104,6 +104,12 @@ def test_every_command_answers_h(command, tmp_path):
     assert not (tmp_path / "nothing").exists()
 
 
+def test_version():
+    done = robotont(ROOT, "--version")
+    assert re.fullmatch(r"robotont \d+\.\d+\.\d+ commit \w{7,} of [\d-]+\n", done.stdout), done.stdout
+    assert done.returncode == 0
+
+
 def test_an_unknown_command_lists_those_that_there_are():
     result = robotont(ROOT, "fly")
     assert result.returncode == 1

@@ -31,7 +31,7 @@ USUAL_MASTER = ("", "http://localhost:11311", "http://127.0.0.1:11311")
 NEXT_STEPS = """
 The robot runs. In another terminal{master}:
   by keys      {robotont} keys{remapping}
-  by a topic   {robotont} shell -c 'rostopic pub -r 10 {namespace}cmd_vel/default geometry_msgs/Twist "{{linear: {{x: 0.2}}, angular: {{z: 0.5}}}}"'
+  by a topic   {robotont} shell -c 'rostopic pub -r 10 {namespace}cmd_vel geometry_msgs/Twist "{{linear: {{x: 0.2}}, angular: {{z: 0.5}}}}"'
   see it       {robotont} rviz{argument}
 {navigation}  ROS' tools   {robotont} shell    (in it rostopic, rosnode, rosrun find the robot and its packages)
 Ctrl-C here ends all of it.

@@ -61,7 +61,8 @@ class CmdVelMux:
         self._arrivals = Arrivals(min(self._timeouts.values()) / 2, boot_time())
         self._outdated = 0
         self._driver = None
-        self._others = ()
+        self._others = ()  # who publishes on cmd_vel, past this mux ...
+        self._mixing = ()  # ... while somebody drives by it
         self._pressed_by = ""  # who presses the emergency stop
         self._guard = make_guard(parameters["blind_speed"])
         self._guard_worries = False
@@ -175,10 +176,12 @@ class CmdVelMux:
         topic = rospy.resolve_name("cmd_vel")
         nodes = {node for name, names in publishers if name in (topic, topic + "_stamped") for node in names}
         others = tuple(sorted(nodes - {rospy.get_name()}))
-        if others and others != self._others:
-            rospy.logwarn("%s publish%s straight to %s, past this mux: let them publish on cmd_vel/navigation or "
-                          "cmd_vel/default (e.g. rosrun ... cmd_vel:=cmd_vel/default)",
-                          " and ".join(others), "" if len(others) > 1 else "es", topic)
+        with self._lock:
+            mixing = others if self._arbiter.driver in self._timeouts else ()
+        if mixing and mixing != self._mixing:
+            rospy.logwarn("%s: commands mix, for somebody drives by this mux, too; cmd_vel:=cmd_vel/default lets it "
+                          "wait its turn", " and ".join(f"{name} publishes on {topic}" for name in mixing))
+        self._mixing = mixing
         self._others = others
         return PUBLISHERS_PERIOD
 
@@ -209,8 +212,8 @@ class CmdVelMux:
             pressed_by = self._pressed_by if arbiter.locked else ""
         if pressed_by:
             return WARN, f"emergency stop, pressed by {pressed_by}", values
-        if self._others:
-            return WARN, f"{', '.join(self._others)} also on cmd_vel: commands may mix; use cmd_vel/default", values
+        if self._others and driver in self._timeouts:
+            return WARN, f"{', '.join(self._others)} also on cmd_vel: commands mix (cmd_vel:=cmd_vel/default)", values
         if ignored:
             return WARN, "ignored: " + "; ".join(ignored), values
         if refusal:

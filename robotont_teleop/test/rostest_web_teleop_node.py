@@ -1,25 +1,19 @@
 #!/usr/bin/env python3
 """The node of the page: goals from the page, https and token, its end."""
 
-import json
 import math
-import os
 import re
-import shutil
 import signal
 import subprocess
 import threading
 import time
 from pathlib import Path
 
-import rospy
 import rostest
 from actionlib_msgs.msg import GoalStatusArray
 from move_base_msgs.msg import MoveBaseActionGoal
-from sensor_msgs.msg import JointState, LaserScan
 from web_pages import DRIVE, MAP_TO_ODOM, POSE, STOP, YAW, PageServerTest
 
-from robotont_driver.ros.worker import Worker
 from robotont_map_navigation.goto_client import GOING_ON
 from robotont_testing.harness import wait_for
 
@@ -123,41 +117,6 @@ class WebTeleopNodeTest(PageServerTest):
             if file.is_file():
                 self.assertNotIn(token, file.read_text(errors="replace"), file)
         self.assertNotIn(token, self.log.read_text(), "a file is no terminal")
-
-    def test_lichtblicks_own_client_decodes_what_the_robot_publishes(self):
-        client = self.lichtblicks_client()
-        scans = self.publisher("scan", LaserScan, subscribers=0)
-        joints = self.publisher("joint_states", JointState, subscribers=0)
-        scan = LaserScan(angle_increment=0.1, range_min=0.1, range_max=5.0, ranges=[1.0, 2.5])
-        joint = JointState(name=["wheel_0_joint"], position=[0.5])
-        Worker(lambda: (scans.publish(scan), joints.publish(joint)) and 0.1)
-        rospy.set_param("/robot_description", "<robot/>")
-        self.start()
-        url, seen = f"ws://127.0.0.1:{self.port}/foxglove", {}
-
-        def all_seen():
-            look = subprocess.run(["node", str(client / "look.mjs"), url, "2"], check=True, stdout=subprocess.PIPE)
-            seen.update(json.loads(look.stdout))
-            return {"/odom", "/scan", "/joint_states", "/map", "/tf_static", "/diagnostics"} <= {
-                topic for topic, one in seen["topics"].items() if one["newest"]}
-        wait_for(all_seen, "all topics", timeout=60)
-        newest = {topic: one["newest"] for topic, one in seen["topics"].items()}
-        self.assertEqual(seen["errors"], [])
-        self.assertEqual(seen["description"], "<robot/>")
-        self.assertEqual(newest["/scan"]["ranges"], [1.0, 2.5])
-        self.assertEqual(newest["/joint_states"]["position"], [0.5])
-        self.assertEqual(newest["/odom"]["pose"]["pose"]["orientation"]["w"], 1.0)
-        self.assertEqual(newest["/map"]["info"]["width"], 12)
-
-    def lichtblicks_client(self):
-        """The folder of `look.mjs` and what it needs from npm."""
-        if not (shutil.which("npm") and shutil.which("node")):
-            self.skipTest("needs node and npm")
-        folder = Path(os.environ["ROS_HOME"]).parent / "viewer"
-        shutil.copytree(str(HERE / "viewer"), str(folder), dirs_exist_ok=True)
-        subprocess.run(["npm", "install", "--no-fund", "--no-audit", "--prefer-offline"], cwd=str(folder), check=True,
-                       stdout=subprocess.DEVNULL)
-        return folder
 
     def test_its_end_amid_a_rush_of_commands_is_a_zero(self):
         """A signal meets the server at any place, in the middle of publishing a command, too."""

@@ -68,14 +68,6 @@ class NotedRobot:
                 "camera": False, "navigation": False, "goal": None, "note": {"number": 0, "words": ""}}
 
 
-class Topics:
-    def __init__(self, wanted, hear):
-        self.wanted, self.hear = wanted, hear
-
-    def description(self):
-        return "<robot/>"
-
-
 class Client(LoopClient):
     """Opens pages as a browser would; for a `with` block."""
 
@@ -107,7 +99,7 @@ class Served(Client):
         super().__enter__()
 
         async def start():
-            self.server = WebServer(self.robot, self._seat, self.access, ("robot.local",), Topics)
+            self.server = WebServer(self.robot, self._seat, self.access, ("robot.local",))
             self.server.listen("127.0.0.1", 0)
             self.port = self.server.port
         self.do(start())

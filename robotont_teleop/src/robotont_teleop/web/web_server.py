@@ -10,7 +10,6 @@ import itertools
 import json
 import time
 
-from robotont_teleop.web.foxglove import Channels, FoxgloveSocket
 from robotont_teleop.web.metrics import metrics
 from robotont_teleop.web.page_messages import read_message
 from robotont_teleop.web.page_server import PageServer
@@ -25,18 +24,17 @@ GOODBYE = 0.05  # [s] for the last messages at the server's end
 class WebServer(PageServer):
     """All open pages, the seat from which one of them drives, and the loop that feeds them."""
 
-    def __init__(self, robot, seat, access, names, viewer_topics):
+    def __init__(self, robot, seat, access, names):
         super().__init__(access, names, read_files("robotont_teleop", robot.name))
         self.robot, self.seat = robot, seat
         self.pages = set()
         self.commands = 0       # sent to the robot
         self._numbers = itertools.count(1)
         self._dead_man = None   # the timer's handle
-        self.channels = Channels(viewer_topics, self._loop)
 
     def listen(self, address, port, certificate=""):
         """Serve; returns the page's URL. Raises SetUpError."""
-        url = self.serve([(r"/socket", PageSocket), (r"/camera\.jpg", CameraHandler), (r"/foxglove", FoxgloveSocket)],
+        url = self.serve([(r"/socket", PageSocket), (r"/camera\.jpg", CameraHandler)],
                          address, port, certificate, websocket_ping_interval=5.0, websocket_ping_timeout=10.0)
         self._feeder = self._loop.create_task(self._feed())
         return url

@@ -17,7 +17,6 @@ from robotont_teleop.hand.speeds import Speeds
 from robotont_teleop.web.driving_seat import DrivingSeat
 from robotont_teleop.web.page_setup import SetUpError, host_names, invitation, make_access, ros_home
 from robotont_teleop.web.robot_view import RobotView
-from robotont_teleop.web.viewer_topics import ViewerTopics
 from robotont_teleop.web.web_server import WebServer
 
 PARAMETERS = (
@@ -51,7 +50,7 @@ async def serve(robot, access, parameters):
         signal.signal(number, end)
     seat = DrivingSeat(Speeds(parameters["max_linear_speed"], parameters["max_angular_speed"]),
                        parameters["oldest_command"], parameters["dead_man"])
-    server = WebServer(robot, seat, access, host_names(parameters["host_names"]), ViewerTopics)
+    server = WebServer(robot, seat, access, host_names(parameters["host_names"]))
     url = server.listen(parameters["address"], parameters["port"], parameters["certificate"])
     namespace = rospy.get_namespace().rstrip("/")
     remapping = f" __ns:={namespace}" if namespace else ""

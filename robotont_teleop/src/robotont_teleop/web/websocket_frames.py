@@ -40,10 +40,10 @@ def reads(page):
     return page.ws_connection is not None and not page.ws_connection.stream.writing()
 
 
-def write(page, data, binary=False):
+def write(page, text):
     """Send a frame; where that fails the connection is closed, and `on_close` comes."""
     with contextlib.suppress(tornado.websocket.WebSocketClosedError):
-        page.writing = page.write_message(data, binary=binary)  # kept, for the loop holds it only weakly
+        page.writing = page.write_message(text)  # kept, for the loop holds it only weakly
         page.writing.add_done_callback(lambda done: done.cancelled() or done.exception())
 
 

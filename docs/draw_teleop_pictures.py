@@ -1,80 +1,147 @@
 #!/usr/bin/env python3
-"""Draws the pictures of the page for driving by hand: draw_teleop_pictures.py [FOLDER]. Needs Chromium.
+"""Draws the pictures of the page for driving by hand, in twelve states: draw_teleop_pictures.py [FOLDER].
 
-The simulated robot drives in the room, on the map of the room, as a thumb on each stick commands it.
+Needs Chromium. The robot is the one of the page's tests, which tells whatever it is told.
 """
 
+import io
 import math
-import socket
 import sys
+import time
 from pathlib import Path
+from types import SimpleNamespace
 
-import rospy
-from nav_msgs.msg import Odometry
+import numpy as np
+from nav_msgs.msg import MapMetaData, OccupancyGrid
+from PIL import Image
 
-from robotont_testing.browser import DESKTOP, PHONE, PHONE_LYING, Browser
-from robotont_testing.harness import Master, free_port, wait_for
+from robotont_teleop.hand.fault_keys import fault_key
+from robotont_teleop.web.page_pictures import map_picture
+from robotont_testing.browser import DESKTOP, Browser
+from robotont_testing.stalling_proxy import StallingProxy
 
-PICTURES = (  # name, size, dark
-    ("teleop_phone_light", (*PHONE[:2], 2), False), ("teleop_phone_dark", (*PHONE[:2], 2), True),
-    ("teleop_phone_lying", (*PHONE_LYING[:2], 2), True),
-    ("teleop_desktop_light", DESKTOP, False), ("teleop_desktop_dark", DESKTOP, True))
-THUMBS = (0.12, 0.4, -0.3)  # left stick right and up, right stick right: a circle that stays clear of the walls
-WAY = 1.1             # [m] for each picture
+ROOT = Path(__file__).resolve().parents[1]
+sys.path.insert(0, str(ROOT / "robotont_teleop" / "test"))
+from web_client import PATIENCE, Served  # noqa: E402
+
+SCREENS = (("phone", (390, 844, 2)), ("lying", (844, 390, 2)), ("desktop", DESKTOP))
+HEIGHT = {"phone": 640, "lying": 290, "desktop": 420}  # [px] of a state on the sheet, and how many stand in a row
+IN_FULL = {("phone", False), ("desktop", False)}
+IN_A_ROW = {"phone": 6, "lying": 3, "desktop": 3}
+WALLS, CELL = (4.0, 6.0), 0.05  # [m]
+PLACE, RADIUS = (2.2, 3.0), 0.8  # [m] the circle that the robot drives
+TASKS = ("serial_com_node: link", "serial_com_node: board", "driver_node: command stream", "odom_node: wheel feedback",
+         "cmd_vel_mux: who drives", "cmd_vel_mux: guard")
+BY_HAND = {"moves": True, "mover": ["page", ""], "driven_by": "hand"}
+STATES = {  # what the robot tells beside the usual; fault: (task, level, words); me: this page drives
+    "connecting": {"closed": True},
+    "nobody": {},
+    "you": {**BY_HAND, "me": True, "thumb": True},
+    "another page": {**BY_HAND, "other": True},
+    "a program": {"moves": True, "mover": ["program", "square"]},
+    "navigation": {"moves": True, "mover": ["navigation", "move_base"], "driven_by": "navigation",
+                   "goal": {"x": 0.8, "y": 4.8, "words": "1.32 m to go"}, "navigation": True},
+    "STOP": {"me": True, "stopped": True},
+    "STOP not arrived": {"me": True, "stopped": True, "stop_waits": True},
+    "board unplugged": {"fault": (TASKS[0], 2, "/dev/ttyACM0: no such file: is the board plugged in?")},
+    "wheel blocked": {**BY_HAND, "me": True, "fault": (TASKS[3], 1, "wheel 2 stands although it is driven: blocked?")},
+    "guard": {"me": True, "camera": True, "fault": (TASKS[5], 1, "in the way: something ahead, 0.12 m from the robot")},
+    "battery": {"battery": {"voltage": 9.9, "charge": 0.08}, "fault": (TASKS[1], 1, "the battery is low: charge it")},
+}
 
 
 def main():
     """Make all pictures, in docs/pictures or in the folder that the command line names."""
-    folder = Path(sys.argv[1]) if len(sys.argv) > 1 else Path(__file__).resolve().parent / "pictures"
+    folder = Path(sys.argv[1]) if len(sys.argv) > 1 else ROOT / "docs" / "pictures"
     folder.mkdir(parents=True, exist_ok=True)
-    with Master() as master, Browser() as browser:
-        rospy.init_node("pictures", disable_signals=True)
-        port = free_port()
-        poses = []
-        rospy.Subscriber("odom", Odometry, lambda message: poses.append(message.pose.pose.position), queue_size=1)
-        master.launch("simulation.launch", "world:=room", "world_map:=true", f"port:={master.folder / 'robotont'}",
-                      "teleop:=true", f"web_port:={port}")
-        wait_for(lambda: poses, "odometry", timeout=60)
-        wait_for(lambda: answers(port), "the page", timeout=60)
-        for name, size, dark in PICTURES:
-            page = browser.page(f"http://127.0.0.1:{port}/", size, dark)
-            page.wait("document.querySelectorAll('#lights li').length >= 5", "the robot's health", timeout=60)
-            take_in_motion(page, poses, folder / f"{name}.png")
+    taken = {}
+    with Browser() as browser:
+        for name, told in STATES.items():
+            with Served(oldest=PATIENCE, dead_man=PATIENCE) as server:
+                tell(server, told)
+                taken.update({(name, *which): picture for which, picture in pictures(browser, server, told)})
+    for (screen, _), dark in ((one, dark) for one in SCREENS for dark in (False, True)):
+        theme = "dark" if dark else "light"
+        sheet([taken[name, screen, dark] for name in STATES], HEIGHT[screen], IN_A_ROW[screen]).save(
+            folder / f"page_states_{screen}_{theme}.png", optimize=True)
+        if (screen, dark) in IN_FULL:
+            taken["you", screen, dark].save(folder / f"teleop_{screen}_{theme}.png", optimize=True)
+
+
+def tell(server, told):
+    """Let the robot tell this."""
+    robot, kind = server.robot, type(server.robot)
+    grid = np.zeros((round(WALLS[1] / CELL), round(WALLS[0] / CELL)), dtype=np.int8)
+    grid[[0, -1]] = grid[:, [0, -1]] = 100
+    message = OccupancyGrid(info=MapMetaData(resolution=CELL, width=grid.shape[1], height=grid.shape[0]),
+                            data=grid.ravel().tolist())
+    message.info.origin.orientation.w = 1.0
+    robot.map_picture, where = map_picture(message)
+    file = io.BytesIO()
+    floor = np.linspace(60, 170, 480)[:, None, None] * np.array([1.0, 0.95, 0.85])
+    Image.fromarray(np.broadcast_to(floor, (480, 640, 3)).astype(np.uint8)).save(file, "JPEG")
+    robot.camera = SimpleNamespace(picture=lambda: (time.monotonic_ns(), file.getvalue()))
+    fault = told.get("fault", ("", 0, ""))
+
+    def state():
+        angle = time.monotonic() / 4 if told.get("moves") else 1.0
+        pose = [PLACE[0] + RADIUS * math.cos(angle), PLACE[1] + RADIUS * math.sin(angle), angle + math.pi / 2]
+        speeds = [0.2, 0.0, 0.25] if told.get("moves") else [0.0, 0.0, 0.0]
+        robot.pose = pose
+        usual = {**kind.state(robot), "pose": pose, "velocity": speeds, "commanded": speeds, "measured": speeds}
+        return {**usual, **{key: value for key, value in told.items() if key in usual}}
+
+    def status():
+        lights = [{"name": name, "level": 0, "words": "well", "key": ""} for name in TASKS if name != fault[0]]
+        if fault[0]:
+            lights.append({"name": fault[0], "level": fault[1], "words": fault[2], "key": fault_key(*fault[::2])})
+        x, y, yaw = robot.pose
+        ranges = [round(min(((WALLS[axis] if part > 0 else 0.0) - place) / part for axis, (place, part) in enumerate(
+            ((x, math.cos(yaw + ray)), (y, math.sin(yaw + ray)))) if abs(part) > 1e-6), 2)
+            for ray in np.linspace(-math.pi, math.pi, 180)]
+        usual = {**kind.status(robot), "lights": lights, "frame": "map", "map": where, "battery": {
+            "voltage": 11.6, "charge": 0.82}, "board": "robotont_firmware 2.0.0 wheels 3",
+            "scan": {"from": [0, 0, 0], "first": -math.pi, "step": 2 * math.pi / 179, "ranges": ranges}}
+        return {**usual, **{key: value for key, value in told.items() if key in usual}}
+    state()
+    robot.state, robot.status = state, status
+
+
+def pictures(browser, server, told):
+    """((screen, dark), picture) of each."""
+    proxy = StallingProxy(server.port)
+    page = browser.page(f"http://127.0.0.1:{proxy.port}/", SCREENS[0][1])
+    page.wait("document.querySelectorAll('#lights li').length > 0", "the robot's health")
+    if told.get("me"):
+        server.server.seat.take(1)
+    if told.get("other"):
+        server.ready_page().order("take")
+    if told.get("closed"):
+        proxy.close()
+        page.wait("document.getElementById('app').dataset.state === 'lost'", "the end of the connection")
+    for screen, size in SCREENS:
+        for dark in (False, True):
+            page.look(size, dark)
+            if told.get("thumb"):
+                page.push(1, "#move", 0.25, 0.6)
+            page.run("new Promise((done) => setTimeout(done, 700))")
+            path = Path("/tmp") / f"page_{time.monotonic_ns()}.png"
+            page.screenshot(path)
             page.lift()
-            page.close()
+            yield (screen, dark), Image.open(path).convert("RGB")
+            path.unlink()
+    page.close()
+    proxy.close()
 
 
-def answers(port):
-    """Whether the page's server is there."""
-    with socket.socket() as probe:
-        return probe.connect_ex(("127.0.0.1", port)) == 0
-
-
-def take_in_motion(page, poses, path):
-    """A picture of the page while the robot drives; again where the connection has stumbled meanwhile."""
-    def taken():
-        drive(page, poses)
-        page.screenshot(path)
-        return page.run("document.getElementById('message').hidden")
-    wait_for(taken, "a picture in motion", timeout=120)
-
-
-def drive(page, poses):
-    """Hold both sticks until the robot has gone WAY; let go first where the page asks for it."""
-    start = len(poses)
-
-    def gone():
-        if "Let go" in page.text("#message"):
-            page.lift()
-        if not page.touched:
-            right, up, turn = THUMBS
-            page.finger(1, "#move", right, up)
-            page.finger(2, "#turn", turn)
-        way = poses[start - 1:]
-        return sum(math.hypot(after.x - before.x, after.y - before.y) for before, after in zip(way, way[1:])) > WAY
-    wait_for(gone, "the drive", period=0.1, timeout=60)
-    wait_for(lambda: gone() and float(page.text("#speed")) > 0.1 and page.run(
-        "document.getElementById('message').hidden"), "motion", period=0.05)
+def sheet(pictures, height, in_a_row):
+    """All states as one picture."""
+    small = [one.resize((round(one.width * height / one.height), height)) for one in pictures]
+    width, gap, rows = small[0].width, 12, -(-len(small) // in_a_row)
+    whole = Image.new("RGB", (in_a_row * (width + gap) - gap, rows * (height + gap) - gap), "#808890")
+    for place, one in enumerate(small):
+        whole.paste(one, (place % in_a_row * (width + gap), place // in_a_row * (height + gap)))
+    return whole
 
 
 if __name__ == "__main__":

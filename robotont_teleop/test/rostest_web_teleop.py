@@ -31,18 +31,18 @@ class WebTeleopTest(PagesTest):
                         f"moves again after {what}")
         print(f"stands {stood:.2f} s after {what}", flush=True)
 
-    def drive_on(self, page, right=0.2, up=0.6, turn=0.4, until=None):
+    def drive_on(self, page, right=0.3, up=0.9, turn=0.6, until=None):
         """Both thumbs on the sticks until it drives, or `until`; taken anew when the page wants it or has let go.
 
         A page lets go when it loses the focus, as a new tab may while an old one still closes.
         """
         def drives():
             held = page.run("document.querySelector('.held') !== null")
-            if page.touched and (not held or "Let go" in page.text("#message")):
+            if page.touched and (not held or "Let go of" in page.text("#can")):
                 page.lift()
             if not page.touched:
-                page.finger(1, "#move", right, up)
-                page.finger(2, "#turn", turn)
+                page.push(1, "#move", right, up)
+                page.push(2, "#turn", turn)
             return until() if until else self.speed() > 0.1
         wait_for(drives, "motion", period=0.05)
 
@@ -52,13 +52,13 @@ class WebTeleopTest(PagesTest):
 
     def test_both_sticks_at_once_move_the_robot_as_commanded_and_stop_is_quick(self):
         page = self.open()
-        page.run("$('cap').value = 80")
+        page.key("Digit3", down=True)
 
         def as_commanded():
             wanted, real = self.commands[-1][1], self.truth[-1][1]
             return wanted[0] > 0.1 and wanted[1] < -0.1 and wanted[2] > 0.3 and all(
                 abs(one - other) < 0.03 + 0.1 * abs(other) for one, other in zip(real, wanted))
-        self.drive_on(page, 0.35, 0.35, -0.4, until=as_commanded)
+        self.drive_on(page, 0.6, 0.6, -0.7, until=as_commanded)
         self.assertEqual(page.text("#driver"), "You drive")
         self.stops_after(page.lift, "letting go")
         self.assertEqual(page.complaints(), [])
@@ -86,14 +86,14 @@ class WebTeleopTest(PagesTest):
             end = time.monotonic() + STALL
             positions = itertools.cycle((0.1, 0.2, 0.3, 0.4))
             while time.monotonic() < end:  # the thumb goes on, so that every command is another one
-                page.finger(1, "#move", next(positions), 0.5)
+                page.push(1, "#move", next(positions), 0.5)
                 self.assertLess(self.speed(), 2 * STANDS)  # it may still swing a little
             seen = len(self.hand)
             self.proxy.flow()
-            page.wait("$('message').textContent.includes('Let go')", "the request to let go")
+            page.wait("$('can').textContent.includes('Let go of')", "the request to let go")
             self.assertFalse([command for _, command in self.hand[seen:] if any(command)], "sticks were not let go")
             page.lift()
-            page.wait("$('message').hidden", "the end of that request")
+            page.wait("$('app').dataset.live === 'true'", "the end of that request")
             self.drive_on(page)
             self.stops_after(page.lift, "letting go")
             self.assert_none_is_old(page)

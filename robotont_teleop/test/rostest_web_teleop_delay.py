@@ -53,13 +53,17 @@ class DelayTest(PagesTest):
         if pointer == "finger":
             page.take_mouse_for_finger()
 
+        x, y = page.place("#move")
+
         def drives():
-            if "Let go" in page.text("#message"):
+            if "Let go of" in page.text("#can"):
                 page.lift()
-            page.mouse_at(*page.place("#move", 0.05, 0.4))
+            if not page.touched:
+                page.mouse_at(x, y)
+            page.mouse_at(x + 5.0, y - 60.0)
             return self.speed() > 0.05
         wait_for(drives, "motion", period=0.05)
-        moved = self.move_pointer(page, page.place("#move", 0.1, 0.4), page.place("#move", 0.5, 0.4))
+        moved = self.move_pointer(page, (x + 10.0, y - 60.0), (x + 70.0, y - 60.0))
         page.lift()
         wait_for(lambda: not any(self.commands[-1][1]), "the stop")
         events = page.run("window.moves")

@@ -25,11 +25,10 @@ class WebTeleopStopTest(PageServerTest):
         self.start()
         page.wait(OPEN, "the new connection")
         page.wait("!$('stopped').hidden", "the stop, over a restart of the page's server")
-        page.finger(1, "#move", 0.0, 0.6)
-        other = self.page()
-        wait_for(lambda: other.messages["state"]["held"] and self.status[DRIVER].level == WARN, "the stop")
+        page.push(1, "#move", 0.0, 0.9)
+        wait_for(lambda: self.status[DRIVER].level == WARN, "the stop")
         rospy.ServiceProxy("emergency_stop/release", Trigger)()
-        page.wait("$('message').textContent.includes('Let go')", "the request to let go")
+        page.wait("$('can').textContent.includes('Let go of')", "the request to let go")
         self.assertFalse([command for command in self.hand if any(command)])
 
     def start_driver_node(self):
@@ -53,13 +52,13 @@ class WebTeleopStopTest(PageServerTest):
         proxy.stall()
         page.finger(1, "#stop")
         page.lift()
-        page.wait("$('message').textContent.includes('has not reached')", "words for the driver")
+        page.wait("$('stop_waits').offsetWidth === innerWidth", "a bar over the whole width")
         self.assertFalse(self.pressed())
         page.wait("window.sockets > 1", "a new connection instead of the dead one")
         proxy.cut()
         proxy.flow()
         wait_for(self.pressed, "the stop")
-        page.wait("$('message').hidden", "the end of these words")
+        page.wait("$('stop_waits').hidden", "the end of the bar")
         page.wait("!$('stopped').hidden", "words about the stop")
 
     def test_a_release_that_a_stall_holds_up_releases_nothing(self):

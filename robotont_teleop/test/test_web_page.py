@@ -7,12 +7,14 @@ import pytest
 from PIL import Image
 from web_client import TOKEN
 
+from robotont_teleop.hand.fault_keys import fault_key
 from robotont_teleop.hand.speeds import STOP
 from robotont_testing.browser import CHROMIUM, DESKTOP, PHONE, PHONE_LYING, Browser
 from robotont_testing.harness import wait_for
 from robotont_testing.stalling_proxy import StallingProxy
 
 pytestmark = pytest.mark.skipif(CHROMIUM is None, reason="no chromium")
+FAST = "#chips button:last-child"
 FIND = "window.$ = (id) => document.getElementById(id);"
 NO_FOCUS = "document.activeElement === document.body"
 OPEN = "$('app')?.dataset.state === 'open'"  # not yet on the login page
@@ -90,7 +92,7 @@ def test_whatever_may_swallow_the_end_of_a_key_stops(page, served):
 
 def test_a_thumb_that_rests_on_its_stick_drives_on_until_it_is_cancelled(page, served):
     """Android reports a long press as a request for the context menu; the stick refuses it, so that none opens."""
-    page.finger(1, "#move", up=0.5)
+    page.push(1, "#move", up=0.9)
     wait_for(lambda: drives(served), "motion")
     assert not page.run("$('move').dispatchEvent(new MouseEvent('contextmenu', "
                         "{bubbles: true, cancelable: true}))")
@@ -100,14 +102,14 @@ def test_a_thumb_that_rests_on_its_stick_drives_on_until_it_is_cancelled(page, s
     wait_for(lambda: not drives(served), "the stop")
 
 
-def test_after_the_mouse_the_list_and_the_slider_leave_the_keys_to_the_robot(page, served):
+def test_after_the_mouse_the_list_and_the_speeds_leave_the_keys_to_the_robot(page, served):
     press_mouse(page, "#language")  # opens it; to choose in it is the system's own window
     assert focus(page) == "language"
     page.run("$('language').dispatchEvent(new Event('change', {bubbles: true}))")
     page.wait(NO_FOCUS, "the end of the list's focus")
-    press_mouse(page, "#cap", 0.4)
-    assert page.run("$('cap').value") == "80"
-    page.wait(NO_FOCUS, "the end of the slider's focus")
+    press_mouse(page, FAST)
+    assert pressed_speed(page) == "Fast 0.50"
+    page.wait(NO_FOCUS, "the end of the button's focus")
     for key, axis in (("KeyW", 0), ("ArrowUp", 0), ("KeyA", 1), ("KeyQ", 2)):
         page.key(key, down=True)
         wait_for(lambda axis=axis: drives(served) and served.robot.sent[-1][axis] > 0, f"motion by {key}")
@@ -116,12 +118,12 @@ def test_after_the_mouse_the_list_and_the_slider_leave_the_keys_to_the_robot(pag
     page.run("localStorage.clear()")
 
 
-def test_the_keyboard_reaches_the_slider_and_the_list(page, served):
+def test_the_keyboard_reaches_the_speeds_and_the_list(page, served):
+    for number, speed in ((1, "Slow 0.15"), (3, "Fast 0.50"), (2, "Normal 0.30")):
+        type_key(page, f"Digit{number}", 48 + number, str(number))
+        wait_for(lambda speed=speed: pressed_speed(page) == speed, speed)
     for _ in range(20):
         type_key(page, "Tab", 9)
-        if focus(page) == "cap":
-            type_key(page, "ArrowLeft", 37)
-            wait_for(lambda: page.text("#cap_value") == "0.20", "the slider's step")
         if focus(page) == "language":
             break
     type_key(page, "ArrowDown", 40)
@@ -131,11 +133,24 @@ def test_the_keyboard_reaches_the_slider_and_the_list(page, served):
     assert focus(page) == "language"
     assert not drives(served)
     page.run("localStorage.clear()")
-    page.run("$('cap').focus()")  # letters drive beside it
+    page.run("document.querySelector('#chips button').focus()")  # letters drive beside it
     drive_by_key(page, served)
 
 
-@pytest.mark.parametrize("element", ["cap", "language", "stop"])
+def pressed_speed(page):
+    return page.run("document.querySelector('#chips [aria-pressed=true]').innerText")
+
+
+def test_the_speeds_are_those_of_the_buttons(page, served):
+    for number, speed in ((1, 0.15), (2, 0.3), (3, 0.5)):
+        type_key(page, f"Digit{number}", 48 + number, str(number))
+        drive_by_key(page, served)
+        wait_for(lambda speed=speed: abs(served.robot.sent[-1][0] - speed) < 1e-6, f"{speed} m/s")
+        page.key("KeyW", down=False)
+        wait_for(lambda: not drives(served), "the stop")
+
+
+@pytest.mark.parametrize("element", ["details", "language", "stop"])
 def test_the_space_bar_stops_whatever_has_the_focus(page, served, element):
     page.run(f"$({element!r}).focus()")
     type_key(page, "Space", 32, " ")
@@ -169,13 +184,14 @@ def type_key(page, code, number, text=""):
 LINK, WHEELS = "serial_com_node: link", "odom_node: wheel feedback"
 
 
-def report(server, lights=(), state=None, **status):
+def report(server, lights=(), given=None, **status):
     """Let the robot tell the page `lights`, {name: (level, words)}, and what else is given."""
     robot, lights = server.robot, dict(lights or {LINK: (0, "50 packets/s")})
-    state, status = {**type(robot).state(robot), **(state or {})}, {**type(robot).status(robot), **status}
-    robot.state = lambda: {**state, "stopped": robot.stopped}
+    state, status = {**type(robot).state(robot), **(given or {})}, {**type(robot).status(robot), **status}
+    robot.state = lambda: {**state, "stopped": robot.stopped or bool((given or {}).get("stopped"))}
     robot.status = lambda: {**status, "lights": [
-        {"name": name, "level": level, "words": words} for name, (level, words) in lights.items()]}
+        {"name": name, "level": level, "words": words, "key": "silent" if level == 3 else fault_key(name, words)}
+        for name, (level, words) in lights.items()]}
 
 
 def level(page):
@@ -187,15 +203,68 @@ def choose_language(page, language):
              "list.dispatchEvent(new Event('change'))})()")
 
 
+ME, PROGRAM = {"mover": ["page", ""], "driven_by": "hand"}, {"mover": ["program", "square"], "driven_by": "nobody"}
+HEADS = {  # what the robot reports: who drives, what a stick does, whether it lives
+    "nobody": ({}, ("Nobody drives", "Push a stick to drive", True)),
+    "a program, straight on cmd_vel": (PROGRAM, ("Program: square", "Careful: it mixes with a program", True)),
+    "a program, through the mux": ({**PROGRAM, "driven_by": "default"},
+                                   ("Program: square", "A stick takes it over", True)),
+    "navigation": ({"mover": ["navigation", "move_base"]}, ("Navigation drives", "A stick takes it over", True)),
+    "keys": ({"mover": ["hand", "keyboard_teleop_1"]}, ("Keys drive", "Push a stick to drive", True)),
+    "no mux": ({"heard": False}, ("Nobody drives", "No cmd_vel_mux: sticks are off", False)),
+    "a stop that has not arrived": ({"stopped": True, "stop_waits": True},
+                                    ("Emergency stop", "Sticks wait for the release", False)),
+}
+
+
+@pytest.mark.parametrize("case", HEADS)
+def test_the_head_says_who_moves_the_robot_and_what_a_stick_does(page, served, case):
+    told, (who, can, live) = HEADS[case]
+    report(served, given=told)
+    page.wait(f"$('driver').innerText === {who!r} && $('can').innerText === {can!r}", "the head")
+    assert page.run("$('stop_waits').offsetWidth === innerWidth") == told.get("stop_waits", False)
+    page.push(1, "#move", up=0.9)
+    page.run("new Promise((done) => setTimeout(done, 150))")
+    assert drives(served) == page.run("document.querySelector('.held') !== null") == live
+    page.lift()
+
+
+def test_a_program_drives_although_this_page_has_the_seat(page, served):
+    drive_by_key(page, served)
+    page.key("KeyW", down=False)
+    report(served, given=ME)
+    page.wait("$('driver').innerText === 'You drive'", "the page")
+    report(served, given=PROGRAM)
+    page.wait("$('driver').innerText === 'Program: square'", "the program")
+
+
+def test_without_its_board_sticks_are_still_and_a_finger_has_to_come_anew(page, served):
+    report(served)
+    page.push(1, "#move", up=0.9)
+    wait_for(lambda: drives(served), "motion")
+    report(served, {LINK: (2, "/dev/x: no such file")})
+    page.wait("$('can').innerText === 'No board: sticks are off'", "why not")
+    wait_for(lambda: not drives(served), "the stop")
+    report(served)
+    page.wait("$('can').innerText === 'Let go of the sticks once'", "the request")
+    page.push(1, "#move", up=0.5)
+    page.run("new Promise((done) => setTimeout(done, 150))")
+    assert not drives(served)
+    page.lift()
+    page.push(1, "#move", up=0.9)
+    wait_for(lambda: drives(served), "motion")
+
+
 @pytest.mark.parametrize("fault, words", [
-    ({LINK: (2, "is the cable in?"), WHEELS: (1, "no packets")}, "Link to the board is the cable in?"),
-    ({LINK: (0, ""), WHEELS: (1, "wheel 2 stands")}, "Wheels wheel 2 stands"),
-    ({LINK: (3, "50 packets/s")}, "Link to the board Silent for 5 s: has it ended?"),
+    ({LINK: (2, "/dev/x: no such file"), WHEELS: (1, "no packets")},
+     "Link to the board The board's cable is out, or the board is off"),
+    ({LINK: (0, ""), WHEELS: (1, "wheel 2 stands")}, "Wheels A wheel does not turn as told: is it blocked?"),
+    ({LINK: (3, "50 packets/s")}, "Link to the board Has said nothing for 5 s: has it ended?"),
     ({"other: thing": (2, "it burns")}, "thing it burns"),
 ])
 def test_the_worst_fault_stands_where_one_looks(page, served, fault, words):
     report(served, fault)
-    page.wait(f"$('fault').innerText === {words!r}", "the bar")
+    page.wait(f"document.querySelector('#fault p').innerText === {words!r}", "the bar")
     assert level(page) == str(max(found for found, _ in fault.values()))
     report(served)
     page.wait("$('fault').hidden", "its end")
@@ -206,13 +275,18 @@ def test_the_worst_fault_stands_where_one_looks(page, served, fault, words):
 @pytest.mark.parametrize("task, words, remedies", [
     ("who drives", "default must stop once after the emergency stop before driving; or call /cmd_vel_mux/give_back",
      ("end the program", "Programm beenden", "lõpeta programm")),
+    ("who drives", "/square also on cmd_vel: commands may mix; use cmd_vel/default",
+     ("use cmd_vel/default", "cmd_vel/default nehmen", "kasutagu see cmd_vel/default")),
     ("guard", "in the way: something on the left, 0.08 m from the robot",
-     ("something on the left, 0.08 m", "Etwas ist im Weg: 0.08 m", "Midagi on ees: 0.08 m"))])
+     ("in the way: 0.08 m", "Etwas ist im Weg: 0.08 m", "Midagi on ees: 0.08 m"))])
 def test_who_cannot_drive_is_told_why_in_each_language(page, served, task, words, remedies):
     report(served, {f"cmd_vel_mux: {task}": (1, words)})
     for language, remedy in zip(("en", "de", "et"), remedies):
         choose_language(page, language)
         page.wait(f"$('fault_words').innerText.includes({remedy!r})", "what to do")
+    assert page.text("#raw") == words
+    press_mouse(page, "#more")
+    page.wait("$('raw').offsetHeight > 0", "the robot's own words")
     page.run("localStorage.clear()")
 
 
@@ -220,7 +294,8 @@ def test_a_pressed_stop_is_seen_and_who_may_release_it(page, served):
     report(served)
     served.robot.emergency_stop.press()
     page.wait("$('stop').getAttribute('aria-pressed') === 'true'", "the pressed button")
-    assert (page.text("#driver"), level(page)) == ("Emergency stop", "2")
+    assert (page.text("#driver"), page.text("#can"), level(page)) == (
+        "Emergency stop", "Sticks wait for the release", "2")
     served.ready_page().order("take")
     page.wait("$('release_why').offsetHeight > 0", "why this page may not release it")
     assert page.text("#release_why") == "Take over first"
@@ -234,7 +309,7 @@ def test_a_page_that_was_overtaken_is_told(page, served):
 
 
 def test_what_is_old_is_not_shown_as_if_it_were_of_now(browser, served):
-    report(served, state={"velocity": [0.2, 0.0, 0.1], "measured": [0.1, 0.1, 0.1]}, board="this one",
+    report(served, given={"velocity": [0.2, 0.0, 0.1], "measured": [0.1, 0.1, 0.1]}, board="this one",
            battery={"voltage": 12.0, "charge": 0.9})
     proxy = StallingProxy(served.port)
     page = open_page(browser, proxy)
@@ -260,9 +335,8 @@ def test_the_page_says_which_robot_it_is(browser, served):
     page.close()
 
 
-def test_a_robot_that_reports_nothing_is_not_well_and_the_slider_and_the_bar_have_units(page):
+def test_a_robot_that_reports_nothing_is_not_well_and_the_bar_has_units(page):
     page.wait("$('fault_words').innerText === 'The robot reports nothing'", "the bar")
-    assert page.text(".cap .whole") == "0.25 m/s"
     bars = []
     for button in ("closer", "farther", "farther", "farther", "farther"):
         press_mouse(page, f"#{button}")
@@ -277,13 +351,14 @@ def test_the_camera_is_shown_picture_after_picture_and_an_old_one_is_not(browser
     served.robot.camera = SimpleNamespace(picture=lambda: newest[-1])
     report(served, camera=True)
     page = open_page(browser, served)
-    page.wait("!$('film').hidden", "the camera's button")
-    page.tap("#film")
+    page.wait("$('app').dataset.main === 'camera'", "the camera first")
     for width in (64, 96):
         file = io.BytesIO()
         Image.new("RGB", (width, 48)).save(file, "JPEG")
         newest.append((width, file.getvalue()))
         page.wait(f"$('camera').naturalWidth === {width}", "the picture")
+    press_mouse(page, "#view")
+    page.wait("$('app').dataset.main === 'map' && $('camera').offsetWidth < innerWidth / 2", "the map, by a tap")
     newest.append(None)
     page.wait("!$('camera').hasAttribute('src')", "the end of a picture that is old")
     assert [words for words in page.complaints() if "404" not in str(words)] == []
@@ -303,7 +378,7 @@ def test_no_english_is_left_in_other_languages(page, served, language):
     page.run("localStorage.clear()")
 
 
-SAME = {"STOP", "English", "Deutsch", "Eesti", "Robotont", "Gamepad"}  # names, and what is the same
+SAME = {"Normal", "STOP", "English", "Deutsch", "Eesti", "Robotont", "Gamepad"}  # names, and what is the same
 LIGHTS = ["black box", "board", "command stream", "gamepad", "guard", "gyro", "link", "localization", "real time",
           "stamps", "web page", "wheel feedback", "who drives"]  # of all nodes of the stack: `Health`
 
@@ -332,7 +407,7 @@ def test_nothing_moves_when_something_goes_wrong_and_the_release_is_found(page, 
     for size in (PHONE, PHONE_LYING, DESKTOP):
         page.look(size, False)
         page.wait(f"innerWidth === {size[0]}", "the screen")
-        controls = ("#stop", "#move", "#turn", "#cap", "#closer", "#farther", "#view", "#details")
+        controls = ("#stop", "#move", "#turn", "#chips", "#closer", "#farther", "#view", "#details")
         before = [page.box(control) for control in controls]
         report(served, {LINK: (2, "is the cable in? " * 10)})
         served.robot.emergency_stop.press()

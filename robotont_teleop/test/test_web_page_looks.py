@@ -13,7 +13,7 @@ from robotont_testing.harness import tool_module
 pytestmark = pytest.mark.skipif(CHROMIUM is None, reason="no chromium")
 NARROW = ((360, 740, 2), (390, 844, 2))  # phones
 LANGUAGES = ("en", "de", "et")
-WHO = ("who_you_navigation", "who_navigation", "who_other", "who_you", "who_nobody", "lost")
+WHO = ("who_navigation", "who_other", "who_others", "who_you", "who_nobody", "lost")
 FAULTS = """((selector) => {  // of the elements that are shown: too wide texts, what is off the screen, what overlaps
   const shown = [...document.querySelectorAll(selector)].filter((one) => one.offsetWidth > 0);
   const name = (one) => one.id || one.className;
@@ -37,7 +37,10 @@ SAY = """(async ([who, button]) => {
     $(id).hidden = id !== button;
   }
 })"""
-CONTROLS = ("#move", "#turn", "#stop", "#cap", "#closer", "#farther", "#driver", "#round_trip")
+ALWAYS = ("#move", "#turn", "#stop", "#chips", "#driver", "#can", "#round_trip")
+CONTROLS = ("#closer", "#farther")
+BESIDE = ("#scale", ".message", ".readings", ".alarm", ".tools .button", ".chips .button")  # where they are shown
+SIZES = (PHONE, PHONE_LYING, DESKTOP, (320, 568, 2), (568, 320, 2), (360, 740, 2), (768, 1024, 1), (1920, 1080, 1))
 
 
 def tell(server, trouble):
@@ -56,21 +59,22 @@ def test_it_looks_right_and_everybody_can_use_it(served):
         page.wait(f"document.querySelectorAll('#lights li').length === {len(LIGHTS)}", "the robot's health")
         check_header(page)
         page.run(axe())
-        for dark, language, more in ((False, "de", ()), (True, "et", ("#take", "#release"))):
+        for dark, language, more in ((False, "de", CONTROLS), (True, "et", ("#take", "#release", "#more"))):
             if dark:  # all at once: another page drives, faults, a pressed stop
                 tell(served, trouble=True)
                 served.ready_page().order("take")
                 served.robot.emergency_stop.press()
                 page.wait("['take', 'stopped', 'fault'].every((id) => !$(id).hidden)", "all bars")
-            for size in (PHONE, PHONE_LYING, DESKTOP):
+            for size in SIZES:
                 page.look(size, dark)
                 choose_language(page, language)
                 page.wait(f"innerWidth === {size[0]} && document.documentElement.lang === {language!r}", "the screen")
-                check_places(page, size, more)
+                check_places(page, size, [one for one in more if one != "#more" or size[1] > 350])
+                if size in (PHONE, DESKTOP):
+                    check_by_axe(page)
                 if size == PHONE:
                     page.tap("#details")
-                check_by_axe(page)
-                if size == PHONE:
+                    check_by_axe(page)
                     page.tap("#details")
         assert page.complaints() == []
         login = browser.page(f"http://127.0.0.1:{served.port}/login.html", PHONE)
@@ -105,14 +109,17 @@ def check_by_axe(page):
     assert not [rule for rule in violated if rule[0] in ("serious", "critical")]
 
 
-def check_places(page, size, more):
-    """Every control is on the screen, and none on another one."""
+def check_places(page, size, wanted):
+    """Every control is on the screen and large enough for its finger; nothing stands on anything else."""
     assert page.run("document.documentElement.scrollWidth <= innerWidth && "
                     "document.documentElement.scrollHeight <= innerHeight"), "scroll bars"
-    wanted = (*CONTROLS, *(("#reset_odometry", "#language") if size == DESKTOP else ()), *more)
-    shown, faults = page.run(f"{FAULTS}({', '.join(wanted)!r})")
-    assert {control[1:] for control in wanted} <= set(shown), size
+    wanted = (*ALWAYS, *wanted, *(("#reset_odometry", "#language") if size == DESKTOP else ()))
+    shown, faults = page.run(f"{FAULTS}({', '.join((*wanted, *BESIDE))!r})")
+    assert {control[1:] for control in wanted if control[0] == "#"} <= set(shown), size
     assert faults == [], size
+    stop, ring = page.box("#stop"), page.box("#move")
+    assert min(stop[2:]) >= 88, size
+    assert min(ring[2:]) >= 100, size
 
 
 def axe():

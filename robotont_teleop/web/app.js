@@ -1,20 +1,25 @@
 // Puts the page together: hands to commands, states to what is seen.
-import {toggleCamera} from "./camera.js";
+import {film} from "./camera.js";
 import {CommandRate} from "./command_rate.js";
 import {DrivingInputs} from "./driving_inputs.js";
 import {actWhenHeld} from "./hold_button.js";
 import {View} from "./map_view.js";
 import {$, number, write} from "./page.js";
-import {adviceOf, byWorst, nameOf, showFacts, showLights, showWheels} from "./panel.js";
+import {LOW_CHARGE, nameOf, sentenceOf, showFacts, showLights, showWheels} from "./panel.js";
 import {Link} from "./server_link.js";
 import {chosenLanguage, setLanguage, text} from "./texts.js";
+import {truth, worst} from "./truth.js";
 
 const NOTE = 6000;    // [ms] that the robot's answers are shown
 const REFUSED = 2000; // [ms] that a refusal is shown
 const TAKEN = 4000;   // [ms] that is shown who has taken over
-const LOW_CHARGE = 0.15;
+const STOP_TAKES = 300; // [ms] within which STOP usually has arrived
+const VIBRATES = 600; // [ms] between two vibrations while it has not
 const LOOK = 250;     // [ms] between two looks without any message: for stalls
+const LYING = matchMedia("(max-height: 560px)"); // as in the style sheet
+const SPEEDS = [0.3, 0.6, 1]; // parts of the fastest: slow, normal, fast
 const app = $("app");
+const chips = [...$("chips").children];
 
 // A QR code that a browser scans once more has brought the token, which the login page has taken already.
 const clearAddress = () => location.hash && history.replaceState(null, "", location.pathname);
@@ -24,9 +29,11 @@ window.addEventListener("hashchange", clearAddress);
 let state = null;
 let status = null;
 let limits = {linear: 0.5, angular: 2};
-let note = {number: null, until: 0};
+let speed = 1; // of SPEEDS
+const note = {number: null, until: 0};
 let refused = {key: "", until: 0}; // or another thing that the hands should know
 let goalMode = false;
+let vibrated = 0; // [ms]
 const view = new View($("view"));
 
 const link = new Link({
@@ -34,50 +41,62 @@ const link = new Link({
     limits = message;
     document.title = message.robot;
     write($("robot"), message.robot);
-    showCap();
+    setSpeed(speed);
   },
   connection: (open) => {
     app.dataset.state = open ? "open" : "lost";
     state = open ? state : null;
     status = open ? status : null;
-    hands?.letGo();
     showPanel();
     show();
   },
   state: (message) => {
     if (drives() && message.driver !== null && message.driver !== link.page) {
       refused = {key: "taken", until: performance.now() + TAKEN};
-      navigator.vibrate?.(200);
+      vibrate(200);
     }
     state = message;
     view.setPose(message.pose, !link.stalled);
-    if (mustLetGo() && hands.still) {
+    show();
+    if (state.held.includes(link.page) && hands.still) {
       link.drive(0, 0, 0); // the hands are off
     }
-    show();
   },
   status: takeStatus,
   pong: () => ($("round_trip").textContent = `${Math.round(link.roundTrip)} ms`),
-  refused: () => (refused = {key: "not_driver", until: performance.now() + REFUSED}),
+  refused: () => (refused = {key: "can_take_over", until: performance.now() + REFUSED}),
   late: () => (refused = {key: "late", until: performance.now() + REFUSED}),
 });
-const stop = () => link.stop();
-const hands = new DrivingInputs(() => rate.changed(), stop);
+const stop = () => {
+  link.stop();
+  hands.letGo();
+  show();
+};
+const hands = new DrivingInputs(() => rate.changed(), stop, (step, whole) => setSpeed(whole ? step : speed + step));
 const rate = new CommandRate(() => hands.still, sendCommand);
+const vibrate = (time) => navigator.userActivation?.hasBeenActive && navigator.vibrate?.(time);
 const drives = () => state !== null && link.page !== null && state.driver === link.page;
-const mustLetGo = () => state !== null && state.held.includes(link.page);
+film(() => Boolean(status?.camera));
 setInterval(show, LOOK);
 
 function sendCommand() {
-  if (!hands.still && (link.stalled || mustLetGo())) {
-    return; // the server would drop it; in a stall it would only queue up
-  }
-  const cap = $("cap").value / 100;
   const {ahead, left, turn} = hands.position;
-  link.drive(ahead * limits.linear * cap, left * limits.linear * cap, turn * limits.angular * cap);
+  const [fast, turning] = [limits.linear * SPEEDS[speed], limits.angular * SPEEDS[speed]];
+  link.drive(ahead * fast, left * fast, turn * turning);
+}
+
+function setSpeed(wanted) {
+  speed = Math.min(SPEEDS.length - 1, Math.max(0, wanted));
+  chips.forEach((chip, place) => {
+    chip.setAttribute("aria-pressed", place === speed);
+    write(chip.lastElementChild, number(SPEEDS[place] * limits.linear));
+  });
 }
 
 function takeStatus(message) {
+  if (message.camera !== Boolean(status?.camera)) {
+    setMain(message.camera ? "camera" : "map");
+  }
   status = message;
   view.setStatus(message);
   view.setScan(message.scan);
@@ -87,7 +106,7 @@ function takeStatus(message) {
   note.number = message.note.number;
   $("goal").hidden = !message.navigation || message.frame !== "map";
   $("cancel").hidden = !message.goal;
-  $("film").hidden = !message.camera;
+  $("swap").hidden = $("camera").hidden = !message.camera;
   if ($("goal").hidden) {
     setGoalMode(false);
   }
@@ -105,24 +124,23 @@ function show() {
   const open = app.dataset.state === "open";
   const stalled = open && link.stalled;
   const now = open && !stalled ? state : null; // what is older is not shown as if it were of now
-  const worst = worstLight();
-  $("dot").dataset.level = !open || state?.stopped || worst?.level === 2 ? 2 : worst?.level ?? (now ? 0 : 1);
-  write($("driver"), open && state ? text(who()) : text("lost"));
+  const {who: [who, name], can: does, live} = truth({open, stalled, state, status, page: link.page});
+  hands.setLive(live);
+  const can = live && hands.dropped ? "can_let_go" : does;
+  app.dataset.live = live;
+  const fault = open ? worstFault() : null;
+  $("dot").dataset.level = !open || state?.stopped || fault?.level === 2 ? 2 : fault?.level ?? (now ? 0 : 1);
+  write($("driver"), `${text(who)} ${name}`.trim());
+  write($("can"), text(can));
+  $("can").dataset.key = can;
   $("take").hidden = !open || !state || state.driver === null || drives();
   $("give_back").hidden = !(drives() && state.driven_by === "hand" && status?.goal);
-  app.dataset.role = drives() || state?.driver === null ? "driver" : "viewer";
-  $("stopped").hidden = !state?.stopped;
+  $("stopped").hidden = showStopThatWaits(open) || !state?.stopped;
   $("stop").setAttribute("aria-pressed", Boolean(state?.stopped));
   $("release").disabled = Boolean(state) && state.driver !== null && !drives();
   $("release_why").hidden = !$("release").disabled;
-  write($("release_why"), text("not_driver"));
-  $("fault").hidden = !open || !worst;
-  if (open && worst) {
-    $("fault").dataset.level = worst.level;
-    write($("fault_name"), worst.name ? nameOf(worst) : "");
-    write($("fault_words"), adviceOf(worst));
-  }
-  const words = message(open, stalled);
+  showFault(fault);
+  const words = message(open);
   $("message").hidden = !words;
   write($("message"), words);
   const [ahead, left, turning] = now?.velocity || [];
@@ -135,26 +153,56 @@ function show() {
   showWheels(now?.commanded, now?.measured, 1.2 * limits.linear);
 }
 
+// STOP has been pressed here, and the robot has not said that it stands by it; whether it is so
+function showStopThatWaits(open) {
+  const now = performance.now();
+  const late = !open || now - link.stopAt > STOP_TAKES;
+  const waits = (link.stopWanted && late) || Boolean(state?.stop_waits);
+  $("stop_waits").hidden = !waits;
+  $("stop").classList.toggle("waits", waits);
+  if (waits && now - vibrated > VIBRATES) {
+    vibrated = now;
+    vibrate(300);
+  }
+  return waits;
+}
+
 // The light that a person should look at; null: all is well, or what is wrong is told already
-function worstLight() {
+function worstFault() {
   if (!status) {
     return null;
   }
-  const {charge} = status.battery || {};
   if (!status.lights.length) {
-    return {name: "", level: 2, words: text("no_reports")};
+    return {name: "", level: 2, words: "", key: "", sentence: text("no_reports")};
   }
+  const {charge} = status.battery || {};
+  const empty = charge != null && charge <= LOW_CHARGE && {name: "battery", level: 1, words: "", key: "battery_low"};
   const told = state?.stopped ? /: (command stream|who drives|web page)$/ : /: web page$/;
-  const worst = byWorst(status.lights.filter((light) => !told.test(light.name)))[0];
-  const empty = charge != null && charge <= LOW_CHARGE && {name: "battery", level: 1, words: text("fault_battery")};
-  return worst?.level ? worst : empty || null;
+  return worst(status.lights, told) || empty || null;
 }
 
-new ResizeObserver(() => app.style.setProperty("--alarms", `${$("alarms").offsetHeight}px`)).observe($("alarms"));
-
-function showCap() {
-  write($("cap_value"), number($("cap").value / 100 * limits.linear));
+function showFault(fault) {
+  $("fault").hidden = !fault;
+  if (fault) {
+    const sentence = fault.sentence || sentenceOf(fault);
+    $("fault").dataset.level = fault.level;
+    write($("fault_name"), fault.name ? nameOf(fault) : "");
+    write($("fault_words"), sentence || fault.words);
+    $("fault_words").lang = sentence ? "" : "en";
+    write($("raw"), fault.words);
+    $("more").hidden = !sentence || !fault.words;
+    $("raw").hidden = $("more").hidden || $("more").getAttribute("aria-expanded") !== "true";
+  }
 }
+
+// Bars stand over the view: what else stands there makes room, or goes where there is none
+const room = new ResizeObserver(() => {
+  const bars = $("alarms").offsetHeight;
+  app.style.setProperty("--alarms", `${bars}px`);
+  app.classList.toggle("crowded", $("view").parentElement.clientHeight - bars < (LYING.matches ? 115 : 110));
+});
+room.observe($("alarms"));
+room.observe($("view").parentElement);
 
 function zoom(step) {
   view.zoom(step);
@@ -163,54 +211,39 @@ function zoom(step) {
   write($("scale").lastElementChild, `${metres} m`);
 }
 
-function who() {
-  if (state.stopped) {
-    return "stopped";
-  }
-  if (state.driven_by === "navigation") {
-    return drives() ? "who_you_navigation" : "who_navigation";
-  }
-  if (state.driver !== null) {
-    return drives() ? "who_you" : "who_other";
-  }
-  return {hand: "who_hand", default: "who_default"}[state.driven_by] || "who_nobody";
-}
-
-function message(open, stalled) {
+function message(open) {
   const now = performance.now();
   if (!open) {
-    return text(link.stopWanted ? "stop_waits" : "lost_advice");
-  }
-  if (stalled) {
-    return text("slow");
-  }
-  if (link.stopWanted) {
-    return text("stop_waits");
-  }
-  if (!hands.still && mustLetGo() && (drives() || state.driver === null) && !state.stopped) {
-    return text("hands_off");
+    return text("lost_advice");
   }
   if (now < refused.until) {
     return text(refused.key);
   }
-  if (!hands.still && state && state.driver !== null && !drives()) {
-    return text("not_driver");
+  if (hands.padGone) {
+    return text("fault_pad_gone");
   }
   if (goalMode) {
     return text("goal_hint");
   }
-  if (now < note.until) {
-    return status?.note.words || "";
-  }
-  return status?.goal?.words || "";
+  return (now < note.until && status?.note.words) || status?.goal?.words || "";
 }
 
 function setGoalMode(on) {
   goalMode = on;
   $("goal").setAttribute("aria-pressed", on);
   app.classList.toggle("choosing", on);
+  if (on) {
+    setMain("map");
+  }
   show();
 }
+
+// What has the whole stage: the camera or the map; the other one is small
+function setMain(which) {
+  app.dataset.main = which;
+}
+
+const swap = () => setMain(app.dataset.main === "map" && status?.camera ? "camera" : "map");
 
 function setLanguageTo(code) {
   setLanguage(code);
@@ -220,10 +253,7 @@ function setLanguageTo(code) {
   show();
 }
 
-$("stop").addEventListener("pointerdown", () => {
-  stop();
-  hands.letGo();
-});
+$("stop").addEventListener("pointerdown", stop);
 $("stop").addEventListener("click", stop); // by keys and assistive devices, too
 for (const id of ["take", "give_back", "reset_odometry"]) {
   $(id).addEventListener("click", () => link.order({kind: id}));
@@ -237,14 +267,21 @@ $("view").addEventListener("click", (event) => {
     const [x, y] = view.world.place(event.clientX, event.clientY);
     link.order({kind: "goal", x, y});
     setGoalMode(false);
+  } else if (app.dataset.main === "camera") {
+    swap();
   }
 });
-$("film").addEventListener("click", toggleCamera);
+$("camera").addEventListener("click", () => app.dataset.main === "map" && swap());
+$("swap").addEventListener("click", swap);
+$("more").addEventListener("click", () => {
+  $("more").setAttribute("aria-expanded", $("more").getAttribute("aria-expanded") !== "true");
+  show();
+});
 $("details").addEventListener("click", () => {
   const open = app.classList.toggle("detailed");
   $("details").setAttribute("aria-expanded", open);
 });
-$("cap").addEventListener("input", showCap);
+chips.forEach((chip, place) => chip.addEventListener("click", () => setSpeed(place)));
 $("language").addEventListener("change", () => {
   setLanguageTo($("language").value);
   try {
@@ -255,5 +292,5 @@ $("language").addEventListener("change", () => {
 });
 actWhenHeld($("release"), () => link.order({kind: "release"}));
 setLanguageTo(chosenLanguage());
-showCap();
+setSpeed(speed);
 zoom(0);

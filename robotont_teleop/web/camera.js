@@ -1,41 +1,46 @@
 // The camera's newest picture, one after another, on a connection of its own: a slow line shows fewer, and no command
-// waits.
+// waits. There is one loop for the life of the page.
 import {$} from "./page.js";
 
-const RETRY = 500; // [ms]
+const RETRY = 500;  // [ms]
+const STALE = 1000; // [ms] an older picture would look like one of now
+const wait = (time) => new Promise((resolve) => setTimeout(resolve, time));
 
-export function toggleCamera() {
-  const on = !isOn();
-  $("film").setAttribute("aria-pressed", on);
-  $("camera").hidden = !on;
-  if (on) {
-    film();
-  }
-}
+let end = null; // timer of the picture that is shown
 
-const isOn = () => $("film").getAttribute("aria-pressed") === "true";
-
-async function film() {
+// wanted(): whether to show it
+export async function film(wanted) {
   let after = 0;
-  while (isOn()) {
-    try {
-      const response = await fetch(`camera.jpg?after=${after}`, {cache: "no-store", priority: "low"});
-      if (response.ok && !document.hidden) {
-        after = response.headers.get("X-Picture");
-        await showPicture(new Uint8Array(await response.arrayBuffer()));
-        continue;
-      }
-    } catch {
-      // no connection: try again
+  for (;;) {
+    const picture = wanted() && !document.hidden ? await fetchPicture(after) : null;
+    if (picture) {
+      after = picture.number;
+      await showPicture(picture.blob);
+    } else {
+      hide();
+      await wait(RETRY);
     }
-    $("camera").removeAttribute("src"); // an old picture must not look like one of now
-    await new Promise((resolve) => setTimeout(resolve, RETRY));
   }
 }
 
-async function showPicture(bytes) {
-  const address = URL.createObjectURL(new Blob([bytes], {type: "image/jpeg"}));
+async function fetchPicture(after) {
+  try {
+    const response = await fetch(`camera.jpg?after=${after}`, {cache: "no-store", priority: "low"});
+    return response.ok ? {number: response.headers.get("X-Picture"), blob: await response.blob()} : null;
+  } catch {
+    return null; // no connection: try again
+  }
+}
+
+async function showPicture(blob) {
+  const address = URL.createObjectURL(blob);
   $("camera").src = address;
   await $("camera").decode().catch(() => null);
   URL.revokeObjectURL(address);
+  clearTimeout(end);
+  end = setTimeout(hide, STALE);
+}
+
+function hide() {
+  $("camera").removeAttribute("src");
 }

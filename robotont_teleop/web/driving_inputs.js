@@ -1,4 +1,5 @@
 // What the hands ask for: two sticks on the screen, keys, a gamepad. A position is {ahead, left, turn}, each from -1 to 1.
+import {Pad} from "./pad.js";
 import {$} from "./page.js";
 import {Stick} from "./stick.js";
 
@@ -6,26 +7,26 @@ const KEYS = {
   KeyW: ["ahead", 1], KeyS: ["ahead", -1], KeyA: ["left", 1], KeyD: ["left", -1], KeyQ: ["turn", 1], KeyE: ["turn", -1],
   ArrowUp: ["ahead", 1], ArrowDown: ["ahead", -1], ArrowLeft: ["turn", 1], ArrowRight: ["turn", -1],
 };
-const DEAD_ZONE = 0.12;           // of a gamepad's stick
-const SHOULDERS = [4, 5];         // either must be held: the dead-man button (standard mapping of the Gamepad API)
-const EAST = 1;                   // emergency stop
+const SPEEDS = ["Digit1", "Digit2", "Digit3"];
 
 const clamp = (value) => Math.min(1, Math.max(-1, value));
 
 export class DrivingInputs {
-  // changed(): called when the position may have changed; stop(): the emergency stop's keys and button
-  constructor(changed, stop) {
+  // changed(): called when the position may have changed; stop(): the emergency stop's keys and button; step(number,
+  // whole): a speed more or less, or that one
+  constructor(changed, stop, step) {
     this.changed = changed;
+    this.live = false; // whether they move the robot; else they are still, whatever is held
     this.move = new Stick($("move"), {wide: false, changed});
     this.turn = new Stick($("turn"), {wide: true, changed});
     this.keys = new Set();
+    this.gamepad = new Pad();
     this.pad = {ahead: 0, left: 0, turn: 0};
-    this.padStop = false;
-    this.padCentred = false;
-    this.listenToKeys(stop);
+    this.padGone = false; // whether the gamepad may be out of reach
+    this.listenToKeys(stop, step);
     this.listenToWhatSwallowsKeys();
     this.listenToFocus();
-    this.listenToGamepads(stop);
+    this.listenToGamepads(stop, step);
     for (const [target, event] of [[window, "blur"], [window, "pagehide"], [document, "visibilitychange"],
       [document, "freeze"]]) {
       target.addEventListener(event, () => (event !== "visibilitychange" || document.hidden) && this.letGo());
@@ -50,29 +51,43 @@ export class DrivingInputs {
     return ahead === 0 && left === 0 && turn === 0;
   }
 
+  // Whether a finger is on a stick that moves nothing until it has been lifted
+  get dropped() {
+    return this.move.dropped !== null || this.turn.dropped !== null;
+  }
+
+  setLive(live) {
+    if (this.live !== live) {
+      this.live = live;
+      this.letGo();
+    }
+  }
+
   // Everything is let go of, whatever is still held.
   letGo() {
     this.keys.clear();
     this.pad = {ahead: 0, left: 0, turn: 0};
-    this.padCentred = false;
+    this.gamepad.letGo();
     this.move.letGo();
     this.turn.letGo();
     this.changed();
   }
 
-  listenToKeys(stop) {
+  listenToKeys(stop, step) {
     window.addEventListener("keydown", (event) => {
       const on = (kinds) => Boolean(event.target.closest?.(kinds));
-      const taken = on("select") || (on("input") && event.code.startsWith("Arrow")); // they choose in what has the focus
+      const taken = on("select"); // they choose in what has the focus
       if (event.code === "Escape" || (event.code === "Space" && !on("button"))) {
         event.preventDefault();
         this.letGo();
         stop();
       } else if (event.ctrlKey || event.metaKey || event.altKey) {
         this.letGo();
+      } else if (SPEEDS.includes(event.code) && !taken) {
+        step(SPEEDS.indexOf(event.code), true);
       } else if (KEYS[event.code] && !taken) {
         event.preventDefault();
-        if (!event.repeat && !this.keys.has(event.code)) {
+        if (this.live && !event.repeat && !this.keys.has(event.code)) {
           this.keys.add(event.code);
           this.changed();
         }
@@ -97,42 +112,32 @@ export class DrivingInputs {
   listenToFocus() {
     const leave = (kinds) => setTimeout(() => document.activeElement?.matches(kinds) && document.activeElement.blur());
     window.addEventListener("pointerup", (event) => leave(
-      event.target.closest?.("select") ? "button, input" : "button, input, select")); // a list may just have opened
-    window.addEventListener("click", (event) => event.detail > 0 && leave("button, input")); // a finger's focus is late
+      event.target.closest?.("select") ? "button" : "button, select")); // a list may just have opened
+    window.addEventListener("click", (event) => event.detail > 0 && leave("button")); // a finger's focus is late
     let keyOnList = false;
     window.addEventListener("pointerdown", () => (keyOnList = false));
     window.addEventListener("keydown", (event) => (keyOnList ||= !event.repeat && event.target.matches?.("select")));
     window.addEventListener("change", () => keyOnList || leave("select"));
   }
 
-  listenToGamepads(stop) {
+  listenToGamepads(stop, step) {
     let frame = null; // of the next look
     const poll = () => {
-      const pad = navigator.getGamepads?.().find((found) => found?.connected && found.mapping === "standard");
-      this.takeGamepad(pad, stop);
-      frame = pad && !document.hidden ? requestAnimationFrame(poll) : null;
+      const found = navigator.getGamepads?.().find((one) => one?.connected && one.mapping === "standard");
+      const pad = this.gamepad.look(found, performance.now());
+      if (pad.stop) {
+        stop();
+      }
+      if (pad.step) {
+        step(pad.step);
+      }
+      this.padGone = pad.gone;
+      this.pad = this.live ? pad : {ahead: 0, left: 0, turn: 0};
+      this.changed();
+      frame = found && !document.hidden ? requestAnimationFrame(poll) : null;
     };
     for (const event of ["gamepadconnected", "gamepaddisconnected", "visibilitychange"]) {
       window.addEventListener(event, () => frame === null && poll());
     }
   }
-
-  takeGamepad(pad, stop) {
-    const pressed = Boolean(pad?.buttons[EAST]?.pressed);
-    if (pressed && !this.padStop) {
-      stop();
-    }
-    this.padStop = pressed;
-    const held = pad && SHOULDERS.some((button) => pad.buttons[button]?.pressed);
-    const [x, y, turn] = pad ? [0, 1, 2].map((axis) => outsideDeadZone(pad.axes[axis] || 0)) : [0, 0, 0];
-    const centred = x === 0 && y === 0 && turn === 0;
-    this.padCentred = Boolean(held) && (this.padCentred || centred); // deflected before the button: moves nothing
-    this.pad = this.padCentred ? {ahead: 0 - y, left: 0 - x, turn: 0 - turn} : {ahead: 0, left: 0, turn: 0};
-    this.changed();
-  }
-}
-
-function outsideDeadZone(value) {
-  const size = Math.abs(value);
-  return size <= DEAD_ZONE ? 0 : Math.sign(value) * Math.min(1, (size - DEAD_ZONE) / (1 - DEAD_ZONE));
 }

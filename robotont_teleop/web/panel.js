@@ -1,14 +1,10 @@
 // The panel: the nodes' health, the wheels' speeds, and what else the robot reports.
 import {$, number, write} from "./page.js";
-import {speaksEnglish, text, textOr} from "./texts.js";
+import {text, textOr} from "./texts.js";
+import {byWorst} from "./truth.js";
 
+export const LOW_CHARGE = 0.15;
 const LEVELS = ["level_ok", "level_warning", "level_error", "level_silent"];
-
-// Lights, the worst first: an error, silence, a warning
-export function byWorst(lights) {
-  const rank = [0, 1, 3, 2];
-  return [...lights].sort((one, other) => (rank[other.level] ?? 3) - (rank[one.level] ?? 3));
-}
 
 // The name of a light as people say it; one of another's node keeps its own
 export function nameOf(light) {
@@ -16,14 +12,10 @@ export function nameOf(light) {
   return textOr(`light_${name}`, name);
 }
 
-// What is wrong and what to do, in the page's language; in English the robot's own words, which know more
-export function adviceOf(light) {
-  if (light.level === 1 && light.words.includes(" must stop once ")) {
-    return text("fault_barred");
-  }
-  const advice = [textOr(`fault_${light.name.replace(/^.*: /, "")}`, ""),
-    ...light.words.match(/[\d.]+ m(?= from the robot)/) ?? []].join(": ");
-  return light.level === 3 ? text("level_silent") : speaksEnglish() || !advice ? light.words : advice;
+// What is wrong and what to do, in the page's language; "" for what has no sentence of its own
+export function sentenceOf(light) {
+  const distance = light.key === "in_the_way" ? light.words.match(/[\d.]+ m(?= from the robot)/)?.[0] : "";
+  return [textOr(`fault_${light.key}`, ""), distance].filter(Boolean).join(": ");
 }
 
 // none: the key of what is said where there are none
@@ -40,12 +32,11 @@ export function showLights(lights, none) {
   $("lights").replaceChildren(...sorted.map((light) => {
     const line = $("light").content.firstElementChild.cloneNode(true);
     const [dot, name, report, words] = line.children;
-    const advice = adviceOf(light);
     dot.dataset.level = light.level;
     dot.setAttribute("aria-label", text(LEVELS[light.level] || "level_error"));
     name.textContent = nameOf(light);
-    report.textContent = light.level && advice !== light.words ? advice : "";
-    words.textContent = light.level === 0 && !speaksEnglish() ? "" : light.words; // the robot's own, which are English
+    report.textContent = light.level ? sentenceOf(light) : "";
+    words.textContent = light.words; // the robot's own, which are English
     return line;
   }));
 }
@@ -80,6 +71,7 @@ export function showFacts({board, battery, map, ranges, pages}) {
   const voltage = battery?.voltage == null ? "" : `${battery.voltage.toFixed(1)} V`;
   $("battery").hidden = !(charge || voltage);
   write($("charge"), charge || voltage);
+  $("battery").dataset.low = battery?.charge != null && battery.charge <= LOW_CHARGE;
   if (charge || voltage) {
     facts.push(["battery", charge + voltage]);
   }

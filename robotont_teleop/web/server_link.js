@@ -15,6 +15,7 @@ export class Link {
     this.page = null;
     this.roundTrip = null;  // [ms]
     this.stopWanted = false; // STOP has been pressed, and no state has confirmed it yet
+    this.stopAt = 0;         // [ms] when
     this.connect();
     setInterval(() => {
       this.send({kind: "ping", time: performance.now()});
@@ -90,6 +91,7 @@ export class Link {
 
   // The emergency stop goes out whatever waits before it, and again on the next connection if this one loses it.
   stop() {
+    this.stopAt = this.stopWanted ? this.stopAt : performance.now();
     this.stopWanted = true;
     if (this.socket.readyState === WebSocket.OPEN && this.page !== null) {
       this.socket.send(JSON.stringify({kind: "stop"}));

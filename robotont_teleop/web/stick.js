@@ -1,35 +1,27 @@
-// A stick on the screen that follows the finger which has touched it.
-const MIDDLE = 0.06; // part of its reach that counts as its middle
+// A stick under a thumb: its middle is where the thumb has landed in its field.
+import {REACH, position} from "./stick_curve.js";
 
 // Raw updates come as soon as the finger moves, pointermove only with the next frame. Not every browser has them, and
 // none outside secure contexts (https, this computer).
 const MOVE = "onpointerrawupdate" in window ? "pointerrawupdate" : "pointermove";
 
 export class Stick {
-  // wide: moves to the sides only; changed(): called when its position may have changed
-  constructor(element, {wide, changed}) {
-    this.element = element;
-    this.knob = element.querySelector(".knob");
+  // field: its element; wide: moves to the sides only; changed(): called when its position may have changed
+  constructor(field, {wide, changed}) {
+    this.field = field;
+    this.ring = field.querySelector(".ring");
+    this.knob = field.querySelector(".knob");
     this.wide = wide;
     this.changed = changed;
-    this.pointer = null;
-    this.right = this.up = 0;   // position, each from -1 to 1
-    this.middle = {x: 0, y: 0}; // [px] on the screen
-    this.reach = 0;             // [px] of the knob
-    window.addEventListener("resize", () => this.measure());
-    element.addEventListener("pointerdown", (event) => this.grab(event));
-    element.addEventListener(MOVE, (event) => event.pointerId === this.pointer && this.follow(event));
+    this.pointer = this.dropped = null; // the finger that moves it; one that moves it no more until it is lifted
+    this.right = this.up = 0; // position, each from -1 to 1
+    this.landed = [0, 0];     // [px] on the screen
+    field.addEventListener("pointerdown", (event) => this.grab(event));
+    field.addEventListener(MOVE, (event) => event.pointerId === this.pointer && this.follow(event));
     for (const end of ["pointerup", "pointercancel", "lostpointercapture"]) {
-      element.addEventListener(end, (event) => event.pointerId === this.pointer && this.losePointer());
+      field.addEventListener(end, (event) => this.lose(event.pointerId));
     }
-    element.addEventListener("contextmenu", (event) => event.preventDefault());
-  }
-
-  // Once per touch, not per movement: the browser may have to lay out the page for it.
-  measure() {
-    const box = this.element.getBoundingClientRect();
-    this.middle = {x: box.left + box.width / 2, y: box.top + box.height / 2};
-    this.reach = (box.width - this.knob.offsetWidth) / 2;
+    field.addEventListener("contextmenu", (event) => event.preventDefault());
   }
 
   grab(event) {
@@ -37,40 +29,49 @@ export class Stick {
       return;
     }
     event.preventDefault();
-    this.pointer = event.pointerId;
-    this.element.classList.add("held");
+    if (this.field.closest("[data-live='false']")) {
+      this.dropped = event.pointerId;
+    } else {
+      this.pointer = event.pointerId;
+      this.field.classList.add("held");
+    }
     try {
-      this.element.setPointerCapture(event.pointerId);
+      this.field.setPointerCapture(event.pointerId);
     } catch {
       // the pointer is gone already: its end comes next
     }
-    this.measure();
-    this.follow(event);
+    if (this.pointer === null) {
+      return;
+    }
+    this.landed = [event.clientX, event.clientY];
+    const box = this.field.getBoundingClientRect(); // once per touch: the browser may have to lay out the page for it
+    this.ring.style.translate =
+      `${event.clientX - box.left - box.width / 2}px ${event.clientY - box.top - box.height / 2}px`;
   }
 
   follow({clientX, clientY}) {
-    const right = (clientX - this.middle.x) / this.reach;
-    const up = this.wide ? 0 : (this.middle.y - clientY) / this.reach;
-    const distance = Math.hypot(right, up);
-    const part = distance < MIDDLE ? 0 : 1 / Math.max(1, distance);
-    this.setPosition(right * part, up * part);
+    const way = [clientX - this.landed[0], this.wide ? 0 : clientY - this.landed[1]];
+    const beyond = Math.max(1, Math.hypot(...way) / REACH);
+    this.knob.style.translate = way.map((part) => `${part / beyond}px`).join(" ");
+    [this.right, this.up] = position(...way);
     this.changed();
   }
 
-  losePointer() {
-    this.letGo();
-    this.changed();
+  lose(pointer) {
+    if (pointer === this.pointer) {
+      this.letGo();
+      this.changed();
+    }
+    if (pointer === this.dropped) {
+      this.dropped = null;
+    }
   }
 
   letGo() {
+    this.dropped = this.pointer ?? this.dropped;
     this.pointer = null;
-    this.element.classList.remove("held");
-    this.setPosition(0, 0);
-  }
-
-  setPosition(right, up) {
-    this.right = right;
-    this.up = up;
-    this.knob.style.transform = `translate(${right * this.reach}px, ${-up * this.reach}px)`;
+    this.right = this.up = 0;
+    this.field.classList.remove("held");
+    this.ring.style.translate = this.knob.style.translate = "";
   }
 }

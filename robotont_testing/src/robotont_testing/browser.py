@@ -176,6 +176,13 @@ class Page:
         """Put finger `number` on an element, or move it there, to a `place`."""
         self.finger_at(number, *self.place(selector, right, up))
 
+    def push(self, number, selector, right=0.0, up=0.0, reach=80.0):
+        """Put finger `number` on a stick of the page, or keep it there, and push it by parts of its reach [px]."""
+        x, y = self.place(selector)
+        if number not in self._fingers:
+            self.finger_at(number, x, y)
+        self.finger_at(number, x + reach * right, y - reach * up)
+
     def finger_at(self, number, x, y):
         """Put finger `number` on (x, y) [px], or move it there."""
         kind = "touchMove" if number in self._fingers else "touchStart"

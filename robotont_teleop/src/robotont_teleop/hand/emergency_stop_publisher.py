@@ -42,6 +42,11 @@ class EmergencyStopPublisher:
         """Whether the robot stands by it, or will as soon as driver_node hears of it."""
         return bool(self.pressed_by) or self._latched
 
+    @property
+    def waits(self):
+        """Whether this node presses and driver_node has not said yet that the robot stands by it."""
+        return self._latched and not self.pressed_by
+
     def press(self):
         """Stop the robot until a person releases it."""
         with self._lock:

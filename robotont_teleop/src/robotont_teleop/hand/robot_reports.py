@@ -10,6 +10,7 @@ from sensor_msgs.msg import BatteryState
 from std_msgs.msg import String
 
 from robotont_driver.kinematics.se2 import pose_of
+from robotont_teleop.hand.fault_keys import fault_key
 
 STALE = 1.0      # [s] a value that has not come for so long is not shown
 SILENT = 5.0     # [s] a task or a battery that has not come for so long is silent
@@ -56,14 +57,15 @@ class RobotReports:
 
     @property
     def lights(self):
-        """[{"name", "level", "words"}] of the diagnostics' tasks by name, for JSON."""
-        return [{"name": name, "level": level, "words": words} for name, level, words, *_ in self._now()]
+        """[{"name", "level", "words", "key"}] of the diagnostics' tasks by name, for JSON; key: of the fault."""
+        return [{"name": name, "level": level, "words": words, "key": "silent" if level == SILENCE else fault}
+                for name, level, words, _, fault in self._now()]
 
     @property
     def worst(self):
         """{"level", "task", "words", "fault"} of the worst, the silent ones before errors; None without any.
 
-        fault: its key, as the task itself has given it in its values; "silent"; or "".
+        fault: its key, as the task has given it in its values, or of its words (`fault_key`); "silent"; or "".
         """
         found = [{"level": level, "task": name, "words": words, "fault": fault} if level != SILENCE else
                  {"level": level, "task": name, "words": f"silent for {SILENT:g} s", "fault": "silent"}
@@ -123,10 +125,11 @@ class RobotReports:
             if foreign or not (name in tasks or len(tasks) < MOST):
                 continue
             level = status.level[0] if isinstance(status.level, bytes) else int(status.level)
+            words = status.message[:LONGEST_WORDS]
             values = {value.key[:LONGEST_NAME]: _number(value.value) for value in status.values[:MOST_VALUES]}
-            tasks[name] = (now, level, status.message[:LONGEST_WORDS],
-                           {key: number for key, number in values.items() if number is not None},
-                           next((value.value[:LONGEST_NAME] for value in status.values if value.key == "fault"), ""))
+            given = next((value.value[:LONGEST_NAME] for value in status.values if value.key == "fault"), "")
+            tasks[name] = (now, level, words, {key: number for key, number in values.items() if number is not None},
+                           given or (fault_key(name, words) if level else ""))
             self.board = next((value.value[:LONGEST_WORDS] for value in status.values if value.key == "board"),
                               self.board)
 

@@ -4,6 +4,8 @@ import io
 import os
 import socket
 import ssl
+import sys
+import threading
 from pathlib import Path
 
 from robotont_teleop.web.access import Access, is_loopback, read_or_make_token
@@ -49,10 +51,15 @@ def _refuse_password():
 
 
 def host_names(given):
-    """Names under which browsers may come: those given, separated by commas, and this computer's."""
+    """Set of the names under which browsers may come: those given, separated by commas, and this computer's.
+
+    Its full name comes later, for it has to be asked for in the network.
+    """
     own = socket.gethostname().lower()
-    names = {own, own.partition(".")[0] + ".local", *(name.strip().lower() for name in given.split(","))}
-    return tuple(sorted(names - {""}))
+    short = own.partition(".")[0]
+    names = {own, short, short + ".local", *(name.strip().lower() for name in given.split(","))} - {""}
+    threading.Thread(target=lambda: names.add(socket.getfqdn().lower()), daemon=True).start()
+    return names
 
 
 def own_address():
@@ -80,5 +87,9 @@ def invitation(url, access, terminal):
     code.add_data(f"{url}#token={access.token}")  # the part after # is sent to no server and written to no log
     picture = io.StringIO()
     code.print_ascii(picture, invert=True)
-    rows = picture.getvalue().replace("\xa0", " ").splitlines()
-    return ["", *(LIGHT_ON_BLACK + row + RESET for row in rows if row), "", f"token, asked for once: {access.token}"]
+    rows = [LIGHT_ON_BLACK + row + RESET for row in picture.getvalue().replace("\xa0", " ").splitlines() if row]
+    try:
+        "".join(rows).encode(sys.stdout.encoding or "ascii")
+    except UnicodeEncodeError:  # a terminal that cannot show it
+        rows = [f"{url}#token={access.token}"]
+    return ["", *rows, "", f"token, asked for once: {access.token}"]

@@ -7,6 +7,7 @@ import time
 import numpy as np
 import rosgraph
 import rospy
+from geometry_msgs.msg import Twist
 from nav_msgs.msg import OccupancyGrid
 from sensor_msgs.msg import LaserScan, Range
 from std_msgs.msg import String
@@ -16,6 +17,8 @@ from robotont_driver.parameters.parameters import ParameterError
 from robotont_driver.protocol.packet import PacketError, parse_packet
 from robotont_driver.ros.node_parameters import running_wheels
 from robotont_driver.ros.worker import Worker
+from robotont_driver.rospy_repairs.rospy_internals import connection_header
+from robotont_teleop.hand.movers import Movers
 from robotont_teleop.hand.robot_reports import STALE, RobotReports, finite, rounded
 from robotont_teleop.web.frame_chain import FrameChain
 from robotont_teleop.web.page_pictures import map_picture, thinned_scan
@@ -23,6 +26,7 @@ from robotont_teleop.web.page_pictures import map_picture, thinned_scan
 MAP_FRAME = "map"
 MEASURED_PACKETS = 5    # over which the measured wheel speeds are averaged
 LIGHTS, RANGES = 24, 16
+COMMANDS = ("cmd_vel", "cmd_vel/hand", "cmd_vel/navigation", "cmd_vel/default")
 LOOK_PERIOD, NEXT_ROBOT = 0.5, 5.0  # [s] between two looks at which robot runs
 
 
@@ -36,6 +40,7 @@ class RobotTelemetry(RobotReports):
         self._counts = ()      # of the newest packets
         self._map = None, None  # PNG, where it lies
         self._frame = ""       # of the newest pose
+        self._movers = Movers(rospy.get_name(), rospy.resolve_name("cmd_vel_mux"))
         super().__init__()
         self._frames.listen()
         for topic, kind, callback in (
@@ -43,6 +48,8 @@ class RobotTelemetry(RobotReports):
                 ("range", Range, self._on_range), ("scan", LaserScan, lambda scan: self._keep("scan", scan)),
                 ("map", OccupancyGrid, self._on_map)):
             rospy.Subscriber(topic, kind, callback, queue_size=1)
+        for topic in COMMANDS:
+            rospy.Subscriber(topic, Twist, self._on_command, topic, queue_size=5)
         Worker(self._look_for_wheels)
 
     def _look_for_wheels(self):
@@ -56,7 +63,7 @@ class RobotTelemetry(RobotReports):
         """What changes fast, for JSON."""
         return {"pose": rounded(self._pose()[1], 4), "velocity": rounded(self.velocity, 3),
                 "commanded": rounded(self._fresh("commanded"), 3), "measured": rounded(self._measured(), 3),
-                "driven_by": self.driven_by}
+                "driven_by": self.driven_by, "mover": self._movers.who(self.driven_by, time.monotonic())}
 
     def status(self):
         """What changes slowly, for JSON."""
@@ -90,6 +97,11 @@ class RobotTelemetry(RobotReports):
     def _measured(self):
         counts = self._kinematics and self._fresh("counts")
         return counts and self._kinematics.speeds_of_units(np.mean(counts, axis=0).tolist())
+
+    def _on_command(self, message, topic):
+        linear, angular = message.linear, message.angular
+        moves = any((linear.x, linear.y, angular.z))
+        self._movers.hear(topic, connection_header(message)["callerid"], moves, time.monotonic())
 
     def _on_commanded(self, message):
         units = self._units(message.data)

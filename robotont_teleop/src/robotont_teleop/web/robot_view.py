@@ -74,7 +74,9 @@ class RobotView(RobotTelemetry):
 
     def state(self):
         """Fast-changing state, for JSON."""
-        return {**super().state(), "stopped": self.emergency_stop.pressed}
+        stop = self.emergency_stop
+        return {**super().state(), "stopped": stop.pressed, "stop_waits": stop.waits,
+                "heard": self._command.get_num_connections() > 0}
 
     def status(self):
         """Slow-changing state, for JSON."""

@@ -1,0 +1,44 @@
+"""One key for each fault that diagnostics can tell, by which pages translate it; free of ROS.
+
+A report without a key keeps its own words: a wrong sentence would be worse than an English one.
+"""
+
+import re
+
+FAULTS = tuple((key, re.compile(task + "$"), re.compile(words)) for key, task, words in (  # the first that fits
+    ("port_missing", "link", r"no such file|not there|not opened yet|device is gone|unplugged"),
+    ("port_taken", "link", r"busy|taken|in use|another program|belongs to"),
+    ("port_forbidden", "link", r"[Pp]ermission|may not open|dialout"),
+    ("board_silent", "link", r"but no packets|silent"),
+    ("board_unknown", "link", r"none is a packet|not the robot|another board"),
+    ("line_noisy", "link", r"lines dropped|lines lost|packets lost"),
+    ("program_fault", ".*", r"please report it|a fault of this program"),
+    ("battery_low", "board|battery", r"battery|charge it"),
+    ("board_fault", "board", r"motor|wheel|fault|watchdog|encoder"),
+    ("wheel_blocked", "wheel feedback|command stream", r"blocked|stands|does not turn|lags"),
+    ("wheel_slips", "wheel feedback", r"slip"),
+    ("wheels_silent", "wheel feedback", r"no packets"),
+    ("other_publisher", "who drives", r"also on cmd_vel"),
+    ("other_sender", "who drives", r"ignored: "),
+    ("barred", "who drives|command stream", r"must stop once"),
+    ("refused", "who drives|command stream", r"refused|NaN|not finite"),
+    ("in_the_way", "guard", r"in the way"),
+    ("guard_blind", "guard", r"cannot be used|no sensor|no place|blind|sees"),
+    ("page_let_go", "web page", r"let go"),
+    ("pad_gone", "gamepad", r"out of reach"),
+    ("pad_missing", "gamepad", r"no gamepad"),
+    ("gyro_unused", "gyro", r"."),
+    ("no_scan", "localization", r"no scan"),
+    ("no_map", "localization", r"no map"),
+    ("lost", "localization", r"."),
+    ("slow_computer", "real time", r"."),
+    ("clock_set", "stamps", r"."),
+    ("recording_lost", "black box", r"."),
+))
+IMMOVABLE = {"port_missing", "port_taken", "port_forbidden", "board_silent", "board_unknown"}  # no hand moves the robot
+
+
+def fault_key(task, words):
+    """Key of what a task ("node: name") says in its words, or ""."""
+    subject = task.rpartition(": ")[2]
+    return next((key for key, pattern, sign in FAULTS if pattern.match(subject) and sign.search(words)), "")

@@ -1,0 +1,43 @@
+"""Who moves the robot now, by what comes on its topics of commands; free of ROS and clock.
+
+Times [s] are the caller's, from a clock that never goes back.
+"""
+
+RECENT = 0.6  # [s] after its last motion a sender still moves the robot: longer than the driver's time-out
+
+
+class Movers:
+    """own: name of this node. mux: name of the one node that is expected on cmd_vel."""
+
+    def __init__(self, own, mux):
+        self._own, self._mux = own, mux
+        self._moving = {}  # (topic, sender): [s] its newest command other than zero
+
+    def hear(self, topic, sender, moves, now):
+        """A command has come; `moves`: whether it asks for motion."""
+        if moves:
+            self._moving[topic, sender] = now
+        else:
+            self._moving.pop((topic, sender), None)
+
+    def who(self, driven_by, now):
+        """(kind, name): "program", "navigation", "page" (of this node) or "hand" and a node; or "nobody" and "".
+
+        driven_by: what the mux says. Whoever publishes straight on cmd_vel moves the robot, too, whatever it says.
+        """
+        self._moving = {key: at for key, at in self._moving.items() if now - at < RECENT}
+        past = self._senders("cmd_vel") - {self._mux}
+        if past:
+            return "program", _names(past)
+        senders = self._senders(f"cmd_vel/{driven_by}")
+        if driven_by == "hand" and senders:
+            return ("page", "") if self._own in senders else ("hand", _names(senders))
+        kind = {"navigation": "navigation", "default": "program"}.get(driven_by)
+        return (kind, _names(senders)) if kind else ("nobody", "")
+
+    def _senders(self, topic):
+        return {sender for one, sender in self._moving if one == topic}
+
+
+def _names(senders):
+    return ", ".join(sorted(sender.lstrip("/") for sender in senders))[:80]

@@ -1,0 +1,81 @@
+// The page's modules that know no browser: who drives, what a stick does, its curve, a gamepad out of reach, the texts.
+import assert from "node:assert";
+import {test} from "node:test";
+
+import {Pad, STILL} from "../../web/pad.js";
+import {REACH, position} from "../../web/stick_curve.js";
+import {TEXTS} from "../../web/texts.js";
+import {truth, worst} from "../../web/truth.js";
+
+const STATE = {stopped: false, driver: null, held: [], heard: true, driven_by: "nobody", mover: ["nobody", ""]};
+const say = (state, more = {}) => {
+  const {who, can, live} = truth({open: true, stalled: false, page: 1, status: {lights: []}, ...more,
+    state: {...STATE, ...state}});
+  return [who.join(" ").trim(), can, live];
+};
+
+test("who moves the robot, whoever has the seat", () => {
+  assert.deepEqual(say({}), ["who_nobody", "can_drive", true]);
+  assert.deepEqual(say({driver: 1}), ["who_yours", "can_drive", true]);
+  assert.deepEqual(say({driver: 1, mover: ["page", ""]}), ["who_you", "can_stop", true]);
+  assert.deepEqual(say({driver: 2, mover: ["page", ""]}), ["who_other", "can_take_over", false]);
+  assert.deepEqual(say({driver: 2}), ["who_others", "can_take_over", false]);
+  assert.deepEqual(say({driver: 1, mover: ["program", "square"]}), ["who_program square", "can_mix", true]);
+  assert.deepEqual(say({driven_by: "default", mover: ["program", "a"]}), ["who_program a", "can_take_it", true]);
+  assert.deepEqual(say({driver: 1, mover: ["navigation", "x"]}), ["who_navigation", "can_take_it", true]);
+  assert.equal(say({mover: ["hand", "keyboard_teleop_7"]})[0], "who_keys");
+});
+
+test("sticks are off wherever they cannot move it", () => {
+  const unplugged = {lights: [{level: 2, key: "port_missing"}]};
+  assert.deepEqual(say({stopped: true, driver: 1}), ["stopped", "can_release", false]);
+  assert.deepEqual(say({heard: false}).slice(1), ["can_no_mux", false]);
+  assert.deepEqual(say({held: [1]}).slice(1), ["can_let_go", false]);
+  assert.deepEqual(say({}, {status: unplugged}).slice(1), ["can_no_board", false]);
+  assert.deepEqual(say({}, {stalled: true}).slice(1), ["can_wait", false]);
+  assert.deepEqual(truth({open: false}), {who: ["lost", ""], can: "can_nothing", live: false});
+});
+
+test("the worst fault first: an error, silence, a warning; none that is told already", () => {
+  const lights = [1, 3, 2, 0].map((level) => ({level, name: `n: ${level}`}));
+  assert.equal(worst(lights, /: 2$/).level, 3);
+  assert.equal(worst(lights, /never/).level, 2);
+  assert.equal(worst([lights[3]], /never/), null);
+});
+
+test("a stick is still in its middle, soft behind it, full at its reach, and never more", () => {
+  assert.ok(REACH * 2 >= 160);
+  assert.deepEqual(position(0.07 * REACH, 0), [0, 0]);
+  assert.ok(position(0, -0.5 * REACH)[1] < 0.35);
+  assert.ok(Math.abs(position(0, -REACH)[1] - 1) < 1e-9);
+  assert.ok(Math.abs(Math.hypot(...position(300, 400)) - 1) < 1e-9);
+  for (let way = 0, before = -1; way <= 1.2 * REACH; way += 1) {
+    const now = position(way, 0)[0];
+    assert.ok(now >= before);
+    before = now;
+  }
+});
+
+const pad = (axes, ...down) => ({axes, buttons: Array.from({length: 17}, (_, number) => (
+  {pressed: down.includes(number), value: Number(down.includes(number))}))});
+
+test("a gamepad that does not change is gone, and any change brings it back", () => {
+  const one = new Pad();
+  one.look(pad([0, 0, 0], 4), 0);
+  assert.equal(one.look(pad([0, -1, 0], 4), 10).ahead, 1);
+  assert.equal(one.look(pad([0, -1, 0], 4), 9 + STILL).ahead, 1);
+  const gone = one.look(pad([0, -1, 0], 4), 10 + STILL);
+  assert.deepEqual([gone.ahead, gone.gone], [0, true]);
+  assert.deepEqual([one.look(pad([0, -1, 0], 4), 99999).ahead, one.look(pad([0, -0.99, 0], 4), 99999).gone], [0, false]);
+  assert.ok(one.look(pad([0, -0.98, 0], 4), 99999).ahead > 0.9);
+  assert.equal(one.look(pad([0, -0.98, 0]), 99999).ahead, 0);
+  assert.equal(one.look(pad([0, -0.98, 0], 4), 99999).ahead, 0); // deflected before the button
+  assert.deepEqual([one.look(undefined, 99999).stop, one.look(pad([0, 0, 0], 1), 99999).stop], [false, true]);
+  assert.equal(one.look(pad([0, 0, 0], 12), 99999).step, 1);
+});
+
+test("every text has three languages", () => {
+  for (const [key, words] of Object.entries(TEXTS)) {
+    assert.ok(words.length === 3 && words.every((one) => one.length > 0), key);
+  }
+});

@@ -1,0 +1,33 @@
+"""Who moves the robot, in virtual time."""
+
+import pytest
+
+from robotont_teleop.hand.movers import RECENT, Movers
+
+PAGE, MUX = "/web_teleop_node", "/cmd_vel_mux"
+
+
+@pytest.mark.parametrize("commands, driven_by, who", [
+    ([], "nobody", ("nobody", "")),
+    ([("cmd_vel", MUX), ("cmd_vel/hand", PAGE)], "hand", ("page", "")),
+    ([("cmd_vel", MUX), ("cmd_vel/hand", "/keyboard_teleop_1")], "hand", ("hand", "keyboard_teleop_1")),
+    ([("cmd_vel", MUX), ("cmd_vel/navigation", "/move_base")], "navigation", ("navigation", "move_base")),
+    ([("cmd_vel", MUX), ("cmd_vel/default", "/square")], "default", ("program", "square")),
+    ([("cmd_vel", "/square")], "nobody", ("program", "square")),
+    ([("cmd_vel", "/square"), ("cmd_vel", MUX), ("cmd_vel/hand", PAGE)], "hand", ("program", "square")),
+    ([("cmd_vel/hand", PAGE)], "nobody", ("nobody", "")),
+])
+def test_who(commands, driven_by, who):
+    movers = Movers(PAGE, MUX)
+    for topic, sender in commands:
+        movers.hear(topic, sender, True, 10.0)
+    assert movers.who(driven_by, 10.0 + RECENT - 0.01) == who
+    for topic, sender in commands:
+        movers.hear(topic, sender, False, 10.1)
+    assert movers.who("nobody", 10.2) == ("nobody", "")
+
+
+def test_silence_ends_it():
+    movers = Movers(PAGE, MUX)
+    movers.hear("cmd_vel", "/square", True, 10.0)
+    assert movers.who("nobody", 10.01 + RECENT) == ("nobody", "")

@@ -1,0 +1,63 @@
+"""The page's modules that know no browser, by `node --test`, where node is there; every fault key has its sentence."""
+
+import ast
+import re
+import shutil
+import subprocess
+from pathlib import Path
+
+import pytest
+
+from robotont_teleop.hand.fault_keys import FAULTS, IMMOVABLE, fault_key
+
+HERE = Path(__file__).resolve().parent
+WEB = HERE.parent / "web"
+PRODUCT = [path for package in HERE.parents[1].glob("robotont_*/src") for path in package.rglob("*.py")
+           if "robotont_testing" not in str(path) and path.name != "fault_keys.py"]
+
+
+@pytest.mark.skipif(not shutil.which("node"), reason="no node: the modules of page/modules.test.mjs are not tested")
+def test_modules(tmp_path):
+    for folder, kind in ((WEB, "*.js"), (HERE / "page", "*.mjs")):
+        target = tmp_path / "package" / folder.relative_to(HERE.parent)
+        target.mkdir(parents=True)
+        for file in folder.glob(kind):
+            shutil.copy(str(file), str(target))
+    (tmp_path / "package" / "package.json").write_text('{"type": "module"}')
+    result = subprocess.run(["node", "--test", "test/page/modules.test.mjs"], cwd=str(tmp_path / "package"), text=True,
+                            stdout=subprocess.PIPE, stderr=subprocess.STDOUT, check=False)
+    assert result.returncode == 0, result.stdout
+
+
+def test_each_fault_key_has_a_sentence_and_the_page_knows_those_that_bar_it():
+    texts, truth = (WEB / "texts.js").read_text(), (WEB / "truth.js").read_text()
+    sentences = set(re.findall(r"^  fault_(\w+): \[", texts, re.MULTILINE))
+    assert sentences == {key for key, _, _ in FAULTS} | {"silent"}
+    listed = re.search(r"const IMMOVABLE = \[(.*?)\]", truth, re.DOTALL)[1]
+    assert set(re.findall(r'"(\w+)"', listed)) == IMMOVABLE
+
+
+def texts_of(path):
+    """Each text in a source; where something is put in, an x."""
+    for node in ast.walk(ast.parse(path.read_text())):
+        if isinstance(node, ast.JoinedStr):
+            yield "".join(one.value if isinstance(one, ast.Constant) else "x" for one in node.values)
+        elif isinstance(node, ast.Constant) and isinstance(node.value, str):
+            yield node.value
+
+
+@pytest.mark.parametrize("key", [key for key, _, words in FAULTS if words.pattern != "."])
+def test_each_key_has_words_in_the_product_that_it_knows(key):
+    pattern = next(words for one, _, words in FAULTS if one == key)
+    assert any(pattern.search(text) for path in PRODUCT for text in texts_of(path)), pattern.pattern
+
+
+@pytest.mark.parametrize("task, words, key", [
+    ("robot1/serial_com_node: link", "/dev/ttyACM0: No such file or directory".lower(), "port_missing"),
+    ("serial_com_node: link", "port open, but no packets: is the firmware running, at this baudrate?", "board_silent"),
+    ("serial_com_node: board", "the battery is low at 9.9 V: charge it", "battery_low"),
+    ("cmd_vel_mux: who drives", "/a also on cmd_vel: commands may mix; use cmd_vel/default", "other_publisher"),
+    ("cmd_vel_mux: guard", "in the way: something ahead, 0.06 m from the robot", "in_the_way"),
+    ("a: something new", "in words of its own", "")])
+def test_a_fault_has_the_key_of_its_own_words_and_not_of_its_task(task, words, key):
+    assert fault_key(task, words) == key

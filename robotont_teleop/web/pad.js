@@ -1,0 +1,48 @@
+// A gamepad of the browser's Gamepad API (standard mapping), as numbers. Knows no browser; times [ms] are the caller's.
+const DEAD_ZONE = 0.12;     // of a stick
+const SHOULDERS = [4, 5];   // either must be held: the dead-man button
+const EAST = 1;             // emergency stop
+const UP_DOWN = [12, 13];   // of the cross: a speed more, or less
+// A pad whose radio is out of reach stays connected and keeps its newest state for ever, as a stick that is held still
+// does; no browser tells them apart. So what does not change for this long counts as gone.
+export const STILL = 1500;  // [ms]
+
+export class Pad {
+  constructor() {
+    this.newest = "";          // state, as a text
+    this.changedAt = -Infinity;
+    this.pressed = [];         // buttons of the look before
+    this.centred = false;      // whether the sticks have been in the middle since the dead-man button went down
+  }
+
+  // pad: of navigator.getGamepads(), or undefined. {ahead, left, turn} from -1 to 1, stop: pressed just now, step: -1, 0
+  // or 1 speeds more, gone: whether it may be out of reach
+  look(pad, now) {
+    const down = (pad?.buttons || []).map((button) => button.pressed);
+    const axes = [0, 1, 2].map((axis) => outsideDeadZone(pad?.axes[axis] || 0));
+    const newest = JSON.stringify([pad?.axes, pad?.buttons.map((button) => button.value)]);
+    if (newest !== this.newest) {
+      this.newest = newest;
+      this.changedAt = now;
+    }
+    const just = (button) => Boolean(down[button] && !this.pressed[button]);
+    const held = SHOULDERS.some((button) => down[button]);
+    const stop = just(EAST);
+    const step = just(UP_DOWN[0]) - just(UP_DOWN[1]);
+    this.pressed = down;
+    this.centred = held && (this.centred || axes.every((value) => value === 0));
+    const gone = held && this.centred && axes.some(Boolean) && now - this.changedAt >= STILL;
+    const [x, y, turn] = this.centred && !gone ? axes : [0, 0, 0];
+    return {ahead: 0 - y, left: 0 - x, turn: 0 - turn, stop, step, gone};
+  }
+
+  // From now on the sticks move nothing until they have been in the middle.
+  letGo() {
+    this.centred = false;
+  }
+}
+
+function outsideDeadZone(value) {
+  const size = Math.abs(value);
+  return size <= DEAD_ZONE ? 0 : Math.sign(value) * Math.min(1, (size - DEAD_ZONE) / (1 - DEAD_ZONE));
+}

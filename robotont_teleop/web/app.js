@@ -16,6 +16,7 @@ const TAKEN = 4000;   // [ms] that is shown who has taken over
 const STOP_TAKES = 300; // [ms] within which STOP usually has arrived
 const VIBRATES = 600; // [ms] between two vibrations while it has not
 const LOOK = 250;     // [ms] between two looks without any message: for stalls
+const LONG = 60;      // letters that a bar may not have room for
 const LYING = matchMedia("(max-height: 560px)"); // as in the style sheet
 const SPEEDS = [0.3, 0.6, 1]; // parts of the fastest: slow, normal, fast
 const app = $("app");
@@ -190,7 +191,7 @@ function showFault(fault) {
     write($("fault_words"), sentence || fault.words);
     $("fault_words").lang = sentence ? "" : "en";
     write($("raw"), fault.words);
-    $("more").hidden = !sentence || !fault.words;
+    $("more").hidden = !fault.words || (!sentence && fault.words.length < LONG);
     $("raw").hidden = $("more").hidden || $("more").getAttribute("aria-expanded") !== "true";
   }
 }
@@ -199,7 +200,8 @@ function showFault(fault) {
 const room = new ResizeObserver(() => {
   const bars = $("alarms").offsetHeight;
   app.style.setProperty("--alarms", `${bars}px`);
-  app.classList.toggle("crowded", $("view").parentElement.clientHeight - bars < (LYING.matches ? 115 : 110));
+  const {clientWidth, clientHeight} = $("view").parentElement;
+  app.classList.toggle("crowded", clientHeight - bars < (LYING.matches && clientWidth > 380 ? 62 : 115));
 });
 room.observe($("alarms"));
 room.observe($("view").parentElement);

@@ -141,7 +141,7 @@ def sheet(pictures, height, in_a_row):
     whole = Image.new("RGB", (in_a_row * (width + gap) - gap, rows * (height + gap) - gap), "#808890")
     for place, one in enumerate(small):
         whole.paste(one, (place % in_a_row * (width + gap), place // in_a_row * (height + gap)))
-    return whole
+    return whole.quantize(128)
 
 
 if __name__ == "__main__":

@@ -25,9 +25,10 @@ def test_what_a_person_asks_for_is_never_carried_out_late():
         button = EmergencyStopPublisher(failures.append)
         reset = ServiceRequest("reset_odometry", "reset odometry", answers.append)
         button.press()
-        assert (button.pressed, button.has_driver) == (True, False)
+        assert (button.pressed, button.waits, button.has_driver) == (True, True, False)
         driver = master.node("driver_node")
         wait_for(lambda: said and said[-1] == "/hand", "the press, by who starts later")
+        wait_for(lambda: not button.waits, "driver_node's word that the robot stands by it")
         assert button.has_driver
         with suspended(master._master.pid):
             button.release()

@@ -3,7 +3,7 @@ import random
 
 import pytest
 
-from robotont_driver.command.command_age import BURST, OLDEST, PAUSE, UNSEEN, Arrivals, Link
+from robotont_driver.command.command_age import BURST, OLDEST, SETTLING, SLOWEST, UNSEEN, Arrivals, Link, Reach
 
 
 def streamed(until, period=0.05):
@@ -23,30 +23,31 @@ def test_a_stream_over_a_network_that_delays_by_up_to_a_burst_drives_without_a_g
         until = last + OLDEST - link.age(last)
 
 
-@pytest.mark.parametrize("last_look", [None, 10.0, 11.9])
-def test_what_comes_after_a_gap_between_looks_never_drives(last_look):
+@pytest.mark.parametrize("silence", [0.2, 0.45, 0.55, 10.0])
+def test_what_waited_in_a_silence_is_as_old_as_it_and_the_stream_behind_it_drives(silence):
     link = streamed(10.0)
-    if last_look:
-        link.reached(last_look)
-    for now in (last_look or 10.0) + 1.01 * UNSEEN, 20.0, 20.05:
-        assert link.age(now) == math.inf
-    assert link.lost
+    back = 10.0 + silence
+    for late in (0.0, 0.01, 0.09):
+        assert link.age(back + late) >= silence - 1e-6
+    assert (link.age(back + 0.2) < OLDEST) == (silence < OLDEST)
+    settled = [link.age(back + SETTLING + step * 0.05) for step in range(1, 10)]
+    assert max(settled) < OLDEST
 
 
-@pytest.mark.parametrize("pause, age", [(0.95 * PAUSE, 0.95 * PAUSE), (1.05 * PAUSE, 0.1), (10.2, 0.2)])
-def test_what_comes_after_a_long_pause_is_no_older_than_the_last_look(pause, age):
-    link = streamed(10.0)
-    for look in range(1, int(pause / 0.25) + 1):
-        link.reached(10.0 + look * 0.25)
-    assert link.age(10.0 + pause) == pytest.approx(age)
-
-
-def test_a_look_after_a_gap_proves_nothing():
-    link = streamed(10.0)
-    link.reached(10.5)
-    link.reached(10.6 + UNSEEN)
-    assert link.lost
-    assert link.age(10.7 + UNSEEN) == math.inf
+def test_a_machine_that_answers_slowly_is_within_reach():
+    reach = Reach(0.0)
+    assert not reach.turns(UNSEEN + 1.9 * SLOWEST), "nobody knows yet how slow it is"
+    for second in range(1, 60):
+        reach.answered(second, second + 2.0)
+        assert not reach.turns(second + 2.9)
+    for tenth in range(600, 700):
+        reach.answered(tenth / 10, tenth / 10 + 0.01)
+    assert not reach.turns(70.9)
+    assert reach.turns(71.1)
+    assert reach.lost
+    reach.heard(71.2)
+    assert reach.turns(71.3)
+    assert not reach.lost
 
 
 def test_the_first_message_of_a_publisher_that_latches_is_of_any_age():

@@ -1,8 +1,8 @@
 """What is used of rospy and actionlib beside their public interface is still there."""
 
 import inspect
+import socket
 import threading
-import time
 
 import actionlib
 import pytest
@@ -10,6 +10,7 @@ import rospy
 from rosgraph.xmlrpc import ThreadingXMLRPCServer, XmlRpcHandler, XmlRpcNode
 from rospy.impl.registration import RegManager
 from rospy.impl.tcpros_base import TCPROSServer, TCPROSTransport
+from rospy.impl import transport
 from rospy.impl.transport import Transport
 from rospy.topics import Publisher, Subscriber, _PublisherImpl, _SubscriberImpl
 
@@ -53,20 +54,40 @@ def test_the_server_of_a_node_ends_with_its_socket(monkeypatch):
 
 
 def test_a_publisher_that_is_named_twice_at_once_is_connected_to_once_at_a_time(monkeypatch):
-    asking, most = [], []
+    asking, most, done = threading.Event(), [], threading.Event()
 
-    def connect(_manager, _topic, _uri):
-        asking.append(1)
-        most.append(len(asking))
-        time.sleep(0.2)  # the second one must not come meanwhile
-        asking.pop()
+    def connect(*_):
+        most.append(1)
+        asking.set()
+        done.wait(10.0)
     monkeypatch.setattr(RegManager, "_connect_topic_thread", connect)
-    monkeypatch.setattr(rospy_internals, "within_reach", lambda _: True)
-    rospy_internals._connect_when_within_reach.__wrapped__()
-    threads = [threading.Thread(target=RegManager._connect_topic_thread, args=(None, "topic", "http://robot:1"))
-               for _ in range(2)]
-    for thread in threads:
-        thread.start()
-    for thread in threads:
-        thread.join()
-    assert most == [1, 1]
+    rospy_internals._connect_once_at_a_time.__wrapped__()
+
+    def named():
+        RegManager._connect_topic_thread(None, "topic", "http://robot:1")
+    first = threading.Thread(target=named)
+    first.start()
+    asking.wait(10.0)
+    named()  # returns at once
+    done.set()
+    first.join()
+    assert len(most) == 1
+    named()
+    assert len(most) == 2, "the next time it is asked again"
+
+
+def test_of_those_who_connect_and_say_nothing_the_first_have_to_go(monkeypatch):
+    heard = []
+
+    def hear(_server, connection, _address):
+        heard.append(connection.recv(1))
+    monkeypatch.setattr(TCPROSServer, "_tcp_server_callback", hear)
+    rospy_internals._hear_all_who_connect.__wrapped__()
+    pairs = [socket.socketpair() for _ in range(rospy_internals.MOST_SILENT + 3)]
+    for ours, _ in pairs:
+        TCPROSServer._tcp_server_callback(None, ours, "")
+    wait_for(lambda: len(heard) == 3, "the end of the first three")
+    pairs[-1][1].sendall(b"x")
+    wait_for(lambda: heard == [b"", b"", b"", b"x"], "the newest")
+    for _, theirs in pairs:
+        theirs.close()

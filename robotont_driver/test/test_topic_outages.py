@@ -1,67 +1,120 @@
-import errno
+import socket
 import threading
+from types import SimpleNamespace
 from unittest.mock import Mock
 
 import pytest
 
-from robotont_driver.ros import topic_outages
-from robotont_driver.rospy_repairs import rospy_internals
+from robotont_driver.rospy_repairs import rospy_internals, topic_outages
 from robotont_testing.harness import wait_for
 
+HERE, THERE = "10.0.0.1", "10.0.0.2"
+
+
+class Connection:
+    """One to a publisher at `uri` on another machine."""
+
+    def __init__(self, uri="http://10.0.0.2:1"):
+        self.endpoint_id = uri
+        self.stat_bytes = 0
+        self.header = {}
+        self.socket = SimpleNamespace(getsockname=lambda: (HERE, 1), getpeername=lambda: (THERE, 2))
+
+
+class Network:
+    """An OutageWatch with a clock of its own; machines answer while `up`."""
+
+    def __init__(self, monkeypatch):
+        self.now, self.up, self.calls = 0.0, True, []
+        self.commands, self.buttons = (Mock(impl=Mock(connections=[])) for _ in range(2))
+        monkeypatch.setattr(topic_outages, "connect_anew", lambda topic, uri: self.calls.append((topic, uri)))
+        monkeypatch.setattr(topic_outages, "disconnect",
+                            lambda topic, connection: topic.impl.connections.remove(connection))
+        monkeypatch.setattr(topic_outages.socket, "create_connection", self._answer)
+        monkeypatch.setattr(topic_outages.threading, "Thread", self._thread)
+        self.watch = topic_outages.OutageWatch(lambda: self.now, newest=[self.commands], every=[self.buttons])
+
+    def _answer(self, *_):
+        if not self.up:
+            raise socket.timeout()
+        return Mock()
+
+    @staticmethod
+    def _thread(target, args, daemon):
+        return Mock(start=lambda: target(*args), is_alive=lambda: False)
+
+    def look(self, seconds):
+        for _ in range(round(seconds / topic_outages.PERIOD)):
+            self.now += topic_outages.PERIOD
+            self.watch.look()
+
 
 @pytest.fixture
-def connect_anew(monkeypatch):
-    monkeypatch.setattr(topic_outages, "Worker", Mock())
-    monkeypatch.setattr(topic_outages, "connect_anew", Mock())
-    return topic_outages.connect_anew
+def network(monkeypatch):
+    return Network(monkeypatch)
 
 
-def test_who_was_dropped_is_connected_again_once(connect_anew):
-    here = Mock(**{"getsockname.return_value": ("127.0.0.1", 1), "getpeername.return_value": ("127.0.0.1", 2)})
-    subscriber = Mock(impl=Mock(connections=[Mock(endpoint_id=uri, socket=here) for uri in ("http://a", "http://b")]))
-    watch = topic_outages.OutageWatch(newest=[subscriber])
-    watch._look()
-    connect_anew.assert_not_called()
-    subscriber.impl.connections.pop(0)
-    for _ in range(3):
-        watch._look()
-    connect_anew.assert_called_once_with(subscriber, "http://a")
+def test_who_was_dropped_is_connected_again_once(network):
+    network.commands.impl.connections += [Connection("http://a:1"), Connection("http://b:1")]
+    network.look(1.0)
+    assert network.calls == []
+    network.commands.impl.connections.pop(0)
+    network.look(5.0)
+    assert network.calls == [(network.commands, "http://a:1")]
 
 
-@pytest.fixture
-def manager(monkeypatch):
-    """rospy's RegManager as this stack mends it, whose node notes whom it asks for a connection."""
+def test_behind_an_outage_all_are_connected_anew_and_only_presses_still_come_by_the_old(network):
+    command, button = Connection(), Connection()
+    network.commands.impl.connections.append(command)
+    network.buttons.impl.connections.append(button)
+    network.look(10.0)
+    network.up = False
+    network.look(2.0)
+    assert network.commands.impl.connections == []
+    assert network.watch.link(command.header) is None
+    network.look(10.0)
+    assert network.calls == []
+    network.up = True
+    network.look(1.0)
+    assert sorted(map(str, network.calls)) == sorted(map(str, [
+        (network.commands, "http://10.0.0.2:1"), (network.buttons, "http://10.0.0.2:1")]))
+    assert network.buttons.impl.connections == [button]
+    assert button.endpoint_id != "http://10.0.0.2:1", "rospy would end it for the new one"
+    network.look(10.0)
+    assert len(network.calls) == 2
+
+
+def test_old_connections_that_their_publisher_keeps_do_not_pile_up(network):
+    for _ in range(20):
+        network.buttons.impl.connections.append(Connection())
+        network.look(20.0)
+        network.up = False
+        network.look(20.0)
+        network.up = True
+        network.look(1.0)
+    assert len(network.buttons.impl.connections) == topic_outages.MOST_OLD
+
+
+def test_a_publisher_that_is_about_to_be_connected_is_asked_by_nobody_else(network):
+    connection = Connection()
+    connection.socket = None
+    network.buttons.impl.connections.append(connection)
+    network.up = False
+    network.look(4.0)  # the handshake takes two round trips
+    assert network.calls == []
+    assert network.buttons.impl.connections == [connection]
+
+
+def test_who_is_connected_again_while_the_master_names_another_takes_nothing_from_it(monkeypatch):
     manager = rospy_internals.RegManager
     monkeypatch.setattr(manager, "_connect_topic_thread", manager._connect_topic_thread)  # to be put back
-    rospy_internals._connect_when_within_reach.__wrapped__()
+    rospy_internals._connect_once_at_a_time.__wrapped__()
     manager = manager(Mock(done=False, asked=[]))
     manager.handler._connect_topic = lambda topic, uri: manager.handler.asked.append((topic, uri)) or (1, "", 0)
     monkeypatch.setattr(rospy_internals, "get_registration_listeners", lambda: Mock(listeners=[manager]))
     threading.Thread(target=manager.run, daemon=True).start()
-    yield manager
-    manager.handler.done = True
-
-
-def test_who_is_connected_again_while_the_master_names_another_takes_nothing_from_it(manager, monkeypatch):
-    monkeypatch.setattr(rospy_internals, "within_reach", lambda place: True)
     with manager.cond:  # it sleeps: both come before it looks
         manager.publisher_update("/cmd_vel", ["http://old:1", "http://new:2"])
         rospy_internals.connect_anew(Mock(resolved_name="/cmd_vel"), "http://old:1")
     wait_for(lambda: ("/cmd_vel", "http://new:2") in manager.handler.asked, "the new one")
-
-
-def test_a_publisher_out_of_reach_is_asked_as_soon_as_it_is_back_and_not_before(manager, monkeypatch):
-    looks, back = [], threading.Event()
-    monkeypatch.setattr(rospy_internals, "within_reach", lambda place: looks.append(place) or back.is_set())
-    manager.publisher_update("/cmd_vel", ["http://one:1"])
-    wait_for(lambda: len(looks) > 2, "looks")
-    assert manager.handler.asked == []
-    back.set()
-    wait_for(lambda: manager.handler.asked == [("/cmd_vel", "http://one:1")], "the question")
-
-
-@pytest.mark.parametrize("error, answers", [(ConnectionRefusedError(), True), (OSError(errno.EHOSTUNREACH, ""), False),
-                                            (TimeoutError(), False), (None, True)])
-def test_a_machine_that_answers_is_within_reach_though_nobody_listens_there(monkeypatch, error, answers):
-    monkeypatch.setattr(rospy_internals.socket, "create_connection", Mock(side_effect=error and [error]))
-    assert rospy_internals.within_reach(Mock()) is answers
+    manager.handler.done = True

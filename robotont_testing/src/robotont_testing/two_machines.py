@@ -3,7 +3,9 @@
 import os
 import shutil
 import subprocess
+import sys
 
+from robotont_testing import slow_link
 from robotont_testing.harness import Processes, wait_for
 
 ADDRESSES = {"robot": "10.77.0.1", "laptop": "10.77.0.2"}
@@ -20,11 +22,14 @@ class TwoMachines(Processes):
 
     They reach each other through a switch, whose ports lose their carrier when the cable is cut. No name server
     answers.
+    slow: through a `slow_link` instead, whose delay and loss `link` sets; seed: of what is lost there.
     Raises NoNamespacesError with the reason.
     """
 
-    def __init__(self):
+    def __init__(self, slow=False, seed=1):
         super().__init__()
+        self._slow = slow
+        self._seed = seed
         lacking = [tool for tool in TOOLS if not shutil.which(tool)]
         if lacking:
             raise NoNamespacesError("these commands are missing: " + ", ".join(lacking))
@@ -40,10 +45,14 @@ class TwoMachines(Processes):
         self._hold("switch", ["unshare", *(["--user", "--map-root-user"] if os.getuid() else [])])
         self._ip("switch", "link add bridge type bridge")
         self._ip("switch", "link set bridge up")
-        for name, address in ADDRESSES.items():
+        for name in ADDRESSES:
             self._hold(name, [*self._inside("switch"), "unshare"])
-            self._ip("switch", f"link add {name} type veth peer name eth0 netns {self._pids[name]}")
-            self._ip("switch", f"link set {name} master bridge up")
+        if self._slow:
+            self._make_slow_link()
+        for name, address in ADDRESSES.items():
+            if not self._slow:
+                self._ip("switch", f"link add {name} type veth peer name eth0 netns {self._pids[name]}")
+                self._ip("switch", f"link set {name} master bridge up")
             self._ip(name, "link set lo up")
             self._ip(name, f"address add {address}/24 dev eth0")
             self._ip(name, "link set eth0 up")
@@ -54,6 +63,15 @@ class TwoMachines(Processes):
                 self.check(name, "mount", "--bind", own, f"/etc/{file}")
         wait_for(lambda: self.run("laptop", "ip", "-o", "link", "show", "eth0", "up").stdout.count("LOWER_UP"),
                  "the carrier of the laptop's cable")
+
+    def _make_slow_link(self):
+        self.link(0.0, 0.0)
+        log = self.folder / "slow_link"
+        process = self.on("switch", sys.executable, slow_link.__file__, self.folder / "link", self._seed,
+                          *(self._pids[name] for name in ADDRESSES), log=log)
+        wait_for(lambda: "ready" in log.read_text() or process.poll() is not None, "the slow link")
+        if process.poll() is not None:
+            raise AssertionError(log.read_text())
 
     def _hold(self, name, unshare):
         ready = self.folder / (name + ".ready")
@@ -89,6 +107,11 @@ class TwoMachines(Processes):
     def hosts(self, name, text):
         """Replace a machine's /etc/hosts."""
         (self.folder / f"hosts.{name}").write_text(text)
+
+    def link(self, delay, loss):
+        """From now on the slow link delays packets by `delay` [s] each way, and loses the share `loss` of them."""
+        (self.folder / "link.new").write_text(f"{delay} {loss}")
+        (self.folder / "link.new").rename(self.folder / "link")
 
     def cut(self, carrier=False):
         """Cut the cable; with `carrier` the machines do not notice, as when a Wi-Fi loses them."""

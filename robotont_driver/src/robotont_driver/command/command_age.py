@@ -5,29 +5,25 @@ from collections import deque
 
 from robotont_driver.timing.starvation import StallWatch
 
-OLDEST = 0.5  # [s] up to which a command may drive; a shorter time-out only says how long its sender may be silent
-UNSEEN = 1.0  # [s] without data and without a look at the publisher's machine, after which its data may be of any age
-PAUSE = 2.0   # [s] behind a longer silence nothing waited at the last look
-BURST = 0.1   # [s] for which data that waited comes at most
+OLDEST = 0.5    # [s] up to which a command may drive; a shorter time-out only says how long its sender may be silent
+BURST = 0.1     # [s] for which data that waited comes at most
+SETTLING = 0.3  # [s] likewise, behind a silence of OLDEST
+UNSEEN = 1.0    # [s] without a sign of a machine, and twice the time that it takes to answer: it is out of reach
+SLOWEST = 2.0   # [s] that a machine may take to answer which has not answered yet
 
 
 class Link:
     """What one connection tells about the age of its messages; times [s] are the caller's, of a steady clock.
 
-    Behind an outage TCP delivers what waited in the sender's kernel, maybe seconds after the network is back, and also
-    when the sender has ended. So only looks without a gap, from the last message to the next, prove that nothing
-    waited. A link that misses one is `lost`, for good: another connection has to take its place. Outages between two
-    looks look like a pause; one of TCP is no longer than PAUSE. What waited comes in one burst behind it, in order; so
-    each message may have been sent right behind the newest that came at least a burst earlier. A machine is always
-    within reach of itself.
+    Behind an outage TCP delivers what waited, in one burst and in order. So each message may have been sent right behind
+    the newest that came at least a burst earlier. Within a machine nothing waits.
     """
 
     def __init__(self, since):
         """since: when there was no data of this connection yet."""
         self.local = False
-        self.lost = False
         self._heard = deque([since])  # the messages of the last BURST, and the one before them
-        self._reached = since
+        self._settled = since
         self._first = True
 
     def age(self, now, latching=False):
@@ -35,30 +31,38 @@ class Link:
 
         The first one of a publisher that latches is as old as it likes.
         """
-        first, self._first = self._first, False
-        if first and latching:
-            return math.inf
-        if self.local:
-            return 0.0
-        self._miss(now)
-        heard = self._heard
-        if now - heard[-1] >= PAUSE:
-            heard.append(self._reached)
-            while len(heard) > 1:
-                heard.popleft()  # never empty: another thread looks at the newest
+        heard, latched, self._first = self._heard, latching and self._first, False
+        if now - heard[-1] >= OLDEST:
+            self._settled = now + SETTLING
         heard.append(now)
         while len(heard) > 1 and heard[1] <= now - BURST:
             heard.popleft()
-        return math.inf if self.lost else now - heard[0]
+        if latched or (now < self._settled and not self.local):
+            return math.inf
+        return 0.0 if self.local else now - heard[0]
 
-    def reached(self, since):
-        """The machine was within reach some time after `since`."""
-        self._miss(since)
-        self._reached = max(self._reached, since)
 
-    def _miss(self, now):
-        if now - max(self._heard[-1], self._reached) > UNSEEN:
-            self.lost = True
+class Reach:
+    """Whether a machine is within reach; times [s] are the caller's, of a steady clock."""
+
+    def __init__(self, now):
+        self.lost = False
+        self._seen = now         # within reach, as far as is known
+        self._slowest = SLOWEST  # answer of late
+
+    def heard(self, now):
+        """Data has come from it."""
+        self._seen = now
+
+    def answered(self, asked, now):
+        """It has answered `now` what it was `asked` then."""
+        self._slowest = max(now - asked, 0.9 * self._slowest)
+        self._seen = max(self._seen, asked)
+
+    def turns(self, now):
+        """Look whether it is `lost`; returns whether this has changed."""
+        before, self.lost = self.lost, now - self._seen > UNSEEN + 2 * self._slowest
+        return before != self.lost
 
 
 class Arrivals:

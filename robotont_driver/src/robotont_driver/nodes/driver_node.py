@@ -23,9 +23,9 @@ from robotont_driver.ros.kept_parameter import KeptParameter
 from robotont_driver.ros.lifecycle import run_node
 from robotont_driver.ros.log_throttle import Refusals
 from robotont_driver.ros.packet_topics import topics_between_processes
-from robotont_driver.ros.topic_outages import OutageWatch
 from robotont_driver.ros.worker import Worker
-from robotont_driver.rospy_repairs.rospy_internals import connection_header
+from robotont_driver.rospy_repairs.rospy_internals import connection_header, connection_numbers
+from robotont_driver.rospy_repairs.topic_outages import OutageWatch
 
 PARAMETERS = (
     Parameter("publish_rate", PUBLISH_RATE, "how often the newest command is repeated", "Hz", minimum=5.0,
@@ -69,9 +69,11 @@ class DriverNode:
         self._stream = CommandStream(self._kinematics, limits, parameters["cmd_timeout"], self._period)
         self._emergency_stop = EmergencyStop(rospy.get_param(PRESSED_BY, ()))
         self._stream.emergency_stop(self._emergency_stop.pressed, 0.0)
+        self._buttons = rospy.resolve_name("emergency_stop")  # the topic
         self._lock = threading.Lock()
         self._sent_at = boot_time()
         self._refusals = Refusals()
+        self._unstamped = False  # whether a stamp of zero has been told
         self._commander = None  # header of the connection by which the newest command came
         self._arrivals = Arrivals(parameters["cmd_timeout"] / 2, self._sent_at)
         self._packets = topics.serial_write
@@ -86,15 +88,24 @@ class DriverNode:
         rospy.Service("emergency_stop/release", Trigger, self._on_release)
         cmd_vel = rospy.Subscriber("cmd_vel", Twist, self._on_command, queue_size=1, tcp_nodelay=True)
         stamped = rospy.Subscriber("cmd_vel_stamped", TwistStamped, self._on_stamped, queue_size=1, tcp_nodelay=True)
-        self._arrivals.link = OutageWatch(newest=[cmd_vel, stamped], every=[emergency_stop]).link
+        outages = OutageWatch(boot_time, newest=[cmd_vel, stamped], every=[emergency_stop])
+        self._arrivals.link = outages.link
+        Worker(outages.look)
         Health(robot_name(), {"command stream": self._report}, name)
 
     def _on_command(self, message):
         self._command(message, connection_header(message))
 
     def _on_stamped(self, message):
-        """A stamp only ever makes a command older than it is known to be without."""
-        age = (rospy.Time.now() - message.header.stamp).to_sec()
+        """A stamp only ever makes a command older than it is known to be without; none at all is now."""
+        stamp = message.header.stamp
+        if stamp.is_zero():
+            if not self._unstamped:
+                self._unstamped = True
+                rospy.logwarn("cmd_vel_stamped without a stamp, from %s: taken as of now",
+                              connection_header(message).get("callerid", "?"))
+            stamp = rospy.Time.now()
+        age = (rospy.Time.now() - stamp).to_sec()
         self._command(message.twist, connection_header(message), age if age > -CLOCKS_APART else math.inf)
 
     def _command(self, twist, header, age=0.0):
@@ -120,7 +131,8 @@ class DriverNode:
     def _on_emergency_stop(self, message):
         header = connection_header(message)
         with self._lock:
-            if self._emergency_stop.hear(header["callerid"], message.data, header.get("latching") == "1"):
+            if self._emergency_stop.hear(header["callerid"], message.data, header.get("latching") == "1",
+                                         *connection_numbers(self._buttons, header)):
                 self._follow_emergency_stop(boot_time())
 
     def _on_release(self, _request):

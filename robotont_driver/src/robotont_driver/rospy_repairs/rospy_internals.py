@@ -4,20 +4,19 @@
 tornado stands in `robotont_teleop/web/websocket_frames.py`.
 """
 
+import contextlib
 import functools
 import io
 import socket
 import threading
-import time
-from collections import defaultdict
-from urllib.parse import urlsplit
 
 import rosgraph.xmlrpc
 import rospy
-from rospy.impl.registration import RegManager, get_registration_listeners
+from rospy.impl import transport
+from rospy.impl.registration import RegManager, get_registration_listeners, get_topic_manager
 from rospy.impl.tcpros_base import TCPROSServer
 
-ANSWER_WITHIN = 0.4  # [s] or a machine counts as out of reach
+MOST_SILENT = 50  # who have connected and said nothing; one more, and the first of them has to go
 
 
 def connection_header(message):
@@ -46,6 +45,21 @@ def connections(topic):
     rospy tells nobody whether a subscriber reads, or how much has come from a publisher.
     """
     return topic.impl.connections
+
+
+def connection_of(subscriber, header):
+    """The connection with this header; None: it has ended."""
+    return next((one for one in subscriber.impl.connections if one.header is header), None)
+
+
+def connection_numbers(topic, header):
+    """(number of the connection of a topic with this header, or None: it has ended; that of the newest of this process).
+
+    The numbers rise as connections are made. topic: its full name.
+    """
+    subscriber = get_topic_manager().get_subscriber_impl(topic)
+    number = next((one.id for one in subscriber.connections if one.header is header), None) if subscriber else None
+    return number, transport._transport_id
 
 
 def add_subscriber_listener(publisher, listener):
@@ -95,7 +109,7 @@ def mend():
     threading.Thread.isAlive = threading.Thread.is_alive
     rosgraph.xmlrpc.ThreadingXMLRPCServer.service_actions = _end_without_socket
     _hear_all_who_connect()
-    _connect_when_within_reach()
+    _connect_once_at_a_time()
 
 
 def _end_without_socket(server):
@@ -116,44 +130,41 @@ def _hear_all_who_connect():
     all others. So does a question by XML-RPC to a killed node that had this port: its first four bytes, "POST", are
     a length of 1.4 GB. The master names killed nodes for ever, and subscribers ask them at each change of publishers.
     """
-    hear = TCPROSServer._tcp_server_callback
+    hear, silent = TCPROSServer._tcp_server_callback, {}
 
-    def hear_aside(*connection):
-        _aside(hear, *connection)
+    def hear_one(server, connection, address):
+        try:
+            hear(server, connection, address)
+        finally:
+            silent.pop(connection, None)
+
+    def hear_aside(server, connection, address):
+        silent[connection] = None
+        if len(silent) > MOST_SILENT:
+            first = next(iter(silent))
+            silent.pop(first, None)
+            with contextlib.suppress(OSError):
+                first.shutdown(socket.SHUT_RDWR)  # its thread ends
+        _aside(hear_one, server, connection, address)
     TCPROSServer._tcp_server_callback = hear_aside
 
 
 @functools.lru_cache(maxsize=None)
-def _connect_when_within_reach():
-    """Ask a publisher for its connection as soon as its machine is within reach, and only then, once at a time.
+def _connect_once_at_a_time():
+    """Ask a publisher for its connection once at a time.
 
-    rospy asks at once, waits 60 s for an answer, and up to 32 s before it asks again: a commander that starts just
-    before an outage would be heard a minute after it. When the master names a publisher twice within a moment, rospy
-    connects twice, and may end both connections: it would never be heard.
+    When the master names a publisher twice within a moment, rospy connects twice, and may end both connections: it
+    would never be heard.
     """
-    connect, waiting = RegManager._connect_topic_thread, set()  # (topic, URI)
-    turns = defaultdict(threading.Lock)  # likewise
+    connect, lock, asking = RegManager._connect_topic_thread, threading.Lock(), set()  # (topic, URI)
 
-    def connect_within_reach(manager, topic, uri):
-        if (topic, uri) in waiting:
-            return
-        waiting.add((topic, uri))
-        pause = 0.1
-        while not (within_reach(urlsplit(uri)) or rospy.is_shutdown()):
-            time.sleep(pause)
-            pause = min(2 * pause, 1.0)
-        waiting.discard((topic, uri))
-        with turns[topic, uri]:  # the second one finds the first one's connection
+    def connect_once(manager, topic, uri):
+        with lock:
+            if (topic, uri) in asking:
+                return
+            asking.add((topic, uri))
+        try:
             connect(manager, topic, uri)
-    RegManager._connect_topic_thread = connect_within_reach
-
-
-def within_reach(place):
-    """Whether the machine of an URI, as of `urlsplit`, answers: if only that nobody listens there."""
-    try:
-        socket.create_connection((place.hostname, place.port), ANSWER_WITHIN).close()
-    except ConnectionRefusedError:
-        return True
-    except OSError:
-        return False
-    return True
+        finally:
+            asking.discard((topic, uri))
+    RegManager._connect_topic_thread = connect_once

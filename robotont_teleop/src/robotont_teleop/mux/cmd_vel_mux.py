@@ -18,10 +18,10 @@ from robotont_driver.ros.clocks import boot_time
 from robotont_driver.ros.diagnostics import OK, WARN, Health, robot_name
 from robotont_driver.ros.lifecycle import run_without_wheels
 from robotont_driver.ros.log_throttle import Refusals
-from robotont_driver.ros.topic_outages import OutageWatch
 from robotont_driver.ros.worker import Worker
 from robotont_driver.rospy_repairs.publishers import DroppingPublisher
 from robotont_driver.rospy_repairs.rospy_internals import connection_header
+from robotont_driver.rospy_repairs.topic_outages import OutageWatch
 from robotont_teleop.hand.twist_message import twist_message
 from robotont_teleop.mux.arbitration import STOP, Arbiter, Input
 from robotont_teleop.mux.guard_sensors import make_guard
@@ -75,7 +75,9 @@ class CmdVelMux:
         pressed_by = rospy.Subscriber("emergency_stop/pressed_by", String, self._on_pressed_by, tcp_nodelay=True)
         heard = [rospy.Subscriber("cmd_vel/" + name, Twist, partial(self._on_command, name), queue_size=1,
                                   tcp_nodelay=True) for name in self._timeouts]
-        self._arrivals.link = OutageWatch(newest=heard, every=[pressed_by]).link
+        outages = OutageWatch(boot_time, newest=heard, every=[pressed_by])
+        self._arrivals.link = outages.link
+        Worker(outages.look)
         rospy.Service("~give_back", Trigger, self._on_give_back)
         Worker(self._look_for_others)
         self._health = Health(robot_name(), {"who drives": self._report,

@@ -1,0 +1,131 @@
+"""Connects to publishers on other machines anew when the network to them comes back.
+
+After an outage of T seconds TCP sends again only up to T seconds later, for it doubles its pause with every failed
+attempt. A new connection needs a fraction of a second, and brings nothing old. Nothing here keeps a connection from
+being made or a message from being heard; what it takes for an outage in error costs a new connection.
+"""
+
+import contextlib
+import socket
+import threading
+import weakref
+from urllib.parse import urlsplit
+
+import rospy
+
+from robotont_driver.command.command_age import Link, Reach
+from robotont_driver.rospy_repairs.rospy_internals import connect_anew, connection_of, connections, disconnect
+
+PERIOD = 0.25        # [s] between two looks
+ANSWER_WITHIN = 5.0  # [s] or a question is in vain; meanwhile others are asked ...
+MOST_ASKED = 8       # ... up to so many of a machine
+OLD = "before an outage: "  # so begins the endpoint_id of a connection that a newer one follows
+MOST_OLD = 4         # of these, of a publisher that does not end them
+
+
+class OutageWatch:
+    """Looks at the machines of silent publishers; `look` is called again and again and returns for how long to rest [s].
+
+    clock: returns the time [s]. `newest`: subscribers of commands; their connections end with the network. `every`:
+    subscribers that may lose no message, such as an emergency stop's; their old connections still deliver, late.
+    """
+
+    def __init__(self, clock, newest=(), every=()):
+        self._clock = clock
+        self._newest = newest
+        self._every = every
+        self._looked = clock()
+        self._links = weakref.WeakKeyDictionary()  # `Link` of each connection
+        self._heard = weakref.WeakKeyDictionary()  # number of bytes that have come by it
+        self._reach = {}     # `Reach` by URI of a publisher
+        self._asking = {}    # threads that wait for an answer, likewise
+        self._known = set()  # (subscriber, URI) of the connections at the last look
+        self._away = set()   # likewise, to connect anew when their machines are back
+
+    def link(self, header):
+        """The Link of the connection with this header, of a subscriber in `newest`; None: there is none any more."""
+        for topic in self._newest:
+            connection = connection_of(topic, header)
+            if connection:
+                return self._link(connection)
+        return None
+
+    def _link(self, connection):
+        link = self._links.setdefault(connection, Link(self._looked))  # a new one was not there at the last look
+        link.local = link.local or _is_local(connection)
+        return link
+
+    def look(self):
+        """Look at silent machines, end and make connections."""
+        now = self._clock()
+        ways = {}  # (subscriber, connection) by URI
+        for topic in (*self._newest, *self._every):
+            for connection in connections(topic):
+                if not connection.endpoint_id.startswith(OLD) and not self._link(connection).local:
+                    ways.setdefault(connection.endpoint_id, []).append((topic, connection))
+        self._looked = now
+        known, self._known = self._known, {(topic, uri) for uri, there in ways.items() for topic, _ in there}
+        self._away |= known - self._known  # once: who has ended refuses
+        uris = {uri for _, uri in self._known | self._away}
+        self._reach = {uri: self._reach.get(uri) or Reach(now) for uri in uris}
+        self._asking = {uri: threads for uri, threads in self._asking.items() if uri in uris}
+        for uri, reach in self._reach.items():
+            self._look_at(uri, reach, ways.get(uri, []), now)
+        return PERIOD
+
+    def _look_at(self, uri, reach, there, now):
+        active = [one for _, one in there if one.stat_bytes != self._heard.get(one, 0)]
+        self._heard.update((one, one.stat_bytes) for one in active)
+        if active:
+            reach.heard(now)
+        else:
+            self._asking[uri] = asking = [one for one in self._asking.get(uri, ()) if one.is_alive()]
+            if len(asking) < MOST_ASKED:
+                asking.append(threading.Thread(target=self._ask, args=(uri, reach, there, now), daemon=True))
+                asking[-1].start()
+        if reach.turns(now):
+            rospy.logwarn("the machine of %s is %s", uri, "out of reach" if reach.lost else "back")
+            if reach.lost:
+                self._leave(uri, there)
+        if not reach.lost:
+            for topic in [topic for topic, one in self._away if one == uri]:
+                self._connect(topic, uri)
+
+    def _ask(self, uri, reach, there, now):
+        place = urlsplit(uri)
+        address = next(filter(None, (_ends(one)[1] for _, one in there)), place.hostname)
+        try:
+            socket.create_connection((address, place.port), ANSWER_WITHIN).close()
+        except ConnectionRefusedError:
+            pass  # its publisher has ended; the machine has not
+        except OSError:
+            return
+        reach.answered(now, self._clock())
+
+    def _leave(self, uri, there):
+        for topic, connection in there:
+            self._away.add((topic, uri))
+            if topic in self._newest:
+                disconnect(topic, connection)
+
+    def _connect(self, topic, uri):
+        self._away.discard((topic, uri))
+        self._known.discard((topic, uri))
+        old = [one for one in connections(topic) if one.endpoint_id in (uri, OLD + uri)]
+        for connection in old:
+            connection.endpoint_id = OLD + uri  # else rospy ends it
+        for connection in old[:-MOST_OLD]:
+            disconnect(topic, connection)
+        connect_anew(topic, uri)
+
+
+def _ends(connection):
+    """(address of this end, of the other) of a connection; (None, None) while there is none."""
+    with contextlib.suppress(AttributeError, OSError):
+        return connection.socket.getsockname()[0], connection.socket.getpeername()[0]
+    return None, None
+
+
+def _is_local(connection):
+    here, there = _ends(connection)
+    return here is not None and (here == there or there.startswith("127."))

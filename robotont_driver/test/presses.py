@@ -1,0 +1,127 @@
+"""driver_nodes on a robot, and buttons of the emergency stop on a laptop behind a network that is slow or cut."""
+
+import signal
+import time
+
+from robotont_testing import places
+from robotont_testing.harness import wait_for
+from robotont_testing.robots import WHEEL_PARAMS
+from robotont_testing.two_machines import ADDRESSES, TwoMachines
+
+# argv: topic, file of orders. Each line of the file: a word to publish once, or "WORD RATE" for ever, until the next line.
+BUTTON = """
+import sys, time, rospy
+from std_msgs.msg import Bool
+rospy.init_node("button", disable_signals=True)
+class Listener(rospy.SubscribeListener):
+    def peer_subscribe(self, *_):
+        print(time.monotonic(), "connected", flush=True)
+print(time.monotonic(), "started", flush=True)
+publisher = rospy.Publisher(sys.argv[1], Bool, Listener(), queue_size=10, tcp_nodelay=True)
+print(time.monotonic(), "registered", flush=True)
+done, repeated, due = 0, None, 0.0
+while True:
+    lines = open(sys.argv[2]).read().split("\\n")[:-1]
+    for word, *rate in map(str.split, lines[done:]):
+        repeated = (word, 1 / float(rate[0])) if rate else None
+        due = time.monotonic()
+        if not rate:
+            print(due, word, flush=True)
+            publisher.publish(word == "true")
+    done = len(lines)
+    if repeated and time.monotonic() >= due:
+        publisher.publish(repeated[0] == "true")
+        due = time.monotonic() + repeated[1]
+    time.sleep(0.01)
+"""
+
+# argv: namespaces. Prints who presses, as each driver_node says at each change.
+LISTENER = """
+import sys, time, rospy
+from std_msgs.msg import String
+rospy.init_node("listener", disable_signals=True)
+for robot in sys.argv[1:]:
+    rospy.Subscriber(f"/{robot}/emergency_stop/pressed_by", String, lambda message, robot=robot:
+                     print(f"{time.monotonic()} {robot} {message.data.replace(', ', ',')}", flush=True))
+rospy.spin()
+"""
+
+
+class Presses(TwoMachines):
+    """Robots by name, each a driver_node, on the machine with the master; buttons elsewhere."""
+
+    def __init__(self, robots=("robot",), seed=1):
+        super().__init__(slow=True, seed=seed)
+        self._buttons, self._orders, self._starts = {}, {}, 0
+        self.on("robot", "rosmaster", "--core", "-p", "11311", **self._environment("robot"))
+        wait_for(lambda: not self.run("robot", "rosparam", "list", **self._environment("robot")).returncode, "a master")
+        for robot in robots:
+            self.run("robot", "rosparam", "load", WHEEL_PARAMS, robot, **self._environment("robot")).check_returncode()
+            self.on("robot", places.program("robotont_driver", "driver_node"), f"__ns:={robot}",
+                    log=self.folder / f"{robot}.log", **self._environment("robot"))
+        self._heard = self.folder / "pressed_by"
+        self._listener = self.on("robot", "/usr/bin/python3", "-c", LISTENER, *robots, log=self._heard,
+                                 **self._environment("robot"))
+        wait_for(lambda: len({robot for _, robot, *_ in self.heard()}) == len(robots), "the robots", timeout=60.0)
+
+    def _environment(self, machine):
+        return {"ROS_MASTER_URI": f"http://{ADDRESSES['robot']}:11311", "ROS_IP": ADDRESSES[machine],
+                "ROS_LOG_DIR": str(self.folder), "ROS_HOSTNAME": ADDRESSES[machine]}
+
+    def close(self):
+        """End all, at once."""
+        for button in list(self._buttons):
+            self.kill_button(button)
+        self.stop(self._listener, signal.SIGKILL)
+        super().close()
+
+    def heard(self):
+        """(time [s], robot, names that press) of each change."""
+        lines = self._heard.read_text().split("\n")[:-1] if self._heard.exists() else []
+        return [(float(at), robot, names.split(",") if names else [])
+                for at, robot, names in (line.split(" ") for line in lines)]
+
+    def pressing(self, robot="robot"):
+        """Names of those that press now."""
+        return [names for _, one, names in self.heard() if one == robot][-1]
+
+    def order(self, button, words):
+        """Let a button say a word, or a word at a rate [Hz]: "true 5"."""
+        with open(self._orders[button], "a") as file:
+            file.write(words + "\n")
+
+    def start_button(self, button, robot="robot", words=""):
+        """Start a button, a node of that name, and maybe let it say something; at its first start or again."""
+        self.kill_button(button)
+        self._starts += 1
+        self._orders[button] = self.folder / f"orders.{self._starts}"
+        self._orders[button].write_text(words and words + "\n")
+        log = self.folder / f"button.{self._starts}"
+        process = self.on("laptop", "/usr/bin/python3", "-c", BUTTON, f"/{robot}/emergency_stop", self._orders[button],
+                          f"__name:={button}", log=log, **self._environment("laptop"))
+        self._buttons[button] = process, log
+
+    def kill_button(self, button, how=signal.SIGKILL):
+        """End a button, without a word to anybody."""
+        if button in self._buttons:
+            self.stop(self._buttons.pop(button)[0], how)
+
+    def said(self, button):
+        """(time [s], word) of all that a button has done since its start: started, registered, connected, words."""
+        return [(float(at), word) for at, word in
+                map(str.split, self._buttons[button][1].read_text().split("\n")[:-1])]
+
+    def when(self, button, word):
+        """[s] when a button has done that first; None: not yet."""
+        return next((at for at, one in self.said(button) if one == word), None)
+
+    def wait_for_press(self, button, robot="robot", timeout=60.0):
+        """[s] when a robot has heard the press of a button that is waited for."""
+        def at():
+            name = f"/{button}"
+            return next((at for at, one, names in self.heard() if one == robot and name in names), None)
+        return wait_for(at, f"the press of {button}", timeout)
+
+    def wait(self, seconds):
+        """Let time pass that a history is made of."""
+        time.sleep(seconds)

@@ -1,0 +1,142 @@
+"""Presses of the emergency stop from a machine behind a network that is slow, loses packets, or is cut."""
+
+import os
+import random
+import shutil
+import time
+
+import pytest
+from presses import Presses
+
+from robotont_testing.harness import wait_for
+from robotont_testing.two_machines import NoNamespacesError
+
+pytestmark = pytest.mark.timed
+REGISTERED = 15.0  # [s] from when the master knows of a button until it is heard
+CONNECTED = 2.0    # [s] from a press of one that is connected
+GOOD = (0.01, 0.0)  # delay [s] each way, share that is lost
+
+
+@pytest.fixture(scope="module", autouse=True)
+def no_master_of_others():
+    for name in ("ROS_IP", "ROS_HOSTNAME", "ROS_MASTER_URI"):
+        os.environ.pop(name, None)
+
+
+@pytest.fixture
+def presses(request):
+    if not shutil.which("ip"):
+        pytest.skip("no ip: sudo apt-get install iproute2")
+    try:
+        both = Presses(*getattr(request, "param", ()))
+    except NoNamespacesError as error:
+        pytest.skip(str(error))
+    with both:
+        yield both
+
+
+def connected(presses, button):
+    wait_for(lambda: presses.when(button, "connected"), "the connection", timeout=90.0)
+
+
+@pytest.mark.parametrize("delay, loss", [(0.25, 0.0), *(pytest.param(*link, marks=pytest.mark.long) for link in (
+    (0.01, 0.0), (0.5, 0.0), (1.0, 0.0), (0.01, 0.3), (0.25, 0.3)))])
+def test_a_press_from_behind_a_slow_network_is_heard(presses, delay, loss):
+    presses.link(delay, loss)
+    presses.start_button("first", words="true 5")
+    wait_for(lambda: presses.when("first", "registered"), "the master's word", timeout=120.0)
+    heard = presses.wait_for_press("first", timeout=90.0)
+    print(f"heard {heard - presses.when('first', 'registered'):.1f} s behind its registration")
+    presses.start_button("second")
+    connected(presses, "second")
+    presses.order("second", "true")
+    after = presses.wait_for_press("second") - presses.when("second", "true")
+    print(f"heard {after:.2f} s behind the press")
+    if not loss or delay < 0.1:  # else TCP alone may take longer: it waits for a round trip before it sends again
+        assert heard - presses.when("first", "registered") <= REGISTERED
+        assert after <= CONNECTED
+
+
+def test_the_late_false_of_an_old_connection_takes_back_nothing(presses):
+    presses.link(*GOOD)
+    presses.start_button("button")
+    connected(presses, "button")
+    presses.order("button", "true")
+    presses.wait_for_press("button")
+    presses.link(GOOD[0], 1.0)
+    presses.order("button", "false")  # waits in the old connection
+    presses.wait(6.0)  # the outage
+    presses.link(*GOOD)
+    presses.wait(1.5)
+    presses.order("button", "true")
+    presses.wait(8.0)  # within which TCP brings what waited
+    assert presses.pressing() == ["/button"]
+
+
+def test_a_button_that_repeats_its_state_is_heard_at_once_behind_an_outage(presses):
+    presses.link(*GOOD)
+    presses.start_button("button", words="false 5")
+    connected(presses, "button")
+    presses.wait(1.0)
+    presses.link(GOOD[0], 1.0)
+    presses.wait(10.0)
+    presses.link(*GOOD)
+    presses.wait(1.0)
+    presses.order("button", "true 5")
+    pressed = time.monotonic()
+    assert presses.wait_for_press("button") - pressed <= 1.0
+
+
+ROBOTS = tuple(f"robot{number}" for number in range(5))
+SETTLED = 14.0  # [s] within which a good network has brought all that waited; the outages are shorter
+
+
+def history(presses, chance, model):
+    """One of each robot, at once, with the same network: presses and their releases, cuts, slow links, restarts."""
+    buttons = [(robot, f"{robot}_{side}") for robot in ROBOTS for side in "ab"]
+    cut_until = 0.0
+    end = time.monotonic() + 12.0
+    while time.monotonic() < end:
+        robot, button = chance.choice(buttons)
+        what = chance.random()
+        if what < 0.7 and presses.when(button, "connected"):
+            word = chance.choice(("true", "false"))
+            presses.order(button, word)
+            model[button] = word
+        elif what < 0.75:
+            presses.start_button(button, robot)
+            model.pop(button, None)  # what was said may be lost with it
+        elif time.monotonic() > cut_until and what < 0.85:
+            cut_until = time.monotonic() + chance.uniform(0.3, 5.0)
+            presses.link(GOOD[0], 1.0)
+        elif time.monotonic() > cut_until:
+            presses.link(chance.choice((0.01, 0.1, 0.25)), chance.choice((0.0, 0.0, 0.2)))
+        presses.wait(chance.uniform(0.0, 0.3))
+    presses.link(*GOOD)
+
+
+@pytest.mark.parametrize("presses, seed, histories", [
+    ((ROBOTS, 1), 1, 1), pytest.param((ROBOTS, 2), 2, int(os.environ.get("ROBOTONT_HISTORIES", "10")),
+                                      marks=pytest.mark.long)], indirect=["presses"])
+def test_histories_of_buttons_on_a_network_that_is_cut_and_slow(presses, seed, histories):
+    """Whose newest word is a press, which reached a connection, presses when all has come."""
+    for robot in ROBOTS:
+        for side in "ab":
+            presses.start_button(f"{robot}_{side}", robot)
+    for robot in ROBOTS:
+        for side in "ab":
+            connected(presses, f"{robot}_{side}")
+    for number in range(histories):
+        model = {}
+        history(presses, random.Random(1000 * seed + number), model)
+        pressed = {button for button, word in model.items() if word == "true"}
+
+        def lost(pressed=pressed):
+            return [button for button in pressed if f"/{button}" not in presses.pressing(button[:-2])]
+        wait_for(lambda: not lost(), f"{lost()} of seed {1000 * seed + number}", timeout=SETTLED)
+        presses.wait(4.0)  # what is late would take it back
+        assert not lost(), f"taken back, seed {1000 * seed + number}"
+        released = [button for button, word in model.items() if word == "false"]
+        held = [button for button in released if f"/{button}" in presses.pressing(button[:-2])]
+        print(f"seed {1000 * seed + number}: {len(pressed)} press, {len(released)} do not, of these {len(held)} held "
+              "in doubt", flush=True)

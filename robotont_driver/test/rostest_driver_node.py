@@ -52,7 +52,7 @@ class DriverNodeTest(NodeTest):
         self.drive(0.2, 0, 0, packet=FORWARD)
         wait_for(lambda: "-19:0:19;\n" in counts, "the counts of the mock's motors")
         wait_for(lambda: self.written[-1] == ZEROS, "the stop")
-        forward = [packet for packet in self.written[before:] if packet.startswith("-18.")]  # rounding is carried
+        forward = [packet for packet in self.written[before:] if packet == FORWARD]
         assert len(forward) >= 5  # 20 Hz for 0.5 s
         self.wait_for_status(TASK, WARN, "is their sender alive?")
         self.drive(0.2, 0, 0, packet=FORWARD)
@@ -82,6 +82,9 @@ class DriverNodeTest(NodeTest):
         wait_for(lambda: publish(0.2, 0.0) or self.written[-1] == FORWARD, "motion", period=0.05)
         publish(0.0, 10.0)
         wait_for(lambda: self.written[-1] == ZEROS, "the stop by an old zero")
+        wait_for(lambda: stamped.publish(TwistStamped(twist=twist(0.2))) or self.written[-1] == FORWARD,
+                 "motion by a stamp of zero, which is now", period=0.05)
+        wait_for(lambda: self.written[-1] == ZEROS, "the stop")
         before = len(self.written)
         wait_for(lambda: publish(0.2, 0.6) or publish(0.2, -0.3) or len(self.written) > before + 20, "packets",
                  period=0.05)

@@ -74,12 +74,16 @@ class Arrivals:
     def __init__(self, gap, now):
         self.stalls = StallWatch(gap, now)
         self.link = lambda header: None  # gives the Link of a connection by its header, or None: `OutageWatch.link`
+        self._newest = None, None        # (header, Link) of the newest command
 
     def spent(self, header, now, timeout):
         """[s] of its time-out that a command may have used up which comes `now` by the connection with this header.
 
         From `timeout` on it does not drive.
         """
-        link = self.link(header)
+        known, link = self._newest
+        if header is not known or link is None:
+            link = self.link(header)
+            self._newest = header, link
         waited = link.age(now, header.get("latching") == "1") if link else math.inf
         return max(waited - max(0.0, OLDEST - timeout), now - self.stalls.earliest_arrival(now))

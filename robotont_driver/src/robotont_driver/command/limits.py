@@ -31,12 +31,11 @@ def limit_speed(twist, wheel_speeds, limits):
     `wheel_speeds` [m/s] are those of the twist; they shrink by the same factor.
     """
     x, y, turn = twist
-    fastest = max(abs(speed) for speed in wheel_speeds)
-    factor = min(
-        _factor(math.hypot(x, y), limits.linear_speed),
-        _factor(abs(turn), limits.angular_speed),
-        _factor(fastest, limits.wheel_speed),
-    )
+    factor = 1.0
+    for value, limit in ((math.hypot(x, y), limits.linear_speed), (abs(turn), limits.angular_speed),
+                         (max(map(abs, wheel_speeds)), limits.wheel_speed)):
+        if limit and value > limit:
+            factor = min(factor, limit / value)
     return (x * factor, y * factor, turn * factor)
 
 
@@ -46,13 +45,15 @@ def limit_bend(twist, before, since, limits):
     `before`: the twist commanded `since` [s] earlier. A robot that turns beneath a straight way, command by command,
     does not bend it: what counts is the change of its velocity over ground.
     """
-    speed = math.hypot(twist[0], twist[1])
-    bend = abs(twist[2]) * speed
+    limit = limits.linear_acceleration
+    bend = abs(twist[2]) * math.hypot(twist[0], twist[1])
+    if not limit or bend <= limit:
+        return tuple(twist)
     if tuple(twist) != tuple(before) and since > 0.0:
         x, y = _turned(before, twist[2] * since)
         bend = min(bend, math.hypot(twist[0] - x, twist[1] - y) / since)
-    factor = math.sqrt(_factor(bend, limits.linear_acceleration))
-    return tuple(twist) if factor == 1.0 else tuple(part * factor for part in twist)
+    factor = math.sqrt(min(1.0, limit / bend)) if bend else 1.0
+    return tuple([part * factor for part in twist])
 
 
 def limit_acceleration(previous, wanted, elapsed, limits):
@@ -62,6 +63,8 @@ def limit_acceleration(previous, wanted, elapsed, limits):
     begins at what needs less: the same motion as the robot sees it, or the same over ground, seen by a robot that has
     turned meanwhile. Both accelerations share the wheels' torque: the root of the sum of their squared parts counts.
     """
+    if previous == wanted:
+        return wanted
     ground = _turned(previous, previous[2] * elapsed)
     x, y = min(previous[:2], ground, key=lambda start: math.hypot(wanted[0] - start[0], wanted[1] - start[1]))
     change = (wanted[0] - x, wanted[1] - y, wanted[2] - previous[2])
@@ -87,8 +90,3 @@ def _share(value, limit, elapsed):
     if limit == 0.0:
         return 0.0
     return value / (limit * elapsed) if elapsed > 0.0 else math.inf if value else 0.0
-
-
-def _factor(value, limit):
-    """By how much to multiply `value` so that it is at most `limit`; 1 where the limit is off (0)."""
-    return 1.0 if limit == 0.0 or value <= limit else limit / value

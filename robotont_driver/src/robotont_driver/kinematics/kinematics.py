@@ -43,8 +43,8 @@ class Kinematics:
         self.units_per_speed = units_per_speed(wheels)  # (5)
         included = [wheel for wheel in range(wheels.amount) if wheel not in excluded]
         self.inverse = solver(self.matrix, included)    # (7), 3 x n; 0 in the columns of excluded wheels
-        self._rows, self._inverse_rows, self._units_per_speed = (
-            array.tolist() for array in (self.matrix, self.inverse, self.units_per_speed))
+        self._rows, self._inverse_rows, self._units_per_speed, self._unit_rows = (array.tolist() for array in (
+            self.matrix, self.inverse, self.units_per_speed, self.units_per_speed[:, np.newaxis] * self.matrix))
 
     def wheel_speeds(self, twist):
         """Wheel speeds [m/s], a list of n, of a twist: formula (1), v_i = R omega + |v| cos(theta_i - phi).
@@ -56,7 +56,8 @@ class Kinematics:
 
     def units_of_twist(self, twist):
         """Units, a list of n, that a packet to the board carries for a twist: formula (4)."""
-        return list(map(mul, self._units_per_speed, self.wheel_speeds(twist)))
+        x, y, omega = twist
+        return [a * x + b * y + c * omega for a, b, c in self._unit_rows]
 
     def speeds_of_units(self, units):
         """Wheel speeds [m/s], a list of n, of units: formula (8)."""

@@ -15,7 +15,6 @@ from robotont_driver.command.limits import Limits
 from robotont_driver.command.packet_repetition import PUBLISH_RATE, WRITE_TIMEOUT, check_repetition
 from robotont_driver.kinematics.kinematics import Kinematics
 from robotont_driver.parameters.parameters import Parameter
-from robotont_driver.protocol.carried_rounding import CarriedRounding
 from robotont_driver.protocol.packet import Packet, format_packet
 from robotont_driver.ros.clocks import boot_time
 from robotont_driver.ros.diagnostics import OK, WARN, Health, robot_name
@@ -51,6 +50,7 @@ PARAMETERS = (
 
 CLOCKS_APART = 0.2  # [s] by which a stamp may lie ahead
 PRESSED_BY = "emergency_stop_pressed"  # parameter in the namespace of the wheels': a restarted node stays stopped
+OLD = "an old command (kept back on its way, latched before, or of a clock that is apart) does not drive"
 
 
 class DriverNode:
@@ -63,7 +63,6 @@ class DriverNode:
         self._period = 1.0 / parameters["publish_rate"]
         self._board_period = 1.0 / wheels.pid_frequency
         self._kinematics = Kinematics(wheels)
-        self._rounding = CarriedRounding(wheels.amount, parameters["command_decimals"], self._period)
         self._decimals = parameters["command_decimals"]
         limits = Limits(*(parameters["max_" + limit] for limit in Limits._fields))
         self._stream = CommandStream(self._kinematics, limits, parameters["cmd_timeout"], self._period)
@@ -82,7 +81,7 @@ class DriverNode:
         self._pressed_by = rospy.Publisher("emergency_stop/pressed_by", String, queue_size=1, latch=True)
         self._pressed_by.publish(", ".join(self._emergency_stop.pressed_by))
         self._kept = KeptParameter(PRESSED_BY, lambda: list(self._emergency_stop.pressed_by))
-        self._repeater = Worker(self._repeat)
+        Worker(self._repeat)
         rospy.on_shutdown(self._stop)
         emergency_stop = rospy.Subscriber("emergency_stop", Bool, self._on_emergency_stop, tcp_nodelay=True)
         rospy.Service("emergency_stop/release", Trigger, self._on_release)
@@ -94,39 +93,34 @@ class DriverNode:
         Health(robot_name(), {"command stream": self._report}, name)
 
     def _on_command(self, message):
-        self._command(message, connection_header(message))
+        self._command(message, connection_header(message), 0.0)
 
     def _on_stamped(self, message):
         """A stamp only ever makes a command older than it is known to be without; none at all is now."""
-        stamp = message.header.stamp
-        if stamp.is_zero():
-            if not self._unstamped:
-                self._unstamped = True
-                rospy.logwarn("cmd_vel_stamped without a stamp, from %s: taken as of now",
-                              connection_header(message).get("callerid", "?"))
-            stamp = rospy.Time.now()
-        age = (rospy.Time.now() - stamp).to_sec()
-        self._command(message.twist, connection_header(message), age if age > -CLOCKS_APART else math.inf)
+        now, stamp, header = rospy.Time.now(), message.header.stamp, connection_header(message)
+        age = (now - stamp).to_sec() if stamp else 0.0
+        if not (stamp or self._unstamped):
+            self._unstamped = True
+            rospy.logwarn("cmd_vel_stamped without a stamp, by %s: taken as of now", header.get("callerid", "?"))
+        self._command(message.twist, header, age if age > -CLOCKS_APART else math.inf)
 
-    def _command(self, twist, header, age=0.0):
-        linear, angular = twist.linear, twist.angular
+    def _command(self, twist, header, age):
         now = boot_time()
-        moves = any((linear.x, linear.y, linear.z, angular.x, angular.y, angular.z))
+        linear = twist.linear.x, twist.linear.y, twist.linear.z
+        angular = twist.angular.x, twist.angular.y, twist.angular.z
+        moves = any(linear) or any(angular)
         with self._lock:
             spent = max(age, self._arrivals.spent(header, now, self._stream.timeout))
-            old = moves and spent >= self._stream.timeout
-            if not old:  # zeros stop at any age
-                refusal = self._stream.command((linear.x, linear.y, linear.z), (angular.x, angular.y, angular.z),
-                                               now - spent if moves else now, header.get("callerid", ""))
+            if moves and spent >= self._stream.timeout:  # zeros stop at any age
+                words, kind = OLD, "old"
+            else:
+                refusal = self._stream.command(linear, angular, now - spent if moves else now,
+                                               header.get("callerid", ""))
                 self._commander = header
                 self._send()
-        if old:
-            if self._refusals.refuse("old", now):
-                rospy.logwarn("an old command (kept back on its way, latched before, or of a clock that is apart) does "
-                              "not drive")
-            return
-        if refusal and self._refusals.refuse(refusal.split()[0], now):
-            rospy.logwarn("cmd_vel refused, the robot stops: %s", refusal)
+                words, kind = refusal and "cmd_vel refused, the robot stops: " + refusal, refusal and refusal.split()[0]
+        if words and self._refusals.refuse(kind, now):
+            rospy.logwarn("%s", words)
 
     def _on_emergency_stop(self, message):
         header = connection_header(message)
@@ -160,7 +154,7 @@ class DriverNode:
         """Send what may go out now: since a command was judged this process may have been stopped."""
         self._sent_at = now = boot_time()
         twist = self._stream.twist(now)
-        units = self._rounding.round(self._kinematics.units_of_twist(twist), now)
+        units = self._kinematics.units_of_twist(twist)
         self._packets.publish(Packet(units, format_packet(units, self._decimals)))
         if self._limited.get_num_connections():
             limited = Twist()
@@ -176,27 +170,21 @@ class DriverNode:
                 self._commander = None  # it has ended
                 self._stream.expire()
                 self._send()
-            left = self._stream.time_left(now)
-            if now - self._sent_at >= self._pace() or left == 0.0:
+            pace = min(self._period, self._board_period) if self._stream.ramping else self._period
+            if now - self._sent_at >= pace or self._stream.time_left(now) == 0.0:
                 self._send()
-                left = self._stream.time_left(now)
-            rest = self._sent_at + self._pace() - now
-            return rest if left is None else min(rest, left)
-
-    def _pace(self):
-        """[s] between two packets: those of the board while the speed changes."""
-        return min(self._period, self._board_period) if self._stream.ramping else self._period
+            left = self._stream.time_left(now)
+            return min(self._sent_at + pace - now, pace if left is None else left)
 
     def _stop(self):
         with self._lock:
-            now = boot_time()
-            self._stream.emergency_stop(True, now)
+            self._stream.emergency_stop(True, boot_time())
             self._send()
 
     def _report(self):
         with self._lock:
-            stream = self._stream
-            age = stream.age(boot_time())
+            now, stream = boot_time(), self._stream
+            age, complaint = stream.age(now), stream.complaint(now)
             values = {
                 "commands": stream.commands,
                 "refused": stream.refused,
@@ -206,7 +194,6 @@ class DriverNode:
                 "times that this node was stopped or starved": self._arrivals.stalls.stalls,
                 "age of newest command [s]": "none yet" if age is None else f"{age:.2f}",
             }
-            complaint = stream.complaint(boot_time())
         waiting = "no cmd_vel yet" if age is None else "following cmd_vel"
         return (WARN, complaint, values) if complaint else (OK, waiting, values)
 

@@ -1,5 +1,6 @@
 """Steady clocks, and ROS time read together with one."""
 
+import functools
 import time
 
 import rospy
@@ -7,9 +8,8 @@ import rospy
 LONGEST_READING = 1_000_000  # [ns] that reading two clocks may take; longer, and something came between
 
 
-def boot_time():
-    """[s] of a steady clock that goes on while the machine is suspended, as time.monotonic() does not."""
-    return time.clock_gettime(time.CLOCK_BOOTTIME)
+# boot_time(): [s] of a steady clock that goes on while the machine is suspended, as time.monotonic() does not
+boot_time = functools.partial(time.clock_gettime, time.CLOCK_BOOTTIME)
 
 
 def read_clocks():

@@ -7,6 +7,7 @@ tornado stands in `robotont_teleop/web/websocket_frames.py`.
 import contextlib
 import functools
 import io
+import operator
 import socket
 import threading
 
@@ -19,12 +20,9 @@ from rospy.impl.tcpros_base import TCPROSServer
 MOST_SILENT = 50  # who have connected and said nothing; one more, and the first of them has to go
 
 
-def connection_header(message):
-    """What the publisher of a received message has said of itself: a dict with `callerid`, `latching`, `md5sum`, ...
-
-    The same object for all messages of a connection. rospy names the sender of a message nowhere else.
-    """
-    return message._connection_header
+# connection_header(message): what the publisher of a received message has said of itself, a dict with `callerid`,
+# `latching`, `md5sum`, ... It is the same object for all messages of a connection. rospy names the sender nowhere else.
+connection_header = operator.attrgetter("_connection_header")
 
 
 def serialized(message):

@@ -51,7 +51,7 @@ class OutageWatch:
         return None
 
     def _link(self, connection):
-        link = self._links.setdefault(connection, Link(self._looked))  # a new one was not there at the last look
+        link = self._links.get(connection) or self._links.setdefault(connection, Link(self._looked))  # not there then
         link.local = link.local or _is_local(connection)
         return link
 

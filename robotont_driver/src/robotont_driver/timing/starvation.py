@@ -35,5 +35,6 @@ class StallWatch:
 
     def earliest_arrival(self, now):
         """[s] when a message that is handled `now` may have arrived at the earliest."""
-        self.tick(now)
+        if now - self._ticked > self._gap:
+            self.tick(now)
         return self._began if now < self._settled else now

@@ -8,7 +8,7 @@ from robotont_testing.harness import wait_for
 from robotont_testing.robots import WHEEL_PARAMS
 from robotont_testing.two_machines import ADDRESSES, TwoMachines
 
-# argv: topic, file of orders. Each line of the file: a word to publish once, or "WORD RATE" for ever, until the next line.
+# argv: topic, file of orders. Each line: a word to publish once, or "WORD RATE" for ever, until the next line.
 BUTTON = """
 import sys, time, rospy
 from std_msgs.msg import Bool

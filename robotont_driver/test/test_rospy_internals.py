@@ -8,11 +8,11 @@ import actionlib
 import pytest
 import rospy
 from rosgraph.xmlrpc import ThreadingXMLRPCServer, XmlRpcHandler, XmlRpcNode
+from rospy.impl import transport
 from rospy.impl.registration import RegManager
 from rospy.impl.tcpros_base import TCPROSServer, TCPROSTransport
-from rospy.impl import transport
 from rospy.impl.transport import Transport
-from rospy.topics import Publisher, Subscriber, _PublisherImpl, _SubscriberImpl
+from rospy.topics import Publisher, Subscriber, _PublisherImpl, _SubscriberImpl, _TopicManager
 
 from robotont_driver.rospy_repairs import rospy_internals
 from robotont_testing.harness import wait_for
@@ -25,6 +25,7 @@ from robotont_testing.harness import wait_for
     (ThreadingXMLRPCServer, ["service_actions"]),
     (TCPROSServer, ["_tcp_server_callback"]),
     (RegManager, ["_connect_topic_thread"]),
+    (_TopicManager, ["get_subscriber_impl"]),
 ])
 def test_a_part_is_still_there(owner, names):
     assert not [name for name in names if not callable(getattr(owner, name, None))]
@@ -35,6 +36,7 @@ def test_a_part_is_still_there(owner, names):
     (Subscriber.__init__, ["self.impl"]),
     (rospy.AnyMsg.deserialize, ["self._buff"]),
     (TCPROSTransport.receive_once, ["_connection_header"]),
+    (transport._nextId, ["_transport_id += 1"]),
     (_PublisherImpl.publish, ["connection_override"]),
     (actionlib.SimpleActionClient.send_goal, ["self.gh"]),
 ])

@@ -2,11 +2,12 @@
 
     slow_link.py SETTINGS SEED PID PID...
 
-Makes a device eth0 in the network namespace of each process, and hands each packet that comes out of one to the others:
-later, or not at all, as the file SETTINGS says: "delay [s] loss [share]" of each direction. Linux's own way, netem, is a
-kernel module that many machines lack.
+Makes a device eth0 in the network namespace of each process, and hands each packet that comes out of one to the
+others: later, or not at all, as the file SETTINGS says: "delay [s] loss [share]" of each direction. Linux's own way,
+netem, is a kernel module that many machines lack.
 """
 
+import contextlib
 import ctypes
 import fcntl
 import heapq
@@ -64,10 +65,8 @@ def forward(settings, chance, tuns):
 
 def write(tun, packet):
     """Put a packet into a device; one that is down takes none."""
-    try:
+    with contextlib.suppress(OSError):
         os.write(tun, packet)
-    except OSError:
-        pass
 
 
 def main():

@@ -15,8 +15,8 @@ SLOWEST = 2.0   # [s] that a machine may take to answer which has not answered y
 class Link:
     """What one connection tells about the age of its messages; times [s] are the caller's, of a steady clock.
 
-    Behind an outage TCP delivers what waited, in one burst and in order. So each message may have been sent right behind
-    the newest that came at least a burst earlier. Within a machine nothing waits.
+    Behind an outage TCP delivers what waited, in one burst and in order. So each message may have been sent right
+    behind the newest that came at least a burst earlier. Within a machine nothing waits.
     """
 
     def __init__(self, since):

@@ -9,9 +9,9 @@ import math
 class EmergencyStop:
     """Who presses. `kept`: what `kept` of the node before this one was, from wherever it was kept.
 
-    A node may be heard by several connections, of which an older one may bring late what was said before. So connections
-    have numbers that rise as they are made. A press stands until the connection by which it came takes it back, or one
-    that was made after it was heard: whatever that one brings is newer.
+    A node may be heard by several connections, of which an older one may bring late what was said before. So
+    connections have numbers that rise as they are made. A press stands until the connection by which it came takes it
+    back, or one that was made after it was heard: whatever that one brings is newer.
     """
 
     def __init__(self, kept=()):

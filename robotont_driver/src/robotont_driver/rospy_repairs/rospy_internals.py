@@ -51,7 +51,7 @@ def connection_of(subscriber, header):
 
 
 def connection_numbers(topic, header):
-    """(number of the connection of a topic with this header, or None: it has ended; that of the newest of this process).
+    """(number of the connection of a topic with this header, None: it has ended; that of the newest of this process).
 
     The numbers rise as connections are made. topic: its full name.
     """

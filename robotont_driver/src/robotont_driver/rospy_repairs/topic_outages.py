@@ -24,7 +24,7 @@ MOST_OLD = 4         # of these, of a publisher that does not end them
 
 
 class OutageWatch:
-    """Looks at the machines of silent publishers; `look` is called again and again and returns for how long to rest [s].
+    """Looks at the machines of silent publishers; `look` is called again and again, returns how long to rest [s].
 
     clock: returns the time [s]. `newest`: subscribers of commands; their connections end with the network. `every`:
     subscribers that may lose no message, such as an emergency stop's; their old connections still deliver, late.

@@ -47,6 +47,7 @@ class Reach:
 
     def __init__(self, now):
         self.lost = False
+        self.answers = False     # whether it has ever answered
         self._seen = now         # within reach, as far as is known
         self._slowest = SLOWEST  # answer of late
 
@@ -56,7 +57,8 @@ class Reach:
 
     def answered(self, asked, now):
         """It has answered `now` what it was `asked` then."""
-        self._slowest = max(now - asked, 0.9 * self._slowest)
+        self._slowest = max(now - asked, 0.9 * self._slowest if self.answers else 0.0)
+        self.answers = True
         self._seen = max(self._seen, asked)
 
     def turns(self, now):

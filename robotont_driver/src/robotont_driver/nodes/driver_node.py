@@ -124,9 +124,9 @@ class DriverNode:
 
     def _on_emergency_stop(self, message):
         header = connection_header(message)
+        who, latched = header.get("callerid", "somebody"), header.get("latching") == "1"
         with self._lock:
-            if self._emergency_stop.hear(header["callerid"], message.data, header.get("latching") == "1",
-                                         *connection_numbers(self._buttons, header)):
+            if self._emergency_stop.hear(who, message.data, latched, *connection_numbers(self._buttons, header)):
                 self._follow_emergency_stop(boot_time())
 
     def _on_release(self, _request):

@@ -78,7 +78,7 @@ class OutageWatch:
         self._heard.update((one, one.stat_bytes) for one in active)
         if active:
             reach.heard(now)
-        else:
+        if not (active and reach.answers):
             self._asking[uri] = asking = [one for one in self._asking.get(uri, ()) if one.is_alive()]
             if len(asking) < MOST_ASKED:
                 asking.append(threading.Thread(target=self._ask, args=(uri, reach, there, now), daemon=True))

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from robotont_driver.command.emergency_stop import NEWCOMER, EmergencyStop, StandFirst
+from robotont_driver.command.emergency_stop import EmergencyStop, StandFirst
 
 NODES = ("/button", "/page", "/keys")
 TIMEOUT = 0.5
@@ -124,7 +124,7 @@ SENDERS = ("/navigation", "/web_teleop_node")
                 max_size=40))
 def test_who_has_asked_for_motion_drives_after_a_release_only_after_a_stop_of_his_own(history):
     stand_first = StandFirst(TIMEOUT)
-    now, asked, held, known, released = 0.0, {}, set(), set(), -NEWCOMER
+    now, asked, held = 0.0, {}, set()
     for who, moves, pause in history:
         now += pause
         if who == "press":
@@ -134,11 +134,8 @@ def test_who_has_asked_for_motion_drives_after_a_release_only_after_a_stop_of_hi
         elif who == "release":
             stand_first.release(now)
             asked = dict.fromkeys(asked, now)
-            held, released = set(asked), now
+            held = set(asked)
         else:
-            if who not in known and now - released < NEWCOMER:
-                held.add(who)
-            known.add(who)
             if not moves or now - asked.get(who, now) >= TIMEOUT:
                 held.discard(who)
             assert stand_first.admits(who, moves, now) == (who not in held)

@@ -3,8 +3,6 @@
 The rule: docs/teleop.md, "The emergency stop".
 """
 
-import math
-
 
 class EmergencyStop:
     """Who presses. `kept`: what `kept` of the node before this one was, from wherever it was kept.
@@ -55,13 +53,9 @@ class EmergencyStop:
         return changed
 
 
-NEWCOMER = 2.0  # [s] after a release in which who has never spoken may be one who drove, started anew
-
-
 class StandFirst:
     """Who has to stop once before he may drive: whoever has asked for motion and not stopped before the release.
 
-    So has a name that first speaks just behind it: a commander that was started anew may have another one.
     timeout: [s] after which silence counts as a stop. Times [s] are the caller's, from a clock that never goes back.
     """
 
@@ -69,8 +63,6 @@ class StandFirst:
         self._timeout = timeout
         self._asked = {}   # when each sender has asked for motion for the last time, since its newest zero
         self._held = set()  # senders that have to stop first
-        self._known = set()  # all senders
-        self._released = -math.inf
 
     def press(self, now):
         """The emergency stop begins: who has fallen silent before does not ask for motion."""
@@ -81,14 +73,9 @@ class StandFirst:
         """It ends: from now on silence counts."""
         self._asked = dict.fromkeys(self._asked, now)
         self._held = set(self._asked)
-        self._released = now
 
     def admits(self, sender, moves, now):
         """Whether a sender's command counts; `moves`: whether it asks for motion."""
-        if sender not in self._known:
-            self._known.add(sender)
-            if now - self._released < NEWCOMER:
-                self._held.add(sender)
         if not moves:
             self._asked.pop(sender, None)
             self._held.discard(sender)

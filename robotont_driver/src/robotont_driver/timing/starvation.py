@@ -35,6 +35,5 @@ class StallWatch:
 
     def earliest_arrival(self, now):
         """[s] when a message that is handled `now` may have arrived at the earliest."""
-        if now - self._ticked > self._gap:
-            self.tick(now)
+        self.tick(now)
         return self._began if now < self._settled else now

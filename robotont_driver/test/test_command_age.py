@@ -45,8 +45,14 @@ def test_a_machine_that_answers_slowly_is_within_reach():
     assert not reach.turns(70.9)
     assert reach.turns(71.1)
     assert reach.lost
-    reach.heard(71.2)
-    assert reach.turns(71.3)
+    for second in range(72, 142):
+        reach.answered(second, second + 2.0)
+    reach.turns(143.0)
+    assert not reach.lost, "it has become slow again"
+    assert not reach.turns(143.9)
+    assert reach.turns(150.0)
+    reach.heard(150.1)
+    assert reach.turns(150.2)
     assert not reach.lost
 
 

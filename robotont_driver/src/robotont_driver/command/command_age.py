@@ -47,9 +47,8 @@ class Reach:
 
     def __init__(self, now):
         self.lost = False
-        self.answers = False     # whether it has ever answered
-        self._seen = now         # within reach, as far as is known
-        self._slowest = SLOWEST  # answer of late
+        self._seen = now       # within reach, as far as is known
+        self._takes = SLOWEST  # to answer, the least of late
 
     def heard(self, now):
         """Data has come from it."""
@@ -57,13 +56,12 @@ class Reach:
 
     def answered(self, asked, now):
         """It has answered `now` what it was `asked` then."""
-        self._slowest = max(now - asked, 0.9 * self._slowest if self.answers else 0.0)
-        self.answers = True
+        self._takes = min(now - asked, 1.1 * self._takes)
         self._seen = max(self._seen, asked)
 
     def turns(self, now):
         """Look whether it is `lost`; returns whether this has changed."""
-        before, self.lost = self.lost, now - self._seen > UNSEEN + 2 * self._slowest
+        before, self.lost = self.lost, now - self._seen > UNSEEN + 2 * self._takes
         return before != self.lost
 
 

@@ -24,7 +24,7 @@ MOST_OLD = 4         # of these, of a publisher that does not end them
 
 
 class OutageWatch:
-    """Looks at the machines of silent publishers; `look` is called again and again, returns how long to rest [s].
+    """Looks at the machines of publishers; `look` is called again and again, returns how long to rest [s].
 
     clock: returns the time [s]. `newest`: subscribers of commands; their connections end with the network. `every`:
     subscribers that may lose no message, such as an emergency stop's; their old connections still deliver, late.
@@ -56,7 +56,7 @@ class OutageWatch:
         return link
 
     def look(self):
-        """Look at silent machines, end and make connections."""
+        """Look at the machines, end and make connections."""
         now = self._clock()
         ways = {}  # (subscriber, connection) by URI
         for topic in (*self._newest, *self._every):
@@ -78,11 +78,10 @@ class OutageWatch:
         self._heard.update((one, one.stat_bytes) for one in active)
         if active:
             reach.heard(now)
-        if not (active and reach.answers):
-            self._asking[uri] = asking = [one for one in self._asking.get(uri, ()) if one.is_alive()]
-            if len(asking) < MOST_ASKED:
-                asking.append(threading.Thread(target=self._ask, args=(uri, reach, there, now), daemon=True))
-                asking[-1].start()
+        self._asking[uri] = asking = [one for one in self._asking.get(uri, ()) if one.is_alive()]
+        if len(asking) < MOST_ASKED:
+            asking.append(threading.Thread(target=self._ask, args=(uri, reach, there, now), daemon=True))
+            asking[-1].start()
         if reach.turns(now):
             rospy.logwarn("the machine of %s is %s", uri, "out of reach" if reach.lost else "back")
             if reach.lost:

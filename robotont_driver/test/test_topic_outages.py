@@ -95,12 +95,16 @@ def test_old_connections_that_their_publisher_keeps_do_not_pile_up(network):
     assert len(network.buttons.impl.connections) == topic_outages.MOST_OLD
 
 
-def test_a_publisher_that_is_about_to_be_connected_is_asked_by_nobody_else(network):
+@pytest.mark.parametrize("machine", [HERE, THERE])
+def test_a_publisher_that_is_about_to_be_connected_is_asked_by_nobody_else(network, machine):
     connection = Connection()
     connection.socket = None
     network.buttons.impl.connections.append(connection)
     network.up = False
-    network.look(4.0)  # the handshake takes two round trips
+    network.look(20.0)  # the handshake takes two round trips
+    connection.socket = SimpleNamespace(getsockname=lambda: (HERE, 1), getpeername=lambda: (machine, 2))
+    network.up = True
+    network.look(20.0)
     assert network.calls == []
     assert network.buttons.impl.connections == [connection]
 

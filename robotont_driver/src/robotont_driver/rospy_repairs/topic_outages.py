@@ -58,19 +58,20 @@ class OutageWatch:
     def look(self):
         """Look at the machines, end and make connections."""
         now = self._clock()
-        ways = {}  # (subscriber, connection) by URI
-        for topic in (*self._newest, *self._every):
-            for connection in connections(topic):
-                if not connection.endpoint_id.startswith(OLD) and not self._link(connection).local:
-                    ways.setdefault(connection.endpoint_id, []).append((topic, connection))
+        ways = {}  # to other machines: (subscriber, connection) by URI
+        there = [(topic, connection) for topic in (*self._newest, *self._every) for connection in connections(topic)
+                 if not connection.endpoint_id.startswith(OLD)]
+        for topic, connection in there:
+            if _ends(connection)[0] and not self._link(connection).local:
+                ways.setdefault(connection.endpoint_id, []).append((topic, connection))
         self._looked = now
-        known, self._known = self._known, {(topic, uri) for uri, there in ways.items() for topic, _ in there}
-        self._away |= known - self._known  # once: who has ended refuses
+        self._away |= self._known - {(topic, one.endpoint_id) for topic, one in there}  # once: who has ended refuses
+        self._known = {(topic, uri) for uri, pairs in ways.items() for topic, _ in pairs}
         uris = {uri for _, uri in self._known | self._away}
         self._reach = {uri: self._reach.get(uri) or Reach(now) for uri in uris}
         self._asking = {uri: threads for uri, threads in self._asking.items() if uri in uris}
         for uri, reach in self._reach.items():
-            self._look_at(uri, reach, ways.get(uri, []), now)
+            self._look_at(uri, reach, ways.get(uri, ()), now)
         return PERIOD
 
     def _look_at(self, uri, reach, there, now):

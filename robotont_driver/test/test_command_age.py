@@ -3,7 +3,7 @@ import random
 
 import pytest
 
-from robotont_driver.command.command_age import BURST, OLDEST, SETTLING, SLOWEST, UNSEEN, Arrivals, Link, Reach
+from robotont_driver.command.command_age import BURST, OLDEST, SETTLING, UNKNOWN, UNSEEN, Arrivals, Link, Reach
 
 
 def streamed(until, period=0.05):
@@ -36,7 +36,7 @@ def test_what_waited_in_a_silence_is_as_old_as_it_and_the_stream_behind_it_drive
 
 def test_a_machine_that_answers_slowly_is_within_reach():
     reach = Reach(0.0)
-    assert not reach.turns(UNSEEN + 1.9 * SLOWEST), "nobody knows yet how slow it is"
+    assert not reach.turns(UNSEEN + 1.9 * UNKNOWN), "nobody knows yet how slow it is"
     for second in range(1, 60):
         reach.answered(second, second + 2.0)
         assert not reach.turns(second + 2.9)

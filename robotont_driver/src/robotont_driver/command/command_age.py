@@ -9,7 +9,7 @@ OLDEST = 0.5    # [s] up to which a command may drive; a shorter time-out only s
 BURST = 0.1     # [s] for which data that waited comes at most
 SETTLING = 0.3  # [s] likewise, behind a silence of OLDEST
 UNSEEN = 1.0    # [s] without a sign of a machine, and twice the time that it takes to answer: it is out of reach
-SLOWEST = 2.0   # [s] that a machine may take to answer which has not answered yet
+UNKNOWN = 0.5   # [s] that a machine takes to answer, as long as it has not
 
 
 class Link:
@@ -47,8 +47,8 @@ class Reach:
 
     def __init__(self, now):
         self.lost = False
-        self._seen = now       # within reach, as far as is known
-        self._takes = SLOWEST  # to answer, the least of late
+        self._seen = now     # within reach, as far as is known
+        self._takes = None   # [s] to answer, the least of late
 
     def heard(self, now):
         """Data has come from it."""
@@ -56,12 +56,13 @@ class Reach:
 
     def answered(self, asked, now):
         """It has answered `now` what it was `asked` then."""
-        self._takes = min(now - asked, 1.1 * self._takes)
+        self._takes = now - asked if self._takes is None else min(now - asked, 1.1 * self._takes)
         self._seen = max(self._seen, asked)
 
     def turns(self, now):
         """Look whether it is `lost`; returns whether this has changed."""
-        before, self.lost = self.lost, now - self._seen > UNSEEN + 2 * self._takes
+        takes = UNKNOWN if self._takes is None else self._takes
+        before, self.lost = self.lost, now - self._seen > UNSEEN + 2 * takes
         return before != self.lost
 
 

@@ -9,6 +9,7 @@ from robotont_driver.protocol.connection import CLOSED, LISTENING, NAMES, SILENT
 from robotont_driver.protocol.handshake import Listener
 from robotont_driver.protocol.packet import Packet
 from robotont_testing.robots import SHIPPED
+from robotont_testing.stand_in_board import identity, sealed
 
 COMMAND = Packet((5, 5, 5))
 
@@ -144,6 +145,17 @@ def test_a_rate_that_is_not_the_robots_is_told_and_a_very_different_one_is_not_d
     assert connection.encode(COMMAND, 9.0) == (b"0:0:0;\n" if spoken == "refused" else b"5:5:5;\n")
     if spoken:
         assert f"{rate:.0f} packets come per second instead of 50" in connection.obstacle + connection.complaint
+
+
+@pytest.mark.parametrize("told", [True, False])
+def test_a_board_that_says_its_rate_is_driven_however_late_its_packets_come(told):
+    connection, sender = Connection(official_wheels(), "checked"), Sender(identity=identity())
+    if told:
+        connection.feed(sealed("identity " + identity()), 0.0)
+    for packet in range(150):
+        connection.feed(sender.packet([1, 2, 3]), packet * 0.04)
+    assert bool(connection.obstacle) == (not told)
+    assert bool(connection.complaint) == told
 
 
 def test_a_computer_that_stood_still_refuses_no_board():

@@ -172,11 +172,9 @@ class SerialLink:
 
     def _say_goodbye(self, port, connection):
         """Write the board's goodbye and a stop, as far as the port takes them in time."""
-        protocol = connection.protocol
-        outbox = Outbox()
-        if protocol:
-            outbox.pacing = protocol.pacing
-            outbox.hurry(protocol.goodbye, protocol.pause)
+        outbox = self._outbox
+        if connection.protocol:
+            outbox.hurry(connection.protocol.goodbye, connection.protocol.pause)
         outbox.put(connection.last_stop())
         while outbox and time.monotonic() < self._close_by:
             outbox.write(port, time.monotonic)

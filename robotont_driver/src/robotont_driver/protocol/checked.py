@@ -32,6 +32,7 @@ class Checked(Protocol):
     restarts = property(lambda self: self._lost.restarts)
     doubts = property(lambda self: self._lost.doubts)
     obstacle = property(lambda self: self.health.obstacle)
+    tells_rate = property(lambda self: self.health.identity is not None)
 
     def read_line(self, text, now):
         """List of `Packet` that the line completes. Raises PacketError."""

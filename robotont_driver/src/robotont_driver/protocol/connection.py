@@ -64,7 +64,9 @@ class Connection:
     @property
     def obstacle(self):
         """Why the board is not driven; empty when it is."""
-        return self._refusal or (self.protocol.obstacle or self._rate.obstacle if self.protocol else "")
+        if self._refusal or self.protocol is None:
+            return self._refusal
+        return self.protocol.obstacle or ("" if self.protocol.tells_rate else self._rate.obstacle)
 
     @property
     def complaint(self):
@@ -114,7 +116,7 @@ class Connection:
     def encode(self, command, now):
         """Bytes of a line for a command, a `Packet`; empty while nothing may be sent."""
         if self.protocol:
-            return self.protocol.stop() if self._rate.obstacle else self.protocol.encode(command)
+            return self.protocol.stop() if self.obstacle else self.protocol.encode(command)
         listens = self._refusal or self._expected or now - self._opened < PATIENCE
         return b"" if listens else command.text.encode("ascii")
 

@@ -127,6 +127,7 @@ class BoardHealth:
     def _begin(self):
         """The board starts: nothing is known of it."""
         self.status = self.identity = None
+        self.obstacle = ""      # why the board must not be driven
         self._foreign = False   # whether the newest packet was one of another number of wheels
         self._heard = 0         # packets, since the voltage was taken
 
@@ -134,11 +135,6 @@ class BoardHealth:
     def fault(self):
         """Description of what has stopped the motors; empty when nothing has."""
         return self.status.fault if self.status else ""
-
-    @property
-    def obstacle(self):
-        """Why the board must not be driven; empty when it may."""
-        return self.identity.obstacle(self._wheels, self._rate) if self.identity else ""
 
     @property
     def wants_identity(self):
@@ -173,12 +169,13 @@ class BoardHealth:
         """Take a line of text. Returns whether it is the banner of a board that has just started."""
         self.notices.append(text)
         self._news = [*self._news, text][-NOTICES_KEPT:]
-        if text.startswith("identity "):
-            self.identity = Identity.parse(text[len("identity "):])
-        starts = text.startswith("robotont")
+        starts, answers = text.startswith("robotont"), text.startswith("identity ")
         if starts:
             self._begin()
-            self.banner, self.identity = text, Identity.parse(text)
+            self.banner = text
+        if starts or answers:
+            self.identity = Identity.parse(text[len("identity "):] if answers else text)
+            self.obstacle = self.identity.obstacle(self._wheels, self._rate) if self.identity else ""
         return starts
 
     def report(self):

@@ -116,7 +116,8 @@ class Connection:
     def encode(self, command, now):
         """Bytes of a line for a command, a `Packet`; empty while nothing may be sent."""
         if self.protocol:
-            return self.protocol.stop() if self.obstacle else self.protocol.encode(command)
+            wrong = self._rate.obstacle and not self.protocol.tells_rate
+            return self.protocol.stop() if wrong else self.protocol.encode(command)
         listens = self._refusal or self._expected or now - self._opened < PATIENCE
         return b"" if listens else command.text.encode("ascii")
 
@@ -132,7 +133,8 @@ class Connection:
 class PacketRate:
     """Whether packets come at the robot's rate `nominal` [Hz], those of lost lines included where they are known.
 
-    Judged by two spans in a row: a computer that stood still gets too few, then too many.
+    Judged by two spans in a row: a computer that stood still gets too few, then too many. `obstacle`: why a board at
+    such a rate is not driven; `complaint`: a warning where it is a little off; each empty when it is right.
     """
 
     SPAN = 2.0                # [s]
@@ -140,30 +142,23 @@ class PacketRate:
 
     def __init__(self, nominal):
         self._nominal = nominal
-        self._begin = None           # (packets, time) of the span
-        self._rates = (nominal, nominal)  # [Hz] of the newest two spans
+        self._begin = None         # (packets, time) of the span
+        self._before = nominal     # [Hz] rate of the span before
+        self.obstacle = self.complaint = ""
 
     def look(self, packets, now):
         """So many packets have come until `now` [s]."""
         before, since = self._begin or (packets, now)
         if now - since >= self.SPAN:
-            self._rates = self._rates[1], (packets - before) / (now - since)
+            self._judge((packets - before) / (now - since))
             before, since = packets, now
         self._begin = before, since
 
-    def _off(self, factor):
-        slowest, fastest = min(self._rates), max(self._rates)
-        off = slowest > self._nominal * factor or fastest < self._nominal / factor
-        words = f"{self._rates[1]:.0f} packets come per second instead of {self._nominal:g} (pidControlFrequency)"
-        return words if off else ""
-
-    @property
-    def obstacle(self):
-        """Why a board at such a rate is not driven; empty when it is."""
-        off = self._off(self.WRONG)
-        return f"{off}: another robot's board, other firmware, or most of its lines are lost; not driven" if off else ""
-
-    @property
-    def complaint(self):
-        """A warning about a rate that is a little off; empty when it is right."""
-        return self._off(self.ODD)
+    def _judge(self, rate):
+        slowest, fastest = sorted((self._before, rate))
+        self._before = rate
+        off = max(slowest / self._nominal, self._nominal / max(fastest, 1e-3))
+        words = f"{rate:.0f} packets come per second instead of {self._nominal:g} (pidControlFrequency)"
+        self.complaint = words if off > self.ODD else ""
+        self.obstacle = "" if off <= self.WRONG else (
+            words + ": another robot's board, other firmware, or most of its lines are lost; not driven")

@@ -98,6 +98,23 @@ def test_a_bad_line_loses_no_distance(lines, bytes_, base_frame):
     assert max(max(map(abs, counts)) for counts in bench.counts) < 2 * 0.3 / (2 * math.pi * 0.035 / 1200) * 0.02
 
 
+@pytest.mark.parametrize("old", [3, 20, 50])
+def test_old_lines_that_come_again_move_nobody(old):
+    bench, lines = Bench("robotont2"), []
+
+    def pass_on(data):
+        lines.extend(data.splitlines(keepends=True))
+        return data
+    bench.pass_on = pass_on
+    bench.hold((0.2, 0.1, 0.3), 6.0)
+    for packet in bench.protocol.feed(b"".join(lines[-old:]), bench.now):
+        bench.counts.append(packet)
+    bench.hold((0.2, -0.1, 0.0), 2.0)
+    edges = [path / (2 * math.pi * 0.035 / 1200) for path in bench.board.odometry.summed]
+    assert [sum(column) for column in zip(*bench.counts)] == pytest.approx(edges, abs=1.0)
+    assert bench.protocol.restarts == 0
+
+
 @pytest.mark.parametrize("text, kind", [
     ("ODOM:nan:0.000000:0.000000:0.000000:0.000000:0.000000", "not finite"),
     ("ODOM:0.000000:-inf:0.000000:0.000000:0.000000:0.000000", "not finite"),

@@ -1,0 +1,49 @@
+"""What the diagnostics say of a line: lost lines, a port that was opened anew."""
+
+import types
+
+from checked_bench import Sender
+
+from robotont_driver.kinematics.wheel_params import read_wheels
+from robotont_driver.protocol.connection import Connection
+from robotont_driver.robots.battery import Battery
+from robotont_driver.ros import link_report
+from robotont_driver.ros.diagnostics import OK, WARN
+from robotont_driver.timing.starvation import StallWatch
+from robotont_testing.robots import SHIPPED
+
+CALM = types.SimpleNamespace(amount=0)  # refusals
+
+
+def link():
+    """As a SerialLink whose port is open."""
+    return types.SimpleNamespace(
+        connection=Connection(read_wheels(SHIPPED), "checked"), trouble=None, opened=1, sent=0, replaced=0, unsent=0,
+        timeouts=0, outdated=0, failures=0, failure="", stalls=StallWatch(0.25, 0.0))
+
+
+def a_second(report, line, clock, sender, heard=1):
+    """Level and words after a second in which every `heard`-th packet came."""
+    for packet in range(50):
+        clock[0] += 0.02
+        data = sender.packet([1, 2, 3])
+        if packet % heard == 0:
+            line.connection.feed(data, clock[0])
+    return report.report_link()[:2]
+
+
+def test_lost_lines_are_told_and_a_port_that_is_opened_again_is_judged_afresh(monkeypatch):
+    clock, line, sender = [100.0], link(), Sender()
+    monkeypatch.setattr(link_report, "time", types.SimpleNamespace(monotonic=lambda: clock[0]))
+    report = link_report.LinkReport(line, CALM, Battery(None))
+    a_second(report, line, clock, sender)
+    assert a_second(report, line, clock, sender) == (OK, "50 packets/s, checked")
+    level, words = a_second(report, line, clock, sender, heard=10)
+    assert (level, words) == (WARN, "88% of the board's lines are lost: check cable and baudrate")
+    a_second(report, line, clock, sender)
+    line.connection.feed(b"noise\n" * 42, clock[0])
+    for _ in range(3):
+        line.connection = Connection(read_wheels(SHIPPED), "checked", now=clock[0])
+        assert report.report_link()[1] == "port open, but no packets: is the firmware running, at this baudrate?"
+        a_second(report, line, clock, sender)
+        assert a_second(report, line, clock, sender) == (OK, "50 packets/s, checked")

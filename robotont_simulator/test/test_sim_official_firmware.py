@@ -16,6 +16,7 @@ from robotont_simulator.world import World
 from robotont_testing.robots import ROBOTONT2, SHIPPED
 
 FLOOR = World((), (0.0, 0.0, 0.0))
+LOOKS = 8  # at the line, per period: lines are read when they come
 PERIOD = 0.02  # [s]
 
 
@@ -38,12 +39,13 @@ class Drive:
         text = format_packet(self.kinematics.units_of_twist(twist), 3)
         for _ in range(round(seconds / PERIOD)):
             self.outbox.put(self.protocol.encode(parse_packet(text, 3)))
-            self.now += PERIOD
-            line = self.outbox.take(self.now)
+            line = self.outbox.take(self.now + PERIOD)
             if line:
-                self.board.receive(line, self.now)
-            for counts in self.protocol.feed(self.board.advance(self.now), self.now):
-                self.odometry.update(counts, PERIOD)
+                self.board.receive(line, self.now + PERIOD)
+            for _ in range(LOOKS):
+                self.now += PERIOD / LOOKS
+                for counts in self.protocol.feed(self.board.advance(self.now), self.now):
+                    self.odometry.update(counts, PERIOD)
 
     def errors(self):
         """Distance [m] and angle [rad] to the truth: of this driver's odometry, and of the board's own pose."""

@@ -18,10 +18,11 @@ from robotont_boards import BOARDS
 from robotont_driver.command.command_stream import CommandStream
 from robotont_driver.command.limits import Limits
 from robotont_driver.kinematics.kinematics import Kinematics
+from robotont_driver.kinematics.motor import BODY_MASS
 from robotont_driver.robots.robot_folder import read_robot
 from robotont_firmware import config
 from robotont_simulator.lockstep import LockstepRun
-from robotont_simulator.mujoco_model import BODY_MASS, ROLLERS, TIMESTEP
+from robotont_simulator.mujoco_model import ROLLERS, TIMESTEP
 from robotont_simulator.official_firmware import SimulatedMotors, make_simulation
 from robotont_simulator.simulation import Simulation
 from robotont_simulator.world import World
@@ -60,7 +61,7 @@ class OwnRobot:
             mujoco.mj_setConst(model, simulation.data)
         if told:
             simulation.set_mass(mass)
-        with mock.patch.object(config, "TURN_DRAG", 0 if plane else config.TURN_DRAG):
+        with mock.patch.object(config, "RUBBING", 0 if plane else config.RUBBING):
             self.run = LockstepRun(simulation)
         self.radii = np.array(robot.wheels.radii)
         simulation.set_mass(mass)
@@ -182,7 +183,7 @@ def bench_steps(options):
                 across, heading = deviation(limited, poses)
                 rows.append(row(f"{name} to {speed:g} m/s, {mass:g} kg: overshoot", 100 * over, "%", None, "<= 3",
                                 f"within 5 % after {settled:.2f} s; {1000 * max(across):.0f} mm off the path, "
-                                f"{math.degrees(max(heading)):.1f} deg; with LEAD for {BODY_MASS:g} kg: "
+                                f"{math.degrees(max(heading)):.1f} deg; told {BODY_MASS:g} kg: "
                                 f"{100 * untold:.1f} %"))
     return rows
 

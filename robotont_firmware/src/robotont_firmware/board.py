@@ -9,7 +9,7 @@ import machine
 import pyb
 
 from robotont_firmware import check_pin_profile, resets
-from robotont_firmware import gain_bounds as bounds
+from robotont_firmware import robot_numbers as bounds
 from robotont_firmware.compat import micropython, ptr16, ticks_cpu, ticks_diff
 
 TIMER_CLOCK = 80000000  # [Hz]

@@ -3,7 +3,7 @@
 Whatever passes cannot raise in the loop, where an error would end in a reset after the other.
 """
 
-from robotont_firmware import gain_bounds as bounds
+from robotont_firmware import robot_numbers as bounds
 
 DRIVERS = {  # kind: (least, most) [Hz] of the PWM
     "brake": (100, 40000),  # in the off phase current goes on: speed follows the duty

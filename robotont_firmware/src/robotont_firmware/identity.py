@@ -1,6 +1,6 @@
 """Who the board is: its banner at the start, and the same to a PC that asks."""
 
-from robotont_firmware import __version__, protocol
+from robotont_firmware import __version__, protocol, robot_numbers
 from robotont_firmware.compat import micropython
 
 
@@ -15,7 +15,7 @@ class Identity:
         self.banner = protocol.seal(about)
         self._board = board
         self._answer = protocol.seal("identity " + about)
-        self._interval = config.ANSWER_INTERVAL
+        self._interval = robot_numbers.ticks(config, config.ANSWER_INTERVAL)
         self._wait = 0  # [periods] until the next answer
 
     def introduce(self):

@@ -20,19 +20,16 @@ so the same loop drives the robot, the simulator and the tests. Nothing in it al
 
 from array import array
 
-from robotont_firmware import gain_bounds as bounds
-from robotont_firmware.compat import const, micropython
+from robotont_firmware import robot_numbers
+from robotont_firmware.compat import micropython
 from robotont_firmware.fault_watch import DRIVER_FAULT, NO_FAULT, OVERLOAD, TOO_MANY
 from robotont_firmware.identity import Identity
 from robotont_firmware.protocol import Sender
 from robotont_firmware.receiver import Receiver
-from robotont_firmware.setpoints import Setpoints, clear, differences
+from robotont_firmware.setpoints import Setpoints, add, clear, differences
 from robotont_firmware.status import BEAT, TIMED_OUT, WAITS_FOR_ZERO, WHEELS, Status
 from robotont_firmware.wheel_speed import Pid
 
-_LAG = const(1280)  # [1/256 unit] a wheel that is farther from its aim changes the robot's motion,
-_CHANGE = const(128)  # [1/256 unit] as does a set-point that has to go farther than this in a period (0.23 m/s^2),
-_SETTLING = const(10)  # [periods] and for so long afterwards one wheel may drag another
 SIMULATED = ("simulated", "test")  # causes of a start that was no reset of a board
 
 
@@ -45,21 +42,27 @@ class Controller:
 
     def __init__(self, board, config, wheels=None, reset_cause="unknown"):
         wheels = wheels or config.WHEELS
-        bounds.check(config)
+        numbers = robot_numbers.Numbers(config)
         self._board = board
         self._config = config
+        self._every = numbers.every
+        self._waited = 0  # [periods] since the last control period,
+        self._waiting = array("i", [0] * wheels)  # and the edges in them
+        self._timeout, self._brake_time, self._hold_time, self._test_time = (
+            robot_numbers.ticks(config, time)
+            for time in (config.TIMEOUT, config.BRAKING, config.FAULT_HOLD, config.TEST_TIME))
+        self._test_edges = max(1, robot_numbers.free_speed(config, 1, 0) * config.TEST_SPEED // 1000)  # per period
         self._wheels = wheels
         self._receiver = Receiver(wheels)
         self._sender = Sender(wheels)
-        self._pids = [Pid(config) for _ in range(wheels)]
-        self._rx = bytearray(bounds.line_bytes(config))
+        self._pids = [Pid(config, numbers) for _ in range(wheels)]
+        self._rx = bytearray(robot_numbers.line_bytes(config))
         self._totals = array("H", [0] * wheels)
         self._last_totals = array("H", [0] * wheels)
         self._counts = array("i", [0] * wheels)
-        self._setpoints = Setpoints(wheels, config)
-        self._unsettled = array("i", [0] * wheels)  # [periods] until the robot around the wheel moves as it should
+        self._setpoints = Setpoints(wheels, numbers)
         self._counter = 0
-        self._silence = config.TIMEOUT  # [periods] since the last valid packet
+        self._silence = self._timeout  # [periods] since the last valid packet
         self._braking = 0  # [periods] left of the braking after a time-out
         self._fault_hold = 0  # [periods] that a fault stands at least; 0: no fault
         self._waits_for_zero = reset_cause not in SIMULATED
@@ -95,14 +98,21 @@ class Controller:
         """Do the work of one period, `periods` ticks after the last one."""
         self._measure()
         self._receive(periods)
+        self._waited += periods
+        control = self._waited // self._every  # whole control periods; a tick that is over belongs to these
         if self._has_fault(periods) or self._waits_for_zero:
-            self._brake(periods)
-        elif self._silence < self._config.TIMEOUT:
-            self._drive(periods)
+            self._brake(max(1, control))
+        elif self._silence < self._timeout:
+            if control > 0:
+                self._drive(control)
         elif self._receiver.test != 0 or self._test_left > 0:
             self._test(periods)
-        else:
-            self._brake(periods)
+        elif control > 0:
+            self._brake(control)
+        if control > 0:
+            self._waited = 0
+            clear(self._waiting, self._wheels)
+        self._braking = max(0, self._braking - periods)
         self._receiver.test = 0  # at any other time it is for nothing
         # A tick that was missed shows as a gap in the counter; the totals give the PC the missing counts.
         self._counter = (self._counter + periods) & 0xFF
@@ -116,6 +126,7 @@ class Controller:
         """Take each encoder's edges since the last tick."""
         self._board.counts(self._totals)
         differences(self._totals, self._last_totals, self._counts, self._wheels)
+        add(self._counts, self._waiting, self._wheels)
 
     @micropython.native
     def _receive(self, periods):
@@ -125,41 +136,33 @@ class Controller:
             self._silence = self._test_left = 0
             if self._setpoints.take(receiver.setpoints) == 0:
                 self._waits_for_zero = False
-        elif self._silence < self._config.TIMEOUT:
+        elif self._silence < self._timeout:
             self._silence += periods
-            if self._silence >= self._config.TIMEOUT:
+            if self._silence >= self._timeout:
                 receiver.release()
                 clear(self._setpoints.targets, self._wheels)
-                self._braking = self._config.BRAKING
+                self._braking = self._brake_time
 
     @micropython.native
     def _drive(self, periods):
         """Bring the set-points nearer to the targets and let every wheel's controller act."""
         setpoints = self._setpoints
-        unsettled = self._unsettled
         board = self._board
-        if setpoints.advance() > _CHANGE:
-            self._unsettle(-1)
-        fastest = setpoints.fastest()
+        setpoints.advance()
+        stands = setpoints.fastest() == 0
         pids = self._pids
-        counts = self._counts
+        counts = self._waiting
         now = setpoints.now
         straight = setpoints.straight
         setpoints.accelerate(pids)
         turning = setpoints.turning
         for wheel in range(self._wheels):
             pid = pids[wheel]
-            setpoint = now[wheel]
-            settled = unsettled[wheel] <= 0
-            if not settled:
-                unsettled[wheel] -= periods
-            if fastest == 0:
+            if stands:
                 effort = pid.stop(counts[wheel], periods, True)
             else:
-                effort = pid.step(setpoint, counts[wheel], periods, settled, fastest, straight[wheel], turning)
+                effort = pid.step(now[wheel], counts[wheel], periods, straight[wheel], turning)
             board.drive(wheel, effort)
-            if pid.lag > _LAG + (abs(setpoint) >> 3):
-                self._unsettle(wheel)
             if pid.fault != NO_FAULT:
                 self._latch(wheel, pid.fault)
         if self._fault_hold > 0:
@@ -176,28 +179,20 @@ class Controller:
                 pid.reset(periods)
                 self._board.drive(wheel, 0)
             else:
-                self._board.drive(wheel, pid.stop(self._counts[wheel], periods))
-        self._braking = max(0, self._braking - periods)
+                self._board.drive(wheel, pid.stop(self._waiting[wheel], periods))
 
     def _test(self, periods):
         """Drive one wheel for TEST_TIME, never too fast, and let the others roll; while no commands come."""
         config = self._config
         if self._receiver.test != 0:
-            self._tested, self._test_left = self._receiver.test, config.TEST_TIME
+            self._tested, self._test_left = self._receiver.test, self._test_time
         tested = abs(self._tested) - 1
-        if abs(self._counts[tested]) > config.TEST_SPEED * periods:
+        if abs(self._counts[tested]) > self._test_edges * periods:
             self._test_left = 0
         for wheel in range(self._wheels):
             effort = config.TEST_EFFORT if self._test_left > 0 and wheel == tested else 0
             self._board.drive(wheel, effort if self._tested > 0 else -effort)
         self._test_left -= periods
-
-    @micropython.native
-    def _unsettle(self, but):
-        """The robot changes its motion: one wheel may drag another now. `but`: the one that does not follow."""
-        for wheel in range(self._wheels):
-            if wheel != but:
-                self._unsettled[wheel] = _SETTLING
 
     @micropython.native
     def _has_fault(self, periods):
@@ -228,15 +223,15 @@ class Controller:
         """Note a wheel's fault: the others brake, and the motors stay off until a command of all zeros."""
         self._test_left = 0
         if self._fault_hold == 0:
-            self._braking = self._config.BRAKING
+            self._braking = self._brake_time
         self._status.fields[WHEELS + wheel] = fault
-        self._fault_hold = self._config.FAULT_HOLD
+        self._fault_hold = self._hold_time
         self._waits_for_zero = True
 
     @micropython.native
     def _describe(self, periods):
         """Bring the status and the light up to date."""
-        flags = TIMED_OUT if self._silence >= self._config.TIMEOUT and self._test_left <= 0 else 0
+        flags = TIMED_OUT if self._silence >= self._timeout and self._test_left <= 0 else 0
         if self._waits_for_zero:
             flags |= WAITS_FOR_ZERO
         status = self._status

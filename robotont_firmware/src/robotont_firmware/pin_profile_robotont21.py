@@ -16,10 +16,10 @@ BATTERY_DIVIDER = 0
 BATTERY_LOW = 13200  # [mV] 3.3 V a cell
 
 STATIC = 330  # [effort] pulses of less than 0.6 ms give little current
-MAX_LOAD = 300  # [effort] little, and
-BLIND_TIME = 10  # [periods] short: with little effort a free wheel turns faster and faster, if its driver coasts
+MAX_LOAD = 300  # [effort] little: with it a free wheel turns faster and faster, if its driver coasts
 MAX_EFFORT = 1000  # [effort] 25 % duty, the official limit
-MAX_SPEED = 33  # [units] 0.3 m/s, the official limit
+MAX_SPEED = 165  # [1/1000 of the no-load speed] 0.3 m/s, the official limit
+DISTANCE = 145000  # [um] of the wheels from the middle
 
 ENCODERS = (  # A pin, B pin, timer (channels 1 and 2), alternate function
     ("PA0", "PA1", 2, 1),  # A moved from PC5, B from PA12

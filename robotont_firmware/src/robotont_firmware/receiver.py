@@ -6,7 +6,7 @@ from robotont_firmware.compat import const, micropython, ptr8, ptr32
 from robotont_firmware.protocol import crc16
 
 LINE_SIZE = const(160)  # [bytes] the longest line that is read, without its newline
-MAX_UNITS = const(999)  # the largest whole part of a command; clearly more than any motor reaches
+MAX_UNITS = const(32767)  # the largest whole part of a command: more no counter of 16 bits shows
 
 _NEWLINE = const(10)
 _BANG = const(33)

@@ -5,36 +5,35 @@ All wheels are scaled by one factor and move by one fraction of their way, which
 
 from array import array
 
-from robotont_firmware import gain_bounds as bounds
-from robotont_firmware.compat import SIGN, const, micropython, ptr16, ptr32
-
-_TURNS = const(192)  # [1/256 unit] the wheels of a robot that turns, summed, turn faster
+from robotont_firmware.compat import SIGN, micropython, ptr16, ptr32
 
 
 class Setpoints:
-    """`now`: a number for each wheel [1/256 unit], on its way to `targets`. `straight`, `turning`: see `accelerate`."""
+    """`now`: a speed for each wheel [fine units], on its way to `targets`. `straight`, `turning`: see `accelerate`."""
 
-    def __init__(self, wheels, config):
+    def __init__(self, wheels, numbers):
         self.targets = array("i", [0] * wheels)
         self.now = array("i", [0] * wheels)
         self._wheels = wheels
-        self._max_speed = config.MAX_SPEED * 256
-        self._max_change = bounds.acceleration(config, config.MAX_ACCELERATION)
-        self._max_braking = bounds.acceleration(config, config.MAX_BRAKING)
+        self._max_speed = numbers.max_speed
+        self._up = numbers.shift  # what makes fine units per control period of 1/256 edge per period
+        self._every = numbers.every
+        self._max_change, self._max_braking = numbers.change, numbers.braking
         self._change = self._max_change  # one of both, by the newest command
         self.straight = array("i", [0] * wheels)
         self.turning = 0
         self._references = array("i", [0] * wheels)
-        self._follow = config.FOLLOW
-        self._arc = config.ARC
-        self._drag = config.TURN_DRAG
+        self._follow, self._arc, self._drag, self._turns = numbers.follow, numbers.arc, numbers.drag, numbers.turns
 
     @micropython.viper
     def take(self, wished) -> int:
-        """Make a command [1/256 unit] the target, scaled to MAX_SPEED; return its fastest wheel."""
+        """Make a command [1/256 edge per period] the target, scaled to MAX_SPEED; return its fastest wheel."""
         sign = int(SIGN)
         wheels = int(self._wheels)
         most = int(self._max_speed)
+        every, up = int(self._every), int(self._up)
+        half = 128 >> up
+        limit = (most << 8 >> up) // every
         command = ptr32(wished)
         targets = ptr32(self.targets)
         fastest = 0
@@ -44,9 +43,14 @@ class Setpoints:
             fastest = target if target > fastest else fastest
         for wheel in range(wheels):
             target = command[wheel] << sign >> sign
-            if fastest > most:
-                # Both factors lose 4 bits, so that the product stays below 2^30.
-                target = target * (most >> 4) // (fastest >> 4)
+            if fastest > limit:
+                # The factors lose bits, so that the product stays below 2^30.
+                less = 0
+                while fastest >> less > 32767:
+                    less += 1
+                target = ((target >> less) * (most >> 2) // (fastest >> less)) << 2
+            else:
+                target = (target * every << up) + half >> 8 if up < 8 else target * every << up - 8
             targets[wheel] = target
         self._change = self._max_braking if fastest == 0 else self._max_change
         return fastest
@@ -89,7 +93,7 @@ class Setpoints:
     def accelerate(self, pids):
         """Note by what share the robot turns faster, and by what else each wheel accelerates: an arc bends the way.
 
-        All in 1/256 unit per period, in the direction of each wheel, for wheels at even angles: what they turn alike
+        All in fine units per period, in the direction of each wheel, for wheels at even angles: what they turn alike
         is the robot's turn, and the bend is across the motion, in which the neighbours of a wheel differ. What rubs
         while it turns is told as the acceleration that takes as much.
         """
@@ -106,13 +110,14 @@ class Setpoints:
             wished += now[wheel] << sign >> sign
         turning = (wished - turn) // wheels * int(self._follow) >> 8
         drag = int(self._drag)
-        self.turning = turning + (drag if turn > _TURNS else 0 - drag if turn < 0 - _TURNS else 0)
+        self.turning = turning + (drag if turn > int(self._turns) else 0 - drag if turn < 0 - int(self._turns) else 0)
         turn = turn // wheels >> 4
-        arc = int(self._arc)
+        arc, most = int(self._arc), int(self._max_change) * 2
         for wheel in range(wheels):
             before = references[wheel - 1 if wheel > 0 else wheels - 1] << sign >> sign
             across = before - (references[wheel + 1 if wheel < wheels - 1 else 0] << sign >> sign)
-            straight[wheel] = (across >> 4) * turn // arc - turning
+            bend = (across >> 4) * turn // arc
+            straight[wheel] = (most if bend > most else 0 - most if bend < 0 - most else bend) - turning
 
 
 @micropython.viper
@@ -133,3 +138,11 @@ def differences(totals, last_totals, counts, amount: int):
         change = (now[index] - last[index]) & 0xFFFF
         out[index] = change - 0x10000 if change & 0x8000 else change
         last[index] = now[index]
+
+
+@micropython.viper
+def add(numbers, sums, amount: int):
+    """Add numbers[0:amount] to sums (32 bits each)."""
+    new, there = ptr32(numbers), ptr32(sums)
+    for index in range(amount):
+        there[index] = there[index] + new[index]

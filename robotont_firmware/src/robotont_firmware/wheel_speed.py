@@ -1,25 +1,18 @@
-"""Speed controller of one wheel in fixed-point integers: feed-forward, PI(D), and limits.
+"""Speed controller of one wheel in fixed-point integers: feed-forward, PI and limits.
 
-Speeds are in 1/256 unit, gains in 1/256 effort per unit, so a product carries 2^16 and is shifted back.
-Every intermediate value stays below 2^30 in magnitude; robotont_firmware.gain_bounds refuses what could break that.
+Speeds are fine units, gains carry 2^16 (robot_numbers), so that a product is shifted back; every intermediate value
+stays below 2^30 in magnitude.
 """
 
-from robotont_firmware import gain_bounds as bounds
 from robotont_firmware.compat import const, micropython
-from robotont_firmware.fault_watch import NO_FAULT, TOO_MANY, FaultWatch
+from robotont_firmware.fault_watch import NO_FAULT, FaultWatch
+from robotont_firmware.robot_numbers import MAX_PERIODS
 
-MAX_COUNTS = const(400)  # [edges/period] twice the motor's reach; a larger difference is no speed
-_FASTEST = const(MAX_COUNTS << 8)  # [1/256 unit]
-MAX_PERIODS = const(16)  # [periods] the most missed ticks that a step makes up for; the watchdog comes before
-
-_SLOW = const(256)  # [1/256 unit] a wheel that should turn slower than twice this tells nothing by standing still
-_GROWTH = const(512)  # [1/256 unit] by which a braked wheel may seem to grow faster
-_EDGE = const(256)  # [1/256 unit]
-_CREEPS = const(2560)  # [1/256 unit] a wheel that is no faster may be held,
-_FOLLOWS = const(1024)  # [1/256 unit] one that is as fast follows its effort
 _BRAKES = const(0)  # stages of a stop
 _ROLLS = const(1)
 _HOLDS = const(2)
+_SOFTEST = const(7)
+_PATIENCE = const(5)  # [control periods] without an edge, after which a wheel gets more
 
 
 @micropython.viper
@@ -33,70 +26,56 @@ def clamp(value: int, limit: int) -> int:
 
 
 class Pid:
-    """One wheel. `config` holds the gains and limits that robotont_firmware.config describes.
+    """One wheel, by the `Numbers` of a configuration.
 
     The set-point passes through a first-order model of how the wheel is able to follow; the feed-forward
     drives the wheel along it, and P and I only act on the difference from it. So a step does not
     charge the integral, and the sum of the errors, hence the distance, still comes out exact: as long as the
     robot is driven. When all stand, `stop` holds each wheel where it came to rest.
 
-    P and I are only as good as the encoder: a FaultWatch bounds the effort, and `fault` is what it found, until
-    `reset`.
-
-    `overloaded`: the motor had more than its continuous current for so long that only that is left.
-
-    Raises ValueError when a number of `config` is out of range.
+    `fault` is what the FaultWatch found, until `reset`. `overloaded`: the motor had more than its continuous current
+    for so long that only that is left.
     """
 
-    def __init__(self, config):
-        bounds.check(config)
-        battery = config.BATTERY
-        self._static = bounds.at_battery(config.STATIC, battery)
-        self._v = bounds.at_battery(config.SPEED_GAIN, battery)  # the back-EMF of a unit
-        self._coasts = config.DRIVER == "coast"
-        self._forward = 0 if self._coasts else self._v  # what a unit more takes
-        self._p = bounds.at_battery(config.P_GAIN, battery)
-        self._i = bounds.at_battery(config.I_GAIN, battery)
-        self._d = bounds.at_battery(config.D_GAIN, battery)
-        self._brake = bounds.at_battery(config.BRAKE_GAIN, battery)
-        self._follow = config.FOLLOW
-        self._lead = config.LEAD
-        self._turn_lead = config.TURN_LEAD
-        self._full = config.FULL_EFFORT
-        self._max_effort = config.MAX_EFFORT
-        self._max_torque = bounds.at_battery(config.MAX_TORQUE, battery)
-        self._continuous = min(bounds.at_battery(config.CONTINUOUS_TORQUE, battery), self._max_torque)
-        self._heating = (self._continuous >> 4) * (self._continuous >> 4)
+    def __init__(self, config, numbers):
+        n = numbers
+        self._shift, self._most_edges, self._free = n.shift, n.most_edges, n.free
+        self._static, self._v, self._p, self._i = n.static, n.gain, n.p, n.i
+        self._coasts = n.coasts
+        self._forward = 0 if n.coasts else n.gain  # what a speed more takes
+        self._brake, self._follow, self._lead, self._turn_lead = n.brake, n.follow, n.lead, n.turn_lead
+        self._full, self._max_effort, self._load = n.full, n.max_effort, n.load
+        self._max_torque, self._continuous = n.max_torque, n.continuous
+        self._heating = (n.continuous >> 4) * (n.continuous >> 4)
         # Full torque for OVERLOAD_TIME brings a cold motor to the limit.
-        self._max_heat = config.OVERLOAD_TIME * ((self._max_torque >> 4) * (self._max_torque >> 4) - self._heating)
-        self._max_integral = bounds.integral_for(bounds.at_battery(config.MAX_INTEGRAL, battery), self._i)
-        self._blocked_integral = bounds.integral_for(bounds.at_battery(config.BLOCKED_INTEGRAL, battery), self._i)
-        self._stiffness = bounds.at_battery(config.STIFFNESS, battery)
-        self._most_away = bounds.integral_for(self._max_torque, self._stiffness)
-        self._reach = bounds.reach(config)
+        self._max_heat = n.overload * ((n.max_torque >> 4) * (n.max_torque >> 4) - self._heating)
+        self._max_integral = (n.load << 16) // n.i
+        self._stiffness = n.stiffness
+        self._most_away = (n.max_torque << 16) // n.stiffness
+        self._edge, self._creeps, self._follows, self._growth = 1 << n.shift, n.creeps, n.follows, n.growth
+        self._second = n.periods(config, 1000)
         self._heat = 0  # torque above the continuous one, squared and summed
+        self._turned_round = 0  # [periods] for which it is remembered that the wheel was
+        self._softness = 0  # halvings of what counts ask for: an encoder that counts too much makes it swing
         self.overloaded = False
-        self._watch = FaultWatch(config, self._forward)
+        self._watch = FaultWatch(config, n)
         self.reset(0)
 
     @micropython.native
     def reset(self, periods=1):
         """Forget the past: no integral, no suspicion, motor off (and cooling) until the next set-point other than 0."""
-        self._integral = 0  # sum of errors [1/256 unit * period]
-        self.reference = 0  # the speed that the wheel should have at the end of the period [1/256 unit]
+        self._integral = 0  # sum of errors [fine units]
+        self.reference = 0  # the speed that the wheel should have at the end of the period
         self._mean = 0  # and on the mean over it, which its edges are
         self._speed = 0
-        self._ahead = 0  # effort that the change of motion takes
-        self._push = 0  # effort, without what the change of motion takes
-        self.lag = 0  # [1/256 unit] by which it misses its reference
-        self._beyond = 0  # [periods] in a row in which it counted more than the motor can make
+        self._effort = 0
+        self._direction = 0  # in which it was driven last
         self._stage = _HOLDS
-        self._soft = 0  # halvings of the effort of a stop
-        self._away = 0  # [1/256 edge] by which it was moved while it should stand
-        self._braked = _FASTEST  # [1/256 unit] the least speed since braking began
+        self._idle = 0  # [periods] without an edge
+        self._away = 0  # [fine units] by which it was moved while it should stand
+        self._braked = self._free  # the least speed since braking began
         self._proved = False  # whether it was seen to follow its effort
         self.fault = NO_FAULT
-        self._limited = False
         self._watch.reset()
         self._warm(0, 0, periods)
 
@@ -108,43 +87,66 @@ class Pid:
         a reversed or missing encoder, or one whose counts grow while braking, it rolls until it is slow.
         """
         periods = max(1, min(periods, MAX_PERIODS))
-        speed = (clamp(counts, MAX_COUNTS * periods) << 8) // periods
-        self.fault = TOO_MANY if self._exceeds(counts, periods) else NO_FAULT
+        speed = self._measure(counts, periods)
         self._integral = self.reference = self._mean = 0
-        effort = self._against(speed, speed * self._watch.direction(), periods if holds else 0)
+        if self.fault == NO_FAULT and self._effort == 0 and holds:
+            self.fault = self._watch.rests(speed, periods)
+        effort = self._against(speed, speed * self._direction, periods if holds else 0)
+        self._effort = effort
         self._warm(effort, speed, periods)
         return effort
 
     @micropython.native
-    def step(self, setpoint, counts, periods=1, settled=True, fastest=0, straight=0, turning=0):
+    def step(self, setpoint, counts, periods=1, straight=0, turning=0):
         """Return the effort for the coming period, within +-MAX_EFFORT.
 
-        setpoint: wanted speed [1/256 unit], within +-MAX_SPEED units. counts: edges since the last call.
-        periods: how many control periods those took; more than one when the board missed ticks. settled:
-        whether the robot as a whole moves as it should, so that no other wheel drags this one. fastest: the
-        largest set-point of all wheels, without sign [1/256 unit]. straight, turning: the acceleration of the robot
-        in this period, in the wheel's direction, apart from the change of its own reference [1/256 unit].
+        setpoint: wanted speed, within the largest. counts: edges since the last call. periods: how many control
+        periods those took; more than one when the board missed ticks. straight, turning: the acceleration of the robot
+        in this period, in the wheel's direction, apart from the change of its own reference.
         """
-        if periods > MAX_PERIODS:  # noqa: PLR1730 (min() costs 700 instructions)
-            periods = MAX_PERIODS
-        speed = clamp(counts, MAX_COUNTS * periods) << 8
-        if periods > 1:
-            speed = speed // periods
-        watch = self._watch
-        error = self._mean - speed
-        self.fault = watch.look(
-            setpoint, self.reference, speed, self._push, self._limited, periods, settled, fastest)  # fmt: skip
-        if self._exceeds(counts, periods):
-            self.fault = TOO_MANY
-        steady = self._steady(setpoint, speed, error, straight, turning)
-        bound = watch.bound(steady)
-        effort = self._limit(bound + self._ahead, speed)
-        if effort * speed > 0 and (speed if speed > 0 else -speed) > _FOLLOWS:
+        periods = max(1, min(periods, MAX_PERIODS))
+        speed = self._measure(counts, periods)
+        if self._stage == _HOLDS:  # what held it on a slope goes on
+            self._integral = clamp((self._effort << 16) // self._i, self._max_integral)
+        error = clamp(self._mean - speed, self._free >> 1)
+        if self.fault == NO_FAULT:
+            self.fault = self._watch.driven(self._mean, speed, self._effort, periods)
+        effort = self._follow_up(setpoint, speed, error, straight, turning, periods)
+        if effort * speed > 0 and abs(speed) > self._follows:
             self._proved = True
-        self._stage, self._braked, self._soft = _BRAKES, _FASTEST, 0
+        if setpoint != 0:
+            self._direction = 1 if setpoint > 0 else -1
+        self._stage, self._braked, self._away = _BRAKES, self._free, 0
+        self._effort = effort
         self._warm(effort, speed, periods)
-        self._note(steady, bound, effort, error, periods)
         return effort
+
+    @micropython.native
+    def _measure(self, counts, periods):
+        """Return the speed, and note whether the motor can make it, and whether it was turned round at once."""
+        speed = (clamp(counts, self._most_edges * periods) << self._shift) // periods
+        self.fault = self._watch.exceeds(speed, periods)
+        self._soften(speed, periods)
+        return speed
+
+    @micropython.viper
+    def _soften(self, speed: int, periods: int):
+        """Halve what counts ask for, for a second, each time that the wheel is turned round, against its aim."""
+        before, least = int(self._speed), int(self._follows)
+        self._speed = speed
+        left, second = int(self._turned_round), int(self._second)
+        mean = int(self._mean)
+        if (before > least and speed < 0 - least and mean >= 0) or (
+                before < 0 - least and speed > least and mean <= 0):
+            left = left + second
+            most = second * _SOFTEST
+            left = left if left < most else most
+        elif left > 0:
+            left -= periods
+        else:
+            return
+        self._turned_round = left
+        self._softness = (left + second - 1) // second if left > 0 else 0
 
     @micropython.viper
     def _against(self, speed: int, ahead: int, periods: int) -> int:
@@ -153,18 +155,15 @@ class Pid:
         ahead: the speed in the direction in which it was driven.
         """
         fast = speed if speed > 0 else 0 - speed
-        before = int(self._speed)
-        if (before > _FOLLOWS and speed < 0 - _FOLLOWS) or (before < 0 - _FOLLOWS and speed > _FOLLOWS):
-            self._soft = int(self._soft) + 1 & 7  # it was turned round: half of the effort is enough
-        self._speed = speed
+        creeps = int(self._creeps)
         stage, least = int(self._stage), int(self._braked)
-        if fast <= _CREEPS:
+        if fast <= creeps:
             stage = _HOLDS
         if stage == _BRAKES or periods == 0:
-            if ahead <= 0 or ahead > least + _GROWTH:
+            if ahead <= 0 or ahead > least + int(self._growth):
                 stage = _ROLLS
             self._braked = ahead if ahead < least else least
-        elif fast > _CREEPS and not self._proved:
+        elif fast > creeps and not self._proved:
             stage = _ROLLS
         self._stage = stage
         if stage == _ROLLS:
@@ -173,31 +172,25 @@ class Pid:
         away, most = int(self._away), int(self._most_away)
         away = away + speed * periods if stage == _HOLDS else 0
         away = most if away > most else 0 - most if away < 0 - most else away
-        clear = fast - _EDGE  # one edge is a creep, or a tremor
-        clear = 0 if clear < 0 else clear if speed > 0 else 0 - clear
-        effort = 0 - (int(self._brake) * clear >> 8) - (int(self._stiffness) * away >> 16) >> int(self._soft)
+        clear = fast - int(self._edge)  # one edge is a creep, or a tremor
+        quarter = int(self._free) >> 2
+        clear = 0 if clear < 0 else quarter if clear > quarter else clear
+        clear = clear if speed > 0 else 0 - clear
+        effort = 0 - (int(self._brake) * clear >> 16) - (int(self._stiffness) * away >> 16) >> int(self._softness)
         if clear != 0 and ((effort > 0 and speed > 0) or (effort < 0 and speed < 0)):
             away -= away >> 2  # it goes back: less is enough
         self._away = away
-        effort = int(self._limit(effort, speed))
-        return 0 if (effort > 0 and speed > 0) or (effort < 0 and speed < 0) else effort
+        if (effort > 0 and speed > 0) or (effort < 0 and speed < 0):
+            return 0
+        return int(self._limit(effort, speed))
 
     @micropython.viper
-    def _exceeds(self, counts: int, periods: int) -> bool:
-        """Return True in the third period in a row that brings more edges than the motor can make."""
-        beyond = int(self._beyond) + periods
-        if (counts if counts > 0 else 0 - counts) <= int(self._reach) * periods:
-            beyond = 0
-        self._beyond = beyond
-        return beyond >= 3
-
-    @micropython.viper
-    def _steady(self, setpoint: int, speed: int, error: int, straight: int, turning: int) -> int:
+    def _follow_up(self, setpoint: int, speed: int, error: int, straight: int, turning: int, periods: int) -> int:
         """Bring the reference nearer to the set-point, and exactly there in the end; return the effort to follow it.
 
-        Feed-forward turns the wheel as fast as the reference, where STATIC bridges the dead-band, and P, I and D act on
-        the error. What the change of motion takes besides is `_ahead`; where the wheel is not seen to follow, it is a
-        part of the effort, as bounded as the rest.
+        Feed-forward turns the wheel as fast as the reference, where STATIC bridges the dead-band, and changes its
+        motion; P and I act on the error, with no more than a load may need. Anti-windup: an error is not summed that
+        would push further than a limit. A wheel that does not move gets more by and by, as fast as if it were slower.
         """
         before = int(self.reference)
         change = int(self._follow) * (setpoint - before) + 128 >> 8  # rounded: if all lag one way, the robot turns
@@ -205,51 +198,44 @@ class Pid:
         self.reference = reference
         self._mean = reference - (reference >> 1) + (before >> 1)  # what is rounded off adds up to nothing
         ahead = int(self._lead) * (change + straight) + int(self._turn_lead) * turning >> 4
-        ahead = _FASTEST if ahead > _FASTEST else 0 - _FASTEST if ahead < 0 - _FASTEST else ahead
-        forward = int(self._forward)
-        ahead = forward * ahead >> 16
+        free, forward = int(self._free), int(self._forward)
+        ahead = free if ahead > free else 0 - free if ahead < 0 - free else ahead
         static = int(self._static)
-        effort = forward * reference >> 16
-        effort += static if setpoint > 0 else 0 - static if setpoint < 0 else 0
-        effort += int(self._p) * (error >> 1) >> 15  # half the error: twice the gain stays below 2^30
-        effort += int(self._i) * int(self._integral) >> 16
-        effort -= int(self._d) * (speed - int(self._speed)) >> 16
-        self._speed = speed
-        before >>= 1
-        if (before > _SLOW and speed < before) or (before < 0 - _SLOW and speed > before):
-            effort += ahead
-            ahead = 0
-        self._ahead = ahead
+        fed = (forward * reference >> 16) + (forward * ahead >> 16)
+        fed += static if setpoint > 0 else 0 - static if setpoint < 0 else 0
+        idle = int(self._idle) + periods if speed == 0 else 0
+        self._idle = idle
+        summed, least, slow = error, int(self._follows), int(self._edge) >> 2
+        if idle > _PATIENCE and before > slow:
+            summed = least if error < least else error
+        elif idle > _PATIENCE and before < 0 - slow:
+            summed = 0 - least if error > 0 - least else error
+        soft, load = int(self._softness), int(self._load)
+        integral, gain = int(self._integral), int(self._i)
+        wanted = (int(self._p) * (error >> 1) >> 15 + soft) + (gain * integral >> 16)
+        added = load if wanted > load else 0 - load if wanted < 0 - load else wanted
+        effort = int(self._limit(fed + added, speed))
+        cut = fed + wanted - effort
+        if not ((summed > 0 and cut > 0) or (summed < 0 and cut < 0)):
+            most = int(self._max_integral)
+            integral += (summed >> soft) * periods
+            self._integral = most if integral > most else 0 - most if integral < 0 - most else integral
         return effort
 
     @micropython.viper
-    def _note(self, steady: int, bound: int, effort: int, error: int, periods: int):
-        """Remember what this period has shown, and add the error to the integral, up to its limit.
-
-        What it holds already it may keep. Anti-windup: while a limit holds the effort, an error that would push further
-        is not summed.
-        """
-        wanted = steady + int(self._ahead)
-        cut = effort - bound - int(self._ahead)  # by the motor's limits
-        self._limited = bool(effort != wanted)
-        self._push = bound + cut if (bound > 0 and cut < 0) or (bound < 0 and cut > 0) else bound
-        self.lag = error if error > 0 else 0 - error
-        if (error > 0 and wanted > effort) or (error < 0 and wanted < effort):
-            return
-        limit = int(self._max_integral) if bound == steady else int(self._blocked_integral)
-        before = int(self._integral)
-        limit = before if before > limit else 0 - before if 0 - before > limit else limit
-        after = before + error * periods
-        self._integral = limit if after > limit else 0 - limit if after < 0 - limit else after
-
-    @micropython.viper
     def _limit(self, effort: int, speed: int) -> int:
-        """Return the effort within the torque limit around the back-EMF, which bounds the current, and MAX_EFFORT."""
+        """Return the effort within the torque limit around the back-EMF, which bounds the current, and MAX_EFFORT.
+
+        No limit turns an effort round: the back-EMF is only what the encoder counts.
+        """
+        wanted = effort
         emf = 0 if self._coasts else int(self._v) * speed >> 16
         torque = int(self._continuous) if self.overloaded else int(self._max_torque)
         most = int(self._max_effort)
         effort -= emf
         effort = emf + (torque if effort > torque else 0 - torque if effort < 0 - torque else effort)
+        if (wanted >= 0 and effort < 0) or (wanted <= 0 and effort > 0):
+            return 0
         return most if effort > most else 0 - most if effort < 0 - most else effort
 
     @micropython.viper

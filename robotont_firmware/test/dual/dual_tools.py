@@ -16,6 +16,8 @@ except ImportError:  # CPython always allocates; the proof is MicroPython's
     lock = unlock = int
 
 
+TIMEOUT, BRAKING, FAULT_HOLD, ANSWER_INTERVAL, BLIND_TIME = 24, 45, 25, 10, 16  # [periods] at 50 Hz
+MAX_UNITS = 180  # [units] that MAX_SPEED makes of the motor's 200
 FAST = sys.implementation.name == "micropython" and sys.maxsize > 1 << 31  # machine code on the PC's processor
 
 
@@ -111,9 +113,10 @@ class WildBoard:
             return 0
         line = ORDER if self.ticks == 120 else self.lines[
             0 if self.ticks % 40 == 39 or self.ticks in (88, 90) else self.ticks // 11 % len(self.lines)]
-        for at in range(len(line)):
+        size = min(len(line), len(buffer))
+        for at in range(size):
             buffer[at] = line[at]
-        return len(line)
+        return size
 
     def write(self, buffer, size):
         self.sent += size

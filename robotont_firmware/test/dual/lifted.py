@@ -1,7 +1,7 @@
 """Imported first: the motors move themselves alone, as those of a lifted robot (60 ms; nothing drags or rubs)."""
 
-from robotont_firmware import config, gain_bounds
+from robotont_firmware import config
 
-config.LEAD = config.TURN_LEAD = config.FREE_LEAD
-config.ARC = gain_bounds.NO_ARC
-config.TURN_DRAG = 0
+config.TIME_CONSTANT = 84  # [ms] with the delay of the simulated motors
+config.MASS = config.INERTIA = 1
+config.EVEN = config.RUBBING = 0

@@ -260,7 +260,7 @@ def test_an_error_before_the_watchdog_is_armed_ends_in_the_repl():
             raise IndexError
 
     for holder, name, value in (
-        (config, "P_GAIN", 1 << 29), (WDT, "broken", True), (board.Board, "counts", broken),
+        (config, "GEAR", 0), (WDT, "broken", True), (board.Board, "counts", broken),
         (board.Board, "fault", broken), (board.Board, "drive", broken), (board.Board, "_tick", broken),
     ):  # fmt: skip
         fake_hardware.reset()

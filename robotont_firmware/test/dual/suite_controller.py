@@ -1,11 +1,23 @@
 """The whole loop on simulated motors: commands, packets, every way to a stop; and that it allocates nothing."""
 
-from dual_tools import Config, Locked, Robot, WildBoard, checked
+from dual_tools import (
+    ANSWER_INTERVAL,
+    BLIND_TIME,
+    BRAKING,
+    FAULT_HOLD,
+    TIMEOUT,
+    Config,
+    Locked,
+    Robot,
+    WildBoard,
+    checked,
+)
 from sim_motor import GOOD, UNPLUGGED
 
 from robotont_firmware import __version__, config
 from robotont_firmware.fault_watch import DRIVER_FAULT, NO_COUNTS
 from robotont_firmware.main_loop import Controller
+from robotont_firmware.robot_numbers import Numbers
 from robotont_firmware.status import TIMED_OUT, WAITS_FOR_ZERO
 
 ABOUT = f"robotont_firmware {__version__} wheels 3 rate 50 units edges/period profile ours reset test"
@@ -22,8 +34,8 @@ def test_identifies_itself_whenever_it_is_asked():
     robot = Robot()
     assert robot.board.sent == checked(f"# {ABOUT}"), "the banner comes first"
     for line, times, periods, answers, why in (
-        (checked("?"), 3, config.ANSWER_INTERVAL, 3, "each"),
-        (checked("?"), config.ANSWER_INTERVAL * 2, 1, 5, "answers must not fill the line"),
+        (checked("?"), 3, ANSWER_INTERVAL, 3, "each"),
+        (checked("?"), ANSWER_INTERVAL * 2, 1, 5, "answers must not fill the line"),
         (b"?;0000\n?\n", 1, 30, 6, "one of before was still due, and none of these"),
     ):
         for _ in range(times):
@@ -63,7 +75,7 @@ def test_one_packet_per_period_and_the_totals_add_up_also_past_their_overflow():
 def test_after_the_timeout_the_wheels_are_braked_then_released_until_a_command_comes():
     robot = Robot()
     robot.tick(40, "60:-60:30")
-    robot.tick(config.TIMEOUT - 10)  # the last command came 9 periods ago
+    robot.tick(TIMEOUT - 10)  # the last command came 9 periods ago
     assert robot.packets()[-1][0][0] > 55
     assert robot.newest()[0] == 0
     robot.tick(1)
@@ -72,7 +84,7 @@ def test_after_the_timeout_the_wheels_are_braked_then_released_until_a_command_c
     assert robot.efforts()[1] > 500
     robot.tick(8)
     assert max([abs(count) for count in robot.packets()[-1][0]]) <= 3
-    robot.tick(config.BRAKING)
+    robot.tick(BRAKING)
     robot.board.motors[0].speed = 50 * 1000000  # a person turns the wheel: the motor does not resist
     robot.tick(1)
     assert robot.efforts() == [0, 0, 0]
@@ -116,7 +128,7 @@ def break_encoder(robot, broken):
 
 
 def test_a_fault_stops_all_until_a_zero_that_comes_after_it():
-    for spoil, fault, periods in ((break_line, DRIVER_FAULT, 1), (break_encoder, NO_COUNTS, config.BLIND_TIME)):
+    for spoil, fault, periods in ((break_line, DRIVER_FAULT, 1), (break_encoder, NO_COUNTS, BLIND_TIME)):
         robot = Robot()
         robot.tick(40, "30:30:30")
         spoil(robot, True)
@@ -125,7 +137,7 @@ def test_a_fault_stops_all_until_a_zero_that_comes_after_it():
         assert efforts[1] == 0 > max(efforts[0], efforts[2]), "the others brake"
         spoil(robot, False)
         robot.tick(2, "0:0:0")
-        robot.tick(config.BRAKING, "30:30:30")
+        robot.tick(BRAKING, "30:30:30")
         assert max([abs(count) for count in robot.packets()[-1][0][::2]]) <= 3
         for _ in range(60):
             assert robot.efforts() == [0, 0, 0], "neither a zero that came at once starts it, nor a command"
@@ -145,7 +157,7 @@ def test_the_fault_hold_begins_when_the_line_is_quiet():
         robot.board.faults[2] = True
         robot.tick(low, "0:0:0")
         robot.board.faults[2] = False
-        for _ in range(config.FAULT_HOLD - 1):
+        for _ in range(FAULT_HOLD - 1):
             robot.tick(1, "0:0:0")
             assert robot.newest()[0] == WAITS_FOR_ZERO
         robot.tick(2, "0:0:0")
@@ -156,16 +168,15 @@ def test_too_fast_keeps_the_direction():
     robot = Robot()
     robot.tick(1, "720:-360:90")
     targets = list(robot.controller._setpoints.targets)
-    limit = config.MAX_SPEED * 256
+    limit = Numbers(config).max_speed
     for target, wished in zip(targets, (limit, -limit // 2, limit // 8)):
         assert abs(target - wished) <= 8, targets
 
 
 def test_set_points_keep_the_direction_and_change_no_faster_than_the_torque_allows():
-    free = config.MAX_ACCELERATION * 256
-    for lead, turn_lead, most in ((64, 64, free), (0, 0, free), (850, 850, 501), (850, 110, 501), (110, 850, 501)):
-        robot = Robot(settings=Config(LEAD=lead, TURN_LEAD=turn_lead))
-        steps = []
+    for mass, inertia in ((1, 1), (3576, 429000), (12000, 429000), (3576, 4000000)):
+        robot = Robot(settings=Config(MASS=mass, INERTIA=inertia))
+        numbers, steps = Numbers(Config(MASS=mass, INERTIA=inertia)), []
         while robot.controller._setpoints.now[0] < 25600:
             before = list(robot.controller._setpoints.now)
             robot.tick(1, "100:-50:25")
@@ -173,22 +184,27 @@ def test_set_points_keep_the_direction_and_change_no_faster_than_the_torque_allo
             steps.append(max([abs(a - b) for a, b in zip(now, before)]))
             assert abs(now[0] + 2 * now[1]) <= 32, now
             assert abs(now[0] - 4 * now[2]) <= 64, now
-        assert max(steps) == most, (lead, steps)
+        assert max(steps) == numbers.change <= 2559, mass
+        lead = max(numbers.lead, numbers.turn_lead)
+        assert (lead * numbers.change >> 4) * numbers.gain >> 16 <= config.MAX_TORQUE
         assert now == [25600, -12800, 6400]
 
 
 def test_a_turn_is_driven_against_what_rubs():
-    for command, drag in (("50:50:50", config.TURN_DRAG), ("-9:-9:-9", -config.TURN_DRAG), ("50:-50:0", 0)):
-        robot = Robot()
+    heavy = Config(MASS=3576, INERTIA=429000, RUBBING=76)
+    drag = Numbers(heavy).drag
+    assert drag > 0
+    for command, turning in (("50:50:50", drag), ("-9:-9:-9", -drag), ("50:-50:0", 0)):
+        robot = Robot(settings=heavy)
         robot.tick(60, command)
-        assert robot.controller._setpoints.turning == drag, command
+        assert robot.controller._setpoints.turning == turning, command
         assert set(robot.controller._setpoints.straight) == {0}, "no acceleration straight on"
 
 
 def test_one_wheel_is_driven_on_its_own_while_no_commands_come():
     """Order !test: for half a second at most by the firmware's own clock, never too fast."""
     for body, effort, speed, least, most in (
-        ("!test 1+", 400, 60, 25, 25), ("!test 1-", -400, 60, 25, 25), ("!test 1+", 999, 30, 3, 5),
+        ("!test 1+", 400, 300, 25, 25), ("!test 1-", -400, 300, 25, 25), ("!test 1+", 999, 150, 3, 5),
     ):
         robot = Robot(settings=Config(TEST_EFFORT=abs(effort), TEST_SPEED=speed))
         robot.send(body)

@@ -1,14 +1,15 @@
 """What breaks on a robot, on simulated motors: the motors stop, nothing runs away, and the status states why."""
 
-from dual_tools import Config, Locked, Robot
+from dual_tools import BRAKING, FAULT_HOLD, TIMEOUT, Config, Locked, Robot
 from sim_motor import HALF, MICRO, REVERSED, UNPLUGGED
 
 from robotont_firmware import config
 from robotont_firmware.fault_watch import NO_COUNTS, OVERLOAD, TOO_MANY, WRONG_WAY
+from robotont_firmware.robot_numbers import Numbers
 from robotont_firmware.status import BATTERY_IS_LOW, TIMED_OUT, WAITS_FOR_ZERO
 from robotont_firmware.wheel_speed import Pid
 
-CREEP = config.MAX_LOAD / 19.2 + 1  # [units] at which a free wheel turns that may have MAX_LOAD
+CREEP = config.MAX_LOAD / 19.2 + 1  # [units] that MAX_LOAD turns a free wheel faster
 STEADY = 45  # [periods] from rest to a steady drive; a command was sent 2 periods before
 SHARES = (1, -1, 0.5)  # of the speed that each wheel gets, turned round so that every wheel gets each
 
@@ -34,7 +35,7 @@ def lead_on(robot, wheel, units, periods=80, until_off=True):
     return None, fastest
 
 
-def test_a_broken_encoder_stops_all_within_half_a_second_and_never_runs_away():
+def test_a_broken_encoder_stops_all_within_a_second_and_never_runs_away():
     slowest, highest = 0, 0
     for kind, fault in ((UNPLUGGED, NO_COUNTS), (REVERSED, WRONG_WAY), (HALF, NO_COUNTS)):
         for units in (5, 7.5, 10, 20, 50, 80, 120, 150, -5, -150):
@@ -47,8 +48,8 @@ def test_a_broken_encoder_stops_all_within_half_a_second_and_never_runs_away():
                     robot.board.motors[wheel].encoder = kind
                     seconds, fastest = lead_on(robot, wheel, units)
                     assert seconds is not None, case
-                    assert seconds <= 0.5, (case, seconds)
-                    assert fastest <= max(1.3 * abs(units), CREEP), (case, fastest)
+                    assert seconds <= 0.8, (case, seconds)
+                    assert fastest <= abs(units) + CREEP, (case, fastest)
                     flags, _, _, faults = robot.newest()[:4]
                     assert faults == [fault if index == wheel else 0 for index in range(3)], (case, faults)
                     assert flags == WAITS_FOR_ZERO
@@ -59,12 +60,12 @@ def test_a_broken_encoder_stops_all_within_half_a_second_and_never_runs_away():
 
 def test_slower_than_5_units_a_wheel_without_encoder_creeps_and_stops():
     for kind in (UNPLUGGED, REVERSED):
-        for units in (1, 2, 3, 4):
+        for units in (0.5, 1, 2, 3, 4):
             robot = Robot()
             robot.board.motors[1].encoder = kind
             seconds, fastest = lead_on(robot, 1, units)
-            assert seconds <= 1.6, (kind, units, seconds)
-            assert fastest <= CREEP, (kind, units, fastest)
+            assert seconds <= 1, (kind, units, seconds)
+            assert fastest <= units + CREEP, (kind, units, fastest)
 
 
 def test_a_motor_without_current_is_named():
@@ -77,18 +78,18 @@ def test_a_motor_without_current_is_named():
 
 def test_silence_with_a_reversed_encoder_accelerates_nothing():
     for units in (5, 48, 150, -48):
-        for reversed_at in range(config.TIMEOUT - 3, config.TIMEOUT + 10):
+        for reversed_at in range(TIMEOUT - 3, TIMEOUT + 10):
             robot = Robot()
             lead_on(robot, 0, units, STEADY, until_off=False)
             robot.send(command(0, units))  # the last one before the silence
             before = 0
-            for period in range(config.TIMEOUT + config.BRAKING + 5):
+            for period in range(TIMEOUT + BRAKING + 5):
                 if period == reversed_at:
                     robot.board.motors[0].encoder = REVERSED
                 robot.tick(1)
                 speed = abs(robot.board.motors[0].speed) / MICRO
                 # Reversed while it is still driven it may be a little faster; the brake accelerates nothing.
-                bound = abs(units) + 0.5 if period > config.TIMEOUT else max(1.3 * abs(units), CREEP)
+                bound = abs(units) + 0.5 if period > TIMEOUT else abs(units) + CREEP
                 assert speed <= max(bound, before), (units, reversed_at, period, speed)
                 before = speed
             assert robot.efforts() == [0, 0, 0]
@@ -99,7 +100,7 @@ def test_the_brake_obeys_the_current_limit():
         robot = Robot()
         lead_on(robot, 0, units, until_off=False)
         currents = []
-        for _ in range(config.TIMEOUT + config.BRAKING):
+        for _ in range(TIMEOUT + BRAKING):
             robot.tick(1)
             currents.append(abs(robot.board.motors[0].current()))
         # The speed falls within a period by up to a third, and the effort is for the period's beginning.
@@ -135,7 +136,7 @@ def test_a_stop_stops_whatever_multiple_the_encoders_count():
                     robot.board.sent = b""
                     robot.tick(1, f"{units}:{-units}:{units / 2}")
                 told += TOO_MANY in robot.newest()[3]
-                robot.tick(50 if last else config.TIMEOUT + 26, last)
+                robot.tick(50 if last else TIMEOUT + 26, last)
                 for motor in robot.board.motors:
                     assert abs(motor.speed) < MICRO, (times, units, last, motor.speed / MICRO)
     assert told > 4, told
@@ -145,7 +146,7 @@ class Jammed:
     """A wheel that something slows, whatever the effort."""
 
     def __init__(self, settings=config):
-        self.pid = Pid(settings)
+        self.pid = Pid(settings, Numbers(settings))
         self.battery = settings.BATTERY
 
     def run(self, periods, units=100, edges=60):
@@ -153,7 +154,7 @@ class Jammed:
         torques = []
         for _ in range(periods):
             with Locked():
-                effort = self.pid.step(units * 256, edges, 1, False)
+                effort = self.pid.step(units * 256, edges)
             torques.append(effort * self.battery // 12000 - 4915 * edges // 256)
         return torques
 
@@ -168,12 +169,12 @@ def test_a_wheel_that_is_held_back_keeps_its_continuous_current_only():
         assert max(torques) <= config.MAX_TORQUE, battery
         assert wheel.pid.overloaded
         assert wheel.pid.fault == 0
-        means.append(sum(torques[100:]) / 300)  # after 2 s
+        means.append(sum(torques[150:]) / 250)  # after 3 s
         assert max(wheel.run(20, edges=0)[1:]) <= config.CONTINUOUS_TORQUE, "nor more when it jams altogether"
         wheel.run(100, 0, 0)  # cools
         assert not wheel.pid.overloaded
     assert max(means) <= config.CONTINUOUS_TORQUE, means
-    return f"mean torque after 2 s: {means[0]:.0f} of 4000"
+    return f"mean torque after 3 s: {means[0]:.0f} of 4000"
 
 
 def test_an_overload_is_in_the_status_and_goes_away():
@@ -214,21 +215,21 @@ def test_missed_ticks_prolong_no_time():
     robot = Robot()
     lead_on(robot, 0, 50, until_off=False)
     robot.tick(1, command(0, 50))
-    limp(robot, config.TIMEOUT)
+    limp(robot, TIMEOUT)
     assert robot.newest()[0] == TIMED_OUT
     assert robot.efforts()[0] < 0
-    limp(robot, config.BRAKING)
+    limp(robot, BRAKING)
     assert robot.controller._braking <= 0
     robot.board.faults[1] = True
     robot.tick(1)
     robot.board.faults[1] = False
-    limp(robot, config.FAULT_HOLD + 2, "0:0:0")
+    limp(robot, FAULT_HOLD + 2, "0:0:0")
     assert robot.newest()[0] == 0
     lead_on(robot, 0, 6, until_off=False)
     robot.board.motors[0].encoder = UNPLUGGED
-    limp(robot, 25, command(0, 6))
+    limp(robot, 45, command(0, 6))
     assert robot.newest()[3] == [NO_COUNTS, 0, 0]
-    pid = Pid(config)
+    pid = Pid(config, Numbers(config))
     for _ in range(0, config.OVERLOAD_TIME + 9, 3):
         pid.step(100 * 256, 12, 3)
     assert pid.overloaded
@@ -237,7 +238,7 @@ def test_missed_ticks_prolong_no_time():
 def test_missed_ticks_change_nothing_in_the_brake():
     efforts = []
     for periods in (1, 2, 3):
-        pid = Pid(config)
+        pid = Pid(config, Numbers(config))
         pid.step(60 * 256, 60)
         with Locked():
             effort = pid.stop(60 * periods, periods)

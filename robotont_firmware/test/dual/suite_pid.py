@@ -7,9 +7,10 @@ from dual_tools import Config, Locked
 from sim_motor import PERIOD, SimMotor
 
 from robotont_firmware import config
+from robotont_firmware.robot_numbers import Numbers
 from robotont_firmware.wheel_speed import Pid
 
-STEP, BRAKING = config.MAX_ACCELERATION * 256, config.MAX_BRAKING * 256
+STEP, BRAKING = 2560, 1536  # [fine units] of 256 to an edge at 50 Hz
 LATENCY = 3  # [ms]
 
 
@@ -18,8 +19,8 @@ class Bench:
 
     def __init__(self, settings=config, **motor):
         self.motor = SimMotor(**motor)
-        self.pid = Pid(settings)
-        self.setpoint = self.unsettled = 0
+        self.pid = Pid(settings, Numbers(settings))
+        self.setpoint = 0
         self.effort = 0
         self.last = 0
         gc.collect()  # the emulated board's heap is small
@@ -38,13 +39,10 @@ class Bench:
             with Locked():
                 step = BRAKING if target == 0 else STEP
                 self.setpoint += max(-step, min(step, target - self.setpoint))
-                self.unsettled -= 1
-                if abs(target - self.setpoint) > 128 or self.pid.lag > 1280 + (abs(self.setpoint) >> 3):
-                    self.unsettled = 10  # as the controller does
                 if self.setpoint == 0:
                     self.effort = self.pid.stop(counts, 1, True)
                 else:
-                    self.effort = self.pid.step(self.setpoint, counts, 1, self.unsettled <= 0)
+                    self.effort = self.pid.step(self.setpoint, counts)
             self.speeds.append(self.motor.speed / 1000000)
             self.counts.append(counts)
         return self
@@ -99,7 +97,9 @@ def test_no_windup_after_a_blocked_wheel_is_released():
         for motor in ({}, {"tau": 120}):
             bench = Bench(**motor).run(units, 50)
             bench.motor.blocked = True
-            bench.run(units, 100)
+            for _ in range(15):  # longer, and it is a fault
+                bench.run(units, 1)
+                assert bench.pid.fault == 0
             bench.motor.blocked = False
             bench.speeds = array("f")
             bench.run(units, 100)
@@ -116,7 +116,7 @@ def test_reversal_respects_both_limits():
         for _ in range(60):
             bench.run(-150, 1)
             largest = max(largest, abs(bench.effort))
-            assert abs(bench.effort - 19.2 * bench.counts[-1]) <= config.MAX_TORQUE + 19.2
+            assert bench.effort == 0 or abs(bench.effort - 19.2 * bench.counts[-1]) <= config.MAX_TORQUE + 19.2
         assert largest <= most
     assert largest == 1000
 
@@ -126,7 +126,7 @@ def test_no_effort_of_a_stop_points_along_the_motion():
     for setpoint, before in ((0, 0), (120, 120), (-120, -110), (50, -50)):
         for periods, holds in ((1, True), (1, False), (3, True)):
             for size in (1, 2, 5, 11, 30, 60, 104, 105, 200, 313, 400, 3000, 32767):
-                pid = Pid(config)
+                pid = Pid(config, Numbers(config))
                 for _ in range(6):
                     pid.step(setpoint * 256, before)
                 for counts in (size, size, size // 2, -size, size, -size // 3, -size):
@@ -139,7 +139,7 @@ def test_who_stands_is_held_against_what_moves_it_and_is_not_driven_back():
     """load: of a slope, backward. A slope of 5 degrees takes 25 units of a robot of 3.6 kg."""
     for load in (0, 12, 25, -25):
         for units in (0, 50):
-            bench = Bench(load=load).run(units, 50).run(0, 50)
+            bench = Bench(Config(MASS=3576, INERTIA=429000), load=load, tau=300).run(units, 50).run(0, 50)
             start = bench.last
             bench.run(0, 150)
             assert abs(bench.last - start) <= 8, (load, units, bench.last - start)
@@ -158,7 +158,7 @@ def test_a_stopped_wheel_is_not_driven_back():
 
 def test_the_reference_lags_forward_and_backward_alike():
     """Three wheels that lag one way, whichever way they turn, turn the robot."""
-    pid, owed, way = Pid(config), 0, 0
+    pid, owed, way = Pid(config, Numbers(config)), 0, 0
     for period in range(4000):
         setpoint = abs(period % 400 - 200) * 13 - 1300  # up and down, 5 units at most
         pid.step(setpoint, pid.reference >> 8)
@@ -171,16 +171,9 @@ def test_the_reference_lags_forward_and_backward_alike():
 def test_a_wheel_that_makes_its_way_owes_nothing():
     """The reference rises within the period whose edges are counted."""
     for units in (100, -100):
-        pid, way = Pid(config), 0
+        pid, way = Pid(config, Numbers(config)), 0
         for _ in range(60):
             before = pid.reference
             pid.step(units * 256, way >> 9)
             way = (way & 511) + before + pid.reference
         assert abs(pid._integral) <= 256, pid._integral
-
-
-def test_derivative_brakes_a_rising_speed():
-    flat, damped = Pid(Config(D_GAIN=0)), Pid(Config(D_GAIN=512))
-    for pid in (flat, damped):
-        pid.step(50 * 256, 0, 1, False)
-    assert flat.step(50 * 256, 13, 1, False) - damped.step(50 * 256, 13, 1, False) == 26

@@ -13,10 +13,11 @@ class LockstepRun:
     """Drives a `Simulation` by twists, through the packets and the firmware, and keeps odometry.
 
     counts: the list of all packets' counts. path: (time [s], odometry pose, true pose) of each packet.
-    believed: `Wheels` that commands and odometry are computed with; None: the true ones.
+    believed: `Wheels` that commands and odometry are computed with, config_wheels: those that the firmware is told;
+    None: the true ones.
     """
 
-    def __init__(self, simulation, believed=None):
+    def __init__(self, simulation, believed=None, config_wheels=None):
         wheels = simulation.wheels
         self.simulation = simulation
         self.kinematics = Kinematics(believed or wheels)
@@ -26,7 +27,7 @@ class LockstepRun:
         self._to_board = bytearray()
         self._reader = Checked(wheels)
         self._board = SimulatedBoard(simulation, self, lambda: True, real_time=False)
-        numbers = configuration(wheels, *simulation.inertia)
+        numbers = configuration(config_wheels or wheels, *simulation.inertia)
         self._controller = Controller(self._board, numbers, wheels.amount, "simulated")
         self._controller.start()
 

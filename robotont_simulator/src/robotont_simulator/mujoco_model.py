@@ -4,14 +4,13 @@ import math
 from xml.etree import ElementTree
 
 from robotont_description.geometry import robot_radius
-from robotont_driver.kinematics.motor import NO_LOAD_SPEED
+from robotont_driver.kinematics.motor import WHEEL_MASS
 from robotont_simulator.world import HEIGHT
 
 TIMESTEP = 0.002       # [s]
-BODY_MASS = 3.0        # [kg] plates, battery, computer, camera; without wheels
 BODY_HEIGHT = 0.16     # [m] from the lower plate's underside to the top of the computer
 CLEARANCE = 0.02       # [m] of the lower plate above the floor
-WHEEL_MASS = 0.12      # [kg] hub
+HUB_MASS = 0.12        # [kg]
 ROLLER_MASS = 0.004    # [kg]
 ROLLERS = 9            # per row, as on the 2.75 inch omni wheel
 ROW_OFFSET = 0.006     # [m] of each of the two rows from the wheel's middle
@@ -22,12 +21,9 @@ ROLLER_DAMPING = 2e-6  # [N m s] in a roller's bearing
 VISITOR_RADIUS = 0.15  # [m] of what stands for a person who comes and goes
 AWAY = (0, 0, -10)     # [m] where the visitor is when not there
 
-# Pololu 37D motors at 12 V, seen at the motor's own shaft.
-VOLTAGE = 12.0         # [V]
-NO_LOAD = NO_LOAD_SPEED  # [rad/s]
-STALL = 0.0315         # [N m] 0.59 N m behind the gearbox
+VOLTAGE = 12.0         # [V] at which the robot's motors are what its wheel parameters say
 GEAR_FRICTION = 0.04   # part of the stall torque that the gearbox costs
-ROTOR_INERTIA = 1.2e-6  # [kg m^2]
+LEAST_BODY = 0.1       # [kg] without wheels
 
 WORLD_GROUP, BODY_GROUP = 0, 1  # the laser sees the world
 
@@ -49,9 +45,9 @@ def build(wheels, world):
     add(visitor, "geom", type="cylinder", size=(VISITOR_RADIUS, HEIGHT / 2),
         contype=1, conaffinity=1, group=WORLD_GROUP)
     _add_robot(scene, wheels, world.start)
-    actuators = add(root, "actuator")
+    actuators, motor = add(root, "actuator"), wheels.motor
     for number in range(wheels.amount):
-        stall, speed = STALL * wheels.gear, NO_LOAD / wheels.gear / (1 - GEAR_FRICTION)
+        stall, speed = motor.stall_torque * wheels.gear, motor.no_load_speed / wheels.gear / (1 - GEAR_FRICTION)
         add(actuators, "general", name=f"motor{number}", joint=f"wheel{number}", ctrlrange=(-2, 2),
             gainprm=(stall,), biastype="affine", biasprm=(0, 0, -stall / speed))
     return ElementTree.tostring(root, encoding="unicode")
@@ -63,7 +59,8 @@ def _add_robot(scene, wheels, start):
     body = add(scene, "body", name="base_link", pos=(x, y, 0), euler=(0, 0, yaw))
     add(body, "freejoint", name="base")
     add(body, "geom", name="body", type="cylinder", size=(radius, BODY_HEIGHT / 2),
-        pos=(0, 0, CLEARANCE + BODY_HEIGHT / 2), mass=BODY_MASS, contype=2, conaffinity=1, group=BODY_GROUP)
+        pos=(0, 0, CLEARANCE + BODY_HEIGHT / 2),
+        mass=max(LEAST_BODY, wheels.mass - wheels.amount * WHEEL_MASS), contype=2, conaffinity=1, group=BODY_GROUP)
     for number in range(wheels.amount):
         _add_wheel(body, wheels, number)
 
@@ -78,8 +75,9 @@ def _add_wheel(body, wheels, number):
               xyaxes=(math.cos(direction), math.sin(direction), 0, 0, 0, -1))
     # x = direction, y = down, so z = x cross y = the direction turned by +90 degrees
     add(hub, "joint", name=f"wheel{number}", type="hinge", axis=(0, 0, 1),
-        frictionloss=STALL * wheels.gear * GEAR_FRICTION, armature=ROTOR_INERTIA * wheels.gear ** 2)
-    add(hub, "geom", type="cylinder", size=(0.55 * radius, ROW_OFFSET * 1.6), mass=WHEEL_MASS,
+        frictionloss=wheels.motor.stall_torque * wheels.gear * GEAR_FRICTION,
+        armature=wheels.motor.rotor_inertia * wheels.gear ** 2)
+    add(hub, "geom", type="cylinder", size=(0.55 * radius, ROW_OFFSET * 1.6), mass=HUB_MASS,
         contype=0, conaffinity=0, group=BODY_GROUP)
     thick = ROLLER_PART * radius
     # an ellipsoid whose tip is as curved as the wheel: the wheel rolls without bumps

@@ -4,57 +4,47 @@ import math
 import time
 import types
 
-from robotont_firmware import config
-from robotont_firmware.gain_bounds import LARGEST, NO_ARC
+from robotont_driver.kinematics.motor import WHEEL_MASS
+from robotont_firmware import config, robot_numbers
 from robotont_firmware.main_loop import Controller
 
 EVEN = 0.1  # by which the sines of the angles between wheels may differ
-THESIS_MASS, THESIS_INERTIA = 3.576, 0.0429  # [kg, kg m^2] of the robot for which config.LEAD and TURN_LEAD are,
-THESIS_DISTANCE, THESIS_WAY = 0.125, 0.035 / 18.75  # [m] of its wheels from its middle; [m/rad] of rim by motor shaft
-ROTOR_LEAD = 38  # [1/16 period] of LEAD and TURN_LEAD is the motor's own
-HALF = 8         # [1/16 period] by which a LEAD is less than the time constant: a period's effort acts on its mean
-DARK = 25  # [periods] that a board without power and then starting does nothing
+HOLLOW = 0.34  # moment of inertia of a wheel, in its mass times its radius squared
+DARK = 0.5  # [s] that a board without power and then starting does nothing
 
 
 def configuration(wheels, mass, inertia):
-    """The firmware's configuration for `Wheels` and a robot of `mass` [kg] and `inertia` [kg m^2], as attributes."""
-    numbers = {name: value for name, value in vars(config).items() if name.isupper()}
-    turning = inertia / THESIS_INERTIA * (THESIS_DISTANCE * wheels.amount / sum(wheels.distances)) ** 2
-    larger = max(1.0, way(wheels) * 3 / wheels.amount)  # the same force is more torque
-    loads = {name: min(round(larger * numbers[name]), config.MAX_TORQUE) for name in ("MAX_LOAD", "BLOCKED_INTEGRAL")}
-    leads = {"LEAD": lead(config.LEAD, wheels, mass / THESIS_MASS),
-             "TURN_LEAD": lead(config.TURN_LEAD, wheels, turning)}
-    return types.SimpleNamespace(**{**numbers, **loads, **leads, "ARC": arc(wheels, leads["LEAD"]),
-                                    "RATE": round(wheels.pid_frequency), "PROFILE": "simulated"})
+    """The firmware's configuration, attributes, for `Wheels` and a robot of `mass` [kg] and `inertia` [kg m^2].
 
-
-def way(wheels):
-    """By how much farther than the thesis' robot a turn of the motor's shaft moves this one."""
-    return sum(wheels.radii) / wheels.amount / wheels.gear / THESIS_WAY
-
-
-def lead(number, wheels, times):
-    """LEAD or TURN_LEAD of a robot that is `times` as heavy as the thesis', whose `number` that is.
-
-    A motor feels mass by the square of the way by which it moves it.
+    Raises ValueError, with what was found and what is allowed, for a robot that the firmware cannot drive.
     """
-    load = times * way(wheels) ** 2 * 3 / wheels.amount
-    most = LARGEST // (7 * 256 * config.MAX_SPEED + config.TURN_DRAG)
-    return min(round(ROTOR_LEAD + (number - ROTOR_LEAD) * load), most)
+    motor, radius = wheels.motor, sum(wheels.radii) / wheels.amount
+    turned = motor.rotor_inertia + HOLLOW * WHEEL_MASS * (radius / wheels.gear) ** 2
+    numbers = types.SimpleNamespace(**{
+        **{name: value for name, value in vars(config).items() if name.isupper()}, "PROFILE": "simulated",
+        "WHEELS": wheels.amount, "RATE": round(wheels.pid_frequency), "EDGES": wheels.edges_per_motor_turn,
+        "GEAR": round(100 * wheels.gear), "RADIUS": round(1e6 * radius), "EVEN": int(is_even(wheels)),
+        "DISTANCE": round(1e6 * sum(map(abs, wheels.levers)) / wheels.amount),
+        "MASS": round(1e3 * mass), "INERTIA": round(1e7 * inertia), "NO_LOAD_SPEED": round(10 * motor.no_load_speed),
+        "STALL_TORQUE": round(1e6 * motor.stall_torque),
+        "TIME_CONSTANT": round(1e3 * turned * motor.no_load_speed / motor.stall_torque)})
+    try:
+        if wheels.pid_frequency != numbers.RATE:
+            raise ValueError(f"config.RATE: found {wheels.pid_frequency:g}, allowed: whole Hz")
+        robot_numbers.check(numbers)
+    except ValueError as error:
+        raise ValueError(f"the firmware cannot drive this robot: {error}. config.EDGES is "
+                         "encoderEdgesPerMotorRevolution of the wheel parameters, RATE pidControlFrequency, GEAR "
+                         "100 * gearboxReductionRatio, NO_LOAD_SPEED 10 * motorNoLoadSpeed") from None
+    return numbers
 
 
-def arc(wheels, lead):
-    """ARC of the firmware's configuration for wheels one after the other at even angles; of others NO_ARC.
-
-    An arc bends the way of the mass: what of `lead` are the rotors has no part in it.
-    """
+def is_even(wheels):
+    """Whether the wheels follow each other at even angles in the direction in which they turn the robot."""
     after = [*wheels.directions[1:], wheels.directions[0]]
-    steps = [math.sin(one - other) for one, other in zip(after, wheels.directions)]
-    if max(steps) - min(steps) > EVEN:
-        return NO_ARC
-    mean = sum(steps) / wheels.amount * sum(wheels.distances) / sum(wheels.metres_per_edge)
-    edges = 2 * mean * math.copysign(1, sum(wheels.levers)) * lead / max(1, lead - ROTOR_LEAD + HALF)
-    return min(max(round(edges), 2 * config.MAX_SPEED), NO_ARC) if edges > 0 else NO_ARC
+    steps = [math.sin(one - other) * math.copysign(1, sum(wheels.levers))
+             for one, other in zip(after, wheels.directions)]
+    return max(steps) - min(steps) <= EVEN and sum(steps) > 0
 
 
 LONGEST_STALL = 0.4  # [s] that is made up for; the firmware must not miss half a second of commands at once
@@ -86,7 +76,7 @@ class SimulatedBoard:
             controller.run()
             if not self._power_failed:
                 return
-            for _ in range(DARK):
+            for _ in range(round(DARK / self._period)):
                 self.wait_tick()
             while self.line.read(4096):
                 pass  # lost

@@ -16,7 +16,7 @@ from robotont_driver.ros.lifecycle import run_node
 from robotont_simulator.faulty_port import Port, PortError
 from robotont_simulator.official_firmware import OfficialFirmware, make_simulation
 from robotont_simulator.sensors import Sensors
-from robotont_simulator.simulated_board import SimulatedBoard
+from robotont_simulator.simulated_board import SimulatedBoard, configuration
 from robotont_simulator.simulation import Simulation
 from robotont_simulator.world import World, WorldError, read_world
 from robotont_simulator.world_map import WorldMap
@@ -79,7 +79,9 @@ class SimulatorNode:
     def _make_simulation(self, wheels, world):
         if self._official:
             return make_simulation(self._official, wheels, world, self._parameters["seed"], IMU_RATE)
-        return Simulation(wheels, world, self._parameters["seed"], IMU_RATE)
+        simulation = Simulation(wheels, world, self._parameters["seed"], IMU_RATE)
+        configuration(wheels, *simulation.inertia)  # refuses what the firmware cannot drive
+        return simulation
 
     def _make_board(self):
         """An object with run(); `due`, when the newest period was over, and `late`."""

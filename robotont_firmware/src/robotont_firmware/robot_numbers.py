@@ -1,0 +1,164 @@
+"""Every number of the loop from what config tells of robot and motors: integers, alike on every interpreter.
+
+Speeds are counted in *fine* units per control period: an edge is 2^shift of them, with the shift that brings the
+no-load speed to 32768 .. 65535. So gains and limits are shares of the no-load speed, whatever encoder, gear and rate,
+and no product outgrows the board's small integers of 31 bits: the loop allocates nothing. The tests look at every
+result. A control period is one period, or as many as make 20 ms, where the packets come faster.
+"""
+
+LARGEST = 0x3FFFFFFF  # the largest small integer
+MOTOR_VOLTAGE = 12000  # [mV] at which efforts hold
+MAX_PERIODS = 16  # [periods] the most missed ticks that a step makes up for; the watchdog comes before
+NO_ARC = 1 << 28  # an arc that bends nothing
+TURN = 628319  # [1/100000 rad]
+CONTROL_RATE = 50  # [Hz]
+LAG = 6000  # [us] between counts and effort
+LEAST_EDGES, MOST_EDGES = 8, 16000  # [edges] in a control period, and in a period, without load
+_SINES = (866, 1000, 951, 866, 782, 707)  # [1/1000] of the angle between 3 .. 8 wheels
+
+_RANGES = (  # name, least, most
+    ("WHEELS", 3, 8),
+    ("RATE", 2, 1000),
+    ("EDGES", 1, 1000000),
+    ("GEAR", 10, 100000),
+    ("RADIUS", 1000, 1000000),
+    ("DISTANCE", 1000, 10000000),
+    ("MASS", 1, 1000000),
+    ("INERTIA", 1, 10000000000),
+    ("EVEN", 0, 1),
+    ("NO_LOAD_SPEED", 10, 50000),
+    ("STALL_TORQUE", 100, 1000000000),
+    ("TIME_CONSTANT", 5, 1000),
+    ("BATTERY", 9000, 30000),
+    ("BATTERY_LOW", 0, 30000),
+    ("FULL_EFFORT", 1000, 4000),
+    ("MAX_SPEED", 10, 1000),
+    ("MAX_ACCELERATION", 10, 1000),
+    ("MAX_BRAKING", 10, 1000),
+    ("OVERLOAD_TIME", 20, 4000),
+    ("RUBBING", 0, 1000),
+    ("TIMEOUT", 20, 500),
+    ("BRAKING", 0, 2000),
+    ("FAULT_HOLD", 20, 20000),
+    ("ANSWER_INTERVAL", 20, 20000),
+    ("TEST_TIME", 20, 1000),
+    ("TEST_SPEED", 10, 500),
+)
+
+
+def line_bytes(config):
+    """Return the bytes that the serial line brings in one period, and an eighth more for a late reader."""
+    return max(1, config.BAUDRATE // 10 // config.RATE * 9 // 8)
+
+
+def ticks(config, milliseconds):
+    """Return a time in periods, one at least."""
+    return max(1, (milliseconds * config.RATE + 500) // 1000)
+
+
+def check(config):
+    """Raise ValueError, with what was found and what is allowed, for the first number that does not fit."""
+    for name, least, most in _RANGES:
+        check_number(config, name, least, most)
+    full = config.FULL_EFFORT
+    check_number(config, "STATIC", 0, full // 4)
+    for name in ("MAX_EFFORT", "MAX_TORQUE", "CONTINUOUS_TORQUE"):
+        check_number(config, name, 1, full)
+    check_number(config, "MAX_LOAD", 1, full // 2)
+    check_number(config, "TEST_EFFORT", 0, full // 4)
+    every = control_periods(config)
+    for amount, periods, most in ((LEAST_EDGES, every, 0), (MOST_EDGES, 1, 1)):
+        edges = free_speed(config, periods, 0)
+        if (edges > amount) == bool(most):
+            bound = "most" if most else "least"
+            raise ValueError(f"config.EDGES: found {config.EDGES}, allowed: as many as make {amount} edges at {bound} "
+                             f"in {periods * 1000 // config.RATE} ms without load, not {edges}: or another RATE")
+
+
+def control_periods(config):
+    """Return how many periods make a control period."""
+    return max(1, (config.RATE + CONTROL_RATE // 2) // CONTROL_RATE)
+
+
+def free_speed(config, periods, shift):
+    """Return the no-load speed: edges * 2^shift in so many periods."""
+    return (config.NO_LOAD_SPEED * config.EDGES * periods * 100000 << shift) // (10 * TURN * config.RATE)
+
+
+def at_battery(value, battery):
+    """Return a gain or an effort of 12 V for a battery of `battery` mV: more volts, less duty."""
+    return value * MOTOR_VOLTAGE // battery
+
+
+class Numbers:
+    """What the loop needs: speeds in fine units, gains in 1/65536 effort per fine unit, times in control periods.
+
+    Raises ValueError for a configuration that does not fit.
+    """
+
+    def __init__(self, config):
+        check(config)
+        battery, full, wheels = config.BATTERY, config.FULL_EFFORT, config.WHEELS
+        self.every = every = control_periods(config)
+        period = 1000000 * every // config.RATE  # [us]
+        self.shift = 0
+        while free_speed(config, every, self.shift) < 32768:
+            self.shift += 1
+        self.free = free = free_speed(config, every, self.shift)
+        self.max_speed = free * config.MAX_SPEED // 1000
+        self.most_edges = 2 * free >> self.shift  # [edges per control period] more are no speed
+        edge = 1 << self.shift
+        self.follows = max(free // 50, edge * 3 // 2)
+        self.creeps = max(free // 20, 2 * edge)
+        self.growth = max(free // 100, 2 * edge)
+        self.reach = min(free * battery // MOTOR_VOLTAGE * 9 // 8, 2 * free - 1)
+
+        gain = ((full - config.STATIC) << 16) // free
+        self.static, self.gain, self.load = (
+            at_battery(value, battery) for value in (config.STATIC, gain, config.MAX_LOAD))
+        self.coasts = config.DRIVER == "coast"
+        self.p = self.gain * min(1667, 740000 * config.TIME_CONSTANT // period) // 1000
+        self.i = max(1, self.p * period // max(122000, period * 61 // 10))
+        self.brake = self.gain * min(3125, 1400000 * config.TIME_CONSTANT // period) // 1000
+        self.follow = 256 * period // (period + 20000)
+        self.max_effort, self.full = config.MAX_EFFORT, full
+        self.max_torque = min(full, at_battery(config.MAX_TORQUE, battery))
+        self.continuous = min(at_battery(config.CONTINUOUS_TORQUE, battery), self.max_torque)
+        self.overload = max(1, config.OVERLOAD_TIME * 1000 // period)
+
+        # What mass and inertia add to the motors' time constant [us].
+        shaft = config.RADIUS ** 2 * config.NO_LOAD_SPEED
+        torque = wheels * config.STALL_TORQUE * config.GEAR ** 2
+        mass = config.MASS * shaft * 2 // torque
+        turn = config.INERTIA * shaft * 100000000 // (torque * config.DISTANCE ** 2)
+        own = max(0, 1000 * config.TIME_CONSTANT + LAG - period // 2)
+        self.lead = max(1, (own + mass) * 16 // period)  # [1/16 period]
+        self.turn_lead = max(1, (own + turn) * 16 // period)
+        torque_change = self.max_torque * (16 << 16) * battery // (
+            MOTOR_VOLTAGE * gain * max(self.lead, self.turn_lead))
+        self.change, self.braking = (
+            max(1, min(torque_change * part // 8, free * percent // 100 * period // 1000000))
+            for part, percent in ((8, config.MAX_ACCELERATION), (7, config.MAX_BRAKING)))
+        force = wheels * config.GEAR * config.STALL_TORQUE  # of all motors, over radius
+        rubs = config.RUBBING * config.MASS * 981 * config.RADIUS * full // (force * 10000000)
+        self.drag = min(rubs * (16 << 16) // (self.turn_lead * gain), self.change)
+        self.turns = free // 256
+        self.arc = NO_ARC
+        if config.EVEN:
+            edges = 2 * _SINES[wheels - 3] * config.DISTANCE * config.GEAR * config.EDGES << self.shift
+            self.arc = max(2 * self.max_speed >> 8, min(NO_ARC, (
+                edges * (own + mass) // (config.RADIUS * TURN * 256 * max(1, mass)))))
+        stiff = min(15, 450000 // period) ** 2  # [1/s^2] of the whole robot
+        self.stiffness = max(1, (stiff * config.MASS * 2 * config.RADIUS ** 2 * full * TURN << 16) // (
+            force * config.GEAR * config.EDGES * 10000000000 << self.shift))
+
+    def periods(self, config, milliseconds):
+        """Return a time in control periods, one at least."""
+        return max(1, milliseconds * config.RATE // (1000 * self.every))
+
+
+def check_number(config, name, least, most, what=""):
+    """Raise ValueError unless that number of the configuration is whole and in range."""
+    value = getattr(config, name, None)
+    if type(value) is not int or not least <= value <= most:
+        raise ValueError(f"config.{name}: found {value!r}, allowed: a whole number from {least} to {most}{what}")

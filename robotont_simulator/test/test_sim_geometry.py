@@ -9,7 +9,8 @@ from robotont_description.geometry import robot_radius
 from robotont_driver.kinematics.wheel_params import read_wheels
 from robotont_driver.robots.robot_folder import read_robot
 from robotont_firmware import config
-from robotont_simulator.simulated_board import THESIS_INERTIA, THESIS_MASS, configuration
+from robotont_firmware.robot_numbers import Numbers
+from robotont_simulator.simulated_board import configuration
 from robotont_simulator.simulation import Simulation
 from robotont_simulator.world import World
 from robotont_testing.robots import ROBOTS, robot_folder
@@ -43,6 +44,14 @@ def test_the_motors_have_the_gearbox_of_the_wheel_file(gear):
 
 
 def test_the_thesis_robot_has_those_of_the_firmware():
-    numbers = configuration(read_robot("thesis").wheels, THESIS_MASS, THESIS_INERTIA)
-    for name in ("LEAD", "TURN_LEAD", "MAX_LOAD", "BLOCKED_INTEGRAL", "ARC"):
-        assert getattr(numbers, name) == pytest.approx(getattr(config, name), rel=0.002), name
+    wheels = read_robot("thesis").wheels
+    told = configuration(wheels, *Simulation(wheels, World((), (0.0, 0.0, 0.0))).inertia)
+    for name in ("lead", "turn_lead", "gain", "p", "i", "change", "braking", "arc", "stiffness"):
+        assert getattr(Numbers(told), name) == pytest.approx(getattr(Numbers(config), name), rel=0.02), name
+
+
+@pytest.mark.parametrize("key, value", [("encoderEdgesPerMotorRevolution", 8192), ("pidControlFrequency", 12.5)])
+def test_a_robot_that_the_firmware_cannot_drive_is_refused_with_words(key, value):
+    wheels = read_wheels({**ROBOTS["shipped"], "pidControlFrequency": 10, key: value})
+    with pytest.raises(ValueError, match="cannot drive this robot: config.*found.*allowed"):
+        configuration(wheels, 3.6, 0.043)

@@ -19,7 +19,7 @@ EVEN = 1  # whether the wheels stand in their order at even angles: then what be
 # Its motors, at their own shafts and at 12 V.
 NO_LOAD_SPEED = 9817  # [0.1 rad/s] 500 rpm behind the gear
 STALL_TORQUE = 31500  # [uN m] at 5 A
-TIME_CONSTANT = 45  # [ms] of a motor that turns a wheel in the air
+TIME_CONSTANT = 44  # [ms] of a motor that turns a wheel in the air
 FULL_EFFORT = 4000  # [effort] 100 % PWM
 STATIC = 160  # [effort] overcomes friction: 0.2 A without load, of 5 A
 

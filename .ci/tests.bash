@@ -86,10 +86,6 @@ test_on_python38() {
 # mutmut changes one thing at a time in each module of .ci/mutants.txt, or in those that are named, and runs the tests
 # that stand beside it; each in a folder of its own, whose `mutmut show NAME` and `mutmut browse` tell more.
 test_mutants() {
-    if [ "$*" = fault_watch ]; then # on the firmware's suites, under MicroPython
-        "$WORK/tools/bin/python" "$ROOT/robotont_firmware/test/mutants.py"
-        return
-    fi
     local python=$WORK/mutation/bin/python module tests folder
     if ! cmp -s "$ROOT/setup/pypi/mutants.txt" "$WORK/mutation/installed"; then
         install_python mutation mutants

@@ -10,16 +10,17 @@ from functools import lru_cache
 from typing import NamedTuple, Tuple
 
 TIMED_OUT, WAITS_FOR_ZERO, BATTERY_LOW = 1, 2, 4  # flags
-NO_FAULT, DRIVER_FAULT, NO_COUNTS, WRONG_WAY, OVERLOAD, TOO_MANY = range(6)  # what is wrong with a wheel
+NO_FAULT, DRIVER_FAULT, NO_COUNTS, WRONG_WAY, OVERLOAD, TOO_MANY, NOISE = range(7)  # what is wrong with a wheel
 
 OFF = "; all motors are off until a command of zeros"
 FAULTS = {
     DRIVER_FAULT: "wheel {}: its motor driver reports a fault (too much current, heat, or no supply)" + OFF,
-    NO_COUNTS: "wheel {}: no counts although it is driven, or uneven ones: encoder unplugged or dirty, motor without "
+    NO_COUNTS: "wheel {}: no counts although it is driven: encoder unplugged, motor without "
                "current, or wheel blocked" + OFF,
     WRONG_WAY: "wheel {}: counts against its direction: encoder or motor leads reversed, or motor without current and "
                "dragged" + OFF,
     TOO_MANY: "wheel {}: counts more than its motor can turn: another encoder or gear than configured, or noise" + OFF,
+    NOISE: "wheel {}: counts to and fro while it stands: encoder unplugged, or its cable picks up the motors" + OFF,
 }
 NOTICES_KEPT = 8
 MOST_LOAD = 90  # [%] of a period
@@ -31,7 +32,7 @@ class BoardStatus(NamedTuple):
     flags: int                # TIMED_OUT, WAITS_FOR_ZERO, BATTERY_LOW
     missed: int               # ticks that the board missed, modulo 256
     refused: int              # lines that the board refused, modulo 256
-    wheels: Tuple[int, ...]   # one of NO_FAULT .. OVERLOAD per wheel
+    wheels: Tuple[int, ...]   # one of NO_FAULT .. NOISE per wheel
     voltage: float = 0.0      # [V] of the battery; 0: not measured
     load: int = 0             # [%] of a period that the board's work took at most; 0: not measured
 

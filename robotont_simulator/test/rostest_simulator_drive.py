@@ -73,7 +73,7 @@ class SimulatorDriveTest(SimulationTest):
 
     def test_the_diagnostics_name_what_breaks(self):
         self.start()
-        self.wheels_fault("encoders", [0, 1, 1], "wheel 0: no counts although it is driven, or uneven ones: "
+        self.wheels_fault("encoders", [0, 1, 1], "wheel 0: no counts although it is driven: "
                           "encoder unplugged")
         self.wheels_fault("motors", [1, 1, 0], "wheel 2: ")
         # held while it stands: no counts; held while it turns, the others drag it: overloaded, its current limited

@@ -13,7 +13,7 @@ ROOT = Path(__file__).resolve().parents[2]
 NEEDS_THE_STACK = {"navigation.launch": "move_base", "slam.launch": "gmapping",
                    "diagnostics.launch": "diagnostic_aggregator",
                    "camera_scan.launch": "depthimage_to_laserscan",
-                   "robot_localization.launch": "robot_localization"}
+                   "robot_localization.launch": "robot_localization", "gamepad.launch": "teleop_twist_joy"}
 PYTHON = "-DPYTHON_EXECUTABLE=/usr/bin/python3"
 PARSE = """
 import sys

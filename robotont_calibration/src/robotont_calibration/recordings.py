@@ -92,6 +92,9 @@ class Recording:
 
 
 def stamps_of(arrivals, period):
-    """[s] when packets of a `period` [s] were made that came at `arrivals` [s], as odom_node stamps them."""
-    clock = OdometryStamps(period)
-    return np.array([clock.stamp(at, at) for at in (round(arrival * SECOND) for arrival in arrivals.tolist())]) / SECOND
+    """[s] when packets of a `period` [s] were made that came at `arrivals` [s], as odom_node stamps them.
+
+    They are numbered as they stand: where one was lost, the line of the stamps begins anew behind it.
+    """
+    clock, arrivals = OdometryStamps(period), (round(arrival * SECOND) for arrival in arrivals.tolist())
+    return np.array([clock.stamp(at, at, number) for number, at in enumerate(arrivals)]) / SECOND

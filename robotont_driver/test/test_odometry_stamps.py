@@ -120,7 +120,7 @@ def test_never_ahead_of_now_and_never_behind_the_last(moves):
     clock = OdometryStamps(PERIOD)
     arrival, wall, number, before = 0, EPOCH, 0, None
     for gap, step, more in moves:
-        arrival, wall = arrival + abs(gap), wall + (step if step % 5 == 0 else 0)
+        arrival, wall = arrival + abs(gap) + 1, wall + (step if step % 5 == 0 else 0)
         number, event = number + (more or 0), clock.event_at
         stamp = clock.stamp(arrival, arrival + wall, None if more is None else number)
         assert isinstance(stamp, int)

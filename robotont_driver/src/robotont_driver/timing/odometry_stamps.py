@@ -24,7 +24,7 @@ class OdometryStamps:
         self._nominal = self._period = self._reliable = period * SECOND
         self._origin = self._newest = self._given = None
         self.drift, self.restarts, self.event, self.event_at = 0.0, -1, None, None
-        self._losses = 1  # that have proved to be some, less those that have not: 0 to 3
+        self._losses = 0  # that have proved to be some, less those that have not: 0 to 3
 
     def stamp(self, arrival, now, number=None):
         """Stamp of the next packet on the wall clock: never ahead of what that reads `now`, never behind the last one.
@@ -58,7 +58,7 @@ class OdometryStamps:
         queue, self._late, on_time = late < self._late - self._period / 2, late, late < LATE * self._period
         self._late_from = math.inf if on_time or queue else min(self._late_from, arrival)
         if late < -LATE * self._period or arrival - self._late_from > SETTLED * (late < LOST * self._period):
-            self._losses = self._losses or 1
+            self._losses = (self._losses or 1) * (late >= 0)  # before what comes so early no packet was lost
             self._begin(arrival)
             return
         self._earliest = min(self._earliest, (self._line + late, self._number), key=self._residual)

@@ -52,7 +52,7 @@ def test_an_encoder_that_breaks(state, fault, wheel, units):
             run.hold(twist, 1.5)
         # The set-points take their time; and what a fast wheel does suddenly changes the motion of the robot.
         within = 0.6 if driving and abs(units) < 150 else 0.6 + abs(units) / 500
-        assert break_encoder(run, wheel, state, twist, within, abs(units)) <= max(1.3, CREEP / abs(units))
+        assert break_encoder(run, wheel, state, twist, within, abs(units)) <= max(1.5, CREEP / abs(units))
         assert run.status.wheels == tuple(fault if other == wheel else 0 for other in range(3))
 
 
@@ -85,4 +85,4 @@ def test_an_encoder_that_breaks_on_a_slow_wheel_beside_fast_ones(state):
     wheel = int(np.argmin(units))
     assert units[wheel] < max(units) / 5
     run.hold(twist, 1.5)
-    assert break_encoder(run, wheel, state, twist, 1.5, max(units)) <= 0.7
+    assert break_encoder(run, wheel, state, twist, 1.5, max(units)) <= 1.0  # no faster than the fastest should be

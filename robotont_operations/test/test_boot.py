@@ -135,6 +135,7 @@ def come(robot, condition, what):
 
 
 @pytest.mark.timed
+@pytest.mark.alone
 def test_boot_without_network_to_the_first_odometry(robot):
     odom, booted = robot.shared / "odom", robot.shared / "booted"
     come(robot, lambda: odom.exists() and odom.read_text(), "odometry")

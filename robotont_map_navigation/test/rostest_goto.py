@@ -141,6 +141,19 @@ class GotoTest(NodeTest):
         self.assertEqual(status, 1, lines)
         self.assertIn("move_base gave up (ABORTED): Failed to find a valid plan", lines[-1])
 
+    def test_a_goal_that_waits_is_not_sent_again_once_somebody_has_pressed_the_emergency_stop(self):
+        self.start_server("/pressed", barred=1000)
+        goals = self.listen("/pressed/move_base/goal", MoveBaseActionGoal)
+        goto = self.start_goto("2", "2", "0")
+        wait_for(lambda: len(goals) > 1, "a goal that waits")
+        button = rospy.Publisher("/pressed/emergency_stop/pressed_by", String, queue_size=1, latch=True)
+        button.publish("/page")
+        status, lines = self.end(goto)
+        self.assertEqual(status, 1, lines)
+        sent = len(goals)
+        button.publish("")
+        self.assertEqual(len(goals), sent)
+
     def test_what_holds_the_robot_ends_the_goal(self):
         self.start_server("/held", repeat=True)
         goto = self.start_goto("5", "0", "0")

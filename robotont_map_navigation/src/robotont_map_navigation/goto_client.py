@@ -159,16 +159,16 @@ class GoTo:
             return Outcome(INTERRUPTED, f"interrupted; {self.cancel()}")
 
     def _may_go_on(self, found):
-        """Whether what made move_base give up may pass: a door, a cable, a sensor; not what holds the robot."""
-        return found.status == GAVE_UP and not self._held
+        """Whether what made move_base give up may pass: a door, a cable, a sensor; not who holds or stops it."""
+        return found.status == GAVE_UP and not self._held and not self._stopped_by
 
     def _wait_and_send_again(self, goal, found, waited, patience):
         end = time.monotonic() + AGAIN
-        while time.monotonic() < end and not self._left:
+        while time.monotonic() < end and not self._left and not self._stopped_by:
             self._show(f"waits, {waited:.0f} of {patience:.0f} s: {self._cause() or found.words}")
             time.sleep(0.1)
         with self._lock:
-            if not self._left:
+            if not self._left and not self._stopped_by:  # a goal of before a stop must not drive after its release
                 self.send(goal)
 
     def _cause(self):

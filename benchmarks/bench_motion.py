@@ -18,7 +18,7 @@ from robotont_boards import BOARDS
 from robotont_driver.command.command_stream import CommandStream
 from robotont_driver.command.limits import Limits
 from robotont_driver.kinematics.kinematics import Kinematics
-from robotont_driver.kinematics.motor import BODY_MASS
+from robotont_driver.kinematics.wheel_params import BODY_MASS
 from robotont_driver.robots.robot_folder import read_robot
 from robotont_firmware import config
 from robotont_simulator.lockstep import LockstepRun

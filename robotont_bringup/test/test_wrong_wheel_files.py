@@ -13,7 +13,7 @@ PROGRAMS = {
     "robotont_calibration/scripts/odometry_report": ["DRIVE", "--wheel-params", "FILE"],
     "robotont_description/scripts/describe": ["robot:=FOLDER"],
     "robotont_description/scripts/robot_radius": ["robot:=FOLDER"],
-    "robotont_driver/scripts/turned_wheels": ["robot:=FOLDER"],
+    "robotont_calibration/scripts/turned_wheels": ["robot:=FOLDER"],
     "robotont_simulator/scripts/fast_drive": ["--wheel-params", "FILE"],
 }
 

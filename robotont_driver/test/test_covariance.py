@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 from scipy.stats import binom, chi2
 
-from robotont_driver.kinematics.kinematics import Kinematics
-from robotont_driver.kinematics.least_squares import SOLVERS
+from robotont_driver.kinematics.kinematics import SOLVERS, Kinematics
 from robotont_driver.kinematics.wheel_params import read_wheels
 from robotont_driver.odometry.odometry import WheelOdometry
 from robotont_testing import other_noise

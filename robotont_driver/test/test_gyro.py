@@ -12,8 +12,8 @@ from robotont_driver.kinematics.wheel_params import read_wheels
 from robotont_driver.nodes.odom_node import GYRO_BIAS_DRIFT, GYRO_SCALE_NOISE, PARAMETERS
 from robotont_driver.odometry.gyro_fusion import GAP, GyroFusion
 from robotont_driver.odometry.odometry import WheelOdometry
+from robotont_driver.odometry.odometry_stamps import SECOND, OdometryStamps
 from robotont_driver.odometry.slip import SlipSearch
-from robotont_driver.timing.odometry_stamps import SECOND, OdometryStamps
 from robotont_testing import other_noise, rough_noise
 from robotont_testing.robots import SHIPPED
 from robotont_testing.simulated_wheels import PERIOD, path_of

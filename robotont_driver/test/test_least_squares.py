@@ -1,7 +1,6 @@
 import numpy as np
 
-from robotont_driver.kinematics.kinematics import wheel_matrix
-from robotont_driver.kinematics.least_squares import SOLVERS, condition, least_squares, triples
+from robotont_driver.kinematics.kinematics import SOLVERS, condition, least_squares, triples, wheel_matrix
 from robotont_driver.kinematics.wheel_params import read_wheels
 from robotont_testing.robots import UNEVEN_4, UNEVEN_5
 

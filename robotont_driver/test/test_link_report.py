@@ -4,12 +4,12 @@ import types
 
 from checked_bench import Sender
 
+from robotont_driver.command.command_age import StallWatch
 from robotont_driver.kinematics.wheel_params import read_wheels
 from robotont_driver.protocol.connection import Connection
 from robotont_driver.robots.battery import Battery
 from robotont_driver.ros import link_report
 from robotont_driver.ros.diagnostics import OK, WARN
-from robotont_driver.timing.starvation import StallWatch
 from robotont_testing.robots import SHIPPED
 
 CALM = types.SimpleNamespace(amount=0)  # refusals

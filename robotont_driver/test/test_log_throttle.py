@@ -1,4 +1,4 @@
-from robotont_driver.ros.log_throttle import QUIET, Refusals
+from robotont_driver.ros.diagnostics import QUIET, Refusals
 
 
 def test_the_first_refusal_of_a_kind_is_logged_and_no_repetition():

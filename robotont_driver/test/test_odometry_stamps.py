@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from robotont_driver.timing.odometry_stamps import SECOND, OdometryStamps
+from robotont_driver.odometry.odometry_stamps import SECOND, OdometryStamps
 from robotont_testing import other_noise, rough_noise
 
 PERIOD = 0.02  # [s]

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from robotont_driver.kinematics.kinematics import Kinematics
-from robotont_driver.kinematics.motor import counts_in_reach
-from robotont_driver.kinematics.wheel_params import doubts, read_wheels
+from robotont_driver.kinematics.wheel_params import counts_in_reach, doubts, read_wheels
 from robotont_driver.parameters.parameters import ParameterError
 from robotont_testing.robots import BARE
 

@@ -5,13 +5,14 @@ import json
 import pytest
 from checked_bench import Reader
 
-from robotont_driver.protocol.checked_packet import CheckedPacket
-from robotont_driver.protocol.checksum import add_checksum, crc16
-from robotont_driver.protocol.line_splitter import LineSplitter
+from robotont_driver.protocol.checked import CheckedPacket
 from robotont_driver.protocol.packet import (
     LONGEST_LINE,
+    LineSplitter,
     Packet,
     PacketError,
+    add_checksum,
+    crc16,
     format_packet,
     parse_packet,
 )

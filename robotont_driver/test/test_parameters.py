@@ -2,7 +2,6 @@ import shutil
 
 import pytest
 
-from robotont_driver.command.packet_repetition import check_repetition
 from robotont_driver.kinematics.wheel_params import read_wheels
 from robotont_driver.nodes.driver_node import PARAMETERS as DRIVER
 from robotont_driver.nodes.driver_node import conflicts as conflicts_of_driver
@@ -12,7 +11,8 @@ from robotont_driver.nodes.serial_com_node import PARAMETERS as SERIAL_COM
 from robotont_driver.nodes.serial_com_node import conflicts as conflicts_of_serial_com
 from robotont_driver.parameters.parameters import ParameterError, read_parameters, shown
 from robotont_driver.robots.robot_folder import read_robot, shipped
-from robotont_driver.ros.node_parameters import COMMON_PARAMETERS
+from robotont_driver.ros.lifecycle import COMMON_PARAMETERS
+from robotont_driver.ros.packet_topics import check_repetition
 from robotont_testing.robots import SHIPPED
 
 TIMEOUT = "a finite number from 0.05 to 2 [s]: for so long the robot drives on when its commander dies"

@@ -3,7 +3,7 @@
 import pytest
 
 from robotont_driver.kinematics.wheel_params import read_wheels
-from robotont_driver.protocol.plain import Plain
+from robotont_driver.protocol.protocol import Plain
 from robotont_testing.robots import SHIPPED
 
 

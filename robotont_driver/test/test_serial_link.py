@@ -9,9 +9,9 @@ import time
 import pytest
 from link_bench import Ends
 
+from robotont_driver.command.command_age import StallWatch
 from robotont_driver.protocol import connection
 from robotont_driver.protocol.packet import Packet
-from robotont_driver.timing.starvation import StallWatch
 from robotont_testing.harness import wait_for
 from robotont_testing.stand_in_board import Board
 

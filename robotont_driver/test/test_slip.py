@@ -9,8 +9,7 @@ from scipy.stats import chi2
 from robotont_driver.kinematics.kinematics import Kinematics
 from robotont_driver.kinematics.wheel_params import read_wheels
 from robotont_driver.odometry.odometry import WheelOdometry
-from robotont_driver.odometry.slip import BLOCK, WINDOW, SlipSearch
-from robotont_driver.odometry.slip_words import fault_of_wheels
+from robotont_driver.odometry.slip import BLOCK, WINDOW, SlipSearch, fault_of_wheels
 from robotont_testing.rough_noise import counts, followed, joystick
 from robotont_testing.simulated_wheels import PERIOD, even_wheels, path_of
 

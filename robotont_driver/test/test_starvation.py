@@ -1,6 +1,6 @@
 import pytest
 
-from robotont_driver.timing.starvation import LONGEST, StallWatch
+from robotont_driver.command.command_age import LONGEST, StallWatch
 
 GAP = 0.25
 

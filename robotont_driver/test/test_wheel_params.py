@@ -3,12 +3,17 @@ import math
 import pytest
 
 from robotont_driver.kinematics.kinematics import Kinematics
-from robotont_driver.kinematics.motor import Motor, counts_in_reach, no_load_speeds
-from robotont_driver.kinematics.wheel_params import MOST_WHEELS, doubts, read_wheels
+from robotont_driver.kinematics.wheel_params import (
+    MOST_WHEELS,
+    Motor,
+    counts_in_reach,
+    doubts,
+    no_load_speeds,
+    read_wheels,
+)
 from robotont_driver.parameters.parameters import ParameterError
-from robotont_driver.protocol.checksum import add_checksum
-from robotont_driver.protocol.packet import LONGEST_LINE, format_packet
-from robotont_driver.robots.wheel_file import read_wheel_file
+from robotont_driver.protocol.packet import LONGEST_LINE, add_checksum, format_packet
+from robotont_driver.robots.robot_folder import read_wheel_file
 from robotont_testing.robots import BARE, SHIPPED, WHEEL_PARAMS
 
 

@@ -5,8 +5,8 @@ import builtins
 import pytest
 from lifted_robot import RobotAtAPort, SimMotor
 
-from robotont_driver.tools import turned_wheels
-from robotont_driver.tools.bring_up import judge
+from robotont_calibration import turned_wheels
+from robotont_calibration.bring_up import judge
 
 
 @pytest.mark.parametrize("wrong, status, found", [

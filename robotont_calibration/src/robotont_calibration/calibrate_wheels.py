@@ -17,7 +17,7 @@ from robotont_calibration.recording_files import FORMATS, read_recording
 from robotont_calibration.recordings import stamps_of
 from robotont_calibration.wheel_estimation import calibrate
 from robotont_driver.kinematics.wheel_params import read_wheels
-from robotont_driver.robots.wheel_file import read_wheel_file
+from robotont_driver.robots.robot_folder import read_wheel_file
 
 TRACKED = (0.002, math.radians(0.2))  # [m], [rad] error of a ground truth's poses, and of their stamps
 TAPED = (0.003, math.radians(0.7))    # [m], [rad] error of a tape and a ruler on the floor

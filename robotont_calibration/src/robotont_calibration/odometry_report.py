@@ -13,7 +13,7 @@ from robotont_calibration.trajectory import Trajectory, write_tum
 from robotont_calibration.trajectory_errors import Report
 from robotont_driver.kinematics import se2
 from robotont_driver.kinematics.kinematics import Kinematics
-from robotont_driver.robots.wheel_file import read_wheel_file
+from robotont_driver.robots.robot_folder import read_wheel_file
 
 
 def parse(arguments):

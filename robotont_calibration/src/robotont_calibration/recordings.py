@@ -7,8 +7,8 @@ import numpy as np
 from robotont_calibration.trajectory import Trajectory
 from robotont_driver.kinematics import se2
 from robotont_driver.odometry.odometry import LONGEST_HOLD
+from robotont_driver.odometry.odometry_stamps import SECOND, OdometryStamps
 from robotont_driver.protocol.packet import LONGEST_LINE, PacketError, parse_packet
-from robotont_driver.timing.odometry_stamps import SECOND, OdometryStamps
 
 
 class RecordingError(ValueError):

@@ -19,8 +19,7 @@ from sensor_msgs.msg import BatteryState
 
 from robotont_driver.parameters.parameters import Parameter
 from robotont_driver.ros.diagnostics import ERROR, OK, WARN, Health, robot_name
-from robotont_driver.ros.lifecycle import run_without_wheels
-from robotont_driver.ros.node_parameters import refuse
+from robotont_driver.ros.lifecycle import refuse, run_without_wheels
 from robotont_driver.ros.worker import Worker
 from robotont_fleet import zenoh_keys as keys
 from robotont_fleet.mailbox import Mailbox

@@ -11,7 +11,7 @@ from robotont_calibration.arguments import numbers
 from robotont_calibration.recording_files import write_csv
 from robotont_calibration.standard_drives import DRIVES, PAUSE, REST
 from robotont_driver.kinematics import se2
-from robotont_driver.robots.wheel_file import read_wheel_file
+from robotont_driver.robots.robot_folder import read_wheel_file
 from robotont_simulator.lockstep import LockstepRun
 from robotont_simulator.simulation import Simulation
 from robotont_simulator.world import World

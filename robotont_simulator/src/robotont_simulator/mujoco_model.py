@@ -4,7 +4,7 @@ import math
 from xml.etree import ElementTree
 
 from robotont_description.geometry import robot_radius
-from robotont_driver.kinematics.motor import WHEEL_MASS
+from robotont_driver.kinematics.wheel_params import WHEEL_MASS
 from robotont_simulator.world import HEIGHT
 
 TIMESTEP = 0.002       # [s]

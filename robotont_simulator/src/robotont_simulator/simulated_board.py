@@ -4,7 +4,7 @@ import math
 import time
 import types
 
-from robotont_driver.kinematics.motor import WHEEL_MASS
+from robotont_driver.kinematics.wheel_params import WHEEL_MASS
 from robotont_firmware import config, robot_numbers
 from robotont_firmware.main_loop import Controller
 

@@ -4,7 +4,7 @@ import contextlib
 import os
 from collections import deque
 
-from robotont_driver.link.exclusive_port import waiting_bytes
+from robotont_driver.link.serial_port import waiting_bytes
 
 LONGEST_QUEUE = 64  # lines of low priority, beyond which the oldest are dropped
 

@@ -7,10 +7,10 @@ import termios
 import threading
 import time
 
-from robotont_driver.link.exclusive_port import explain, opened, usb_id
+from robotont_driver.command.command_age import StallWatch
 from robotont_driver.link.outbox import Outbox
+from robotont_driver.link.serial_port import explain, opened, usb_id
 from robotont_driver.protocol.connection import SILENCE, SILENT
-from robotont_driver.timing.starvation import StallWatch
 
 READ_SIZE = 4096     # [bytes]
 BITS_OF_A_BYTE = 10  # on the serial line, with start and stop

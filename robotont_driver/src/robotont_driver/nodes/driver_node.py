@@ -12,17 +12,14 @@ from robotont_driver.command.command_age import Arrivals
 from robotont_driver.command.command_stream import CommandStream
 from robotont_driver.command.emergency_stop import EmergencyStop
 from robotont_driver.command.limits import Limits
-from robotont_driver.command.packet_repetition import PUBLISH_RATE, WRITE_TIMEOUT, check_repetition
 from robotont_driver.kinematics.kinematics import Kinematics
 from robotont_driver.parameters.parameters import Parameter
 from robotont_driver.protocol.packet import Packet, format_packet
 from robotont_driver.ros.clocks import boot_time
-from robotont_driver.ros.diagnostics import OK, WARN, Health, robot_name
-from robotont_driver.ros.kept_parameter import KeptParameter
+from robotont_driver.ros.diagnostics import OK, WARN, Health, Refusals, robot_name
 from robotont_driver.ros.lifecycle import run_node
-from robotont_driver.ros.log_throttle import Refusals
-from robotont_driver.ros.packet_topics import topics_between_processes
-from robotont_driver.ros.worker import Worker
+from robotont_driver.ros.packet_topics import PUBLISH_RATE, WRITE_TIMEOUT, check_repetition, topics_between_processes
+from robotont_driver.ros.worker import KeptParameter, Worker
 from robotont_driver.rospy_repairs.rospy_internals import connection_header, connection_numbers
 from robotont_driver.rospy_repairs.topic_outages import OutageWatch
 

@@ -6,22 +6,19 @@ import time
 import rospy
 from std_srvs.srv import Empty, EmptyResponse, Trigger, TriggerResponse
 
-from robotont_driver.kinematics.kinematics import Kinematics
-from robotont_driver.kinematics.least_squares import SOLVERS
+from robotont_driver.kinematics.kinematics import SOLVERS, Kinematics
 from robotont_driver.odometry.gyro_fusion import GyroFusion
 from robotont_driver.odometry.odometry import WheelOdometry
-from robotont_driver.odometry.slip import SlipSearch
-from robotont_driver.odometry.slip_words import fault_of_wheels, values_of
+from robotont_driver.odometry.odometry_stamps import SECOND, OdometryStamps
+from robotont_driver.odometry.slip import SlipSearch, fault_of_wheels, values_of
 from robotont_driver.parameters.parameters import Parameter
 from robotont_driver.ros.clocks import boot_time, read_clocks
-from robotont_driver.ros.diagnostics import OK, WARN, Health, Rate, robot_name
+from robotont_driver.ros.diagnostics import OK, WARN, Health, Rate, Refusals, robot_name
 from robotont_driver.ros.imu_input import ImuInput
 from robotont_driver.ros.kept_pose import KeptPose
 from robotont_driver.ros.lifecycle import run_node
-from robotont_driver.ros.log_throttle import Refusals
 from robotont_driver.ros.odometry_messages import OdometryMessages
 from robotont_driver.ros.packet_topics import topics_between_processes
-from robotont_driver.timing.odometry_stamps import SECOND, OdometryStamps
 
 # [s] Without a newer command for this long, serial_com_node and the board have stopped the robot.
 COMMAND_AGE = 0.5

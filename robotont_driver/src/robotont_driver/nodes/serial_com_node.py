@@ -7,8 +7,7 @@ import traceback
 
 import rospy
 
-from robotont_driver.command.packet_repetition import PUBLISH_RATE, WRITE_TIMEOUT, check_repetition
-from robotont_driver.kinematics.motor import counts_in_reach
+from robotont_driver.kinematics.wheel_params import counts_in_reach
 from robotont_driver.link.serial_link import SerialLink
 from robotont_driver.parameters.parameters import Parameter
 from robotont_driver.protocol.board_wheels import DISTANCE
@@ -16,13 +15,11 @@ from robotont_driver.protocol.connection import AUTO, NAMES, Connection
 from robotont_driver.protocol.handshake import explained
 from robotont_driver.protocol.protocol import ProtocolError
 from robotont_driver.robots.battery import Battery, read_pack
-from robotont_driver.ros.diagnostics import Health
-from robotont_driver.ros.lifecycle import run_node
+from robotont_driver.ros.diagnostics import Health, Refusals
+from robotont_driver.ros.lifecycle import refuse, run_node
 from robotont_driver.ros.link_report import LinkReport
-from robotont_driver.ros.log_throttle import Refusals
-from robotont_driver.ros.node_parameters import refuse
 from robotont_driver.ros.official_topics import OfficialTopics
-from robotont_driver.ros.packet_topics import topics_between_processes
+from robotont_driver.ros.packet_topics import PUBLISH_RATE, WRITE_TIMEOUT, check_repetition, topics_between_processes
 
 DOUBT = "lines of the board were lost, or it has restarted: the odometry may be wrong by the counts between"
 START_PATIENCE = 3.0  # [s] for which a board may be missing at the start before the log says so; diagnostics do at once

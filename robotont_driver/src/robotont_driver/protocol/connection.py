@@ -4,8 +4,7 @@ from robotont_driver.protocol.board_wheels import DISTANCE
 from robotont_driver.protocol.checked import Checked
 from robotont_driver.protocol.handshake import REFUSED, ROBOTS, Listener
 from robotont_driver.protocol.packet import Packet, format_packet
-from robotont_driver.protocol.plain import Plain
-from robotont_driver.protocol.protocol import ProtocolError
+from robotont_driver.protocol.protocol import Plain, ProtocolError
 from robotont_driver.protocol.robotont2 import Robotont2
 from robotont_driver.protocol.robotont3 import USB_ID, Robotont3
 

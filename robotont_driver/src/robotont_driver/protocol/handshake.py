@@ -2,13 +2,10 @@
 
 import re
 
-from robotont_driver.protocol.checked import Checked
-from robotont_driver.protocol.checked_packet import CheckedPacket, ForeignPacketError
-from robotont_driver.protocol.line_splitter import LineSplitter
-from robotont_driver.protocol.packet import PacketError, parse_packet
-from robotont_driver.protocol.plain import Plain
+from robotont_driver.protocol.checked import Checked, CheckedPacket, ForeignPacketError
+from robotont_driver.protocol.packet import LineSplitter, PacketError, parse_packet
 from robotont_driver.protocol.pose_feedback import parse_pose
-from robotont_driver.protocol.protocol import decode
+from robotont_driver.protocol.protocol import Plain, decode
 from robotont_driver.protocol.robotont2 import BANNER, OLD, Robotont2, is_debug
 from robotont_driver.protocol.robotont3 import USB_ID, Robotont3
 

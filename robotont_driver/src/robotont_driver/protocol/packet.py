@@ -3,6 +3,7 @@
 Behind the semicolon, where a reader of plain packets stops, its number may stand on the topic serial_read.
 """
 
+import binascii
 import re
 
 LONGEST_LINE = 256  # [bytes] without the newline; a longer line is dropped
@@ -69,3 +70,46 @@ def _explain(text, wheels):
             return PacketError("number", f"{field[:20]!r} is not a number of up to 7 digits, in {text[:40]!r}")
     return PacketError(
         "fields", "{} fields instead of {} in {!r}".format(body.count(":") + 1, wheels, text[:40]))
+
+
+class LineSplitter:
+    """Cuts a stream of bytes into lines, however the bytes arrive."""
+
+    def __init__(self):
+        self.overlong = 0
+        self._rest = b""
+        self._skipping = False  # in a line that was too long, up to its end
+
+    def feed(self, data):
+        """List of the lines (bytes, without newline) that `data` completes."""
+        *ended, self._rest = (self._rest + data).split(b"\n")
+        lines = []
+        for line in ended:
+            if self._skipping:
+                self._skipping = False
+            elif len(line) > LONGEST_LINE:
+                self.overlong += 1
+            else:
+                lines.append(line)
+        if len(self._rest) > LONGEST_LINE:
+            if not self._skipping:
+                self._skipping = True
+                self.overlong += 1
+            self._rest = b""
+        return lines
+
+
+def crc16(data):
+    """CRC-16/CCITT-FALSE of bytes: polynomial 0x1021, initial value 0xFFFF, not reflected."""
+    return binascii.crc_hqx(data, 0xFFFF)
+
+
+def add_checksum(packet):
+    r"""The checked form, as bytes, of a plain command packet that ends with `;\\n`."""
+    body = packet.rstrip("\n").encode("ascii")
+    return body + b"%04X\n" % crc16(body)
+
+
+def has_checksum(line):
+    """Whether the last four characters of a line (ASCII, without newline), hexadecimal digits, are its checksum."""
+    return crc16(line[:-4].encode("ascii")) == int(line[-4:], 16)

@@ -10,8 +10,8 @@ from typing import NamedTuple
 
 from robotont_driver.kinematics.se2 import sinc
 from robotont_driver.protocol.board_wheels import PERIOD
+from robotont_driver.protocol.lost_packets import ANY, NEGLIGIBLE, Arrival, doubt_about, largest
 from robotont_driver.protocol.packet import PacketError
-from robotont_driver.protocol.restarts import ANY, NEGLIGIBLE, Arrival, doubt_about, largest
 
 _FLOAT = r"(-?(?:0|[1-9][0-9]{0,8})\.[0-9]{6})"  # what C's %f prints
 _ODOM = re.compile("ODOM:" + ":".join([_FLOAT] * 6))

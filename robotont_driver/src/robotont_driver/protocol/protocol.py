@@ -4,9 +4,8 @@ import math
 from collections import Counter
 from typing import NamedTuple, Tuple
 
-from robotont_driver.kinematics.motor import counts_in_reach
-from robotont_driver.protocol.line_splitter import LineSplitter
-from robotont_driver.protocol.packet import Packet, PacketError
+from robotont_driver.kinematics.wheel_params import counts_in_reach
+from robotont_driver.protocol.packet import LineSplitter, Packet, PacketError, parse_packet
 
 
 class Ranges(NamedTuple):
@@ -113,3 +112,28 @@ def decode(line):
         return line.decode("ascii").strip("\r")
     except UnicodeDecodeError:
         raise PacketError("not ascii", "bytes outside ASCII") from None
+
+
+class Plain(Protocol):
+    """Plain packets both ways; what stands behind a semicolon is ignored."""
+
+    name = "plain"
+    _first = True  # whether no line has come yet
+
+    def read_line(self, text, now):
+        """List of `Packet` that the line completes. Raises PacketError."""
+        first, self._first = self._first, False
+        if not text or text.startswith("#"):
+            self.banner = text[1:].strip() or self.banner
+            return []
+        if first:
+            raise PacketError("first line", "the first line may be incomplete")
+        counts = parse_packet(text, self.wheels.amount)
+        if "." in counts.text:
+            raise PacketError("decimals", f"counts with decimals in {text[:40]!r}")
+        self.check_reach(counts)
+        return [Packet(counts)]  # a number is only this driver's
+
+    def encode(self, command):
+        """The packet as it is."""
+        return command.text.encode("ascii")

@@ -1,17 +1,40 @@
 """Robots: folders with wheel_params.yaml and driver.yaml. `robot:=` names one in config/robots, or gives its path."""
 
 import argparse
+import re
 import sys
 from pathlib import Path
 from typing import Mapping, NamedTuple
 
 import rospkg
 
-from robotont_driver.kinematics.wheel_params import Wheels
-from robotont_driver.parameters.parameters import fault
+from robotont_driver.kinematics.wheel_params import KEYS, Wheels, read_wheels
+from robotont_driver.parameters.parameters import ParameterError, fault, nearest
 from robotont_driver.parameters.yaml_file import read_mapping
 from robotont_driver.robots.battery import read_pack
-from robotont_driver.robots.wheel_file import read_wheel_file
+
+_RATIO = re.compile(r"^ *(\w+) *: *([0-9]+(?::[0-9.]+)+)", re.MULTILINE)  # YAML reads 1:30 as 90, in base 60
+
+
+def read_wheel_file(path):
+    """(`Wheels`, mapping, text) of a wheel_params.yaml.
+
+    Raises ValueError with all errors in it, a line for each, each with the file's name; OSError where
+    it cannot be read. Everything that takes a wheel file reads it here.
+    """
+    given, text = read_mapping(path, "wheel parameters: " + ", ".join(KEYS))
+    faults = [f"{key}: found {found}, allowed: a number, such as {found.rpartition(':')[2]}"
+              for key, found in _RATIO.findall(text)]
+    faults += [fault(str(key), given[key], f"no such key, only {', '.join(KEYS)}" + nearest(str(key), KEYS))
+               for key in given if key not in KEYS]
+    try:
+        wheels = read_wheels(given)
+    except ParameterError as error:
+        faults += error.faults
+    if faults:
+        raise ValueError("\n".join(f"{path}: {words}" for words in faults))
+    return wheels, given, text
+
 
 DEFAULT = "thesis"
 WHEELS, PARAMETERS = "wheel_params.yaml", "driver.yaml"

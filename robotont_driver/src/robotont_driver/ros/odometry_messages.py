@@ -8,8 +8,8 @@ from geometry_msgs.msg import TransformStamped
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import JointState
 
+from robotont_driver.odometry.odometry_stamps import SECOND
 from robotont_driver.rospy_repairs.publishers import DroppingPublisher
-from robotont_driver.timing.odometry_stamps import SECOND
 
 # Variance of z, roll and pitch (and their rates): a robot on the floor has none; filters like no zeros.
 FLAT = 1e-6

@@ -5,7 +5,7 @@ import importlib.util
 import os
 import sys
 
-from robotont_driver.link.exclusive_port import explain, heard, serial_ports, usb_id
+from robotont_driver.link.serial_port import explain, heard, serial_ports, usb_id
 from robotont_driver.protocol.connection import PATIENCE
 from robotont_driver.protocol.handshake import LEAST_WHEELS, REFUSED, ROBOTS, Listener, explained
 

@@ -13,8 +13,7 @@ import rosgraph
 import rospy
 
 from robotont_driver.parameters.parameters import Parameter
-from robotont_driver.ros.lifecycle import answer_help
-from robotont_driver.ros.node_parameters import own_parameters
+from robotont_driver.ros.lifecycle import answer_help, own_parameters
 from robotont_driver.rospy_repairs.rospy_end import end_soon, init_tool
 from robotont_teleop.hand.hand_output import HandOutput
 from robotont_teleop.hand.held_keys import EMERGENCY_STOP, QUIT, RELEASE, HeldKeys, split_keys

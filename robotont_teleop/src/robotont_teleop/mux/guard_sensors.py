@@ -12,7 +12,7 @@ from robotont_driver.kinematics.kinematics import Kinematics
 from robotont_driver.kinematics.se2 import rotation_of
 from robotont_driver.parameters.parameters import ParameterError
 from robotont_driver.ros.clocks import boot_time
-from robotont_driver.ros.node_parameters import parameter_of_another, running_wheels
+from robotont_driver.ros.lifecycle import parameter_of_another, running_wheels
 from robotont_driver.rospy_repairs.rospy_internals import connection_header
 from robotont_teleop.mux.guard import Guard
 from robotont_teleop.mux.sensor_view import cone

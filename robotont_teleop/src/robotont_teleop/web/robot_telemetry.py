@@ -15,7 +15,7 @@ from std_msgs.msg import String
 from robotont_driver.kinematics.kinematics import Kinematics
 from robotont_driver.parameters.parameters import ParameterError
 from robotont_driver.protocol.packet import PacketError, parse_packet
-from robotont_driver.ros.node_parameters import running_wheels
+from robotont_driver.ros.lifecycle import running_wheels
 from robotont_driver.ros.worker import Worker
 from robotont_driver.rospy_repairs.rospy_internals import connection_header
 from robotont_teleop.hand.movers import Movers

@@ -10,8 +10,7 @@ import rospy
 
 from robotont_driver.parameters.parameters import Parameter, ParameterError
 from robotont_driver.ros.diagnostics import OK, WARN, Health, robot_name
-from robotont_driver.ros.lifecycle import init_node, signals_wait
-from robotont_driver.ros.node_parameters import own_parameters, refuse
+from robotont_driver.ros.lifecycle import init_node, own_parameters, refuse, signals_wait
 from robotont_driver.rospy_repairs.rospy_end import end_soon
 from robotont_teleop.hand.speeds import Speeds
 from robotont_teleop.web.driving_seat import DrivingSeat

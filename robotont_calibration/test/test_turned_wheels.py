@@ -1,7 +1,7 @@
 import pytest
 
-from robotont_driver.robots.wheel_file import read_wheel_file
-from robotont_driver.tools.turned_wheels import TurnedWheels, main
+from robotont_calibration.turned_wheels import TurnedWheels, main
+from robotont_driver.robots.robot_folder import read_wheel_file
 from robotont_testing.robots import ROBOTONT2_PARAMS, WHEEL_PARAMS
 from robotont_testing.stand_in_board import Board
 
@@ -42,13 +42,6 @@ def test_our_own_board_is_watched_and_hears_nothing(tmp_path, capsys):
     assert "wheel 0 (at 300 degrees): forward, +18 degrees in all" in shown  # three packets, as -18 of wheel 1
     assert shown[-1] == ("the wheels disagree about the robot's rotation: wheel 0 forward, wheel 1 backward, "
                          "wheel 2 forward")
-
-
-def test_an_official_board_is_watched_too(official_board, capsys):
-    port = official_board("robotont2")
-    assert main([port.link, "robot:=robotont2", "--seconds", "1.0"]) == 0
-    assert "less than 30 degrees: wheel 0, 1, 2" in capsys.readouterr().out
-    assert port.heard == []
 
 
 def test_a_missing_port_and_a_wrong_wheel_file(tmp_path, capsys):

@@ -9,12 +9,12 @@ import math
 import sys
 import time
 
-from robotont_driver.link.exclusive_port import explain, heard, opened, usb_id
+from robotont_calibration.bring_up import QUESTIONS, BringUp, BringUpError, bring_up
+from robotont_driver.link.serial_port import explain, heard, opened, usb_id
 from robotont_driver.parameters.command_line import CommandLine
 from robotont_driver.protocol.connection import Connection
 from robotont_driver.protocol.protocol import ProtocolError
 from robotont_driver.robots.robot_folder import read_robot
-from robotont_driver.tools.bring_up import QUESTIONS, BringUp, BringUpError, bring_up
 
 STEP = 30  # [degrees] of a wheel between two lines
 show = functools.partial(print, flush=True)  # at once

@@ -6,7 +6,7 @@ import termios
 import pytest
 from link_bench import Ends
 
-from robotont_driver.link import port_owner
+from robotont_driver.link import serial_port
 from robotont_testing.harness import wait_for
 from robotont_testing.port_owners import program
 
@@ -28,11 +28,11 @@ def test_the_driver_does_not_touch_the_terminal_of_a_session(port):
     master, slave = pty.openpty()
     settings, name = termios.tcgetattr(slave), os.ttyname(slave)
     port.symlink_to(name)
-    assert port_owner.refusal(str(port)) == ""  # nobody's terminal: a stand-in without a marker
+    assert serial_port.refusal(str(port)) == ""  # nobody's terminal: a stand-in without a marker
     with program(SHELL, name) as shell, Ends(port) as end:
         wait_for(lambda: end.changes, "a report")
         words = f"leads to {name}, the terminal of process {shell.pid}; choose another port, or remove the link"
-        assert port_owner.refusal(str(port)) == port_owner.refusal(name) == words
+        assert serial_port.refusal(str(port)) == serial_port.refusal(name) == words
         assert words in end.changes[0]
     assert termios.tcgetattr(slave) == settings  # else a shell would be raw, ...
     assert select.select([master], [], [], 0) == ([], [], [])  # ... with packets in it

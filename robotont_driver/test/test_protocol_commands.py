@@ -10,8 +10,8 @@ from protocol_bench import Bench, command_of, official_wheels
 from robotont_boards import BOARDS
 from robotont_driver.kinematics.wheel_params import read_wheels
 from robotont_driver.protocol.connection import make_protocol
+from robotont_driver.protocol.official_boards import Robotont2
 from robotont_driver.protocol.protocol import ProtocolError
-from robotont_driver.protocol.robotont2 import Robotont2
 from robotont_testing.dc_motors import Motors
 from robotont_testing.robots import BARE, SHIPPED, UNEVEN_4
 

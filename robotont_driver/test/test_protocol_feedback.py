@@ -7,11 +7,10 @@ import numpy as np
 import pytest
 from protocol_bench import Bench, official_wheels
 
-from robotont_driver.protocol.board_wheels import BoardWheels
+from robotont_driver.protocol.official_boards import BoardWheels, Robotont2
 from robotont_driver.protocol.packet import PacketError
 from robotont_driver.protocol.pose_feedback import PoseLine, PoseTracker, body_step, parse_pose, rotate
 from robotont_driver.protocol.protocol import Power, Ranges
-from robotont_driver.protocol.robotont2 import Robotont2
 
 
 def follow_a_square_and_a_turning_circle(bench):

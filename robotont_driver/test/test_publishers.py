@@ -1,13 +1,10 @@
-"""Who connects to a node is heard: while its publisher is made, and beside strangers."""
+"""Who connects to a node is heard, beside strangers."""
 
 import contextlib
 import socket
 import sys
-import time
-from unittest import mock
 
 from rospy.impl.tcpros_base import get_tcpros_server_address
-from rospy.topics import _PublisherImpl
 from std_msgs.msg import String
 
 from robotont_driver.rospy_repairs.publishers import DroppingPublisher
@@ -33,22 +30,6 @@ def node():
 
 def is_heard(publisher, log):
     wait_for(lambda: publisher.publish(String("here")) or "here" in log.read_text(), "the message", period=0.05)
-
-
-@in_own_process
-def test_a_subscriber_that_connects_before_the_publisher_is_ready():
-    add = _PublisherImpl.add_subscriber_listener
-
-    def add_slowly(topic, listener):
-        add(topic, listener)
-        start_subscriber()
-        wait_for(lambda: topic.connections, "the connection")
-        time.sleep(0.2)  # in which rospy goes on with it
-
-    with node() as (start_subscriber, log):
-        with mock.patch.object(_PublisherImpl, "add_subscriber_listener", add_slowly):
-            publisher = DroppingPublisher("words", String)
-        is_heard(publisher, log)
 
 
 @in_own_process

@@ -7,7 +7,6 @@ import threading
 import actionlib
 import pytest
 import rospy
-from rosgraph.xmlrpc import ThreadingXMLRPCServer, XmlRpcHandler, XmlRpcNode
 from rospy.impl import transport
 from rospy.impl.registration import RegManager
 from rospy.impl.tcpros_base import TCPROSServer, TCPROSTransport
@@ -19,10 +18,9 @@ from robotont_testing.harness import wait_for
 
 
 @pytest.mark.parametrize("owner, names", [
-    (_PublisherImpl, ["acquire", "release", "publish", "add_subscriber_listener"]),
+    (_PublisherImpl, ["acquire", "release", "publish"]),
     (_SubscriberImpl, ["remove_connection"]),
     (Transport, ["fileno", "close"]),
-    (ThreadingXMLRPCServer, ["service_actions"]),
     (TCPROSServer, ["_tcp_server_callback"]),
     (RegManager, ["_connect_topic_thread"]),
     (_TopicManager, ["get_subscriber_impl"]),
@@ -42,17 +40,6 @@ def test_a_part_is_still_there(owner, names):
 ])
 def test_a_part_is_still_set_or_taken(function, words):
     assert not [word for word in words if word not in inspect.getsource(function)]
-
-
-def test_the_server_of_a_node_ends_with_its_socket(monkeypatch):
-    monkeypatch.setattr(ThreadingXMLRPCServer, "service_actions", rospy_internals._end_without_socket)
-    node = XmlRpcNode(rpc_handler=XmlRpcHandler())
-    thread = threading.Thread(target=node.run, daemon=True)
-    thread.start()
-    wait_for(lambda: node.uri, "the server")
-    node.shutdown("it is enough")
-    thread.join(5.0)
-    assert not thread.is_alive()
 
 
 def test_a_publisher_that_is_named_twice_at_once_is_connected_to_once_at_a_time(monkeypatch):

@@ -1,13 +1,9 @@
-import math
 import time
 
 import pytest
 import rosparam
 
 from robotont_driver.parameters.yaml_file import read_mapping
-
-BOMB = "a0: &a0 [1, 1]\n" + "".join(f"a{n}: &a{n} [{', '.join([f'*a{n - 1}'] * 9)}]\n" for n in range(1, 12))
-MERGES = "a0: &a0 {b: 1}\n" + "".join(f"a{n}: &a{n} {{<<: [{', '.join([f'*a{n - 1}'] * 9)}]}}\n" for n in range(1, 12))
 
 
 @pytest.mark.parametrize("text", ["deg(45)", "rad(pi/4)", "!degrees 45", "!radians pi/4", "rad(-2*pi)", "deg(-1.5e1)",
@@ -29,10 +25,9 @@ def test_values_are_those_of_rosparam(tmp_path, text):
     ("a: rad(9**9**9)", "no YAML: 'rad(9**9**9)' is no radians, in line 1"),
     ("a: rad(1/0)", "is no radians, in line 1"),
     ("a: !foo 1", "in line 1"),
-    ("a: &a [*a]", "no YAML: an alias of what it is part of, in line 1"),
-    ("a: " + "[" * 60 + "]" * 60, "no YAML: more than 50 levels, in line 1"),
-    (BOMB, "no YAML: more than 100000 values, in line 6"),
-    (MERGES, "no YAML: more than 100000 values, in line 6"),
+    ("a: &a [1, 1]\nb: [*a, *a]", "no YAML: an alias: write out what it stands for, in line 2"),
+    ("a: &a {b: 1}\nc: {<<: *a}", "no YAML: an alias"),
+    ("a: " + "[" * 6000 + "]" * 6000, "no YAML: maximum recursion depth"),
     ("a: " + "x" * 2 * 10 ** 6, "no YAML: it has more than 1000000 bytes"),
     ("[1]", "found [1], allowed: two keys"),
     ("a: \x01", "unacceptable character #x0001"),
@@ -50,9 +45,3 @@ def test_what_is_no_yaml_of_people_is_refused_in_one_line_and_at_once(tmp_path, 
     else:
         assert words == ""  # a Python that reads such a number
     assert time.process_time() - started < 2.0  # [s] and what repeats itself took 20
-
-
-def test_merged_keys_may_be_given_again(tmp_path):
-    file = tmp_path / "merged.yaml"
-    file.write_text("a: &a {x: deg(180), y: 2}\nb: {<<: *a, y: 3}")
-    assert read_mapping(file, "")[0]["b"] == {"x": math.pi, "y": 3}

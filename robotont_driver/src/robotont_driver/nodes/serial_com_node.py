@@ -10,9 +10,9 @@ import rospy
 from robotont_driver.kinematics.wheel_params import counts_in_reach
 from robotont_driver.link.serial_link import SerialLink
 from robotont_driver.parameters.parameters import Parameter
-from robotont_driver.protocol.board_wheels import DISTANCE
 from robotont_driver.protocol.connection import AUTO, NAMES, Connection
 from robotont_driver.protocol.handshake import explained
+from robotont_driver.protocol.official_boards import DISTANCE
 from robotont_driver.protocol.protocol import ProtocolError
 from robotont_driver.robots.battery import Battery, read_pack
 from robotont_driver.ros.diagnostics import Health, Refusals

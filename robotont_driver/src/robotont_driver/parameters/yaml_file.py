@@ -11,9 +11,7 @@ import yaml
 from robotont_driver.parameters.parameters import fault
 
 MOST_BYTES = 10 ** 6
-DEEPEST = 50
-MOST_LETTERS = 100     # of an angle
-MOST_VALUES = 10 ** 5  # in one file, each as often as an alias repeats it
+MOST_LETTERS = 100  # of an angle
 _OPERATORS = {ast.Add: operator.add, ast.Sub: operator.sub, ast.Mult: operator.mul, ast.Div: operator.truediv,
               ast.USub: operator.neg, ast.UAdd: operator.pos}
 
@@ -22,7 +20,8 @@ def read_mapping(path, allowed):
     """(mapping, text) of a YAML file that contains one, or nothing; allowed: description of what it should contain.
 
     Angles may be written as for rosparam: deg(45), rad(pi/4), !degrees 45, !radians pi/4. Raises ValueError, in one
-    line, with the error: no UTF-8, no YAML, too large, a key twice, no mapping. Raises OSError where it cannot be read.
+    line, with the error: no UTF-8, no YAML, too large, a key twice, an alias, no mapping; OSError where it cannot be
+    read.
     """
     try:
         with Path(path).open("rb") as file:
@@ -47,31 +46,13 @@ def read_mapping(path, allowed):
 
 
 class _Loader(yaml.SafeLoader):
-    """Plain values and angles; every error is a YAMLError; no key twice, and aliases repeat only so much."""
-
-    def __init__(self, stream):
-        super().__init__(stream)
-        self._sizes = {}  # values within a node
-        self._depth = 0
+    """Plain values and angles; every error is a YAMLError; no key twice, and no alias, which may repeat without end."""
 
     def compose_node(self, parent, index):
-        """As Composer's, counting values."""
-        alias = self.check_event(yaml.AliasEvent)
-        self._depth += 1
-        if self._depth > DEEPEST:
-            raise _error(f"more than {DEEPEST} levels", self.peek_event())
-        node = super().compose_node(parent, index)
-        self._depth -= 1
-        if alias and node not in self._sizes:
-            raise _error("an alias of what it is part of", node)
-        if not alias:
-            parts = node.value if isinstance(node, yaml.CollectionNode) else ()
-            if isinstance(node, yaml.MappingNode):
-                parts = [part for pair in parts for part in pair]
-            self._sizes[node] = 1 + sum(map(self._sizes.get, parts))
-        if self._sizes[node] > MOST_VALUES:
-            raise _error(f"more than {MOST_VALUES} values", node)
-        return node
+        """As Composer's."""
+        if self.check_event(yaml.AliasEvent):
+            raise _error("an alias: write out what it stands for", self.peek_event())
+        return super().compose_node(parent, index)
 
     def construct_object(self, node, deep=False):
         """As Constructor's; what its constructors cannot read is an error of YAML: `!!timestamp x`, 2026-13-45."""

@@ -1,12 +1,10 @@
 """One open port and the board behind it, from the opening to the loss: the protocol, counters, and what is wrong."""
 
-from robotont_driver.protocol.board_wheels import DISTANCE
 from robotont_driver.protocol.checked import Checked
 from robotont_driver.protocol.handshake import REFUSED, ROBOTS, Listener
+from robotont_driver.protocol.official_boards import DISTANCE, USB_ID, Robotont2, Robotont3
 from robotont_driver.protocol.packet import Packet, format_packet
 from robotont_driver.protocol.protocol import Plain, ProtocolError
-from robotont_driver.protocol.robotont2 import Robotont2
-from robotont_driver.protocol.robotont3 import USB_ID, Robotont3
 
 AUTO = "auto"
 KINDS = {kind.name: kind for kind in (Plain, Checked, Robotont2, Robotont3)}

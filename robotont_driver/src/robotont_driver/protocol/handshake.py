@@ -3,11 +3,10 @@
 import re
 
 from robotont_driver.protocol.checked import Checked, CheckedPacket, ForeignPacketError
+from robotont_driver.protocol.official_boards import BANNER, OLD, USB_ID, Robotont2, Robotont3, is_debug
 from robotont_driver.protocol.packet import LineSplitter, PacketError, parse_packet
 from robotont_driver.protocol.pose_feedback import parse_pose
 from robotont_driver.protocol.protocol import Plain, decode
-from robotont_driver.protocol.robotont2 import BANNER, OLD, Robotont2, is_debug
-from robotont_driver.protocol.robotont3 import USB_ID, Robotont3
 
 OWN_BANNER = "# robotont_firmware"
 # What drives each board: the robot for it, as the launch files' argument.

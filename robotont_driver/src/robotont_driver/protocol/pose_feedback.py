@@ -9,19 +9,19 @@ import re
 from typing import NamedTuple
 
 from robotont_driver.kinematics.se2 import sinc
-from robotont_driver.protocol.board_wheels import PERIOD
 from robotont_driver.protocol.lost_packets import ANY, NEGLIGIBLE, Arrival, doubt_about, largest
 from robotont_driver.protocol.packet import PacketError
 
-_FLOAT = r"(-?(?:0|[1-9][0-9]{0,8})\.[0-9]{6})"  # what C's %f prints
-_ODOM = re.compile("ODOM:" + ":".join([_FLOAT] * 6))
-_NOT_FINITE = re.compile(r"ODOM:.*(nan|inf)", re.IGNORECASE)
-
+PERIOD = 0.02         # [s] between two lines
 PRINTED = 2e-6        # [m, rad] two roundings to six decimals, and as much again
 SINGLE = 1.5e-7       # relative error of the board's single-precision pose
 CONFIRMED = 3         # lines that must agree before a jump is believed; two did so by chance in 4 of a million
 SPREAD = 0.2          # part of what is owed that a packet has: speeds stay even
 SMALLEST_EDGES = 1.0  # [edges per period] slower than this, the speed gives no estimate of the elapsed periods
+
+_FLOAT = r"(-?(?:0|[1-9][0-9]{0,8})\.[0-9]{6})"  # what C's %f prints
+_ODOM = re.compile("ODOM:" + ":".join([_FLOAT] * 6))
+_NOT_FINITE = re.compile(r"ODOM:.*(nan|inf)", re.IGNORECASE)
 
 
 class PoseLine(NamedTuple):
@@ -53,11 +53,10 @@ def parse_pose(text):
 class PoseTracker:
     """Lines in, wheel paths per period out; a line that does not follow is kept until the next ones confirm it.
 
-    wheels: `BoardWheels`. usual: [edges] that the board lets a wheel make in a period. length(edges, elapsed): by what
-    the board's period was longer than it says, where a line came `elapsed` [periods] after the one before; edges: of
-    the line's own period by its twist, None over lost lines. Counted: `repaired` periods, `restarts`, `doubts` (gaps
-    in which the board may have restarted), `inconsistent` lines that were dropped, `strange`: lines in a row that moved
-    against their own twist.
+    wheels: `BoardWheels`. usual: [edges] that the board lets a wheel make in a period. length(line, elapsed): by what
+    the board's period was longer than it says, where a line came `elapsed` [periods] after the one before; None for
+    lost lines. Counted: `repaired` periods, `restarts`, `doubts` (gaps in which the board may have restarted),
+    `inconsistent` lines that were dropped, `strange`: lines in a row that moved against their own twist.
     """
 
     def __init__(self, wheels, usual, length):
@@ -67,7 +66,6 @@ class PoseTracker:
         self.repaired = self.restarts = self.doubts = self.inconsistent = self.strange = 0
         self._last = self._arrival = None  # newest trusted line, and its `Arrival`
         self._suspects = []      # (line, now) that follow each other, but not it: noise, losses, or a restart
-        self._in_base = True     # whether twists are in base_link: from firmware 2.1.3 on
         self._speed = [0.0] * 3  # [edges] of the newest period
         self._owed = [0.0] * 3   # [edges] made in what a period was longer, which the next packets have as well
 
@@ -101,12 +99,11 @@ class PoseTracker:
         self._suspects.append((line, now))
         if len(self._suspects) < CONFIRMED:
             return []
-        lines = self._suspects
-        edges = self._bridge(*lines[0])
+        lines, self._suspects = self._suspects, []
+        edges = self._bridge(*lines[0], self._wheels.edges(body_step(lines[0][0], lines[1][0])))
         if edges is None:
-            self._drop_suspects()
+            self.inconsistent += len(lines)
             return []
-        self._suspects = []
         return edges + [self._step(one, other, at) for (one, _), (other, at) in zip(lines, lines[1:])]
 
     def _drop_suspects(self):
@@ -115,29 +112,23 @@ class PoseTracker:
 
     def _step(self, before, line, now):
         """Edges of the one period from `before` to `line`."""
-        in_base = fits(before, line, True)
-        if in_base != fits(before, line, False):
-            self._in_base = in_base
-        self._speed = self._own_period(before.yaw, line)
-        length = self._length(self._speed, self._take(line, now, 1))
+        self._speed = self._wheels.edges(body_step(before, line))
+        length = self._length(line, self._take(line, now, 1))
         part = SPREAD if any(self._speed) else 1.0
         more = [owed + edges * (length - 1) for owed, edges in zip(self._owed, self._speed)]
         self._owed = [edges * (1 - part) for edges in more]
         return [edges + owed * part for edges, owed in zip(self._speed, more)]
 
-    def _own_period(self, yaw, line):
-        """Edges of a line's own period by its twist, which began at `yaw`."""
-        x, y = (line.vx, line.vy) if self._in_base else rotate(line.vx, line.vy, -yaw)
-        return self._wheels.edges((x * PERIOD, y * PERIOD, line.turn * PERIOD))
+    def _bridge(self, line, now, after):
+        """Edges per period from the last trusted line to one that the next ones have confirmed; None: it is too old.
 
-    def _bridge(self, line, now):
-        """Edges per period from the last trusted line to one that the next ones have confirmed; None: it is too old."""
+        after: [edges] of the period behind it.
+        """
         last = self._last
         if last is None or follows(ORIGIN, line):
             self._begin(line if last is None else ORIGIN, now)
             return [] if last is None else [self._step(ORIGIN, line, now)]
         elapsed, most = now - self._arrival.at, max(1, math.floor(self._arrival.most(now)))
-        after = self._own_period(line.yaw, line)
         edges, anew = (self._wheels.edges(body_step(start, line)) for start in (last, ORIGIN))
         possible = largest(edges) <= self._usual * most
         # a translation and a turn, each with wheels as fast as they can
@@ -147,15 +138,14 @@ class PoseTracker:
                 return None
             self._begin(line, now)
             return []
-        if may_be_new:
-            doubt = None
-            if possible and largest([one - other for one, other in zip(edges, anew)]) > NEGLIGIBLE:
-                lost = [edge - newest for edge, newest in zip(edges, after)]
-                doubt = doubt_about(lost, self._periods(edges, after, most) - 1, elapsed, self._speed, after)
-            self.doubts += doubt is not None
-            if not possible or (doubt and largest(anew) < doubt.unexplained):
-                self._begin(ORIGIN, now)
-                edges = anew
+        doubt = None
+        if possible and may_be_new and largest([one - other for one, other in zip(edges, anew)]) > NEGLIGIBLE:
+            lost = [edge - newest for edge, newest in zip(edges, after)]
+            doubt = doubt_about(lost, self._periods(edges, after, most) - 1, elapsed, self._speed, after)
+        self.doubts += doubt is not None
+        if not possible or (doubt and largest(anew) < doubt.unexplained):
+            self._begin(ORIGIN, now)
+            edges = anew
         periods = self._periods(edges, after, most)
         self.repaired += periods - 1
         length = self._length(None, self._take(line, now, periods))
@@ -167,23 +157,13 @@ class PoseTracker:
         return max(1, min(round(largest(edges) / max(pace, SMALLEST_EDGES)), most))
 
 
-def tolerance(value):
-    """How far [m, rad] a coordinate may be from where it should be."""
-    return PRINTED + SINGLE * abs(value)
-
-
 def follows(before, line):
-    """Whether the pose has moved from `before` to `line` by the twist of `line` in one period."""
-    turned = abs(line.yaw - before.yaw - line.turn * PERIOD) <= tolerance(line.yaw)
-    return turned and (fits(before, line, True) or fits(before, line, False))
-
-
-def fits(before, line, in_base):
-    """Whether x and y have moved by the velocity in one period, which is in base_link or in the odometry frame."""
-    dx, dy = line.vx * PERIOD, line.vy * PERIOD
-    if in_base:
-        dx, dy = rotate(dx, dy, before.yaw)
-    return abs(line.x - before.x - dx) <= tolerance(line.x) and abs(line.y - before.y - dy) <= tolerance(line.y)
+    """Whether the pose has moved from `before` to `line` by its twist, in either frame, in one period."""
+    def near(value, other):
+        return abs(value - other) <= PRINTED + SINGLE * abs(value)
+    moves = (line.vx * PERIOD, line.vy * PERIOD), rotate(line.vx * PERIOD, line.vy * PERIOD, before.yaw)
+    return near(line.yaw, before.yaw + line.turn * PERIOD) and any(
+        near(line.x, before.x + dx) and near(line.y, before.y + dy) for dx, dy in moves)
 
 
 def body_step(before, line):

@@ -10,7 +10,7 @@ import rospy
 from std_msgs.msg import String
 
 from robotont_driver.protocol.packet import PacketError, parse_packet
-from robotont_driver.rospy_repairs.publishers import ImmediatePublisher
+from robotont_driver.rospy_repairs.publishers import DroppingPublisher
 
 BURST = 200  # copies that may wait for a slow listener; then the oldest are dropped
 
@@ -24,11 +24,11 @@ class PacketTopic:
 
     def advertise(self):
         """Announce that this process publishes on the topic."""
-        self._publisher = ImmediatePublisher(self._name, String)
+        self._publisher = DroppingPublisher(self._name, String)
 
     def publish(self, packet):
         """Publish a `Packet`; it is in the subscribers' sockets when this returns."""
-        self._publisher.publish(packet.text)
+        self._publisher.publish(String(packet.text))
 
     def subscribe(self, wheels, taken, refused, queue_size=None):
         """From now on call taken(packet) for each `Packet` of `wheels` values, refused(error) for other messages.

@@ -62,7 +62,7 @@ def test_generation_3_loses_no_edge_where_its_pose_is_late_by_its_display(lost, 
 
 
 def test_a_longer_loop_is_no_jump_of_the_speed_and_a_robot_that_stands_has_all_of_its_way():
-    wheels = BoardWheels(official_wheels())
+    wheels = BoardWheels(official_wheels(), 0.145)
     tracker = PoseTracker(wheels, 60, lambda edges, elapsed: round(elapsed, 2))
     now, x, moved = 0.0, 0.0, []
     for loop in range(200):

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 SOURCE = Path(__file__).resolve().parents[1] / "src" / "robotont_driver"
-PURE = ["parameters", "timing", "kinematics", "robots", "odometry", "protocol", "command"]
+PURE = ["parameters", "kinematics", "robots", "odometry", "protocol", "command"]
 ROOMS = [*PURE, "link", "rospy_repairs", "ros", "nodes", "tools"]
 IMPURE_MODULES = {"rospy", "roslib", "genpy", "serial", "time", "threading", "socket", "std_msgs"}
 

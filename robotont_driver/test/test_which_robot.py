@@ -2,7 +2,7 @@
 
 import time
 
-from robotont_driver.link import exclusive_port as serial_port
+from robotont_driver.link import serial_port
 from robotont_driver.tools import which_robot
 from robotont_driver.tools.which_robot import main
 

@@ -7,7 +7,7 @@ import random
 import select
 import tty
 
-from robotont_driver.link import port_owner
+from robotont_driver.link import serial_port
 
 
 class PortError(OSError):
@@ -60,7 +60,7 @@ class Port:
             return
         if not os.path.islink(self.link):
             raise PortError(f"{self.link}: found something that is no link, allowed: a new name")
-        if os.path.exists(self.link) and not port_owner.refusal(self.link):  # no program's terminal by now
+        if os.path.exists(self.link) and not serial_port.refusal(self.link):  # no program's terminal by now
             raise PortError(f"{self.link}: leads to {os.readlink(self.link)}, which is in use: end the simulator that "
                             "has it, choose another name (port:=NAME), or remove the link")
         os.unlink(self.link)

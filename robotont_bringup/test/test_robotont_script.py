@@ -37,7 +37,7 @@ def clone_that_needs_nothing(folder):
 
 def robotont(folder, *arguments, before=(), **environment):
     """Run ./robotont, behind the words `before`; in the clone's own folder, whichever the tests' own is."""
-    return subprocess.run([*before, str(folder / "robotont"), *arguments], check=False, text=True, timeout=120,
+    return subprocess.run([*before, str(folder / "robotont"), *arguments], check=False, text=True, timeout=600,
                           env={**os.environ, "ROBOTONT_WORK": "", **environment}, stdin=subprocess.DEVNULL,
                           stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
 
@@ -47,7 +47,7 @@ def functions(folder, script, **environment):
     head = (f"set -euo pipefail; ROOT='{folder}'; WORK='{folder}/.build'; fail() {{ echo \"$*\"; exit 1; }}; "
             f". '{folder}/setup/workspace.bash'; ")
     return subprocess.run(["bash", "-c", head + script], env={**os.environ, **environment}, check=False, text=True,
-                          stdout=subprocess.PIPE, stderr=subprocess.STDOUT, timeout=120)
+                          stdout=subprocess.PIPE, stderr=subprocess.STDOUT, timeout=600)
 
 
 def git(folder, *words):

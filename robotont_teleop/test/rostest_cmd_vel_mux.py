@@ -4,6 +4,7 @@
 import itertools
 import math
 import signal
+import threading
 import time
 
 import rospy
@@ -131,8 +132,12 @@ class CmdVelMuxTest(NodeTest):
     def test_its_end_is_a_zero_and_an_emergency_stop_outlives_it(self):
         self.send(hand=HAND)
         self.moving()
+        ended = threading.Event()
+        self.addCleanup(ended.set)
+        Worker(lambda: 3600.0 if ended.is_set() else self.repeat({"hand": HAND}) / 50)  # until the very end
         self.nodes.stop(self.mux, signal.SIGTERM)
         wait_for(lambda: self.commands[-1] == STOP, "the zero")
+        ended.set()
         self.start_mux()
         self.moving()
         stop = self.stopped_after(self.press(True))

@@ -111,6 +111,7 @@ def check_by_axe(page):
 
 def check_places(page, size, wanted):
     """Every control is on the screen and large enough for its finger; nothing stands on anything else."""
+    page.run("new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))")  # it has been drawn
     assert page.run("document.documentElement.scrollWidth <= innerWidth && "
                     "document.documentElement.scrollHeight <= innerHeight"), "scroll bars"
     wanted = (*ALWAYS, *wanted, *(("#reset_odometry", "#language") if size == DESKTOP else ()))

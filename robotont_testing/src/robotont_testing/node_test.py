@@ -98,6 +98,6 @@ class NodeTest(unittest.TestCase):
             raise AssertionError(f"no level {level} with {words!r} of {name!r} in {newest}") from None
 
     def values(self, name):
-        """The values of a task's newest diagnostics, by key; waits for the first."""
+        """The values of a task's newest diagnostics, by key, "" for one that it does not have; waits for the first."""
         status = wait_for(lambda: self.status.get(name), f"diagnostics of {name!r}")
-        return {value.key: value.value for value in status.values}
+        return defaultdict(str, {value.key: value.value for value in status.values})

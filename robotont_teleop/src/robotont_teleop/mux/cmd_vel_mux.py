@@ -66,6 +66,7 @@ class CmdVelMux:
         self._guard = make_guard(parameters["blind_speed"])
         self._guard_worries = False
         self._guarded = STOP    # the newest command, as the guard has let it through
+        self._ended = False     # nothing goes out any more
         self._publisher = DroppingPublisher("cmd_vel", Twist)
         self._driven_by = rospy.Publisher("cmd_vel/driven_by", String, queue_size=1, latch=True)
         self._cancel = rospy.Publisher("move_base/cancel", GoalID, queue_size=1)
@@ -136,7 +137,7 @@ class CmdVelMux:
         return LOOK_PERIOD if left is None else min(left, LOOK_PERIOD)
 
     def _send(self, twists):
-        for twist in twists:
+        for twist in () if self._ended else twists:
             guarded = self._guard and self._arbiter.driver == "hand"
             sent = self._guarded = self._guard.limit(twist, boot_time()) if guarded else twist
             self._publisher.publish(twist_message(sent))
@@ -190,6 +191,7 @@ class CmdVelMux:
         with self._lock:
             if self._arbiter.driver in self._timeouts:
                 self._send([STOP])
+            self._ended = True  # commands still come: the zero is the last one
 
     def _report(self):
         now = boot_time()

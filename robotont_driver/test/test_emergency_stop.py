@@ -6,7 +6,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from robotont_driver.command.emergency_stop import EmergencyStop, StandFirst
+from robotont_driver.command.command_stream import StandFirst
+from robotont_driver.command.emergency_stop import EmergencyStop
 
 NODES = ("/button", "/page", "/keys")
 TIMEOUT = 0.5

@@ -6,7 +6,7 @@ import sys
 import pytest
 import rospy
 
-from robotont_driver.odometry.covariance import NONE, Covariance
+from robotont_driver.odometry.odometry import NONE, Covariance
 from robotont_driver.ros import kept_pose
 from robotont_driver.ros.kept_pose import LONGEST_GAP, KeptPose
 

@@ -11,7 +11,7 @@ from robotont_calibration.calibration_runs import steps_of
 from robotont_calibration.trajectory import seen_from
 from robotont_driver.kinematics import se2
 from robotont_driver.kinematics.kinematics import Kinematics
-from robotont_driver.odometry.wheel_noise import READING_VARIANCE, variance_per_edge
+from robotont_driver.odometry.odometry import READING_VARIANCE, variance_per_edge
 
 NOISE_TIE = np.log((3.0, 1.5))  # by what factors the wheels' noise and the measurement's may be off before the runs
 

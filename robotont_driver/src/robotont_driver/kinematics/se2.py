@@ -93,10 +93,3 @@ def sinc(angle):
     if isinstance(angle, np.ndarray):
         return np.sinc(angle / math.pi)
     return math.sin(angle) / angle if angle else 1.0
-
-
-def sinc_derivative(angle):
-    """Derivative of sinc at one angle [rad]."""
-    if abs(angle) < 1e-4:
-        return -angle / 3  # the next term of the series is angle^3 / 30
-    return (math.cos(angle) - sinc(angle)) / angle

@@ -1,10 +1,11 @@
 """What waits for the serial line: of commands only the newest, and no faster than the board can take lines."""
 
 import contextlib
+import fcntl
 import os
+import sys
+import termios
 from collections import deque
-
-from robotont_driver.link.serial_port import waiting_bytes
 
 LONGEST_QUEUE = 64  # lines of low priority, beyond which the oldest are dropped
 
@@ -97,3 +98,8 @@ class Outbox:
     def wait(self, now):
         """[s] until the next line may be written."""
         return max(0.0, self._free_at - now)
+
+
+def waiting_bytes(descriptor):
+    """Bytes written to a port that its driver has not sent yet."""
+    return int.from_bytes(fcntl.ioctl(descriptor, termios.TIOCOUTQ, b"\0\0\0\0"), sys.byteorder)

@@ -147,8 +147,11 @@ class SerialLink:
 
     def _hear(self, connection, data):
         for line in data.splitlines(keepends=True):  # of a burst, each packet goes out before the next line is read
-            for packet in self._call(connection.feed, line, time.monotonic()) or ():
-                self._call(self._publish, packet)
+            try:
+                for packet in connection.feed(line, time.monotonic()):
+                    self._publish(packet)
+            except Exception as error:  # a fault in there is not one of the port, and must not end the thread
+                self._note_failure(error)
 
     def _take_commands(self, connection, now):
         """Put the newest command into the outbox, and the stop in its place when it is too old."""

@@ -5,7 +5,6 @@ import errno
 import fcntl
 import glob
 import os
-import sys
 import termios
 import time
 from pathlib import Path
@@ -74,11 +73,6 @@ ADVICE = {
     errno.ENOENT: "is the board plugged in, and is this the right port?",
 }
 BUSY = (errno.EAGAIN, errno.EBUSY)  # locked by another program, or marked as its own
-
-
-def waiting_bytes(descriptor):
-    """Bytes written to a port that its driver has not sent yet."""
-    return int.from_bytes(fcntl.ioctl(descriptor, termios.TIOCOUTQ, b"\0\0\0\0"), sys.byteorder)
 
 
 class ForeignPortError(OSError):

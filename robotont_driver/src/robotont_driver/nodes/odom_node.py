@@ -110,8 +110,9 @@ class OdomNode:
                 pose.doubt(self._kept.unseen(packet.number, odometry.twist, odometry.period))
             self._arrived = arrival
             self._packets += 1
-            self._messages.publish(odometry, stamp)
-            self._kept.keep(packet.number, (pose.x, pose.y, pose.yaw), pose.covariance, odometry.twist, boot_time())
+            covariance = odometry.pose_covariance
+            self._messages.publish(odometry, covariance, stamp)
+            self._kept.keep(packet.number, (pose.x, pose.y, pose.yaw), covariance, odometry.twist, boot_time())
             changed = search and search.update(packet, self._newest_command(), self._gyro and self._gyro.compared)
             if changed:
                 odometry.exclude(search.slipping)

@@ -2,8 +2,8 @@
 
 from operator import add
 
-from robotont_driver.odometry.covariance import Covariance
 from robotont_driver.odometry.gyro import SECOND, Agreement, Bias, Turns
+from robotont_driver.odometry.odometry import NO_LASTING, Covariance
 
 GAP = SECOND // 10       # [ns] between two samples; across a longer one the turn is unknown
 PAUSE = SECOND           # [ns] between two packets, across which the wheels' turn is unknown
@@ -12,7 +12,6 @@ SETTLING = SECOND // 2   # [ns] without motion of the wheels until the robot sta
 STILL = 2.5, 0.001       # ... its wheels have moved by no more than so many edges or [m]
 FLAT, FAST, BEYOND = 5, 0.5, 1.1  # samples at the largest rate, [rad/s], share of it that wheels turn: saturated
 TIMING, UNKNOWN = 0.016, 0.1  # [s] by which stamps of gyro and wheels differ (standard deviation); until that is known
-NO_LASTING = ((0.0, 0.0, 0.0),) * 2
 
 
 class GyroFusion:

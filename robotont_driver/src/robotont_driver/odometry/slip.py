@@ -11,7 +11,7 @@ from statistics import NormalDist
 import numpy as np
 
 from robotont_driver.kinematics.kinematics import LARGEST_CONDITION, condition
-from robotont_driver.odometry.wheel_noise import PATH_VARIANCE, LearntNoise
+from robotont_driver.odometry.odometry import PATH_VARIANCE
 
 BLOCK, WINDOW, LONG, SECOND = 0.1, 5, 15, 10  # [s]; blocks of a test; behind a change; compared with the commands
 BEHIND = 8        # blocks in which a change of the turning rate shows in a gyro's turn
@@ -22,6 +22,28 @@ FOLLOWED = 0.05, 0.005  # share of the path commanded, and [m], by which a motor
 ODDS = 9.0        # difference of two costs from which on the likelier is believed: 90 to 1
 CLEAR, PROVEN = 2.0, 0.3  # [sigma] below which a wheel rolls again, once a slip by that share would have shown
 MISSING = 0.009, 0.3, 5.0  # [m], share of the path commanded for 1 s, and times LAG, that a wheel may lack untold
+TRUST, MEMORY = 6, 600  # [windows of 0.5 s] that the first guess counts for; in which noise is learnt: 5 min
+DRIVEN = 0.02           # [m] mean way of the wheels in a window that says something about it
+FIRST, BOUNDS = 2.0, (1 / 3, 4.0)  # times `wheel_noise`: until it has been learnt; always
+
+
+class LearntNoise:
+    """The noise of the wheels, learnt while all roll: `variance` [m^2 per m], `ratio` of its root to what is stated."""
+
+    def __init__(self, wheel_noise):
+        self._stated, self._learnt, self.ratio = wheel_noise, TRUST, FIRST
+
+    @property
+    def variance(self):
+        """[m^2 per m] of the way."""
+        return (self.ratio * self._stated) ** 2
+
+    def learn(self, ratio, way):
+        """Take a window's statistic over its expectation by the noise as learnt, and the wheels' mean way [m] in it."""
+        if way >= DRIVEN:
+            self._learnt = min(self._learnt + 1, MEMORY)
+            ratio = self.ratio * math.sqrt(max(0.0, 1.0 + (ratio - 1.0) / self._learnt))
+            self.ratio = min(max(ratio, BOUNDS[0]), BOUNDS[1])
 
 
 class SlipSearch:

@@ -143,24 +143,25 @@ class BoardHealth:
         return self.identity is None and (self.status is not None or self._foreign)
 
     def hear_packet(self, status):
-        """A packet of this robot's board, with its BoardStatus; None from firmware before 2.0."""
-        self._foreign = False
-        self._heard += 1
-        if status is None or status is self.status:
-            return
-        if self.status is not None:
-            self._missed += (status.missed - self.status.missed) % 256
-            self._refused += (status.refused - self.status.refused) % 256
-        self.status = status
-        if self.fault and self.fault != self._shown:
-            self._fleeting.append(self.fault)
+        """A packet of this robot's board, with its BoardStatus; None from firmware before 2.0.
 
-    def take_voltage(self):
-        """The battery's voltage [V], once a second; else, and where the board does not measure it, 0."""
-        if self.status is None or self._heard < self._rate:
+        Returns the battery's voltage [V], once a second; else, and where the board does not measure it, 0.
+        """
+        self._foreign = False
+        if status is None:
+            return 0.0
+        if status is not self.status:
+            if self.status is not None:
+                self._missed += (status.missed - self.status.missed) % 256
+                self._refused += (status.refused - self.status.refused) % 256
+            self.status = status
+            if self.fault and self.fault != self._shown:
+                self._fleeting.append(self.fault)
+        self._heard += 1
+        if self._heard < self._rate:
             return 0.0
         self._heard = 0
-        return self.status.voltage
+        return status.voltage
 
     def hear_foreign_packet(self):
         """A whole packet of a board with another number of wheels: it is asked for its identity, which has it."""

@@ -1,15 +1,18 @@
 """Protocol of this project's firmware: a CRC, a counter and encoder totals behind the semicolon; docs/protocol.md."""
 
+import functools
 import math
 import re
 
 from robotont_driver.protocol.board_status import BoardHealth, BoardStatus
 from robotont_driver.protocol.lost_packets import LostPackets
-from robotont_driver.protocol.packet import PacketError, add_checksum, format_packet, has_checksum, parse_packet
+from robotont_driver.protocol.packet import PacketError, add_checksum, format_packet, has_checksum
 from robotont_driver.protocol.protocol import Power, Protocol
 
-# whole counts, counter, totals, status (from firmware 2.0 on; with at least 3 wheels it is longer than a total), CRC
-_CHECKED = re.compile(r"([^;.]*);([0-9A-F]{2})((?::[0-9A-F]{4})+)(?::([0-9A-F]{9,}))?:[0-9A-F]{4}\Z")
+# counts, counter, totals, status (from firmware 2.0 on; with at least 3 wheels it is longer than a total), CRC
+_CHECKED = re.compile(r"(-?[0-9]{1,7}(?::-?[0-9]{1,7})*);([0-9A-F]{2}):([0-9A-F]{4}(?::[0-9A-F]{4})+)"
+                      r"(?::([0-9A-F]{9,}))?:[0-9A-F]{4}\Z")
+_hexadecimal = functools.partial(int, base=16)
 
 
 class ForeignPacketError(PacketError):
@@ -17,7 +20,7 @@ class ForeignPacketError(PacketError):
 
 
 class CheckedPacket:
-    """Feedback with a valid CRC: `counts` per wheel, packet `counter`, encoder `totals` modulo 2^16.
+    """Feedback with a valid CRC: `counts` per wheel, also as `text`, packet `counter`, encoder `totals` modulo 2^16.
 
     `status`: the board's BoardStatus; None from firmware before 2.0. Its reader's: `arrival`, an `Arrival`, and
     `number`, which goes on where the counter begins again.
@@ -30,15 +33,17 @@ class CheckedPacket:
         match = _CHECKED.match(line)
         if not match:
             raise PacketError("trailer", f"no valid trailer in {line[:60]!r}")
-        counts, counter, totals, status = match.groups()
+        self.text, counter, totals, status = match.groups()
         if not has_checksum(line):
             raise PacketError("checksum", f"wrong checksum in {line[:60]!r}")
         self.counter = int(counter, 16)
-        self.totals = tuple([int(total, 16) for total in totals.split(":")[1:]])
+        self.totals = tuple(map(_hexadecimal, totals.split(":")))
+        self.counts = tuple(map(int, self.text.split(":")))
         if len(self.totals) != wheels:
             found = len(self.totals)
             raise ForeignPacketError("fields", f"{found} totals instead of {wheels} in {line[:60]!r}")
-        self.counts = parse_packet(counts + ";", wheels)
+        if len(self.counts) != wheels:
+            raise PacketError("fields", f"{len(self.counts)} fields instead of {wheels} in {line[:60]!r}")
         if status and len(status) not in (wheels + 6, wheels + 11):
             raise PacketError("fields", f"not {wheels} faults in {line[:60]!r}")
         self.status = BoardStatus.parse(status, wheels) if status else None
@@ -55,9 +60,6 @@ class CheckedPacket:
         ]
         return periods, counts
 
-    def repeats(self, other):
-        """Whether both are the same packet."""
-        return self.counter == other.counter and self.totals == other.totals and self.counts == other.counts
 
 
 _SEALED = re.compile(r"#.*;[0-9A-F]{4}\Z")
@@ -74,6 +76,7 @@ class Checked(Protocol):
 
     def __init__(self, wheels):
         super().__init__(wheels)
+        self._amount = wheels.amount
         self._lost = LostPackets(self._reach, self.dropped)
         self.health = BoardHealth(wheels.amount, wheels.pid_frequency)
         self._zeros = add_checksum(format_packet([0] * wheels.amount))
@@ -92,12 +95,11 @@ class Checked(Protocol):
             self._read_text(text)
             return []
         try:
-            packet = CheckedPacket(text, self.wheels.amount)
+            packet = CheckedPacket(text, self._amount)
         except ForeignPacketError:
             self.health.hear_foreign_packet()
             raise
-        self.health.hear_packet(packet.status)
-        voltage = self.health.take_voltage()
+        voltage = self.health.hear_packet(packet.status)
         if voltage:
             self.readings.append(Power(voltage, math.nan))
         self.check_reach(packet.counts)

@@ -6,7 +6,7 @@ from robotont_driver.protocol.checked import Checked, CheckedPacket, ForeignPack
 from robotont_driver.protocol.official_boards import BANNER, OLD, USB_ID, Robotont2, Robotont3, is_debug
 from robotont_driver.protocol.packet import LineSplitter, PacketError, parse_packet
 from robotont_driver.protocol.pose_feedback import parse_pose
-from robotont_driver.protocol.protocol import Plain, decode
+from robotont_driver.protocol.protocol import Plain
 
 OWN_BANNER = "# robotont_firmware"
 # What drives each board: the robot for it, as the launch files' argument.
@@ -51,10 +51,7 @@ class Listener:
         return next(filter(None, map(self._decide, self._splitter.feed(data))), None)
 
     def _decide(self, line):
-        try:
-            text = decode(line)
-        except PacketError:
-            text = ""
+        text = line.decode("ascii").strip("\r") if line.isascii() else ""
         self.fields = text.partition(";")[0].count(":") + 1
         name = recognise(text, self._wheels or max(LEAST_WHEELS, self.fields), self._usb_id)
         self._plain_lines = self._plain_lines + 1 if name == Plain.name else 0

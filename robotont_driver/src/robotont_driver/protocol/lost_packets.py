@@ -92,7 +92,8 @@ class LostPackets:
         if self._last is None:
             packet.arrival = Arrival(now)
             return [self._trust(packet, 0)]
-        if packet.repeats(self._last):
+        if (packet.counter, packet.totals, packet.counts) == (
+                self._last.counter, self._last.totals, self._last.counts):
             raise PacketError("repeated", "the same packet twice")
         gap = self._gap(self._last, packet, now)
         if gap is not None and not gap.restarted:
@@ -136,17 +137,19 @@ class LostPackets:
         periods, counts, doubt, _ = gap
         packet.arrival = last.arrival.next(now, periods + 1)
         number = last.number + 1
+        newest = self._trust(packet, number + periods)
+        if not periods:
+            return [newest]
         self.repaired += periods
         self.doubts += doubt
-        lost = zip(*(_evenly(count, periods) for count in counts)) if periods else ()
-        return [*(Packet(share, number=at) for at, share in enumerate(lost, number)),
-                self._trust(packet, number + periods)]
+        lost = zip(*(_evenly(count, periods) for count in counts))
+        return [*(Packet(share, number=at) for at, share in enumerate(lost, number)), newest]
 
     def _trust(self, packet, number):
         """The packet is the newest one of the board, with that number; its `Packet`."""
         packet.number = number
         self._last, self._suspect = packet, None
-        return Packet(packet.counts, f"{packet.counts.text[:-1]}{number}\n", number)
+        return Packet(packet.counts, f"{packet.text};{number}\n", number)
 
 
 class _Gap(NamedTuple):

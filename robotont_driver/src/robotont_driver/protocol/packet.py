@@ -112,4 +112,4 @@ def add_checksum(packet):
 
 def has_checksum(line):
     """Whether the last four characters of a line (ASCII, without newline), hexadecimal digits, are its checksum."""
-    return crc16(line[:-4].encode("ascii")) == int(line[-4:], 16)
+    return binascii.crc_hqx(line[:-4].encode("ascii"), 0xFFFF) == int(line[-4:], 16)

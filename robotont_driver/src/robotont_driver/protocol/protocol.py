@@ -64,10 +64,13 @@ class Protocol:
         packets = []
         for line in self._splitter.feed(data):
             try:
-                packets += self.read_line(decode(line), now)
+                packets += self.read_line(line.decode("ascii").strip("\r"), now)
             except PacketError as error:
                 self.dropped[error.kind] += 1
                 self.newest_error = str(error)
+            except UnicodeDecodeError:
+                self.dropped["not ascii"] += 1
+                self.newest_error = "bytes outside ASCII"
         if self._splitter.overlong:
             self.dropped["overlong"] += self._splitter.overlong
             self._splitter.overlong = 0
@@ -104,14 +107,6 @@ class Protocol:
         """Raise PacketError where a wheel (n) has made more edges in a period than its motor can."""
         if max(map(abs, edges)) > self._reach:
             raise PacketError("reach", f"more than {self._reach} edges in one period")
-
-
-def decode(line):
-    """The text of a line (bytes), without carriage returns at its ends. Raises PacketError."""
-    try:
-        return line.decode("ascii").strip("\r")
-    except UnicodeDecodeError:
-        raise PacketError("not ascii", "bytes outside ASCII") from None
 
 
 class Plain(Protocol):

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import rospy
 
-from robotont_driver.odometry.covariance import Covariance
+from robotont_driver.odometry.odometry import Covariance
 
 FOLDER = Path("/dev/shm")  # not on a disk: written for each packet, and gone with the machine's run
 LONGEST_GAP = 60.0         # [s] after a longer one nobody knows where the robot is

@@ -13,8 +13,6 @@ from robotont_driver.rospy_repairs.publishers import DroppingPublisher
 
 # Variance of z, roll and pitch (and their rates): a robot on the floor has none; filters like no zeros.
 FLAT = 1e-6
-# Where x, y and yaw stand in the 6 x 6 covariances of ROS (x, y, z, roll, pitch, yaw; row by row).
-PLANAR = [6 * row + column for row in (0, 1, 5) for column in (0, 1, 5)]
 
 
 class OdometryMessages:
@@ -30,14 +28,12 @@ class OdometryMessages:
         self._stamp = rospy.Time()  # of all three messages
         for message in (self._odom, self._transform, self._joints):
             message.header.stamp = self._stamp
-        for covariance in (self._odom.pose.covariance, self._odom.twist.covariance):
-            covariance[:] = [FLAT if index % 7 == 0 else 0.0 for index in range(36)]
         self._broadcaster = tf2_ros.TransformBroadcaster() if parameters["publish_tf"] else None
         self._odom_publisher = DroppingPublisher("odom", Odometry)
         self._joint_publisher = DroppingPublisher("joint_states", JointState)
 
-    def publish(self, odometry, nanoseconds):
-        """Publish a WheelOdometry with a stamp [ns]."""
+    def publish(self, odometry, covariance, nanoseconds):
+        """Publish a WheelOdometry and its pose's Covariance with a stamp [ns]."""
         self._stamp.secs, self._stamp.nsecs = divmod(nanoseconds, SECOND)
         pose, odom, joints, transform = odometry.pose, self._odom, self._joints, self._transform.transform
         position, orientation = odom.pose.pose.position, odom.pose.pose.orientation
@@ -46,8 +42,8 @@ class OdometryMessages:
         orientation.z = transform.rotation.z = math.sin(pose.yaw / 2)
         orientation.w = transform.rotation.w = math.cos(pose.yaw / 2)
         odom.twist.twist.linear.x, odom.twist.twist.linear.y, odom.twist.twist.angular.z = odometry.twist
-        _fill(odom.pose.covariance, odometry.pose_covariance)
-        _fill(odom.twist.covariance, odometry.twist_covariance)
+        odom.pose.covariance = planar(covariance)
+        odom.twist.covariance = planar(odometry.twist_covariance)
         self._odom_publisher.publish(odom)
         if self._broadcaster:
             self._broadcaster.sendTransform(self._transform)
@@ -68,7 +64,8 @@ def joint_names(given, wheels):
     return names
 
 
-def _fill(numbers, covariance):
-    """Put a Covariance into a message's list of 36."""
-    for index, value in zip(PLANAR, covariance.rows):
-        numbers[index] = value
+def planar(covariance):
+    """The 36 numbers of a message (x, y, z, roll, pitch, yaw; row by row) for a Covariance."""
+    xx, xy, xa, yy, ya, aa = covariance
+    return [xx, xy, 0.0, 0.0, 0.0, xa, xy, yy, 0.0, 0.0, 0.0, ya, 0.0, 0.0, FLAT, 0.0, 0.0, 0.0,
+            0.0, 0.0, 0.0, FLAT, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, FLAT, 0.0, xa, ya, 0.0, 0.0, 0.0, aa]

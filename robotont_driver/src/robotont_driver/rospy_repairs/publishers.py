@@ -5,8 +5,6 @@ import warnings
 
 import rospy
 
-from robotont_driver.rospy_repairs.rospy_internals import connections, publish_to
-
 
 class DroppingPublisher:
     """When `publish` returns, the message is in the sockets, also the last one of a node that shuts down, the stop.
@@ -18,29 +16,30 @@ class DroppingPublisher:
     def __init__(self, topic, message_type):
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", SyntaxWarning)  # that there is no queue
-            self._publisher = rospy.Publisher(topic, message_type, tcp_nodelay=True)
+            self._topic = rospy.Publisher(topic, message_type, tcp_nodelay=True).impl
         self._polled = None  # list of the connections whose sockets `_room` looks at
         self._room = None
 
     def get_num_connections(self):
         """Number of subscribers, as of a rospy.Publisher."""
-        return self._publisher.get_num_connections()
+        return self._topic.get_num_connections()
 
     def publish(self, message):
         """Publish a message to those who have room for it."""
-        subscribers = connections(self._publisher)
+        subscribers = self._topic.connections
         if not subscribers:
             return
         if subscribers is not self._polled:  # rospy makes a new list for each change
             self._watch(subscribers)
         ready = self._room.poll(0)
-        if len(ready) == len(subscribers):
-            publish_to(self._publisher, message)
-            return
-        with_room = {descriptor for descriptor, _ in ready}
-        for connection in subscribers:
-            if connection.fileno() in with_room:
-                publish_to(self._publisher, message, connection)
+        those = [None]  # all
+        if len(ready) < len(subscribers):
+            with_room = {descriptor for descriptor, _ in ready}
+            those = [one for one in subscribers if one.fileno() in with_room]
+        with self._topic.publock:
+            for connection in those:
+                if not self._topic.closed:  # rospy closes topics at its end, before `is_shutdown` says so
+                    self._topic.publish(message, connection)
 
     def _watch(self, subscribers):
         self._room = select.poll()

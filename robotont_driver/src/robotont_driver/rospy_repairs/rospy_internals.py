@@ -59,17 +59,6 @@ def connection_numbers(topic, header):
     return number, transport._transport_id
 
 
-def publish_to(publisher, message, connection=None):
-    """Publish to one connection, or to all: one whose socket is full would hold up the others."""
-    topic = publisher.impl
-    topic.acquire()
-    try:
-        if not topic.closed:  # as rospy does at its end, before `is_shutdown` says so
-            topic.publish(message, connection)
-    finally:
-        topic.release()
-
-
 def disconnect(subscriber, connection):
     """End a connection to a publisher, with all that waits in it."""
     connection.close()

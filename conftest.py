@@ -74,7 +74,7 @@ class RostestFile(pytest.File):
         if self.path.name == "robotont_msgs.test" and not has_robotont_msgs():
             rostest.add_marker(pytest.mark.skip(
                 reason="needs the official package robotont_msgs at $ROBOTONT_MSGS or .build/robotont_msgs "
-                       "(docs/from-the-official-stack.md)"))
+                       "(docs/robots.md)"))
         yield rostest
 
 

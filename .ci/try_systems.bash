@@ -80,7 +80,7 @@ write_row() {
         grep -E "^[0-9]+ .* in [0-9.]+s" "$2/test.log" | grep -oE "[0-9]+ $count" | awk '{n += $1} END {print n + 0}'
     done | xargs | {
         read -r passed failed errors skipped
-        echo "$(sed -n "s/^| $1 | \([^|]*| [^|]*\)|.*/| \1/p" "$ROOT/docs/systems.md")| $seconds" \
+        echo "$(sed -n "s/^$1 | \([^|]*| [^|]*\)|.*/| \1/p" "$ROOT/setup/systems.txt")| $seconds" \
             "| $(cat "$2/megabytes") | $passed | $((failed + errors)) | $skipped |"
     } >"$2/row"
 }

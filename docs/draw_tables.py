@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
-"""Writes parameters.md and launch.md from the tables of the nodes and from the launch files.
+"""Writes reference.md from the tables of the nodes, the launch files and setup/systems.txt.
 
-draw_tables.py           writes them into this folder
-draw_tables.py --check   ends with 1 and says which one is not as the code has it
+draw_tables.py           writes it into this folder
+draw_tables.py --check   ends with 1 when it is not as the code has it
 """
 
 import re
@@ -23,10 +23,37 @@ from robotont_teleop.mux import cmd_vel_mux
 from robotont_teleop.web import web_teleop_node
 
 FOLDER = Path(__file__).resolve().parent
+PAGE = FOLDER / "reference.md"
 WHO = yaml.safe_load((FOLDER / "who_sets_it.yaml").read_text())
+TOPICS = yaml.safe_load((FOLDER / "topics.yaml").read_text())
 NODES = (driver_node, serial_com_node, odom_node, cmd_vel_mux, keyboard_teleop, joy_watch, web_teleop_node,
          recorder_node, navigation_monitor, simulator_node, fleet_node)
-HEAD = "<!-- Written by draw_tables.py: `./robotont docs`. -->\n"
+HEAD = """<!-- Written by docs/draw_tables.py: `./robotont docs`. -->
+
+# Reference: nodes, parameters, launch files, systems
+
+Names of topics are relative: a namespace makes a second robot. Every node publishes on `/diagnostics`.
+
+A node reads its parameters once, as it starts. After `rosparam set`, `rosnode kill NODE` applies it where roslaunch
+starts the node again. With `composed:=true` the driver's three nodes are one, `/robotont_node`: its topics and
+parameters are theirs, but it takes no `serial_write` or `serial_read` of other processes. A wrong value ends the node
+with a message. What belongs to a robot stands in [its folder](robots.md).
+"""
+SYSTEMS = """
+## Systems
+
+`./robotont` sets up these systems, on x86_64. On aarch64 (Raspberry Pi, Jetson) packages are found, nothing was run.
+
+| system | Python | ROS 1 | lacks | what ran |
+| --- | --- | --- | --- | --- |
+"""
+ROS = """
+Ubuntu 20.04 gets Noetic from packages.ros.org. The key of before June 2025 has expired. Install `ros-apt-source` of
+[ros-infrastructure](https://github.com/ros-infrastructure/ros-apt-source/releases), then `ros-noetic-ros-base`.
+Ubuntu 22.04 and 24.04 get [ROS One](https://ros.packages.techfak.net), `ros-one-ros-base`. Others may try
+[RoboStack](https://robostack.github.io), with this repository as
+[a catkin workspace](CONTRIBUTING.md#as-a-catkin-workspace).
+"""
 
 
 def cell(text):
@@ -34,67 +61,86 @@ def cell(text):
     return str(text).replace("|", "\\|")
 
 
-def who(place, name):
-    """Who sets a parameter of a node, or an argument of a launch file. Raises SystemExit when nobody does."""
+def held(place, name):
+    """The name of a parameter or an argument that somebody sets. Raises SystemExit when nobody does."""
     if name not in WHO.get(place, {}):
         sys.exit(f"docs/who_sets_it.yaml does not say who sets {name} of {place}; what nobody sets is a constant")
-    return cell(WHO[place][name])
+    return name
 
 
-def table(place, parameters):
+def allowed(one):
+    """What a parameter may be, in short: a text and a switch say it by their defaults."""
+    if not one.is_numeric:
+        return ""
+    return f"{one.minimum:.10g} to {one.maximum:.10g}" + (f": {one.reason}" if one.reason else "")
+
+
+def parameters(place, table):
     """Lines of a table of parameters."""
-    yield "| parameter | default | meaning | allowed | who sets it |"
-    yield "| --- | --- | --- | --- | --- |"
-    for one in parameters:
+    yield from ("| parameter | default | meaning | bounds |", "| --- | --- | --- | --- |")
+    for one in table:
         unit = f" [{one.unit}]" if one.unit else ""
         default = f"`{one.default}`" if one.default != "" else "empty"
-        yield (f"| `~{one.name}` | {default} | {cell(one.meaning)}{unit} | {cell(one.allowed)} | "
-               f"{who(place, one.name)} |")
+        yield f"| `~{held(place, one.name)}` | {default} | {cell(one.meaning)}{unit} | {cell(allowed(one))} |"
 
 
-def parameters_page():
-    """Text of parameters.md."""
-    lines = [HEAD, "# Parameters", "", "A node reads its parameters once, as it starts; after `rosparam set`, "
-             "`rosnode kill NODE` applies it where roslaunch starts the node again (with `composed:=true` NODE is "
-             "`/robotont_node` for driver_node, serial_com_node and odom_node). There is no dynamic_reconfigure. A "
-             "wrong value ends the node with a message; `-h` shows the same table. "
-             "What belongs to a robot stands in its folder: [robots](robots.md).", "", "Each node has one "
-             "more:", "", *table("common", COMMON_PARAMETERS)]
+def topics(place):
+    """Lines of a table of topics and services."""
+    yield from ("| topic or service | type | |", "| --- | --- | --- |")
+    for name, kind, meaning in TOPICS[place]:
+        shown = name if "`" in name else ", ".join(f"`{one}`" for one in name.split(", "))
+        yield f"| {shown} | {kind} | {cell(meaning)} |"
+
+
+def nodes():
+    """Lines about every node."""
+    yield from ("## every node", "", *parameters("common", COMMON_PARAMETERS))
     for node in NODES:
         name = node.__name__.rpartition(".")[2]
-        lines += ["", f"## {name}", "", *table(name, node.PARAMETERS)]
-    return "\n".join(lines) + "\n"
+        yield from ("", f"## {name}", "")
+        if name in TOPICS:
+            yield from (*topics(name), "")
+        yield from parameters(name, node.PARAMETERS)
 
 
-def launch_page():
-    """Text of launch.md."""
-    lines = [HEAD, "# Launch files", "", "`roslaunch robotont_bringup FILE name:=value ...`. A misspelt name of an "
-             "argument is ignored by roslaunch; `roslaunch --ros-args robotont_bringup FILE` lists them."]
+def launch_files():
+    """Lines about every launch file."""
+    yield from ("", "## Launch files", "", "`roslaunch robotont_bringup FILE name:=value ...`. roslaunch ignores a "
+                "misspelt name; `roslaunch --ros-args robotont_bringup FILE` lists them. `namespace` is put before all "
+                "topics: for two robots on one master.")
     for file in sorted((FOLDER.parent / "launch").glob("*.launch")):
         comment = re.search(r"<!--\s*(.*?)\s*-->", file.read_text(), re.DOTALL)[1]
-        lines += ["", f"## {file.name}", "", re.sub(r"\s+", " ", comment)]
-        arguments = [one for one in ElementTree.parse(str(file)).getroot().findall("arg") if one.get("doc")]
+        yield from ("", f"### {file.name}", "", re.sub(r"\s+", " ", comment))
+        arguments = [one for one in ElementTree.parse(str(file)).getroot().findall("arg")
+                     if one.get("doc") and held(file.name, one.get("name")) != "namespace"]
         if arguments:
-            lines += ["", "| argument | default | meaning | who sets it |", "| --- | --- | --- | --- |"]
+            yield from ("", "| argument | default | meaning |", "| --- | --- | --- |")
         for one in arguments:
             default = re.sub(r"\$\(find (\w+)\)", r"\1", one.get("default"))
             shown = "empty" if not default else "computed" if "$(" in default else f"`{default}`"
-            lines.append(f"| `{one.get('name')}` | {shown} | {cell(one.get('doc'))} | "
-                         f"{who(file.name, one.get('name'))} |")
-    return "\n".join(lines) + "\n"
+            yield f"| `{one.get('name')}` | {shown} | {cell(one.get('doc'))} |"
+
+
+def systems():
+    """Lines of the table of systems."""
+    for line in (FOLDER.parent / "setup" / "systems.txt").read_text().splitlines():
+        if not line.startswith("#"):
+            _, name, python, ros, lacks, ran = (one.strip() for one in line.split("|"))
+            yield f"| {name} | {python} | {ros} | {lacks} | {ran} |"
+
+
+def page():
+    """Text of reference.md."""
+    return HEAD + "\n" + "\n".join([*nodes(), *launch_files()]) + "\n" + SYSTEMS + "\n".join(systems()) + "\n" + ROS
 
 
 def main():
-    """Write the pages, or compare them."""
-    pages = {"parameters.md": parameters_page(), "launch.md": launch_page()}
-    stale = [name for name, text in pages.items()
-             if not (FOLDER / name).exists() or (FOLDER / name).read_text() != text]
-    if "--check" in sys.argv:
-        for name in stale:
-            print(f"docs/{name} is not as the code has it: ./robotont docs writes it anew", file=sys.stderr)
-        return 1 if stale else 0
-    for name in stale:
-        (FOLDER / name).write_text(pages[name])
+    """Write the page, or compare it."""
+    stale = not PAGE.exists() or PAGE.read_text() != page()
+    if stale and "--check" in sys.argv:
+        print("docs/reference.md is not as the code has it: ./robotont docs writes it anew", file=sys.stderr)
+        return 1
+    PAGE.write_text(page())
     return 0
 
 

@@ -13,15 +13,15 @@ opt_ros() {
     done
 }
 
-# This system's name in docs/systems.md, as debian-12.
+# This system's name in setup/systems.txt, as debian-12.
 system_name() {
     # shellcheck disable=SC1091
     (. /etc/os-release && echo "${ID:-unknown}-${VERSION_ID:-unknown}")
 }
 
-# system_row NAME: its columns in the table of docs/systems.md, without blanks around them; nothing for an unknown one.
+# system_row NAME: its columns in setup/systems.txt, without blanks around them; nothing for an unknown one.
 system_row() {
-    sed -n "s/ *| */|/g; s/^|$1|/$1|/p" "$ROOT/docs/systems.md"
+    sed -n "s/ *| */|/g; /^$1|/p" "$ROOT/setup/systems.txt"
 }
 
 # wanted_packages GROUP ...: the distribution's packages of setup/apt_packages.txt for these groups.
@@ -58,9 +58,9 @@ install_packages() {
     name=$(system_name)
     row=$(system_row "$name")
     case $row:$(opt_ros) in
-        :*) fail "$name is not in docs/systems.md: install these packages, or what they are called here, by hand: ${missing[*]}" ;;
+        :*) fail "$name is not in setup/systems.txt: install these packages, or what they are called here, by hand: ${missing[*]}" ;;
         *"|Debian|"*:* | *:/opt/*) ;;
-        *) fail "no ROS 1 in /opt/ros: docs/systems.md tells how it comes to $name" ;;
+        *) fail "no ROS 1 in /opt/ros: docs/reference.md, \"Systems\", tells how it comes to $name" ;;
     esac
     echo "installing ${#missing[@]} packages, some minutes: ${missing[*]}"
     as_root apt-get update -qq

@@ -22,8 +22,6 @@ def clone(folder):
         shutil.copy(str(ROOT / name), str(folder))
     for name in ("setup", "launch", "robotont_testing"):
         shutil.copytree(str(ROOT / name), str(folder / name))
-    (folder / "docs").mkdir()
-    shutil.copy(str(ROOT / "docs" / "systems.md"), str(folder / "docs"))
     return folder
 
 
@@ -225,8 +223,8 @@ def test_each_group_installs_its_own_and_again_what_was_deleted(tmp_path):
 
 
 @pytest.mark.parametrize("system, ros, found", [
-    ("gentoo-2", "", "gentoo-2 is not in docs/systems.md: install these packages"),
-    ("ubuntu-22.04", "", "no ROS 1 in /opt/ros: docs/systems.md tells how it comes to ubuntu-22.04"),
+    ("gentoo-2", "", "gentoo-2 is not in setup/systems.txt: install these packages"),
+    ("ubuntu-22.04", "", "no ROS 1 in /opt/ros: docs/reference.md, \"Systems\", tells how it comes to ubuntu-22.04"),
     ("ubuntu-22.04", "/opt/ros/one", "apt-get install"),
 ])
 def test_an_unknown_system_gets_one_clear_line(system, ros, found, tmp_path):

@@ -1,4 +1,4 @@
-"""Where it installs: every list of setup/pypi on every Python and machine of docs/systems.md, by PyPI's own word."""
+"""Where it installs: every list of setup/pypi on every Python and machine of setup/systems.txt, by PyPI's own word."""
 
 import itertools
 import os
@@ -11,8 +11,8 @@ import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
 LISTS = [ROOT / "setup" / "pypi" / f"{name}.txt" for name in ("sim", "fleet", "flash", "lint", "docs", "test")]
-TABLE = (ROOT / "docs" / "systems.md").read_text()
-SYSTEMS = re.findall(r"^\| [\w.-]+-[\d.]+ \|.*?\| (3\.\d+) \|", TABLE, re.MULTILINE)
+TABLE = (ROOT / "setup" / "systems.txt").read_text()
+SYSTEMS = re.findall(r"^[\w.-]+-[\d.]+ \|.*?\| (3\.\d+) \|", TABLE, re.MULTILINE)
 UV = Path(sys.executable).with_name("uv")
 MACHINES = ("x86_64", "aarch64")
 OLDEST_LIBC = "manylinux_2_31"  # of Debian 11 and Ubuntu 20.04

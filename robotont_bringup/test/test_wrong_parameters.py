@@ -13,7 +13,7 @@ from robotont_testing.robots import WHEEL_PARAMS
 GOOD = yaml.safe_load(WHEEL_PARAMS.read_text())
 NO_ROBOT = "where no robot runs: start robot.launch"
 STUTTER = "found a packet every 0.2 s and a stop after 0.3 s without one"
-# Debian 11's rospy, at the end of any node; docs/systems.md
+# Debian 11's rospy, at the end of any node; docs/reference.md
 ROSPY_ON_PYTHON_39 = re.compile(r"Traceback.*\n(  .*\n)*AttributeError: 'Thread' object has no attribute 'isAlive'")
 # What is wrong in which way, the tests of robotont_driver show; here: each way to a node's end.
 # {case: (node, parameters of its namespace, its arguments, words of the log)}

@@ -73,7 +73,7 @@ def parse_arguments():
     parser.add_argument("--root", default="/", metavar="DIR",
                         help="install into a file system at DIR, such as an image, and start nothing [%(default)s]")
     parser.add_argument("--network", type=address, metavar="ADDRESS",
-                        help="let other machines use the robot under this address of its (docs/network.md: "
+                        help="let other machines use the robot under this address of its (docs/trouble.md: "
                         "there is no password); default: the robot keeps to itself")
     parser.add_argument("--page", nargs="?", const="0.0.0.0", metavar="ADDRESS",
                         type=lambda text: text if text == "0.0.0.0" else address(text),

@@ -132,7 +132,7 @@ def clocks_agree(address, port):
     if abs(difference) - uncertainty > TOLERANCE:
         return FAULT, (f"clocks apart: that of {address} is {abs(difference):.1f} s "
                        f"{'ahead of' if difference > 0 else 'behind'} this machine's: sudo apt-get install chrony on "
-                       "both (without internet: docs/network.md)")
+                       "both (without internet: docs/trouble.md)")
     return GOOD, f"the clock of {address} agrees within {max(0.01, abs(difference) + uncertainty):.2f} s"
 
 

@@ -1,6 +1,6 @@
 """The emergency stop: who presses it and what releases it; free of ROS and clock.
 
-The rule: docs/teleop.md, "The emergency stop".
+The rule: docs/safety.md, "The emergency stop".
 """
 
 

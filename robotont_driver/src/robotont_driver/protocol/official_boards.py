@@ -1,4 +1,4 @@
-"""Robotont's boards as delivered, generations 2, 2.1, 3: rim speeds to the board, poses from it; docs/dialects.md."""
+"""Robotont's boards as delivered, generations 2, 2.1, 3: rim speeds to the board, poses from it; docs/protocol.md."""
 
 import math
 import re

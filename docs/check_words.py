@@ -28,7 +28,7 @@ def pages_of(kind):
 def sentences(text):
     """The sentences of a page: paragraphs and items, without code, tables, headings and pictures.
 
-    What stands between backquotes, a name that is typed, counts as one plain word; so does a path or an address.
+    What stands between backquotes counts as one plain word: it is a name that is typed.
     """
     text = re.sub(r"<!--.*?-->", "", text, flags=re.DOTALL)
     text = re.sub(r"(?m)^(\|.*|#.*| {4,}.*)$", "\n", text)
@@ -40,7 +40,8 @@ def sentences(text):
     found = []
     for block in re.split(r"\n\s*\n", text):
         line = " ".join(block.split())
-        found += [one.strip() for one in re.split(r"(?<=[.?!])\s+(?=[\"(A-Zn~])", line) if one.strip(" .")]
+        ends = re.split(r"(?<=[.?!])\s+(?=[\"(A-Zn~])", line)
+        found += [one.strip() for one in ends if one.strip(" .")]
     return found
 
 

@@ -10,15 +10,17 @@ from robotont_testing.two_machines import ADDRESSES, TwoMachines
 
 # argv: topic, file of orders. Each line: a word to publish once, or "WORD RATE" for ever, until the next line.
 BUTTON = """
-import sys, time, rospy
+import os, sys, time, rospy
 from std_msgs.msg import Bool
 rospy.init_node("button", disable_signals=True)
+def say(word):  # whole lines, by whichever thread
+    os.write(1, f"{time.monotonic()} {word}\\n".encode())
 class Listener(rospy.SubscribeListener):
     def peer_subscribe(self, *_):
-        print(time.monotonic(), "connected", flush=True)
-print(time.monotonic(), "started", flush=True)
+        say("connected")
+say("started")
 publisher = rospy.Publisher(sys.argv[1], Bool, Listener(), queue_size=10, tcp_nodelay=True)
-print(time.monotonic(), "registered", flush=True)
+say("registered")
 done, repeated, due = 0, None, 0.0
 while True:
     lines = open(sys.argv[2]).read().split("\\n")[:-1]
@@ -26,7 +28,7 @@ while True:
         repeated = (word, 1 / float(rate[0])) if rate else None
         due = time.monotonic()
         if not rate:
-            print(due, word, flush=True)
+            say(word)
             publisher.publish(word == "true")
     done = len(lines)
     if repeated and time.monotonic() >= due:
@@ -37,12 +39,12 @@ while True:
 
 # argv: namespaces. Prints who presses, as each driver_node says at each change.
 LISTENER = """
-import sys, time, rospy
+import os, sys, time, rospy
 from std_msgs.msg import String
 rospy.init_node("listener", disable_signals=True)
 for robot in sys.argv[1:]:
     rospy.Subscriber(f"/{robot}/emergency_stop/pressed_by", String, lambda message, robot=robot:
-                     print(f"{time.monotonic()} {robot} {message.data.replace(', ', ',')}", flush=True))
+                     os.write(1, f"{time.monotonic()} {robot} {message.data.replace(', ', ',')}\\n".encode()))
 rospy.spin()
 """
 

@@ -1,5 +1,6 @@
 """driver_nodes on a robot, and buttons of the emergency stop on a laptop behind a network that is slow or cut."""
 
+import re
 import signal
 import time
 
@@ -110,8 +111,8 @@ class Presses(TwoMachines):
 
     def said(self, button):
         """(time [s], word) of all that a button has done since its start: started, registered, connected, words."""
-        return [(float(at), word) for at, word in
-                map(str.split, self._buttons[button][1].read_text().split("\n")[:-1])]
+        lines = self._buttons[button][1].read_text()  # among those that rospy writes of its own
+        return [(float(at), word) for at, word in re.findall(r"^(\d+\.\d+) (\w+)\n", lines, re.MULTILINE)]
 
     def when(self, button, word):
         """[s] when a button has done that first; None: not yet."""

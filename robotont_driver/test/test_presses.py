@@ -1,5 +1,6 @@
 """Presses of the emergency stop from a machine behind a network that is slow, loses packets, or is cut."""
 
+import contextlib
 import os
 import random
 import shutil
@@ -87,7 +88,7 @@ def test_a_button_that_repeats_its_state_is_heard_at_once_behind_an_outage(press
     assert presses.wait_for_press("button") - pressed <= 1.0
 
 
-SETTLED = 14.0  # [s] within which a good network has brought all that waited; the outages are shorter
+SETTLED = 30.0  # [s] within which a good network brings all that waited: TCP tries again after twice the time of before
 
 
 def history(presses, robots, chance):
@@ -134,9 +135,14 @@ def test_histories_of_buttons_on_a_network_that_is_cut_and_slow(presses, robots,
 
         def lost(pressed=pressed):
             return [button for button in pressed if f"/{button}" not in presses.pressing(button[:-2])]
-        wait_for(lambda: not lost(), f"the presses of {pressed}, seed {seed}", timeout=SETTLED, period=0.1)
+        begun = time.monotonic()
+        with contextlib.suppress(AssertionError):
+            wait_for(lambda: not lost(), "the presses", timeout=SETTLED, period=0.1)
+        assert not lost(), f"lost, seed {seed}"
+        settled = time.monotonic() - begun
         presses.wait(4.0)  # what is late would take them back
         assert not lost(), f"taken back, seed {seed}"
         held = [button for button, word in model.items() if word == "false" and
                 f"/{button}" in presses.pressing(button[:-2])]
-        print(f"seed {seed}: {len(pressed)} of {len(model)} press; held in doubt: {len(held)}", flush=True)
+        print(f"seed {seed}: {len(pressed)} of {len(model)} press, all heard after {settled:.1f} s; "
+              f"held in doubt: {len(held)}", flush=True)

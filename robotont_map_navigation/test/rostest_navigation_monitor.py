@@ -18,6 +18,7 @@ from sensor_msgs.msg import LaserScan
 from std_msgs.msg import String
 from tf2_msgs.msg import TFMessage
 
+from robotont_map_navigation.navigation_monitor import wide_enough
 from robotont_testing import places
 from robotont_testing.harness import wait_for
 from robotont_testing.node_test import ERROR, OK, WARN, NodeTest, twist
@@ -27,6 +28,7 @@ ANGLES = np.linspace(-math.pi, math.pi, 90, endpoint=False)
 COS, SIN = np.cos(ANGLES + 0.3), np.sin(ANGLES + 0.3)
 ALL = np.minimum(np.where(COS > 0, 2.5, -3.5) / COS, np.where(SIN > 0, 1.0, -1.0) / SIN)  # [m] what the sensor sees
 HALF = np.where(np.arange(90) < 50, ALL, 0.4)  # beside something that the map lacks
+GONE = np.where(np.arange(90) < 66, ALL, ALL + 1.0)  # a wall of the map is gone: its rays end a metre behind it
 FIT_TIME = 1.5  # [s] in the launch file
 FILLS = "something that the map lacks fills the view"
 
@@ -76,6 +78,12 @@ class NavigationMonitorTest(NodeTest):
         self.wait_for_status(TASK, level, words)
         wait_for(is_told, "words for goto")
 
+    def drive_about(self, x, yaw):
+        """3 m, around a place."""
+        for number in range(10):
+            self.stand(x + (0.15 if number % 2 else -0.15), yaw)
+            rospy.sleep(0.6)
+
     def all_is_well_again(self):
         self.stand(0.5, 0.3)
         self.see(ALL)
@@ -89,6 +97,18 @@ class NavigationMonitorTest(NodeTest):
         np.testing.assert_allclose((origin.x, origin.y), (-3.025, -1.025))
         self.assertEqual((shifted[0].header.frame_id, shifted[0].info.width), ("map", 122))
 
+    def test_a_map_that_is_higher_than_wide_is_wide_enough_for_navfn(self):
+        """Its ways have 4 points per column, half a cell apart."""
+        corridor = walled(360, 30)
+        wide = wide_enough(grid(corridor, -1.0, 2.0))
+        self.assertGreater(2 * wide.info.width, 2 * (360 + 30) - 1)
+        cells = np.reshape(wide.data, (360, wide.info.width))
+        np.testing.assert_array_equal(cells[:, :30], corridor)
+        self.assertTrue((cells[:, 30:] == -1).all())
+        planned = self.listen("map_for_planning", OccupancyGrid)
+        wait_for(lambda: planned, "the map for the planner")
+        self.assertEqual(planned[0].info.width, 122)
+
     def test_1_before_anybody_has_said_where_the_laser_is_and_after_it(self):
         self.expect(WARN, "the scan cannot be laid on the map")
         self.stand(0.5, 0.3)
@@ -97,8 +117,10 @@ class NavigationMonitorTest(NodeTest):
     def test_places_where_the_robot_cannot_be(self):
         self.all_is_well_again()
         self.stand(-1.5, 1.2)
-        self.expect(ERROR, "a map of another place, or a wrong pose")
+        self.expect(WARN, "go through its walls: the room has changed, or the pose is wrong")
         wait_for(lambda: int(self.values(TASK)["rays that the map explains"].rstrip("%")) < 60, "a share that tells it")
+        self.drive_about(-1.5, 1.2)
+        self.expect(ERROR, "a map of another place, or a wrong pose")
         self.all_is_well_again()
         self.stand(0.5, 3.0, y=-1.02)
         self.expect(ERROR, "is in a wall of the map")
@@ -122,10 +144,12 @@ class NavigationMonitorTest(NodeTest):
         self.see(HALF)
         self.expect(WARN, FILLS)
         wait_for(lambda: doubts and FILLS in doubts[-1].data, "words for goto")
-        for number in range(10):  # 3 m
-            self.stand(0.65 if number % 2 else 0.35, 0.3)
-            rospy.sleep(0.6)
+        self.drive_about(0.5, 0.3)
         self.expect(WARN, FILLS)
+        self.see(GONE)
+        self.expect(WARN, "the room has changed")
+        self.drive_about(0.5, 0.3)
+        self.expect(WARN, "the room has changed")
         self.stand(0.5, 0.3)
         self.see(np.minimum(ALL, 0.4))
         self.expect(WARN, "the map explains 0% of the scan's rays, the others end before its walls")
@@ -171,7 +195,7 @@ class NavigationMonitorTest(NodeTest):
         rospy.set_param("/robot2/move_base/global_costmap",
                         {"robot_base_frame": "robot2/base_link", "robot_radius": 0.15, "footprint_padding": 0.05})
         maps = rospy.Publisher("/robot2/map", OccupancyGrid, queue_size=1, latch=True)
-        updates = self.listen("/robot2/map_updates", OccupancyGridUpdate)
+        updates = self.listen("/robot2/map_for_planning_updates", OccupancyGridUpdate)
         costmap = np.zeros(0)
 
         def send(cells):

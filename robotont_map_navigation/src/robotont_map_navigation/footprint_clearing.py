@@ -1,4 +1,4 @@
-"""Keeps the place where the robot stands free of the map's walls, for the costmaps: sends map_updates.
+"""Keeps the place where the robot stands free of the map's walls, for the costmaps: sends map_for_planning_updates.
 
 It takes the robot's radius and frame from the parameters of move_base/global_costmap.
 """
@@ -27,7 +27,7 @@ class FootprintClearing:
         self._frame = self._base = self._size = self._clearing = None
         self._settled = 0.0  # [s] time.monotonic() from which on updates are sent
         self._transforms = transforms
-        self._publisher = rospy.Publisher("map_updates", OccupancyGridUpdate, queue_size=10)
+        self._publisher = rospy.Publisher("map_for_planning_updates", OccupancyGridUpdate, queue_size=10)
         rospy.Subscriber("map", OccupancyGrid, self._on_map, queue_size=1)
         Worker(self._look)
 

@@ -32,9 +32,9 @@ PARAMETERS = (
 FIT_TOLERANCE = 0.2  # [m] from a wall at which a ray still ends at it
 SETTLING = 1.0     # [s] that amcl may take to go where a person has said that the robot is
 LOOK_PERIOD = 0.5  # [s] between two scans that are compared with the map
-THROUGH_WALLS = 0.1  # share of rays that go through walls from which on a pose is wrong, whatever stands in the room
-MISFIT = 0.4        # share of rays explained, below which what the map lacks is more than the map has ...
-MISFIT_WAY = 1.5    # [m] ... and no obstacle stays before a robot for so much driving
+THROUGH_WALLS = 0.1  # share of rays that go through walls from which on it is told
+MISFIT = 0.4        # a fit's worth, below which more speaks against the pose than one change of the room explains ...
+MISFIT_WAY = 1.5    # [m] ... and neither an obstacle nor a gap stays before a robot for so much driving
 MOVED = 0.8         # [m] by which a localization does not move a right pose ...
 MOVED_WAY = 5.0     # [m] ... in so much driving
 REMEDY = ("set the pose by RViz' 2D Pose Estimate, or let the robot look around: rosrun robotont_map_navigation "
@@ -135,7 +135,7 @@ class LocalizationCheck:
         step = math.dist(self._place, place) if self._place else 0.0
         self._place = place
         self._way += step
-        fits = found.explained >= MISFIT
+        fits = found.worth >= MISFIT
         self._misfit_way = max(0.0, self._misfit_way + (-step if fits else step))
 
     def _add_move(self, odometry, base):
@@ -201,11 +201,9 @@ class LocalizationCheck:
         cause = ": a map of another place, or a wrong pose"
         if abs(self._moved) > MOVED:
             return f"{found}, but the localization has moved the pose by {abs(self._moved):.1f} m{cause}"
-        if mean.through_walls >= THROUGH_WALLS:
-            return (f"{found}, at least {self._parameters['min_fit']:.0%} should be, and {mean.through_walls:.0%} go "
-                    f"through walls{cause}")
-        if mean.explained < MISFIT and self._misfit_way >= MISFIT_WAY:
-            return f"{found}, for {self._misfit_way:.1f} m of driving{cause}"
+        if mean.worth < MISFIT and self._misfit_way >= MISFIT_WAY:
+            return (f"{found}, and {mean.through_walls:.0%} go through its walls, for {self._misfit_way:.1f} m of "
+                    f"driving{cause}")
         return ""
 
     def _describe(self, mean):
@@ -215,6 +213,9 @@ class LocalizationCheck:
         if mean is None:
             return OK, "nothing to compare: the scan shows nothing"
         found = f"the map explains {mean.explained:.0%} of the scan's rays"
+        if mean.explained < self._parameters["min_fit"] and mean.through_walls >= THROUGH_WALLS:
+            return WARN, (f"{found}, and {mean.through_walls:.0%} go through its walls: the room has changed, or the "
+                          "pose is wrong")
         if mean.explained < self._parameters["min_fit"]:
             return WARN, f"{found}, the others end before its walls: something that the map lacks fills the view"
         return OK, found

@@ -2,6 +2,7 @@
 
 import copy
 
+import numpy as np
 import rospy
 import tf2_ros
 from nav_msgs.msg import OccupancyGrid
@@ -13,6 +14,7 @@ from robotont_map_navigation.footprint_clearing import FootprintClearing
 from robotont_map_navigation.held import Held
 from robotont_map_navigation.localization_check import LocalizationCheck
 
+UNKNOWN = -1  # as of nav_msgs/OccupancyGrid
 PARAMETERS = (*localization_check.PARAMETERS, *arrival.PARAMETERS)
 
 
@@ -24,15 +26,27 @@ class NavigationMonitor:
         self._listener = tf2_ros.TransformListener(transforms)
         self._parts = (LocalizationCheck(parameters, transforms), FootprintClearing(transforms), Arrival(parameters),
                        Held())
-        self._map = rospy.Publisher("map_for_amcl", OccupancyGrid, queue_size=1, latch=True)
+        self._for_amcl, self._for_planning = (rospy.Publisher(f"map_for_{who}", OccupancyGrid, queue_size=1, latch=True)
+                                              for who in ("amcl", "planning"))
         rospy.Subscriber("map", OccupancyGrid, self._on_map, queue_size=1)
 
     def _on_map(self, message):
-        """Half a cell farther, for amcl takes the middle of a cell for its corner."""
         shifted = OccupancyGrid(message.header, copy.deepcopy(message.info), message.data)
         place, half = shifted.info.origin.position, shifted.info.resolution / 2
-        place.x, place.y = place.x + half, place.y + half
-        self._map.publish(shifted)
+        place.x, place.y = place.x + half, place.y + half  # amcl takes the middle of a cell for its corner
+        self._for_amcl.publish(shifted)
+        self._for_planning.publish(wide_enough(message))
+
+
+def wide_enough(message):
+    """The map for navfn, whose ways are never longer than twice its width: one that is higher than wide gets wider."""
+    info = copy.deepcopy(message.info)
+    if info.height <= info.width:
+        return message
+    cells = np.reshape(message.data, (info.height, info.width))
+    cells = np.pad(cells, ((0, 0), (0, info.height)), constant_values=UNKNOWN)  # behind the last column: no cell moves
+    info.width += info.height
+    return OccupancyGrid(message.header, info, cells.ravel().tolist())
 
 
 def main():

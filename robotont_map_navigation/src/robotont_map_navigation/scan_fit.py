@@ -18,7 +18,12 @@ class Fit(NamedTuple):
     """Shares, 0 to 1, of the rays of a scan."""
 
     explained: float      # that end at a wall of the map, or see nothing where it has nothing
-    through_walls: float  # that go on behind one: no obstacle explains them, a wrong pose or map does
+    through_walls: float  # that go on behind one: no obstacle explains them, a wrong pose or a changed room does
+
+    @property
+    def worth(self):
+        """What speaks for the pose less what speaks against it, -1 to 1."""
+        return self.explained - self.through_walls
 
 
 def fit(floor_map, pose, ranges, angles, bounds, tolerance):
@@ -41,14 +46,10 @@ def fit(floor_map, pose, ranges, angles, bounds, tolerance):
         x, y, _ = compose(place, (lengths * np.cos(angles), lengths * np.sin(angles), 0.0))
         through = floor_map.are_behind_walls(place[:2], (x, y), tolerance)
         explained = np.where(ends, floor_map.are_near_walls((x, y), tolerance), ~through)
-        best = max(best, Fit(float(explained.mean()), float(through.mean())), key=_worth)
-        if _worth(best) > GOOD:
+        best = max(best, Fit(float(explained.mean()), float(through.mean())), key=lambda one: one.worth)
+        if best.worth > GOOD:
             break
     return best
-
-
-def _worth(found):
-    return found.explained - found.through_walls
 
 
 def deviations(covariance):

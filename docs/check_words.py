@@ -49,7 +49,7 @@ def faults(page):
     """(grade, lines that say what is wrong) of a page."""
     found = sentences((FOLDER / page).read_text(encoding="utf-8"))
     grade = textstat.flesch_kincaid_grade(" ".join(one.rstrip(".:;") + "." for one in found))
-    said = [f"{page}: {len(one.split())} words, at most {LONGEST}: {one}" for one in found if len(one.split()) > LONGEST]
+    said = [f"{page}: more than {LONGEST} words: {one}" for one in found if len(one.split()) > LONGEST]
     said += [f"{page}: begins with a relative clause: {one}" for one in found if RELATIVE.match(one)]
     if grade > GRADE:
         said.append(f"{page}: school year {grade:.1f}, at most {GRADE:g}")

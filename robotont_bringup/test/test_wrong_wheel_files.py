@@ -14,7 +14,6 @@ PROGRAMS = {
     "robotont_description/scripts/describe": ["robot:=FOLDER"],
     "robotont_description/scripts/robot_radius": ["robot:=FOLDER"],
     "robotont_calibration/scripts/turned_wheels": ["robot:=FOLDER"],
-    "robotont_simulator/scripts/fast_drive": ["--wheel-params", "FILE"],
 }
 
 

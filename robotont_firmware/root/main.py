@@ -9,7 +9,7 @@ def main():
     """Run until the PC asks for the REPL; however it ends, the motors are off and the heap is free."""
     from robotont_firmware import board, config, resets
     from robotont_firmware.main_loop import Controller
-    from robotont_firmware.protocol import seal
+    from robotont_firmware.protocol import line_of
 
     note = resets.take_note()
     if note == resets.REPL_WISHED or board.button_pressed(config):
@@ -38,13 +38,13 @@ def main():
         # The watchdog is no longer fed: it resets the board, and the firmware starts again, and waits for
         # a command of zeros.
         resets.leave_note(resets.CRASHED)
-        line = seal(f"crash {error!r}")
+        line = line_of(f"# crash {error!r}")
         hardware.write(line, len(line))
         raise
     finally:
         hardware.stop()
     if wants_repl:
-        line = seal("repl")
+        line = line_of("# repl")
         hardware.write(line, len(line))
         resets.restart_into_repl()
 

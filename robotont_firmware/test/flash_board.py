@@ -77,8 +77,8 @@ class Board:
     def write(self, data):
         self.received += data
         if data == ASK and self.profile:
-            self.waiting = sealed(f"identity robotont_firmware {self.version} wheels 3 rate 50 profile "
-                                   f"{self.profile} reset power") + self.waiting  # fmt: skip
+            self.waiting = sealed(f"identity robotont_firmware {self.version} wheels 3 rate 50 units edges/period "
+                                   f"profile {self.profile} reset power") + self.waiting  # fmt: skip
         elif data == LEAVE:
             self.waiting = REPL
 

@@ -24,8 +24,7 @@ from dual_tools import Config, WildBoard
 
 BOUND = 1 << 30
 LINES = [b"0:0:0;\n", b"999.999:-999.999:999.999;\n", b"-999.999:999.999:0.004;\n", b"3:-3:0.003907;\n"]
-MODULES = ("protocol", "receiver", "setpoints", "fault_watch", "status", "wheel_speed", "identity",
-           "main_loop")  # fmt: skip
+MODULES = ("protocol", "receiver", "setpoints", "fault_watch", "status", "wheel_speed", "main_loop")
 
 
 class Watch:

@@ -5,7 +5,6 @@ import io
 import itertools
 import runpy
 import shutil
-import subprocess
 import sys
 import types
 
@@ -25,8 +24,9 @@ def board(tmp_path, monkeypatch):
     clock = itertools.count()
     monkeypatch.setattr(board_check, "time", types.SimpleNamespace(monotonic=lambda: next(clock) / 20))
     monkeypatch.setattr(board_check, "open_port", lambda port: board)
+    monkeypatch.setattr(board_check, "heard", lambda *_: [board.read(0)])
     monkeypatch.setattr(board_check, "find_port", lambda port: board.port)
-    monkeypatch.setattr(board_check.list_ports, "comports", lambda: [])
+    monkeypatch.setattr(board_check, "usb_id", lambda port: "")
     monkeypatch.setattr(copying, "mpremote", board.mpremote)
     board.compile_file = copying.compile_file  # it takes seconds
     monkeypatch.setattr(copying, "compile_file",
@@ -43,48 +43,45 @@ def flash(board, monkeypatch, capsys):
     return run
 
 
-@pytest.mark.parametrize(("lines", "kind", "words"), [
-    (b"Setpoints 0:0:0\r\nEncoders 1:2:3\r\n\r\n", "official", "June 2018"),
-    (b"ODOM:0.000000:0.000000:0.000000:0.000000:0.000000:0.000000\r\n", "official", "generation 2 or 3"),
-    (b"**** MAIN ****\r\n", "official", "generation 2 or 3"),
-    (b"RANGE:1:2:3:4:5:6:7:8:9:10:11:12\r\n", "official", "generation 2 or 3"),
-    (b"\xff\x00\xf0\nBATSTATE:12.1:5.0:0.0:15.2\n", "official", "generation 2 or 3"),
-    (b"0:-12:13;\n", "official", "the thesis' packets"),
-    (b"Hello, world\r\n\x83\xf1\n", "unknown", ""),
-    (b"x\n0:0:0;00:0000:0000:0000:1C8B\r\n", "own", ""), (OWN, "own", ""), (b"\r\n", "silent", ""),
-])  # fmt: skip
-def test_what_a_board_sends_tells_its_firmware(lines, kind, words):
-    found, firmware, _ = board_check.recognise(lines.split(b"\n")[:-1])
-    assert found == kind
-    assert words in firmware
+@pytest.mark.parametrize(("sent", "words"), [
+    (b"Setpoints 0:0:0\r\nEncoders 1:2:3\r\n\r\n", "June 2018"),
+    (b"ODOM:0.000000:0.000000:0.000000:0.000000:0.000000:0.000000\r\n", "generations 2 and 2.1"),
+    (b"\xff\x00\xf0\n**** MAIN ****\r\n", "generations 2 and 2.1"),
+    (b"0:-12:13;\n" * 2, "the thesis' packets"),
+    (b"Hello, world\r\n\x83\xf1\n", "lines come, but"),
+    (b"x\n0:0:0;00:0000:0000:0000:1C8B\r\n", ""), (OWN, ""), (b"\r\n", ""), (b">>> ", "")])  # fmt: skip
+def test_what_a_board_sends_tells_its_firmware(board, sent, words):
+    board.waiting = sent
+    if words:
+        with pytest.raises(FlashError, match=words):
+            board_check.check_board(board.port)
+    else:
+        assert board_check.check_board(board.port) is None
+    assert board.received == (board_check.ASK if b"0:0:0;00" in sent else b"")
 
 
-def usb(vid, pid):
-    return [types.SimpleNamespace(device=Board.port, vid=vid, pid=pid, description="")]
-
-
-@pytest.mark.parametrize(("sent", "ports", "arguments", "wrong", "words"), [
-    (b"ODOM:0:0:0:0:0:0\r\n", [], "--profile ours", {}, ["needs no flashing"]),
-    (b"Hello, world\r\n", [], "--profile ours", {}, ["no firmware known here"]),
-    (b"", usb(0x0483, 0x5740), "--profile ours", {}, ["generation 3"]),
-    (b"", usb(0x2E8A, 0x0005), "--profile ours", {}, ["no ST-Link"]),  # a Pico
-    (b"", [], "", {}, ["--profile", "FOUR ENCODER WIRES MOVED"]),  # it reports no profile
-    (b"", [], "--profile theirs", {}, ["--profile", "FOUR ENCODER WIRES MOVED"]),
-    (OWN, [], "--profile ours", {}, ["Wiring profile ours", "PB6, PB7", "the board has the profile robotont21 now",
+@pytest.mark.parametrize(("sent", "usb", "arguments", "wrong", "words"), [
+    (b"**** MAIN ****\r\n", "", "--profile ours", {}, ["needs no flashing"]),
+    (b"Hello, world\r\n", "", "--profile ours", {}, ["of no known protocol", "safe mode"]),
+    (b"", "0483:5740", "--profile ours", {}, ["generation 3"]),
+    (b"", "2e8a:0005", "--profile ours", {}, ["no ST-Link"]),  # a Pico
+    (b"", "", "", {}, ["--profile", "FOUR ENCODER WIRES MOVED"]),  # it reports no profile
+    (b"", "", "--profile theirs", {}, ["--profile", "FOUR ENCODER WIRES MOVED"]),
+    (OWN, "", "--profile ours", {}, ["Wiring profile ours", "PB6, PB7", "the board has the profile robotont21 now",
                                      "--yes"]),
-    (b"", [], "--yes --profile ours", {"MAX_SPEDE": 90}, ["profile ours: MAX_SPEDE is missing, or not known"]),
-    (b"", [], "--yes --profile ours", {"without": "FAULTS"}, ["profile ours: FAULTS is missing, or not known"]),
-    (b"", [], "--yes --profile ours", {"TICK_TIMER": 4},
+    (b"", "", "--yes --profile ours", {"MAX_SPEDE": 90}, ["profile ours: MAX_SPEDE is missing, or not known"]),
+    (b"", "", "--yes --profile ours", {"without": "FAULTS"}, ["profile ours: FAULTS is missing, or not known"]),
+    (b"", "", "--yes --profile ours", {"TICK_TIMER": 4},
      ["profile ours: config.TICK_TIMER: found 4, allowed: a timer of its own"])])  # fmt: skip
 @pytest.mark.parametrize("answer", ["", "robotont21\n"])  # without a terminal, and a wrong one
-def test_what_must_not_be_flashed_is_refused_and_nothing_written(board, flash, monkeypatch, sent, ports, arguments,
+def test_what_must_not_be_flashed_is_refused_and_nothing_written(board, flash, monkeypatch, sent, usb, arguments,
                                                                  wrong, words, answer):
     board.waiting, board.profile = sent, "robotont21" if sent == OWN else ""
     known = program.profiles(program.folders()[0])
     known["ours"].update(wrong)
     known["ours"].pop(known["ours"].pop("without", ""), None)
     monkeypatch.setattr(program, "profiles", lambda package: known)
-    monkeypatch.setattr(board_check.list_ports, "comports", lambda: ports)
+    monkeypatch.setattr(board_check, "usb_id", lambda port: usb)
     monkeypatch.setattr("sys.stdin", io.StringIO(answer))
     status, shown, message = flash(arguments)
     assert status == 1
@@ -234,18 +231,6 @@ def test_mpremote_that_fails_is_explained(tmp_path, monkeypatch, program, words)
         copying.mpremote("/dev/ttyACM0", "exec", "")
 
 
-def test_a_port_that_a_program_holds_without_a_lock_is_refused(tmp_path):
-    port = tmp_path / "port"
-    port.touch()
-    code = "import sys; f = open(sys.argv[1]); print(flush=True); sys.stdin.read()"
-    with subprocess.Popen([sys.executable, "-c", code, str(port)], stdin=subprocess.PIPE,
-                          stdout=subprocess.PIPE) as own:  # fmt: skip
-        own.stdout.readline()
-        with pytest.raises(FlashError, match=rf"in use by python.*\(process {own.pid}\)"):
-            board_check.refuse_others(str(port))
-        own.communicate()
-
-
 @pytest.mark.parametrize(("links", "others", "found"), [
     ([], [], "No board found"), ([], ["/dev/ttyACM0", "/dev/ttyACM1"], "Choose one with --port"),
     (["/dev/STLink"], ["/dev/ttyACM0", "/dev/ttyACM1"], "")])  # fmt: skip
@@ -259,16 +244,6 @@ def test_the_port_is_the_only_st_link(monkeypatch, links, others, found):
         assert board_check.find_port(None) == links[0]
     with pytest.raises(FlashError, match="There is no /dev/no_such_port"):
         board_check.find_port("/dev/no_such_port")
-
-
-@pytest.mark.parametrize(("number", "message"), [(13, "dialout"), (16, "in use"), (5, "does not open")])
-def test_reports_why_the_port_does_not_open(monkeypatch, number, message):
-    def refuse(*_, **__):
-        raise board_check.serial.SerialException(number, "refused")
-
-    monkeypatch.setattr(board_check.serial, "Serial", refuse)
-    with pytest.raises(FlashError, match=message):
-        board_check.open_port("/dev/ttyACM0")
 
 
 def test_reports_what_does_not_compile(tmp_path):

@@ -6,9 +6,10 @@ from pathlib import Path
 from robotont_driver.kinematics.wheel_params import read_wheels
 from robotont_simulator.lockstep import LockstepRun
 from robotont_simulator.simulation import Simulation
-from robotont_simulator.world import read_world
+from robotont_simulator.world import World, read_world
 from robotont_testing.robots import SHIPPED
 
+EMPTY = World((), (0.0, 0.0, 0.0))
 ROOT = Path(__file__).resolve().parents[2]
 
 

@@ -1,25 +1,25 @@
 import math
 import subprocess
 import sys
+import types
 
 import pytest
-from robot_runs import ROOT
+from robot_runs import EMPTY, ROOT
 
 from robotont_description.geometry import robot_radius
 from robotont_driver.kinematics.wheel_params import read_wheels
 from robotont_driver.robots.robot_folder import read_robot
-from robotont_firmware import config
+from robotont_firmware import config, pin_profile, pin_profile_four
 from robotont_firmware.robot_numbers import Numbers
 from robotont_simulator.simulated_board import configuration
 from robotont_simulator.simulation import Simulation
-from robotont_simulator.world import World
 from robotont_testing.robots import ROBOTS, robot_folder
 
 
 @pytest.mark.parametrize("name", ROBOTS)
 def test_the_simulated_body_is_as_large_as_the_model_and_the_footprint(name, tmp_path):
     wheels = read_wheels(ROBOTS[name])
-    model = Simulation(wheels, World((), (0.0, 0.0, 0.0))).mujoco_model
+    model = Simulation(wheels, EMPTY).mujoco_model
     assert model.geom("body").size[0] == pytest.approx(robot_radius(wheels))
     robot = robot_folder(tmp_path, ROBOTS[name])
     script = ROOT / "robotont_description" / "scripts" / "robot_radius"  # navigation.launch makes the footprint with it
@@ -31,7 +31,7 @@ def test_the_simulated_body_is_as_large_as_the_model_and_the_footprint(name, tmp
 def test_the_motors_have_the_gearbox_of_the_wheel_file(gear):
     """Lifted off the floor, a wheel turns as fast as the motor without load behind that gearbox."""
     wheels = read_wheels({**ROBOTS["shipped"], "gearboxReductionRatio": gear})
-    simulation = Simulation(wheels, World((), (0.0, 0.0, 0.0)))
+    simulation = Simulation(wheels, EMPTY)
     simulation.mujoco_model.opt.gravity[:] = 0.0
     simulation.data.qpos[2] += 0.2
     for wheel in range(3):
@@ -43,11 +43,13 @@ def test_the_motors_have_the_gearbox_of_the_wheel_file(gear):
     assert turns == pytest.approx([156.25 / gear] * 3, rel=0.03)
 
 
-def test_the_thesis_robot_has_those_of_the_firmware():
-    wheels = read_robot("thesis").wheels
-    told = configuration(wheels, *Simulation(wheels, World((), (0.0, 0.0, 0.0))).inertia)
-    for name in ("lead", "turn_lead", "gain", "p", "i", "change", "braking", "arc", "stiffness"):
-        assert getattr(Numbers(told), name) == pytest.approx(getattr(Numbers(config), name), rel=0.02), name
+@pytest.mark.parametrize("name, profile", [("thesis", pin_profile), ("four_wheels", pin_profile_four)])
+def test_the_simulated_robot_has_the_numbers_of_the_firmware(name, profile):
+    wheels = read_robot(name).wheels
+    told = Numbers(configuration(wheels, *Simulation(wheels, EMPTY).inertia))
+    flashed = Numbers(types.SimpleNamespace(**{**vars(config), **vars(profile)}))
+    for number in ("lead", "turn_lead", "gain", "p", "i", "change", "braking", "brake", "arc", "stiffness", "shift"):
+        assert getattr(told, number) == pytest.approx(getattr(flashed, number), rel=0.02), number
 
 
 @pytest.mark.parametrize("key, value", [("encoderEdgesPerMotorRevolution", 8192), ("pidControlFrequency", 12.5)])

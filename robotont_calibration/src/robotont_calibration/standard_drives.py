@@ -40,14 +40,6 @@ def part(twist, seconds, frequency):
         yield REST
 
 
-DRIVES = {  # name: (what the number is, its default, twists of number and frequency)
-    "square": ("side [m]", 4.0, square),
-    "square_clockwise": ("side [m]", 4.0, lambda side, frequency: square(side, frequency, clockwise=True)),
-    "spin": ("turns", 3.0, spin),
-    "sideways": ("distance [m]", 2.0, sideways),
-}
-
-
 def calibration_drives(frequency, side=2.0, turns=3.25, line=3.0):
     """(name, description, required space, twists at a `frequency` [Hz]) of each drive that a calibration wants.
 

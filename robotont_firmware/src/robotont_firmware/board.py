@@ -31,6 +31,14 @@ def motors_off(config):
             pyb.Pin(pin, pyb.Pin.OUT_PP, value=0)
 
 
+@micropython.viper
+def copy(source, target, amount: int):
+    """Copy numbers of 16 bits."""
+    there, here = ptr16(source), ptr16(target)
+    for index in range(amount):
+        here[index] = there[index]
+
+
 def button_pressed(config):
     """Return True while the USER button is held."""
     return pyb.Pin(config.SAFE_BUTTON, pyb.Pin.IN).value() == 0
@@ -55,10 +63,8 @@ class Board:
         self._latched = array("H", [0] * self._motors)  # written by the tick's interrupt alone
         self._taken = array("H", [0] * self._motors)  # what was latched at the tick that wait_tick has seen
         pull = pyb.Pin.PULL_UP if config.ENCODER_PULL_UPS else pyb.Pin.PULL_NONE
-        self._encoders = [_encoder(pull, *wiring) for wiring in config.ENCODERS]
+        self._encoders = [_encoder(pull, *wiring).counter for wiring in config.ENCODERS]
         self._backward_encoders = array("H", [int(backward) for backward in config.BACKWARD_ENCODERS])
-        self._forward = [pyb.Pin(pins[0], pyb.Pin.OUT_PP) for pins in config.DIRECTIONS]
-        self._backward = [pyb.Pin(pins[1], pyb.Pin.OUT_PP) for pins in config.DIRECTIONS]
         divider = TIMER_CLOCK // config.PWM_FREQUENCY  # [ticks] of a PWM period
         prescaler = divider >> 16
         self._width = divider // (prescaler + 1)
@@ -66,11 +72,12 @@ class Board:
         for wiring in config.PWM:
             if wiring[1] not in timers:
                 timers[wiring[1]] = pyb.Timer(wiring[1], prescaler=prescaler, period=self._width - 1)
-        self._pwm = [
-            timers[timer].channel(channel, pyb.Timer.PWM, pin=pyb.Pin(pin), pulse_width=0)
-            for pin, timer, channel, _ in config.PWM
+        self._outputs = [  # functions of each wheel
+            (pyb.Pin(forward, pyb.Pin.OUT_PP).value, pyb.Pin(backward, pyb.Pin.OUT_PP).value, timers[timer].channel(
+                channel, pyb.Timer.PWM, pin=pyb.Pin(pin), pulse_width=0).pulse_width)
+            for (forward, backward), (pin, timer, channel, _) in zip(config.DIRECTIONS, config.PWM)
         ]
-        self._faults = [pyb.Pin(pin, pyb.Pin.IN, pyb.Pin.PULL_UP) for pin in config.FAULTS]
+        self._faults = [pyb.Pin(pin, pyb.Pin.IN, pyb.Pin.PULL_UP).value for pin in config.FAULTS]
         self._uart = None
         if config.BATTERY_PIN is not None:
             self._adc = pyb.ADC(pyb.Pin(config.BATTERY_PIN))
@@ -122,7 +129,7 @@ class Board:
         latched = self._latched
         encoders = self._encoders
         for motor in range(self._motors):
-            latched[motor] = encoders[motor].counter()
+            latched[motor] = encoders[motor]()
         self._ticks = (self._ticks + 1) & 0xFFFF
 
     @micropython.native
@@ -132,15 +139,11 @@ class Board:
         self._longest = max(spent, self._longest)
         while self._ticks == self._seen:
             pyb.wfi()
-        latched = self._latched
-        taken = self._taken
-        motors = self._motors
-        ticks = -1
-        while ticks != self._ticks:  # again when the next tick came in between
-            ticks = self._ticks
-            for motor in range(motors):
-                taken[motor] = latched[motor]
-            self._began = self._tick_began
+        interrupts = pyb.disable_irq()  # else the next tick might come in between
+        copy(self._latched, self._taken, self._motors)
+        ticks = self._ticks
+        self._began = self._tick_began
+        pyb.enable_irq(interrupts)
         periods = (ticks - self._seen) & 0xFFFF
         self._seen = ticks
         return periods
@@ -163,14 +166,16 @@ class Board:
     @micropython.native
     def drive(self, wheel, effort):
         """Set direction and pulse width; 0 leaves both direction pins low."""
-        self._forward[wheel].value(effort > 0)
-        self._backward[wheel].value(effort < 0)
-        self._pwm[wheel].pulse_width(abs(effort) * self._width // self._full)
+        forward, backward, pwm = self._outputs[wheel]
+        forward(effort > 0)
+        backward(effort < 0)
+        pwm((effort if effort > 0 else -effort) * self._width // self._full)
 
     @micropython.native
     def fault(self, wheel):
         """Return True while the motor driver pulls its fault line low; False where none is connected."""
-        return len(self._faults) > 0 and self._faults[wheel].value() == 0
+        faults = self._faults
+        return faults and faults[wheel]() == 0
 
     def _battery(self):
         """Return the battery's voltage [mV]."""

@@ -6,9 +6,8 @@
     NOISE      counts to and fro, eight times within a second or two, while it stands without effort
 
 Speeds are fine units (robot_numbers), times control periods. All of the first two is in the direction of the drive.
+`numbers` is a wheel's array, whose first places are theirs.
 """
-
-from array import array
 
 from robotont_firmware.compat import SIGN, const, micropython, ptr32
 
@@ -33,61 +32,54 @@ _TIME = const(3)
 _REACH = const(4)
 _EDGES = const(5)
 _FORGET = const(6)
-_STILL = const(7)  # and of its past: [periods] without edges,
+STILL = const(7)  # and of its past: [periods] without edges,
 _WRONG = const(8)  # the wrong way,
 _MANY = const(9)  # beyond the motor's reach;
 _BEFORE = const(10)  # the speed of the period before,
 _TURNED = const(11)  # and [periods] that its turns are remembered
-_PLACES = const(12)
+WATCHED = const(12)  # places
 
 
-class FaultWatch:
-    """One wheel, with the `Numbers` of its configuration."""
+def watched(config, numbers):
+    """Return the first numbers of a wheel's array, for the `Numbers` of its configuration."""
+    return [numbers.static, numbers.load, numbers.follows, numbers.periods(config, TIME), numbers.reach,
+            3 << numbers.shift, numbers.periods(config, FORGET)] + [0] * (WATCHED - STILL)  # fmt: skip
 
-    def __init__(self, config, numbers):
-        self._n = array("i", [
-            numbers.static, numbers.load, numbers.follows, numbers.periods(config, TIME), numbers.reach,
-            3 << numbers.shift, numbers.periods(config, FORGET), 0, 0, 0, 0, 0])  # fmt: skip
 
-    @micropython.viper
-    def reset(self):
-        """Forget the past."""
-        n = ptr32(self._n)
-        for place in range(_STILL, _PLACES):
-            n[place] = 0
+@micropython.viper
+def drive_fault(numbers, wished: int, speed: int, push: int, periods: int) -> int:
+    """Judge a control period in which a wheel should make `wished` and made `speed`, with an effort `push`."""
+    n = ptr32(numbers)
+    if wished < 0:
+        wished, speed, push = 0 - wished, 0 - speed, 0 - push
+    works = push - n[_STATIC] > n[_LOAD] >> 1
+    blind = speed * 4 < wished and speed >= 0 - n[_FOLLOWS]
+    still = n[STILL] + (periods if works and wished > 0 and blind else 0 - periods)
+    n[STILL] = still if still > 0 else 0
+    wrong = push >= 0 and wished > 0 and speed < 0 - n[_FOLLOWS]
+    n[_WRONG] = n[_WRONG] + periods if wrong else 0
+    if n[_WRONG] > n[_TIME]:
+        return 3
+    return 2 if n[STILL] > n[_TIME] else 0
 
-    @micropython.viper
-    def driven(self, wished: int, speed: int, push: int, periods: int) -> int:
-        """Judge a control period in which a wheel should make `wished` and made `speed`, with an effort `push`."""
-        n = ptr32(self._n)
-        if wished < 0:
-            wished, speed, push = 0 - wished, 0 - speed, 0 - push
-        works = push - n[_STATIC] > n[_LOAD] >> 1
-        blind = speed * 4 < wished and speed >= 0 - n[_FOLLOWS]
-        still = n[_STILL] + (periods if works and wished > 0 and blind else 0 - periods)
-        n[_STILL] = still if still > 0 else 0
-        wrong = push >= 0 and wished > 0 and speed < 0 - n[_FOLLOWS]
-        n[_WRONG] = n[_WRONG] + periods if wrong else 0
-        if n[_WRONG] > n[_TIME]:
-            return 3
-        return 2 if n[_STILL] > n[_TIME] else 0
 
-    @micropython.viper
-    def exceeds(self, speed: int, periods: int) -> int:
-        """Judge the speed of any control period."""
-        n = ptr32(self._n)
-        many = speed > n[_REACH] or speed < 0 - n[_REACH]
-        n[_MANY] = n[_MANY] + periods if many else 0
-        return 5 if n[_MANY] >= BEYOND else 0
+@micropython.viper
+def speed_fault(numbers, speed: int, periods: int) -> int:
+    """Judge the speed of any control period."""
+    n = ptr32(numbers)
+    many = speed > n[_REACH] or speed < 0 - n[_REACH]
+    n[_MANY] = n[_MANY] + periods if many else 0
+    return 5 if n[_MANY] >= BEYOND else 0
 
-    @micropython.viper
-    def rests(self, speed: int, periods: int) -> int:
-        """Judge a control period in which the wheel stood without effort."""
-        n = ptr32(self._n)
-        before = n[_BEFORE] << int(SIGN) >> int(SIGN)
-        n[_BEFORE] = speed
-        turned = (speed > 0 and before < 0 and speed - before >= n[_EDGES]) or (
-            speed < 0 and before > 0 and before - speed >= n[_EDGES])
-        left = n[_TURNED] - periods
-        n[_TURNED] = (left if left > 0 else 0) + (n[_FORGET] if turned else 0)
-        return 6 if n[_TURNED] > n[_FORGET] * TURNS else 0
+
+@micropython.viper
+def rest_fault(numbers, speed: int, periods: int) -> int:
+    """Judge a control period in which the wheel stood without effort."""
+    n = ptr32(numbers)
+    before = n[_BEFORE] << int(SIGN) >> int(SIGN)
+    n[_BEFORE] = speed
+    turned = (speed > 0 and before < 0 and speed - before >= n[_EDGES]) or (
+        speed < 0 and before > 0 and before - speed >= n[_EDGES])
+    left = n[_TURNED] - periods
+    n[_TURNED] = (left if left > 0 else 0) + (n[_FORGET] if turned else 0)
+    return 6 if n[_TURNED] > n[_FORGET] * TURNS else 0

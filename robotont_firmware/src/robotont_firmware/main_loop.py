@@ -20,13 +20,12 @@ so the same loop drives the robot, the simulator and the tests. Nothing in it al
 
 from array import array
 
-from robotont_firmware import robot_numbers
+from robotont_firmware import __version__, robot_numbers
 from robotont_firmware.compat import micropython
-from robotont_firmware.fault_watch import DRIVER_FAULT, NO_FAULT, OVERLOAD, TOO_MANY
-from robotont_firmware.identity import Identity
-from robotont_firmware.protocol import Sender
-from robotont_firmware.receiver import Receiver
-from robotont_firmware.setpoints import Setpoints, add, clear, differences
+from robotont_firmware.fault_watch import DRIVER_FAULT, NO_FAULT, OVERLOAD
+from robotont_firmware.protocol import Sender, line_of
+from robotont_firmware.receiver import ASK, LEAVE, TEST, Receiver
+from robotont_firmware.setpoints import Setpoints, clear, measure
 from robotont_firmware.status import BEAT, TIMED_OUT, WAITS_FOR_ZERO, WHEELS, Status
 from robotont_firmware.wheel_speed import Pid
 
@@ -44,13 +43,14 @@ class Controller:
         wheels = wheels or config.WHEELS
         numbers = robot_numbers.Numbers(config)
         self._board = board
-        self._config = config
-        self._every = numbers.every
+        self._test_effort = config.TEST_EFFORT
+        self._every, self._shift, self._reach = numbers.every, numbers.shift, numbers.reach
+        self._gain, self._brake, self._max_torque = numbers.gain, numbers.brake, numbers.max_torque
         self._waited = 0  # [periods] since the last control period,
         self._waiting = array("i", [0] * wheels)  # and the edges in them
-        self._timeout, self._brake_time, self._hold_time, self._test_time = (
-            robot_numbers.ticks(config, time)
-            for time in (config.TIMEOUT, config.BRAKING, config.FAULT_HOLD, config.TEST_TIME))
+        self._timeout, self._brake_time, self._hold_time, self._test_time, self._answer_time = (
+            robot_numbers.ticks(config, time) for time in (
+                config.TIMEOUT, config.BRAKING, config.FAULT_HOLD, config.TEST_TIME, config.ANSWER_INTERVAL))
         self._test_edges = max(1, robot_numbers.free_speed(config, 1, 0) * config.TEST_SPEED // 1000)  # per period
         self._wheels = wheels
         self._receiver = Receiver(wheels)
@@ -67,13 +67,16 @@ class Controller:
         self._fault_hold = 0  # [periods] that a fault stands at least; 0: no fault
         self._waits_for_zero = reset_cause not in SIMULATED
         self._test_left = 0  # [periods] that one wheel is still driven by an order `!test`
-        self._tested = 0  # that wheel + 1, negative: backward
+        self._tested = 0  # its order, from 0 on
         self._status = Status(board, config, wheels)
-        self._identity = Identity(board, config, wheels, reset_cause)
+        about = (f"robotont_firmware {__version__} wheels {wheels} rate {config.RATE} units edges/period "
+                 f"profile {config.PROFILE} reset {reset_cause}")  # fmt: skip
+        self._banner, self._identity = line_of("# " + about), line_of("# identity " + about)
+        self._answered = 0  # [periods] until the next answer
 
     def start(self):
         """Send the banner and take the encoders as they stand for the start of the count."""
-        self._identity.introduce()
+        self._board.write(self._banner, len(self._banner))
         self._board.counts(self._last_totals)
 
     def run(self):
@@ -83,7 +86,7 @@ class Controller:
         """
         board = self._board
         try:
-            while not self._receiver.leave:
+            while self._receiver.order != LEAVE:
                 periods = board.wait_tick()
                 if periods == 0:
                     return False
@@ -96,37 +99,49 @@ class Controller:
     @micropython.native
     def step(self, periods):
         """Do the work of one period, `periods` ticks after the last one."""
-        self._measure()
+        board, receiver = self._board, self._receiver
+        wheels, waiting = self._wheels, self._waiting
+        board.counts(self._totals)
+        measure(self._totals, self._last_totals, self._counts, waiting, wheels)
         self._receive(periods)
-        self._waited += periods
-        control = self._waited // self._every  # whole control periods; a tick that is over belongs to these
-        if self._has_fault(periods) or self._waits_for_zero:
-            self._brake(max(1, control))
-        elif self._silence < self._timeout:
-            if control > 0:
-                self._drive(control)
-        elif self._receiver.test != 0 or self._test_left > 0:
+        waited = self._waited + periods
+        control = waited // self._every  # whole control periods; a tick that is over belongs to these
+        ready = not self._has_fault(periods) and not self._waits_for_zero
+        commanded = ready and self._silence < self._timeout
+        if ready and not commanded and (receiver.order >= TEST or self._test_left > 0):
             self._test(periods)
         elif control > 0:
-            self._brake(control)
+            if commanded or self._braking > 0:
+                self._drive(control, commanded)
+            else:
+                self._rest(control)
         if control > 0:
-            self._waited = 0
-            clear(self._waiting, self._wheels)
-        self._braking = max(0, self._braking - periods)
-        self._receiver.test = 0  # at any other time it is for nothing
+            waited = 0
+            clear(waiting, wheels)
+        self._waited = waited
+        if self._braking > 0:
+            self._braking -= periods
         # A tick that was missed shows as a gap in the counter; the totals give the PC the missing counts.
-        self._counter = (self._counter + periods) & 0xFF
+        counter = (self._counter + periods) & 0xFF
+        self._counter = counter
         self._describe(periods)
-        size = self._sender.pack(self._counter - 1, self._counts, self._totals, self._status.fields)
-        self._board.write(self._sender.buffer, size)
-        self._identity.answer(self._receiver, periods)
+        sender = self._sender
+        size = sender.pack(counter - 1, self._counts, self._totals, self._status.fields)
+        board.write(sender.buffer, size)
+        if self._answered > 0:
+            self._answered -= periods
+        if receiver.order != 0:
+            self._answer()
 
-    @micropython.native
-    def _measure(self):
-        """Take each encoder's edges since the last tick."""
-        self._board.counts(self._totals)
-        differences(self._totals, self._last_totals, self._counts, self._wheels)
-        add(self._counts, self._waiting, self._wheels)
+    def _answer(self):
+        """Tell the PC that asks who this is; any other order that still stands is for nothing."""
+        receiver = self._receiver
+        if receiver.order >= TEST:
+            receiver.order = 0
+        elif receiver.order == ASK and self._answered <= 0:
+            receiver.order = 0
+            self._answered = self._answer_time
+            self._board.write(self._identity, len(self._identity))
 
     @micropython.native
     def _receive(self, periods):
@@ -144,54 +159,61 @@ class Controller:
                 self._braking = self._brake_time
 
     @micropython.native
-    def _drive(self, periods):
-        """Bring the set-points nearer to the targets and let every wheel's controller act."""
-        setpoints = self._setpoints
-        board = self._board
-        setpoints.advance()
-        stands = setpoints.fastest() == 0
+    def _drive(self, periods, commanded):
+        """Bring the set-points nearer to the targets and let every controller act; a wheel at fault rolls."""
+        setpoints, wheels = self._setpoints, self._wheels
+        if not commanded:
+            clear(setpoints.now, wheels)
+        stands = setpoints.advance() == 0 or not commanded
         pids = self._pids
         counts = self._waiting
-        now = setpoints.now
-        straight = setpoints.straight
+        brake = self._brake if commanded else self._softer(periods)
         setpoints.accelerate(pids)
+        board, broken = self._board, self._fault_hold > 0
+        now, straight = setpoints.now, setpoints.straight
         turning = setpoints.turning
-        for wheel in range(self._wheels):
+        for wheel in range(wheels):
             pid = pids[wheel]
-            if stands:
-                effort = pid.stop(counts[wheel], periods, True)
+            if broken and self._status.rolls(wheel):
+                effort = 0
+                pid.reset(periods)
+            elif stands:
+                effort = pid.stop(counts[wheel], periods, commanded, brake)
             else:
                 effort = pid.step(now[wheel], counts[wheel], periods, straight[wheel], turning)
             board.drive(wheel, effort)
-            if pid.fault != NO_FAULT:
+            if commanded and pid.fault != NO_FAULT:
                 self._latch(wheel, pid.fault)
-        if self._fault_hold > 0:
-            self._brake(0)
 
     @micropython.native
-    def _brake(self, periods):
-        """Stop the wheels without a fault as fast as the motors may, then let all roll."""
+    def _softer(self, periods):
+        """Return the gain with which the fastest wheel gets MAX_TORQUE, or less: braked alike, they stop straight."""
+        fastest = 1
+        for wheel in range(self._wheels):
+            speed = (abs(self._waiting[wheel]) << self._shift) // periods
+            if fastest < speed <= self._reach:
+                fastest = speed
+        return max(0, min(self._brake, (self._max_torque << 16) // fastest - self._gain))
+
+    @micropython.native
+    def _rest(self, periods):
+        """Let all wheels roll."""
         clear(self._setpoints.now, self._wheels)
         for wheel in range(self._wheels):
-            pid = self._pids[wheel]
-            fault = self._status.fault_of(wheel)
-            if self._braking <= 0 or (fault != NO_FAULT and fault != TOO_MANY):  # noqa: PLR1714 (a tuple would be made)
-                pid.reset(periods)
-                self._board.drive(wheel, 0)
-            else:
-                self._board.drive(wheel, pid.stop(self._waiting[wheel], periods))
+            self._pids[wheel].reset(periods)
+            self._board.drive(wheel, 0)
 
     def _test(self, periods):
         """Drive one wheel for TEST_TIME, never too fast, and let the others roll; while no commands come."""
-        config = self._config
-        if self._receiver.test != 0:
-            self._tested, self._test_left = self._receiver.test, self._test_time
-        tested = abs(self._tested) - 1
+        if self._receiver.order >= TEST:
+            self._tested, self._test_left = self._receiver.order - TEST, self._test_time
+            self._braking = 0
+        tested = self._tested >> 1
         if abs(self._counts[tested]) > self._test_edges * periods:
             self._test_left = 0
+        effort = 0 if self._test_left <= 0 else -self._test_effort if self._tested & 1 else self._test_effort
         for wheel in range(self._wheels):
-            effort = config.TEST_EFFORT if self._test_left > 0 and wheel == tested else 0
-            self._board.drive(wheel, effort if self._tested > 0 else -effort)
+            self._board.drive(wheel, effort if wheel == tested else 0)
         self._test_left -= periods
 
     @micropython.native
@@ -225,6 +247,7 @@ class Controller:
         if self._fault_hold == 0:
             self._braking = self._brake_time
         self._status.fields[WHEELS + wheel] = fault
+        self._board.drive(wheel, 0)
         self._fault_hold = self._hold_time
         self._waits_for_zero = True
 
@@ -238,7 +261,5 @@ class Controller:
         status.update(flags, periods, self._receiver.dropped)
         if self._counter & BEAT == 0:
             status.show(self._counter, flags == 0, self._fault_hold > 0)
-        if self._fault_hold == 0:
-            fields = status.fields
-            for wheel in range(self._wheels):
-                fields[WHEELS + wheel] = OVERLOAD if self._pids[wheel].overloaded else NO_FAULT
+            for wheel in range(self._wheels if self._fault_hold == 0 else 0):
+                status.fields[WHEELS + wheel] = OVERLOAD if self._pids[wheel].overloaded else NO_FAULT

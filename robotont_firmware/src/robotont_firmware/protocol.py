@@ -50,75 +50,58 @@ def crc16(data, end: int) -> int:
     return crc
 
 
-def seal(text):
-    """Return `# text` as a line with its CRC, bytes. Allocates: for start-up and the end."""
-    line = f"# {text};".encode()
+def line_of(text):
+    """Return `text;` as a line with its CRC, bytes. Allocates: for start-up and the end."""
+    line = f"{text};".encode()
     return line + b"%04X\n" % crc16(line, len(line))
 
 
 @micropython.viper
-def put_decimal(buffer, at: int, value: int) -> int:
-    """Write the integer `value` (|value| < 2^30) in decimal from buffer[at] on; return the index behind."""
-    out = ptr8(buffer)
-    if value < 0:
-        out[at] = _MINUS
-        at += 1
-        value = 0 - value
-    scale = 1
-    while value // scale >= 10:
-        scale *= 10
-    while scale > 0:
-        out[at] = _ZERO + value // scale % 10
-        at += 1
-        scale //= 10
-    return at
+def put_hexes(buffer, at: int, numbers, shape, amount: int) -> int:
+    """Write numbers (16 bits each) in upper-case hexadecimal from buffer[at] on; return the index behind.
 
-
-@micropython.viper
-def put_hex(buffer, at: int, value: int, digits: int) -> int:
-    """Write `value` as `digits` upper-case hexadecimal digits from buffer[at] on; return the index behind."""
+    shape: bytes, the digits of each, and 8 more where a colon comes before it.
+    """
     out = ptr8(buffer)
-    shift = 4 * digits
-    while shift > 0:
-        shift -= 4
-        digit = (value >> shift) & 15
-        out[at] = digit + _ZERO if digit < 10 else digit + _TEN
-        at += 1
+    values = ptr16(numbers)
+    digits = ptr8(shape)
+    for index in range(amount):
+        if digits[index] & 8:
+            out[at] = _COLON
+            at += 1
+        value = values[index]
+        shift = (digits[index] & 7) * 4
+        while shift > 0:
+            shift -= 4
+            digit = (value >> shift) & 15
+            out[at] = digit + _ZERO if digit < 10 else digit + _TEN
+            at += 1
     return at
 
 
 @micropython.viper
 def _put_decimals(buffer, numbers, amount: int) -> int:
-    """Write `a:b:...;` from the beginning of the buffer; return the index behind it."""
+    """Write integers (|value| < 2^30) as `a:b:...;` from the beginning of the buffer; return the index behind it."""
     out = ptr8(buffer)
     values = ptr32(numbers)
     sign = int(SIGN)
     at = 0
     for index in range(amount):
         value = values[index] << sign >> sign
-        at = int(put_decimal(buffer, at, value))
+        if value < 0:
+            out[at] = _MINUS
+            at += 1
+            value = 0 - value
+        scale = 1
+        while value // scale >= 10:
+            scale *= 10
+        while scale > 0:
+            out[at] = _ZERO + value // scale % 10
+            at += 1
+            scale //= 10
         out[at] = _COLON
         at += 1
     out[at - 1] = _SEMICOLON
-    return at
-
-
-@micropython.viper
-def _put_hexes(buffer, at: int, numbers, first: int, end: int, digits: int, colons: int) -> int:
-    """Write numbers[first:end] (16 bits each) in hexadecimal, behind a colon each or without; return the index."""
-    out = ptr8(buffer)
-    values = ptr16(numbers)
-    for index in range(first, end):
-        if colons:
-            out[at] = _COLON
-            at += 1
-        value = values[index]
-        shift = 4 * digits
-        while shift > 0:
-            shift -= 4
-            digit = (value >> shift) & 15
-            out[at] = digit + _ZERO if digit < 10 else digit + _TEN
-            at += 1
     return at
 
 
@@ -131,6 +114,8 @@ class Sender:
     def __init__(self, wheels):
         self.buffer = bytearray(45 + 13 * wheels)
         self._wheels = wheels
+        self._number = array("H", [0])
+        self._digits = bytes([2]), bytes([8 + 4] * wheels), bytes([8 + 2, 2, 2] + [1] * wheels + [3, 2]), bytes([4])
 
     @micropython.native
     def pack(self, counter, counts, totals, status):
@@ -142,17 +127,14 @@ class Sender:
         voltage (12 bits) and the load (8 bits).
         """
         buffer = self.buffer
-        wheels = self._wheels
-        at = _put_decimals(buffer, counts, wheels)
-        at = put_hex(buffer, at, counter, 2)
-        at = _put_hexes(buffer, at, totals, 0, wheels, 4, 1)
-        buffer[at] = _COLON
-        at = _put_hexes(buffer, at + 1, status, 0, 3, 2, 0)
-        at = _put_hexes(buffer, at, status, 3, 3 + wheels, 1, 0)
-        at = _put_hexes(buffer, at, status, 3 + wheels, 4 + wheels, 3, 0)
-        at = _put_hexes(buffer, at, status, 4 + wheels, 5 + wheels, 2, 0)
-        buffer[at] = _COLON
-        at += 1
-        at = put_hex(buffer, at, crc16(buffer, at), 4)
+        number = self._number
+        digits = self._digits
+        number[0] = counter & 0xFF
+        at = put_hexes(buffer, _put_decimals(buffer, counts, self._wheels), number, digits[0], 1)
+        at = put_hexes(buffer, at, totals, digits[1], self._wheels)
+        at = put_hexes(buffer, at, status, digits[2], len(status)) + 1
+        buffer[at - 1] = _COLON
+        number[0] = crc16(buffer, at)
+        at = put_hexes(buffer, at, number, digits[3], 1)
         buffer[at] = _NEWLINE
         return at + 1

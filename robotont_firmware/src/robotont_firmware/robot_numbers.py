@@ -110,7 +110,6 @@ class Numbers:
         edge = 1 << self.shift
         self.follows = max(free // 50, edge * 3 // 2)
         self.creeps = max(free // 20, 2 * edge)
-        self.growth = max(free // 100, 2 * edge)
         self.reach = min(free * battery // MOTOR_VOLTAGE * 9 // 8, 2 * free - 1)
 
         gain = ((full - config.STATIC) << 16) // free
@@ -119,7 +118,6 @@ class Numbers:
         self.coasts = config.DRIVER == "coast"
         self.p = self.gain * min(1667, 740000 * config.TIME_CONSTANT // period) // 1000
         self.i = max(1, self.p * period // max(122000, period * 61 // 10))
-        self.brake = self.gain * min(3125, 1400000 * config.TIME_CONSTANT // period) // 1000
         self.follow = 256 * period // (period + 20000)
         self.max_effort, self.full = config.MAX_EFFORT, full
         self.max_torque = min(full, at_battery(config.MAX_TORQUE, battery))
@@ -134,6 +132,9 @@ class Numbers:
         own = max(0, 1000 * config.TIME_CONSTANT + LAG - period // 2)
         self.lead = max(1, (own + mass) * 16 // period)  # [1/16 period]
         self.turn_lead = max(1, (own + turn) * 16 // period)
+        # A wheel in the air bears so much; a robot is to stop with a time constant of 150 ms, whatever its mass.
+        brake = max(min(3125, 1400000 * config.TIME_CONSTANT // period), (own + mass) // 150 - 1000)
+        self.brake = self.gain * min(brake, 20000) // 1000
         torque_change = self.max_torque * (16 << 16) * battery // (
             MOTOR_VOLTAGE * gain * max(self.lead, self.turn_lead))
         self.change, self.braking = (

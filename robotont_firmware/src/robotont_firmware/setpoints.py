@@ -5,7 +5,9 @@ All wheels are scaled by one factor and move by one fraction of their way, which
 
 from array import array
 
-from robotont_firmware.compat import SIGN, micropython, ptr16, ptr32
+from robotont_firmware.compat import SIGN, const, micropython, ptr16, ptr32
+
+_REFERENCE = const(37)  # of wheel_speed
 
 
 class Setpoints:
@@ -57,7 +59,7 @@ class Setpoints:
 
     @micropython.viper
     def advance(self) -> int:
-        """Move all nearer to the targets; return how far the farthest was from its own."""
+        """Move all nearer to the targets; return the largest set-point, without sign."""
         sign = int(SIGN)
         wheels = int(self._wheels)
         most = int(self._change)
@@ -68,26 +70,15 @@ class Setpoints:
             way = (targets[wheel] << sign >> sign) - (now[wheel] << sign >> sign)
             way = way if way > 0 else 0 - way
             farthest = way if way > farthest else farthest
-        if farthest > 0:
-            for wheel in range(wheels):
-                before = now[wheel] << sign >> sign
-                way = (targets[wheel] << sign >> sign) - before
-                if farthest > most:
-                    way = way * most // farthest
-                now[wheel] = before + way
-        return farthest
-
-    @micropython.viper
-    def fastest(self) -> int:
-        """Return the largest set-point, without sign."""
-        sign = int(SIGN)
-        now = ptr32(self.now)
-        most = 0
-        for wheel in range(int(self._wheels)):
+        fastest = 0
+        for wheel in range(wheels):
             speed = now[wheel] << sign >> sign
+            way = (targets[wheel] << sign >> sign) - speed
+            speed += way * most // farthest if farthest > most else way
+            now[wheel] = speed
             speed = speed if speed > 0 else 0 - speed
-            most = speed if speed > most else most
-        return most
+            fastest = speed if speed > fastest else fastest
+        return fastest
 
     @micropython.viper
     def accelerate(self, pids):
@@ -104,7 +95,7 @@ class Setpoints:
         straight = ptr32(self.straight)
         wished = turn = 0
         for wheel in range(wheels):
-            reference = int(pids[wheel].reference)
+            reference = ptr32(pids[wheel].n)[_REFERENCE] << sign >> sign
             references[wheel] = reference
             turn += reference
             wished += now[wheel] << sign >> sign
@@ -129,20 +120,13 @@ def clear(numbers, amount: int):
 
 
 @micropython.viper
-def differences(totals, last_totals, counts, amount: int):
-    """Fill counts with totals - last_totals modulo 2^16 (signed), and make the totals the last ones."""
-    now = ptr16(totals)
-    last = ptr16(last_totals)
-    out = ptr32(counts)
+def measure(totals, last_totals, counts, sums, amount: int):
+    """Fill counts with totals - last_totals modulo 2^16 (signed), add them to sums, and make the totals the last."""
+    now, last = ptr16(totals), ptr16(last_totals)
+    out, there = ptr32(counts), ptr32(sums)
     for index in range(amount):
         change = (now[index] - last[index]) & 0xFFFF
-        out[index] = change - 0x10000 if change & 0x8000 else change
+        change = change - 0x10000 if change & 0x8000 else change
+        out[index] = change
+        there[index] = there[index] + change
         last[index] = now[index]
-
-
-@micropython.viper
-def add(numbers, sums, amount: int):
-    """Add numbers[0:amount] to sums (32 bits each)."""
-    new, there = ptr32(numbers), ptr32(sums)
-    for index in range(amount):
-        there[index] = there[index] + new[index]

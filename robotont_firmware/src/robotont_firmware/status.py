@@ -3,7 +3,7 @@
 from array import array
 
 from robotont_firmware.compat import const, micropython
-from robotont_firmware.fault_watch import NO_FAULT, OVERLOAD
+from robotont_firmware.fault_watch import NO_FAULT, OVERLOAD, TOO_MANY
 
 TIMED_OUT = const(1)  # flags: no valid command for TIMEOUT: the motors are off
 WAITS_FOR_ZERO = const(2)  # after a fault, or a start that was not requested: a command of all zeros is needed
@@ -29,10 +29,10 @@ class Status:
         self._mean = 0  # [mV] of the battery, over some 16 periods
         self._until = 0  # [periods] until voltage and load are taken anew
 
-    def fault_of(self, wheel):
-        """Return the fault that stands for a wheel; an overload is none."""
+    def rolls(self, wheel):
+        """Return True for a wheel whose fault leaves nothing to brake it by."""
         fault = self.fields[WHEELS + wheel]
-        return NO_FAULT if fault == OVERLOAD else fault
+        return NO_FAULT < fault < OVERLOAD or fault > TOO_MANY
 
     @micropython.native
     def update(self, flags, periods, refused):

@@ -1,28 +1,201 @@
 """Speed controller of one wheel in fixed-point integers: feed-forward, PI and limits.
 
 Speeds are fine units, gains carry 2^16 (robot_numbers), so that a product is shifted back; every intermediate value
-stays below 2^30 in magnitude.
+stays below 2^30 in magnitude. All that a wheel knows lies in one array: to look an attribute up costs the board more
+than to calculate with it.
 """
 
-from robotont_firmware.compat import const, micropython
-from robotont_firmware.fault_watch import NO_FAULT, FaultWatch
+from array import array
+
+from robotont_firmware.compat import SIGN, const, micropython, ptr32
+from robotont_firmware.fault_watch import NO_FAULT, STILL, WATCHED, drive_fault, rest_fault, speed_fault, watched
 from robotont_firmware.robot_numbers import MAX_PERIODS
 
-_BRAKES = const(0)  # stages of a stop
-_ROLLS = const(1)
-_HOLDS = const(2)
 _SOFTEST = const(7)
 _PATIENCE = const(5)  # [control periods] without an edge, after which a wheel gets more
 
+_STATIC = const(0)  # places in the array: those of fault_watch,
+_LOAD = const(1)
+_FOLLOWS = const(2)
+_GAIN = const(12)  # of the configuration,
+_FORWARD = const(13)  # what a speed more takes
+_P = const(14)
+_I = const(15)
+_FOLLOW = const(16)
+_LEAD = const(17)
+_TURN_LEAD = const(18)
+_MAX_EFFORT = const(19)
+_MAX_TORQUE = const(20)
+_CONTINUOUS = const(21)
+_MAX_HEAT = const(22)
+_MAX_INTEGRAL = const(23)
+_STIFFNESS = const(24)
+_MOST_AWAY = const(25)
+_SHIFT = const(26)
+_MOST_EDGES = const(27)
+_FREE = const(28)
+_CREEPS = const(29)
+_SECOND = const(30)
+_FULL = const(31)  # 0 with drivers that brake
+HEAT = const(32)  # and of its past: torque above the continuous one, squared and summed,
+_OVERLOADED = const(33)  # whether that is too much;
+_TURNED_ROUND = const(34)  # [periods] for which it is remembered that the wheel was
+_SOFTNESS = const(35)  # halvings of what counts ask for: an encoder that counts too much makes it swing
+INTEGRAL = const(36)  # sum of errors [fine units]
+REFERENCE = const(37)  # the speed that the wheel should have at the end of the period
+MEAN = const(38)  # and on the mean over it, which its edges are
+_SPEED = const(39)
+_EFFORT = const(40)
+_DIRECTION = const(41)  # in which it was driven last
+_HELD = const(42)  # whether it came to rest, and is kept there
+_IDLE = const(43)  # [periods] without an edge
+_AWAY = const(44)  # [fine units] by which it was moved while it should stand
+_PROVED = const(45)  # whether it was seen to follow its effort
+_PLACES = const(46)
+
 
 @micropython.viper
-def clamp(value: int, limit: int) -> int:
-    """Return `value` brought into -limit..limit."""
-    if value > limit:
-        return limit
-    if value < 0 - limit:
-        return 0 - limit
-    return value
+def within(periods: int) -> int:
+    """Return the periods that a step makes up for."""
+    most = int(MAX_PERIODS)
+    return 1 if periods < 1 else most if periods > most else periods
+
+
+@micropython.viper
+def measure(numbers, counts: int, periods: int) -> int:
+    """Return the speed.
+
+    Halve what counts ask for, for a second, each time that the wheel is turned round at once, against its aim.
+    """
+    n, sign = ptr32(numbers), int(SIGN)
+    most = n[_MOST_EDGES] * periods
+    counts = most if counts > most else 0 - most if counts < 0 - most else counts
+    speed = (counts << n[_SHIFT]) // periods
+    before, mean, least = n[_SPEED] << sign >> sign, n[MEAN] << sign >> sign, n[_FOLLOWS]
+    n[_SPEED] = speed
+    left, second = n[_TURNED_ROUND] << sign >> sign, n[_SECOND]
+    if (before > least and speed < 0 - least and mean >= 0) or (
+            before < 0 - least and speed > least and mean <= 0):
+        left = left + second if left < second * (_SOFTEST - 1) else second * _SOFTEST
+    elif left > 0:
+        left -= periods
+    n[_TURNED_ROUND] = left
+    n[_SOFTNESS] = (left + second - 1) // second if left > 0 else 0
+    return speed
+
+
+@micropython.viper
+def against(numbers, speed: int, ahead: int, periods: int, brake: int) -> int:
+    """Return the effort against a speed and, over these periods, against the way that the wheel was moved at rest.
+
+    ahead: the speed in the direction in which it was driven.
+    """
+    n, sign = ptr32(numbers), int(SIGN)
+    fast = speed if speed > 0 else 0 - speed
+    slow = fast <= n[_CREEPS]
+    if slow:
+        n[_HELD] = 1
+    held = n[_HELD] if periods else 0
+    if (ahead <= 0 and not held) or (held and not slow and n[_PROVED] == 0):
+        n[_AWAY] = 0
+        return 0
+    away, most = n[_AWAY] << sign >> sign, n[_MOST_AWAY]
+    away = away + speed * periods if held else 0
+    away = most if away > most else 0 - most if away < 0 - most else away
+    clear, most = fast - (1 << n[_SHIFT]), 536870912 // (brake + 1)  # one edge is a creep, or a tremor
+    clear = 0 if clear < 0 else most if clear > most else clear
+    clear = clear if speed > 0 else 0 - clear
+    edge = 1 << n[_SHIFT]
+    far = away - edge if away > edge else away + edge if away < 0 - edge else 0  # within an edge it stands
+    effort = 0 - (brake * clear >> 16) - (n[_STIFFNESS] * far >> 16) >> n[_SOFTNESS]
+    effort -= 1 if clear > 0 else -1 if clear < 0 else 0
+    along = (effort > 0 and speed > 0) or (effort < 0 and speed < 0)
+    if clear != 0 and along:
+        away -= away >> 2  # it goes back: less is enough
+    n[_AWAY] = away
+    return 0 if along else int(limit(numbers, effort, speed, 0))
+
+
+@micropython.viper
+def follow_up(numbers, setpoint: int, speed: int, error: int, bend: int, periods: int) -> int:
+    """Bring the reference nearer to the set-point, and exactly there in the end; return the effort to follow it.
+
+    Feed-forward turns the wheel as fast as the reference, where STATIC bridges the dead-band, and changes its
+    motion; P and I act on the error: they add what a load may need at most, and take away all. Anti-windup: an
+    error is not summed that would push further than a limit. A wheel that does not move gets more by and by, as
+    fast as if it were slower.
+    """
+    n, sign = ptr32(numbers), int(SIGN)
+    before = n[REFERENCE] << sign >> sign
+    change = n[_FOLLOW] * (setpoint - before) + 128 >> 8  # rounded: if all lag one way, the robot turns
+    reference = setpoint if change == 0 else before + change
+    n[REFERENCE] = reference
+    n[MEAN] = reference - (reference >> 1) + (before >> 1)  # what is rounded off adds up to nothing
+    ahead = n[_LEAD] * change + bend >> 4
+    free, forward, static = n[_FREE], n[_FORWARD], n[_STATIC]
+    ahead = free if ahead > free else 0 - free if ahead < 0 - free else ahead
+    fed = (forward * reference >> 16) + (forward * ahead >> 16)
+    fed += static if setpoint > 0 else 0 - static if setpoint < 0 else 0
+    idle = n[_IDLE] + periods if speed == 0 else 0
+    n[_IDLE] = idle
+    summed, least, slow = error, n[_FOLLOWS], 1 << n[_SHIFT] >> 2
+    if idle > _PATIENCE and before > slow:
+        summed = least if error < least else error
+    elif idle > _PATIENCE and before < 0 - slow:
+        summed = 0 - least if error > 0 - least else error
+    soft, load = n[_SOFTNESS], n[_LOAD]
+    integral = n[INTEGRAL] << sign >> sign
+    wanted = (n[_P] * (error >> 1) >> 15 + soft) + (n[_I] * integral >> 16)
+    most, least = load + (fed if fed > 0 else 0), (fed if fed < 0 else 0) - load
+    effort = fed + wanted
+    effort = most if effort > most else least if effort < least else effort
+    effort = int(limit(numbers, effort, speed, forward * reference >> 16))
+    cut = fed + wanted - effort
+    if not ((summed > 0 and cut > 0) or (summed < 0 and cut < 0)):
+        most = n[_MAX_INTEGRAL]
+        integral += (summed >> soft) * periods
+        n[INTEGRAL] = most if integral > most else 0 - most if integral < 0 - most else integral
+    return effort
+
+
+@micropython.viper
+def limit(numbers, effort: int, speed: int, held: int) -> int:
+    """Return the effort within the torque limit around the back-EMF, which bounds the current, and MAX_EFFORT.
+
+    The back-EMF is only what the encoder counts: it turns no effort round, and raises none above what the reference
+    takes, `held`. What brakes shorts the motor at least.
+    """
+    n = ptr32(numbers)
+    emf = 0 if n[_FULL] else n[_GAIN] * speed >> 16
+    torque = n[_CONTINUOUS] if n[_OVERLOADED] else n[_MAX_TORQUE]
+    low, high = emf - torque, emf + torque
+    if low > 0:
+        low = -1 if effort < 0 else 0 if held <= 0 else low if low < held else held
+    if high < 0:
+        high = 1 if effort > 0 else 0 if held >= 0 else high if high > held else held
+    most = n[_MAX_EFFORT]
+    effort = low if effort < low else high if effort > high else effort
+    return most if effort > most else 0 - most if effort < 0 - most else effort
+
+
+@micropython.viper
+def warm(numbers, effort: int, speed: int, periods: int) -> int:
+    """Sum what a motor's current heats it more than its continuous one would; return 1 while that is too much.
+
+    That current is told as the effort that gives it at rest.
+    """
+    n = ptr32(numbers)
+    emf = n[_GAIN] * speed >> 16
+    if n[_FULL] and effort * emf > 0:
+        emf = effort * emf // n[_FULL]
+    torque = effort - emf
+    torque = (torque if torque > 0 else 0 - torque) >> 4
+    kept, most = n[_CONTINUOUS] >> 4, n[_MAX_HEAT]
+    heat = n[HEAT] + (torque * torque - kept * kept) * periods
+    over = 1 if heat >= most else 0
+    n[_OVERLOADED] = over
+    n[HEAT] = most if heat > most else heat if heat > 0 else 0
+    return over
 
 
 class Pid:
@@ -33,223 +206,90 @@ class Pid:
     charge the integral, and the sum of the errors, hence the distance, still comes out exact: as long as the
     robot is driven. When all stand, `stop` holds each wheel where it came to rest.
 
-    `fault` is what the FaultWatch found, until `reset`. `overloaded`: the motor had more than its continuous current
-    for so long that only that is left.
+    `fault` is what fault_watch found, until `reset`. `overloaded`: the motor had more than its continuous current for
+    so long that only that is left. `n`: all its numbers.
     """
 
     def __init__(self, config, numbers):
         n = numbers
-        self._shift, self._most_edges, self._free = n.shift, n.most_edges, n.free
-        self._static, self._v, self._p, self._i = n.static, n.gain, n.p, n.i
-        self._coasts = n.coasts
-        self._forward = 0 if n.coasts else n.gain  # what a speed more takes
-        self._brake, self._follow, self._lead, self._turn_lead = n.brake, n.follow, n.lead, n.turn_lead
-        self._full, self._max_effort, self._load = n.full, n.max_effort, n.load
-        self._max_torque, self._continuous = n.max_torque, n.continuous
-        self._heating = (n.continuous >> 4) * (n.continuous >> 4)
         # Full torque for OVERLOAD_TIME brings a cold motor to the limit.
-        self._max_heat = n.overload * ((n.max_torque >> 4) * (n.max_torque >> 4) - self._heating)
-        self._max_integral = (n.load << 16) // n.i
-        self._stiffness = n.stiffness
-        self._most_away = (n.max_torque << 16) // n.stiffness
-        self._edge, self._creeps, self._follows, self._growth = 1 << n.shift, n.creeps, n.follows, n.growth
-        self._second = n.periods(config, 1000)
-        self._heat = 0  # torque above the continuous one, squared and summed
-        self._turned_round = 0  # [periods] for which it is remembered that the wheel was
-        self._softness = 0  # halvings of what counts ask for: an encoder that counts too much makes it swing
+        max_heat = n.overload * ((n.max_torque >> 4) ** 2 - (n.continuous >> 4) ** 2)
+        self.n = array("i", watched(config, n) + [
+            n.gain, 0 if n.coasts else n.gain, n.p, n.i, n.follow, n.lead, n.turn_lead, n.max_effort, n.max_torque,
+            n.continuous, max_heat, (n.load << 16) // n.i, n.stiffness, (n.max_torque << 16) // n.stiffness, n.shift,
+            n.most_edges, n.free, n.creeps, n.periods(config, 1000), n.full if n.coasts else 0] + [0] * (_PLACES - HEAT)
+        )  # fmt: skip
         self.overloaded = False
-        self._watch = FaultWatch(config, n)
         self.reset(0)
 
-    @micropython.native
-    def reset(self, periods=1):
-        """Forget the past: no integral, no suspicion, motor off (and cooling) until the next set-point other than 0."""
-        self._integral = 0  # sum of errors [fine units]
-        self.reference = 0  # the speed that the wheel should have at the end of the period
-        self._mean = 0  # and on the mean over it, which its edges are
-        self._speed = 0
-        self._effort = 0
-        self._direction = 0  # in which it was driven last
-        self._stage = _HOLDS
-        self._idle = 0  # [periods] without an edge
-        self._away = 0  # [fine units] by which it was moved while it should stand
-        self._braked = self._free  # the least speed since braking began
-        self._proved = False  # whether it was seen to follow its effort
+    @micropython.viper
+    def reset(self, periods: int):
+        """Forget the past: no integral, no suspicion, motor off (and cooling) until it is driven again."""
+        n = ptr32(self.n)
+        for place in range(int(STILL), int(WATCHED)):
+            n[place] = 0
+        for place in range(INTEGRAL, _PLACES):
+            n[place] = 0
+        n[_HELD] = 1
         self.fault = NO_FAULT
-        self._watch.reset()
-        self._warm(0, 0, periods)
+        self.overloaded = bool(warm(self.n, 0, 0, periods))
 
-    @micropython.native
-    def stop(self, counts, periods=1, holds=False):
+    @micropython.viper
+    def stop(self, counts: int, periods: int, holds: int, brake: int) -> int:
         """Return the effort that stops a wheel with `counts` edges in the past periods; if it `holds`, keeps it there.
 
-        Never along the motion that is counted. Out of a drive only a wheel that turns as it was driven is braked: with
-        a reversed or missing encoder, or one whose counts grow while braking, it rolls until it is slow.
+        brake: the gain, or less.
+
+        Never along the motion that is counted. Until it was slow, and unless it `holds`, only a wheel that turns as it
+        was driven is braked: with a reversed encoder it rolls.
         """
-        periods = max(1, min(periods, MAX_PERIODS))
-        speed = self._measure(counts, periods)
-        self._integral = self.reference = self._mean = 0
-        if self.fault == NO_FAULT and self._effort == 0 and holds:
-            self.fault = self._watch.rests(speed, periods)
-        effort = self._against(speed, speed * self._direction, periods if holds else 0)
-        self._effort = effort
-        self._warm(effort, speed, periods)
+        numbers = self.n
+        n, sign = ptr32(numbers), int(SIGN)
+        periods = int(within(periods))
+        speed = int(measure(numbers, counts, periods))
+        n[INTEGRAL] = n[REFERENCE] = n[MEAN] = 0
+        fault = int(speed_fault(numbers, speed, periods))
+        if fault == 0 and n[_EFFORT] == 0 and holds:
+            fault = int(rest_fault(numbers, speed, periods))
+        self.fault = fault
+        ahead = speed * (n[_DIRECTION] << sign >> sign)
+        effort = int(against(numbers, speed, ahead, periods if holds else 0, brake))
+        n[_EFFORT] = effort
+        self.overloaded = bool(warm(numbers, effort, speed, periods))
         return effort
 
-    @micropython.native
-    def step(self, setpoint, counts, periods=1, straight=0, turning=0):
+    @micropython.viper
+    def step(self, setpoint: int, counts: int, periods: int, straight: int, turning: int) -> int:
         """Return the effort for the coming period, within +-MAX_EFFORT.
 
         setpoint: wanted speed, within the largest. counts: edges since the last call. periods: how many control
         periods those took; more than one when the board missed ticks. straight, turning: the acceleration of the robot
         in this period, in the wheel's direction, apart from the change of its own reference.
         """
-        periods = max(1, min(periods, MAX_PERIODS))
-        speed = self._measure(counts, periods)
-        if self._stage == _HOLDS:  # what held it on a slope goes on
-            self._integral = clamp((self._effort << 16) // self._i, self._max_integral)
-        error = clamp(self._mean - speed, self._free >> 1)
-        if self.fault == NO_FAULT:
-            self.fault = self._watch.driven(self._mean, speed, self._effort, periods)
-        effort = self._follow_up(setpoint, speed, error, straight, turning, periods)
-        if effort * speed > 0 and abs(speed) > self._follows:
-            self._proved = True
+        numbers = self.n
+        n, sign = ptr32(numbers), int(SIGN)
+        periods = int(within(periods))
+        speed = int(measure(numbers, counts, periods))
+        before = n[_EFFORT] << sign >> sign
+        if n[_HELD]:  # what held it on a slope goes on
+            integral, most = (before << 16) // n[_I], n[_MAX_INTEGRAL]
+            n[INTEGRAL] = most if integral > most else 0 - most if integral < 0 - most else integral
+        mean = n[MEAN] << sign >> sign
+        fault = int(speed_fault(numbers, speed, periods))
+        if fault == 0:
+            fault = int(drive_fault(numbers, mean, speed, before, periods))
+        self.fault = fault
+        error, most = mean - speed, n[_FREE] >> 1
+        error = most if error > most else 0 - most if error < 0 - most else error
+        effort = int(follow_up(numbers, setpoint, speed, error, straight * n[_LEAD] + turning * n[_TURN_LEAD], periods))
+        follows, mean = n[_FOLLOWS], n[MEAN] << sign >> sign
+        if (mean > 0 and speed < 0 and effort < 0) or (mean < 0 and speed > 0 and effort > 0):
+            effort = 0  # no braking turns it round
+        if (effort > 0 and speed > follows) or (effort < 0 and speed < 0 - follows):
+            n[_PROVED] = 1
         if setpoint != 0:
-            self._direction = 1 if setpoint > 0 else -1
-        self._stage, self._braked, self._away = _BRAKES, self._free, 0
-        self._effort = effort
-        self._warm(effort, speed, periods)
+            n[_DIRECTION] = 1 if setpoint > 0 else -1
+        n[_HELD] = n[_AWAY] = 0
+        n[_EFFORT] = effort
+        self.overloaded = bool(warm(numbers, effort, speed, periods))
         return effort
-
-    @micropython.native
-    def _measure(self, counts, periods):
-        """Return the speed, and note whether the motor can make it, and whether it was turned round at once."""
-        speed = (clamp(counts, self._most_edges * periods) << self._shift) // periods
-        self.fault = self._watch.exceeds(speed, periods)
-        self._soften(speed, periods)
-        return speed
-
-    @micropython.viper
-    def _soften(self, speed: int, periods: int):
-        """Halve what counts ask for, for a second, each time that the wheel is turned round, against its aim."""
-        before, least = int(self._speed), int(self._follows)
-        self._speed = speed
-        left, second = int(self._turned_round), int(self._second)
-        mean = int(self._mean)
-        if (before > least and speed < 0 - least and mean >= 0) or (
-                before < 0 - least and speed > least and mean <= 0):
-            left = left + second
-            most = second * _SOFTEST
-            left = left if left < most else most
-        elif left > 0:
-            left -= periods
-        else:
-            return
-        self._turned_round = left
-        self._softness = (left + second - 1) // second if left > 0 else 0
-
-    @micropython.viper
-    def _against(self, speed: int, ahead: int, periods: int) -> int:
-        """Return the effort against a speed and, over these periods, against the way that the wheel was moved at rest.
-
-        ahead: the speed in the direction in which it was driven.
-        """
-        fast = speed if speed > 0 else 0 - speed
-        creeps = int(self._creeps)
-        stage, least = int(self._stage), int(self._braked)
-        if fast <= creeps:
-            stage = _HOLDS
-        if stage == _BRAKES or periods == 0:
-            if ahead <= 0 or ahead > least + int(self._growth):
-                stage = _ROLLS
-            self._braked = ahead if ahead < least else least
-        elif fast > creeps and not self._proved:
-            stage = _ROLLS
-        self._stage = stage
-        if stage == _ROLLS:
-            self._away = 0
-            return 0
-        away, most = int(self._away), int(self._most_away)
-        away = away + speed * periods if stage == _HOLDS else 0
-        away = most if away > most else 0 - most if away < 0 - most else away
-        clear = fast - int(self._edge)  # one edge is a creep, or a tremor
-        quarter = int(self._free) >> 2
-        clear = 0 if clear < 0 else quarter if clear > quarter else clear
-        clear = clear if speed > 0 else 0 - clear
-        effort = 0 - (int(self._brake) * clear >> 16) - (int(self._stiffness) * away >> 16) >> int(self._softness)
-        if clear != 0 and ((effort > 0 and speed > 0) or (effort < 0 and speed < 0)):
-            away -= away >> 2  # it goes back: less is enough
-        self._away = away
-        if (effort > 0 and speed > 0) or (effort < 0 and speed < 0):
-            return 0
-        return int(self._limit(effort, speed))
-
-    @micropython.viper
-    def _follow_up(self, setpoint: int, speed: int, error: int, straight: int, turning: int, periods: int) -> int:
-        """Bring the reference nearer to the set-point, and exactly there in the end; return the effort to follow it.
-
-        Feed-forward turns the wheel as fast as the reference, where STATIC bridges the dead-band, and changes its
-        motion; P and I act on the error, with no more than a load may need. Anti-windup: an error is not summed that
-        would push further than a limit. A wheel that does not move gets more by and by, as fast as if it were slower.
-        """
-        before = int(self.reference)
-        change = int(self._follow) * (setpoint - before) + 128 >> 8  # rounded: if all lag one way, the robot turns
-        reference = setpoint if change == 0 else before + change
-        self.reference = reference
-        self._mean = reference - (reference >> 1) + (before >> 1)  # what is rounded off adds up to nothing
-        ahead = int(self._lead) * (change + straight) + int(self._turn_lead) * turning >> 4
-        free, forward = int(self._free), int(self._forward)
-        ahead = free if ahead > free else 0 - free if ahead < 0 - free else ahead
-        static = int(self._static)
-        fed = (forward * reference >> 16) + (forward * ahead >> 16)
-        fed += static if setpoint > 0 else 0 - static if setpoint < 0 else 0
-        idle = int(self._idle) + periods if speed == 0 else 0
-        self._idle = idle
-        summed, least, slow = error, int(self._follows), int(self._edge) >> 2
-        if idle > _PATIENCE and before > slow:
-            summed = least if error < least else error
-        elif idle > _PATIENCE and before < 0 - slow:
-            summed = 0 - least if error > 0 - least else error
-        soft, load = int(self._softness), int(self._load)
-        integral, gain = int(self._integral), int(self._i)
-        wanted = (int(self._p) * (error >> 1) >> 15 + soft) + (gain * integral >> 16)
-        added = load if wanted > load else 0 - load if wanted < 0 - load else wanted
-        effort = int(self._limit(fed + added, speed))
-        cut = fed + wanted - effort
-        if not ((summed > 0 and cut > 0) or (summed < 0 and cut < 0)):
-            most = int(self._max_integral)
-            integral += (summed >> soft) * periods
-            self._integral = most if integral > most else 0 - most if integral < 0 - most else integral
-        return effort
-
-    @micropython.viper
-    def _limit(self, effort: int, speed: int) -> int:
-        """Return the effort within the torque limit around the back-EMF, which bounds the current, and MAX_EFFORT.
-
-        No limit turns an effort round: the back-EMF is only what the encoder counts.
-        """
-        wanted = effort
-        emf = 0 if self._coasts else int(self._v) * speed >> 16
-        torque = int(self._continuous) if self.overloaded else int(self._max_torque)
-        most = int(self._max_effort)
-        effort -= emf
-        effort = emf + (torque if effort > torque else 0 - torque if effort < 0 - torque else effort)
-        if (wanted >= 0 and effort < 0) or (wanted <= 0 and effort > 0):
-            return 0
-        return most if effort > most else 0 - most if effort < 0 - most else effort
-
-    @micropython.viper
-    def _warm(self, effort: int, speed: int, periods: int):
-        """Sum what the motor's current heats it more than its continuous current would; it cools as slowly.
-
-        That current is told as the effort that gives it at rest.
-        """
-        emf = int(self._v) * speed >> 16
-        if self._coasts and effort * emf > 0:
-            emf = effort * emf // int(self._full)
-        torque = effort - emf
-        torque = (torque if torque > 0 else 0 - torque) >> 4
-        most = int(self._max_heat)
-        heat = int(self._heat) + (torque * torque - int(self._heating)) * periods
-        self.overloaded = bool(heat >= most)
-        self._heat = most if heat > most else heat if heat > 0 else 0

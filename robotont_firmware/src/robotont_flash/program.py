@@ -10,13 +10,11 @@ import tempfile
 from pathlib import Path
 from types import SimpleNamespace
 
-import serial
-
 import robotont_firmware
+from robotont_driver.link.exclusive_port import explain
 from robotont_firmware import check_pin_profile
 from robotont_flash import board_check, copying
 from robotont_flash.board_check import FlashError
-from robotont_flash.self_test import self_test
 
 # What is on the board, as the last line of every message about a failure.
 UNTOUCHED = "Nothing was written: the board has what it had."
@@ -112,18 +110,18 @@ class Flash:
         port = board_check.find_port(port)
         print(f"Listening on {port} ...")
         try:
-            profile_there, version_there = board_check.check_board(port)
-            wiring = known[choose_profile(profile, profile_there, known)]
+            there = board_check.check_board(port)
+            wiring = known[choose_profile(profile, there and there.profile, known)]
             check_profile(package, wiring)
-            confirm(wiring, profile_there, yes)
+            confirm(wiring, there and there.profile, yes)
             with tempfile.TemporaryDirectory() as folder:
                 files = copying.stage(package, root, wiring, folder)
                 print(f"{len(files)} files compile.")
                 self.on_the_board = STOPPED
                 board_check.free_repl(port)
                 copying.identify(port, files)
-                if version_there:
-                    print(f"The board has firmware {version_there}; it gets {new} now.")
+                if there:
+                    print(f"The board has firmware {there.version}; it gets {new} now.")
                 copying.copy(port, files)
                 self.on_the_board = EXCHANGING
                 copying.exchange(port, files)
@@ -131,9 +129,9 @@ class Flash:
             print(f"Copied to {port}. The board restarts.")
             copying.mpremote(port, "reset")
             with board_check.open_port(port) as line:
-                print(self_test(line, new, wiring["PROFILE"]))
-        except (OSError, serial.SerialException) as error:
-            raise FlashError(f"{port} does not answer any more: {error}") from error
+                print(board_check.self_test(line, new, wiring["PROFILE"]))
+        except OSError as error:
+            raise FlashError(explain(port, error)) from error
 
 
 def main():

@@ -15,7 +15,8 @@ from sim_motor import BRAKE, COAST, DIODE, FLOATING, HALF, MICRO, REVERSED, UNPL
 from suite_fuzz import Random
 
 from robotont_firmware import pin_profile_robotont21, pin_profile_vnh
-from robotont_firmware.fault_watch import NO_FAULT
+from robotont_firmware.fault_watch import NO_FAULT, OVERLOAD
+from robotont_firmware.status import WHEELS
 
 NAMES = {UNPLUGGED: "unplugged", REVERSED: "reversed", HALF: "half dead", FLOATING: "noise 2"}
 
@@ -56,7 +57,7 @@ def say(robot, speeds, periods, first=0):
         robot.board.sent = b""
         robot.tick(1)
         for wheel in range(3):
-            if robot.controller._status.fault_of(wheel) != NO_FAULT:
+            if robot.controller._status.fields[WHEELS + wheel] not in (NO_FAULT, OVERLOAD):
                 return wheel
     return None
 
@@ -112,7 +113,7 @@ def healthy(random, seconds):
         blamed = say(made, speeds, periods)
         driven += periods
         if blamed is not None:
-            return 1, driven, (speeds, blamed, config.PROFILE, made.controller._status.fault_of(blamed))
+            return 1, driven, (speeds, blamed, config.PROFILE, made.controller._status.fields[WHEELS + blamed])
     return 0, driven, None
 
 

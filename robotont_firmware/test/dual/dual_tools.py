@@ -16,7 +16,7 @@ except ImportError:  # CPython always allocates; the proof is MicroPython's
     lock = unlock = int
 
 
-TIMEOUT, BRAKING, FAULT_HOLD, ANSWER_INTERVAL, BLIND_TIME = 24, 45, 25, 10, 16  # [periods] at 50 Hz
+TIMEOUT, BRAKING, FAULT_HOLD, ANSWER_INTERVAL, BLIND_TIME = 24, 100, 25, 10, 16  # [periods] at 50 Hz
 MAX_UNITS = 180  # [units] that MAX_SPEED makes of the motor's 200
 FAST = sys.implementation.name == "micropython" and sys.maxsize > 1 << 31  # machine code on the PC's processor
 

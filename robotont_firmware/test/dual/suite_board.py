@@ -63,30 +63,24 @@ def test_encoders():
         assert counted(made) == expected
 
 
-class Interrupted:
-    """Latched counts that the tick's interrupt changes when the second one has been read."""
-
-    def __init__(self, made):
-        self.made, self.counts, self.left = made, list(made._latched), 1
-
-    def __getitem__(self, index):
-        count = self.counts[index]
-        if index == 1 and self.left:
-            self.left -= 1
-            for timer in (4, 3, 2):
-                Timer.all[timer].count += 100
-            self.made._tick(None)
-        return count
-
-    def __setitem__(self, index, count):
-        self.counts[index] = count
-
-
 def test_counts_are_of_one_tick():
-    made = make()
-    made._latched = Interrupted(made)
+    """They are copied, with the number of ticks, while no interrupt can come."""
+    made, whole = make(), board.copy
+
+    def copy(*arguments):
+        assert log[-1] == "interrupts off"
+        whole(*arguments)
+
+    board.copy = copy
+    for timer in (4, 3, 2):
+        Timer.all[timer].count += 100
     made._tick(None)
-    assert made.wait_tick() == 2, "and the periods are those until that tick"
+    made._tick(None)
+    try:
+        assert made.wait_tick() == 2
+    finally:
+        board.copy = whole
+    assert log[-1] == "interrupts on"
     assert counted(made) == [100, 100, 100]
 
 

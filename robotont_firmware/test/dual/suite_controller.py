@@ -132,7 +132,7 @@ def test_a_fault_stops_all_until_a_zero_that_comes_after_it():
         robot = Robot()
         robot.tick(40, "30:30:30")
         spoil(robot, True)
-        robot.tick(periods, "30:30:30")
+        robot.tick(periods + 1, "30:30:30")
         efforts = robot.efforts()
         assert efforts[1] == 0 > max(efforts[0], efforts[2]), "the others brake"
         spoil(robot, False)

@@ -1,13 +1,13 @@
 """What breaks on a robot, on simulated motors: the motors stop, nothing runs away, and the status states why."""
 
-from dual_tools import BRAKING, FAULT_HOLD, TIMEOUT, Config, Locked, Robot
+from dual_tools import BRAKING, FAST, FAULT_HOLD, TIMEOUT, Config, Locked, Robot
 from sim_motor import HALF, MICRO, REVERSED, UNPLUGGED
 
 from robotont_firmware import config
 from robotont_firmware.fault_watch import NO_COUNTS, OVERLOAD, TOO_MANY, WRONG_WAY
 from robotont_firmware.robot_numbers import Numbers
 from robotont_firmware.status import BATTERY_IS_LOW, TIMED_OUT, WAITS_FOR_ZERO
-from robotont_firmware.wheel_speed import Pid
+from robotont_firmware.wheel_speed import HEAT, INTEGRAL, Pid
 
 CREEP = config.MAX_LOAD / 19.2 + 1  # [units] that MAX_LOAD turns a free wheel faster
 STEADY = 45  # [periods] from rest to a steady drive; a command was sent 2 periods before
@@ -38,7 +38,7 @@ def lead_on(robot, wheel, units, periods=80, until_off=True):
 def test_a_broken_encoder_stops_all_within_a_second_and_never_runs_away():
     slowest, highest = 0, 0
     for kind, fault in ((UNPLUGGED, NO_COUNTS), (REVERSED, WRONG_WAY), (HALF, NO_COUNTS)):
-        for units in (5, 7.5, 10, 20, 50, 80, 120, 150, -5, -150):
+        for units in (5, 7.5, 10, 20, 50, 80, 120, 150, -5, -150) if FAST else (5, 20, -150):
             for wheel in range(3):
                 for driving in (False, True):
                     case = kind, units, wheel, driving
@@ -55,7 +55,7 @@ def test_a_broken_encoder_stops_all_within_a_second_and_never_runs_away():
                     assert flags == WAITS_FOR_ZERO
                     slowest = max(slowest, seconds)
                     highest = max(highest, fastest / abs(units) if abs(units) >= 20 else 0)
-    return f"off within {slowest:.2f} s, from 20 units on at most {highest:.2f} times the commanded speed"
+    print(f"off within {slowest:.2f} s, from 20 units on at most {highest:.2f} times the commanded speed")
 
 
 def test_slower_than_5_units_a_wheel_without_encoder_creeps_and_stops():
@@ -135,11 +135,12 @@ def test_a_stop_stops_whatever_multiple_the_encoders_count():
                 for _ in range(80):
                     robot.board.sent = b""
                     robot.tick(1, f"{units}:{-units}:{units / 2}")
+                    assert abs(robot.board.motors[0].speed) < 1.1 * units * MICRO, (times, units)
                 told += TOO_MANY in robot.newest()[3]
                 robot.tick(50 if last else TIMEOUT + 26, last)
                 for motor in robot.board.motors:
                     assert abs(motor.speed) < MICRO, (times, units, last, motor.speed / MICRO)
-    assert told > 4, told
+    assert told > 0, told
 
 
 class Jammed:
@@ -154,7 +155,7 @@ class Jammed:
         torques = []
         for _ in range(periods):
             with Locked():
-                effort = self.pid.step(units * 256, edges)
+                effort = self.pid.step(units * 256, edges, 1, 0, 0)
             torques.append(effort * self.battery // 12000 - 4915 * edges // 256)
         return torques
 
@@ -164,7 +165,7 @@ def test_a_wheel_that_is_held_back_keeps_its_continuous_current_only():
     means = []
     for battery in (12000, 14800, 16800):
         wheel = Jammed(Config(BATTERY=battery))
-        torques = wheel.run(400)
+        torques = wheel.run(1, edges=0) + wheel.run(399)
         assert max(torques[:21]) > 0.95 * config.MAX_TORQUE, battery
         assert max(torques) <= config.MAX_TORQUE, battery
         assert wheel.pid.overloaded
@@ -179,7 +180,8 @@ def test_a_wheel_that_is_held_back_keeps_its_continuous_current_only():
 
 def test_an_overload_is_in_the_status_and_goes_away():
     robot = Robot()
-    robot.controller._pids[2]._heat = robot.controller._pids[2]._max_heat + 60000
+    robot.controller._pids[2].n[HEAT] = 1 << 29
+    robot.controller._counter = 7  # it is told in every eighth packet
     robot.tick(1, "0:0:0")
     assert robot.newest()[3] == [0, 0, OVERLOAD]
     robot.tick(60, "0:0:0")
@@ -231,7 +233,7 @@ def test_missed_ticks_prolong_no_time():
     assert robot.newest()[3] == [NO_COUNTS, 0, 0]
     pid = Pid(config, Numbers(config))
     for _ in range(0, config.OVERLOAD_TIME + 9, 3):
-        pid.step(100 * 256, 12, 3)
+        pid.step(100 * 256, 12, 3, 0, 0)
     assert pid.overloaded
 
 
@@ -239,9 +241,9 @@ def test_missed_ticks_change_nothing_in_the_brake():
     efforts = []
     for periods in (1, 2, 3):
         pid = Pid(config, Numbers(config))
-        pid.step(60 * 256, 60)
+        pid.step(60 * 256, 60, 1, 0, 0)
         with Locked():
-            effort = pid.stop(60 * periods, periods)
+            effort = pid.stop(60 * periods, periods, False, 19660)
         efforts.append(effort)
     assert efforts == [efforts[0]] * 3, efforts
     assert efforts[0] < 0
@@ -261,4 +263,4 @@ def test_a_fuller_battery_gets_less_duty():
         lead_on(robot, 0, 50, 100, until_off=False)
         pid = robot.controller._pids[0]
         assert abs(robot.board.motors[0].speed / MICRO - 50) < 1.5
-        assert abs(pid._integral * pid._i >> 16) < 60, "the feed-forward fits by itself"
+        assert abs(pid.n[INTEGRAL] * Numbers(config).i >> 16) < 60, "the feed-forward fits by itself"

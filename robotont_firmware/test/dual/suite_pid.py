@@ -8,7 +8,7 @@ from sim_motor import PERIOD, SimMotor
 
 from robotont_firmware import config
 from robotont_firmware.robot_numbers import Numbers
-from robotont_firmware.wheel_speed import Pid
+from robotont_firmware.wheel_speed import INTEGRAL, MEAN, REFERENCE, Pid
 
 STEP, BRAKING = 2560, 1536  # [fine units] of 256 to an edge at 50 Hz
 LATENCY = 3  # [ms]
@@ -19,7 +19,7 @@ class Bench:
 
     def __init__(self, settings=config, **motor):
         self.motor = SimMotor(**motor)
-        self.pid = Pid(settings, Numbers(settings))
+        self.pid, self.brake = Pid(settings, Numbers(settings)), Numbers(settings).brake
         self.setpoint = 0
         self.effort = 0
         self.last = 0
@@ -40,9 +40,9 @@ class Bench:
                 step = BRAKING if target == 0 else STEP
                 self.setpoint += max(-step, min(step, target - self.setpoint))
                 if self.setpoint == 0:
-                    self.effort = self.pid.stop(counts, 1, True)
+                    self.effort = self.pid.stop(counts, 1, True, self.brake)
                 else:
-                    self.effort = self.pid.step(self.setpoint, counts)
+                    self.effort = self.pid.step(self.setpoint, counts, 1, 0, 0)
             self.speeds.append(self.motor.speed / 1000000)
             self.counts.append(counts)
         return self
@@ -128,10 +128,10 @@ def test_no_effort_of_a_stop_points_along_the_motion():
             for size in (1, 2, 5, 11, 30, 60, 104, 105, 200, 313, 400, 3000, 32767):
                 pid = Pid(config, Numbers(config))
                 for _ in range(6):
-                    pid.step(setpoint * 256, before)
+                    pid.step(setpoint * 256, before, 1, 0, 0)
                 for counts in (size, size, size // 2, -size, size, -size // 3, -size):
                     with Locked():
-                        effort = pid.stop(counts, periods, holds)
+                        effort = pid.stop(counts, periods, holds, 19660)
                     assert effort * counts <= 0, (setpoint, before, periods, holds, size, counts, effort)
 
 
@@ -161,9 +161,9 @@ def test_the_reference_lags_forward_and_backward_alike():
     pid, owed, way = Pid(config, Numbers(config)), 0, 0
     for period in range(4000):
         setpoint = abs(period % 400 - 200) * 13 - 1300  # up and down, 5 units at most
-        pid.step(setpoint, pid.reference >> 8)
-        owed += setpoint - pid.reference if period >= 400 else 0
-        way += pid.reference - pid._mean
+        pid.step(setpoint, pid.n[REFERENCE] >> 8, 1, 0, 0)
+        owed += setpoint - pid.n[REFERENCE] if period >= 400 else 0
+        way += pid.n[REFERENCE] - pid.n[MEAN]
     assert abs(owed) < 3600 // 2, owed  # half of the least that a set-point has, per period
     assert abs(way) < 3600 // 2, way
 
@@ -173,7 +173,7 @@ def test_a_wheel_that_makes_its_way_owes_nothing():
     for units in (100, -100):
         pid, way = Pid(config, Numbers(config)), 0
         for _ in range(60):
-            before = pid.reference
-            pid.step(units * 256, way >> 9)
-            way = (way & 511) + before + pid.reference
-        assert abs(pid._integral) <= 256, pid._integral
+            before = pid.n[REFERENCE]
+            pid.step(units * 256, way >> 9, 1, 0, 0)
+            way = (way & 511) + before + pid.n[REFERENCE]
+        assert abs(pid.n[INTEGRAL]) <= 256, pid.n[INTEGRAL]

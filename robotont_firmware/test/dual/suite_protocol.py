@@ -4,8 +4,8 @@ from array import array
 
 from dual_tools import Locked, checked, crc_slow, golden
 
-from robotont_firmware.protocol import Sender, crc16, seal
-from robotont_firmware.receiver import LINE_SIZE, Receiver
+from robotont_firmware.protocol import Sender, crc16, line_of
+from robotont_firmware.receiver import ASK, LEAVE, LINE_SIZE, TEST, Receiver
 
 
 def feed(receiver, data):
@@ -117,25 +117,24 @@ def test_an_order_needs_its_crc():
                      b"?" + whole, checked("!rep")):  # fmt: skip
             receiver = Receiver(3)
             assert feed(receiver, line) == 0
-            assert not receiver.asked, line
-            assert not receiver.leave, line
+            assert receiver.order == 0, line
             assert receiver.dropped == 1
 
 
 def test_texts_golden():
     for vector in golden()["texts"]:
-        assert seal(vector["words"]).decode() == vector["line"]
+        assert line_of("# " + vector["words"]).decode() == vector["line"]
 
 
 def test_orders_golden():
     for line in golden()["orders"]:
         receiver = Receiver(3)
         assert feed(receiver, line.encode()) == 0
-        assert receiver.asked == line.startswith("?"), line
-        assert receiver.leave == line.startswith("!r"), line
-        assert receiver.test == {"0": 1, "2": -3}.get(line[6:7] if "test" in line else "", 0), line
+        test = TEST + 2 * int(line[6]) + (line[7] == "-") if "test" in line else 0
+        order = LEAVE if line.startswith("!r") else ASK if line.startswith("?") else test
+        assert receiver.order == order, line
         assert receiver.dropped == 0
     for order in ("!test 3+", "!test 0", "!test 0*", "!test +", "!test 0+0", "!test /+", "!tes 0+", "!test 0+400:50"):
         receiver = Receiver(3)
         feed(receiver, checked(order))
-        assert (receiver.test, receiver.dropped) == (0, 1), order
+        assert (receiver.order, receiver.dropped) == (0, 1), order

@@ -1,8 +1,18 @@
 """The four rules about a wheel, each at its edges."""
 
 from robotont_firmware import config
-from robotont_firmware.fault_watch import NO_COUNTS, NO_FAULT, NOISE, TOO_MANY, WRONG_WAY, FaultWatch
+from robotont_firmware.fault_watch import (
+    NO_COUNTS,
+    NO_FAULT,
+    NOISE,
+    TOO_MANY,
+    WRONG_WAY,
+    drive_fault,
+    rest_fault,
+    speed_fault,
+)
 from robotont_firmware.robot_numbers import Numbers
+from robotont_firmware.wheel_speed import Pid
 
 NUMBERS = Numbers(config)
 EDGE = 1 << NUMBERS.shift
@@ -10,11 +20,16 @@ TIME = 15  # [periods] of 300 ms
 WORKS = config.STATIC + config.MAX_LOAD // 2 + 1
 
 
+def wheel():
+    """Return the numbers of a wheel."""
+    return Pid(config, NUMBERS).n
+
+
 def fault(rule, *arguments):
     """Return (what is found, after how many periods) when a rule judges the same again and again."""
-    judge = getattr(FaultWatch(config, NUMBERS), rule)
+    numbers = wheel()
     for period in range(100):
-        found = judge(*arguments)
+        found = rule(numbers, *arguments)
         if found != NO_FAULT:
             return found, period + 1
     return NO_FAULT, 100
@@ -26,7 +41,7 @@ def test_driven_and_no_counts():
         (1, 0, WORKS, NO_COUNTS), (0, 0, WORKS, NO_FAULT),
     ):
         for sign in (1, -1):
-            found = fault("driven", sign * wished * EDGE, sign * counted * EDGE, sign * push, 1)
+            found = fault(drive_fault, sign * wished * EDGE, sign * counted * EDGE, sign * push, 1)
             assert found == (expected, TIME + 1 if expected else 100), (wished, counted, push, found)
 
 
@@ -35,7 +50,7 @@ def test_counts_the_wrong_way():
         (50, -5, 0, WRONG_WAY), (50, -3, 0, NO_FAULT), (50, -5, -1, NO_FAULT), (0, -5, WORKS, NO_FAULT),
     ):
         for sign in (1, -1):
-            found = fault("driven", sign * wished * EDGE, sign * counted * EDGE, sign * push, 1)
+            found = fault(drive_fault, sign * wished * EDGE, sign * counted * EDGE, sign * push, 1)
             assert found == (expected, TIME + 1 if expected else 100), (wished, counted, push, found)
 
 
@@ -44,25 +59,25 @@ def test_more_counts_than_the_motor_can_make():
         (NUMBERS.reach + 1, 1, (TOO_MANY, 3)), (-NUMBERS.reach - 1, 1, (TOO_MANY, 3)),
         (NUMBERS.reach + 1, 3, (TOO_MANY, 1)), (NUMBERS.reach, 1, (NO_FAULT, 100)),
     ):
-        assert fault("exceeds", speed, periods) == expected, speed
-    watch = FaultWatch(config, NUMBERS)
+        assert fault(speed_fault, speed, periods) == expected, speed
+    numbers = wheel()
     for _ in range(20):
-        assert watch.exceeds(NUMBERS.reach + 1, 2) == watch.exceeds(0, 1) == NO_FAULT, "not in a row"
+        assert speed_fault(numbers, NUMBERS.reach + 1, 2) == speed_fault(numbers, 0, 1) == NO_FAULT, "not in a row"
 
 
 def test_noise_at_rest():
     for size, gap, expected in ((2, 0, NOISE), (1, 0, NO_FAULT), (2, 12, NO_FAULT), (2, 5, NOISE)):
-        watch, found = FaultWatch(config, NUMBERS), NO_FAULT
+        numbers, found = wheel(), NO_FAULT
         for number in range(100):
-            found = found or watch.rests((size if number % 2 else -size) * EDGE, 1)
+            found = found or rest_fault(numbers, (size if number % 2 else -size) * EDGE, 1)
             for _ in range(gap):
-                found = found or watch.rests((size if number % 2 else -size) * EDGE, 1)
+                found = found or rest_fault(numbers, (size if number % 2 else -size) * EDGE, 1)
         assert found == expected, (size, gap)
 
 
 def test_missed_ticks_count_and_a_reset_forgets():
-    watch = FaultWatch(config, NUMBERS)
-    assert watch.driven(50 * EDGE, 0, WORKS, TIME) == NO_FAULT
-    watch.reset()
-    assert watch.driven(50 * EDGE, 0, WORKS, TIME) == NO_FAULT
-    assert watch.driven(50 * EDGE, 0, WORKS, 1) == NO_COUNTS
+    pid = Pid(config, NUMBERS)
+    assert drive_fault(pid.n, 50 * EDGE, 0, WORKS, TIME) == NO_FAULT
+    pid.reset(1)
+    assert drive_fault(pid.n, 50 * EDGE, 0, WORKS, TIME) == NO_FAULT
+    assert drive_fault(pid.n, 50 * EDGE, 0, WORKS, 1) == NO_COUNTS

@@ -1,4 +1,4 @@
-"""A PC and a board in one process, as fast as the machine allows: for fast_drive, tests and benchmarks."""
+"""A PC and a board in one process, as fast as the machine allows: for programs, tests and benchmarks."""
 
 from robotont_driver.kinematics.kinematics import Kinematics
 from robotont_driver.odometry.odometry import WheelOdometry
@@ -24,7 +24,7 @@ class LockstepRun:
         self.counts = []
         self.path = []
         self._to_board = bytearray()
-        self._reader = Checked(wheels)
+        self._reader = Checked(believed or wheels)
         self._board = SimulatedBoard(simulation, self, lambda: True, real_time=False)
         numbers = configuration(config_wheels or wheels, *simulation.inertia)
         self._controller = Controller(self._board, numbers, wheels.amount, "simulated")

@@ -11,7 +11,7 @@ from std_srvs.srv import SetBool, SetBoolResponse, Trigger, TriggerResponse
 from robotont_boards import BOARDS
 from robotont_driver.parameters.parameters import Parameter
 from robotont_driver.ros.clocks import read_clocks
-from robotont_driver.ros.diagnostics import OK, WARN, Health
+from robotont_driver.ros.diagnostics import ERROR, OK, WARN, Health
 from robotont_driver.ros.lifecycle import run_node
 from robotont_simulator.faulty_port import Port, PortError
 from robotont_simulator.official_firmware import OfficialFirmware, make_simulation
@@ -70,11 +70,19 @@ class SimulatorNode:
             rospy.Subscriber(f"~{name}", kind, self._on_wheels, (name, lowest, function))
         rospy.Service("~brown_out", Trigger, self._on_brown_out)
         self._board = self._make_board()
-        self._thread = threading.Thread(target=self._board.run, daemon=True)
+        self._died = ""  # of what
+        self._thread = threading.Thread(target=self._run, daemon=True)
         rospy.on_shutdown(self._stop)
         self._thread.start()
         Health("simulator", {"real time": self._report})
         rospy.loginfo("a board at %s", parameters["port"])
+
+    def _run(self):
+        try:
+            self._board.run()
+        except Exception as error:  # whatever it is: what stands still must not look as if it ran
+            self._died = repr(error)
+            raise
 
     def _make_simulation(self, wheels, world):
         if self._official:
@@ -175,6 +183,8 @@ class SimulatorNode:
         late = self._board.late
         new, self._late_before = late - self._late_before, late
         values = {"stalls after which time was skipped": late, "simulated [s]": f"{self._simulation.time:.1f}"}
+        if self._died:
+            return ERROR, f"the simulation has ended by an error, start it again: {self._died}", values
         if new:
             return WARN, f"{new} stalls after which time was skipped: this machine is too slow, or busy", values
         return OK, "in real time", values

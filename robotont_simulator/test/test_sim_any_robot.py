@@ -1,0 +1,111 @@
+"""Any encoder, rate and gear: refused with words before it moves, or driven as commanded; and a stop is a stop."""
+
+import math
+import random
+import sys
+from typing import NamedTuple
+
+import numpy as np
+import pytest
+from robot_runs import EMPTY
+
+from robotont_driver.kinematics.motor import no_load_speeds
+from robotont_driver.kinematics.wheel_params import read_wheels
+from robotont_simulator.lockstep import LockstepRun
+from robotont_simulator.simulation import Simulation
+from robotont_testing.robots import SHIPPED
+
+REST = (0.0, 0.0, 0.0)
+STANDS = 0.02  # [m/s] slower is standing: one turned round by rollers, or by one edge of a coarse encoder
+REACH = 0.8    # of the no-load speed: what a robot is asked for
+GROWN = 0.6    # [s] from a command until a robot has to be as fast as commanded
+MEAN = 0.2     # [s] over which a speed is taken
+SLOW, FAST = (0.3, 1.0), (1.0, 2.0)  # [m/s] at which a stop may take so long [s]; half a second more without commands
+
+
+class Case(NamedTuple):
+    """A robot as its folder tells it, and how many times as much its encoders count; speed [m/s], and how it stops."""
+
+    edges: int
+    rate: int
+    gear: float
+    times: float
+    speed: float
+    angle: int
+    zeros: bool
+
+
+def draw(seed):
+    """A `Case`; every second with encoders that are as told."""
+    rng = random.Random(seed)
+
+    def between(least, most):
+        return least * (most / least) ** rng.random()
+    return Case(round(between(12, 4096)), round(between(10, 200)), round(between(5, 100), 1),
+                round(between(0.5, 16), 2) if seed % 2 else 1, rng.choice((0.3, 1.0)), rng.randrange(0, 360, 15),
+                rng.random() < 0.5)
+
+
+def drive(case):
+    """Drive it: what happened, one word; figures: (fastest, mean speed, [s] until it stands)."""
+    folder = {**SHIPPED, "encoderEdgesPerMotorRevolution": case.edges, "pidControlFrequency": case.rate,
+              "gearboxReductionRatio": case.gear}
+    told = read_wheels(folder)
+    true = told._replace(edges_per_motor_turn=max(1, round(case.edges * case.times)))
+    speed = min(case.speed, REACH * min(no_load_speeds(told)))
+    twist = speed * math.cos(math.radians(case.angle)), speed * math.sin(math.radians(case.angle)), 0.0
+    try:
+        run = LockstepRun(Simulation(true, EMPTY, case.edges), told, told)
+    except ValueError as error:
+        assert "found" in str(error)
+        assert "allowed" in str(error)
+        return "refused", speed, 0.0, 0.0, 0.0
+    speeds, faults = [], set()
+    for command, seconds in ((REST, 0.4), (twist, 3.0), (REST if case.zeros else None, 4.0)):
+        for _ in range(math.ceil(seconds * case.rate)):
+            run.drive([command])
+            x, y, turn = run.simulation.twist()
+            speeds.append(math.hypot(x, y) + 0.125 * abs(turn) * (command is not twist))
+            faults |= {run.status.fault} - {""} if run.status else set()
+    first, stop = math.ceil(0.4 * case.rate), math.ceil(0.4 * case.rate) + math.ceil(3.0 * case.rate)
+    window = max(1, round(MEAN * case.rate))
+    means = np.convolve(speeds, np.ones(window) / window, "valid")
+    grown = first + math.ceil((GROWN + speed) * case.rate)
+    moving = np.flatnonzero(np.array(speeds[stop:]) > STANDS)
+    stands = (moving[-1] + 1) / case.rate if len(moving) else 0.0
+    return "fault" if faults else "driven", speed, max(means), float(np.mean(speeds[grown:stop])), stands
+
+
+def judge(case, word, speed, fastest, mean, stands):
+    """What is wrong, in words."""
+    faults = []
+    if word == "refused":
+        return faults
+    if case.times >= 1 and fastest > 1.1 * speed:
+        faults.append(f"faster than commanded: {fastest:.2f} m/s")
+    if case.times == 1 and word == "fault":
+        faults.append("fault of a healthy robot")
+    if case.times == 1 and abs(mean - speed) > 0.1 * speed:
+        faults.append(f"drives {mean:.3f} m/s")
+    if stands > np.interp(max(speed, fastest), *zip(SLOW, FAST)) + (not case.zeros) * 0.5:
+        faults.append(f"stands after {stands:.2f} s")
+    return faults
+
+
+@pytest.mark.parametrize("seed", [*range(6), *(pytest.param(seed, marks=pytest.mark.long) for seed in range(6, 240))])
+def test_any_robot_drives_as_commanded_and_stops(seed):
+    case = draw(seed)
+    found = drive(case)
+    print(case, *found)
+    assert not judge(case, *found)
+
+
+if __name__ == "__main__":
+    wrong = 0
+    for number in range(*map(int, sys.argv[1:3])):
+        that = draw(number)
+        result = drive(that)
+        complaint = judge(that, *result)
+        wrong += bool(complaint)
+        print(number, *that, result[0], *(f"{figure:.3f}" for figure in result[1:]), *complaint, flush=True)
+    print("wrong:", wrong)

@@ -12,7 +12,7 @@ import pytest
 import rospkg
 
 ROOT = Path(__file__).resolve().parents[2]
-ORDER = ["robotont_boards", "robotont_firmware", "robotont_driver", "robotont_course", "robotont_description",
+ORDER = ["robotont_boards", "robotont_driver", "robotont_firmware", "robotont_course", "robotont_description",
          "robotont_calibration", "robotont_simulator", "robotont_map_navigation", "robotont_teleop",
          "robotont_bringup", "robotont_operations", "robotont_fleet", "robotont_demo", "robotont_testing"]
 PACKAGES = [name for name in ORDER if (ROOT / name / "package.xml").exists()]

@@ -4,15 +4,13 @@ import glob
 import os
 import time
 
-from robotont_driver.link.exclusive_port import heard, opened, usb_id
+from robotont_driver.link.serial_port import heard, opened, usb_id
 from robotont_driver.protocol.board_status import Identity
-from robotont_driver.protocol.checked import QUESTION, Checked
-from robotont_driver.protocol.checked_packet import CheckedPacket
-from robotont_driver.protocol.checksum import add_checksum
+from robotont_driver.protocol.checked import QUESTION, Checked, CheckedPacket
 from robotont_driver.protocol.handshake import REFUSED, Listener, explained
-from robotont_driver.protocol.packet import PacketError
-from robotont_driver.protocol.robotont3 import USB_ID as GENERATION_3
-from robotont_driver.protocol.robotont3 import Robotont3
+from robotont_driver.protocol.official_boards import USB_ID as GENERATION_3
+from robotont_driver.protocol.official_boards import Robotont3
+from robotont_driver.protocol.packet import PacketError, add_checksum
 
 BAUDRATE = 115200
 LEAVE = b"\n" + add_checksum("!repl;")  # asks the running firmware for the REPL

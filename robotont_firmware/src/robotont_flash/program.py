@@ -11,7 +11,7 @@ from pathlib import Path
 from types import SimpleNamespace
 
 import robotont_firmware
-from robotont_driver.link.exclusive_port import explain
+from robotont_driver.link.serial_port import explain
 from robotont_firmware import check_pin_profile
 from robotont_flash import board_check, copying
 from robotont_flash.board_check import FlashError

@@ -6,8 +6,6 @@ import runpy
 import pytest
 from firmware_tools import ROOT, SRC
 
-from robotont_firmware import config
-
 TEXT = (ROOT / "docs" / "firmware.md").read_text(encoding="utf-8")
 A_LEADS_B = [(0, 0), (1, 0), (1, 1), (0, 1), (0, 0)]  # levels of A and B, one turn of the quadrature
 OFFICIAL_FACTOR = -1  # sign by which the official firmware makes its decoder's count a speed
@@ -34,23 +32,25 @@ def timer_count(levels):
     return total
 
 
-def test_wiring_table():
+@pytest.mark.parametrize(("profile", "first", "mark"), [("pin_profile", 0, ""), ("pin_profile_four", 3, r" \(four\)")])
+def test_wiring_table(profile, first, mark):
+    wiring = runpy.run_path(str(SRC / "robotont_firmware" / (profile + ".py")))
     rows = [[cell.strip() for cell in line.strip("|").split("|")]
-            for line in re.findall(r"^\| [0-9] \|.*", TEXT, re.MULTILINE)]
+            for line in re.findall(rf"^\| [0-9]{mark} \|.*", TEXT, re.MULTILINE)]
     expected = set()
-    for motor in range(config.WHEELS):
-        pin_a, pin_b, timer, function = config.ENCODERS[motor]
-        pwm, pwm_timer, channel, pwm_function = config.PWM[motor]
-        forward, backward = config.DIRECTIONS[motor]
+    for motor in range(first, len(wiring["ENCODERS"])):
+        pin_a, pin_b, timer, function = wiring["ENCODERS"][motor]
+        pwm, pwm_timer, channel, pwm_function = wiring["PWM"][motor]
+        forward, backward = wiring["DIRECTIONS"][motor]
         expected |= {
             (str(motor), "encoder A", pin_a, f"TIM{timer} channel 1", f"AF{function}"),
             (str(motor), "encoder B", pin_b, f"TIM{timer} channel 2", f"AF{function}"),
             (str(motor), "PWM", pwm, f"TIM{pwm_timer} channel {channel}", f"AF{pwm_function}"),
             (str(motor), "forward", forward, "", ""),
             (str(motor), "backward", backward, "", ""),
-            (str(motor), "fault", config.FAULTS[motor], "", ""),
+            (str(motor), "fault", wiring["FAULTS"][motor], "", ""),
         }
-    assert {(row[0], row[1], row[2], row[4], row[5]) for row in rows} == expected
+    assert {(row[0].split()[0], row[1], row[2], row[4], row[5]) for row in rows} == expected
     pins = [row[2] for row in rows]
     assert len(set(pins)) == len(pins), "a pin is used twice"
 

@@ -9,8 +9,7 @@ import numpy as np
 import pytest
 from robot_runs import EMPTY
 
-from robotont_driver.kinematics.motor import no_load_speeds
-from robotont_driver.kinematics.wheel_params import read_wheels
+from robotont_driver.kinematics.wheel_params import no_load_speeds, read_wheels
 from robotont_simulator.lockstep import LockstepRun
 from robotont_simulator.simulation import Simulation
 from robotont_testing.robots import SHIPPED

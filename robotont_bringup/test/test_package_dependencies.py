@@ -12,14 +12,16 @@ import pytest
 import rospkg
 
 ROOT = Path(__file__).resolve().parents[2]
-ORDER = ["robotont_boards", "robotont_driver", "robotont_firmware", "robotont_course", "robotont_description",
+ORDER = ["robotont_boards", "robotont_driver", "robotont_firmware", "robotont_description",
          "robotont_calibration", "robotont_simulator", "robotont_map_navigation", "robotont_teleop",
-         "robotont_bringup", "robotont_operations", "robotont_fleet", "robotont_demo", "robotont_testing"]
+         "robotont_bringup", "robotont_course", "robotont_operations", "robotont_fleet", "robotont_demo",
+         "robotont_testing"]
 PACKAGES = [name for name in ORDER if (ROOT / name / "package.xml").exists()]
 RUN_TIME = ("exec_depend", "depend")
 # Under the official stack's file names, for packages that include them; they start what stands above.
 OFFICIAL = {"robotont_driver/launch/fake_driver.launch"}
-WHERE_INSTALLED = {"robotont_msgs"}  # messages of the official robot: used where they are, and missed nowhere else
+# Messages of the official robot, and of its tags: used where they are, and missed nowhere else
+WHERE_INSTALLED = {"robotont_msgs", "ar_track_alvar_msgs"}
 
 
 def declared(package, *kinds):
@@ -78,8 +80,8 @@ def test_a_robot_gets_nothing_that_it_does_not_need():
 
 # Keys of rosdep's own lists (ros/rosdistro, rosdep/base.yaml and python.yaml) that our packages may use.
 RULES = {f"python3-{name}" for name in (
-    "hypothesis", "matplotlib", "mujoco-pip", "numpy", "pil", "prometheus-client", "pytest", "qrcode", "rospkg",
-    "scipy", "serial", "setuptools", "tornado", "yaml")} | {"iputils-ping", "liburdfdom-tools"}
+    "hypothesis", "matplotlib", "mujoco-pip", "numpy", "opencv", "pil", "prometheus-client", "pytest", "qrcode",
+    "rospkg", "scipy", "serial", "setuptools", "tornado", "yaml")} | {"iputils-ping", "liburdfdom-tools"}
 
 
 @pytest.mark.parametrize("package", PACKAGES)

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from robotont_description.geometry import laser_height, robot_radius, upper_plate_radius
+from robotont_description.geometry import camera_place, laser_height, robot_radius, upper_plate_radius
 from robotont_description.urdf_model import main, urdf
 from robotont_driver.kinematics.kinematics import wheel_matrix
 from robotont_driver.kinematics.wheel_params import read_wheels
@@ -98,7 +98,8 @@ def test_the_model_rolls_as_the_kinematics_say(model, parameters):
 
 def test_wheels_laser_and_camera_are_where_the_parameters_say(model, parameters):
     wheels = read_wheels(parameters)
-    places = {"laser": (0.0, 0.0, laser_height(wheels))}  # from where the simulator measures
+    x, z = camera_place(wheels)
+    places = {"laser": (0.0, 0.0, laser_height(wheels)), "camera_link": (x, 0.0, z)}  # where the simulator has them
     for wheel, (angle, distance, radius) in enumerate(zip(wheels.positions, wheels.distances, wheels.radii)):
         places[f"wheel_{wheel}_link"] = distance * math.cos(angle), distance * math.sin(angle), radius
         assert float(cylinder(model, wheel).get("radius")) == radius

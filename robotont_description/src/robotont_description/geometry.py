@@ -46,10 +46,20 @@ def upper_plate_radius(wheels):
     return max(sizes()["plate_radius"], min(wheels.distances))
 
 
+def deck_height(wheels):
+    """[m] of the upper plate's top above the floor."""
+    return 2 * max(wheels.radii) + sizes()["above_wheels"] + sizes()["plate_thickness"]
+
+
 def laser_height(wheels):
     """[m] of the frame `laser` above the floor."""
-    deck = 2 * max(wheels.radii) + sizes()["above_wheels"] + sizes()["plate_thickness"]
-    return deck + sizes()["laser_above_deck"]
+    return deck_height(wheels) + sizes()["laser_above_deck"]
+
+
+def camera_place(wheels):
+    """(x, z) [m] of the frame `camera_link` in base_link."""
+    return (upper_plate_radius(wheels) - sizes()["camera_behind_edge"],
+            deck_height(wheels) + sizes()["camera_above_deck"])
 
 
 def radius_of(whose):

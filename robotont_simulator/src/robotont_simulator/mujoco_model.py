@@ -3,9 +3,9 @@
 import math
 from xml.etree import ElementTree
 
-from robotont_description.geometry import robot_radius
+from robotont_description.geometry import camera_place, robot_radius
 from robotont_driver.kinematics.wheel_params import WHEEL_MASS
-from robotont_simulator.world import HEIGHT
+from robotont_simulator.scenery import HEIGHT
 
 TIMESTEP = 0.002       # [s]
 BODY_HEIGHT = 0.16     # [m] from the lower plate's underside to the top of the computer
@@ -25,26 +25,40 @@ VOLTAGE = 12.0         # [V] at which the robot's motors are what its wheel para
 GEAR_FRICTION = 0.04   # part of the stall torque that the gearbox costs
 LEAST_BODY = 0.1       # [kg] without wheels
 
-WORLD_GROUP, BODY_GROUP = 0, 1  # the laser sees the world
+WORLD_GROUP, BODY_GROUP, PAINT_GROUP = 0, 1, 2  # the laser sees the world
+WALL_COLOUR = (0.72, 0.72, 0.7)
+FLOOR_COLOUR = (0.45, 0.45, 0.45)
 
 
-def build(wheels, world):
-    """MJCF string for `Wheels` and a `World`. base_link stands on the floor below the centre."""
+def build(wheels, world, picture=None):
+    """MJCF string for `Wheels` and a `World`. base_link stands on the floor below the centre.
+
+    picture: (width, height [pixels], vertical field of view [degrees]) of the robot's camera; without it the model has
+    nothing that cannot be touched.
+    """
     root = ElementTree.Element("mujoco", model="robotont")
     add(root, "compiler", angle="radian", autolimits="true")
+    if picture:
+        _add_light(root, picture)
     # elliptic cones and the stiffness ratio keep rollers from creeping sideways
     add(root, "option", timestep=TIMESTEP, cone="elliptic", integrator="implicitfast", impratio=10)
     scene = add(root, "worldbody")
     add(scene, "geom", name="floor", type="plane", size=(0, 0, 1), friction=(FRICTION, 0.005, 0.0001),
-        contype=1, conaffinity=1, group=WORLD_GROUP)
+        contype=1, conaffinity=1, group=WORLD_GROUP, rgba=(*FLOOR_COLOUR, 1))
     for number, box in enumerate(world.boxes):
         add(scene, "geom", name=f"box{number}", type="box", size=(box.length / 2, box.width / 2, HEIGHT / 2),
             pos=(box.x, box.y, HEIGHT / 2), euler=(0, 0, box.yaw),
-            contype=1, conaffinity=1, group=WORLD_GROUP)
+            contype=1, conaffinity=1, group=WORLD_GROUP, rgba=(*WALL_COLOUR, 1))
+    for number, shape in enumerate(world.scenery):
+        if picture or shape.solid:
+            _add_shape(scene, f"{shape.kind}{number}", shape)
     visitor = add(scene, "body", name="visitor", mocap="true", pos=AWAY)
     add(visitor, "geom", type="cylinder", size=(VISITOR_RADIUS, HEIGHT / 2),
         contype=1, conaffinity=1, group=WORLD_GROUP)
-    _add_robot(scene, wheels, world.start)
+    body = _add_robot(scene, wheels, world.start)
+    if picture:
+        x, z = camera_place(wheels)
+        add(body, "camera", name="camera", pos=(x, 0, z), xyaxes=(0, -1, 0, 0, 0, 1), fovy=picture[2])
     actuators, motor = add(root, "actuator"), wheels.motor
     for number in range(wheels.amount):
         stall, speed = motor.stall_torque * wheels.gear, motor.no_load_speed / wheels.gear / (1 - GEAR_FRICTION)
@@ -63,6 +77,27 @@ def _add_robot(scene, wheels, start):
         mass=max(LEAST_BODY, wheels.mass - wheels.amount * WHEEL_MASS), contype=2, conaffinity=1, group=BODY_GROUP)
     for number in range(wheels.amount):
         _add_wheel(body, wheels, number)
+    return body
+
+
+def _add_shape(scene, name, shape):
+    """A `Shape` of the scenery; one that is painted is neither touched nor seen by the laser."""
+    solid, halves = int(shape.solid), (shape.length / 2, shape.width / 2, shape.height / 2)
+    add(scene, "geom", name=name, type="cylinder" if shape.round else "box",
+        size=(halves[0], halves[2]) if shape.round else halves, pos=(shape.x, shape.y, shape.z),
+        euler=(0, 0, shape.yaw), contype=solid, conaffinity=solid, rgba=(*shape.colour, 1),
+        group=WORLD_GROUP if solid else PAINT_GROUP)
+
+
+def _add_light(root, picture):
+    """Even light without reflections, so that colours look the same everywhere, and a pale sky."""
+    visual = add(root, "visual")
+    add(visual, "global", offwidth=picture[0], offheight=picture[1])
+    add(visual, "headlight", ambient=(0.65,) * 3, diffuse=(0.35,) * 3, specular=(0, 0, 0))
+    add(visual, "quality", offsamples=0, shadowsize=0)
+    add(visual, "map", znear=0.002, zfar=5)
+    sky = add(root, "asset")
+    add(sky, "texture", type="skybox", builtin="flat", rgb1=(0.75, 0.82, 0.9), width=8, height=48)
 
 
 def _add_wheel(body, wheels, number):

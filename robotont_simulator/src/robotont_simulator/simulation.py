@@ -8,7 +8,7 @@ import numpy as np
 from robotont_description.geometry import laser_height
 from robotont_simulator.imu import GRAVITY, ImuErrors
 from robotont_simulator.mujoco_model import AWAY, FRICTION, TIMESTEP, VOLTAGE, WORLD_GROUP, build
-from robotont_simulator.world import HEIGHT
+from robotont_simulator.scenery import HEIGHT
 
 GOOD, UNPLUGGED, REVERSED = 1, 0, -1  # states of an encoder
 JAMMED = 50.0      # [N m] friction of a wheel that something holds: more than any motor

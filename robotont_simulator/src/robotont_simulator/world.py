@@ -10,9 +10,9 @@ from scipy import ndimage
 
 from robotont_driver.parameters.parameters import fault, is_number, shown
 from robotont_driver.parameters.yaml_file import read_mapping
+from robotont_simulator.scenery import KEYS, Shape, shapes
 
 WALL_THICKNESS = 0.1  # [m]
-HEIGHT = 0.4          # [m] of walls and boxes
 LARGEST_NUMBER = 1000.0  # [m] or [rad] in a world file
 
 
@@ -31,6 +31,13 @@ class World(NamedTuple):
 
     boxes: Tuple[Box, ...]
     start: Tuple[float, float, float]  # x [m], y [m], yaw [rad]
+    scenery: Tuple[Shape, ...] = ()    # what else stands there, or is painted on walls and floor
+    tags: Tuple[Tuple[float, ...], ...] = ()  # x, y [m], yaw [rad] where it looks, size [m], number
+
+    @property
+    def posts(self):
+        """The `Shape`s that the robot can touch, all of them upright cylinders."""
+        return [shape for shape in self.scenery if shape.solid]
 
 
 class WorldError(ValueError):
@@ -41,30 +48,53 @@ def read_world(file):
     """`World` of a YAML file; raises WorldError.
 
     Its keys, each optional, in m and rad: `walls`, a list of [x1, y1, x2, y2]; `boxes`, a list of
-    [x, y, length, width, yaw]; `start`, [x, y, yaw].
+    [x, y, length, width, yaw]; `start`, [x, y, yaw]; and lists of what KEYS has.
     """
+    keys = ("walls", "boxes", *KEYS, "start")
+    allowed = f"{', '.join(keys[:-1])} and {keys[-1]}"
     try:
-        content, _ = read_mapping(file, "walls, boxes and start")
+        content, _ = read_mapping(file, allowed)
     except ValueError as error:
         raise WorldError(str(error)) from None
-    unknown = set(content) - {"walls", "boxes", "start"}
+    unknown = set(content) - set(keys)
     if unknown:
-        raise WorldError(f"{file}: found {', '.join(sorted(map(shown, unknown)))}, allowed: walls, boxes and start")
+        raise WorldError(f"{file}: found {', '.join(sorted(map(shown, unknown)))}, allowed: {allowed}")
     walls = [_wall(*wall) for wall in _lists(file, content, "walls", 4)]
     boxes = [Box(*box) for box in _lists(file, content, "boxes", 5)]
     for box in boxes:
         if box.length <= 0 or box.width <= 0:
             raise WorldError(f"{file}: boxes: found {list(box)}, allowed: length and width > 0 [m]")
     start = _numbers(file, "start", content.get("start", [0, 0, 0]), 3)
-    return World(tuple(walls + boxes), tuple(start))
+    painted = tuple(shape for kind in KEYS for entry in _entries(file, content, kind, "lists")
+                    for shape in _shapes(file, kind, entry))
+    return World(tuple(walls + boxes), tuple(start), painted, tuple(map(tuple, content.get("tags") or ())))
+
+
+def _entries(file, content, key, lists):
+    """The list under a key; empty where it is missing."""
+    values = content.get(key) or []
+    if not isinstance(values, list):
+        raise WorldError(fault(f"{file}: {key}", values, f"a list of {lists}"))
+    return values
 
 
 def _lists(file, content, key, count):
     """The lists of `count` numbers under a key; none where it is missing or empty."""
-    values = content.get(key) or []
-    if not isinstance(values, list):
-        raise WorldError(fault(f"{file}: {key}", values, f"a list of lists of {count} numbers"))
-    return [_numbers(file, key, value, count) for value in values]
+    return [_numbers(file, key, value, count) for value in _entries(file, content, key, f"lists of {count} numbers")]
+
+
+def _shapes(file, kind, entry):
+    """The shapes of an entry of the scenery."""
+    count, words = KEYS[kind]
+    if not isinstance(entry, list) or len(entry) < count:
+        raise WorldError(fault(f"{file}: {kind}", entry, f"lists of {words}"))
+    numbers = _numbers(file, kind, entry[:count], count)
+    if kind != "lines" and numbers[3 if len(numbers) > 3 else 2] <= 0:
+        raise WorldError(fault(f"{file}: {kind}", entry, f"lists of {words}, with a size > 0 [m]"))
+    try:
+        return shapes(kind, [*numbers, *entry[count:]])
+    except ValueError as error:
+        raise WorldError(fault(f"{file}: {kind}", entry, f"lists of {error}")) from None
 
 
 def _numbers(file, key, values, count):
@@ -92,9 +122,10 @@ def draw_map(world, resolution=0.05, margin=0.5):
     corner; half a cell off the whole cells, so that faces at whole cells lie in the middle of a pixel.
     Raises WorldError for a world without anything in it, and for one whose start is in a wall.
     """
-    if not world.boxes:
+    solids = [*world.boxes, *(Box(post.x, post.y, post.length, post.width, 0.0) for post in world.posts)]
+    if not solids:
         raise WorldError("a world without walls and boxes has no map")
-    x, y, length, width, yaw = np.array(world.boxes).T
+    x, y, length, width, yaw = np.array([*solids, (*world.start[:2], 0.0, 0.0, 0.0)]).T
     cos, sin = abs(np.cos(yaw)), abs(np.sin(yaw))
     reach = np.array([cos * length + sin * width, sin * length + cos * width]) / 2 + margin  # from a box's middle
     middles = np.array((x, y))
@@ -111,6 +142,8 @@ def draw_map(world, resolution=0.05, margin=0.5):
         along = abs(cos * (x - box.x) + sin * (y - box.y)) - length / 2
         across = abs(-sin * (x - box.x) + cos * (y - box.y)) - width / 2
         solid |= np.maximum(along, across) <= resolution * 1e-6
+    for post in world.posts:
+        solid |= np.hypot(x - post.x, y - post.y) <= max(post.length / 2, 0.7072 * resolution)
     start = np.unravel_index(np.argmin((x - world.start[0]) ** 2 + (y - world.start[1]) ** 2), x.shape)
     regions, _ = ndimage.label(~solid)
     free = (regions == regions[start]) & ~solid

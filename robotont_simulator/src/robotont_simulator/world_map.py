@@ -7,7 +7,10 @@ import rospy
 import tf2_ros
 from geometry_msgs.msg import TransformStamped
 from nav_msgs.msg import OccupancyGrid
+from visualization_msgs.msg import Marker, MarkerArray
 
+from robotont_simulator.mujoco_model import WALL_COLOUR
+from robotont_simulator.scenery import HEIGHT, Shape
 from robotont_simulator.world import FREE, OCCUPIED, draw_map
 
 RESOLUTION = 0.05  # [m] per cell
@@ -24,9 +27,29 @@ class WorldMap:
         # static, so that the transforms of a localization which is started later take its place
         self._broadcaster = tf2_ros.StaticTransformBroadcaster()
         self._broadcaster.sendTransform(start)
-        if world.boxes:
+        if world.boxes or world.posts:
             self._publisher = rospy.Publisher("map", OccupancyGrid, queue_size=1, latch=True)
             self._publisher.publish(message(*draw_map(world, RESOLUTION)))
+        self._markers = rospy.Publisher("world", MarkerArray, queue_size=1, latch=True)
+        self._markers.publish(markers(world))
+
+
+def markers(world):
+    """The MarkerArray of all that stands in a world, or is painted there, for RViz."""
+    walls = [Shape("boxes", False, box.x, box.y, HEIGHT / 2, box.length, box.width, HEIGHT, box.yaw, WALL_COLOUR)
+             for box in world.boxes]
+    array = MarkerArray()
+    for number, shape in enumerate((*walls, *world.scenery)):
+        marker = Marker(ns="world", id=number, type=Marker.CYLINDER if shape.round else Marker.CUBE)
+        marker.header.frame_id = "map"
+        place, turned = marker.pose.position, marker.pose.orientation
+        place.x, place.y, place.z = shape.x, shape.y, shape.z
+        turned.z, turned.w = math.sin(shape.yaw / 2), math.cos(shape.yaw / 2)
+        marker.scale.x, marker.scale.y, marker.scale.z = shape.length, shape.width, shape.height
+        marker.color.r, marker.color.g, marker.color.b = shape.colour
+        marker.color.a = 1.0
+        array.markers.append(marker)
+    return array
 
 
 def message(image, origin):

@@ -1,0 +1,124 @@
+"""A student's program in its exercise: judged by where the robot truly was, in words, with a picture.
+
+Without a FILE it shows the task, and puts the template NAME.py into this folder. Exit status 0: passed; 1: not; 2: the
+exercise could not be run.
+"""
+
+import csv
+import pickle
+import shutil
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+import rospkg
+
+from robotont_course import judge
+from robotont_course.exercises import EXERCISES
+from robotont_driver.parameters.command_line import CommandLine
+
+PATIENCE = 120.0  # [s] more than its time that a run may take in a class
+
+
+def parse(words):
+    """The options."""
+    parser = CommandLine(prog="./robotont exercise", description=(__doc__ or "").partition("\n")[0])
+    parser.add_argument("name", choices=EXERCISES, metavar="NAME", help=", ".join(EXERCISES))
+    parser.add_argument("file", nargs="?", type=Path, metavar="FILE", help="the program; without: the task")
+    parser.add_argument("--class", dest="folder", type=Path, metavar="FOLDER",
+                        help="judge each .py of a folder; writes results.csv and results.png there")
+    parser.add_argument("--seed", type=int, default=0, help="another start for each number [0: as in the world's file]")
+    parser.add_argument("--picture", type=Path, metavar="FILE", help="where to put it [beside the program, .png]")
+    parser.add_argument("--result", type=Path, help="used by --class")
+    options = parser.parse_args(words)
+    if options.file and not options.file.is_file():
+        parser.error(f"found no file {options.file}")
+    if options.folder and not sorted(options.folder.glob("*.py")):
+        parser.error(f"found no programs, *.py, in {options.folder}")
+    return options
+
+
+def show_task(name):
+    """Print the task, and copy its template."""
+    folder = Path(rospkg.RosPack().get_path("robotont_course")) / "exercises"
+    print((folder / f"{name}.md").read_text())
+    file = Path(f"{name}.py")
+    if file.exists():
+        print(f"{file} is there already")
+    else:
+        shutil.copy(str(folder / file), str(file))
+        print(f"your file: {file}")
+    print(f"try it: ./robotont exercise {name} {file}")
+
+
+def words_of(faults):
+    """A line for each fault."""
+    return [f"at {second:.1f} s: {words}" for second, words in faults]
+
+
+def run_file(options):
+    """Judge one program; the exit status."""
+    from robotont_course import picture, stage  # here: a task is shown without a second of imports
+
+    exercise = EXERCISES[options.name]
+    print(f"{options.file} in the exercise {options.name}, at most {exercise.limit:g} s", flush=True)
+    try:
+        run, program, printed = stage.perform(exercise, options.file, options.seed)
+    except stage.StageError as error:
+        print(f"the exercise could not be run: {error}", file=sys.stderr)
+        return 2
+    faults = judge.faults(exercise, run, program)
+    if faults and printed.strip():
+        print("the program's last words:\n  " + "\n  ".join(printed.strip().splitlines()[-15:]))
+    print("\n".join(words_of(faults)) if faults else f"passed in {run.path[-1, 0]:.1f} s, {judge.way(run):.2f} m")
+    target = options.picture or options.file.with_suffix(".png")
+    title = f"{options.file.name}: " + ("; ".join(words_of(faults)) if faults else f"passed in {run.path[-1, 0]:.1f} s")
+    picture.draw_run(run, faults, title, target)
+    print(f"picture: {target}")
+    if options.result:
+        options.result.write_bytes(pickle.dumps((run, faults)))
+    return 1 if faults else 0
+
+
+def run_class(options):
+    """Judge the programs of a folder one after the other, each in a process of its own; the exit status."""
+    from robotont_course import picture
+
+    rows, drawn = [], []
+    for file in sorted(options.folder.glob("*.py")):
+        with tempfile.TemporaryDirectory() as folder:
+            result = Path(folder) / "result"
+            command = [sys.executable, sys.argv[0], options.name, str(file), "--seed", str(options.seed),
+                       "--picture", str(Path(folder) / "picture.png"), "--result", str(result)]
+            try:
+                done = subprocess.run(command, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL,
+                                      stderr=subprocess.PIPE, text=True, check=False,
+                                      timeout=EXERCISES[options.name].limit + PATIENCE)
+                run, faults = pickle.loads(result.read_bytes()) if result.exists() else (
+                    None, [(0.0, "not judged: " + done.stderr.strip()[-300:])])
+            except subprocess.TimeoutExpired:
+                run, faults = None, [(0.0, "not judged: its run did not end")]
+        seconds, way, touch = (run.path[-1, 0], judge.way(run), judge.touch(run)) if run else (0.0, 0.0, None)
+        rows.append([file.name, "no" if faults else "passed", f"{seconds:.1f}", f"{way:.2f}",
+                     "" if touch is None else f"{touch:.1f}",
+                     "yes" if run and judge.stands_for(run) > 0.5 else "no", "; ".join(words_of(faults))])
+        drawn.append((run, faults, f"{file.name}: " + ("no" if faults else f"passed, {seconds:.1f} s")))
+        print(f"{file.name:30} {rows[-1][1]:7} {rows[-1][-1]}", flush=True)
+    with open(str(options.folder / "results.csv"), "w", newline="") as table:
+        csv.writer(table).writerows([
+            ["file", "result", "seconds", "way [m]", "touched at [s]", "stands at the end", "words"], *rows])
+    picture.draw_class(drawn, options.folder / "results.png")
+    print(f"{options.folder / 'results.csv'}, {options.folder / 'results.png'}")
+    return 0
+
+
+def main():
+    """Run the command; returns the exit status."""
+    options = parse(sys.argv[1:])
+    if options.folder:
+        return run_class(options)
+    if options.file:
+        return run_file(options)
+    show_task(options.name)
+    return 0

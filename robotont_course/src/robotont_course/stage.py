@@ -1,0 +1,223 @@
+"""One exercise, run: the simulator under a master of its own, the program in a process of its own, the true path."""
+
+import contextlib
+import math
+import os
+import signal
+import socket
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+import numpy as np
+import rosgraph
+import rospkg
+import rospy
+import yaml
+from geometry_msgs.msg import Twist
+from nav_msgs.msg import Odometry
+from sensor_msgs.msg import Image
+
+from robotont_course import judge
+from robotont_description.geometry import robot_radius
+from robotont_driver.kinematics import se2
+from robotont_driver.robots.robot_folder import read_robot
+from robotont_driver.rospy_repairs import rospy_internals
+from robotont_simulator.world import read_world
+
+START = 60.0      # [s] for the stack to start
+SILENCE = 3.0     # [s] without the simulator's word, after which it is gone
+OUTPUT = 10 ** 7  # [bytes] that a program may write into a file, and print
+MEMORY = 6 * 2 ** 30  # [bytes] of addresses
+MARK = "ROBOTONT_EXERCISE"  # in the environment of all that the program starts
+
+
+class StageError(RuntimeError):
+    """The exercise could not be run: nothing that the program did wrong."""
+
+
+def make_world(exercise, seed, folder):
+    """The exercise's world with the start that belongs to a seed, and things in another order: its file."""
+    bringup = Path(rospkg.RosPack().get_path("robotont_bringup"))
+    content = yaml.safe_load((bringup / "config" / "worlds" / f"{exercise.world}.yaml").read_text())
+    if seed:
+        chance = np.random.default_rng(seed)
+        moved = chance.uniform(-1, 1, 3) * exercise.spread
+        content["start"] = [float(value) for value in np.add(content["start"], moved)]
+        things = content.get("things", [])
+        for thing, colour in zip(things, chance.permutation([thing[3] for thing in things])):
+            thing[3] = str(colour)
+    file = Path(folder) / "world.yaml"
+    file.write_text(yaml.safe_dump(content))
+    return file
+
+
+@contextlib.contextmanager
+def stack(exercise, world, folder):
+    """The simulated robot in a world (file) while the block lasts; `rospy` talks to its master."""
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        port = probe.getsockname()[1]
+    os.environ.update(ROS_MASTER_URI=f"http://127.0.0.1:{port}", ROS_IP="127.0.0.1", ROS_LOG_DIR=str(folder))
+    launch = Path(rospkg.RosPack().get_path("robotont_bringup")) / "launch"
+    files, arguments = [launch / "simulation.launch"], [
+        f"port:={folder}/board", f"world:={world}", "world_map:=true", "composed:=true", "mux:=false"]
+    if exercise.camera:
+        width, _, height = exercise.camera.partition("x")
+        arguments += ["camera:=true", f"camera_width:={width}", f"camera_height:={height}"]
+    if exercise.tags:
+        files.append(launch / "tags.launch")
+        arguments.append(f"tag_size:={exercise.tags}")
+    log = Path(folder) / "stack.log"
+    with open(str(log), "wb") as output:
+        process = subprocess.Popen(["roslaunch", "-p", str(port), *map(str, files), *arguments],
+                                   stdin=subprocess.DEVNULL, stdout=output, stderr=subprocess.STDOUT,
+                                   start_new_session=True)
+    try:
+        yield lambda: StageError(log.read_text(errors="replace")[-3000:]) if process.poll() is not None else None
+    finally:
+        with contextlib.suppress(ProcessLookupError, subprocess.TimeoutExpired):
+            os.killpg(process.pid, signal.SIGINT)
+            process.wait(20.0)
+        with contextlib.suppress(ProcessLookupError):
+            os.killpg(process.pid, signal.SIGKILL)
+        process.wait()
+
+
+class Witness:
+    """Hears the truth, from the simulator alone, and the commands."""
+
+    def __init__(self):
+        self.rows = []           # of `judge.Run.path`, by the simulator's stamps
+        self.heard = 0.0         # [s] on the steady clock: the newest
+        self.commands, self.nodes, self.bad = [], [], math.inf
+        self._subscribers = [rospy.Subscriber("ground_truth/odom", Odometry, self._on_truth, queue_size=500),
+                             rospy.Subscriber("cmd_vel", Twist, self._on_command, queue_size=500)]
+
+    def _on_truth(self, message):
+        if message._connection_header["callerid"] != "/simulator_node":  # noqa: SLF001 rospy tells it nowhere else
+            return
+        twist = message.twist.twist
+        self.heard = time.monotonic()
+        self.rows.append((message.header.stamp.to_sec(), *se2.pose_of(message.pose.pose),
+                          math.hypot(twist.linear.x, twist.linear.y), twist.angular.z))
+
+    def _on_command(self, message):
+        if not self.rows or len(self.commands) > 10 ** 5:
+            return
+        now = self.rows[-1][0]
+        self.commands.append(now)
+        node = message._connection_header["callerid"]  # noqa: SLF001
+        if node not in self.nodes:
+            self.nodes.append(node)
+        values = (message.linear.x, message.linear.y, message.angular.z)
+        if not all(map(math.isfinite, values)):
+            self.bad = min(self.bad, now)
+
+
+def start_program(file, output):
+    """The student's program in a process, a session and a folder of its own; no display, bounded files and memory."""
+    bounds = ["prlimit", f"--fsize={OUTPUT}", f"--as={MEMORY}", "--core=0", "nice", "-n", "5"]
+    environment = {name: value for name, value in os.environ.items() if name not in ("DISPLAY", "WAYLAND_DISPLAY")}
+    environment.update({MARK: output.name, "PYTHONUNBUFFERED": "1", "HOME": str(output.parent)})
+    with open(str(output), "wb") as stream:
+        return subprocess.Popen([*bounds, sys.executable, str(Path(file).resolve())], cwd=str(output.parent),
+                                env=environment, stdin=subprocess.DEVNULL, stdout=stream, stderr=subprocess.STDOUT,
+                                start_new_session=True)
+
+
+def end_program(process, name):
+    """End it as Ctrl-C does, then it and all that it has started."""
+    if process.poll() is None:
+        with contextlib.suppress(ProcessLookupError):
+            os.killpg(process.pid, signal.SIGINT)
+        with contextlib.suppress(subprocess.TimeoutExpired):
+            process.wait(2.0)
+    for environment in Path("/proc").glob("[0-9]*/environ"):
+        with contextlib.suppress(OSError):
+            if f"{MARK}={name}".encode() in environment.read_bytes().split(b"\0"):
+                os.kill(int(environment.parent.name), signal.SIGKILL)
+    process.wait()
+
+
+def perform(exercise, file, seed):
+    """(`judge.Run`, `judge.Program`, what it printed) of a program's run. Raises StageError."""
+    lifeline = os.environ.get("ROBOTONT_LIFELINE", "").rpartition(":")[2]
+    with tempfile.TemporaryDirectory(dir=lifeline or None) as folder:
+        world = make_world(exercise, seed, folder)
+        with stack(exercise, world, folder) as failed:
+            wait_for(rosgraph.is_master_online, failed, "the ROS master")
+            rospy_internals.mend()
+            rospy.init_node("exercise", disable_signals=True)
+            witness = Witness()
+            wait_for(lambda: witness.rows, failed, "the simulator")
+            if exercise.camera:
+                look(failed)
+            wait_for(lambda: stands(witness), failed, "the robot")
+            return play(exercise, file, read_world(world), witness, Path(folder))
+
+
+def stands(witness):
+    """Whether the driver is there, and the robot stands."""
+    _, subscribers, _ = rosgraph.Master("/exercise").getSystemState()
+    heard_by = dict(subscribers).get("/cmd_vel", [])
+    return "/robotont_node" in heard_by and witness.rows[-1][4] < judge.STILL
+
+
+def look(failed):
+    """Until the camera has shown something."""
+    seen = []
+    subscriber = rospy.Subscriber("camera/color/image_raw", Image, seen.append, queue_size=1)
+    wait_for(lambda: seen, failed, "the camera's picture")
+    subscriber.unregister()
+
+
+def wait_for(condition, failed, what):
+    """Until a condition is true. Raises StageError."""
+    end = time.monotonic() + START
+    while not condition():
+        if failed() or time.monotonic() > end:
+            raise failed() or StageError(f"waited {START:g} s in vain for {what}")
+        time.sleep(0.02)
+
+
+def play(exercise, file, world, witness, folder):
+    """Let the program drive until it has done it, has touched something, has ended, or the time is over."""
+    radius = robot_radius(read_robot().wheels)
+    output = folder / f"output_{os.getpid()}"
+    process = start_program(file, output)
+    begin, first, ended = witness.rows[-1][0], len(witness.rows) - 1, None
+
+    def run():
+        path = np.array(witness.rows[first:])
+        path[:, 0] -= begin
+        return judge.Run(path, world, radius)
+    while True:
+        time.sleep(0.2)
+        now = run()
+        seconds = now.path[-1, 0]
+        if process.poll() is not None and ended is None:
+            ended = seconds
+        if seconds >= exercise.limit or judge.touch(now) is not None or judge.reached(exercise, now):
+            break
+        if ended is not None and seconds > ended + 1.0 and judge.stands_for(now) > 0.5:
+            break
+        if time.monotonic() - witness.heard > SILENCE:
+            break
+    status = process.poll()
+    last = run()
+    end_program(process, output.name)
+    printed = output.read_text(errors="replace")[-20000:]
+    lines = [line for line in printed.splitlines() if line.strip()]
+    program = judge.Program(
+        tuple(np.subtract(witness.commands, begin)), witness.bad - begin, tuple(witness.nodes), status,
+        where(lines, file) if status else "", math.inf if ended is None else ended)
+    return last, program, printed
+
+
+def where(lines, file):
+    """The last line of a traceback, with the line of the student's file."""
+    numbers = [line.split("line ")[1].split(",")[0] for line in lines if f'{Path(file).name}", line ' in line]
+    return (f"line {numbers[-1]}: " if numbers else "") + (lines[-1].strip()[:200] if lines else "")

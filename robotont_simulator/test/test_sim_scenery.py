@@ -1,0 +1,77 @@
+"""What stands in a world and is painted there, as the physics, the laser, the map and the camera have it."""
+
+import math
+import os
+
+os.environ.setdefault("MUJOCO_GL", "egl")  # before mujoco
+
+import numpy as np
+import pytest
+from robot_runs import ROOT
+
+from robotont_description.geometry import camera_place
+from robotont_driver.robots.robot_folder import read_robot
+from robotont_simulator import camera
+from robotont_simulator.scenery import tag
+from robotont_simulator.simulation import Simulation
+from robotont_simulator.world import draw_map, read_world
+from robotont_testing.harness import in_own_process
+
+WHEELS = read_robot().wheels
+
+
+def world_of(folder, text):
+    file = folder / "world.yaml"
+    file.write_text(text)
+    return read_world(file)
+
+
+@pytest.mark.parametrize("number, rows", [  # read off ar_track_alvar's own sheets, Markers_0_to_8.png and _9_to_17
+    (0, ["wwkww", "wwkww", "wkwkw", "wwwww", "wwwww"]),
+    (1, ["wwkww", "wwkww", "wkwkw", "kkwwk", "wwwkw"]),
+    (4, ["wwkww", "wwkww", "wkwkw", "kwwwk", "kwwwk"]),
+    (6, ["wwkww", "wwkww", "wkwkw", "kkwww", "kkwww"]),
+])
+def test_tags_are_those_of_alvar(number, rows):
+    assert [row[2:7] for row in tag(number)[2:7]] == rows
+    assert all(set(row[:2] + row[7:]) == {"k"} for row in tag(number))
+
+
+def test_posts_and_things_are_touched_seen_and_mapped_and_paint_is_neither(tmp_path):
+    world = world_of(tmp_path, "posts: [[1.0, 0.0, 0.05]]\nthings: [[0.0, 1.0, 0.1, red]]\n"
+                               "lines: [[0, 0, 0, 0.9, red]]\ntags: [[-1.0, 0.0, 0.0, 0.2, 3]]")
+    simulation = Simulation(WHEELS, world)
+    scan = simulation.scan(np.array([0.0, math.pi / 2, math.pi]), 0.3, 4.0)
+    assert scan == pytest.approx([0.95, 0.9, math.inf], abs=1e-3)
+    image, origin = draw_map(world)
+    row, column = image.shape[0] - 1 - int((0.0 - origin[1]) / 0.05), int((0.96 - origin[0]) / 0.05)
+    assert image[row, column] == 0
+    simulation.carry(1.0 - 0.2 + 0.002, 0.0, 0.0)
+    simulation.step()
+    assert simulation.touches()
+
+
+def test_the_depth_is_noisy_by_its_square_and_has_holes():
+    depth = np.full((200, 200), 1.0, np.float32)
+    depth[:, 50:100], depth[:, 100:150], depth[:, 150:] = 3.0, 0.29, 11.0
+    found = camera.measured(depth, np.random.default_rng(1))
+    assert found[:, :49].std() == pytest.approx(1000 * camera.NOISE, rel=0.1)
+    assert found[:, 52:98].std() == pytest.approx(9000 * camera.NOISE, rel=0.1)
+    assert not found[:, 49:51].any()  # the edge
+    assert not found[:, 100:].any()   # too near, and too far
+
+
+@in_own_process
+def test_the_camera_sees_colours_distances_and_the_line():
+    world = read_world(ROOT / "config" / "worlds" / "colors.yaml")
+    lens = camera.Camera(WHEELS, world, 424, 240, math.pi / 2)
+    red = next(shape for shape in world.scenery if shape.colour[0] > 2 * max(shape.colour[1:]))
+    lens.move((0.0, 0.0, math.atan2(red.y, red.x)))
+    picture, depth = lens.colour().astype(int), lens.depth()
+    assert picture.shape == (240, 424, 3)
+    middle = picture[120, 212]
+    assert middle[0] > max(100, 3 * max(middle[1:])), middle
+    true = 1000 * (math.hypot(red.x, red.y) - red.length / 2 - camera_place(WHEELS)[0])
+    assert abs(depth[118:122, 210:214].mean() - true) < 10, (depth[120, 212], true)
+    lens.move((0.0, 0.0, math.atan2(red.y, red.x)), (-0.5, 0.6))  # a visitor beside it
+    assert (lens.colour() != picture).any()

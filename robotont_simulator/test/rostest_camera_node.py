@@ -15,7 +15,7 @@ from robotont_testing.harness import wait_for
 class CameraNodeTest(SimulationTest):
     def test_pictures_lenses_and_frames_are_those_of_realsense(self):
         transforms = self.listen("tf_static", TFMessage)
-        self.start("world:=bangbang", "camera:=true")
+        self.start("world:=bangbang", "depth_camera:=true")
         topics = {"color": "camera/color/image_raw", "depth": "camera/depth/image_rect_raw",
                   "aligned": "camera/aligned_depth_to_color/image_raw"}
         seen = {name: self.listen(topic, Image) for name, topic in topics.items()}

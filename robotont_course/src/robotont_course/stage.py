@@ -66,7 +66,7 @@ def stack(exercise, world, folder):
         f"port:={folder}/board", f"world:={world}", "world_map:=true", "composed:=true", "mux:=false"]
     if exercise.camera:
         width, _, height = exercise.camera.partition("x")
-        arguments += ["camera:=true", f"camera_width:={width}", f"camera_height:={height}"]
+        arguments += ["depth_camera:=true", f"camera_width:={width}", f"camera_height:={height}"]
     if exercise.tags:
         files.append(launch / "tags.launch")
         arguments.append(f"tag_size:={exercise.tags}")
@@ -150,7 +150,7 @@ def perform(exercise, file, seed):
         with stack(exercise, world, folder) as failed:
             wait_for(rosgraph.is_master_online, failed, "the ROS master")
             rospy_internals.mend()
-            rospy.init_node("exercise", disable_signals=True)
+            rospy.init_node("judge", anonymous=True, disable_signals=True)  # a name that no program takes
             witness = Witness()
             wait_for(lambda: witness.rows, failed, "the simulator")
             if exercise.camera:

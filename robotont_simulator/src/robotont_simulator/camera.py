@@ -14,20 +14,20 @@ EDGE = 0.1      # part of the depth by which neighbours differ where one of the 
 
 
 class Camera:
-    """Renders for `Wheels` in a `World`; width and height [pixels], field_of_view: across [rad].
+    """Renders for `Wheels` in a `World`; width and height [pixels], field_of_view: across [rad]; samples: per pixel.
 
     focal_length: [pixels]. Raises RuntimeError or ImportError where there is neither EGL nor OSMesa.
     """
 
-    def __init__(self, wheels, world, width, height, field_of_view, seed=0):
+    def __init__(self, wheels, world, width, height, field_of_view, samples=0):
         self.focal_length = width / 2 / math.tan(field_of_view / 2)
         upright = 2 * math.degrees(math.atan(height / 2 / self.focal_length))
-        self._model = mujoco.MjModel.from_xml_string(build(wheels, world, (width, height, upright)))
+        self._model = mujoco.MjModel.from_xml_string(build(wheels, world, (width, height, upright, samples)))
         self._data = mujoco.MjData(self._model)
         self._renderer = mujoco.Renderer(self._model, height, width)
         self._option = mujoco.MjvOption()
         self._option.geomgroup[BODY_GROUP] = 0  # the lens sees nothing of its own robot
-        self._random = np.random.default_rng([seed, 2])
+        self._random = np.random.default_rng()
 
     def move(self, pose, visitor=None):
         """Put the robot at (x [m], y [m], yaw [rad]), and the visitor at (x, y) [m], or away."""

@@ -33,8 +33,8 @@ FLOOR_COLOUR = (0.45, 0.45, 0.45)
 def build(wheels, world, picture=None):
     """MJCF string for `Wheels` and a `World`. base_link stands on the floor below the centre.
 
-    picture: (width, height [pixels], vertical field of view [degrees]) of the robot's camera; without it the model has
-    nothing that cannot be touched.
+    picture: (width, height [pixels], vertical field of view [degrees], samples per pixel) of the robot's camera; without
+    it the model has nothing that cannot be touched.
     """
     root = ElementTree.Element("mujoco", model="robotont")
     add(root, "compiler", angle="radian", autolimits="true")
@@ -94,7 +94,7 @@ def _add_light(root, picture):
     visual = add(root, "visual")
     add(visual, "global", offwidth=picture[0], offheight=picture[1])
     add(visual, "headlight", ambient=(0.65,) * 3, diffuse=(0.35,) * 3, specular=(0, 0, 0))
-    add(visual, "quality", offsamples=0, shadowsize=0)
+    add(visual, "quality", offsamples=picture[3], shadowsize=0)
     add(visual, "map", znear=0.002, zfar=5)
     sky = add(root, "asset")
     add(sky, "texture", type="skybox", builtin="flat", rgb1=(0.75, 0.82, 0.9), width=8, height=48)

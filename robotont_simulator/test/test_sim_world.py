@@ -36,7 +36,7 @@ def test_the_shipped_worlds_leave_room_for_the_robot_at_the_start(file):
     ("walls: 5", "walls: found 5, allowed: a list of lists of 4 numbers"),
     ("boxes: [[0, 0, 1e300, 1, 0]]", "numbers up to 1000"),
     ("walls:\n\t- [0, 0, 1, 1]", "no YAML: "),
-    ("walls: " + "[" * 5000, "no YAML: more than 50 levels"),
+    ("walls: " + "[" * 5000, "no YAML: maximum recursion depth"),
 ], ids=lambda value: repr(value)[:40])
 def test_a_wrong_file_is_explained(tmp_path, content, words):
     file = tmp_path / "world.yaml"

@@ -33,7 +33,7 @@ FLOOR_COLOUR = (0.45, 0.45, 0.45)
 def build(wheels, world, picture=None):
     """MJCF string for `Wheels` and a `World`. base_link stands on the floor below the centre.
 
-    picture: (width, height [pixels], vertical field of view [degrees], samples per pixel) of the robot's camera; without
+    picture: (width, height [pixels], vertical field of view [degrees], samples per pixel) of the camera; without
     it the model has nothing that cannot be touched.
     """
     root = ElementTree.Element("mujoco", model="robotont")

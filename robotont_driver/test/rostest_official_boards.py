@@ -7,7 +7,7 @@ import numpy as np
 import rospy
 import rostest
 from sensor_msgs.msg import BatteryState, Range
-from std_msgs.msg import String
+from std_msgs.msg import Float64, String
 from tf2_msgs.msg import TFMessage
 
 from robotont_boards import BOARDS
@@ -69,10 +69,11 @@ class OfficialBoardsTest(BoardTest):
     def test_generation_2_is_recognised_greeted_driven_and_taken_afresh(self):
         rospy.set_param("/battery", {"curve": [[13.1, 0.0], [14.4, 0.04], [14.5, 0.06]], "resistance": 0.1})
         rospy.set_param("/serial", {"port": self.port.link, "baudrate": 115200})  # the official parameter
-        self.read = self.listen("serial_read", String)
+        self.read, limits = self.listen("serial_read", String), self.listen("board_wheel_limit", Float64)
         self.start()
         self.write = self.publisher("serial_write", String)
         wait_for(lambda: self.read, "packets", timeout=10.0)
+        wait_for(lambda: [message.data for message in limits] == [0.3], "what driver_node needs to know")
         before = len(self.port.heard)
         self.drive(2.0)
         starts = [at for at, _ in self.port.heard[before:]]

@@ -113,3 +113,16 @@ def test_acceleration_rises_step_by_step_but_stops_do_not_wait(stream):
     drive(stream, 1.61, 0.0)
     assert stream.twist(1.61) == STOP, "a commanded stop"
     assert not stream.ramping
+
+
+@pytest.mark.parametrize("stream, fastest, speed", [
+    ({}, 0.3, 0.3), ({"wheel_speed": 0.2}, 0.3, 0.2), ({"wheel_speed": 0.5}, 0.3, 0.3), ({}, math.nan, 0.6),
+], indirect=["stream"])
+def test_what_the_board_can_do_keeps_the_direction_of_travel(stream, fastest, speed):
+    """As a limit of its own; another board lifts it."""
+    stream.limit_wheels(fastest)
+    drive(stream, 1.0, 0.0, 0.6)  # its fastest wheel turns as fast as the robot moves
+    assert stream.twist(1.0) == pytest.approx((0.0, speed, 0.0))
+    stream.limit_wheels(0.0)
+    drive(stream, 1.1, 0.0, 0.6)
+    assert stream.twist(1.1) == pytest.approx((0.0, stream.limits.wheel_speed or 0.6, 0.0))

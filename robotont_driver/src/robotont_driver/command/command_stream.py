@@ -56,7 +56,7 @@ class CommandStream:
 
     def __init__(self, kinematics, limits, timeout, period):
         self.kinematics = kinematics
-        self.limits = limits
+        self.limits = self._given = limits
         self.timeout = timeout    # [s] a command older than this stops the robot
         self.period = period      # [s] the longest time that one step of acceleration may count
         self.stopped = False      # emergency stop
@@ -114,6 +114,12 @@ class CommandStream:
             self.cut_off = False  # what happened before is over
             (self._stand_first.press if pressed else self._stand_first.release)(now)
         return changed
+
+    def limit_wheels(self, fastest):
+        """The board cannot turn a wheel faster than this [m/s]; 0: as fast as the limits allow."""
+        speeds = [speed for speed in (self._given.wheel_speed, fastest) if speed > 0.0]
+        self.limits = self._given._replace(wheel_speed=min(speeds, default=0.0))
+        self._limits_speed = self.limits.of_speed
 
     def expire(self):
         """The newest command times out: now, whatever its age."""

@@ -5,7 +5,7 @@ import threading
 
 import rospy
 from geometry_msgs.msg import Twist, TwistStamped
-from std_msgs.msg import Bool, String
+from std_msgs.msg import Bool, Float64, String
 from std_srvs.srv import Trigger, TriggerResponse
 
 from robotont_driver.command.command_age import Arrivals
@@ -84,6 +84,7 @@ class DriverNode:
         rospy.Service("emergency_stop/release", Trigger, self._on_release)
         cmd_vel = rospy.Subscriber("cmd_vel", Twist, self._on_command, queue_size=1, tcp_nodelay=True)
         stamped = rospy.Subscriber("cmd_vel_stamped", TwistStamped, self._on_stamped, queue_size=1, tcp_nodelay=True)
+        rospy.Subscriber("board_wheel_limit", Float64, self._on_limit)
         outages = OutageWatch(boot_time, newest=[cmd_vel, stamped], every=[emergency_stop])
         self._arrivals.link = outages.link
         Worker(outages.look)
@@ -125,6 +126,11 @@ class DriverNode:
         with self._lock:
             if self._emergency_stop.hear(who, message.data, latched, *connection_numbers(self._buttons, header)):
                 self._follow_emergency_stop(boot_time())
+
+    def _on_limit(self, message):
+        """The board limits each wheel alone, which would bend the path."""
+        with self._lock:
+            self._stream.limit_wheels(message.data)
 
     def _on_release(self, _request):
         """A person releases all presses, whoever has pressed."""

@@ -6,6 +6,7 @@ import time
 import traceback
 
 import rospy
+from std_msgs.msg import Float64
 
 from robotont_driver.kinematics.wheel_params import counts_in_reach
 from robotont_driver.link.serial_link import SerialLink
@@ -62,6 +63,7 @@ class SerialComNode:
         self._told = (0, 0)  # restarts and doubts of the connection, already reported
         self._read = topics.serial_read
         self._read.advertise()
+        self._limit = rospy.Publisher("board_wheel_limit", Float64, queue_size=1, latch=True)
         self._link = SerialLink(self._port, parameters["baudrate"], connect, self._on_packet, self._on_change,
                                 self._on_protocol, self._on_failure, write_timeout=parameters["write_timeout"])
         self._topics = OfficialTopics(parameters["range_frame_prefix"], parameters["base_frame"], battery,
@@ -109,6 +111,7 @@ class SerialComNode:
 
     def _on_protocol(self, protocol):
         rospy.loginfo("%s: the board speaks %s", self._port, explained(protocol.name))
+        self._limit.publish(protocol.fastest)
         if protocol.complaint:
             rospy.logwarn("%s", protocol.complaint)
 

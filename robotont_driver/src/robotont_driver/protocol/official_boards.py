@@ -18,7 +18,6 @@ BANNER = "**** MAIN ****"
 STOP = b"RS:0:0:0\n"
 STANDING = 0.0005     # [m/s] slower wheels are stopped
 PUSHED = 1.5          # part of the board's limit that a wheel exceeds at most while its lines are lost
-SLOWED = 0.99         # part of a command's speed from which on it counts as followed
 DECIMALS = 3          # of edges
 LIGHTS_PER_LINE = 20  # the board takes lines of at most 254 bytes
 RANGE_SENSORS = 12
@@ -107,19 +106,11 @@ class Robotont2(Protocol):
         self._board_wheels = BoardWheels(wheels, distance)
         usual = PUSHED * self.fastest * PERIOD * self._board_wheels.edges_per_metre
         self._tracker = PoseTracker(self._board_wheels, usual, self.period_length)
-        self.misfit = self._board_wheels.misfit
-        self._slows = False  # whether the newest command was faster than the board
+        self.misfit = self.complaint = self._board_wheels.misfit
 
     repaired = property(lambda self: self._tracker.repaired)
     restarts = property(lambda self: self._tracker.restarts)
     doubts = property(lambda self: self._tracker.doubts)
-
-    @property
-    def complaint(self):
-        """Wheels that differ from the board's, or commands that it cannot follow."""
-        slow = (f"commands are faster than the board, which limits each wheel to {self.fastest:g} m/s: all wheels are "
-                f"slowed down alike (driver_node: max_wheel_speed: {self.fastest:g} in the robot's driver.yaml)")
-        return self.misfit or (slow if self._slows else "")
 
     def period_length(self, _line, _elapsed):
         """By what a period of the board was longer than it says."""
@@ -160,7 +151,6 @@ class Robotont2(Protocol):
         speeds = self._board_wheels.board_speeds(command)
         largest = max(map(abs, speeds))
         factor = min(1.0, self.fastest / max(largest, STANDING))
-        self._slows = factor < SLOWED
         if largest < STANDING or self.obstacle:
             return STOP
         return "MS:{:.4f}:{:.4f}:{:.4f}\n".format(*(speed * factor + 0.0 for speed in speeds)).encode()

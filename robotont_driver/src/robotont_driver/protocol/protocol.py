@@ -1,6 +1,5 @@
 """What every protocol offers, and the values that pass between it and its `Connection`."""
 
-import math
 from collections import Counter
 from typing import NamedTuple, Tuple
 
@@ -37,7 +36,7 @@ class Protocol:
     pause = 0.0     # [s] that hello and goodbye need before the next line
     hello = b""     # sent once, before the first command
     goodbye = b""   # sent before the last stop
-    fastest = math.inf  # [m/s] of a wheel's rim, to which the board limits each one alone
+    fastest = 0.0   # [m/s] of a wheel's rim, to which the board limits each one alone; 0: it limits none
     repaired = 0    # packets handed out for periods whose lines were lost
     restarts = 0    # of the board
     doubts = 0      # gaps in which the board may have restarted

@@ -24,6 +24,17 @@ def port(tmp_path):
     return tmp_path / "port"
 
 
+def test_a_port_that_another_users_simulator_has_left_has_its_own_remedy(port):
+    master, slave = pty.openpty()
+    port.symlink_to(os.ttyname(slave))
+    words = serial_port.explain(str(port), PermissionError(13, "Permission denied"))
+    os.close(slave)
+    os.close(master)
+    assert "another user's simulator" in words
+    assert "dialout" not in words
+    assert "dialout" in serial_port.explain("/dev/ttyACM0", PermissionError(13, "Permission denied"))
+
+
 def test_the_driver_does_not_touch_the_terminal_of_a_session(port):
     master, slave = pty.openpty()
     settings, name = termios.tcgetattr(slave), os.ttyname(slave)

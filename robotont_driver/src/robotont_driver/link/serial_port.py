@@ -130,6 +130,8 @@ def explain(port, error):
     if number in BUSY:
         return ": ".join([f"{port}: another program holds it open", *users_of(port)[:1]])
     advice = ADVICE.get(number, "is the board still plugged in?")
+    if number == errno.EACCES and is_pseudo_terminal(port):
+        advice = "it is another user's simulator, or what is left of it: choose another port"
     if number == errno.ENOENT and serial_ports():
         advice += " there are " + ", ".join(serial_ports())
     # pyserial's own message contains the port and the system's message twice

@@ -86,3 +86,36 @@ def test_an_encoder_that_breaks_on_a_slow_wheel_beside_fast_ones(state):
     assert units[wheel] < max(units) / 5
     run.hold(twist, 1.5)
     assert break_encoder(run, wheel, state, twist, 1.5, max(units)) <= 1.0  # no faster than the fastest should be
+
+
+MOTORS = [{}, {"motorNoLoadSpeed": 500, "motorStallTorque": 0.08, "gearboxReductionRatio": 10}]
+
+
+@pytest.mark.parametrize("motor", MOTORS, ids=["37D", "another"])
+def test_held_against_a_wall_it_is_told_and_drives_on_after_zeros(motor):
+    run = run_in("room", **motor)
+    run.hold((-0.4, 0.0, 0.0), 6.0)
+    assert NO_COUNTS in run.status.wheels
+    run.hold((0.0, 0.0, 0.0), 1.2)
+    run.hold((0.3, 0.0, 0.0), 2.0)
+    assert run.status.fault == ""
+    assert run.simulation.twist()[0] == pytest.approx(0.3, abs=0.01)
+
+
+@pytest.mark.parametrize("motor", MOTORS, ids=["37D", "another"])
+def test_pushed_at_rest_it_holds_against_and_lifted_it_drives_on_and_both_are_no_fault(motor):
+    run = run_in(**motor)
+    before, simulation = run.simulation.pose()[0], run.simulation
+    for _ in range(100):
+        simulation.data.xfrc_applied[simulation._body, 0], simulation._push_ends = 5.0, math.inf  # [N]
+        run.drive([(0.0, 0.0, 0.0)])
+        assert run.status.fault == ""
+    assert abs(simulation.pose()[0] - before) < 0.02
+    simulation._push_ends = 0.0
+    run.hold((0.3, 0.0, 0.0), 1.0)
+    simulation.mujoco_model.opt.gravity[:] = 0.0
+    simulation.data.qpos[2] += 0.1
+    for _ in range(150):
+        run.drive([(0.3, 0.0, 0.0)])
+        assert run.status.fault == ""
+    assert np.abs(simulation.wheel_speeds() * simulation.wheels.radii) == pytest.approx([0.26, 0.0, 0.26], abs=0.01)

@@ -10,7 +10,7 @@ fake_hardware.install()
 from robotont_firmware import board, config, pin_profile_robotont21  # noqa: E402
 from robotont_firmware.main_loop import Controller  # noqa: E402
 
-PROFILES, PERIODS = 500, 100
+PROFILES, PERIODS = 500, 150
 LINES = [checked(body) for body in ("0:0:0", "999.999:-999.999:0.004", "3:-3:9.5", "0:0:0:0", "1:-2:3:150")]
 LISTS = ("ENCODERS", "BACKWARD_ENCODERS", "PWM", "DIRECTIONS", "FAULTS")
 NAMES = [name for name in sorted(dir(config)) if name[0].isupper() and name not in ("PROFILE", "DESCRIPTION")]

@@ -18,12 +18,7 @@ GOOD = const(0)  # encoders
 UNPLUGGED = const(1)
 REVERSED = const(2)
 HALF = const(3)  # one channel is dead
-PARTIAL = const(4)  # 60 % of the edges are lost, evenly
-FLOATING = const(5)  # unplugged, and noise of up to 2 edges a period
-WILD = const(6)  # unplugged, and noise of up to 6 edges a period
-HUM = const(7)  # unplugged, and 3 edges a period
-CHANCE = const(8)  # 60 % of the edges are lost, each by chance
-DIRTY = const(9)  # or over 60 % of each turn of the motor
+FLOATING = const(4)  # unplugged, and noise of up to 2 edges a period
 
 BRAKE = const(0)  # drivers, by the off phase: two switches short the motor, current flows either way
 DIODE = const(1)  # one switch and a diode (VNH): current goes on falling, and never turns round
@@ -36,7 +31,7 @@ class SimMotor:
     """tau: [ms]. friction, breakaway (at rest; default: friction), load: [units]. battery: [%] of 12 V.
 
     driver: BRAKE, DIODE or COAST; frequency: [Hz] of its PWM. blocked: nothing turns it. powered: current reaches
-    it. encoder: one of GOOD .. DIRTY.
+    it. encoder: one of GOOD .. FLOATING.
     """
 
     def __init__(self, tau=60, friction=8, battery=100, full_effort=4000, no_load=208, driver=BRAKE, frequency=20000,
@@ -119,12 +114,9 @@ class SimMotor:
         blocked = int(self.blocked)
         for _ in range(milliseconds):
             clock = clock + 1 if clock < PERIOD - 1 else 0
-            if encoder == FLOATING or encoder == WILD:  # noqa: PLR1714, SIM109 (a tuple would be made)
-                if clock == 0:
-                    noise = (noise * 25173 + 13849) & 0xFFFF
-                    counted += (noise >> 8) % 5 - 2 if encoder == FLOATING else (noise >> 8) % 13 - 6
-            elif encoder == HUM:
-                counted += 1 if clock % 7 == 0 and clock < 15 else 0
+            if encoder == FLOATING and clock == 0:
+                noise = (noise * 25173 + 13849) & 0xFFFF
+                counted += (noise >> 8) % 5 - 2
             pull = int(self._torque(speed // 1000))
             pull = pull * 1000 - load
             still = speed == 0 and pull <= breakaway and pull >= 0 - breakaway
@@ -136,21 +128,13 @@ class SimMotor:
             if speed * direction < 0:  # friction stops a wheel but never turns it round
                 speed = 0
             step = speed // PERIOD
-            last = turned
             turned_part += step
             turned += turned_part // MICRO
             turned_part -= turned_part // MICRO * MICRO
             if encoder == HALF:  # there and back again, one edge
                 counted = counted // 2 * 2 + (turned & 1)
-            elif encoder == CHANCE or encoder == DIRTY:  # noqa: PLR1714, SIM109 (a tuple would be made)
-                way = 1 if turned > last else -1
-                while last != turned:
-                    last += way
-                    noise = (noise * 25173 + 13849) & 0xFFFF
-                    if noise < 26214 if encoder == CHANCE else last & 63 < 26:
-                        counted += way
-            elif encoder != UNPLUGGED and encoder < FLOATING:
-                step = 0 - step if encoder == REVERSED else step * 2 // 5 if encoder == PARTIAL else step
+            elif encoder == GOOD or encoder == REVERSED:  # noqa: PLR1714, SIM109 (a tuple would be made)
+                step = 0 - step if encoder == REVERSED else step
                 counted_part += step
                 counted += counted_part // MICRO
                 counted_part -= counted_part // MICRO * MICRO

@@ -38,7 +38,7 @@ def break_encoder(run, wheel, state, twist, within, whole):
             off = (period + 1) / 50
     assert off is not None
     assert off <= within
-    assert not run.simulation.driven(), "the others have braked"
+    assert not run.simulation._efforts.any(), "the others have braked"
     return fastest / whole
 
 
@@ -56,8 +56,8 @@ def test_an_encoder_that_breaks(state, fault, wheel, units):
         assert run.status.wheels == tuple(fault if other == wheel else 0 for other in range(3))
 
 
-@pytest.mark.parametrize("mass", [2.0, 3.0, 5.0])  # [kg] of the body
-@pytest.mark.parametrize("seconds", [200, pytest.param(3600, marks=pytest.mark.long)])
+@pytest.mark.parametrize("mass", [2.0, 5.0])  # [kg] of the body
+@pytest.mark.parametrize("seconds", [60, pytest.param(3600, marks=pytest.mark.long)])
 def test_driving_behind_the_drivers_limits_is_no_fault(mass, seconds):
     """Mixed driving as people do it; without limits the motors cannot follow, and wheels are reported."""
     robot, rng = read_robot("thesis"), random.Random(int(mass))

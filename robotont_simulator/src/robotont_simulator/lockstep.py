@@ -4,8 +4,16 @@ from robotont_driver.kinematics.kinematics import Kinematics
 from robotont_driver.odometry.odometry import WheelOdometry
 from robotont_driver.protocol.checked import Checked
 from robotont_driver.protocol.packet import add_checksum, format_packet
+from robotont_driver.robots.robot_folder import read_robot
 from robotont_firmware.main_loop import Controller
 from robotont_simulator.simulated_board import SimulatedBoard, configuration
+from robotont_simulator.simulation import Simulation
+from robotont_simulator.world import World
+
+
+def robot(name="", seed=0):
+    """A `LockstepRun` of a robot (docs/robots.md) on an empty floor. Raises OSError or ValueError without one."""
+    return LockstepRun(Simulation(read_robot(name).wheels, World((), (0.0, 0.0, 0.0)), seed))
 
 
 class LockstepRun:

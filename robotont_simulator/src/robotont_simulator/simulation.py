@@ -169,10 +169,6 @@ class Simulation:
         """[rad/s] of each wheel, n."""
         return self.data.qvel[self._dofs]
 
-    def driven(self):
-        """Whether the board drives any motor."""
-        return bool(np.any(self._efforts))
-
     def _driven(self):
         """Of each motor whether it has current: the driver leaves others open, which neither turns nor brakes."""
         return (self._efforts != 0) & self._powered

@@ -136,7 +136,8 @@ class Board:
     def wait_tick(self):
         """Sleep until the next tick; return how many there were since the last call."""
         spent = ticks_diff(ticks_cpu(), self._began)
-        self._longest = max(spent, self._longest)
+        if spent > self._longest:  # noqa: PLR1730 (a call would cost more)
+            self._longest = spent
         while self._ticks == self._seen:
             pyb.wfi()
         interrupts = pyb.disable_irq()  # else the next tick might come in between
@@ -184,10 +185,11 @@ class Board:
     @micropython.native
     def read(self, buffer):
         """Read what waits, at most len(buffer) bytes; return how many."""
-        size = min(self._uart.any(), len(buffer))
+        uart = self._uart
+        size = uart.any()
         if size == 0:
             return 0
-        return self._uart.readinto(buffer, size) or 0
+        return uart.readinto(buffer, min(size, len(buffer))) or 0
 
     def write(self, buffer, size):
         """Send buffer[0:size]; takes 87 us a byte."""

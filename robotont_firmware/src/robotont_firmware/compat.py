@@ -11,37 +11,16 @@ try:
 
     import micropython
 except ImportError:
+    from types import SimpleNamespace
 
-    class micropython:  # noqa: N801 (it stands for the module)
-        """CPython's stand-in."""
+    def same(value):
+        """Return it."""
+        return value
 
-        @staticmethod
-        def const(value):
-            """Return `value`."""
-            return value
-
-        @staticmethod
-        def native(function):
-            """Return the function as it is."""
-            return function
-
-        viper = native
-
-    def ptr8(numbers):
-        """Return the buffer or array: indexing it reaches its numbers."""
-        return numbers
-
-    ptr16 = ptr32 = ptr8
+    micropython = SimpleNamespace(const=same, native=same, viper=same)
+    ptr8 = ptr16 = ptr32 = same
     SIGN = 0
-
-    def ticks_cpu():
-        """Return the processor's cycles, modulo a power of 2: none here."""
-        return 0
-
-    def ticks_diff(now, before):
-        """Return the difference of two such numbers."""
-        return now - before
-
+    ticks_cpu, ticks_diff = int, int.__sub__  # the processor's cycles: none here
 else:
     ptr8 = ptr16 = ptr32 = None  # viper recognises them by name
     SIGN = 32 if sys.maxsize >> 31 else 0  # ptr32 reads no sign: `n[0] << SIGN >> SIGN` has it on every processor

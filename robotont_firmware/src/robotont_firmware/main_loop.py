@@ -42,7 +42,7 @@ class Controller:
     def __init__(self, board, config, wheels=None, reset_cause="unknown"):
         wheels = wheels or config.WHEELS
         numbers = robot_numbers.Numbers(config)
-        self._board = board
+        self._board, self._fault = board, board.fault
         self._test_effort = config.TEST_EFFORT
         self._every, self._shift, self._reach = numbers.every, numbers.shift, numbers.reach
         self._gain, self._brake, self._max_torque = numbers.gain, numbers.brake, numbers.max_torque
@@ -106,6 +106,8 @@ class Controller:
         self._receive(periods)
         waited = self._waited + periods
         control = waited // self._every  # whole control periods; a tick that is over belongs to these
+        if control > robot_numbers.MAX_PERIODS:  # noqa: PLR1730 (a call would cost more)
+            control = robot_numbers.MAX_PERIODS
         ready = not self._has_fault(periods) and not self._waits_for_zero
         commanded = ready and self._silence < self._timeout
         if ready and not commanded and (receiver.order >= TEST or self._test_left > 0):
@@ -119,17 +121,27 @@ class Controller:
             waited = 0
             clear(waiting, wheels)
         self._waited = waited
-        if self._braking > 0:
-            self._braking -= periods
+        braking = self._braking
+        if braking > 0:
+            self._braking = braking - periods
         # A tick that was missed shows as a gap in the counter; the totals give the PC the missing counts.
         counter = (self._counter + periods) & 0xFF
         self._counter = counter
-        self._describe(periods)
+        flags = TIMED_OUT if self._silence >= self._timeout and self._test_left <= 0 else 0
+        if self._waits_for_zero:
+            flags |= WAITS_FOR_ZERO
+        status = self._status
+        status.update(flags, periods, receiver.dropped)
+        if counter & BEAT == 0:
+            status.show(counter, flags == 0, self._fault_hold > 0)
+            for wheel in range(wheels if self._fault_hold == 0 else 0):
+                status.fields[WHEELS + wheel] = OVERLOAD if self._pids[wheel].overloaded else NO_FAULT
         sender = self._sender
-        size = sender.pack(counter - 1, self._counts, self._totals, self._status.fields)
+        size = sender.pack(counter - 1, self._counts, self._totals, status.fields)
         board.write(sender.buffer, size)
-        if self._answered > 0:
-            self._answered -= periods
+        answered = self._answered
+        if answered > 0:
+            self._answered = answered - periods
         if receiver.order != 0:
             self._answer()
 
@@ -223,9 +235,9 @@ class Controller:
         One faulty motor stops all: the rest alone would drive the robot somewhere else.
         """
         quiet = True
-        board = self._board
+        fault = self._fault
         for wheel in range(self._wheels):
-            if board.fault(wheel):
+            if fault(wheel):
                 self._latch(wheel, DRIVER_FAULT)
                 quiet = False
         if quiet and self._fault_hold > 0:
@@ -250,16 +262,3 @@ class Controller:
         self._board.drive(wheel, 0)
         self._fault_hold = self._hold_time
         self._waits_for_zero = True
-
-    @micropython.native
-    def _describe(self, periods):
-        """Bring the status and the light up to date."""
-        flags = TIMED_OUT if self._silence >= self._timeout and self._test_left <= 0 else 0
-        if self._waits_for_zero:
-            flags |= WAITS_FOR_ZERO
-        status = self._status
-        status.update(flags, periods, self._receiver.dropped)
-        if self._counter & BEAT == 0:
-            status.show(self._counter, flags == 0, self._fault_hold > 0)
-            for wheel in range(self._wheels if self._fault_hold == 0 else 0):
-                status.fields[WHEELS + wheel] = OVERLOAD if self._pids[wheel].overloaded else NO_FAULT

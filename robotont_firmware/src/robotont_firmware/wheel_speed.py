@@ -9,7 +9,6 @@ from array import array
 
 from robotont_firmware.compat import SIGN, const, micropython, ptr32
 from robotont_firmware.fault_watch import NO_FAULT, STILL, WATCHED, drive_fault, rest_fault, speed_fault, watched
-from robotont_firmware.robot_numbers import MAX_PERIODS
 
 _SOFTEST = const(7)
 _PATIENCE = const(5)  # [control periods] without an edge, after which a wheel gets more
@@ -55,17 +54,10 @@ _PLACES = const(46)
 
 
 @micropython.viper
-def within(periods: int) -> int:
-    """Return the periods that a step makes up for."""
-    most = int(MAX_PERIODS)
-    return 1 if periods < 1 else most if periods > most else periods
-
-
-@micropython.viper
 def measure(numbers, counts: int, periods: int) -> int:
     """Return the speed.
 
-    Halve what counts ask for, for a second, each time that the wheel is turned round at once, against its aim.
+    Halve what counts ask for, twice and for a second each, where the wheel is turned round at once, against its aim.
     """
     n, sign = ptr32(numbers), int(SIGN)
     most = n[_MOST_EDGES] * periods
@@ -76,7 +68,7 @@ def measure(numbers, counts: int, periods: int) -> int:
     left, second = n[_TURNED_ROUND] << sign >> sign, n[_SECOND]
     if (before > least and speed < 0 - least and mean >= 0) or (
             before < 0 - least and speed > least and mean <= 0):
-        left = left + second if left < second * (_SOFTEST - 1) else second * _SOFTEST
+        left = left + 2 * second if left < second * (_SOFTEST - 2) else second * _SOFTEST
     elif left > 0:
         left -= periods
     n[_TURNED_ROUND] = left
@@ -245,7 +237,6 @@ class Pid:
         """
         numbers = self.n
         n, sign = ptr32(numbers), int(SIGN)
-        periods = int(within(periods))
         speed = int(measure(numbers, counts, periods))
         n[INTEGRAL] = n[REFERENCE] = n[MEAN] = 0
         fault = int(speed_fault(numbers, speed, periods))
@@ -268,7 +259,6 @@ class Pid:
         """
         numbers = self.n
         n, sign = ptr32(numbers), int(SIGN)
-        periods = int(within(periods))
         speed = int(measure(numbers, counts, periods))
         before = n[_EFFORT] << sign >> sign
         if n[_HELD]:  # what held it on a slope goes on

@@ -77,11 +77,11 @@ def allowed(one):
 
 def parameters(place, table):
     """Lines of a table of parameters."""
-    yield from ("| parameter | default | meaning | bounds |", "| --- | --- | --- | --- |")
+    yield from ("| parameter = default | meaning | bounds |", "| --- | --- | --- |")
     for one in table:
         unit = f" [{one.unit}]" if one.unit else ""
-        default = f"`{one.default}`" if one.default != "" else "empty"
-        yield f"| `~{held(place, one.name)}` | {default} | {cell(one.meaning)}{unit} | {cell(allowed(one))} |"
+        name = f"`~{held(place, one.name)}`" + (f" = `{one.default}`" if one.default != "" else "")
+        yield f"| {name} | {cell(one.meaning)}{unit} | {cell(allowed(one))} |"
 
 
 def topics(place):
@@ -110,15 +110,15 @@ def launch_files():
                 "topics: for two robots on one master.")
     for file in sorted((FOLDER.parent / "launch").glob("*.launch")):
         comment = re.search(r"<!--\s*(.*?)\s*-->", file.read_text(), re.DOTALL)[1]
-        yield from ("", f"### {file.name}", "", re.sub(r"\s+", " ", comment))
+        yield from ("", f"### {file.name}", "", re.sub(r"docs/((\w+)\.md)", r"[\2](\1)", re.sub(r"\s+", " ", comment)))
         arguments = [one for one in ElementTree.parse(str(file)).getroot().findall("arg")
                      if one.get("doc") and held(file.name, one.get("name")) != "namespace"]
         if arguments:
-            yield from ("", "| argument | default | meaning |", "| --- | --- | --- |")
+            yield from ("", "| argument := default | meaning |", "| --- | --- |")
         for one in arguments:
             default = re.sub(r"\$\(find (\w+)\)", r"\1", one.get("default"))
-            shown = "empty" if not default else "computed" if "$(" in default else f"`{default}`"
-            yield f"| `{one.get('name')}` | {shown} | {cell(one.get('doc'))} |"
+            shown = "" if not default or "$(" in default else f":=`{default}`"
+            yield f"| `{one.get('name')}`{shown} | {cell(one.get('doc'))} |"
 
 
 def systems():

@@ -1,0 +1,142 @@
+"""Each command of README, of Learn and Do, and of calibration is run by a test, or says here what it needs."""
+
+import re
+import shutil
+import subprocess
+from pathlib import Path
+from xml.etree import ElementTree
+
+import pytest
+import yaml
+
+ROOT = Path(__file__).resolve().parents[2]
+NAV = yaml.safe_load((ROOT / "mkdocs.yml").read_text(encoding="utf-8"))["nav"]
+PAGES = ["README.md", "docs/odometry.md", *(
+    f"docs/{name}" for entry in NAV for kind, pages in entry.items() if kind in ("Learn", "Do")
+    for page in pages for name in page.values())]
+PROGRAMS = ("./robotont", "roslaunch", "rosrun", "rosnode", "rosbag", "rostopic", "rosservice", "rosparam", "python3",
+            "git", "catkin_make", "sudo", "openssl", "ssh", "wsl", "journalctl")
+HARDWARE, OTHERS = "needs hardware", "needs another's program or rights of root: "
+# What runs a command: a file of tests, which names it by the word behind the colon, or why none does.
+RUN_BY = {
+    "./robotont": "robotont_bringup/test/test_robotont_script.py: COMMANDS",
+    "./robotont --version": "robotont_bringup/test/test_robotont_script.py: --version",
+    "./robotont COMMAND": "robotont_bringup/test/test_robotont_script.py: -h",
+    "./robotont demo": "robotont_bringup/test/test_nothing_is_left_running.py: demo",
+    "./robotont exercise": "robotont_course/test/test_exercise.py: exercise",
+    "./robotont fleet": "robotont_fleet/test/fleet_rig.py: fleet",
+    "./robotont flash": "robotont_firmware/test/test_firmware_flash.py: flash",
+    "./robotont install-robot": "robotont_operations/test/test_install_robot.py: install_robot",
+    "./robotont keys": "robotont_teleop/test/rostest_keyboard_teleop.py: keyboard_teleop",
+    "./robotont network": "robotont_operations/test/test_network.py: network",
+    "./robotont release": "robotont_bringup/test/test_robotont_script.py: release",
+    "./robotont report": "robotont_operations/test/test_report.py: report",
+    "./robotont rviz": "robotont_bringup/test/rostest_rviz.py: rviz",
+    "./robotont setup": "robotont_bringup/test/test_robotont_script.py: setup",
+    "./robotont shell": "robotont_bringup/test/test_robotont_script.py: shell",
+    "./robotont sim": "robotont_bringup/test/test_nothing_is_left_running.py: sim",
+    "./robotont status": "robotont_operations/test/rostest_status.py: status",
+    "./robotont test": ".ci/tests.bash: run_tests",
+    "./robotont update": "robotont_bringup/test/test_robotont_script.py: update",
+    "./robotont wheels": "robotont_calibration/test/test_turned_wheels.py: turned_wheels",
+    "./robotont which": "robotont_driver/test/test_which_robot.py: which",
+    "python3 examples/plot_bag.py": "robotont_demo/test/test_plot_bag.py: plot_bag",
+    "python3 examples/square.py": "robotont_demo/test/rostest_examples.py: square.py",
+    "rosrun calibrate_wheels": "robotont_calibration/test/rostest_calibrate_wheels.py: calibrate_wheels",
+    "rosrun goto": "robotont_map_navigation/test/rostest_goto.py: goto",
+    "rosrun install_robot": "robotont_operations/test/test_install_robot.py: install_robot",
+    "rosrun keyboard_teleop": "robotont_teleop/test/rostest_keyboard_teleop.py: keyboard_teleop",
+    "rosrun map_saver": OTHERS + "map_server",
+    "rosrun odometry_report": "robotont_calibration/test/test_odometry_report.py: odometry_report",
+    "rosrun relocalize": "robotont_map_navigation/test/rostest_relocalize.py: relocalize",
+    "rosrun robot": "robotont_bringup/test/test_commands_of_the_pages.py: robot",
+    "roslaunch display.launch": "robotont_bringup/test/rostest_rviz.py: display.launch",
+    "roslaunch fleet.launch": "robotont_operations/test/test_install_robot.py: fleet.launch",
+    "roslaunch gamepad.launch": "robotont_teleop/test/test_hands_through_the_mux.py: gamepad.launch",
+    "roslaunch navigation.launch": "robotont_map_navigation/test/test_navigation_launch.py: navigation.launch",
+    "roslaunch robot.launch": "robotont_bringup/test/rostest_stack.py: robot.launch",
+    "roslaunch rs_camera.launch": HARDWARE,
+    "roslaunch scan_to_distance.launch": "robotont_course/test/rostest_robotont_msgs.py: scan_to_distance",
+    "roslaunch slam.launch": "robotont_map_navigation/test/test_navigation_launch.py: slam.launch",
+    "roslaunch teleop.launch": "robotont_teleop/test/test_hands_through_the_mux.py: teleop.launch",
+    "catkin_make": OTHERS + "a workspace of catkin_make, minutes",
+    "git clone": OTHERS + "the network", "journalctl": OTHERS + "systemd", "ssh": OTHERS + "a second machine",
+    "openssl": "robotont_fleet/test/test_fleet_access.py: openssl",
+    "rosbag": OTHERS + "rosbag", "rosnode": OTHERS + "rosnode", "rostopic": OTHERS + "rostopic",
+    "sudo": OTHERS + "apt, systemd", "wsl": OTHERS + "Windows",
+}
+
+
+def commands(text):
+    """The commands of a page: lines of its blocks, and what stands between backquotes, without comments."""
+    text = re.sub(r"\\\n\s*", " ", text)
+    for line in [*re.findall(r"^ {4,}(\S.*)$", text, re.MULTILINE), *re.findall(r"`([^`\n]+)`", text)]:
+        for part in re.split(r"&&|;|'|\bdo\b", re.sub(r"\s+#.*", "", line)):
+            words = re.sub(r"^\s*([A-Z_]+=\S+\s+|sudo (?=\./))*", "", part).split()
+            if words and words[0] in PROGRAMS:
+                yield words
+
+
+FOUND = sorted({(page, " ".join(words)) for page in PAGES
+                for words in commands((ROOT / page).read_text(encoding="utf-8"))})
+
+
+def kind(words):
+    """The key of a command in RUN_BY."""
+    first, rest = words[0], [word for word in words[1:] if word not in ("-t",)]
+    if first == "rosrun":
+        return f"rosrun {rest[1]}" if len(rest) > 1 else "rosrun"
+    if first == "roslaunch":
+        return next((f"roslaunch {word}" for word in rest if word.endswith(".launch")), "")
+    if first in ("./robotont", "python3", "git"):
+        return " ".join([first, *rest[:1]]) if rest and rest[0] != "-h" else first
+    return first
+
+
+@pytest.mark.parametrize("page, command", FOUND)
+def test_a_command_of_a_page(page, command):
+    words = command.split()
+    key = kind(words)
+    if not key or words == ["python3"]:  # roslaunch alone: a word of a sentence
+        return
+    assert key in RUN_BY, f"{page} names '{command}': which test runs it, or what does it need?"
+    if not RUN_BY[key].startswith((HARDWARE, OTHERS)):
+        file, word = RUN_BY[key].split(": ")
+        assert word in (ROOT / file).read_text(encoding="utf-8"), f"{file} does not run {key}"
+
+
+@pytest.mark.parametrize("page, command", [one for one in FOUND if one[1].startswith("roslaunch robotont_")])
+def test_arguments_of_launch_files(page, command):
+    words = command.split()
+    folder = "launch" if words[1] == "robotont_bringup" else f"{words[1]}/launch"
+    files = [ROOT / folder / words[2]] + [ROOT / "launch" / "simulation.launch"] * ("sim:=true" in words)
+    known = {one.get("name") for file in files for one in ElementTree.parse(str(file)).getroot().findall("arg")}
+    known |= {"imu"} if len(files) > 1 else set()  # simulation.launch passes it on
+    assert {word.split(":=")[0] for word in words if ":=" in word} <= known, page
+
+
+@pytest.mark.parametrize("page, command", [one for one in FOUND if one[1].startswith("rosrun robotont_")])
+def test_programs_of_packages(page, command):
+    assert (ROOT / command.split()[1] / "scripts" / command.split()[2]).exists(), page
+
+
+def test_nothing_in_the_list_that_no_page_names():
+    assert set(RUN_BY) - {kind(command.split()) for _, command in FOUND} == set()
+
+
+def check(folder):
+    """Run rosrun robotont_driver robot FOLDER."""
+    return subprocess.run([str(ROOT / "robotont_driver" / "scripts" / "robot"), str(folder)], check=False, text=True,
+                          stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
+
+
+def test_robot_lists_the_mistakes_of_a_folder(tmp_path):
+    folder = tmp_path / "mine"
+    shutil.copytree(str(ROOT / "config" / "robots" / "four_wheels"), str(folder))
+    assert check(folder).returncode == 0
+    file = folder / "wheel_params.yaml"
+    file.write_text(file.read_text().replace("wheelAmount: 4", "wheelAmount: 5") + "\nwheelRadios: 1\n")
+    wrong = check(folder)
+    assert wrong.returncode != 0
+    assert "wheelRadios" in wrong.stdout
+    assert "wheelRads" in wrong.stdout

@@ -29,7 +29,6 @@ def parse(words):
     parser.add_argument("--class", dest="folder", type=Path, metavar="FOLDER",
                         help="judge each .py of a folder; writes results.csv and results.png there")
     parser.add_argument("--seed", type=int, default=0, help="another start for each number [0: as in the world's file]")
-    parser.add_argument("--picture", type=Path, metavar="FILE", help="where to put it [beside the program, .png]")
     parser.add_argument("--result", type=Path, help="used by --class")
     options = parser.parse_args(words)
     if options.file and not options.file.is_file():
@@ -72,7 +71,7 @@ def run_file(options):
     if faults and printed.strip():
         print("the program's last words:\n  " + "\n  ".join(printed.strip().splitlines()[-15:]))
     print("\n".join(words_of(faults)) if faults else f"passed in {run.path[-1, 0]:.1f} s, {judge.way(run):.2f} m")
-    target = options.picture or options.file.with_suffix(".png")
+    target = options.file.with_suffix(".png")
     title = f"{options.file.name}: " + ("; ".join(words_of(faults)) if faults else f"passed in {run.path[-1, 0]:.1f} s")
     picture.draw_run(run, faults, title, target)
     print(f"picture: {target}")
@@ -90,7 +89,7 @@ def run_class(options):
         with tempfile.TemporaryDirectory() as folder:
             result = Path(folder) / "result"
             command = [sys.executable, sys.argv[0], options.name, str(file), "--seed", str(options.seed),
-                       "--picture", str(Path(folder) / "picture.png"), "--result", str(result)]
+                       "--result", str(result)]
             try:
                 done = subprocess.run(command, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL,
                                       stderr=subprocess.PIPE, text=True, check=False,

@@ -1,4 +1,8 @@
-def drive(command, picture, ahead):
+import numpy as np
+
+
+def drive(command, robot):
+    picture, ahead = robot.picture, robot.ahead
     red = (picture[..., 0] > 80) & (picture[..., 1] < 50) & (picture[..., 2] < 50)
     if red.sum() < 30:
         command.angular.z = 0.8

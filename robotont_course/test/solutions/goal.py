@@ -2,6 +2,7 @@ import collections
 import math
 
 CELL = 0.1
+GOAL = 3.5, 2.5
 plan = []
 
 
@@ -30,9 +31,10 @@ def find(start):
 free = None
 
 
-def drive(command, free_place, x, y, yaw):
+def drive(command, robot):
     global free
-    free = free_place
+    free = robot.free
+    x, y, yaw = robot.on_map
     if not plan:
         plan.extend(find((x, y)))
     while len(plan) > 1 and math.hypot(plan[0][0] - x, plan[0][1] - y) < 0.12:

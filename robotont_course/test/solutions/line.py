@@ -1,4 +1,8 @@
-def drive(command, picture):
+import numpy as np
+
+
+def drive(command, robot):
+    picture = robot.picture
     rows = picture[150:]
     yellow = (rows[..., 0] > 90) & (rows[..., 1] > 80) & (rows[..., 2] < 60)
     if yellow.sum() < 60:

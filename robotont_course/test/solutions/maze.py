@@ -1,8 +1,10 @@
+import math
+
 wanted, TURNS = [1], {2: 1, 3: 1, 4: -1, 5: -1}
 
 
-def drive(command, see):
-    seen = see(wanted[0])
+def drive(command, robot):
+    seen = robot.see(wanted[0])
     if not seen:
         command.angular.z = 0.6 * TURNS.get(wanted[0], 1)
         return

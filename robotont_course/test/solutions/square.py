@@ -3,7 +3,8 @@ import math
 corners, start = [(1, 0), (1, 1), (0, 1), (0, 0)], []
 
 
-def drive(command, x, y, yaw):
+def drive(command, robot):
+    x, y, yaw = robot.odometry
     start[:] = start or [x, y, yaw]
     if not corners:
         return

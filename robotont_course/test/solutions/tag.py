@@ -1,5 +1,8 @@
-def drive(command, see):
-    seen = see(1)
+import math
+
+
+def drive(command, robot):
+    seen = robot.see(1)
     if not seen:
         return
     x, y, out = seen

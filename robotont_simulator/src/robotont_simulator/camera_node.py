@@ -3,6 +3,7 @@
 import io
 import math
 import threading
+import time
 
 import rospy
 import tf2_ros
@@ -62,7 +63,7 @@ class CameraNode:
 
     def _run(self):
         """Sleep while nobody listens; else render at the rate, from the newest true pose."""
-        parameters, camera, subscriber, period = self._parameters, None, None, 1 / self._parameters["rate"]
+        parameters, camera, subscriber, due = self._parameters, None, None, 0.0
         while not rospy.is_shutdown():
             wanted = self._wanted()
             if not wanted:
@@ -81,11 +82,12 @@ class CameraNode:
                     rospy.logfatal("no camera: %s; sudo apt-get install libegl-mesa0 libosmesa6", error)
                     rospy.signal_shutdown("no camera")
                     return
-            due = rospy.get_time() + period
             truth, self._truth = self._truth, None
             if truth:
                 self._publish(camera, truth, wanted)
-            rospy.rostime.wallsleep(max(0.001, min(period, due - rospy.get_time())) if truth else period / 4)
+                due += 1 / parameters["rate"]
+            due = max(due, time.monotonic() + 0.002)  # [s] what was late stays late
+            rospy.rostime.wallsleep(due - time.monotonic())
 
     def _publish(self, camera, truth, wanted):
         """The pictures from where the robot truly was."""

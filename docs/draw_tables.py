@@ -32,7 +32,8 @@ HEAD = """<!-- Written by docs/draw_tables.py: `./robotont docs`. -->
 
 # Reference: nodes, parameters, launch files, systems
 
-Names of topics are relative: a namespace makes a second robot. Every node publishes on `/diagnostics`.
+Names of topics are relative: a namespace makes a second robot. Every node publishes on `/diagnostics`. Beside a name
+stands its default, behind the meaning what is allowed.
 
 A node reads its parameters once, as it starts. After `rosparam set`, `rosnode kill NODE` applies it where roslaunch
 starts the node again. With `composed:=true` the driver's three nodes are one, `/robotont_node`: its topics and
@@ -56,11 +57,6 @@ Ubuntu 22.04 and 24.04 get [ROS One](https://ros.packages.techfak.net), `ros-one
 """
 
 
-def cell(text):
-    """Text that may stand in a cell of a table."""
-    return str(text).replace("|", "\\|")
-
-
 def held(place, name):
     """The name of a parameter or an argument that somebody sets. Raises SystemExit when nobody does."""
     if name not in WHO.get(place, {}):
@@ -76,20 +72,19 @@ def allowed(one):
 
 
 def parameters(place, table):
-    """Lines of a table of parameters."""
-    yield from ("| parameter = default | meaning | bounds |", "| --- | --- | --- |")
+    """Lines of a list of parameters."""
     for one in table:
         unit = f" [{one.unit}]" if one.unit else ""
-        name = f"`~{held(place, one.name)}`" + (f" = `{one.default}`" if one.default != "" else "")
-        yield f"| {name} | {cell(one.meaning)}{unit} | {cell(allowed(one))} |"
+        default = f"=`{one.default}`" if one.default != "" else ""
+        bounds = f"; {allowed(one)}" if allowed(one) else ""
+        yield f"- `~{held(place, one.name)}`{default} {one.meaning}{unit}{bounds}"
 
 
 def topics(place):
-    """Lines of a table of topics and services."""
-    yield from ("| topic or service | type | |", "| --- | --- | --- |")
+    """Lines of a list of topics and services."""
     for name, kind, meaning in TOPICS[place]:
         shown = name if "`" in name else ", ".join(f"`{one}`" for one in name.split(", "))
-        yield f"| {shown} | {kind} | {cell(meaning)} |"
+        yield f"- {shown} ({kind}) {meaning}"
 
 
 def nodes():
@@ -99,7 +94,7 @@ def nodes():
         name = node.__name__.rpartition(".")[2]
         yield from ("", f"## {name}", "")
         if name in TOPICS:
-            yield from (*topics(name), "")
+            yield from ("Topics and services:", "", *topics(name), "", "Parameters:", "")
         yield from parameters(name, node.PARAMETERS)
 
 
@@ -114,11 +109,11 @@ def launch_files():
         arguments = [one for one in ElementTree.parse(str(file)).getroot().findall("arg")
                      if one.get("doc") and held(file.name, one.get("name")) != "namespace"]
         if arguments:
-            yield from ("", "| argument := default | meaning |", "| --- | --- |")
+            yield ""
         for one in arguments:
             default = re.sub(r"\$\(find (\w+)\)", r"\1", one.get("default"))
             shown = "" if not default or "$(" in default else f":=`{default}`"
-            yield f"| `{one.get('name')}`{shown} | {cell(one.get('doc'))} |"
+            yield f"- `{one.get('name')}`{shown} {one.get('doc')}"
 
 
 def systems():

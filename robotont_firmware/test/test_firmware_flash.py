@@ -267,6 +267,5 @@ def test_finds_its_files_when_installed(tmp_path, monkeypatch):
     (share / "boot.py").touch()
     package = tmp_path / "lib" / "python3" / "dist-packages" / "robotont_firmware"
     package.mkdir(parents=True)
-    (package / "pin_profile.py").touch()
-    monkeypatch.setattr(program.robotont_firmware, "__path__", [str(package)])
+    monkeypatch.setattr(program.check_pin_profile, "__file__", str(package / "check_pin_profile.py"))
     assert program.folders() == (package, share)

@@ -1,16 +1,9 @@
-r"""Packets of the serial line, read and written without allocating memory.
+r"""Packets to the PC, written without allocating memory; docs/protocol.md has their form, receiver.py reads the PC's.
 
-PC to board: set-points in units, `-18.90:0.00:18.90;\n` (plain) or `-18.90:0.00:18.90;1050\n` (checked).
-Board to PC: `-19:0:19;SS:E0E0:E1E1:E2E2:FFMMRRWWWVVVLL:CCCC\n`, the edges of one period, always checked.
-CCCC is the CRC-16/CCITT-FALSE of every byte before it, SS the packet counter, EEEE each encoder's total
-modulo 2^16, all in upper-case hexadecimal. FFMMRRWWWVVVLL is the board's status: flags, missed ticks and refused
-lines modulo 256, one digit per wheel: what is wrong with it (robotont_firmware.fault_watch), the battery's voltage
-[10 mV] and the load [% of a period], each 0 where it is not measured.
-Readable text, too: `# text;CCCC\n`. The PC may send `?;CCCC\n` (asks for the identity), `!test 0+;CCCC\n`
-(drives one wheel for a moment) and `!repl;CCCC\n`.
+    -19:0:19;SS:E0E0:E1E1:E2E2:FFMMRRWWWVVVLL:CCCC\n
 
-Numbers are integers in 1/256 unit. Every intermediate value stays below 2^30 in magnitude, where the
-board's small integers end and MicroPython would start to allocate.
+Counts, the packet's number, encoder totals, the status and the CRC. Every intermediate value stays below 2^30 in
+magnitude, where the board's small integers end and MicroPython would start to allocate.
 """
 
 from array import array

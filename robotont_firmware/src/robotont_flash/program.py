@@ -10,7 +10,6 @@ import tempfile
 from pathlib import Path
 from types import SimpleNamespace
 
-import robotont_firmware
 from robotont_driver.link.serial_port import explain
 from robotont_firmware import check_pin_profile
 from robotont_flash import board_check, copying
@@ -26,9 +25,7 @@ NEW = "The new firmware is on the board, whole."
 
 def folders():
     """Return (package folder, folder of the root files), from the repository or the install space."""
-    # catkin's devel space has a package of that name, too, with nothing but the way to this one
-    package = next(path for path in map(Path, robotont_firmware.__path__) if (path / "pin_profile.py").is_file())
-    package = package.resolve()
+    package = Path(check_pin_profile.__file__).resolve().parent
     for prefix in package.parents:
         for root in (prefix / "root", prefix / "share" / "robotont_firmware" / "root"):
             if (root / "boot.py").is_file():

@@ -46,7 +46,7 @@ class SimMotor:
         self.blocked = False
         self.powered = True
         self.encoder = GOOD
-        self.times = 1  # edges that it counts for one
+        self.times = self.part = 1  # edges that it counts for so many
         self.effort = 0
         self.speed = 0
         self.turned = 0  # [edges] that the wheel turned
@@ -180,7 +180,8 @@ class SimBoard:
 
     def counts(self, totals):
         for index in range(len(self.motors)):
-            totals[index] = self.motors[index].counted * self.motors[index].times & 0xFFFF
+            motor = self.motors[index]
+            totals[index] = motor.counted * motor.times // motor.part & 0xFFFF
 
     def drive(self, wheel, effort):
         self._next[wheel] = effort

@@ -123,23 +123,29 @@ def test_a_blocked_wheel_gets_no_current_for_long():
     assert sum(currents[100:]) == 0
 
 
-def test_a_stop_stops_whatever_multiple_the_encoders_count():
-    """More than the motors can make is a fault."""
+def test_any_encoder_drives_as_commanded_and_stops_whatever_multiple_it_counts():
+    """More than the motors can make is a fault; as told, it is no fault."""
     told = 0
-    for times in (2, 4, 8, 16):
-        for units in (20, 60, 120):
-            for last in ("0:0:0", None):
-                robot = Robot()
+    for edges in (16, 64, 1000):
+        for times in (1, 2, 4, 8, 16):
+            for units in (20, 60, 120):
+                last = "0:0:0" if units != 60 else None
+                robot = Robot(settings=Config(EDGES=edges))
                 for motor in robot.board.motors:
-                    motor.times = times
+                    motor.times, motor.part = edges * times, 64
                 for _ in range(80):
                     robot.board.sent = b""
-                    robot.tick(1, f"{units}:{-units}:{units / 2}")
-                    assert abs(robot.board.motors[0].speed) < 1.1 * units * MICRO, (times, units)
+                    line = ":".join([f"{share * units * edges / 64:.2f}" for share in (1, -1, 0.5)])
+                    robot.tick(1, line)
+                    assert abs(robot.board.motors[0].speed) < 1.1 * units * MICRO, (edges, times, units)
+                case = edges, times, units, robot.board.motors[0].speed / MICRO
+                if times == 1:
+                    assert abs(case[-1] - units) < 0.1 * units, case
+                    assert robot.newest()[3] == [0, 0, 0], case
                 told += TOO_MANY in robot.newest()[3]
                 robot.tick(50 if last else TIMEOUT + 26, last)
                 for motor in robot.board.motors:
-                    assert abs(motor.speed) < MICRO, (times, units, last, motor.speed / MICRO)
+                    assert abs(motor.speed) < MICRO, (case, last, motor.speed / MICRO)
     assert told > 0, told
 
 

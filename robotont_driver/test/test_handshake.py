@@ -5,8 +5,7 @@ from checked_bench import Sender
 from protocol_bench import Bench, official_wheels
 
 from robotont_driver.kinematics.wheel_params import read_wheels
-from robotont_driver.protocol.connection import CLOSED, LISTENING, NAMES, SILENT, SPEAKING, Connection
-from robotont_driver.protocol.handshake import Listener
+from robotont_driver.protocol.connection import CLOSED, LISTENING, NAMES, SILENT, SPEAKING, Connection, Listener
 from robotont_driver.protocol.packet import Packet
 from robotont_testing.robots import SHIPPED
 from robotont_testing.stand_in_board import identity, sealed

@@ -11,8 +11,7 @@ from std_msgs.msg import Float64
 from robotont_driver.kinematics.wheel_params import counts_in_reach
 from robotont_driver.link.serial_link import SerialLink
 from robotont_driver.parameters.parameters import Parameter
-from robotont_driver.protocol.connection import AUTO, NAMES, Connection
-from robotont_driver.protocol.handshake import explained
+from robotont_driver.protocol.connection import AUTO, NAMES, Connection, explained
 from robotont_driver.protocol.official_boards import DISTANCE
 from robotont_driver.protocol.protocol import ProtocolError
 from robotont_driver.robots.battery import Battery, read_pack

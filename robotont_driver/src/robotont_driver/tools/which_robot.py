@@ -6,8 +6,7 @@ import os
 import sys
 
 from robotont_driver.link.serial_port import explain, heard, serial_ports, usb_id
-from robotont_driver.protocol.connection import PATIENCE
-from robotont_driver.protocol.handshake import LEAST_WHEELS, REFUSED, ROBOTS, Listener, explained
+from robotont_driver.protocol.connection import LEAST_WHEELS, PATIENCE, REFUSED, ROBOTS, Listener, explained
 
 LINE = "roslaunch robotont_bringup robot.launch {} port:={}"
 

@@ -4,8 +4,8 @@
 import math
 
 import rostest
+from any_robot import SLOW, draw
 from simulation_test import SimulationTest
-from test_sim_any_robot import SLOW, draw
 
 from robotont_driver.kinematics.wheel_params import no_load_speeds, read_wheels
 from robotont_simulator.simulated_board import configuration

@@ -1,12 +1,11 @@
 """Any encoder, rate and gear: refused with words before it moves, or driven as commanded; and a stop is a stop."""
 
 import math
-import random
 import sys
-from typing import NamedTuple
 
 import numpy as np
 import pytest
+from any_robot import FAST, SLOW, draw
 from robot_runs import EMPTY
 
 from robotont_driver.kinematics.wheel_params import no_load_speeds, read_wheels
@@ -19,30 +18,6 @@ STANDS = 0.02  # [m/s] slower is standing: one turned round by rollers, or by on
 REACH = 0.8    # of the no-load speed: what a robot is asked for
 GROWN = 0.6    # [s] from a command until a robot has to be as fast as commanded
 MEAN = 0.2     # [s] over which a speed is taken
-SLOW, FAST = (0.3, 1.0), (1.0, 2.0)  # [m/s] at which a stop may take so long [s]; half a second more without commands
-
-
-class Case(NamedTuple):
-    """A robot as its folder tells it, and how many times as much its encoders count; speed [m/s], and how it stops."""
-
-    edges: int
-    rate: int
-    gear: float
-    times: float
-    speed: float
-    angle: int
-    zeros: bool
-
-
-def draw(seed):
-    """A `Case`; every second with encoders that are as told."""
-    rng = random.Random(seed)
-
-    def between(least, most):
-        return least * (most / least) ** rng.random()
-    return Case(round(between(12, 4096)), round(between(10, 200)), round(between(5, 100), 1),
-                round(between(0.5, 16), 2) if seed % 2 else 1, rng.choice((0.3, 1.0)), rng.randrange(0, 360, 15),
-                rng.random() < 0.5)
 
 
 def drive(case):

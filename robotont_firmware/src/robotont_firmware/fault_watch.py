@@ -1,7 +1,7 @@
 """Holds what a wheel counts against what it is driven with, by four rules; each finds what a healthy wheel does not do.
 
     NO_COUNTS  driven with half of what a load may need, and less than a quarter of the wanted speed, for 300 ms
-    WRONG_WAY  driven one way, and counting the other way, for 300 ms
+    WRONG_WAY  driven one way, and counting the other way, for 450 ms: longer than a push
     TOO_MANY   more counts than the motor can make, for three control periods
     NOISE      counts to and fro, eight times within a second or two, while it stands without effort
 
@@ -20,7 +20,7 @@ OVERLOAD = const(4)  # the motor has worked too hard for too long: its current i
 TOO_MANY = const(5)  # another encoder or gear than configured, or noise
 NOISE = const(6)  # encoder unplugged, or its cable picks up the motors
 
-TIME = 300  # [ms] of the first two rules
+TIME = 300  # [ms] of the first rule, and half as much again of the second
 BEYOND = const(3)  # [control periods] of the third
 TURNS = const(8)  # of the fourth,
 FORGET = 250  # [ms] after which one is forgotten
@@ -58,7 +58,7 @@ def drive_fault(numbers, wished: int, speed: int, push: int, periods: int) -> in
     n[STILL] = still if still > 0 else 0
     wrong = push >= 0 and wished > 0 and speed < 0 - n[_FOLLOWS]
     n[_WRONG] = n[_WRONG] + periods if wrong else 0
-    if n[_WRONG] > n[_TIME]:
+    if n[_WRONG] * 2 > n[_TIME] * 3:
         return 3
     return 2 if n[STILL] > n[_TIME] else 0
 

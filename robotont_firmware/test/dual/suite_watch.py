@@ -51,7 +51,7 @@ def test_counts_the_wrong_way():
     ):
         for sign in (1, -1):
             found = fault(drive_fault, sign * wished * EDGE, sign * counted * EDGE, sign * push, 1)
-            assert found == (expected, TIME + 1 if expected else 100), (wished, counted, push, found)
+            assert found == (expected, TIME * 3 // 2 + 1 if expected else 100), (wished, counted, push, found)
 
 
 def test_more_counts_than_the_motor_can_make():

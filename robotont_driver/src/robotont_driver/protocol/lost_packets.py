@@ -1,6 +1,7 @@
 """Counts of packets that the line has lost: recovered from the encoder totals of the packets around them.
 
-A packet that does not continue the one before is held until the next: an error, or the board has restarted.
+A packet that does not continue the one before is held until the next: an error, or the board has restarted. Whether it
+has, unheard, is judged by time and by the speeds before and after. Times are in periods of the board.
 """
 
 import math

@@ -1,6 +1,7 @@
 """Plain packets, `m0:m1:m2;`: the text on the topics, and on the serial line of the thesis' firmware.
 
-Behind the semicolon, where a reader of plain packets stops, its number may stand on the topic serial_read.
+Behind the semicolon, where a reader of plain packets stops, its number may stand on the topic serial_read. And what
+both kinds of packets need on the wire: lines out of bytes, and the checksum.
 """
 
 import binascii

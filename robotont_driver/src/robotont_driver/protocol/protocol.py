@@ -1,4 +1,4 @@
-"""What every protocol offers, and the values that pass between it and its `Connection`."""
+"""What every protocol offers, what passes between it and its `Connection`, and the thesis' own, the plainest."""
 
 from collections import Counter
 from typing import NamedTuple, Tuple

@@ -1,4 +1,4 @@
-"""Health of a node on /diagnostics (REP 107)."""
+"""Health of a node on /diagnostics (REP 107), and which refused messages get a line in the log."""
 
 import threading
 

@@ -1,6 +1,6 @@
 """The topics `serial_write` and `serial_read` as driver_node, serial_com_node and odom_node use them.
 
-Between processes over ROS (`PacketTopic`), within one by calls (`SharedPacketTopic`).
+Between processes over ROS (`PacketTopic`), within one by calls (`SharedPacketTopic`); and how often packets come.
 """
 
 import traceback

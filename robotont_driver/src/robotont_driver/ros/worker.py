@@ -1,4 +1,4 @@
-"""Work at intervals, in a thread."""
+"""Work at intervals, in a thread; one such: a parameter on the master that follows a value of this node."""
 
 import threading
 import time

@@ -1,4 +1,4 @@
-"""Lets rospy processes end soon, whatever hangs."""
+"""Lets rospy processes end soon, and log without waiting, whatever hangs."""
 
 import atexit
 import contextlib

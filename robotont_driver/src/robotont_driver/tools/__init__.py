@@ -1,1 +1,1 @@
-"""Commands for the terminal: find out which robot is at a port, and which wheel counts which way."""
+"""For the terminal: which robot is at a port; what each program imports first."""

@@ -10,13 +10,13 @@ import yaml
 
 from robotont_calibration.arguments import point, positive, read_end
 from robotont_calibration.calibration_report import draw, table
-from robotont_calibration.calibration_runs import errors_along, taped_run, tracked_run, turns
-from robotont_calibration.cross_validation import cross_validate, next_run
+from robotont_calibration.calibration_runs import taped_run, tracked_run, turns
 from robotont_calibration.free_parameters import FreeParameters
+from robotont_calibration.next_run import next_run
 from robotont_calibration.recording_files import FORMATS, read_recording
 from robotont_calibration.recordings import stamps_of
+from robotont_calibration.truth_columns import implausible, wrong_columns
 from robotont_calibration.wheel_estimation import calibrate
-from robotont_driver.kinematics.wheel_params import read_wheels
 from robotont_driver.robots.robot_folder import read_wheel_file
 
 TRACKED = (0.002, math.radians(0.2))  # [m], [rad] error of a ground truth's poses, and of their stamps
@@ -26,8 +26,7 @@ WHEEL_NOISE = 0.003                   # [m] after 1 m, to begin with; the table 
 NOWHERE = (0.0, 0.0)                  # [m] the default measured point: the robot's middle
 DOUBTFUL = 3                          # exit status of a calibration with a warning, and ...
 USELESS = 4                           # ... of one that is not written
-CONTRADICTS = 4.0                     # standard deviations, and ...
-WORSE = TAPED[0]                      # [m] on held-out runs; less may be the tape
+SURE = 4.0                            # standard deviations, and ...
 NEAR = 0.005                          # ... [m] by which a point that was given may differ from that of the runs
 
 
@@ -50,8 +49,8 @@ def parse(arguments):
     parser.add_argument("--force", action="store_true", help="overwrite the output")
     parser.add_argument("--picture", default="calibration.png", metavar="PNG", help="default: %(default)s")
     parser.add_argument("--radius", choices=("auto", "common", "each"), default="auto",
-                        help="one factor for all wheels, a radius for each, or auto: a radius for each where "
-                             "that lowers the error of held-out runs (default: %(default)s)")
+                        help="one factor for all wheels, a radius for each, or auto: what the runs make likelier "
+                             "(default: %(default)s)")
     parser.add_argument("--angles", choices=("each", "fixed"), default="each", help="default: %(default)s")
     parser.add_argument("--point", type=point, metavar="POINT", help=(
         "the measured point: free (estimated), fixed (the robot's middle), or X,Y in base_link [m] "
@@ -118,9 +117,9 @@ def run(options):
         options.runs = guide(options, wheels)
     topics = {"truth": options.truth, "packets": options.packets}
     runs = [read_run(recorded, wheels, topics, options.format) for recorded in options.runs]
-    free, found, blind = choose(options, given, runs)
-    print(table(given, found, runs, blind))
-    spoilt = contradictions(options, given, runs, found, blind)
+    free, found = choose(options, given, runs)
+    print(table(given, found, runs))
+    spoilt = contradictions(options, given, runs, free, found)
     warnings = doubts(found) + spoilt
     for words in warnings:
         print(f"warning: {words}", file=sys.stderr)
@@ -160,25 +159,22 @@ def doubts(found):
     return words
 
 
-def contradictions(options, given, runs, found, blind):
-    """Reasons why a `Calibration` is worse than the file that there is. blind: its `HeldOut`, or None."""
-    words = []
+def contradictions(options, given, runs, free, found):
+    """Reasons why a `Calibration` with `FreeParameters` may be worse than the file that there is."""
+    words = wrong_columns(given, runs, free, WHEEL_NOISE)[:1]
+    if words:
+        return words  # the reason; what follows would be its consequences
+    words = implausible(found, free)
     if {name for name in found.names if not name.startswith("point")} <= set(found.undetermined):
         words.append("these runs determine nothing of the wheels")
     if options.point not in (None, "free") and turns(runs):
         radius = "each" if "wheelRadius[0]" in found.names else "common"
-        free = calibrate(given, runs, FreeParameters(given, radius, options.angles, "free"), WHEEL_NOISE)
-        off = np.subtract(free.point, found.point)
-        if np.hypot(*off) > NEAR and off @ np.linalg.solve(free.covariance[-2:, -2:], off) > CONTRADICTS ** 2:
-            x, y = free.point
+        freed = calibrate(given, runs, FreeParameters(given, radius, options.angles, "free"), WHEEL_NOISE)
+        off = np.subtract(freed.point, found.point)
+        if np.hypot(*off) > NEAR and off @ np.linalg.solve(freed.covariance[-2:, -2:], off) > SURE ** 2:
+            x, y = freed.point
             words.append(f"by the runs the measured point is {x:.3f},{y:.3f}, {1000 * np.hypot(*off):.0f} mm from the "
                          "one that was given: measure it again, or take --point free")
-    if blind:
-        wheels = read_wheels(given)
-        before = np.mean([errors_along(wheels, run, found.point)[0] for run in runs])
-        if blind.place > before + WORSE:
-            words.append(f"runs that were held out end {1000 * blind.place:.0f} mm off, with the old file "
-                         f"{1000 * before:.0f} mm")
     return words
 
 
@@ -190,15 +186,9 @@ def rounded(value):
 
 
 def choose(options, given, runs):
-    """(`FreeParameters`, `Calibration`, `HeldOut` or None) by the options; what they leave open by held-out runs."""
+    """(`FreeParameters`, `Calibration`) by the options; of what they leave open, what the runs make likelier."""
     where = options.point or ("free" if turns(runs) else tuple(given.get("measuredPoint", NOWHERE)))
-    best = None
-    for radius in ("common", "each") if options.radius == "auto" else (options.radius,):
-        free = FreeParameters(given, radius, options.angles, where)
-        found = calibrate(given, runs, free, WHEEL_NOISE)
-        blind = cross_validate(given, runs, free, WHEEL_NOISE, found)
-        if best is None or blind.is_better_than(best[2]):
-            best = free, found, blind
-        if blind is None:
-            break
-    return best
+    models = [FreeParameters(given, radius, options.angles, where)
+              for radius in (("common", "each") if options.radius == "auto" else (options.radius,))]
+    return min(((free, calibrate(given, runs, free, WHEEL_NOISE)) for free in models),
+               key=lambda pair: pair[1].unlikely)

@@ -7,7 +7,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from robotont_calibration.calibration_runs import end_misfit, errors_along
-from robotont_calibration.trajectory_errors import BLUE, INK, ORANGE, STYLE
+from robotont_calibration.trajectory import BLUE, INK, ORANGE, STYLE
 from robotont_driver.kinematics.wheel_params import read_wheels
 
 SAME_THING = """\
@@ -16,10 +16,10 @@ a point are the same thing: a point off the middle looks like wheels at unequal 
 be looked for."""
 
 
-def table(given, found, runs, blind=None):
+def table(given, found, runs):
     """Text: each parameter before and after with its uncertainty, and each run's errors.
 
-    given: mapping with the old parameters. found: `Calibration`. blind: `HeldOut` of the runs, where there is one.
+    given: mapping with the old parameters. found: `Calibration`.
     """
     lines = [f"{'parameter':24} {'unit':4} {'before':>10} {'after':>10} {'change':>10} {'std. dev.':>10}"]
     for name, value, deviation in zip(found.names, found.values, found.deviations):
@@ -38,18 +38,14 @@ def table(given, found, runs, blind=None):
     if "point x" in found.names:
         lines += ["", SAME_THING]
     lines += ["", "error of place along each run (root of the mean square) and of heading at its end", "",
-              f"{'run':24} {'before':>18} {'after':>18}" + (f" {'held out':>18}" if blind else "")]
+              f"{'run':24} {'before':>18} {'after':>18}"]
     errors = [[errors_along(read_wheels(parameters), run, found.point) for run in runs]
               for parameters in (given, found.parameters)]
-    if blind:
-        errors.append(list(zip(blind.places, blind.yaws)))
     rows = [run.name for run in runs], *errors
     lines += [f"{name:24} " + " ".join(f"{words(error):>18}" for error in row) for name, *row in zip(*rows)]
     lines.append(f"{'mean':24} " + " ".join(f"{words(np.mean(column, axis=0)):>18}" for column in errors))
     lines += [f"{run.name}: {run.missing} packets are missing or came too late, the longest gap is "
               f"{run.longest_gap:.2f} s: make this run again" for run in runs if run.missing]
-    if blind:
-        lines += ["", "held out: with parameters that were estimated without that run and without its repeats"]
     return "\n".join(lines)
 
 

@@ -102,18 +102,6 @@ def turns(runs):
     return any(np.abs(se2.wrap(run.poses[:, 2] - run.poses[0, 2])).max() > TURNING for run in runs)
 
 
-def misfits(wheels, run, point=(0.0, 0.0)):
-    """L x 3 (x [m], y [m], yaw [rad]) by which the counts of each stretch lead elsewhere than the robot's `point` went.
-
-    yaw within half a turn.
-    """
-    begins, ends = run.stretches.T
-    poses = poses_at_marks(wheels, run, point)
-    left = seen_from(poses[begins], poses[ends]) - run.moved
-    left[:, 2] = se2.wrap(left[:, 2])
-    return left
-
-
 def poses_at_marks(wheels, run, point=(0.0, 0.0)):
     """M x 3 poses of the measured point at the marks, of odometry that begins at the origin; yaw is not wrapped."""
     poses = np.vstack([np.zeros(3), se2.path(steps_of(wheels, run.counts))])[run.marks]

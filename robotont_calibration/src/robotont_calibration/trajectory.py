@@ -6,6 +6,8 @@ import numpy as np
 
 from robotont_driver.kinematics import se2
 
+BLUE, GREY, ORANGE, INK = "#2f6db3", "#a5abb3", "#d0782a", "#33383f"  # odometry, reference, another curve, marks
+STYLE = {"font.size": 9, "axes.grid": True, "grid.color": "#e6e8eb", "axes.axisbelow": True}  # of matplotlib
 
 class Trajectory:
     """Poses over time. times: K [s], rising; poses: K x 3, whose yaw is unwrapped here.

@@ -1,0 +1,99 @@
+"""Whether the true poses can be true: x forward, y to the left [m], yaw counterclockwise, of these drives.
+
+Each other reading of the columns is a model of its own, and the evidence of the runs decides between them. Not to be
+tested by any run: a scale of x and y together that is up to SCALED off, and a marker whose axis is up to TURNED off.
+"""
+
+import math
+
+import numpy as np
+
+from robotont_calibration.wheel_estimation import calibrate
+
+PASSES = 3        # of a fit, to compare
+HOPELESS = 100.0  # after the first step: twice the logarithm of the evidence by which a reading is out, and ...
+BETTER = 10.0     # ... after all, by which one is taken for true
+DIFFERENT = 4.0   # standard deviations by which two readings lead to different parameters ...
+NOTICED = 0.002   # ... that differ by more than this: shares of lengths, [rad]
+
+CONTRADICTS = 0.015  # slip from drive to drive; real robots' is up to 0.006
+FAR = 2.5            # ties by which no parameter is really wrong: 25 % of a length, 29 degrees, and ...
+SCALED = 0.06        # ... part of the radius that a ruler would show; of the real robots' ones 0.04 is the largest
+TURNED = math.radians(3)  # common to all angles; less is not to be told from a robot whose front was built askew
+NOISIEST, UNTRUE = 0.025, 3.0 # wheel noise [m] after 1 m (real robots' is 0.003 to 0.014), factor of the truth's
+
+DEGREE, LEFT_HANDED = math.degrees(1.0), (1, -1, -1)
+READINGS = {  # how the columns may have been meant: 3 x 3, or its diagonal, which makes x, y, yaw of them
+    "yaw is in degrees where radians are asked for": (1, 1, 1 / DEGREE),
+    "yaw is in radians where degrees are asked for": (1, 1, DEGREE),
+    "yaw has the wrong sign": (1, 1, -1),
+    "yaw has the wrong sign, and is in radians where degrees are asked for": (1, 1, -DEGREE),
+    "yaw has the wrong sign, and is in degrees where radians are asked for": (1, 1, -1 / DEGREE),
+    "x has the wrong sign": (-1, 1, 1),
+    "y has the wrong sign": (1, -1, 1),
+    "x and y have the wrong sign": (-1, -1, 1),
+    "y and yaw have the wrong sign": LEFT_HANDED,
+    "x and yaw have the wrong sign": (-1, 1, -1),
+    "x and y are exchanged": ((0, 1, 0), (1, 0, 0), (0, 0, 1)),
+    "x and y are exchanged, and yaw has the wrong sign": ((0, 1, 0), (1, 0, 0), (0, 0, -1)),
+    "x and y are turned by 90 degrees": ((0, 1, 0), (-1, 0, 0), (0, 0, 1)),
+    "x and y are turned by -90 degrees": ((0, -1, 0), (1, 0, 0), (0, 0, 1)),
+    "x and y are in millimetres": (0.001, 0.001, 1),
+    "x and y are in centimetres": (0.01, 0.01, 1),
+    "x and y are in inches": (0.0254, 0.0254, 1),
+    "x and y are in feet": (0.3048, 0.3048, 1),
+    "x and y are in millimetres, and yaw is in degrees where radians are asked for": (0.001, 0.001, 1 / DEGREE),
+    "x and y are in millimetres, and yaw is in radians where degrees are asked for": (0.001, 0.001, DEGREE),
+}
+
+
+def implausible(found, free):
+    """Words for what no true poses of a robot make of a `Calibration` with `FreeParameters`."""
+    words = []
+    far = [name for name, value, tie in zip(found.names, found.values, free.ties) if abs(value) > FAR * tie]
+    if far:
+        words.append(f"{', '.join(far)} would change by more than any robot needs: is this the robot's file?")
+    radii, angles = (np.mean([value for name, value in zip(found.names, found.values) if name.startswith(key)] or 0.0)
+                     for key in ("wheelRadius", "wheelRads"))
+    if abs(radii) > SCALED:
+        words.append(f"the radius would change by {radii:+.0%}: is x, y in metres? Measure a wheel with a ruler, and "
+                     "put it into the file")
+    if abs(angles) > TURNED:
+        words.append(f"all wheels would turn by {math.degrees(angles):+.0f} degrees: x of the true poses is not where "
+                     "the robot looks")
+    if found.slip > CONTRADICTS:
+        words.append(f"the runs contradict each other: from drive to drive the wheels differ by {found.slip:.1%}")
+    if found.wheel_noise > NOISIEST or found.measured > UNTRUE:
+        words.append("the counts do not fit the true poses: do their times, and the point that is measured, belong to "
+                     "this drive?")
+    return words
+
+
+def wrong_columns(given, runs, free, wheel_noise):
+    """Words for each reading that the runs say is meant or cannot tell from the one asked for; the likeliest first.
+
+    Arguments as of `calibrate`.
+    """
+    def read(matrix, passes):
+        """(minus twice the logarithm of the evidence of the columns as they are, calibration) with a reading."""
+        found = calibrate(given, [run._replace(poses=run.poses @ matrix.T) for run in runs], free, wheel_noise, passes)
+        return found.unlikely - 2 * measured * math.log(abs(np.linalg.det(matrix))), found
+
+    measured = sum(len(run.stretches) for run in runs)
+    first, (unlikely, asked) = read(np.eye(3), 1)[0], read(np.eye(3), PASSES)
+    words = []
+    for name, columns in READINGS.items():
+        matrix = np.diag(columns).astype(float) if np.ndim(columns) == 1 else np.array(columns, dtype=float)
+        if read(matrix, 1)[0] > first + HOPELESS:
+            continue
+        other_unlikely, other = read(matrix, PASSES)
+        if implausible(other, free):
+            continue
+        better, apart = unlikely - other_unlikely, np.abs(other.values - asked.values)
+        told = apart > np.maximum(NOTICED, DIFFERENT * np.hypot(other.deviations, asked.deviations))
+        if better > BETTER:
+            words.append((-better, f"the true poses fit the counts only if {name}"))
+        elif better > -BETTER and told.any():
+            words.append((-better, f"these runs do not tell whether {name}: add a square, or a turn that ends far from "
+                                   "a whole one"))
+    return [text for _, text in sorted(words)]

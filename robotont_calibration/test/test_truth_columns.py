@@ -1,0 +1,112 @@
+"""Whatever the true poses contain: nothing that is worse than the old file is written, and the reason is told."""
+
+import math
+
+import numpy as np
+import pytest
+from synthetic_runs import TAPE, TRACKED, drives, recorded, true_of
+
+from robotont_calibration.calibrate_wheels import TAPED, choose, contradictions, parse
+from robotont_calibration.calibration_runs import end_misfit, taped_run, tracked_run
+from robotont_calibration.free_parameters import FreeParameters
+from robotont_calibration.trajectory import Trajectory
+from robotont_calibration.truth_columns import READINGS, wrong_columns
+from robotont_driver.kinematics import se2
+from robotont_driver.kinematics.kinematics import Kinematics
+from robotont_driver.kinematics.wheel_params import read_wheels
+from robotont_testing.robots import SHIPPED
+from robotont_testing.simulated_wheels import PERIOD
+
+FAR_OFF, NEAR = true_of(SHIPPED, 1.02, 0.97, [(1, 1.5)]), true_of(SHIPPED, 0.997, 1.006, [(0, 0.3)])
+FIVE = math.radians(5)
+RANDOM = np.random.default_rng(5)
+BAD = {  # beside READINGS: what becomes of run i's end or poses
+    "yards": lambda i, p: p * (1 / 0.9144, 1 / 0.9144, 1),
+    "centimetres and degrees": lambda i, p: p * (100, 100, math.degrees(1)),
+    "no yaw": lambda i, p: p * (1, 1, 0),
+    "no x and y": lambda i, p: p * (0, 0, 1),
+    "nothing": lambda i, p: p * 0,
+    "half of yaw": lambda i, p: p * (1, 1, 0.5),
+    "sine of half of yaw": lambda i, p: np.column_stack([p[:, :2], np.sin(p[:, 2] / 2)]),
+    "noise": lambda i, p: p + RANDOM.normal(0, (0.2, 0.2, 0.1), p.shape),
+    "one end": lambda i, p: p + np.multiply(i == 1, (0.5, 0.3, 0.3)),
+    "the end's opposite": lambda i, p: np.transpose(se2.between(p.T, (0.0, 0.0, 0.0))),
+    "the frame turned": lambda i, p: np.column_stack([
+        math.cos(FIVE) * p[:, 0] - math.sin(FIVE) * p[:, 1], math.sin(FIVE) * p[:, 0] + math.cos(FIVE) * p[:, 1],
+        p[:, 2]]),
+}
+
+
+def matrix_of(name):
+    matrix = np.array(READINGS[name], dtype=float)
+    return np.diag(matrix) if matrix.ndim == 1 else matrix
+
+
+def guided(true, seed=0, spoil=lambda i, p: p, tracked=False, which=(0, 1, 2, 3, 4, 5)):
+    """`Run`s of a robot that is not as its file says, as the guide drives it: its ends are where it really came to."""
+    nominal, real = Kinematics(read_wheels(SHIPPED)), Kinematics(read_wheels(true))
+    ratio = np.divide(real.wheels.metres_per_edge, nominal.wheels.metres_per_edge)
+    runs = []
+    for index in which:
+        twists = np.asarray(drives()[index]) @ (real.inverse @ np.diag(ratio) @ nominal.matrix).T
+        counts, poses = recorded(true, twists, seed + index, TRACKED if tracked else TAPE)
+        stamps = PERIOD * np.arange(1, len(counts) + 1)
+        if tracked:
+            runs.append(tracked_run(str(index), stamps, counts, Trajectory(stamps, spoil(index, poses)), 1.0, TRACKED))
+        else:
+            end = spoil(index, np.array([(*poses[-1, :2], se2.wrap(float(poses[-1, 2])))]))[0]
+            runs.append(taped_run(str(index), counts, end, TAPED))
+    return runs
+
+
+def worse(parameters, clean):
+    """[m] by how much the ends of clean runs are farther off than with the file."""
+    return np.mean([np.hypot(*end_misfit(read_wheels(parameters), run)[:2])
+                    - np.hypot(*end_misfit(read_wheels(SHIPPED), run)[:2]) for run in clean])
+
+
+def judged(runs):
+    """(`Calibration`, reasons not to write it)."""
+    free, found = choose(OPTIONS, SHIPPED, runs)
+    return found, contradictions(OPTIONS, SHIPPED, runs, free, found)
+
+
+OPTIONS = parse(["--wheel-params", "old.yaml", "run", "--radius", "common"])
+
+
+SHORT = ("right", "yaw is in radians where degrees are asked for", "yaw has the wrong sign", "x has the wrong sign",
+         "x and y are exchanged", "x and y are in millimetres", "yards", "no yaw", "noise", "the frame turned")
+
+
+@pytest.mark.parametrize("bad, true", [
+    pytest.param(bad, true, marks=[] if true is NEAR and bad in SHORT else pytest.mark.long)
+    for bad in ("right", *READINGS, *BAD) for true in (NEAR, FAR_OFF)])
+def test_nothing_worse_is_written_and_the_columns_are_told(true, bad):
+    spoil = BAD.get(bad, lambda i, p: p @ np.linalg.inv(matrix_of(bad)).T if bad in READINGS else p)
+    found, reasons = judged(guided(true, 0, spoil))
+    assert reasons or worse(found.parameters, guided(true, 900)) < 0.002
+    if bad == "right":
+        assert not reasons
+    if bad in READINGS and "degrees where" not in bad:
+        assert bad in reasons[0]
+
+
+@pytest.mark.parametrize("bad", ["yaw is in degrees where radians are asked for", "x and y are exchanged"])
+def test_columns_of_a_truth_all_the_way(bad):
+    runs = guided(FAR_OFF, 0, lambda i, p: p @ np.linalg.inv(matrix_of(bad)).T, tracked=True, which=(1, 2, 4))
+    assert bad in wrong_columns(SHIPPED, runs, FreeParameters(SHIPPED), 0.003)[0]
+
+
+def test_a_truth_that_is_late_is_no_unit():
+    runs = guided(FAR_OFF, 0, lambda i, p: np.vstack([np.tile(p[0], (100, 1)), p[:-100]]), tracked=True,
+                  which=(1, 2, 4))
+    _, reasons = judged(runs)
+    assert reasons
+    assert not any("asked for" in words or "sign" in words for words in reasons)
+
+
+@pytest.mark.parametrize("factor", [1.0, -1.0])
+def test_spins_near_whole_turns_and_lines_do_not_tell_what_yaw_is(factor):
+    """They fit any sign and unit: it is said, and nothing is written."""
+    _, reasons = judged(guided(FAR_OFF, 0, lambda i, p: p * (1, 1, factor), which=(2, 3, 4, 5)))
+    assert "yaw" in reasons[0]

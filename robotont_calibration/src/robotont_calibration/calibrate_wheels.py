@@ -49,8 +49,8 @@ def parse(arguments):
     parser.add_argument("--force", action="store_true", help="overwrite the output")
     parser.add_argument("--picture", default="calibration.png", metavar="PNG", help="default: %(default)s")
     parser.add_argument("--radius", choices=("auto", "common", "each"), default="auto",
-                        help="one factor for all wheels, a radius for each, or auto: what the runs make likelier "
-                             "(default: %(default)s)")
+                        help="one factor for all wheels, a radius for each, or auto: what the runs make likelier; "
+                             "with --angles fixed one factor (default: %(default)s)")
     parser.add_argument("--angles", choices=("each", "fixed"), default="each", help="default: %(default)s")
     parser.add_argument("--point", type=point, metavar="POINT", help=(
         "the measured point: free (estimated), fixed (the robot's middle), or X,Y in base_link [m] "
@@ -188,7 +188,8 @@ def rounded(value):
 def choose(options, given, runs):
     """(`FreeParameters`, `Calibration`) by the options; of what they leave open, what the runs make likelier."""
     where = options.point or ("free" if turns(runs) else tuple(given.get("measuredPoint", NOWHERE)))
-    models = [FreeParameters(given, radius, options.angles, where)
-              for radius in (("common", "each") if options.radius == "auto" else (options.radius,))]
+    radii = (options.radius,) if options.radius != "auto" else \
+        ("common", "each") if options.angles == "each" else ("common",)  # an angle that is off would pass for radii
+    models = [FreeParameters(given, radius, options.angles, where) for radius in radii]
     return min(((free, calibrate(given, runs, free, WHEEL_NOISE)) for free in models),
                key=lambda pair: pair[1].unlikely)

@@ -128,7 +128,7 @@ class RvizTest(NodeTest):
         self.wait_to_see(lambda picture: sight.complaints(picture) > 100, "complaints about a frame that is not")
         timer = rospy.Timer(rospy.Duration(0.2), lambda _event: stand_in.publish())
         self.addCleanup(timer.shutdown)
-        self.see_content(13)
+        self.see_content(14)
         self.check_logs()
 
     def test_two_robots(self):

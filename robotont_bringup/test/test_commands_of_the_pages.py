@@ -120,6 +120,21 @@ def test_programs_of_packages(page, command):
     assert (ROOT / command.split()[1] / "scripts" / command.split()[2]).exists(), page
 
 
+def test_pages_and_sections_that_messages_and_comments_name_exist():
+    kinds = (".py", ".yaml", ".launch", ".xacro", ".bash", ".txt", ".js", ".conf", "")
+    files = [path for folder in ("robotont_*", "config", "launch", "setup", "examples")
+             for path in ROOT.glob(f"{folder}/**/*")
+             if path.suffix in kinds and path.is_file() and "__pycache__" not in path.parts]
+    wrong = set()
+    for path in [*files, ROOT / "robotont", ROOT / "conftest.py"]:
+        text = path.read_text(encoding="utf-8", errors="ignore")
+        for page, section in re.findall(r'docs/([\w-]+\.md)(?:, \\?"([^"\\]+))?', text):
+            file = ROOT / "docs" / page
+            if not file.exists() or (section and f"# {section}\n" not in file.read_text(encoding="utf-8")):
+                wrong.add((str(path.relative_to(ROOT)), page, section))
+    assert not wrong
+
+
 def test_nothing_in_the_list_that_no_page_names():
     assert set(RUN_BY) - {kind(command.split()) for _, command in FOUND} == set()
 

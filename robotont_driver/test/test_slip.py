@@ -66,7 +66,7 @@ NOISES = {
 @pytest.mark.parametrize("law", NOISES)
 @pytest.mark.parametrize("number", [4, 5, 6, 8])
 def test_false_alarms_on_clean_counts(number, law, hours):
-    """Of the laws that docs/odometry.md promises a rate for; the others are told there as measured."""
+    """Of the laws that docs/figures.md promises a rate for; the others are told there as measured."""
     wheels, rng = read_wheels(even_wheels(number)), np.random.default_rng(number)
     given = {"noise": STATED, **NOISES[law]}
     finder = Windows(Kinematics(wheels), PERIOD, STATED, FALSE_ALARMS)

@@ -219,7 +219,7 @@ def test_the_owners_files_stay(board, flash):
 
 
 @pytest.mark.parametrize(("program", "words"), [
-    ("sleep 60", "did not end within 0.5 s"), ("echo could not enter raw repl; exit 1", "Flashing, from nothing"),
+    ("sleep 60", "did not end within 0.5 s"), ("echo could not enter raw repl; exit 1", "Flash it"),
     ("echo; echo OSError: 5; exit 1", "failed: OSError: 5"), ("exit 1", "failed: no reason given")])  # fmt: skip
 def test_mpremote_that_fails_is_explained(tmp_path, monkeypatch, program, words):
     fake = tmp_path / "mpremote"

@@ -1,4 +1,4 @@
-"""Drives a robot along a route as docs/navigation.md "Mapping" tells a person to, from one pose to the next."""
+"""Drives a robot along a route as docs/first-map.md tells a person to, from one pose to the next."""
 
 import math
 

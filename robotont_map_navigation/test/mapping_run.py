@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Maps a world with slam.launch on the simulator, driven as docs/navigation.md "Mapping" says, and scores the map.
+"""Maps a world with slam.launch on the simulator, driven as docs/first-map.md says, and scores the map.
 
 mapping_run.py WORLD [launch arguments, e.g. imu:=imu scan_field_of_view:=6.2831853] prints the
 figures of map_score as JSON. WORLD: a file with one of mapping_route.ROUTES' names. Needs gmapping; has a ROS master of

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""What move_base demands of the robot (docs/navigation.md), on the simulator, without move_base."""
+"""What move_base demands of the robot, on the simulator, without move_base."""
 
 import math
 import os

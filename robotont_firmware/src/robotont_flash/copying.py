@@ -23,7 +23,7 @@ OTHER_BOARD = """\
 {port} is "{machine}" with MicroPython {version} (files {mpy}); this firmware is for a {wanted} with {oldest} or newer
 (files {made}; ./robotont flash brings their compiler). The program that may have run on it starts again now."""
 NO_MICROPYTHON = """\
-No MicroPython answers on {port}. A board that was never flashed: see docs/firmware.md, "Flashing, from nothing".
+No MicroPython answers on {port}. A board that was never flashed: see docs/firmware.md, "Flash it".
 A program that does not answer: hold USER, press and release RESET, let USER go when the green LED has blinked
 twice (safe mode; three blinks would erase the files), and run this again."""
 WHO = """

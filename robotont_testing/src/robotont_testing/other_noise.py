@@ -1,6 +1,6 @@
 """A second generator of drives and of what sensors make of them, from physics alone.
 
-Written by somebody who had not read slip, gyro and odometry_stamps, for the figures of docs/odometry.md; nothing here
+Written by somebody who had not read slip, gyro and odometry_stamps, for the figures of docs/figures.md; nothing here
 is shared with simulated_wheels. SI units; K periods of a drive, each a twist (v_x, v_y, omega) in base_link.
 """
 

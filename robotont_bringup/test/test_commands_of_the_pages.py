@@ -135,6 +135,22 @@ def test_pages_and_sections_that_messages_and_comments_name_exist():
     assert not wrong
 
 
+def test_files_and_tests_that_pages_name_exist():
+    folders = ("robotont_*", "config", "launch", "setup", "examples", "benchmarks", "docs")
+    paths = [path for folder in folders for path in ROOT.glob(f"{folder}/**/*") if path.is_file()]
+    there = {path.name for path in [*paths, *ROOT.glob("*")]} | {
+        name for path in paths if path.suffix == ".py" and "test" in path.name
+        for name in re.findall(r"def (test_\w+)", path.read_text(encoding="utf-8"))}
+    theirs = {"rs_camera.launch", "foxglove_bridge.launch", "robotont_bringup.launch",  # of others
+              "my_room.yaml", "notes.txt", "robotont_fleet_stops_8110.json", "pin_profile_NAME.py"}  # made later
+    a_name = re.compile(r"[\w./-]+\.(?:py|test|launch|js|yaml|xacro|html|css|bash|txt|json)\b|\btest_\w+")
+    named = {(path.name, name.rpartition("/")[2])
+             for path in [*ROOT.glob("docs/*.md"), ROOT / "README.md", ROOT / "CONTRIBUTING.md"]
+             for words in re.findall(r"`([^`\n]+)`", path.read_text(encoding="utf-8"))
+             for name in a_name.findall(words)}
+    assert {one for one in named if one[1] not in there | theirs and one[1] + ".py" not in there} == set()
+
+
 def test_nothing_in_the_list_that_no_page_names():
     assert set(RUN_BY) - {kind(command.split()) for _, command in FOUND} == set()
 

@@ -94,7 +94,7 @@ def nodes():
         name = node.__name__.rpartition(".")[2]
         yield from ("", f"## {name}", "")
         if name in TOPICS:
-            yield from ("Topics and services:", "", *topics(name), "", "Parameters:", "")
+            yield from (*topics(name), "", "Parameters:", "")
         yield from parameters(name, node.PARAMETERS)
 
 

@@ -71,6 +71,7 @@ def test_a_square_to_the_right_is_one_too():
     ("between", [(0, 0), (1.0, 0)], "never came between the posts: 0.50 m were missing"),
     ("between", [(0, 0), (1.4, 0.9), (2, 0.9)], "passed beside the posts"),
     ("between", [(0, 0), (2.9, 0)], "stands 1.40 m behind the posts"),
+    ("between", [(0, 0), (1.6, 0)], "stands 0.10 m behind the posts, 0.20 to 1.00 m wanted"),
     ("between", [(0, 0), (1.4, 0.4)], "touched something"),
     ("line", [(0, 0), (4, 0)], "left the line at 4."),
     ("line", GOOD["line"][:4], "before the line's end"),

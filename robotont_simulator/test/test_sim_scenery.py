@@ -2,6 +2,8 @@
 
 import math
 import os
+import subprocess
+import sys
 
 os.environ.setdefault("MUJOCO_GL", "egl")  # before mujoco
 
@@ -75,3 +77,14 @@ def test_the_camera_sees_colours_distances_and_the_line():
     assert abs(depth[118:122, 210:214].mean() - true) < 10, (depth[120, 212], true)
     lens.move((0.0, 0.0, math.atan2(red.y, red.x)), (-0.5, 0.6))  # a visitor beside it
     assert (lens.colour() != picture).any()
+
+
+def test_without_egl_the_camera_takes_osmesa_and_what_is_missing_is_named(tmp_path):
+    def started(**environment):
+        return subprocess.run([sys.executable, str(ROOT / "robotont_simulator" / "scripts" / "camera_node"), "-h"],
+                              env={**os.environ, **environment}, capture_output=True, text=True, check=False)
+    assert started(MUJOCO_EGL_DEVICE_ID="99", MUJOCO_GL="egl").stdout.startswith("usage:")
+    (tmp_path / "PIL.py").write_text("raise ImportError('no PIL')")
+    lacking = started(MUJOCO_GL="egl", PYTHONPATH=f"{tmp_path}:{os.environ['PYTHONPATH']}")
+    assert lacking.returncode == 1
+    assert "no PIL: ./robotont setup sim camera" in lacking.stderr

@@ -10,4 +10,4 @@ def drive(command, robot):
         command.angular.z = 1.5 * (near[0] + near[-1]) / 2
     else:
         blind += 1
-        command.linear.x = 0.3 if blind < 42 else 0.0
+        command.linear.x = 0.3 if blind < 80 else 0.0

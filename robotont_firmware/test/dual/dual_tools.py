@@ -17,7 +17,6 @@ except ImportError:  # CPython always allocates; the proof is MicroPython's
 
 
 TIMEOUT, BRAKING, FAULT_HOLD, ANSWER_INTERVAL, BLIND_TIME = 24, 100, 25, 10, 16  # [periods] at 50 Hz
-MAX_UNITS = 180  # [units] that MAX_SPEED makes of the motor's 200
 FAST = sys.implementation.name == "micropython" and sys.maxsize > 1 << 31  # machine code on the PC's processor
 
 

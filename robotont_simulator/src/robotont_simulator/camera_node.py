@@ -59,7 +59,7 @@ class CameraNode:
         self._visitor = (message.x, message.y) if math.isfinite(message.x + message.y) else None
 
     def _on_truth(self, message):
-        self._truth = message
+        self._truth = message._buff  # noqa: SLF001 read only when somebody listens
 
     def _run(self):
         """Sleep while nobody listens; else render at the rate, from the newest true pose."""
@@ -67,13 +67,10 @@ class CameraNode:
         while not rospy.is_shutdown():
             wanted = self._wanted()
             if not wanted:
-                if subscriber:
-                    subscriber.unregister()
-                    self._truth = subscriber = None
                 rospy.rostime.wallsleep(LOOK)
                 continue
-            if not subscriber:
-                subscriber = rospy.Subscriber("ground_truth/odom", Odometry, self._on_truth, queue_size=1)
+            if not subscriber:  # for good: rospy may miss a connection that is ended and made again
+                subscriber = rospy.Subscriber("ground_truth/odom", rospy.AnyMsg, self._on_truth, queue_size=1)
             if not camera:
                 try:
                     camera = Camera(self._wheels, read_world(parameters["world"]), parameters["width"],
@@ -84,7 +81,7 @@ class CameraNode:
                     return
             truth, self._truth = self._truth, None
             if truth:
-                self._publish(camera, truth, wanted)
+                self._publish(camera, Odometry().deserialize(truth), wanted)
                 due += 1 / parameters["rate"]
             due = max(due, time.monotonic() + 0.002)  # [s] what was late stays late
             rospy.rostime.wallsleep(due - time.monotonic())

@@ -31,7 +31,8 @@ class LinearRun(NamedTuple):
 
     def factor(self, noise):
         """Cholesky factor of the covariance with (wheel noise [m] after 1 m, factor of the measurement's deviation)."""
-        return cho_factor(noise[0] ** 2 * self.wandering + noise[1] ** 2 * self.measured + self.edges, lower=True)
+        return cho_factor(noise[0] ** 2 * self.wandering + noise[1] ** 2 * self.measured + self.edges, lower=True,
+                          check_finite=False)
 
     def whitened(self, noise, weight):
         """(misfits, derivatives) in standard deviations, and the logarithm of the covariance's determinant."""
@@ -73,7 +74,7 @@ def _linear(run, wheels, to_step, by_value, point, looked_for):
         if looked_for:
             by_values[:2, -2:] = swing
         slopes.append(by_values)
-        by_wheel = by_step @ to_step  # K x 3 x n
+        by_wheel = np.dot(by_step, to_step)  # K x 3 x n
         wandering.append(np.tensordot(by_wheel * variances[begin:end, None, :], by_wheel, axes=((0, 2), (0, 2))))
         cos, sin = math.cos(run.poses[first, 2]), math.sin(run.poses[first, 2])
         by_end = np.array(((cos, sin, 0.0), (-sin, cos, 0.0), (0.0, 0.0, 1.0)))
@@ -112,7 +113,8 @@ def likely_noise(models, weights, expected, start):
         total = np.sum(((logarithms - middle) / NOISE_TIE) ** 2)
         for model, weight in zip(models, weights):
             factor = model.factor(np.exp(logarithms))
-            total += 2 * np.log(np.diag(factor[0])).sum() + weight * model.left @ cho_solve(factor, model.left)
+            solved = cho_solve(factor, model.left, check_finite=False)
+            total += 2 * np.log(np.diag(factor[0])).sum() + weight * model.left @ solved
         return float(total)
     found = minimize(unlikely, np.log(start), method="Nelder-Mead",
                      options={"xatol": 0.02, "fatol": 0.01, "maxiter": 100})

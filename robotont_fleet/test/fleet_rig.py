@@ -59,6 +59,8 @@ class Rig(Processes):
                      and one["age"] is not None), {})
 
     def order(self, **fields):
+        if fields["kind"] == "release":
+            fields["newest"] = self.stop_state()["newest"]
         assert self.request("POST", "/order", json.dumps(fields))[0] == 204
 
     def stop_state(self):

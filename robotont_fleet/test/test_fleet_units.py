@@ -53,7 +53,11 @@ class Class:
         return [name for name, _ in self.sent]
 
     def stop(self):
-        return self.fleet.view(self.now)["stop"]
+        return {key: value for key, value in self.fleet.view(self.now)["stop"].items() if key != "newest"}
+
+    def release(self):
+        """By a person who has seen all."""
+        return self.fleet.release(self.fleet.view(self.now)["stop"]["newest"])
 
     def needs(self):
         return {one["name"]: one["need"] for one in self.fleet.view(self.now)["robots"]}
@@ -90,7 +94,7 @@ def test_a_stop_for_all_holds_for_who_blinks_joins_and_restarts_until_somebody_e
     assert room.repeated() == []
     room.say("r3", confirmed=[])  # somebody has released it beside
     assert (room.repeated(), room.needs()["r3"]) == (["r3"], "waits")
-    room.fleet.release()
+    room.release()
     room.come("r4")
     assert room.repeated() == []
 
@@ -123,7 +127,7 @@ def test_a_stop_for_one_holds_also_for_who_is_gone_and_counts_apart_from_that_fo
     assert room.kept["some"]["r2"] == number
     room.come("r2", "b")
     assert room.repeated() == ["r2"]
-    room.fleet.release()
+    room.release()
     assert room.kept["some"] == {}
     room.fleet.stop("r2")
     room.fleet.stop()
@@ -169,7 +173,7 @@ def test_a_release_lets_go_who_is_there_and_stands_by_this_page_and_tells_who_is
     room.go("r3")
     room.say("r2", confirmed=["other-1"])
     del room.sent[:]
-    room.fleet.release()
+    room.release()
     assert room.sent == [("r1", {"kind": "release", "number": number, "id": "a", "seen": 50})]
     assert room.stop() == {"all": False, "stand": [], "waiting": [], "gone": [], "left": ["r1"]}
     assert room.kept["all"] is None
@@ -178,8 +182,23 @@ def test_a_release_lets_go_who_is_there_and_stands_by_this_page_and_tells_who_is
     assert room.stop()["left"] == ["r1", "r3"]
     room.say("r1", number=51, confirmed=[])
     del room.sent[:]
-    room.fleet.release()
+    room.release()
     assert [name for name, _ in room.sent] == ["r3"]
+
+
+@pytest.mark.parametrize("name", [None, "r1"])
+def test_a_release_that_was_asked_for_before_the_newest_press_ends_nothing(room, name):
+    room.fleet.stop()
+    asked = room.fleet.view(room.now)["stop"]["newest"]
+    room.fleet.stop(name)
+    room.confirm("r1")
+    room.confirm("r2")
+    del room.sent[:]
+    assert not room.fleet.release(asked)
+    assert not Class(room.kept).fleet.release(asked)
+    assert (room.sent, room.stop()["all"]) == ([], True)
+    assert room.release()
+    assert [order["kind"] for _, order in room.sent] == ["release", "release"]
 
 
 def test_stops_survive_the_page_and_its_file_is_read_in_doubt_as_a_stop(room, tmp_path, monkeypatch, capsys):
@@ -196,7 +215,7 @@ def test_stops_survive_the_page_and_its_file_is_read_in_doubt_as_a_stop(room, tm
     assert Class({**file.read(), "all": None, "some": {"r2": "a"}}).stop()["gone"] == ["r2"]
     after.come("r1")
     assert after.sent == [("r1", {"kind": "stop", "number": room.kept["all"]})]
-    after.fleet.release()
+    after.release()
     assert after.kept["page"] == room.kept["page"]
     for damaged in ("", "{", "5", "{}", "[]", '{"page": "a", "all": null, "some": [1], "names": []}'):
         (tmp_path / "new" / "robotont_fleet_stops_8110.json").write_text(damaged)
@@ -268,7 +287,7 @@ GOAL = {"kind": "goal", "name": "r1", "id": "a", "seen": 7, "x": 0.5, "y": -3}
 
 
 def test_orders_are_read_as_they_were_sent():
-    for order in ({"kind": "stop"}, {"kind": "stop", "name": "r1"}, {"kind": "release"}, GOAL):
+    for order in ({"kind": "stop"}, {"kind": "stop", "name": "r1"}, {"kind": "release", "newest": "a"}, GOAL):
         assert read_order(json.dumps(order).encode(), TO_PAGE) == order
     for order in ({"kind": "stop", "number": "a-1"}, {"kind": "release", "number": "a-1", "id": "a", "seen": 7}, GOAL):
         assert read_order(json.dumps(order).encode(), TO_ROBOT) == order

@@ -209,7 +209,7 @@ $("language").onchange = () => {
   show();
 };
 $("stop_all").onclick = () => stop();
-actWhenHeld($("release"), () => order({kind: "release"}));
+actWhenHeld($("release"), (newest) => order({kind: "release", newest}), () => view.stop.newest);
 $("map").onclick = (event) => {
   const robot = view.robots.find((one) => key(one) === aiming);
   if (robot) {

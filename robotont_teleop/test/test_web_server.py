@@ -58,24 +58,24 @@ def test_everybody_may_stop_but_only_the_driver_releases_who_has_seen_the_newest
     wait_for(lambda: one.messages["state"]["stopped"] and two.messages["state"]["stopped"], "the state")
     assert served.robot.orders == [("press",), ("cancel",)]
     assert served.robot.sent == [(0.3, 0.0, 0.0), STOP]
-    two.order("release")
+    two.order("release", pressed_at=two.messages["state"]["pressed_at"])
     wait_for(lambda: "refused" in two.messages, "the refusal")
-    seen = one.time
+    seen = one.messages["state"]["pressed_at"]
     two.send({"kind": "stop"})
-    wait_for(lambda: served.robot.orders.count(("press",)) == 2, "the second stop")
-    one.order("release", time=seen)
+    wait_for(lambda: one.messages["state"]["pressed_at"] != seen, "the second stop, during the second of a release")
+    one.order("release", pressed_at=seen)
     wait_for(lambda: "late" in one.messages, "the refusal")
     assert served.robot.stopped
-    wait_for(lambda: one.time > 1000.0 * served.robot.emergency_stop.pressed_at, "the state")
-    one.order("release")
+    one.order("release", pressed_at=one.messages["state"]["pressed_at"])
     wait_for(lambda: not served.robot.stopped, "the release")
 
 
 def test_what_is_old_is_dropped_and_the_page_of_an_order_informed(timely):
     page = timely.ready_page()
     page.drive(0.3, time=page.time - 250)
-    for kind, fields in (("release", {}), ("goal", {"x": 1.0, "y": 0.0}), ("give_back", {}), ("take", {}),
-                         ("reset_odometry", {})):
+    wait_for(lambda: page.messages.get("late") == {"kind": "late", "what": "drive"}, "words")
+    for kind, fields in (("release", {"pressed_at": 0}), ("goal", {"x": 1.0, "y": 0.0}), ("give_back", {}),
+                         ("take", {}), ("reset_odometry", {})):
         page.order(kind, time=page.time - 250, **fields)
         wait_for(lambda kind=kind: page.messages.get("late", {}).get("what") == kind, "words")
     assert not timely.robot.orders

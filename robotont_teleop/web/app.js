@@ -66,7 +66,13 @@ const link = new Link({
   status: takeStatus,
   pong: () => ($("round_trip").textContent = `${Math.round(link.roundTrip)} ms`),
   refused: () => (refused = {key: "can_take_over", until: performance.now() + REFUSED}),
-  late: () => (refused = {key: "late", until: performance.now() + REFUSED}),
+  late: ({what}) => {
+    if (what !== "drive") {
+      refused = {key: "late", until: performance.now() + REFUSED};
+    } else if (performance.now() >= refused.until) {
+      refused = {key: "late_drive", until: performance.now() + REFUSED};
+    }
+  },
 });
 const stop = () => {
   link.stop();
@@ -292,7 +298,7 @@ $("language").addEventListener("change", () => {
     // no storage: asked anew next time
   }
 });
-actWhenHeld($("release"), () => link.order({kind: "release"}));
+actWhenHeld($("release"), (pressed_at) => link.order({kind: "release", pressed_at}), () => state?.pressed_at ?? 0);
 setLanguageTo(chosenLanguage());
 setSpeed(speed);
 zoom(0);

@@ -1,14 +1,16 @@
-// A button that acts only after a press of a whole second: the ring fills while it lasts.
+// A button that acts only after a press of a whole second, and once: the ring fills while it lasts. act(then): with what
+// seen() was when the press began, for what has come since the person could not mean.
 const HOLD = 1000; // [ms]
 
-export function actWhenHeld(button, act) {
+export function actWhenHeld(button, act, seen) {
   let timer = null;
   const begin = () => {
     if (timer === null && !button.disabled) {
+      const then = seen();
       button.classList.add("filling");
       timer = setTimeout(() => {
         end();
-        act();
+        act(then);
       }, HOLD);
     }
   };
@@ -21,7 +23,7 @@ export function actWhenHeld(button, act) {
     event.preventDefault();
     begin();
   });
-  button.addEventListener("keydown", (event) => ["Enter", "Space"].includes(event.code) && begin());
+  button.addEventListener("keydown", (event) => ["Enter", "Space"].includes(event.code) && !event.repeat && begin());
   for (const event of ["pointerup", "pointerleave", "pointercancel", "keyup", "blur"]) {
     button.addEventListener(event, end);
   }

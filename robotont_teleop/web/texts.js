@@ -92,6 +92,8 @@ export const TEXTS = {
   health: ["Health", "Zustand", "Seisund"],
   language: ["Language", "Sprache", "Keel"],
   late: ["Came too late: try again", "Kam zu spät: noch einmal", "Jõudis liiga hilja: proovi uuesti"],
+  late_drive: ["Slow network: what the stick asks for comes too late", "Langsames Netz: was der Stick will, kommt zu spät",
+    "Aeglane võrk: juhtkangi käsud jõuavad liiga hilja"],
   level_error: ["Error", "Fehler", "Viga"],
   level_ok: ["Well", "In Ordnung", "Korras"],
   level_silent: ["Silent for 5 s: has it ended?", "Seit 5 s still: Ist es beendet?", "5 s vait: kas see on lõppenud?"],

@@ -66,10 +66,8 @@ class OrderHandler(Guarded, tornado.web.RequestHandler):
                 raise ValueError("no such robot")
         except ValueError as error:
             raise tornado.web.HTTPError(400, reason="no order") from error
-        if kind == "release":
-            fleet.release()
-        else:
-            {"stop": fleet.stop, "cancel": fleet.cancel, "goal": fleet.goal}[kind](**order)
+        if getattr(fleet, kind)(**order) is False:
+            raise tornado.web.HTTPError(409, reason="STOP was pressed again meanwhile")
         if kind in ("stop", "release"):
             await self.server.stop_file.kept()
         self.set_status(204)

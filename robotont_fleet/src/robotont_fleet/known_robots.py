@@ -40,6 +40,7 @@ class Fleet:
         self._page = kept.get("page") or secrets.token_hex(4)
         self._all = kept.get("all")              # number of the stop for all, or None
         self._some = dict(kept.get("some", {}))  # {name: number} of stops for one
+        self._newest = secrets.token_hex(4)      # names the newest press of STOP, so that no older release ends it
         self._robots = {name: {"": Robot(name, "")} for name in kept.get("names", ())}  # by name, identity
 
     # From robots
@@ -86,6 +87,7 @@ class Fleet:
 
     def stop(self, name=None):
         """Stop one robot, or all: whoever is or will be there, until `release`."""
+        self._newest = secrets.token_hex(4)
         if not self._all:
             number = f"{self._page}-{secrets.token_hex(4)}"
             if name:
@@ -102,14 +104,21 @@ class Fleet:
             if not self._stands(name, now):
                 self._send_stop(name)
 
-    def release(self):
-        """End all stops, and let go the robots that are there and stand by one of this page, by whatever it was."""
+    def release(self, newest):
+        """End all stops, and let go the robots that are there and stand by one of this page, by whatever it was.
+
+        newest: of `view`, as the person has seen it who releases. Returns False, and does nothing, where somebody has
+        pressed STOP since: a release may wait in a network longer than a press behind it.
+        """
+        if newest != self._newest:
+            return False
         self._all, self._some = None, {}
         self._keep()
         for one in self._each():
             for number in self._own(one):
                 self._send(one.name, {"kind": "release", "number": number, "id": one.identity,
                                       "seen": one.state["number"]})
+        return True
 
     def cancel(self, name):
         """Take back the goals of a robot."""
@@ -153,8 +162,8 @@ class Fleet:
         there = {one["name"] for one in robots if one["present"]}
         left = {one.name for one in self._each() if self._own(one)} - asked
         return {"robots": robots, "need": sum(NEEDS.index(one["need"]) <= NEEDS.index("stopped") for one in robots),
-                "stop": {"all": bool(self._all), "stand": sorted(stand), "waiting": sorted(asked & there - stand),
-                         "gone": sorted(asked - there), "left": sorted(left)}}
+                "stop": {"all": bool(self._all), "newest": self._newest, "stand": sorted(stand),
+                         "waiting": sorted(asked & there - stand), "gone": sorted(asked - there), "left": sorted(left)}}
 
     def _need(self, one, now):
         """The first of NEEDS that is true."""

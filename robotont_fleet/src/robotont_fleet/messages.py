@@ -9,7 +9,7 @@ MOST = 1e15         # beyond, a number is none: not each of 400 digits fits into
 FARTHEST = 1000.0   # [m] of a goal
 CONFIRMED = 8       # stops that a robot can stand by at the same time, of as many pages
 # The kinds of orders with what each must name, from a browser to the page's server, and from there to a robot
-TO_PAGE = {"stop": (), "release": (), "cancel": ("name",), "goal": ("name", "id", "seen", "x", "y")}
+TO_PAGE = {"stop": (), "release": ("newest",), "cancel": ("name",), "goal": ("name", "id", "seen", "x", "y")}
 TO_ROBOT = {"stop": ("number",), "release": ("number", "id", "seen"), "cancel": (), "goal": ("id", "seen", "x", "y")}
 NONE = (ValueError, KeyError, TypeError, AttributeError, OverflowError, RecursionError)  # of what is no message
 
@@ -96,4 +96,4 @@ def _text(value):
     return str(value)[:LONGEST]
 
 
-READERS = {"name": _word, "number": _word, "id": _word, "seen": _whole, "x": _metres, "y": _metres}
+READERS = {"name": _word, "newest": _word, "number": _word, "id": _word, "seen": _whole, "x": _metres, "y": _metres}

@@ -2,6 +2,7 @@
 import assert from "node:assert";
 import {test} from "node:test";
 
+import {actWhenHeld} from "../../web/hold_button.js";
 import {Pad, STILL} from "../../web/pad.js";
 import {REACH, position} from "../../web/stick_curve.js";
 import {TEXTS} from "../../web/texts.js";
@@ -41,6 +42,24 @@ test("the worst fault first: an error, silence, a warning; none that is told alr
   assert.equal(worst(lights, /: 2$/).level, 3);
   assert.equal(worst(lights, /never/).level, 2);
   assert.equal(worst([lights[3]], /never/), null);
+});
+
+test("a held button acts once a press, with what was seen at its beginning", (t) => {
+  const on = {}, acted = [], nothing = {addEventListener: () => {}}, preventDefault = () => {};
+  Object.assign(globalThis, {window: nothing, document: nothing});
+  t.mock.method(globalThis, "setTimeout", (then) => (later = then));
+  let seen = 1, later = null;
+  actWhenHeld({addEventListener: (event, act) => (on[event] = act), classList: {add() {}, remove() {}}},
+    (then) => acted.push(then), () => seen);
+  on.pointerdown({preventDefault});
+  seen = 2;
+  later();
+  on.pointerup();
+  on.keydown({code: "Enter", repeat: false});
+  later();
+  later = null;
+  on.keydown({code: "Enter", repeat: true});
+  assert.deepEqual([acted, later], [[1, 2], null]);
 });
 
 test("a stick is still in its middle, soft behind it, full at its reach, and never more", () => {

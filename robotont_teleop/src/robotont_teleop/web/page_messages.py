@@ -11,7 +11,8 @@ FIELDS = {  # kind: largest absolute value of each field
     "drive": {"time": LARGEST_TIME, "x": LARGEST_SPEED, "y": LARGEST_SPEED, "turn": LARGEST_SPEED},
     "ping": {"time": LARGEST_TIME},
     "goal": {"time": LARGEST_TIME, "x": FARTHEST, "y": FARTHEST},
-    **{kind: {"time": LARGEST_TIME} for kind in ("take", "release", "give_back", "reset_odometry")},
+    **{kind: {"time": LARGEST_TIME} for kind in ("take", "give_back", "reset_odometry")},
+    "release": {"time": LARGEST_TIME, "pressed_at": LARGEST_TIME},
     "stop": {}, "cancel": {},  # hold however late they come
 }
 
@@ -26,6 +27,7 @@ class Message(NamedTuple):
     kind: str
     time: Optional[float] = None  # [ms] the newest server time that the page has seen; ping: the page's own
     values: Tuple[float, ...] = ()  # drive: (v_x [m/s], v_y [m/s], omega [rad/s]); goal: (x [m], y [m])
+    # release: ([ms] of the newest press that the person has seen, as the state tells it)
 
     @property
     def seen(self):
@@ -47,7 +49,7 @@ def read_message(text):
         raise MessageError(f"{kind}: found {sorted(fields)}, allowed: {sorted(allowed)}")
     for name, value in fields.items():
         _check_number(kind, name, value, allowed[name])
-    values = tuple(float(fields[name]) for name in ("x", "y", "turn") if name in allowed)
+    values = tuple(float(fields[name]) for name in ("x", "y", "turn", "pressed_at") if name in allowed)
     return Message(kind, fields.get("time"), values)
 
 

@@ -66,8 +66,10 @@ class WebServer(PageServer):
         message = read_message(text)
         now = time.monotonic()
         if message.kind == "drive":
-            stopped = self.robot.emergency_stop.pressed
+            stopped, dropped = self.robot.emergency_stop.pressed, self.seat.dropped
             self._send(self.seat.command(page.number, message.seen, message.values, now, stopped))
+            if self.seat.dropped > dropped and any(message.values):
+                page.send({"kind": "late", "what": message.kind})
         elif message.kind == "ping":
             page.send({"kind": "pong", "time": message.time})
         elif message.kind == "stop":
@@ -88,12 +90,17 @@ class WebServer(PageServer):
             else:
                 page.send({"kind": "refused", "what": message.kind})
 
+    @property
+    def _pressed_at(self):
+        """[ms] when the emergency stop was pressed for the last time; a browser gives it back as it came."""
+        return 1000.0 * self.robot.emergency_stop.pressed_at
+
     def _order(self, page, message):
         """Requests that only the driving page may make."""
         if message.kind == "release":
-            if message.seen > self.robot.emergency_stop.pressed_at:
+            if message.values == (self._pressed_at,):
                 self.robot.emergency_stop.release()
-            else:  # the page has not seen that somebody has pressed it again
+            else:  # the person had not seen that somebody has pressed it again
                 page.send({"kind": "late", "what": message.kind})
         elif message.kind == "goal":
             self.robot.goal(*message.values)
@@ -122,7 +129,7 @@ class WebServer(PageServer):
                 continue
             now = time.monotonic()
             told = [{"kind": "state", "time": round(now * 1000.0, 1), "driver": self.seat.driver,
-                     "held": sorted(self.seat.held), **self.robot.state()}]
+                     "held": sorted(self.seat.held), "pressed_at": self._pressed_at, **self.robot.state()}]
             if tick % STATUS_STATES == 0:
                 told.append({"kind": "status", "pages": len(self.pages), **self.robot.status()})
             texts = [json.dumps(one) for one in told]

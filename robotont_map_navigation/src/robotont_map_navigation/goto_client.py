@@ -10,12 +10,12 @@ import rospy
 import tf2_ros
 from actionlib_msgs.msg import GoalID, GoalStatus, GoalStatusArray
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
-from move_base_msgs.msg import MoveBaseAction, MoveBaseGoal
+from move_base_msgs.msg import MoveBaseAction, MoveBaseActionGoal, MoveBaseGoal
 from nav_msgs.msg import OccupancyGrid
 from std_msgs.msg import String
 
 from robotont_driver.kinematics.se2 import compose, pose_of, yaw_of
-from robotont_driver.rospy_repairs.rospy_internals import goal_id
+from robotont_driver.rospy_repairs.rospy_internals import connection_header, goal_id
 from robotont_map_navigation.footprint import base_frame, needed_radius
 from robotont_map_navigation.goal import (
     GAVE_UP,
@@ -67,6 +67,7 @@ class GoTo:
         self._held = ""     # what has ended navigation's motion since this goal was sent, of navigation_monitor
         self._pressed_by = ""  # who presses the emergency stop, which cancels all goals
         self._stopped_by = ""  # who has pressed it since this one was sent
+        self._overruled = ""   # who else has cancelled all goals since, or has sent one
         self._pose = None
         self._comparable = False  # whether that pose is in the frame of the goals
         self._sent = set()  # ids of the goals of this client that move_base has not reported as ended
@@ -84,6 +85,8 @@ class GoTo:
         rospy.Subscriber("navigation/held", String, self._on_held, queue_size=1)
         rospy.Subscriber("/diagnostics", DiagnosticArray, self._on_diagnostics, queue_size=10)
         rospy.Subscriber("emergency_stop/pressed_by", String, self._on_pressed_by, queue_size=10)
+        rospy.Subscriber("move_base/cancel", GoalID, self._on_cancel, queue_size=10)
+        rospy.Subscriber("move_base/goal", MoveBaseActionGoal, self._on_goal, queue_size=10)
 
     @property
     def answers(self):
@@ -124,7 +127,7 @@ class GoTo:
         self._pose = None
         self._ended.clear()
         self._left = False
-        self._held = ""
+        self._held = self._overruled = ""
         self._stopped_by = self._pressed_by
         self._client.send_goal(message, done_cb=self._on_done, feedback_cb=self._on_feedback)
         self._sent.add(goal_id(self._client))
@@ -164,12 +167,16 @@ class GoTo:
 
     def _wait_and_send_again(self, goal, found, waited, patience):
         end = time.monotonic() + AGAIN
-        while time.monotonic() < end and not self._left and not self._stopped_by:
+        while time.monotonic() < end and not self._must_not_drive():
             self._show(f"waits, {waited:.0f} of {patience:.0f} s: {self._cause() or found.words}")
             time.sleep(0.1)
         with self._lock:
-            if not self._left and not self._stopped_by:  # a goal of before a stop must not drive after its release
+            if not self._must_not_drive():
                 self.send(goal)
+
+    def _must_not_drive(self):
+        """Whether a goal that waits, of which move_base knows nothing, has been taken back or stopped meanwhile."""
+        return self._left or self._stopped_by or self._overruled
 
     def _cause(self):
         """The worst that the robot's nodes say of themselves; empty when all is well."""
@@ -196,6 +203,8 @@ class GoTo:
                            "then send the goal again")
         found = outcome(GoalStatus.to_string(self._client.get_state()), self._client.get_goal_status_text(), goal,
                         self._pose if self._comparable else None, time.monotonic() - start)
+        if found.status == GAVE_UP and self._overruled:
+            return Outcome(REPLACED, f"{self._overruled}, while it waited: {found.words}")
         return found._replace(words=found.words + self._doubts()) if found.status == GAVE_UP else found
 
     def _doubts(self):
@@ -289,6 +298,18 @@ class GoTo:
     def _on_pressed_by(self, message):
         self._pressed_by = message.data
         self._stopped_by = message.data or self._stopped_by
+
+    def _on_cancel(self, message):
+        if not message.id:  # all goals
+            self._overrule("cancelled by", message)
+
+    def _on_goal(self, message):
+        self._overrule("replaced by a goal of", message)
+
+    def _overrule(self, what, message):
+        sender = connection_header(message).get("callerid")
+        if sender != rospy.get_name():
+            self._overruled = f"{what} {sender}"
 
     def _on_map(self, message):
         self._map = message

@@ -15,6 +15,7 @@ from robotont_teleop.hand.emergency_stop_publisher import EmergencyStopPublisher
 from robotont_teleop.hand.still_pad import StillPad
 
 MOST_BUTTONS = 100
+MOST_WAITING = 100  # messages
 PARAMETERS = (
     Parameter("longest_still", 1.5, "without a change of any stick or button while the dead-man button is held, after "
               "which the robot stops: the pad may be out of reach", "s", minimum=0.3, maximum=5.0,
@@ -39,7 +40,8 @@ class JoyWatch:
         self._stop = EmergencyStopPublisher()
         self._live = rospy.Publisher("joy/live", Joy, queue_size=1, tcp_nodelay=True)
         self._health = Health(robot_name(), {"gamepad": self._report})
-        rospy.Subscriber("joy", Joy, self._on_joy, queue_size=1, tcp_nodelay=True)
+        # each one counts: of those that wait together the newest alone may not have the button that was tapped
+        rospy.Subscriber("joy", Joy, self._on_joy, queue_size=MOST_WAITING, tcp_nodelay=True)
 
     def _on_joy(self, message):
         given, now = self._parameters, time.monotonic()

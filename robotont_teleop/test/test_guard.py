@@ -58,6 +58,20 @@ def guard_before(*points):
     return show(make_guard(), scan_of(*points), times=2)
 
 
+def test_a_reading_that_comes_while_those_before_are_put_together_counts_at_once(monkeypatch):
+    guard = show(make_guard(), FAR, times=2)
+    together = guard._together
+
+    def slowly(*values):  # another thread has its turn
+        view = together(*values)
+        monkeypatch.setattr(guard, "_together", together)
+        show(guard, scan_of(0.5), times=2)
+        return view
+    monkeypatch.setattr(guard, "_together", slowly)
+    guard.move(100.0)
+    assert guard.limit(AHEAD, 100.0) == guard_before(0.5).limit(AHEAD, 100.0) != AHEAD
+
+
 def speed_of(guard, twist=AHEAD, now=100.0):
     """[m/s] that it allows."""
     return math.hypot(*guard.limit(twist, now)[:2])

@@ -27,6 +27,19 @@ def test_who(commands, driven_by, who):
     assert movers.who("nobody", 10.2) == ("nobody", "")
 
 
+def test_who_starts_or_stops_while_it_is_asked_ends_nothing():
+    movers = Movers(PAGE, MUX)
+
+    class Heard(float):
+        """A time at whose comparison another thread has its turn."""
+
+        def __rsub__(self, now):
+            movers.hear("cmd_vel/hand", "/keys", True, now)
+            return now - float(self)
+    movers.hear("cmd_vel/hand", PAGE, True, Heard(10.0))
+    assert movers.who("hand", 10.1) == ("page", "")
+
+
 def test_silence_ends_it():
     movers = Movers(PAGE, MUX)
     movers.hear("cmd_vel", "/square", True, 10.0)

@@ -25,18 +25,19 @@ class Movers:
 
         driven_by: what the mux says. Whoever publishes straight on cmd_vel moves the robot, too, whatever it says.
         """
-        self._moving = {key: at for key, at in self._moving.items() if now - at < RECENT}
-        past = self._senders("cmd_vel") - {self._mux}
+        moving = [key for key, at in tuple(self._moving.items()) if now - at < RECENT]  # others hear meanwhile
+        past = _senders("cmd_vel", moving) - {self._mux}
         if past:
             return "program", _names(past)
-        senders = self._senders(f"cmd_vel/{driven_by}")
+        senders = _senders(f"cmd_vel/{driven_by}", moving)
         if driven_by == "hand" and senders:
             return ("page", "") if self._own in senders else ("hand", _names(senders))
         kind = {"navigation": "navigation", "default": "program"}.get(driven_by)
         return (kind, _names(senders)) if kind else ("nobody", "")
 
-    def _senders(self, topic):
-        return {sender for one, sender in self._moving if one == topic}
+
+def _senders(topic, moving):
+    return {sender for one, sender in moving if one == topic}
 
 
 def _names(senders):

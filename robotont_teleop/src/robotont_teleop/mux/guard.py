@@ -92,7 +92,8 @@ class Guard:
         step = arc(tuple((old + new) / 2 * lasts for old, new in zip(before, self._moving)))
         self._track = (*self._track[-TRACK:], (now, *compose(pose, step)))
         if self._news:
-            self._news, self._view = False, self._together(complex(*self._track[-1][1:3]), now)
+            self._news = False  # before: a reading that comes meanwhile is news
+            self._view = self._together(complex(*self._track[-1][1:3]), now)
 
     def limit(self, twist, now):
         """The twist, or a slower one in the same direction."""

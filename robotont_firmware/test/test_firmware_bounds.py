@@ -152,6 +152,19 @@ def test_with_each_number_at_its_edge_the_loop_stays_in_bounds(watched, sign):
     assert watch.largest > 1 << 26
 
 
+@pytest.mark.parametrize("rate", [2, 3, 5, 10, 50])
+def test_a_reversal_from_full_speed_stays_in_bounds(watched, rate):
+    numbers = watched[1].bounds.Numbers(Config(RATE=rate))
+    setpoints = watched[1].setpoints.Setpoints(3, numbers)
+    for wheel, way in enumerate((1, -1, 1)):
+        setpoints.now[wheel], setpoints.targets[wheel] = way * numbers.max_speed, -way * numbers.max_speed
+    before = list(setpoints.now)
+    setpoints.advance()
+    for old, new in zip(before, setpoints.now):
+        assert abs(new - old) == pytest.approx(numbers.change, rel=1e-3)
+        assert abs(new) < numbers.max_speed
+
+
 def test_random_robots_stay_in_bounds(watched):
     """Any encoder, rate, gear, mass, motor and battery that is accepted."""
     rng, ran = random.Random(1), 0

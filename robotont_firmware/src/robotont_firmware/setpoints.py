@@ -71,10 +71,11 @@ class Setpoints:
             way = way if way > 0 else 0 - way
             farthest = way if way > farthest else farthest
         fastest = 0
+        less = 4 if most > 8191 else 0  # bits, so that the product stays below 2^30, as with slow periods
         for wheel in range(wheels):
             speed = now[wheel] << sign >> sign
             way = (targets[wheel] << sign >> sign) - speed
-            speed += way * most // farthest if farthest > most else way
+            speed += (way >> less) * most // (farthest >> less) if farthest > most else way
             now[wheel] = speed
             speed = speed if speed > 0 else 0 - speed
             fastest = speed if speed > fastest else fastest

@@ -61,7 +61,7 @@ def test_the_normalised_errors_of_the_end_pose_and_of_the_twist_lie_within_their
     assert 0.85 * low < of_twist.mean() < 1.15 * high  # errors of readings are uniform, not normal
 
 
-@pytest.mark.parametrize("runs", [60, pytest.param(500, marks=pytest.mark.long)])
+@pytest.mark.parametrize("runs", [20, pytest.param(500, marks=pytest.mark.long)])
 @pytest.mark.parametrize("number", [3, 4, 6])
 def test_minutes_of_joystick_end_within_the_covariance(number, runs):
     """Of the other generator: the heading is uncertain by 8 degrees then, and its square counts."""

@@ -89,7 +89,7 @@ REFUSED = {
     "stamps 100 ms late": ({"stamped": 0.1}, "s late"), "stamps 200 ms late": ({"stamped": 0.2}, "s late"),
     "stamps 300 ms late": ({"stamped": 0.3}, "s late"), "stamps 100 ms early": ({"stamped": -0.1}, "s late"),
 }
-SEEDS = [2, pytest.param(6, marks=pytest.mark.long)]
+SEEDS = [1, pytest.param(6, marks=pytest.mark.long)]
 
 
 @pytest.mark.parametrize("seeds", SEEDS)
@@ -128,24 +128,25 @@ def test_a_unit_of_degrees_is_never_steady_enough_to_learn_a_bias():
     assert run.fusion.bias.unsteady > 5.0
 
 
+@pytest.mark.parametrize("minutes", [4, pytest.param(10, marks=pytest.mark.long)])
 @pytest.mark.parametrize("scale", [lambda rng: 1 + rng.normal(0, 0.01), lambda rng: 0.99, lambda rng: 1.01],
                          ids=["scales 1 % off", "1 % too small", "1 % too large"])
-def test_the_heading_is_as_good_as_stated(scale):
+def test_the_heading_is_as_good_as_stated(scale, minutes):
     """The mean normalised squared error of the other generator's minutes lies below its upper bound of 99 %."""
     errors = []
-    for seed in range(10):
+    for seed in range(minutes):
         rng, run = np.random.default_rng(seed), Run()
         twists = np.concatenate([np.zeros((STANDS, 3)), other_noise.joystick(60, rng)])
         stamps, rates = other_noise.gyro(twists, rng, scale=scale(rng) - 1)
         run.take(other_noise.counts(THREE, twists, rng, 0.012), (stamps, rates, stamps + 0.005))
         run.truth = path_of(twists)
         errors.append(run.nees)
-    assert np.mean(errors) < chi2.ppf(0.995, 10) / 10
+    assert np.mean(errors) < chi2.ppf(0.995, minutes) / minutes
 
 
 def test_a_calibrated_gyro_is_better_than_the_wheels():
     rng = np.random.default_rng(1)
-    runs = [Run(3e-4).drive(rough_noise.followed(rough_noise.joystick(60, rng)), rng) for _ in range(8)]
+    runs = [Run(3e-4).drive(rough_noise.followed(rough_noise.joystick(60, rng)), rng) for _ in range(4)]
     assert math.degrees(np.mean([abs(run.error) for run in runs])) < 0.5
 
 

@@ -9,8 +9,9 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
-COMMANDS = ["demo", "sim", "keys", "rviz", "test", "bench", "which", "wheels", "flash", "lint", "docs", "shell",
-            "build", "setup", "release", "update", "network", "status", "report", "fleet", "install-robot", "pictures"]
+COMMANDS = ["demo", "exercise", "sim", "keys", "rviz", "test", "bench", "which", "wheels", "flash", "lint", "docs",
+            "shell", "build", "setup", "release", "update", "network", "status", "report", "fleet", "install-robot",
+            "pictures"]
 # Root may write everywhere; with these words before a command it may not.
 WITHOUT_RIGHTS = ["setpriv", "--bounding-set=-all", "--inh-caps=-all"] if os.getuid() == 0 else []
 

@@ -109,8 +109,7 @@ class WebTeleopNodeTest(PageServerTest):
         cookie, = page.call("Network.getCookies")["cookies"]
         self.assertEqual((cookie["secure"], cookie["httpOnly"], cookie["sameSite"]), (True, True, "Strict"))
         self.assertNotIn(token, cookie["value"])
-        page.push(1, "#move", 0.0, 0.9)
-        wait_for(lambda: any(x > 0.1 for x, _, _ in self.hand), "the stick's command over wss")
+        page.push_until(lambda: any(x > 0.1 for x, _, _ in self.hand), "the stick's command over wss", "#move", up=0.9)
         page.lift()
         wait_for(lambda: self.hand[-1] == STOP, "the stop")
 

@@ -98,8 +98,7 @@ def test_whatever_may_swallow_the_end_of_a_key_stops(page, served):
 
 def test_a_thumb_that_rests_on_its_stick_drives_on_until_it_is_cancelled(page, served):
     """Android reports a long press as a request for the context menu; the stick refuses it, so that none opens."""
-    page.push(1, "#move", up=0.9)
-    wait_for(lambda: drives(served), "motion")
+    page.push_until(lambda: drives(served), "motion", "#move", up=0.9)
     assert not page.run("$('move').dispatchEvent(new MouseEvent('contextmenu', "
                         "{bubbles: true, cancelable: true}))")
     page.run("new Promise((done) => setTimeout(done, 300))")
@@ -246,8 +245,7 @@ def test_a_program_drives_although_this_page_has_the_seat(page, served):
 
 def test_without_its_board_sticks_are_still_and_a_finger_has_to_come_anew(page, served):
     report(served)
-    page.push(1, "#move", up=0.9)
-    wait_for(lambda: drives(served), "motion")
+    page.push_until(lambda: drives(served), "motion", "#move", up=0.9)
     report(served, {LINK: (2, "/dev/x: no such file")})
     page.wait("$('can').innerText === 'No board: sticks are off'", "why not")
     wait_for(lambda: not drives(served), "the stop")
@@ -257,8 +255,7 @@ def test_without_its_board_sticks_are_still_and_a_finger_has_to_come_anew(page, 
     page.run("new Promise((done) => setTimeout(done, 150))")
     assert not drives(served)
     page.lift()
-    page.push(1, "#move", up=0.9)
-    wait_for(lambda: drives(served), "motion")
+    page.push_until(lambda: drives(served), "motion", "#move", up=0.9)
 
 
 @pytest.mark.parametrize("fault, words", [

@@ -183,6 +183,15 @@ class Page:
             self.finger_at(number, x, y)
         self.finger_at(number, x + reach * right, y - reach * up)
 
+    def push_until(self, condition, what, *where, **how):
+        """Push a stick until `condition()`, as a person: who sees that a stall has taken the stick pushes it anew."""
+        def anew():
+            self.lift()
+            self.push(1, *where, **how)
+            with contextlib.suppress(AssertionError):
+                return wait_for(condition, what, 2.0)
+        return wait_for(anew, what, 40.0)
+
     def finger_at(self, number, x, y):
         """Put finger `number` on (x, y) [px], or move it there."""
         kind = "touchMove" if number in self._fingers else "touchStart"

@@ -4,11 +4,12 @@ import math
 
 import numpy as np
 import pytest
+from diagnostic_msgs.msg import DiagnosticStatus
 from PIL import Image
 
 from robotont_demo.demo import parse
 from robotont_demo.picture import draw
-from robotont_demo.recording import TimedPoses, distances, end_error, off_path
+from robotont_demo.recording import TimedPoses, distances, end_error, obeys, off_path
 from robotont_demo.scenario import PERIOD, commanded_path, plan
 
 
@@ -43,6 +44,15 @@ def test_the_error_at_the_end_is_modulo_full_turns():
                                 TimedPoses(np.zeros(1), np.array([(0.0, 0.0, -3.1)])))
     assert metres == 5.0
     assert radians == pytest.approx(2 * math.pi - 6.2)
+
+
+def test_the_drive_begins_when_commands_reach_a_board_that_obeys():
+    asked = DiagnosticStatus(level=DiagnosticStatus.WARN)  # who it is
+    known = DiagnosticStatus(level=DiagnosticStatus.OK)
+    assert not obeys(known, None)
+    assert not obeys(known, {"packets written": "0"})
+    assert not obeys(asked, {"packets written": "3"})
+    assert obeys(known, {"packets written": "3"})
 
 
 def test_the_picture_is_drawn(tmp_path):

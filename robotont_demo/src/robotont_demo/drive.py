@@ -22,7 +22,8 @@ def wait_for(condition, what, timeout=20.0, period=0.005):
 def drive(steps, recorder):
     """Follow the Steps, then stop; AssertionError that names the missing event."""
     command = rospy.Publisher("cmd_vel", Twist, queue_size=1)
-    wait_for(lambda: recorder.odometry and recorder.truth and command.get_num_connections(), "the stack", timeout=60.0)
+    wait_for(lambda: recorder.odometry and recorder.truth and recorder.drives and command.get_num_connections(),
+             "the stack", timeout=60.0)
     follow(steps, command)
     wait_for(lambda: command.publish(Twist()) or recorder.stands_since, "the robot to stop", period=PERIOD)
     wait_for(lambda: recorder.stands_since and recorder.odometry[-1][0] > recorder.stands_since + REST,

@@ -50,6 +50,7 @@ class Recorder:
         self.odometry, self.truth = [], []
         self.stands_since = None  # [s] stamp of the first true pose of a robot that stands; None while it moves
         self.link = None          # values of the link's newest diagnostics, by key
+        self.drives = False       # whether commands reach the board, and it obeys them
         self._subscribers = [
             rospy.Subscriber("odom", Odometry, lambda message: self.odometry.append(row_of(message)), tcp_nodelay=True),
             rospy.Subscriber("ground_truth/odom", Odometry, self._on_truth, tcp_nodelay=True),
@@ -68,11 +69,21 @@ class Recorder:
         for status in message.status:
             if status.name.endswith(": link"):
                 self.link = {value.key: value.value for value in status.values}
+            if status.name.endswith(": board"):
+                self.drives = obeys(status, self.link)
 
     def end(self):
         """Listen no longer."""
         for subscriber in self._subscribers:
             subscriber.unregister()
+
+
+def obeys(board, link):
+    """Whether a board follows commands, by its DiagnosticStatus and the link's values (None: not known yet).
+
+    At the start the board is asked who it is, and driver_node connects to the link: a command before that comes late.
+    """
+    return board.level == board.OK and link is not None and int(link["packets written"]) > 0
 
 
 def row_of(message):

@@ -32,7 +32,7 @@ HEAD = """<!-- Written by docs/draw_tables.py: `./robotont docs`. -->
 
 # Reference: nodes, parameters, launch files, systems
 
-Names of topics are relative: a namespace makes a second robot. Every node publishes on `/diagnostics`. Beside a name
+Names of topics are relative: a namespace makes a second robot. Most nodes publish on `/diagnostics`. Beside a name
 stands its default, behind the meaning what is allowed.
 
 A node reads its parameters once, as it starts. After `rosparam set`, `rosnode kill NODE` applies it where roslaunch

@@ -5,6 +5,7 @@ import importlib.util
 import ipaddress
 import os
 import re
+import shlex
 import socket
 import subprocess
 import sys
@@ -100,7 +101,9 @@ def main():
     try:
         return _remove(options, live) if options.remove else _install(options, live)
     except PermissionError as error:
-        print(f"install-robot: {error.filename} may not be written: sudo ./robotont install-robot", file=sys.stderr)
+        again = " ".join(map(shlex.quote, sys.argv[1:]))
+        print(f"install-robot: {error.filename} may not be written: sudo ./robotont install-robot {again}",
+              file=sys.stderr)
     except (OSError, LinkError) as error:
         print(f"install-robot: {error}", file=sys.stderr)
     return 1

@@ -35,7 +35,7 @@ PARAMETERS = (
     Parameter("write_timeout", WRITE_TIMEOUT, "one stop packet after this long without a serial_write", "s",
               minimum=0.05, maximum=2.0, reason="for so long the robot drives on when driver_node dies"),
     Parameter("board_wheel_distance", DISTANCE, "centre to wheel as the official firmware of generations 2 and 3 has "
-              "it; 0.127 in firmware from before March 2020", "m", minimum=0.01, maximum=10.0),
+              "it", "m", minimum=0.01, maximum=10.0),
     Parameter("range_frame_prefix", "range_sensor_", "frames of the range sensors, before their number",
               official="range/sensor_frame_prefix"),
     Parameter("base_frame", "base_link", "frame in which the range sensors stand"),

@@ -7,7 +7,6 @@ import numpy as np
 
 from robotont_driver.command.command_stream import CommandStream
 from robotont_driver.command.limits import Limits
-from robotont_driver.kinematics.kinematics import Kinematics
 from robotont_driver.kinematics.se2 import compose
 from robotont_driver.robots.robot_folder import read_wheel_file
 from robotont_driver.ros.official_topics import FIELD_OF_VIEW, SENSORS
@@ -16,7 +15,7 @@ from robotont_simulator.sensors import SCAN_FARTHEST, SCAN_NEAREST
 from robotont_simulator.simulation import Simulation
 from robotont_simulator.world import World
 from robotont_teleop.mux.guard import Guard
-from robotont_teleop.mux.sensor_view import cone
+from robotont_teleop.mux.guard_sensors import FAN
 from robotont_testing import places
 
 RADIUS = 0.15  # [m] of the footprint
@@ -28,7 +27,7 @@ LIMITS = Limits(wheel_speed=1.5, linear_acceleration=1.5, angular_acceleration=8
 PERIOD = 0.02  # [s]
 SCAN_PERIODS, SCAN_DELAY = 5, 2  # periods between two scans, and until a scan is heard
 AROUND, CAMERA = np.linspace(-math.pi, math.pi, 360, endpoint=False), np.linspace(-0.515, 0.515, 128)
-CONE = cone(FIELD_OF_VIEW)
+CONE = FIELD_OF_VIEW * FAN
 
 
 def place(x=0.0, y=0.0, yaw=0.0, height=0.1):
@@ -39,7 +38,7 @@ def place(x=0.0, y=0.0, yaw=0.0, height=0.1):
 
 def make_guard(blind_speed=0.3):
     """Of the shipped robot."""
-    return Guard(BODY, LIMITS, Kinematics(WHEELS).wheel_speeds, blind_speed)
+    return Guard(BODY, LIMITS.linear_acceleration, blind_speed)
 
 
 class GuardedDrive:
@@ -54,7 +53,7 @@ class GuardedDrive:
         self._boxes = boxes
         self._run = LockstepRun(self.simulation)
         self._stream = CommandStream(self._run.kinematics, LIMITS, 0.5, PERIOD)
-        self._heard, self._ticks = deque(), 0
+        self._heard, self._ticks, self._moved = deque(), 0, (0.0, 0.0, 0.0)
 
     @property
     def now(self):
@@ -71,8 +70,9 @@ class GuardedDrive:
             while self._heard and self._heard[0][0] <= self._ticks:
                 for reading in self._heard.popleft()[1]:
                     self.guard.see(*reading)
+            self.guard.moves(self._moved, self.now)  # as the odometry tells it a period later
+            self._moved = self.simulation.twist()
             limited = self.guard.limit(twist, self.now)
-            self.guard.sent(limited, self.now)
             self.held += bool(self.guard.held and self.guard.held[0] == self.now)
             self._stream.command((*limited[:2], 0.0), (0.0, 0.0, limited[2]), self.now)
             self._run.drive([self._stream.twist(self.now)])

@@ -7,6 +7,7 @@ import numpy as np
 import rospy
 import rostest
 from geometry_msgs.msg import Twist
+from nav_msgs.msg import Odometry
 from sensor_msgs.msg import LaserScan, Range
 
 from robotont_testing.harness import wait_for
@@ -24,8 +25,9 @@ class GuardTest(NodeTest):
             (message.linear.x, message.linear.y, message.angular.z)), publishers=1)
         self.scan = self.publisher("scan", LaserScan)
         self.hand, self.sonar = self.publisher("cmd_vel/hand", Twist), self.publisher("range", Range)
+        self.odom = self.publisher("odom", Odometry)
 
-    def look(self, behind=math.inf, left=math.inf, beside=3.0, frame="laser", age=0.0):
+    def look(self, behind=math.inf, left=math.inf, beside=3.0, frame="laser", age=0.0, odometry=True):
         """Everything around is free for 3 m, but for a wall ahead, behind the laser's back, and something beside.
 
         beside: [m] by the laser, whose left is the robot's left because it looks backwards and hangs.
@@ -39,6 +41,8 @@ class GuardTest(NodeTest):
         sonar = Range(field_of_view=0.4, min_range=0.04, max_range=4.0, range=left)
         sonar.header.frame_id, sonar.header.stamp = "sonar", now
         self.sonar.publish(sonar)
+        if odometry:
+            self.odom.publish(Odometry())
 
     def said(self, words):
         status = self.status.get(STATUS)
@@ -72,7 +76,7 @@ class GuardTest(NodeTest):
             self.drive((0.8, 0.0, 0.0), lambda command: command == (0.8, 0.0, 0.0), self.look)
             rospy.sleep(0.05)  # the hand's last command arrives
             seen = len(self.commands)
-            self.look(behind=0.5)
+            self.look(behind=0.4)
             rospy.sleep(0.2)  # only then the hand falls silent
             return any(0.0 < x < 0.75 for x, _, _ in self.commands[seen:])
         wait_for(slowed, "a slower command that no hand has sent")
@@ -87,9 +91,10 @@ class GuardTest(NodeTest):
             self.look(frame="/laser")
         self.drive((0.8, 0.0, 0.0), lambda command: command == (0.8, 0.0, 0.0), free)
         for look, words in (((lambda: self.look(frame="unknown")), "/tf_static does not tell where it is in base_link"),
-                            ((lambda: self.look(age=5.0)), "its stamps are 5.0 s old")):
+                            ((lambda: self.look(age=5.0)), "no odometry within 2 s of its stamps")):
             self.drive((0.8, 0.0, 0.0), lambda command: 0.0 < command[0] < 0.31, look)
             self.drive((0.8, 0.0, 0.0), lambda _, words=words: self.said(words), look)
+        self.drive((0.8, 0.0, 0.0), lambda _: self.said("no odometry within 2 s"), lambda: self.look(odometry=False))
         self.drive((0.8, 0.0, 0.0), lambda command: command == (0.8, 0.0, 0.0), free)
         self.wait_for_status(STATUS, OK)
 

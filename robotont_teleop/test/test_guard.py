@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 from guarded_drive import (
     AROUND,
-    BODY,
     CAMERA,
     CONE,
     LIMITS,
@@ -21,18 +20,16 @@ from guarded_drive import (
 from hypothesis import given
 from hypothesis import strategies as st
 
-from robotont_driver.command.limits import Limits
 from robotont_driver.kinematics.se2 import arc, compose, rotation_of
 from robotont_simulator.world import Box, read_world
-from robotont_teleop.mux.guard import STOP, Guard
 from robotont_testing import places
 
 SPEEDS = (0.1, 0.2, 0.3, 0.5, 0.65, 0.8)  # [m/s]
 BOUNDS = (0.12, 4.0)  # [m] of a laser scanner
 FAR = np.full(len(AROUND), math.inf)
-SIDE, REST, REACTION, READINGS, SLOWEST = 0.025, 0.055, 0.1, 7, 0.02  # as documented
+SIDE, REST, REACTION, READINGS = 0.025, 0.055, 0.1, 7  # as documented
 Quaternion = namedtuple("Quaternion", "x y z w")
-AHEAD, HAND = (0.8, 0.0, 0.0), 0.8
+STOP, AHEAD, HAND = (0.0, 0.0, 0.0), (0.8, 0.0, 0.0), 0.8
 SLOW = pytest.approx(0.3)  # [m/s], the blind speed
 numbers = st.floats(-2.0, 2.0)
 
@@ -40,9 +37,18 @@ numbers = st.floats(-2.0, 2.0)
 def show(guard, ranges, until=100.0, times=READINGS, period=0.1, sensor="laser", where=None, angles=AROUND,
          bounds=BOUNDS):
     """A sensor shows the same again and again, the last time at `until` [s]; returns the guard."""
-    for number in range(times):
-        guard.see(sensor, where or place(), angles, ranges, bounds, until - (times - 1 - number) * period)
+    for at in until - period * np.arange(times)[::-1]:
+        if at - guard._track[-1][0] > 0.9:
+            guard.moves(STOP, at)
+        guard.see(sensor, where or place(), angles, ranges, bounds, at)
     return guard
+
+
+def drive_on(guard, twist, since, seconds):
+    """The odometry tells of a motion, 50 times per second."""
+    guard.moves(STOP, since)
+    for tick in range(round(seconds * 50)):
+        guard.moves(twist, since + 0.02 * (tick + 1))
 
 
 def scan_of(*points):
@@ -56,20 +62,6 @@ def scan_of(*points):
 def guard_before(*points):
     """A guard that has just seen points all around."""
     return show(make_guard(), scan_of(*points), times=2)
-
-
-def test_a_reading_that_comes_while_those_before_are_put_together_counts_at_once(monkeypatch):
-    guard = show(make_guard(), FAR, times=2)
-    together = guard._together
-
-    def slowly(*values):  # another thread has its turn
-        view = together(*values)
-        monkeypatch.setattr(guard, "_together", together)
-        show(guard, scan_of(0.5), times=2)
-        return view
-    monkeypatch.setattr(guard, "_together", slowly)
-    guard.move(100.0)
-    assert guard.limit(AHEAD, 100.0) == guard_before(0.5).limit(AHEAD, 100.0) != AHEAD
 
 
 def speed_of(guard, twist=AHEAD, now=100.0):
@@ -108,7 +100,7 @@ def test_the_nearest_at_which_a_speed_is_allowed_is_the_way_to_stand(speed):
     needed = RADIUS + SIDE + REST + speed * REACTION + speed ** 2 / 2 / LIMITS.linear_acceleration
     assert speed_of(guard_before(needed + 0.001), (speed, 0.0, 0.0)) == speed
     assert 0.9 * speed < speed_of(guard_before(needed - 0.001), (speed, 0.0, 0.0)) < speed
-    assert guard_before(RADIUS + SIDE + REST + 0.5 * SLOWEST * REACTION).limit((speed, 0.0, 0.0), 100.0) == STOP
+    assert guard_before(RADIUS + SIDE + REST).limit((speed, 0.0, 0.0), 100.0) == STOP
 
 
 def test_away_along_and_on_the_spot_it_moves_as_commanded():
@@ -138,7 +130,7 @@ def test_a_sensor_sees_nothing_any_more_seven_of_its_own_periods_after_its_newes
 def test_a_slow_scanner_does_not_make_it_flutter(period):
     guard, speeds, now = make_guard(), [], 100.0
     for _ in range(6):
-        guard.see("laser", place(), AROUND, FAR, BOUNDS, now)
+        show(guard, FAR, now, times=1)
         speeds += [round(speed_of(guard, now=now + part * period), 3) for part in np.arange(0.01, 1.0, 0.05)]
         now += period
     assert set(speeds[20:]) == {HAND if period < 2.0 else 0.3}
@@ -154,16 +146,12 @@ def test_blind_directions_are_named_and_capped():
 
 def test_what_was_ahead_is_on_the_right_once_the_robot_has_turned_to_the_left():
     guard = show(make_guard(), np.full(len(CAMERA), math.inf), angles=CAMERA)
-    guard.sent((0.0, 0.0, math.pi), 100.0)
-    for tick in range(1, 31):
-        guard.move(100.0 + 0.02 * tick)
+    drive_on(guard, (0.0, 0.0, 2.5), 100.0, 0.6)
     yaw = guard._track[-1][3]
-    assert yaw > 1.2
+    assert yaw == pytest.approx(1.5)
     assert speed_of(guard, (0.8 * math.cos(yaw), -0.8 * math.sin(yaw), 0.0), 100.6) == pytest.approx(HAND)
     assert speed_of(guard, now=100.6) == SLOW
-    guard.sent(STOP, 100.6)
-    guard.move(100.61)
-    guard.move(100.62)
+    drive_on(guard, STOP, 100.6, 0.9)
     show(guard, np.full(len(CAMERA), math.inf), 101.5, angles=CAMERA)
     assert speed_of(guard, now=101.5) == pytest.approx(HAND)
     assert speed_of(guard, (0.0, -0.8, 0.0), 101.5) == SLOW
@@ -177,10 +165,8 @@ def test_it_drives_so_fast_as_it_can_stop_within_what_a_sensor_sees(farthest, sp
 
 def test_what_a_sensor_of_short_range_has_seen_is_behind_once_the_robot_has_moved():
     guard = show(make_guard(), FAR, bounds=(0.12, 0.5), period=0.2)
-    guard.sent((0.8, 0.0, 0.0), 100.0)
-    for tick in range(1, 26):
-        guard.move(100.0 + 0.02 * tick)
-    assert 0.3 < speed_of(guard, now=100.5) < 0.75
+    drive_on(guard, AHEAD, 100.0, 0.3)
+    assert 0.3 < speed_of(guard, now=100.3) < 0.75
 
 
 NO_READING = (0.0, -0.0, math.nan, -1.0, -math.inf, 65535.0, 65.535, 8.19, 0.119, 4.01, 1e-30, 1e30)
@@ -237,7 +223,7 @@ def test_two_sensors_and_two_scans_of_one_name_both_count():
         guard = make_guard()
         for number in range(14):
             ranges = (FAR, scan_of(0.24))[number % 2]
-            guard.see(names[number % 2], place(), AROUND, ranges, BOUNDS, 99.35 + 0.05 * number)
+            show(guard, ranges, 99.35 + 0.05 * number, times=1, sensor=names[number % 2])
         assert speed_of(guard) < 0.1
 
 
@@ -280,10 +266,14 @@ def test_a_sensor_that_cannot_be_used_is_refused_by_name(named, why):
         named = {**named, "angles": CONE}
     with pytest.raises(ValueError, match=why):
         show(guard, np.full(len(named.get("angles", AROUND)), 0.3), **named)
-    guard.refuse("range of 'cliff'", why, 100.0)
-    assert speed_of(guard) == SLOW
-    assert guard.report(100.0) == (False, f"range of 'cliff' cannot be used: {why}")
-    assert guard.report(102.1)[0]
+
+
+def test_without_odometry_near_its_stamps_a_reading_cannot_be_used():
+    guard = make_guard()
+    for at in (100.0, 105.0):
+        with pytest.raises(ValueError, match="no odometry within 2 s of its stamps"):
+            guard.see("laser", place(), AROUND, FAR, BOUNDS, at)
+        guard.moves(STOP, 102.5)
 
 
 def test_what_is_within_the_footprint_is_the_robot_and_hides_what_is_behind():
@@ -320,21 +310,9 @@ def test_beside_a_wall_it_may_get_a_little_nearer_but_not_again_and_again():
         assert speed_of(wall, (0.3, 0.05, 0.0)) == 0.0
 
 
-def test_without_a_limit_of_the_driver_it_brakes_gently_and_with_one_of_speed_it_knows_how_far_the_robot_goes():
-    guard = Guard(BODY, Limits(linear_speed=0.2), lambda twist: (0.0,), 0.3)
-    guard.sent(AHEAD, 100.0)
-    guard.move(101.0)
-    guard.move(102.0)
-    assert guard._track[-1][1] == pytest.approx(0.3)  # 0.2 m/s, and on the way to it half of that
-    show(guard, scan_of(0.5), 102.0, times=2, period=0.01)
-    assert speed_of(guard, now=102.0) == pytest.approx(0.76, abs=0.02)
-
-
 def test_a_reading_counts_from_where_the_robot_was_when_it_was_made():
     guard = show(make_guard(), FAR)
-    guard.sent(AHEAD, 100.0)
-    for tick in range(1, 51):
-        guard.move(100.0 + 0.02 * tick)
+    drive_on(guard, AHEAD, 100.0, 1.0)
     passed = guard._track[-1][1] - guard._track[-26][1]
     assert passed > 0.3
     show(guard, scan_of(0.5 + passed), 100.5, times=1)
@@ -346,9 +324,7 @@ def test_a_reading_counts_from_where_the_robot_was_when_it_was_made():
 
 def test_who_turns_back_before_a_wall_is_stopped_first():
     guard = make_guard()
-    guard.sent(AHEAD, 99.0)
-    for tick in range(1, 51):
-        guard.move(99.0 + 0.02 * tick)
+    drive_on(guard, AHEAD, 99.0, 1.0)
     assert guard.limit((0.0, 0.5, 0.0), 100.0) == (0.0, 0.5, 0.0)
     show(guard, scan_of(0.3), 100.0, period=0.001)
     assert guard.limit((0.0, 0.5, 0.0), 100.0) == STOP
@@ -391,15 +367,6 @@ def test_a_sensor_that_is_unplugged_in_mid_drive_slows_the_robot():
     drive.plugged = False
     drive.drive((0.8, 0.0, 0.0), 1.2)
     assert 0.25 < drive.drive((0.8, 0.0, 0.0), 0.3) < 0.35
-
-
-@pytest.mark.parametrize("speed", [0.2, 0.5, 0.8])
-def test_where_the_robot_comes_to_rest_after_zeros_is_known(speed):
-    """What was shown would else move by the way that it rolls, 0.1 m from 0.8 m/s."""
-    drive = GuardedDrive([Box(9.0, 0.0, 0.1, 0.1, 0.0)], (0.0, 0.0, 0.0))
-    drive.drive((speed, 0.0, 0.0), 1.5)
-    drive.drive(STOP, 1.0)
-    assert drive.guard._track[-1][1] == pytest.approx(drive.simulation.pose()[0], abs=0.01)
 
 
 @pytest.mark.parametrize(("seed", "minutes", "nearest"), [(5, 0.2, 0.12), (5, 0.2, SCAN_BOUNDS[0]), *(

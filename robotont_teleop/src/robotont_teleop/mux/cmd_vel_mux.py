@@ -130,8 +130,6 @@ class CmdVelMux:
             self._arrivals.stalls.tick(now)
             self._send(self._arbiter.look(now) or self._slower(now))
             left = self._arbiter.time_left(now)
-            if self._guard:
-                self._guard.move(now)
         self._watch_guard()
         self._tell_driver()
         return LOOK_PERIOD if left is None else min(left, LOOK_PERIOD)
@@ -141,8 +139,6 @@ class CmdVelMux:
             guarded = self._guard and self._arbiter.driver == "hand"
             sent = self._guarded = self._guard.limit(twist, boot_time()) if guarded else twist
             self._publisher.publish(twist_message(sent))
-            if self._guard:
-                self._guard.sent(sent, boot_time())
 
     def _slower(self, now):
         """[the hand's newest command], when the guard allows less of it by now than it did."""

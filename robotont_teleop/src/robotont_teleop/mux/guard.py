@@ -1,160 +1,145 @@
 """How fast a hand may drive towards what the sensors show now; free of ROS and clock. Nothing is remembered.
 
-Places are x + iy [m] in the frame of the track that the robot's commands make: what was shown stays where it was while
-the robot moves on. Times [s] are the caller's; twists are (v_x [m/s], v_y [m/s], omega [rad/s]).
+Places are x + iy [m] in a frame that stays while the robot moves on, or in base_link where it says so. Times [s] are
+the caller's; twists are (v_x [m/s], v_y [m/s], omega [rad/s]).
 """
 
-import cmath
 import math
+import threading
 
 import numpy as np
 
-from robotont_driver.command.limits import Limits, limit_acceleration, limit_speed
 from robotont_driver.kinematics.se2 import arc, compose
-from robotont_teleop.hand.speeds import STOP
-from robotont_teleop.mux.sensor_view import look
 
+REACH = 2.0        # [m] farther things do not count
+LEVEL = 0.05       # [m] by which a ray may fall or rise below or above its sensor, and is not yet at floor or ceiling
 SIDE = 0.025       # [m] kept free around the footprint, and around what a sensor is too near to measure ...
 REST = 0.055       # [m] ... and, on top of it, in the direction of travel
 GRAZE = 0.005      # [m] by which it may get nearer to what is nearer than SIDE already
 REACTION = 0.1     # [s] until the wheels follow a command
-SLOWEST = 0.02     # [m/s] below it the robot stands
-DECELERATION = 1.5  # [m/s^2] where the driver has no limit of its own
-ZEROS = Limits(linear_acceleration=3.2)  # [m/s^2] of the wheels by zeros, which no limit of the driver holds back
 READINGS = 7       # the newest of each sensor count, for as many of its periods: one may show what another misses ...
 SHORTEST, LONGEST = 0.3, 2.0  # [s] ... but at least and at most for so long
-TRACK = 300        # steps of the newest seconds: a reading may be a second old, and commands come 50 times per second
-SECTORS, WINDOW = 36, 2  # all around; those on both sides of the way that have to be seen
+TRACK = 400        # newest steps of the odometry: a reading may be LONGEST old
+SECTORS, WINDOW = 12, 2  # all around; those on both sides of the way that have to be seen
 SIDES = ("ahead", "on the left", "behind", "on the right")
+
+
+def look(place, angles, ranges, bounds, able, body):
+    """(points, rays, reach, able): obstacles; each ray's direction, and how far [m] it shows what is there.
+
+    By REP 117 inf is nothing within range, -inf what is too near: counted at its least if the ray has ever measured
+    (able), else it looks at the robot. All else outside the range (NaN, 0, -1, 65535) is no reading. place: (3 x 3
+    rotation, (x, y, z) [m]). angles: N [rad]; ranges: N or one [m]; bounds: least and largest. body: as in `Guard`.
+    Raises ValueError, with the reason, for a sensor that cannot be used.
+    """
+    (rotation, (x, y, height)), (radius, floor, top) = place, body
+    rays = np.dot(rotation, (np.cos(angles), np.sin(angles), 0.0 * angles))
+    flat, rise = rays[0] + 1j * rays[1], np.where(rays[2], rays[2], 1e-9)
+    ends = np.where(rise < 0.0, min(floor, height - LEVEL), max(top, height + LEVEL)) - height
+    longest = np.minimum(ends / rise, min(REACH, bounds[1]))
+    shown = abs(x + 1j * y + longest * flat)
+    if not (shown.max(initial=0.0) > radius and bounds[0] <= bounds[1]):
+        raise ValueError("no rays, no range, or it looks only at the floor, above the robot or at the robot")
+    measured, free = (ranges >= bounds[0]) & (ranges <= bounds[1]), ranges == np.inf
+    able = able | measured | free
+    lengths = np.where(able & (ranges == -np.inf), bounds[0], np.where(measured, ranges, np.inf))
+    points, hit = x + 1j * y + np.minimum(lengths, REACH) * flat, lengths <= longest
+    outside = hit & (abs(points) > radius)
+    return points[outside], flat, np.where(outside, REACH, np.where(~hit & (measured | free), shown, 0.0)), able
 
 
 class Guard:
     """Scales twists, never bends them, so that the robot can stop before the points that its sensors show.
 
-    body: (radius, floor, top) as in `look`. limits: the driver's `Limits`; wheel_speeds: twist -> [m/s]. blind_speed:
-    [m/s] where no sensor sees. `see` and `refuse` may be called by other threads than the rest: nobody waits.
+    body: (radius, floor, top) [m] of the robot: what ends within is the robot, what ends lower or higher lets it pass.
+    braking: [m/s^2]. blind_speed: [m/s] where no sensor sees. Readings may come in several threads.
     """
 
-    def __init__(self, body, limits, wheel_speeds, blind_speed):
-        self._body, self._limits, self._wheel_speeds, self._blind_speed = body, limits, wheel_speeds, blind_speed
-        given = filter(None, (limits.linear_acceleration, limits.linear_deceleration))
-        self._braking = min(given, default=DECELERATION)
-        self._sensors = {}  # (rays that have measured, newest readings, [s] for which they count) by name
-        self._news, self._view = True, ()  # whether a reading has come, and all of them in one
-        self._refused = {}  # (why, time) by name
-        self._sent = self._moving = STOP
-        self._track = ((0.0, 0.0, 0.0, 0.0),)  # (time, *pose)
+    def __init__(self, body, braking, blind_speed):
+        self._body, self._braking, self._blind_speed = body, braking, blind_speed
+        self._moving, self._track = (0.0, 0.0, 0.0), ((0.0, 0.0, 0.0, 0.0),)  # as it moves; (time, *pose) of late
+        self._lock, self._able, self._readings, self._refused = threading.Lock(), {}, {}, {}  # by the sensors' names
+        self._view = *np.zeros((5, 0)), np.zeros((0, SECTORS))  # all readings in one
         self.held = None  # (time, words) of the newest command that was slowed because of something in the way
 
+    def moves(self, twist, now):
+        """The robot's own motion, by its odometry."""
+        begin, *pose = self._track[-1]
+        step = compose(pose, arc(np.multiply(twist, min(now - begin, SHORTEST))))
+        self._moving, self._track = twist, (*self._track[-TRACK:], (now, *step))
+
     def see(self, sensor, place, angles, ranges, bounds, at):
-        """A reading as `look` takes it, of a sensor by name. Raises ValueError."""
-        able, readings, _ = self._sensors.get(sensor, (None, (), 0.0))
-        able = able if np.shape(able) == np.shape(ranges) else np.zeros(len(ranges), bool)
-        points, rays, reach, able = look(place, angles, ranges, bounds, able, self._body)
+        """A reading of a sensor by name, as `look` takes it. Raises ValueError."""
+        able = self._able.get((sensor, len(angles)), False)
+        points, rays, reach, self._able[sensor, len(angles)] = look(place, angles, ranges, bounds, able, self._body)
         times, *poses = zip(*self._track)
+        if abs(at - times[-1]) > LONGEST:
+            raise ValueError(f"no odometry within {LONGEST:.0f} s of its stamps")
         x, y, yaw = (np.interp(at, times, column) for column in poses)
         sectors = np.floor((np.angle(rays) + yaw) * SECTORS / (2 * math.pi)).astype(int) % SECTORS
         reach = np.bincount(sectors, reach, SECTORS) / np.maximum(np.bincount(sectors, minlength=SECTORS), 1)
         ring = SIDE + max(self._body[0] + REST, math.hypot(*place[1][:2]) + bounds[0])  # [m] away it stops
-        reading = at, complex(x, y), complex(x, y) + points * cmath.exp(1j * yaw), np.full(len(points), ring), reach
-        readings = [*(one for one in readings if at - one[0] < LONGEST), reading][-READINGS:]
-        lasts = READINGS * (at - readings[0][0]) / max(len(readings) - 1, 1)
-        recent = {name: one for name, one in self._sensors.items() if at - one[1][-1][0] < LONGEST}
-        self._sensors = {**recent, sensor: (able, readings, len(readings) > 1 and min(max(SHORTEST, lasts), LONGEST))}
-        self._news = True
-
-    def _together(self, here, now):
-        """(until when it counts, place, points, rings, reach): in each degree from here the nearest point of all."""
-        until = max((readings[-1][0] + lasts for _, readings, lasts in self._sensors.values()), default=now)
-        fresh = [one for _, readings, lasts in self._sensors.values() for one in readings if now - one[0] < lasts]
-        points, rings = (np.concatenate([np.zeros(0), *(one[part] for one in fresh)]) for part in (2, 3))
-        degrees = np.floor(np.degrees(np.angle(points - here)))
-        order = np.argsort(degrees + abs(points - here) / 100)  # below half a degree, as nothing is farther than REACH
-        order = order[np.diff(degrees[order], prepend=-360.0) > 0.0]
-        reach = np.max([np.zeros(SECTORS), *(one[4] - abs(here - one[1]) for one in fresh)], axis=0)
-        return until, here, points[order], rings[order], reach
-
-    def refuse(self, sensor, why, now):
-        """A reading has come that cannot be used."""
-        recent = {name: one for name, one in self._refused.items() if now - one[1] < LONGEST}
-        self._refused = {**recent, sensor: (why, now)}
-
-    def sent(self, twist, now):
-        """Whoever has commanded it: this goes out from now on."""
-        self.move(now)
-        self._sent = limit_speed(twist, self._wheel_speeds(twist), self._limits)
-
-    def move(self, now):
-        """The robot has moved as commanded; to be called often."""
-        begin, *pose = self._track[-1]
-        lasts, before = max(0.0, now - begin), self._moving
-        self._moving = limit_acceleration(before, self._sent, lasts, self._limits if any(self._sent) else ZEROS)
-        step = arc(tuple((old + new) / 2 * lasts for old, new in zip(before, self._moving)))
-        self._track = (*self._track[-TRACK:], (now, *compose(pose, step)))
-        if self._news:
-            self._news = False  # before: a reading that comes meanwhile is news
-            self._view = self._together(complex(*self._track[-1][1:3]), now)
+        with self._lock:
+            recent = {name: of_one for name, of_one in self._readings.items() if at - of_one[-1][3][0] < LONGEST}
+            before = recent.get(sensor, ())
+            lasts = min(max(SHORTEST, READINGS * (at - before[0][3][0]) / len(before)), LONGEST) if before else 0.0
+            each = np.full((len(points), 2), (at + lasts, ring)).T
+            reading = x + 1j * y + points * np.exp(1j * yaw), *each, [at], [at + lasts], [x + 1j * y], [reach]
+            self._readings = {**recent, sensor: (*before, reading)[-READINGS:]}
+            self._view = [np.concatenate(column) for column in zip(*sum(self._readings.values(), ()))]
 
     def limit(self, twist, now):
         """The twist, or a slower one in the same direction."""
-        speed = math.hypot(*twist[:2])
-        if not speed or not (self._sensors or self._refused):
+        speed, pace = math.hypot(*twist[:2]), math.hypot(*self._moving[:2])
+        if not speed or not (self._readings or self._refused):
             return twist
-        self.move(now)
-        _, x, y, yaw = self._track[-1]
-        pace, (until, _, points, rings, _) = math.hypot(*self._moving[:2]), self._view
-        bearing, bend = math.atan2(twist[1], twist[0]), twist[2] / 2 * (speed / self._braking + REACTION)
-        bend = max(-math.pi, min(bend, math.pi))
-        allowed = min(speed, max(self._blind_speed, self._stopping(self._seen(bearing, bearing + bend, now))))
-        points, fastest = points - complex(x, y), max(speed, pace)
-        near = abs(points) - rings < (fastest * (fastest / self._braking / 2 + REACTION) if now < until else -math.inf)
-        if near.any():
-            points, rings = points[near] * cmath.exp(-1j * yaw), rings[near]
-            free, nearest = self._free_way(twist, points, rings)
-            stopping = self._stopping(free)
-            if pace and self._free_way(self._moving, points, 0.0)[0] < pace * (pace / self._braking + REACTION) / 2:
-                stopping = 0.0  # it moves in another direction, and zeros brake harder than any change of direction
-            if stopping < allowed:
-                allowed = stopping if stopping > SLOWEST else 0.0
-                gap, side = abs(nearest) - self._body[0], SIDES[round(cmath.phase(nearest) * 2 / math.pi) % 4]
-                self.held = now, f"in the way: something {side}, {max(0.0, gap):.2f} m from the robot"
+        bend = max(-math.pi, min(twist[2] / 2 * (speed / self._braking + REACTION), math.pi))
+        seen = self._seen(math.atan2(twist[1], twist[0]), bend, now)
+        allowed = slow = min(speed, max(self._blind_speed, self._stopping(seen)))
+        free, point = self._free_way(twist, 1.0, now)
+        moving, before = self._free_way(self._moving, 0.0, now) if pace else (math.inf, point)
+        if moving < pace * (pace / self._braking + REACTION) / 2:
+            free, point = 0.0, before  # it moves elsewhere, and zeros brake harder than any change of direction
+        if self._stopping(free) < slow:
+            allowed, side = self._stopping(free), SIDES[round(np.angle(point) * 2 / math.pi) % 4]
+            self.held = now, f"in the way: something {side}, {max(0, abs(point) - self._body[0]):.2f} m from the robot"
         return twist if allowed == speed else tuple(part * allowed / speed for part in twist)
 
     def report(self, now):
         """(whether all is well, what it knows, in words)."""
-        self.move(now)
-        wrong = [f"{name} cannot be used: {why}" for name, (why, at) in self._refused.items() if now - at < LONGEST]
-        if wrong or not (self._sensors or self._refused):
+        wrong = [f"{one} cannot be used: {why}" for one, (at, why) in list(self._refused.items()) if now - at < LONGEST]
+        if wrong or not (self._readings or self._refused):
             return not wrong, "; ".join(wrong) or "no scan and no range: does not interfere"
-        seen = [self._seen(quarter * math.pi / 2, quarter * math.pi / 2, now) for quarter in range(4)]
-        where = ", ".join(side for side, way in zip(SIDES, seen) if way <= 0.0)
-        words = f"at most {self._blind_speed:.2f} m/s where no sensor sees: {where}"
-        return True, words if where else "sees all around"
+        dark = ", ".join(side for turn, side in enumerate(SIDES) if self._seen(turn * math.pi / 2, 0.0, now) <= 0.0)
+        return True, f"at most {self._blind_speed:.2f} m/s where no sensor sees: {dark}" if dark else "sees all around"
 
     def _stopping(self, way):
         """[m/s] from which the robot stops within a way [m]."""
         return self._braking * (math.sqrt(REACTION ** 2 + 2 * max(0.0, way) / self._braking) - REACTION)
 
-    def _seen(self, bearing, end, now):
-        """[m] around the footprint that are seen, from one angle [rad] to another and around them."""
-        (until, place, _, _, reach), (_, x, y, yaw) = self._view, self._track[-1]
-        first, last = sorted(math.floor((angle + yaw) * SECTORS / (2 * math.pi)) for angle in (bearing, end))
-        way = range(first - WINDOW, last + WINDOW + 1)
-        seen = min(reach[sector % SECTORS] for sector in way) - abs(complex(x, y) - place) - self._body[0]
-        return seen if now < until else 0.0
+    def _seen(self, bearing, bend, now):
+        """[m] around the footprint that are seen, around an angle [rad] and from there by a bend [rad]."""
+        (*_, ends, origins, reaches), (_, x, y, yaw) = self._view, self._track[-1]
+        first, last = sorted(math.floor((turn + yaw) * SECTORS / (2 * math.pi)) for turn in (bearing, bearing + bend))
+        far = reaches[:, np.arange(first - WINDOW, last + WINDOW + 1) % SECTORS] - abs(origins - complex(x, y))[:, None]
+        return far[ends > now].max(axis=0, initial=0.0).min() - self._body[0]
 
-    def _free_way(self, twist, points, rings):
-        """([m] along the arc of the twist until a point on the way comes into its ring, that point), in base_link."""
+    def _free_way(self, twist, share, now):
+        """([m] along the arc of the twist until a point on the way comes into a share of its ring, that point)."""
+        (points, ends, rings, *_), (_, x, y, yaw) = self._view, self._track[-1]
+        radius, speed, points = self._body[0], math.hypot(*twist[:2]), points - complex(x, y)
+        near = (abs(points) - rings < speed * (speed / self._braking / 2 + REACTION)) & (ends > now)
+        if not near.any():
+            return math.inf, 0.0
+        points, rings = points[near] * np.exp(-1j * yaw), share * rings[near]
         # beside what is nearer than SIDE already it may go on, and a little nearer, but not again and again
-        closest, radius, speed = abs(points).min(), self._body[0], math.hypot(*twist[:2])
+        closest, side = abs(points).min(), math.copysign(1.0, twist[2])
         width = min(max(closest - GRAZE, min(closest - GRAZE / 10, radius + SIDE / 2)), radius + SIDE)
-        ahead = points * complex(twist[0] / speed, -twist[1] / speed)  # as if it drove along x ...
-        ahead = ahead.conj() if twist[2] < 0.0 else ahead  # ... and to the left; straight is a circle, too
-        bend = 1.0 / max(abs(twist[2]) / speed, 1e-3)
-        spokes = ahead * 1j + bend  # from the circle's middle, with the robot on the real axis
+        bend = 1.0 / max(abs(twist[2]) / speed, 1e-3)  # radius of the circle on which it drives: straight is one, too
+        spokes = bend + 1j * side * points / (complex(*twist[:2]) / speed)  # from its middle, with the robot at `bend`
         enters, meets = ((bend ** 2 + abs(spokes) ** 2 - ring ** 2) / np.maximum(2 * bend * abs(spokes), 1e-9)
                          for ring in (np.maximum(rings, width), width))  # cosines of the turn from there to the point
-        turns = np.angle(spokes) % (2 * math.pi) - np.arccos(np.clip(enters, -1.0, 1.0))
+        turns = side * np.angle(spokes) % (2 * math.pi) - np.arccos(np.clip(enters, -1.0, 1.0))
         ways = np.where(meets > 1.0, math.inf, np.maximum(turns, 0.0) * bend)
         first = np.lexsort((abs(points), ways))[0]
         return float(ways[first]), complex(points[first])

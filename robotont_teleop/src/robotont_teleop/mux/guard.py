@@ -20,7 +20,7 @@ REACTION = 0.1     # [s] until the wheels follow a command
 READINGS = 7       # the newest of each sensor count, for as many of its periods: one may show what another misses ...
 SHORTEST, LONGEST = 0.3, 2.0  # [s] ... but at least and at most for so long
 TRACK = 400        # newest steps of the odometry: a reading may be LONGEST old
-SECTORS, WINDOW = 12, 2  # all around; those on both sides of the way that have to be seen
+SECTORS, WINDOW = 36, 2  # all around; those on both sides of the way that have to be seen
 SIDES = ("ahead", "on the left", "behind", "on the right")
 
 

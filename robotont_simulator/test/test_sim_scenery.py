@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from robot_runs import ROOT
 
-from robotont_description.geometry import camera_place
+from robotont_description.geometry import camera_place, robot_radius
 from robotont_driver.robots.robot_folder import read_robot
 from robotont_simulator import camera
 from robotont_simulator.scenery import tag
@@ -77,6 +77,15 @@ def test_the_camera_sees_colours_distances_and_the_line():
     assert abs(depth[118:122, 210:214].mean() - true) < 10, (depth[120, 212], true)
     lens.move((0.0, 0.0, math.atan2(red.y, red.x)), (-0.5, 0.6))  # a visitor beside it
     assert (lens.colour() != picture).any()
+
+
+@in_own_process
+def test_the_camera_sees_another_robot_where_it_is():
+    lens = camera.Camera(WHEELS, read_world(ROOT / "config" / "worlds" / "empty.yaml")._replace(others=1), 64, 48, 1.57)
+    lens.move((0.0, 0.0, 0.0), others=[(1.0, 0.0)])
+    assert lens.depth()[24, 32] == pytest.approx(1000 * (1.0 - robot_radius(WHEELS) - camera_place(WHEELS)[0]), abs=15)
+    lens.move((0.0, 0.0, 0.0), others=[(0.0, 1.0)])
+    assert not 500 < lens.depth()[24, 32] < 1000
 
 
 def test_without_egl_the_camera_takes_osmesa_and_what_is_missing_is_named(tmp_path):

@@ -29,7 +29,7 @@ ROBOTONT = Path(__file__).resolve().parents[3] / "robotont"
 REFUSED = "Cannot load command parameter"  # the command has said why
 USUAL_MASTER = ("", "http://localhost:11311", "http://127.0.0.1:11311")
 NEXT_STEPS = """
-The robot runs. In another terminal{master}:
+The robot runs. {page}In another terminal{master}:
   by keys      {robotont} keys{remapping}
   by a topic   {robotont} shell -c 'rostopic pub -r 10 {namespace}cmd_vel geometry_msgs/Twist "{{linear: {{x: 0.2}}, angular: {{z: 0.5}}}}"'
   see it       {robotont} rviz{argument}
@@ -56,19 +56,20 @@ class Deaths(ProcessListener):
 def show_next_steps(arguments):
     """Print them once the simulated robot runs, and its page is there."""
     given = dict(argument.partition(":=")[::2] for argument in arguments)
-    name = given.get("namespace", "").strip("/")
+    name = "robot1" if given.get("robots", "1") != "1" else given.get("namespace", "").strip("/")
     namespace = f"/{name}/" if name else "/"
     odometry = ["rostopic", "echo", "-n", "1", namespace + "odom"]  # ends at once without a master; with one it waits
     while subprocess.call(odometry, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL):
         time.sleep(1.0)
-    while given.get("teleop") == "true":
+    page, port = "", given.get("web_port", "8100")
+    while given.get("teleop") == "true" and not page:
         with contextlib.suppress(OSError, ValueError):
-            socket.create_connection(("127.0.0.1", int(given.get("web_port", 8100)))).close()
-            break
+            socket.create_connection(("127.0.0.1", int(port))).close()
+            page = f"Drive it in a browser: http{'s' if given.get('certificate') else ''}://127.0.0.1:{port}/\n"
         time.sleep(0.5)
     master = os.environ.get("ROS_MASTER_URI", "")
     print(NEXT_STEPS.format(
-        robotont=ROBOTONT, namespace=namespace, navigation=navigation_step(given),
+        page=page, robotont=ROBOTONT, namespace=namespace, navigation=navigation_step(given),
         remapping=f" __ns:=/{name}" if name else "", argument=f" --namespace {name}" if name else "",
         master="" if master in USUAL_MASTER else f", after  export ROS_MASTER_URI={master}"), flush=True)
 

@@ -19,11 +19,11 @@ LAUNCH = Path(__file__).resolve().parents[3] / "launch"
 
 
 def arguments(files):
-    """{name: (default, its words)} of the arguments of launch files."""
+    """{name: (default, its words)} of the arguments of launch files, but for those without words."""
     found = {}
     for file in files:
         for one in ElementTree.parse(str(LAUNCH / f"{file}.launch")).getroot().findall("arg"):
-            if one.get("default") is not None:
+            if one.get("default") is not None and one.get("doc"):
                 found.setdefault(one.get("name"), (one.get("default"), one.get("doc")))
     return found
 

@@ -29,11 +29,13 @@ class Camera:
         self._option.geomgroup[BODY_GROUP] = 0  # the lens sees nothing of its own robot
         self._random = np.random.default_rng()
 
-    def move(self, pose, visitor=None):
-        """Put the robot at (x [m], y [m], yaw [rad]), and the visitor at (x, y) [m], or away."""
+    def move(self, pose, visitor=None, others=()):
+        """Put the robot at (x [m], y [m], yaw [rad]), the visitor at (x, y) [m], or away, and other robots likewise."""
         x, y, yaw = pose
         self._data.qpos[:7] = x, y, 0.0, math.cos(yaw / 2), 0.0, 0.0, math.sin(yaw / 2)
         self._data.mocap_pos[0] = (*visitor, HEIGHT / 2) if visitor else AWAY
+        for number, (x, y) in enumerate(others):
+            self._data.mocap_pos[1 + number] = x, y, 0.0
         mujoco.mj_kinematics(self._model, self._data)
         mujoco.mj_camlight(self._model, self._data)
         self._renderer.update_scene(self._data, "camera", self._option)

@@ -15,7 +15,9 @@ from sensor_msgs.msg import CameraInfo, CompressedImage, Image
 from robotont_driver.kinematics import se2
 from robotont_driver.parameters.parameters import Parameter
 from robotont_driver.ros.lifecycle import run_node
+from robotont_simulator import company
 from robotont_simulator.camera import Camera
+from robotont_simulator.mujoco_model import AWAY
 from robotont_simulator.world import read_world
 
 PARAMETERS = (
@@ -27,6 +29,7 @@ PARAMETERS = (
     Parameter("samples", 0, "per pixel: 4 smooths edges, for the angles of far tags, and takes three times as long",
               minimum=0, maximum=16),
     Parameter("frame_prefix", "", "before the names of frames"),
+    company.ROBOTS,
 )
 COLOUR, DEPTH, ALIGNED = "camera/color", "camera/depth", "camera/aligned_depth_to_color"
 TOPICS = {COLOUR + "/image_raw": Image, COLOUR + "/image_raw/compressed": CompressedImage,
@@ -42,6 +45,7 @@ class CameraNode:
     def __init__(self, _name, wheels, parameters):
         self._wheels, self._parameters = wheels, parameters
         self._truth = self._visitor = None
+        self._others = {}  # (x, y) [m] of the other robots, by their place
         prefix = parameters["frame_prefix"] + "camera_"
         colour, depth = prefix + "color_optical_frame", prefix + "depth_optical_frame"
         self._frames = {COLOUR: colour, DEPTH: depth, ALIGNED: colour}
@@ -73,12 +77,15 @@ class CameraNode:
                 subscriber = rospy.Subscriber("ground_truth/odom", rospy.AnyMsg, self._on_truth, queue_size=1)
             if not camera:
                 try:
-                    camera = Camera(self._wheels, read_world(parameters["world"]), parameters["width"],
-                                    parameters["height"], parameters["field_of_view"], parameters["samples"])
+                    world, others = company.shared(read_world(parameters["world"]), parameters["robots"])
+                    camera = Camera(self._wheels, world, parameters["width"], parameters["height"],
+                                    parameters["field_of_view"], parameters["samples"])
                 except (ImportError, OSError, ValueError, RuntimeError, AttributeError) as error:
                     rospy.logfatal("no camera: %s; sudo apt-get install libegl-mesa0 libosmesa6", error)
                     rospy.signal_shutdown("no camera")
                     return
+                self._others = dict.fromkeys(range(len(others)), AWAY[:2])
+                company.watch(others, lambda place, *where: self._others.update({place: where}))
             truth, self._truth = self._truth, None
             if truth:
                 self._publish(camera, Odometry().deserialize(truth), wanted)
@@ -89,7 +96,7 @@ class CameraNode:
     def _publish(self, camera, truth, wanted):
         """The pictures from where the robot truly was."""
         stamp = truth.header.stamp
-        camera.move(se2.pose_of(truth.pose.pose), self._visitor)
+        camera.move(se2.pose_of(truth.pose.pose), self._visitor, self._others.values())
         if any(name.startswith(COLOUR + "/image") for name in wanted):
             self._publish_colour(stamp, camera.colour())
         if DEPTH + "/image_rect_raw" in wanted or ALIGNED + "/image_raw" in wanted:

@@ -3,7 +3,7 @@
 import math
 from xml.etree import ElementTree
 
-from robotont_description.geometry import camera_place, robot_radius
+from robotont_description.geometry import camera_place, laser_height, robot_radius
 from robotont_driver.kinematics.wheel_params import WHEEL_MASS
 from robotont_simulator.scenery import HEIGHT
 
@@ -25,6 +25,8 @@ VOLTAGE = 12.0         # [V] at which the robot's motors are what its wheel para
 GEAR_FRICTION = 0.04   # part of the stall torque that the gearbox costs
 LEAST_BODY = 0.1       # [kg] without wheels
 
+SEEN_BY = 0.03         # [m] by which another robot is higher than its laser
+OTHER_COLOUR = (0.2, 0.3, 0.5)
 WORLD_GROUP, BODY_GROUP, PAINT_GROUP = 0, 1, 2  # the laser sees the world
 WALL_COLOUR = (0.72, 0.72, 0.7)
 FLOOR_COLOUR = (0.45, 0.45, 0.45)
@@ -55,6 +57,11 @@ def build(wheels, world, picture=None):
     visitor = add(scene, "body", name="visitor", mocap="true", pos=AWAY)
     add(visitor, "geom", type="cylinder", size=(VISITOR_RADIUS, HEIGHT / 2),
         contype=1, conaffinity=1, group=WORLD_GROUP)
+    tall = (laser_height(wheels) + SEEN_BY) / 2
+    for number in range(world.others):
+        other = add(scene, "body", name=f"other{number}", mocap="true", pos=AWAY)
+        add(other, "geom", type="cylinder", size=(robot_radius(wheels), tall), pos=(0, 0, tall),
+            contype=1, conaffinity=1, group=WORLD_GROUP, rgba=(*OTHER_COLOUR, 1))
     body = _add_robot(scene, wheels, world.start)
     if picture:
         x, z = camera_place(wheels)

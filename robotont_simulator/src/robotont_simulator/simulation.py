@@ -142,6 +142,10 @@ class Simulation:
         there = math.isfinite(x) and math.isfinite(y)
         self.data.mocap_pos[0] = (x, y, HEIGHT / 2) if there else AWAY
 
+    def put_other(self, number, x, y):
+        """Another robot stands at (x, y) [m]; number: 0 to `World.others` - 1."""
+        self.data.mocap_pos[1 + number] = x, y, 0.0
+
     def set_grip(self, wheel, part):
         """Make a wheel slippery: `part` (0..1) of the normal friction."""
         self.mujoco_model.geom_friction[self._rollers[wheel], 0] = max(FRICTION * part, 1e-3)

@@ -13,6 +13,7 @@ from robotont_driver.parameters.parameters import Parameter
 from robotont_driver.ros.clocks import read_clocks
 from robotont_driver.ros.diagnostics import ERROR, OK, WARN, Health
 from robotont_driver.ros.lifecycle import run_node
+from robotont_simulator import company
 from robotont_simulator.faulty_port import Port, PortError
 from robotont_simulator.official_firmware import OfficialFirmware, make_simulation
 from robotont_simulator.sensors import Sensors
@@ -25,6 +26,7 @@ IMU_RATE = 250.0    # [Hz] readings of gyro and accelerometer
 PARAMETERS = (
     Parameter("port", "/tmp/robotont", "name under which the board's serial port appears"),
     Parameter("world", "", "file of walls and boxes; empty: nothing but a floor"),
+    company.ROBOTS,
     Parameter("odom_frame", "", "frame whose start on the map is published, with the world's own map; empty: neither"),
     Parameter("seed", 0, "of everything random: encoder offsets, spoilt bytes, errors of the gyro", minimum=0,
               maximum=999999999),
@@ -59,6 +61,7 @@ class SimulatorNode:
         rospy.Subscriber("~carry", Vector3, self._on_carry)
         rospy.Subscriber("~visitor", Vector3, self._on_visitor)
         rospy.Subscriber("~battery", Float32, self._on_battery)
+        company.watch(self._others, lambda *place: self._order(self._simulation.put_other, *place))
         self._stopping = threading.Event()
         self._late_before = 0
         simulation = self._simulation
@@ -104,7 +107,8 @@ class SimulatorNode:
         if file and not Path(file).exists():
             others = ", ".join(sorted(other.stem for other in Path(file).resolve().parent.glob("*.yaml")))
             raise WorldError(f"world: found no file {file}, allowed: {others or 'a file that is there'}")
-        world = read_world(file) if file else World((), (0.0, 0.0, 0.0))
+        world, self._others = company.shared(read_world(file) if file else World((), (0.0, 0.0, 0.0)),
+                                             self._parameters["robots"])
         return world, WorldMap(world, odom_frame) if odom_frame else None
 
     def _on_tick(self):

@@ -33,6 +33,7 @@ class World(NamedTuple):
     start: Tuple[float, float, float]  # x [m], y [m], yaw [rad]
     scenery: Tuple[Shape, ...] = ()    # what else stands there, or is painted on walls and floor
     tags: Tuple[Tuple[float, ...], ...] = ()  # x, y [m], yaw [rad] where it looks, size [m], number
+    others: int = 0                    # robots beside this one
 
     @property
     def posts(self):

@@ -1,0 +1,42 @@
+"""Other robots in a robot's world, without ROS; rostest_two_robots.py has them with it."""
+
+import math
+
+import numpy as np
+import pytest
+from robot_runs import EMPTY
+
+from robotont_description.geometry import robot_radius
+from robotont_driver.kinematics.wheel_params import read_wheels
+from robotont_simulator.company import numbers, start_of
+from robotont_simulator.lockstep import LockstepRun
+from robotont_simulator.simulation import Simulation
+from robotont_simulator.world import WorldError
+from robotont_testing.robots import SHIPPED
+
+WHEELS = read_wheels(SHIPPED)
+
+
+def test_who_is_who():
+    assert numbers(1, "/") == numbers(1, "/anything/") == (1, [])
+    assert numbers(3, "/robot2/") == (2, [1, 3])
+    for namespace in ("/", "/robot4/", "/robot0/", "/other/"):
+        with pytest.raises(WorldError, match=f"found the namespace {namespace} of 3 robots, allowed: robot1 to robot3"):
+            numbers(3, namespace)
+
+
+def test_they_start_side_by_side():
+    assert start_of((1.0, 2.0, 0.0), 3) == pytest.approx((1.0, 3.0, 0.0))
+    assert start_of((1.0, 2.0, math.pi / 2), 2) == pytest.approx((0.5, 2.0, math.pi / 2))
+
+
+def test_it_sees_another_and_is_stopped_by_it():
+    run = LockstepRun(Simulation(WHEELS, EMPTY._replace(others=2)))
+    simulation, radius = run.simulation, robot_radius(WHEELS)
+    run.hold((0.0, 0.0, 0.0), 0.2)
+    assert simulation.scan(np.zeros(1), 0.1, 5.0) == [math.inf]
+    simulation.put_other(1, 1.0, 0.0)
+    run.hold((0.0, 0.0, 0.0), 0.1)
+    assert simulation.scan(np.zeros(1), 0.1, 5.0) == pytest.approx([1.0 - radius], abs=0.01)
+    run.hold((0.4, 0.0, 0.0), 3.0)
+    assert simulation.pose()[0] == pytest.approx(1.0 - 2 * radius, abs=0.02)

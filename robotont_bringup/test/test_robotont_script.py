@@ -1,6 +1,8 @@
 """./robotont where it does not stand as it should: another folder's name, rights, half a setup; and its help."""
 
+import contextlib
 import os
+import pty
 import re
 import shutil
 import subprocess
@@ -77,15 +79,44 @@ def test_update_takes_the_newest_version_goes_back_and_touches_nothing_of_the_us
     assert now() == ("v1.0.0", "kept")
     wrong = robotont(robot, "update", "v3")
     assert (wrong.returncode, wrong.stdout) == (
-        1, "robotont: no version v3; there are: v1.10.0 v1.9.0 v1.0.0\n")
+        1, "robotont: no version v3; there are: v1.10.0 v1.9.0 v1.0.0, and every commit\n")
+    assert "nothing to do: this is v1.0.0" in robotont(robot, "update", "v1.0.0").stdout
     (robot / "VERSION").write_text("changed")
     refused = robotont(robot, "update")
     assert refused.returncode == 1
     assert " M VERSION" in refused.stdout
     assert now() == ("changed", "kept")
-    git(robot, "checkout", "VERSION")
+    git(robot, "commit", "-am", "mine")
+    mine = git(robot, "rev-parse", "--short", "HEAD")
+    assert f"git branch mine {mine} first" in robotont(robot, "update").stdout
+    assert now() == ("changed", "kept")
+    git(robot, "branch", "mine", mine)
+    assert robotont(robot, "update").returncode == 0
+    assert now() == ("v1.10.0", "kept")
     git(robot, "remote", "set-url", "origin", str(tmp_path / "gone"))
     assert f"no connection to {tmp_path / 'gone'}" in robotont(robot, "update").stdout
+
+
+def test_a_shell_finds_our_packages_whatever_the_users_bashrc_puts_before_them(tmp_path):
+    other = tmp_path / "bin/python3"
+    other.parent.mkdir()
+    other.write_text("#!/bin/sh\necho another python\n")
+    other.chmod(0o755)
+    (tmp_path / ".bashrc").write_text(f"export PATH={other.parent}:$PATH ROS_PACKAGE_PATH=/nowhere\n"
+                                      "alias mine='echo kept'\n")
+    here, there = pty.openpty()
+    shell = subprocess.Popen([str(ROOT / "robotont"), "shell"], stdin=there, stdout=there, stderr=there, close_fds=True,
+                             env={**os.environ, "HOME": str(tmp_path)}, start_new_session=True)
+    os.close(there)
+    os.write(here, b"mine; python3 -c 'import rospy; print(6 * 7)'; rospack find robotont_driver; exit\n")
+    printed = b""
+    with contextlib.suppress(OSError):  # its end
+        while b"exit\r\n" not in printed.partition(b"42")[2]:
+            printed += os.read(here, 4096)
+    shell.wait(20.0)
+    os.close(here)
+    lines = printed.decode().splitlines()
+    assert {"kept", "42", str(ROOT / "robotont_driver")} <= set(lines), printed.decode()
 
 
 # one for each way of a command to its help: those that are programs stand in one table

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from robotont_course.exercise import show_task
+from robotont_course.exercise import parse, show_list, show_task
 from robotont_course.exercises import EXERCISES
 
 PACKAGE = Path(__file__).resolve().parents[1]
@@ -20,7 +20,7 @@ HEAD = "import rospy\nfrom geometry_msgs.msg import Twist\nrospy.init_node('mine
        "publisher = rospy.Publisher('cmd_vel', Twist, queue_size=1)\ntwist = Twist()\nrospy.sleep(1.0)\n"
 LOOP = "while not rospy.is_shutdown():\n    publisher.publish(twist)\n    rospy.sleep(0.1)\n"
 WRONG = {  # programs of exercise 2 by what is wrong: the text, and what the judge says
-    "never_stops": (HEAD + "twist.linear.x = 0.3\n" + LOOP, "touched something"),
+    "never_stops": (HEAD + "twist.linear.x = 0.3\n" + LOOP, "touched a wall"),
     "slow": (HEAD + "twist.linear.x = 0.02\n" + LOOP, "the time is over"),
     "wrong_sign": (HEAD + "twist.linear.x = -0.2\n" + LOOP, "drove away from the wall"),
     "turns": (HEAD + "twist.angular.z = 1.0\n" + LOOP, "does not stand at the end"),
@@ -77,6 +77,14 @@ def solved(name, folder):
 def exercise(*words):
     return subprocess.run([*EXERCISE, *map(str, words)], stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
                           stderr=subprocess.STDOUT, text=True, check=False, timeout=400)
+
+
+def test_the_list_and_a_number_in_place_of_a_name(capsys):
+    show_list()
+    lines = capsys.readouterr().out.splitlines()
+    assert lines[1].startswith("2  distance   keep a distance")
+    assert len(lines) == len(EXERCISES) + 1
+    assert parse(["2"]).name == parse(["distance"]).name == "distance"
 
 
 @pytest.mark.parametrize("name", EXERCISES)

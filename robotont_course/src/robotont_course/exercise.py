@@ -4,6 +4,7 @@ Without a FILE it shows the task, and puts the template NAME.py into this folder
 exercise could not be run.
 """
 
+import argparse
 import csv
 import pickle
 import shutil
@@ -24,13 +25,16 @@ PATIENCE = 120.0  # [s] more than its time that a run may take in a class
 def parse(words):
     """The options."""
     parser = CommandLine(prog="./robotont exercise", description=(__doc__ or "").partition("\n")[0])
-    parser.add_argument("name", choices=EXERCISES, metavar="NAME", help=", ".join(EXERCISES))
+    parser.add_argument("name", nargs="?", type=lambda name: dict(enumerate(EXERCISES, 1)).get(number(name), name),
+                        choices=EXERCISES, metavar="NAME", help=", ".join(EXERCISES) + "; or 1 to 8; without: a list")
     parser.add_argument("file", nargs="?", type=Path, metavar="FILE", help="the program; without: the task")
     parser.add_argument("--class", dest="folder", type=Path, metavar="FOLDER",
                         help="judge each .py of a folder; writes results.csv and results.png there")
     parser.add_argument("--seed", type=int, default=0, help="another start for each number [0: as in the world's file]")
-    parser.add_argument("--result", type=Path, help="used by --class")
+    parser.add_argument("--result", type=Path, help=argparse.SUPPRESS)  # of a run in a class
     options = parser.parse_args(words)
+    if not options.name and words:
+        parser.error("found no NAME, allowed: " + ", ".join(EXERCISES))
     if options.file and not options.file.is_file():
         parser.error(f"found no file {options.file}")
     if options.folder and not sorted(options.folder.glob("*.py")):
@@ -38,9 +42,26 @@ def parse(words):
     return options
 
 
+def number(name):
+    """A name that is a number; else 0."""
+    return int(name) if name.isdecimal() else 0
+
+
+def tasks():
+    """The folder of the tasks and templates."""
+    return Path(rospkg.RosPack().get_path("robotont_course")) / "exercises"
+
+
+def show_list():
+    """Print each exercise's name and what it asks for."""
+    for place, name in enumerate(EXERCISES, 1):
+        print(f"{place}  {name:10} {(tasks() / (name + '.md')).read_text().splitlines()[0].partition(': ')[2]}")
+    print("a task: ./robotont exercise NAME; your program: ./robotont exercise NAME FILE")
+
+
 def show_task(name):
     """Print the task, and copy its template."""
-    folder = Path(rospkg.RosPack().get_path("robotont_course")) / "exercises"
+    folder = tasks()
     print((folder / f"{name}.md").read_text())
     file = Path(f"{name}.py")
     if file.exists():
@@ -119,5 +140,8 @@ def main():
         return run_class(options)
     if options.file:
         return run_file(options)
-    show_task(options.name)
+    if options.name:
+        show_task(options.name)
+    else:
+        show_list()
     return 0

@@ -54,6 +54,15 @@ def box_distance(box, x, y):
     return np.hypot(np.maximum(along, 0), np.maximum(across, 0)) + np.minimum(np.maximum(along, across), 0)
 
 
+def touched_thing(run):
+    """Name of what the robot comes nearest to."""
+    x, y = run.path[:, 1], run.path[:, 2]
+    walls = min((float(np.min(box_distance(box, x, y))) for box in run.world.boxes), default=math.inf)
+    posts = min((float(np.min(np.hypot(x - post.x, y - post.y))) - post.length / 2 for post in run.world.posts),
+                default=math.inf)
+    return "a wall" if walls < posts else "a post or thing"
+
+
 def touch(run):
     """[s] at which the robot first touches something, or None."""
     touching = clearance(run) < CONTACT
@@ -78,25 +87,26 @@ def reached(exercise, run):
 
 def faults(exercise, run, program):
     """What was wrong, a list of (time [s], words), the earliest first; empty when the exercise is passed."""
-    found, end, touched = _program_faults(program, run), float(run.path[-1, 0]), touch(run)
+    end, touched = float(run.path[-1, 0]), touch(run)
+    broken = program.status not in (None, 0)  # which explains the rest
+    found = [(program.ended, f"the program ended by an error: {program.error or program.status}")] if broken else \
+        _program_faults(program, run)
     if touched is not None:
-        found.append((touched, "touched something"))
-    else:
+        found.append((touched, f"touched {touched_thing(run)}"))
+    elif not broken:
         if stands_for(run) < 0.5:
             speed, turn = run.path[-1, 4:]
             found.append((end, f"does not stand at the end: still drives {speed:.2f} m/s and turns {turn:.2f} rad/s"))
         missed = exercise.goal(run)
         if missed:
-            late = ", and the time is over" if end >= exercise.limit else ""
-            found += [(end, missed + late), *_pause(program, end)]
+            late = "the time is over; " if end >= exercise.limit else ""
+            found += [(end, late + missed), *_pause(program, end)]
     return sorted(found)
 
 
 def _program_faults(program, run):
     """Those that are seen without the robot, and what explains why it did not move."""
     found = []
-    if program.status not in (None, 0):
-        found.append((program.ended, f"the program ended by an error: {program.error or program.status}"))
     if math.isfinite(program.bad_command):
         found.append((program.bad_command, "a command that is not a number (NaN or infinite): the robot refuses it"))
     if len(program.nodes) > 1:
@@ -156,7 +166,7 @@ def keep_distance(run):
     distances = box_distance(run.world.boxes[0], run.path[:, 1], run.path[:, 2])
     now = distances[-1]
     if now > distances[0] + 0.1:
-        return f"drove away from the wall, to {now:.2f} m: is a sign wrong?"
+        return f"drove away from the wall, to {now:.2f} m (is a sign wrong?)"
     return "" if abs(now - 0.6) <= 0.05 else f"stands {now:.2f} m from the wall, 0.55 to 0.65 m wanted"
 
 

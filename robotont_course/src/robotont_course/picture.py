@@ -12,7 +12,7 @@ from matplotlib.patches import Circle, Rectangle
 from matplotlib.transforms import Affine2D
 
 WAY, GOOD, BAD = "#1f4e79", "#2e7d32", "#b3261e"
-COLUMNS = 5  # of a class's page
+COLUMNS = 5  # of a class's page, at most
 
 
 def draw_run(run, faults, title, file):
@@ -28,8 +28,9 @@ def draw_run(run, faults, title, file):
 
 def draw_class(results, file):
     """Write a PNG file with all runs of a class: (`judge.Run` or None, faults, title) of each."""
-    rows = max(1, math.ceil(len(results) / COLUMNS))
-    figure, grid = plt.subplots(rows, COLUMNS, figsize=(3.0 * COLUMNS, 3.3 * rows), squeeze=False)
+    columns = min(max(1, len(results)), COLUMNS)
+    rows = max(1, math.ceil(len(results) / columns))
+    figure, grid = plt.subplots(rows, columns, figsize=(3.0 * columns, 3.3 * rows), squeeze=False)
     for axes, result in itertools.zip_longest(grid.ravel(), results):
         axes.set_axis_off()
         if result:

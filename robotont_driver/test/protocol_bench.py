@@ -7,7 +7,7 @@ from robotont_driver.kinematics.kinematics import Kinematics
 from robotont_driver.kinematics.wheel_params import read_wheels
 from robotont_driver.link.outbox import Outbox
 from robotont_driver.odometry.odometry import WheelOdometry
-from robotont_driver.protocol.connection import make_protocol
+from robotont_driver.protocol.connection import KINDS
 from robotont_driver.protocol.packet import format_packet, parse_packet
 from robotont_testing.dc_motors import Motors
 from robotont_testing.robots import ROBOTONT2
@@ -33,7 +33,7 @@ class Bench:
         self.wheels = official_wheels()
         self.motors = Motors()
         self.board = BOARDS[name](self.motors, **board)
-        self.protocol = make_protocol(name, self.wheels)
+        self.protocol = KINDS[name](self.wheels)
         self.odometry = WheelOdometry(Kinematics(self.wheels), 0.02, 0.005)
         self.outbox = Outbox()
         self.outbox.pacing = self.protocol.pacing

@@ -19,7 +19,7 @@ def test_a_master_that_hangs_holds_up_no_caller_and_what_found_no_room_is_droppe
     for module in (official_topics, worker):
         monkeypatch.setattr(module, "rospy", Mock(Publisher=publisher, is_shutdown=lambda: answered.ended))
     answered.ended = False
-    topics = official_topics.OfficialTopics("range_sensor_", "base_link", Battery(None), None)
+    topics = official_topics.OfficialTopics("range_sensor_", "base_link", Battery(None))
     begun = time.monotonic()
     for _ in range(1000):
         topics.publish([Power(12.0, 1.0)])

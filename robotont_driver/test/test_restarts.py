@@ -12,7 +12,7 @@ from robotont_boards.virtual_board import OfficialOdometry
 from robotont_driver.kinematics import se2
 from robotont_driver.kinematics.kinematics import Kinematics
 from robotont_driver.odometry.odometry import WheelOdometry
-from robotont_driver.protocol.connection import make_protocol
+from robotont_driver.protocol.connection import KINDS
 from robotont_testing.stand_in_board import PERIOD, identity, sealed
 
 EDGES_PER_METRE = 1200 / (2 * math.pi * 0.035)
@@ -87,7 +87,7 @@ class Drive:
         self.chance = random.Random(f"{kind} {seed}")
         self.robot = Robot()
         self.board = BOARDS[kind](self.robot, self.chance)
-        self.protocol = make_protocol(kind, official_wheels())
+        self.protocol = KINDS[kind](official_wheels())
         self.odometry = WheelOdometry(Kinematics(official_wheels()), PERIOD, 1e-6)
         self.now = 0.0
         self.spoilt = 0.0    # part of the bytes

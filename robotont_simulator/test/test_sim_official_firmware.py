@@ -9,7 +9,7 @@ from robotont_driver.kinematics.kinematics import Kinematics
 from robotont_driver.kinematics.wheel_params import read_wheels
 from robotont_driver.link.outbox import Outbox
 from robotont_driver.odometry.odometry import WheelOdometry
-from robotont_driver.protocol.connection import make_protocol
+from robotont_driver.protocol.connection import KINDS
 from robotont_driver.protocol.packet import format_packet, parse_packet
 from robotont_simulator.official_firmware import SimulatedMotors, make_simulation
 from robotont_simulator.world import World
@@ -29,7 +29,7 @@ class Drive:
         self.board = BOARDS[name](SimulatedMotors(self.simulation))
         self.kinematics = Kinematics(wheels)
         self.odometry = WheelOdometry(self.kinematics, PERIOD, 0.008)
-        self.protocol = make_protocol(name, wheels)
+        self.protocol = KINDS[name](wheels)
         self.outbox = Outbox()
         self.outbox.pacing = self.protocol.pacing
         self.now = 0.0

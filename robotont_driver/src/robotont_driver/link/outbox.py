@@ -7,11 +7,9 @@ import sys
 import termios
 from collections import deque
 
-LONGEST_QUEUE = 64  # lines of low priority, beyond which the oldest are dropped
-
 
 class Outbox:
-    """Lines that wait to be written: those that `hurry`, the newest command that was `put`, those `added`.
+    """Lines that wait to be written: those that `hurry`, then the newest command that was `put`.
 
     byte_time: [s] that the serial line needs for a byte; a line is handed out when its predecessor is on the serial
     line, so never more than two are on their way; 0: at once. Times `now` [s] are the caller's.
@@ -22,7 +20,6 @@ class Outbox:
         self._byte_time = byte_time
         self._hurried = deque()  # (line, pause behind it)
         self._command = b""
-        self._added = deque(maxlen=LONGEST_QUEUE)
         self._free_at = 0.0      # [s] from when on a line may be written
         self._pause = 0.0        # [s] behind the newest line
         self._sent_by = 0.0      # [s] when the serial line will have sent all lines
@@ -32,7 +29,7 @@ class Outbox:
 
     def __bool__(self):
         """Whether anything has still to be written."""
-        return bool(self._rest or self._hurried or self._command or self._added)
+        return bool(self._rest or self._hurried or self._command)
 
     @property
     def blocked(self):
@@ -48,10 +45,6 @@ class Outbox:
         """A command (bytes), which replaces one that still waits; whether it does."""
         replaces, self._command = bool(self._command), command
         return replaces
-
-    def add(self, line):
-        """A line (bytes) that can wait until no command does."""
-        self._added.append(line)
 
     def write(self, descriptor, clock):
         """Write to a port what it takes now.
@@ -80,8 +73,6 @@ class Outbox:
             line, self._pause = self._hurried.popleft()
         elif self._command:
             line, self._command = self._command, b""
-        elif self._added:
-            line = self._added.popleft()
         else:
             return b""
         begins = max(now, self._sent_by)

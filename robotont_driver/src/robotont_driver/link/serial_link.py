@@ -7,7 +7,7 @@ import termios
 import threading
 import time
 
-from robotont_driver.command.command_age import StallWatch
+from robotont_driver.command.command_age import Gaps
 from robotont_driver.link.outbox import Outbox
 from robotont_driver.link.serial_port import explain, opened, usb_id
 from robotont_driver.protocol.connection import SILENCE, SILENT
@@ -38,10 +38,9 @@ class SerialLink:
         self._failed = failed
         self._write_timeout = write_timeout
         self._retry_period = retry_period
-        self._tick_period = write_timeout / 8  # [s] of the watch for stalls
+        self._tick_period = write_timeout / 8  # [s] of the watch for gaps
         self._outbox = Outbox()
         self._command = None    # (`Packet`, [s] when it is too old) that the thread has not taken yet
-        self._lines = []        # of low priority, that it has not taken yet
         self._deadline = None   # [s] when to send the stop packet
         self._closing = False
         self._close_by = None   # [s] when to give up sending the last packet
@@ -57,7 +56,7 @@ class SerialLink:
         self.outdated = 0       # packets that waited for this process for too long
         self.failures = 0       # exceptions out of callbacks, and of this class
         self.failure = ""       # description of the newest
-        self.stalls = StallWatch(write_timeout / 2, time.monotonic())  # of this process
+        self.gaps = Gaps(write_timeout, time.monotonic())  # of this process
         self._thread = threading.Thread(target=self._run, daemon=True)
 
     def start(self):
@@ -67,23 +66,17 @@ class SerialLink:
     def send(self, packet):
         """Send a `Packet` as soon as the line takes it. Never blocks; a newer one replaces a waiting one.
 
-        What may have waited for this process for `write_timeout` is not sent, and nothing after `close`.
+        What may have waited for this process for `write_timeout` is not sent, but for zeros, and nothing after `close`.
         """
         now = time.monotonic()
-        deadline = self.stalls.earliest_arrival(now) + self._write_timeout
-        if deadline <= now:
+        if not self.gaps.settled(now) and any(packet):
             self.outdated += 1
         elif self.trouble:
             self.unsent += 1
         else:
             self.replaced += self._command is not None
-            self._command = packet, deadline
+            self._command = packet, now + self._write_timeout
             self._notify()
-
-    def add(self, line):
-        """Send a line (bytes) when no packet waits."""
-        self._lines.append(line)
-        self._notify()
 
     def close(self):
         """Send the board's goodbye and a last stop, close the port and end the thread."""
@@ -126,7 +119,7 @@ class SerialLink:
                 self._outbox.hurry(protocol.hello, protocol.pause)
                 self._call(self._met, protocol)
             now = time.monotonic()
-            self.stalls.tick(now)
+            self.gaps.tick(now)
             if self._closing:
                 self._say_goodbye(port, connection)
                 return
@@ -164,9 +157,6 @@ class SerialLink:
             stop = self._call(connection.stop, now) or b""
             self.timeouts += bool(stop)
             self._outbox.put(stop)
-        lines, self._lines = self._lines, []
-        for line in lines:
-            self._outbox.add(line)
 
     def _time_to_rest(self, now):
         """[s] until something has to be done although nothing comes."""
@@ -208,7 +198,7 @@ class SerialLink:
         end = time.monotonic() + duration
         while not self._closing and time.monotonic() < end:
             time.sleep(min(duration, self._tick_period))
-            self.stalls.tick(time.monotonic())
+            self.gaps.tick(time.monotonic())
 
 
 def read(port, events):

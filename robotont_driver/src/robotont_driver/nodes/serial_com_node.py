@@ -12,7 +12,6 @@ from robotont_driver.kinematics.wheel_params import counts_in_reach
 from robotont_driver.link.serial_link import SerialLink
 from robotont_driver.parameters.parameters import Parameter
 from robotont_driver.protocol.connection import AUTO, NAMES, Connection, explained
-from robotont_driver.protocol.official_boards import DISTANCE
 from robotont_driver.protocol.protocol import ProtocolError
 from robotont_driver.robots.battery import Battery, read_pack
 from robotont_driver.ros.diagnostics import Health, Refusals
@@ -34,8 +33,6 @@ PARAMETERS = (
               choices=NAMES),
     Parameter("write_timeout", WRITE_TIMEOUT, "one stop packet after this long without a serial_write", "s",
               minimum=0.05, maximum=2.0, reason="for so long the robot drives on when driver_node dies"),
-    Parameter("board_wheel_distance", DISTANCE, "centre to wheel as the official firmware of generations 2 and 3 has "
-              "it", "m", minimum=0.01, maximum=10.0),
     Parameter("range_frame_prefix", "range_sensor_", "frames of the range sensors, before their number",
               official="range/sensor_frame_prefix"),
     Parameter("base_frame", "base_link", "frame in which the range sensors stand"),
@@ -50,7 +47,7 @@ class SerialComNode:
 
     def __init__(self, name, wheels, parameters, topics):
         self._port = parameters["port"]
-        connect = functools.partial(Connection, wheels, parameters["packets"], parameters["board_wheel_distance"])
+        connect = functools.partial(Connection, wheels, parameters["packets"])
         try:
             connect()
             battery = Battery(read_pack(rospy.get_param("battery", None)))
@@ -65,8 +62,7 @@ class SerialComNode:
         self._limit = rospy.Publisher("board_wheel_limit", Float64, queue_size=1, latch=True)
         self._link = SerialLink(self._port, parameters["baudrate"], connect, self._on_packet, self._on_change,
                                 self._on_protocol, self._on_failure, write_timeout=parameters["write_timeout"])
-        self._topics = OfficialTopics(parameters["range_frame_prefix"], parameters["base_frame"], battery,
-                                      self._on_light)
+        self._topics = OfficialTopics(parameters["range_frame_prefix"], parameters["base_frame"], battery)
         self._link.start()
         rospy.on_shutdown(self._link.close)
         topics.serial_write.subscribe(wheels.amount, self._on_write, self._on_refused, queue_size=1)
@@ -96,11 +92,6 @@ class SerialComNode:
             if doubts > self._told[1]:
                 rospy.logwarn_throttle(10.0, DOUBT)
             self._told = restarts, doubts
-
-    def _on_light(self, first, colours):
-        protocol = self._link.connection and self._link.connection.protocol
-        for line in protocol.encode_lights(first, colours) if protocol else ():
-            self._link.add(line)
 
     def _on_failure(self, error):
         """An exception in the link's thread: a fault of this program."""

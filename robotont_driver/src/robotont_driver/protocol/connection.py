@@ -3,9 +3,8 @@
 import re
 
 from robotont_driver.protocol.checked import Checked, CheckedPacket, ForeignPacketError
-from robotont_driver.protocol.official_boards import BANNER, DISTANCE, OLD, USB_ID, Robotont2, Robotont3, is_debug
+from robotont_driver.protocol.official_boards import BANNER, OLD, USB_ID, Robotont2, Robotont3, is_debug, read_numbers
 from robotont_driver.protocol.packet import LineSplitter, Packet, PacketError, format_packet, parse_packet
-from robotont_driver.protocol.pose_feedback import parse_pose
 from robotont_driver.protocol.protocol import Plain, ProtocolError
 
 OWN_BANNER = "# robotont_firmware"
@@ -78,7 +77,7 @@ def recognise(text, wheels, usb_id):
     error = refusal(CheckedPacket, text, wheels)
     if text.startswith(OWN_BANNER) or error is None or isinstance(error, ForeignPacketError):
         return Checked.name
-    if text == BANNER or refusal(parse_pose, text) is None:
+    if text == BANNER or (text.startswith("ODOM:") and refusal(read_numbers, text, 6) is None):
         return Robotont3.name if usb_id == USB_ID else Robotont2.name
     if _JUNE_2018.fullmatch(text):
         return JUNE_2018
@@ -107,29 +106,21 @@ LONGEST_KEPT = 4096     # [bytes]
 CLOSED, LISTENING, SPEAKING, SILENT = "closed", "listening", "speaking", "silent"
 
 
-def make_protocol(name, wheels, board_distance=DISTANCE):
-    """The protocol of a name out of KINDS for `Wheels`. Raises ProtocolError when its board cannot have such wheels.
-
-    board_distance: [m] from centre to wheel, as the official firmware assumes it.
-    """
-    return KINDS[name](wheels, board_distance) if name in OFFICIAL else KINDS[name](wheels)
-
-
 class Connection:
     """Made anew whenever the port is opened; knows nothing of the one before.
 
     packets: one of NAMES: plain and checked are taken at their word; an official board has to show by its lines that it
     is the robot's; auto: any board that fits the wheels. usb_id: "vendor:product" of the port, if known. Nothing is
     sent before the board is known, but with auto plain packets after PATIENCE, for a board that only receives.
-    Times `now` [s] are the caller's. Pure; no data can raise out of it. Raises ProtocolError as `make_protocol`.
+    Times `now` [s] are the caller's. Pure; no data can raise out of it. Raises ProtocolError where its
+    board cannot have such wheels.
     """
 
-    def __init__(self, wheels, packets=AUTO, board_distance=DISTANCE, usb_id="", now=0.0):
+    def __init__(self, wheels, packets=AUTO, usb_id="", now=0.0):
         self._wheels = wheels
-        self._distance = board_distance
         self._usb_id = usb_id
         self._expected = packets if packets in OFFICIAL else ""
-        self.protocol = None if packets == AUTO or self._expected else make_protocol(packets, wheels)
+        self.protocol = None if packets == AUTO or self._expected else KINDS[packets](wheels)
         self._listener = Listener(usb_id, wheels.amount)
         self._kept = b""     # newest bytes, for the protocol that they may turn out to belong to
         self._opened = now
@@ -138,7 +129,7 @@ class Connection:
         self._rate = PacketRate(wheels.pid_frequency)
         self.trouble = ""    # why the port is closed
         if self._expected:
-            make_protocol(self._expected, wheels, board_distance)
+            KINDS[self._expected](wheels)
 
     def state(self, now):
         """CLOSED, LISTENING (no packet yet), SPEAKING, or SILENT, where a board that has spoken does so no more."""
@@ -187,7 +178,7 @@ class Connection:
         misfit = f"its driver.yaml has packets: {self._expected}" if self._expected and name != self._expected else ""
         if not misfit:
             try:
-                protocol = make_protocol(name, self._wheels, self._distance)
+                protocol = KINDS[name](self._wheels)
                 misfit = "" if self._expected else protocol.misfit
             except ProtocolError as error:
                 misfit = str(error)

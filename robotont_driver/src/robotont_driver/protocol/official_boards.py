@@ -1,38 +1,43 @@
-"""Robotont's boards as delivered, generations 2, 2.1, 3: rim speeds to the board, poses from it; docs/protocol.md."""
+"""Robotont's boards as delivered, generations 2, 2.1, 3: rim speeds to the board, poses from it; docs/protocol.md.
+
+A line of feedback is (x [m], y [m], yaw [rad], vx [m/s], vy [m/s], turn [rad/s]). Once per period the board moves its
+pose by its twist times 0.02 s, turned by the yaw before. What the wheels have made is inverse(last) . now, so lost
+lines lose no distance.
+"""
 
 import math
 import re
+from operator import add
 
+from robotont_driver.kinematics.se2 import between, compose, sinc
 from robotont_driver.protocol.packet import Packet, PacketError, format_packet
-from robotont_driver.protocol.pose_feedback import PERIOD, PoseTracker, parse_pose
 from robotont_driver.protocol.protocol import Power, Protocol, ProtocolError, Ranges
 
 POSITIONS = tuple(math.radians(angle) for angle in (60, 180, 300))  # [rad] yaw of each wheel's place in base_link
-DISTANCE = 0.145       # [m] centre to wheel; 0.127 in firmware from before March 2020
+DISTANCE = 0.145       # [m] centre to wheel
 RADIUS = 0.035         # [m]
-BOARD_EDGES = 1200     # of a wheel's turn: 64 of a motor's turn, behind a gear of 18.75
+PERIOD = 0.02          # [s] between two lines
 LARGEST_ANGLE = 0.1    # [rad] by which a wheel file may differ from POSITIONS: a calibrated one differs a little
 CALIBRATED = 0.05      # part by which a calibrated distance may differ from the board's
 
 BANNER = "**** MAIN ****"
 STOP = b"RS:0:0:0\n"
 STANDING = 0.0005     # [m/s] slower wheels are stopped
-PUSHED = 1.5          # part of the board's limit that a wheel exceeds at most while its lines are lost
 DECIMALS = 3          # of edges
-LIGHTS_PER_LINE = 20  # the board takes lines of at most 254 bytes
 RANGE_SENSORS = 12
+PRINTED = 2e-6        # [m, rad] two roundings to six decimals, and as much again
+SINGLE = 1.5e-7       # relative error of the board's single-precision pose
+PUSHED = 1.5          # part of the board's limit that a wheel exceeds at most while its lines are lost ...
+JITTER = 2.0          # ... and [periods] for which it does so more than have passed
+MOST_LOST = 256       # [periods] that are handed out for lost lines
+MEMORY = 1000         # [periods] in which the board's clock, by its lines, follows this computer's
+NEGLIGIBLE = 5.0      # [edges] by which it does not matter whether the board has restarted
 STRANGE = 50          # lines in a row that moved against their own twist: firmware before February 2020
 OLD = ("firmware of August 2018 to February 2020: its poses are short by 11 to 24 %, and the speeds between are not "
        "sent; flash the makers' 2.1.3 (robot:=robotont2) or this project's (robot:=robotont21, docs/firmware.md)")
 
 USB_ID = "0483:5740"  # of generation 3: STM32 virtual serial port
-TRANSFER = 64         # [bytes] of a USB transfer; a line is shorter
-TICK = 0.001 / PERIOD  # [periods] of the clock by which generation 3 measures speeds
-DRAWING = 1.25        # [periods] of a loop that draws the display, every tenth; ...
-MEAN = 1.025          # ... of all loops
-LONGEST = 2.0         # [periods] a multiple of any period has whole edges, too
-WHOLE = 0.003         # [edges] by which a number of edges is not whole, out of a line's six decimals
-STILL = b"LM:8:0:0:0\n"  # a mode of the lights that the firmware does not have: nothing animates them
+ORIGIN = (0.0,) * 6
 
 _READING = re.compile(r"-?[0-9]{1,9}(?:\.[0-9]{1,9})?")
 _DEBUG = re.compile(r"Setpoint [012], |Speed\[[012]\]: |MOTOR [012]: |(Fault|Temp|Effort|Current\[[012]\]): ")
@@ -46,44 +51,36 @@ class BoardWheels:
     where its distance is another one.
     """
 
-    def __init__(self, wheels, distance):
+    def __init__(self, wheels):
         """Raises ProtocolError for wheels that the board cannot have."""
         if wheels.amount != 3:
             raise ProtocolError(f"wheelAmount: found {wheels.amount}, allowed: 3, for the board has three motors")
         if abs(wheels.pid_frequency * PERIOD - 1) > 1e-6:
             raise ProtocolError(f"pidControlFrequency: found {wheels.pid_frequency:g}, allowed: {1 / PERIOD:g} [Hz], "
                                 "the rate of the board's feedback")
-        self._places = [place for position in wheels.positions for place, angle in enumerate(POSITIONS)
-                        if abs(math.remainder(position - angle, 2 * math.pi)) < LARGEST_ANGLE]
-        if len(set(self._places)) != 3:
+        places = [place for position in wheels.positions for place, angle in enumerate(POSITIONS)
+                  if abs(math.remainder(position - angle, 2 * math.pi)) < LARGEST_ANGLE]
+        if len(set(places)) != 3:
             found = ", ".join(f"{math.degrees(position) % 360:.0f}" for position in wheels.positions)
             raise ProtocolError(f"wheelRads: found wheels at {found} degrees, allowed: one each at 60, 180 and 300, "
                                 "where the board has them, in any order")
-        odd = [one for one in wheels.distances if abs(one / distance - 1) > CALIBRATED]
-        self.misfit = (f"the robot has {odd[0]:g} m from centre to wheel, the board assumes {distance:g} m, so turns "
+        odd = [one for one in wheels.distances if abs(one / DISTANCE - 1) > CALIBRATED]
+        self.misfit = (f"the robot has {odd[0]:g} m from centre to wheel, the board assumes {DISTANCE:g} m, so turns "
                        "would be wrong") if odd else ""
-        self._signs = [math.copysign(1, lever) for lever in wheels.levers]
-        self._distance = distance
-        self.edges_of_board = BOARD_EDGES / wheels.edges_per_turn  # how many are one of the wheel file's
-        self.edges_per_metre = wheels.edges_per_turn / (2 * math.pi * RADIUS)  # whatever a calibration has found
-        self._rows = [(-sign * math.sin(POSITIONS[place]), sign * math.cos(POSITIONS[place]), sign * distance)
-                      for place, sign in zip(self._places, self._signs)]
+        edges_per_metre = wheels.edges_per_turn / (2 * math.pi * RADIUS)  # whatever a calibration has found
+        # by wheel of the file: its number on the board, edges there per metre, negative where it turns the other way
+        self._wheels = [(place, math.copysign(edges_per_metre, lever)) for place, lever in zip(places, wheels.levers)]
 
     def board_speeds(self, units):
         """Rim speeds [m/s] of the board's three wheels for units in the file's order."""
-        speeds = [0.0] * 3
-        for unit, place, sign in zip(units, self._places, self._signs):
-            speeds[place] = sign * unit / self.edges_per_metre / PERIOD
-        return speeds
+        return [unit / edges / PERIOD for _, unit, edges in sorted(
+            (place, unit, edges) for unit, (place, edges) in zip(units, self._wheels))]
 
     def edges(self, step):
-        """Edges (floats, in the file's order) that make a displacement (forward [m], left [m], turn [rad])."""
+        """Edges (3 floats, in the file's order) that make a displacement (forward [m], left [m], turn [rad])."""
         forward, left, turn = step
-        return [(x * forward + y * left + z * turn) * self.edges_per_metre for x, y, z in self._rows]
-
-    def most_edges(self, dx, dy, turn):
-        """A bound on the edges of any wheel for a displacement of (dx, dy) [m] in any direction and a turn [rad]."""
-        return (math.hypot(dx, dy) + abs(turn) * self._distance) * self.edges_per_metre
+        return [edges * (left * math.cos(POSITIONS[place]) - forward * math.sin(POSITIONS[place]) + DISTANCE * turn)
+                for place, edges in self._wheels]
 
 
 class Robotont2(Protocol):
@@ -99,30 +96,26 @@ class Robotont2(Protocol):
     hello = b"\x1b"     # ESC stops the board and clears what a former program may have left in its buffer
     goodbye = b"\x1b"
     fastest = 0.30      # [m/s] the board limits each wheel to this by itself, which would bend the path
+    longest = 1.0       # [periods] that each tenth of its loops takes, of which its pose counts one only
 
-    def __init__(self, wheels, distance=DISTANCE):
-        """Raises ProtocolError when the board cannot have these wheels. distance [m]: as its firmware has it."""
+    def __init__(self, wheels):
+        """Raises ProtocolError when the board cannot have these wheels."""
         super().__init__(wheels)
-        self._board_wheels = BoardWheels(wheels, distance)
-        usual = PUSHED * self.fastest * PERIOD * self._board_wheels.edges_per_metre
-        self._tracker = PoseTracker(self._board_wheels, usual, self.period_length)
+        self._board_wheels = BoardWheels(wheels)
+        # [edges] a period
+        self._usual = PUSHED * self.fastest * PERIOD * wheels.edges_per_turn / (2 * math.pi * RADIUS)
+        self._last = None, 0.0   # newest trusted line, and [s] when it was made
+        self._heard = None, 0.0  # newest line, and [s] when it came
+        self._strange = 0        # lines in a row that follow neither
         self.misfit = self.complaint = self._board_wheels.misfit
-
-    repaired = property(lambda self: self._tracker.repaired)
-    restarts = property(lambda self: self._tracker.restarts)
-    doubts = property(lambda self: self._tracker.doubts)
-
-    def period_length(self, _line, _elapsed):
-        """By what a period of the board was longer than it says."""
-        return 1.0
 
     def read_line(self, text, now):
         """List of `Packet` that the line completes. Raises PacketError."""
         if text.startswith("ODOM:"):
-            return self._read_pose(parse_pose(text), now)
+            return self._read_pose(read_numbers(text, 6), now)
         if text == BANNER:
             self.banner = text
-            self._tracker.restart(now)
+            self._restart(now)
         elif text.startswith("RANGE:"):
             self.readings.append(Ranges(tuple(reading / 1000 for reading in read_numbers(text, RANGE_SENSORS))))
         elif text.startswith("POWER:"):
@@ -138,33 +131,73 @@ class Robotont2(Protocol):
         return []
 
     def _read_pose(self, line, now):
-        self.check_reach([self._board_wheels.most_edges(line.vx * PERIOD, line.vy * PERIOD, line.turn * PERIOD)])
-        edges = self._tracker.update(line, now)
-        if self._tracker.strange >= STRANGE:
-            self.obstacle = OLD
-        if self._tracker.inconsistent:
-            self.dropped["inconsistent"] = self._tracker.inconsistent
-        return [Packet([round(edge, DECIMALS) for edge in each], format_packet(each, DECIMALS)) for each in edges]
+        """Trust a line that follows the newest trusted one, or the one before it: there is no checksum."""
+        (before, at), self._heard = self._heard, (line, now)
+        steps = []
+        if not follows(self._last[0], line):
+            confirmed = follows(before, line)
+            self._strange = 0 if confirmed else self._strange + 1
+            self.obstacle = OLD if self._strange >= STRANGE else self.obstacle
+            if follows(ORIGIN, line):
+                self._restart(now)
+            elif confirmed:
+                steps = self._bridge(before, at)
+            else:
+                raise PacketError("inconsistent", "the pose does not follow the one before it by its own twist")
+        last, at = self._last
+        _, length = self._passed(at, now)
+        steps.append([edge * length for edge in self._board_wheels.edges(body_step(last, line))])
+        self.check_reach(steps[-1])
+        made = at + length * PERIOD
+        self._last = line, made + (now - made) / MEMORY
+        return [Packet([round(edge, DECIMALS) for edge in each], format_packet(each, DECIMALS)) for each in steps]
+
+    def _restart(self, now):
+        """The board has restarted: its pose is the origin."""
+        self.restarts += self._last[0] is not None
+        self._last = ORIGIN, now - PERIOD
+
+    def _bridge(self, line, now):
+        """List of edges, one per period, from the newest trusted line to one that the next has confirmed.
+
+        Raises PacketError where the motors cannot have made such a way in that time, from there or from the origin.
+        """
+        last, at = self._last
+        if last is None:
+            self._last = line, now
+            return []
+        ways = [self._board_wheels.edges(body_step(start, line)) for start in (last, ORIGIN)]
+        lost, restarted = (largest(way) <= self._usual * ((now - at) / PERIOD + JITTER) for way in ways)
+        if not lost and not restarted:
+            raise PacketError("inconsistent", "old lines: their poses are farther away than the motors can go")
+        self.doubts += lost and restarted and largest(map(float.__sub__, *ways)) > NEGLIGIBLE
+        self.restarts += not lost
+        periods, length = self._passed(at, now)
+        self.repaired += periods - 1
+        self._last = line, now
+        return [[edge * length / periods for edge in ways[not lost]]] * periods
+
+    def _passed(self, at, now):
+        """(the board's loops between two times [s], [periods] that each took, for one that its pose counts)."""
+        passed = (now - at) / PERIOD
+        loops = max(1, min(round(passed / (0.9 + 0.1 * self.longest)), MOST_LOST))
+        return loops, min(max(passed / loops, 1.0), self.longest)
 
     def encode(self, command):
         """`MS:` with the rim speeds, all scaled by one factor to the board's limit; `RS:0:0:0` at rest."""
         speeds = self._board_wheels.board_speeds(command)
-        largest = max(map(abs, speeds))
-        factor = min(1.0, self.fastest / max(largest, STANDING))
-        if largest < STANDING or self.obstacle:
+        fastest = largest(speeds)
+        factor = min(1.0, self.fastest / max(fastest, STANDING))
+        if fastest < STANDING or self.obstacle:
             return STOP
         return "MS:{:.4f}:{:.4f}:{:.4f}\n".format(*(speed * factor + 0.0 for speed in speeds)).encode()
-
-    def encode_lights(self, first, colours):
-        """`LED:` lines, which firmware with lights obeys and other firmware ignores."""
-        return [f"LED:{first + start}:{lights(colours[start:start + LIGHTS_PER_LINE])}\n".encode()
-                for start in range(0, len(colours), LIGHTS_PER_LINE)]
 
 
 class Robotont3(Robotont2):
     """Generation 3 takes every USB transfer for a whole line, and a field too few halts the board.
 
-    `encode` gives lines of less than 64 bytes, each for one write, so a line is a transfer. ESC is unknown there.
+    `encode` gives lines of less than 64 bytes, each for one write, so a line is a transfer. ESC is unknown there. Its
+    display takes 25 ms of every tenth loop, and its pose ignores them.
     """
 
     name = "robotont3"
@@ -172,42 +205,34 @@ class Robotont3(Robotont2):
     goodbye = b""
     pause = 0.0
     fastest = 0.40
-
-    def period_length(self, line, elapsed):
-        """By what a period of the board was longer than it says; line: `PoseLine`, None over lost lines: a mean.
-
-        The board measures speeds over the true time since its last loop, in whole milliseconds, but moves its pose by
-        them times 0.02 s, also where its display has taken 25 ms. The length is the time nearest to `elapsed`
-        [periods], where the link was not late, in which the wheels have made whole edges.
-        """
-        if line is None:
-            periods = max(1, round(elapsed / MEAN))
-            return 1 + (DRAWING - 1) / periods if elapsed - periods > (DRAWING - 1) / 2 else 1.0
-        if elapsed >= LONGEST:
-            elapsed = 1.0
-        wheels = self._board_wheels
-        each = [edge * wheels.edges_of_board * TICK
-                for edge in wheels.edges((line.vx * PERIOD, line.vy * PERIOD, line.turn * PERIOD))]
-        ticks = sorted(range(round(1 / TICK), round(LONGEST / TICK)), key=lambda tick: abs(tick * TICK - elapsed))
-        whole = (tick * TICK for tick in ticks if all(abs(math.remainder(edge * tick, 1)) < WHOLE for edge in each))
-        return next(whole, min(max(elapsed, 1.0), DRAWING))
-
-    def encode_lights(self, first, colours):
-        """The lines that show these colours and turn all other lights off; none when they do not fit into a transfer.
-
-        Firmware without lights ignores them. The last colour is shown up to the last light, so equal ones at the end
-        fit. The board's buffer keeps what a former line left behind a shorter one, hence the padding.
-        """
-        different = len(colours)
-        while different > 1 and colours[different - 2] == colours[-1]:
-            different -= 1
-        line = f"LS:{first}:{first + len(colours) - 1}:{lights(colours[:different])}"
-        return [STILL, line.ljust(TRANSFER - 2).encode() + b"\n"] if colours and len(line) <= TRANSFER - 2 else []
+    longest = 1.25
 
 
-def lights(colours):
-    """Colours (r, g, b), 0..255, as the board reads them."""
-    return ":".join(str(red << 16 | green << 8 | blue) for red, green, blue in colours)
+def follows(before, line):
+    """Whether the pose has moved from `before` to `line` by its twist, in either frame, in one period."""
+    if before is None:
+        return False
+    step = [speed * PERIOD for speed in line[3:]]
+    return any(all(abs(value - other) <= PRINTED + SINGLE * abs(value) for value, other in zip(line, pose))
+               for pose in (compose(before[:3], step), tuple(map(add, before[:3], step))))
+
+
+def body_step(before, line):
+    """(forward [m], left [m], turn [rad]) in base_link that the wheels have made between two lines.
+
+    The board turns each step by the yaw before it. So n equal steps of a turn d add up to their sum, turned by half of
+    what the n - 1 first of them turn, and shortened by sinc(n d / 2) / sinc(d / 2). The line has the newest one's d.
+    """
+    x, y, turn = between(before[:3], line[:3])
+    newest = line[5] * PERIOD
+    x, y, _ = between((0.0, 0.0, (turn - newest) / 2), (x, y, 0.0))
+    longer = sinc(newest / 2) / sinc(turn / 2) if abs(turn) < math.pi else 1.0
+    return longer * x, longer * y, turn
+
+
+def largest(edges):
+    """Magnitude of the longest of some paths [edges]."""
+    return max(map(abs, edges))
 
 
 def is_debug(text):

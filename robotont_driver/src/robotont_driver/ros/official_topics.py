@@ -1,8 +1,4 @@
-"""Topics of the official driver: what boards measure besides the wheels, and the lights of some of them.
-
-The messages of `power_supply`, `led_pixel` and `led_segment` are those of the official package robotont_msgs; without
-it there are only `range` and `battery`.
-"""
+"""Topics `range` and `battery`: what boards measure besides the wheels."""
 
 import contextlib
 import math
@@ -17,11 +13,6 @@ from tf2_msgs.msg import TFMessage
 from robotont_driver.protocol.protocol import Ranges
 from robotont_driver.ros.worker import Worker
 
-try:
-    from robotont_msgs.msg import LedModulePixel, LedModuleSegment, PowerSupply
-except ImportError:
-    LedModulePixel = LedModuleSegment = PowerSupply = None
-
 FIELD_OF_VIEW = math.radians(25)
 NEAREST, FARTHEST = 0.04, 4.0  # [m]
 MOST_WAITING = 50  # readings
@@ -35,22 +26,18 @@ SENSORS = (
 
 
 class OfficialTopics:
-    """Publishes a board's readings; `light(first, colours)` is called for messages that colour lights.
+    """Publishes a board's readings.
 
     battery: a `Battery`. It has a thread of its own: a publisher is made when its first reading comes, which asks the
     master, and a master that hangs must hold up nobody.
     """
 
-    def __init__(self, sensor_prefix, base_frame, battery, light):
+    def __init__(self, sensor_prefix, base_frame, battery):
         self._battery = battery
         self._sensor_prefix = sensor_prefix
         self._base_frame = base_frame
-        self._light = light
         self._readings = queue.Queue(MOST_WAITING)
         self._publishers = {}  # by topic; made when the first reading comes
-        if LedModulePixel:
-            rospy.Subscriber("led_pixel", LedModulePixel, self._on_pixel, queue_size=50)
-            rospy.Subscriber("led_segment", LedModuleSegment, self._on_segment, queue_size=50)
         Worker(self._publish)
 
     def publish(self, readings):
@@ -82,9 +69,6 @@ class OfficialTopics:
                                design_capacity=math.nan, percentage=self._battery.charge, present=True)
         message.header.stamp = rospy.Time.now()
         self._publisher("battery", BatteryState).publish(message)
-        if PowerSupply:
-            supply = PowerSupply(voltage=power.voltage, current=power.current)
-            self._publisher("power_supply", PowerSupply).publish(supply)
 
     def _publisher(self, topic, message_type, queue_size=1):
         if topic not in self._publishers:
@@ -105,9 +89,3 @@ class OfficialTopics:
             transforms.append(transform)
         self._tf_publisher = rospy.Publisher("/tf_static", TFMessage, queue_size=1, latch=True)
         self._tf_publisher.publish(transforms)
-
-    def _on_pixel(self, message):
-        self._light(message.idx, [(message.color.r, message.color.g, message.color.b)])
-
-    def _on_segment(self, message):
-        self._light(message.idx_start, [(color.r, color.g, color.b) for color in message.colors])

@@ -59,7 +59,7 @@ class DriverNodeTest(NodeTest):
         self.command.publish(twist())
         self.wait_for_status(TASK, OK)
 
-    def test_each_command_goes_out_at_once_and_so_does_the_stop_when_its_commander_ends(self):
+    def test_each_command_goes_out_at_once(self):
         _, written = self.start_node("/left", "_cmd_timeout:=2.0", "_publish_rate:=5.0")
         command = self.publisher("/left/cmd_vel", Twist)
         wait_for(lambda: command.publish(twist(0.2)) or written[-1] == FORWARD, "motion", period=0.05)
@@ -69,8 +69,6 @@ class DriverNodeTest(NodeTest):
             command.publish(twist(0.2))
             wait_for(lambda before=before: len(written) > before, "a packet", period=0.005)
         assert time.monotonic() - begun < 2.0, "repetitions alone take 4 s"
-        command.unregister()
-        wait_for(lambda: written[-1] == ZEROS, "the stop", timeout=1.0)
 
     def test_a_stamp_makes_a_command_old_and_never_new(self):
         stamped = self.publisher("cmd_vel_stamped", TwistStamped)

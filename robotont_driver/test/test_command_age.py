@@ -1,37 +1,76 @@
-import math
+"""Which commands may have waited, and which machines are out of reach."""
+
 import random
 
 import pytest
 
-from robotont_driver.command.command_age import BURST, OLDEST, SETTLING, UNKNOWN, UNSEEN, Arrivals, Link, Reach
+from robotont_driver.command.command_age import MOST_KNOWN, SETTLING, SILENCE, UNKNOWN, UNSEEN, Arrivals, Gaps, Reach
+
+LONGEST = 0.5  # [s]
+FAR, NEAR = {"from": "another machine"}, {"from": "this one"}
 
 
-def streamed(until, period=0.05):
-    """A link to another machine over which a message came every `period` [s] since 0."""
-    link = Link(0.0)
-    for step in range(1, round(until / period) + 1):
-        assert link.age(step * period) < period + BURST + 1e-6
-    return link
+@pytest.fixture
+def arrivals():
+    """Of a process that has been alive for 10 s, on whose connections nothing has come."""
+    made = Arrivals(LONGEST, 0.0, lambda header: header["from"] == "this one")
+    for step in range(200):
+        made.gaps.tick(step * 0.05)
+    return made
+
+
+def new_for(arrivals, header, begin, seconds, rate=50):
+    """[whether each command of some seconds is new]; the process is alive meanwhile."""
+    return [arrivals.are_new(header, begin + step / rate) for step in range(round(seconds * rate))]
 
 
 @pytest.mark.parametrize("rate", [5.0, 10.0, 20.0, 50.0])
-def test_a_stream_over_a_network_that_delays_by_up_to_a_burst_drives_without_a_gap(rate):
-    link, chance, last, until = Link(0.0), random.Random(1), 0.0, 1.0
-    for count in range(1, 5000):
-        last = max(last + 1e-6, count / rate + chance.uniform(0.0, 0.99 * BURST))
-        assert last < until
-        until = last + OLDEST - link.age(last)
+def test_a_stream_over_a_network_that_delays_by_up_to_a_fifth_of_a_second_drives_without_a_gap(arrivals, rate):
+    new_for(arrivals, FAR, 10.0, 1.0, rate)
+    chance = random.Random(1)
+    for count in range(5000):
+        assert arrivals.are_new(FAR, 11.0 + count / rate + chance.uniform(0.0, 0.19))
 
 
-@pytest.mark.parametrize("silence", [0.2, 0.45, 0.55, 10.0])
-def test_what_waited_in_a_silence_is_as_old_as_it_and_the_stream_behind_it_drives(silence):
-    link = streamed(10.0)
-    back = 10.0 + silence
-    for late in (0.0, 0.01, 0.09):
-        assert link.age(back + late) >= silence - 1e-6
-    assert (link.age(back + 0.2) < OLDEST) == (silence < OLDEST)
-    settled = [link.age(back + SETTLING + step * 0.05) for step in range(1, 10)]
-    assert max(settled) < OLDEST
+@pytest.mark.parametrize("silence", [0.45, 0.55, 10.0])
+def test_behind_a_silence_of_another_machine_nothing_drives_at_first(arrivals, silence):
+    drives = new_for(arrivals, FAR, 10.0, 1.0)
+    settling = round(SETTLING * 50)
+    assert (any(drives[:settling - 1]), all(drives[settling + 1:])) == (False, True), "it may have waited since long"
+    for step in range(round(silence / 0.05)):
+        arrivals.gaps.tick(11.0 + step * 0.05)
+    drives = new_for(arrivals, FAR, 10.98 + silence, 1.0)
+    assert any(drives[:settling - 1]) == all(drives[:settling - 1]) == (silence < SILENCE)
+    assert all(drives[settling + 1:])
+
+
+def test_within_a_machine_only_the_first_of_a_publisher_that_latches_is_of_any_age(arrivals):
+    assert arrivals.are_new(NEAR, 10.0)
+    latching = {**NEAR, "latching": "1"}
+    assert [arrivals.are_new(latching, 10.0) for _ in range(3)] == [False, True, True]
+    for header in [dict(NEAR) for _ in range(2 * MOST_KNOWN)]:
+        assert arrivals.are_new(header, 10.1)
+    assert len(arrivals._known) == MOST_KNOWN
+
+
+@pytest.mark.parametrize("gap", [0.45, 0.55, 3600.0])
+def test_behind_a_gap_of_this_process_nothing_drives_at_first_and_another_gap_begins_anew(arrivals, gap):
+    arrivals.are_new(NEAR, 10.0)
+    back = 10.0 + gap
+    assert arrivals.are_new(NEAR, back) == (gap < LONGEST)
+    if gap > LONGEST:
+        assert arrivals.gaps.amount == 1
+        assert not arrivals.are_new(NEAR, back + 0.9 * SETTLING)
+        assert not arrivals.are_new(NEAR, back + 1.0)  # starved before its queues were empty
+        assert arrivals.are_new(NEAR, back + 1.01 + SETTLING)
+
+
+def test_a_clock_that_another_thread_read_before_a_gap_hides_none():
+    gaps = Gaps(LONGEST, 0.0)
+    gaps.tick(1.0)
+    gaps.tick(0.2)
+    assert not gaps.settled(1.1)
+    assert gaps.amount == 1
 
 
 def test_a_machine_that_answers_slowly_is_within_reach():
@@ -54,22 +93,3 @@ def test_a_machine_that_answers_slowly_is_within_reach():
     reach.heard(150.1)
     assert reach.turns(150.2)
     assert not reach.lost
-
-
-def test_the_first_message_of_a_publisher_that_latches_is_of_any_age():
-    link = Link(0.0)
-    link.local = True
-    assert link.age(0.1, latching=True) == math.inf
-    assert link.age(0.2, latching=True) == 0.0
-    assert link.age(100.0) == 0.0, "a machine is within reach of itself"
-
-
-def test_a_command_waits_for_its_process_and_on_its_way():
-    arrivals = Arrivals(0.25, 0.0)
-    assert arrivals.spent({}, 0.1, 0.5) == math.inf  # of no known connection
-    link = Link(0.0)
-    arrivals.link = lambda header: link
-    for step in range(1, 10):
-        arrivals.stalls.tick(step * 0.05)
-        assert arrivals.spent({}, step * 0.05, 0.3) == 0.0, "a short time-out is for silence"
-    assert arrivals.spent({}, 0.8, 0.3) == pytest.approx(0.35)

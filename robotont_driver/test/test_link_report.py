@@ -4,7 +4,7 @@ import types
 
 from checked_bench import Sender
 
-from robotont_driver.command.command_age import StallWatch
+from robotont_driver.command.command_age import Gaps
 from robotont_driver.kinematics.wheel_params import read_wheels
 from robotont_driver.protocol.connection import Connection
 from robotont_driver.robots.battery import Battery
@@ -19,7 +19,7 @@ def link():
     """As a SerialLink whose port is open."""
     return types.SimpleNamespace(
         connection=Connection(read_wheels(SHIPPED), "checked"), trouble=None, opened=1, sent=0, replaced=0, unsent=0,
-        timeouts=0, outdated=0, failures=0, failure="", stalls=StallWatch(0.25, 0.0))
+        timeouts=0, outdated=0, failures=0, failure="", gaps=Gaps(0.5, 0.0))
 
 
 def a_second(report, line, clock, sender, heard=1):

@@ -136,12 +136,6 @@ def test_a_person_may_excuse_who_has_not_stopped(arbiter):
     assert arbiter.command("hand", HAND, 0.25) == [HAND]
 
 
-def test_a_command_that_has_waited_drives_for_as_much_less(arbiter):
-    assert arbiter.command("hand", HAND, 1.0, spent=0.2) == [HAND]
-    assert arbiter.look(1.09) == []
-    assert arbiter.look(1.1) == [STOP]
-
-
 TWISTS = {"hand": HAND, "navigation": NAVIGATION, "default": DEFAULT}
 EVENTS = st.lists(st.tuples(
     st.floats(0.0, 0.7), st.sampled_from(["hand", "navigation", "default", "press", "release", "give back", "look"]),

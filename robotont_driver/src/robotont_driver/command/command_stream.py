@@ -121,17 +121,12 @@ class CommandStream:
         self.limits = self._given._replace(wheel_speed=min(speeds, default=0.0))
         self._limits_speed = self.limits.of_speed
 
-    def expire(self):
-        """The newest command times out: now, whatever its age."""
-        if self._target is not None:
-            self.timeouts += 1
-            self.cut_off = self._target != STOP
-            self._target = None
-
     def twist(self, now):
         """The twist to send at time `now`. Stops (zeros, time-out, refusal, emergency) are not slowed by limits."""
         if self._target is not None and now - self._received >= self.timeout:
-            self.expire()
+            self.timeouts += 1
+            self.cut_off = self._target != STOP
+            self._target = None
         if self.stopped or self._target in (None, STOP):
             self._sent = STOP
         elif not self._limits_acceleration:

@@ -2,6 +2,7 @@
 
 import math
 import threading
+from functools import partial
 
 import rospy
 from geometry_msgs.msg import Twist, TwistStamped
@@ -21,7 +22,7 @@ from robotont_driver.ros.lifecycle import run_node
 from robotont_driver.ros.packet_topics import PUBLISH_RATE, WRITE_TIMEOUT, check_repetition, topics_between_processes
 from robotont_driver.ros.worker import KeptParameter, Worker
 from robotont_driver.rospy_repairs.rospy_internals import connection_header, connection_numbers
-from robotont_driver.rospy_repairs.topic_outages import OutageWatch
+from robotont_driver.rospy_repairs.topic_outages import OutageWatch, is_local
 
 PARAMETERS = (
     Parameter("publish_rate", PUBLISH_RATE, "how often the newest command is repeated", "Hz", minimum=5.0,
@@ -68,10 +69,10 @@ class DriverNode:
         self._buttons = rospy.resolve_name("emergency_stop")  # the topic
         self._lock = threading.Lock()
         self._sent_at = boot_time()
+        heard = []  # subscribers of commands
+        self._arrivals = Arrivals(parameters["cmd_timeout"], self._sent_at, partial(is_local, heard))
         self._refusals = Refusals()
         self._unstamped = False  # whether a stamp of zero has been told
-        self._commander = None  # header of the connection by which the newest command came
-        self._arrivals = Arrivals(parameters["cmd_timeout"] / 2, self._sent_at)
         self._packets = topics.serial_write
         self._packets.advertise()
         self._limited = rospy.Publisher("cmd_vel/limited", Twist, queue_size=1, tcp_nodelay=True)
@@ -85,9 +86,8 @@ class DriverNode:
         cmd_vel = rospy.Subscriber("cmd_vel", Twist, self._on_command, queue_size=1, tcp_nodelay=True)
         stamped = rospy.Subscriber("cmd_vel_stamped", TwistStamped, self._on_stamped, queue_size=1, tcp_nodelay=True)
         rospy.Subscriber("board_wheel_limit", Float64, self._on_limit)
-        outages = OutageWatch(boot_time, newest=[cmd_vel, stamped], every=[emergency_stop])
-        self._arrivals.link = outages.link
-        Worker(outages.look)
+        heard += [cmd_vel, stamped]
+        Worker(OutageWatch(boot_time, [*heard, emergency_stop]).look)
         Health(robot_name(), {"command stream": self._report}, name)
 
     def _on_command(self, message):
@@ -108,13 +108,11 @@ class DriverNode:
         angular = twist.angular.x, twist.angular.y, twist.angular.z
         moves = any(linear) or any(angular)
         with self._lock:
-            spent = max(age, self._arrivals.spent(header, now, self._stream.timeout))
-            if moves and spent >= self._stream.timeout:  # zeros stop at any age
+            new = self._arrivals.are_new(header, now) and age < self._stream.timeout
+            if moves and not new:  # zeros stop at any age
                 words, kind = OLD, "old"
             else:
-                refusal = self._stream.command(linear, angular, now - spent if moves else now,
-                                               header.get("callerid", ""))
-                self._commander = header
+                refusal = self._stream.command(linear, angular, now - age if moves else now, header.get("callerid", ""))
                 self._send()
                 words, kind = refusal and "cmd_vel refused, the robot stops: " + refusal, refusal and refusal.split()[0]
         if words and self._refusals.refuse(kind, now):
@@ -136,7 +134,7 @@ class DriverNode:
         """A person releases all presses, whoever has pressed."""
         with self._lock:
             now = boot_time()
-            if self._arrivals.stalls.earliest_arrival(now) < now:  # a press may be newer
+            if not self._arrivals.gaps.settled(now):  # a press may be newer
                 return TriggerResponse(False, "not released: this node was stopped or starved; ask again")
             before = ", ".join(self._emergency_stop.pressed_by)
             if self._emergency_stop.release():
@@ -168,11 +166,7 @@ class DriverNode:
         """Send the newest command again when nothing went out for a period; return the time to rest."""
         with self._lock:
             now = boot_time()
-            self._arrivals.stalls.tick(now)
-            if self._commander and not self._arrivals.link(self._commander):
-                self._commander = None  # it has ended
-                self._stream.expire()
-                self._send()
+            self._arrivals.gaps.tick(now)
             pace = min(self._period, self._board_period) if self._stream.ramping else self._period
             if now - self._sent_at >= pace or self._stream.time_left(now) == 0.0:
                 self._send()
@@ -194,7 +188,7 @@ class DriverNode:
                 "time-outs": stream.timeouts,
                 "newest command limited": "yes" if stream.limited else "no",
                 "emergency stop": ", ".join(self._emergency_stop.pressed_by) or "not pressed",
-                "times that this node was stopped or starved": self._arrivals.stalls.stalls,
+                "times that this node was stopped or starved": self._arrivals.gaps.amount,
                 "age of newest command [s]": "none yet" if age is None else f"{age:.2f}",
             }
         waiting = "no cmd_vel yet" if age is None else "following cmd_vel"

@@ -46,7 +46,7 @@ class LinkReport:
             "commands while the port was closed": link.unsent,
             "commands refused": self._refusals.amount,
             "commands too old": link.outdated,
-            "times that this node was stopped or starved": link.stalls.stalls,
+            "times that this node was stopped or starved": link.gaps.amount,
             "stops for lack of commands": link.timeouts,
             "lines dropped": sum(dropped.values()),
             **{"lines dropped: " + kind: count for kind, count in sorted(dropped.items())},

@@ -44,11 +44,6 @@ def connections(topic):
     return topic.impl.connections
 
 
-def connection_of(subscriber, header):
-    """The connection with this header; None: it has ended."""
-    return next((one for one in subscriber.impl.connections if one.header is header), None)
-
-
 def connection_numbers(topic, header):
     """(number of the connection of a topic with this header, None: it has ended; that of the newest of this process).
 

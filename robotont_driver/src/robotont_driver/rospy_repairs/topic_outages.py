@@ -1,8 +1,8 @@
 """Connects to publishers on other machines anew when the network to them comes back.
 
 After an outage of T seconds TCP sends again only up to T seconds later, for it doubles its pause with every failed
-attempt. A new connection needs a fraction of a second, and brings nothing old. Nothing here keeps a connection from
-being made or a message from being heard; what it takes for an outage in error costs a new connection.
+attempt. A new connection needs a fraction of a second. Nothing here keeps a connection from being made or a message
+from being heard; what it takes for an outage in error costs a new connection.
 """
 
 import contextlib
@@ -13,8 +13,8 @@ from urllib.parse import urlsplit
 
 import rospy
 
-from robotont_driver.command.command_age import Link, Reach
-from robotont_driver.rospy_repairs.rospy_internals import connect_anew, connection_of, connections, disconnect
+from robotont_driver.command.command_age import Reach
+from robotont_driver.rospy_repairs.rospy_internals import connect_anew, connections, disconnect
 
 PERIOD = 0.25        # [s] between two looks
 ANSWER_WITHIN = 5.0  # [s] or a question is in vain; meanwhile others are asked ...
@@ -26,45 +26,27 @@ MOST_OLD = 4         # of these, of a publisher that does not end them
 class OutageWatch:
     """Looks at the machines of publishers; `look` is called again and again, returns how long to rest [s].
 
-    clock: returns the time [s]. `newest`: subscribers of commands; their connections end with the network. `every`:
-    subscribers that may lose no message, such as an emergency stop's; their old connections still deliver, late.
+    clock: returns the time [s]. subscribers: they may lose no message. So their old connections still deliver, late.
     """
 
-    def __init__(self, clock, newest=(), every=()):
+    def __init__(self, clock, subscribers):
         self._clock = clock
-        self._newest = newest
-        self._every = every
-        self._looked = clock()
-        self._links = weakref.WeakKeyDictionary()  # `Link` of each connection
-        self._heard = weakref.WeakKeyDictionary()  # number of bytes that have come by it
+        self._subscribers = subscribers
+        self._heard = weakref.WeakKeyDictionary()  # number of bytes that have come, by connection
         self._reach = {}     # `Reach` by URI of a publisher
         self._asking = {}    # threads that wait for an answer, likewise
         self._known = set()  # (subscriber, URI) of the connections at the last look
         self._away = set()   # likewise, to connect anew when their machines are back
 
-    def link(self, header):
-        """The Link of the connection with this header, of a subscriber in `newest`; None: there is none any more."""
-        for topic in self._newest:
-            connection = connection_of(topic, header)
-            if connection:
-                return self._link(connection)
-        return None
-
-    def _link(self, connection):
-        link = self._links.get(connection) or self._links.setdefault(connection, Link(self._looked))  # not there then
-        link.local = link.local or _is_local(connection)
-        return link
-
     def look(self):
-        """Look at the machines, end and make connections."""
+        """Look at the machines, make connections."""
         now = self._clock()
         ways = {}  # to other machines: (subscriber, connection) by URI
-        there = [(topic, connection) for topic in (*self._newest, *self._every) for connection in connections(topic)
+        there = [(topic, connection) for topic in self._subscribers for connection in connections(topic)
                  if not connection.endpoint_id.startswith(OLD)]
         for topic, connection in there:
-            if _ends(connection)[0] and not self._link(connection).local:
+            if _ends(connection)[0] and not _is_local(connection):
                 ways.setdefault(connection.endpoint_id, []).append((topic, connection))
-        self._looked = now
         self._away |= self._known - {(topic, one.endpoint_id) for topic, one in there}  # once: who has ended refuses
         self._known = {(topic, uri) for uri, pairs in ways.items() for topic, _ in pairs}
         uris = {uri for _, uri in self._known | self._away}
@@ -85,8 +67,7 @@ class OutageWatch:
             asking[-1].start()
         if reach.turns(now):
             rospy.logwarn("the machine of %s is %s", uri, "out of reach" if reach.lost else "back")
-            if reach.lost:
-                self._leave(uri, there)
+            self._away |= {(topic, uri) for topic, _ in there if reach.lost}
         if not reach.lost:
             for topic in [topic for topic, one in self._away if one == uri]:
                 self._connect(topic, uri)
@@ -101,12 +82,6 @@ class OutageWatch:
         except OSError:
             return
         reach.answered(now, self._clock())
-
-    def _leave(self, uri, there):
-        for topic, connection in there:
-            self._away.add((topic, uri))
-            if topic in self._newest:
-                disconnect(topic, connection)
 
     def _connect(self, topic, uri):
         self._away.discard((topic, uri))
@@ -129,3 +104,8 @@ def _ends(connection):
 def _is_local(connection):
     here, there = _ends(connection)
     return here is not None and (here == there or there.startswith("127."))
+
+
+def is_local(subscribers, header):
+    """Whether the connection with this header, of one of the subscribers, comes from this machine."""
+    return any(_is_local(one) for topic in subscribers for one in connections(topic) if one.header is header)

@@ -104,16 +104,13 @@ class Arbiter:
         return [(state.name, state.ignored[0], state.sender) for state in self._states
                 if state.ignored and now - state.ignored[1] < state.timeout and state.moving(now)]
 
-    def command(self, name, twist, now, sender="", spent=0.0):
-        """Take a command that a sender has put on an input; the time-outs that were due before it come first.
-
-        spent: [s] of the input's time-out that it has used up on its way.
-        """
+    def command(self, name, twist, now, sender=""):
+        """Take a command that a sender has put on an input; the time-outs that were due before it come first."""
         due = self.look(now)
         state = self._by_name[name]
         if not state.stand_first.admits(sender, twist != STOP, now) or not state.admits(sender, twist, now):
             return due
-        state.twist, state.received = tuple(twist), now - spent
+        state.twist, state.received = tuple(twist), now
         if self.locked:
             return due
         if twist != STOP:

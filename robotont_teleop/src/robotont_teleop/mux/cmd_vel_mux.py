@@ -20,7 +20,7 @@ from robotont_driver.ros.lifecycle import run_without_wheels
 from robotont_driver.ros.worker import Worker
 from robotont_driver.rospy_repairs.publishers import DroppingPublisher
 from robotont_driver.rospy_repairs.rospy_internals import connection_header
-from robotont_driver.rospy_repairs.topic_outages import OutageWatch
+from robotont_driver.rospy_repairs.topic_outages import OutageWatch, is_local
 from robotont_teleop.hand.twist_message import twist_message
 from robotont_teleop.mux.arbitration import STOP, Arbiter, Input
 from robotont_teleop.mux.guard_sensors import make_guard
@@ -57,7 +57,8 @@ class CmdVelMux:
         self._commands = dict.fromkeys(self._timeouts, 0)
         self._refusals = Refusals()
         self._refusal = ""
-        self._arrivals = Arrivals(min(self._timeouts.values()) / 2, boot_time())
+        heard = []  # subscribers of commands
+        self._arrivals = Arrivals(min(self._timeouts.values()), boot_time(), partial(is_local, heard))
         self._outdated = 0
         self._driver = None
         self._others = ()  # who publishes on cmd_vel, past this mux ...
@@ -73,11 +74,9 @@ class CmdVelMux:
         self._tell_driver()
         rospy.on_shutdown(self._stop)
         pressed_by = rospy.Subscriber("emergency_stop/pressed_by", String, self._on_pressed_by, tcp_nodelay=True)
-        heard = [rospy.Subscriber("cmd_vel/" + name, Twist, partial(self._on_command, name), queue_size=1,
-                                  tcp_nodelay=True) for name in self._timeouts]
-        outages = OutageWatch(boot_time, newest=heard, every=[pressed_by])
-        self._arrivals.link = outages.link
-        Worker(outages.look)
+        heard += [rospy.Subscriber("cmd_vel/" + name, Twist, partial(self._on_command, name), queue_size=1,
+                                   tcp_nodelay=True) for name in self._timeouts]
+        Worker(OutageWatch(boot_time, [*heard, pressed_by]).look)
         rospy.Service("~give_back", Trigger, self._on_give_back)
         Worker(self._look_for_others)
         self._health = Health(robot_name(), {"who drives": self._report,
@@ -91,11 +90,10 @@ class CmdVelMux:
         with self._lock:
             now, header = boot_time(), connection_header(message)
             self._commands[name] += 1
-            spent = self._arrivals.spent(header, now, self._timeouts[name])
-            if twist != STOP and spent >= self._timeouts[name]:
+            if not self._arrivals.are_new(header, now) and twist != STOP:
                 self._outdated += 1
                 return
-            twists = self._arbiter.command(name, twist, now, header.get("callerid", ""), spent)
+            twists = self._arbiter.command(name, twist, now, header.get("callerid", ""))
             stopped_meanwhile = boot_time() - now >= self._timeouts[name]  # this process, since it has judged the age
             self._send([STOP] if stopped_meanwhile else twists)
             in_vain = name == "navigation" and self._arbiter.locked and twist != STOP
@@ -127,7 +125,7 @@ class CmdVelMux:
         """Whatever silence makes due; returns the time to rest."""
         with self._lock:
             now = boot_time()
-            self._arrivals.stalls.tick(now)
+            self._arrivals.gaps.tick(now)
             self._send(self._arbiter.look(now) or self._slower(now))
             left = self._arbiter.time_left(now)
         self._watch_guard()
@@ -203,7 +201,7 @@ class CmdVelMux:
                 "ignored": "; ".join(ignored) or "none",
                 "commands refused": self._refusals.amount,
                 "commands too old": self._outdated,
-                "times that this node was stopped or starved": self._arrivals.stalls.stalls,
+                "times that this node was stopped or starved": self._arrivals.gaps.amount,
                 "stops because a driver fell silent": arbiter.timeouts,
                 "other publishers of cmd_vel": ", ".join(self._others) or "none",
             }

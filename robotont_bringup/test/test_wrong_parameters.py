@@ -12,7 +12,6 @@ from robotont_testing.robots import WHEEL_PARAMS
 
 GOOD = yaml.safe_load(WHEEL_PARAMS.read_text())
 NO_ROBOT = "where no robot runs: start robot.launch"
-STUTTER = "found a packet every 0.2 s and a stop after 0.3 s without one"
 # Debian 11's rospy, at the end of any node; docs/reference.md
 ROSPY_ON_PYTHON_39 = re.compile(r"Traceback.*\n(  .*\n)*AttributeError: 'Thread' object has no attribute 'isAlive'")
 # What is wrong in which way, the tests of robotont_driver show; here: each way to a node's end.
@@ -24,10 +23,6 @@ CASES = {
         "~cmd_timeout: found -1, allowed: a finite number from 0.05 to 2 [s]: for so long the"]),
     "a value for all": ("driver_node", {**GOOD, "driver_node": 20.0}, (), [
         "~: found 20.0, allowed: parameters by name"]),
-    "too slow for the next": ("driver_node", {**GOOD, "serial_com_node": {"write_timeout": 0.3}},
-                              ("_publish_rate:=5.0",), [STUTTER]),
-    "too quick for the one before": ("serial_com_node", {**GOOD, "driver_node": {"publish_rate": 5.0}},
-                                     ("_write_timeout:=0.3",), [STUTTER]),
 }
 
 

@@ -60,11 +60,11 @@ class DriverNodeTest(NodeTest):
         self.wait_for_status(TASK, OK)
 
     def test_each_command_goes_out_at_once(self):
-        _, written = self.start_node("/left", "_cmd_timeout:=2.0", "_publish_rate:=5.0")
+        _, written = self.start_node("/left", "_cmd_timeout:=2.0", "_publish_rate:=10.0")
         command = self.publisher("/left/cmd_vel", Twist)
         wait_for(lambda: command.publish(twist(0.2)) or written[-1] == FORWARD, "motion", period=0.05)
         begun = time.monotonic()
-        for _ in range(20):
+        for _ in range(40):
             before = len(written)
             command.publish(twist(0.2))
             wait_for(lambda before=before: len(written) > before, "a packet", period=0.005)

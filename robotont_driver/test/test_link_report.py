@@ -12,8 +12,6 @@ from robotont_driver.ros import link_report
 from robotont_driver.ros.diagnostics import OK, WARN
 from robotont_testing.robots import SHIPPED
 
-CALM = types.SimpleNamespace(amount=0)  # refusals
-
 
 def link():
     """As a SerialLink whose port is open."""
@@ -35,7 +33,7 @@ def a_second(report, line, clock, sender, heard=1):
 def test_lost_lines_are_told_and_a_port_that_is_opened_again_is_judged_afresh(monkeypatch):
     clock, line, sender = [100.0], link(), Sender()
     monkeypatch.setattr(link_report, "time", types.SimpleNamespace(monotonic=lambda: clock[0]))
-    report = link_report.LinkReport(line, CALM, Battery(None))
+    report = link_report.LinkReport(line, lambda: 0, Battery(None))
     a_second(report, line, clock, sender)
     assert a_second(report, line, clock, sender) == (OK, "50 packets/s, checked")
     level, words = a_second(report, line, clock, sender, heard=10)

@@ -17,17 +17,16 @@ from robotont_driver.kinematics.kinematics import Kinematics
 from robotont_driver.parameters.parameters import Parameter
 from robotont_driver.protocol.packet import Packet, format_packet
 from robotont_driver.ros.clocks import boot_time
-from robotont_driver.ros.diagnostics import OK, WARN, Health, Refusals, robot_name
+from robotont_driver.ros.diagnostics import OK, WARN, Health, robot_name
 from robotont_driver.ros.lifecycle import run_node
-from robotont_driver.ros.packet_topics import PUBLISH_RATE, WRITE_TIMEOUT, check_repetition, topics_between_processes
+from robotont_driver.ros.packet_topics import topics_between_processes
 from robotont_driver.ros.worker import KeptParameter, Worker
 from robotont_driver.rospy_repairs.rospy_internals import connection_header, connection_numbers
 from robotont_driver.rospy_repairs.topic_outages import OutageWatch, is_local
 
 PARAMETERS = (
-    Parameter("publish_rate", PUBLISH_RATE, "how often the newest command is repeated", "Hz", minimum=5.0,
-              maximum=200.0,
-              reason="the board stops after 0.5 s without a packet, and a line of 115200 baud carries no more"),
+    Parameter("publish_rate", 20.0, "how often the newest command is repeated", "Hz", minimum=10.0, maximum=200.0,
+              reason="serial_com_node may stop after 0.2 s without one, and a line of 115200 baud carries no more"),
     Parameter("cmd_timeout", 0.5, "zeros after this long without a cmd_vel", "s", minimum=0.05, maximum=2.0,
               reason="for so long the robot drives on when its commander dies"),
     Parameter("command_decimals", 2, "decimals of each wheel speed; 0 for boards that read whole units",
@@ -71,7 +70,6 @@ class DriverNode:
         self._sent_at = boot_time()
         heard = []  # subscribers of commands
         self._arrivals = Arrivals(parameters["cmd_timeout"], self._sent_at, partial(is_local, heard))
-        self._refusals = Refusals()
         self._unstamped = False  # whether a stamp of zero has been told
         self._packets = topics.serial_write
         self._packets.advertise()
@@ -110,13 +108,13 @@ class DriverNode:
         with self._lock:
             new = self._arrivals.are_new(header, now) and age < self._stream.timeout
             if moves and not new:  # zeros stop at any age
-                words, kind = OLD, "old"
+                words = OLD
             else:
                 refusal = self._stream.command(linear, angular, now - age if moves else now, header.get("callerid", ""))
                 self._send()
-                words, kind = refusal and "cmd_vel refused, the robot stops: " + refusal, refusal and refusal.split()[0]
-        if words and self._refusals.refuse(kind, now):
-            rospy.logwarn("%s", words)
+                words = refusal and "cmd_vel refused, the robot stops: " + refusal
+        if words:
+            rospy.logwarn_throttle(10.0, words)
 
     def _on_emergency_stop(self, message):
         header = connection_header(message)
@@ -193,11 +191,6 @@ class DriverNode:
             }
         waiting = "no cmd_vel yet" if age is None else "following cmd_vel"
         return (WARN, complaint, values) if complaint else (OK, waiting, values)
-
-
-def conflicts(_wheels, parameters, other):
-    """List of conflicts with serial_com_node's parameters."""
-    return check_repetition(parameters["publish_rate"], other("serial_com_node/write_timeout", WRITE_TIMEOUT))
 
 
 def main():

@@ -13,7 +13,7 @@ from robotont_driver.odometry.odometry_stamps import SECOND, OdometryStamps
 from robotont_driver.odometry.slip import SlipSearch, fault_of_wheels, values_of
 from robotont_driver.parameters.parameters import Parameter
 from robotont_driver.ros.clocks import boot_time, read_clocks
-from robotont_driver.ros.diagnostics import OK, WARN, Health, Rate, Refusals, robot_name
+from robotont_driver.ros.diagnostics import OK, WARN, Health, Rate, robot_name
 from robotont_driver.ros.imu_input import ImuInput
 from robotont_driver.ros.kept_pose import KeptPose
 from robotont_driver.ros.lifecycle import run_node
@@ -79,7 +79,7 @@ class OdomNode:
         self._lock = threading.Lock()
         self._arrived = None  # [ns] newest packet, on the steady clock
         self._packets = 0
-        self._refusals = Refusals()  # of malformed messages on serial_read
+        self._refused = 0  # malformed messages on serial_read
         self._rate = Rate()
         self._messages = OdometryMessages(parameters, wheels.amount)
         rospy.Service("reset_odometry", Trigger, self._on_reset)
@@ -95,8 +95,8 @@ class OdomNode:
         self._health = Health(robot_name(), subjects, name)
 
     def _on_refused(self, error):
-        if self._refusals.refuse(error.kind, time.monotonic()):
-            rospy.logwarn("serial_read refused: %s", error)
+        self._refused += 1
+        rospy.logwarn_throttle(10.0, f"serial_read refused: {error}")
 
     def _on_packet(self, packet):
         with self._lock:
@@ -141,7 +141,7 @@ class OdomNode:
             values = {
                 "packets per second": f"{rate:.1f}",
                 "packets": self._packets,
-                "packets refused": self._refusals.amount,
+                "packets refused": self._refused,
                 "went on from an earlier pose": "no" if gap is None else f"after {gap:.1f} s without odometry",
             }
             if search:
@@ -167,7 +167,7 @@ class OdomNode:
         return OK, "by packet number and arrival" if self._odometry.period else "by arrival", values
 
 
-def conflicts(_wheels, parameters, _other):
+def conflicts(_wheels, parameters):
     """List of conflicts between parameters."""
     frames = parameters["odom_frame"], parameters["base_frame"]
     if all(frames) and frames[0] != frames[1]:

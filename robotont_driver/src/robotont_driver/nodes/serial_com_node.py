@@ -2,7 +2,6 @@
 
 import functools
 import threading
-import time
 import traceback
 
 import rospy
@@ -14,11 +13,11 @@ from robotont_driver.parameters.parameters import Parameter
 from robotont_driver.protocol.connection import AUTO, NAMES, Connection, explained
 from robotont_driver.protocol.protocol import ProtocolError
 from robotont_driver.robots.battery import Battery, read_pack
-from robotont_driver.ros.diagnostics import Health, Refusals
+from robotont_driver.ros.diagnostics import Health
 from robotont_driver.ros.lifecycle import refuse, run_node
 from robotont_driver.ros.link_report import LinkReport
 from robotont_driver.ros.official_topics import OfficialTopics
-from robotont_driver.ros.packet_topics import PUBLISH_RATE, WRITE_TIMEOUT, check_repetition, topics_between_processes
+from robotont_driver.ros.packet_topics import topics_between_processes
 
 DOUBT = "lines of the board were lost, or it has restarted: the odometry may be wrong by the counts between"
 START_PATIENCE = 3.0  # [s] for which a board may be missing at the start before the log says so; diagnostics do at once
@@ -31,8 +30,8 @@ PARAMETERS = (
     Parameter("packets", AUTO, "protocol of the board: plain (the thesis'), checked (with CRC), robotont2 or robotont3 "
               "(official firmware, another board is refused), or auto: recognised from its output",
               choices=NAMES),
-    Parameter("write_timeout", WRITE_TIMEOUT, "one stop packet after this long without a serial_write", "s",
-              minimum=0.05, maximum=2.0, reason="for so long the robot drives on when driver_node dies"),
+    Parameter("write_timeout", 0.5, "one stop packet after this long without a serial_write", "s", minimum=0.2,
+              maximum=2.0, reason="for so long the robot drives on when driver_node dies; two packets come in 0.2 s"),
     Parameter("range_frame_prefix", "range_sensor_", "frames of the range sensors, before their number",
               official="range/sensor_frame_prefix"),
     Parameter("base_frame", "base_link", "frame in which the range sensors stand"),
@@ -55,7 +54,7 @@ class SerialComNode:
             refuse([f"~packets is {parameters['packets']}, but its board cannot have these wheels: {error}"])
         except ValueError as error:
             refuse([str(error)])
-        self._refusals = Refusals()  # of malformed messages on serial_write
+        self._refused = 0  # malformed messages on serial_write
         self._told = (0, 0)  # restarts and doubts of the connection, already reported
         self._read = topics.serial_read
         self._read.advertise()
@@ -66,12 +65,12 @@ class SerialComNode:
         self._link.start()
         rospy.on_shutdown(self._link.close)
         topics.serial_write.subscribe(wheels.amount, self._on_write, self._on_refused, queue_size=1)
-        report = LinkReport(self._link, self._refusals, battery)
+        report = LinkReport(self._link, lambda: self._refused, battery)
         Health(self._port, {"link": report.report_link, "board": report.report_board}, name)
 
     def _on_refused(self, error):
-        if self._refusals.refuse(error.kind, time.monotonic()):
-            rospy.logwarn("serial_write refused: %s", error)
+        self._refused += 1
+        rospy.logwarn_throttle(10.0, f"serial_write refused: {error}")
 
     def _on_write(self, command):
         self._link.send(command)
@@ -124,14 +123,12 @@ class SerialComNode:
             rospy.logwarn("%s", trouble)
 
 
-def conflicts(wheels, parameters, other):
-    """List of conflicts between parameters, or with those of driver_node."""
-    faults = check_repetition(other("driver_node/publish_rate", PUBLISH_RATE), parameters["write_timeout"])
+def conflicts(wheels, _parameters):
+    """List of conflicts between parameters."""
     edges = counts_in_reach(wheels)
-    if edges > LARGEST_REACH:
-        faults.append(f"encoderEdgesPerMotorRevolution and pidControlFrequency: found {edges} edges in one PID period, "
-                      f"allowed: up to {LARGEST_REACH}")
-    return faults
+    return [] if edges <= LARGEST_REACH else [
+        f"encoderEdgesPerMotorRevolution and pidControlFrequency: found {edges} edges in one PID period, allowed: up "
+        f"to {LARGEST_REACH}"]
 
 
 def main():

@@ -129,8 +129,8 @@ def serve(parts, *arguments):
     """Start nodes, node_class(name, wheels, parameters, *arguments), and serve until ROS shuts down.
 
     parts: the class by the node's full name in the graph, under which its parameters stand. Its module has their table,
-    PARAMETERS, and maybe conflicts(wheels, parameters, other): a list of faults; other(name, default) is a parameter of
-    another node. Lists wrong parameters, if any, of all parts and exits with 1.
+    PARAMETERS, and maybe conflicts(wheels, parameters): a list of faults. Lists wrong parameters, if any, of all parts
+    and exits with 1.
     """
     with signals_wait():
         wheels, values = _read_all(parts)
@@ -151,7 +151,7 @@ def _read_all(parts):
         try:
             values[name] = private_parameters(module.PARAMETERS, name)
             conflicts = getattr(module, "conflicts", lambda *_: [])
-            found = conflicts(wheels, values[name], parameter_of_another) if wheels else []
+            found = conflicts(wheels, values[name]) if wheels else []
         except ParameterError as error:
             found = error.faults
         faults += [("" if name == rospy.get_name() else name + ": ") + message for message in found]

@@ -8,14 +8,16 @@ LOST = 0.1  # part of the periods whose lines may be lost without a warning
 
 
 class LinkReport:
-    """Tasks for `Health`. link: `SerialLink`, whose `connection` has all that is told of a board; refusals: `Refusals`.
+    """Tasks for `Health`. link: `SerialLink`, whose `connection` has all that is told of a board.
+
+    refused(): how many messages on serial_write were no packets.
 
     Numbers of lines and packets are those since the port was opened.
     """
 
-    def __init__(self, link, refusals, battery):
+    def __init__(self, link, refused, battery):
         self._link = link
-        self._refusals = refusals
+        self._refused = refused
         self._battery = battery
         self._failures = 0   # of this program, already reported
         self._connection = None
@@ -32,6 +34,7 @@ class LinkReport:
             self._connection = connection
             self._begin()
         protocol = connection and connection.protocol
+        refused = self._refused()
         dropped = dict(protocol.dropped) if protocol else {}
         packets, repaired = (protocol.packets, protocol.repaired) if protocol else (0, 0)
         rate = self._rate.look(packets - repaired, now)
@@ -44,7 +47,7 @@ class LinkReport:
             "packets written": link.sent,
             "commands overtaken by newer ones": link.replaced,
             "commands while the port was closed": link.unsent,
-            "commands refused": self._refusals.amount,
+            "commands refused": refused,
             "commands too old": link.outdated,
             "times that this node was stopped or starved": link.gaps.amount,
             "stops for lack of commands": link.timeouts,
@@ -56,7 +59,7 @@ class LinkReport:
             "reconnects": max(0, link.opened - 1),
             "faults of this program": link.failures,
         }
-        errors = sum(dropped.values()) + self._refusals.amount
+        errors = sum(dropped.values()) + refused
         seen = errors, packets, repaired
         new_errors, new_packets, lost = (new - before for new, before in zip(seen, self._seen))
         self._seen = seen

@@ -15,7 +15,7 @@ from robotont_driver.command.command_age import Arrivals
 from robotont_driver.command.command_stream import refuse
 from robotont_driver.parameters.parameters import Parameter
 from robotont_driver.ros.clocks import boot_time
-from robotont_driver.ros.diagnostics import OK, WARN, Health, Refusals, robot_name
+from robotont_driver.ros.diagnostics import OK, WARN, Health, robot_name
 from robotont_driver.ros.lifecycle import run_without_wheels
 from robotont_driver.ros.worker import Worker
 from robotont_driver.rospy_repairs.publishers import DroppingPublisher
@@ -55,7 +55,7 @@ class CmdVelMux:
         self._lock = threading.Lock()
         self._timeouts = {name: timeout for name, timeout, *_ in inputs}
         self._commands = dict.fromkeys(self._timeouts, 0)
-        self._refusals = Refusals()
+        self._refused = 0
         self._refusal = ""
         heard = []  # subscribers of commands
         self._arrivals = Arrivals(min(self._timeouts.values()), boot_time(), partial(is_local, heard))
@@ -97,14 +97,14 @@ class CmdVelMux:
             stopped_meanwhile = boot_time() - now >= self._timeouts[name]  # this process, since it has judged the age
             self._send([STOP] if stopped_meanwhile else twists)
             in_vain = name == "navigation" and self._arbiter.locked and twist != STOP
-            news = refusal and self._refusals.refuse((name, refusal.split()[0]), now)
             if refusal:
+                self._refused += 1
                 self._refusal = f"cmd_vel/{name}: {refusal}"
         if in_vain:  # a goal that was sent during the stop, and would move the robot after it
             self._cancel.publish(GoalID())
         self._tell_driver()
-        if news:
-            rospy.logwarn("cmd_vel/%s refused: %s", name, refusal)
+        if refusal:
+            rospy.logwarn_throttle(10.0, f"cmd_vel/{name} refused: {refusal}")
 
     def _on_pressed_by(self, message):
         with self._lock:
@@ -199,7 +199,7 @@ class CmdVelMux:
                 "waiting": ", ".join(waiting) or "none",
                 **{f"commands of {name}": count for name, count in self._commands.items()},
                 "ignored": "; ".join(ignored) or "none",
-                "commands refused": self._refusals.amount,
+                "commands refused": self._refused,
                 "commands too old": self._outdated,
                 "times that this node was stopped or starved": self._arrivals.gaps.amount,
                 "stops because a driver fell silent": arbiter.timeouts,

@@ -7,6 +7,7 @@ WHO = "robotont_firmware 2.0.0 wheels 3 rate 50 units edges/period profile ours 
 
 def health(*texts):
     made = BoardHealth(3, 50.0)
+    made.hear_text("identity " + WHO)
     for text in texts:
         made.hear_packet(BoardStatus.parse(text, 3))
     return made
@@ -64,12 +65,14 @@ def test_ticks_and_refusals_are_counted_past_their_overflow():
 
 def test_a_fault_is_reported_once_although_it_is_over():
     made = health("020000200", "000000000")
-    assert "over again: wheel 0" in made.report()[0][0]
-    assert made.report()[0] == []
+    errors, warnings, _ = made.report()
+    assert errors == []
+    assert "the board reports: wheel 0: its motor driver" in warnings[0]
+    assert made.report()[:2] == ([], [])
     made.hear_packet(BoardStatus.parse("020000200", 3))
-    assert made.report()[0] == [made.fault]
+    assert made.report()[:2] == ([made.fault], [])
     made.hear_packet(BoardStatus.parse("000000000", 3))
-    assert made.report()[0] == [], "it was seen while it stood"
+    assert made.report()[:2] == ([], []), "it was seen while it stood"
 
 
 def test_identity():

@@ -30,29 +30,18 @@ def start(now):
 def test_the_next_run_goes_on_from_the_newest_pose(now, gap):
     first = start(10.0)
     assert first.gap is None
-    first.keep(7, POSE, P, TWIST, 11.0)
-    first.keep(8, MOVED, P, TWIST, 12.0)
+    first.keep(POSE, P, TWIST, 11.0)
+    first.keep(MOVED, P, TWIST, 12.0)
     found = start(now)
     assert found.gap == gap
     if gap:
-        assert (found.pose, found.covariance) == (MOVED, P)
-
-
-@pytest.mark.parametrize("number, twist, seconds, speed, turn", [
-    (109, (0.0, 0.0, 0.0), 2.0, 0.5, 2.0), (109, (0.0, 1.0, 3.0), 2.0, 1.0, 3.0), (9, (0.0, 0.0, 0.0), 0.0, 0.5, 2.0),
-    (2, (0.0, 0.0, 0.0), 3.0, 0.5, 2.0), (None, (0.0, 0.0, 0.0), 3.0, 0.5, 2.0)],
-    ids=["stops", "faster behind", "nothing missed", "the board began anew", "no numbers"])
-def test_what_nobody_counted_is_in_the_covariance(number, twist, seconds, speed, turn):
-    """By the packets' numbers, or the time; at the faster of the speeds before and behind the gap."""
-    start(10.0).keep(8, MOVED, P, TWIST, 12.0)
-    way = (seconds * speed) ** 2
-    assert start(15.0).unseen(number, twist, 0.02) == pytest.approx(
-        Covariance(way, 0.0, 0.0, way, 0.0, (seconds * turn) ** 2))
+        assert found.pose == MOVED
+        assert found.covariance == pytest.approx(P.plus(Covariance(1.0, 0.0, 0.0, 1.0, 0.0, 16.0))), "2 s as before"
 
 
 @pytest.mark.parametrize("what", ["started by hand", "another launch"])
 def test_who_starts_it_anew_begins_at_the_origin(what, monkeypatch):
-    start(10.0).keep(8, POSE, P, TWIST, 12.0)
+    start(10.0).keep(POSE, P, TWIST, 12.0)
     if what == "another launch":
         monkeypatch.setattr(os, "getppid", lambda: 1)
     else:
@@ -69,27 +58,27 @@ def test_a_full_disk_is_one_warning(monkeypatch):
         raise OSError(28, "No space left on device")
     monkeypatch.setattr(os, "pwrite", full)
     for _ in range(50):
-        kept.keep(8, POSE, P, TWIST, 12.0)
+        kept.keep(POSE, P, TWIST, 12.0)
     assert len(warned) == 1
 
 
 def test_a_link_of_another_user_is_not_followed(folder, monkeypatch):
     monkeypatch.setattr(rospy, "logwarn", lambda *_: None)
-    start(10.0).keep(1, POSE, NONE, TWIST, 11.0)
+    start(10.0).keep(POSE, NONE, TWIST, 11.0)
     file, = folder.iterdir()
     file.unlink()
     target = folder / "target"
     target.write_bytes(b"mine")
     os.symlink(str(target), str(file))
     run = start(12.0)
-    run.keep(1, POSE, NONE, TWIST, 13.0)
+    run.keep(POSE, NONE, TWIST, 13.0)
     assert run.gap is None
     assert target.read_bytes() == b"mine"
 
 
 def test_what_an_ended_launch_has_left_is_cleared_away(folder, monkeypatch):
     monkeypatch.setattr(os, "getppid", lambda: 4194305)  # no process has this number
-    start(10.0).keep(1, POSE, NONE, TWIST, 11.0)
+    start(10.0).keep(POSE, NONE, TWIST, 11.0)
     old, = folder.iterdir()
     monkeypatch.undo()
     monkeypatch.setattr(kept_pose, "FOLDER", folder)

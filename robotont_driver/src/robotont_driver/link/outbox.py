@@ -9,10 +9,9 @@ from collections import deque
 
 
 class Outbox:
-    """Lines that wait to be written: those that `hurry`, then the newest command that was `put`.
+    """Lines that wait to be written, one at a time: those that `hurry`, then the newest command that was `put`.
 
-    byte_time: [s] that the serial line needs for a byte; a line is handed out when its predecessor is on the serial
-    line, so never more than two are on their way; 0: at once. Times `now` [s] are the caller's.
+    byte_time: [s] that the serial line needs for a byte; 0: none. Times `now` [s] are the caller's.
     """
 
     def __init__(self, byte_time=0.0):
@@ -22,9 +21,7 @@ class Outbox:
         self._command = b""
         self._free_at = 0.0      # [s] from when on a line may be written
         self._pause = 0.0        # [s] behind the newest line
-        self._sent_by = 0.0      # [s] when the serial line will have sent all lines
         self._rest = b""         # of a line that is half written: it must be finished first
-        self._newest_length = 0  # [bytes] of the newest line that was written
         self.sent = 0            # lines
 
     def __bool__(self):
@@ -49,42 +46,32 @@ class Outbox:
     def write(self, descriptor, clock):
         """Write to a port what it takes now.
 
-        Its driver never holds more than two lines, and none before a paced one, which would join it, so that no command
-        waits behind old ones.
+        Its driver holds no line before the next: it may join it, and a command would wait behind old ones.
         """
         with contextlib.suppress(BlockingIOError):
-            while self._rest or self._may_take(descriptor):
+            while self._rest or (self and not waiting_bytes(descriptor)):
                 self._rest = self._rest or self.take(clock())
                 if not self._rest:
                     return
                 self._rest = self._rest[os.write(descriptor, self._rest):]
-                if not self._rest:
-                    self.written(clock())
-
-    def _may_take(self, descriptor):
-        return self and waiting_bytes(descriptor) <= (0 if self.pacing else self._newest_length)
+                self.written(clock())
 
     def take(self, now):
         """The line to write now; empty when there is none, or it is too early."""
-        if now < self._free_at:
+        if now < self._free_at or not (self._hurried or self._command):
             return b""
-        self._pause = self.pacing
         if self._hurried:
-            line, self._pause = self._hurried.popleft()
-        elif self._command:
-            line, self._command = self._command, b""
+            line, pause = self._hurried.popleft()
         else:
-            return b""
-        begins = max(now, self._sent_by)
-        self._sent_by = begins + len(line) * self._byte_time
-        self._free_at = max(now + self._pause, begins)
-        self._newest_length = len(line)
+            (line, self._command), pause = (self._command, b""), self.pacing
+        self._pause = max(pause, len(line) * self._byte_time)
         self.sent += 1
+        self.written(now)
         return line
 
     def written(self, now):
         """The line is out, which may be a while after `take`: the pause behind it begins now."""
-        self._free_at = max(self._free_at, now + self._pause)
+        self._free_at = now + self._pause
 
     def wait(self, now):
         """[s] until the next line may be written."""

@@ -106,13 +106,11 @@ class OdomNode:
             elapsed = 0.0 if self._arrived is None else (arrival - self._arrived) / 1e9
             odometry.update(packet, elapsed, stamp, search and search.slips)
             pose = odometry.pose
-            if self._arrived is None and self._kept.gap is not None:
-                pose.doubt(self._kept.unseen(packet.number, odometry.twist, odometry.period))
             self._arrived = arrival
             self._packets += 1
             covariance = odometry.pose_covariance
             self._messages.publish(odometry, covariance, stamp)
-            self._kept.keep(packet.number, (pose.x, pose.y, pose.yaw), covariance, odometry.twist, boot_time())
+            self._kept.keep((pose.x, pose.y, pose.yaw), covariance, odometry.twist, boot_time())
             changed = search and search.update(packet, self._newest_command(), self._gyro and self._gyro.compared)
             if changed:
                 odometry.exclude(search.slipping)

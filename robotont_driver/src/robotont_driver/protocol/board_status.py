@@ -119,10 +119,8 @@ class BoardHealth:
         self._missed = self._refused = 0  # ticks that it missed and lines that it refused, on this connection
         self._reported = (0, 0)
         self.notices = deque(maxlen=NOTICES_KEPT)  # newest messages of the board
-        self._news = []         # messages since the last report
+        self._news = []         # messages and faults since the last report
         self.banner = ""
-        self._fleeting = deque(maxlen=1)  # a fault that no report has shown yet
-        self._shown = ""
         self._begin()
 
     def _begin(self):
@@ -155,8 +153,7 @@ class BoardHealth:
                 self._missed += (status.missed - self.status.missed) % 256
                 self._refused += (status.refused - self.status.refused) % 256
             self.status = status
-            if self.fault and self.fault != self._shown:
-                self._fleeting.append(self.fault)
+            self._tell(self.fault)
         self._heard += 1
         if self._heard < self._rate:
             return 0.0
@@ -170,8 +167,9 @@ class BoardHealth:
     def hear_text(self, text):
         """Take a line of text. Returns whether it is the banner of a board that has just started."""
         self.notices.append(text)
-        self._news = [*self._news, text][-NOTICES_KEPT:]
-        starts, answers = text.startswith("robotont"), text.startswith("identity ")
+        starts, answers = text.startswith("robotont"), text.startswith("identity")
+        if not starts and not answers:
+            self._tell(text)
         if starts:
             self._begin()
             self.banner = text
@@ -180,16 +178,16 @@ class BoardHealth:
             self.obstacle = self.identity.obstacle(self._wheels, self._rate) if self.identity else ""
         return starts
 
+    def _tell(self, text):
+        """In the next report, if it is not empty."""
+        self._news = [*self._news, text][-NOTICES_KEPT:] if text and text not in self._news else self._news
+
     def report(self):
         """(errors, warnings, values) for the diagnostics, since the last call: call it once per report.
 
         errors, warnings: lists of messages. A fault that came and went since the last report is in this one.
         """
-        fleeting = self._fleeting.pop() if self._fleeting else ""  # the link's thread may set the next one meanwhile
-        fault = self._shown = self.fault
-        errors = [message for message in (self.obstacle, fault) if message]
-        if fleeting and not fault:
-            errors.append("over again: " + fleeting)
+        errors = [message for message in (self.obstacle, self.fault) if message]
         warnings = list(self.status.complaints) if self.status else []
         missed, refused = self._missed - self._reported[0], self._refused - self._reported[1]
         self._reported = (self._missed, self._refused)
@@ -198,7 +196,7 @@ class BoardHealth:
         if refused:
             warnings.append(f"the board refused {refused} lines: check cable and baudrate")
         news, self._news = self._news, []
-        warnings += [f"the board reports: {text}" for text in news if not text.startswith(("identity", "robotont"))]
+        warnings += [f"the board reports: {text}" for text in news if text not in errors]
         if self.wants_identity:
             warnings.append("the board has not identified itself yet: it is not driven until then")
         return errors, warnings, self._values()

@@ -5,7 +5,7 @@ has, unheard, is judged by time and by the speeds before and after. Times are in
 """
 
 import math
-from typing import NamedTuple, Tuple
+from typing import NamedTuple
 
 from robotont_driver.protocol.packet import Packet, PacketError
 
@@ -41,33 +41,6 @@ class Arrival(NamedTuple):
         return Arrival(now, late)
 
 
-class Doubt(NamedTuple):
-    """A gap in which the board may have restarted."""
-
-    unexplained: float        # [edges] of a wheel's path, whenever it changed its speed from the old to the new one
-    late: bool                # whether more time has passed than the lost periods took
-
-
-def doubt_about(path, periods, elapsed, before, after):
-    """`Doubt` about the `path` [edges], n, of the periods lost between two packets; None where it is negligible.
-
-    elapsed: [periods] from packet to packet. before, after: n counts of these two.
-    """
-    difference = [way - periods * (old + new) / 2 for way, old, new in zip(path, before, after)]
-    late = periods + 1 < elapsed - JITTER
-    known = NEGLIGIBLE + NOISE * periods
-    if largest(path) <= NEGLIGIBLE if late else largest(difference) <= known:
-        return None
-    unexplained = max(
-        abs(way) - periods * abs(new - old) / 2 for way, old, new in zip(difference, before, after)) - known
-    return Doubt(unexplained, late)
-
-
-def largest(edges):
-    """Magnitude of the longest of some paths [edges]."""
-    return max(map(abs, edges))
-
-
 class LostPackets:
     """CheckedPackets in, a `Packet` per PID period out, lost periods included, numbered from 0 on.
 
@@ -97,14 +70,14 @@ class LostPackets:
                 self._last.counter, self._last.totals, self._last.counts):
             raise PacketError("repeated", "the same packet twice")
         gap = self._gap(self._last, packet, now)
-        if gap is not None and not gap.restarted:
+        if gap and not gap[2]:
             if self._suspect is not None:
                 self._dropped["inconsistent"] += 1
             return self._continue(self._last, packet, gap, now)
         suspect, suspicion = self._suspect, self._suspicion
         if suspect is not None:
             step = self._gap(suspect, packet, now)
-            if step is not None and not step.restarted:
+            if step and not step[2]:
                 # Two packets agree with each other and not with those before: the board has restarted.
                 self.restarts += 1
                 self.doubts += suspicion
@@ -114,13 +87,14 @@ class LostPackets:
         if packet.counter + 1 > self._last.arrival.most(now):
             raise PacketError("inconsistent", "neither the next packet, nor one of a board that has just started")
         packet.arrival = self._last.arrival.next(now, 1)
-        self._suspect, self._suspicion = packet, gap is not None and gap.doubt
+        self._suspect, self._suspicion = packet, bool(gap and gap[3])
         return []
 
     def _gap(self, last, packet, now):
-        """`_Gap` between the two packets; None where time or motors cannot have made it.
+        """(lost periods, their counts per wheel, whether the board has restarted between, whether it may have).
 
-        Beyond 2^15 edges the totals modulo 2^16 no longer determine how many are missing.
+        None where time or motors cannot have made it: beyond 2^15 edges the totals modulo 2^16 no longer determine how
+        many are missing.
         """
         periods, counts = packet.missed_since(last)
         bound = self._reach * periods
@@ -128,14 +102,18 @@ class LostPackets:
         if periods + 1 > most or bound >= 0x8000 or max(map(abs, counts)) > bound:
             return None
         # the counter begins at 0 with the board: whether all its packets may have been made since `last`
-        if periods and packet.counter + 1 <= most < ANY:
-            doubt = doubt_about(counts, periods, now - last.arrival.at, last.counts, packet.counts)
-            if doubt:
-                return _Gap(periods, counts, True, doubt.late and doubt.unexplained > 0)
-        return _Gap(periods, counts, False, False)
+        if not periods or packet.counter + 1 > most or most == ANY:
+            return periods, counts, False, False
+        late = periods + 1 < now - last.arrival.at - JITTER  # more time has passed than the lost periods took
+        known = NEGLIGIBLE + NOISE * periods
+        # by how much the way differs from what the speeds before and behind it make, and may, whenever they changed
+        off = [(abs(way - periods * (old + new) / 2), periods * abs(new - old) / 2)
+               for way, old, new in zip(counts, last.counts, packet.counts)]
+        restarted = late and max(way - may for way, may in off) > known
+        return periods, counts, restarted, max(map(abs, counts)) > NEGLIGIBLE if late else max(off)[0] > known
 
     def _continue(self, last, packet, gap, now):
-        periods, counts, doubt, _ = gap
+        periods, counts, _, doubt = gap
         packet.arrival = last.arrival.next(now, periods + 1)
         number = last.number + 1
         newest = self._trust(packet, number + periods)
@@ -151,15 +129,6 @@ class LostPackets:
         packet.number = number
         self._last, self._suspect = packet, None
         return Packet(packet.counts, f"{packet.text};{number}\n", number)
-
-
-class _Gap(NamedTuple):
-    """Between two packets."""
-
-    periods: int             # whose packets are missing
-    counts: Tuple[int, ...]  # per wheel, in these
-    doubt: bool              # whether the board may have restarted
-    restarted: bool          # whether a restart is likelier than these counts
 
 
 def _evenly(count, periods):

@@ -10,7 +10,7 @@ import rospy
 
 from robotont_driver.parameters.parameters import Parameter, ParameterError
 from robotont_driver.ros.diagnostics import OK, WARN, Health, robot_name
-from robotont_driver.ros.lifecycle import init_node, own_parameters, refuse, signals_wait
+from robotont_driver.ros.lifecycle import init_node, own_parameters, refuse
 from robotont_driver.rospy_repairs.rospy_end import end_soon
 from robotont_teleop.hand.speeds import Speeds
 from robotont_teleop.web.driving_seat import DrivingSeat
@@ -91,11 +91,10 @@ def main():
     """Run web_teleop_node; with wrong parameters print them and exit with 1."""
     init_node("web_teleop_node", __doc__, PARAMETERS)
     try:
-        with signals_wait():
-            parameters = own_parameters(PARAMETERS)
-            file = parameters["token_file"] or str(ros_home() / "robotont_teleop_token")
-            access = make_access(parameters["address"], file, "robotont_teleop")
-            robot = RobotView(parameters["camera"])
+        parameters = own_parameters(PARAMETERS)
+        file = parameters["token_file"] or str(ros_home() / "robotont_teleop_token")
+        access = make_access(parameters["address"], file, "robotont_teleop")
+        robot = RobotView(parameters["camera"])
         if not rospy.is_shutdown():
             asyncio.run(serve(robot, access, parameters))
     except ParameterError as error:

@@ -19,7 +19,6 @@ ROOTS = {
     "driver_node.py": {"_on_command", "_on_stamped", "_on_emergency_stop", "_on_release", "_repeat", "_stop"},
     "serial_com_node.py": {"_on_write", "_on_packet"},
     "connection.py": {"feed", "encode", "stop"},  # in the thread of the link
-    "mock_serial_node.py": {"_on_write"},
     "cmd_vel_mux.py": {"_on_command", "_on_pressed_by", "_look", "_on_give_back", "_stop"},
     "guard_sensors.py": {"_on_scan", "_on_range", "_on_static"},  # what they hold back holds back the mux' own threads
     "odom_node.py": {"_on_packet"},

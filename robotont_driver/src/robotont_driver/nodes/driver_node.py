@@ -1,11 +1,10 @@
 """The ROS side of driver_node: cmd_vel in, serial_write out."""
 
-import math
 import threading
 from functools import partial
 
 import rospy
-from geometry_msgs.msg import Twist, TwistStamped
+from geometry_msgs.msg import Twist
 from std_msgs.msg import Bool, Float64, String
 from std_srvs.srv import Trigger, TriggerResponse
 
@@ -45,9 +44,8 @@ PARAMETERS = (
 )
 
 
-CLOCKS_APART = 0.2  # [s] by which a stamp may lie ahead
 PRESSED_BY = "emergency_stop_pressed"  # parameter in the namespace of the wheels': a restarted node stays stopped
-OLD = "an old command (kept back on its way, latched before, or of a clock that is apart) does not drive"
+OLD = "an old command (kept back on its way, or latched before) does not drive"
 
 
 class DriverNode:
@@ -70,7 +68,6 @@ class DriverNode:
         self._sent_at = boot_time()
         heard = []  # subscribers of commands
         self._arrivals = Arrivals(parameters["cmd_timeout"], self._sent_at, partial(is_local, heard))
-        self._unstamped = False  # whether a stamp of zero has been told
         self._packets = topics.serial_write
         self._packets.advertise()
         self._limited = rospy.Publisher("cmd_vel/limited", Twist, queue_size=1, tcp_nodelay=True)
@@ -82,35 +79,20 @@ class DriverNode:
         emergency_stop = rospy.Subscriber("emergency_stop", Bool, self._on_emergency_stop, tcp_nodelay=True)
         rospy.Service("emergency_stop/release", Trigger, self._on_release)
         cmd_vel = rospy.Subscriber("cmd_vel", Twist, self._on_command, queue_size=1, tcp_nodelay=True)
-        stamped = rospy.Subscriber("cmd_vel_stamped", TwistStamped, self._on_stamped, queue_size=1, tcp_nodelay=True)
         rospy.Subscriber("board_wheel_limit", Float64, self._on_limit)
-        heard += [cmd_vel, stamped]
-        Worker(OutageWatch(boot_time, [*heard, emergency_stop]).look)
+        heard.append(cmd_vel)
+        Worker(OutageWatch(boot_time, [cmd_vel, emergency_stop]).look)
         Health(robot_name(), {"command stream": self._report}, name)
 
     def _on_command(self, message):
-        self._command(message, connection_header(message), 0.0)
-
-    def _on_stamped(self, message):
-        """A stamp only ever makes a command older than it is known to be without; none at all is now."""
-        now, stamp, header = rospy.Time.now(), message.header.stamp, connection_header(message)
-        age = (now - stamp).to_sec() if stamp else 0.0
-        if not (stamp or self._unstamped):
-            self._unstamped = True
-            rospy.logwarn("cmd_vel_stamped without a stamp, by %s: taken as of now", header.get("callerid", "?"))
-        self._command(message.twist, header, age if age > -CLOCKS_APART else math.inf)
-
-    def _command(self, twist, header, age):
-        now = boot_time()
-        linear = twist.linear.x, twist.linear.y, twist.linear.z
-        angular = twist.angular.x, twist.angular.y, twist.angular.z
-        moves = any(linear) or any(angular)
+        now, header = boot_time(), connection_header(message)
+        linear = message.linear.x, message.linear.y, message.linear.z
+        angular = message.angular.x, message.angular.y, message.angular.z
         with self._lock:
-            new = self._arrivals.are_new(header, now) and age < self._stream.timeout
-            if moves and not new:  # zeros stop at any age
+            if not self._arrivals.are_new(header, now) and (any(linear) or any(angular)):  # zeros stop at any age
                 words = OLD
             else:
-                refusal = self._stream.command(linear, angular, now - age if moves else now, header.get("callerid", ""))
+                refusal = self._stream.command(linear, angular, now, header.get("callerid", ""))
                 self._send()
                 words = refusal and "cmd_vel refused, the robot stops: " + refusal
         if words:

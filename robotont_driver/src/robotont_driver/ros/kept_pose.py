@@ -17,8 +17,8 @@ CONTENT = struct.Struct("<13d")  # time [s], pose, covariance (6), twist; writte
 class KeptPose:
     """One file per node and roslaunch: who starts a launch anew, or a node by hand, begins at the origin.
 
-    `gap`: [s] since the `pose` with its `covariance` from which it has gone on, or None. Without shared memory nothing is
-    kept.
+    `gap`: [s] since the `pose` with its `covariance` from which it has gone on, or None. Without shared memory nothing
+    is kept.
     """
 
     def __init__(self, name, now):

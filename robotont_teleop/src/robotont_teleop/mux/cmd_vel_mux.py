@@ -170,7 +170,7 @@ class CmdVelMux:
         except (OSError, rosgraph.MasterException):
             return PUBLISHERS_PERIOD  # the master is gone; the robot is not
         topic = rospy.resolve_name("cmd_vel")
-        nodes = {node for name, names in publishers if name in (topic, topic + "_stamped") for node in names}
+        nodes = {node for name, names in publishers if name == topic for node in names}
         others = tuple(sorted(nodes - {rospy.get_name()}))
         with self._lock:
             mixing = others if self._arbiter.driver in self._timeouts else ()

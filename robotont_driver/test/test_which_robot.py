@@ -33,7 +33,7 @@ def test_a_port_that_is_not_there_and_a_board_that_is_unknown(official_board, ca
     assert main(["/dev/nothing"]) == 1
     assert "is this the right port? there are /dev/ttyACM1" in capsys.readouterr().err
     port = official_board("robotont2")
-    for line, words in ((b"I am a printer\r\n", "I am a printer"), (b"Encoders 1:2:3\r\n", "firmware of June 2018: ")):
+    for line, words in ((b"I am a printer\r\n", "I am a printer"), (b"Encoders 1:2:3\r\n", "from before March 2020: ")):
         port.board.advance = lambda now, line=line: line
         assert main([port.link, "--seconds", "0.5"]) == 1
         assert words in capsys.readouterr().err

@@ -44,7 +44,7 @@ def flash(board, monkeypatch, capsys):
 
 
 @pytest.mark.parametrize(("sent", "words"), [
-    (b"Setpoints 0:0:0\r\nEncoders 1:2:3\r\n\r\n", "June 2018"),
+    (b"Setpoints 0:0:0\r\nEncoders 1:2:3\r\n\r\n", "before March 2020"),
     (b"ODOM:0.000000:0.000000:0.000000:0.000000:0.000000:0.000000\r\n", "generations 2 and 2.1"),
     (b"\xff\x00\xf0\n**** MAIN ****\r\n", "generations 2 and 2.1"),
     (b"0:-12:13;\n" * 2, "the thesis' packets"),

@@ -7,7 +7,7 @@ import time
 from robotont_driver.link.serial_port import heard, opened, usb_id
 from robotont_driver.protocol.board_status import Identity
 from robotont_driver.protocol.checked import QUESTION, Checked, CheckedPacket
-from robotont_driver.protocol.connection import REFUSED, Listener, explained
+from robotont_driver.protocol.connection import Listener, explained
 from robotont_driver.protocol.official_boards import USB_ID as GENERATION_3
 from robotont_driver.protocol.official_boards import Robotont3
 from robotont_driver.protocol.packet import PacketError, add_checksum
@@ -64,7 +64,7 @@ def check_board(port):
         received += data
         found |= {listener.feed(data)} - {None}
     for name in found - {Checked.name}:
-        raise FlashError(NO_FLASHING.format(port=port, firmware=REFUSED.get(name) or explained(name)))
+        raise FlashError(NO_FLASHING.format(port=port, firmware=explained(name)))
     if found:
         with open_port(port) as line:
             return ask(line)

@@ -24,8 +24,8 @@ class SerialLink:
 
     connect(usb_id, now): a new `Connection` for a port that was opened. It calls publish(packet) for each `Packet` from
     the board; changed(trouble) once per change, with None when the port is open and with a message when it is not;
-    met(protocol) when the board's protocol is known; failed(error) with an exception out of these or its own, and goes
-    on. When no command came for `write_timeout` [s] the board is sent one stop.
+    met(protocol) when the board's protocol is known; failed(error) with an exception out of these or its own, behind
+    which it opens the port anew. When no command came for `write_timeout` [s] the board is sent one stop.
     """
 
     def __init__(self, port, baudrate, connect, publish, changed, met, failed, write_timeout=0.5, retry_period=0.5):
@@ -99,12 +99,14 @@ class SerialLink:
                     self._command, self._deadline = None, now + self._write_timeout
                     self.opened += 1
                     self.trouble = None
-                    self._call(self._changed, None)
+                    self._changed(None)
                     self._serve(port.fileno(), connection)
             except (OSError, ValueError, termios.error) as error:  # pyserial's own errors are OSErrors
                 self._lost(explain(self._name, error))
             except Exception as error:  # without this thread nothing would stop the robot
-                self._note_failure(error)
+                self.failures += 1
+                self.failure = f"{type(error).__name__}: {error}"
+                self._failed(error)
                 self._lost(f"{self._name}: {self.failure}")
             self._rest(self._retry_period)
 
@@ -117,7 +119,7 @@ class SerialLink:
                 protocol = connection.protocol
                 self._outbox.pacing = protocol.pacing
                 self._outbox.hurry(protocol.hello, protocol.pause)
-                self._call(self._met, protocol)
+                self._met(protocol)
             now = time.monotonic()
             self.gaps.tick(now)
             if self._closing:
@@ -140,21 +142,18 @@ class SerialLink:
 
     def _hear(self, connection, data):
         for line in data.splitlines(keepends=True):  # of a burst, each packet goes out before the next line is read
-            try:
-                for packet in connection.feed(line, time.monotonic()):
-                    self._publish(packet)
-            except Exception as error:  # a fault in there is not one of the port, and must not end the thread
-                self._note_failure(error)
+            for packet in connection.feed(line, time.monotonic()):
+                self._publish(packet)
 
     def _take_commands(self, connection, now):
         """Put the newest command into the outbox, and the stop in its place when it is too old."""
         taken, self._command = self._command, None
         if taken:
             packet, self._deadline = taken
-            self.replaced += self._outbox.put(self._call(connection.encode, packet, now) or b"")
+            self.replaced += self._outbox.put(connection.encode(packet, now))
         if self._deadline is not None and now >= self._deadline:
             self._deadline = None
-            stop = self._call(connection.stop, now) or b""
+            stop = connection.stop(now)
             self.timeouts += bool(stop)
             self._outbox.put(stop)
 
@@ -173,26 +172,13 @@ class SerialLink:
             outbox.write(port, time.monotonic)
             time.sleep(FULL_LINE if outbox else 0.0)
 
-    def _call(self, callback, *arguments):
-        """Result of a callback; None where it raises."""
-        try:
-            return callback(*arguments)
-        except Exception as error:  # a fault in there is not one of the port, and must not end the thread
-            self._note_failure(error)
-            return None
-
-    def _note_failure(self, error):
-        self.failures += 1
-        self.failure = f"{type(error).__name__}: {error}"
-        self._failed(error)
-
     def _lost(self, trouble):
         changed = self.trouble in (None, NOT_TRIED)
         self.trouble = trouble  # may become another one while the port stays closed
         if self.connection:
             self.connection.trouble = trouble
         if changed and not self._closing:
-            self._call(self._changed, trouble)
+            self._changed(trouble)
 
     def _rest(self, duration):
         end = time.monotonic() + duration

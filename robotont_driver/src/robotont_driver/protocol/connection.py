@@ -1,9 +1,7 @@
 """One open port and the board behind it, from the handshake to the loss: the protocol, its rate, and what is wrong."""
 
-import re
-
 from robotont_driver.protocol.checked import Checked, CheckedPacket, ForeignPacketError
-from robotont_driver.protocol.official_boards import BANNER, OLD, USB_ID, Robotont2, Robotont3, is_debug, read_numbers
+from robotont_driver.protocol.official_boards import BANNER, OLD, USB_ID, Robotont2, Robotont3, is_old, read_numbers
 from robotont_driver.protocol.packet import LineSplitter, Packet, PacketError, format_packet, parse_packet
 from robotont_driver.protocol.protocol import Plain, ProtocolError
 
@@ -11,17 +9,12 @@ OWN_BANNER = "# robotont_firmware"
 # What drives each board: the robot for it, as the launch files' argument.
 ROBOTS = {Plain.name: "robot:=thesis", Checked.name: "robot:=thesis", Robotont2.name: "robot:=robotont2",
           Robotont3.name: "robot:=robotont3"}
+OLD_FIRMWARE = "old"
 FIRMWARE = {Plain.name: "the thesis' packets", Checked.name: "this project's firmware, packets with checksums",
             Robotont2.name: "official firmware, generations 2 and 2.1",
-            Robotont3.name: "official firmware, generation 3"}
-JUNE_2018, BEFORE_2020 = "june 2018", "before 2020"
-REFUSED = {JUNE_2018: "firmware of June 2018: it has no time-out and is spoken no more; flash the makers' 2.1.3 "
-                      "(robot:=robotont2) or this project's (robot:=robotont21, docs/firmware.md)",
-           BEFORE_2020: OLD}
+            Robotont3.name: "official firmware, generation 3", OLD_FIRMWARE: OLD}
 LEAST_WHEELS = 3
 SHOWN = 40  # characters of the received data in messages
-
-_JUNE_2018 = re.compile("(Encoders|Setpoints) -?[0-9]{1,5}:-?[0-9]{1,5}:-?[0-9]{1,5}")
 
 
 def explained(name):
@@ -45,7 +38,7 @@ class Listener:
         self._plain_lines = 0   # in a row: one alone may be a checked packet that has lost its trailer
 
     def feed(self, data):
-        """Name of the protocol, or of a firmware in REFUSED, that a line among the new bytes proves; None without."""
+        """Name of the protocol, or OLD_FIRMWARE, that a line among the new bytes proves; None without."""
         self._newest = (self._newest + data)[-SHOWN:]
         return next(filter(None, map(self._decide, self._splitter.feed(data))), None)
 
@@ -73,16 +66,14 @@ class Listener:
 
 
 def recognise(text, wheels, usb_id):
-    """Name of the protocol, or firmware, that a whole line (text without its end) belongs to, or None."""
+    """Name of the protocol, or OLD_FIRMWARE, that a whole line (text without its end) belongs to, or None."""
     error = refusal(CheckedPacket, text, wheels)
     if text.startswith(OWN_BANNER) or error is None or isinstance(error, ForeignPacketError):
         return Checked.name
     if text == BANNER or (text.startswith("ODOM:") and refusal(read_numbers, text, 6) is None):
         return Robotont3.name if usb_id == USB_ID else Robotont2.name
-    if _JUNE_2018.fullmatch(text):
-        return JUNE_2018
-    if is_debug(text):
-        return BEFORE_2020
+    if is_old(text):
+        return OLD_FIRMWARE
     return Plain.name if text.endswith(";") and refusal(parse_packet, text, wheels) is None else None
 
 
@@ -102,7 +93,6 @@ OFFICIAL = (Robotont2.name, Robotont3.name)  # their boards tell at once who the
 ST_LINK = "0483:374b"   # USB id of a NUCLEO board's port
 PATIENCE = 1.0          # [s] of listening before a board of unknown protocol gets plain packets
 SILENCE = 5.0           # [s] without a packet after which a board that has spoken is silent
-LONGEST_KEPT = 4096     # [bytes]
 CLOSED, LISTENING, SPEAKING, SILENT = "closed", "listening", "speaking", "silent"
 
 
@@ -122,7 +112,6 @@ class Connection:
         self._expected = packets if packets in OFFICIAL else ""
         self.protocol = None if packets == AUTO or self._expected else KINDS[packets](wheels)
         self._listener = Listener(usb_id, wheels.amount)
-        self._kept = b""     # newest bytes, for the protocol that they may turn out to belong to
         self._opened = now
         self._spoke = None   # [s] when the newest packet came
         self._refusal = ""   # of the board, at the handshake
@@ -154,13 +143,11 @@ class Connection:
         return self.protocol.complaint or self._rate.complaint if self.protocol else self._listener.heard
 
     def feed(self, data, now):
-        """List of `Packet` that `data` completes, those that led to the handshake included."""
+        """List of `Packet` that `data` completes."""
         if self.protocol is None:
-            self._kept = (self._kept + data)[-LONGEST_KEPT:]
             name = self._listener.feed(data)
             if name is None or not self._agree(name):
                 return []
-            data, self._kept = self._kept, b""
         packets = self.protocol.feed(data, now)
         if packets:
             self._spoke = now
@@ -172,8 +159,8 @@ class Connection:
         if self._expected and {name, self._expected} <= set(OFFICIAL):  # generations 2 and 3 differ by their ports only
             wrong_port = {Robotont2.name: USB_ID, Robotont3.name: ST_LINK}[self._expected]
             name = self._expected if self._usb_id != wrong_port else name
-        self._refusal = REFUSED.get(name, "")
-        if self._refusal:
+        if name == OLD_FIRMWARE:
+            self._refusal = OLD
             return False
         misfit = f"its driver.yaml has packets: {self._expected}" if self._expected and name != self._expected else ""
         if not misfit:

@@ -33,14 +33,15 @@ MOST_LOST = 256       # [periods] that are handed out for lost lines
 MEMORY = 1000         # [periods] in which the board's clock, by its lines, follows this computer's
 NEGLIGIBLE = 5.0      # [edges] by which it does not matter whether the board has restarted
 STRANGE = 50          # lines in a row that moved against their own twist: firmware before February 2020
-OLD = ("firmware of August 2018 to February 2020: its poses are short by 11 to 24 %, and the speeds between are not "
-       "sent; flash the makers' 2.1.3 (robot:=robotont2) or this project's (robot:=robotont21, docs/firmware.md)")
+OLD = ("firmware from before March 2020: it has no time-out, or its poses are short by 11 to 24 %; flash the makers' "
+       "2.1.3 (robot:=robotont2) or this project's (robot:=robotont21, docs/firmware.md)")
 
 USB_ID = "0483:5740"  # of generation 3: STM32 virtual serial port
 ORIGIN = (0.0,) * 6
 
 _READING = re.compile(r"-?[0-9]{1,9}(?:\.[0-9]{1,9})?")
-_DEBUG = re.compile(r"Setpoint [012], |Speed\[[012]\]: |MOTOR [012]: |(Fault|Temp|Effort|Current\[[012]\]): ")
+_OLD = re.compile(r"Setpoint [012], |Speed\[[012]\]: |MOTOR [012]: |(Fault|Temp|Effort|Current\[[012]\]): |"
+                  r"(Encoders|Setpoints) -?[0-9]{1,5}:-?[0-9]{1,5}:-?[0-9]{1,5}$")
 
 
 class BoardWheels:
@@ -124,7 +125,7 @@ class Robotont2(Protocol):
         elif text.startswith("BATSTATE:"):
             motors, computer, _, voltage = read_numbers(text, 4)
             self.readings.append(Power(voltage, motors + computer))
-        elif is_debug(text):
+        elif is_old(text):
             self.obstacle = OLD
         elif text:
             raise PacketError("unknown", f"neither ODOM nor RANGE, POWER or BATSTATE: {text[:40]!r}")
@@ -235,9 +236,9 @@ def largest(edges):
     return max(map(abs, edges))
 
 
-def is_debug(text):
-    """Whether a line is one that only firmware before February 2020 sends."""
-    return bool(_DEBUG.match(text))
+def is_old(text):
+    """Whether a line is one that only firmware from before March 2020 sends."""
+    return bool(_OLD.match(text))
 
 
 def read_numbers(text, amount):

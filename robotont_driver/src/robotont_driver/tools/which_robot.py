@@ -6,7 +6,7 @@ import os
 import sys
 
 from robotont_driver.link.serial_port import explain, heard, serial_ports, usb_id
-from robotont_driver.protocol.connection import LEAST_WHEELS, PATIENCE, REFUSED, ROBOTS, Listener, explained
+from robotont_driver.protocol.connection import LEAST_WHEELS, OLD_FIRMWARE, PATIENCE, ROBOTS, Listener, explained
 
 LINE = "roslaunch robotont_bringup robot.launch {} port:={}"
 
@@ -19,8 +19,8 @@ def listen(port, baudrate, seconds):
     listener = Listener(usb_id=usb_id(port))
     for data in heard(port, baudrate, seconds):
         name = listener.feed(data)
-        if name in REFUSED:
-            return None, REFUSED[name]
+        if name == OLD_FIRMWARE:
+            return None, explained(name)
         if name:
             own = name in ("plain", "checked") and listener.fields not in (0, LEAST_WHEELS)
             return name, f"robot:=FOLDER_OF_{listener.fields}_WHEELS" if own else ROBOTS[name]

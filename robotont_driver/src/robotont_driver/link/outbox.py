@@ -28,11 +28,6 @@ class Outbox:
         """Whether anything has still to be written."""
         return bool(self._rest or self._hurried or self._command)
 
-    @property
-    def blocked(self):
-        """Whether a line is half written, because the driver of the port is full."""
-        return bool(self._rest)
-
     def hurry(self, line, pause):
         """A line (bytes) that goes before all commands and needs a pause [s] behind it."""
         if line:

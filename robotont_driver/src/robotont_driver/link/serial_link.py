@@ -49,7 +49,6 @@ class SerialLink:
         self.trouble = NOT_TRIED  # None while the port is open
         self.connection = None  # the newest `Connection`; None before the first
         self.opened = 0         # times
-        self.sent = 0           # lines
         self.replaced = 0       # commands that a newer one overtook before they were written
         self.unsent = 0         # packets given while the port was closed
         self.timeouts = 0       # stop packets sent
@@ -58,6 +57,8 @@ class SerialLink:
         self.failure = ""       # description of the newest
         self.gaps = Gaps(write_timeout, time.monotonic())  # of this process
         self._thread = threading.Thread(target=self._run, daemon=True)
+
+    sent = property(lambda self: self._outbox.sent, doc="Lines since the port was opened.")
 
     def start(self):
         """Begin: from now on the callbacks may be called."""
@@ -112,8 +113,9 @@ class SerialLink:
 
     def _serve(self, port, connection):
         """Move bytes both ways until the port fails, the board falls silent or the link is closed."""
-        poll, protocol, wanted = select.poll(), None, 0
+        poll, protocol = select.poll(), None
         poll.register(self._woken, select.POLLIN)
+        poll.register(port, select.POLLIN)
         while True:
             if connection.protocol is not protocol:
                 protocol = connection.protocol
@@ -128,22 +130,14 @@ class SerialLink:
             if connection.state(now) == SILENT:
                 raise OSError(f"no packet for {SILENCE:g} s")
             self._take_commands(connection, now)
-            before = self._outbox.sent
             self._outbox.write(port, time.monotonic)
-            self.sent += self._outbox.sent - before
-            if wanted != select.POLLIN | (select.POLLOUT if self._outbox.blocked else 0):
-                wanted = select.POLLIN | (select.POLLOUT if self._outbox.blocked else 0)
-                poll.register(port, wanted)
             events = dict(poll.poll(1000 * self._time_to_rest(now)))
             if self._woken in events:
                 os.read(self._woken, READ_SIZE)
-            if events.get(port, 0) & ~select.POLLOUT:
-                self._hear(connection, read(port, events[port]))
-
-    def _hear(self, connection, data):
-        for line in data.splitlines(keepends=True):  # of a burst, each packet goes out before the next line is read
-            for packet in connection.feed(line, time.monotonic()):
-                self._publish(packet)
+            data = read(port, events[port]) if port in events else b""
+            for line in data.splitlines(keepends=True):  # of a burst, each packet goes out before the next line is read
+                for packet in connection.feed(line, time.monotonic()):
+                    self._publish(packet)
 
     def _take_commands(self, connection, now):
         """Put the newest command into the outbox, and the stop in its place when it is too old."""
@@ -160,7 +154,7 @@ class SerialLink:
     def _time_to_rest(self, now):
         """[s] until something has to be done although nothing comes."""
         left = self._tick_period if self._deadline is None else min(max(0.0, self._deadline - now), self._tick_period)
-        return min(left, self._outbox.wait(now) or FULL_LINE) if self._outbox and not self._outbox.blocked else left
+        return min(left, self._outbox.wait(now) or FULL_LINE) if self._outbox else left
 
     def _say_goodbye(self, port, connection):
         """Write the board's goodbye and a stop, as far as the port takes them in time."""

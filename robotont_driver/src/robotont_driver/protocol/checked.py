@@ -22,8 +22,8 @@ class ForeignPacketError(PacketError):
 class CheckedPacket:
     """Feedback with a valid CRC: `counts` per wheel, also as `text`, packet `counter`, encoder `totals` modulo 2^16.
 
-    `status`: the board's BoardStatus; None from firmware before 2.0. Its reader's: `arrival`, an `Arrival`, and
-    `number`, which goes on where the counter begins again.
+    `status`: the board's BoardStatus; None from firmware before 2.0. Its reader's: `arrival` [periods],
+    and `number`, which goes on where the counter begins again.
     """
 
     arrival = number = None

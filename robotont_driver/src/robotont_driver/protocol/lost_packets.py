@@ -4,41 +4,14 @@ A packet that does not continue the one before is held until the next: an error,
 has, unheard, is judged by time and by the speeds before and after. Times are in periods of the board.
 """
 
-import math
-from typing import NamedTuple
-
 from robotont_driver.protocol.packet import Packet, PacketError
 
 LARGEST_DRIFT = 0.02  # part by which the board's period may differ from the nominal one
-HELD = 20.0       # [periods] whose packets the link may have held back when it was opened
-JITTER = 2.0      # [periods] by which a packet may come too early or too late after its predecessor
-EARLY = 10.0      # [periods] by which no packet comes too early, unless the board is faster than its robot's parameters
+HELD = 25.0       # [periods] whose packets the link may hold back
+JITTER = 2.0      # [periods] by which a packet may come too late after its predecessor
 ANY = 256.0       # [periods] until the counter of the packets begins again
-MEMORY = 50.0     # [periods] after which it is forgotten how late a packet was
 NEGLIGIBLE = 5.0  # [edges] of a wheel's path; a Robotont that turns by 0.5 degrees makes 6
 NOISE = 1.0       # [edges per period] by which a speed, out of one packet, may be wrong
-
-
-class Arrival(NamedTuple):
-    """When a packet came, and how late the link was then."""
-
-    at: float           # [periods] on a clock that never goes back
-    late: float = HELD  # [periods] that had begun by then, at most, and whose packets were still under way; < 0: early
-
-    def most(self, now):
-        """How many periods may lie between this packet and one that comes `now`, the latter's included.
-
-        `ANY` where packets come faster than one per period.
-        """
-        if self.late < -EARLY:
-            return ANY
-        return min(ANY, (now - self.at) * (1 + LARGEST_DRIFT) + max(0.0, self.late) + JITTER)
-
-    def next(self, now, periods):
-        """`Arrival` of a packet that comes `now`, so many periods after this one."""
-        elapsed = now - self.at
-        late = self.late * math.exp(-elapsed / MEMORY) + elapsed * (1 + LARGEST_DRIFT) - periods
-        return Arrival(now, late)
 
 
 class LostPackets:
@@ -54,7 +27,6 @@ class LostPackets:
         self.repaired = self.restarts = self.doubts = 0
         self._last = None          # newest trusted packet
         self._suspect = None       # a packet that does not continue `_last`: an error, or a restart
-        self._suspicion = False    # whether a restart at `_suspect` leaves a doubt
 
     def restart(self):
         """The board has said that it has restarted, with counter and totals."""
@@ -63,34 +35,32 @@ class LostPackets:
 
     def recover(self, packet, now):
         """List of `Packet` that a CheckedPacket which came at `now` [periods] completes. Raises PacketError."""
+        packet.arrival = now
         if self._last is None:
-            packet.arrival = Arrival(now)
             return [self._trust(packet, 0)]
         if (packet.counter, packet.totals, packet.counts) == (
                 self._last.counter, self._last.totals, self._last.counts):
             raise PacketError("repeated", "the same packet twice")
-        gap = self._gap(self._last, packet, now)
+        gap = self._gap(self._last, packet)
         if gap and not gap[2]:
             if self._suspect is not None:
                 self._dropped["inconsistent"] += 1
-            return self._continue(self._last, packet, gap, now)
-        suspect, suspicion = self._suspect, self._suspicion
+            return self._continue(self._last, packet, gap)
+        suspect = self._suspect
         if suspect is not None:
-            step = self._gap(suspect, packet, now)
+            step = self._gap(suspect, packet)
             if step and not step[2]:
                 # Two packets agree with each other and not with those before: the board has restarted.
                 self.restarts += 1
-                self.doubts += suspicion
-                return [self._trust(suspect, 0), *self._continue(suspect, packet, step, now)]
+                return [self._trust(suspect, 0), *self._continue(suspect, packet, step)]
             self._dropped["inconsistent"] += 1
             self._suspect = None
-        if packet.counter + 1 > self._last.arrival.most(now):
+        if packet.counter + 1 > most_between(self._last, packet):
             raise PacketError("inconsistent", "neither the next packet, nor one of a board that has just started")
-        packet.arrival = self._last.arrival.next(now, 1)
-        self._suspect, self._suspicion = packet, bool(gap and gap[3])
+        self._suspect = packet
         return []
 
-    def _gap(self, last, packet, now):
+    def _gap(self, last, packet):
         """(lost periods, their counts per wheel, whether the board has restarted between, whether it may have).
 
         None where time or motors cannot have made it: beyond 2^15 edges the totals modulo 2^16 no longer determine how
@@ -98,13 +68,13 @@ class LostPackets:
         """
         periods, counts = packet.missed_since(last)
         bound = self._reach * periods
-        most = last.arrival.most(now)
+        most = most_between(last, packet)
         if periods + 1 > most or bound >= 0x8000 or max(map(abs, counts)) > bound:
             return None
         # the counter begins at 0 with the board: whether all its packets may have been made since `last`
         if not periods or packet.counter + 1 > most or most == ANY:
             return periods, counts, False, False
-        late = periods + 1 < now - last.arrival.at - JITTER  # more time has passed than the lost periods took
+        late = periods + 1 < packet.arrival - last.arrival - JITTER  # more time has passed than the lost periods took
         known = NEGLIGIBLE + NOISE * periods
         # by how much the way differs from what the speeds before and behind it make, and may, whenever they changed
         off = [(abs(way - periods * (old + new) / 2), periods * abs(new - old) / 2)
@@ -112,9 +82,8 @@ class LostPackets:
         restarted = late and max(way - may for way, may in off) > known
         return periods, counts, restarted, max(map(abs, counts)) > NEGLIGIBLE if late else max(off)[0] > known
 
-    def _continue(self, last, packet, gap, now):
+    def _continue(self, last, packet, gap):
         periods, counts, _, doubt = gap
-        packet.arrival = last.arrival.next(now, periods + 1)
         number = last.number + 1
         newest = self._trust(packet, number + periods)
         if not periods:
@@ -129,6 +98,11 @@ class LostPackets:
         packet.number = number
         self._last, self._suspect = packet, None
         return Packet(packet.counts, f"{packet.text};{number}\n", number)
+
+
+def most_between(last, packet):
+    """How many periods may lie between two packets, the latter's included."""
+    return min(ANY, (packet.arrival - last.arrival) * (1 + LARGEST_DRIFT) + HELD)
 
 
 def _evenly(count, periods):

@@ -85,5 +85,5 @@ def test_identity():
     assert "in turns" in known._replace(units="turns").obstacle(3, 50.0)
     assert Identity.parse(WHO.replace(" rate", " colour blue rate") + " motors 3 new") == known, "of a later firmware"
     for words in ("", "robotont_firmware", WHO.replace("3", "three"), "robotont_firmware 1.0.0 wheels 3",
-                  WHO.replace("50", "٥٠") + " rate"):
+                  WHO.replace(" rate", "")):
         assert Identity.parse(words) is None

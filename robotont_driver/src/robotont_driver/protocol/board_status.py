@@ -4,7 +4,6 @@ See docs/protocol.md. The status travels under the CRC of every checked packet, 
 stale. Boards with firmware before 2.0 have no status; what they say is shown as it is.
 """
 
-import re
 from collections import deque
 from functools import lru_cache
 from typing import NamedTuple, Tuple
@@ -85,14 +84,14 @@ class Identity(NamedTuple):
 
         Later firmware may say more than this.
         """
-        words = text.split(" ")
-        said = {"version": words[1] if words[0] == "robotont_firmware" and len(words) > 1 else "",
-                **dict(zip(words[2::2], words[3::2]))}
-        numbers = said.get("wheels", ""), said.get("rate", "")
-        if not all(said.get(name) for name in cls._fields) or not all(re.fullmatch("[0-9]{1,5}", it) for it in numbers):
+        name, version, *words = [*text.split(" "), ""]
+        said = dict(zip(words[::2], words[1::2]), version=version)
+        if name != "robotont_firmware":
             return None
-        fields = {name: said[name] for name in cls._fields}
-        return cls(**{**fields, "wheels": int(fields["wheels"]), "rate": int(fields["rate"])})
+        try:
+            return cls(*(kind(said[field]) for field, kind in cls.__annotations__.items()))
+        except (KeyError, ValueError):
+            return None
 
     def obstacle(self, wheels, rate):
         """Why this board cannot be driven with that many wheels at that rate [Hz]; empty when it can."""

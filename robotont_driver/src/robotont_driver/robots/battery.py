@@ -1,8 +1,9 @@
 """How full a battery is, from its voltage: the pack in a robot's driver.yaml. Free of ROS and clock."""
 
 import math
-from collections import deque
 from typing import NamedTuple, Tuple
+
+import numpy as np
 
 from robotont_driver.parameters.parameters import fault
 
@@ -19,12 +20,7 @@ class Pack(NamedTuple):
 
     def charge(self, voltage):
         """0..1 at this voltage at rest."""
-        if voltage <= self.curve[0][0]:
-            return self.curve[0][1]
-        for (below, start), (above, end) in zip(self.curve, self.curve[1:]):
-            if voltage <= above:
-                return start + (end - start) * (voltage - below) / (above - below)
-        return self.curve[-1][1]
+        return float(np.interp(voltage, *zip(*self.curve)))
 
 
 def read_pack(given):
@@ -49,22 +45,17 @@ class Battery:
 
     def __init__(self, pack):
         self._pack = pack
-        self._rested = deque()  # (time [s], voltage [V] that it would have at rest), the later the lower
+        self._rested = []  # (voltage [V] that it would have at rest, time [s]) of late
         self.charge = math.nan  # 0..1; NaN: not measured
 
     def hear(self, voltage, current, now):
         """Measured at time `now` [s]: voltage [V], current drawn [A], NaN where that is not measured."""
         if self._pack is None or not voltage > ABSENT * self._pack.curve[0][0]:
-            self._rested.clear()
-            self.charge = math.nan
+            self._rested, self.charge = [], math.nan
             return
         rest = voltage + (current * self._pack.resistance if math.isfinite(current) else 0.0)
-        while self._rested and self._rested[-1][1] <= rest:
-            self._rested.pop()
-        self._rested.append((now, rest))
-        while now - self._rested[0][0] > REST:
-            self._rested.popleft()
-        self.charge = self._pack.charge(self._rested[0][1])
+        self._rested = [(rest, now), *(one for one in self._rested if now - one[1] <= REST)]
+        self.charge = self._pack.charge(max(self._rested)[0])
 
     @property
     def complaint(self):

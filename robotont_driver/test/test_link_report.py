@@ -16,7 +16,7 @@ from robotont_testing.robots import SHIPPED
 def link():
     """As a SerialLink whose port is open."""
     return types.SimpleNamespace(
-        connection=Connection(read_wheels(SHIPPED), "checked"), trouble=None, opened=1, sent=0, replaced=0, unsent=0,
+        connection=Connection(read_wheels(SHIPPED), "checked"), trouble=None, opened=1, sent=0, unsent=0,
         timeouts=0, outdated=0, failures=0, failure="", gaps=Gaps(0.5, 0.0))
 
 

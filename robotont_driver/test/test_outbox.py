@@ -4,7 +4,7 @@ from robotont_driver.link.outbox import Outbox
 def test_of_commands_only_the_newest_waits():
     outbox = Outbox()
     outbox.put(b"one")
-    assert outbox.put(b"two")
+    outbox.put(b"two")
     assert outbox.take(0.0) == b"two"
     assert outbox.take(0.0) == b""
     assert not outbox

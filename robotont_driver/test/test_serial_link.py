@@ -71,7 +71,6 @@ def test_a_full_line_blocks_nobody_and_the_newest_command_goes_first(port):
         for packet in sent:
             end.link.send(packet)  # nobody reads: this would block for ever
         wait_for(newest, "the newest packet")
-        assert end.link.replaced > 1000
     numbers = [int(line.split(b":")[0]) for line in bytes(read).splitlines()]
     assert numbers == sorted(numbers)  # whole packets, none older behind a newer
     assert len(numbers) < 5000

@@ -34,9 +34,8 @@ class Outbox:
             self._hurried.append((line, pause))
 
     def put(self, command):
-        """A command (bytes), which replaces one that still waits; whether it does."""
-        replaces, self._command = bool(self._command), command
-        return replaces
+        """A command (bytes), which replaces one that still waits."""
+        self._command = command
 
     def write(self, descriptor, clock):
         """Write to a port what it takes now.

@@ -49,7 +49,6 @@ class SerialLink:
         self.trouble = NOT_TRIED  # None while the port is open
         self.connection = None  # the newest `Connection`; None before the first
         self.opened = 0         # times
-        self.replaced = 0       # commands that a newer one overtook before they were written
         self.unsent = 0         # packets given while the port was closed
         self.timeouts = 0       # stop packets sent
         self.outdated = 0       # packets that waited for this process for too long
@@ -75,7 +74,6 @@ class SerialLink:
         elif self.trouble:
             self.unsent += 1
         else:
-            self.replaced += self._command is not None
             self._command = packet, now + self._write_timeout
             self._notify()
 
@@ -144,7 +142,7 @@ class SerialLink:
         taken, self._command = self._command, None
         if taken:
             packet, self._deadline = taken
-            self.replaced += self._outbox.put(connection.encode(packet, now))
+            self._outbox.put(connection.encode(packet, now))
         if self._deadline is not None and now >= self._deadline:
             self._deadline = None
             stop = connection.stop(now)

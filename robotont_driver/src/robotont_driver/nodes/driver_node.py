@@ -18,7 +18,7 @@ from robotont_driver.protocol.packet import Packet, format_packet
 from robotont_driver.ros.clocks import boot_time
 from robotont_driver.ros.diagnostics import OK, WARN, Health, robot_name
 from robotont_driver.ros.lifecycle import run_node
-from robotont_driver.ros.packet_topics import topics_between_processes
+from robotont_driver.ros.packet_topics import PacketTopic
 from robotont_driver.ros.worker import KeptParameter, Worker
 from robotont_driver.rospy_repairs.rospy_internals import connection_header, connection_numbers
 from robotont_driver.rospy_repairs.topic_outages import OutageWatch, is_local
@@ -51,10 +51,10 @@ OLD = "an old command (kept back on its way, or latched before) does not drive"
 class DriverNode:
     """Sends each command at once, repeats the newest, and stops when commands stop.
 
-    name: full name of the node. topics: `PacketTopics`.
+    name: full name of the node. topic(name): a topic of packets, as `PacketTopic`.
     """
 
-    def __init__(self, name, wheels, parameters, topics):
+    def __init__(self, name, wheels, parameters, topic):
         self._period = 1.0 / parameters["publish_rate"]
         self._board_period = 1.0 / wheels.pid_frequency
         self._kinematics = Kinematics(wheels)
@@ -68,7 +68,7 @@ class DriverNode:
         self._sent_at = boot_time()
         heard = []  # subscribers of commands
         self._arrivals = Arrivals(parameters["cmd_timeout"], self._sent_at, partial(is_local, heard))
-        self._packets = topics.serial_write
+        self._packets = topic("serial_write")
         self._packets.advertise()
         self._limited = rospy.Publisher("cmd_vel/limited", Twist, queue_size=1, tcp_nodelay=True)
         self._pressed_by = rospy.Publisher("emergency_stop/pressed_by", String, queue_size=1, latch=True)
@@ -177,4 +177,4 @@ class DriverNode:
 
 def main():
     """Run driver_node."""
-    run_node(DriverNode, topics_between_processes())
+    run_node(DriverNode, PacketTopic)

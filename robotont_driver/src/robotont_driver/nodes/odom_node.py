@@ -18,7 +18,7 @@ from robotont_driver.ros.imu_input import ImuInput
 from robotont_driver.ros.kept_pose import KeptPose
 from robotont_driver.ros.lifecycle import run_node
 from robotont_driver.ros.odometry_messages import OdometryMessages
-from robotont_driver.ros.packet_topics import topics_between_processes
+from robotont_driver.ros.packet_topics import PacketTopic
 
 # [s] Without a newer command for this long, serial_com_node and the board have stopped the robot.
 COMMAND_AGE = 0.5
@@ -55,10 +55,10 @@ PARAMETERS = (
 class OdomNode:
     """Publishes one odometry message, transform and joint state per packet.
 
-    name: full name of the node. topics: `PacketTopics`.
+    name: full name of the node. topic(name): a topic of packets, as `PacketTopic`.
     """
 
-    def __init__(self, name, wheels, parameters, topics):
+    def __init__(self, name, wheels, parameters, topic):
         kinematics = Kinematics(wheels, SOLVERS[parameters["solver"]])
         period = 1.0 / wheels.pid_frequency if parameters["packet_period"] < 0 else parameters["packet_period"]
         noise, scale = parameters["wheel_noise"], parameters["gyro_scale"]
@@ -85,9 +85,9 @@ class OdomNode:
         rospy.Service("reset_odometry", Trigger, self._on_reset)
         rospy.Service("odom_reset", Empty, lambda _: self._on_reset(_) and EmptyResponse())  # the makers' name for it
         # no queue_size: every packet counts
-        topics.serial_read.subscribe(wheels.amount, self._on_packet, self._on_refused)
+        topic("serial_read").subscribe(wheels.amount, self._on_packet, self._on_refused)
         if period:
-            topics.serial_write.subscribe(wheels.amount, self._on_command, self._on_refused_command, queue_size=1)
+            topic("serial_write").subscribe(wheels.amount, self._on_command, self._on_refused_command, queue_size=1)
         subjects = {"wheel feedback": self._report, "stamps": self._report_stamps}
         if self._gyro:
             self._imu = ImuInput(parameters["imu"], parameters["base_frame"], self._gyro, self._lock)
@@ -175,4 +175,4 @@ def conflicts(_wheels, parameters):
 
 def main():
     """Run odom_node."""
-    run_node(OdomNode, topics_between_processes())
+    run_node(OdomNode, PacketTopic)

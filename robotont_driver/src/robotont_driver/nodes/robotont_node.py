@@ -4,11 +4,13 @@ Each keeps its name for parameters, diagnostics, topics and services, as if it r
 rosnode knows the process only, by its own name.
 """
 
+import functools
+
 import rospy
 
 from robotont_driver.nodes import driver_node, odom_node, serial_com_node
 from robotont_driver.ros.lifecycle import init_node, serve
-from robotont_driver.ros.packet_topics import topics_within_process
+from robotont_driver.ros.packet_topics import SharedPacketTopic
 
 # In this order they stop: driver_node's last packet is the stop that serial_com_node sends before it closes the port.
 PARTS = {"driver_node": driver_node.DriverNode, "serial_com_node": serial_com_node.SerialComNode,
@@ -18,4 +20,5 @@ PARTS = {"driver_node": driver_node.DriverNode, "serial_com_node": serial_com_no
 def main():
     """Run robotont_node."""
     init_node("robotont_node", __doc__)
-    serve({rospy.resolve_name(name): node_class for name, node_class in PARTS.items()}, topics_within_process())
+    shared = functools.lru_cache(maxsize=None)(SharedPacketTopic)
+    serve({rospy.resolve_name(name): node_class for name, node_class in PARTS.items()}, shared)

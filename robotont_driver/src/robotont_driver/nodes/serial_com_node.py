@@ -17,7 +17,7 @@ from robotont_driver.ros.diagnostics import Health
 from robotont_driver.ros.lifecycle import refuse, run_node
 from robotont_driver.ros.link_report import LinkReport
 from robotont_driver.ros.official_topics import OfficialTopics
-from robotont_driver.ros.packet_topics import topics_between_processes
+from robotont_driver.ros.packet_topics import PacketTopic
 
 DOUBT = "lines of the board were lost, or it has restarted: the odometry may be wrong by the counts between"
 START_PATIENCE = 3.0  # [s] for which a board may be missing at the start before the log says so; diagnostics do at once
@@ -41,10 +41,10 @@ PARAMETERS = (
 class SerialComNode:
     """Carries packets between the topics and the board, in the board's protocol, and reports errors on the line.
 
-    name: full name of the node. topics: `PacketTopics`.
+    name: full name of the node. topic(name): a topic of packets, as `PacketTopic`.
     """
 
-    def __init__(self, name, wheels, parameters, topics):
+    def __init__(self, name, wheels, parameters, topic):
         self._port = parameters["port"]
         connect = functools.partial(Connection, wheels, parameters["packets"])
         try:
@@ -56,7 +56,7 @@ class SerialComNode:
             refuse([str(error)])
         self._refused = 0  # malformed messages on serial_write
         self._told = (0, 0)  # restarts and doubts of the connection, already reported
-        self._read = topics.serial_read
+        self._read = topic("serial_read")
         self._read.advertise()
         self._limit = rospy.Publisher("board_wheel_limit", Float64, queue_size=1, latch=True)
         self._link = SerialLink(self._port, parameters["baudrate"], connect, self._on_packet, self._on_change,
@@ -64,7 +64,7 @@ class SerialComNode:
         self._topics = OfficialTopics(parameters["range_frame_prefix"], parameters["base_frame"], battery)
         self._link.start()
         rospy.on_shutdown(self._link.close)
-        topics.serial_write.subscribe(wheels.amount, self._on_write, self._on_refused, queue_size=1)
+        topic("serial_write").subscribe(wheels.amount, self._on_write, self._on_refused, queue_size=1)
         report = LinkReport(self._link, lambda: self._refused, battery)
         Health(self._port, {"link": report.report_link, "board": report.report_board}, name)
 
@@ -133,4 +133,4 @@ def conflicts(wheels, _parameters):
 
 def main():
     """Run serial_com_node."""
-    run_node(SerialComNode, topics_between_processes())
+    run_node(SerialComNode, PacketTopic)

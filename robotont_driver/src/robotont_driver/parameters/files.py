@@ -2,7 +2,6 @@
 
 import contextlib
 import os
-import stat
 import tempfile
 from pathlib import Path
 
@@ -11,13 +10,10 @@ from pathlib import Path
 def new_file(path, mode=0o644):
     """A binary file to write to, which takes the place of `path` at the end of the `with`; none on an exception.
 
-    It is written beside, has this mode whatever was there before, and is on the disk before it takes the place. A link
-    is not followed: OSError, as where something other than a file is in the place.
+    It is written beside, has this mode whatever was there before, and is on the disk before it takes the place, also
+    that of a link.
     """
     path = Path(path)
-    with contextlib.suppress(FileNotFoundError):
-        if not stat.S_ISREG(path.lstat().st_mode):
-            raise OSError(f"{path}: found something else than a file")
     handle, beside = tempfile.mkstemp(dir=str(path.parent), prefix=".new_")
     try:
         with os.fdopen(handle, "wb") as file:

@@ -45,7 +45,6 @@ class LinkReport:
             "packets read": packets - repaired,
             "packets published": packets,
             "packets written": link.sent,
-            "commands overtaken by newer ones": link.replaced,
             "commands while the port was closed": link.unsent,
             "commands refused": refused,
             "commands too old": link.outdated,

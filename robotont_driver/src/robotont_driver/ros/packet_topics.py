@@ -1,10 +1,9 @@
 """The topics `serial_write` and `serial_read` as driver_node, serial_com_node and odom_node use them.
 
-Between processes over ROS (`PacketTopic`), within one by calls (`SharedPacketTopic`); and how often packets come.
+Between processes over ROS (`PacketTopic`), within one by calls (`SharedPacketTopic`, one for all nodes).
 """
 
 import traceback
-from typing import Any, NamedTuple
 
 import rospy
 from std_msgs.msg import String
@@ -73,20 +72,3 @@ class SharedPacketTopic:
     def subscribe(self, _wheels, taken, *_, **__):
         """From now on call taken(packet) for each `Packet`."""
         self._subscribers = (*self._subscribers, taken)
-
-
-class PacketTopics(NamedTuple):
-    """The topics of a robot."""
-
-    serial_write: Any
-    serial_read: Any
-
-
-def topics_between_processes():
-    """`PacketTopics` of a node in a process of its own."""
-    return PacketTopics(*map(PacketTopic, PacketTopics._fields))
-
-
-def topics_within_process():
-    """`PacketTopics` of nodes that share a process."""
-    return PacketTopics(*map(SharedPacketTopic, PacketTopics._fields))

@@ -17,7 +17,7 @@ def link():
     """As a SerialLink whose port is open."""
     return types.SimpleNamespace(
         connection=Connection(read_wheels(SHIPPED), "checked"), trouble=None, opened=1, sent=0, unsent=0,
-        timeouts=0, outdated=0, failures=0, failure="", gaps=Gaps(0.5, 0.0))
+        timeouts=0, outdated=0, gaps=Gaps(0.5, 0.0))
 
 
 def a_second(report, line, clock, sender, heard=1):

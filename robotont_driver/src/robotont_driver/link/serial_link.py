@@ -52,8 +52,6 @@ class SerialLink:
         self.unsent = 0         # packets given while the port was closed
         self.timeouts = 0       # stop packets sent
         self.outdated = 0       # packets that waited for this process for too long
-        self.failures = 0       # exceptions out of callbacks, and of this class
-        self.failure = ""       # description of the newest
         self.gaps = Gaps(write_timeout, time.monotonic())  # of this process
         self._thread = threading.Thread(target=self._run, daemon=True)
 
@@ -103,10 +101,8 @@ class SerialLink:
             except (OSError, ValueError, termios.error) as error:  # pyserial's own errors are OSErrors
                 self._lost(explain(self._name, error))
             except Exception as error:  # without this thread nothing would stop the robot
-                self.failures += 1
-                self.failure = f"{type(error).__name__}: {error}"
                 self._failed(error)
-                self._lost(f"{self._name}: {self.failure}")
+                self._lost(f"{self._name}: a fault of this program, {type(error).__name__}: {error}")
             self._rest(self._retry_period)
 
     def _serve(self, port, connection):

@@ -19,7 +19,6 @@ class LinkReport:
         self._link = link
         self._refused = refused
         self._battery = battery
-        self._failures = 0   # of this program, already reported
         self._connection = None
         self._begin()
 
@@ -56,15 +55,11 @@ class LinkReport:
             "board restarts": protocol.restarts if protocol else 0,
             "lost lines that may have been a restart": protocol.doubts if protocol else 0,
             "reconnects": max(0, link.opened - 1),
-            "faults of this program": link.failures,
         }
         errors = sum(dropped.values()) + refused
         seen = errors, packets, repaired
         new_errors, new_packets, lost = (new - before for new, before in zip(seen, self._seen))
         self._seen = seen
-        new_failures, self._failures = link.failures - self._failures, link.failures
-        if new_failures:
-            return ERROR, f"a fault of serial_com_node itself, {link.failure}; please report it, with its log", values
         if link.trouble:
             return ERROR, link.trouble, values
         warning = connection.complaint

@@ -38,17 +38,6 @@ def test_follows_the_newest_stops_when_commands_stop_and_recovers_by_itself(stre
     assert stream.timeouts == 2
 
 
-def test_stops_at_once_when_no_more_will_come(stream):
-    stream.expire()
-    assert stream.timeouts == 0, "nothing to stop"
-    drive(stream, 1.0)
-    stream.expire()
-    assert stream.twist(1.1) == STOP
-    assert stream.time_left(1.1) is None
-    assert "is their sender alive?" in stream.complaint(1.1)
-    assert stream.timeouts == 1
-
-
 @pytest.mark.parametrize("linear, angular, named", [
     ((math.nan, 0, 0), FLAT, "linear.x is nan"),
     ((0, math.inf, 0), FLAT, "linear.y is inf"),

@@ -38,7 +38,7 @@ def test_a_square_and_a_turning_circle_end_where_the_board_says(base_frame):
 
 @pytest.mark.parametrize("lost, jitter, stall, edges", [
     (0.0, 0.0, 0.0, 5.0), (0.0, 0.002, 0.0, 12.0), (0.2, 0.002, 0.0, 40.0), (0.0, 0.001, 0.5, 20.0),
-    (0.05, 0.002, 0.3, 11.0)])
+    (0.05, 0.002, 0.3, 20.0)])
 def test_generation_3_loses_millimetres_where_its_pose_is_late_by_its_display(lost, jitter, stall, edges):
     chance, bench = random.Random(7), Bench("robotont3")
     bench.pass_on = line_noise(lost, 0.0)

@@ -46,6 +46,16 @@ if "ROBOTONT_WITHOUT_TF2" in os.environ:
     sys.meta_path.insert(0, WithoutTf2)
 
 
+def pytest_configure(config):
+    """No test reaches a robot that runs; a rostest's program is run by its launch file alone."""
+    os.environ.pop("ROS_MASTER_URI", None)
+    for word in config.invocation_params.args:
+        file = Path(str(word).partition("::")[0])
+        if file.name.startswith("rostest_"):
+            test = next((one for one in file.parent.glob("*.test") if file.name in one.read_text()), file.parent)
+            raise pytest.UsageError(f"{file.name} is run by its launch file: ./robotont test {test}")
+
+
 def pytest_collect_file(file_path, parent):
     """Take .test files."""
     if file_path.suffix == ".test":

@@ -41,6 +41,7 @@ RUN_BY = {
     "./robotont wheels": "robotont_calibration/test/test_turned_wheels.py: turned_wheels",
     "./robotont which": "robotont_driver/test/test_which_robot.py: which",
     "python3 examples/plot_bag.py": "robotont_demo/test/test_plot_bag.py: plot_bag",
+    "python3 distance.py": "robotont_course/test/test_exercise.py: exercise",
     "python3 examples/square.py": "robotont_demo/test/rostest_examples.py: square.py",
     "rosrun calibrate_wheels": "robotont_calibration/test/rostest_calibrate_wheels.py: calibrate_wheels",
     "rosrun goto": "robotont_map_navigation/test/rostest_goto.py: goto",

@@ -1,5 +1,7 @@
 """What a launch sets replaces all that earlier ones left, whatever their robots were, on one master."""
 
+import shutil
+import sys
 import xmlrpc.client
 from pathlib import Path
 
@@ -10,7 +12,7 @@ from roslaunch.launch import ROSLaunchRunner
 
 from robotont_driver.kinematics.wheel_params import KEYS, read_wheels
 from robotont_driver.nodes import driver_node, odom_node, serial_com_node
-from robotont_driver.robots.robot_folder import read_robot, shipped
+from robotont_driver.robots.robot_folder import main, parameter_faults, read_robot, shipped
 from robotont_simulator import simulator_node
 from robotont_testing import places
 from robotont_testing.harness import Master
@@ -46,6 +48,25 @@ def seen(parameters, nodes):
             default = parameters.get(place, {}).get(name, parameter.default)
             found[node, parameter.name] = repr(own.get(parameter.name, default))  # nan is not equal to itself
     return found
+
+
+def test_in_a_terminal_a_robots_parameters_are_checked_too(tmp_path, monkeypatch, capsys):
+    for name in NAMES:
+        assert parameter_faults(read_robot(name)) == []
+    folder = Path(shutil.copytree(str(shipped() / "thesis"), str(tmp_path / "mine")))
+    (folder / "driver.yaml").write_text("driver_node: {max_weel_speed: 1.0, cmd_timeout: 9.0}\n")
+    monkeypatch.setattr(sys, "argv", ["robot", f"{folder}/"])
+    main()
+    assert capsys.readouterr().out == str(folder)  # a launch file's: the nodes say the rest
+    monkeypatch.setattr(sys.stdout, "isatty", lambda: True, raising=False)
+    with pytest.raises(SystemExit) as end:
+        main()
+    said = str(end.value)
+    assert "driver.yaml: driver_node: ~max_weel_speed: no such parameter; did you mean ~max_wheel_speed?" in said
+    assert "~cmd_timeout: found 9.0, allowed: a finite number from 0.05 to 2 [s]" in said
+    monkeypatch.setattr(sys, "argv", ["robot", "four_wheels"])
+    main()
+    assert capsys.readouterr().out.endswith("four_wheels: 4 wheels, 50 Hz, no mistake found\n")
 
 
 def test_parameters_of_each_launch_behind_all_others_are_those_on_a_fresh_master(tmp_path):

@@ -117,7 +117,7 @@ def test_the_table_and_the_picture(exported):
 
 def test_without_a_truth_the_commanded_path_is_the_reference(bag, tmp_path, capsys):
     assert odometry_report.main([str(bag), "-o", str(tmp_path / "a.png")]) == 0
-    assert "path of the commanded path" in capsys.readouterr().out
+    assert "commanded path  " in capsys.readouterr().out
 
 
 def test_csv_with_truth_and_parameters_of_ones_own(drive, tmp_path, capsys):
@@ -220,7 +220,7 @@ def line(length, turn=0.0, number=101):
         "relative error per 1 m, root mean square": "10.0 mm, 0.00°"}),
     ((0.0, 4 * math.pi + 0.2), (0.0, 4 * math.pi), {
         "drift per turn": "5.73°", "turned, to and fro": "2.00 turns", "drift per metre": "no path",
-        "relative error per 1 m, root mean square": "path too short"}),
+        "relative error per 1 m, root mean square": "path shorter than two of 1 m: --delta"}),
 ], ids=["ahead", "on the spot"])
 def test_known_errors_give_known_figures(driven, true, figures):
     assert figures.items() <= dict(rows(line(*driven), line(*true))).items()
@@ -260,7 +260,14 @@ def test_only_where_both_are_known_they_are_compared():
 
 def test_lost_messages_are_counted():
     words = timing(np.delete(np.arange(100) * 0.02, [10, 50, 51]))
-    assert words == "97 at 48.5/s, 3 missing; 20.0 ms between two, at most 60 ms"
+    assert words == "97 at 48.5/s, 3 missing or late; 20.0 ms between two, at most 60 ms"
+
+
+def test_numbers_tell_what_is_missing_and_lateness_does_not():
+    times = np.arange(6) * 0.02
+    times[3] += 0.03
+    assert ", 0 missing; " in timing(times, [7, 8, 9, 10, 11, 12])
+    assert ", 3 missing; " in timing(times, [7, 8, 10, 11, 14, 0])
 
 
 @pytest.mark.parametrize("times, poses, words", [

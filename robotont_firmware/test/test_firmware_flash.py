@@ -91,6 +91,38 @@ def test_what_must_not_be_flashed_is_refused_and_nothing_written(board, flash, m
     assert board.received == (board_check.ASK if sent == OWN else b"")
 
 
+@pytest.mark.parametrize("arguments, status, words", [
+    ("--check --profile four robot:=four_wheels", 0, ["PC12", "can work, and has the numbers of four_wheels"]),
+    ("--check --profile ours", 0, ["Profile ours can work."]),
+    ("--check --profile four robot:=thesis", 1, ["WHEELS: 4 in the profile, 3 by the robot", "GEAR: 3000"]),
+    ("--check --profile ours robot:=nobody", 1, ["robot: found 'nobody'"]),
+    ("--check", 1, ["Choose with --profile"]),
+])
+def test_a_profile_is_checked_without_a_board(flash, monkeypatch, arguments, status, words):
+    monkeypatch.setattr(board_check, "find_port", lambda port: pytest.fail("a board was looked for"))
+    found, shown, message = flash(arguments)
+    assert found == status
+    assert all(word in shown + message for word in words)
+
+
+@pytest.mark.parametrize("text, words", [
+    ("PROFILE = (", ["profile mine: cannot be read: SyntaxError"]),
+    ("from robotont_firmware.pin_profile_four import *", ["PROFILE: found 'four', allowed: 'mine'"]),
+    ("PROFILE = 'mine'", ["profile mine: ", " is missing, or not known"]),
+])
+def test_a_bad_file_of_a_profile_spoils_no_other(flash, monkeypatch, tmp_path, text, words):
+    package = tmp_path / "robotont_firmware"
+    shutil.copytree(str(program.folders()[0]), str(package))
+    (package / "pin_profile_mine.py").write_text(text)
+    root = program.folders()[1]
+    monkeypatch.setattr(program, "folders", lambda: (package, root))
+    status, shown, message = flash("--profile mine")
+    assert status == 1
+    assert all(word in shown + message for word in words)
+    assert message.endswith(UNTOUCHED)
+    assert flash("--check --profile four")[0] == 0
+
+
 def test_our_own_firmware_keeps_its_profile_and_boot_gets_its_pins(board, flash):
     board.waiting = OWN
     board.profile = board.new_profile = "robotont21"

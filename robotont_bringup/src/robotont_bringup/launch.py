@@ -58,9 +58,10 @@ def show_next_steps(arguments):
     given = dict(argument.partition(":=")[::2] for argument in arguments)
     name = "robot1" if given.get("robots", "1") != "1" else given.get("namespace", "").strip("/")
     namespace = f"/{name}/" if name else "/"
-    odometry = ["rostopic", "echo", "-n", "1", namespace + "odom"]  # ends at once without a master; with one it waits
-    while subprocess.call(odometry, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL):
-        time.sleep(1.0)
+    for topic in ("odom", "emergency_stop/pressed_by"):  # driver_node's, which says it as it starts
+        heard = ["rostopic", "echo", "-n", "1", namespace + topic]  # ends at once without a master; with one it waits
+        while subprocess.call(heard, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL):
+            time.sleep(1.0)
     page, port = "", given.get("web_port", "8100")
     while given.get("teleop") == "true" and not page:
         with contextlib.suppress(OSError, ValueError):

@@ -78,12 +78,12 @@ def rows(estimate, reference, named="ground truth", delta=1.0):
     stretches = relative_errors(estimate, reference, delta)
     return [
         ("duration", f"{reference.times[-1] - reference.times[0]:.1f} s"),
-        ("path of the " + named, f"{length:.2f} m"),
+        ("path of the ground truth" if named == "ground truth" else named, f"{length:.2f} m"),
         ("turned, to and fro", f"{turned:.2f} turns"),
         ("absolute error, root mean square", root_mean_squares(errors)),
         ("absolute error, largest", f"{1000 * places.max():.1f} mm"),
         (f"relative error per {delta:g} m, root mean square",
-         root_mean_squares(stretches) if len(stretches) else "path too short"),
+         root_mean_squares(stretches) if len(stretches) else f"path shorter than two of {delta:g} m: --delta"),
         ("error at the end", f"{1000 * end:.1f} mm, {end_turn:.2f}°"),
         ("drift per metre", f"{1000 * end / length:.1f} mm" if length else "no path"),
         ("drift per turn", f"{end_turn / turned:.2f}°" if turned > 0.25 else "too few turns"),
@@ -116,12 +116,18 @@ def relative_errors(estimate, reference, delta):
     return seen_from(moved, believed)
 
 
-def timing(times):
-    """The text for the table: when packets came, of K >= 2 rising stamps [s]."""
+def timing(times, numbers=()):
+    """The text for the table: when packets came, of K >= 2 rising stamps [s]; by their K numbers, where they have some.
+
+    Numbers that go back begin anew: of a board that has restarted nobody knows what is missing.
+    """
     periods = np.diff(times)
     median = np.median(periods)
-    missing = np.maximum(np.round(periods / median) - 1, 0).sum() if median > 0 else 0
-    return (f"{len(times)} at {1 / np.mean(periods):.1f}/s, {missing:.0f} missing; {1000 * median:.1f} ms between two, "
+    if len(numbers) and None not in numbers:
+        missing, what = np.maximum(np.diff(numbers) - 1, 0).sum(), "missing"
+    else:
+        missing, what = np.maximum(np.round(periods / median) - 1, 0).sum() if median > 0 else 0, "missing or late"
+    return (f"{len(times)} at {1 / np.mean(periods):.1f}/s, {missing:.0f} {what}; {1000 * median:.1f} ms between two, "
             f"at most {1000 * periods.max():.0f} ms")
 
 
@@ -155,7 +161,8 @@ def main(arguments=None):
         estimate, reference, named = compared(recording, options)
         found = rows(estimate, reference, named, options.delta)
         if len(recording.packets) > 1:
-            found += [("packets", timing([at for at, _ in recording.packets])),
+            found += [("packets", timing([at for at, _ in recording.packets],
+                                         [getattr(packet, "number", None) for _, packet in recording.packets])),
                       ("packets refused", str(recording.refused))]
         print("\n".join(f"{what:42}  {value}" for what, value in found))
         draw(options.output, f"Odometry against {named}: {options.recording}", estimate, reference, named)

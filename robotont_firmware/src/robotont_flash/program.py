@@ -3,7 +3,6 @@
 A Robotont as it was built needs no flashing, and must not get it: the driver supports its official firmware.
 """
 
-import argparse
 import runpy
 import sys
 import tempfile
@@ -11,9 +10,14 @@ from pathlib import Path
 from types import SimpleNamespace
 
 from robotont_driver.link.serial_port import explain
+from robotont_driver.parameters.command_line import CommandLine
+from robotont_driver.robots.robot_folder import read_robot
 from robotont_firmware import check_pin_profile
 from robotont_flash import board_check, copying
 from robotont_flash.board_check import FlashError
+
+BROKEN = "cannot be read"  # begins the description of such a profile
+NEAR = 0.02  # part by which a profile's number may differ from the robot's
 
 # What is on the board, as the last line of every message about a failure.
 UNTOUCHED = "Nothing was written: the board has what it had."
@@ -35,15 +39,25 @@ def folders():
 
 def profiles(package):
     """Return the wiring profiles: {name: {name of a number: its value}}."""
-    files = [package / "pin_profile.py", *sorted(package.glob("pin_profile_*.py"))]
-    found = [{name: value for name, value in runpy.run_path(str(path)).items() if name.isupper()} for path in files]
-    return {wiring["PROFILE"]: wiring for wiring in found}
+    found = {}
+    for path in sorted(package.glob("pin_profile*.py")):
+        name = path.stem.partition("pin_profile_")[2] or "ours"
+        try:
+            numbers = {key: value for key, value in runpy.run_path(str(path)).items() if key.isupper()}
+        except Exception as error:  # whatever stands in a file that somebody has written
+            numbers = {"PROFILE": name, "DESCRIPTION": f"{BROKEN}: {type(error).__name__}: {error}"}
+        found[name] = {"DESCRIPTION": "", **numbers}
+    return found
 
 
-def check_profile(package, wiring):
+def check_profile(package, chosen, wiring):
     """FlashError unless a profile has the firmware's names, all that it needs, and values that can work."""
-    config, ours = (runpy.run_path(str(package / name)) for name in ("config.py", "pin_profile.py"))
-    profile = "profile " + wiring["PROFILE"]
+    config, ours = (runpy.run_path(str(package / file)) for file in ("config.py", "pin_profile.py"))
+    profile = "profile " + chosen
+    if wiring["DESCRIPTION"].startswith(BROKEN):
+        raise FlashError(f"{profile}: {wiring['DESCRIPTION']}")
+    if wiring.get("PROFILE") != chosen:
+        raise FlashError(f"{profile}: PROFILE: found {wiring.get('PROFILE')!r}, allowed: {chosen!r}, its file's")
     for name in {*wiring, *filter(str.isupper, ours)}:
         if name not in config or name not in wiring:
             raise FlashError(f"{profile}: {name} is missing, or not known; allowed: the names of config.py, "
@@ -52,6 +66,33 @@ def check_profile(package, wiring):
         check_pin_profile.check(SimpleNamespace(**{**config, **wiring}))
     except ValueError as error:
         raise FlashError(f"{profile}: {error}") from error
+
+
+def differences(package, wiring, wheels):
+    """List of the numbers in which a profile differs from a robot's `Wheels`."""
+    numbers = {**runpy.run_path(str(package / "config.py")), **wiring}
+    mean = sum(wheels.radii) / wheels.amount, sum(map(abs, wheels.levers)) / wheels.amount
+    robot = {"WHEELS": wheels.amount, "RATE": round(wheels.pid_frequency), "EDGES": wheels.edges_per_motor_turn,
+             "GEAR": round(100 * wheels.gear), "RADIUS": round(1e6 * mean[0]), "DISTANCE": round(1e6 * mean[1]),
+             "NO_LOAD_SPEED": round(10 * wheels.motor.no_load_speed)}
+    return [f"{name}: {numbers[name]} in the profile, {wanted} by the robot" for name, wanted in robot.items()
+            if abs(numbers[name] - wanted) > NEAR * wanted]
+
+
+def check(profile, robot):
+    """Check a profile without a board, beside a robot (name or folder) where one is named; FlashError: it is wrong."""
+    package, _ = folders()
+    known = profiles(package)
+    name = choose_profile(profile, None, known)
+    check_profile(package, name, known[name])
+    print(describe(known[name]))
+    try:
+        different = differences(package, known[name], read_robot(robot).wheels) if robot else []
+    except (OSError, ValueError) as error:
+        raise FlashError(str(error)) from error
+    if different:
+        raise FlashError("\n".join([f"profile {name} is another robot's:", *different]))
+    print(f"Profile {name} can work" + (f", and has the numbers of {robot}." if robot else "."))
 
 
 def describe(wiring):
@@ -104,12 +145,15 @@ class Flash:
         package, root = folders()
         known = profiles(package)
         new = runpy.run_path(str(package / "__init__.py"))["__version__"]
+        if profile:
+            check_profile(package, choose_profile(profile, None, known), known[profile])
         port = board_check.find_port(port)
         print(f"Listening on {port} ...")
         try:
             there = board_check.check_board(port)
-            wiring = known[choose_profile(profile, there and there.profile, known)]
-            check_profile(package, wiring)
+            name = choose_profile(profile, there and there.profile, known)
+            wiring = known[name]
+            check_profile(package, name, wiring)
             confirm(wiring, there and there.profile, yes)
             with tempfile.TemporaryDirectory() as folder:
                 files = copying.stage(package, root, wiring, folder)
@@ -133,15 +177,20 @@ class Flash:
 
 def main():
     """Flash; return the exit status."""
-    parser = argparse.ArgumentParser(prog="./robotont flash", description=__doc__)
+    parser = CommandLine(prog="./robotont flash", description=__doc__)
     parser.add_argument(
         "--port", help="serial port of the board (default: the only ST-Link, or the only ttyACM)"
     )
     parser.add_argument("--profile", help="how the board is wired; without it the profile that is on the board")
     parser.add_argument("--yes", action="store_true", help="do not ask")
+    parser.add_argument("--check", action="store_true", help="only say whether the profile can work: needs no board")
+    parser.add_argument("--robot", metavar="NAME or FOLDER", help="with --check: whether it has its numbers, too")
     options = parser.parse_args()
     flash = Flash()
     try:
+        if options.check:
+            check(options.profile, options.robot)
+            return 0
         flash.run(options.port, options.profile, options.yes)
     except FlashError as error:
         print(error, flash.on_the_board, sep="\n", file=sys.stderr)

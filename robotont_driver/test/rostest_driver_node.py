@@ -86,7 +86,9 @@ class DriverNodeTest(NodeTest):
         wait_for(lambda: self.command.publish(twist(0.2)) or len(self.written) > before + 20, "packets", period=0.05)
         self.wait_for_status(TASK, WARN, "emergency stop")
         assert stops[-1].data.startswith("/rostopic_")
-        release = rospy.ServiceProxy("emergency_stop/release", Trigger)
+        late = rospy.ServiceProxy("emergency_stop/release", Trigger, headers={"seen": f"{rospy.get_name()}, /other"})()
+        assert (late.success, late.message.startswith("not released: ")) == (False, True), late
+        release = rospy.ServiceProxy("emergency_stop/release", Trigger, headers={"seen": stops[-1].data})
         answers = []
         wait_for(lambda: answers.append(release()) or answers[-1].success, "the release", period=0.1)  # else ask again
         assert "/rostopic_" in answers[-1].message

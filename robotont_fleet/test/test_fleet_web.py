@@ -165,6 +165,14 @@ def test_a_stop_that_does_not_arrive_is_red_until_it_has(browser):
         wait_for(lambda: len(server.sent) == 2, "the stops")
         page.wait("document.getElementById('stop_words').textContent.startsWith('STOP: 2 of 2')", "the robots' word")
         assert page.run("window.most") == 1
+        page.run("window.mode = 'hang'")
+        page.tap(".card .one")
+        page.wait("!document.getElementById('unsent').hidden", "a STOP that hangs")
+        page.run("window.mode = ''")
+        arrived = len(server.sent)
+        page.tap("#stop_all")
+        wait_for(lambda: len(server.sent) > arrived, "a STOP that waits for none that hangs", timeout=1.5)
+        page.wait("document.getElementById('unsent').hidden", "its arrival")
         page.close()
 
 

@@ -9,8 +9,8 @@ const PERIOD = 500, PATIENCE = 3000, OLD = 2000, RETRY = 100, STILL = 3000, TOAS
 const LEVELS = {"": 0, warning: 1, low: 1, held: 1, silent: 3, gone: 3};  // of a need; the others: 2
 const NAMED = 6;         // robots that a line names
 const cards = new Map(); // by the robot's key
-const unsent = new Map(); // STOPs that have not arrived, by name; "" for all
-let view = null, heard = -Infinity, asking = false, sending = false, failed = false, aiming = null, touched = -Infinity, wake = null;
+const unsent = new Map(); // STOPs that have not arrived, by name, "" for all, and what ends each
+let view = null, heard = -Infinity, asking = false, failed = false, aiming = null, touched = -Infinity;
 
 const key = (robot) => `${robot.name} ${robot.id}`;
 
@@ -18,47 +18,45 @@ function say(name, ...values) {
   return values.reduce((words, value) => words.replace("{}", () => value), text(name));
 }
 
-async function post(fields) {
+async function post(fields, given) {
+  const end = new AbortController(), late = setTimeout(() => end.abort(), PATIENCE);
+  given?.addEventListener("abort", () => end.abort(), {signal: end.signal});
   try {
-    return (await fetch("order", {method: "POST", body: JSON.stringify(fields), signal: AbortSignal.timeout(PATIENCE)})).ok;
+    return (await fetch("order", {method: "POST", body: JSON.stringify(fields), signal: end.signal})).ok;
   } catch {
     return false;
+  } finally {
+    clearTimeout(late);
+    end.abort();
   }
 }
 
-// Sends a STOP until it has arrived.
+// Sends a STOP until it has arrived, and waits for none that hangs.
 async function stop(name) {
-  if (!name) {
-    unsent.clear();
+  const end = new AbortController(), key = name ?? "";
+  for (const one of name ? [name] : [...unsent.keys()]) {
+    unsent.get(one)?.abort();
+    unsent.delete(one);
   }
-  unsent.set(name ?? "", {kind: "stop", name});
-  if (sending) {
-    return;
+  unsent.set(key, end);
+  setTimeout(showUnsent, RETRY);
+  while (!await post({kind: "stop", name}, end.signal) && !end.signal.aborted) {
+    showUnsent();
+    await new Promise((resolve) => {
+      const signal = AbortSignal.timeout(RETRY);
+      signal.addEventListener("abort", resolve);
+      window.addEventListener("online", resolve, {signal});
+    });
   }
-  sending = true;
-  const late = setTimeout(() => showUnsent(true), RETRY);
-  while (unsent.size) {
-    const [robot, fields] = unsent.entries().next().value;
-    if (await post(fields)) {
-      if (unsent.get(robot) === fields) {
-        unsent.delete(robot);
-      }
-    } else {
-      showUnsent(true);
-      await new Promise((resolve) => {
-        wake = resolve;
-        setTimeout(resolve, RETRY);
-      });
-    }
+  if (unsent.get(key) === end) {
+    unsent.delete(key);
   }
-  clearTimeout(late);
-  sending = false;
-  showUnsent(false);
+  showUnsent();
   ask();
 }
 
-function showUnsent(shown) {
-  $("unsent").hidden = !shown;
+function showUnsent() {
+  $("unsent").hidden = !unsent.size;
 }
 
 // Sends what is of this moment only, once.
@@ -222,7 +220,6 @@ for (const event of ["pointerdown", "pointermove"]) {
   $("robots").addEventListener(event, () => touched = performance.now());
 }
 document.addEventListener("keydown", (event) => event.key === "Escape" && aim(null));
-window.addEventListener("online", () => wake?.());
 window.addEventListener("beforeunload", (event) => unsent.size && event.preventDefault());
 new ResizeObserver(() => view && show()).observe($("map"));
 setInterval(() => {

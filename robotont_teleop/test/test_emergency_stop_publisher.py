@@ -7,6 +7,7 @@ import rospy
 from std_msgs.msg import String
 from std_srvs.srv import Trigger
 
+from robotont_driver.rospy_repairs.rospy_internals import connection_header
 from robotont_teleop.hand import service_request
 from robotont_teleop.hand.emergency_stop_publisher import EmergencyStopPublisher
 from robotont_teleop.hand.service_request import OLDEST, ServiceRequest
@@ -50,6 +51,21 @@ def test_what_a_person_asks_for_is_never_carried_out_late():
         wait_for(lambda: said, "driver_node again")
         time.sleep(0.2)  # in which a press would reach it
         assert set(said) == {""}, "a press that was released lives on"
+
+
+@in_own_process
+def test_a_release_tells_which_presses_its_person_has_seen():
+    """So that one which the network holds up ends no newer press: driver_node's part is tested there."""
+    with Master():
+        rospy.init_node("hand", disable_signals=True)
+        told = []
+        rospy.Service("emergency_stop/release", Trigger,
+                      lambda request: (told.append(connection_header(request)["seen"]) or True, ""))
+        rospy.Publisher("emergency_stop/pressed_by", String, queue_size=1, latch=True).publish("/other")
+        button = EmergencyStopPublisher()
+        wait_for(lambda: button.pressed_by, "the word of who presses")
+        button.release()
+        wait_for(lambda: told == ["/hand, /other"], "the release")
 
 
 @in_own_process

@@ -110,13 +110,18 @@ class DriverNode:
         with self._lock:
             self._stream.limit_wheels(message.data)
 
-    def _on_release(self, _request):
-        """A person releases all presses, whoever has pressed."""
+    def _on_release(self, request):
+        """A person releases all presses, whoever has pressed; none that he has not seen, where his node says so."""
+        seen = connection_header(request).get("seen")
         with self._lock:
             now = boot_time()
             if not self._arrivals.gaps.settled(now):  # a press may be newer
                 return TriggerResponse(False, "not released: this node was stopped or starved; ask again")
-            before = ", ".join(self._emergency_stop.pressed_by)
+            pressed_by = self._emergency_stop.pressed_by
+            newer = () if seen is None else [node for node in pressed_by if node not in seen.split(", ")]
+            if newer:
+                return TriggerResponse(False, f"not released: {', '.join(newer)} pressed it meanwhile; ask again")
+            before = ", ".join(pressed_by)
             if self._emergency_stop.release():
                 self._follow_emergency_stop(now)
         return TriggerResponse(True, f"released; {before} had pressed it" if before else "was not pressed")

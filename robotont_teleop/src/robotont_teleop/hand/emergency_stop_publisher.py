@@ -24,10 +24,12 @@ class EmergencyStopPublisher:
         self._latched = False
         self._named = None         # connection on which driver_node has named this node since its newest press
         self.pressed_at = time.monotonic()  # [s] newest press; before the start of this node nothing was seen
-        # asks driver_node to let commands move the robot again, not late, and not over a newer press; returns at once
+        # asks driver_node to let commands move the robot again, not late, and not over a press that was not seen here;
+        # returns at once
         self.release = ServiceRequest(
             "emergency_stop/release", "emergency stop not released", self._not_released,
-            lambda asked: "it was pressed again meanwhile" if self.pressed_at > asked else "", self._released).call
+            lambda asked: "it was pressed again meanwhile" if self.pressed_at > asked else "", self._released,
+            lambda: f"{rospy.get_name()}, {self.pressed_by}").call
         self._publisher = rospy.Publisher("emergency_stop", Bool, queue_size=5, tcp_nodelay=True, latch=True)
         self._words = rospy.Subscriber("emergency_stop/pressed_by", String, self._on_pressed_by, queue_size=5,
                                        tcp_nodelay=True)

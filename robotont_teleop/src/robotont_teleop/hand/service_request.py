@@ -14,18 +14,20 @@ class ServiceRequest:
     """Calls a std_srvs/Trigger; each call has threads and a connection of its own, and waits for no other.
 
     report(words): called with the answer, or with why there is none. unwanted(asked): why a request of the time `asked`
-    [s] is not wanted any more, or "". done(asked): called instead of `report` when it was carried out.
+    [s] is not wanted any more, or "". done(asked): called instead of `report` when it was carried out. seen(): what the
+    person has seen who asks, which the service hears as `seen` in the connection's header.
     """
 
-    def __init__(self, service, what, report, unwanted=lambda asked: "", done=None):
+    def __init__(self, service, what, report, unwanted=lambda asked: "", done=None, seen=lambda: ""):
         self._service, self._what, self._report, self._unwanted, self._done = service, what, report, unwanted, done
+        self._seen = seen
 
     def call(self):
         """Call it; returns at once."""
-        threading.Thread(target=self._call, args=[time.monotonic()], daemon=True).start()
+        threading.Thread(target=self._call, args=[time.monotonic(), {"seen": self._seen()}], daemon=True).start()
 
-    def _call(self, asked):
-        proxy = rospy.ServiceProxy(self._service, Trigger, persistent=True)  # others cannot be closed
+    def _call(self, asked, headers):
+        proxy = rospy.ServiceProxy(self._service, Trigger, persistent=True, headers=headers)  # others cannot be closed
         answers = []
         asking = threading.Thread(target=lambda: answers.append(self._answer(asked, proxy)), daemon=True)
         asking.start()

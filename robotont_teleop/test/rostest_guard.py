@@ -78,7 +78,7 @@ class GuardTest(NodeTest):
             seen = len(self.commands)
             self.look(behind=0.4)
             rospy.sleep(0.2)  # only then the hand falls silent
-            return any(0.0 < x < 0.75 for x, _, _ in self.commands[seen:])
+            return any(0.5 < x < 0.65 for x, _, _ in self.commands[seen:])
         wait_for(slowed, "a slower command that no hand has sent")
 
     def test_4_a_sensor_that_falls_silent_caps(self):

@@ -310,14 +310,13 @@ def test_beside_a_wall_it_may_get_a_little_nearer_but_not_again_and_again():
         assert speed_of(wall, (0.3, 0.05, 0.0)) == 0.0
 
 
-def test_a_reading_counts_from_where_the_robot_was_when_it_was_made():
-    guard = show(make_guard(), FAR)
-    drive_on(guard, AHEAD, 100.0, 1.0)
-    passed = guard._track[-1][1] - guard._track[-26][1]
-    assert passed > 0.3
-    show(guard, scan_of(0.5 + passed), 100.5, times=1)
-    assert guard.limit((0.1, 0.0, 0.0), 101.0) == (0.1, 0.0, 0.0)
-    held = guard.limit(AHEAD, 101.0)
+@pytest.mark.parametrize("age", [0.5, 1.5])
+def test_a_reading_counts_from_where_the_robot_was_when_it_was_made(age):
+    guard = show(make_guard(), FAR, period=0.3)
+    drive_on(guard, AHEAD, 100.0, 2.0)
+    show(guard, scan_of(0.5 + 0.8 * age), 102.0 - age, times=1)
+    assert guard.limit((0.1, 0.0, 0.0), 102.0) == (0.1, 0.0, 0.0)
+    held = guard.limit(AHEAD, 102.0)
     assert held[0] < HAND
     assert "0.35 m" in guard.held[1]
 

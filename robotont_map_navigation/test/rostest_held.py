@@ -3,12 +3,13 @@
 
 import time
 
+import rospy
 import rostest
 from actionlib_msgs.msg import GoalID
 from geometry_msgs.msg import PoseStamped, Twist
 from nav_msgs.msg import Odometry
 from navigation_messages import latched
-from std_msgs.msg import String
+from std_msgs.msg import Float32, String
 
 from robotont_testing.harness import wait_for
 from robotont_testing.node_test import ERROR, NodeTest, twist
@@ -22,6 +23,7 @@ class HeldTest(NodeTest):
     def setUp(self):
         super().setUp()
         self.cancelled = self.listen("move_base/cancel", GoalID)
+        self.stands = self.listen("navigation/stand", Float32)
         self.told = self.listen("navigation/held", String)
         self.odom = self.publisher("odom", Odometry)
         self.command = self.publisher("cmd_vel/limited", Twist)
@@ -34,11 +36,14 @@ class HeldTest(NodeTest):
 
         def step():
             self.command.publish(twist(0.2))
+            odometry.header.stamp = rospy.Time.now()
             self.odom.publish(odometry)
             return until()
         wait_for(step, what, period=0.02)
 
     def test_a_robot_that_is_held_loses_its_goals_and_a_new_one_tries_again(self):
+        self.drive(lambda: self.stands, "a stand")
+        self.assertEqual(self.cancelled, [])
         self.drive(lambda: self.cancelled and self.told[-1].data.startswith("something holds the robot"), "the end")
         self.wait_for_status(TASK, ERROR, "something holds the robot")
         self.publisher("move_base/current_goal", PoseStamped).publish(PoseStamped())
@@ -51,7 +56,7 @@ class HeldTest(NodeTest):
         wait_for(lambda: self.values(TASK)["driven by"] == "hand", "navigation_monitor to hear who drives")
         begin = time.monotonic()
         self.drive(lambda: time.monotonic() - begin > 2.0, "two seconds by hand")
-        self.assertEqual(self.cancelled, [])
+        self.assertEqual([*self.cancelled, *self.stands], [])
 
 
 if __name__ == "__main__":

@@ -172,6 +172,15 @@ class NavigationMonitorTest(NodeTest):
         self.assertEqual(cancelled, [])
         pose.publish(PoseWithCovarianceStamped())
         self.all_is_well_again()
+        self.see(np.minimum(ALL, 0.4))
+        self.expect(WARN, "explains 0% of the scan's rays, the others end before its walls")
+        pose.publish(unsure)  # no wonder
+        rospy.sleep(2 * FIT_TIME)
+        self.expect(WARN, FILLS)
+        self.see(ALL)
+        self.expect(ERROR, "amcl is unsure of the pose: 1.00 m, 0.00 rad")
+        pose.publish(PoseWithCovarianceStamped())
+        self.all_is_well_again()
 
     def test_transforms_that_are_late_for_a_moment_are_no_fault(self):
         self.all_is_well_again()

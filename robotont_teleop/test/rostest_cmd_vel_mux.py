@@ -11,7 +11,7 @@ import rospy
 import rostest
 from actionlib_msgs.msg import GoalID
 from geometry_msgs.msg import Twist
-from std_msgs.msg import Bool, String
+from std_msgs.msg import Bool, Float32, String
 from std_srvs.srv import Trigger
 
 from robotont_driver.ros.worker import Worker
@@ -195,6 +195,20 @@ class CmdVelMuxTest(NodeTest):
             self.inputs["hand"].publish(message)
             wait_for(lambda seen=seen: STOP in self.commands[seen:], "the stop")
         self.assertTrue(all(math.isfinite(value) for command in self.commands for value in command))
+
+    def test_navigation_stands_when_it_is_told_to_and_goes_on_by_itself(self):
+        stand = self.publisher("navigation/stand", Float32)
+        self.send(navigation=NAVIGATION)
+        wait_for(lambda: self.commands and self.commands[-1] == NAVIGATION, "motion")
+        for senseless in (math.nan, -1.0, 1e9):
+            stand.publish(Float32(senseless))
+        seen, begin = len(self.commands), time.monotonic()
+        stand.publish(Float32(0.5))
+        wait_for(lambda: STOP in self.commands[seen:], "the stand")
+        seen += self.commands[seen:].index(STOP)
+        wait_for(lambda: NAVIGATION in self.commands[seen:], "motion again")
+        self.assertGreaterEqual(time.monotonic() - begin, 0.5)
+        self.assertEqual(self.drivers[-1], "navigation")
 
     def test_the_limited_command_is_reported(self):
         limited = self.listen("cmd_vel/limited", Twist)

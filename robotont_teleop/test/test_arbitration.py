@@ -44,6 +44,27 @@ def test_a_zero_of_another_sender_stops_navigation_where_that_is_wanted():
     assert arbiter.command("navigation", NAVIGATION, 1.1, "move_base") == [NAVIGATION]
 
 
+def test_navigation_that_has_to_stand_for_a_while_keeps_the_robot_and_goes_on_by_its_next_command(arbiter):
+    arbiter.command("navigation", NAVIGATION, 1.0)
+    assert arbiter.stand("navigation", 0.5, 1.05) == [STOP]
+    assert arbiter.command("navigation", NAVIGATION, 1.1) == [STOP]
+    assert arbiter.command("default", DEFAULT, 1.2) == []
+    assert arbiter.command("hand", HAND, 1.3) == [HAND]
+    assert arbiter.stand("navigation", 0.5, 1.35) == []  # the hand drives on
+    arbiter.command("hand", STOP, 1.4)
+    assert arbiter.look(4.0) == []
+    assert arbiter.command("navigation", NAVIGATION, 4.0) == [NAVIGATION]
+
+
+def test_a_stand_is_no_zero_of_a_sender_that_has_to_stop_first_after_an_emergency_stop(arbiter):
+    arbiter.command("navigation", NAVIGATION, 1.0, "move_base")
+    arbiter.emergency_stop(True, 1.1)
+    arbiter.command("navigation", NAVIGATION, 1.2, "move_base")
+    arbiter.emergency_stop(False, 1.3)
+    arbiter.stand("navigation", 0.2, 1.35)
+    assert [arbiter.command("navigation", NAVIGATION, 1.3 + step / 10, "move_base") for step in range(1, 9)] == [[]] * 8
+
+
 def test_the_hand_gives_back_after_its_rest(arbiter):
     arbiter.command("hand", HAND, 0.0)
     assert arbiter.command("hand", STOP, 0.1) == [STOP]

@@ -1,4 +1,4 @@
-"""Ends navigation's motion where something holds the robot: it must not push what its sensors do not see."""
+"""Where something holds the robot, navigation stands, and then its goal ends: it must not push what it does not see."""
 
 import threading
 import time
@@ -7,23 +7,27 @@ import rospy
 from actionlib_msgs.msg import GoalID
 from geometry_msgs.msg import PoseStamped, Twist
 from nav_msgs.msg import Odometry
-from std_msgs.msg import String
+from std_msgs.msg import Float32, String
 
 from robotont_driver.ros.diagnostics import ERROR, OK, Health, robot_name
 from robotont_map_navigation.footprint import needed_radius
-from robotont_map_navigation.hold_watch import HoldWatch
+from robotont_map_navigation.hold_watch import STAND, HoldWatch
 
 NOTHING = 0.0, 0.0, 0.0
 
 
 class Held:
-    """Cancels every goal when the robot does not move as navigation commands; tells why on `navigation/held`."""
+    """Where the robot does not move as navigation commands, `navigation/stand` lets it stand for a moment.
+
+    Where that happens again and again, every goal is cancelled; `navigation/held` tells why.
+    """
 
     def __init__(self):
         self._lock = threading.Lock()  # a subscriber's thread each
         self._watch = HoldWatch(needed_radius())
         self._driver = "navigation"  # where there is no mux to tell
-        self._words = ""
+        self._words, self._stands = "", 0
+        self._stand = rospy.Publisher("navigation/stand", Float32, queue_size=1, tcp_nodelay=True)
         self._told = rospy.Publisher("navigation/held", String, queue_size=1, latch=True)
         self._told.publish("")
         self._cancel = rospy.Publisher("move_base/cancel", GoalID, queue_size=1)
@@ -42,11 +46,15 @@ class Held:
 
     def _on_odom(self, message):
         with self._lock:
-            words = self._watch.measure(_twist(message.twist.twist), time.monotonic())
+            now = time.monotonic()
+            age = max(0.0, (rospy.Time.now() - message.header.stamp).to_sec())  # another computer's clock may be ahead
+            stand, words = self._watch.measure(_twist(message.twist.twist), now - age, now)
+        if stand:
+            self._stand.publish(STAND)
+            self._stands += 1
         if words:
             self._cancel.publish(GoalID())
-            if not self._words:
-                rospy.logwarn("navigation ends its goal: %s", words)
+            rospy.logwarn("navigation ends its goal: %s", words)
             self._tell(words)
 
     def _on_goal(self, _message):
@@ -59,7 +67,7 @@ class Held:
             self._told.publish(words)
 
     def _report(self):
-        values = {"driven by": self._driver}
+        values = {"driven by": self._driver, "times that it stood, for its wheels did not follow": self._stands}
         return (ERROR, self._words, values) if self._words else (OK, "as commanded", values)
 
 

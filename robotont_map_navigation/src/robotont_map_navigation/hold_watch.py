@@ -1,47 +1,88 @@
 """Whether the robot moves as it is commanded: what it does not see it feels by its wheels. Without ROS."""
 
 import math
+from collections import deque
+from typing import NamedTuple
 
-HELD = 1.0         # [s] without the motion that is commanded, after which something holds the robot
-LEAST = 0.04       # [m/s] of the outermost wheel; slower commands prove nothing
-MOVES = 1.0 / 3.0  # of the commanded motion at least; the motors' lag is over within a part of HELD
-SILENCE = 0.3      # [s] without a measured twist or a command, and nothing is known
+LAG = 0.08      # [s] from a command until the wheels of every robot folder, also with 8 kg, move at MOVES of it
+FELT = 0.14     # [s] without the motion that is commanded, after which something may hold the robot: it stands ...
+STAND = 0.5     # [s] ... for so long, and tries again; a stalled computer looks the same, once
+TRIES = 3       # such stands without FREE between them, and something holds the robot
+FREE = 0.05     # [m] of the outermost wheel, driven as commanded, after which the stands before do not count
+LEAST = 0.04    # [m/s] of the outermost wheel; slower commands prove nothing
+MOVES = 1 / 3   # of the commanded motion at least
+SILENCE = 0.5   # [s] without a measured twist or a command, and nothing is known
+
+
+class Verdict(NamedTuple):
+    """What to do now."""
+
+    stand: bool = False  # for STAND
+    held: str = ""       # why the motion ends, in words
 
 
 class HoldWatch:
     """Compares what is commanded with what the wheels measure.
 
-    radius: [m] from the middle to the wheels. Twists are (v_x [m/s], v_y [m/s], omega [rad/s]); times `now` [s].
+    radius: [m] from the middle to the wheels. Twists are (v_x [m/s], v_y [m/s], omega [rad/s]). Times [s]: `now`, of
+    this computer; `stamp`, when a twist was measured, on the same clock.
     """
 
     def __init__(self, radius):
         self._radius = radius
-        self._commanded, self._commanded_at = (0.0, 0.0, 0.0), -math.inf
-        self._measured_at = -math.inf
-        self._since = None  # [s] since when the robot does not move as commanded
+        self._commands = deque()            # (time, speeds) of the newest second
+        self._measured = -math.inf, -math.inf  # (stamp, time of arrival) of the newest twist
+        self._since = None                  # as above, since when the robot does not move as commanded
+        self._stands_until = -math.inf
+        self._tries, self._way = 0, 0.0     # stands, and [m] driven as commanded since
 
     def command(self, twist, now):
         """What goes out to the wheels for navigation; (0, 0, 0) where something else drives."""
-        self._commanded, self._commanded_at = twist, now
+        self._commands.append((now, self._speeds(twist)))
+        while self._commands[0][0] < now - 2 * SILENCE:
+            self._commands.popleft()
 
-    def measure(self, twist, now):
-        """A twist of the odometry; returns words when something holds the robot, else an empty string."""
-        if now - self._measured_at > SILENCE or now - self._commanded_at > SILENCE:
+    def measure(self, twist, stamp, now):
+        """A `Verdict` on a twist of the odometry, the mean from the stamp before to this one."""
+        before, self._measured = self._measured, (stamp, now)
+        step = stamp - before[0]
+        known = 0.0 < step < SILENCE and now - before[1] < SILENCE and self._commands
+        if not known or now - self._commands[-1][0] > SILENCE or now < self._stands_until:
             self._since = None
-        self._measured_at = now
-        commanded = self._speeds(self._commanded)
-        asked = math.hypot(*commanded)
-        moved = sum(a * b for a, b in zip(commanded, self._speeds(twist))) / asked if asked >= LEAST else math.inf
-        if moved >= MOVES * asked:
+            return Verdict()
+        direction = self._commands[-1][1]
+        length = math.hypot(*direction)
+        asked = min((_along(speeds, direction) for speeds in self._since_then(before[0] - LAG)), default=0.0)
+        moved = _along(self._speeds(twist), direction)
+        if asked < LEAST or moved >= MOVES * asked:
             self._since = None
-            return ""
-        if self._since is None:
-            self._since = now
-        if now - self._since < HELD:
-            return ""
-        return (f"something holds the robot: for {HELD:g} s it was to move at {asked:.2f} m/s, and its wheels moved "
-                f"it at {moved:.2f} m/s; look before it and at its wheels")
+            self._way += max(0.0, moved) * step
+            if self._way > FREE:
+                self._tries = 0
+            return Verdict()
+        self._since = self._since or (before[0], now)  # the stamp's whole step was without motion; its news is new
+        if min(stamp - self._since[0], now - self._since[1]) < FELT:
+            return Verdict()
+        self._since, self._stands_until = None, now + STAND
+        self._tries, self._way = self._tries + 1, 0.0
+        if self._tries < TRIES:
+            return Verdict(stand=True)
+        self._tries = 0
+        return Verdict(True, f"something holds the robot: {TRIES} times it was to move at {length:.2f} m/s, and its "
+                       f"wheels moved it at {moved:.2f} m/s; look before it and at its wheels")
+
+    def _since_then(self, start):
+        """Speeds of the commands that counted at `start` and later."""
+        later = [speeds for time, speeds in self._commands if time > start]
+        first = next((speeds for time, speeds in reversed(self._commands) if time <= start), (0.0, 0.0, 0.0))
+        return [first, *later]
 
     def _speeds(self, twist):
         """(v_x, v_y, speed of the wheels by the turn) [m/s]."""
         return twist[0], twist[1], self._radius * twist[2]
+
+
+def _along(speeds, direction):
+    """[m/s] of speeds in a direction, which is as long as it likes; 0 where it has none."""
+    length = math.hypot(*direction)
+    return sum(a * b for a, b in zip(speeds, direction)) / length if length else 0.0

@@ -174,7 +174,7 @@ class LocalizationCheck:
         values = {"rays that the map explains": "unknown" if mean is None else f"{mean.explained:.0%}",
                   "rays that go through the map's walls": "unknown" if mean is None else f"{mean.through_walls:.0%}",
                   "deviation of the position [m]": f"{position:.2f}", "deviation of the yaw [rad]": f"{yaw:.2f}"}
-        wrong = outside or self._unsure(position, yaw) or self._misfit(mean)
+        wrong = outside or self._unsure(position, yaw, mean) or self._misfit(mean)
         if self._map is None:
             return WARN, "no map: does map_server run?", values, ""
         if lost:
@@ -184,9 +184,14 @@ class LocalizationCheck:
         level, words = self._describe(mean)
         return level, words, values, ""
 
-    def _unsure(self, position, yaw):
-        """Why amcl's deviations [m], [rad] are too large to drive; empty when they are not."""
+    def _unsure(self, position, yaw, mean):
+        """Why amcl's deviations [m], [rad] are too large to drive; empty when they are not.
+
+        Something that fills the view makes amcl unsure, and no pose wrong, until the robot has driven with it.
+        """
         limits = self._parameters
+        if mean and mean.explained < MISFIT and mean.through_walls < THROUGH_WALLS and self._misfit_way < MISFIT_WAY:
+            return self._wrong
         if position <= limits["max_position_deviation"] and yaw <= limits["max_yaw_deviation"]:
             return ""
         return f"amcl is unsure of the pose: {position:.2f} m, {yaw:.2f} rad"

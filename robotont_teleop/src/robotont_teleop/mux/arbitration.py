@@ -3,6 +3,7 @@
 A twist is (v_x [m/s], v_y [m/s], omega [rad/s]). Times [s] are the caller's, from any clock that never goes back.
 """
 
+import math
 from typing import NamedTuple
 
 from robotont_driver.command.command_stream import StandFirst
@@ -33,6 +34,7 @@ class _State:
         self.stand_first = StandFirst(settings.timeout)
         self.sender = None    # the one whose motion this is
         self.ignored = None   # (sender, [s]) of the newest motion that another sender has asked for meanwhile
+        self.stands_until = -math.inf  # [s] until when whatever it asks for is a zero
 
     def lock(self, now):
         """An emergency stop begins: nobody claims the robot."""
@@ -110,7 +112,8 @@ class Arbiter:
         state = self._by_name[name]
         if not state.stand_first.admits(sender, twist != STOP, now) or not state.admits(sender, twist, now):
             return due
-        state.twist, state.received = tuple(twist), now
+        twist = STOP if now < state.stands_until else tuple(twist)
+        state.twist, state.received = twist, now
         if self.locked:
             return due
         if twist != STOP:
@@ -131,6 +134,12 @@ class Arbiter:
             (state.lock if pressed else state.release)(now)
         self._driver = None
         return self._stop_lock(now) if pressed else []
+
+    def stand(self, name, seconds, now):
+        """What an input asks for is a zero from now on, for so long; it keeps the robot if it drives."""
+        state = self._by_name[name]
+        state.stands_until, state.twist = now + seconds, STOP
+        return self._stop() if state is self._driver else []
 
     def give_back(self, now):
         """On request: the driver's rest ends now, and inputs that had to stop first may drive at their next command."""

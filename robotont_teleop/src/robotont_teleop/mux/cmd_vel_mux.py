@@ -8,7 +8,7 @@ import rosgraph
 import rospy
 from actionlib_msgs.msg import GoalID
 from geometry_msgs.msg import Twist
-from std_msgs.msg import String
+from std_msgs.msg import Float32, String
 from std_srvs.srv import Trigger, TriggerResponse
 
 from robotont_driver.command.command_age import Arrivals
@@ -41,6 +41,7 @@ NAVIGATION_REST = 1.0    # [s] after the last motion by navigation, before the d
 DEFAULT_TIMEOUT = 0.5    # [s] without a command of the default, after which the robot stops
 HELD = 1.0               # [s] for which it is told what was in the way
 LOOK_PERIOD = 0.02       # [s] between two looks at who has fallen silent, at most
+LONGEST_STAND = 2.0      # [s] for which navigation can be told to stand; more is a mistake
 PUBLISHERS_PERIOD = 2.0  # [s] between two looks at who else publishes cmd_vel
 
 
@@ -76,6 +77,7 @@ class CmdVelMux:
         pressed_by = rospy.Subscriber("emergency_stop/pressed_by", String, self._on_pressed_by, tcp_nodelay=True)
         heard += [rospy.Subscriber("cmd_vel/" + name, Twist, partial(self._on_command, name), queue_size=1,
                                    tcp_nodelay=True) for name in self._timeouts]
+        rospy.Subscriber("navigation/stand", Float32, self._on_stand, queue_size=1, tcp_nodelay=True)
         Worker(OutageWatch(boot_time, [*heard, pressed_by]).look)
         rospy.Service("~give_back", Trigger, self._on_give_back)
         Worker(self._look_for_others)
@@ -113,6 +115,11 @@ class CmdVelMux:
         if message.data:
             self._cancel.publish(GoalID())  # every goal: else move_base would drive on once it has paused
         self._tell_driver()
+
+    def _on_stand(self, message):
+        if 0.0 < message.data <= LONGEST_STAND:
+            with self._lock:
+                self._send(self._arbiter.stand("navigation", message.data, boot_time()))
 
     def _on_give_back(self, _request):
         with self._lock:

@@ -190,8 +190,9 @@ class LocalizationCheck:
         Something that fills the view makes amcl unsure, and no pose wrong, until the robot has driven with it.
         """
         limits = self._parameters
-        if mean and mean.explained < MISFIT and mean.through_walls < THROUGH_WALLS and self._misfit_way < MISFIT_WAY:
-            return self._wrong
+        if mean is None or (mean.worth < MISFIT and mean.through_walls < THROUGH_WALLS
+                            and self._misfit_way < MISFIT_WAY):
+            return self._wrong  # as it was
         if position <= limits["max_position_deviation"] and yaw <= limits["max_yaw_deviation"]:
             return ""
         return f"amcl is unsure of the pose: {position:.2f} m, {yaw:.2f} rad"

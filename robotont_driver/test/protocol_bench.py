@@ -44,7 +44,7 @@ class Bench:
         self.sent = []   # (time, line)
         self.commanded = None
         self._repeat_at = math.inf
-        self.outbox.hurry(self.protocol.hello, self.protocol.pause)
+        self.outbox.put(self.protocol.hello)
 
     def command(self, twist):
         """A command as driver_node and serial_com_node would pass it on."""

@@ -101,7 +101,7 @@ class OfficialBoardsTest(BoardTest):
         self.assertEqual(self.counted(), counted)
         self.port.heard.clear()
         self.processes.stop(self.node)
-        wait_for(lambda: self.wire().endswith(b"\x1bRS:0:0:0\n"), "the goodbye")
+        wait_for(lambda: self.wire().endswith(b"RS:0:0:0\n"), "the last stop")
 
     def check_readings(self):
         """Ranges, battery, and where the sensors are."""

@@ -21,14 +21,6 @@ def test_a_pause_begins_when_its_line_is_out():
     assert outbox.take(1.05) == b"two"
 
 
-def test_a_line_in_a_hurry_goes_first_and_has_its_own_pause():
-    outbox = Outbox()
-    outbox.put(b"command")
-    outbox.hurry(b"stop", 0.1)
-    outbox.hurry(b"", 5.0)  # nothing to say, nothing to wait for
-    assert [outbox.take(0.0), outbox.take(0.05), outbox.take(0.1)] == [b"stop", b"", b"command"]
-
-
 def test_a_line_waits_until_its_predecessor_has_left_the_serial_line():
     outbox = Outbox(byte_time=0.001)
     outbox.put(b"0123456789")

@@ -5,11 +5,10 @@ import fcntl
 import os
 import sys
 import termios
-from collections import deque
 
 
 class Outbox:
-    """Lines that wait to be written, one at a time: those that `hurry`, then the newest command that was `put`.
+    """The newest command that was `put`, until it is written; one line at a time.
 
     byte_time: [s] that the serial line needs for a byte; 0: none. Times `now` [s] are the caller's.
     """
@@ -17,7 +16,6 @@ class Outbox:
     def __init__(self, byte_time=0.0):
         self.pacing = 0.0  # [s] least time between the beginnings of two lines
         self._byte_time = byte_time
-        self._hurried = deque()  # (line, pause behind it)
         self._command = b""
         self._free_at = 0.0      # [s] from when on a line may be written
         self._pause = 0.0        # [s] behind the newest line
@@ -26,12 +24,7 @@ class Outbox:
 
     def __bool__(self):
         """Whether anything has still to be written."""
-        return bool(self._rest or self._hurried or self._command)
-
-    def hurry(self, line, pause):
-        """A line (bytes) that goes before all commands and needs a pause [s] behind it."""
-        if line:
-            self._hurried.append((line, pause))
+        return bool(self._rest or self._command)
 
     def put(self, command):
         """A command (bytes), which replaces one that still waits."""
@@ -52,13 +45,10 @@ class Outbox:
 
     def take(self, now):
         """The line to write now; empty when there is none, or it is too early."""
-        if now < self._free_at or not (self._hurried or self._command):
+        if now < self._free_at or not self._command:
             return b""
-        if self._hurried:
-            line, pause = self._hurried.popleft()
-        else:
-            (line, self._command), pause = (self._command, b""), self.pacing
-        self._pause = max(pause, len(line) * self._byte_time)
+        line, self._command = self._command, b""
+        self._pause = max(self.pacing, len(line) * self._byte_time)
         self.sent += 1
         self.written(now)
         return line

@@ -76,7 +76,7 @@ class SerialLink:
             self._notify()
 
     def close(self):
-        """Send the board's goodbye and a last stop, close the port and end the thread."""
+        """Send a last stop, close the port and end the thread."""
         self._close_by = time.monotonic() + self._write_timeout
         self._closing = True
         self._notify()
@@ -114,7 +114,8 @@ class SerialLink:
             if connection.protocol is not protocol:
                 protocol = connection.protocol
                 self._outbox.pacing = protocol.pacing
-                self._outbox.hurry(protocol.hello, protocol.pause)
+                self._outbox.put(protocol.hello)
+                self._outbox.write(port, time.monotonic)
                 self._met(protocol)
             now = time.monotonic()
             self.gaps.tick(now)
@@ -151,14 +152,11 @@ class SerialLink:
         return min(left, self._outbox.wait(now) or FULL_LINE) if self._outbox else left
 
     def _say_goodbye(self, port, connection):
-        """Write the board's goodbye and a stop, as far as the port takes them in time."""
-        outbox = self._outbox
-        if connection.protocol:
-            outbox.hurry(connection.protocol.goodbye, connection.protocol.pause)
-        outbox.put(connection.last_stop())
-        while outbox and time.monotonic() < self._close_by:
-            outbox.write(port, time.monotonic)
-            time.sleep(FULL_LINE if outbox else 0.0)
+        """Write a stop, as far as the port takes it in time."""
+        self._outbox.put(connection.last_stop())
+        while self._outbox and time.monotonic() < self._close_by:
+            self._outbox.write(port, time.monotonic)
+            time.sleep(FULL_LINE if self._outbox else 0.0)
 
     def _lost(self, trouble):
         changed = self.trouble in (None, NOT_TRIED)

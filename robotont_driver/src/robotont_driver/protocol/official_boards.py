@@ -93,9 +93,7 @@ class Robotont2(Protocol):
 
     name = "robotont2"
     pacing = 0.03
-    pause = 0.03
     hello = b"\x1b"     # ESC stops the board and clears what a former program may have left in its buffer
-    goodbye = b"\x1b"
     fastest = 0.30      # [m/s] the board limits each wheel to this by itself, which would bend the path
     longest = 1.0       # [periods] that each tenth of its loops takes, of which its pose counts one only
 
@@ -203,8 +201,6 @@ class Robotont3(Robotont2):
 
     name = "robotont3"
     hello = b""
-    goodbye = b""
-    pause = 0.0
     fastest = 0.40
     longest = 1.25
 

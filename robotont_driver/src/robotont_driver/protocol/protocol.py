@@ -33,9 +33,7 @@ class Protocol:
 
     name = ""
     pacing = 0.0    # [s] least time between the beginnings of two lines to the board; 0: none is needed
-    pause = 0.0     # [s] that hello and goodbye need before the next line
     hello = b""     # sent once, before the first command
-    goodbye = b""   # sent before the last stop
     fastest = 0.0   # [m/s] of a wheel's rim, to which the board limits each one alone; 0: it limits none
     repaired = 0    # packets handed out for periods whose lines were lost
     restarts = 0    # of the board

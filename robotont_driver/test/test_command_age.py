@@ -1,10 +1,10 @@
-"""Which commands may have waited, and which machines are out of reach."""
+"""Which commands may have waited."""
 
 import random
 
 import pytest
 
-from robotont_driver.command.command_age import MOST_KNOWN, SETTLING, SILENCE, UNKNOWN, UNSEEN, Arrivals, Gaps, Reach
+from robotont_driver.command.command_age import MOST_KNOWN, SETTLING, SILENCE, Arrivals, Gaps
 
 LONGEST = 0.5  # [s]
 FAR, NEAR = {"from": "another machine"}, {"from": "this one"}
@@ -71,25 +71,3 @@ def test_a_clock_that_another_thread_read_before_a_gap_hides_none():
     gaps.tick(0.2)
     assert not gaps.settled(1.1)
     assert gaps.amount == 1
-
-
-def test_a_machine_that_answers_slowly_is_within_reach():
-    reach = Reach(0.0)
-    assert not reach.turns(UNSEEN + 1.9 * UNKNOWN), "nobody knows yet how slow it is"
-    for second in range(1, 60):
-        reach.answered(second, second + 2.0)
-        assert not reach.turns(second + 2.9)
-    for tenth in range(600, 700):
-        reach.answered(tenth / 10, tenth / 10 + 0.01)
-    assert not reach.turns(70.9)
-    assert reach.turns(71.1)
-    assert reach.lost
-    for second in range(72, 142):
-        reach.answered(second, second + 2.0)
-    reach.turns(143.0)
-    assert not reach.lost, "it has become slow again"
-    assert not reach.turns(143.9)
-    assert reach.turns(150.0)
-    reach.heard(150.1)
-    assert reach.turns(150.2)
-    assert not reach.lost

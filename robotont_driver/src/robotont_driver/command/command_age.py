@@ -8,8 +8,6 @@ import math
 SETTLING = 0.3   # [s]
 SILENCE = 0.5    # [s] of a sender on another machine, behind which its commands may have waited
 MOST_KNOWN = 64  # connections
-UNSEEN = 1.0     # [s] without a sign of a machine, and twice the time that it takes to answer: it is out of reach
-UNKNOWN = 0.5    # [s] that a machine takes to answer, as long as it has not
 
 
 class Gaps:
@@ -61,27 +59,3 @@ class Arrivals:
             new = new and header.get("latching") != "1"
         _, gaps = self._known[id(header)]
         return (gaps is None or gaps.settled(now)) and new
-
-
-class Reach:
-    """Whether a machine is within reach; times [s] are the caller's, of a steady clock."""
-
-    def __init__(self, now):
-        self.lost = False
-        self._seen = now     # within reach, as far as is known
-        self._takes = None   # [s] to answer, the least of late
-
-    def heard(self, now):
-        """Data has come from it."""
-        self._seen = now
-
-    def answered(self, asked, now):
-        """It has answered `now` what it was `asked` then."""
-        self._takes = now - asked if self._takes is None else min(now - asked, 1.1 * self._takes)
-        self._seen = max(self._seen, asked)
-
-    def turns(self, now):
-        """Look whether it is `lost`; returns whether this has changed."""
-        takes = UNKNOWN if self._takes is None else self._takes
-        before, self.lost = self.lost, now - self._seen > UNSEEN + 2 * takes
-        return before != self.lost

@@ -13,12 +13,12 @@ from urllib.parse import urlsplit
 
 import rospy
 
-from robotont_driver.command.command_age import Reach
 from robotont_driver.rospy_repairs.rospy_internals import connect_anew, connections, disconnect
 
 PERIOD = 0.25        # [s] between two looks
 ANSWER_WITHIN = 5.0  # [s] or a question is in vain; meanwhile others are asked ...
 MOST_ASKED = 8       # ... up to so many of a machine
+OUT_OF_REACH = 2.5   # [s] without data or an answer; a network with a round trip of 2 s is none that is out
 OLD = "before an outage: "  # so begins the endpoint_id of a connection that a newer one follows
 MOST_OLD = 4         # of these, of a publisher that does not end them
 
@@ -33,8 +33,9 @@ class OutageWatch:
         self._clock = clock
         self._subscribers = subscribers
         self._heard = weakref.WeakKeyDictionary()  # number of bytes that have come, by connection
-        self._reach = {}     # `Reach` by URI of a publisher
-        self._asking = {}    # threads that wait for an answer, likewise
+        self._seen = {}      # [s] of the newest sign, by URI of a publisher
+        self._lost = set()   # URIs of those out of reach
+        self._asking = {}    # threads that wait for an answer, by URI
         self._known = set()  # (subscriber, URI) of the connections at the last look
         self._away = set()   # likewise, to connect anew when their machines are back
 
@@ -50,29 +51,32 @@ class OutageWatch:
         self._away |= self._known - {(topic, one.endpoint_id) for topic, one in there}  # once: who has ended refuses
         self._known = {(topic, uri) for uri, pairs in ways.items() for topic, _ in pairs}
         uris = {uri for _, uri in self._known | self._away}
-        self._reach = {uri: self._reach.get(uri) or Reach(now) for uri in uris}
-        self._asking = {uri: threads for uri, threads in self._asking.items() if uri in uris}
-        for uri, reach in self._reach.items():
-            self._look_at(uri, reach, ways.get(uri, ()), now)
+        self._seen = {uri: self._seen.get(uri, now) for uri in uris}
+        self._lost &= uris
+        self._asking = {uri: self._asking.get(uri, []) for uri in uris}
+        for uri in uris:
+            self._look_at(uri, ways.get(uri, ()), now)
         return PERIOD
 
-    def _look_at(self, uri, reach, there, now):
+    def _look_at(self, uri, there, now):
         active = [one for _, one in there if one.stat_bytes != self._heard.get(one, 0)]
         self._heard.update((one, one.stat_bytes) for one in active)
         if active:
-            reach.heard(now)
-        self._asking[uri] = asking = [one for one in self._asking.get(uri, ()) if one.is_alive()]
+            self._seen[uri] = now
+        self._asking[uri] = asking = [one for one in self._asking[uri] if one.is_alive()]
         if len(asking) < MOST_ASKED:
-            asking.append(threading.Thread(target=self._ask, args=(uri, reach, there, now), daemon=True))
+            asking.append(threading.Thread(target=self._ask, args=(uri, there, now), daemon=True))
             asking[-1].start()
-        if reach.turns(now):
-            rospy.logwarn("the machine of %s is %s", uri, "out of reach" if reach.lost else "back")
-            self._away |= {(topic, uri) for topic, _ in there if reach.lost}
-        if not reach.lost:
+        lost = now - self._seen[uri] > OUT_OF_REACH
+        if lost != (uri in self._lost):
+            rospy.logwarn("the machine of %s is %s", uri, "out of reach" if lost else "back")
+            self._lost ^= {uri}
+            self._away |= {(topic, uri) for topic, _ in there if lost}
+        if not lost:
             for topic in [topic for topic, one in self._away if one == uri]:
                 self._connect(topic, uri)
 
-    def _ask(self, uri, reach, there, now):
+    def _ask(self, uri, there, now):
         place = urlsplit(uri)
         address = next(filter(None, (_ends(one)[1] for _, one in there)), place.hostname)
         try:
@@ -81,7 +85,7 @@ class OutageWatch:
             pass  # its publisher has ended; the machine has not
         except OSError:
             return
-        reach.answered(now, self._clock())
+        self._seen[uri] = max(self._seen.get(uri, now), now)
 
     def _connect(self, topic, uri):
         self._away.discard((topic, uri))

@@ -77,7 +77,6 @@ def test_a_corner_costs_the_way_that_the_acceleration_demands():
 def test_slowing_down_has_a_limit_of_its_own():
     for linear, slower, faster, braked in ((1.0, 2.0, 0.1, 0.2), (1.0, 0.0, 0.1, 0.1), (0.0, 2.0, math.inf, 0.2)):
         limits = Limits(linear_acceleration=linear, linear_deceleration=slower)
-        assert limits.of_acceleration
         speeds = [limit_acceleration((0.5, 0.0, 0.0), (wanted, 0.0, 0.0), 0.1, limits)[0] for wanted in (5.0, 0.1)]
         assert speeds == pytest.approx([min(0.5 + faster, 5.0), 0.5 - braked])
 

@@ -65,8 +65,6 @@ class CommandStream:
         self.timeouts = 0
         self.limited = False      # whether the newest command was shortened by a speed limit
         self.cut_off = False      # whether the newest time-out stopped a moving robot
-        self._limits_speed = limits.of_speed
-        self._limits_acceleration = limits.of_acceleration
         self._stand_first = StandFirst(timeout)
         self._refusal = None      # why the newest command was refused
         self._target = None       # newest valid command within the limits; None = stop at once
@@ -90,13 +88,10 @@ class CommandStream:
         wanted = (linear[0], linear[1], angular[2])
         if not self._stand_first.admits(sender, wanted != STOP, received):
             return None
-        self._target = wanted
-        if self._limits_speed:
-            self._target = limit_speed(wanted, self.kinematics.wheel_speeds(wanted), self.limits)
-        if self._limits_acceleration:
-            since = 0.0 if self._received is None else received - self._received
-            self._target = limit_bend(self._target, self._before, since, self.limits)
-            self._before = wanted
+        slower = limit_speed(wanted, self.kinematics.wheel_speeds(wanted), self.limits)
+        since = 0.0 if self._received is None else received - self._received
+        self._target = limit_bend(slower, self._before, since, self.limits)
+        self._before = wanted
         self.limited = self._target != wanted
         self._received = received
         self.cut_off = False
@@ -119,7 +114,6 @@ class CommandStream:
         """The board cannot turn a wheel faster than this [m/s]; 0: as fast as the limits allow."""
         speeds = [speed for speed in (self._given.wheel_speed, fastest) if speed > 0.0]
         self.limits = self._given._replace(wheel_speed=min(speeds, default=0.0))
-        self._limits_speed = self.limits.of_speed
 
     def twist(self, now):
         """The twist to send at time `now`. Stops (zeros, time-out, refusal, emergency) are not slowed by limits."""
@@ -129,8 +123,6 @@ class CommandStream:
             self._target = None
         if self.stopped or self._target in (None, STOP):
             self._sent = STOP
-        elif not self._limits_acceleration:
-            self._sent = self._target
         else:
             elapsed = min(now - self._sent_at, self.period)
             self._sent = limit_acceleration(self._sent, self._target, elapsed, self.limits)

@@ -14,16 +14,6 @@ class Limits(NamedTuple):
     angular_acceleration: float = 0.0  # [rad/s^2]
     linear_deceleration: float = 0.0   # [m/s^2] likewise, while it slows down; 0: linear_acceleration
 
-    @property
-    def of_speed(self):
-        """Whether any speed is limited."""
-        return bool(self.linear_speed or self.angular_speed or self.wheel_speed)
-
-    @property
-    def of_acceleration(self):
-        """Whether any acceleration is limited."""
-        return bool(self.linear_acceleration or self.angular_acceleration or self.linear_deceleration)
-
 
 def limit_speed(twist, wheel_speeds, limits):
     """`twist` (v_x, v_y, omega), scaled by one factor so that every speed limit is kept.

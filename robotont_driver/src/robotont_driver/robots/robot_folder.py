@@ -1,15 +1,13 @@
 """Robots: folders with wheel_params.yaml and driver.yaml. `robot:=` names one in config/robots, or gives its path."""
 
-import argparse
 import re
-import sys
 from pathlib import Path
 from typing import Mapping, NamedTuple
 
 import rospkg
 
 from robotont_driver.kinematics.wheel_params import KEYS, Wheels, read_wheels
-from robotont_driver.parameters.parameters import ParameterError, fault, nearest, read_parameters
+from robotont_driver.parameters.parameters import ParameterError, fault, nearest
 from robotont_driver.parameters.yaml_file import read_mapping
 from robotont_driver.robots.battery import read_pack
 
@@ -96,35 +94,3 @@ def read_robot(robot=""):
     if faults:
         raise ValueError("\n".join(faults))
     return Robot(folder, wheels, given, text, parameters)
-
-
-def parameter_faults(robot):
-    """List of what is wrong with the parameters in a `Robot`'s driver.yaml, a line for each."""
-    from robotont_driver.nodes import driver_node, odom_node, serial_com_node  # half a second that a launch has not
-
-    faults = []
-    for module in (driver_node, odom_node, serial_com_node):
-        node = module.__name__.rpartition(".")[2]
-        try:
-            read_parameters(module.PARAMETERS, robot.parameters.get(node, {}))
-        except ParameterError as error:
-            faults += [f"{robot.folder / PARAMETERS}: {node}: {words}" for words in error.faults]
-    return faults
-
-
-def main():
-    """Check a robot and print its path; exit status 1 and all faults when it is wrong. In a terminal: say so."""
-    parser = argparse.ArgumentParser(prog="robot", description=__doc__)
-    parser.add_argument("robot", nargs="?", default="", help="name or folder [thesis]")
-    try:
-        robot = read_robot(parser.parse_args().robot)
-        folder, wheels = robot.folder.resolve(), robot.wheels
-        if not sys.stdout.isatty():  # of a launch file, whose nodes check the rest
-            print(folder, end="")
-            return
-        faults = parameter_faults(robot)
-        if faults:
-            raise ValueError("\n".join(faults))
-        print(f"{folder}: {wheels.amount} wheels, {wheels.pid_frequency:g} Hz, no mistake found")
-    except (OSError, ValueError) as error:
-        sys.exit(f"robot: {error}")

@@ -1,1 +1,1 @@
-"""For the terminal: which robot is at a port; what each program imports first."""
+"""For the terminal: which robot is at a port, what is wrong with one; what each program imports first."""

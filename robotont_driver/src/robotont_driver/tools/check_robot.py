@@ -1,0 +1,39 @@
+"""Command line of `robot`: checks a robot of config/robots, or a folder, for launch files and in a terminal."""
+
+import argparse
+import sys
+
+from robotont_driver.parameters.parameters import ParameterError, read_parameters
+from robotont_driver.robots.robot_folder import PARAMETERS, read_robot
+
+
+def parameter_faults(robot):
+    """List of what is wrong with the parameters in a `Robot`'s driver.yaml, a line for each."""
+    from robotont_driver.nodes import driver_node, odom_node, serial_com_node  # half a second that a launch has not
+
+    faults = []
+    for module in (driver_node, odom_node, serial_com_node):
+        node = module.__name__.rpartition(".")[2]
+        try:
+            read_parameters(module.PARAMETERS, robot.parameters.get(node, {}))
+        except ParameterError as error:
+            faults += [f"{robot.folder / PARAMETERS}: {node}: {words}" for words in error.faults]
+    return faults
+
+
+def main():
+    """Check a robot and print its path; exit status 1 and all faults when it is wrong. In a terminal: say so."""
+    parser = argparse.ArgumentParser(prog="robot", description=__doc__)
+    parser.add_argument("robot", nargs="?", default="", help="name or folder [thesis]")
+    try:
+        robot = read_robot(parser.parse_args().robot)
+        folder, wheels = robot.folder.resolve(), robot.wheels
+        if not sys.stdout.isatty():  # of a launch file, whose nodes check the rest
+            print(folder, end="")
+            return
+        faults = parameter_faults(robot)
+        if faults:
+            raise ValueError("\n".join(faults))
+        print(f"{folder}: {wheels.amount} wheels, {wheels.pid_frequency:g} Hz, no mistake found")
+    except (OSError, ValueError) as error:
+        sys.exit(f"robot: {error}")

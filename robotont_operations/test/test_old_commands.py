@@ -99,7 +99,7 @@ def test_what_waited_for_the_network_does_not_drive(stage, outage, how):
 @either
 def test_a_latched_command_drives_neither_after_an_outage_nor_a_node_that_was_killed(stage, latched):
     stage.drop()
-    nothing_moves(stage, 1.5)
+    nothing_moves(stage, 3.2)  # long enough to be noticed
     stage.mend()
     wait_for(lambda: connections(stage) > latched, "the new connection")
     nothing_moves(stage, LATE)

@@ -9,7 +9,7 @@ from scipy.stats import binom, chi2
 from robotont_driver.kinematics.kinematics import SOLVERS, Kinematics
 from robotont_driver.kinematics.wheel_params import read_wheels
 from robotont_driver.odometry.odometry import WheelOdometry
-from robotont_testing import other_noise
+from robotont_testing import physics
 from robotont_testing.robots import SHIPPED
 from robotont_testing.simulated_wheels import PERIOD, counted, end_pose, even_wheels, rolled
 
@@ -63,15 +63,15 @@ def test_the_normalised_errors_of_the_end_pose_and_of_the_twist_lie_within_their
 
 @pytest.mark.parametrize("runs", [20, pytest.param(500, marks=pytest.mark.long)])
 @pytest.mark.parametrize("number", [3, 4, 6])
-def test_minutes_of_joystick_end_within_the_covariance(number, runs):
-    """Of the other generator: the heading is uncertain by 8 degrees then, and its square counts."""
-    wheels = SHIPPED_WHEELS if number == 3 else read_wheels(even_wheels(number))
-    kinematics, errors = Kinematics(wheels), []
-    for seed in range(runs):
-        rng = np.random.default_rng(seed)
-        twists = other_noise.joystick(60, rng)
-        odometry, end = WheelOdometry(kinematics, PERIOD, 0.012), end_pose(twists)
-        for counts in other_noise.counts(wheels, twists, rng, 0.012).tolist():
+def test_a_minute_by_hand_ends_within_the_covariance(number, runs):
+    """Of the generator from physics: the heading is uncertain by 8 degrees then, and its square counts."""
+    base, rng, errors = physics.Base(number), np.random.default_rng([number, runs]), []
+    kinematics = Kinematics(read_wheels(base.thesis_keys()))
+    twists = physics.commands(rng, runs, 60.0)
+    packets, ends = physics.encoders(rng, base, twists, 0.012), physics.true_poses(twists)[:, -1]
+    for drive, end in zip(packets.tolist(), ends):
+        odometry = WheelOdometry(kinematics, PERIOD, 0.012)
+        for counts in drive:
             odometry.update(counts, PERIOD)
         pose = odometry.pose
         error = np.array((pose.x - end[0], pose.y - end[1], math.remainder(pose.yaw - end[2], 2 * math.pi)))

@@ -7,7 +7,7 @@ import rospy
 from std_srvs.srv import Empty, EmptyResponse, Trigger, TriggerResponse
 
 from robotont_driver.kinematics.kinematics import SOLVERS, Kinematics
-from robotont_driver.odometry.gyro_fusion import GyroFusion
+from robotont_driver.odometry.gyro import Gyro
 from robotont_driver.odometry.odometry import WheelOdometry
 from robotont_driver.odometry.odometry_stamps import SECOND, OdometryStamps
 from robotont_driver.odometry.slip import SlipSearch, fault_of_wheels, values_of
@@ -39,9 +39,8 @@ PARAMETERS = (
     Parameter("wheel_noise", 0.012, "standard deviation of a wheel's path after 1 m, growing with the "
               "square root of the path", "m/sqrt(m)", minimum=0.0, maximum=1.0,
               reason="wheels whose error exceeds their path measure nothing"),
-    Parameter("slip_false_alarms", 0.1, "false alarms per hour of driving that the search for slipping wheels may "
-              "raise at most (4 or more wheels, or a gyro); 0 = no search", "1/h", minimum=0.0,
-              maximum=1000.0),
+    Parameter("slip_limit", 5.0, "residual of a wheel's path over 0.5 s, in standard deviations, from which on it "
+              "slips (4 or more wheels, or a gyro); 0 = no search", "", minimum=0.0, maximum=100.0),
     Parameter("imu", "", "topic of a gyro (sensor_msgs/Imu) that takes part in the heading; empty: none"),
     Parameter("gyro_noise", 2.5e-4, "density of the gyro's noise", "rad/s/sqrt(Hz)", minimum=1e-7, maximum=1.0),
     Parameter("gyro_scale", 1.0, "rate that the gyro reports when the robot turns at 1 rad/s", "rad/s", minimum=0.5,
@@ -65,10 +64,10 @@ class OdomNode:
         self._clock = OdometryStamps(period)
         self._gyro = self._search = None  # packets of speeds (period 0) are no measurement
         if parameters["imu"] and period:
-            self._gyro = GyroFusion(period, wheels.metres_per_edge, parameters["gyro_noise"], GYRO_BIAS_DRIFT, scale,
+            self._gyro = Gyro(period, wheels.metres_per_edge, parameters["gyro_noise"], GYRO_BIAS_DRIFT, scale,
                                     GYRO_SCALE_NOISE if scale == 1.0 else GYRO_SCALE_NOISE_CALIBRATED)
         if period:
-            self._search = SlipSearch(kinematics, period, noise, parameters["slip_false_alarms"])
+            self._search = SlipSearch(kinematics, period, noise, parameters["slip_limit"])
         self._odometry = WheelOdometry(kinematics, period, noise, self._gyro)
         self._kept = KeptPose(name, boot_time())
         if self._kept.gap is not None:

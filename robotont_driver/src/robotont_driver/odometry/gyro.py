@@ -1,162 +1,272 @@
-"""A gyro's turns between stamps, its bias, and whether it turns as the wheels do. Counterclockwise, in [rad] and [ns].
+"""A gyro beside the wheels: its bias, whether it turns as they do, the heading by both. Counterclockwise [rad], [ns].
 
-The gyro's rate is `scale * rate + bias + white noise`; the bias walks slowly. It is learnt while the wheels stand, and
-only then: an error of the wheel parameters must not become one of the gyro.
+Its rate is `scale * rate + bias + white noise`; the bias walks slowly. It is learnt while the wheels stand, and only
+then: an error of the wheel parameters must not become one of the gyro.
 """
 
 import math
+from bisect import bisect_left
 from collections import deque
+from operator import add
 
-SECOND = 1_000_000_000
-KEPT = 4096             # turns: more than four seconds of any gyro
-FIRST_BIAS = 0.02       # [rad/s] standard deviation of the bias of an unknown gyro
-LEARNING = 1.0          # [s] of standing until the bias is good enough to use the gyro
-OUTLIER = 5.0           # [standard deviations] a larger turn while the wheels stand is not bias, ...
-RELEARN, STEADY = 3.0, 10.0  # ... unless it goes on for so long [s], its rates within so many standard deviations
-BLOCK, ENDS = 1.0, 0.1  # [s] over which turns are compared, and at whose ends the rate is taken
-MEMORY = 0.97           # of a comparison after another one
-JUDGED, CHANGED = 3.0, 4.0  # [rad] turned, and [(rad/s)^2] squared changes of the rate, that make a judgement
-SCALE, OWN = 0.05, 0.005  # error of the scale from which on a gyro is refused; which the wheels' own may explain
-DELAY = 0.03            # [s] of its stamps, from which on it is refused
-SURE = 3.0              # [standard deviations] beyond these
+import numpy as np
 
+from robotont_driver.odometry.odometry import NO_LASTING, Covariance
+from robotont_driver.odometry.odometry_stamps import SECOND
 
-class Turns:
-    """What turned by when: turns are added, and read between any two stamps."""
-
-    def __init__(self, stamp):
-        self._known = deque([(stamp, 0.0)], maxlen=KEPT)
-
-    @property
-    def newest(self):
-        """Stamp of the newest turn."""
-        return self._known[-1][0]
-
-    def add(self, stamp, turn):
-        """Add a turn up to a newer stamp."""
-        self._known.append((stamp, self._known[-1][1] + turn))
-
-    def between(self, start, end):
-        """Turn between two stamps; None where that is not known."""
-        start, end = self._at(start), self._at(end)
-        return None if start is None or end is None else end - start
-
-    def _at(self, stamp):
-        later = None
-        for known in reversed(self._known):
-            if known[0] <= stamp:
-                if later is None:
-                    return known[1] if known[0] == stamp else None
-                return known[1] + (later[1] - known[1]) * ((stamp - known[0]) / (later[0] - known[0]))
-            later = known
-        return None
+KEPT = 4096              # samples: more than four seconds of any gyro
+GAP, PAUSE, LATE, WAIT = 0.1, 1.0, 0.3, 4.0  # [s] between samples, packets; late beside the wheels, and at all
+BEHIND, AHEAD = 0.5, 0.1  # [s] by which all stamps of a second may differ from this computer's clock
+SETTLING, STILL = 0.5, (2.5, 0.001)  # [s] after which the robot stands; ... edges or [m] are no motion of a wheel
+FIRST_BIAS = 0.02        # [rad/s] standard deviation of the bias of an unknown gyro
+LEARNING = 1.0           # [s] of standing until the bias is good enough to use the gyro
+OUTLIER = 5.0            # [sigma] a larger turn while the wheels stand is not bias, ...
+RELEARN, STEADY = 3.0, 10.0  # ... unless it goes on for so long [s], its rates within so many [sigma]
+PATIENCE = 5.0           # [s] of standing of which nothing was learnt
+BLOCK, ENDS, MEMORY = 1.0, 0.1, 0.97  # [s] over which turns are compared; of the rates at its ends; of older ones
+JUDGED, SURE = 3.0, 3.0  # [rad] turned, which make a judgement; [sigma] beyond the limits
+SCALE, OWN, DELAY = 0.05, 0.005, 0.03  # error of the scale that is refused, that is the wheels'; [s] of the stamps
+FLAT, FAST, BEYOND = 5, 0.5, 1.03 # samples at the largest rate, [rad/s], share of it that wheels turn: saturated
+TIMING, UNKNOWN = 0.016, 0.1  # [s] by which stamps of gyro and wheels differ (standard deviation); until it is known
 
 
 class Bias:
-    """The bias [rad/s] of a gyro. noise: [rad/s/sqrt(Hz)] density of white noise; walk: [rad/s/sqrt(s)] of the bias."""
+    """The bias [rad/s] of a gyro. noise: [rad/s/sqrt(Hz)] density of white noise; walk: [rad/s/sqrt(s)] of the bias.
+
+    `learnt`, `unsteady`: [s] at rest from which it was learnt, of late was not.
+    """
 
     def __init__(self, noise, walk):
-        self._noise, self._walk = noise ** 2, walk ** 2
-        self.value, self.variance = 0.0, FIRST_BIAS ** 2
-        self._learnt, self._odd, self.unsteady = 0.0, [], 0.0  # the last: [s] at rest of which nothing was learnt
+        self._noise, self._walk, self._odd = noise ** 2, walk ** 2, []
+        self.value, self.variance, self.learnt, self.unsteady = 0.0, FIRST_BIAS ** 2, 0.0, 0.0
 
-    @property
-    def ready(self):
-        """Whether the bias has been learnt."""
-        return self._learnt >= LEARNING
-
-    def age(self, seconds):
-        """Let the bias walk for so long."""
+    def learn(self, turn, seconds, stands):
+        """Take a turn: of a robot whose wheels stand, or let the bias walk."""
         self.variance = min(self.variance + self._walk * seconds, FIRST_BIAS ** 2)
-
-    def learn(self, turn, seconds):
-        """Take a turn of a robot whose wheels stand."""
-        turn -= self.value * seconds
-        variance = self.variance * seconds ** 2 + self._noise * seconds
-        self.unsteady += seconds
-        if turn ** 2 > OUTLIER ** 2 * variance:  # turned by hand, or another bias
-            self._learnt = self._learnt if self.ready else 0.0
-            self._odd.append((turn, seconds))
-            turns, lasted = map(sum, zip(*self._odd))
-            if lasted < RELEARN:
-                return
-            left = [(turn - turns / lasted * seconds) / math.sqrt(self._noise * seconds) for turn, seconds in self._odd]
-            if max(left) - min(left) < STEADY:
-                self.value += turns / lasted
-                self.variance, self._learnt, self.unsteady = FIRST_BIAS ** 2, 0.0, 0.0
-        else:
+        if not stands:
+            return
+        beyond, variance = turn - self.value * seconds, self.variance * seconds ** 2 + self._noise * seconds
+        if beyond ** 2 <= OUTLIER ** 2 * variance:
             gain = self.variance * seconds / variance
-            self.value += gain * turn
-            self.variance *= 1 - gain * seconds
-            self._learnt, self.unsteady = self._learnt + seconds, max(0.0, self.unsteady - seconds)
-        self._odd = []
+            self.value, self.variance = self.value + gain * beyond, self.variance * (1 - gain * seconds)
+            self.learnt, self.unsteady, self._odd = self.learnt + seconds, max(0.0, self.unsteady - seconds), []
+            return
+        self.unsteady += seconds  # turned by hand, or another bias
+        self.learnt = self.learnt if self.learnt >= LEARNING else 0.0
+        self._odd.append(turn / seconds)
+        if len(self._odd) * seconds >= RELEARN:
+            if np.ptp(self._odd) < STEADY * math.sqrt(self._noise / seconds):
+                self.value, self.variance = np.mean(self._odd).item(), FIRST_BIAS ** 2
+                self.learnt = self.unsteady = 0.0
+            self._odd = []
 
 
 class Agreement:
     """Scale and delay of a gyro, by the wheels: its turn beyond theirs is `error * turn - delay * change of the rate`.
 
-    `error` of the scale, `delay` [s] of its stamps, 0 until they are known; `judged`: whether the first is. `refused`:
-    why it is not used, or empty. `wrong`: `error`, where the wheels do not explain it; else 0. `saved` [rad^2]:
-    variance that it has spared the heading since it was surely right.
+    `error` of the scale, `delay` [s] of its stamps; `judged`: whether they are known. `refused`: why it is not used, or
+    empty. `wrong`: `error`, where the wheels do not explain it; else 0. `sure`: whether it is surely right.
     """
 
     def __init__(self):
-        self.error = self.delay = self.wrong = self.saved = self._given = self._turned = 0.0
-        self.refused, self.judged = "", False
-        self._sums = [0.0] * 5  # of turn^2, turn * change, change^2, difference * turn, difference * change
-        self._squares = self._blocks = 0.0  # of differences, and how many
-        self._begin()
+        self.error = self.delay = self.wrong = 0.0
+        self.refused, self.judged, self.sure = "", False, False
+        self._block, self._normal, self._sums, self._squares = [], np.zeros((2, 2)), np.zeros(2), 0.0
+        self._amounts = np.zeros(2)  # blocks, [rad] turned
 
-    def _begin(self):
-        self._seconds, self._stretches = 0.0, []
-
-    def update(self, difference, turn, seconds, given, saved):
-        """Take the gyro's turn beyond the wheels' `turn`, and the heading it has `given`; the heading to take back."""
-        self._given += given
-        self.saved += saved
-        self._seconds += seconds
-        self._stretches.append((difference, turn, seconds))
-        if self._seconds < BLOCK:
-            return 0.0
-        stretches = self._stretches
-        self._begin()
-        difference, turn, _ = map(sum, zip(*stretches))
-        change = _rate(stretches[::-1]) - _rate(stretches)
-        new = turn ** 2, turn * change, change ** 2, difference * turn, difference * change
-        self._sums = [MEMORY * old + value for old, value in zip(self._sums, new)]
-        self._squares, self._blocks = MEMORY * self._squares + difference ** 2, MEMORY * self._blocks + 1.0
-        self._turned = MEMORY * self._turned + abs(turn)
-        self.judged = self._turned >= JUDGED
-        return self._judge() if self.judged else 0.0
+    def update(self, beyond, turned, seconds):
+        """Take the gyro's turn in a packet beyond the wheels' `turned`."""
+        self.sure = False
+        self._block.append((beyond, turned))
+        if len(self._block) * seconds < BLOCK:
+            return
+        (beyond, turned), self._block = np.array(self._block).T, []
+        ends = max(1, round(ENDS / seconds))
+        row = np.array((turned.sum(), (turned[:ends].sum() - turned[-ends:].sum()) / (ends * seconds)))
+        self._normal = MEMORY * self._normal + np.outer(row, row)
+        self._sums = MEMORY * self._sums + row * beyond.sum()
+        self._squares = MEMORY * self._squares + beyond.sum() ** 2
+        self._amounts = MEMORY * self._amounts + np.array((1.0, abs(row[0])))
+        self.judged = self._amounts[1] >= JUDGED
+        if self.judged:
+            self._judge()
 
     def _judge(self):
-        """Least squares; the heading to take back."""
-        turn, both, change, by_turn, by_change = self._sums
-        whole = turn * change - both ** 2
-        if change < CHANGED:
-            change, both, by_change, whole = 1.0, 0.0, 0.0, turn
-        self.error = (change * by_turn - both * by_change) / whole
-        self.delay = (both * by_turn - turn * by_change) / whole
-        left = max(0.0, self._squares - self.error * by_turn + self.delay * by_change)
-        spread = SURE * math.sqrt(left / max(1.0, self._blocks - 2.0) / whole)
-        before, self.refused = self.refused, ""
-        scatter, off = spread * math.sqrt(change), abs(self.error)
-        self.wrong = off if off - scatter * 2 / 3 > OWN else 0.0
-        if off + scatter < SCALE and abs(self.delay) < DELAY and not before:
-            self._given = self.saved = 0.0
-        if off - scatter > SCALE:
+        inverse = np.linalg.inv(self._normal + np.diag((0.0, 1.0)))  # no delay, until changes of the rate show it
+        self.error, self.delay = found = (inverse @ self._sums).tolist()
+        variance = max(0.0, self._squares - self._sums @ found) / max(1.0, self._amounts[0] - 2.0)
+        scale, delay = SURE * np.sqrt(variance * np.diag(inverse))
+        off = abs(self.error)
+        self.wrong = off if off - scale * 2 / 3 > OWN else 0.0
+        self.sure = not self.refused and off + scale < SCALE and abs(self.delay) < DELAY
+        self.refused = ""
+        if off - scale > SCALE:
             self.refused = (f"measures {round(1 + self.error, 2) + 0.0:.2f} turns for one of the wheels: look for a "
                             "wrong sign, axis, unit, frame (TF) or gyro_scale, slipping wheels, a wrong wheel file")
-        elif abs(self.delay) - spread * math.sqrt(turn) > DELAY:
+        elif abs(self.delay) - delay > DELAY:
             self.refused = f"its stamps are {self.delay:+.2f} s late: look at its driver's stamps and at the clocks"
-        return self._given if self.refused and not before else 0.0
 
 
-def _rate(stretches):
-    """Rate [rad/s] of the wheels at the begin of (difference, turn, seconds), over ENDS."""
-    turned = lasted = 0.0
-    for _, turn, seconds in stretches:
-        turned, lasted = turned + turn, lasted + seconds
-        if lasted >= ENDS:
-            break
-    return turned / lasted
+class Gyro:
+    """Weighs the turns of wheels and gyro by their covariances. period: [s] of a packet; metres_per_edge: n [m].
+
+    noise: [rad/s/sqrt(Hz)]; bias_walk: [rad/s/sqrt(s)]; scale: rate for 1 rad/s, and its standard deviation.
+    `compared`: the newest turn beyond the wheels', its variance, [s] of timing; or None. `behind`: packets whose turn
+    is still the wheels' alone. `learns`: whether the bias was learnt now. `saturates`: [rad/s], 0: not seen.
+    `turned`: by it, to and fro, for its calibration. `without`: share of the last second's packets without its turn.
+    """
+
+    def __init__(self, period, metres_per_edge, noise, bias_walk, scale=1.0, scale_noise=0.0):
+        self.period, self._noise = period, noise ** 2
+        self._scale, self._scale_variance = scale, (scale_noise / scale) ** 2
+        self._still = [max(STILL[0], STILL[1] / edge) for edge in metres_per_edge]
+        self._paths, self._still_since, self._newest = [0.0] * len(metres_per_edge), 0, None
+        self._stamps, self._angles, self._rate, self._apart = [], [], 0.0, 0.0  # samples; [s] between the newest
+        self._waiting, self._mark = deque(), None  # packets that it does not know yet; (angle, stamp) of the last one
+        self._second, self._least, self._late, self._finite = 0, math.inf, math.inf, True
+        self._top = self._hits = self._given = self._saved = self._way = 0.0
+        self._flat = 0.0, 0.0
+        self.bias, self.agreement, self.compared = Bias(noise, bias_walk), Agreement(), None
+        self.behind = self.saturates = self.turned = self.without = 0.0
+        self.learns, self.gaps = False, 0
+
+    @property
+    def variances(self):
+        """Of bias and scale, which is as uncertain as the wheels show it to be."""
+        wrong = 0.0 if self.agreement.refused else self.agreement.wrong
+        return self.bias.variance, max(self._scale_variance, wrong ** 2)
+
+    def add(self, stamp, rate, now):
+        """Take a sample: `rate` [rad/s] at `stamp`, when this computer's clock read `now` [ns]."""
+        self._least = min(self._least, (now - stamp) / SECOND)  # messages may wait: the least late of a second counts
+        if not 0 <= now - self._second < SECOND:
+            self._second, self._late, self._least = now, self._least, math.inf
+        self._finite = math.isfinite(rate)
+        if not self._finite or not -AHEAD < min(self._late, self._least) < BEHIND:
+            return
+        self._apart = (stamp - self._stamps[-1]) / SECOND if self._stamps else 0.0
+        if self._stamps and 0 < self._apart <= GAP:
+            self._angles.append(self._angles[-1] + (rate + self._rate) / 2 * self._apart)
+            self._stamps.append(stamp)
+            if len(self._stamps) > 2 * KEPT:
+                del self._stamps[:KEPT], self._angles[:KEPT]
+        else:
+            self.gaps += bool(self._stamps)
+            self._stamps, self._angles, self._mark = [stamp], [0.0], None
+        self._rate = rate
+        if abs(rate) > self._top:
+            self._top, self._hits, self._flat = abs(rate), 0, (0.0, 0.0)
+        self._hits += abs(rate) == self._top
+
+    def fuse(self, counts, step, covariance, readings, stamp, doubted):
+        """(step, Covariance, lasting as in `Pose.move`) of the packet that ends at `stamp` [ns].
+
+        counts: n; step: (dx, dy, dyaw) of the wheels, with its Covariance, and that of two `readings` of encoders.
+        doubted: whether wheels may slip.
+        """
+        wheels, agreement, refused, used = (step, covariance, NO_LASTING), self.agreement, self.agreement.refused, []
+        self.learns = False
+        for measured, turned, seconds, stands in self._packets_known_now(counts, step[2], stamp):
+            self.bias.learn(measured / self._scale, seconds, stands)
+            self.learns = self.learns or stands
+            turn = measured / self._scale - self.bias.value * seconds
+            if self.bias.learnt >= LEARNING and not self._is_saturated(turn, turned):
+                used.append((turn, turn - turned, seconds, doubted or not stands))
+                agreement.update(turn - turned, turned, seconds)
+        turn, beyond, seconds = self._sums(used)
+        timing, self.compared = max(TIMING, abs(agreement.delay)) if agreement.judged else UNKNOWN, None
+        if (agreement.judged or self.learns) and not agreement.refused and self.behind * self.period < LATE:
+            self.compared = beyond, self._variance(turn, seconds), timing
+        self.turned += turn * (not agreement.refused)
+        turn, beyond, seconds = self._sums(each for each in used if each[3])  # a robot that stands turns by hand alone
+        fused = wheels if refused or not seconds else self._weigh(step, covariance, readings, turn, beyond, seconds)
+        if agreement.sure:
+            self._given = self._saved = self._way = 0.0
+        self._way += math.hypot(*step[:2])
+        self._given += fused[0][2] - step[2]
+        self._saved += covariance.aa - fused[1].aa
+        if refused or not agreement.refused:
+            return fused
+        (x, y, yaw), known, _ = fused  # what it gave since it was surely right is taken back; the way gone by it cannot
+        off = (self._way * min(2.0, abs(self._given))) ** 2
+        return (x, y, yaw - self._given), known.plus(Covariance(off, 0.0, 0.0, off, 0.0, self._saved)), NO_LASTING
+
+    def words(self, now):
+        """Why it is not used, or nothing."""
+        late, bias = min(self._late, self._least), self.bias
+        most = math.degrees(self.saturates)
+        reasons = (
+            (late > now / SECOND - 1.0, "its stamps are zero"),
+            (not -AHEAD < late < BEHIND,
+             f"its stamps are {abs(late):.1f} s {'behind' if late > 0 else 'ahead of'} this computer's clock"),
+            (not self._finite, "its samples are no finite numbers"),
+            (self._apart > GAP, f"its samples are {self._apart:.2f} s apart, at most {GAP:g} s are allowed"),
+            (self.agreement.refused, self.agreement.refused),
+            (bias.unsteady > PATIENCE, "its samples at rest are not steady: a wrong unit, vibrations, a gyro_noise "
+                                       "that is too small, or it is turned by hand"),
+            (bias.learnt < LEARNING, f"let the robot stand for {SETTLING + LEARNING:g} s: the bias is learnt then"),
+            (self.without > 0.5, "its samples come too late, or with gaps"),
+            (self.saturates, f"it measures no more than {most:.0f} deg/s"),
+        )
+        return next((words for holds, words in reasons if holds), "")
+
+    def _packets_known_now(self, counts, yaw, stamp):
+        """[(turn of the gyro, of the wheels, [s], whether the robot stood)] of packets whose end it knows by now."""
+        self._paths = list(map(add, self._paths, counts))
+        begins = self._newest is None or not 0 <= stamp - self._newest <= PAUSE * SECOND
+        if begins or any(abs(path) > still for path, still in zip(self._paths, self._still)):
+            self._still_since, self._paths = stamp, [0.0] * len(self._paths)
+        if begins or len(self._waiting) * self.period > WAIT:
+            self._waiting.clear()
+            self._mark = None
+        self._newest, known, missing = stamp, [], False
+        self._waiting.append((stamp, yaw, stamp - self._still_since >= SETTLING * SECOND))
+        while self._stamps and self._waiting and self._waiting[0][0] <= self._stamps[-1]:
+            end, yaw, stands = self._waiting.popleft()
+            before, self._mark = self._mark, self._angle_at(end)
+            missing = None in (before, self._mark)
+            if not missing:
+                known.append((self._mark[0] - before[0], yaw, (end - before[1]) / SECOND, stands))
+        self.behind = len(self._waiting)
+        missing = missing or self.behind * self.period > LATE
+        self.without += (missing - self.without) * min(1.0, self.period)
+        return known
+
+    def _angle_at(self, stamp):
+        """(turned until then, stamp); None before the first sample."""
+        index = bisect_left(self._stamps, stamp)
+        if not index and stamp < self._stamps[0]:
+            return None
+        (first, last), (low, high) = self._stamps[max(0, index - 1):][:2], self._angles[max(0, index - 1):][:2]
+        return low + (high - low) * ((stamp - first) / (last - first)), stamp
+
+    def _is_saturated(self, turn, turned):
+        """Whether the gyro shows the largest rate it can, over which the wheels have turned by more than it has."""
+        if self._hits < FLAT or abs(self._rate) != self._top or self._top < FAST:
+            return False
+        self._flat = flat, wheels = self._flat[0] + abs(turn), self._flat[1] + abs(turned)
+        self.saturates = self._top if flat > FAST and wheels > BEYOND * flat else 0.0
+        return flat <= FAST or self.saturates > 0.0
+
+    @staticmethod
+    def _sums(packets):
+        """(turn, turn beyond the wheels', [s]) of all packets together."""
+        turn, beyond, seconds, _ = map(sum, zip((0.0,) * 4, *packets))
+        return turn, beyond, seconds
+
+    def _variance(self, turn, seconds):
+        """Of the turn in a window of 0.5 s, its packet's part: errors of bias and scale are the same in all of it."""
+        bias, scale = self.variances
+        return seconds * (self._noise + 0.5 * (bias + scale * (turn / (seconds or 1.0)) ** 2))
+
+    def _weigh(self, step, covariance, readings, turn, beyond, seconds):
+        period, (bias, scale) = self.period, self.variances
+        lasts = bias + scale * (turn / seconds) ** 2
+        whole = covariance.aa + readings.aa + period * self._noise + period ** 2 * lasts
+        x, y, yaw = gain = [(own + read) / whole for own, read in (
+            (covariance.xa, readings.xa), (covariance.ya, readings.ya), (covariance.aa, readings.aa))]
+        if seconds < 2 * period:  # what comes late is made good, but no covariance of the past
+            left = (1.0, 0.0, -x), (0.0, 1.0, -y), (0.0, 0.0, 1.0 - yaw)
+            covariance = covariance.propagated(left).plus(Covariance.of_vector(gain).times(self._noise * seconds))
+        lasting = [seconds * part for part in gain], [turn * part for part in gain]
+        return tuple(own + part * beyond for own, part in zip(step, gain)), covariance, lasting

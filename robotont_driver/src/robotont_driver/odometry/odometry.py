@@ -163,7 +163,7 @@ class WheelOdometry:
 
     period: time [s] that one packet stands for. 0: packets contain speeds, each valid until the next one.
     wheel_noise: standard deviation of a wheel's path after 1 m, growing with the root of the path [m per root m].
-    gyro: a GyroFusion, or None.
+    gyro: a `Gyro`, or None.
     """
 
     def __init__(self, kinematics, period, wheel_noise, gyro=None):

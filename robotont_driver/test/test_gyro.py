@@ -141,6 +141,17 @@ def test_a_robot_that_is_turned_by_hand_is_followed_and_its_bias_kept():
     assert run.told[-1] == ()
 
 
+@pytest.mark.parametrize("period", [0.02, 0.0215, 0.025], ids=lambda period: f"packets each {1000 * period:g} ms")
+def test_before_any_drive_a_turn_by_hand_is_followed_though_the_board_is_slow(period):
+    run, clock, turning = Run(), OdometryStamps(PERIOD), 4.0
+    for now in np.arange(period, turning + 2.0, period).tolist():
+        at = EPOCH + round(now * SECOND)
+        run.gyro.add(at, 0.01 + (now > turning), at)
+        run.odometry.update((0, 0, 0), 0.0, clock.stamp(at, at), run.search.slips)
+        run.search.update((0, 0, 0), None, run.gyro.compared)
+    assert run.odometry.pose.yaw > 0.5
+
+
 def test_a_bias_that_jumps_is_learnt_anew():
     run = Run()
     come, stamps, rates = physics.gyro(np.random.default_rng(3), np.zeros(800), bias=0.0)

@@ -175,7 +175,8 @@ class Gyro:
                 agreement.update(turn - turned, turned, seconds)
         turn, beyond, seconds = self._sums(used)
         timing, self.compared = max(TIMING, abs(agreement.delay)) if agreement.judged else UNKNOWN, None
-        if (agreement.judged or self.learns) and not agreement.refused and self.behind * self.period < LATE:
+        stands = stamp - self._still_since >= SETTLING * SECOND
+        if (agreement.judged or stands) and not agreement.refused and self.behind * self.period < LATE:
             self.compared = beyond, self._variance(turn, seconds), timing
         self.turned += turn * (not agreement.refused)
         turn, beyond, seconds = self._sums(each for each in used if each[3])  # a robot that stands turns by hand alone

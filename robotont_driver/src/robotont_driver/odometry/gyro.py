@@ -207,7 +207,7 @@ class Gyro:
                                        "that is too small, or it is turned by hand"),
             (bias.learnt < LEARNING, f"let the robot stand for {SETTLING + LEARNING:g} s: the bias is learnt then"),
             (self.without > 0.5, "its samples come too late, or with gaps"),
-            (self.saturates, f"it measures no more than {most:.0f} deg/s"),
+            (self.saturates, f"it measures no more than {most:.0f} deg/s, and is not used beyond"),
         )
         return next((words for holds, words in reasons if holds), "")
 
@@ -236,9 +236,11 @@ class Gyro:
     def _angle_at(self, stamp):
         """(turned until then, stamp); None before the first sample."""
         index = bisect_left(self._stamps, stamp)
-        if not index and stamp < self._stamps[0]:
+        if self._stamps[index] == stamp:
+            return self._angles[index], stamp
+        if not index:
             return None
-        (first, last), (low, high) = self._stamps[max(0, index - 1):][:2], self._angles[max(0, index - 1):][:2]
+        (first, last), (low, high) = self._stamps[index - 1:index + 1], self._angles[index - 1:index + 1]
         return low + (high - low) * ((stamp - first) / (last - first)), stamp
 
     def _is_saturated(self, turn, turned):

@@ -3,7 +3,7 @@
 import random
 from typing import NamedTuple
 
-SLOW, FAST = (0.3, 1.0), (1.0, 2.0)  # [m/s] at which a stop may take so long [s]; half a second more without commands
+SPEEDS, ZEROS, SILENCE = (0.3, 1.0), (1.0, 2.0), (1.5, 2.0)  # [m/s] at which a stop may take so long [s]
 
 
 class Case(NamedTuple):

@@ -4,7 +4,7 @@
 import math
 
 import rostest
-from any_robot import SLOW, draw
+from any_robot import SILENCE, ZEROS, draw
 from simulation_test import SimulationTest
 
 from robotont_driver.kinematics.wheel_params import no_load_speeds, read_wheels
@@ -57,7 +57,7 @@ class AnyRobotTest(SimulationTest):
             begun = self.truth[first].header.stamp.to_sec()
             stands = max((message.header.stamp.to_sec() - begun for message in self.truth[first:]
                           if self.speed(message) > 0.02), default=0.0)
-            self.assertLess(stands, SLOW[1] + (not zeros) * 0.5)
+            self.assertLess(stands, (ZEROS if zeros else SILENCE)[0])
 
     def since(self, first):
         """[s] of the simulation since the message of that number."""

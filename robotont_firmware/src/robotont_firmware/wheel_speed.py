@@ -94,10 +94,11 @@ def against(numbers, speed: int, ahead: int, periods: int, brake: int) -> int:
     away, most = n[_AWAY] << sign >> sign, n[_MOST_AWAY]
     away = away + speed * periods if held else 0
     away = most if away > most else 0 - most if away < 0 - most else away
-    clear, most = fast - (1 << n[_SHIFT]), 536870912 // (brake + 1)  # one edge is a creep, or a tremor
-    clear = 0 if clear < 0 else most if clear > most else clear
-    clear = clear if speed > 0 else 0 - clear
     edge = 1 << n[_SHIFT]
+    clear, most = fast - edge, 536870912 // (brake + 1)
+    least = 0 if periods else fast if fast < edge else edge  # one edge of a wheel that is held may be a tremor
+    clear = least if clear < least else most if clear > most else clear
+    clear = clear if speed > 0 else 0 - clear
     far = away - edge if away > edge else away + edge if away < 0 - edge else 0  # within an edge it stands
     effort = 0 - (brake * clear >> 16) - (n[_STIFFNESS] * far >> 16) >> n[_SOFTNESS]
     effort -= 1 if clear > 0 else -1 if clear < 0 else 0

@@ -9,6 +9,8 @@ from actionlib_msgs.msg import GoalID
 from geometry_msgs.msg import PoseStamped, Twist
 from nav_msgs.msg import Odometry
 from navigation_messages import latched
+from sensor_msgs import point_cloud2
+from sensor_msgs.msg import PointCloud2
 from std_msgs.msg import Float32, String
 
 from robotont_testing.harness import wait_for
@@ -24,6 +26,7 @@ class HeldTest(NodeTest):
         super().setUp()
         self.cancelled = self.listen("move_base/cancel", GoalID)
         self.stands = self.listen("navigation/stand", Float32)
+        self.felt = self.listen("navigation/felt", PointCloud2)
         self.told = self.listen("navigation/held", String)
         self.odom = self.publisher("odom", Odometry)
         self.command = self.publisher("cmd_vel/limited", Twist)
@@ -44,6 +47,8 @@ class HeldTest(NodeTest):
     def test_a_robot_that_is_held_loses_its_goals_and_a_new_one_tries_again(self):
         self.drive(lambda: self.stands, "a stand")
         self.assertEqual(self.cancelled, [])
+        wait_for(lambda: self.felt, "what it has felt")
+        self.assertTrue(all(x > 0.0 for x, _, _ in point_cloud2.read_points(self.felt[0])))
         self.drive(lambda: self.cancelled and self.told[-1].data.startswith("something holds the robot"), "the end")
         self.wait_for_status(TASK, ERROR, "something holds the robot")
         self.publisher("move_base/current_goal", PoseStamped).publish(PoseStamped())

@@ -21,7 +21,8 @@ pytestmark = pytest.mark.usefixtures("running")
 KNOWN = {section: set(names) for section, names in yaml.safe_load(
     (PACKAGE / "test" / "data" / "navigation_parameters.yaml").read_text()).items()}
 LAYERS = {"": "costmap_2d", "/static_layer": "costmap_2d::StaticLayer", "/obstacles": "costmap_2d::ObstacleLayer",
-          "/obstacles/scan": "observation source", "/inflation": "costmap_2d::InflationLayer"}
+          "/obstacles/scan": "observation source",
+          "/obstacles/felt": "observation source", "/inflation": "costmap_2d::InflationLayer"}
 READERS = {  # where parameters stand: the section of KNOWN with those that are read there
     "amcl": "amcl", "map_server": "map_server", "fake_localization": "fake_localization",
     "slam_gmapping": "gmapping", "depthimage_to_laserscan": "depthimage_to_laserscan",
@@ -164,7 +165,7 @@ def test_plugins_are_those_whose_parameters_are_looked_at():
     named.update({each["name"]: each["type"] for each in given["recovery_behaviors"]})
     for costmap in ("global_costmap", "local_costmap"):
         named.update({f"{costmap}/{each['name']}": each["type"] for each in given[costmap]["plugins"]})
-        assert given[costmap]["obstacles"]["observation_sources"] == "scan"
+        assert given[costmap]["obstacles"]["observation_sources"] == "scan felt"
     assert {name: READERS["move_base/" + name] for name in named} == named
 
 

@@ -1,5 +1,6 @@
 """Where something holds the robot, navigation stands, and then its goal ends: it must not push what it does not see."""
 
+import math
 import threading
 import time
 
@@ -7,18 +8,25 @@ import rospy
 from actionlib_msgs.msg import GoalID
 from geometry_msgs.msg import PoseStamped, Twist
 from nav_msgs.msg import Odometry
-from std_msgs.msg import Float32, String
+from sensor_msgs import point_cloud2
+from sensor_msgs.msg import PointCloud2
+from std_msgs.msg import Float32, Header, String
 
 from robotont_driver.ros.diagnostics import ERROR, OK, Health, robot_name
-from robotont_map_navigation.footprint import needed_radius
+from robotont_map_navigation.footprint import base_frame, needed_radius
 from robotont_map_navigation.hold_watch import STAND, HoldWatch
 
 NOTHING = 0.0, 0.0, 0.0
+# [m] from the edge that plans keep free to what is felt, and its height: the local costmap takes the lower one, that no
+# motion may touch, the global one the higher one, so that plans begin outside of it
+FELT = (0.0, 0.05), (0.06, 0.15)
+FRONT = [step / 10 for step in range(-5, 6)]  # [rad] from the direction of travel, where it may be
 
 
 class Held:
     """Where the robot does not move as navigation commands, `navigation/stand` lets it stand for a moment.
 
+    `navigation/felt` tells the costmaps what it has touched, so that the next plan leads around it.
     Where that happens again and again, every goal is cancelled; `navigation/held` tells why.
     """
 
@@ -26,7 +34,8 @@ class Held:
         self._lock = threading.Lock()  # a subscriber's thread each
         self._watch = HoldWatch(needed_radius())
         self._driver = "navigation"  # where there is no mux to tell
-        self._words, self._stands = "", 0
+        self._words, self._stands, self._command = "", 0, NOTHING
+        self._felt = rospy.Publisher("navigation/felt", PointCloud2, queue_size=1)
         self._stand = rospy.Publisher("navigation/stand", Float32, queue_size=1, tcp_nodelay=True)
         self._told = rospy.Publisher("navigation/held", String, queue_size=1, latch=True)
         self._told.publish("")
@@ -42,20 +51,32 @@ class Held:
 
     def _on_command(self, message):
         with self._lock:
-            self._watch.command(_twist(message) if self._driver == "navigation" else NOTHING, time.monotonic())
+            self._command = _twist(message) if self._driver == "navigation" else NOTHING
+            self._watch.command(self._command, time.monotonic())
 
     def _on_odom(self, message):
         with self._lock:
             now = time.monotonic()
             age = max(0.0, (rospy.Time.now() - message.header.stamp).to_sec())  # another computer's clock may be ahead
+            ahead = self._command
             stand, words = self._watch.measure(_twist(message.twist.twist), now - age, now)
         if stand:
             self._stand.publish(STAND)
             self._stands += 1
+            self._tell_costmaps(ahead)
         if words:
             self._cancel.publish(GoalID())
             rospy.logwarn("navigation ends its goal: %s", words)
             self._tell(words)
+
+    def _tell_costmaps(self, ahead):
+        """Something is in the way of a twist; of a turn on the spot nobody knows where."""
+        if not any(ahead[:2]):
+            return
+        bearing, edge = math.atan2(ahead[1], ahead[0]), needed_radius()
+        points = [((edge + off) * math.cos(bearing + side), (edge + off) * math.sin(bearing + side), height)
+                  for off, height in FELT for side in FRONT]
+        self._felt.publish(point_cloud2.create_cloud_xyz32(Header(0, rospy.Time.now(), base_frame()), points))
 
     def _on_goal(self, _message):
         """A new goal tries again."""

@@ -6,18 +6,26 @@ import time
 
 import numpy as np
 import rosparam
+import rospy
 import rostest
 import yaml
 from nav_msgs.msg import OccupancyGrid, Odometry
 from PIL import Image
 from simulation_test import SimulationTest
+from std_srvs.srv import Trigger
 from tf2_msgs.msg import TFMessage
 
+from robotont_driver.kinematics.se2 import between, compose, yaw_of
 from robotont_simulator.simulated_board import LONGEST_STALL
 from robotont_testing import places
 from robotont_testing.harness import START, suspended, wait_for
 from robotont_testing.node_test import WARN
 from robotont_testing.robots import WHEEL_PARAMS
+
+
+def place_of(transform):
+    """(x, y, yaw) of a geometry_msgs/Transform."""
+    return transform.translation.x, transform.translation.y, yaw_of(transform.rotation)
 
 
 class SimulatorNodeTest(SimulationTest):
@@ -50,6 +58,25 @@ class SimulatorNodeTest(SimulationTest):
         start = next(one for message in transforms for one in message.transforms if one.child_frame_id == "odom")
         self.assertEqual((start.header.frame_id, start.transform.translation.x), ("map", 0.5))
         self.assertAlmostEqual(start.transform.rotation.z, 0.5 ** 0.5, delta=1e-6)
+
+    def test_a_reset_of_the_odometry_moves_nothing_on_the_map(self):
+        transforms = self.listen("tf_static", TFMessage)
+        self.start("world:=maze", "world_map:=true")
+
+        def starts():
+            return [place_of(one.transform) for message in transforms for one in message.transforms
+                    if one.child_frame_id == "odom"]
+
+        def off_the_truth():  # [m, rad] of the place on the map
+            return np.abs(between(compose(starts()[-1], self.poses()[0]), self.poses()[1])).max()
+        wait_for(starts, "where odom starts")
+        for number in (1, 2):
+            self.drive((0.2, 0.0, 0.6), lambda: np.abs(self.poses()[0]).max() > 0.3, "a way")
+            rospy.ServiceProxy("reset_odometry", Trigger)()
+            self.rest()
+            wait_for(lambda number=number: len(set(starts())) == 1 + number, "where odom starts now")
+            self.assertLess(max(map(abs, self.poses()[0][:2])), 0.3)
+            wait_for(lambda: off_the_truth() < 0.03, "the place on the map")
 
     def test_a_simulator_that_was_stopped_reports_the_time_that_it_skipped(self):
         self.start("world:=room")

@@ -6,32 +6,50 @@ import numpy as np
 import rospy
 import tf2_ros
 from geometry_msgs.msg import TransformStamped
-from nav_msgs.msg import OccupancyGrid
+from nav_msgs.msg import OccupancyGrid, Odometry
 from visualization_msgs.msg import Marker, MarkerArray
 
+from robotont_driver.kinematics.se2 import compose, pose_of
 from robotont_simulator.mujoco_model import WALL_COLOUR
 from robotont_simulator.scenery import HEIGHT, Shape
 from robotont_simulator.world import FREE, OCCUPIED, draw_map
 
 RESOLUTION = 0.05  # [m] per cell
+ORIGIN, JUMP = 0.1, 0.005  # [m, rad] a reset: so near to the origin, by a step that is so much more than the speed's
 
 
 class WorldMap:
     """Publishes them for as long as it lives. Raises WorldError where the start is in a wall."""
 
     def __init__(self, world, odom_frame):
-        start = TransformStamped(child_frame_id=odom_frame)
-        start.header.stamp, start.header.frame_id = rospy.Time.now(), "map"
-        start.transform.translation.x, start.transform.translation.y, yaw = world.start
-        start.transform.rotation.z, start.transform.rotation.w = math.sin(yaw / 2), math.cos(yaw / 2)
         # static, so that the transforms of a localization which is started later take its place
         self._broadcaster = tf2_ros.StaticTransformBroadcaster()
-        self._broadcaster.sendTransform(start)
+        self._odom_frame, self._start, self._newest = odom_frame, world.start, (0.0, (0.0, 0.0, 0.0))
+        self._send_start()
+        rospy.Subscriber("odom", Odometry, self._on_odometry, queue_size=50)
         if world.boxes or world.posts:
             self._publisher = rospy.Publisher("map", OccupancyGrid, queue_size=1, latch=True)
             self._publisher.publish(message(*draw_map(world, RESOLUTION)))
         self._markers = rospy.Publisher("world", MarkerArray, queue_size=1, latch=True)
         self._markers.publish(markers(world))
+
+    def _send_start(self):
+        start = TransformStamped(child_frame_id=self._odom_frame)
+        start.header.stamp, start.header.frame_id = rospy.Time.now(), "map"
+        start.transform.translation.x, start.transform.translation.y, yaw = self._start
+        start.transform.rotation.z, start.transform.rotation.w = math.sin(yaw / 2), math.cos(yaw / 2)
+        self._broadcaster.sendTransform(start)
+
+    def _on_odometry(self, message):
+        """The odometry was reset: it starts where it had brought the robot, and the robot keeps its place on the map."""
+        (then, before), now, pose = self._newest, message.header.stamp.to_sec(), pose_of(message.pose.pose)
+        self._newest = now, pose
+        twist = message.twist.twist
+        speed = max(math.hypot(twist.linear.x, twist.linear.y), abs(twist.angular.z))
+        step = max(abs(one - other) for one, other in zip(pose, before))
+        if max(map(abs, pose)) < ORIGIN and step > JUMP + 2 * speed * max(0.0, now - then):
+            self._start = compose(self._start, before)
+            self._send_start()
 
 
 def markers(world):

@@ -41,6 +41,7 @@ class StallingProxy:
 
     def close(self):
         """End all connections, and accept no more."""
+        self._listener.shutdown(socket.SHUT_RDWR)  # else an accept that waits takes one more
         self._listener.close()
         self.flow()
         self.cut()

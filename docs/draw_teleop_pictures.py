@@ -13,7 +13,7 @@ from types import SimpleNamespace
 
 import numpy as np
 from nav_msgs.msg import MapMetaData, OccupancyGrid
-from PIL import Image
+from PIL import Image, ImageDraw
 
 from robotont_teleop.hand.fault_keys import fault_key
 from robotont_teleop.web.page_pictures import map_picture
@@ -45,7 +45,8 @@ STATES = {  # what the robot tells beside the usual; fault: (task, level, words)
     "STOP not arrived": {"me": True, "stopped": True, "stop_waits": True},
     "board unplugged": {"fault": (TASKS[0], 2, "/dev/ttyACM0: no such file: is the board plugged in?")},
     "wheel blocked": {**BY_HAND, "me": True, "fault": (TASKS[3], 1, "wheel 2 stands although it is driven: blocked?")},
-    "guard": {"me": True, "camera": True, "fault": (TASKS[5], 1, "in the way: something ahead, 0.12 m from the robot")},
+    "guard": {"me": True, "camera": True, "near": [0.12, 0.13, 0.24, 0.9] + [1.6] * 4 + [None] * 9 + [1.6] * 4 + [0.9, 0.24, 0.13],
+              "fault": (TASKS[5], 1, "in the way: something ahead, 0.12 m from the robot")},
     "battery": {"battery": {"voltage": 9.9, "charge": 0.08}, "fault": (TASKS[1], 1, "the battery is low: charge it")},
 }
 
@@ -78,8 +79,7 @@ def tell(server, told):
     message.info.origin.orientation.w = 1.0
     robot.map_picture, where = map_picture(message)
     file = io.BytesIO()
-    floor = np.linspace(60, 170, 480)[:, None, None] * np.array([1.0, 0.95, 0.85])
-    Image.fromarray(np.broadcast_to(floor, (480, 640, 3)).astype(np.uint8)).save(file, "JPEG")
+    camera_picture().save(file, "JPEG")
     robot.camera = SimpleNamespace(picture=lambda: (time.monotonic_ns(), file.getvalue()))
     fault = told.get("fault", ("", 0, ""))
 
@@ -101,10 +101,25 @@ def tell(server, told):
             for ray in np.linspace(-math.pi, math.pi, 180)]
         usual = {**kind.status(robot), "lights": lights, "frame": "map", "map": where, "battery": {
             "voltage": 11.6, "charge": 0.82}, "board": "robotont_firmware 2.0.0 wheels 3",
+            "radius": 0.15, "near": [round(min(2.0, ranges[(90 + round(180 * sector / 24)) % 180] - 0.15), 2) for sector in range(24)],
             "scan": {"from": [0, 0, 0], "first": -math.pi, "step": 2 * math.pi / 179, "ranges": ranges}}
         return {**usual, **{key: value for key, value in told.items() if key in usual}}
     state()
     robot.state, robot.status = state, status
+
+
+def camera_picture():
+    """A room with a box right before the robot."""
+    picture = Image.new("RGB", (640, 480), "#d9d4c7")
+    draw = ImageDraw.Draw(picture)
+    draw.polygon([(0, 480), (0, 330), (170, 250), (470, 250), (640, 330), (640, 480)], "#9a8467")
+    draw.line([(0, 330), (170, 250), (470, 250), (640, 330)], "#6d6557", 4)
+    draw.line([(170, 0), (170, 250)], "#bdb6a6", 3)
+    draw.line([(470, 0), (470, 250)], "#bdb6a6", 3)
+    draw.polygon([(215, 470), (215, 215), (430, 215), (430, 470)], "#a8703c")
+    draw.polygon([(215, 215), (245, 185), (405, 185), (430, 215)], "#c98f56")
+    draw.line([(322, 215), (322, 470)], "#8a5a2e", 5)
+    return picture
 
 
 def pictures(browser, server, told):
@@ -141,7 +156,7 @@ def sheet(pictures, height, in_a_row):
     whole = Image.new("RGB", (in_a_row * (width + gap) - gap, rows * (height + gap) - gap), "#808890")
     for place, one in enumerate(small):
         whole.paste(one, (place % in_a_row * (width + gap), place // in_a_row * (height + gap)))
-    return whole.quantize(128)
+    return whole.quantize(256, Image.FASTOCTREE)
 
 
 if __name__ == "__main__":

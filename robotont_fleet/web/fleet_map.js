@@ -5,7 +5,7 @@ const MARGIN = 1, LEAST = 4;      // [m] around the robots; the smallest ground
 const RADIUS = 13, BODY = 0.15;   // [px, m] the least of a disc
 const LETTERS = 3;                // in a disc
 const svg = document.getElementById("map");
-export const world = new World(svg, [[1, 0], [0, -1]]);
+export const world = new World(svg, [1, 0, 0, -1]);
 
 function bounds({robots, ground}) {
   const xs = [], ys = [];

@@ -14,8 +14,8 @@ from robotont_simulator.lockstep import LockstepRun
 from robotont_simulator.sensors import SCAN_FARTHEST, SCAN_NEAREST
 from robotont_simulator.simulation import Simulation
 from robotont_simulator.world import World
+from robotont_teleop.hand.sensor_view import FAN
 from robotont_teleop.mux.guard import Guard
-from robotont_teleop.mux.guard_sensors import FAN
 from robotont_testing import places
 
 RADIUS = 0.15  # [m] of the footprint

@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 """The node of the page: goals from the page, https and token, its end."""
 
+import contextlib
 import math
 import re
 import signal
@@ -40,16 +41,21 @@ class WebTeleopNodeTest(PageServerTest):
         wait_for(lambda: statuses, "move_base")
         return goals, lambda: [status for status in statuses[-1].status_list if status.status in GOING_ON]
 
-    def test_a_tap_on_the_map_sends_the_robot_there_and_stop_takes_the_goal_back(self):
+    def test_a_long_press_on_the_map_sends_the_robot_there_and_stop_takes_the_goal_back(self):
         goals, active = self.start_move_base()
         self.start()
         page = self.open()
-        page.wait("!$('goal').hidden", "the target button")
-        page.finger(1, "#goal")
-        page.lift()
-        page.wait("$('goal').getAttribute('aria-pressed') === 'true'", "the choice of a place")
         right, up = 0.4, 0.7
-        page.finger(1, "#view", right, up)
+
+        def wish():
+            page.finger(1, "#view", right, up)
+            with contextlib.suppress(AssertionError):
+                return page.wait("!$('send').hidden", "the preview", 2.0)
+            page.lift()  # navigation has not been there when the press began
+        wait_for(wish, "the preview")
+        page.lift()
+        self.assertFalse(goals)
+        page.finger(1, "#send")
         page.lift()
         goal = wait_for(lambda: goals and goals[-1].goal.target_pose, "the goal")
         half = page.box("#view")[2] / 2 / SCALE

@@ -8,7 +8,7 @@ import pytest
 from sensor_msgs.msg import LaserScan
 from web_pages import room
 
-from robotont_teleop.web.page_pictures import map_picture, thinned_scan
+from robotont_teleop.web.page_pictures import SECTORS, map_picture, nearest, thinned_scan
 
 
 def test_a_map_keeps_its_number_over_a_restart_and_another_one_has_another():
@@ -34,3 +34,14 @@ def test_a_scan_without_a_largest_range_is_shown_and_one_without_angles_is_none(
     assert len(thinned_scan(scan, upright)["ranges"]) <= 180
     scan.angle_min = math.nan
     assert thinned_scan(scan, upright) is None
+
+
+def test_what_is_near_is_told_from_the_rim_with_what_no_sensor_sees():
+    body, flat = (0.15, 0.02, 0.2), np.eye(3)
+    angles = np.linspace(-0.6, 0.6, 13)
+    ranges = np.array([np.inf] * 6 + [0.5] + [np.inf] * 5 + [np.nan])
+    cable = flat, np.zeros(1), np.array([0.05]), (0.02, 1.0)  # looks at the robot itself
+    gaps = nearest([((flat, (0.1, 0.0, 0.15)), angles, ranges, (0.1, 4.0)), ((flat, (-0.1, 0.0, 0.1)), *cable[1:])], body)
+    assert (gaps[0], gaps[1], gaps[-1]) == (0.45, 2.0, 2.0)
+    assert gaps[4:-4] == [None] * (SECTORS - 8)
+    assert nearest([], body) == [None] * SECTORS

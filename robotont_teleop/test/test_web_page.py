@@ -2,6 +2,7 @@
 
 import contextlib
 import io
+import math
 from types import SimpleNamespace
 
 import pytest
@@ -360,7 +361,7 @@ def test_the_camera_is_shown_picture_after_picture_and_an_old_one_is_not(browser
         Image.new("RGB", (width, 48)).save(file, "JPEG")
         newest.append((width, file.getvalue()))
         page.wait(f"$('camera').naturalWidth === {width}", "the picture")
-    press_mouse(page, "#view")
+    press_mouse(page, "#swap")
     page.wait("$('app').dataset.main === 'map' && $('camera').offsetWidth < innerWidth / 2", "the map, by a tap")
     newest.append(None)
     page.wait("!$('camera').hasAttribute('src')", "the end of a picture that is old")
@@ -368,11 +369,104 @@ def test_the_camera_is_shown_picture_after_picture_and_an_old_one_is_not(browser
     page.close()
 
 
+ROOM = {"number": 7, "width": 8.0, "height": 4.0, "origin": [-1.0, -1.0, 0.0]}
+
+
+def on_map(server, pose=(0.0, 0.0, 0.5), velocity=None, **status):
+    report(server, given={"pose": list(pose), "velocity": velocity},
+           **{"frame": "map", "map": ROOM, "navigation": True, **status})
+
+
+def pixels(page, part):
+    """[px] of 1 in the coordinates of a part of the map."""
+    return page.run(f"(({{a, b}}) => Math.hypot(a, b))(document.querySelector('#view {part}').getScreenCTM())")
+
+
+def test_the_map_shows_the_robot_in_its_size_and_on_its_way_or_all_of_itself(page, served):
+    served.robot.map_picture = png()
+    on_map(served, velocity=[0.2, 0.0, 0.5], radius=0.2)
+    page.wait("$('whole').offsetWidth > 0 && $('view').querySelector('.ahead').getAttribute('points')", "the map")
+    metre = page.run("document.querySelector('#scale i').getBoundingClientRect().width") / float(
+        page.text("#scale span").split()[0])
+    assert pixels(page, ".robot") == pytest.approx(0.2 * metre, abs=0.5)
+    ways = page.run("[...$('view').querySelector('.ahead').points].map(({x, y}) => [x, y])")
+    assert ways[-1] == pytest.approx([0.4 * math.sin(0.75), 0.4 * (1 - math.cos(0.75))], abs=0.01), "1.5 s ahead"
+    image = "document.querySelector('#view image').getScreenCTM()"
+    turned = f"Math.atan2({image}.b, {image}.a)"  # of the map's x on the screen
+    assert page.run(turned) == pytest.approx(-math.pi / 2)
+    press_mouse(page, "#heading")
+    page.wait(f"Math.abs({turned} + Math.PI / 2 - 0.5) < 0.01", "the robot upright")
+    press_mouse(page, "#whole")
+    page.wait("$('whole').getAttribute('aria-pressed') === 'true'", "the whole map")
+    left, top, width, height = page.box("#view image")
+    stage = page.box("#view")
+    assert stage[0] <= left and stage[1] <= top and left + width <= stage[0] + stage[2] and top + height <= sum(stage[1::2])
+    assert max(width / stage[2], height / stage[3]) > 0.85
+    assert page.run("document.querySelector('#view .outside').getBBox().width") > 1000
+
+
+def test_a_goal_is_seen_before_it_is_sent(page, served):
+    served.robot.map_picture = png()
+    on_map(served)
+    page.wait("$('whole').offsetWidth > 0", "the map")
+    page.finger(1, "#view", 0.1, 0.1)
+    page.lift()  # too short
+    page.finger(1, "#view", 0.3, 0.2)
+    page.wait("!$('send').hidden", "the preview")
+    assert page.run("!document.querySelector('.wish').hasAttribute('hidden')")
+    before = page.text("#send")
+    page.finger(1, "#view", 0.2, 0.2)
+    page.wait(f"$('send').innerText !== {before!r}", "the place that follows the finger")
+    page.lift()
+    page.finger(1, "#view", -0.3, 0.2)
+    page.wait("$('send').hidden", "its end by a tap")
+    page.wait("!$('send').hidden", "another one")
+    page.lift()
+    half = page.box("#view")[2] / 2 / pixels(page, ".world")
+    assert served.robot.orders == []
+    assert page.text("#send") == f"Drive there: {math.hypot(0.3, 0.2) * half:.2f} m"
+    press_mouse(page, "#send")
+    kind, x, y = wait_for(lambda: served.robot.orders and served.robot.orders[-1], "the goal")
+    assert (kind, x, y) == ("goal", pytest.approx(0.2 * half, abs=0.02), pytest.approx(0.3 * half, abs=0.02))
+    on_map(served, frame="odom")
+    page.wait("$('whole').hidden", "the end of the map")
+    page.finger(1, "#view", 0.1, 0.1)
+    page.run("new Promise((done) => setTimeout(done, 700))")
+    assert page.run("$('send').hidden"), "no map, no place on it"
+
+
+def test_what_is_near_stands_around_the_robot_on_the_map_and_on_the_camera(page, served):
+    served.robot.map_picture = png()
+    near = [1.5] * 6 + [0.15] + [None] * 17  # close on the left
+    on_map(served, near=near)
+    page.wait("document.querySelector('.near text').textContent === '0.15 m'", "the distance")
+    left, top, width, height = page.box(".near .close")
+    middle = page.box("#near")
+    right, down = left + width / 2 - middle[0] - middle[2] / 2, top + height / 2 - middle[1] - middle[3] / 2
+    assert math.atan2(-right, -down) == pytest.approx(math.pi / 2 + 0.5, abs=0.1), "as the robot looks"
+    press_mouse(page, "#heading")
+    page.wait(f"document.querySelector('.near .close').getBoundingClientRect().x < {left}", "the robot upright")
+    press_mouse(page, "#heading")
+    on_map(served, near=near, camera=True)
+    page.wait("$('app').dataset.main === 'camera'", "the camera first")
+    left, top, width, height = page.box(".near .close")
+    middle = page.box("#near")
+    assert left + width / 2 < middle[0] + middle[2] / 2 and abs(top + height / 2 - middle[1] - middle[3] / 2) < 5
+    on_map(served, near=[None] * 24, camera=True)
+    page.wait("document.querySelector('.near text').textContent === ''", "nothing near")
+
+
+def png():
+    file = io.BytesIO()
+    Image.new("L", (80, 40)).save(file, "PNG")
+    return file.getvalue()
+
+
 @pytest.mark.parametrize("language", ["de", "et"])
 def test_no_english_is_left_in_other_languages(page, served, language):
     """All that the page itself says; the robot's own words are marked as English."""
     report(served, {f"node: {name}": (found % 3, "in English words") for found, name in enumerate(LIGHTS)},
-           battery={"voltage": 12.0, "charge": 0.1}, board="b", ranges=[0.5])
+           battery={"voltage": 12.0, "charge": 0.1}, board="b", near=[0.5] * 24)
     page.wait(f"document.querySelectorAll('#lights li').length === {len(LIGHTS)}", "the lights")
     english = set(words(page))
     choose_language(page, language)
@@ -410,7 +504,7 @@ def test_nothing_moves_when_something_goes_wrong_and_the_release_is_found(page, 
     for size in (PHONE, PHONE_LYING, DESKTOP):
         page.look(size, False)
         page.wait(f"innerWidth === {size[0]}", "the screen")
-        controls = ("#stop", "#move", "#turn", "#chips", "#closer", "#farther", "#view", "#details")
+        controls = ("#stop", "#move", "#turn", "#chips", "#closer", "#heading", "#view", "#details")
         before = [page.box(control) for control in controls]
         report(served, {LINK: (2, "is the cable in? " * 10)})
         served.robot.emergency_stop.press()

@@ -65,8 +65,8 @@ class NotedRobot:
         return [{"name": "r1", "up": True, "age": None}], {"r1": {"link": {"level": 0}}}
 
     def status(self):
-        return {"frame": "odom", "lights": [], "board": "", "battery": None, "ranges": [], "map": None, "scan": None,
-                "camera": False, "navigation": False, "goal": None, "note": {"number": 0, "words": ""}}
+        return {"frame": "odom", "lights": [], "board": "", "battery": None, "radius": None, "near": [], "map": None,
+                "scan": None, "camera": False, "navigation": False, "goal": None, "note": {"number": 0, "words": ""}}
 
 
 class Client(LoopClient):

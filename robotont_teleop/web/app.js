@@ -4,8 +4,10 @@ import {CommandRate} from "./command_rate.js";
 import {DrivingInputs} from "./driving_inputs.js";
 import {actWhenHeld} from "./hold_button.js";
 import {View} from "./map_view.js";
+import {showNear} from "./near_ring.js";
 import {$, number, write} from "./page.js";
 import {LOW_CHARGE, nameOf, sentenceOf, showFacts, showLights, showWheels} from "./panel.js";
+import {choosePlace} from "./place_press.js";
 import {Link} from "./server_link.js";
 import {chosenLanguage, setLanguage, text} from "./texts.js";
 import {truth, worst} from "./truth.js";
@@ -33,7 +35,7 @@ let limits = {linear: 0.5, angular: 2};
 let speed = 1; // of SPEEDS
 const note = {number: null, until: 0};
 let refused = {key: "", until: 0}; // or another thing that the hands should know
-let goalMode = false;
+let wish = null; // a place on the map [m], not sent yet
 let vibrated = 0; // [ms]
 const view = new View($("view"));
 
@@ -57,7 +59,7 @@ const link = new Link({
       vibrate(200);
     }
     state = message;
-    view.setPose(message.pose, !link.stalled);
+    view.setPose(message.pose, !link.stalled, message.velocity);
     show();
     if (state.held.includes(link.page) && hands.still) {
       link.drive(0, 0, 0); // the hands are off
@@ -106,17 +108,14 @@ function takeStatus(message) {
   }
   status = message;
   view.setStatus(message);
-  view.setScan(message.scan);
+  showScale();
   if (note.number !== null && message.note.number !== note.number) {
     note.until = performance.now() + NOTE;
   }
   note.number = message.note.number;
-  $("goal").hidden = !message.navigation || message.frame !== "map";
   $("cancel").hidden = !message.goal;
   $("swap").hidden = $("camera").hidden = !message.camera;
-  if ($("goal").hidden) {
-    setGoalMode(false);
-  }
+  $("whole").hidden = !view.map;
   showPanel();
   show();
 }
@@ -124,7 +123,7 @@ function takeStatus(message) {
 // Without a connection nothing is known
 function showPanel() {
   showLights(status?.lights || [], status ? "no_reports" : "lost");
-  showFacts(status || {ranges: [], pages: "–"});
+  showFacts(status || {pages: "–"});
 }
 
 function show() {
@@ -147,6 +146,9 @@ function show() {
   $("release").disabled = Boolean(state) && state.driver !== null && !drives();
   $("release_why").hidden = !$("release").disabled;
   showFault(fault);
+  if (wish && !maySend()) {
+    setWish(null);
+  }
   const words = message(open);
   $("message").hidden = !words;
   write($("message"), words);
@@ -157,6 +159,8 @@ function show() {
     write($("round_trip"), "–");
     view.setPose(null);
   }
+  $("near").toggleAttribute("hidden", view.whole && onMap());
+  showNear($("near"), now && status?.near || [], onMap() && !view.headingUp ? view.pose?.[2] ?? 0 : 0);
   showWheels(now?.commanded, now?.measured, 1.2 * limits.linear);
 }
 
@@ -212,8 +216,18 @@ const room = new ResizeObserver(() => {
 room.observe($("alarms"));
 room.observe($("view").parentElement);
 
-function zoom(step) {
-  view.zoom(step);
+const onMap = () => app.dataset.main === "map";
+const maySend = () => status !== null && status.navigation && view.map !== null && onMap();
+
+function look(change) {
+  view.look(change);
+  $("heading").setAttribute("aria-pressed", view.headingUp);
+  $("whole").setAttribute("aria-pressed", view.whole);
+  showScale();
+  show();
+}
+
+function showScale() {
   const {metres, pixels} = view.scaleBar;
   $("scale").firstElementChild.style.width = `${pixels}px`;
   write($("scale").lastElementChild, `${metres} m`);
@@ -221,6 +235,9 @@ function zoom(step) {
 
 function message(open) {
   const now = performance.now();
+  if (wish) {
+    return "";
+  }
   if (!open) {
     return text("lost_advice");
   }
@@ -230,28 +247,25 @@ function message(open) {
   if (hands.padGone) {
     return text("fault_pad_gone");
   }
-  if (goalMode) {
-    return text("goal_hint");
-  }
   return (now < note.until && status?.note.words) || status?.goal?.words || "";
 }
 
-function setGoalMode(on) {
-  goalMode = on;
-  $("goal").setAttribute("aria-pressed", on);
-  app.classList.toggle("choosing", on);
-  if (on) {
-    setMain("map");
+// Where the robot would be sent: shown, with a button that does it
+function setWish(place) {
+  wish = place;
+  view.mark("wish", place);
+  $("send").hidden = !place;
+  if (place) {
+    const [x, y] = view.pose || place;
+    write($("send"), `${text("send")}: ${number(Math.hypot(place[0] - x, place[1] - y))} m`);
   }
-  show();
 }
 
 // What has the whole stage: the camera or the map; the other one is small
 function setMain(which) {
   app.dataset.main = which;
+  look({});
 }
-
-const swap = () => setMain(app.dataset.main === "map" && status?.camera ? "camera" : "map");
 
 function setLanguageTo(code) {
   setLanguage(code);
@@ -267,20 +281,16 @@ for (const id of ["take", "give_back", "reset_odometry"]) {
   $(id).addEventListener("click", () => link.order({kind: id}));
 }
 $("cancel").addEventListener("click", () => link.send({kind: "cancel"}));
-$("closer").addEventListener("click", () => zoom(1));
-$("farther").addEventListener("click", () => zoom(-1));
-$("goal").addEventListener("click", () => setGoalMode(!goalMode));
-$("view").addEventListener("click", (event) => {
-  if (goalMode) {
-    const [x, y] = view.world.place(event.clientX, event.clientY);
-    link.order({kind: "goal", x, y});
-    setGoalMode(false);
-  } else if (app.dataset.main === "camera") {
-    swap();
-  }
+$("closer").addEventListener("click", () => look({scale: view.scale + 1}));
+$("farther").addEventListener("click", () => look({scale: view.scale - 1}));
+$("heading").addEventListener("click", () => look({headingUp: !view.headingUp}));
+$("whole").addEventListener("click", () => look({whole: !view.whole}));
+choosePlace($("view"), maySend, (event) => setWish(event && view.world.place(event.clientX, event.clientY)));
+$("send").addEventListener("click", () => {
+  link.order({kind: "goal", x: wish[0], y: wish[1]});
+  setWish(null);
 });
-$("camera").addEventListener("click", () => app.dataset.main === "map" && swap());
-$("swap").addEventListener("click", swap);
+$("swap").addEventListener("click", () => setMain(onMap() ? "camera" : "map"));
 $("more").addEventListener("click", () => {
   $("more").setAttribute("aria-expanded", $("more").getAttribute("aria-expanded") !== "true");
   show();
@@ -301,4 +311,4 @@ $("language").addEventListener("change", () => {
 actWhenHeld($("release"), (pressed_at) => link.order({kind: "release", pressed_at}), () => state?.pressed_at ?? 0);
 setLanguageTo(chosenLanguage());
 setSpeed(speed);
-zoom(0);
+look({});

@@ -1,9 +1,9 @@
 // A floor as SVG: the group .world of `svg` is in metres, everything in it is drawn by the browser when it changes.
 export class World {
-  // towards: the directions on the screen, [right, down], of the floor's x and of its y
-  constructor(svg, [x, y]) {
+  // towards: the directions on the screen, right and down, of the floor's x and of its y
+  constructor(svg, towards) {
     this.svg = svg;
-    this.towards = [...x, ...y];
+    this.towards = towards;
     this.group = svg.querySelector(".world");
   }
 
@@ -26,11 +26,15 @@ export class World {
   // The map of a `url`, {width, height, origin} [m, rad]
   showMap(url, {width, height, origin}) {
     const image = this.group.querySelector("image");
+    image.onerror = () => image.removeAttribute("href"); // no connection: the next status asks again
     if (image.getAttribute("href") !== url) {
       image.setAttribute("href", url);
       image.setAttribute("width", width);
       image.setAttribute("height", height);
       image.setAttribute("transform", `${at(origin)} matrix(1 0 0 -1 0 ${height})`);
+      const outside = this.group.querySelector(".outside");
+      outside?.setAttribute("d", `M-999-999H999V999H-999ZM0 0V${height}H${width}V0Z`);
+      outside?.setAttribute("transform", at(origin));
     }
   }
 }

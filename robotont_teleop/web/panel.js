@@ -65,7 +65,7 @@ function setBar(bar, part) {
   bar.style.width = `${Math.abs(length) * 50}%`;
 }
 
-export function showFacts({board, battery, map, ranges, pages}) {
+export function showFacts({board, battery, pages}) {
   const facts = [];
   const charge = battery?.charge == null ? "" : `${Math.round(battery.charge * 100)} % `;
   const voltage = battery?.voltage == null ? "" : `${battery.voltage.toFixed(1)} V`;
@@ -75,13 +75,9 @@ export function showFacts({board, battery, map, ranges, pages}) {
   if (charge || voltage) {
     facts.push(["battery", charge + voltage]);
   }
-  if (ranges.length) {
-    facts.push(["distances", ranges.map((range) => (range === null ? "–" : range.toFixed(2))).join("  ") + " m"]);
-  }
   if (board) {
     facts.push(["board", board]);
   }
-  facts.push(["map", map ? `${map.width.toFixed(1)} × ${map.height.toFixed(1)} m` : "–"]);
   facts.push(["pages", String(pages)]);
   $("facts").replaceChildren(...facts.flatMap(([name, value]) => {
     const [term, fact] = [document.createElement("dt"), document.createElement("dd")];

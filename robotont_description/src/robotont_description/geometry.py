@@ -56,6 +56,11 @@ def laser_height(wheels):
     return deck_height(wheels) + sizes()["laser_above_deck"]
 
 
+def body(wheels):
+    """(radius, floor, top) [m]: the cylinder that must not touch anything, and below which the robot drives over it."""
+    return robot_radius(wheels), min(wheels.radii) / 2, laser_height(wheels)
+
+
 def camera_place(wheels):
     """(x, z) [m] of the frame `camera_link` in base_link."""
     return (upper_plate_radius(wheels) - sizes()["camera_behind_edge"],

@@ -9,16 +9,16 @@ from nav_msgs.msg import Odometry
 from sensor_msgs.msg import LaserScan, Range
 from tf2_msgs.msg import TFMessage
 
-from robotont_description.geometry import laser_height, robot_radius
+from robotont_description.geometry import body
 from robotont_driver.kinematics.se2 import rotation_of
 from robotont_driver.parameters.parameters import ParameterError
 from robotont_driver.ros.clocks import boot_time
 from robotont_driver.ros.lifecycle import parameter_of_another, running_wheels
 from robotont_driver.rospy_repairs.rospy_internals import connection_header
+from robotont_teleop.hand.sensor_view import FAN
 from robotont_teleop.mux.guard import Guard
 
 DECELERATION = 1.5  # [m/s^2] where the driver has no limit of its own
-FAN = np.linspace(-0.5, 0.5, 16)  # what a range sensor has measured may be anywhere in its field of view
 
 
 def make_guard(blind_speed):
@@ -32,8 +32,7 @@ class SensingGuard(Guard):
 
     def __init__(self, wheels, blind_speed):
         limits = [parameter_of_another(f"driver_node/max_linear_{limit}eleration", 0.0) for limit in ("acc", "dec")]
-        super().__init__((robot_radius(wheels), min(wheels.radii) / 2, laser_height(wheels)),
-                         min(filter(None, limits), default=DECELERATION), blind_speed)
+        super().__init__(body(wheels), min(filter(None, limits), default=DECELERATION), blind_speed)
         self._base_frame = rospy.get_param("odom_node/base_frame", "base_link").lstrip("/")
         self._frames = tf2_ros.BufferCore()
         for topic, kind, callback in (("/tf_static", TFMessage, self._on_static), ("odom", Odometry, self._on_odom),

@@ -1,5 +1,6 @@
-"""Maps and scans in the form in which pages draw them."""
+"""Maps, scans and what is near, in the form in which pages draw them."""
 
+import contextlib
 import io
 import math
 import zlib
@@ -9,9 +10,11 @@ from PIL import Image
 
 from robotont_driver.kinematics.se2 import pose_of
 from robotont_teleop.hand.robot_reports import finite, rounded
+from robotont_teleop.hand.sensor_view import REACH, look
 
 LARGEST_MAP = 4000 * 4000  # [cells]
 SCAN_RAYS = 180            # at most
+SECTORS = 24               # of what is near
 OCCUPIED, FREE, UNKNOWN = (130, 255), (255, 48), (0, 64)  # (grey, opacity): on light and on dark ground alike
 
 
@@ -51,3 +54,17 @@ def thinned_scan(message, laser):
     return {"from": rounded((x, y, math.atan2(rotation[1, 0], rotation[0, 0])), 3),
             "first": round(side * message.angle_min, 4),
             "step": round(side * message.angle_increment * step, 5), "ranges": ranges}
+
+
+def nearest(readings, body):
+    """[m] from the robot's rim to the nearest thing in each of SECTORS, from ahead to the left; None: unseen there.
+
+    readings: (place, angles, ranges, bounds) of each sensor; body: of the robot; all as the guard's `look` takes them.
+    """
+    gaps = np.full(SECTORS, np.nan)
+    for place, angles, ranges, bounds in readings:
+        with contextlib.suppress(ValueError):
+            points, rays, reach, _ = look(place, angles, ranges, bounds, np.zeros(len(ranges), bool), body)
+            for found, gap in ((rays[reach > body[0]], REACH), (points, abs(points) - body[0])):
+                np.fmin.at(gaps, np.rint(np.angle(found) * SECTORS / (2 * math.pi)).astype(int) % SECTORS, gap)
+    return [finite(float(gap), 2) for gap in gaps]

@@ -1,7 +1,6 @@
 """What a robot tells of itself, for the web pages: the newest of its topics and transforms."""
 
 import contextlib
-import math
 import time
 
 import numpy as np
@@ -12,6 +11,7 @@ from nav_msgs.msg import OccupancyGrid
 from sensor_msgs.msg import LaserScan, Range
 from std_msgs.msg import String
 
+from robotont_description.geometry import body
 from robotont_driver.kinematics.kinematics import Kinematics
 from robotont_driver.parameters.parameters import ParameterError
 from robotont_driver.protocol.packet import PacketError, parse_packet
@@ -19,9 +19,10 @@ from robotont_driver.ros.lifecycle import running_wheels
 from robotont_driver.ros.worker import Worker
 from robotont_driver.rospy_repairs.rospy_internals import connection_header
 from robotont_teleop.hand.movers import Movers
-from robotont_teleop.hand.robot_reports import STALE, RobotReports, finite, rounded
+from robotont_teleop.hand.robot_reports import STALE, RobotReports, rounded
+from robotont_teleop.hand.sensor_view import cone
 from robotont_teleop.web.frame_chain import FrameChain
-from robotont_teleop.web.page_pictures import map_picture, thinned_scan
+from robotont_teleop.web.page_pictures import map_picture, nearest, thinned_scan
 
 MAP_FRAME = "map"
 MEASURED_PACKETS = 5    # over which the measured wheel speeds are averaged
@@ -36,7 +37,8 @@ class RobotTelemetry(RobotReports):
     def __init__(self):
         self._kinematics = None  # until a robot runs
         self._frames = FrameChain()
-        self._ranges = {}      # frame: (time [s], distance [m] or None)
+        self._body = None      # of `look`, likewise
+        self._ranges = {}      # frame: (time [s], Range)
         self._counts = ()      # of the newest packets
         self._map = None, None  # PNG, where it lies
         self._frame = ""       # of the newest pose
@@ -55,7 +57,8 @@ class RobotTelemetry(RobotReports):
     def _look_for_wheels(self):
         """Learn which robot runs, before or after this node was started; returns the time to rest."""
         with contextlib.suppress(OSError, ParameterError, rosgraph.MasterException):
-            self._kinematics = Kinematics(running_wheels(rospy.get_namespace()))
+            wheels = running_wheels(rospy.get_namespace())
+            self._body, self._kinematics = body(wheels), Kinematics(wheels)
             return NEXT_ROBOT
         return LOOK_PERIOD
 
@@ -67,11 +70,9 @@ class RobotTelemetry(RobotReports):
 
     def status(self):
         """What changes slowly, for JSON."""
-        now = time.monotonic()
         self._frame = self._pose()[0] or self._frame
         return {"frame": self._frame, "lights": self.lights[:LIGHTS], "board": self.board, "battery": self.battery,
-                "ranges": [value for _, (at, value) in sorted(dict(self._ranges).items()) if now - at < STALE][:RANGES],
-                "map": self._map[1], "scan": self._scan()}
+                "radius": self._body and self._body[0], "near": self._near(), "map": self._map[1], "scan": self._scan()}
 
     @property
     def map_picture(self):
@@ -89,10 +90,25 @@ class RobotTelemetry(RobotReports):
 
     def _scan(self):
         scan = self._fresh("scan")
-        if scan is None:
-            return None
-        frame, laser = self._frames.place(scan.header.frame_id, time.monotonic(), until=self.base_frame)
-        return thinned_scan(scan, laser) if laser and frame == self.base_frame else None
+        laser = scan and self._place_on_robot(scan)
+        return thinned_scan(scan, laser) if laser else None
+
+    def _near(self):
+        scan, now = self._fresh("scan"), time.monotonic()
+        readings = scan and [(scan, scan.angle_min + scan.angle_increment * np.arange(len(scan.ranges)), scan.ranges,
+                              (scan.range_min, scan.range_max))] or []
+        for at, message in dict(self._ranges).values():
+            if now - at < STALE:
+                angles = cone(message.field_of_view)
+                readings.append((message, angles, [message.range] * len(angles), (message.min_range, message.max_range)))
+        placed = [(self._place_on_robot(message), angles, np.array(ranges, float), bounds)
+                  for message, angles, ranges, bounds in readings]
+        return nearest([one for one in placed if one[0]], self._body) if self._body and placed else []
+
+    def _place_on_robot(self, message):
+        """(3 x 3 rotation, (x, y, z) [m]) of a sensor, None where it is unknown."""
+        frame, place = self._frames.place(message.header.frame_id, time.monotonic(), until=self.base_frame)
+        return place if frame == self.base_frame else None
 
     def _measured(self):
         counts = self._kinematics and self._fresh("counts")
@@ -119,10 +135,9 @@ class RobotTelemetry(RobotReports):
             return self._kinematics and parse_packet(packet, self._kinematics.wheels.amount)
 
     def _on_range(self, message):
-        distance = message.range if message.min_range <= message.range <= message.max_range else math.nan
         frame = message.header.frame_id
         if frame in self._ranges or len(self._ranges) < RANGES:
-            self._ranges[frame] = time.monotonic(), finite(distance, 2)
+            self._ranges[frame] = time.monotonic(), message
 
     def _on_map(self, message):
         try:

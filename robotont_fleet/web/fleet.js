@@ -3,10 +3,11 @@ import {draw, shortNames, world} from "./fleet_map.js";
 import {FLEET_TEXTS} from "./fleet_texts.js";
 import {actWhenHeld} from "./hold_button.js";
 import {$, write} from "./page.js";
-import {addTexts, chosenLanguage, setLanguage, text, textOr} from "./texts.js";
+import {addTexts, languageList, text, textOr} from "./texts.js";
 
 const PERIOD = 500, PATIENCE = 3000, OLD = 2000, RETRY = 100, STILL = 3000, TOAST = 5000;  // [ms]
 const LEVELS = {"": 0, warning: 1, low: 1, held: 1, silent: 3, gone: 3};  // of a need; the others: 2
+const TITLES = {"": "level_ok", warning: "level_warning", error: "level_error"}; // the others have their own
 const NAMED = 6;         // robots that a line names
 const cards = new Map(); // by the robot's key
 const unsent = new Map(); // STOPs that have not arrived, by name, "" for all, and what ends each
@@ -86,6 +87,7 @@ function aim(robot) {
 function makeCard(robot) {
   const card = $("card").content.firstElementChild.cloneNode(true), name = robot.name;
   card.querySelector("h2").textContent = name;
+  card.querySelector(".one").setAttribute("aria-label", `STOP ${name}`);
   const acts = {one: () => stop(name), cancel: () => order({kind: "cancel", name}),
     goal: () => aim(view.robots.find((one) => key(one) === key(robot)))};
   for (const [what, act] of Object.entries(acts)) {
@@ -104,7 +106,7 @@ function words(robot) {
   if (need === "error" || need === "warning") {
     return textOr(`fault_${worst.fault}`, `${worst.task}: ${worst.words}`);
   }
-  const told = say(`need_${need}`, need === "stopped" ? robot.stopped : robot.name);
+  const told = need && say(`need_${need}`, need === "stopped" ? robot.stopped : robot.name);
   return [told, robot.asked && !robot.present ? text("stop_asked") : "", robot.present ? robot.note : ""].filter(Boolean).join(" · ");
 }
 
@@ -113,17 +115,15 @@ function fill(card, robot) {
   card.toggleAttribute("data-gone", !robot.present);
   card.dataset.need = robot.need;
   find(".dot").dataset.level = LEVELS[robot.need] ?? 2;
-  find(".dot").title = text(`need_${robot.need || "well"}`).replace(": {}", "").replace("{}", robot.name);
+  find(".dot").title = text(TITLES[robot.need] || `need_${robot.need}`).replace(": {}", "").replace("{}", robot.name);
   write(find(".age"), age(robot.age));
   write(find(".charge"), (charge ?? null) !== null ? `${Math.round(100 * charge)} %` : voltage ? `${voltage.toFixed(1)} V` : "");
   write(find(".words"), words(robot));
   write(find(".now"), [robot.driven_by ? say("driven_by", robot.driven_by) : text("driven_by_nobody"),
     robot.speed ? `${robot.speed[0].toFixed(2)} m/s` : "", robot.frame === "map" ? "" : text("not_on_map")].filter(Boolean).join(" · "));
-  for (const [selector, label] of [[".one", "stop_of"], [".goal", "fleet_goal_of"], [".cancel", "fleet_cancel_of"], [".own", "fleet_page_of"]]) {
-    find(selector).setAttribute("aria-label", say(label, robot.name));
-  }
-  for (const [selector, label] of [[".goal", "fleet_goal"], [".cancel", "fleet_cancel"], [".own", "fleet_page"]]) {
+  for (const [selector, label] of [[".goal", "fleet_goal"], [".cancel", "cancel"], [".own", "fleet_page"]]) {
     write(find(selector), text(label));
+    find(selector).setAttribute("aria-label", `${text(label)}: ${robot.name}`);
   }
   find(".goal").disabled = !robot.present || robot.frame !== "map";
   find(".cancel").disabled = !robot.present;
@@ -197,15 +197,7 @@ function showLost() {
 }
 
 addTexts(FLEET_TEXTS);
-setLanguage(chosenLanguage());
-$("language").value = document.documentElement.lang;
-$("language").onchange = () => {
-  try {
-    localStorage.setItem("language", $("language").value);
-  } catch { /* no storage: for this time only */ }
-  setLanguage($("language").value);
-  show();
-};
+languageList($("language"), () => view && show());
 $("stop_all").onclick = () => stop();
 actWhenHeld($("release"), (newest) => order({kind: "release", newest}), () => view.stop.newest);
 $("map").onclick = (event) => {

@@ -37,6 +37,17 @@ def test_each_fault_key_has_a_sentence_and_the_page_knows_those_that_bar_it():
     assert set(re.findall(r'"(\w+)"', listed)) == IMMOVABLE
 
 
+@pytest.mark.parametrize("package", ["robotont_teleop", "robotont_fleet"])
+def test_each_key_that_a_page_names_has_its_texts(package):
+    folders = {WEB, HERE.parents[1] / package / "web"}
+    known = set().union(*(re.findall(r'^  "?([\w ]+?)"?: \[', path.read_text(), re.MULTILINE)
+                          for folder in folders for path in folder.glob("*texts.js")))
+    named = set().union(*(re.findall(r'data-(?:text|label|title)="(\w+)"|\btext\("(\w+)"\)', path.read_text())
+                          for path in (HERE.parents[1] / package / "web").iterdir() if path.suffix in (".js", ".html")))
+    assert named
+    assert {key for pair in named for key in pair if key} <= known
+
+
 def texts_of(path):
     """Each text in a source; where something is put in, an x."""
     for node in ast.walk(ast.parse(path.read_text())):

@@ -4,7 +4,7 @@ import {text, textOr} from "./texts.js";
 import {byWorst} from "./truth.js";
 
 export const LOW_CHARGE = 0.15;
-const LEVELS = ["level_ok", "level_warning", "level_error", "level_silent"];
+const LEVELS = ["level_ok", "level_warning", "level_error", "fault_silent"];
 
 // The name of a light as people say it; one of another's node keeps its own
 export function nameOf(light) {

@@ -40,8 +40,9 @@ def test_what_is_near_is_told_from_the_rim_with_what_no_sensor_sees():
     body, flat = (0.15, 0.02, 0.2), np.eye(3)
     angles = np.linspace(-0.6, 0.6, 13)
     ranges = np.array([np.inf] * 6 + [0.5] + [np.inf] * 5 + [np.nan])
-    cable = flat, np.zeros(1), np.array([0.05]), (0.02, 1.0)  # looks at the robot itself
-    gaps = nearest([((flat, (0.1, 0.0, 0.15)), angles, ranges, (0.1, 4.0)), ((flat, (-0.1, 0.0, 0.1)), *cable[1:])], body)
+    cable = np.zeros(1), np.array([0.05]), (0.02, 1.0)  # looks at the robot itself
+    scanner = (flat, (0.1, 0.0, 0.15)), angles, ranges, (0.1, 4.0)
+    gaps = nearest([scanner, ((flat, (-0.1, 0.0, 0.1)), *cable)], body)
     assert (gaps[0], gaps[1], gaps[-1]) == (0.45, 2.0, 2.0)
     assert gaps[4:-4] == [None] * (SECTORS - 8)
     assert nearest([], body) == [None] * SECTORS

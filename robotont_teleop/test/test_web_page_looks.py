@@ -1,45 +1,38 @@
 """How the page looks in a real browser, on a server whose robot only takes notes: on every screen, for everybody."""
 
-import itertools
-import json
 from pathlib import Path
 
 import pytest
+from page_states import STATES
+from page_states import tell as tell_state
 from test_web_page import LIGHTS, choose_language, open_page, report
 
 from robotont_testing.browser import CHROMIUM, DESKTOP, PHONE, PHONE_LYING, Browser
 from robotont_testing.harness import tool_module
+from robotont_testing.stalling_proxy import StallingProxy
 
 pytestmark = pytest.mark.skipif(CHROMIUM is None, reason="no chromium")
-NARROW = ((360, 740, 2), (390, 844, 2))  # phones
 LANGUAGES = ("en", "de", "et")
-WHO = ("who_navigation", "who_other", "who_others", "who_you", "who_nobody", "lost")
 FAULTS = """((selector) => {  // of the elements that are shown: too wide texts, what is off the screen, what overlaps
-  const shown = [...document.querySelectorAll(selector)].filter((one) => one.offsetWidth > 0);
-  const name = (one) => one.id || one.className;
+  const shown = [...document.querySelectorAll(selector)].filter((one) => one.getClientRects()[0]?.width > 0 &&
+    getComputedStyle(one).visibility === "visible");
+  const name = (one) => one.id || one.getAttribute('class') || one.tagName;
   const box = (one) => one.getBoundingClientRect();
   const over = (one, other) => !one.contains(other) && !other.contains(one) &&
     box(one).left < box(other).right && box(other).left < box(one).right &&
     box(one).top < box(other).bottom && box(other).top < box(one).bottom;
   const faults = {
-    wide: shown.filter((one) => one.scrollWidth > one.clientWidth + 1).map(name),
+    wide: shown.filter((one) => one.offsetWidth > 0 && one.scrollWidth > one.clientWidth + 1).map(name),
     out: shown.filter((one) => box(one).left < 0 || box(one).right > innerWidth || box(one).top < 0 ||
       box(one).bottom > innerHeight).map(name),
     pairs: shown.flatMap((one, place) => shown.slice(place + 1).filter((other) => over(one, other)).map(
       (other) => [name(one), name(other)]))};
   return [shown.map(name), Object.entries(faults).filter(([, found]) => found.length)];
 })"""
-SAY = """(async ([who, button]) => {
-  const {text} = await import('/texts.js');
-  $('driver').textContent = text(who);
-  $('round_trip').textContent = '1234 ms';
-  for (const id of ['take', 'give_back']) {
-    $(id).hidden = id !== button;
-  }
-})"""
-ALWAYS = ("#move", "#turn", "#stop", "#chips", "#driver", "#can", "#round_trip")
-CONTROLS = ("#closer", "#farther")
-BESIDE = ("#scale", ".message", ".readings", ".alarm", ".tools .button", ".chips .button")  # where they are shown
+ALWAYS = ("#move", "#turn", "#stop", "#chips")
+CONTROLS = ("#closer", "#farther", "#heading")
+BESIDE = ("#scale", ".message", ".readings", ".alarm", ".tools .button", ".chips .button", ".thumb", "#near text")
+HEAD = ("#driver", "#can", "#round_trip", "#charge", ".head > .dot", ".head .button")
 SIZES = (PHONE, PHONE_LYING, DESKTOP, (320, 568, 2), (568, 320, 2), (360, 740, 2), (768, 1024, 1), (1920, 1080, 1))
 
 
@@ -48,7 +41,8 @@ def tell(server, trouble):
     report(server, {f"node: {name}": (place % 3 * trouble, "as many words as a node says of itself, and some more")
                     for place, name in enumerate(LIGHTS)},
            {"velocity": [0.2, 0.0, 0.1], "commanded": [0.1, 0.2, 0.3], "measured": [0.1, 0.1, 0.1]},
-           board="robotont_firmware 2.0.0 wheels 3", battery={"voltage": 12.1, "charge": 1.0}, near=[0.1] * 9 + [None] * 6 + [1.5] * 9)
+           board="robotont_firmware 2.0.0 wheels 3", battery={"voltage": 12.1, "charge": 1.0},
+           near=[0.1] * 9 + [None] * 6 + [1.5] * 9)
 
 
 def test_it_looks_right_and_everybody_can_use_it(served):
@@ -57,7 +51,6 @@ def test_it_looks_right_and_everybody_can_use_it(served):
         assert page.run("document.documentElement.lang") == "de", "the browser's language"
         tell(served, trouble=False)
         page.wait(f"document.querySelectorAll('#lights li').length === {len(LIGHTS)}", "the robot's health")
-        check_header(page)
         page.run(axe())
         for dark, language, more in ((False, "de", CONTROLS), (True, "et", ("#take", "#release", "#more"))):
             if dark:  # all at once: another page drives, faults, a pressed stop
@@ -77,25 +70,33 @@ def test_it_looks_right_and_everybody_can_use_it(served):
                     check_by_axe(page)
                     page.tap("#details")
         assert page.complaints() == []
+        page.close()
         login = browser.page(f"http://127.0.0.1:{served.port}/login.html", PHONE)
         login.run(axe())
         check_by_axe(login)
 
 
-def check_header(page):
-    """On narrow phones, whoever drives, with the battery and either button."""
-    page.wait("$('battery').offsetWidth > 0", "the battery")
-    for size, language in itertools.product(NARROW, LANGUAGES):
-        page.look(size, False)
-        choose_language(page, language)
-        page.wait(f"innerWidth === {size[0]} && document.documentElement.lang === {language!r}", "the screen")
-        for who, button in itertools.product(WHO, ("take", "give_back", "")):
-            shown, faults = page.run(  # at once, before the next status is shown
-                f"{SAY}({json.dumps([who, button])}).then(() => "
-                f"{FAULTS}('.head, .head :is(#driver, #charge, #round_trip, .dot, .button, .fact)'))")
-            assert {"driver", "charge", "round_trip", *filter(None, [button])} <= set(shown)
-            assert faults == [], (size, language, who, button)
-            assert page.box(".head")[3] < size[1] / 4
+def test_nothing_stands_on_anything_else_in_any_state_and_language(served):
+    with Browser() as browser:
+        proxy = StallingProxy(served.port)
+        page, found = open_page(browser, proxy, size=PHONE), []
+        for name, told in STATES.items():
+            tell_state(served, {**told, "board": name})
+            page.wait(f"$('facts').textContent.includes({name!r})", name)
+            if told.get("closed"):
+                proxy.close()
+                page.wait("$('app').dataset.state === 'lost'", "the end of the connection")
+            head = ("#stop_waits",) if told.get("stop_waits") else HEAD  # over it
+            for size in SIZES:
+                page.look(size, False)
+                page.wait(f"innerWidth === {size[0]}", "the screen")
+                for language in LANGUAGES:
+                    choose_language(page, language)
+                    shown, faults = boxes(page, (*head, *ALWAYS, *BESIDE))
+                    assert {"move", "turn", "stop"} <= set(shown)
+                    high = page.box(".head")[3] >= size[1] / 4
+                    found += [(name, size, language, faults, high)] if faults or high else []
+        assert found == [], str(found)
 
 
 def check_by_axe(page):
@@ -109,15 +110,20 @@ def check_by_axe(page):
     assert not [rule for rule in violated if rule[0] in ("serious", "critical")]
 
 
+def boxes(page, selectors):
+    """(what is shown, what stands on anything else or off the screen)."""
+    page.run("new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))")  # it has been drawn
+    return page.run(f"{FAULTS}({', '.join(selectors)!r})")
+
+
 def check_places(page, size, wanted):
     """Every control is on the screen and large enough for its finger; nothing stands on anything else."""
-    page.run("new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))")  # it has been drawn
     assert page.run("document.documentElement.scrollWidth <= innerWidth && "
                     "document.documentElement.scrollHeight <= innerHeight"), "scroll bars"
-    wanted = (*ALWAYS, *wanted, *(("#reset_odometry", "#language") if size == DESKTOP else ()))
-    shown, faults = page.run(f"{FAULTS}({', '.join((*wanted, *BESIDE))!r})")
+    wanted = (*HEAD[:2], *ALWAYS, *wanted, *(("#reset_odometry", "#language") if size == DESKTOP else ()))
+    shown, faults = boxes(page, (*wanted, *BESIDE))
+    assert faults == [], (size, str(faults))
     assert {control[1:] for control in wanted if control[0] == "#"} <= set(shown), size
-    assert faults == [], size
     stop, ring = page.box("#stop"), page.box("#move")
     assert min(stop[2:]) >= 88, size
     assert min(ring[2:]) >= 100, size

@@ -9,7 +9,7 @@ import {$, number, write} from "./page.js";
 import {LOW_CHARGE, nameOf, sentenceOf, showFacts, showLights, showWheels} from "./panel.js";
 import {choosePlace} from "./place_press.js";
 import {Link} from "./server_link.js";
-import {chosenLanguage, setLanguage, text} from "./texts.js";
+import {languageList, text} from "./texts.js";
 import {truth, worst} from "./truth.js";
 
 const NOTE = 6000;    // [ms] that the robot's answers are shown
@@ -210,11 +210,14 @@ function showFault(fault) {
 const room = new ResizeObserver(() => {
   const bars = $("alarms").offsetHeight;
   app.style.setProperty("--alarms", `${bars}px`);
-  const {clientWidth, clientHeight} = $("view").parentElement;
-  app.classList.toggle("crowded", clientHeight - bars < (LYING.matches && clientWidth > 380 ? 62 : 115));
+  const {clientWidth, clientHeight} = $("stage");
+  const tools = LYING.matches ? (clientWidth > 380 ? 62 : 115) : Math.max(124, $("tools").offsetHeight + 20);
+  const words = Math.max($("message").offsetHeight, $("send").offsetHeight);
+  app.classList.toggle("crowded", clientHeight - bars - words < tools);
 });
-room.observe($("alarms"));
-room.observe($("view").parentElement);
+for (const id of ["alarms", "stage", "tools", "message", "send"]) {
+  room.observe($(id));
+}
 
 const onMap = () => app.dataset.main === "map";
 const maySend = () => status !== null && status.navigation && view.map !== null && onMap();
@@ -267,14 +270,6 @@ function setMain(which) {
   look({});
 }
 
-function setLanguageTo(code) {
-  setLanguage(code);
-  $("language").value = code;
-  $("camera").alt = text("camera");
-  showPanel();
-  show();
-}
-
 $("stop").addEventListener("pointerdown", stop);
 $("stop").addEventListener("click", stop); // by keys and assistive devices, too
 for (const id of ["take", "give_back", "reset_odometry"]) {
@@ -300,15 +295,10 @@ $("details").addEventListener("click", () => {
   $("details").setAttribute("aria-expanded", open);
 });
 chips.forEach((chip, place) => chip.addEventListener("click", () => setSpeed(place)));
-$("language").addEventListener("change", () => {
-  setLanguageTo($("language").value);
-  try {
-    localStorage.setItem("language", $("language").value);
-  } catch {
-    // no storage: asked anew next time
-  }
-});
 actWhenHeld($("release"), (pressed_at) => link.order({kind: "release", pressed_at}), () => state?.pressed_at ?? 0);
-setLanguageTo(chosenLanguage());
+languageList($("language"), () => {
+  showPanel();
+  show();
+});
 setSpeed(speed);
 look({});

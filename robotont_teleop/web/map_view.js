@@ -98,19 +98,20 @@ export class View {
 
   draw() {
     const {clientWidth: width, clientHeight: height} = this.svg;
-    let [x, y, yaw] = this.pose || [0, 0, 0];
+    const pose = this.pose || [0, 0, 0];
+    let [x, y] = pose;
     let pixels = SCALES[this.scale] / (width < THUMBNAIL ? 2 : 1);
     if (this.whole && this.map && width) {
       pixels = 0.9 * Math.min(height / this.map.width, width / this.map.height);
       [x, y] = [this.map.origin[0] + this.map.width / 2, this.map.origin[1] + this.map.height / 2];
     }
-    const up = this.headingUp && !this.whole ? yaw : 0;
+    const up = this.headingUp && !this.whole ? pose[2] : 0;
     this.world.towards = [Math.sin(up), -Math.cos(up), -Math.cos(up), -Math.sin(up)];
     this.world.show(x, y, pixels);
     this.svg.dataset.grid = pixels >= 100 ? "quarters" : pixels >= 45 ? "halves" : "whole";
     this.part("robot").toggleAttribute("hidden", !this.pose);
-    this.part("robot").setAttribute("transform", `${at(this.pose || [0, 0])} scale(${Math.max(this.radius, SMALLEST / pixels)})`);
-    this.part("ahead").setAttribute("transform", at(this.pose || [0, 0]));
+    this.part("robot").setAttribute("transform", `${at(pose)} scale(${Math.max(this.radius, SMALLEST / pixels)})`);
+    this.part("ahead").setAttribute("transform", at(pose));
     this.part("ahead").style.strokeWidth = 2 * this.radius;
   }
 }

@@ -1,4 +1,6 @@
 // A gamepad of the browser's Gamepad API (standard mapping), as numbers. Knows no browser; times [ms] are the caller's.
+import {soft} from "./stick_curve.js";
+
 const DEAD_ZONE = 0.12;     // of a stick
 const SHOULDERS = [4, 5];   // either must be held: the dead-man button
 const EAST = 1;             // emergency stop
@@ -44,5 +46,5 @@ export class Pad {
 
 function outsideDeadZone(value) {
   const size = Math.abs(value);
-  return size <= DEAD_ZONE ? 0 : Math.sign(value) * Math.min(1, (size - DEAD_ZONE) / (1 - DEAD_ZONE));
+  return size <= DEAD_ZONE ? 0 : Math.sign(value) * soft(Math.min(1, (size - DEAD_ZONE) / (1 - DEAD_ZONE)));
 }

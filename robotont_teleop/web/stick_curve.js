@@ -3,6 +3,9 @@ export const REACH = 80;    // [px] from the place where the thumb has landed to
 const MIDDLE = 0.08;        // part of it that counts as the middle
 const SOFT = 0.35;          // slope behind the middle; at the rim it is 1
 
+// What a part (0 to 1) of the way behind the middle asks for: of a thumb's, and of a gamepad's stick
+export const soft = (pushed) => SOFT * pushed + (1 - SOFT) * pushed ** 3;
+
 // [right, up], each from -1 to 1 within the circle, of a way (x to the right, y down) [px]
 export function position(x, y) {
   const length = Math.hypot(x, y) / REACH;
@@ -10,6 +13,6 @@ export function position(x, y) {
   if (pushed === 0) {
     return [0, 0];
   }
-  const part = (SOFT * pushed + (1 - SOFT) * pushed ** 3) / (length * REACH);
+  const part = soft(pushed) / (length * REACH);
   return [x * part, 0 - y * part];
 }

@@ -41,7 +41,7 @@ class WorldMap:
         self._broadcaster.sendTransform(start)
 
     def _on_odometry(self, message):
-        """The odometry was reset: it starts where it had brought the robot, and the robot keeps its place on the map."""
+        """Of a reset: odometry starts where it had brought the robot, which keeps its place on the map."""
         (then, before), now, pose = self._newest, message.header.stamp.to_sec(), pose_of(message.pose.pose)
         self._newest = now, pose
         twist = message.twist.twist

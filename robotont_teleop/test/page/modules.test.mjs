@@ -91,6 +91,9 @@ test("a gamepad that does not change is gone, and any change brings it back", ()
   assert.equal(one.look(pad([0, -0.98, 0], 4), 99999).ahead, 0); // deflected before the button
   assert.deepEqual([one.look(undefined, 99999).stop, one.look(pad([0, 0, 0], 1), 99999).stop], [false, true]);
   assert.equal(one.look(pad([0, 0, 0], 12), 99999).step, 1);
+  one.look(pad([0, 0, 0], 4), 99999);
+  const half = one.look(pad([0, -0.56, 0], 4), 99999).ahead; // as soft as a thumb's
+  assert.ok(half > 0.2 && half < 0.3);
 });
 
 test("every text has three languages", () => {

@@ -95,12 +95,14 @@ class RobotTelemetry(RobotReports):
 
     def _near(self):
         scan, now = self._fresh("scan"), time.monotonic()
-        readings = scan and [(scan, scan.angle_min + scan.angle_increment * np.arange(len(scan.ranges)), scan.ranges,
-                              (scan.range_min, scan.range_max))] or []
-        for at, message in dict(self._ranges).values():
+        readings = []
+        if scan:
+            angles = scan.angle_min + scan.angle_increment * np.arange(len(scan.ranges))
+            readings.append((scan, angles, scan.ranges, (scan.range_min, scan.range_max)))
+        for at, one in dict(self._ranges).values():
             if now - at < STALE:
-                angles = cone(message.field_of_view)
-                readings.append((message, angles, [message.range] * len(angles), (message.min_range, message.max_range)))
+                angles = cone(one.field_of_view)
+                readings.append((one, angles, [one.range] * len(angles), (one.min_range, one.max_range)))
         placed = [(self._place_on_robot(message), angles, np.array(ranges, float), bounds)
                   for message, angles, ranges, bounds in readings]
         return nearest([one for one in placed if one[0]], self._body) if self._body and placed else []

@@ -4,51 +4,24 @@
 Needs Chromium. The robot is the one of the page's tests, which tells whatever it is told.
 """
 
-import io
-import math
 import sys
 import time
 from pathlib import Path
-from types import SimpleNamespace
 
-import numpy as np
-from nav_msgs.msg import MapMetaData, OccupancyGrid
-from PIL import Image, ImageDraw
+from PIL import Image
 
-from robotont_teleop.hand.fault_keys import fault_key
-from robotont_teleop.web.page_pictures import map_picture
 from robotont_testing.browser import DESKTOP, Browser
 from robotont_testing.stalling_proxy import StallingProxy
 
 ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT / "robotont_teleop" / "test"))
+from page_states import STATES, tell  # noqa: E402
 from web_client import PATIENCE, Served  # noqa: E402
 
 SCREENS = (("phone", (390, 844, 2)), ("lying", (844, 390, 2)), ("desktop", DESKTOP))
 HEIGHT = {"phone": 640, "lying": 290, "desktop": 420}  # [px] of a state on the sheet, and how many stand in a row
 IN_FULL = {("phone", False), ("desktop", False)}
 IN_A_ROW = {"phone": 6, "lying": 3, "desktop": 3}
-WALLS, CELL = (4.0, 6.0), 0.05  # [m]
-PLACE, RADIUS = (2.2, 3.0), 0.8  # [m] the circle that the robot drives
-TASKS = ("serial_com_node: link", "serial_com_node: board", "driver_node: command stream", "odom_node: wheel feedback",
-         "cmd_vel_mux: who drives", "cmd_vel_mux: guard")
-BY_HAND = {"moves": True, "mover": ["page", ""], "driven_by": "hand"}
-STATES = {  # what the robot tells beside the usual; fault: (task, level, words); me: this page drives
-    "connecting": {"closed": True},
-    "nobody": {},
-    "you": {**BY_HAND, "me": True, "thumb": True},
-    "another page": {**BY_HAND, "other": True},
-    "a program": {"moves": True, "mover": ["program", "square"]},
-    "navigation": {"moves": True, "mover": ["navigation", "move_base"], "driven_by": "navigation",
-                   "goal": {"x": 0.8, "y": 4.8, "words": "1.32 m to go"}, "navigation": True},
-    "STOP": {"me": True, "stopped": True},
-    "STOP not arrived": {"me": True, "stopped": True, "stop_waits": True},
-    "board unplugged": {"fault": (TASKS[0], 2, "/dev/ttyACM0: no such file: is the board plugged in?")},
-    "wheel blocked": {**BY_HAND, "me": True, "fault": (TASKS[3], 1, "wheel 2 stands although it is driven: blocked?")},
-    "guard": {"me": True, "camera": True, "near": [0.12, 0.13, 0.24, 0.9] + [1.6] * 4 + [None] * 9 + [1.6] * 4 + [0.9, 0.24, 0.13],
-              "fault": (TASKS[5], 1, "in the way: something ahead, 0.12 m from the robot")},
-    "battery": {"battery": {"voltage": 9.9, "charge": 0.08}, "fault": (TASKS[1], 1, "the battery is low: charge it")},
-}
 
 
 def main():
@@ -59,7 +32,6 @@ def main():
     with Browser() as browser:
         for name, told in STATES.items():
             with Served(oldest=PATIENCE, dead_man=PATIENCE) as server:
-                tell(server, told)
                 taken.update({(name, *which): picture for which, picture in pictures(browser, server, told)})
     for (screen, _), dark in ((one, dark) for one in SCREENS for dark in (False, True)):
         theme = "dark" if dark else "light"
@@ -69,68 +41,12 @@ def main():
             taken["you", screen, dark].save(folder / f"teleop_{screen}_{theme}.png", optimize=True)
 
 
-def tell(server, told):
-    """Let the robot tell this."""
-    robot, kind = server.robot, type(server.robot)
-    grid = np.zeros((round(WALLS[1] / CELL), round(WALLS[0] / CELL)), dtype=np.int8)
-    grid[[0, -1]] = grid[:, [0, -1]] = 100
-    message = OccupancyGrid(info=MapMetaData(resolution=CELL, width=grid.shape[1], height=grid.shape[0]),
-                            data=grid.ravel().tolist())
-    message.info.origin.orientation.w = 1.0
-    robot.map_picture, where = map_picture(message)
-    file = io.BytesIO()
-    camera_picture().save(file, "JPEG")
-    robot.camera = SimpleNamespace(picture=lambda: (time.monotonic_ns(), file.getvalue()))
-    fault = told.get("fault", ("", 0, ""))
-
-    def state():
-        angle = time.monotonic() / 4 if told.get("moves") else 1.0
-        pose = [PLACE[0] + RADIUS * math.cos(angle), PLACE[1] + RADIUS * math.sin(angle), angle + math.pi / 2]
-        speeds = [0.2, 0.0, 0.25] if told.get("moves") else [0.0, 0.0, 0.0]
-        robot.pose = pose
-        usual = {**kind.state(robot), "pose": pose, "velocity": speeds, "commanded": speeds, "measured": speeds}
-        return {**usual, **{key: value for key, value in told.items() if key in usual}}
-
-    def status():
-        lights = [{"name": name, "level": 0, "words": "well", "key": ""} for name in TASKS if name != fault[0]]
-        if fault[0]:
-            lights.append({"name": fault[0], "level": fault[1], "words": fault[2], "key": fault_key(*fault[::2])})
-        x, y, yaw = robot.pose
-        ranges = [round(min(((WALLS[axis] if part > 0 else 0.0) - place) / part for axis, (place, part) in enumerate(
-            ((x, math.cos(yaw + ray)), (y, math.sin(yaw + ray)))) if abs(part) > 1e-6), 2)
-            for ray in np.linspace(-math.pi, math.pi, 180)]
-        usual = {**kind.status(robot), "lights": lights, "frame": "map", "map": where, "battery": {
-            "voltage": 11.6, "charge": 0.82}, "board": "robotont_firmware 2.0.0 wheels 3",
-            "radius": 0.15, "near": [round(min(2.0, ranges[(90 + round(180 * sector / 24)) % 180] - 0.15), 2) for sector in range(24)],
-            "scan": {"from": [0, 0, 0], "first": -math.pi, "step": 2 * math.pi / 179, "ranges": ranges}}
-        return {**usual, **{key: value for key, value in told.items() if key in usual}}
-    state()
-    robot.state, robot.status = state, status
-
-
-def camera_picture():
-    """A room with a box right before the robot."""
-    picture = Image.new("RGB", (640, 480), "#d9d4c7")
-    draw = ImageDraw.Draw(picture)
-    draw.polygon([(0, 480), (0, 330), (170, 250), (470, 250), (640, 330), (640, 480)], "#9a8467")
-    draw.line([(0, 330), (170, 250), (470, 250), (640, 330)], "#6d6557", 4)
-    draw.line([(170, 0), (170, 250)], "#bdb6a6", 3)
-    draw.line([(470, 0), (470, 250)], "#bdb6a6", 3)
-    draw.polygon([(215, 470), (215, 215), (430, 215), (430, 470)], "#a8703c")
-    draw.polygon([(215, 215), (245, 185), (405, 185), (430, 215)], "#c98f56")
-    draw.line([(322, 215), (322, 470)], "#8a5a2e", 5)
-    return picture
-
-
 def pictures(browser, server, told):
     """((screen, dark), picture) of each."""
     proxy = StallingProxy(server.port)
     page = browser.page(f"http://127.0.0.1:{proxy.port}/", SCREENS[0][1])
-    page.wait("document.querySelectorAll('#lights li').length > 0", "the robot's health")
-    if told.get("me"):
-        server.server.seat.take(1)
-    if told.get("other"):
-        server.ready_page().order("take")
+    tell(server, told)
+    page.wait("document.querySelectorAll('#lights li').length > 1", "the robot's health")
     if told.get("closed"):
         proxy.close()
         page.wait("document.getElementById('app').dataset.state === 'lost'", "the end of the connection")

@@ -64,7 +64,7 @@ def nearest(readings, body):
     gaps = np.full(SECTORS, np.nan)
     for place, angles, ranges, bounds in readings:
         with contextlib.suppress(ValueError):
-            points, rays, reach, _ = look(place, angles, ranges, bounds, np.zeros(len(ranges), bool), body)
+            points, rays, reach, _ = look(place, angles, ranges, bounds, False, body)
             for found, gap in ((rays[reach > body[0]], REACH), (points, abs(points) - body[0])):
                 np.fmin.at(gaps, np.rint(np.angle(found) * SECTORS / (2 * math.pi)).astype(int) % SECTORS, gap)
     return [finite(float(gap), 2) for gap in gaps]

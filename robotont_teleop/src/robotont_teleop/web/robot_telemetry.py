@@ -20,7 +20,7 @@ from robotont_driver.ros.worker import Worker
 from robotont_driver.rospy_repairs.rospy_internals import connection_header
 from robotont_teleop.hand.movers import Movers
 from robotont_teleop.hand.robot_reports import STALE, RobotReports, rounded
-from robotont_teleop.hand.sensor_view import cone
+from robotont_teleop.hand.sensor_view import FAN
 from robotont_teleop.web.frame_chain import FrameChain
 from robotont_teleop.web.page_pictures import map_picture, nearest, thinned_scan
 
@@ -101,8 +101,7 @@ class RobotTelemetry(RobotReports):
             readings.append((scan, angles, scan.ranges, (scan.range_min, scan.range_max)))
         for at, one in dict(self._ranges).values():
             if now - at < STALE:
-                angles = cone(one.field_of_view)
-                readings.append((one, angles, [one.range] * len(angles), (one.min_range, one.max_range)))
+                readings.append((one, FAN * one.field_of_view, one.range, (one.min_range, one.max_range)))
         placed = [(self._place_on_robot(message), angles, np.array(ranges, float), bounds)
                   for message, angles, ranges, bounds in readings]
         return nearest([one for one in placed if one[0]], self._body) if self._body and placed else []

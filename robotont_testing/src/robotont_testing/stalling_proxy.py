@@ -41,7 +41,8 @@ class StallingProxy:
 
     def close(self):
         """End all connections, and accept no more."""
-        self._listener.shutdown(socket.SHUT_RDWR)  # else an accept that waits takes one more
+        with contextlib.suppress(OSError):  # closed before
+            self._listener.shutdown(socket.SHUT_RDWR)  # else an accept that waits takes one more
         self._listener.close()
         self.flow()
         self.cut()

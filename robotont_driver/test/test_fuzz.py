@@ -42,6 +42,7 @@ def test_connections(name, pieces):
         assert not (connection.obstacle and connection.complaint)
         if connection.protocol:
             connection.protocol.report_board()
+            assert len(connection.protocol.encode_lights(0, [(1, 2, 3)])) <= 2
 
 
 @given(st.integers(0, 2 ** 32).map(lambda seed: spoilt(WHEEL_PARAMS.read_bytes(), seed)) | st.binary(max_size=200)

@@ -10,6 +10,14 @@ def test_of_commands_only_the_newest_waits():
     assert not outbox
 
 
+def test_a_line_that_can_wait_goes_when_no_command_does():
+    outbox = Outbox()
+    outbox.added.append(b"light")
+    outbox.put(b"command")
+    assert [outbox.take(0.0), outbox.take(0.0), outbox.take(0.0)] == [b"command", b"light", b""]
+    assert not outbox
+
+
 def test_a_pause_begins_when_its_line_is_out():
     outbox = Outbox()
     outbox.pacing = 0.03

@@ -7,10 +7,12 @@ import random
 import pytest
 from protocol_bench import Bench, command_of, official_wheels
 
+from robotont_boards import BOARDS
 from robotont_driver.kinematics.wheel_params import read_wheels
 from robotont_driver.protocol.connection import KINDS
 from robotont_driver.protocol.official_boards import Robotont2
 from robotont_driver.protocol.protocol import ProtocolError
+from robotont_testing.dc_motors import Motors
 from robotont_testing.robots import BARE, SHIPPED, UNEVEN_4
 
 FORWARD, LEFT, TURN, REST = (0.2, 0, 0), (0, 0.2, 0), (0, 0, 1), (0, 0, 0)
@@ -87,3 +89,41 @@ def test_minutes_of_random_commands_lose_none_and_let_no_older_one_win(name, min
     starts = [at for at, _ in bench.sent]
     assert min(later - earlier for earlier, later in zip(starts, starts[1:])) >= 0.03 - 1e-9
     assert not bench.board.dead
+
+
+def test_lights_fit_into_the_boards_buffer():
+    lines = Robotont2(official_wheels()).encode_lights(3, [(255, 255, 255)] * 60)
+    assert [line.split(b":")[1] for line in lines] == [b"3", b"23", b"43"]
+    assert max(map(len, lines)) <= 254
+    assert lines[0].startswith(b"LED:3:16777215:")
+
+
+WHITE, RED, DARK = (255, 255, 255), (255, 0, 0), (0, 0, 0)
+
+
+@pytest.mark.parametrize("first, colours", [(3, [RED]), (0, [RED] * 60), (10, [RED, WHITE, DARK, WHITE, RED, WHITE]),
+                                            (7, [WHITE, RED, RED, RED]), (59, [WHITE])])
+def test_lights_of_generation_3_show_what_was_asked_and_nothing_else(first, colours):
+    protocol = KINDS["robotont3"](official_wheels())
+    board = BOARDS["robotont3"](Motors(), lights=True)
+    plain = BOARDS["robotont3"](Motors())
+    longest = b"MS:-0.4000:-0.4000:-0.4000\n"
+    for at, line in enumerate([longest, *protocol.encode_lights(0, [RED, WHITE] * 3), longest,
+                               *protocol.encode_lights(first, colours), longest]):
+        assert len(line) < 64
+        for each in (board, plain):
+            each.receive(line, 0.1 * at)
+    for each in (board, plain):
+        each.advance(1.0)
+        assert (each.dead, each.swallowed) == ("", [])
+        assert each.setpoints == [-0.4] * 3
+    wanted = [0] * 60
+    wanted[first:first + len(colours)] = [red << 16 | green << 8 | blue for red, green, blue in colours]
+    assert board.shown == wanted
+    assert board.lights_mode >= board.MODES, "nothing animates them"
+
+
+def test_lights_of_generation_3_that_do_not_fit_into_a_transfer_are_not_sent():
+    protocol = KINDS["robotont3"](official_wheels())
+    assert protocol.encode_lights(10, [WHITE, RED] * 4) == []
+    assert protocol.encode_lights(10, []) == []

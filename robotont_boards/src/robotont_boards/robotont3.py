@@ -81,9 +81,14 @@ class Robotont3Board(Board):
     LINEAR_LIMIT, ANGULAR_LIMIT, DISTANCE = 0.4, 1.0, 0.145
     PERIOD = 0.02
     WEAKEST = 10  # [%] duty below which a motor is off
+    LIGHTS = 60
+    MODES = 8       # in which the firmware animates the lights; in any other they stand
 
-    def __init__(self, motors, start=0.0):
+    def __init__(self, motors, start=0.0, lights=False):
+        """lights: as on the branches that have them; `shown` holds their colours 0xRRGGBB."""
         super().__init__(motors, start)
+        self.shown = [0] * self.LIGHTS if lights else None
+        self.lights_mode = 0
         self.odometry = OfficialOdometry(self.DISTANCE, fast_sin, fast_cos)
         self.setpoints = [0.0] * 3
         self.speeds = [0.0] * 3
@@ -119,8 +124,21 @@ class Robotont3Board(Board):
             if len(lines) > 1:
                 self.inversions += 1
                 self.swallowed += [(self.now, line) for line in lines[1:]]
+        elif name == b"LM" and self.shown is not None:
+            self.lights_mode = int(atof(self._buffer.tokens(3, (b":", b":", b":", b"\r\n"))[0]))
+        elif name == b"LS" and self.shown is not None:
+            self._show()
         else:
             self.swallowed += [(self.now, line) for line in lines if line[:3] in (b"MS:", b"RS:")]
+
+    def _show(self):
+        first, last, *colours = self._buffer.tokens(3, (b":",) * (2 + self.LIGHTS))
+        first, last = int(atof(first)), int(atof(last))
+        self.shown = [0] * self.LIGHTS
+        colour = 0
+        for light, token in zip(range(first, last + 1), colours):
+            colour = colour if token is None else int(atof(token))
+            self.shown[light] = colour
 
     def _obey(self, name, numbers):
         if name == b"DC":

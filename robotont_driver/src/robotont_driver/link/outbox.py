@@ -5,11 +5,15 @@ import fcntl
 import os
 import sys
 import termios
+from collections import deque
+
+MOST_ADDED = 100  # lines
 
 
 class Outbox:
     """The newest command that was `put`, until it is written; one line at a time.
 
+    added: lines (bytes) that can wait until no command does; any thread may append to it.
     byte_time: [s] that the serial line needs for a byte; 0: none. Times `now` [s] are the caller's.
     """
 
@@ -17,6 +21,7 @@ class Outbox:
         self.pacing = 0.0  # [s] least time between the beginnings of two lines
         self._byte_time = byte_time
         self._command = b""
+        self.added = deque(maxlen=MOST_ADDED)
         self._free_at = 0.0      # [s] from when on a line may be written
         self._pause = 0.0        # [s] behind the newest line
         self._rest = b""         # of a line that is half written: it must be finished first
@@ -24,7 +29,7 @@ class Outbox:
 
     def __bool__(self):
         """Whether anything has still to be written."""
-        return bool(self._rest or self._command)
+        return bool(self._rest or self._command or self.added)
 
     def put(self, command):
         """A command (bytes), which replaces one that still waits."""
@@ -45,9 +50,9 @@ class Outbox:
 
     def take(self, now):
         """The line to write now; empty when there is none, or it is too early."""
-        if now < self._free_at or not self._command:
+        if now < self._free_at or not (self._command or self.added):
             return b""
-        line, self._command = self._command, b""
+        line, self._command = self._command or self.added.popleft(), b""
         self._pause = max(self.pacing, len(line) * self._byte_time)
         self.sent += 1
         self.written(now)

@@ -75,6 +75,11 @@ class SerialLink:
             self._command = packet, now + self._write_timeout
             self._notify()
 
+    def add(self, line):
+        """Send a line (bytes) when no packet waits."""
+        self._outbox.added.append(line)
+        self._notify()
+
     def close(self):
         """Send a last stop, close the port and end the thread."""
         self._close_by = time.monotonic() + self._write_timeout

@@ -61,7 +61,8 @@ class SerialComNode:
         self._limit = rospy.Publisher("board_wheel_limit", Float64, queue_size=1, latch=True)
         self._link = SerialLink(self._port, parameters["baudrate"], connect, self._on_packet, self._on_change,
                                 self._on_protocol, self._on_failure, write_timeout=parameters["write_timeout"])
-        self._topics = OfficialTopics(parameters["range_frame_prefix"], parameters["base_frame"], battery)
+        self._topics = OfficialTopics(parameters["range_frame_prefix"], parameters["base_frame"], battery,
+                                      self._on_light)
         self._link.start()
         rospy.on_shutdown(self._link.close)
         topic("serial_write").subscribe(wheels.amount, self._on_write, self._on_refused, queue_size=1)
@@ -91,6 +92,11 @@ class SerialComNode:
             if doubts > self._told[1]:
                 rospy.logwarn_throttle(10.0, DOUBT)
             self._told = restarts, doubts
+
+    def _on_light(self, first, colours):
+        protocol = self._link.connection and self._link.connection.protocol
+        for line in protocol.encode_lights(first, colours) if protocol else ():
+            self._link.add(line)
 
     def _on_failure(self, error):
         """An exception in the link's thread: a fault of this program."""

@@ -22,6 +22,9 @@ CALIBRATED = 0.05      # part by which a calibrated distance may differ from the
 
 BANNER = "**** MAIN ****"
 STOP = b"RS:0:0:0\n"
+LIGHTS_PER_LINE = 20  # the board takes lines of at most 254 bytes
+TRANSFER = 64         # [bytes] of a USB transfer; a line is shorter
+STILL = b"LM:8:0:0:0\n"  # a mode of the lights that the firmware does not have: nothing animates them
 STANDING = 0.0005     # [m/s] slower wheels are stopped
 DECIMALS = 3          # of edges
 RANGE_SENSORS = 12
@@ -191,6 +194,11 @@ class Robotont2(Protocol):
             return STOP
         return "MS:{:.4f}:{:.4f}:{:.4f}\n".format(*(speed * factor + 0.0 for speed in speeds)).encode()
 
+    def encode_lights(self, first, colours):
+        """`LED:` lines, which firmware with lights obeys and other firmware ignores."""
+        return [f"LED:{first + start}:{lights(colours[start:start + LIGHTS_PER_LINE])}\n".encode()
+                for start in range(0, len(colours), LIGHTS_PER_LINE)]
+
 
 class Robotont3(Robotont2):
     """Generation 3 takes every USB transfer for a whole line, and a field too few halts the board.
@@ -203,6 +211,23 @@ class Robotont3(Robotont2):
     hello = b""
     fastest = 0.40
     longest = 1.25
+
+    def encode_lights(self, first, colours):
+        """The lines that show these colours and turn all other lights off; none when they do not fit into a transfer.
+
+        Firmware without lights ignores them. The last colour is shown up to the last light, so equal ones at the end
+        fit. The board's buffer keeps what a former line left behind a shorter one, hence the padding.
+        """
+        different = len(colours)
+        while different > 1 and colours[different - 2] == colours[-1]:
+            different -= 1
+        line = f"LS:{first}:{first + len(colours) - 1}:{lights(colours[:different])}"
+        return [STILL, line.ljust(TRANSFER - 2).encode() + b"\n"] if colours and len(line) <= TRANSFER - 2 else []
+
+
+def lights(colours):
+    """Colours (r, g, b), 0..255, as the board reads them."""
+    return ":".join(str(red << 16 | green << 8 | blue) for red, green, blue in colours)
 
 
 def follows(before, line):

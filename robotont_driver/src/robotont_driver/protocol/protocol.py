@@ -86,6 +86,13 @@ class Protocol:
         """Bytes of the line that stops all wheels."""
         return self.encode(Packet([0] * self.wheels.amount))
 
+    def encode_lights(self, first, colours):
+        """List of lines (bytes) that colour the lights `first`, `first` + 1, ...; colours: (r, g, b), 0..255.
+
+        Empty where the board has no lights.
+        """
+        return []
+
     def report_board(self):
         """(errors, warnings, values): what the board reports about itself; lists of sentences, and values by name.
 

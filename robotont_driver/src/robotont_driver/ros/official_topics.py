@@ -1,4 +1,8 @@
-"""Topics `range` and `battery`: what boards measure besides the wheels."""
+"""Topics of the official driver: what boards measure besides the wheels, and the lights of some of them.
+
+The messages of `power_supply`, `led_pixel` and `led_segment` are those of the official package robotont_msgs; without
+it there are only `range` and `battery`.
+"""
 
 import math
 import time
@@ -9,6 +13,11 @@ from sensor_msgs.msg import BatteryState, Range
 from tf2_msgs.msg import TFMessage
 
 from robotont_driver.protocol.protocol import Ranges
+
+try:
+    from robotont_msgs.msg import LedModulePixel, LedModuleSegment, PowerSupply
+except ImportError:
+    LedModulePixel = LedModuleSegment = PowerSupply = None
 
 FIELD_OF_VIEW = math.radians(25)
 NEAREST, FARTHEST = 0.04, 4.0  # [m]
@@ -22,12 +31,14 @@ SENSORS = (
 
 
 class OfficialTopics:
-    """Publishes a board's readings. battery: a `Battery`.
+    """Publishes a board's readings; `light(first, colours)` is called for messages that colour lights.
+
+    battery: a `Battery`.
 
     All publishers are made at the start: to make one asks the master, which may hang, and `publish` waits for nobody.
     """
 
-    def __init__(self, sensor_prefix, base_frame, battery):
+    def __init__(self, sensor_prefix, base_frame, battery, light):
         self._battery = battery
         self._sensor_prefix = sensor_prefix
         self._base_frame = base_frame
@@ -35,6 +46,11 @@ class OfficialTopics:
         self._battery_state = rospy.Publisher("battery", BatteryState, queue_size=1)
         self._places = rospy.Publisher("/tf_static", TFMessage, queue_size=1, latch=True)
         self._placed = False
+        self._light = light
+        self._supply = PowerSupply and rospy.Publisher("power_supply", PowerSupply, queue_size=1)
+        if LedModulePixel:
+            rospy.Subscriber("led_pixel", LedModulePixel, self._on_pixel, queue_size=50)
+            rospy.Subscriber("led_segment", LedModuleSegment, self._on_segment, queue_size=50)
 
     def publish(self, readings):
         """Publish a list of `Ranges` and `Power`."""
@@ -58,6 +74,8 @@ class OfficialTopics:
                                design_capacity=math.nan, percentage=self._battery.charge, present=True)
         message.header.stamp = rospy.Time.now()
         self._battery_state.publish(message)
+        if self._supply:
+            self._supply.publish(PowerSupply(voltage=power.voltage, current=power.current))
 
     def _place_sensors(self, amount):
         """Publish where the sensors are, once."""
@@ -73,3 +91,9 @@ class OfficialTopics:
             transform.transform.rotation.w = math.cos(-view / 2)
             transforms.append(transform)
         self._places.publish(transforms)
+
+    def _on_pixel(self, message):
+        self._light(message.idx, [(message.color.r, message.color.g, message.color.b)])
+
+    def _on_segment(self, message):
+        self._light(message.idx_start, [(color.r, color.g, color.b) for color in message.colors])

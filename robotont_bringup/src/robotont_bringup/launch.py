@@ -37,7 +37,7 @@ The robot runs. {page}In another terminal{master}:
 Ctrl-C here ends all of it.
 """  # noqa: E501
 NAVIGATION = """  navigate     {robotont} shell -c 'roslaunch robotont_bringup navigation.launch {arguments}'
-               then click a goal: the page's target button, or 2D Nav Goal in RViz
+               then set a goal: press long on the page's map, or 2D Nav Goal in RViz
 """
 
 

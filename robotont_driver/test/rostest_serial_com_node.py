@@ -86,6 +86,8 @@ class SerialComNodeTest(NodeTest):
         self.wait_for_status(TASK, WARN, "no packets")
         self.board.line.cut = False
         self.board.line.corrupt = 0.02
+        self.wait_for_status(TASK, WARN, "of the board's lines are lost")
+        self.board.line.corrupt = 0.0005  # a line in 40
         self.wait_for_status(TASK, WARN, "dropped in the last second")
         self.board.line.corrupt = 0.0
         self.wait_for_status(TASK, OK)

@@ -153,8 +153,8 @@ def test_a_board_that_falls_silent_is_opened_again_once_and_its_numbers_begin_an
 
 
 def test_more_than_a_thousand_open_files_are_no_trouble(port):
-    resource.setrlimit(resource.RLIMIT_NOFILE, (min(2000, resource.getrlimit(resource.RLIMIT_NOFILE)[1]),
-                                                resource.getrlimit(resource.RLIMIT_NOFILE)[1]))
+    few, most = resource.getrlimit(resource.RLIMIT_NOFILE)
+    resource.setrlimit(resource.RLIMIT_NOFILE, (max(few, min(4000, most)), most))
     files = [os.open("/dev/null", os.O_RDONLY) for _ in range(1100)]
     try:
         with Board(port) as board, Ends(port) as end:

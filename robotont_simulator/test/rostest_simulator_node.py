@@ -72,6 +72,8 @@ class SimulatorNodeTest(SimulationTest):
         wait_for(starts, "where odom starts")
         for number in (1, 2):
             self.drive((0.2, 0.0, 0.6), lambda: np.abs(self.poses()[0]).max() > 0.3, "a way")
+            if number == 1:
+                self.rest()  # the second reset is on the way
             rospy.ServiceProxy("reset_odometry", Trigger)()
             self.rest()
             wait_for(lambda number=number: len(set(starts())) == 1 + number, "where odom starts now")

@@ -212,7 +212,7 @@ def choose_language(page, language):
 ME, PROGRAM = {"mover": ["page", ""], "driven_by": "hand"}, {"mover": ["program", "square"], "driven_by": "nobody"}
 HEADS = {  # what the robot reports: who drives, what a stick does, whether it lives
     "nobody": ({}, ("Nobody drives", "Push a stick to drive", True)),
-    "a program, straight on cmd_vel": (PROGRAM, ("Program: square", "Careful: it mixes with a program", True)),
+    "a program, straight on cmd_vel": (PROGRAM, ("Program: square", "Careful: a stick adds to it", True)),
     "a program, through the mux": ({**PROGRAM, "driven_by": "default"},
                                    ("Program: square", "A stick takes it over", True)),
     "navigation": ({"mover": ["navigation", "move_base"]}, ("Navigation drives", "A stick takes it over", True)),

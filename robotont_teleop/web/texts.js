@@ -7,8 +7,7 @@ export const TEXTS = {
   camera: ["Camera", "Kamera", "Kaamera"],
   can_drive: ["Push a stick to drive", "Zum Fahren Stick bewegen", "Sõitmiseks lükka kangi"],
   can_let_go: ["Let go of the sticks once", "Sticks einmal loslassen", "Lase korraks lahti"],
-  can_mix: ["Careful: it mixes with a program", "Vorsicht: mischt sich mit Programm",
-    "Ettevaatust: seguneb programmiga"],
+  can_mix: ["Careful: a stick adds to it", "Vorsicht: Stick mischt sich ein", "Ettevaatust: kang lisandub"],
   can_no_board: ["No board: sticks are off", "Keine Platine: Sticks aus", "Plaati pole: juhtkangid väljas"],
   can_no_mux: ["No cmd_vel_mux: sticks are off", "Kein cmd_vel_mux: Sticks aus",
     "cmd_vel_mux puudub: juhtkangid väljas"],
@@ -101,8 +100,8 @@ export const TEXTS = {
   "light_wheel feedback": ["Wheels", "Räder", "Rattad"],
   "light_who drives": ["Who drives", "Wer fährt", "Kes juhib"],
   lost: ["No connection", "Keine Verbindung", "Ühendus puudub"],
-  lost_advice: ["Does the robot run? Is this device in its network?",
-    "Läuft der Roboter? Ist dieses Gerät in seinem Netz?", "Kas robot töötab? Kas see seade on tema võrgus?"],
+  lost_advice: ["Is the robot on? Is this device in its Wi-Fi?",
+    "Ist der Roboter an? Ist dieses Gerät in seinem WLAN?", "Kas robot töötab? Kas see seade on tema Wi-Fis?"],
   more: ["Show", "Zeigen", "Näita"],
   move: ["Drive; keys W, S, A, D", "Fahren; Tasten W, S, A, D", "Sõida; klahvid W, S, A, D"],
   no_reports: ["The robot reports nothing", "Der Roboter meldet nichts", "Robot ei teata midagi"],
@@ -120,7 +119,7 @@ export const TEXTS = {
   some_bad: ["Look here", "Hier nachsehen", "Vaata siia"],
   stop_label: ["Emergency stop; Space, Escape", "Not-Halt; Leertaste, Escape", "Hädaseiskamine; tühik, Escape"],
   stop_waits: ["STOP has NOT arrived", "STOP ist NICHT angekommen", "STOP EI jõudnud kohale"],
-  stop_waits_why: ["Stay clear; it is sent again", "Abstand halten; wird wiederholt", "Hoia eemale; seda korratakse"],
+  stop_waits_why: ["It may still move: stay clear", "Er kann noch fahren: Abstand halten", "See võib veel liikuda: hoia eemale"],
   stopped: ["Emergency stop", "Not-Halt", "Hädaseiskamine"],
   swap: ["Camera or map", "Kamera oder Karte", "Kaamera või kaart"],
   take: ["Take over", "Übernehmen", "Võta üle"],
@@ -144,7 +143,7 @@ export const TEXTS = {
   who_others: ["Another page has it", "Eine andere Seite hat ihn", "Teise lehe käes"],
   who_program: ["Program:", "Programm:", "Programm:"],
   who_you: ["You drive", "Du fährst", "Sina juhid"],
-  who_yours: ["You drive: it stands", "Du fährst: er steht", "Sina juhid: seisab"],
+  who_yours: ["Yours: it stands", "Du hast ihn: er steht", "Sinu käes: seisab"],
 };
 
 let language = 0;

@@ -9,13 +9,13 @@ from geometry_msgs.msg import TransformStamped
 from nav_msgs.msg import OccupancyGrid, Odometry
 from visualization_msgs.msg import Marker, MarkerArray
 
-from robotont_driver.kinematics.se2 import compose, pose_of
+from robotont_driver.kinematics.se2 import compose, pose_of, wrap
 from robotont_simulator.mujoco_model import WALL_COLOUR
 from robotont_simulator.scenery import HEIGHT, Shape
 from robotont_simulator.world import FREE, OCCUPIED, draw_map
 
 RESOLUTION = 0.05  # [m] per cell
-ORIGIN, JUMP = 0.1, 0.005  # [m, rad] a reset: so near to the origin, by a step that is so much more than the speed's
+ORIGIN, JUMP = 0.1, 0.005  # [m, rad] beyond what the speed makes: a reset ends near the origin, by a jump
 
 
 class WorldMap:
@@ -44,10 +44,11 @@ class WorldMap:
         """Of a reset: odometry starts where it had brought the robot, which keeps its place on the map."""
         (then, before), now, pose = self._newest, message.header.stamp.to_sec(), pose_of(message.pose.pose)
         self._newest = now, pose
-        twist = message.twist.twist
-        speed = max(math.hypot(twist.linear.x, twist.linear.y), abs(twist.angular.z))
-        step = max(abs(one - other) for one, other in zip(pose, before))
-        if max(map(abs, pose)) < ORIGIN and step > JUMP + 2 * speed * max(0.0, now - then):
+        twist, passed = message.twist.twist, 2 * max(0.0, now - then)
+        place, turn = passed * math.hypot(twist.linear.x, twist.linear.y), passed * abs(twist.angular.z)
+        jumps = math.hypot(pose[0] - before[0], pose[1] - before[1]) > JUMP + place or \
+            abs(wrap(pose[2] - before[2])) > JUMP + turn
+        if jumps and math.hypot(*pose[:2]) < ORIGIN + place and abs(pose[2]) < ORIGIN + turn:
             self._start = compose(self._start, before)
             self._send_start()
 

@@ -16,7 +16,7 @@ class Cable:
     def __init__(self, link):
         self.link = link
         self.connected = False  # whether a process has the port open
-        self._woken, self._wake = os.pipe()
+        self._woken = self._wake = None  # the ends of a pipe that wakes the thread
         self._master = None     # its end of the port, in use by the thread
         self._wanted = None     # the one that the thread is to use
         self._taken = threading.Event()  # it does
@@ -32,6 +32,7 @@ class Cable:
         os.symlink(os.ttyname(slave), self.link)
         os.close(slave)
         if self._thread is None:
+            self._woken, self._wake = os.pipe()
             self._thread = threading.Thread(target=self._run, daemon=True)
             self._thread.start()
         self._use(master)
@@ -58,6 +59,8 @@ class Cable:
             os.write(self._wake, b"0")
             self._thread.join()
             self._thread = None
+            os.close(self._woken)
+            os.close(self._wake)
 
     def __enter__(self):
         """Plug in."""

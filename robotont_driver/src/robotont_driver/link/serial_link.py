@@ -44,8 +44,7 @@ class SerialLink:
         self._deadline = None   # [s] when to send the stop packet
         self._closing = False
         self._close_by = None   # [s] when to give up sending the last packet
-        self._woken, self._wake = os.pipe()
-        os.set_blocking(self._wake, False)
+        self._woken = self._wake = None  # the ends of a pipe that wakes the thread
         self.trouble = NOT_TRIED  # None while the port is open
         self.connection = None  # the newest `Connection`; None before the first
         self.opened = 0         # times
@@ -59,6 +58,8 @@ class SerialLink:
 
     def start(self):
         """Begin: from now on the callbacks may be called."""
+        self._woken, self._wake = os.pipe()
+        os.set_blocking(self._wake, False)
         self._thread.start()
 
     def send(self, packet):
@@ -88,8 +89,9 @@ class SerialLink:
         self._thread.join(self._retry_period + self._write_timeout)
 
     def _notify(self):
-        with contextlib.suppress(BlockingIOError):  # when full, it has been woken often enough
-            os.write(self._wake, b"!")
+        if self._wake is not None:
+            with contextlib.suppress(BlockingIOError):  # when full, it has been woken often enough
+                os.write(self._wake, b"!")
 
     def _run(self):
         while not self._closing:

@@ -2,6 +2,8 @@
 
 import difflib
 import math
+import shutil
+import textwrap
 from typing import Any, NamedTuple, Optional, Tuple
 
 LONGEST_SHOWN = 200  # characters of a found value in messages
@@ -108,8 +110,15 @@ def read_parameters(table, given):
 
 def help_text(table):
     """The parameters for `-h`: name and default, meaning, allowed values."""
-    lines = [f"  ~{one.name} (default: {one.default!r}) {one.meaning}; allowed: {one.allowed}" for one in table]
-    return "\n".join(["parameters, from the parameter server, or as _NAME:=VALUE:", *lines] if lines else [])
+    columns = min(shutil.get_terminal_size().columns, 110) - 2
+    lines = textwrap.wrap("parameters, on the parameter server, from a launch file, or as _NAME:=VALUE on the command "
+                          "line:", columns)
+    for parameter in table:
+        unit = f" [{parameter.unit}]" if parameter.unit else ""
+        lines += [f"  ~{parameter.name} (default: {parameter.default!r}{unit})",
+                  *textwrap.wrap(f"{parameter.meaning}; allowed: {parameter.allowed}", columns, initial_indent="      ",
+                                 subsequent_indent="      ")]
+    return "\n".join(lines) if table else ""
 
 
 def _unknown(name, known):

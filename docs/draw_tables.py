@@ -51,9 +51,7 @@ SYSTEMS = """
 ROS = """
 Ubuntu 20.04 gets Noetic from packages.ros.org. The key of before June 2025 has expired. Install `ros-apt-source` of
 [ros-infrastructure](https://github.com/ros-infrastructure/ros-apt-source/releases), then `ros-noetic-ros-base`.
-Ubuntu 22.04 and 24.04 get [ROS One](https://ros.packages.techfak.net), `ros-one-ros-base`. Others may try
-[RoboStack](https://robostack.github.io), with this repository as
-[a catkin workspace](CONTRIBUTING.md#as-a-catkin-workspace).
+Ubuntu 22.04 and 24.04 get [ROS One](https://ros.packages.techfak.net), `ros-one-ros-base`.
 """
 
 

@@ -147,10 +147,6 @@ class Pose:
         self._bent = self._bent[0] + variance / 2 * moved_x, self._bent[1] + variance / 2 * moved_y
         self._steps = self._steps.carried(moved_x, moved_y).plus(step_covariance.propagated(by_step))
 
-    def doubt(self, covariance):
-        """The pose may be wrong by an error of this Covariance."""
-        self._steps = self._steps.plus(covariance)
-
     def settle(self):
         """The errors that lasted so far say nothing of those to come: the gyro's bias is learnt anew."""
         for change, variance in zip(self._lasting, self.variances):

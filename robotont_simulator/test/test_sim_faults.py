@@ -31,7 +31,7 @@ def break_encoder(run, wheel, state, twist, within, whole):
     """Drive on with a broken encoder: the wheel is off `within` [s], then all; its fastest speed in `whole` [units]."""
     run.simulation.set_encoder(wheel, state)
     off, fastest = None, 0.0
-    for period in range(round((within + 1.0) * 50)):  # by then the others have braked
+    for period in range(round((within + config.BRAKING / 1000 + 0.1) * 50)):  # by then the others have braked
         run.drive([twist])
         fastest = max(fastest, abs(run.simulation.wheel_speeds()[wheel]) / UNIT)
         if off is None and run.status.wheels[wheel] in (NO_COUNTS, WRONG_WAY):

@@ -90,9 +90,11 @@ class WebTeleopNodeTest(PageServerTest):
         seen = len(goals)
         time.sleep(0.5)  # in which a goal that waits would be sent
         self.assertEqual((len(goals), active()), (seen, []))
-        wait_for(lambda: page.order("goal", x=200.0, y=0.0) or page.messages["status"]["goal"], "a goal", period=0.5)
-        wait_for(lambda: (page.messages["status"]["goal"] or {"words": ""})["words"].startswith("waits, "),
-                 "words that it waits for a way")
+
+        def waits():  # as a person who sees no goal: once more
+            goal = page.messages["status"]["goal"]
+            return goal["words"].startswith("waits, ") if goal else page.order("goal", x=200.0, y=0.0)
+        wait_for(waits, "words that it waits for a way", 60.0, period=1.0)
 
     def test_by_the_token_over_https_and_no_token_in_any_log(self):
         folder = self.processes.folder

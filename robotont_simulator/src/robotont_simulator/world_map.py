@@ -24,7 +24,7 @@ class WorldMap:
     def __init__(self, world, odom_frame):
         # static, so that the transforms of a localization which is started later take its place
         self._broadcaster = tf2_ros.StaticTransformBroadcaster()
-        self._odom_frame, self._start, self._newest = odom_frame, world.start, (0.0, (0.0, 0.0, 0.0))
+        self._odom_frame, self._start, self._newest = odom_frame, world.start, (0.0, (0.0, 0.0, 0.0), 0.0, 0.0)
         self._send_start()
         rospy.Subscriber("odom", Odometry, self._on_odometry, queue_size=50)
         if world.boxes or world.posts:
@@ -42,10 +42,10 @@ class WorldMap:
 
     def _on_odometry(self, message):
         """Of a reset: odometry starts where it had brought the robot, which keeps its place on the map."""
-        (then, before), now, pose = self._newest, message.header.stamp.to_sec(), pose_of(message.pose.pose)
-        self._newest = now, pose
-        twist, passed = message.twist.twist, 2 * max(0.0, now - then)
-        place, turn = passed * math.hypot(twist.linear.x, twist.linear.y), passed * abs(twist.angular.z)
+        then, before, *speeds = self._newest
+        now, pose, twist = message.header.stamp.to_sec(), pose_of(message.pose.pose), message.twist.twist
+        self._newest = now, pose, math.hypot(twist.linear.x, twist.linear.y), abs(twist.angular.z)
+        place, turn = (2 * max(0.0, now - then) * max(pair) for pair in zip(speeds, self._newest[2:]))  # it may brake
         jumps = math.hypot(pose[0] - before[0], pose[1] - before[1]) > JUMP + place or \
             abs(wrap(pose[2] - before[2])) > JUMP + turn
         if jumps and math.hypot(*pose[:2]) < ORIGIN + place and abs(pose[2]) < ORIGIN + turn:

@@ -1,7 +1,10 @@
 """Start a node with checked parameters, or exit with all that is wrong; serve until ROS shuts down."""
 
 import argparse
+import contextlib
 import gc
+import os
+import signal
 import sys
 
 import rosgraph
@@ -117,7 +120,8 @@ def run_node(node_class, *arguments):
 def run_without_wheels(name, node_class, table):
     """Start a node that needs no wheels, node_class(parameters), in this process and serve until ROS shuts down."""
     init_node(name, sys.modules[node_class.__module__].__doc__, table)
-    node_class(own_parameters(table))
+    with signals_wait():
+        node_class(own_parameters(table))
     _spin()
 
 
@@ -128,9 +132,10 @@ def serve(parts, *arguments):
     PARAMETERS, and maybe conflicts(wheels, parameters): a list of faults. Lists wrong parameters, if any, of all parts
     and exits with 1.
     """
-    wheels, values = _read_all(parts)
-    for name, node_class in parts.items():
-        node_class(name, wheels, values[name], *arguments)
+    with signals_wait():
+        wheels, values = _read_all(parts)
+        for name, node_class in parts.items():
+            node_class(name, wheels, values[name], *arguments)
     _spin()
 
 
@@ -153,6 +158,28 @@ def _read_all(parts):
     if faults:
         refuse(faults)
     return wheels, values
+
+
+@contextlib.contextmanager
+def signals_wait():
+    """SIGINT and SIGTERM that come within take effect behind it, or end the process where that takes too long.
+
+    rospy asks the master within the signal's handler. Where that interrupts another question to the master, as starting
+    nodes ask many, it waits for ever for the lock that the interrupted question holds.
+    """
+    came = []
+
+    def note(number, _frame):
+        came.append(number)
+        rospy_end.end_soon()
+    handlers = {number: signal.signal(number, note) for number in (signal.SIGINT, signal.SIGTERM)}
+    try:
+        yield
+    finally:
+        for number, handler in handlers.items():
+            signal.signal(number, handler)
+        for number in came[:1]:
+            os.kill(os.getpid(), number)
 
 
 def _spin():

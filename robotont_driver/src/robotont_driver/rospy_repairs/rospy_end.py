@@ -64,8 +64,7 @@ def init_node(name):
 def end_soon(within=FAREWELL):
     """End this process `within` [s] at the latest, with status 1: its way out may lead to a master that hangs.
 
-    rospy unregisters from the master without a time limit, and a signal that interrupts a question to the master waits
-    for its lock for ever. All that stops a robot is sent before.
+    rospy unregisters from the master without a time limit. All that stops a robot is sent before.
     """
     if _ending.is_set():
         return  # the first call counts

@@ -7,6 +7,7 @@ import threading
 import actionlib
 import pytest
 import rospy
+from actionlib.action_client import CommStateMachine
 from rospy.impl import transport
 from rospy.impl.registration import RegManager
 from rospy.impl.tcpros_base import TCPROSServer, TCPROSTransport
@@ -36,7 +37,8 @@ def test_a_part_is_still_there(owner, names):
     (TCPROSTransport.receive_once, ["_connection_header"]),
     (transport._nextId, ["_transport_id += 1"]),
     (_PublisherImpl.publish, ["connection_override"]),
-    (actionlib.SimpleActionClient.send_goal, ["self.gh"]),
+    (actionlib.ClientGoalHandle.__init__, ["self.comm_state_machine"]),
+    (CommStateMachine.__init__, ["self.action_goal"]),
 ])
 def test_a_part_is_still_set_or_taken(function, words):
     assert not [word for word in words if word not in inspect.getsource(function)]

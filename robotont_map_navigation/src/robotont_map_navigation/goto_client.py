@@ -1,5 +1,6 @@
 """Goals for move_base, for `goto` and the page: sent, watched, cancelled, and their outcome."""
 
+import functools
 import math
 import threading
 import time
@@ -71,13 +72,15 @@ class GoTo:
         self._pose = None
         self._comparable = False  # whether that pose is in the frame of the goals
         self._sent = set()  # ids of the goals of this client that move_base has not reported as ended
-        self._ended = threading.Event()
-        self._ended.set()  # nothing is pursued yet
+        self._ended = threading.Event()  # one for each goal
+        self._ended.set()                # nothing is pursued yet
+        self._handle = None              # actionlib.ClientGoalHandle of the goal that was sent last
         self._left = False
         self._lock = threading.Lock()
         self._ills = {}  # name of a diagnostics' task: (time [s], level, words) where it complains
         self._heard = -math.inf
-        self._client = actionlib.SimpleActionClient("move_base", MoveBaseAction)
+        # not SimpleActionClient: it passes over the end of a goal that ends before its handle has been returned
+        self._client = actionlib.ActionClient("move_base", MoveBaseAction)
         rospy.Subscriber("move_base/status", GoalStatusArray, self._on_status, queue_size=1)
         rospy.Subscriber("map", OccupancyGrid, self._on_map, queue_size=1)
         rospy.Subscriber("localization/trouble", String, self._on_trouble, queue_size=1)
@@ -125,12 +128,12 @@ class GoTo:
         target.pose.orientation.z, target.pose.orientation.w = math.sin(goal.yaw / 2), math.cos(goal.yaw / 2)
         self._heard = time.monotonic()
         self._pose = None
-        self._ended.clear()
+        self._ended = threading.Event()
         self._left = False
         self._held = self._overruled = ""
         self._stopped_by = self._pressed_by
-        self._client.send_goal(message, done_cb=self._on_done, feedback_cb=self._on_feedback)
-        self._sent.add(goal_id(self._client))
+        self._handle = self._client.send_goal(message, functools.partial(_note_end, self._ended), self._on_feedback)
+        self._sent.add(goal_id(self._handle))
         return Pursuit(goal, self._heard)
 
     def follow(self, pursuit, timeout, patience=PATIENCE):
@@ -198,10 +201,10 @@ class GoTo:
             return self._lost()
         if self._held:
             return Outcome(GAVE_UP, f"{self._held}; the goal is cancelled")
-        if self._stopped_by and self._client.get_state() in (GoalStatus.PREEMPTED, GoalStatus.RECALLED):
+        if self._stopped_by and self._handle.get_goal_status() in (GoalStatus.PREEMPTED, GoalStatus.RECALLED):
             return Outcome(REPLACED, f"cancelled by the emergency stop, pressed by {self._stopped_by}: release it, "
                            "then send the goal again")
-        found = outcome(GoalStatus.to_string(self._client.get_state()), self._client.get_goal_status_text(), goal,
+        found = outcome(GoalStatus.to_string(self._handle.get_goal_status()), self._handle.get_goal_status_text(), goal,
                         self._pose if self._comparable else None, time.monotonic() - start)
         if found.status == GAVE_UP and self._overruled:
             return Outcome(REPLACED, f"{self._overruled}, while it waited: {found.words}")
@@ -248,7 +251,7 @@ class GoTo:
         Where a cancellation overtakes its goal on the way, move_base never begins that goal, nor ends the one before.
         """
         for sent in tuple(self._sent):
-            self._client.action_client.pub_cancel.publish(GoalID(id=sent))
+            self._client.pub_cancel.publish(GoalID(id=sent))
 
     def _refusal(self, goal):
         """Why the map shows that the goal cannot be reached; None when it can, or when there is no map to tell."""
@@ -320,10 +323,13 @@ class GoTo:
         self._sent.difference_update(
             status.goal_id.id for status in message.status_list if status.status not in GOING_ON)
 
-    def _on_feedback(self, feedback):
+    def _on_feedback(self, _handle, feedback):
         position = feedback.base_position
         self._pose = Goal(*pose_of(position.pose))
         self._comparable = position.header.frame_id.lstrip("/") == self._frame.lstrip("/")
 
-    def _on_done(self, _state, _result):
-        self._ended.set()
+
+def _note_end(ended, handle):
+    """Called at each change of a goal's state, also before `send_goal` has returned its handle."""
+    if handle.get_comm_state() == actionlib.CommState.DONE:
+        ended.set()

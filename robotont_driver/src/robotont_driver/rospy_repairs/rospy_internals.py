@@ -75,9 +75,9 @@ def _aside(task, *arguments):
     threading.Thread(target=task, args=arguments, daemon=True).start()
 
 
-def goal_id(client):
-    """Id of the goal that an actionlib.SimpleActionClient has sent last: to know it among those of others."""
-    return client.gh.comm_state_machine.action_goal.goal_id.id
+def goal_id(handle):
+    """Id of the goal of an actionlib.ClientGoalHandle: to know it among those of others."""
+    return handle.comm_state_machine.action_goal.goal_id.id
 
 
 def mend():

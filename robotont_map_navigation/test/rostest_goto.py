@@ -240,7 +240,7 @@ class GotoTest(NodeTest):
         goto.send(Goal(2.0, 2.0, 0.0))
         wait_for(self.moving, "motion")
         on_the_way = []
-        goals = goto._client.action_client.manager
+        goals = goto._client.manager
         with mock.patch.object(goals, "send_goal_fn", on_the_way.append):
             goto.send(Goal(3.0, 3.0, 0.0))
             goto.leave(cancel=True)

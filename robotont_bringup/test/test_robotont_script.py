@@ -93,6 +93,11 @@ def test_update_takes_the_newest_version_goes_back_and_touches_nothing_of_the_us
     git(robot, "branch", "mine", mine)
     assert robotont(robot, "update").returncode == 0
     assert now() == ("v1.10.0", "kept")
+    (home / "VERSION").write_text("newer")
+    git(home, "commit", "-am", "newer")
+    assert robotont(robot, "update", git(home, "rev-parse", "HEAD")).returncode == 0
+    assert "newer than the newest version v1.10.0" in robotont(robot, "update").stdout
+    assert now() == ("newer", "kept")
     git(robot, "remote", "set-url", "origin", str(tmp_path / "gone"))
     assert f"no connection to {tmp_path / 'gone'}" in robotont(robot, "update").stdout
 

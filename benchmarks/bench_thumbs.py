@@ -30,10 +30,10 @@ PERIOD = 0.05      # [s] of a thumb
 LIMITS = Limits(linear_acceleration=1.0, angular_acceleration=6.0)
 FIXED_REACH, FIXED_MIDDLE = 38.0, 0.06  # [px] and part of it, of the sticks until bd38d6b4 on a phone 390 px wide
 FIXED = {"stick.js": ("this.landed = [event.clientX, event.clientY];\n"
-                      "    const box = this.field.getBoundingClientRect();",
+                      "      const box = this.field.getBoundingClientRect();",
                       "const box = this.field.getBoundingClientRect();\n"
-                      "    this.landed = [box.left + box.width / 2, box.top + box.height / 2 - 7];\n"
-                      "    this.follow(event);\n    return;"),
+                      "      this.landed = [box.left + box.width / 2, box.top + box.height / 2 - 7];\n"
+                      "      this.follow(event);\n      return;"),
          "stick_curve.js": ("  const length = Math.hypot(x, y) / REACH;",
                             f"  const way = Math.hypot(x, y) / {FIXED_REACH};\n"
                             f"  return way < {FIXED_MIDDLE} ? [0, 0] : [x, 0 - y].map("

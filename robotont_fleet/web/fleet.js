@@ -1,59 +1,40 @@
 // The fleet's page: asks for all robots twice a second, and sends orders. What a robot says is shown as text only.
-import {draw, shortNames, world} from "./fleet_map.js";
-import {FLEET_TEXTS} from "./fleet_texts.js";
+import {FleetMap} from "./fleet_map.js";
 import {actWhenHeld} from "./hold_button.js";
 import {$, write} from "./page.js";
-import {addTexts, languageList, text, textOr} from "./texts.js";
+import {languageButton, speak, text} from "./texts.js";
 
-const PERIOD = 500, PATIENCE = 3000, OLD = 2000, RETRY = 100, STILL = 3000, TOAST = 5000;  // [ms]
+const PERIOD = 500, PATIENCE = 2000, OLD = 2000, RETRY = 100, STILL = 3000, TOAST = 5000;  // [ms]
 const LEVELS = {"": 0, warning: 1, low: 1, held: 1, silent: 3, gone: 3};  // of a need; the others: 2
-const TITLES = {"": "level_ok", warning: "level_warning", error: "level_error"}; // the others have their own
-const NAMED = 6;         // robots that a line names
-const cards = new Map(); // by the robot's key
-const unsent = new Map(); // STOPs that have not arrived, by name, "" for all, and what ends each
-let view = null, heard = -Infinity, asking = false, failed = false, aiming = null, touched = -Infinity;
+const NAMED = 6;          // robots that a line names
+const unsent = new Map(); // presses of STOP that have not arrived, by the robot's name, "" for all
+const map = new FleetMap($("map"));
+let cards = new Map();    // by the robot's key
+let view = null, heard = -Infinity, aiming = null, touched = -Infinity, toast = null;
 
 const key = (robot) => `${robot.name} ${robot.id}`;
+const sentences = (words, between) => words.filter(Boolean).join(between);
 
-function say(name, ...values) {
-  return values.reduce((words, value) => words.replace("{}", () => value), text(name));
+async function post(fields) {
+  const request = {method: "POST", body: JSON.stringify(fields), signal: AbortSignal.timeout(PATIENCE)};
+  return (await fetch("order", request).catch(() => null))?.ok;
 }
 
-async function post(fields, given) {
-  const end = new AbortController(), late = setTimeout(() => end.abort(), PATIENCE);
-  given?.addEventListener("abort", () => end.abort(), {signal: end.signal});
-  try {
-    return (await fetch("order", {method: "POST", body: JSON.stringify(fields), signal: end.signal})).ok;
-  } catch {
-    return false;
-  } finally {
-    clearTimeout(late);
-    end.abort();
+// Sends a STOP until it has arrived; a newer one takes its place, and waits for none that hangs.
+async function stop(name = "") {
+  const press = Symbol(name);
+  if (!name) {
+    unsent.clear();
   }
-}
-
-// Sends a STOP until it has arrived, and waits for none that hangs.
-async function stop(name) {
-  const end = new AbortController(), key = name ?? "";
-  for (const one of name ? [name] : [...unsent.keys()]) {
-    unsent.get(one)?.abort();
-    unsent.delete(one);
-  }
-  unsent.set(key, end);
+  unsent.set(name, press);
   setTimeout(showUnsent, RETRY);
-  while (!await post({kind: "stop", name}, end.signal) && !end.signal.aborted) {
+  while (unsent.get(name) === press) {
+    if (await post({kind: "stop", name: name || undefined})) {
+      unsent.delete(name);
+    }
     showUnsent();
-    await new Promise((resolve) => {
-      const signal = AbortSignal.timeout(RETRY);
-      signal.addEventListener("abort", resolve);
-      window.addEventListener("online", resolve, {signal});
-    });
+    await new Promise((resolve) => setTimeout(resolve, RETRY));
   }
-  if (unsent.get(key) === end) {
-    unsent.delete(key);
-  }
-  showUnsent();
-  ask();
 }
 
 function showUnsent() {
@@ -63,51 +44,48 @@ function showUnsent() {
 // Sends what is of this moment only, once.
 async function order(fields) {
   if (!await post(fields)) {
-    write($("toast"), text("not_sent"));
     $("toast").hidden = false;
-    clearTimeout(failed);
-    failed = setTimeout(() => $("toast").hidden = true, TOAST);
+    clearTimeout(toast);
+    toast = setTimeout(() => ($("toast").hidden = true), TOAST);
   }
-  ask();
 }
 
 function aim(robot) {
   aiming = robot && aiming !== key(robot) ? key(robot) : null;
   $("choosing").hidden = !aiming;
-  write($("choosing"), aiming ? say("aim", robot.name) : "");
-  document.body.classList.toggle("aiming", Boolean(aiming));
+  write($("choosing"), aiming ? text("aim", robot.name) : "");
   for (const [one, card] of cards) {
-    card.querySelector(".goal").setAttribute("aria-pressed", String(aiming === one));
+    card.querySelector(".goal").ariaPressed = aiming === one;
   }
   if (aiming) {
-    $("stage").scrollIntoView({block: "center"});
+    $("map").scrollIntoView({block: "center"});
   }
 }
 
-function makeCard(robot) {
-  const card = $("card").content.firstElementChild.cloneNode(true), name = robot.name;
-  card.querySelector("h2").textContent = name;
-  card.querySelector(".one").setAttribute("aria-label", `STOP ${name}`);
-  const acts = {one: () => stop(name), cancel: () => order({kind: "cancel", name}),
-    goal: () => aim(view.robots.find((one) => key(one) === key(robot)))};
-  for (const [what, act] of Object.entries(acts)) {
-    card.querySelector(`.${what}`).onclick = act;
-  }
+function makeCard({name, id}) {
+  const card = $("card").content.firstElementChild.cloneNode(true);
+  const on = (selector, act) => card.querySelector(selector).addEventListener("click", act);
+  speak(card);
+  write(card.querySelector("h2"), name);
+  card.ariaLabel = name;
+  on(".one", () => stop(name));
+  on(".goal", () => aim({name, id}));
+  on(".cancel", () => order({kind: "cancel", name}));
   return card;
 }
 
 function age(seconds) {
-  return seconds === null ? say("age_none") : seconds < 3 ? say("age_now") : seconds < 100 ? say("age_seconds", Math.round(seconds))
-    : seconds < 6000 ? say("age_minutes", Math.round(seconds / 60)) : say("age_hours", Math.round(seconds / 3600));
+  const [unit, length] = seconds < 100 ? ["second", 1] : seconds < 6000 ? ["minute", 60] : ["hour", 3600];
+  const time = new Intl.RelativeTimeFormat(document.documentElement.lang, {style: "narrow", numeric: "auto"});
+  return seconds === null ? text("age_none") : time.format(seconds < 3 ? 0 : -Math.round(seconds / length), unit);
 }
 
-function words(robot) {
-  const {need, worst} = robot;
+function words({need, worst, stopped, name, asked, present, note}) {
   if (need === "error" || need === "warning") {
-    return textOr(`fault_${worst.fault}`, `${worst.task}: ${worst.words}`);
+    return text(`fault_${worst.fault}`) || `${worst.task}: ${worst.words}`;
   }
-  const told = need && say(`need_${need}`, need === "stopped" ? robot.stopped : robot.name);
-  return [told, robot.asked && !robot.present ? text("stop_asked") : "", robot.present ? robot.note : ""].filter(Boolean).join(" · ");
+  return sentences([text(`need_${need}`, need === "stopped" ? stopped : name),
+    asked && !present && text("stop_asked"), present && note], " · ");
 }
 
 function fill(card, robot) {
@@ -115,107 +93,78 @@ function fill(card, robot) {
   card.toggleAttribute("data-gone", !robot.present);
   card.dataset.need = robot.need;
   find(".dot").dataset.level = LEVELS[robot.need] ?? 2;
-  find(".dot").title = text(TITLES[robot.need] || `need_${robot.need}`).replace(": {}", "").replace("{}", robot.name);
   write(find(".age"), age(robot.age));
-  write(find(".charge"), (charge ?? null) !== null ? `${Math.round(100 * charge)} %` : voltage ? `${voltage.toFixed(1)} V` : "");
+  write(find(".charge"), charge != null ? `${Math.round(100 * charge)} %` : voltage ? `${voltage.toFixed(1)} V` : "");
   write(find(".words"), words(robot));
-  write(find(".now"), [robot.driven_by ? say("driven_by", robot.driven_by) : text("driven_by_nobody"),
-    robot.speed ? `${robot.speed[0].toFixed(2)} m/s` : "", robot.frame === "map" ? "" : text("not_on_map")].filter(Boolean).join(" · "));
-  for (const [selector, label] of [[".goal", "fleet_goal"], [".cancel", "cancel"], [".own", "fleet_page"]]) {
-    write(find(selector), text(label));
-    find(selector).setAttribute("aria-label", `${text(label)}: ${robot.name}`);
-  }
+  write(find(".now"), sentences([robot.driven_by ? text("driven_by", robot.driven_by) : text("driven_by_nobody"),
+    robot.speed && `${robot.speed[0].toFixed(2)} m/s`, robot.frame !== "map" && text("not_on_map")], " · "));
   find(".goal").disabled = !robot.present || robot.frame !== "map";
   find(".cancel").disabled = !robot.present;
   find(".own").hidden = !robot.page;
   find(".own").href = robot.page || "#";
+  return card;
 }
 
-function named(names) {
-  return names.slice(0, NAMED).join(", ") + (names.length > NAMED ? ` + ${names.length - NAMED}` : "");
-}
-
-function showStop() {
-  const {all, stand, waiting, gone, left} = view.stop, asked = stand.length + waiting.length + gone.length, bar = $("stopping");
-  bar.hidden = !(all || asked || left.length);
-  bar.classList.toggle("done", !waiting.length && !gone.length);
-  $("stop_all").setAttribute("aria-pressed", String(all));
-  write($("stop_words"), [all || asked ? say("stop_holds", stand.length, asked) : "", waiting.length ? say("stop_waiting", named(waiting)) : "",
-    gone.length ? say("stop_gone", named(gone)) : "", left.length ? say("stop_left", named(left)) : ""].filter(Boolean).join(" "));
+function showStop({all, stand, waiting, gone, left}) {
+  const asked = stand.length + waiting.length + gone.length;
+  const told = (key, names) => names.length > 0 && text(key, names.slice(0, NAMED).join(", ") +
+    (names.length > NAMED ? ` + ${names.length - NAMED}` : ""));
+  $("stopping").hidden = !(all || asked || left.length);
+  $("stopping").classList.toggle("done", !waiting.length && !gone.length);
+  $("stop_all").ariaPressed = all;
+  write($("stop_words"), sentences([(all || asked > 0) && text("stop_holds", stand.length, asked),
+    told("stop_waiting", waiting), told("stop_gone", gone), told("stop_left", left)], " "));
 }
 
 function show() {
-  const seen = new Set(view.robots.map(key));
-  for (const one of [...cards.keys()].filter((one) => !seen.has(one))) {
-    cards.delete(one);
-  }
-  for (const robot of view.robots) {
-    if (!cards.has(key(robot))) {
-      cards.set(key(robot), makeCard(robot));
-    }
-    fill(cards.get(key(robot)), robot);
-  }
-  const shown = view.robots.map((robot) => cards.get(key(robot))), before = [...$("robots").children];
+  cards = new Map(view.robots.map((robot) => [key(robot), fill(cards.get(key(robot)) ?? makeCard(robot), robot)]));
+  const shown = [...cards.values()], before = [...$("robots").children];
   const others = shown.length !== before.length || shown.some((card) => !before.includes(card));
   if (others || (performance.now() - touched > STILL && shown.some((card, place) => before[place] !== card))) {
     $("robots").replaceChildren(...shown);  // not from under a finger
   }
-  const present = view.robots.filter((robot) => robot.present).length;
-  write($("count"), say("connected", present, view.robots.length));
+  write($("count"), text("connected", view.robots.filter((robot) => robot.present).length, view.robots.length));
   $("need").hidden = !view.need;
-  write($("need"), say("need", view.need));
+  write($("need"), text("need", view.need));
   $("none").hidden = view.robots.length > 0;
-  showStop();
-  const onMap = view.robots.some((robot) => robot.frame === "map") || Boolean(view.ground);
-  $("stage").hidden = !onMap;
-  document.querySelector("main").classList.toggle("mapped", onMap);
-  draw(view, shortNames(view.robots.map((robot) => robot.name)), (robot) => key(robot) === aiming);
+  showStop(view.stop);
+  $("map").hidden = !view.ground && !view.robots.some((robot) => robot.frame === "map");
+  map.draw(view, (robot) => key(robot) === aiming);
 }
 
 async function ask() {
-  if (asking) {
-    return;
-  }
-  asking = true;
   try {
     const answer = await fetch("robots", {signal: AbortSignal.timeout(PATIENCE)});
     if (answer.status === 401 && !unsent.size) {
       location.reload();
     }
-    view = answer.ok ? await answer.json() : view;
-    heard = answer.ok ? performance.now() : heard;
-    show();
+    if (answer.ok) {
+      view = await answer.json();
+      show();
+      heard = performance.now();
+    }
   } catch { /* the bar says so */ }
-  asking = false;
-  showLost();
-}
-
-function showLost() {
   const lost = performance.now() - heard > OLD;
   $("lost").hidden = !lost;
   document.body.classList.toggle("old", lost);
+  setTimeout(ask, PERIOD);
 }
 
-addTexts(FLEET_TEXTS);
-languageList($("language"), () => view && show());
-$("stop_all").onclick = () => stop();
+languageButton($("language"), () => view && show());
+$("stop_all").addEventListener("click", () => stop());
 actWhenHeld($("release"), (newest) => order({kind: "release", newest}), () => view.stop.newest);
-$("map").onclick = (event) => {
+$("map").addEventListener("click", (event) => {
   const robot = view.robots.find((one) => key(one) === aiming);
   if (robot) {
-    const [x, y] = world.place(event.clientX, event.clientY);
+    const [x, y] = map.place(event.clientX, event.clientY);
     order({kind: "goal", name: robot.name, id: robot.id, seen: robot.number, x, y});
     aim(null);
   }
-};
+});
 for (const event of ["pointerdown", "pointermove"]) {
-  $("robots").addEventListener(event, () => touched = performance.now());
+  $("robots").addEventListener(event, () => (touched = performance.now()));
 }
 document.addEventListener("keydown", (event) => event.key === "Escape" && aim(null));
 window.addEventListener("beforeunload", (event) => unsent.size && event.preventDefault());
 new ResizeObserver(() => view && show()).observe($("map"));
-setInterval(() => {
-  ask();
-  showLost();
-}, PERIOD);
 ask();

@@ -1,7 +1,10 @@
-"""Servers of the page with a robot that only takes notes."""
+"""Servers of the page with a robot that only takes notes, and the page itself in a browser."""
 
 import pytest
+from page_client import open_page
 from web_client import PATIENCE, TOKEN, Served
+
+from robotont_testing.browser import CHROMIUM, Browser
 
 
 @pytest.fixture
@@ -22,3 +25,19 @@ def timely():
 def guarded():
     with Served(TOKEN) as server:
         yield server
+
+
+@pytest.fixture(scope="session")
+def browser():
+    if CHROMIUM is None:
+        pytest.skip("no chromium")
+    with Browser() as one:
+        yield one
+
+
+@pytest.fixture
+def page(browser, served):
+    opened = open_page(browser, served)
+    yield opened
+    assert opened.complaints() == []
+    opened.close()

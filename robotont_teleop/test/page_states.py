@@ -59,7 +59,7 @@ def tell(server, told):
         pose = [PLACE[0] + RADIUS * math.cos(angle), PLACE[1] + RADIUS * math.sin(angle), angle + math.pi / 2]
         speeds = [0.2, 0.0, 0.25] if told.get("moves") else [0.0, 0.0, 0.0]
         robot.pose = pose
-        usual = {**kind.state(robot), "pose": pose, "velocity": speeds, "commanded": speeds, "measured": speeds}
+        usual = {**kind.state(robot), "pose": pose, "velocity": speeds}
         return {**usual, **{key: value for key, value in told.items() if key in usual}}
 
     def status():

@@ -21,7 +21,6 @@ from robotont_testing.harness import wait_for
 HERE = Path(__file__).resolve().parent
 MOVE_BASE = HERE.parents[1] / "robotont_map_navigation" / "test" / "move_base_double.py"
 RUSH = 160  # commands at once, of 200 a second that a page may send
-SCALE = 100.0         # [px/m] of the page when it opens
 
 
 def rush_of_commands(page):
@@ -58,7 +57,7 @@ class WebTeleopNodeTest(PageServerTest):
         page.finger(1, "#send")
         page.lift()
         goal = wait_for(lambda: goals and goals[-1].goal.target_pose, "the goal")
-        half = page.box("#view")[2] / 2 / SCALE
+        half = page.box("#view")[2] / 2 / page.run("document.querySelector('.world').getScreenCTM().b * -1")
         self.assertEqual(goal.header.frame_id, "map")
         self.assertAlmostEqual(goal.pose.position.x, POSE[0] + MAP_TO_ODOM[0] + up * half, delta=0.02)
         self.assertAlmostEqual(goal.pose.position.y, POSE[1] + MAP_TO_ODOM[1] - right * half, delta=0.02)

@@ -1,6 +1,7 @@
 """The page's modules that know no browser, by `node --test`, where node is there; every fault key has its sentence."""
 
 import ast
+import json
 import re
 import shutil
 import subprocess
@@ -8,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from robotont_teleop.hand.fault_keys import FAULTS, IMMOVABLE, fault_key
+from robotont_teleop.hand.fault_keys import FAULTS, fault_key
 
 HERE = Path(__file__).resolve().parent
 WEB = HERE.parent / "web"
@@ -30,22 +31,31 @@ def test_modules(tmp_path):
 
 
 def test_each_fault_key_has_a_sentence_and_the_page_knows_those_that_bar_it():
-    texts, truth = (WEB / "texts.js").read_text(), (WEB / "truth.js").read_text()
-    sentences = set(re.findall(r"^  fault_(\w+): \[", texts, re.MULTILINE))
+    sentences = {key[6:] for key in texts() if key.startswith("fault_")}
     assert sentences == {key for key, _, _ in FAULTS} | {"silent"}
-    listed = re.search(r"const IMMOVABLE = \[(.*?)\]", truth, re.DOTALL)[1]
-    assert set(re.findall(r'"(\w+)"', listed)) == IMMOVABLE
+    listed = re.search(r"const IMMOVABLE = \[(.*?)\]", (WEB / "truth.js").read_text(), re.DOTALL)[1]
+    assert set(re.findall(r'"(\w+)"', listed)) <= {key for key, _, _ in FAULTS}
 
 
-@pytest.mark.parametrize("package", ["robotont_teleop", "robotont_fleet"])
-def test_each_key_that_a_page_names_has_its_texts(package):
-    folders = {WEB, HERE.parents[1] / package / "web"}
-    known = set().union(*(re.findall(r'^  "?([\w ]+?)"?: \[', path.read_text(), re.MULTILINE)
-                          for folder in folders for path in folder.glob("*texts.js")))
-    named = set().union(*(re.findall(r'data-(?:text|label|title)="(\w+)"|\btext\("(\w+)"\)', path.read_text())
-                          for path in (HERE.parents[1] / package / "web").iterdir() if path.suffix in (".js", ".html")))
-    assert named
-    assert {key for pair in named for key in pair if key} <= known
+def texts():
+    """Those of all pages: {key: {language: words}}."""
+    return {key: words for path in HERE.parents[1].glob("*/web/*texts.json")
+            for key, words in json.loads(path.read_text()).items()}
+
+
+def test_each_text_has_three_languages_with_the_same_gaps():
+    for key, words in texts().items():
+        assert list(words) == ["en", "de", "et"], key
+        assert all(words.values()), key
+        assert len({one.count("{}") for one in words.values()}) == 1, key
+
+
+def test_each_key_that_a_page_names_has_its_texts():
+    named = [pair for folder in HERE.parents[1].glob("*/web") for path in folder.iterdir()
+             if path.suffix in (".js", ".html")
+             for pair in re.findall(r'data-(?:text|label)="(\w+)"|\btext\("(\w+)"', path.read_text())]
+    assert len(named) > 60
+    assert {key for pair in named for key in pair if key} <= set(texts())
 
 
 def texts_of(path):

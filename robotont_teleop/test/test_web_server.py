@@ -114,9 +114,9 @@ def test_orders_and_no_answer_is_lost_when_many_come_at_once(served):
     page.send({"kind": "cancel"})
     page.order("give_back")
     page.order("reset_odometry")
-    page.send(*[{"kind": "ping", "time": number} for number in range(20)], {"kind": "fly"})
+    page.send(*[{"kind": "take", "time": 0}] * 20, {"kind": "fly"})
     wait_for(lambda: "error" in page.messages, "the refusal of the last")
-    assert page.messages["pong"]["time"] == 19
+    assert page.messages["late"]["what"] == "take"
     assert served.robot.orders == [("goal", 1.0, -2.5), ("cancel",), ("give_back",), ("reset_odometry",)]
 
 
@@ -127,8 +127,8 @@ def test_no_command_waits_behind_a_picture(served):
         reader.sendall(f"GET /camera.jpg HTTP/1.1\r\nHost: 127.0.0.1:{served.port}\r\n\r\n".encode())
         assert reader.recv(100).startswith(b"HTTP/1.1 200")  # nobody reads the rest
         page.drive(0.3)
-        page.send({"kind": "ping", "time": 7.0})
-        wait_for(lambda: served.robot.moved and "pong" in page.messages, "the command and the answer")
+        page.order("take", 0)
+        wait_for(lambda: served.robot.moved and "late" in page.messages, "the command and the answer")
 
 
 def test_the_home_screen_gets_the_robots_name_and_icons():

@@ -57,9 +57,8 @@ class NotedRobot:
         return any(twist != STOP for twist in self.sent)
 
     def state(self):
-        return {"pose": [0.0, 0.0, 0.0], "velocity": None, "commanded": None, "measured": None,
-                "driven_by": "nobody", "mover": ["nobody", ""], "stopped": self.stopped, "stop_waits": False,
-                "heard": True}
+        return {"pose": [0.0, 0.0, 0.0], "velocity": None, "driven_by": "nobody", "mover": ["nobody", ""],
+                "stopped": self.stopped, "stop_waits": False, "heard": True}
 
     def figures(self):
         return [{"name": "r1", "up": True, "age": None}], {"r1": {"link": {"level": 0}}}

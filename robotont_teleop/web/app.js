@@ -6,10 +6,10 @@ import {actWhenHeld} from "./hold_button.js";
 import {View} from "./map_view.js";
 import {showNear} from "./near_ring.js";
 import {$, number, write} from "./page.js";
-import {LOW_CHARGE, nameOf, sentenceOf, showFacts, showLights, showWheels} from "./panel.js";
+import {isLow, showFacts, showFault, showLights} from "./panel.js";
 import {choosePlace} from "./place_press.js";
 import {Link} from "./server_link.js";
-import {languageList, text} from "./texts.js";
+import {languageButton, text} from "./texts.js";
 import {truth, worst} from "./truth.js";
 
 const NOTE = 6000;    // [ms] that the robot's answers are shown
@@ -18,8 +18,6 @@ const TAKEN = 4000;   // [ms] that is shown who has taken over
 const STOP_TAKES = 300; // [ms] within which STOP usually has arrived
 const VIBRATES = 600; // [ms] between two vibrations while it has not
 const LOOK = 250;     // [ms] between two looks without any message: for stalls
-const LONG = 60;      // letters that a bar may not have room for
-const LYING = matchMedia("(max-height: 560px)"); // as in the style sheet
 const SPEEDS = [0.3, 0.6, 1]; // parts of the fastest: slow, normal, fast
 const app = $("app");
 const chips = [...$("chips").children];
@@ -33,8 +31,8 @@ let state = null;
 let status = null;
 let limits = {linear: 0.5, angular: 2};
 let speed = 1; // of SPEEDS
-const note = {number: null, until: 0};
-let refused = {key: "", until: 0}; // or another thing that the hands should know
+let note = null; // number of the robot's newest answer
+let told = {words: "", until: 0}; // what the person should know for a while
 let wish = null; // a place on the map [m], not sent yet
 let vibrated = 0; // [ms]
 const view = new View($("view"));
@@ -49,13 +47,11 @@ const link = new Link({
   connection: (open) => {
     app.dataset.state = open ? "open" : "lost";
     state = open ? state : null;
-    status = open ? status : null;
-    showPanel();
-    show();
+    takeStatus(open ? status : null);
   },
   state: (message) => {
     if (drives() && message.driver !== null && message.driver !== link.page) {
-      refused = {key: "taken", until: performance.now() + TAKEN};
+      tell(text("taken"), TAKEN);
       vibrate(200);
     }
     state = message;
@@ -65,14 +61,23 @@ const link = new Link({
       link.drive(0, 0, 0); // the hands are off
     }
   },
-  status: takeStatus,
-  pong: () => ($("round_trip").textContent = `${Math.round(link.roundTrip)} ms`),
-  refused: () => (refused = {key: "can_take_over", until: performance.now() + REFUSED}),
+  status: (message) => {
+    if (message.camera !== Boolean(status?.camera)) {
+      setMain(message.camera ? "camera" : "map");
+    }
+    if (note !== null && message.note.number !== note) {
+      tell(message.note.words, NOTE);
+    }
+    note = message.note.number;
+    view.setStatus(message);
+    takeStatus(message);
+  },
+  refused: () => tell(text("can_take_over"), REFUSED),
   late: ({what}) => {
     if (what !== "drive") {
-      refused = {key: "late", until: performance.now() + REFUSED};
-    } else if (performance.now() >= refused.until) {
-      refused = {key: "late_drive", until: performance.now() + REFUSED};
+      tell(text("late"), REFUSED);
+    } else if (performance.now() >= told.until) {
+      tell(text("late_drive"), REFUSED);
     }
   },
 });
@@ -85,8 +90,7 @@ const hands = new DrivingInputs(() => rate.changed(), stop, (step, whole) => set
 const rate = new CommandRate(() => hands.still, sendCommand);
 const vibrate = (time) => navigator.userActivation?.hasBeenActive && navigator.vibrate?.(time);
 const drives = () => state !== null && link.page !== null && state.driver === link.page;
-film(() => Boolean(status?.camera));
-setInterval(show, LOOK);
+const tell = (words, time) => (told = {words, until: performance.now() + time});
 
 function sendCommand() {
   const {ahead, left, turn} = hands.position;
@@ -97,33 +101,19 @@ function sendCommand() {
 function setSpeed(wanted) {
   speed = Math.min(SPEEDS.length - 1, Math.max(0, wanted));
   chips.forEach((chip, place) => {
-    chip.setAttribute("aria-pressed", place === speed);
+    chip.ariaPressed = place === speed;
     write(chip.lastElementChild, number(SPEEDS[place] * limits.linear));
   });
 }
 
-function takeStatus(message) {
-  if (message.camera !== Boolean(status?.camera)) {
-    setMain(message.camera ? "camera" : "map");
-  }
-  status = message;
-  view.setStatus(message);
-  showScale();
-  if (note.number !== null && message.note.number !== note.number) {
-    note.until = performance.now() + NOTE;
-  }
-  note.number = message.note.number;
-  $("cancel").hidden = !message.goal;
-  $("swap").hidden = $("camera").hidden = !message.camera;
-  $("whole").hidden = !view.map;
-  showPanel();
+// Without a connection nothing is known: null
+function takeStatus(newest) {
+  status = newest;
+  $("cancel").hidden = !status?.goal;
+  $("swap").hidden = $("camera").hidden = !status?.camera;
+  showLights(status?.lights ?? [], text(status ? "no_reports" : "lost"));
+  showFacts(status ?? {});
   show();
-}
-
-// Without a connection nothing is known
-function showPanel() {
-  showLights(status?.lights || [], status ? "no_reports" : "lost");
-  showFacts(status || {pages: "–"});
 }
 
 function show() {
@@ -142,7 +132,7 @@ function show() {
   $("take").hidden = !open || !state || state.driver === null || drives();
   $("give_back").hidden = !(drives() && state.driven_by === "hand" && status?.goal);
   $("stopped").hidden = showStopThatWaits(open) || !state?.stopped;
-  $("stop").setAttribute("aria-pressed", Boolean(state?.stopped));
+  $("stop").ariaPressed = Boolean(state?.stopped);
   $("release").disabled = Boolean(state) && state.driver !== null && !drives();
   $("release_why").hidden = !$("release").disabled;
   showFault(fault);
@@ -152,16 +142,14 @@ function show() {
   const words = message(open);
   $("message").hidden = !words;
   write($("message"), words);
-  const [ahead, left, turning] = now?.velocity || [];
+  const [ahead, left, turning] = now?.velocity ?? [];
   write($("speed"), now?.velocity ? number(Math.hypot(ahead, left)) : "–");
   write($("turning"), now?.velocity ? number(turning) : "–");
   if (!now) {
-    write($("round_trip"), "–");
     view.setPose(null);
   }
   $("near").toggleAttribute("hidden", view.whole && onMap());
   showNear($("near"), now && status?.near || [], onMap() && !view.headingUp ? view.pose?.[2] ?? 0 : 0);
-  showWheels(now?.commanded, now?.measured, 1.2 * limits.linear);
 }
 
 // STOP has been pressed here, and the robot has not said that it stands by it; whether it is so
@@ -184,73 +172,35 @@ function worstFault() {
     return null;
   }
   if (!status.lights.length) {
-    return {name: "", level: 2, words: "", key: "", sentence: text("no_reports")};
+    return {name: "", level: 2, words: "", key: "no_reports"};
   }
-  const {charge} = status.battery || {};
-  const empty = charge != null && charge <= LOW_CHARGE && {name: "battery", level: 1, words: "", key: "battery_low"};
   const told = state?.stopped ? /: (command stream|who drives|web page)$/ : /: web page$/;
-  return worst(status.lights, told) || empty || null;
-}
-
-function showFault(fault) {
-  $("fault").hidden = !fault;
-  if (fault) {
-    const sentence = fault.sentence || sentenceOf(fault);
-    $("fault").dataset.level = fault.level;
-    write($("fault_name"), fault.name ? nameOf(fault) : "");
-    write($("fault_words"), sentence || fault.words);
-    $("fault_words").lang = sentence ? "" : "en";
-    write($("raw"), fault.words);
-    $("more").hidden = !fault.words || (!sentence && fault.words.length < LONG);
-    $("raw").hidden = $("more").hidden || $("more").getAttribute("aria-expanded") !== "true";
-  }
-}
-
-// Bars stand over the view: what else stands there makes room, or goes where there is none
-const room = new ResizeObserver(() => {
-  const bars = $("alarms").offsetHeight;
-  app.style.setProperty("--alarms", `${bars}px`);
-  const {clientWidth, clientHeight} = $("stage");
-  const tools = LYING.matches ? (clientWidth > 380 ? 62 : 115) : Math.max(124, $("tools").offsetHeight + 20);
-  const words = Math.max($("message").offsetHeight, $("send").offsetHeight);
-  app.classList.toggle("crowded", clientHeight - bars - words < tools);
-});
-for (const id of ["alarms", "stage", "tools", "message", "send"]) {
-  room.observe($(id));
+  return worst(status.lights, told) ?? (isLow(status) ? {name: "battery", level: 1, words: "", key: "battery_low"} : null);
 }
 
 const onMap = () => app.dataset.main === "map";
 const maySend = () => status !== null && status.navigation && view.map !== null && onMap();
 
+// change: of whole, headingUp
 function look(change) {
-  view.look(change);
-  $("heading").setAttribute("aria-pressed", view.headingUp);
-  $("whole").setAttribute("aria-pressed", view.whole);
-  showScale();
+  Object.assign(view, {whole: false}, change);
+  view.draw();
+  $("heading").ariaPressed = view.headingUp;
+  $("whole").ariaPressed = view.whole;
   show();
 }
 
-function showScale() {
-  const {metres, pixels} = view.scaleBar;
-  $("scale").firstElementChild.style.width = `${pixels}px`;
-  write($("scale").lastElementChild, `${metres} m`);
-}
-
 function message(open) {
-  const now = performance.now();
   if (wish) {
     return "";
   }
   if (!open) {
     return text("lost_advice");
   }
-  if (now < refused.until) {
-    return text(refused.key);
+  if (performance.now() < told.until) {
+    return told.words;
   }
-  if (hands.padGone) {
-    return text("fault_pad_gone");
-  }
-  return (now < note.until && status?.note.words) || status?.goal?.words || "";
+  return hands.padGone ? text("fault_pad_gone") : status?.goal?.words ?? "";
 }
 
 // Where the robot would be sent: shown, with a button that does it
@@ -259,7 +209,7 @@ function setWish(place) {
   view.mark("wish", place);
   $("send").hidden = !place;
   if (place) {
-    const [x, y] = view.pose || place;
+    const [x, y] = view.pose ?? place;
     write($("send"), `${text("send")}: ${number(Math.hypot(place[0] - x, place[1] - y))} m`);
   }
 }
@@ -270,35 +220,30 @@ function setMain(which) {
   look({});
 }
 
-$("stop").addEventListener("pointerdown", stop);
-$("stop").addEventListener("click", stop); // by keys and assistive devices, too
+for (const event of ["pointerdown", "click"]) { // the latter by keys and assistive devices
+  $("stop").addEventListener(event, stop);
+}
 for (const id of ["take", "give_back", "reset_odometry"]) {
   $(id).addEventListener("click", () => link.order({kind: id}));
 }
-$("cancel").addEventListener("click", () => link.send({kind: "cancel"}));
-$("closer").addEventListener("click", () => look({scale: view.scale + 1}));
-$("farther").addEventListener("click", () => look({scale: view.scale - 1}));
-$("heading").addEventListener("click", () => look({headingUp: !view.headingUp}));
-$("whole").addEventListener("click", () => look({whole: !view.whole}));
-choosePlace($("view"), maySend, (event) => setWish(event && view.world.place(event.clientX, event.clientY)));
-$("send").addEventListener("click", () => {
-  link.order({kind: "goal", x: wish[0], y: wish[1]});
-  setWish(null);
-});
-$("swap").addEventListener("click", () => setMain(onMap() ? "camera" : "map"));
-$("more").addEventListener("click", () => {
-  $("more").setAttribute("aria-expanded", $("more").getAttribute("aria-expanded") !== "true");
-  show();
-});
-$("details").addEventListener("click", () => {
-  const open = app.classList.toggle("detailed");
-  $("details").setAttribute("aria-expanded", open);
-});
+for (const [id, act] of Object.entries({
+  cancel: () => link.send({kind: "cancel"}),
+  heading: () => look({headingUp: !view.headingUp}),
+  whole: () => look({whole: !view.whole}),
+  swap: () => setMain(onMap() ? "camera" : "map"),
+  details: () => ($("details").ariaExpanded = app.classList.toggle("detailed")),
+  send: () => {
+    link.order({kind: "goal", x: wish[0], y: wish[1]});
+    setWish(null);
+  },
+})) {
+  $(id).addEventListener("click", act);
+}
+choosePlace($("view"), maySend, (event) => setWish(event && view.place(event.clientX, event.clientY)));
 chips.forEach((chip, place) => chip.addEventListener("click", () => setSpeed(place)));
 actWhenHeld($("release"), (pressed_at) => link.order({kind: "release", pressed_at}), () => state?.pressed_at ?? 0);
-languageList($("language"), () => {
-  showPanel();
-  show();
-});
+languageButton($("language"), () => takeStatus(status));
+film(() => Boolean(status?.camera));
+setInterval(show, LOOK);
 setSpeed(speed);
 look({});

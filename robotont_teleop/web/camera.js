@@ -4,43 +4,26 @@ import {$} from "./page.js";
 
 const RETRY = 500;  // [ms]
 const STALE = 1000; // [ms] an older picture would look like one of now
-const wait = (time) => new Promise((resolve) => setTimeout(resolve, time));
-
-let end = null; // timer of the picture that is shown
 
 // wanted(): whether to show it
 export async function film(wanted) {
-  let after = 0;
+  const hide = () => $("camera").removeAttribute("src");
+  let after = 0, end = null; // the number of the newest picture, and the timer of its end
   for (;;) {
-    const picture = wanted() && !document.hidden ? await fetchPicture(after) : null;
+    const answer = wanted() && !document.hidden &&
+      await fetch(`camera.jpg?after=${after}`, {cache: "no-store", priority: "low"}).catch(() => null);
+    const picture = answer?.ok && await answer.blob().catch(() => null);
     if (picture) {
-      after = picture.number;
-      await showPicture(picture.blob);
+      after = answer.headers.get("X-Picture");
+      const address = URL.createObjectURL(picture);
+      $("camera").src = address;
+      await $("camera").decode().catch(() => null);
+      URL.revokeObjectURL(address);
+      clearTimeout(end);
+      end = setTimeout(hide, STALE);
     } else {
       hide();
-      await wait(RETRY);
+      await new Promise((resolve) => setTimeout(resolve, RETRY));
     }
   }
-}
-
-async function fetchPicture(after) {
-  try {
-    const response = await fetch(`camera.jpg?after=${after}`, {cache: "no-store", priority: "low"});
-    return response.ok ? {number: response.headers.get("X-Picture"), blob: await response.blob()} : null;
-  } catch {
-    return null; // no connection: try again
-  }
-}
-
-async function showPicture(blob) {
-  const address = URL.createObjectURL(blob);
-  $("camera").src = address;
-  await $("camera").decode().catch(() => null);
-  URL.revokeObjectURL(address);
-  clearTimeout(end);
-  end = setTimeout(hide, STALE);
-}
-
-function hide() {
-  $("camera").removeAttribute("src");
 }

@@ -7,48 +7,47 @@ const KEYS = {
   KeyW: ["ahead", 1], KeyS: ["ahead", -1], KeyA: ["left", 1], KeyD: ["left", -1], KeyQ: ["turn", 1], KeyE: ["turn", -1],
   ArrowUp: ["ahead", 1], ArrowDown: ["ahead", -1], ArrowLeft: ["turn", 1], ArrowRight: ["turn", -1],
 };
+const STOPS = ["Space", "Escape"];
 const SPEEDS = ["Digit1", "Digit2", "Digit3"];
+const STILL = {ahead: 0, left: 0, turn: 0};
 
 const clamp = (value) => Math.min(1, Math.max(-1, value));
 
 export class DrivingInputs {
+  live = false;    // whether they move the robot; else they are still, whatever is held
+  keys = new Set();
+  gamepad = new Pad();
+  pad = STILL;
+  padGone = false; // whether the gamepad may be out of reach
+
   // changed(): called when the position may have changed; stop(): the emergency stop's keys and button; step(number,
   // whole): a speed more or less, or that one
   constructor(changed, stop, step) {
     this.changed = changed;
-    this.live = false; // whether they move the robot; else they are still, whatever is held
     this.move = new Stick($("move"), {wide: false, changed});
     this.turn = new Stick($("turn"), {wide: true, changed});
-    this.keys = new Set();
-    this.gamepad = new Pad();
-    this.pad = {ahead: 0, left: 0, turn: 0};
-    this.padGone = false; // whether the gamepad may be out of reach
     this.listenToKeys(stop, step);
-    this.listenToWhatSwallowsKeys();
-    this.listenToFocus();
     this.listenToGamepads(stop, step);
-    for (const [target, event] of [[window, "blur"], [window, "pagehide"], [document, "visibilitychange"],
-      [document, "freeze"]]) {
-      target.addEventListener(event, () => (event !== "visibilitychange" || document.hidden) && this.letGo());
+    // where the end of a key may never be heard of, it is let go of; menus swallow it, too
+    for (const [target, event] of [[window, "blur"], [window, "pagehide"], [window, "contextmenu"],
+      [document, "visibilitychange"], [document, "freeze"]]) {
+      target.addEventListener(event, ({defaultPrevented}) => defaultPrevented || this.letGo());
     }
   }
 
   get position() {
-    const held = {ahead: 0, left: 0, turn: 0};
+    const held = {...STILL};
     for (const key of this.keys) {
       held[KEYS[key][0]] += KEYS[key][1];
     }
-    let ahead = this.move.up + held.ahead + this.pad.ahead;
-    let left = -this.move.right + held.left + this.pad.left;
+    const ahead = this.move.up + held.ahead + this.pad.ahead;
+    const left = -this.move.right + held.left + this.pad.left;
     const length = Math.max(1, Math.hypot(ahead, left)); // a diagonal is no faster
-    ahead /= length;
-    left /= length;
-    return {ahead, left, turn: clamp(-this.turn.right + held.turn + this.pad.turn)};
+    return {ahead: ahead / length, left: left / length, turn: clamp(-this.turn.right + held.turn + this.pad.turn)};
   }
 
   get still() {
-    const {ahead, left, turn} = this.position;
-    return ahead === 0 && left === 0 && turn === 0;
+    return Object.values(this.position).every((part) => part === 0);
   }
 
   // Whether a finger is on a stick that moves nothing until it has been lifted
@@ -66,7 +65,7 @@ export class DrivingInputs {
   // Everything is let go of, whatever is still held.
   letGo() {
     this.keys.clear();
-    this.pad = {ahead: 0, left: 0, turn: 0};
+    this.pad = STILL;
     this.gamepad.letGo();
     this.move.letGo();
     this.turn.letGo();
@@ -75,49 +74,29 @@ export class DrivingInputs {
 
   listenToKeys(stop, step) {
     window.addEventListener("keydown", (event) => {
-      const on = (kinds) => Boolean(event.target.closest?.(kinds));
-      const taken = on("select"); // they choose in what has the focus
-      if (event.code === "Escape" || (event.code === "Space" && !on("button"))) {
+      if (STOPS.includes(event.code)) {
         event.preventDefault();
-        this.letGo();
+        document.activeElement.blur(); // else a button that has the focus is pressed by the space bar's end
         stop();
       } else if (event.ctrlKey || event.metaKey || event.altKey) {
         this.letGo();
-      } else if (SPEEDS.includes(event.code) && !taken) {
+      } else if (SPEEDS.includes(event.code)) {
         step(SPEEDS.indexOf(event.code), true);
-      } else if (KEYS[event.code] && !taken) {
+      } else if (KEYS[event.code]) {
         event.preventDefault();
-        if (this.live && !event.repeat && !this.keys.has(event.code)) {
+        if (this.live && !event.repeat) {
           this.keys.add(event.code);
           this.changed();
         }
       }
     });
-    window.addEventListener("keyup", (event) => {
-      if (event.code.startsWith("Meta")) {
+    window.addEventListener("keyup", ({code}) => {
+      if (code.startsWith("Meta")) { // macOS tells no end of a key that was held with Cmd
         this.letGo();
-      } else if (this.keys.delete(event.code)) {
+      } else if (this.keys.delete(code)) {
         this.changed();
       }
     });
-  }
-
-  // Where the end of a key may never be heard of, it is let go of: menus, lists, and on macOS Cmd swallow it.
-  listenToWhatSwallowsKeys() {
-    window.addEventListener("contextmenu", (event) => event.defaultPrevented || this.letGo());
-    window.addEventListener("focusin", (event) => event.target.closest?.("select") && this.letGo());
-  }
-
-  // What a finger or the mouse has used does not keep the keys from the robot; what Tab has reached does.
-  listenToFocus() {
-    const leave = (kinds) => setTimeout(() => document.activeElement?.matches(kinds) && document.activeElement.blur());
-    window.addEventListener("pointerup", (event) => leave(
-      event.target.closest?.("select") ? "button" : "button, select")); // a list may just have opened
-    window.addEventListener("click", (event) => event.detail > 0 && leave("button")); // a finger's focus is late
-    let keyOnList = false;
-    window.addEventListener("pointerdown", () => (keyOnList = false));
-    window.addEventListener("keydown", (event) => (keyOnList ||= !event.repeat && event.target.matches?.("select")));
-    window.addEventListener("change", () => keyOnList || leave("select"));
   }
 
   listenToGamepads(stop, step) {
@@ -132,7 +111,7 @@ export class DrivingInputs {
         step(pad.step);
       }
       this.padGone = pad.gone;
-      this.pad = this.live ? pad : {ahead: 0, left: 0, turn: 0};
+      this.pad = this.live ? pad : STILL;
       this.changed();
       frame = found && !document.hidden ? requestAnimationFrame(poll) : null;
     };

@@ -1,9 +1,6 @@
 // Sends the token once; the server answers with a cookie that no script can read.
-import {setLanguage, text, chosenLanguage} from "./texts.js";
-
-setLanguage(chosenLanguage());
-const form = document.getElementById("form");
-const answer = document.getElementById("answer");
+import {$} from "./page.js";
+import {text} from "./texts.js";
 
 async function logIn(token) {
   const response = await fetch("login", {method: "POST", body: new URLSearchParams({token}), redirect: "manual"});
@@ -11,16 +8,14 @@ async function logIn(token) {
     location.replace("./");
     return;
   }
-  answer.textContent = text(response.status === 429 ? "token_later" : "token_wrong");
-  answer.hidden = false;
+  $("answer").textContent = text(response.status === 429 ? "token_later" : "token_wrong");
+  $("answer").hidden = false;
 }
 
-document.getElementById("show").addEventListener("change", (event) => {
-  form.elements.token.type = event.target.checked ? "text" : "password";
-});
-form.addEventListener("submit", (event) => {
+$("show").addEventListener("change", (event) => ($("token").type = event.target.checked ? "text" : "password"));
+$("form").addEventListener("submit", (event) => {
   event.preventDefault();
-  logIn(form.elements.token.value.trim());
+  logIn($("token").value.trim());
 });
 
 // The QR code carries the token behind #, which browsers send to no server.

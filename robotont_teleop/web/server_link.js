@@ -4,25 +4,20 @@ const RETRY = 700;     // [ms] before the next attempt to connect
 const STALLED = 400;   // [ms] without a state: the connection stalls
 const LOST = 6000;     // [ms] without a state: a new connection comes sooner than the old one revives
 const FULL = 2048;     // [bytes] waiting here: a command more would only come late
-const PING = 1000;     // [ms] between two measurements of the round trip
+const LOOK = 1000;     // [ms] between two looks for that
 
 export class Link {
+  time = null;        // [ms] newest server time
+  heard = -Infinity;  // [ms] when it came, by performance.now()
+  page = null;        // number of this one, while there is a connection
+  stopWanted = false; // STOP has been pressed, and no state has confirmed it yet
+  stopAt = 0;         // [ms] when
+
   // on: functions by kind of message, and `connection(open)`
   constructor(on) {
     this.on = on;
-    this.time = null;       // [ms] newest server time
-    this.heard = -Infinity; // [ms] when it came, by performance.now()
-    this.page = null;
-    this.roundTrip = null;  // [ms]
-    this.stopWanted = false; // STOP has been pressed, and no state has confirmed it yet
-    this.stopAt = 0;         // [ms] when
     this.connect();
-    setInterval(() => {
-      this.send({kind: "ping", time: performance.now()});
-      if (this.page !== null && performance.now() - this.heard > LOST) {
-        this.giveUp();
-      }
-    }, PING);
+    setInterval(() => this.page !== null && performance.now() - this.heard > LOST && this.giveUp(), LOOK);
   }
 
   get stalled() {
@@ -30,21 +25,17 @@ export class Link {
   }
 
   connect() {
-    const scheme = location.protocol === "https:" ? "wss:" : "ws:";
-    this.socket = new WebSocket(`${scheme}//${location.host}/socket`);
-    let opened = false;
-    this.socket.onopen = () => {
-      opened = true;
-    };
+    this.socket = new WebSocket(`${location.origin.replace("http", "ws")}/socket`);
     this.socket.onmessage = (event) => this.receive(JSON.parse(event.data));
     this.socket.onclose = () => {
+      const again = this.page === null ? () => this.lookForToken() : () => this.connect();
       this.disconnected();
-      setTimeout(() => (opened ? this.connect() : this.lookForToken()), RETRY);
+      setTimeout(again, RETRY);
     };
   }
 
   disconnected() {
-    this.time = this.page = this.roundTrip = null;
+    this.time = this.page = null;
     this.heard = -Infinity;
     this.on.connection(false);
   }
@@ -59,16 +50,12 @@ export class Link {
 
   // A browser does not say why a socket was refused; the page itself does.
   async lookForToken() {
-    try {
-      const response = await fetch("./", {cache: "no-store"});
-      if (response.status === 401) {
-        location.reload();
-        return;
-      }
-    } catch {
-      // no server: go on trying
+    const answer = await fetch("./", {cache: "no-store"}).catch(() => null); // no server: go on trying
+    if (answer?.status === 401) {
+      location.reload();
+    } else {
+      this.connect();
     }
-    this.connect();
   }
 
   receive(message) {
@@ -83,8 +70,6 @@ export class Link {
       this.time = Math.max(this.time ?? 0, message.time);
       this.heard = performance.now();
       this.stopWanted &&= !message.stopped;
-    } else if (message.kind === "pong") {
-      this.roundTrip = performance.now() - message.time;
     }
     this.on[message.kind]?.(message);
   }
@@ -93,9 +78,7 @@ export class Link {
   stop() {
     this.stopAt = this.stopWanted ? this.stopAt : performance.now();
     this.stopWanted = true;
-    if (this.socket.readyState === WebSocket.OPEN && this.page !== null) {
-      this.socket.send(JSON.stringify({kind: "stop"}));
-    }
+    this.send({kind: "stop"}, Infinity);
   }
 
   // What must not be carried out late: with the newest server time that this page has seen.
@@ -105,11 +88,11 @@ export class Link {
     }
   }
 
-  send(message) {
-    if (this.socket.readyState !== WebSocket.OPEN || this.page === null || this.socket.bufferedAmount > FULL) {
-      return;
+  // full: [bytes] that may wait here before it
+  send(message, full = FULL) {
+    if (this.socket.readyState === WebSocket.OPEN && this.page !== null && this.socket.bufferedAmount <= full) {
+      this.socket.send(JSON.stringify(message));
     }
-    this.socket.send(JSON.stringify(message));
   }
 
   drive(x, y, turn) {

@@ -6,6 +6,12 @@ import {REACH, position} from "./stick_curve.js";
 const MOVE = "onpointerrawupdate" in window ? "pointerrawupdate" : "pointermove";
 
 export class Stick {
+  pointer = null;   // the finger that moves it
+  dropped = null;   // one that moves it no more until it is lifted
+  right = 0;        // position, from -1 to 1
+  up = 0;
+  landed = [0, 0];  // [px] on the screen
+
   // field: its element; wide: moves to the sides only; changed(): called when its position may have changed
   constructor(field, {wide, changed}) {
     this.field = field;
@@ -13,9 +19,6 @@ export class Stick {
     this.knob = field.querySelector(".knob");
     this.wide = wide;
     this.changed = changed;
-    this.pointer = this.dropped = null; // the finger that moves it; one that moves it no more until it is lifted
-    this.right = this.up = 0; // position, each from -1 to 1
-    this.landed = [0, 0];     // [px] on the screen
     field.addEventListener("pointerdown", (event) => this.grab(event));
     field.addEventListener(MOVE, (event) => event.pointerId === this.pointer && this.follow(event));
     for (const end of ["pointerup", "pointercancel", "lostpointercapture"]) {
@@ -34,19 +37,16 @@ export class Stick {
     } else {
       this.pointer = event.pointerId;
       this.field.classList.add("held");
+      this.landed = [event.clientX, event.clientY];
+      const box = this.field.getBoundingClientRect(); // once per touch: the browser may have to lay out the page for it
+      this.ring.style.translate =
+        `${event.clientX - box.left - box.width / 2}px ${event.clientY - box.top - box.height / 2}px`;
     }
     try {
       this.field.setPointerCapture(event.pointerId);
     } catch {
       // the pointer is gone already: its end comes next
     }
-    if (this.pointer === null) {
-      return;
-    }
-    this.landed = [event.clientX, event.clientY];
-    const box = this.field.getBoundingClientRect(); // once per touch: the browser may have to lay out the page for it
-    this.ring.style.translate =
-      `${event.clientX - box.left - box.width / 2}px ${event.clientY - box.top - box.height / 2}px`;
   }
 
   follow({clientX, clientY}) {

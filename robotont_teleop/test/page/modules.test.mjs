@@ -1,11 +1,10 @@
-// The page's modules that know no browser: who drives, what a stick does, its curve, a gamepad out of reach, the texts.
+// The page's modules that know no browser: who drives, what a stick does, its curve, a gamepad out of reach.
 import assert from "node:assert";
 import {test} from "node:test";
 
 import {actWhenHeld} from "../../web/hold_button.js";
 import {Pad, STILL} from "../../web/pad.js";
 import {REACH, position} from "../../web/stick_curve.js";
-import {TEXTS} from "../../web/texts.js";
 import {truth, worst} from "../../web/truth.js";
 
 const STATE = {stopped: false, driver: null, held: [], heard: true, driven_by: "nobody", mover: ["nobody", ""]};
@@ -94,10 +93,4 @@ test("a gamepad that does not change is gone, and any change brings it back", ()
   one.look(pad([0, 0, 0], 4), 99999);
   const half = one.look(pad([0, -0.56, 0], 4), 99999).ahead; // as soft as a thumb's
   assert.ok(half > 0.2 && half < 0.3);
-});
-
-test("every text has three languages", () => {
-  for (const [key, words] of Object.entries(TEXTS)) {
-    assert.ok(words.length === 3 && words.every((one) => one.length > 0), key);
-  }
 });

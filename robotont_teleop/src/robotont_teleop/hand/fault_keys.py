@@ -35,7 +35,6 @@ FAULTS = tuple((key, re.compile(task + "$"), re.compile(words)) for key, task, w
     ("clock_set", "stamps", r"."),
     ("recording_lost", "black box", r"."),
 ))
-IMMOVABLE = {"port_missing", "port_taken", "port_forbidden", "board_silent", "board_unknown"}  # no hand moves the robot
 
 
 def fault_key(task, words):

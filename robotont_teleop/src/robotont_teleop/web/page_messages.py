@@ -9,7 +9,6 @@ FARTHEST = 1000.0      # [m] of a goal
 
 FIELDS = {  # kind: largest absolute value of each field
     "drive": {"time": LARGEST_TIME, "x": LARGEST_SPEED, "y": LARGEST_SPEED, "turn": LARGEST_SPEED},
-    "ping": {"time": LARGEST_TIME},
     "goal": {"time": LARGEST_TIME, "x": FARTHEST, "y": FARTHEST},
     **{kind: {"time": LARGEST_TIME} for kind in ("take", "give_back", "reset_odometry")},
     "release": {"time": LARGEST_TIME, "pressed_at": LARGEST_TIME},
@@ -25,7 +24,7 @@ class Message(NamedTuple):
     """One message of a page."""
 
     kind: str
-    time: Optional[float] = None  # [ms] the newest server time that the page has seen; ping: the page's own
+    time: Optional[float] = None  # [ms] the newest server time that the page has seen
     values: Tuple[float, ...] = ()  # drive: (v_x [m/s], v_y [m/s], omega [rad/s]); goal: (x [m], y [m])
     # release: ([ms] of the newest press that the person has seen, as the state tells it)
 

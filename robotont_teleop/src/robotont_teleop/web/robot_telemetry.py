@@ -9,12 +9,9 @@ import rospy
 from geometry_msgs.msg import Twist
 from nav_msgs.msg import OccupancyGrid
 from sensor_msgs.msg import LaserScan, Range
-from std_msgs.msg import String
 
 from robotont_description.geometry import body
-from robotont_driver.kinematics.kinematics import Kinematics
 from robotont_driver.parameters.parameters import ParameterError
-from robotont_driver.protocol.packet import PacketError, parse_packet
 from robotont_driver.ros.lifecycle import running_wheels
 from robotont_driver.ros.worker import Worker
 from robotont_driver.rospy_repairs.rospy_internals import connection_header
@@ -25,7 +22,6 @@ from robotont_teleop.web.frame_chain import FrameChain
 from robotont_teleop.web.page_pictures import map_picture, nearest, thinned_scan
 
 MAP_FRAME = "map"
-MEASURED_PACKETS = 5    # over which the measured wheel speeds are averaged
 LIGHTS, RANGES = 24, 16
 COMMANDS = ("cmd_vel", "cmd_vel/hand", "cmd_vel/navigation", "cmd_vel/default")
 LOOK_PERIOD, NEXT_ROBOT = 0.5, 5.0  # [s] between two looks at which robot runs
@@ -35,18 +31,15 @@ class RobotTelemetry(RobotReports):
     """The newest of everything that a robot publishes; calls never wait."""
 
     def __init__(self):
-        self._kinematics = None  # until a robot runs
         self._frames = FrameChain()
-        self._body = None      # of `look`, likewise
+        self._body = None      # of `look`, until a robot runs
         self._ranges = {}      # frame: (time [s], Range)
-        self._counts = ()      # of the newest packets
         self._map = None, None  # PNG, where it lies
         self._frame = ""       # of the newest pose
         self._movers = Movers(rospy.get_name(), rospy.resolve_name("cmd_vel_mux"))
         super().__init__()
         self._frames.listen()
         for topic, kind, callback in (
-                ("serial_write", String, self._on_commanded), ("serial_read", String, self._on_counts),
                 ("range", Range, self._on_range), ("scan", LaserScan, lambda scan: self._keep("scan", scan)),
                 ("map", OccupancyGrid, self._on_map)):
             rospy.Subscriber(topic, kind, callback, queue_size=1)
@@ -57,15 +50,13 @@ class RobotTelemetry(RobotReports):
     def _look_for_wheels(self):
         """Learn which robot runs, before or after this node was started; returns the time to rest."""
         with contextlib.suppress(OSError, ParameterError, rosgraph.MasterException):
-            wheels = running_wheels(rospy.get_namespace())
-            self._body, self._kinematics = body(wheels), Kinematics(wheels)
+            self._body = body(running_wheels(rospy.get_namespace()))
             return NEXT_ROBOT
         return LOOK_PERIOD
 
     def state(self):
         """What changes fast, for JSON."""
         return {"pose": rounded(self._pose()[1], 4), "velocity": rounded(self.velocity, 3),
-                "commanded": rounded(self._fresh("commanded"), 3), "measured": rounded(self._measured(), 3),
                 "driven_by": self.driven_by, "mover": self._movers.who(self.driven_by, time.monotonic())}
 
     def status(self):
@@ -111,29 +102,10 @@ class RobotTelemetry(RobotReports):
         frame, place = self._frames.place(message.header.frame_id, time.monotonic(), until=self.base_frame)
         return place if frame == self.base_frame else None
 
-    def _measured(self):
-        counts = self._kinematics and self._fresh("counts")
-        return counts and self._kinematics.speeds_of_units(np.mean(counts, axis=0).tolist())
-
     def _on_command(self, message, topic):
         linear, angular = message.linear, message.angular
         moves = any((linear.x, linear.y, angular.z))
         self._movers.hear(topic, connection_header(message)["callerid"], moves, time.monotonic())
-
-    def _on_commanded(self, message):
-        units = self._units(message.data)
-        if units is not None:
-            self._keep("commanded", self._kinematics.speeds_of_units(units))
-
-    def _on_counts(self, message):
-        counts = self._units(message.data)
-        if counts is not None:
-            self._counts = (*self._counts[1 - MEASURED_PACKETS:], counts)
-            self._keep("counts", self._counts)
-
-    def _units(self, packet):
-        with contextlib.suppress(PacketError):
-            return self._kinematics and parse_packet(packet, self._kinematics.wheels.amount)
 
     def _on_range(self, message):
         frame = message.header.frame_id

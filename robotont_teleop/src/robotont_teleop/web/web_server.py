@@ -70,8 +70,6 @@ class WebServer(PageServer):
             self._send(self.seat.command(page.number, message.seen, message.values, now, stopped))
             if self.seat.dropped > dropped and any(message.values):
                 page.send({"kind": "late", "what": message.kind})
-        elif message.kind == "ping":
-            page.send({"kind": "pong", "time": message.time})
         elif message.kind == "stop":
             self.robot.emergency_stop.press()
             self._send(self.seat.stop())

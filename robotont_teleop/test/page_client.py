@@ -1,0 +1,57 @@
+"""The page in a real browser for its tests: opened, told what to show, and asked for what it shows."""
+
+import io
+
+from PIL import Image
+
+from robotont_teleop.hand.fault_keys import fault_key
+from robotont_teleop.hand.speeds import STOP
+from robotont_testing.browser import DESKTOP
+
+FIND = "window.$ = (id) => document.getElementById(id);"
+OPEN = "$('app')?.dataset.state === 'open'"  # not yet on the login page
+LINK, WHEELS = "serial_com_node: link", "odom_node: wheel feedback"
+LIGHTS = ["black box", "board", "command stream", "gamepad", "guard", "gyro", "link", "localization", "real time",
+          "stamps", "web page", "wheel feedback", "who drives"]  # of all nodes of the stack: `Health`
+
+
+def open_page(browser, server, place="", size=DESKTOP, script="", **options):
+    """A page that is connected, in English unless `language` says another one."""
+    browser.call("Storage.clearCookies")
+    page = browser.page(f"http://127.0.0.1:{server.port}/{place}", size, script=FIND + script, **options)
+    page.wait(OPEN, "the connection")
+    return page
+
+
+def report(server, lights=(), given=None, **status):
+    """Let the robot tell the page `lights`, {name: (level, words)}, and what else is given."""
+    robot, lights = server.robot, dict(lights or {LINK: (0, "50 packets/s")})
+    state, status = {**type(robot).state(robot), **(given or {})}, {**type(robot).status(robot), **status}
+    robot.state = lambda: {**state, "stopped": robot.stopped or bool((given or {}).get("stopped"))}
+    robot.status = lambda: {**status, "lights": [
+        {"name": name, "level": level, "words": words, "key": "silent" if level == 3 else fault_key(name, words)}
+        for name, (level, words) in lights.items()]}
+
+
+def drives(server):
+    """Whether the newest command asks for motion."""
+    return bool(server.robot.sent) and server.robot.sent[-1] != STOP
+
+
+def choose_language(page, language):
+    """By the button that shows the next one."""
+    page.run(f"while (document.documentElement.lang !== '{language}') $('language').click()")
+
+
+def press_mouse(page, selector, right=0.0, button="left"):
+    """A click."""
+    x, y = page.place(selector, right)
+    for kind in ("mousePressed", "mouseReleased"):
+        page.call("Input.dispatchMouseEvent", type=kind, x=x, y=y, button=button, clickCount=1)
+
+
+def png():
+    """A map's picture."""
+    file = io.BytesIO()
+    Image.new("L", (80, 40)).save(file, "PNG")
+    return file.getvalue()

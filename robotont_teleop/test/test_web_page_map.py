@@ -1,0 +1,119 @@
+"""The map and the camera of the page in a real browser, on a server whose robot only takes notes."""
+
+import io
+import math
+from types import SimpleNamespace
+
+import pytest
+from page_client import open_page, png, press_mouse, report
+from PIL import Image
+
+from robotont_testing.harness import wait_for
+
+
+def test_the_camera_is_shown_picture_after_picture_and_an_old_one_is_not(browser, served, monkeypatch):
+    monkeypatch.setattr("robotont_teleop.web.web_handlers.CAMERA_WAIT", 0.3)
+    newest = [None]
+    served.robot.camera = SimpleNamespace(picture=lambda: newest[-1])
+    report(served, camera=True)
+    page = open_page(browser, served)
+    page.wait("$('app').dataset.main === 'camera'", "the camera first")
+    for width in (64, 96):
+        file = io.BytesIO()
+        Image.new("RGB", (width, 48)).save(file, "JPEG")
+        newest.append((width, file.getvalue()))
+        page.wait(f"$('camera').naturalWidth === {width}", "the picture")
+    press_mouse(page, "#swap")
+    page.wait("$('app').dataset.main === 'map' && $('camera').offsetWidth < innerWidth / 2", "the map, by a tap")
+    newest.append(None)
+    page.wait("!$('camera').hasAttribute('src')", "the end of a picture that is old")
+    assert [words for words in page.complaints() if "404" not in str(words)] == []
+    page.close()
+
+
+ROOM = {"number": 7, "width": 8.0, "height": 4.0, "origin": [-1.0, -1.0, 0.0]}
+
+
+def on_map(server, pose=(0.0, 0.0, 0.5), velocity=None, **status):
+    report(server, given={"pose": list(pose), "velocity": velocity},
+           **{"frame": "map", "map": ROOM, "navigation": True, **status})
+
+
+def pixels(page, part):
+    """[px] of 1 in the coordinates of a part of the map."""
+    return page.run(f"(({{a, b}}) => Math.hypot(a, b))(document.querySelector('#view {part}').getScreenCTM())")
+
+
+def test_the_map_shows_the_robot_in_its_size_and_on_its_way_or_all_of_itself(page, served):
+    served.robot.map_picture = png()
+    on_map(served, velocity=[0.2, 0.0, 0.5], radius=0.2)
+    page.wait("!document.querySelector('.ground').hasAttribute('hidden') && "
+              "document.querySelector('.ahead').getAttribute('points')", "the map")
+    assert pixels(page, ".robot") == pytest.approx(0.2 * pixels(page, ".world"), abs=0.5)
+    ways = page.run("[...$('view').querySelector('.ahead').points].map(({x, y}) => [x, y])")
+    assert ways[-1] == pytest.approx([0.4 * math.sin(0.75), 0.4 * (1 - math.cos(0.75))], abs=0.01), "1.5 s ahead"
+    image = "document.querySelector('#view image').getScreenCTM()"
+    turned = f"Math.atan2({image}.b, {image}.a)"  # of the map's x on the screen
+    assert page.run(turned) == pytest.approx(-math.pi / 2)
+    press_mouse(page, "#heading")
+    page.wait(f"Math.abs({turned} + Math.PI / 2 - 0.5) < 0.01", "the robot upright")
+    press_mouse(page, "#whole")
+    page.wait("$('whole').getAttribute('aria-pressed') === 'true'", "the whole map")
+    left, top, width, height = page.box("#view image")
+    stage = page.box("#view")
+    assert 0 <= left - stage[0] <= stage[2] - width
+    assert 0 <= top - stage[1] <= stage[3] - height
+    assert max(width / stage[2], height / stage[3]) > 0.85
+    assert page.run("document.querySelector('#view .outside').getBBox().width") > 1000
+
+
+def test_a_goal_is_seen_before_it_is_sent(page, served):
+    served.robot.map_picture = png()
+    on_map(served)
+    page.wait("!document.querySelector('.ground').hasAttribute('hidden')", "the map")
+    page.finger(1, "#view", 0.1, 0.1)
+    page.lift()  # too short
+    page.finger(1, "#view", 0.3, 0.2)
+    page.wait("!$('send').hidden", "the preview")
+    assert page.run("!document.querySelector('.wish').hasAttribute('hidden')")
+    before = page.text("#send")
+    page.finger(1, "#view", 0.2, 0.2)
+    page.wait(f"$('send').innerText !== {before!r}", "the place that follows the finger")
+    page.lift()
+    page.finger(1, "#view", -0.3, 0.2)
+    page.wait("$('send').hidden", "its end by a tap")
+    page.wait("!$('send').hidden", "another one")
+    page.lift()
+    half = page.box("#view")[2] / 2 / pixels(page, ".world")
+    assert served.robot.orders == []
+    assert page.text("#send") == f"Drive there: {math.hypot(0.3, 0.2) * half:.2f} m"
+    press_mouse(page, "#send")
+    kind, x, y = wait_for(lambda: served.robot.orders and served.robot.orders[-1], "the goal")
+    assert (kind, x, y) == ("goal", pytest.approx(0.2 * half, abs=0.02), pytest.approx(0.3 * half, abs=0.02))
+    on_map(served, frame="odom")
+    page.wait("document.querySelector('.ground').hasAttribute('hidden')", "the end of the map")
+    page.finger(1, "#view", 0.1, 0.1)
+    page.run("new Promise((done) => setTimeout(done, 700))")
+    assert page.run("$('send').hidden"), "no map, no place on it"
+
+
+def test_what_is_near_stands_around_the_robot_on_the_map_and_on_the_camera(page, served):
+    served.robot.map_picture = png()
+    near = [1.5] * 6 + [0.15] + [None] * 17  # close on the left
+    on_map(served, near=near)
+    page.wait("document.querySelector('.near text').textContent === '0.15 m'", "the distance")
+    left, top, width, height = page.box(".near .close")
+    middle = page.box("#near")
+    right, down = left + width / 2 - middle[0] - middle[2] / 2, top + height / 2 - middle[1] - middle[3] / 2
+    assert math.atan2(-right, -down) == pytest.approx(math.pi / 2 + 0.5, abs=0.1), "as the robot looks"
+    press_mouse(page, "#heading")
+    page.wait(f"document.querySelector('.near .close').getBoundingClientRect().x < {left}", "the robot upright")
+    press_mouse(page, "#heading")
+    on_map(served, near=near, camera=True)
+    page.wait("$('app').dataset.main === 'camera'", "the camera first")
+    left, top, width, height = page.box(".near .close")
+    middle = page.box("#near")
+    assert left + width / 2 < middle[0] + middle[2] / 2
+    assert top + height / 2 == pytest.approx(middle[1] + middle[3] / 2, abs=5)
+    on_map(served, near=[None] * 24, camera=True)
+    page.wait("document.querySelector('.near text').textContent === ''", "nothing near")

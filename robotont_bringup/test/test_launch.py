@@ -10,6 +10,7 @@ from test_help import PROGRAMS
 
 from robotont_bringup import launch
 from robotont_testing.harness import START, free_port
+from robotont_testing.places import launch as launch_file
 
 LAUNCH_FILES = {  # launch file: words of the last line of the log; whether the exit status is 1
     '<param name="robot" command="$(find robotont_driver)/robot robotont4"/>':
@@ -54,3 +55,11 @@ def test_how_to_navigate_is_told_where_one_can(world, installed, words, monkeypa
     found = launch.navigation_step({"world": world})
     assert words in found
     assert bool(found) == bool(words)
+
+
+@pytest.mark.parametrize("name", ["robot", "description", "navigation", "camera_scan", "gamepad", "robot_localization",
+                                  "fleet", "recorder"])
+def test_what_dies_is_started_again(name):
+    """Of launch files that robots run for long; the page ends its launch, slam would begin a new map."""
+    for node in re.findall(r"<node [^>]*>", launch_file(f"{name}.launch").read_text()):
+        assert 'respawn="true"' in node, node

@@ -131,12 +131,6 @@ def test_a_file_that_is_no_map_is_named(tmp_path, text, words):
     assert words.format(folder=tmp_path) in found
 
 
-def test_what_dies_is_started_again():
-    text = (ROOT / "launch" / "navigation.launch").read_text()
-    for node in re.findall(r"<node [^>]*>", text):
-        assert 'respawn="true"' in node, node
-
-
 def read(file, *arguments):
     """{node: tree of its parameters} of a launch file."""
     found = {}

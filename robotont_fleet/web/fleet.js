@@ -6,7 +6,6 @@ import {languageButton, speak, text} from "./texts.js";
 
 const PERIOD = 500, PATIENCE = 2000, OLD = 2000, RETRY = 100, STILL = 3000, TOAST = 5000;  // [ms]
 const LEVELS = {"": 0, warning: 1, low: 1, held: 1, silent: 3, gone: 3};  // of a need; the others: 2
-const NAMED = 6;          // robots that a line names
 const unsent = new Map(); // presses of STOP that have not arrived, by the robot's name, "" for all
 const map = new FleetMap($("map"));
 let cards = new Map();    // by the robot's key
@@ -107,8 +106,7 @@ function fill(card, robot) {
 
 function showStop({all, stand, waiting, gone, left}) {
   const asked = stand.length + waiting.length + gone.length;
-  const told = (key, names) => names.length > 0 && text(key, names.slice(0, NAMED).join(", ") +
-    (names.length > NAMED ? ` + ${names.length - NAMED}` : ""));
+  const told = (key, names) => names.length > 0 && text(key, names.join(", "));
   $("stopping").hidden = !(all || asked || left.length);
   $("stopping").classList.toggle("done", !waiting.length && !gone.length);
   $("stop_all").ariaPressed = all;

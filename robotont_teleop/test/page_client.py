@@ -5,6 +5,7 @@ import io
 from PIL import Image
 
 from robotont_teleop.hand.fault_keys import fault_key
+from robotont_teleop.hand.robot_reports import worst_first
 from robotont_teleop.hand.speeds import STOP
 from robotont_testing.browser import DESKTOP
 
@@ -28,9 +29,9 @@ def report(server, lights=(), given=None, **status):
     robot, lights = server.robot, dict(lights or {LINK: (0, "50 packets/s")})
     state, status = {**type(robot).state(robot), **(given or {})}, {**type(robot).status(robot), **status}
     robot.state = lambda: {**state, "stopped": robot.stopped or bool((given or {}).get("stopped"))}
-    robot.status = lambda: {**status, "lights": [
+    robot.status = lambda: {**status, "lights": worst_first(
         {"name": name, "level": level, "words": words, "key": "silent" if level == 3 else fault_key(name, words)}
-        for name, (level, words) in lights.items()]}
+        for name, (level, words) in lights.items())}
 
 
 def drives(server):

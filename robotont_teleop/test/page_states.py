@@ -10,6 +10,7 @@ from nav_msgs.msg import MapMetaData, OccupancyGrid
 from PIL import Image, ImageDraw
 
 from robotont_teleop.hand.fault_keys import fault_key
+from robotont_teleop.hand.robot_reports import worst_first
 from robotont_teleop.web.page_pictures import map_picture
 
 WALLS, CELL = (4.0, 6.0), 0.05  # [m]
@@ -70,7 +71,7 @@ def tell(server, told):
         ranges = [round(min(((WALLS[axis] if part > 0 else 0.0) - place) / part for axis, (place, part) in enumerate(
             ((x, math.cos(yaw + ray)), (y, math.sin(yaw + ray)))) if abs(part) > 1e-6), 2)
             for ray in np.linspace(-math.pi, math.pi, 180)]
-        usual = {**kind.status(robot), "lights": lights, "frame": "map", "map": where, "battery": {
+        usual = {**kind.status(robot), "lights": worst_first(lights), "frame": "map", "map": where, "battery": {
             "voltage": 11.6, "charge": 0.82}, "board": "robotont_firmware 2.0.0 wheels 3",
             "radius": 0.15, "near": [min(2.0, ranges[(90 + 180 * sector // 24) % 180] - 0.15) for sector in range(24)],
             "scan": {"from": [0, 0, 0], "first": -math.pi, "step": 2 * math.pi / 179, "ranges": ranges}}

@@ -3,7 +3,7 @@
 import pytest
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 
-from robotont_teleop.hand.robot_reports import RobotReports
+from robotont_teleop.hand.robot_reports import RobotReports, worst_first
 
 TOLD = {"robot1/serial_com_node: link": "robot1", "robot2/serial_com_node: link": "robot2", "serial_com_node: link":
         "robotont", "camera/driver: temperature": "R200"}
@@ -25,3 +25,8 @@ def test_faults_of_the_own_robot_only(monkeypatch, namespace, own):
     assert {light["key"] for light in reports.lights if "link" in light["name"]} == {"port_missing"}
     assert list(reports.values) == own
     assert reports.board in ("robotont", "R200", namespace.strip("/"))
+
+
+def test_errors_come_first_then_silence_and_warnings():
+    lights = [{"name": name, "level": level} for name, level in zip("abcdef", (1, 3, 0, 2, 9, 0))]
+    assert "".join(light["name"] for light in worst_first(lights)) == "dbeacf"

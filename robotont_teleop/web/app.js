@@ -10,11 +10,9 @@ import {isLow, showFacts, showFault, showLights} from "./panel.js";
 import {choosePlace} from "./place_press.js";
 import {Link} from "./server_link.js";
 import {languageButton, text} from "./texts.js";
-import {truth, worst} from "./truth.js";
+import {truth} from "./truth.js";
 
-const NOTE = 6000;    // [ms] that the robot's answers are shown
-const REFUSED = 2000; // [ms] that a refusal is shown
-const TAKEN = 4000;   // [ms] that is shown who has taken over
+const TOLD = 4000;    // [ms] that is shown what the person should know for a while
 const STOP_TAKES = 300; // [ms] within which STOP usually has arrived
 const VIBRATES = 600; // [ms] between two vibrations while it has not
 const LOOK = 250;     // [ms] between two looks without any message: for stalls
@@ -32,7 +30,7 @@ let status = null;
 let limits = {linear: 0.5, angular: 2};
 let speed = 1; // of SPEEDS
 let note = null; // number of the robot's newest answer
-let told = {words: "", until: 0}; // what the person should know for a while
+let told = {words: "", until: 0};
 let wish = null; // a place on the map [m], not sent yet
 let vibrated = 0; // [ms]
 const view = new View($("view"));
@@ -51,7 +49,7 @@ const link = new Link({
   },
   state: (message) => {
     if (drives() && message.driver !== null && message.driver !== link.page) {
-      tell(text("taken"), TAKEN);
+      tell(text("taken"));
       vibrate(200);
     }
     state = message;
@@ -66,20 +64,14 @@ const link = new Link({
       setMain(message.camera ? "camera" : "map");
     }
     if (note !== null && message.note.number !== note) {
-      tell(message.note.words, NOTE);
+      tell(message.note.words);
     }
     note = message.note.number;
     view.setStatus(message);
     takeStatus(message);
   },
-  refused: () => tell(text("can_take_over"), REFUSED),
-  late: ({what}) => {
-    if (what !== "drive") {
-      tell(text("late"), REFUSED);
-    } else if (performance.now() >= told.until) {
-      tell(text("late_drive"), REFUSED);
-    }
-  },
+  refused: () => tell(text("can_take_over")),
+  late: ({what}) => what !== "drive" ? tell(text("late")) : performance.now() >= told.until && tell(text("late_drive")),
 });
 const stop = () => {
   link.stop();
@@ -90,7 +82,7 @@ const hands = new DrivingInputs(() => rate.changed(), stop, (step, whole) => set
 const rate = new CommandRate(() => hands.still, sendCommand);
 const vibrate = (time) => navigator.userActivation?.hasBeenActive && navigator.vibrate?.(time);
 const drives = () => state !== null && link.page !== null && state.driver === link.page;
-const tell = (words, time) => (told = {words, until: performance.now() + time});
+const tell = (words) => (told = {words, until: performance.now() + TOLD});
 
 function sendCommand() {
   const {ahead, left, turn} = hands.position;
@@ -139,7 +131,8 @@ function show() {
   if (wish && !maySend()) {
     setWish(null);
   }
-  const words = message(open);
+  const words = wish ? "" : !open ? text("lost_advice") : performance.now() < told.until ? told.words :
+    hands.padGone ? text("fault_pad_gone") : status?.goal?.words ?? "";
   $("message").hidden = !words;
   write($("message"), words);
   const [ahead, left, turning] = now?.velocity ?? [];
@@ -175,7 +168,8 @@ function worstFault() {
     return {name: "", level: 2, words: "", key: "no_reports"};
   }
   const told = state?.stopped ? /: (command stream|who drives|web page)$/ : /: web page$/;
-  return worst(status.lights, told) ?? (isLow(status) ? {name: "battery", level: 1, words: "", key: "battery_low"} : null);
+  const low = isLow(status) ? {name: "battery", level: 1, words: "", key: "battery_low"} : null;
+  return status.lights.find((light) => light.level > 0 && !told.test(light.name)) ?? low;
 }
 
 const onMap = () => app.dataset.main === "map";
@@ -188,19 +182,6 @@ function look(change) {
   $("heading").ariaPressed = view.headingUp;
   $("whole").ariaPressed = view.whole;
   show();
-}
-
-function message(open) {
-  if (wish) {
-    return "";
-  }
-  if (!open) {
-    return text("lost_advice");
-  }
-  if (performance.now() < told.until) {
-    return told.words;
-  }
-  return hands.padGone ? text("fault_pad_gone") : status?.goal?.words ?? "";
 }
 
 // Where the robot would be sent: shown, with a button that does it

@@ -1,10 +1,7 @@
-// The robot from above: map, trail, scan, goal, robot. The map's x points up and its y to the left (REP 103), or the
+// The robot from above: map, scan, goal, robot. The map's x points up and its y to the left (REP 103), or the
 // robot's.
 import {Floor, at} from "./floor_svg.js";
 
-const TRAIL_STEP = 0.02;   // [m] between two points of the trail
-const TRAIL_LONGEST = 2000;
-const JUMP = 0.5;          // [m] a longer step is no driving: the trail starts anew
 const AHEAD = [15, 0.1];   // steps, and how long one is [s], of the path ahead
 const SMALLEST = 6;        // [px] radius of the drawn robot
 const SHOWN = [6, 12];     // [m] that are seen of the floor, about; and as the whole of it where there is no map
@@ -14,9 +11,7 @@ export class View extends Floor {
   headingUp = false; // whether the robot looks up, not the map
   pose = null;
   map = null;
-  frame = null;
   radius = 0.15;     // [m] of the robot
-  trail = [];
 
   // live: whether it is that of now; velocity: [ahead, left, turn] or nothing
   setPose(pose, live, velocity) {
@@ -25,22 +20,8 @@ export class View extends Floor {
     this.part("ahead").setAttribute("points", live && velocity?.some(Boolean) ? pathAhead(...velocity).join(" ") : "");
     if (live && pose.some((value, axis) => value !== this.pose?.[axis])) {
       this.pose = pose;
-      this.lengthenTrail(pose);
       this.draw();
     }
-  }
-
-  lengthenTrail([x, y]) {
-    const last = this.trail.at(-1);
-    const step = last ? Math.hypot(x - last[0], y - last[1]) : Infinity;
-    if (step > TRAIL_STEP) {
-      this.setTrail([...(step > JUMP ? [] : this.trail.slice(1 - TRAIL_LONGEST)), [x, y]]);
-    }
-  }
-
-  setTrail(trail) {
-    this.trail = trail;
-    this.part("trail").setAttribute("points", trail.join(" "));
   }
 
   setStatus({frame, map, goal, radius, scan}) {
@@ -48,10 +29,6 @@ export class View extends Floor {
     this.map = frame === "map" ? map : null;
     if (map) {
       this.showMap(`map.png?number=${map.number}`, map);
-    }
-    if (frame !== this.frame) {
-      this.frame = frame;
-      this.setTrail([]);
     }
     this.part("ground").toggleAttribute("hidden", !this.map);
     this.mark("goal", goal && [goal.x, goal.y]);

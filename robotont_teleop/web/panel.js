@@ -1,7 +1,6 @@
 // The panel: the nodes' health, and what else the robot reports; and the bar with its worst fault.
 import {$, write} from "./page.js";
 import {text} from "./texts.js";
-import {byWorst} from "./truth.js";
 
 const LOW_CHARGE = 0.15;
 const LEVELS = ["level_ok", "level_warning", "level_error", "fault_silent"];
@@ -34,16 +33,14 @@ export function showFault(fault) {
   }
 }
 
-// none: what is said where there are none
+// lights: the worst first; none: what is said where there are none
 export function showLights(lights, none) {
-  const sorted = byWorst(lights);
-  const bad = sorted.filter((light) => light.level > 0).length;
-  $("worst").dataset.level = sorted[0]?.level ?? 3;
+  const bad = lights.filter((light) => light.level > 0).length;
   write($("summary"), bad ? `${text("some_bad")}: ${bad} / ${lights.length}` :
     lights.length ? `${text("all_well")} (${lights.length})` : none);
-  $("lights").replaceChildren(...sorted.map((light) => {
+  $("lights").replaceChildren(...lights.map((light) => {
     const line = $("light").content.firstElementChild.cloneNode(true);
-    const [dot, name, report, words] = line.children;
+    const [dot, {children: [name, report, words]}] = line.children;
     dot.dataset.level = light.level;
     dot.ariaLabel = text(LEVELS[light.level] ?? "level_error");
     name.textContent = nameOf(light);

@@ -13,18 +13,14 @@ export function truth({open, stalled, state, status, page}) {
 }
 
 function whoMoves({mover: [kind, name], driver}, page) {
-  switch (kind) {
-    case "page":
-      return [driver === page ? "who_you" : "who_other", ""];
-    case "hand":
-      return /keyboard/.test(name) ? ["who_keys", ""] : /joy/.test(name) ? ["who_gamepad", ""] : ["who_hand", name];
-    case "navigation":
-      return ["who_navigation", ""];
-    case "nobody":
-      return [driver === null ? "who_nobody" : driver === page ? "who_yours" : "who_others", ""];
-    default:
-      return [`who_${kind}`, name];
-  }
+  const mine = driver === page;
+  return {
+    page: [mine ? "who_you" : "who_other", ""],
+    hand: /keyboard/.test(name) ? ["who_keys", ""] : /joy/.test(name) ? ["who_gamepad", ""] : ["who_hand", name],
+    navigation: ["who_navigation", ""],
+    program: ["who_program", name],
+    nobody: [driver === null ? "who_nobody" : mine ? "who_yours" : "who_others", ""],
+  }[kind];
 }
 
 function whatAStickDoes(stalled, state, status, page) {
@@ -40,15 +36,4 @@ function whatAStickDoes(stalled, state, status, page) {
     [true, {page: "can_stop", navigation: "can_take_it", program}[state.mover[0]] ?? "can_drive"],
   ];
   return found.find(([is]) => is)[1];
-}
-
-// The light that a person should look at, or null; `told`: names of tasks whose fault the page shows already
-export function worst(lights, told) {
-  return byWorst(lights.filter((light) => light.level > 0 && !told.test(light.name)))[0] ?? null;
-}
-
-// Lights, the worst first: an error, silence, a warning
-export function byWorst(lights) {
-  const rank = [0, 1, 3, 2];
-  return [...lights].sort((one, other) => (rank[other.level] ?? 3) - (rank[one.level] ?? 3));
 }

@@ -5,7 +5,7 @@ import {test} from "node:test";
 import {actWhenHeld} from "../../web/hold_button.js";
 import {Pad, STILL} from "../../web/pad.js";
 import {REACH, position} from "../../web/stick_curve.js";
-import {truth, worst} from "../../web/truth.js";
+import {truth} from "../../web/truth.js";
 
 const STATE = {stopped: false, driver: null, held: [], heard: true, driven_by: "nobody", mover: ["nobody", ""]};
 const say = (state, more = {}) => {
@@ -34,13 +34,6 @@ test("sticks are off wherever they cannot move it", () => {
   assert.deepEqual(say({}, {status: unplugged}).slice(1), ["can_no_board", false]);
   assert.deepEqual(say({}, {stalled: true}).slice(1), ["can_wait", false]);
   assert.deepEqual(truth({open: false}), {who: ["lost", ""], can: "can_nothing", live: false});
-});
-
-test("the worst fault first: an error, silence, a warning; none that is told already", () => {
-  const lights = [1, 3, 2, 0].map((level) => ({level, name: `n: ${level}`}));
-  assert.equal(worst(lights, /: 2$/).level, 3);
-  assert.equal(worst(lights, /never/).level, 2);
-  assert.equal(worst([lights[3]], /never/), null);
 });
 
 test("a held button acts once a press, with what was seen at its beginning", (t) => {

@@ -57,9 +57,10 @@ class RobotReports:
 
     @property
     def lights(self):
-        """[{"name", "level", "words", "key"}] of the diagnostics' tasks by name, for JSON; key: of the fault."""
-        return [{"name": name, "level": level, "words": words, "key": "silent" if level == SILENCE else fault}
-                for name, level, words, _, fault in self._now()]
+        """[{"name", "level", "words", "key"}] of all tasks, the worst first, for JSON; key: of the fault."""
+        return worst_first({"name": name, "level": level, "words": words,
+                            "key": "silent" if level == SILENCE else fault}
+                           for name, level, words, _, fault in self._now())
 
     @property
     def worst(self):
@@ -132,6 +133,11 @@ class RobotReports:
                            given or (fault_key(name, words) if level else ""))
             self.board = next((value.value[:LONGEST_WORDS] for value in status.values if value.key == "board"),
                               self.board)
+
+
+def worst_first(lights):
+    """Lights in the order in which a person should look at them: errors, silence, warnings, the rest."""
+    return sorted(lights, key=lambda light: (2, 3, 1, 0).index(min(light["level"], SILENCE)))
 
 
 def rounded(values, decimals):

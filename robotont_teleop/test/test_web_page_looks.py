@@ -65,10 +65,6 @@ def test_it_looks_right_and_everybody_can_use_it(served):
                 check_places(page, size, [one for one in more if one != "#more" or size[1] > 350])
                 if size in (PHONE, DESKTOP):
                     check_by_axe(page)
-                if size == PHONE:
-                    page.tap("#details")
-                    check_by_axe(page)
-                    page.tap("#details")
         assert page.complaints() == []
         page.close()
         login = browser.page(f"http://127.0.0.1:{served.port}/login.html", PHONE)

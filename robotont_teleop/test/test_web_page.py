@@ -229,6 +229,8 @@ def test_what_is_old_is_not_shown_as_if_it_were_of_now(browser, served):
     page.wait("$('speed').textContent === '0.20' && $('turning').textContent === '0.10'", "numbers")
     proxy.stall()
     page.wait("['speed', 'turning'].every((id) => $(id).textContent === '–')", "no numbers")
+    assert not page.run("new Promise((done) => setTimeout(() => done($('view').classList.contains('live')), 300))")
+    assert not page.run("new Promise((done) => setTimeout(() => done($('view').classList.contains('live')), 250))")
     proxy.flow()
     page.wait("$('speed').textContent === '0.20'", "numbers")
     assert (page.text("#summary"), page.text("#charge")) == ("All is well (1)", "90 %")

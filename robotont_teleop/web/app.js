@@ -139,7 +139,8 @@ function show() {
   write($("speed"), now?.velocity ? number(Math.hypot(ahead, left)) : "–");
   write($("turning"), now?.velocity ? number(turning) : "–");
   if (!now) {
-    view.setPose(null);
+    view.setPose(null, false);
+    view.draw(); // the screen may have turned
   }
   $("near").toggleAttribute("hidden", view.whole && onMap());
   showNear($("near"), now && status?.near || [], onMap() && !view.headingUp ? view.pose?.[2] ?? 0 : 0);

@@ -15,7 +15,7 @@ export class View extends Floor {
 
   // live: whether it is that of now; velocity: [ahead, left, turn] or nothing
   setPose(pose, live, velocity) {
-    live &&= pose !== null && !pose.includes(null);
+    live = Boolean(live) && pose !== null && !pose.includes(null);
     this.box.classList.toggle("live", live);
     this.part("ahead").setAttribute("points", live && velocity?.some(Boolean) ? pathAhead(...velocity).join(" ") : "");
     if (live && pose.some((value, axis) => value !== this.pose?.[axis])) {

@@ -41,6 +41,11 @@ def rig():
 def released(rig):
     """All drive when a test begins, and when it ends."""
     yield
+    if rig.router:  # back into the page
+        for process in (rig.page, rig.router):
+            rig.stop(process, signal.SIGKILL)
+        rig.router = None
+        rig.start_page()
     rig.release()
 
 
@@ -111,6 +116,22 @@ def press_before_the_page_dies(rig, chance):
     return present
 
 
+def press_while_the_router_starts_again(rig, chance):
+    """It alone: page and robots stay, each a client of it; it falls before, or just when somebody presses."""
+    if rig.router is None:
+        rig.stop(rig.page, signal.SIGKILL)
+        rig.start_router()
+        rig.start_page("--router", f"tcp/127.0.0.1:{rig.router_port}")
+        wait_until_driving(rig, *rig.robots.values())
+    rig.stop(rig.router, signal.SIGKILL)
+    if chance.random() < 0.5:
+        wait_for(lambda: not present(rig.view()), "the page to miss all")
+    rig.order(kind="stop")
+    time.sleep(chance.uniform(0.0, 1.0))
+    rig.start_router()
+    return present
+
+
 def press_without_network(rig, chance):
     """Of the browser."""
     if CHROMIUM is None:
@@ -132,7 +153,7 @@ def press_without_network(rig, chance):
 
 
 @pytest.mark.parametrize("press", [press_during_a_cut, press_while_a_robot_starts_again, press_before_the_page_dies,
-                                   press_without_network])
+                                   press_without_network, press_while_the_router_starts_again])
 def test_every_robot_stands_as_soon_as_it_can_be_reached(rig, press):
     took, chance = [], random.Random(1)
     for _ in range(PRESSES):

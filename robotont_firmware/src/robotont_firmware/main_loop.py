@@ -22,7 +22,7 @@ from array import array
 
 from robotont_firmware import __version__, robot_numbers
 from robotont_firmware.compat import micropython
-from robotont_firmware.fault_watch import DRIVER_FAULT, NO_FAULT, OVERLOAD
+from robotont_firmware.fault_watch import DRIVER_FAULT, NO_FAULT, OVERLOAD, TOO_MANY
 from robotont_firmware.protocol import Sender, line_of
 from robotont_firmware.receiver import ASK, LEAVE, TEST, Receiver
 from robotont_firmware.setpoints import Setpoints, clear, measure
@@ -172,7 +172,7 @@ class Controller:
 
     @micropython.native
     def _drive(self, periods, commanded):
-        """Bring the set-points nearer to the targets and let every controller act; a wheel at fault rolls."""
+        """Bring the set-points nearer to the targets and let every controller act; a wheel at fault is shorted."""
         setpoints, wheels = self._setpoints, self._wheels
         if not commanded:
             clear(setpoints.now, wheels)
@@ -181,13 +181,13 @@ class Controller:
         counts = self._waiting
         brake = self._brake if commanded else self._softer(periods)
         setpoints.accelerate(pids)
-        board, broken = self._board, self._fault_hold > 0
+        board, broken, faults = self._board, self._fault_hold > 0, self._status.fields
         now, straight = setpoints.now, setpoints.straight
         turning = setpoints.turning
         for wheel in range(wheels):
             pid = pids[wheel]
-            if broken and self._status.rolls(wheel):
-                effort = 0
+            if broken and (NO_FAULT < faults[WHEELS + wheel] < OVERLOAD or faults[WHEELS + wheel] > TOO_MANY):
+                effort = int(faults[WHEELS + wheel] != DRIVER_FAULT)  # its counts tell nothing, but a short brakes it
                 pid.reset(periods)
             elif stands:
                 effort = pid.stop(counts[wheel], periods, commanded, brake)

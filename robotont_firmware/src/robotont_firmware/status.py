@@ -3,7 +3,6 @@
 from array import array
 
 from robotont_firmware.compat import const, micropython
-from robotont_firmware.fault_watch import NO_FAULT, OVERLOAD, TOO_MANY
 
 TIMED_OUT = const(1)  # flags: no valid command for TIMEOUT: the motors are off
 WAITS_FOR_ZERO = const(2)  # after a fault, or a start that was not requested: a command of all zeros is needed
@@ -28,11 +27,6 @@ class Status:
         self._low_for = 0  # [periods] that the battery has been low
         self._mean = 0  # [mV] of the battery, over some 16 periods
         self._until = 0  # [periods] until voltage and load are taken anew
-
-    def rolls(self, wheel):
-        """Return True for a wheel whose fault leaves nothing to brake it by."""
-        fault = self.fields[WHEELS + wheel]
-        return NO_FAULT < fault < OVERLOAD or fault > TOO_MANY
 
     @micropython.native
     def update(self, flags, periods, refused):

@@ -63,7 +63,8 @@ def measure(numbers, counts: int, periods: int) -> int:
     most = n[_MOST_EDGES] * periods
     counts = most if counts > most else 0 - most if counts < 0 - most else counts
     speed = (counts << n[_SHIFT]) // periods
-    before, mean, least = n[_SPEED] << sign >> sign, n[MEAN] << sign >> sign, n[_FOLLOWS]
+    before, mean = n[_SPEED] << sign >> sign, n[MEAN] << sign >> sign
+    least = n[_FOLLOWS] if mean else n[_FOLLOWS] * 3 >> 2
     n[_SPEED] = speed
     left, second = n[_TURNED_ROUND] << sign >> sign, n[_SECOND]
     if (before > least and speed < 0 - least and mean >= 0) or (
@@ -88,9 +89,10 @@ def against(numbers, speed: int, ahead: int, periods: int, brake: int) -> int:
     if slow:
         n[_HELD] = 1
     held = n[_HELD] if periods else 0
+    short = -1 if speed > 0 else 1  # brakes whatever is counted, and turns nothing
     if (ahead <= 0 and not held) or (held and not slow and n[_PROVED] == 0):
         n[_AWAY] = 0
-        return 0
+        return short
     away, most = n[_AWAY] << sign >> sign, n[_MOST_AWAY]
     away = away + speed * periods if held else 0
     away = most if away > most else 0 - most if away < 0 - most else away
@@ -101,12 +103,11 @@ def against(numbers, speed: int, ahead: int, periods: int, brake: int) -> int:
     clear = clear if speed > 0 else 0 - clear
     far = away - edge if away > edge else away + edge if away < 0 - edge else 0  # within an edge it stands
     effort = 0 - (brake * clear >> 16) - (n[_STIFFNESS] * far >> 16) >> n[_SOFTNESS]
-    effort -= 1 if clear > 0 else -1 if clear < 0 else 0
     along = (effort > 0 and speed > 0) or (effort < 0 and speed < 0)
     if clear != 0 and along:
         away -= away >> 2  # it goes back: less is enough
     n[_AWAY] = away
-    return 0 if along else int(limit(numbers, effort, speed, 0))
+    return short if along or effort == 0 else int(limit(numbers, effort, speed, 0))
 
 
 @micropython.viper
@@ -160,7 +161,8 @@ def limit(numbers, effort: int, speed: int, held: int) -> int:
     """
     n = ptr32(numbers)
     emf = 0 if n[_FULL] else n[_GAIN] * speed >> 16
-    torque = n[_CONTINUOUS] if n[_OVERLOADED] else n[_MAX_TORQUE]
+    brakes = (effort < 0 and speed > n[_FOLLOWS]) or (effort > 0 and speed < 0 - n[_FOLLOWS])  # which ends soon
+    torque = n[_CONTINUOUS] if n[_OVERLOADED] and not brakes else n[_MAX_TORQUE]
     low, high = emf - torque, emf + torque
     if low > 0:
         low = -1 if effort < 0 else 0 if held <= 0 else low if low < held else held
@@ -241,7 +243,8 @@ class Pid:
         speed = int(measure(numbers, counts, periods))
         n[INTEGRAL] = n[REFERENCE] = n[MEAN] = 0
         fault = int(speed_fault(numbers, speed, periods))
-        if fault == 0 and n[_EFFORT] == 0 and holds:
+        before = n[_EFFORT] << sign >> sign
+        if fault == 0 and holds and before >= -1 and before <= 1:
             fault = int(rest_fault(numbers, speed, periods))
         self.fault = fault
         ahead = speed * (n[_DIRECTION] << sign >> sign)
@@ -273,8 +276,8 @@ class Pid:
         error, most = mean - speed, n[_FREE] >> 1
         error = most if error > most else 0 - most if error < 0 - most else error
         effort = int(follow_up(numbers, setpoint, speed, error, straight * n[_LEAD] + turning * n[_TURN_LEAD], periods))
-        follows, mean = n[_FOLLOWS], n[MEAN] << sign >> sign
-        if (mean > 0 and speed < 0 and effort < 0) or (mean < 0 and speed > 0 and effort > 0):
+        half, edge, follows = (n[MEAN] << sign >> sign) >> 1, 1 << n[_SHIFT], n[_FOLLOWS]
+        if (half > 0 and speed < half - edge and effort < 0) or (half < 0 and speed > half + edge and effort > 0):
             effort = 0  # no braking turns it round
         if (effort > 0 and speed > follows) or (effort < 0 and speed < 0 - follows):
             n[_PROVED] = 1

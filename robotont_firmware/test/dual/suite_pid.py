@@ -133,6 +133,7 @@ def test_no_effort_of_a_stop_points_along_the_motion():
                     with Locked():
                         effort = pid.stop(counts, periods, holds, 19660)
                     assert effort * counts <= 0, (setpoint, before, periods, holds, size, counts, effort)
+                    assert effort != 0, "shorted at least"
 
 
 def test_who_stands_is_held_against_what_moves_it_and_is_not_driven_back():

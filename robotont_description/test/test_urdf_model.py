@@ -20,6 +20,9 @@ SOLIDS = ["body_link", "pc_link", "battery_link", "camera_link", "main_board_lin
 PER_WHEEL = ["wheel_{}_link", "motor_{}_link", "motor_board_{}_link"]
 FRAMES = ["base_link", "base_footprint", "camera_optical_frame", "laser"]
 ROOT = Path(__file__).resolve().parents[2]
+RIMS = ("rim_back", "rim_right", "rim_left")
+GAZEBO = {"base_link", *(f"{rim}_link" for rim in RIMS), *(  # robotont_gazebo_basic of robotont_gazebo, a6e41b8
+    f"roller_{row}_{number}_{rim}_link" for rim in RIMS for row in ("front", "back") for number in range(7))}
 
 
 def numbers(text):
@@ -39,11 +42,11 @@ def transform(origin):
 class Model:
     """A URDF, with the pose of every link in its root when all joints are at zero."""
 
-    def __init__(self, text, prefix=""):
-        root = ElementTree.fromstring(text)
-        self.links = {link.get("name"): link for link in root.iter("link")}
-        self.joints = {joint.get("name"): joint for joint in root.findall("joint")}
-        self.poses = {prefix + "base_link": np.eye(4)}
+    def __init__(self, text, root="base_link"):
+        document = ElementTree.fromstring(text)
+        self.links = {link.get("name"): link for link in document.iter("link")}
+        self.joints = {joint.get("name"): joint for joint in document.findall("joint")}
+        self.poses = {root: np.eye(4)}
         waiting = list(self.joints.values())
         while waiting:
             joint = next(joint for joint in waiting if joint.find("parent").get("link") in self.poses)
@@ -186,7 +189,7 @@ def test_check_urdf_is_content(text, tmp_path):
 
 
 def test_a_prefix_is_put_before_every_link_and_joint():
-    plain, other = Model(urdf()), Model(urdf(prefix="robot1/"), "robot1/")
+    plain, other = Model(urdf()), Model(urdf(prefix="robot1/"), "robot1/base_link")
     assert set(other.links) == set(other.poses) == {"robot1/" + name for name in plain.links}  # joints lead to all
     assert set(other.joints) == {"robot1/" + name for name in plain.joints}
 
@@ -205,3 +208,23 @@ def test_xacro_alone_gives_the_same_model(tmp_path):
     text = subprocess.run([sys.executable, "-c", code], stdout=subprocess.PIPE, text=True,
                           check=True, cwd=str(tmp_path)).stdout
     assert Model(text).poses.keys() == Model(urdf()).poses.keys()
+
+
+@pytest.mark.parametrize("rollers, found", [("true", 46), ("false", 4)])
+def test_what_robotont_gazebo_refers_to_is_there(rollers, found):
+    """In the model that it includes: base_link bears the rims, and with rollers all is found."""
+    file = ROOT / "robotont_description" / "urdf" / "robotont_base.urdf.xacro"
+    code = f"import xacro; print(xacro.process_file({str(file)!r}, mappings={{'rollers': {rollers!r}}}).toxml())"
+    text = subprocess.run([sys.executable, "-c", code], stdout=subprocess.PIPE, text=True, check=True).stdout
+    model = Model(text, root="base_footprint")
+    assert len(GAZEBO) == 46
+    assert len(GAZEBO & set(model.links)) == found
+    assert set(model.poses) == set(model.links)  # joints lead to all
+    for rim in RIMS:
+        joint = model.joints[f"{rim}_joint"]
+        assert (joint.get("type"), joint.find("parent").get("link")) == ("continuous", "base_link")
+        np.testing.assert_allclose(np.linalg.norm(model.poses[f"{rim}_link"][:2, 3]), 0.145, atol=0.002)
+    masses = [float(link.find("inertial/mass").get("value")) for link in model.links.values()
+              if link.find("inertial")]
+    assert sum(masses) == pytest.approx(3.03, abs=0.05)  # [kg] the official model's
+    assert lowest(model, "visual")[0] == pytest.approx(0.0, abs=0.001)

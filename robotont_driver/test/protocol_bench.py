@@ -29,10 +29,10 @@ def command_of(wheels, twist, decimals=6):
 class Bench:
     """One PC, one board. `pass_on(data)` may spoil what the board sends."""
 
-    def __init__(self, name="robotont2", **board):
+    def __init__(self, name="robotont2", motors=None, make=None, **board):
         self.wheels = official_wheels()
-        self.motors = Motors()
-        self.board = BOARDS[name](self.motors, **board)
+        self.motors = motors or Motors()
+        self.board = (make or BOARDS[name])(self.motors, **board)
         self.protocol = KINDS[name](self.wheels)
         self.odometry = WheelOdometry(Kinematics(self.wheels), 0.02, 0.005)
         self.outbox = Outbox()
@@ -74,3 +74,7 @@ class Bench:
         """Command one twist for a time."""
         self.command(twist)
         self.run(seconds)
+
+    def fall_silent(self):
+        """The PC sends no more."""
+        self._repeat_at = math.inf

@@ -4,15 +4,20 @@ import math
 import re
 
 from robotont_boards.virtual_board import (
-    METRES_PER_EDGE,
+    BYTE,
     POSITIONS,
     TIME_OUT,
     Board,
     OfficialOdometry,
+    as_float,
     atof,
     clamp,
     single,
 )
+
+BANNER = b"**** MAIN ****\r\n"
+ZERO, HALF, ONE, TWO = map(single, (0, 0.5, 1, 2))
+SPEED_PER_EDGE = single(as_float(TWO / single(64) / single(18.75)) * math.pi / as_float(0.01) * as_float(0.035))
 
 
 class Robotont2Board(Board):
@@ -23,7 +28,7 @@ class Robotont2Board(Board):
 
     SPEED_LIMIT = 0.3    # [m/s] of each wheel alone
     EFFORT_LIMIT = 0.25
-    GAIN, INTEGRAL_TIME, CONTROL_PERIOD = 0.8, 0.05, 0.01
+    GAIN, INTEGRAL, CONTROL_PERIOD = single(0.8), single(20) * single(0.01), 0.01
     BUFFER = 254
 
     def __init__(self, motors, start=0.0, base_frame=True, distance=0.145):
@@ -35,14 +40,18 @@ class Robotont2Board(Board):
         self._base_frame = base_frame
         self._distance = distance
         self._stopped = [True] * 3
-        self._sums = [0.0] * 3      # of the control errors
+        self._efforts = [0.0] * 3
+        self._counts = [0] * 3      # since the newest control
+        self._turned = start        # [s] until when the motors have turned
+        self._sums = [ZERO] * 3  # of the control errors
+        self._outputs = [HALF] * 3
         self._buffer = bytearray()
         self._complete = False
         self._commanded_at = start
-        self._send(b"**** MAIN ****\r\n")
+        self._send(BANNER)
         self._every(self.CONTROL_PERIOD, self._control, self.CONTROL_PERIOD)
-        self._every(0.1, self._look_at_time, 0.1)
-        self._every(0.02, self._loop, 0.003)
+        self._every(0.1, self._look_at_time, len(BANNER) * BYTE + 0.1)
+        self._every(0.02, self._loop, len(BANNER) * BYTE)
 
     def _send(self, data):
         self._outgoing.append(data)
@@ -87,13 +96,13 @@ class Robotont2Board(Board):
         if len(lines) > 1:  # all but the first
             self.inversions += 1
             self.swallowed += [(self.now, line) for line in lines[1:]]
-        numbers = [float(single(atof(field))) for field in fields[1:4]]
+        numbers = [as_float(atof(field)) for field in fields[1:4]]
         if fields[0] == b"MS":
             for wheel, speed in enumerate(numbers):
                 self._set_speed(wheel, speed)
         else:
             vx, vy, turn = numbers
-            for wheel, phi in enumerate(POSITIONS):
+            for wheel, phi in enumerate(map(as_float, POSITIONS)):
                 speed = math.hypot(vx, vy) * math.sin(math.atan2(vy, vx) - phi) + self._distance * turn
                 if abs(speed) < 1e-5:
                     self._stop(wheel)
@@ -103,31 +112,51 @@ class Robotont2Board(Board):
 
     def _set_speed(self, wheel, speed):
         if self._stopped[wheel]:
-            self._sums[wheel] = 0.0
+            self._sums[wheel], self._outputs[wheel] = ZERO, HALF
             self._stopped[wheel] = False
         self.setpoints[wheel] = clamp(speed, self.SPEED_LIMIT)
 
     def _stop(self, wheel):
+        self._turn()
         self._set_speed(wheel, 0.0)
         self._stopped[wheel] = True
+        self._efforts[wheel] = 0.0
 
     def _look_at_time(self):
-        if self.now - self._commanded_at > TIME_OUT:
+        if self.now - self._commanded_at > TIME_OUT + 0.001 - 1e-6:  # it compares whole milliseconds
             for wheel in range(3):
                 self._stop(wheel)
 
+    def _turn(self):
+        """Let the motors turn until now, in whole milliseconds."""
+        until = math.ceil(1000 * self.now - 1e-3) / 1000
+        if until > self._turned:
+            for wheel, count in enumerate(self.motors.turn(self._efforts, until - self._turned)):
+                self._counts[wheel] += count
+            self._turned = until
+
     def _control(self):
-        efforts = [0.0 if self._stopped[wheel] else self._effort(wheel) for wheel in range(3)]
-        for wheel, effort in enumerate(efforts):
+        self._turn()
+        self.speeds = [float(single(count) * SPEED_PER_EDGE) for count in self._counts]
+        self._counts = [0] * 3
+        for wheel in range(3):
+            effort = self._effort(wheel)
             if effort == 0.0:  # off until the next command
                 self._stop(wheel)
-        counts = self.motors.turn(efforts, self.CONTROL_PERIOD)
-        self.speeds = [count * METRES_PER_EDGE / self.CONTROL_PERIOD for count in counts]
+            elif not self._stopped[wheel]:
+                self._efforts[wheel] = effort
 
     def _effort(self, wheel):
-        error = self.setpoints[wheel] - self.speeds[wheel]
-        self._sums[wheel] += error
-        wanted = self.GAIN * (error + self._sums[wheel] * self.CONTROL_PERIOD / self.INTEGRAL_TIME)
-        if abs(wanted) > 1.0:
-            self._sums[wheel] -= error
-        return clamp(wanted, self.EFFORT_LIMIT)
+        """As mbed's PID library: in parts of a span from -1 to 1, in single precision."""
+        error = within_span(self.setpoints[wheel]) - within_span(self.speeds[wheel])
+        pegged = self._outputs[wheel]
+        if not (pegged >= 1 and error > 0) and not (pegged <= 0 and error < 0):
+            self._sums[wheel] += error
+        output = HALF + self.GAIN * (error + self.INTEGRAL * self._sums[wheel])
+        self._outputs[wheel] = max(min(output, ONE), ZERO)
+        return clamp(float(self._outputs[wheel] * TWO - ONE), self.EFFORT_LIMIT)
+
+
+def within_span(value):
+    """Part of the span from -1 to 1."""
+    return min(max((single(value) + ONE) * HALF, ZERO), ONE)

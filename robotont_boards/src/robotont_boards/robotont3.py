@@ -6,15 +6,19 @@ import re
 import numpy as np
 
 from robotont_boards.virtual_board import (
-    METRES_PER_EDGE,
     POSITIONS,
     TIME_OUT,
     Board,
     OfficialOdometry,
+    as_float,
     atof,
     clamp,
     single,
 )
+
+# As C has them, half in single precision
+PHIS = (*POSITIONS[:2], as_float(single(5) / single(3)) * math.pi)
+METRES_PER_EDGE = as_float(single(2) / single(64) / single(18.75)) * math.pi * as_float(0.035)
 
 
 class TransferBuffer:
@@ -147,10 +151,11 @@ class Robotont3Board(Board):
         self._manual = None
         self._commanded_at = self.now
         if name == b"RS":
-            vx, vy, turn = numbers
-            speed, turn = min(math.hypot(vx, vy), self.LINEAR_LIMIT), clamp(turn, self.ANGULAR_LIMIT)
-            numbers = [speed * math.sin(math.atan2(vy, vx) - phi) + self.DISTANCE * turn for phi in POSITIONS]
-        self.setpoints = numbers
+            vx, vy, turn = map(as_float, numbers)
+            speed = clamp(as_float(math.hypot(vx, vy)), as_float(self.LINEAR_LIMIT))
+            way, turn = as_float(math.atan2(vy, vx)), clamp(turn, self.ANGULAR_LIMIT)
+            numbers = [speed * math.sin(way - phi) + as_float(self.DISTANCE) * turn for phi in PHIS]
+        self.setpoints = list(map(as_float, numbers))
 
     def _loop(self):
         self._loops += 1
@@ -171,16 +176,17 @@ class Robotont3Board(Board):
     def _duty(self, wheel):
         """Comparisons as in C: what is not a number stays so, in the sum too, until a reboot."""
         error = self.setpoints[wheel] - self.speeds[wheel]
-        self._sums[wheel] = within(self._sums[wheel] + 1000 * self.PERIOD * error, 100)
+        self._sums[wheel] = within(self._sums[wheel] + 20 * error, 100)
         change = self.speeds[wheel] - self._before[wheel]
         self._before[wheel] = self.speeds[wheel]
-        return within(60 * error + self._sums[wheel] - change / self.PERIOD, 100)
+        return within(60 * error + (self._sums[wheel] - 50 * change), 100)
 
     def _turn(self, duties, elapsed):
         """The motors have turned with the duties of the loop before, in whole percent."""
         efforts = [int(duty) / 100 if abs(duty) >= self.WEAKEST else 0.0 for duty in self._duties]
         self._duties = duties
-        self.speeds = [count * METRES_PER_EDGE / elapsed for count in self.motors.turn(efforts, elapsed)]
+        seconds = as_float(elapsed)
+        self.speeds = [count * METRES_PER_EDGE / seconds for count in self.motors.turn(efforts, elapsed)]
 
 
 def within(value, limit):

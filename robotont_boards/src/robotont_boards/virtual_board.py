@@ -7,12 +7,16 @@ from collections import deque
 import numpy as np
 
 POSITIONS = (math.pi / 3, math.pi, 5 * math.pi / 3)  # [rad] of the wheels, counterclockwise from forward
-METRES_PER_EDGE = 2 * math.pi * 0.035 / 64 / 18.75
 BYTE = 10 / 115200  # [s] on the line
 TIME_OUT = 1.0      # [s] without a command
 _NUMBER = re.compile(rb"[ \t\n\r\v\f]*([+-]?(?:nan|inf|(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:e[+-]?[0-9]+)?))", re.IGNORECASE)
 
 single = np.float32
+
+
+def as_float(number):
+    """What C's float keeps of a number."""
+    return float(single(number))
 
 
 def atof(text):

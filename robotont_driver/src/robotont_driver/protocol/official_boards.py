@@ -176,7 +176,7 @@ class Robotont2(Protocol):
         self.restarts += not lost
         periods, length = self._passed(at, now)
         self.repaired += periods - 1
-        self._last = line, now
+        self._last = line, at + periods * length * PERIOD
         return [[edge * length / periods for edge in ways[not lost]]] * periods
 
     def _passed(self, at, now):

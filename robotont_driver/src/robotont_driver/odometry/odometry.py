@@ -33,12 +33,6 @@ class Covariance(NamedTuple):
     aa: float
 
     @classmethod
-    def of_matrix(cls, matrix):
-        """From a symmetric 3 x 3 matrix."""
-        (xx, xy, xa), (_, yy, ya), (_, _, aa) = np.asarray(matrix, dtype=float).tolist()
-        return cls(xx, xy, xa, yy, ya, aa)
-
-    @classmethod
     def of_vector(cls, vector):
         """Of an error that is always along a vector v (3): v v'."""
         x, y, a = vector

@@ -17,13 +17,13 @@ BEHIND = 8              # blocks in which a change of the turning rate shows in 
 LAG = 0.06              # [s] of the motors behind their commands; they may have none, and twice as much
 WRONG = 0.01            # share of a path by which the wheel parameters may be wrong
 FOLLOWED = 0.05, 0.005  # share of the path commanded, and [m], by which a motor may not follow
-MORE = 1.3              # times the limit for more than four wheels, among which noise in common shows
 UNKNOWN = 1e6           # variance of what was not measured
 ODDS = 9.0              # difference of squared residuals from which on the larger one is believed: 90 to 1
+LASTS = 2 / 3           # of a slip must remain without its longest block: one jump is none
 CLEAR, PROVEN = 2.0, 0.3  # [sigma] below which a wheel rolls again, once a slip by that share would have shown
 MISSING = 0.009, 0.3, 5.0  # [m], share of the path commanded for 1 s, and times LAG, that a wheel may lack untold
-FIRST, BOUNDS = 2.0, (1 / 3, 4.0)  # noise of the wheels over `wheel_noise`: until it has been learnt; always
-DRIVEN, TRUST, MEMORY = 0.02, 6, 600  # [m] in a window that teaches it; windows that FIRST counts for; remembered
+FIRST, LEAST, MOST = (4.0, 0.0), (1 / 9, 0.0), 16.0  # variances over `wheel_noise` squared, own and common; bounds
+DRIVEN, TRUST, MEMORY = 0.02, 6, 600  # [m] in a window that teaches them; windows that FIRST counts for; remembered
 
 
 class SlipSearch:
@@ -31,7 +31,8 @@ class SlipSearch:
 
     wheel_noise: as in WheelOdometry. limit: [sigma] of a residual; 0: no search. `slipping`: the wheel that is
     excluded, or none. `alike`: those of which one slips; n: the gyro, so the robot is moved from outside. `slips`: n
-    variances [edges^2] of a packet's paths then. `lagging`: wheels that do not turn as commanded.
+    variances [edges^2] of a packet's paths then. `lagging`: wheels that do not turn as commanded. `noise`: learnt
+    variances over `wheel_noise` squared, of each wheel's own and of what all have in common, as over a rough floor.
     """
 
     def __init__(self, kinematics, period, wheel_noise, limit):
@@ -40,13 +41,14 @@ class SlipSearch:
         self._spare = [self.wheels > 3 and condition(np.delete(kinematics.matrix, wheel, 0)) <= LARGEST_CONDITION
                        for wheel in range(self.wheels)]
         self._edge, self._noise = np.array(kinematics.wheels.metres_per_edge), wheel_noise
-        self._limit = (limit or math.inf) * (MORE if self.wheels > 4 else 1.0)
+        self._limit = math.sqrt(limit ** 2 + 2 * math.log(max(1, self.wheels - 3))) if limit else math.inf
         self._size, keep = max(1, round(BLOCK / period)), math.exp(-period / LAG)
         powers = np.arange(self._size)  # what motors do in a block's packets: by what they did, and by its commands
         self._decay, self._follow = keep ** (powers[:, None] + 1), np.tril(
             (1 - keep) * keep ** np.subtract.outer(powers, powers))
-        self._blocks, self._packets, self._expected = deque(maxlen=LONG), [], np.zeros(self.wheels)
-        self.ratio, self._learnt, self._tests, self._shown, self._known = FIRST, TRUST, 0, 0.0, 0
+        self._blocks, self._packets, self._expected = deque(maxlen=LONG), [], np.zeros((1, self.wheels))
+        self.noise, self._learnt = np.array(FIRST), TRUST * np.eye(2) * max(1, self.wheels - 3)
+        self._tests, self._shown, self._known = 0, 0.0, 0
         self.slipping, self.alike, self.slips, self.lagging, self.alarms = (), (), None, (), 0
 
     def update(self, counts, commanded=None, gyro=None):
@@ -59,45 +61,75 @@ class SlipSearch:
             return False
         (counts, commands, turns), self._packets = zip(*self._packets), []
         self._known = 0 if None in commands else self._known + 1
-        counts = np.array(counts)
-        commands = np.array(commands) if self._known else counts
-        expected = self._decay * self._expected + self._follow @ commands
-        self._expected = expected[-1]
-        paths = np.array((counts, np.abs(counts), expected, commands - expected)).sum(axis=1)
-        self._blocks.append((paths * self._edge, np.array(turns).sum(axis=0)))
+        follows = commands if self._known else counts
+        block, self._expected = self.block(np.array(counts), np.array(follows), self._expected)
+        self._blocks.append((block, np.array(turns).sum(axis=0)))
+        blocks, turns = map(np.array, zip(*self._blocks))
         before = self.slipping, self.alike
-        self._test(*map(np.array, zip(*self._blocks)))
+        self._compare(blocks)
+        self.judge(*self.measure(blocks, turns, self._known, self.noise))
         return (self.slipping, self.alike) != before
 
-    def _test(self, blocks, gyro):
-        """blocks: b x 4 x n paths as counted, to and fro, commanded behind the lag, and beyond it; gyro: b x 3."""
-        n, known, change = self.wheels, self._known, np.ptp(blocks[-BEHIND:, 0] @ self._inverse[2])
+    def block(self, counts, commands, expected):
+        """(4 x n [m]: counted, to and fro, commanded behind the lag, and beyond it; 1 x n that motors did last).
+
+        counts, commands: of a block's packets x n [edges]. All may have leading axes: many robots of a kind at once.
+        """
+        expected = self._decay * expected + self._follow @ commands
+        paths = np.stack([counts, np.abs(counts), expected, commands - expected], axis=-3).sum(axis=-2)
+        return paths * self._edge, expected[..., -1:, :]
+
+    def _compare(self, blocks):
         path, _, commanded, _ = blocks[-SECOND:].sum(axis=0)
         allowed = MISSING[0] + MISSING[1] * abs(commanded) + MISSING[2] * abs(blocks[:, 3]).sum(axis=0)
-        self.lagging = tuple(np.flatnonzero(abs(path - commanded) > allowed).tolist() if known >= SECOND else ())
-        blocks, gyro = blocks[-WINDOW:], gyro[-WINDOW:]
-        path, way, commanded, lag = blocks.sum(axis=0)
-        self.alike, self.slips, self._tests = (), None, self._tests + 1
-        if not (way.any() or gyro[:, 0].any()):
-            return
-        way = np.maximum(way, abs(self._rows[:n] @ (self._inverse @ path)))  # a wheel that counts little is no better
-        wheels = PATH_VARIANCE * self._edge ** 2 + (self.ratio * self._noise) ** 2 * way + (WRONG * path) ** 2
-        turn = gyro[:, 1].sum() + (gyro[:, 2].max() / self._size * change / BLOCK) ** 2
+        self.lagging = tuple(np.flatnonzero(abs(path - commanded) > allowed).tolist() if self._known >= SECOND else ())
+
+    def measure(self, blocks, turns, known, noise):
+        """What `judge` takes, of b blocks: b x 4 x n as by `block`, b x 3 of a gyro; known: those with commands.
+
+        noise: 2, as `self.noise`. All but `known` may have leading axes.
+        """
+        n, change = self.wheels, np.ptp(blocks[..., -BEHIND:, 0, :] @ self._inverse[2], axis=-1)
+        blocks, turns = blocks[..., -WINDOW:, :, :], turns[..., -WINDOW:, :]
+        path, _, commanded, lag = np.moveaxis(blocks.sum(axis=-3), -2, 0)
+        counted, way = blocks[..., 0, :], blocks[..., 1, :]
+        way = np.maximum(way, abs(counted @ (self._rows[:n] @ self._inverse).T))  # one that counts little is no better
+        rough = self._noise * np.sqrt(way)
+        turned = counted @ self._inverse[2] + turns[..., 0]
+        values = np.concatenate([counted, turned[..., None], blocks[..., 2, :]], axis=-1)
+        turn = turns[..., 1].sum(axis=-1) + (turns[..., 2].max(axis=-1) / self._size * change / BLOCK) ** 2
         follows = (FOLLOWED[0] * commanded) ** 2 + FOLLOWED[1] ** 2 + n * lag ** 2 + UNKNOWN * (known < WINDOW)
-        values = np.column_stack([blocks[:, 0], blocks[:, 0] @ self._inverse[2] + gyro[:, 0], blocks[:, 2]])
-        rows, variances = self._rows, np.concatenate([wheels, [turn], follows])
-        parts, errors = _residuals(rows[:n + 1], values[:, :n + 1], variances[:n + 1])
-        sigmas = parts.sum(axis=0)
+        turn = np.where(turn > 0.0, turn, UNKNOWN)[..., None]  # it has told nothing yet
+        variances = [PATH_VARIANCE * self._edge ** 2 + (WRONG * path) ** 2, turn, follows]
+        covariance = np.concatenate(variances, axis=-1)[..., None] * np.eye(2 * n + 1)
+        own, common = np.moveaxis(noise, -1, 0)[..., None, None]
+        covariance[..., :n, :n] += np.swapaxes(rough, -1, -2) @ rough * (own * np.eye(n) + common)
+        return (path, rough, values, covariance, *_residuals(
+            self._rows[:n + 1], values[..., :n + 1], covariance[..., :n + 1, :n + 1]))
+
+    def judge(self, path, rough, values, covariance, parts, errors, weights):
+        """Exclude, name, or take back a wheel by what `measure` gave; learn of those that roll."""
+        self.alike, self.slips, self._tests = (), None, self._tests + 1
+        n, sigmas = self.wheels, parts.sum(axis=0)
         worst = np.argmax(abs(sigmas))
-        lasts = min(abs(sigmas[worst] - parts[:, worst]))  # without its longest block: one jump is no slip
         if self.slipping:
             self._release(sigmas, errors, path)
-        elif abs(sigmas[worst]) > self._limit and lasts > self._limit / 2:
-            self._accuse(_residuals(rows, values, variances)[0].sum(axis=0)[:n + 1] ** 2, sigmas * errors)
-        elif self._tests % WINDOW == 0 and way.mean() >= DRIVEN and sigmas[:n].any():  # all roll: learn the noise
-            self._learnt = min(self._learnt + 1, MEMORY)
-            ratio = self.ratio * math.sqrt(1.0 + (np.mean(sigmas[:n] ** 2) - 1.0) / self._learnt)
-            self.ratio = min(max(ratio, BOUNDS[0]), BOUNDS[1])
+        elif abs(sigmas[worst]) > self._limit and min(abs(sigmas[worst] - parts[:, worst])) > LASTS * self._limit:
+            self._accuse(_residuals(self._rows, values, covariance)[0].sum(axis=0)[:n + 1] ** 2, sigmas * errors)
+        elif self._tests % WINDOW == 0 and np.sum(rough ** 2) >= n * DRIVEN * self._noise ** 2 and sigmas[:n].any():
+            self._learn(rough * math.sqrt(self.noise.sum()), (sigmas / errors)[:n], weights[:n, :n])
+
+    def _learn(self, rough, pulls, weights):
+        """A step of Fisher's scoring for the noise, by the likelihood of the residuals."""
+        both = np.vstack([np.diag(np.sqrt(np.sum(rough ** 2, axis=0))), rough])  # of each wheel, of each block
+        expected, parts = both @ weights @ both.T, (0, self.wheels)
+        self._learnt *= 1 - 1 / MEMORY
+        self._learnt += np.add.reduceat(np.add.reduceat(expected ** 2, parts), parts, axis=1)
+        pull = np.add.reduceat((both @ pulls) ** 2 - np.diag(expected), parts)
+        steps, least = np.linalg.solve(self._learnt, pull), -self.noise[1] / self.noise.sum()
+        if steps[1] < least:  # nothing is in common: all else is the wheels' own
+            steps = np.array(((pull[0] - self._learnt[0, 1] * least) / self._learnt[0, 0], least))
+        self.noise = np.clip(self.noise + self.noise.sum() * steps, LEAST, MOST)
 
     def _accuse(self, squares, slips):
         """Exclude the wheel that explains all (squared residuals) better than any other, or name those alike."""
@@ -119,23 +151,25 @@ class SlipSearch:
             self.slipping = ()
 
 
-def _residuals(rows, values, variances):
-    """(b x m, m): the residuals of m values in deviations, by block; [m] that each would be too long for one of them.
+def _residuals(rows, values, covariance):
+    """(b x m, m, m x m): residuals of b x m values in deviations, [m] that each is too long for one, their weights.
 
-    rows: m x 3, of what measures a motion. Those that nothing checks have none.
+    W. Baarda, A Testing Procedure for Use in Geodetic Networks (1968). rows: m x 3, of what measures a motion. Those
+    that nothing checks have none. All but rows may have leading axes.
     """
-    root = 1 / np.sqrt(variances)
-    scaled = rows * root[:, None]
-    remains = np.eye(len(rows)) - scaled @ np.linalg.solve(scaled.T @ scaled, scaled.T)
-    spare = np.diag(remains)
-    checked, spare = spare > 1e-3, np.sqrt(np.maximum(spare, 1e-3))
-    return (values * root) @ remains * (checked / spare), 1 / (spare * root)
+    inverse = np.linalg.inv(covariance)
+    weighed = inverse @ rows
+    weights = inverse - weighed @ np.linalg.solve(rows.T @ weighed, np.swapaxes(weighed, -1, -2))
+    variances, spare = (np.diagonal(each, axis1=-2, axis2=-1) for each in (covariance, weights))
+    spare = spare * variances
+    errors = np.sqrt(variances / np.maximum(spare, 1e-3))
+    return values @ weights * (errors * (spare > 1e-3))[..., None, :], errors, weights
 
 
 def values_of(search):
     """Values for the diagnostics, by name."""
     return {"wheels excluded": list_wheels(search.slipping) or "none", "wheels found so far": search.alarms,
-            "noise of the wheels, learnt": f"{search.ratio:.1f} x wheel_noise"}
+            "noise of the wheels, learnt": f"{math.sqrt(search.noise.sum()):.1f} x wheel_noise"}
 
 
 def fault_of_wheels(search):

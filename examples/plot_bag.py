@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
-"""Draws the way of the robot out of a bag: plot_bag.py square.bag writes square.png."""
+"""Draws ways of the robot out of bags: plot_bag.py square.bag other.bag writes square.png."""
 
-import sys
+import argparse
 from pathlib import Path
 
 import matplotlib
@@ -10,11 +10,16 @@ matplotlib.use("Agg")  # into a file, without a screen
 import matplotlib.pyplot as plt
 import rosbag
 
-bag = Path(sys.argv[1])
-way = [message.pose.pose.position for _, message, _ in rosbag.Bag(str(bag)).read_messages(topics=["odom", "/odom"])]
-plt.plot([place.x for place in way], [place.y for place in way])
+parser = argparse.ArgumentParser(description=__doc__)
+parser.add_argument("bags", nargs="+", type=Path)
+bags = parser.parse_args().bags
+picture = bags[0].with_suffix(".png")
+for bag in bags:
+    way = [message.pose.pose.position for _, message, _ in rosbag.Bag(str(bag)).read_messages(topics=["odom", "/odom"])]
+    plt.plot([place.x for place in way], [place.y for place in way], label=bag.stem)
+    print(f"{len(way)} poses: {picture}")
 plt.axis("equal")
 plt.xlabel("x [m]")
 plt.ylabel("y [m]")
-plt.savefig(str(bag.with_suffix(".png")), dpi=100)
-print(f"{len(way)} poses: {bag.with_suffix('.png')}")
+plt.legend()
+plt.savefig(str(picture), dpi=100)

@@ -84,6 +84,13 @@ class OdomNodeTest(NodeTest):
         self.send([(0, 0, 0)])
         self.assertEqual(self.pose(), (0.0, 0.0, 0.0))
 
+    def test_a_board_of_another_rate_is_told(self):
+        def told():
+            self.send([(0, 0, 0)], wait=False)
+            status = self.status.get("odom_node: stamps")
+            return status and status.level == WARN and "pidControlFrequency" in status.message
+        wait_for(told, "the warning", period=0.022)
+
     def keep_on_until(self, level, words, topic, counts, units):
         """The task's values, once it has this level and these words while packets of `counts` come."""
         task = topic.lstrip("/") + TASK

@@ -98,6 +98,15 @@ def test_never_ahead_of_now_and_never_behind_the_last(moves):
         before = stamp
 
 
+def test_the_loops_of_generation_3_are_no_restarts():
+    """Each tenth takes 25 ms, so all are up to 3 ms off an even line."""
+    times = 5.0 + np.cumsum(np.where(np.arange(3000) % 10 == 9, 0.025, 0.02))
+    clock = OdometryStamps(PERIOD)
+    found = stamps(delayed(times), clock=clock)
+    assert np.abs(found - times)[500:].max() < 5e-3
+    assert (clock.drift, clock.restarts) == (pytest.approx(0.025, abs=1e-3), 0)
+
+
 def test_packets_of_no_period_are_stamped_by_arrival():
     clock = OdometryStamps(0.0)
     at = made(100) + 0.3 * np.random.default_rng(1).random(100).cumsum()

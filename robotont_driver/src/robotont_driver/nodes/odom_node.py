@@ -9,7 +9,7 @@ from std_srvs.srv import Empty, EmptyResponse, Trigger, TriggerResponse
 from robotont_driver.kinematics.kinematics import SOLVERS, Kinematics
 from robotont_driver.odometry.gyro import Gyro
 from robotont_driver.odometry.odometry import WheelOdometry
-from robotont_driver.odometry.odometry_stamps import SECOND, OdometryStamps
+from robotont_driver.odometry.odometry_stamps import LARGEST_DRIFT, SECOND, OdometryStamps
 from robotont_driver.odometry.slip import SlipSearch, fault_of_wheels, values_of
 from robotont_driver.parameters.parameters import Parameter
 from robotont_driver.ros.clocks import boot_time, read_clocks
@@ -159,6 +159,9 @@ class OdomNode:
             recently = clock.event and self._arrived - clock.event_at < RECENTLY
         if not rospy.get_time():
             return WARN, "use_sim_time is set, and nobody publishes /clock: all stamps are 0", values
+        if abs(clock.drift) >= LARGEST_DRIFT:
+            return WARN, (f"packets come {100 * clock.drift:+.0f} % off their time or more, stamps are wrong by up to a "
+                          "period: is pidControlFrequency the board's?"), values
         if recently:
             return WARN, clock.event + "; odometry, transforms and joint states go on with its new time", values
         return OK, "by packet number and arrival" if self._odometry.period else "by arrival", values

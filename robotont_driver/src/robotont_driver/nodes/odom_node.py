@@ -160,8 +160,8 @@ class OdomNode:
         if not rospy.get_time():
             return WARN, "use_sim_time is set, and nobody publishes /clock: all stamps are 0", values
         if abs(clock.drift) >= LARGEST_DRIFT:
-            return WARN, (f"packets come {100 * clock.drift:+.0f} % off their time or more, stamps are wrong by up to a "
-                          "period: is pidControlFrequency the board's?"), values
+            return WARN, (f"periods are {100 * clock.drift:+.0f} % longer than pidControlFrequency says or more: stamps "
+                          "may be a period off"), values
         if recently:
             return WARN, clock.event + "; odometry, transforms and joint states go on with its new time", values
         return OK, "by packet number and arrival" if self._odometry.period else "by arrival", values

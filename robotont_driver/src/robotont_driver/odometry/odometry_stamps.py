@@ -8,7 +8,7 @@ import math
 
 SECOND = 1_000_000_000
 FIRST_BLOCKS, BLOCKS, RECENT = 10, 30, 5  # of 0.2, the others of 1 s; kept for the period; newest, for the height
-LARGEST_DRIFT = 0.03    # part by which the board's period may differ from the nominal one: generation 3's by 0.025
+LARGEST_DRIFT = 0.03  # part by which the board's period may differ from the nominal one: generation 3's by 0.025
 ROUGH, TICK = SECOND // 200, 1000  # of a block's earliest arrival; between stamps: tf2 takes closer ones for the same
 PAUSE, SETTLED = 3 * SECOND, SECOND // 20  # without packets, or with late ones that are no queue: the line begins anew
 LATE, LOST, SHARP = 0.75, 8, 0.2  # [periods] late; up to so many whole ones, and this beyond: packets were lost
@@ -17,7 +17,8 @@ LATE, LOST, SHARP = 0.75, 8, 0.2  # [periods] late; up to so many whole ones, an
 class OdometryStamps:
     """Stamps packets of a nominal period [s]; 0: they stand for no certain period and are stamped by arrival.
 
-    `drift` of the board's period [1], at most LARGEST_DRIFT; `restarts` of the line; `event`: a clock was set, at the arrival `event_at`.
+    `drift` of the board's period [1], at most LARGEST_DRIFT; `restarts` of the line; `event`: a clock was set, at the
+    arrival `event_at`.
     """
 
     def __init__(self, period):

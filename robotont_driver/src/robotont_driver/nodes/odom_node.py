@@ -160,7 +160,7 @@ class OdomNode:
         if not rospy.get_time():
             return WARN, "use_sim_time is set, and nobody publishes /clock: all stamps are 0", values
         if abs(clock.drift) >= LARGEST_DRIFT:
-            return WARN, (f"periods are {100 * clock.drift:+.0f} % longer than pidControlFrequency says or more: stamps "
+            return WARN, (f"periods are {100 * clock.drift:+.0f} % longer than pidControlFrequency or more: stamps "
                           "may be a period off"), values
         if recently:
             return WARN, clock.event + "; odometry, transforms and joint states go on with its new time", values

@@ -34,6 +34,9 @@ PUSHED = 1.5          # part of the board's limit that a wheel exceeds at most w
 JITTER = 2.0          # ... and [periods] for which it does so more than have passed
 MOST_LOST = 256       # [periods] that are handed out for lost lines
 MEMORY = 1000         # [periods] in which the board's clock, by its lines, follows this computer's
+LOOPS = 10            # of the board, of which generation 3 makes one longer
+LATE = 1.5            # [periods] a line that comes later tells nothing of its loop's length
+VISITS = 4            # of a place among them over which its length is averaged
 NEGLIGIBLE = 5.0      # [edges] by which it does not matter whether the board has restarted
 STRANGE = 50          # lines in a row that moved against their own twist: firmware before February 2020
 OLD = ("firmware from before March 2020: it has no time-out, or its poses are short by 11 to 24 %; flash the makers' "
@@ -98,7 +101,7 @@ class Robotont2(Protocol):
     pacing = 0.03
     hello = b"\x1b"     # ESC stops the board and clears what a former program may have left in its buffer
     fastest = 0.30      # [m/s] the board limits each wheel to this by itself, which would bend the path
-    longest = 1.0       # [periods] that each tenth of its loops takes, of which its pose counts one only
+    longest = 1.0       # [periods] that each tenth of its loops takes; its pose counts one period
 
     def __init__(self, wheels):
         """Raises ProtocolError when the board cannot have these wheels."""
@@ -108,6 +111,7 @@ class Robotont2(Protocol):
         self._usual = PUSHED * self.fastest * PERIOD * wheels.edges_per_turn / (2 * math.pi * RADIUS)
         self._last = None, 0.0   # newest trusted line, and [s] when it was made
         self._heard = None, 0.0  # newest line, and [s] when it came
+        self._place, self._lengths = 0, [1.0] * LOOPS  # of the newest trusted line's loop; [periods], by the arrivals
         self._strange = 0        # lines in a row that follow neither
         self.misfit = self.complaint = self._board_wheels.misfit
 
@@ -147,11 +151,13 @@ class Robotont2(Protocol):
             else:
                 raise PacketError("inconsistent", "the pose does not follow the one before it by its own twist")
         last, at = self._last
-        _, length = self._passed(at, now)
+        # at rest lost lines follow, too; in motion the next is a loop later, however late it comes
+        loops = 1 if last and any(last[3:]) else max(0, self._loops(at, now))
+        length = self._length(loops, (now - at) / PERIOD)
         steps.append([edge * length for edge in self._board_wheels.edges(body_step(last, line))])
         self.check_reach(steps[-1])
-        made = at + length * PERIOD
-        self._last = line, made + (now - made) / MEMORY
+        made = at + loops * length * PERIOD
+        self._last = line, min(made + (now - made) / MEMORY, now)  # nothing arrives before it is made
         return [Packet([round(edge, DECIMALS) for edge in each], format_packet(each, DECIMALS)) for each in steps]
 
     def _restart(self, now):
@@ -174,16 +180,29 @@ class Robotont2(Protocol):
             raise PacketError("inconsistent", "old lines: their poses are farther away than the motors can go")
         self.doubts += lost and restarted and largest(map(float.__sub__, *ways)) > NEGLIGIBLE
         self.restarts += not lost
-        periods, length = self._passed(at, now)
+        periods = max(1, self._loops(at, now))
+        length = self._length(periods, (now - at) / PERIOD)
         self.repaired += periods - 1
-        self._last = line, at + periods * length * PERIOD
+        self._last = line, min(at + periods * length * PERIOD, now)
         return [[edge * length / periods for edge in ways[not lost]]] * periods
 
-    def _passed(self, at, now):
-        """(the board's loops between two times [s], [periods] that each took, for one that its pose counts)."""
-        passed = (now - at) / PERIOD
-        loops = max(1, min(round(passed / (0.9 + 0.1 * self.longest)), MOST_LOST))
-        return loops, min(max(passed / loops, 1.0), self.longest)
+    def _loops(self, at, now):
+        """The board's loops between two times [s]."""
+        return min(round((now - at) / PERIOD / (0.9 + 0.1 * self.longest)), MOST_LOST)
+
+    def _length(self, loops, passed):
+        """[periods] that each of the next `loops` takes on the mean, for one that its pose counts.
+
+        passed: [periods] by the arrivals, from which the place of the longer one is learnt.
+        """
+        places = [(self._place + more) % LOOPS for more in range(1, loops + 1)]
+        self._place = (self._place + loops) % LOOPS
+        if loops == 1 and passed < LATE:
+            self._lengths[self._place] += (passed - self._lengths[self._place]) / VISITS
+        long, longer = max(self._lengths), self.longest - 1.0
+        if long - min(self._lengths) < longer / 2:  # it is not known yet which place has it
+            return min(max(passed / max(loops, 1), 0.9), self.longest)
+        return 1.0 + longer * places.count(self._lengths.index(long)) / max(loops, 1)
 
     def encode(self, command):
         """`MS:` with the rim speeds, all scaled by one factor to the board's limit; `RS:0:0:0` at rest."""

@@ -1,4 +1,4 @@
-"""A gyro beside the wheels: heading, covariance, bias, gaps, wheels that slip, and 24 ways in which it may be wrong."""
+"""A gyro beside the wheels: heading, covariance, bias, gaps, wheels that slip, and 23 ways in which it may be wrong."""
 
 import math
 

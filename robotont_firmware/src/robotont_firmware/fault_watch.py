@@ -3,7 +3,7 @@
     NO_COUNTS  driven with half of what a load may need, and less than a quarter of the wanted speed, for 300 ms
     WRONG_WAY  driven one way, and counting the other way, for 450 ms: longer than a push
     TOO_MANY   more counts than the motor can make, for three control periods
-    NOISE      counts to and fro, eight times within a second or two, while it stands without effort
+    NOISE      counts to and fro, nine turns within a second or two, while it stands without effort
 
 Speeds are fine units (robot_numbers), times control periods. All of the first two is in the direction of the drive.
 `numbers` is a wheel's array, whose first places are theirs.

@@ -172,7 +172,7 @@ class Controller:
 
     @micropython.native
     def _drive(self, periods, commanded):
-        """Bring the set-points nearer to the targets and let every controller act; a wheel at fault is shorted."""
+        """Bring the set-points nearer to the targets and let each controller act; by some faults a wheel is shorted."""
         setpoints, wheels = self._setpoints, self._wheels
         if not commanded:
             clear(setpoints.now, wheels)

@@ -4,7 +4,7 @@ from array import array
 
 from robotont_firmware.compat import const, micropython
 
-TIMED_OUT = const(1)  # flags: no valid command for TIMEOUT: the motors are off
+TIMED_OUT = const(1)  # flags: no valid command for TIMEOUT: the wheels brake, then roll
 WAITS_FOR_ZERO = const(2)  # after a fault, or a start that was not requested: a command of all zeros is needed
 BATTERY_IS_LOW = const(4)
 

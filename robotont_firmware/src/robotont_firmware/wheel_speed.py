@@ -89,7 +89,7 @@ def against(numbers, speed: int, ahead: int, periods: int, brake: int) -> int:
     if slow:
         n[_HELD] = 1
     held = n[_HELD] if periods else 0
-    short = -1 if speed > 0 else 1  # brakes whatever is counted, and turns nothing
+    short = -1 if speed > 0 else 1  # a driver that can brakes, whatever is counted; it turns nothing
     if (ahead <= 0 and not held) or (held and not slow and n[_PROVED] == 0):
         n[_AWAY] = 0
         return short
@@ -157,7 +157,7 @@ def limit(numbers, effort: int, speed: int, held: int) -> int:
     """Return the effort within the torque limit around the back-EMF, which bounds the current, and MAX_EFFORT.
 
     The back-EMF is only what the encoder counts: it turns no effort round, and raises none above what the reference
-    takes, `held`. What brakes shorts the motor at least.
+    takes, `held`. What brakes shorts the motor at least, where its driver can.
     """
     n = ptr32(numbers)
     emf = 0 if n[_FULL] else n[_GAIN] * speed >> 16
@@ -236,7 +236,7 @@ class Pid:
         brake: the gain, or less.
 
         Never along the motion that is counted. Until it was slow, and unless it `holds`, only a wheel that turns as it
-        was driven is braked: with a reversed encoder it rolls.
+        was driven gets effort: with a reversed encoder it is shorted.
         """
         numbers = self.n
         n, sign = ptr32(numbers), int(SIGN)

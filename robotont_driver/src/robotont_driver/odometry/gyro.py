@@ -113,7 +113,7 @@ class Gyro:
     noise: [rad/s/sqrt(Hz)]; bias_walk: [rad/s/sqrt(s)]; scale: rate for 1 rad/s, and its standard deviation.
     `compared`: the newest turn beyond the wheels', its variance, [s] of timing; or None. `behind`: packets whose turn
     is still the wheels' alone. `learns`: whether the bias was learnt now. `saturates`: [rad/s], 0: not seen.
-    `turned`: by it, to and fro, for its calibration. `without`: share of the last second's packets without its turn.
+    `turned`: by it, with sign, for its calibration. `without`: share of the last second's packets without its turn.
     """
 
     def __init__(self, period, metres_per_edge, noise, bias_walk, scale=1.0, scale_noise=0.0):

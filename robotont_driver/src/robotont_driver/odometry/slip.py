@@ -19,9 +19,9 @@ WRONG = 0.01            # share of a path by which the wheel parameters may be w
 FOLLOWED = 0.05, 0.005  # share of the path commanded, and [m], by which a motor may not follow
 UNKNOWN = 1e6           # variance of what was not measured
 ODDS = 9.0              # difference of squared residuals from which on the larger one is believed: 90 to 1
-LASTS = 2 / 3           # of a slip must remain without its longest block: one jump is none
+LASTS = 2 / 3           # of the limit must remain without its longest block: one jump is none
 CLEAR, PROVEN = 2.0, 0.3  # [sigma] below which a wheel rolls again, once a slip by that share would have shown
-MISSING = 0.009, 0.3, 5.0  # [m], share of the path commanded for 1 s, and times LAG, that a wheel may lack untold
+MISSING = 0.009, 0.3, 5.0  # [m], share of the path commanded for 1 s, and times LAG, that a wheel may be off untold
 FIRST, LEAST, MOST = (4.0, 0.0), (1 / 9, 0.0), 16.0  # variances over `wheel_noise` squared, own and common; bounds
 DRIVEN, TRUST, MEMORY = 0.02, 6, 600  # [m] in a window that teaches them; windows that FIRST counts for; remembered
 

@@ -64,7 +64,7 @@ class BoardStatus(NamedTuple):
         if self.flags & WAITS_FOR_ZERO and not self.fault:
             warnings.append("the board waits for a command of zeros: it has restarted, or a fault has just ended")
         elif self.flags & TIMED_OUT:
-            warnings.append("no valid commands reach the board: its motors are off")
+            warnings.append("no valid commands reach the board: it brakes, then rolls")
         return warnings
 
 

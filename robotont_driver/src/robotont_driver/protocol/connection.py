@@ -101,9 +101,9 @@ class Connection:
 
     packets: one of NAMES: plain and checked are taken at their word; an official board has to show by its lines that it
     is the robot's; auto: any board that fits the wheels. usb_id: "vendor:product" of the port, if known. Nothing is
-    sent before the board is known, but with auto plain packets after PATIENCE, for a board that only receives.
-    Times `now` [s] are the caller's. Pure; no data can raise out of it. Raises ProtocolError where its
-    board cannot have such wheels.
+    sent before the board is known, but with auto plain packets after PATIENCE, for a board that only receives, and a
+    last stop. Times `now` [s] are the caller's. Pure; no data can raise out of it. Raises ProtocolError where its board
+    cannot have such wheels.
     """
 
     def __init__(self, wheels, packets=AUTO, usb_id="", now=0.0):

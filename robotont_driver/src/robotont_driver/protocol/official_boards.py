@@ -100,7 +100,7 @@ class Robotont2(Protocol):
     name = "robotont2"
     pacing = 0.03
     hello = b"\x1b"     # ESC stops the board and clears what a former program may have left in its buffer
-    fastest = 0.30      # [m/s] the board limits each wheel to this by itself, which would bend the path
+    fastest = 0.30      # [m/s] of a wheel; generation 2 clamps each alone by itself, which would bend the path
     longest = 1.0       # [periods] that each tenth of its loops takes; its pose counts one period
 
     def __init__(self, wheels):
@@ -205,7 +205,7 @@ class Robotont2(Protocol):
         return 1.0 + longer * places.count(self._lengths.index(long)) / max(loops, 1)
 
     def encode(self, command):
-        """`MS:` with the rim speeds, all scaled by one factor to the board's limit; `RS:0:0:0` at rest."""
+        """`MS:` with the rim speeds, all scaled by one factor to `fastest`; `RS:0:0:0` at rest."""
         speeds = self._board_wheels.board_speeds(command)
         fastest = largest(speeds)
         factor = min(1.0, self.fastest / max(fastest, STANDING))
@@ -223,7 +223,7 @@ class Robotont3(Robotont2):
     """Generation 3 takes every USB transfer for a whole line, and a field too few halts the board.
 
     `encode` gives lines of less than 64 bytes, each for one write, so a line is a transfer. ESC is unknown there. Its
-    display takes 25 ms of every tenth loop, and its pose ignores them.
+    display takes 25 ms of every tenth loop, and its pose counts 20.
     """
 
     name = "robotont3"

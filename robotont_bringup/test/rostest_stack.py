@@ -116,7 +116,8 @@ class StackTest(NodeTest):
             self.drive((0.4, 0, 0), lambda: any(self.board.speeds), f"motion with a new {node}")
 
     def test_a_subscriber_that_stops_reading_holds_up_nobody(self):
-        others = self.subscribers("/odom")  # this test, and the mux' guard
+        others = 2
+        wait_for(lambda: self.subscribers("/odom") == others, "this test and the mux' guard")
         hung = self.subscribe_without_reading("/odom", Odometry)
         self.addCleanup(hung.close)
         wait_for(lambda: self.subscribers("/odom") == others + 1, "another subscriber")

@@ -16,9 +16,10 @@ from robotont_testing.harness import wait_for
 class NoWay:
     """Stands in for the topics and move_base behind them, which gives each goal up before its sender goes on."""
 
-    def __init__(self):
+    def __init__(self, after=0.0):
         self.listeners = defaultdict(list)
         self.sent = 0
+        self._after = after  # [s]
 
     def subscribe(self, topic, _kind, callback, **_):
         self.listeners[topic].append(callback)
@@ -33,9 +34,26 @@ class NoWay:
     def publish(self, message):
         self.sent += 1
         result = MoveBaseActionResult(status=GoalStatus(message.goal_id, GoalStatus.ABORTED, "no way"))
-        answer = threading.Thread(target=self.hear, args=("move_base/result", result))
+        answer = threading.Timer(self._after, self.hear, ("move_base/result", result))
         answer.start()
-        answer.join()
+        if not self._after:
+            answer.join()
+
+    def replace(self, monkeypatch):
+        """Stand in for rospy and its master."""
+        monkeypatch.setattr(rospy, "Subscriber", self.subscribe)
+        monkeypatch.setattr(rospy, "Publisher", self.advertise)
+        monkeypatch.setattr(rospy, "get_name", lambda: "/goto")
+        monkeypatch.setattr(rospy, "get_param", lambda _name, default: default)
+        monkeypatch.setattr(rospy, "get_rostime", rospy.Time)
+        monkeypatch.setattr(rospy.Time, "now", rospy.Time)
+
+
+def test_without_patience_move_base_decides(monkeypatch):
+    NoWay(after=0.5).replace(monkeypatch)
+    goto = goto_client.GoTo("map", lambda _words: None)
+    monkeypatch.setattr(goto, "check", lambda goal: None)
+    assert goto.go(Goal(1.0, 1.0, 0.0), 10.0, patience=0.0).words.startswith("move_base gave up (ABORTED): no way")
 
 
 @pytest.mark.parametrize("topic, message, sender, words", [
@@ -48,12 +66,7 @@ class NoWay:
 def test_a_goal_that_waits_is_not_sent_again_once_somebody_has_cancelled_all_or_sent_another(
         monkeypatch, topic, message, sender, words):
     move_base = NoWay()
-    monkeypatch.setattr(rospy, "Subscriber", move_base.subscribe)
-    monkeypatch.setattr(rospy, "Publisher", move_base.advertise)
-    monkeypatch.setattr(rospy, "get_name", lambda: "/goto")
-    monkeypatch.setattr(rospy, "get_param", lambda _name, default: default)
-    monkeypatch.setattr(rospy, "get_rostime", rospy.Time)
-    monkeypatch.setattr(rospy.Time, "now", rospy.Time)
+    move_base.replace(monkeypatch)
     monkeypatch.setattr(goto_client, "AGAIN", 0.3)
     shown, outcomes = [], []
     goto = goto_client.GoTo("map", shown.append)

@@ -107,7 +107,7 @@ class GoTo:
     def go(self, goal, timeout, patience=PATIENCE):
         """Send the robot to a Goal; its Outcome, after `timeout` [s] at the latest (0: no limit).
 
-        Where the robot gets nowhere the goal waits for `patience` [s], and goes on by itself.
+        Where the robot gets nowhere the goal waits for `patience` [s], and goes on by itself; with 0 move_base decides.
         """
         return self.check(goal) or self.follow(self.send(goal), timeout, patience)
 
@@ -151,7 +151,7 @@ class GoTo:
                         return found
                     self._wait_and_send_again(goal, found, now - since, patience)
                     continue
-                if now - since > patience:
+                if now - since > patience > 0.0:
                     return self._stays(goal, now - since)
                 self._show(progress(self._pose, goal, now - start))
                 if self._trouble:

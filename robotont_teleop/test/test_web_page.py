@@ -2,6 +2,7 @@
 
 import contextlib
 
+import pytest
 from page_client import FIND, LIGHTS, LINK, WHEELS, choose_language, drives, open_page, press_mouse, report
 from web_client import TOKEN
 
@@ -46,6 +47,17 @@ def test_whatever_may_swallow_the_end_of_a_key_stops(page, served):
         assert not drives(served), what
         page.key("KeyW", down=False)
     drive_by_key(page, served)
+
+
+@pytest.mark.parametrize("answer", ["Promise.reject(new TypeError('cut'))",
+                                    "new Promise((_, no) => how.signal.addEventListener('abort', no))"])
+def test_stop_needs_no_words(browser, served, answer):
+    """Their file is lost, or hangs, on the way: a person who sees bare keys can stop."""
+    page = open_page(browser, served, script=f"const real = fetch; "
+                     f"window.fetch = (file, how) => file.endsWith('texts.json') ? {answer} : real(file, how);")
+    page.tap("#stop")
+    wait_for(lambda: served.robot.stopped, "STOP")
+    page.close()
 
 
 def test_a_thumb_that_rests_on_its_stick_drives_on_until_it_is_cancelled(page, served):

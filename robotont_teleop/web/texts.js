@@ -1,6 +1,8 @@
 // The page's words in three languages, out of the files that <html data-texts> names: {key: {en, de, et}}.
-const files = await Promise.all(document.documentElement.dataset.texts.split(" ").map((file) => fetch(file)));
-const texts = Object.assign({}, ...await Promise.all(files.map((file) => file.json())));
+// Nothing waits long for words: STOP needs none.
+const read = (file) => fetch(file, {signal: AbortSignal.timeout(3000)}).then((answer) => answer.json()).catch(() => ({}));
+const files = await Promise.all(document.documentElement.dataset.texts.split(" ").map(read));
+const texts = Object.assign({language: {en: "English"}}, ...files);
 const codes = Object.keys(texts.language);
 const wishes = [document.cookie.match(/language=(\w+)/)?.[1], ...navigator.languages];
 let language = wishes.map((wish) => wish?.slice(0, 2)).find((wish) => codes.includes(wish)) ?? "en";

@@ -52,11 +52,14 @@ def test_whatever_may_swallow_the_end_of_a_key_stops(page, served):
 @pytest.mark.parametrize("answer", ["Promise.reject(new TypeError('cut'))",
                                     "new Promise((_, no) => how.signal.addEventListener('abort', no))"])
 def test_stop_needs_no_words(browser, served, answer):
-    """Their file is lost, or hangs, on the way: a person who sees bare keys can stop."""
-    page = open_page(browser, served, script=f"const real = fetch; "
-                     f"window.fetch = (file, how) => file.endsWith('texts.json') ? {answer} : real(file, how);")
+    """Their file is lost, or hangs, on the way: a person who sees none can stop; they come when the way is free."""
+    page = open_page(browser, served, script=f"const real = fetch; let free = false; window.fetch = (file, how) => "
+                     f"free || !file.endsWith('texts.json') ? real(file, how) : {answer};")
     page.tap("#stop")
     wait_for(lambda: served.robot.stopped, "STOP")
+    assert not page.run("$('stop').ariaLabel")
+    page.run("free = true")
+    page.wait("$('stop').ariaLabel && $('language').textContent === 'Deutsch'", "the words")
     page.close()
 
 

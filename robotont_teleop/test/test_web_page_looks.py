@@ -68,6 +68,7 @@ def test_it_looks_right_and_everybody_can_use_it(served):
         assert page.complaints() == []
         page.close()
         login = browser.page(f"http://127.0.0.1:{served.port}/login.html", PHONE)
+        login.wait("document.querySelector('[type=submit]').textContent", "the words")
         login.run(axe())
         check_by_axe(login)
 

@@ -1,11 +1,20 @@
 // The page's words in three languages, out of the files that <html data-texts> names: {key: {en, de, et}}.
-// Nothing waits long for words: STOP needs none.
-const read = (file) => fetch(file, {signal: AbortSignal.timeout(3000)}).then((answer) => answer.json()).catch(() => ({}));
-const files = await Promise.all(document.documentElement.dataset.texts.split(" ").map(read));
-const texts = Object.assign({language: {en: "English"}}, ...files);
-const codes = Object.keys(texts.language);
+const texts = {language: {en: "English"}};
 const wishes = [document.cookie.match(/language=(\w+)/)?.[1], ...navigator.languages];
-let language = wishes.map((wish) => wish?.slice(0, 2)).find((wish) => codes.includes(wish)) ?? "en";
+let codes = ["en"], language = "en", spoken = () => {};
+
+async function load(file) {
+  try {
+    Object.assign(texts, await (await fetch(file, {signal: AbortSignal.timeout(3000)})).json());
+  } catch {
+    setTimeout(() => load(file), 1000);
+    return;
+  }
+  codes = Object.keys(texts.language);
+  language = wishes.map((wish) => wish?.slice(0, 2)).find((wish) => codes.includes(wish)) ?? "en";
+  speak();
+  spoken();
+}
 
 // The words of a key, each {} filled in; "" for a key that has none
 export const text = (key, ...values) =>
@@ -28,13 +37,18 @@ export function languageButton(button, changed) {
   const next = () => codes[(codes.indexOf(language) + 1) % codes.length];
   const name = () => (button.textContent = texts.language[button.lang = next()]);
   button.addEventListener("click", () => {
-    language = next();
+    wishes.unshift(language = next());
     document.cookie = `language=${language}; max-age=31536000; SameSite=Strict`;
-    name();
+    spoken();
     speak();
-    changed();
   });
+  spoken = () => {
+    name();
+    changed();
+  };
   name();
 }
 
-speak();
+// The page waits for its words, but not long: STOP needs none.
+const loading = document.documentElement.dataset.texts.split(" ").map(load);
+await Promise.race([Promise.all(loading), new Promise((late) => setTimeout(late, 1000))]);

@@ -16,8 +16,8 @@ class HandOutput:
     """Publishes commands for cmd_vel_mux."""
 
     def __init__(self):
+        self.emergency_stop = EmergencyStopPublisher()  # first: on a slow network each asks the master for seconds
         self._command = DroppingPublisher(TOPIC, Twist)
-        self.emergency_stop = EmergencyStopPublisher()
         self.reports = RobotReports()
         self.sent = STOP
 

@@ -28,16 +28,16 @@ class RobotView(RobotTelemetry):
     """State and commands. Calls by pages never wait, and whatever takes its time is never carried out late."""
 
     def __init__(self, camera_topic):
+        self._notes = itertools.count(1)
+        self.emergency_stop = EmergencyStopPublisher(self._say)  # first: on a slow network each asks the master for seconds
         super().__init__()
         self.name = rospy.get_namespace().strip("/") or socket.gethostname()
         self.camera = Camera(camera_topic)
-        self._notes = itertools.count(1)
         self._note = {"number": 0, "words": ""}
         self._sending = threading.RLock()
         self._ended = False
         self._goto = GoTo(MAP_FRAME, lambda words: self._goal.show_progress(words))
         self._goal = NewestGoal(self._goto, self._say)
-        self.emergency_stop = EmergencyStopPublisher(self._say)
         self._command = DroppingPublisher("cmd_vel/hand", Twist)
         self._cancel = rospy.Publisher("move_base/cancel", GoalID, queue_size=5, tcp_nodelay=True)
         self.reset_odometry = ServiceRequest("reset_odometry", "reset odometry", self._say).call

@@ -16,7 +16,7 @@ class HandOutput:
     """Publishes commands for cmd_vel_mux."""
 
     def __init__(self):
-        self.emergency_stop = EmergencyStopPublisher()  # first: on a slow network each asks the master for seconds
+        self.emergency_stop = EmergencyStopPublisher()  # first: on a slow network each takes seconds
         self._command = DroppingPublisher(TOPIC, Twist)
         self.reports = RobotReports()
         self.sent = STOP

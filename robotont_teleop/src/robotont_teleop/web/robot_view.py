@@ -29,7 +29,7 @@ class RobotView(RobotTelemetry):
 
     def __init__(self, camera_topic):
         self._notes = itertools.count(1)
-        self.emergency_stop = EmergencyStopPublisher(self._say)  # first: on a slow network each asks the master for seconds
+        self.emergency_stop = EmergencyStopPublisher(self._say)  # first: on a slow network each takes seconds
         super().__init__()
         self.name = rospy.get_namespace().strip("/") or socket.gethostname()
         self.camera = Camera(camera_topic)

@@ -68,6 +68,10 @@ def test_in_a_terminal_a_robots_parameters_are_checked_too(tmp_path, monkeypatch
     monkeypatch.setattr(sys, "argv", ["robot", "four_wheels"])
     main()
     assert capsys.readouterr().out.endswith("four_wheels: 4 wheels, 50 Hz, no mistake found\n")
+    (folder / "driver.yaml").write_text("driver_node: {max_wheel_speed: 1.9}\n")
+    monkeypatch.setattr(sys, "argv", ["robot", f"{folder}/"])
+    main()
+    assert "max_wheel_speed: found 1.9, but the motors reach 1.83 [m/s]" in capsys.readouterr().out
 
 
 def test_parameters_of_each_launch_behind_all_others_are_those_on_a_fresh_master(tmp_path):

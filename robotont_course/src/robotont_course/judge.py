@@ -128,6 +128,8 @@ def _pause(program, end):
     pause = np.diff(times)[longest]
     if len(program.commands) < 2 or pause < LONG_PAUSE:
         return []
+    if not longest:
+        return [(pause, "only now the first command")]
     return [(float(times[longest]), f"no command for {pause:.1f} s: without one the robot stops after 0.5 s")]
 
 

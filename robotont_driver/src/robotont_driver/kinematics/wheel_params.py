@@ -213,13 +213,18 @@ class _Reader:
         """One length [m] per wheel."""
         return self.per_wheel(key, lambda v: is_number(v) and least <= v <= LARGEST_LENGTH,
                               f"a number from {least:g} to {LARGEST_LENGTH:g} [m], or {self._several}"
-                              + meant(self._given.get(key), LARGEST_LENGTH, "millimetres", 0.001))
+                              + self._meant(key, LARGEST_LENGTH, "millimetres", 0.001))
 
     def angles(self, key):
         """One angle [rad] per wheel, a list."""
         return self.check(key, lambda v: self._is_list(v, _is_angle), (
             f"{self._several} numbers up to {LARGEST_ANGLE:.2f} [rad]"
-            + meant(self._given.get(key), LARGEST_ANGLE, "degrees", math.pi / 180)))
+            + self._meant(key, LARGEST_ANGLE, "degrees", math.pi / 180)))
+
+    def _meant(self, key, *unit):
+        """A hint is worth something for as many numbers as there are wheels."""
+        value = self._given.get(key)
+        return meant(value, *unit) if is_number(value) or self._is_list(value, is_number) else ""
 
     def _is_list(self, value, valid):
         """Whether `value` is a list of valid items, one per wheel."""

@@ -20,7 +20,7 @@ from robotont_driver.ros.official_topics import OfficialTopics
 from robotont_driver.ros.packet_topics import PacketTopic
 
 DOUBT = "lines of the board were lost, or it has restarted: the odometry may be wrong by the counts between"
-START_PATIENCE = 3.0  # [s] for which a board may be missing at the start before the log says so; diagnostics do at once
+START_PATIENCE = 6.0  # [s] for which a board may be missing at the start before the log says so; diagnostics do at once
 LARGEST_REACH = 0x7FFF  # [edges] what the 16 bits of a packet's totals can represent
 
 PARAMETERS = (

@@ -3,6 +3,7 @@
 import argparse
 import sys
 
+from robotont_driver.kinematics.wheel_params import no_load_speeds
 from robotont_driver.parameters.parameters import ParameterError, read_parameters
 from robotont_driver.robots.robot_folder import PARAMETERS, read_robot
 
@@ -35,5 +36,9 @@ def main():
         if faults:
             raise ValueError("\n".join(faults))
         print(f"{folder}: {wheels.amount} wheels, {wheels.pid_frequency:g} Hz, no mistake found")
+        limit, reach = robot.parameters.get("driver_node", {}).get("max_wheel_speed", 0.0), min(no_load_speeds(wheels))
+        if limit > reach:
+            print(f"warning: {robot.folder / PARAMETERS}: driver_node: max_wheel_speed: found {limit:g}, but the motors "
+                  f"reach {reach:.2f} [m/s] without load: a robot whose wheels cannot follow leaves its path")
     except (OSError, ValueError) as error:
         sys.exit(f"robot: {error}")

@@ -36,7 +36,8 @@ def main():
         if faults:
             raise ValueError("\n".join(faults))
         print(f"{folder}: {wheels.amount} wheels, {wheels.pid_frequency:g} Hz, no mistake found")
-        limit, reach = robot.parameters.get("driver_node", {}).get("max_wheel_speed", 0.0), min(no_load_speeds(wheels))
+        limit = robot.parameters.get("driver_node", {}).get("max_wheel_speed", 0.0)
+        reach = min(no_load_speeds(wheels))
         if limit > reach:
             print(f"warning: {robot.folder / PARAMETERS}: driver_node: max_wheel_speed: found {limit:g}, but the motors "
                   f"reach {reach:.2f} [m/s] without load: wheels that cannot follow leave the path")

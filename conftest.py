@@ -3,7 +3,7 @@
 A comment such as <!-- needs: chromium, /dev/uinput --> names programs and files without which a .test file is skipped.
 Tests whose bounds are in real time are marked `timed`, rostests by a name timed_*.test: `./robotont test` runs them
 after all others, three at a time; alone_*.test, which measure milliseconds or keep both cores busy, follow one by one.
-long_*.test run only when asked for (-m long).
+long_*.test run only when asked for (-m long), nightly_*.test once a day.
 """
 
 import importlib.util
@@ -23,12 +23,12 @@ ROBOTONT_MSGS = Path(os.environ.get("ROBOTONT_MSGS",
                                     str(Path(__file__).parent / ".build/robotont_msgs/lib/python3/dist-packages")))
 
 # The longest files of each step of ./robotont test begin first: else one is left when all others are done.
-LONG = ("goto", "rviz", "status", "relocalize", "web_teleop_stop", "calibrate_wheels", "web_teleop_node",
+LONG = ("goto", "rviz", "status", "web_teleop_stop", "calibrate_wheels", "web_teleop_node",
         "recorder_node", "simulator_node", "launches", "stack", "official_boards", "serial_com_node", "driver_node",
-        "test_install_space", "test_robotont_script", "test_nothing_is_left_running", "test_web_page",
+        "test_robotont_script", "test_nothing_is_left_running", "test_web_page",
         "test_fleet_access", "test_web_page_looks", "test_firmware_suites", "test_end_with_a_hung_master",
         "test_camera", "test_sim_faults", "test_calibrate_wheels", "test_gyro", "test_wheel_estimation",
-        "test_old_commands", "test_boot", "test_network", "timed_simulator_drive", "timed_navigation_demands",
+        "test_old_commands", "test_boot", "test_network", "timed_simulator_drive",
         "timed_odom_node", "timed_keyboard_teleop", "timed_cmd_vel_mux", "timed_odom_node_set_clock")
 
 
@@ -77,8 +77,9 @@ class RostestFile(pytest.File):
         rostest.add_marker(pytest.mark.rostest)
         if self.path.name.startswith(("timed_", "alone_")):
             rostest.add_marker(pytest.mark.timed)
-        if self.path.name.startswith("long_"):
-            rostest.add_marker(pytest.mark.long)
+        for mark in ("long", "nightly"):
+            if self.path.name.startswith(mark + "_"):
+                rostest.add_marker(mark)
         if self.path.name.startswith("alone_"):
             rostest.add_marker(pytest.mark.alone)
         if self.path.name == "robotont_msgs.test" and not has_robotont_msgs():

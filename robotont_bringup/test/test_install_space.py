@@ -9,6 +9,7 @@ import pytest
 
 from robotont_testing.harness import free_port, wait_for_master
 
+pytestmark = pytest.mark.nightly
 ROOT = Path(__file__).resolve().parents[2]
 NEEDS_THE_STACK = {"navigation.launch": "move_base", "slam.launch": "gmapping",
                    "diagnostics.launch": "diagnostic_aggregator",

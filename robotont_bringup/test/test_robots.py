@@ -71,9 +71,10 @@ def test_in_a_terminal_a_robots_parameters_are_checked_too(tmp_path, monkeypatch
     (folder / "driver.yaml").write_text("driver_node: {max_wheel_speed: 1.9}\n")
     monkeypatch.setattr(sys, "argv", ["robot", f"{folder}/"])
     main()
-    assert "max_wheel_speed: found 1.9, but the motors reach 1.83 [m/s]" in capsys.readouterr().out
+    assert "max_wheel_speed: found 1.9, the motors reach 1.83 [m/s]" in capsys.readouterr().out
 
 
+@pytest.mark.nightly
 def test_parameters_of_each_launch_behind_all_others_are_those_on_a_fresh_master(tmp_path):
     """Forward and backward, so that each stands before and behind each other one. Nothing is started."""
     every_key = robot_folder(tmp_path / "every_key", {

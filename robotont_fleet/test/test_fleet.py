@@ -152,8 +152,10 @@ def press_without_network(rig, chance):
     return lambda _view: dict.fromkeys(rig.robots, back)
 
 
-@pytest.mark.parametrize("press", [press_during_a_cut, press_while_a_robot_starts_again, press_before_the_page_dies,
-                                   press_without_network, press_while_the_router_starts_again])
+@pytest.mark.parametrize("press", [
+    press_during_a_cut, press_before_the_page_dies, press_while_the_router_starts_again,
+    pytest.param(press_while_a_robot_starts_again, marks=pytest.mark.nightly),
+    pytest.param(press_without_network, marks=pytest.mark.nightly)])
 def test_every_robot_stands_as_soon_as_it_can_be_reached(rig, press):
     took, chance = [], random.Random(1)
     for _ in range(PRESSES):

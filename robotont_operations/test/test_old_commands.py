@@ -17,7 +17,7 @@ LATE = 1.0   # [s] besides the length of an outage, within which TCP brings what
 
 MUX, BARE = "mux", "no mux"
 MUX_FAR, BARE_FAR = MUX + ", master far away", BARE + ", master far away"
-either = pytest.mark.parametrize("stage", [MUX, BARE], indirect=True)
+either = pytest.mark.parametrize("stage", [MUX, pytest.param(BARE, marks=pytest.mark.nightly)], indirect=True)
 with_mux = pytest.mark.parametrize("stage", [MUX], indirect=True)
 
 

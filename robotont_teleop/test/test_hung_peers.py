@@ -168,8 +168,9 @@ PEERS = ("master", "listener", "rosout", "roslaunch", "terminal", "disk")
 PRESSES = 2  # the first may be heard by a thread that hangs in it
 
 
-@pytest.mark.parametrize("robot, peers", [(True, PEERS), (False, ["master"])], indirect=["robot"],
-                         ids=["with mux", "without mux"])
+@pytest.mark.parametrize("robot, peers", [
+    pytest.param(True, PEERS, id="with mux"),
+    pytest.param(False, ["master"], id="without mux", marks=pytest.mark.nightly)], indirect=["robot"])
 def test_a_stop_waits_for_nobody(robot, peers):
     for peer in peers:
         if peer == "disk" and not robot.disk:

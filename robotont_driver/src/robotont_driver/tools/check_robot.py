@@ -39,7 +39,7 @@ def main():
         limit = robot.parameters.get("driver_node", {}).get("max_wheel_speed", 0.0)
         reach = min(no_load_speeds(wheels))
         if limit > reach:
-            print(f"warning: {robot.folder / PARAMETERS}: driver_node: max_wheel_speed: found {limit:g}, but the motors "
+            print(f"warning: {robot.folder / PARAMETERS}: driver_node: max_wheel_speed: found {limit:g}, the motors "
                   f"reach {reach:.2f} [m/s] without load: wheels that cannot follow leave the path")
     except (OSError, ValueError) as error:
         sys.exit(f"robot: {error}")

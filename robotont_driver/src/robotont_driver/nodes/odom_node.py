@@ -35,7 +35,7 @@ PARAMETERS = (
     Parameter("packet_period", -1.0, "time that one packet stands for; negative = 1/pidControlFrequency; "
               "0 = packets contain speeds, measure the time between them", "s", minimum=-1.0, maximum=10.0),
     Parameter("solver", "least_squares", "step of the robot from n wheels: least_squares, or triples, the mean over "
-              "every combination of three wheels", choices=("least_squares", "triples")),
+              "well conditioned combinations of three wheels", choices=("least_squares", "triples")),
     Parameter("wheel_noise", 0.012, "standard deviation of a wheel's path after 1 m, growing with the "
               "square root of the path", "m/sqrt(m)", minimum=0.0, maximum=1.0,
               reason="wheels whose error exceeds their path measure nothing"),

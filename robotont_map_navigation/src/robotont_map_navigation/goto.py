@@ -69,7 +69,7 @@ def parse_arguments(words):
     parser.add_argument("--timeout", type=_argument(read_seconds), default=0.0,
                         help="cancel after this long, 0: never [s] [%(default)s]")
     parser.add_argument("--patience", type=_argument(read_seconds), default=PATIENCE,
-                        help="wait so long where the way is barred or a sensor is gone [s] [%(default)s]")
+                        help="wait so long where the way is barred or a sensor is gone, 0: never [s] [%(default)s]")
     parser.add_argument("--wait", type=_argument(read_seconds), default=30.0,
                         help="for move_base to come up [s] [%(default)s]")
     return parser.parse_args(protect_negative(words))

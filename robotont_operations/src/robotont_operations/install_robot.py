@@ -68,13 +68,14 @@ def parse_arguments():
         description="Install services that start Robotont at boot, without any network, under a user "
         "of their own; udev rules that name its boards /dev/robotont and /dev/robotont_SERIALNUMBER; black box.")
     parser.add_argument("--robot", default="", metavar="NAME or FOLDER",
-                        help="of config/robots; default: the one that is installed, else what the board speaks")
+                        help="of config/robots; default: the one that is installed, else thesis; an official board "
+                        "has to be named")
     parser.add_argument("--remove", action="store_true", help="remove all of it again, the black boxes too")
     parser.add_argument("--dry-run", action="store_true", help="only show what would be done")
     parser.add_argument("--root", default="/", metavar="DIR",
                         help="install into a file system at DIR, such as an image, and start nothing [%(default)s]")
     parser.add_argument("--network", type=address, metavar="ADDRESS",
-                        help="let other machines use the robot under this address of its (docs/trouble.md: "
+                        help="let other machines use the robot under this address of its (docs/safety.md: "
                         "there is no password); default: the robot keeps to itself")
     parser.add_argument("--page", nargs="?", const="0.0.0.0", metavar="ADDRESS",
                         type=lambda text: text if text == "0.0.0.0" else address(text),

@@ -1,7 +1,7 @@
 // From a thumb's way to a stick's position: a middle that is still, then softly, and straight ahead where it was meant.
 export const REACH = 80;    // [px] from the place where the thumb has landed to full speed
 const MIDDLE = 0.08;        // part of it that counts as the middle
-const SOFT = 0.35;          // slope behind the middle; at the rim it is 1
+const SOFT = 0.35;          // slope behind the middle; the rim asks for 1
 
 // What a part (0 to 1) of the way behind the middle asks for: of a thumb's, and of a gamepad's stick
 export const soft = (pushed) => SOFT * pushed + (1 - SOFT) * pushed ** 3;

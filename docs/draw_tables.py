@@ -103,7 +103,8 @@ def launch_files():
                 "topics: for two robots on one master.")
     for file in sorted((FOLDER.parent / "launch").glob("*.launch")):
         comment = re.search(r"<!--\s*(.*?)\s*-->", file.read_text(), re.DOTALL)[1]
-        yield from ("", f"### {file.name}", "", re.sub(r"docs/((\w+)\.md)", r"[\2](\1)", re.sub(r"\s+", " ", comment)))
+        comment = re.sub(r"docs/(([\w-]+)\.md)", r"[\2](\1)", re.sub(r"\s+", " ", comment))
+        yield from ("", f"### {file.name}", "", comment)
         arguments = [one for one in ElementTree.parse(str(file)).getroot().findall("arg")
                      if one.get("doc") and held(file.name, one.get("name")) != "namespace"]
         if arguments:

@@ -19,12 +19,14 @@ publisher = rospy.Publisher("cmd_vel", Twist, queue_size=1)
 def on_scan(scan):
     """Each scan gives one command. Without scans there are no commands, and the robot stops by itself."""
     angles = [scan.angle_min + i * scan.angle_increment for i in range(len(scan.ranges))]
-    seen = [distance for angle, distance in zip(angles, scan.ranges)
-            if abs(angle) < AHEAD and scan.range_min <= distance <= scan.range_max]  # drops NaN and infinity, too
+    ahead = [distance for angle, distance in zip(angles, scan.ranges) if abs(angle) < AHEAD]
+    seen = [distance for distance in ahead if scan.range_min <= distance <= scan.range_max]  # drops NaN and infinity, too
     command = Twist()
-    if seen:
+    if -math.inf in ahead:
+        command.linear.x = -FASTEST  # nearer than the sensor measures
+    elif seen:
         command.linear.x = max(-FASTEST, min(FASTEST, GAIN * (min(seen) - DISTANCE)))
-    elif any(distance == math.inf for distance in scan.ranges):
+    elif math.inf in ahead:
         command.linear.x = FASTEST  # nothing within the sensor's range
     publisher.publish(command)
 

@@ -9,7 +9,7 @@ from nav_msgs.msg import Odometry
 
 SPEED, TURN = 0.25, 1.0  # [m/s], [rad/s]
 SIDE = 0.5              # [m]
-STOPPING = 0.6          # [s] the robot slows down over this long before the end of a side or a turn
+STOPPING = 0.6          # [s] at full speed before the end of a side or a turn, from where the robot slows down
 
 
 class Square:

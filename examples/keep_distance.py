@@ -20,7 +20,7 @@ def on_scan(scan):
     """Each scan gives one command. Without scans there are no commands, and the robot stops by itself."""
     angles = [scan.angle_min + i * scan.angle_increment for i in range(len(scan.ranges))]
     ahead = [distance for angle, distance in zip(angles, scan.ranges) if abs(angle) < AHEAD]
-    seen = [distance for distance in ahead if scan.range_min <= distance <= scan.range_max]  # drops NaN and infinity, too
+    seen = [distance for distance in ahead if scan.range_min <= distance <= scan.range_max]  # no NaN, no infinity
     command = Twist()
     if -math.inf in ahead:
         command.linear.x = -FASTEST  # nearer than the sensor measures

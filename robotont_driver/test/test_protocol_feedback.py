@@ -8,7 +8,7 @@ import pytest
 from protocol_bench import Bench, official_wheels
 
 from robotont_driver.kinematics import se2
-from robotont_driver.protocol.official_boards import Robotont2, body_step
+from robotont_driver.protocol.official_boards import Robotont2, added, gap
 from robotont_driver.protocol.protocol import Power, Ranges
 
 
@@ -37,8 +37,8 @@ def test_a_square_and_a_turning_circle_end_where_the_board_says(base_frame):
 
 
 @pytest.mark.parametrize("lost, jitter, stall, edges", [
-    (0.0, 0.0, 0.0, 5.0), (0.0, 0.002, 0.0, 12.0), (0.2, 0.002, 0.0, 40.0), (0.0, 0.001, 0.5, 20.0),
-    (0.05, 0.002, 0.3, 20.0)])
+    (0.0, 0.0, 0.0, 1.0), (0.0, 0.002, 0.0, 2.0), (0.2, 0.002, 0.0, 2.0), (0.0, 0.001, 0.5, 2.0),
+    (0.05, 0.002, 0.3, 3.0)])
 def test_generation_3_loses_millimetres_where_its_pose_is_late_by_its_display(lost, jitter, stall, edges):
     chance, bench = random.Random(7), Bench("robotont3")
     bench.pass_on = line_noise(lost, 0.0)
@@ -112,14 +112,43 @@ def test_a_line_that_is_none_is_dropped_and_counted(text, kind):
     assert protocol.dropped == {kind: 1}
 
 
-@pytest.mark.parametrize("periods", [1, 2, 7])
+def driven(steps, move):
+    """Lines (x, y, yaw, vx, vy, turn) of a board behind each of K steps (forward [m], left [m], turn [rad])."""
+    lines = [(1.0, -2.0, 0.7, 0.0, 0.0, 0.0)]
+    for step in steps:
+        pose = se2.compose(lines[-1][:3], step)
+        twist = step if move is se2.compose else np.subtract(pose, lines[-1][:3])
+        lines.append((*pose, *(part / 0.02 for part in twist)))
+    return lines
+
+
+@pytest.mark.parametrize("move", [se2.compose, added])
+def test_nothing_is_guessed_where_one_line_is_lost(move):
+    steps = [(0.004, -0.002, 0.02), (0.001, 0.003, -0.05), (-0.002, 0.004, 0.01)]
+    lines = driven(steps, move)
+    assert np.array(gap(lines[1], lines[3], 2, move)[0]) == pytest.approx(np.array(steps[1:]))
+
+
+def test_a_line_with_a_spoilt_twist_moves_nobody_even_where_the_next_confirms_its_pose():
+    lines = driven([(0.002, 0.001, 0.01)] * 6, se2.compose)
+    lines[4] = (*lines[4][:5], lines[4][5] - 1.0)  # the line before it is lost
+    protocol = Robotont2(official_wheels())
+    packets = []
+    for at in (0, 1, 2, 4, 5, 6):
+        text = "ODOM:" + ":".join(f"{value:.6f}" for value in lines[at]) + "\r\n"
+        packets += protocol.feed(text.encode(), 0.02 * at)
+    assert len(packets) == 6
+    assert np.ptp(packets, axis=0) == pytest.approx([0.0] * 3, abs=0.02)
+
+
 @pytest.mark.parametrize("turn", [0.0, 0.02, -0.1])
-def test_equal_steps_of_the_board_add_up_to_what_is_read_from_its_poses(periods, turn):
-    before = pose = (1.0, -2.0, 0.7)
-    for _ in range(periods):
-        pose = se2.compose(pose, (0.004, -0.002, turn))
-    found = body_step((*before, 0.0, 0.0, 0.0), (*pose, 0.0, 0.0, turn / 0.02))
-    assert found == pytest.approx((0.004 * periods, -0.002 * periods, turn * periods), rel=turn ** 2 / 20)
+def test_steps_that_change_evenly_are_found_in_a_gap(turn):
+    steps = [(0.001 * at, 0.004 - 0.001 * at, turn + 0.001 * at) for at in range(1, 9)]
+    lines = driven(steps, se2.compose)
+    found, rough = gap(lines[1], lines[8], 7, se2.compose)
+    assert np.array(found) == pytest.approx(np.array(steps[1:]))
+    assert rough == pytest.approx((0.0, 0.0, 0.0), abs=1e-9)
+    assert np.sum(gap(lines[1], lines[8], 3, se2.compose)[0], axis=0)[2] == pytest.approx(lines[8][2] - lines[1][2])
 
 
 def test_ranges_and_power():

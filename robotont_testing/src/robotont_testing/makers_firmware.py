@@ -17,6 +17,7 @@ from pathlib import Path
 FOLDER = Path(os.environ.get("ROBOTONT_FIRMWARE", "/nonexistent"))
 VERSIONS = {"2.1.3": ("robotont2", "adc1d8e"), "2.1.2": ("robotont2", "2fb002d"),
             "March 2020": ("robotont2", "553addf"), "3": ("robotont3", "3f94c32")}  # protocol, commit
+REFUSED = {"November 2018": "15d5c41", "April 2019": "72fd82c", "January 2020": "f9e9170"}
 DISPLAY = 25  # [ms] that generation 3 draws its display: 1025 bytes at 400 kHz
 
 

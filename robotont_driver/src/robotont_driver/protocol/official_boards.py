@@ -5,11 +5,12 @@ pose by its twist times 0.02 s, turned by the yaw before. What the wheels have m
 lines lose no distance.
 """
 
+import cmath
 import math
 import re
 from operator import add
 
-from robotont_driver.kinematics.se2 import between, compose, sinc
+from robotont_driver.kinematics.se2 import between, compose
 from robotont_driver.protocol.packet import Packet, PacketError, format_packet
 from robotont_driver.protocol.protocol import Power, Protocol, ProtocolError, Ranges
 
@@ -35,7 +36,9 @@ JITTER = 2.0          # ... and [periods] for which it does so more than have pa
 MOST_LOST = 256       # [periods] that are handed out for lost lines
 MEMORY = 1000         # [periods] in which the board's clock, by its lines, follows this computer's
 LOOPS = 10            # of the board, of which generation 3 makes one longer
-LATE = 1.5            # [periods] a line that comes later tells nothing of its loop's length
+EARLY, LATE = 0.5, 1.5  # [periods] within which a line comes after the one before it, if none is lost or held back
+MOST_WAITING = 10     # lines
+SMOOTH = 0.2          # part of the most that a wheel makes a period by which a lost step may differ from those around
 VISITS = 4            # of a place among them over which its length is averaged
 NEGLIGIBLE = 5.0      # [edges] by which it does not matter whether the board has restarted
 STRANGE = 50          # lines in a row that moved against their own twist: firmware before February 2020
@@ -109,9 +112,15 @@ class Robotont2(Protocol):
         self._board_wheels = BoardWheels(wheels)
         # [edges] a period
         self._usual = PUSHED * self.fastest * PERIOD * wheels.edges_per_turn / (2 * math.pi * RADIUS)
+        self._mean = 1.0 + (self.longest - 1.0) / LOOPS  # [periods] a loop
         self._last = None, 0.0   # newest trusted line, and [s] when it was made
-        self._heard = None, 0.0  # newest line, and [s] when it came
-        self._place, self._lengths = 0, [1.0] * LOOPS  # of the newest trusted line's loop; [periods], by the arrivals
+        self._came = 0.0         # [s] newest line
+        self._regular = 0        # how many came in a row a period after the one before
+        self._waiting = []       # [(line, s when it came)] that the next ones may confirm
+        self._move = compose     # how a step moves the board's pose: by the twist in base_link
+        self._rested = False     # whether lost lines would have followed, too
+        self._place = 0          # among LOOPS, of the newest trusted line's loop
+        self._lengths = {}       # [periods] of the loop at each place, by the arrivals
         self._strange = 0        # lines in a row that follow neither
         self.misfit = self.complaint = self._board_wheels.misfit
 
@@ -138,71 +147,102 @@ class Robotont2(Protocol):
 
     def _read_pose(self, line, now):
         """Trust a line that follows the newest trusted one, or the one before it: there is no checksum."""
-        (before, at), self._heard = self._heard, (line, now)
-        steps = []
-        if not follows(self._last[0], line):
-            confirmed = follows(before, line)
+        self.check_reach(self._board_wheels.edges(newest_loop(line, self._move)[1]))
+        self._regular = self._regular + 1 if EARLY < (now - self._came) / PERIOD < LATE else 0
+        self._came = now
+        self._waiting = [*self._waiting[1 - MOST_WAITING:], (line, now)]
+        if self._follows(self._last[0], line):
+            self._count_lost(now)
+            self._waiting = [(line, now)]
+        else:
+            confirmed = self._waiting[:-1] and self._follows(self._waiting[-2][0], line)
             self._strange = 0 if confirmed else self._strange + 1
             self.obstacle = OLD if self._strange >= STRANGE else self.obstacle
-            if follows(ORIGIN, line):
+            if self._follows(ORIGIN, line):
                 self._restart(now)
-            elif confirmed:
-                steps = self._bridge(before, at)
-            else:
+            elif not confirmed:
                 raise PacketError("inconsistent", "the pose does not follow the one before it by its own twist")
-        last, at = self._last
-        # at rest lost lines follow, too; in motion the next is a loop later, however late it comes
-        loops = 1 if last and any(last[3:]) else max(0, self._loops(at, now))
-        length = self._length(loops, (now - at) / PERIOD)
-        steps.append([edge * length for edge in self._board_wheels.edges(body_step(last, line))])
-        self.check_reach(steps[-1])
-        made = at + loops * length * PERIOD
-        self._last = line, min(made + (now - made) / MEMORY, now)  # nothing arrives before it is made
+            elif self._last[0] is None:
+                self._last, self._waiting = self._waiting[-2], self._waiting[-1:]
+            else:
+                self._look_for_a_restart(line, now)
+        steps = []
+        for each, came in self._waiting:
+            loops = 1 if self._follows(self._last[0], each) else self._loops(came)
+            more, rough = gap(self._last[0], each, loops, self._move)
+            if each is line or largest(self._board_wheels.edges(rough)) < SMOOTH * self._usual:
+                steps += self._trust(each, came, more)
+        self._waiting = []
         return [Packet([round(edge, DECIMALS) for edge in each], format_packet(each, DECIMALS)) for each in steps]
+
+    def _follows(self, before, line):
+        """Whether the pose has moved from `before` to `line` by its twist, in either frame, in one period."""
+        for move in (self._move, compose, added) if before else ():
+            pose = move(before[:3], [speed * PERIOD for speed in line[3:]])
+            if all(abs(value - other) <= PRINTED + SINGLE * abs(value) for value, other in zip(line, pose)):
+                self._move = move
+                return True
+        return False
+
+    def _count_lost(self, now):
+        """Lines that were lost at rest, as the next that come in time show; in motion the next would not follow."""
+        last, at = self._last
+        self._rested |= not any(last[3:])
+        if self._regular and self._rested:
+            lost = self._loops(now) - 1
+            self._last = last, now - PERIOD if lost else at
+            self._place = (self._place + lost) % LOOPS
+            self._rested = False
 
     def _restart(self, now):
         """The board has restarted: its pose is the origin."""
         self.restarts += self._last[0] is not None
         self._last = ORIGIN, now - PERIOD
+        self._waiting = self._waiting[-1:]
+        self._lengths.clear()
 
-    def _bridge(self, line, now):
-        """List of edges, one per period, from the newest trusted line to one that the next has confirmed.
+    def _look_for_a_restart(self, line, now):
+        """Whether the motors have made the way to a confirmed line from the newest trusted one, or from the origin.
 
-        Raises PacketError where the motors cannot have made such a way in that time, from there or from the origin.
+        Raises PacketError where they can have made neither in that time.
         """
         last, at = self._last
-        if last is None:
-            self._last = line, now
-            return []
-        ways = [self._board_wheels.edges(body_step(start, line)) for start in (last, ORIGIN)]
-        lost, restarted = (largest(way) <= self._usual * ((now - at) / PERIOD + JITTER) for way in ways)
+        ways = [self._board_wheels.edges(gap(start, line, 1, self._move)[0][0]) for start in (last, ORIGIN)]
+        lost, restarted = (largest(edges) <= self._usual * ((now - at) / PERIOD + JITTER) for edges in ways)
         if not lost and not restarted:
             raise PacketError("inconsistent", "old lines: their poses are farther away than the motors can go")
         self.doubts += lost and restarted and largest(map(float.__sub__, *ways)) > NEGLIGIBLE
-        self.restarts += not lost
-        periods = max(1, self._loops(at, now))
-        length = self._length(periods, (now - at) / PERIOD)
-        self.repaired += periods - 1
-        self._last = line, min(at + periods * length * PERIOD, now)
-        return [[edge * length / periods for edge in ways[not lost]]] * periods
+        if not lost:
+            self._restart(at + PERIOD)
 
-    def _loops(self, at, now):
-        """The board's loops between two times [s]."""
-        return min(round((now - at) / PERIOD / (0.9 + 0.1 * self.longest)), MOST_LOST)
+    def _loops(self, now):
+        """The board's loops, 1 at least, from the newest trusted line to one that came `now` [s]."""
+        return min(max(1, round((now - self._last[1]) / PERIOD / self._mean)), MOST_LOST)
 
-    def _length(self, loops, passed):
-        """[periods] that each of the next `loops` takes on the mean, for one that its pose counts.
+    def _trust(self, line, now, steps):
+        """List of edges of the steps in base_link, one per loop, up to a line that is the newest trusted one now."""
+        at = self._last[1]
+        lengths = self._lengths_of(len(steps), (now - at) / PERIOD / len(steps))
+        made = at + sum(lengths) * PERIOD
+        self._last = line, min(made + (now - made) / MEMORY, now)  # nothing arrives before it is made
+        self.repaired += len(steps) - 1
+        return [[edge * length for edge in self._board_wheels.edges(step)] for step, length in zip(steps, lengths)]
 
-        passed: [periods] by the arrivals, from which the place of the longer one is learnt.
+    def _lengths_of(self, loops, passed):
+        """[periods] that each of the next `loops` takes, for one that its pose counts.
+
+        passed: [periods] a loop by the arrivals, from which the place of the longer one is learnt.
         """
         places = [(self._place + more) % LOOPS for more in range(1, loops + 1)]
         self._place = (self._place + loops) % LOOPS
-        if loops == 1 and passed < LATE:
-            self._lengths[self._place] += (passed - self._lengths[self._place]) / VISITS
-        long, longer = max(self._lengths), self.longest - 1.0
-        if long - min(self._lengths) < longer / 2:  # it is not known yet which place has it
-            return min(max(passed / max(loops, 1), 0.9), self.longest)
-        return 1.0 + longer * places.count(self._lengths.index(long)) / max(loops, 1)
+        if loops == 1 and self._regular > 1:
+            mean = self._lengths.setdefault(self._place, passed)
+            self._lengths[self._place] += (passed - mean) / VISITS
+        longer = self.longest - 1.0
+        shorter, longest = sorted((1.0, 1.0, *self._lengths.values()))[-2:]
+        if longest - shorter < longer / 2:  # it is not known yet which place has it
+            return [max(passed, 0.9) if passed < self.longest + 0.1 else self._mean] * loops
+        return [1.0 + longer * (self._lengths.get(place) == longest) for place in places]
 
     def encode(self, command):
         """`MS:` with the rim speeds, all scaled by one factor to `fastest`; `RS:0:0:0` at rest."""
@@ -249,26 +289,42 @@ def lights(colours):
     return ":".join(str(red << 16 | green << 8 | blue) for red, green, blue in colours)
 
 
-def follows(before, line):
-    """Whether the pose has moved from `before` to `line` by its twist, in either frame, in one period."""
-    if before is None:
-        return False
-    step = [speed * PERIOD for speed in line[3:]]
-    return any(all(abs(value - other) <= PRINTED + SINGLE * abs(value) for value, other in zip(line, pose))
-               for pose in (compose(before[:3], step), tuple(map(add, before[:3], step))))
+def added(pose, step):
+    """The pose that a step in its own frame, the odometry's, has moved."""
+    return tuple(map(add, pose, step))
 
 
-def body_step(before, line):
-    """(forward [m], left [m], turn [rad]) in base_link that the wheels have made between two lines.
+def newest_loop(line, move):
+    """(pose before the newest loop, its step in base_link) of a line that moves by its twist with `move`."""
+    yaw = line[2] - line[5] * PERIOD
+    x, y, _ = move((0.0, 0.0, yaw), [speed * PERIOD for speed in line[3:]])
+    before = line[0] - x, line[1] - y, yaw
+    return before, between(before, line[:3])
 
-    The board turns each step by the yaw before it. So n equal steps of a turn d add up to their sum, turned by half of
-    what the n - 1 first of them turn, and shortened by sinc(n d / 2) / sinc(d / 2). The line has the newest one's d.
+
+def gap(last, line, loops, move):
+    """(list of the steps in base_link that some loops have made between two lines, how rough they are, a step).
+
+    A line tells the newest step, too, and with it the pose before. From there back to `last` the steps change evenly
+    from that line's newest to this one's, and all alike by what is missing then: with one lost line nothing is
+    guessed. The board turns each step by the yaw before it.
     """
-    x, y, turn = between(before[:3], line[:3])
-    newest = line[5] * PERIOD
-    x, y, _ = between((0.0, 0.0, (turn - newest) / 2), (x, y, 0.0))
-    longer = sinc(newest / 2) / sinc(turn / 2) if abs(turn) < math.pi else 1.0
-    return longer * x, longer * y, turn
+    if loops < 2:  # or not known: as if all steps were alike
+        forward, left, turn = between(last[:3], line[:3])
+        middle = (turn - line[5] * PERIOD) / 2
+        return [(*between((0.0, 0.0, middle), (forward, left, 0.0))[:2], turn)], (0.0, 0.0, math.inf)
+    (_, first), (before, newest) = newest_loop(last, move), newest_loop(line, move)
+    even = [[start + (end - start) * at / loops for start, end in zip(first, newest)] for at in range(1, loops)]
+    more = (before[2] - last[2] - sum(turn for _, _, turn in even)) / len(even)
+    yaw, way, turned = last[2], complex(before[0] - last[0], before[1] - last[1]), 0j
+    for forward, left, turn in even:
+        way -= cmath.rect(1.0, yaw) * complex(forward, left)
+        turned += cmath.rect(1.0, yaw)
+        yaw += turn + more
+    if abs(turned) < len(even) / 2:  # most of a turn
+        turned = cmath.rect(len(even), (last[2] + yaw) / 2)
+    rough = (way / turned).real, (way / turned).imag, more
+    return [added(step, rough) for step in even] + [newest], rough
 
 
 def largest(edges):

@@ -23,7 +23,7 @@ say("started")
 publisher = rospy.Publisher(sys.argv[1], Bool, Listener(), queue_size=10, tcp_nodelay=True)
 say("registered")
 done, repeated, due = 0, None, 0.0
-while True:
+while not rospy.is_shutdown():
     lines = open(sys.argv[2]).read().split("\\n")[:-1]
     for word, *rate in map(str.split, lines[done:]):
         repeated = (word, 1 / float(rate[0])) if rate else None
@@ -36,6 +36,7 @@ while True:
         publisher.publish(repeated[0] == "true")
         due = time.monotonic() + repeated[1]
     time.sleep(0.01)
+say("ended")  # the master has: what its predecessor, killed, had sent to the master came later than its own
 """
 
 # argv: namespaces. Prints who presses, as each driver_node says at each change.

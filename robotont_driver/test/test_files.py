@@ -4,7 +4,7 @@ import os
 
 import pytest
 
-from robotont_driver.parameters.files import new_file, write_file
+from robotont_driver.parameters.files import new_file, read_file, write_file
 
 
 def test_a_file_and_its_mode_take_the_place_of_an_older_one(tmp_path):
@@ -37,3 +37,22 @@ def test_a_link_is_not_followed(tmp_path):
     os.symlink("target", path)
     write_file(path, "text")
     assert [(one.name, one.read_text()) for one in tmp_path.iterdir()] == [("place", "text")]
+
+
+def test_a_pipe_or_a_device_is_neither_replaced_nor_waited_for(tmp_path):
+    """`--output /dev/null` of root would have made it a file."""
+    os.mkfifo(str(tmp_path / "pipe"))
+    (tmp_path / "link").symlink_to("pipe")
+    for name in ("pipe", "link"):
+        with pytest.raises(OSError, match="it is no file"):
+            write_file(tmp_path / name, "text")
+        with pytest.raises(OSError, match="it is no file"):
+            read_file(tmp_path / name, 100)
+    assert sorted(one.name for one in tmp_path.iterdir()) == ["link", "pipe"]
+
+
+def test_a_file_is_read_up_to_its_bound(tmp_path):
+    (tmp_path / "file").write_bytes(b"12345")
+    assert read_file(tmp_path / "file", 5) == b"12345"
+    with pytest.raises(OSError, match="it has more than 4 bytes"):
+        read_file(tmp_path / "file", 4)

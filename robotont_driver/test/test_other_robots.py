@@ -20,7 +20,8 @@ ROBOTS = {
     "huggingface/lerobot lekiwi": ((150, -90, 30), 0.125, 0.05, {
         "gearboxReductionRatio": 1, "encoderEdgesPerMotorRevolution": 4096, "motorNoLoadSpeed": 4.712}),
     "LeKiwi, uneven": ((0, 120, 240), [0.085, 0.105, 0.105], 0.05, {
-        "gearboxReductionRatio": 1, "encoderEdgesPerMotorRevolution": 4096, "robotMass": 1.5}),
+        "gearboxReductionRatio": 1, "encoderEdgesPerMotorRevolution": 4096, "motorNoLoadSpeed": 4.712,
+        "robotMass": 1.5}),
     "brunolemosdl/hybrid-robot-navigation": ((45, -45, 135, -135), math.hypot(0.04964, 0.04965), 0.023, {
         "gearboxReductionRatio": 2.398795}),
     "HEBI setupOmniBase": ((30, 150, 270), 0.235, 0.075, {"robotMass": 12.0}),

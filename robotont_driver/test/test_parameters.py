@@ -24,7 +24,7 @@ def test_a_whole_number_serves_as_a_number():
 
 @pytest.mark.parametrize("table, name, value, allowed", [
     (DRIVER, "cmd_timeout", -1.0, TIMEOUT),
-    (DRIVER, "cmd_timeout", "0.5", TIMEOUT),
+    (DRIVER, "cmd_timeout", "0.5", TIMEOUT + "; '0.5' is a text to YAML, write 0.5"),
     (DRIVER, "cmd_timeout", float("nan"), TIMEOUT),
     (DRIVER, "cmd_timeout", 500, TIMEOUT),  # milliseconds
     (DRIVER, "cmd_timeout", 10 ** 400, TIMEOUT),
@@ -72,3 +72,19 @@ def test_the_shipped_robots_are_valid(name, tmp_path):
     given = read_robot(tmp_path / name).parameters
     for node in {*given} - {"battery"}:
         read_parameters(TABLES[node], given[node])
+
+
+def test_what_is_wrong_with_a_folder_is_told_with_its_place(tmp_path):
+    for file in (shipped() / "robotont2").iterdir():
+        shutil.copy(str(file), str(tmp_path))
+    (tmp_path / "driver.yaml").write_text("battery: {}")
+    for robot, words in ((tmp_path, f"{tmp_path}/driver.yaml: battery: found {{}}, allowed: "),
+                         (tmp_path / "none", "none', allowed: a folder with wheel_params.yaml and driver.yaml"),
+                         ("~/robot", "; for ~ write $HOME: no shell reads it behind :="),
+                         ("./" + 5000 * "x", ", allowed: a folder with")):
+        with pytest.raises((OSError, ValueError)) as raised:
+            read_robot(robot)
+        assert words in str(raised.value)
+    (tmp_path / "driver.yaml").unlink()
+    with pytest.raises(ValueError, match=f"^{tmp_path}/driver.yaml: No such file or directory$"):
+        read_robot(tmp_path)

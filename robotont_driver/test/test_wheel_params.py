@@ -82,6 +82,10 @@ def test_a_sign_per_wheel_is_a_motor_mounted_the_other_way_round():
     assert read_wheels(mirrored).positions == pytest.approx(
         [position + 2 * math.pi * (wheel == 0) for wheel, position in enumerate(read_wheels(one).positions)])
     assert not doubts(read_wheels(mirrored))
+    assert not doubts(read_wheels(SHIPPED))
+    assert doubts(read_wheels({**SHIPPED, "wheelRadius": 1.38, "wheelDistanceFromCenter": 4.92})) == (  # inches
+        "wheelRadius, gearboxReductionRatio, motorNoLoadSpeed: the wheels reach 72.3 m/s without load, expected: "
+        "0.02 to 20.0")
     del mirrored["positiveRotation"]
     assert doubts(read_wheels(mirrored)).startswith(
         "wheelRads: all wheels stand on one side of the centre, at 180, 120, 240 degrees")
@@ -135,6 +139,7 @@ def test_packets_of_the_most_wheels_fit_into_a_line():
     ("wheelRadius", 35, "in millimetres? then write 0.035"),
     ("wheelDistanceFromCenter", [125, 125, 130], "in millimetres? then write [0.125, 0.125, 0.13]"),
     ("wheelRadius", 3.5, "up to 2 times wheelDistanceFromCenter, 0.125 [m]: are both in metres?"),
+    ("wheelRadius", [0.035, 35, 0.035], "a number from 0.001 to 10 [m], or a list of 3"),  # no hint with 35 micrometres
     ("wheelRadius", 1e-300, "a number from 0.001 to 10 [m], or a list of 3"),
     ("wheelRads", [0.0, 0.001, math.pi], "(these give a wheel matrix of rank < 3); wheels 0 and 1 would stand at one "
      "place, 0 degrees: where motors on two sides drive the same way when they turn positive, positiveRotation is a "
@@ -148,7 +153,9 @@ def test_another_unit_or_place_is_refused_with_what_is_meant(key, value, words):
 
 @pytest.mark.parametrize("before, after, words", [
     ("gearboxReductionRatio: 18.75", "gearboxReductionRatio: 1:30",
-     "gearboxReductionRatio: found 1:30, allowed: a number, such as 30"),
+     "found 1:30, which is 90 to YAML, allowed: a number, such as 30, in line "),
+    ("wheelRadius: 0.035", "wheelRadius: 3e-2",
+     "found '3e-2', allowed: a number from 0.001 to 10 [m], or a list of 3; '3e-2' is a text to YAML, write 0.03"),
     ("wheelRads", "wheelrads", "; did you mean wheelRads?"),
 ])
 def test_what_a_file_alone_can_have_wrong(tmp_path, before, after, words):

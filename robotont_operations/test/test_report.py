@@ -89,3 +89,26 @@ def test_of_the_black_box_numbers_remain_and_what_own_nodes_say_of_themselves():
     assert isinstance(left("/cmd_vel", Twist()), Twist)
     assert left("/rosout", Log(msg=SECRET)) is None
     assert left("/cmd_vel/driven_by", String(SECRET)) is None
+    assert left("/mine/serial_read", String(SECRET)) is None
+
+
+@pytest.mark.parametrize("file, line, kept", [
+    ("kernel", "[Thu Nov 26 12:00:00 2026] usb 1-1.4: new full-speed USB device", True),
+    ("kernel", "[    1.5] cdc_acm 1-1:1.2: ttyACM0: USB ACM device", True),
+    ("kernel", f"[Thu Nov 26 12:00:00 2026] Kernel command line: usb-storage.quirks=1 token={SECRET}", False),
+    ("kernel", f"[Thu Nov 26 12:00:00 2026] myd: {SECRET} usb 1-1: x", False),
+    ("journal", "Nov 26 12:00:00.123456 host env[12]: [WARN] [1764158400.123]: x /driver_node: y", False),
+    ("journal", "Nov 26 12:00:00.123456 host env[12]: \x1b[33m[WARN] [1764158400.123] /r1/driver_node: words", True),
+    ("journal", f"Nov 26 12:00:00.1 host env[12]: [INFO] [1.1] /web_teleop_node: {SECRET} [x] /driver_node: y", False),
+    ("journal", "Nov 26 12:00:00.1 host env[12]: [driver_node-2] process has died [pid 5, exit code -9", True),
+    ("journal", f"Nov 26 12:00:00.1 host env[12]: {SECRET} [driver_node-2] process has died [pid 5, exit code -9", False),
+])
+def test_of_others_lines_are_kept_only_those_that_begin_as_one_that_is_wanted(file, line, kept):
+    assert (re.match(report.LINES[f"logs/{file}.txt"][1], line) or [""])[0] == line * kept
+
+
+def test_a_password_in_an_address_is_left_out(tmp_path):
+    """rospy writes "Unable to register with master node [http://me:hunter22@...]"."""
+    gathered = report.Report(tmp_path)
+    gathered.text("x.log", f"node [http://me:{SECRET.split()[1]}@127.0.0.1:11311/]: 3@4 /home/@x")
+    assert (tmp_path / "x.log").read_text() == "node [http://127.0.0.1:11311/]: 3@4 /home/@x"

@@ -98,9 +98,12 @@ def read_password(path):
 
 def read_users(path):
     """{name: password}, as zenoh's dictionary_file holds it; raises OSError, ValueError."""
-    text = Path(path).read_text() if Path(path).exists() else ""
+    text = read_file(path, LARGEST_FILE).decode("utf-8", "replace") if os.path.lexists(path) else ""
     if text and Path(path).stat().st_mode & 0o077:
         raise ValueError(f"{path}: others may read the passwords, allowed: mode 600")
+    for number, line in enumerate(text.split(), 1):
+        if ":" not in line:
+            raise ValueError(f"{path}: found no colon in line {number}, allowed: NAME:PASSWORD")
     return dict(line.split(":", 1) for line in text.split())
 
 

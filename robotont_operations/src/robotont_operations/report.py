@@ -37,6 +37,8 @@ TABLES = {"driver_node": driver_node, "serial_com_node": serial_com_node, "odom_
 WORDS = ("port", "packets", "odom_frame", "base_frame", "joint_prefix", "imu", "folder")  # parameters that are texts
 TOPICS = ("geometry_msgs/Twist", "geometry_msgs/TwistStamped", "std_msgs/Bool", "nav_msgs/Odometry")
 PACKETS = ("serial_write", "serial_read")  # texts of numbers
+NUMBERS = re.compile(r"[-+\d.:;e\s]*")
+USER = re.compile(r"(?<=//)[^/\s]*@")  # and password, in an address: rospy names that of the master in every log
 PACKAGES = ("python3-rospy", "ros-noetic-rospy", "python3-numpy", "python3-serial", "rviz", "ros-noetic-rviz",
             "systemd")
 COMMANDS = {
@@ -48,11 +50,14 @@ COMMANDS = {
     "machine/addresses.txt": ("ip", "-brief", "address"),
     "machine/services.txt": ("systemctl", "is-active", "robotont-master", "robotont", "robotont-recorder"),
 }
+HEAD = r"[\w.: -]*\[\d+\]: (?:\x1b\[\d*m)*"  # of the journal: time, host, program and its number
 LINES = {  # what of other programs' lines is kept
-    "logs/kernel.txt": (("dmesg", "--ctime"), r".*\b(?:usb|cdc_acm|tty[A-Z]\w*|oom-kill)\b.*"),
+    "logs/kernel.txt": (("dmesg", "--ctime"),
+                        r"(?:\[[^\]]*\] )?(?:(?:usb|cdc_acm) [-\d.:]+: |tty[A-Z]\w*|oom-kill:)[^=]*"),
     "logs/journal.txt": (("journalctl", "--no-pager", "--lines", "5000", "--output", "short-precise", "--unit",
                           "robotont"),
-                         rf".*?\] /(?:\w+/)*(?:{'|'.join(OWN)}): .*|.*process has died \[pid \d+, exit code -?\d+"),
+                         rf"{HEAD}(?:\[\w+\] \[[\d., ]+\] /(?:\w+/)*(?:{'|'.join(OWN)}): .*"
+                         rf"|\[[\w/-]+\] process has died \[pid \d+, exit code -?\d+)"),
 }
 
 
@@ -64,10 +69,10 @@ class Report:
         self.notes = []
 
     def text(self, name, text):
-        """Add a text, with escapes where it is no Unicode."""
+        """Add a text, with escapes where it is no Unicode, and without users in addresses."""
         path = self._folder / name
         path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_text(text, "utf-8", "backslashreplace")
+        path.write_text(USER.sub("", text), "utf-8", "backslashreplace")
 
     def commands(self):
         """Output of the system's own commands."""
@@ -156,8 +161,11 @@ def kept(topic, raw):
 
     raw: (type, data, ..., class) of rosbag.
     """
-    if raw[0] in TOPICS or (raw[0] == "std_msgs/String" and topic.rpartition("/")[2] in PACKETS):
+    if raw[0] in TOPICS:
         return raw[-1]().deserialize(raw[1])
+    if raw[0] == "std_msgs/String" and topic.rpartition("/")[2] in PACKETS:
+        message = raw[-1]().deserialize(raw[1])
+        return message if NUMBERS.fullmatch(message.data) else None
     if raw[0] == "diagnostic_msgs/DiagnosticArray":
         message = DiagnosticArray().deserialize(raw[1])
         message.status = [one for one in message.status if one.name.partition(":")[0].rpartition("/")[2] in OWN]
@@ -195,7 +203,7 @@ def main():
             try:
                 part(*arguments)
             except Exception as error:  # whatever is wrong on this machine, the rest is wanted all the more
-                report.notes.append(f"the rest of {part.__name__}: {type(error).__name__}: {error}")
+                report.notes.append(f"the rest of {part.__name__}: {type(error).__name__}")
         report.text("notes.txt", "".join(note + "\n" for note in report.notes) or "nothing is missing\n")
         try:
             pack(folder, output)

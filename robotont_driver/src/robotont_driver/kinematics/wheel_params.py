@@ -70,6 +70,7 @@ LARGEST_ANGLE = 4 * math.pi  # [rad] more is meant in degrees
 SMALLEST_LENGTH, LARGEST_LENGTH = 0.001, 10.0  # [m] more is meant in millimetres
 LARGEST_WHEEL = 2.0        # radius per distance from the centre; larger wheels are meant in other units
 WIDEST_GAP = math.radians(200)  # between wheels next to each other: all stand on one side
+SLOWEST, FASTEST = 0.02, 20.0  # [m/s] of a robot's rims without load; others are meant in other units, or another motor
 SAME_PLACE = 0.01          # [rad] between wheels that cannot both stand there
 MOST_CONDITION = 300.0     # beyond it some motion needs wheels hundreds of times as fast as another
 NUMBERS = {                # least and most of what is one number for the whole robot, and its unit
@@ -213,7 +214,7 @@ class _Reader:
         """One length [m] per wheel."""
         return self.per_wheel(key, lambda v: is_number(v) and least <= v <= LARGEST_LENGTH,
                               f"a number from {least:g} to {LARGEST_LENGTH:g} [m], or {self._several}"
-                              + self._meant(key, LARGEST_LENGTH, "millimetres", 0.001))
+                              + self._meant(key, LARGEST_LENGTH, "millimetres", 0.001, SMALLEST_LENGTH))
 
     def angles(self, key):
         """One angle [rad] per wheel, a list."""
@@ -234,6 +235,10 @@ class _Reader:
 
 def doubts(wheels):
     """Words about `Wheels` that can drive, but are probably meant otherwise; empty for none."""
+    fastest = max(no_load_speeds(wheels))
+    if not SLOWEST <= fastest <= FASTEST:
+        return (f"wheelRadius, gearboxReductionRatio, motorNoLoadSpeed: the wheels reach {fastest:.3g} m/s without "
+                f"load, expected: {SLOWEST} to {FASTEST}")
     places = sorted(position % (2 * math.pi) for position in wheels.positions)
     gaps = [after - before for before, after in zip(places, [*places[1:], places[0] + 2 * math.pi])]
     if max(gaps) < WIDEST_GAP:
@@ -242,13 +247,17 @@ def doubts(wheels):
             "degrees; where a motor is mounted the other way round, positiveRotation is a list, one word per wheel")
 
 
-def meant(value, largest, unit, factor):
-    """Hint about numbers beyond `largest` that are right in another unit, as `factor` times them; else empty."""
+def meant(value, largest, unit, factor, least=0.0):
+    """Hint about numbers beyond `largest` that are right in another unit, as `factor` times them; else empty.
+
+    least: what none of those may be below, but zeros.
+    """
     numbers = value if isinstance(value, (list, tuple)) else [value]
     if not 0 < len(numbers) <= MOST_WHEELS or not all(map(is_number, numbers)):
         return ""
     converted = [round(factor * number, 6) for number in numbers]
-    if max(map(abs, numbers)) <= largest or max(map(abs, converted)) > largest:
+    if max(map(abs, numbers)) <= largest or max(map(abs, converted)) > largest or (
+            0 < min(map(abs, converted)) < least):  # some of them are in this unit already
         return ""
     return f"; in {unit}? then write {converted if numbers is value else converted[0]}"
 

@@ -13,6 +13,7 @@ from robotont_driver.command.command_stream import CommandStream
 from robotont_driver.command.emergency_stop import EmergencyStop
 from robotont_driver.command.limits import Limits
 from robotont_driver.kinematics.kinematics import Kinematics
+from robotont_driver.kinematics.wheel_params import doubts
 from robotont_driver.parameters.parameters import Parameter
 from robotont_driver.protocol.packet import Packet, format_packet
 from robotont_driver.ros.clocks import boot_time
@@ -58,6 +59,8 @@ class DriverNode:
         self._period = 1.0 / parameters["publish_rate"]
         self._board_period = 1.0 / wheels.pid_frequency
         self._kinematics = Kinematics(wheels)
+        if doubts(wheels):
+            rospy.logwarn("%s", doubts(wheels))
         self._decimals = parameters["command_decimals"]
         limits = Limits(*(parameters["max_" + limit] for limit in Limits._fields))
         self._stream = CommandStream(self._kinematics, limits, parameters["cmd_timeout"], self._period)

@@ -1,6 +1,7 @@
 """Files that are there whole or not at all, whatever ends this process, its computer or its disk's space."""
 
 import contextlib
+import errno
 import os
 import tempfile
 from pathlib import Path
@@ -14,6 +15,7 @@ def new_file(path, mode=0o644):
     that of a link.
     """
     path = Path(path)
+    _refuse_other(path)
     handle, beside = tempfile.mkstemp(dir=str(path.parent), prefix=".new_")
     try:
         with os.fdopen(handle, "wb") as file:
@@ -33,6 +35,22 @@ def write_file(path, text, mode=0o644):
     """Write a text as UTF-8 (or bytes), by `new_file`."""
     with new_file(path, mode) as file:
         file.write(text if isinstance(text, bytes) else text.encode("utf-8", "surrogateescape"))
+
+
+def read_file(path, most):
+    """The bytes of a file. Raises OSError, also where it is a pipe or a device or has more than `most` bytes."""
+    _refuse_other(path)
+    with open(str(path), "rb") as file:
+        data = file.read(most + 1)
+    if len(data) > most:
+        raise OSError(errno.EFBIG, f"it has more than {most} bytes", str(path))
+    return data
+
+
+def _refuse_other(path):
+    """Raise OSError where a path is there and leads to no file: a pipe waits for ever, a device would be replaced."""
+    if os.path.exists(str(path)) and not os.path.isfile(str(path)):
+        raise OSError(errno.EINVAL, "it is no file", str(path))
 
 
 def flush_folder(folder):

@@ -1,5 +1,6 @@
 """Parameters that explain themselves: one table gives the checks, the defaults and the pages of docs/."""
 
+import contextlib
 import difflib
 import math
 import shutil
@@ -77,7 +78,16 @@ def is_whole(value):
 
 def fault(name, found, allowed):
     """Message about one wrong parameter."""
-    return f"{name}: found {shown(found)}, allowed: {allowed}"
+    return f"{name}: found {shown(found)}, allowed: {allowed}" + (_as_number(found) if "number" in allowed else "")
+
+
+def _as_number(found):
+    """How a number is to be written that YAML takes for a text, as 1e-2; empty where there is none."""
+    for part in found if isinstance(found, list) else [found]:
+        with contextlib.suppress(ValueError):
+            if isinstance(part, str) and math.isfinite(float(part)):
+                return f"; {shown(part)} is a text to YAML, write {float(part):g}"
+    return ""
 
 
 def nearest(name, known):

@@ -2,13 +2,13 @@
 
 import math
 import re
-from pathlib import Path
 
 import yaml
 
+from robotont_driver.parameters.files import read_file
 from robotont_driver.parameters.parameters import fault
 
-MOST_BYTES = 10 ** 6
+MOST_BYTES = 10 ** 5
 MOST_LETTERS = 100  # of an angle
 _NUMBERS = re.compile(r"(?:pi|[0-9.eE()/+ -]|\*(?!\*))*")  # no power: it may take for ever
 
@@ -17,15 +17,11 @@ def read_mapping(path, allowed):
     """(mapping, text) of a YAML file that contains one, or nothing; allowed: description of what it should contain.
 
     Angles may be written as for rosparam: deg(45), rad(pi/4), !degrees 45, !radians pi/4. Raises ValueError, in one
-    line, with the error: no UTF-8, no YAML, too large, a key twice, an alias, no mapping; OSError where it cannot be
-    read.
+    line, with the error: no UTF-8, no YAML, a key twice, an alias, a number in another base, no mapping; OSError where
+    it cannot be read or is too large.
     """
     try:
-        with Path(path).open("rb") as file:
-            data = file.read(MOST_BYTES + 1)
-        text = data.decode("utf-8")
-        if len(data) > MOST_BYTES:
-            raise ValueError(f"it has more than {MOST_BYTES} bytes")
+        text = read_file(path, MOST_BYTES).decode("utf-8")
         content = yaml.load(text, _Loader)  # a SafeLoader
     except UnicodeDecodeError as error:
         line, byte = error.object.count(b"\n", 0, error.start) + 1, error.object[error.start]
@@ -66,6 +62,15 @@ class _Loader(yaml.SafeLoader):
                 raise _error(f"{key.value} stands twice", key)
         return super().construct_mapping(node, deep)
 
+    def number(self, node):
+        """As Constructor's, without what YAML reads in another base than people: 012 is ten, 1:30 is ninety."""
+        whole = node.tag.endswith(":int")
+        value = self.construct_yaml_int(node) if whole else self.construct_yaml_float(node)
+        if ":" in node.value or (whole and re.match("[-+]?0[0-9_]", node.value)):
+            meant = node.value.rpartition(":")[2].lstrip("0_") or 0
+            raise _error(f"found {node.value}, which is {value} to YAML, allowed: a number, such as {meant}", node)
+        return value
+
     def degrees(self, node):
         """[rad] of deg(45) and !degrees 45."""
         return math.radians(float(re.sub(r"^deg\((.*)\)$", r"\1", self.construct_scalar(node))))
@@ -78,6 +83,8 @@ class _Loader(yaml.SafeLoader):
         return float(eval(words, {"pi": math.pi}))
 
 
+for _kind in ("int", "float"):
+    _Loader.add_constructor("tag:yaml.org,2002:" + _kind, _Loader.number)
 _Loader.add_constructor("!degrees", _Loader.degrees)
 _Loader.add_constructor("!radians", _Loader.radians)
 _Loader.add_implicit_resolver("!degrees", re.compile(r"^deg\([^)]*\)$"), "d")

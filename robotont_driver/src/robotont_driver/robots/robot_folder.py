@@ -1,6 +1,6 @@
 """Robots: folders with wheel_params.yaml and driver.yaml. `robot:=` names one in config/robots, or gives its path."""
 
-import re
+import os
 from pathlib import Path
 from typing import Mapping, NamedTuple
 
@@ -11,8 +11,6 @@ from robotont_driver.parameters.parameters import ParameterError, fault, nearest
 from robotont_driver.parameters.yaml_file import read_mapping
 from robotont_driver.robots.battery import read_pack
 
-_RATIO = re.compile(r"^ *(\w+) *: *([0-9]+(?::[0-9.]+)+)", re.MULTILINE)  # YAML reads 1:30 as 90, in base 60
-
 
 def read_wheel_file(path):
     """(`Wheels`, mapping, text) of a wheel_params.yaml.
@@ -21,10 +19,8 @@ def read_wheel_file(path):
     it cannot be read. Everything that takes a wheel file reads it here.
     """
     given, text = read_mapping(path, "wheel parameters: " + ", ".join(KEYS))
-    faults = [f"{key}: found {found}, allowed: a number, such as {found.rpartition(':')[2]}"
-              for key, found in _RATIO.findall(text)]
-    faults += [fault(str(key), given[key], f"no such key, only {', '.join(KEYS)}" + nearest(str(key), KEYS))
-               for key in given if key not in KEYS]
+    faults = [fault(str(key), given[key], f"no such key, only {', '.join(KEYS)}" + nearest(str(key), KEYS))
+              for key in given if key not in KEYS]
     try:
         wheels = read_wheels(given)
     except ParameterError as error:
@@ -70,8 +66,9 @@ def robot_folder(robot=""):
     else:
         folder = shipped() / (str(robot) or DEFAULT)
         others = ", ".join(sorted(path.name for path in shipped().iterdir())) + ", or a folder (with a / in its name)"
-    if not folder.is_dir():
-        raise OSError(fault("robot", str(robot), others + ": docs/robots.md"))
+    if not os.path.isdir(str(folder)):  # False where Path's raises, as for a name that is too long
+        hint = "; for ~ write $HOME: no shell reads it behind :=" if str(robot).startswith("~") else ""
+        raise OSError(fault("robot", str(robot), others + ": docs/robots.md" + hint))
     return folder
 
 
@@ -82,15 +79,24 @@ def read_robot(robot=""):
     try:
         wheels, given, text = read_wheel_file(folder / WHEELS)
     except (OSError, ValueError) as error:
-        faults.append(str(error))
+        faults.append(_words(error))
     try:
         parameters = read_mapping(folder / PARAMETERS, "parameters by node and name")[0]
         known = (*NODES, BATTERY)
         faults += [f"{folder / PARAMETERS}: " + fault(name, value, "parameters of " + ", ".join(known))
                    for name, value in parameters.items() if name not in known or not isinstance(value, dict)]
-        read_pack(parameters.get(BATTERY))
     except (OSError, ValueError) as error:
-        faults.append(str(error))
+        faults.append(_words(error))
+    else:
+        try:
+            read_pack(parameters.get(BATTERY))
+        except ValueError as error:
+            faults.append(f"{folder / PARAMETERS}: {error}")
     if faults:
         raise ValueError("\n".join(faults))
     return Robot(folder, wheels, given, text, parameters)
+
+
+def _words(error):
+    """Of an exception, without the number of an OSError."""
+    return f"{error.filename}: {error.strerror}" if isinstance(error, OSError) and error.strerror else str(error)

@@ -3,7 +3,7 @@
 import argparse
 import sys
 
-from robotont_driver.kinematics.wheel_params import no_load_speeds
+from robotont_driver.kinematics.wheel_params import doubts, no_load_speeds
 from robotont_driver.parameters.parameters import ParameterError, read_parameters
 from robotont_driver.robots.robot_folder import PARAMETERS, read_robot
 
@@ -36,6 +36,8 @@ def main():
         if faults:
             raise ValueError("\n".join(faults))
         print(f"{folder}: {wheels.amount} wheels, {wheels.pid_frequency:g} Hz, no mistake found")
+        if doubts(wheels):
+            print(f"warning: {doubts(wheels)}")
         limit = robot.parameters.get("driver_node", {}).get("max_wheel_speed", 0.0)
         reach = min(no_load_speeds(wheels))
         if limit > reach:

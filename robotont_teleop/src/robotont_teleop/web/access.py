@@ -10,12 +10,13 @@ from collections import deque
 from pathlib import Path
 from urllib.parse import urlsplit
 
-from robotont_driver.parameters.files import write_file
+from robotont_driver.parameters.files import read_file, write_file
 
 LOCAL_NAMES = ("localhost", "127.0.0.1", "::1")
 ATTEMPTS, ATTEMPTS_PERIOD = 5, 60.0  # wrong tokens of an address within [s], after which none of it is looked at
 REMEMBERED = 1000                    # wrong tokens, of all addresses
 LONGEST_TOKEN = 128
+LARGEST_FILE = 10_000                # [bytes] of a token
 
 
 def read_or_make_token(path):
@@ -35,7 +36,7 @@ def read_or_make_token(path):
     mode = path.stat().st_mode & 0o777
     if mode & 0o077:
         raise ValueError(f"{path}: found mode {mode:o}, allowed: 600 (others could read the token)")
-    token = path.read_text().strip()
+    token = read_file(path, LARGEST_FILE).decode("utf-8", "replace").strip()
     if not 8 <= len(token) <= LONGEST_TOKEN or not token.isascii():
         raise ValueError(f"{path}: found {len(token)} characters, allowed: 8 to {LONGEST_TOKEN} of ASCII; delete the "
                          "file to get a new token")

@@ -2,6 +2,7 @@
 
 import json
 import math
+import re
 
 import pytest
 from fleet_rig import STATE
@@ -12,13 +13,14 @@ from prometheus_client.parser import text_string_to_metric_families
 
 from robotont_fleet import fleet_node
 from robotont_fleet import zenoh_keys as keys
-from robotont_fleet.fleet_page import StopFile
+from robotont_fleet.fleet_page import StopFile, read_ground
 from robotont_fleet.known_robots import MOST, NEEDS, Fleet
 from robotont_fleet.mailbox import Mailbox
 from robotont_fleet.messages import TO_PAGE, TO_ROBOT, read_order, read_state, read_values
 from robotont_fleet.zenoh_setup import add_users, read_users, router_settings
 from robotont_teleop.web.frame_chain import FrameChain
 from robotont_teleop.web.metrics import metrics
+from robotont_teleop.web.page_setup import SetUpError
 from robotont_testing.harness import tool_module, wait_for
 
 
@@ -383,11 +385,40 @@ def test_each_robot_gets_its_own_keys_only(tmp_path):
         read_users(tmp_path / "users")
 
 
+@pytest.mark.parametrize("content, words", [
+    (b"r1:abcdefgh\nno colon", "users: found no colon in line 2, allowed: NAME:PASSWORD"),
+    (b"\0" * 30, "found no colon in line 1"), (b"\xff:x", None), (b"x" * 10 ** 6, "it has more than"), (b"", None)])
+def test_passwords_of_any_content_are_read_or_refused_with_words(tmp_path, content, words):
+    (tmp_path / "users").write_bytes(content)
+    (tmp_path / "users").chmod(0o600)
+    if words is None:
+        assert len(read_users(tmp_path / "users")) == bool(content)
+    else:
+        with pytest.raises((ValueError, OSError), match=words):
+            read_users(tmp_path / "users")
+
+
+@pytest.mark.parametrize("yaml, image, words", [
+    ("image: a.pgm\n", b"", "[Errno 22]|cannot identify|allowed"), ("resolution: 1\n", b"", "found no 'image'"),
+    ("", b"", "found no 'image'"), ("- 1", b"", "found [1], allowed"), ("\xff", b"", "allowed"),
+    ("image: a.pgm\nresolution: 0.1\norigin: 3\n", b"P5\n1 1\n255\n0", "allowed: a map of map_server"),
+    ("image: a.pgm\nresolution: 0.1\norigin: [0, 0, 1]\n", b"P5\n1 1\n255\n0", "found a turned map"),
+    ("image: a.pgm\nresolution: 0.1\norigin: [0, 0, 0]\n", b"P5\n100000 100000\n255\n0", "allowed"),
+    ("image: .\n", b"", "it is no file")])
+def test_a_map_that_is_none_is_refused_with_words(tmp_path, yaml, image, words):
+    (tmp_path / "m.yaml").write_bytes(yaml.encode("latin-1"))
+    (tmp_path / "a.pgm").write_bytes(image)
+    with pytest.raises(SetUpError) as raised:
+        read_ground(tmp_path / "m.yaml")
+    assert str(raised.value).startswith(f"--map {tmp_path}/m.yaml: ")
+    assert re.search(words.replace("[1]", r"\[1\]"), str(raised.value))
+
+
 def test_metrics_are_read_by_prometheus_own_parser():
     text = metrics([{"name": "r1", "id": "a", "up": True, "age": None}, {"name": "r2", "up": False, "age": 0.5}],
-                   {"r1": {'a "task"\n': {"level": 2}}}).decode()
+                   {"r1": {'a "task"\n': {"level": 2}}, "r2": {"half \ud800": {"n": 3}}}).decode()
     found = {family.name: [(*map(one.labels.get, ("robot", "id", "task", "key")), one.value) for one in family.samples]
              for family in text_string_to_metric_families(text)}
     assert found["robotont_up"] == [("r1", "a", None, None, 1.0), ("r2", "", None, None, 0.0)]
     assert found["robotont_state_age_seconds"] == [("r2", "", None, None, 0.5)]
-    assert found["robotont_diagnostic"] == [("r1", None, 'a "task"\n', "level", 2.0)]
+    assert found["robotont_diagnostic"] == [("r1", None, 'a "task"\n', "level", 2.0), ("r2", None, "half ?", "n", 3.0)]

@@ -16,11 +16,11 @@ import time
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
-import yaml
 from PIL import Image
 
 from robotont_driver.parameters.command_line import CommandLine
-from robotont_driver.parameters.files import write_file
+from robotont_driver.parameters.files import read_file, write_file
+from robotont_driver.parameters.yaml_file import read_mapping
 from robotont_fleet import zenoh_keys as keys
 from robotont_fleet.fleet_server import FleetServer
 from robotont_fleet.known_robots import Fleet
@@ -41,6 +41,7 @@ from robotont_teleop.web.page_setup import SetUpError, host_names, invitation, m
 from robotont_teleop.web.web_handlers import read_files
 
 ANSWERS = 1.0  # [s] that robots have to answer the page
+LARGEST_IMAGE, LARGEST_STOPS = 10 ** 8, 10 ** 7  # [bytes] of files
 KEEPS = 1.0    # [s] that an order waits for the disk before it is answered
 
 
@@ -62,15 +63,19 @@ def arguments(given=None):
 
 def read_ground(path):
     """(PNG, {x, y, width, height} [m]) of a map_server map. Raises SetUpError."""
+    allowed = "a map of map_server: image, resolution and origin"
     try:
-        described = yaml.safe_load(Path(path).read_text())
-        picture = Image.open(Path(path).parent / described["image"]).convert("L")
+        described, _ = read_mapping(path, allowed)
+        image = Path(path).parent / str(described["image"])
+        picture = Image.open(io.BytesIO(read_file(image, LARGEST_IMAGE))).convert("L")
         x, y, yaw = map(float, described["origin"])
         scale = float(described["resolution"])
         if yaw or not scale > 0:
-            raise ValueError("a turned map, or one without a resolution")
-    except (OSError, ValueError, KeyError, TypeError, yaml.YAMLError) as error:
-        raise SetUpError(f"--map {path}: {error}") from None
+            raise ValueError("found a turned map, or one without a resolution")
+    except KeyError as error:
+        raise SetUpError(f"--map {path}: found no {error}, allowed: {allowed}") from None
+    except (OSError, ValueError, TypeError, Image.DecompressionBombError) as error:
+        raise SetUpError(f"--map {path}: {error}, allowed: {allowed}") from None
     output = io.BytesIO()
     picture.save(output, "PNG")
     return output.getvalue(), {"x": x, "y": y, "width": picture.width * scale, "height": picture.height * scale}
@@ -111,7 +116,7 @@ class StopFile:
     def read(self):
         """What the Fleet before has kept; None where that cannot be known."""
         try:
-            kept = json.loads(self._path.read_bytes())
+            kept = json.loads(read_file(self._path, LARGEST_STOPS))
             return {"page": str(kept["page"]), "all": kept["all"] and str(kept["all"]),
                     "some": {name: str(number) for name, number in kept["some"].items()},
                     "names": [str(name) for name in kept["names"]]}

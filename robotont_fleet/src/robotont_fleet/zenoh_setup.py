@@ -2,10 +2,11 @@
 
 import contextlib
 import json
+import os
 import secrets
 from pathlib import Path
 
-from robotont_driver.parameters.files import write_file
+from robotont_driver.parameters.files import read_file, write_file
 from robotont_fleet.zenoh_keys import TEACHER, check_name, keys_of
 from robotont_teleop.web.access import read_or_make_token
 from robotont_teleop.web.page_setup import ros_home
@@ -17,6 +18,7 @@ except ImportError:  # the robot drives without it
 
 ABSENT = "no zenoh, which only the fleet needs: ./robotont setup fleet, or python3 -m pip install eclipse-zenoh"
 LEASE = 2000          # [ms] a connection that is silent for so long is closed, with all that waits in it
+LARGEST_FILE = 100_000  # [bytes] of passwords
 RETRY = 100           # [ms] between two attempts to connect
 JAM = 1000000         # [us] that a message waits for room on a connection, which is closed after it, and made anew
 MESSAGES = ("put", "delete", "declare_subscriber", "query", "declare_queryable", "reply", "liveliness_token",

@@ -5,6 +5,7 @@ import hashlib
 import hmac
 import ipaddress
 import os
+import re
 import secrets
 from collections import deque
 from pathlib import Path
@@ -37,9 +38,9 @@ def read_or_make_token(path):
     if mode & 0o077:
         raise ValueError(f"{path}: found mode {mode:o}, allowed: 600 (others could read the token)")
     token = read_file(path, LARGEST_FILE).decode("utf-8", "replace").strip()
-    if not 8 <= len(token) <= LONGEST_TOKEN or not token.isascii():
-        raise ValueError(f"{path}: found {len(token)} characters, allowed: 8 to {LONGEST_TOKEN} of ASCII; delete the "
-                         "file to get a new token")
+    if not 8 <= len(token) <= LONGEST_TOKEN or not re.fullmatch("[!-~]*", token):  # zeros, as after a loss of power
+        raise ValueError(f"{path}: found {len(token)} characters, allowed: 8 to {LONGEST_TOKEN} of ASCII without "
+                         "blanks; delete the file to get a new token")
     return token
 
 

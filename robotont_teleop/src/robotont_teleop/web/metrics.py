@@ -28,13 +28,18 @@ def metrics(robots, values):
         families.append(GaugeMetricFamily(f"robotont_{name}", meaning, labels=("robot", "id")))
         for one in robots:
             if read(one) is not None:
-                families[-1].add_metric((one["name"], one.get("id", "")), float(read(one)))
+                families[-1].add_metric(_labels(one["name"], one.get("id", "")), float(read(one)))
     found = GaugeMetricFamily("robotont_diagnostic", "numbers of /diagnostics", labels=("robot", "task", "key"))
     for robot, tasks in sorted(values.items()):
         for task, numbers in sorted(tasks.items()):
             for key, number in sorted(numbers.items()):
-                found.add_metric((robot, task, key), float(number))
+                found.add_metric(_labels(robot, task, key), float(number))
     return generate_latest(Collected([*families, found]))
+
+
+def _labels(*words):
+    """What is no Unicode, as JSON's half a surrogate pair, would end the text of all."""
+    return tuple(word.encode("utf-8", "replace").decode() for word in words)
 
 
 class Collected:

@@ -105,9 +105,22 @@ def test_make_map_does_not_write_over_a_world(tmp_path):
     world = tmp_path / "office.yaml"
     world.write_text("walls: [[0, 0, 4, 0], [0, 3, 4, 3]]\nstart: [1, 1, 0]\n")
     before = world.read_text()
-    with pytest.raises(WorldError, match="is there and is no map"):
+    with pytest.raises(WorldError, match="is there and make_map has not written it"):
         write_map(read_world(world), tmp_path / "office")
     assert world.read_text() == before
     assert not (tmp_path / "office.pgm").exists()
     write_map(read_world(world), tmp_path / "office_map")
     write_map(read_world(world), tmp_path / "office_map")  # a map is drawn anew
+
+
+@pytest.mark.parametrize("there", ["room.yaml", "room.pgm"])
+def test_make_map_does_not_write_over_a_map_of_a_real_room(tmp_path, there):
+    (tmp_path / there).write_text("image: room.pgm\nresolution: 0.05\norigin: [0, 0, 0]\n")
+    with pytest.raises(WorldError, match=f"{there} is there and make_map has not written it"):
+        write_map(read_world(ROOT / "config" / "worlds" / "room.yaml"), tmp_path / "room")
+    assert [(one.name, one.read_text()[:6]) for one in tmp_path.iterdir()] == [(there, "image:")]
+
+
+def test_a_map_that_needs_gigabytes_is_refused():
+    with pytest.raises(WorldError, match=r"found a map of 4002\d x 4002\d pixels, allowed: "):
+        draw_map(World((Box(-1000.0, -1000.0, 0.1, 0.1, 0.0), Box(1000.0, 1000.0, 0.1, 0.1, 0.0)), (0.0, 0.0, 0.0)))

@@ -1,15 +1,16 @@
 """Worlds: a file of walls and boxes, for the physics and, drawn as a map, for navigation."""
 
 import math
-import re
+import os
 from pathlib import Path
 from typing import NamedTuple, Tuple
 
 import numpy as np
 from scipy import ndimage
 
+from robotont_driver.parameters.files import read_file, write_file
 from robotont_driver.parameters.parameters import fault, is_number, shown
-from robotont_driver.parameters.yaml_file import read_mapping
+from robotont_driver.parameters.yaml_file import MOST_BYTES, read_mapping
 from robotont_simulator.scenery import KEYS, Shape, shapes
 
 WALL_THICKNESS = 0.1  # [m]
@@ -111,6 +112,8 @@ def _wall(x1, y1, x2, y2):
     return Box((x1 + x2) / 2, (y1 + y2) / 2, length, WALL_THICKNESS, math.atan2(y2 - y1, x2 - x1))
 
 
+HEAD = "# Written by make_map from the simulator's world"  # of a map's file
+LARGEST_MAP = 5 * 10 ** 7  # [pixels]; it takes 100 bytes a pixel to draw
 OCCUPIED, UNKNOWN, FREE = 0, 205, 254  # pixels of map_server
 
 
@@ -132,6 +135,8 @@ def draw_map(world, resolution=0.05, margin=0.5):
     middles = np.array((x, y))
     low = (np.floor((middles - reach).min(axis=1) / resolution) - 0.5) * resolution
     size = np.ceil(((middles + reach).max(axis=1) - low) / resolution).astype(int)
+    if size.prod(dtype=float) > LARGEST_MAP:
+        raise WorldError(f"found a map of {size[0]} x {size[1]} pixels, allowed: {LARGEST_MAP} in all; too large?")
     x = low[0] + (np.arange(size[0]) + 0.5) * resolution
     y = low[1] + (np.arange(size[1]) + 0.5) * resolution
     x, y = np.meshgrid(x, y[::-1])
@@ -159,17 +164,19 @@ def draw_map(world, resolution=0.05, margin=0.5):
 def write_map(world, file, resolution=0.05):
     """Write FILE.pgm and FILE.yaml for map_server; returns the YAML's path. `file`: a path without ending.
 
-    Raises WorldError where FILE.yaml is there and no map, as the world itself.
+    Raises WorldError where one of them is there that make_map has not written: the world itself, a map of a real room.
     """
-    image, origin = draw_map(world, resolution)
     picture, description = Path(f"{file}.pgm"), Path(f"{file}.yaml")
-    if description.exists() and not re.search("^image:", description.read_text(errors="replace"), re.MULTILINE):
-        raise WorldError(f"{description} is there and is no map: give the map another name")
+    known = os.path.isfile(str(description)) and read_file(description, MOST_BYTES).startswith(HEAD.encode())
+    for path in (description, picture):
+        if os.path.lexists(str(path)) and not known:
+            raise WorldError(f"{path} is there and make_map has not written it: give the map another name")
+    image, origin = draw_map(world, resolution)
     height, width = image.shape
-    picture.write_bytes(b"P5\n%d %d\n255\n" % (width, height) + image.tobytes())
-    description.write_text(
-        "# Written by make_map from the simulator's world; do not edit.\n"
+    write_file(picture, b"P5\n%d %d\n255\n" % (width, height) + image.tobytes())
+    write_file(description, (
+        f"{HEAD}; do not edit.\n"
         f"image: {picture.name}\nresolution: {resolution}   # [m] per pixel\n"
         f"origin: [{origin[0]:.3f}, {origin[1]:.3f}, 0.0]   # [m, m, rad] lower left corner\n"
-        "negate: 0\noccupied_thresh: 0.65\nfree_thresh: 0.196   # so that grey, 205, is unknown\n")
+        "negate: 0\noccupied_thresh: 0.65\nfree_thresh: 0.196   # so that grey, 205, is unknown\n"))
     return description

@@ -1,7 +1,7 @@
 // The fleet's page: asks for all robots twice a second, and sends orders. What a robot says is shown as text only.
 import {FleetMap} from "./fleet_map.js";
 import {actWhenHeld} from "./hold_button.js";
-import {$, write} from "./page.js";
+import {$, chargeOf, write} from "./page.js";
 import {languageButton, speak, text} from "./texts.js";
 
 const PERIOD = 500, PATIENCE = 2000, OLD = 2000, RETRY = 100, STILL = 3000, TOAST = 5000;  // [ms]
@@ -9,7 +9,7 @@ const LEVELS = {"": 0, warning: 1, low: 1, held: 1, silent: 3, gone: 3};  // of 
 const unsent = new Map(); // presses of STOP that have not arrived, by the robot's name, "" for all
 const map = new FleetMap($("map"));
 let cards = new Map();    // by the robot's key
-let view = null, heard = -Infinity, aiming = null, touched = -Infinity, toast = null;
+let view = null, heard = -Infinity, aiming = null, touched = -Infinity, failed = -Infinity;
 
 const key = (robot) => `${robot.name} ${robot.id}`;
 const sentences = (words, between) => words.filter(Boolean).join(between);
@@ -26,27 +26,28 @@ async function stop(name = "") {
     unsent.clear();
   }
   unsent.set(name, press);
-  setTimeout(showUnsent, RETRY);
+  setTimeout(showTroubles, RETRY);
   while (unsent.get(name) === press) {
     if (await post({kind: "stop", name: name || undefined})) {
       unsent.delete(name);
     }
-    showUnsent();
+    showTroubles();
     await new Promise((resolve) => setTimeout(resolve, RETRY));
   }
 }
 
-function showUnsent() {
+function showTroubles() {
+  const now = performance.now();
   $("unsent").hidden = !unsent.size;
+  $("toast").hidden = now - failed > TOAST;
+  $("lost").hidden = now - heard <= OLD;
+  document.body.classList.toggle("old", now - heard > OLD);
 }
 
 // Sends what is of this moment only, once.
 async function order(fields) {
-  if (!await post(fields)) {
-    $("toast").hidden = false;
-    clearTimeout(toast);
-    toast = setTimeout(() => ($("toast").hidden = true), TOAST);
-  }
+  failed = await post(fields) ? -Infinity : performance.now();
+  showTroubles();
 }
 
 function aim(robot) {
@@ -88,12 +89,12 @@ function words({need, worst, stopped, name, asked, present, note}) {
 }
 
 function fill(card, robot) {
-  const find = (selector) => card.querySelector(selector), {voltage, charge} = robot.battery ?? {};
+  const find = (selector) => card.querySelector(selector);
   card.toggleAttribute("data-gone", !robot.present);
   card.dataset.need = robot.need;
   find(".dot").dataset.level = LEVELS[robot.need] ?? 2;
   write(find(".age"), age(robot.age));
-  write(find(".charge"), charge != null ? `${Math.round(100 * charge)} %` : voltage ? `${voltage.toFixed(1)} V` : "");
+  write(find(".charge"), chargeOf(robot.battery));
   write(find(".words"), words(robot));
   write(find(".now"), sentences([robot.driven_by ? text("driven_by", robot.driven_by) : text("driven_by_nobody"),
     robot.speed && `${robot.speed[0].toFixed(2)} m/s`, robot.frame !== "map" && text("not_on_map")], " · "));
@@ -142,9 +143,7 @@ async function ask() {
       heard = performance.now();
     }
   } catch { /* the bar says so */ }
-  const lost = performance.now() - heard > OLD;
-  $("lost").hidden = !lost;
-  document.body.classList.toggle("old", lost);
+  showTroubles();
   setTimeout(ask, PERIOD);
 }
 

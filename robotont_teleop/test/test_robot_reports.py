@@ -2,6 +2,7 @@
 
 import pytest
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+from sensor_msgs.msg import BatteryState
 
 from robotont_teleop.hand.robot_reports import RobotReports, worst_first
 
@@ -30,3 +31,17 @@ def test_faults_of_the_own_robot_only(monkeypatch, namespace, own):
 def test_errors_come_first_then_silence_and_warnings():
     lights = [{"name": name, "level": level} for name, level in zip("abcdef", (1, 3, 0, 2, 9, 0))]
     assert "".join(light["name"] for light in worst_first(lights)) == "dbeacf"
+
+
+@pytest.mark.parametrize("percentage, task, key, lights", [
+    (0.1, "odom_node: gyro", "", [("battery", 1, "battery_low"), ("odom_node: gyro", 0, "")]),
+    (0.1, "serial_com_node: board", "battery_low", [("serial_com_node: board", 2, "battery_low")]),
+    (0.5, "odom_node: gyro", "", [("odom_node: gyro", 0, "")]),
+    (float("nan"), "odom_node: gyro", "", [("odom_node: gyro", 0, "")])])
+def test_a_battery_that_is_low_is_a_light_once(monkeypatch, percentage, task, key, lights):
+    monkeypatch.setattr("rospy.Subscriber", lambda *_, **__: None)
+    reports = RobotReports("")
+    reports._on_battery(BatteryState(percentage=percentage))
+    reports._on_diagnostics(DiagnosticArray(status=[DiagnosticStatus(
+        name=task, level=2 * bool(key), message="the battery is low" if key else "well")]))
+    assert [(light["name"], light["level"], light["key"]) for light in reports.lights] == lights

@@ -137,8 +137,8 @@ HEADS = {  # what the robot reports: who drives, what a stick does, whether it l
     "navigation": ({"mover": ["navigation", "move_base"]}, ("Navigation drives", "A stick takes it over", True)),
     "keys": ({"mover": ["hand", "keyboard_teleop_1"]}, ("Keys drive", "Push a stick to drive", True)),
     "no mux": ({"heard": False}, ("Nobody drives", "No cmd_vel_mux: sticks are off", False)),
-    "a stop that has not arrived": ({"stopped": True, "stop_waits": True},
-                                    ("Emergency stop", "Sticks wait for the release", False)),
+    "a stop that has not arrived": ({**PROGRAM, "stopped": True, "stop_waits": True},
+                                    ("Program: square", "Sticks wait for the release", False)),
 }
 
 
@@ -146,10 +146,14 @@ def test_the_head_says_who_moves_the_robot_and_what_a_stick_does(page, served):
     for told, (who, can, live) in HEADS.values():
         report(served, given=told)
         page.wait(f"$('driver').innerText === {who!r} && $('can').innerText === {can!r}", "the head")
-        assert page.run("$('stop_waits').offsetWidth === innerWidth") == told.get("stop_waits", False)
+        waits = told.get("stop_waits", False)
+        assert page.run("$('stop_waits').offsetWidth === innerWidth") == waits
+        assert page.text("#stop_waits_who") == f"{who}."
+        page.run("navigator.vibrate = (time) => (window.shaken = time); window.shaken = 0")
         page.push(1, "#move", up=0.9)
         page.run("new Promise((done) => setTimeout(done, 150))")
         assert drives(served) == page.run("document.querySelector('.held') !== null") == live, who
+        assert page.run("window.shaken > 0") == waits, "the hand feels it"
         page.lift()
         wait_for(lambda: not drives(served), "the stop")
         served.server.seat.leave(served.server.seat.driver)  # as if this page were another one
@@ -213,9 +217,11 @@ def test_who_cannot_drive_is_told_why_in_each_language(page, served):
         for language, remedy in zip(("en", "de", "et"), remedies):
             choose_language(page, language)
             page.wait(f"$('fault_words').innerText.includes({remedy!r})", "what to do")
-        page.wait(f"$('raw').textContent === {words!r}", "the robot's own words")
+    page.look(PHONE, False)
     press_mouse(page, "#more")
-    page.wait("$('raw').offsetHeight > 0", "them on the screen")
+    page.wait(f"document.querySelector('#lights p[lang]').innerText === {words!r}", "the robot's own words")
+    press_mouse(page, "#more")
+    page.wait("$('panel').offsetHeight === 0", "their end")
 
 
 def test_a_pressed_stop_is_seen_and_who_may_release_it(page, served):
@@ -225,8 +231,7 @@ def test_a_pressed_stop_is_seen_and_who_may_release_it(page, served):
     assert (page.text("#driver"), page.text("#can"), level(page)) == (
         "Emergency stop", "Sticks wait for the release", "2")
     served.ready_page().order("take")
-    page.wait("$('release_why').offsetHeight > 0", "why this page may not release it")
-    assert page.text("#release_why") == "Take over first"
+    page.wait("$('release').disabled && $('release').innerText === 'Take over first'", "why it may not release it")
 
 
 def test_a_page_that_was_overtaken_is_told(page, served):

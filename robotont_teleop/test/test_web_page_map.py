@@ -67,6 +67,14 @@ def test_the_map_shows_the_robot_in_its_size_and_on_its_way_or_all_of_itself(pag
     assert page.run("document.querySelector('#view .outside').getBBox().width") > 1000
 
 
+def test_the_reset_of_the_odometry_says_what_it_moves(page, served):
+    report(served)
+    page.wait("document.querySelector('#reset_odometry ~ small').innerText.includes('keeps its place on the map')",
+              "the words beside it")
+    press_mouse(page, "#reset_odometry")
+    wait_for(lambda: served.robot.orders == [("reset_odometry",)], "the order")
+
+
 def test_a_goal_is_seen_before_it_is_sent(page, served):
     served.robot.map_picture = png()
     on_map(served)

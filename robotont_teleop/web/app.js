@@ -1,21 +1,20 @@
 // Puts the page together: hands to commands, states to what is seen.
 import {film} from "./camera.js";
-import {CommandRate} from "./command_rate.js";
+import {commandRate} from "./command_rate.js";
 import {DrivingInputs} from "./driving_inputs.js";
-import {actWhenHeld} from "./hold_button.js";
+import {actWhenHeld, onLongPress} from "./hold_button.js";
 import {View} from "./map_view.js";
 import {showNear} from "./near_ring.js";
 import {$, number, write} from "./page.js";
-import {isLow, showFacts, showFault, showLights} from "./panel.js";
-import {choosePlace} from "./place_press.js";
+import {showFacts, showFault, showLights} from "./panel.js";
 import {Link} from "./server_link.js";
 import {languageButton, text} from "./texts.js";
 import {truth} from "./truth.js";
 
 const TOLD = 4000;    // [ms] that is shown what the person should know for a while
 const STOP_TAKES = 300; // [ms] within which STOP usually has arrived
-const VIBRATES = 600; // [ms] between two vibrations while it has not
 const LOOK = 250;     // [ms] between two looks without any message: for stalls
+const PRESS = 500;    // [ms] of a press that chooses a place
 const SPEEDS = [0.3, 0.6, 1]; // parts of the fastest: slow, normal, fast
 const app = $("app");
 const chips = [...$("chips").children];
@@ -32,7 +31,7 @@ let speed = 1; // of SPEEDS
 let note = null; // number of the robot's newest answer
 let told = {words: "", until: 0};
 let wish = null; // a place on the map [m], not sent yet
-let vibrated = 0; // [ms]
+let chooses = false; // whether a finger is on it
 const view = new View($("view"));
 
 const link = new Link({
@@ -60,9 +59,6 @@ const link = new Link({
     }
   },
   status: (message) => {
-    if (message.camera !== Boolean(status?.camera)) {
-      setMain(message.camera ? "camera" : "map");
-    }
     if (note !== null && message.note.number !== note) {
       tell(message.note.words);
     }
@@ -78,8 +74,8 @@ const stop = () => {
   hands.letGo();
   show();
 };
-const hands = new DrivingInputs(() => rate.changed(), stop, (step, whole) => setSpeed(whole ? step : speed + step));
-const rate = new CommandRate(() => hands.still, sendCommand);
+const hands = new DrivingInputs(commandRate(() => hands.still, sendCommand), stop,
+  (step, whole) => setSpeed(whole ? step : speed + step));
 const vibrate = (time) => navigator.userActivation?.hasBeenActive && navigator.vibrate?.(time);
 const drives = () => state !== null && link.page !== null && state.driver === link.page;
 const tell = (words) => (told = {words, until: performance.now() + TOLD});
@@ -100,6 +96,9 @@ function setSpeed(wanted) {
 
 // Without a connection nothing is known: null
 function takeStatus(newest) {
+  if (Boolean(newest?.camera) !== Boolean(status?.camera)) {
+    look({}, newest?.camera ? "camera" : "map");
+  }
   status = newest;
   $("cancel").hidden = !status?.goal;
   $("swap").hidden = $("camera").hidden = !status?.camera;
@@ -112,13 +111,15 @@ function show() {
   const open = app.dataset.state === "open";
   const stalled = open && link.stalled;
   const now = open && !stalled ? state : null; // what is older is not shown as if it were of now
-  const {who: [who, name], can: does, live} = truth({open, stalled, state, status, page: link.page});
+  const {who, can: does, live} = truth({open, stalled, state, status, page: link.page});
   hands.setLive(live);
   const can = live && hands.dropped ? "can_let_go" : does;
   app.dataset.live = live;
   const fault = open ? worstFault() : null;
   $("dot").dataset.level = !open || state?.stopped || fault?.level === 2 ? 2 : fault?.level ?? (now ? 0 : 1);
-  write($("driver"), `${text(who)} ${name}`.trim());
+  const driver = `${text(who[0])} ${who[1]}`.trim();
+  write($("driver"), driver);
+  write($("stop_waits_who"), `${driver}.`);
   write($("can"), text(can));
   $("can").dataset.key = can;
   $("take").hidden = !open || !state || state.driver === null || drives();
@@ -126,7 +127,7 @@ function show() {
   $("stopped").hidden = showStopThatWaits(open) || !state?.stopped;
   $("stop").ariaPressed = Boolean(state?.stopped);
   $("release").disabled = Boolean(state) && state.driver !== null && !drives();
-  $("release_why").hidden = !$("release").disabled;
+  write($("release"), text($("release").disabled ? "can_take_over" : "release"));
   showFault(fault);
   if (wish && !maySend()) {
     setWish(null);
@@ -142,20 +143,18 @@ function show() {
     view.setPose(null, false);
     view.draw(); // the screen may have turned
   }
-  $("near").toggleAttribute("hidden", view.whole && onMap());
-  showNear($("near"), now && status?.near || [], onMap() && !view.headingUp ? view.pose?.[2] ?? 0 : 0);
+  const near = now && !(view.whole && onMap()) && status?.near || [];
+  showNear($("near"), near, onMap() && !view.headingUp ? view.pose?.[2] ?? 0 : 0);
 }
 
 // STOP has been pressed here, and the robot has not said that it stands by it; whether it is so
 function showStopThatWaits(open) {
-  const now = performance.now();
-  const late = !open || now - link.stopAt > STOP_TAKES;
+  const late = !open || performance.now() - link.stopAt > STOP_TAKES;
   const waits = (link.stopWanted && late) || Boolean(state?.stop_waits);
   $("stop_waits").hidden = !waits;
   $("stop").classList.toggle("waits", waits);
-  if (waits && now - vibrated > VIBRATES) {
-    vibrated = now;
-    vibrate(300);
+  if (waits) {
+    vibrate(2 * LOOK); // until the next look
   }
   return waits;
 }
@@ -169,15 +168,15 @@ function worstFault() {
     return {name: "", level: 2, words: "", key: "no_reports"};
   }
   const told = state?.stopped ? /: (command stream|who drives|web page)$/ : /: web page$/;
-  const low = isLow(status) ? {name: "battery", level: 1, words: "", key: "battery_low"} : null;
-  return status.lights.find((light) => light.level > 0 && !told.test(light.name)) ?? low;
+  return status.lights.find((light) => light.level > 0 && !told.test(light.name)) ?? null;
 }
 
 const onMap = () => app.dataset.main === "map";
 const maySend = () => status !== null && status.navigation && view.map !== null && onMap();
 
-// change: of whole, headingUp
-function look(change) {
+// main: what has the whole stage, the camera or the map; the other one is small. change: of whole, headingUp
+function look(change, main = app.dataset.main) {
+  app.dataset.main = main;
   Object.assign(view, {whole: false}, change);
   view.draw();
   $("heading").ariaPressed = view.headingUp;
@@ -196,11 +195,7 @@ function setWish(place) {
   }
 }
 
-// What has the whole stage: the camera or the map; the other one is small
-function setMain(which) {
-  app.dataset.main = which;
-  look({});
-}
+const wishFor = ({clientX, clientY}) => setWish(view.place(clientX, clientY));
 
 for (const event of ["pointerdown", "click"]) { // the latter by keys and assistive devices
   $("stop").addEventListener(event, stop);
@@ -208,12 +203,14 @@ for (const event of ["pointerdown", "click"]) { // the latter by keys and assist
 for (const id of ["take", "give_back", "reset_odometry"]) {
   $(id).addEventListener("click", () => link.order({kind: id}));
 }
+for (const id of ["details", "more"]) {
+  $(id).addEventListener("click", () => ($("details").ariaExpanded = app.classList.toggle("detailed")));
+}
 for (const [id, act] of Object.entries({
   cancel: () => link.send({kind: "cancel"}),
   heading: () => look({headingUp: !view.headingUp}),
   whole: () => look({whole: !view.whole}),
-  swap: () => setMain(onMap() ? "camera" : "map"),
-  details: () => ($("details").ariaExpanded = app.classList.toggle("detailed")),
+  swap: () => look({}, onMap() ? "camera" : "map"),
   send: () => {
     link.order({kind: "goal", x: wish[0], y: wish[1]});
     setWish(null);
@@ -221,11 +218,17 @@ for (const [id, act] of Object.entries({
 })) {
   $(id).addEventListener("click", act);
 }
-choosePlace($("view"), maySend, (event) => setWish(event && view.place(event.clientX, event.clientY)));
+onLongPress($("view"), PRESS, () => {
+  setWish(null); // a tap takes it back
+  return maySend();
+}, (event) => {
+  chooses = true;
+  wishFor(event);
+}, () => (chooses = false));
+$("view").addEventListener("pointermove", (event) => chooses && wishFor(event));
 chips.forEach((chip, place) => chip.addEventListener("click", () => setSpeed(place)));
 actWhenHeld($("release"), (pressed_at) => link.order({kind: "release", pressed_at}), () => state?.pressed_at ?? 0);
 languageButton($("language"), () => takeStatus(status));
 film(() => Boolean(status?.camera));
 setInterval(show, LOOK);
 setSpeed(speed);
-look({});

@@ -2,28 +2,22 @@
 const REPEAT = 40; // [ms] between two commands while the hands hold still
 const SOONEST = 8; // [ms] between two commands while they move
 
-export class CommandRate {
-  // still(): whether the hands ask for no motion; send(): sends the command of now
-  constructor(still, send) {
-    this.still = still;
-    this.send = send;
-    this.moving = false;
-    this.sentAt = -Infinity; // [ms] by performance.now()
-    this.later = null;       // timer of a command for which it was too soon
-    setInterval(() => this.moving && this.changed(), REPEAT);
-  }
-
-  // To be called when what the hands ask for may have changed.
-  changed() {
-    const still = this.still();
-    const wait = still ? 0 : this.sentAt + SOONEST - performance.now();
-    clearTimeout(this.later);
+// still(): whether the hands ask for no motion; send(): sends the command of now. Returns what is to be called when
+// what the hands ask for may have changed.
+export function commandRate(still, send) {
+  let moving = false, sentAt = -Infinity; // [ms] by performance.now()
+  let later = null; // timer of a command for which it was too soon
+  const changed = () => {
+    const wait = still() ? 0 : sentAt + SOONEST - performance.now();
+    clearTimeout(later);
     if (wait > 0) {
-      this.later = setTimeout(() => this.changed(), wait);
-    } else if (!still || this.moving) {
-      this.moving = !still;
-      this.sentAt = performance.now();
-      this.send();
+      later = setTimeout(changed, wait);
+    } else if (!still() || moving) {
+      moving = !still();
+      sentAt = performance.now();
+      send();
     }
-  }
+  };
+  setInterval(() => moving && changed(), REPEAT);
+  return changed;
 }

@@ -10,12 +10,10 @@ const UP_DOWN = [12, 13];   // of the cross: a speed more, or less
 export const STILL = 1500;  // [ms]
 
 export class Pad {
-  constructor() {
-    this.newest = "";          // state, as a text
-    this.changedAt = -Infinity;
-    this.pressed = [];         // buttons of the look before
-    this.centred = false;      // whether the sticks have been in the middle since the dead-man button went down
-  }
+  newest = "";         // state, as a text
+  changedAt = -Infinity;
+  pressed = [];        // buttons of the look before
+  centred = false;     // whether the sticks have been in the middle since the dead-man button went down
 
   // pad: of navigator.getGamepads(), or undefined. {ahead, left, turn} from -1 to 1, stop: pressed just now, step: -1, 0
   // or 1 speeds more, gone: whether it may be out of reach

@@ -12,3 +12,9 @@ export function write(element, words) {
 export function number(value) {
   return (Math.round(value * 100) / 100 + 0).toFixed(2);
 }
+
+// How full a battery is, as words; or its voltage, or nothing
+export function chargeOf(battery) {
+  const {charge, voltage} = battery ?? {};
+  return charge != null ? `${Math.round(100 * charge)} %` : voltage != null ? `${voltage.toFixed(1)} V` : "";
+}

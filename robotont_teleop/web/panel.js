@@ -1,12 +1,8 @@
-// The panel: the nodes' health, and what else the robot reports; and the bar with its worst fault.
-import {$, write} from "./page.js";
+// The panel: the nodes' health, and what else the robot reports; and the bar with the worst fault.
+import {$, chargeOf, write} from "./page.js";
 import {text} from "./texts.js";
 
-const LOW_CHARGE = 0.15;
 const LEVELS = ["level_ok", "level_warning", "level_error", "fault_silent"];
-
-// Whether the battery of a status is nearly empty
-export const isLow = ({battery}) => battery?.charge != null && battery.charge <= LOW_CHARGE;
 
 // The name of a light as people say it; one of another's node keeps its own
 function nameOf(light) {
@@ -28,8 +24,6 @@ export function showFault(fault) {
     write($("fault_name"), nameOf(fault));
     write($("fault_words"), sentence || fault.words);
     $("fault_words").lang = sentence ? "" : "en";
-    write($("raw"), fault.words);
-    $("more").hidden = !fault.words;
   }
 }
 
@@ -50,13 +44,10 @@ export function showLights(lights, none) {
   }));
 }
 
-export function showFacts(status) {
-  const {board, battery, pages} = status;
-  const charge = battery?.charge == null ? "" : `${Math.round(battery.charge * 100)} %`;
-  const voltage = battery?.voltage == null ? "" : `${battery.voltage.toFixed(1)} V`;
-  $("battery").hidden = !(charge || voltage);
-  write($("charge"), charge || voltage);
-  $("battery").dataset.low = isLow(status);
-  const open = pages > 1 ? `${text("pages")}: ${pages}` : "";
-  write($("facts"), [board, charge && voltage, open].filter(Boolean).join(" · "));
+export function showFacts({board, battery, pages, lights}) {
+  write($("charge"), chargeOf(battery));
+  $("battery").hidden = !chargeOf(battery);
+  $("battery").dataset.low = Boolean(lights?.some(({key}) => key === "battery_low"));
+  const voltage = battery?.voltage != null && `${battery.voltage.toFixed(1)} V`;
+  write($("facts"), [board, voltage, pages > 1 && `${text("pages")}: ${pages}`].filter(Boolean).join(" · "));
 }

@@ -32,21 +32,20 @@ export function speak(page = document) {
   }
 }
 
-// A button that shows the page in the next language, whose name it has, and then calls changed().
+// A button that shows the page in the next language, whose name it has; changed(): there are other words.
 export function languageButton(button, changed) {
   const next = () => codes[(codes.indexOf(language) + 1) % codes.length];
-  const name = () => (button.textContent = texts.language[button.lang = next()]);
+  spoken = () => {
+    button.textContent = texts.language[button.lang = next()];
+    changed();
+  };
   button.addEventListener("click", () => {
     wishes.unshift(language = next());
     document.cookie = `language=${language}; max-age=31536000; SameSite=Strict`;
-    spoken();
     speak();
+    spoken();
   });
-  spoken = () => {
-    name();
-    changed();
-  };
-  name();
+  spoken();
 }
 
 // The page waits for its words, but not long: STOP needs none.

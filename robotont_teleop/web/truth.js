@@ -9,7 +9,8 @@ export function truth({open, stalled, state, status, page}) {
     return {who: ["lost", ""], can: "can_nothing", live: false};
   }
   const can = whatAStickDoes(stalled, state, status, page);
-  return {who: state.stopped ? ["stopped", ""] : whoMoves(state, page), can, live: LIVE.includes(can)};
+  const stands = state.stopped && !state.stop_waits; // a stop that waits has not reached it yet
+  return {who: stands ? ["stopped", ""] : whoMoves(state, page), can, live: LIVE.includes(can)};
 }
 
 function whoMoves({mover: [kind, name], driver}, page) {

@@ -29,6 +29,8 @@ test("who moves the robot, whoever has the seat", () => {
 test("sticks are off wherever they cannot move it", () => {
   const unplugged = {lights: [{level: 2, key: "port_missing"}]};
   assert.deepEqual(say({stopped: true, driver: 1}), ["stopped", "can_release", false]);
+  assert.deepEqual(say({stopped: true, stop_waits: true, mover: ["program", "a"]}),
+    ["who_program a", "can_release", false]);
   assert.deepEqual(say({heard: false}).slice(1), ["can_no_mux", false]);
   assert.deepEqual(say({held: [1]}).slice(1), ["can_let_go", false]);
   assert.deepEqual(say({}, {status: unplugged}).slice(1), ["can_no_board", false]);
@@ -41,7 +43,7 @@ test("a held button acts once a press, with what was seen at its beginning", (t)
   Object.assign(globalThis, {window: nothing, document: nothing});
   t.mock.method(globalThis, "setTimeout", (then) => (later = then));
   let seen = 1, later = null;
-  actWhenHeld({addEventListener: (event, act) => (on[event] = act), classList: {add() {}, remove() {}}},
+  actWhenHeld({addEventListener: (event, act) => (on[event] = act), classList: {toggle() {}, remove() {}}},
     (then) => acted.push(then), () => seen);
   on.pointerdown({preventDefault});
   seen = 2;

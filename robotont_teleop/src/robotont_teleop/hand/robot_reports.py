@@ -10,6 +10,7 @@ from sensor_msgs.msg import BatteryState
 from std_msgs.msg import String
 
 from robotont_driver.kinematics.se2 import pose_of
+from robotont_driver.robots.battery import LOW
 from robotont_teleop.hand.fault_keys import fault_key
 
 STALE = 1.0      # [s] a value that has not come for so long is not shown
@@ -58,9 +59,12 @@ class RobotReports:
     @property
     def lights(self):
         """[{"name", "level", "words", "key"}] of all tasks, the worst first, for JSON; key: of the fault."""
-        return worst_first({"name": name, "level": level, "words": words,
-                            "key": "silent" if level == SILENCE else fault}
-                           for name, level, words, _, fault in self._now())
+        found = [{"name": name, "level": level, "words": words, "key": "silent" if level == SILENCE else fault}
+                 for name, level, words, _, fault in self._now()]
+        charge = (self.battery or {}).get("charge")
+        if charge is not None and charge <= LOW and all(light["key"] != "battery_low" for light in found):
+            found.append({"name": "battery", "level": 1, "words": f"{charge:.0%} left", "key": "battery_low"})
+        return worst_first(found)
 
     @property
     def worst(self):

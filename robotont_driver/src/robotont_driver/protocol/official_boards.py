@@ -38,7 +38,8 @@ MEMORY = 1000         # [periods] in which the board's clock, by its lines, foll
 LOOPS = 10            # of the board, of which generation 3 makes one longer
 EARLY, LATE = 0.5, 1.5  # [periods] within which a line comes after the one before it, if none is lost or held back
 MOST_WAITING = 10     # lines
-SMOOTH = 0.2          # part of the most that a wheel makes a period by which a lost step may differ from those around
+SMOOTH = 0.07         # part of the most that a wheel makes a period by which each lost step, times the loops of the
+                      # gap, may differ from those around it
 VISITS = 4            # of a place among them over which its length is averaged
 NEGLIGIBLE = 5.0      # [edges] by which it does not matter whether the board has restarted
 STRANGE = 50          # lines in a row that moved against their own twist: firmware before February 2020
@@ -118,7 +119,6 @@ class Robotont2(Protocol):
         self._regular = 0        # how many came in a row a period after the one before
         self._waiting = []       # [(line, s when it came)] that the next ones may confirm
         self._move = compose     # how a step moves the board's pose: by the twist in base_link
-        self._rested = False     # whether lost lines would have followed, too
         self._place = 0          # among LOOPS, of the newest trusted line's loop
         self._lengths = {}       # [periods] of the loop at each place, by the arrivals
         self._strange = 0        # lines in a row that follow neither
@@ -152,7 +152,10 @@ class Robotont2(Protocol):
         self._came = now
         self._waiting = [*self._waiting[1 - MOST_WAITING:], (line, now)]
         if self._follows(self._last[0], line):
-            self._count_lost(now)
+            lost = self._loops(now) - 1
+            if lost and self._regular:  # of such as stand still, which follow each other
+                self._last = self._last[0], now - PERIOD
+                self._place = (self._place + lost) % LOOPS
             self._waiting = [(line, now)]
         else:
             confirmed = self._waiting[:-1] and self._follows(self._waiting[-2][0], line)
@@ -170,7 +173,7 @@ class Robotont2(Protocol):
         for each, came in self._waiting:
             loops = 1 if self._follows(self._last[0], each) else self._loops(came)
             more, rough = gap(self._last[0], each, loops, self._move)
-            if each is line or largest(self._board_wheels.edges(rough)) < SMOOTH * self._usual:
+            if each is line or largest(self._board_wheels.edges(rough)) < SMOOTH * loops * self._usual:
                 steps += self._trust(each, came, more)
         self._waiting = []
         return [Packet([round(edge, DECIMALS) for edge in each], format_packet(each, DECIMALS)) for each in steps]
@@ -184,16 +187,6 @@ class Robotont2(Protocol):
                 return True
         return False
 
-    def _count_lost(self, now):
-        """Lines that were lost at rest, as the next that come in time show; in motion the next would not follow."""
-        last, at = self._last
-        self._rested |= not any(last[3:])
-        if self._regular and self._rested:
-            lost = self._loops(now) - 1
-            self._last = last, now - PERIOD if lost else at
-            self._place = (self._place + lost) % LOOPS
-            self._rested = False
-
     def _restart(self, now):
         """The board has restarted: its pose is the origin."""
         self.restarts += self._last[0] is not None
@@ -202,7 +195,7 @@ class Robotont2(Protocol):
         self._lengths.clear()
 
     def _look_for_a_restart(self, line, now):
-        """Whether the motors have made the way to a confirmed line from the newest trusted one, or from the origin.
+        """The motors have made the way to a confirmed line from the newest trusted one, or from the origin.
 
         Raises PacketError where they can have made neither in that time.
         """
@@ -224,7 +217,9 @@ class Robotont2(Protocol):
         at = self._last[1]
         lengths = self._lengths_of(len(steps), (now - at) / PERIOD / len(steps))
         made = at + sum(lengths) * PERIOD
-        self._last = line, min(made + (now - made) / MEMORY, now)  # nothing arrives before it is made
+        self._last = line, min(made + (now - made) / MEMORY, now)
+        too_many = max(0, round((made - now) / PERIOD))  # were counted, for nothing arrives before it is made
+        self._place = (self._place - too_many) % LOOPS
         self.repaired += len(steps) - 1
         return [[edge * length for edge in self._board_wheels.edges(step)] for step, length in zip(steps, lengths)]
 
@@ -295,7 +290,7 @@ def added(pose, step):
 
 
 def newest_loop(line, move):
-    """(pose before the newest loop, its step in base_link) of a line that moves by its twist with `move`."""
+    """(pose before a line's newest loop, the step in base_link that it made) where `move` adds a step to a pose."""
     yaw = line[2] - line[5] * PERIOD
     x, y, _ = move((0.0, 0.0, yaw), [speed * PERIOD for speed in line[3:]])
     before = line[0] - x, line[1] - y, yaw
@@ -306,25 +301,28 @@ def gap(last, line, loops, move):
     """(list of the steps in base_link that some loops have made between two lines, how rough they are, a step).
 
     A line tells the newest step, too, and with it the pose before. From there back to `last` the steps change evenly
-    from that line's newest to this one's, and all alike by what is missing then: with one lost line nothing is
-    guessed. The board turns each step by the yaw before it.
+    from that line's newest to this one's, and more in the middle by what is missing then: with one lost line nothing
+    is guessed. The board turns each step by the yaw before it.
     """
     if loops < 2:  # or not known: as if all steps were alike
         forward, left, turn = between(last[:3], line[:3])
         middle = (turn - line[5] * PERIOD) / 2
         return [(*between((0.0, 0.0, middle), (forward, left, 0.0))[:2], turn)], (0.0, 0.0, math.inf)
     (_, first), (before, newest) = newest_loop(last, move), newest_loop(line, move)
-    even = [[start + (end - start) * at / loops for start, end in zip(first, newest)] for at in range(1, loops)]
-    more = (before[2] - last[2] - sum(turn for _, _, turn in even)) / len(even)
+    shares = [at / loops for at in range(1, loops)]
+    even = [[start + share * (end - start) for start, end in zip(first, newest)] for share in shares]
+    bulges = [share * (1 - share) for share in shares]
+    more = (before[2] - last[2] - sum(turn for _, _, turn in even)) / sum(bulges)
     yaw, way, turned = last[2], complex(before[0] - last[0], before[1] - last[1]), 0j
-    for forward, left, turn in even:
+    for (forward, left, turn), bulge in zip(even, bulges):
         way -= cmath.rect(1.0, yaw) * complex(forward, left)
-        turned += cmath.rect(1.0, yaw)
-        yaw += turn + more
-    if abs(turned) < len(even) / 2:  # most of a turn
-        turned = cmath.rect(len(even), (last[2] + yaw) / 2)
-    rough = (way / turned).real, (way / turned).imag, more
-    return [added(step, rough) for step in even] + [newest], rough
+        turned += cmath.rect(bulge, yaw)
+        yaw += turn + more * bulge
+    if abs(turned) < sum(bulges) / 2:  # most of a turn
+        turned = cmath.rect(sum(bulges), (last[2] + yaw) / 2)
+    missing = (way / turned).real, (way / turned).imag, more
+    steps = [[part + bulge * off for part, off in zip(step, missing)] for step, bulge in zip(even, bulges)]
+    return [*steps, newest], [off * sum(bulges) / len(bulges) for off in missing]
 
 
 def largest(edges):

@@ -47,6 +47,7 @@ def pictures(browser, server, told):
     page = browser.page(f"http://127.0.0.1:{proxy.port}/", SCREENS[0][1])
     tell(server, told)
     page.wait("document.querySelectorAll('#lights li').length > 1", "the robot's health")
+    page.wait("performance.getEntriesByType('resource').some(({name}) => name.includes('map.png'))", "the map")
     if told.get("closed"):
         proxy.close()
         page.wait("document.getElementById('app').dataset.state === 'lost'", "the end of the connection")

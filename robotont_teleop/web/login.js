@@ -12,7 +12,9 @@ async function logIn(token) {
   $("answer").hidden = false;
 }
 
-$("show").addEventListener("change", (event) => ($("token").type = event.target.checked ? "text" : "password"));
+const showToken = () => ($("token").type = $("show").checked ? "text" : "password");
+showToken(); // somebody may have asked for it before this ran
+$("show").addEventListener("change", showToken);
 $("form").addEventListener("submit", (event) => {
   event.preventDefault();
   logIn($("token").value.trim());

@@ -169,7 +169,50 @@ def test_what_a_sensor_of_short_range_has_seen_is_behind_once_the_robot_has_move
     assert 0.3 < speed_of(guard, now=100.3) < 0.75
 
 
+@pytest.mark.parametrize(("directions", "words"), [
+    (4, "at most 0.30 m/s where no sensor sees: in some directions"), (8, "sees all around")])
+def test_it_says_that_it_sees_all_around_only_where_it_does(directions, words):
+    guard, cone = make_guard(), np.linspace(-0.45, 0.45, 60)
+    for number in range(directions):
+        show(guard, np.full(60, math.inf), angles=cone, sensor=number,
+             where=place(yaw=2 * math.pi * number / directions))
+    assert guard.report(100.0) == (True, words)
+    assert speed_of(guard, (0.57, 0.57, 0.0)) == (SLOW if directions == 4 else pytest.approx(0.57 * math.sqrt(2)))
+
+
+@pytest.mark.parametrize("frequency", [10, 50, 200, 500, 1000])
+def test_odometry_of_any_rate_tells_where_an_old_reading_was_made(frequency):
+    guard = make_guard()
+    drive_on(guard, STOP, 97.8, 0.1)
+    for tick in range(round(2.1 * frequency)):
+        guard.moves(AHEAD, 97.9 + (tick + 1) / frequency)
+    for age in (1.6, 1.2, 0.8):
+        guard.see("laser", place(), AROUND, scan_of(0.5 + 0.8 * age), BOUNDS, 100.0 - age)
+    assert guard.limit(AHEAD, 100.0)[0] == pytest.approx(0.762, abs=0.002)
+
+
+def test_a_scanner_that_shows_its_round_in_parts_is_one_that_sees_it_all():
+    guard, now = make_guard(), 100.0
+    parts = np.split(AROUND, 12)
+    for number in range(36):
+        now += 0.1 / 12
+        guard.moves(STOP, now)
+        part = parts[number % 12]
+        guard.see("laser", place(), part, np.where(abs(part) < 0.3, 0.24, math.inf), BOUNDS, now)
+        if number >= 24:
+            assert speed_of(guard, now=now) < 0.1
+            assert speed_of(guard, (-0.8, 0.0, 0.0), now) == HAND
+
+
 NO_READING = (0.0, -0.0, math.nan, -1.0, -math.inf, 65535.0, 65.535, 8.19, 0.119, 4.01, 1e-30, 1e30)
+
+
+@pytest.mark.parametrize("least", [-2.0, 0.0])
+def test_what_is_no_length_is_no_reading_whatever_the_sensor_gives_as_its_least(least):
+    for value in (-1.0, 0.0, -0.0):
+        guard = show(make_guard(), np.full(len(AROUND), value), where=place(0.2), bounds=(least, 4.0))
+        assert speed_of(guard) == SLOW
+        assert guard.held is None
 
 
 @pytest.mark.parametrize("value", NO_READING)

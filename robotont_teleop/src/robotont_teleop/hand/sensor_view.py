@@ -23,7 +23,7 @@ def look(place, angles, ranges, bounds, able, body):
     shown = abs(x + 1j * y + longest * flat)
     if not (shown.max(initial=0.0) > radius and bounds[0] <= bounds[1]):
         raise ValueError("no rays, no range, or it looks only at the floor, above the robot or at the robot")
-    measured, free = (ranges >= bounds[0]) & (ranges <= bounds[1]), ranges == np.inf
+    measured, free = (ranges > 0.0) & (ranges >= bounds[0]) & (ranges <= bounds[1]), ranges == np.inf
     able = able | measured | free
     lengths = np.where(able & (ranges == -np.inf), bounds[0], np.where(measured, ranges, np.inf))
     points, hit = x + 1j * y + np.minimum(lengths, REACH) * flat, lengths <= longest

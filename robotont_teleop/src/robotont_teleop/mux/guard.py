@@ -16,9 +16,9 @@ SIDE = 0.025       # [m] kept free around the footprint, and around what a senso
 REST = 0.055       # [m] ... and, on top of it, in the direction of travel
 GRAZE = 0.005      # [m] by which it may get nearer to what is nearer than SIDE already
 REACTION = 0.1     # [s] until the wheels follow a command
-READINGS = 7       # the newest of each sensor count, for as many of its periods: one may show what another misses ...
+READINGS = 7       # of its periods for which a reading counts: one may show what another misses, or another part ...
 SHORTEST, LONGEST = 0.3, 2.0  # [s] ... but at least and at most for so long
-TRACK = 400        # newest steps of the odometry: a reading may be LONGEST old
+STEP = 0.005       # [s] of the steps of the odometry that are kept, at least: a reading may be LONGEST old
 SECTORS, WINDOW = 36, 2  # all around; those on both sides of the way that have to be seen
 SIDES = ("ahead", "on the left", "behind", "on the right")
 
@@ -41,7 +41,8 @@ class Guard:
         """The robot's own motion, by its odometry."""
         begin, *pose = self._track[-1]
         step = compose(pose, arc(np.multiply(twist, min(now - begin, SHORTEST))))
-        self._moving, self._track = twist, (*self._track[-TRACK:], (now, *step))
+        kept = self._track if now - self._track[-2:][0][0] > STEP else self._track[:-1]
+        self._moving, self._track = twist, (*kept[-round(LONGEST / STEP):], (now, *step))
 
     def see(self, sensor, place, angles, ranges, bounds, at):
         """A reading of a sensor by name, as `look` takes it. Raises ValueError."""
@@ -57,10 +58,11 @@ class Guard:
         with self._lock:
             recent = {name: of_one for name, of_one in self._readings.items() if at - of_one[-1][3][0] < LONGEST}
             before = recent.get(sensor, ())
+            before = [reading for reading in before if reading[4][0] > at] or before[-1:]
             lasts = min(max(SHORTEST, READINGS * (at - before[0][3][0]) / len(before)), LONGEST) if before else 0.0
             each = np.full((len(points), 2), (at + lasts, ring)).T
             reading = x + 1j * y + points * np.exp(1j * yaw), *each, [at], [at + lasts], [x + 1j * y], [reach]
-            self._readings = {**recent, sensor: (*before, reading)[-READINGS:]}
+            self._readings = {**recent, sensor: (*before, reading)}
             self._view = [np.concatenate(column) for column in zip(*sum(self._readings.values(), ()))]
 
     def limit(self, twist, now):
@@ -85,19 +87,26 @@ class Guard:
         wrong = [f"{one} cannot be used: {why}" for one, (at, why) in list(self._refused.items()) if now - at < LONGEST]
         if wrong or not (self._readings or self._refused):
             return not wrong, "; ".join(wrong) or "no scan and no range: does not interfere"
+        if self._around(now).min() > 0.0:
+            return True, "sees all around"
         dark = ", ".join(side for turn, side in enumerate(SIDES) if self._seen(turn * math.pi / 2, 0.0, now) <= 0.0)
-        return True, f"at most {self._blind_speed:.2f} m/s where no sensor sees: {dark}" if dark else "sees all around"
+        return True, f"at most {self._blind_speed:.2f} m/s where no sensor sees: {dark or 'in some directions'}"
 
     def _stopping(self, way):
         """[m/s] from which the robot stops within a way [m]."""
         return self._braking * (math.sqrt(REACTION ** 2 + 2 * max(0.0, way) / self._braking) - REACTION)
 
+    def _around(self, now):
+        """[m] around the footprint that are seen, in each sector."""
+        (*_, ends, origins, reaches), (_, x, y, _) = self._view, self._track[-1]
+        far = reaches - abs(origins - complex(x, y))[:, None]
+        return far[ends > now].max(axis=0, initial=0.0) - self._body[0]
+
     def _seen(self, bearing, bend, now):
-        """[m] around the footprint that are seen, around an angle [rad] and from there by a bend [rad]."""
-        (*_, ends, origins, reaches), (_, x, y, yaw) = self._view, self._track[-1]
+        """[m] likewise, around an angle [rad] and from there by a bend [rad]."""
+        yaw = self._track[-1][3]
         first, last = sorted(math.floor((turn + yaw) * SECTORS / (2 * math.pi)) for turn in (bearing, bearing + bend))
-        far = reaches[:, np.arange(first - WINDOW, last + WINDOW + 1) % SECTORS] - abs(origins - complex(x, y))[:, None]
-        return far[ends > now].max(axis=0, initial=0.0).min() - self._body[0]
+        return self._around(now)[np.arange(first - WINDOW, last + WINDOW + 1) % SECTORS].min()
 
     def _free_way(self, twist, share, now):
         """([m] along the arc of the twist until a point on the way comes into a share of its ring, that point)."""

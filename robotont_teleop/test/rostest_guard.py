@@ -108,6 +108,18 @@ class GuardTest(NodeTest):
         wait_for(lambda: hand.publish(twist(0.8)) or commands, "the command", period=0.05)
         self.assertEqual((commands[0].linear.x, scan.get_num_connections()), (0.8, 0))
 
+    def test_7_a_robot_that_comes_after_the_mux_has_a_guard_too(self):
+        name, hand = "late/" + STATUS, self.publisher("late/cmd_vel/hand", Twist)
+        self.wait_for_status(name, WARN, "cannot be used: no robot's wheels")
+        self.listen("late/cmd_vel", Twist, lambda message: self.commands.append((message.linear.x, "late")),
+                    publishers=1)
+        self.drive((0.8, 0.0, 0.0), lambda command: command == (0.8, "late"), hand=hand)
+        for key in ("wheelAmount", "wheelRads", "wheelDistanceFromCenter", "wheelRadius", "gearboxReductionRatio",
+                    "encoderEdgesPerMotorRevolution", "pidControlFrequency"):
+            rospy.set_param("late/" + key, rospy.get_param(key))
+        self.scan, self.odom = self.publisher("late/scan", LaserScan), self.publisher("late/odom", Odometry)
+        self.drive((0.8, 0.0, 0.0), lambda command: command == (0.0, "late"), lambda: self.look(behind=0.2), hand)
+
 
 if __name__ == "__main__":
     rostest.rosrun("robotont_teleop", "guard_test", GuardTest)

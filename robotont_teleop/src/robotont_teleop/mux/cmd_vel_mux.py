@@ -65,7 +65,8 @@ class CmdVelMux:
         self._others = ()  # who publishes on cmd_vel, past this mux ...
         self._mixing = ()  # ... while somebody drives by it
         self._pressed_by = ""  # who presses the emergency stop
-        self._guard = make_guard(parameters["blind_speed"])
+        self._blind_speed = parameters["blind_speed"]
+        self._guard = make_guard(self._blind_speed)  # None where it is off, or as long as there is no robot
         self._guard_worries = False
         self._guarded = STOP    # the newest command, as the guard has let it through
         self._ended = False     # nothing goes out any more
@@ -82,7 +83,7 @@ class CmdVelMux:
         rospy.Service("~give_back", Trigger, self._on_give_back)
         Worker(self._look_for_others)
         self._health = Health(robot_name(), {"who drives": self._report,
-                                             **({"guard": self._report_guard} if self._guard else {})})
+                                             **({"guard": self._report_guard} if self._blind_speed >= 0.0 else {})})
         Worker(self._look)  # last: it tells the diagnostics at once what a sensor has that is there before this node
 
     def _on_command(self, name, message):
@@ -156,7 +157,7 @@ class CmdVelMux:
 
     def _watch_guard(self):
         """Tell at once that something is in the way, or that a sensor cannot be used."""
-        worries = bool(self._guard) and self._report_guard()[0] != OK
+        worries = self._blind_speed >= 0.0 and self._report_guard()[0] != OK
         if worries != self._guard_worries:
             self._guard_worries = worries
             self._health.publish_now()
@@ -171,8 +172,9 @@ class CmdVelMux:
         rospy.loginfo("who drives: %s", driver)
 
     def _look_for_others(self):
-        """Find other publishers of cmd_vel; returns the time to rest."""
+        """Find other publishers of cmd_vel, and a robot that came later; returns the time to rest."""
         try:
+            self._guard = self._guard or make_guard(self._blind_speed)
             publishers, _, _ = rosgraph.Master(rospy.get_name()).getSystemState()
         except (OSError, rosgraph.MasterException):
             return PUBLISHERS_PERIOD  # the master is gone; the robot is not
@@ -228,6 +230,8 @@ class CmdVelMux:
         return OK, f"drives: {driver}", values
 
     def _report_guard(self):
+        if not self._guard:
+            return WARN, "cannot be used: no robot's wheels on the parameter server: does not interfere", {}
         with self._lock:
             now, held = boot_time(), self._guard.held
             well, words = self._guard.report(now)

@@ -1,30 +1,96 @@
-"""A STOP that was tapped while joy_watch was held up: as rospy hands on what has waited; without ROS."""
+"""joy_watch beside what it does not hear of in time, and of two gamepads; without ROS."""
 
 import io
+import itertools
 from types import SimpleNamespace
 
+import pytest
 from rospy.msg import deserialize_messages, serialize_message
 from sensor_msgs.msg import Joy
 
 from robotont_teleop.hand import joy_watch
 
-STOP = 1
+STOP, DEAD_MAN, RELEASE = 1, 4, 7
 
 
-def test_a_tap_counts_that_is_over_when_it_is_heard(monkeypatch):
-    presses, subscribed, live = [], [], []
-    monkeypatch.setattr(joy_watch, "EmergencyStopPublisher", lambda: SimpleNamespace(press=lambda: presses.append(1)))
-    monkeypatch.setattr(joy_watch, "Health", lambda *_: None)
-    monkeypatch.setattr(joy_watch, "robot_name", str)
-    monkeypatch.setattr(joy_watch.rospy, "Publisher", lambda *_, **__: SimpleNamespace(publish=live.append))
-    monkeypatch.setattr(joy_watch.rospy, "Subscriber", lambda *given, **options: subscribed.append((*given, options)))
-    joy_watch.JoyWatch({one.name: one.default for one in joy_watch.PARAMETERS})
-    (_, kind, heard, options), = subscribed
+class Watch:
+    """A JoyWatch with a clock of the test's."""
+
+    def __init__(self, monkeypatch):
+        self.now, self.presses, self.releases, self.live, subscribed = 100.0, [], [], [], []
+        stop = SimpleNamespace(press=lambda: self.presses.append(self.now),
+                               release=lambda: self.releases.append(self.now))
+        monkeypatch.setattr(joy_watch, "EmergencyStopPublisher", lambda: stop)
+        monkeypatch.setattr(joy_watch, "Health", lambda *_: SimpleNamespace(publish_now=lambda: None))
+        monkeypatch.setattr(joy_watch, "robot_name", str)
+        monkeypatch.setattr(joy_watch.time, "monotonic", lambda: self.now)
+        monkeypatch.setattr(joy_watch.rospy, "Publisher", lambda *_, **__: SimpleNamespace(publish=self.live.append))
+        monkeypatch.setattr(joy_watch.rospy, "Subscriber", lambda *given, **options: subscribed.append(
+            (*given, options)))
+        self._node = joy_watch.JoyWatch({one.name: one.default for one in joy_watch.PARAMETERS})
+        (_, self.kind, self._heard, self.options), = subscribed
+
+    def hear(self, message, sender="/joy_node"):
+        message._connection_header = {"callerid": sender}
+        self._heard(message)
+
+    def pad(self, stick, *down, sender="/joy_node", after=0.05):
+        """It tells its state; what goes on to be driven by."""
+        self.now += after
+        self.hear(Joy(axes=[stick], buttons=[int(button in down) for button in range(11)]), sender)
+        return self.live[-1].axes[0]
+
+    def says(self):
+        return self._node._report()[1]
+
+
+@pytest.fixture
+def watch(monkeypatch):
+    return Watch(monkeypatch)
+
+
+def test_a_tap_counts_that_is_over_when_it_is_heard(watch):
+    """A STOP that was tapped while joy_watch was held up: as rospy hands on what has waited."""
     waiting, messages = io.BytesIO(), []
     for number, down in enumerate((0, 1, 0)):
         serialize_message(waiting, number, Joy(buttons=[down if button == STOP else 0 for button in range(11)]))
-    deserialize_messages(waiting, messages, kind, queue_size=options["queue_size"])
+    deserialize_messages(waiting, messages, watch.kind, queue_size=watch.options["queue_size"])
     for message in messages:
-        heard(message)
-    assert len(presses) == 1
-    assert not live[-1].buttons[STOP]
+        watch.hear(message)
+    assert len(watch.presses) == 1
+    assert not watch.live[-1].buttons[STOP]
+
+
+def test_what_one_of_two_pads_tells_is_no_sign_of_the_other(watch):
+    sticks = itertools.cycle((0.1, 0.2))
+    watch.pad(0.0, DEAD_MAN, sender="/far")
+    drove = []
+    for _ in range(60):
+        drove.append(watch.pad(0.5, DEAD_MAN, sender="/far"))
+        assert watch.pad(next(sticks), DEAD_MAN, sender="/near") or len(drove) == 1
+    assert drove[0] == 0.5
+    assert drove[-1] == 0.0
+    assert "out of reach" in watch.says()
+    for _ in range(3):
+        watch.pad(0.0, STOP, sender="/far")
+        watch.pad(0.0, sender="/near")
+    assert len(watch.presses) == 1, "one press, not one with each message of the other"
+
+
+def test_what_a_pad_tells_at_the_start_may_be_from_long_ago(watch):
+    assert watch.pad(0.5, DEAD_MAN) == 0.0
+    assert watch.pad(0.5, DEAD_MAN) == 0.0
+    assert "out of reach" in watch.says()
+    assert watch.pad(0.6, DEAD_MAN) == 0.6
+
+
+@pytest.mark.parametrize("gap", [0.05, 10.0])
+def test_a_release_that_waited_for_this_process_is_not_carried_out(watch, gap):
+    for _ in range(10):
+        watch.pad(0.0)
+    watch.pad(0.0, DEAD_MAN, after=gap)
+    watch.pad(0.0, DEAD_MAN, RELEASE, after=0.001)
+    assert len(watch.releases) == (gap < 1.0)
+    watch.pad(0.0, DEAD_MAN, after=0.4)
+    watch.pad(0.0, DEAD_MAN, RELEASE)
+    assert len(watch.releases) == 1 + (gap < 1.0)

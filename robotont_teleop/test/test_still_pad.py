@@ -16,6 +16,7 @@ DEAD_MAN, STOP, RELEASE = 4, 1, 7
 
 def test_what_does_not_change_is_gone_and_any_change_brings_it_back():
     pad = StillPad(1.5)
+    assert not pad.hear(((0.4,), (1,)), 9.0), "it may have been so for long"
     assert pad.hear(((0.5,), (1,)), 10.0)
     assert pad.hear(((0.5,), (1,)), 11.4)
     assert not pad.hear(((0.5,), (1,)), 11.5)

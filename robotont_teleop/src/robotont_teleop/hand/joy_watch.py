@@ -8,9 +8,11 @@ import time
 import rospy
 from sensor_msgs.msg import Joy
 
+from robotont_driver.command.command_age import SILENCE, Gaps
 from robotont_driver.parameters.parameters import Parameter
 from robotont_driver.ros.diagnostics import OK, WARN, Health, robot_name
 from robotont_driver.ros.lifecycle import run_without_wheels
+from robotont_driver.rospy_repairs.rospy_internals import connection_header
 from robotont_teleop.hand.emergency_stop_publisher import EmergencyStopPublisher
 from robotont_teleop.hand.still_pad import StillPad
 
@@ -34,9 +36,11 @@ class JoyWatch:
 
     def __init__(self, parameters):
         self._parameters = parameters
-        self._pad = StillPad(parameters["longest_still"])
-        self._down = set()        # buttons of the newest message
-        self._heard, self._gone = None, False
+        self._pads = {}           # StillPad by sender: what one of two tells is no sign of the other
+        self._down = {}           # buttons of the newest message, by sender
+        self._gone = set()        # senders that may be out of reach
+        self._gaps = Gaps(SILENCE, time.monotonic())  # of this process, behind which a release may be old
+        self._heard = None
         self._stop = EmergencyStopPublisher()
         self._live = rospy.Publisher("joy/live", Joy, queue_size=1, tcp_nodelay=True)
         self._health = Health(robot_name(), {"gamepad": self._report})
@@ -45,20 +49,27 @@ class JoyWatch:
 
     def _on_joy(self, message):
         given, now = self._parameters, time.monotonic()
+        sender = connection_header(message)["callerid"]
         down = {number for number, pressed in enumerate(message.buttons) if pressed}
-        pressed, self._down = down - self._down, down
+        pressed, self._down[sender] = down - self._down.get(sender, set()), down
         both = {given["release_button"], given["dead_man_button"]}
-        there = self._pad.hear((message.axes, message.buttons), now)
+        pad = self._pads.setdefault(sender, StillPad(given["longest_still"]))
+        there = pad.hear((message.axes, message.buttons), now)
+        settled = self._gaps.settled(now)
         if given["stop_button"] in pressed:
             self._stop.press()
         elif pressed & both and both <= down:
-            self._stop.release()
-        gone = not there and given["dead_man_button"] in down
+            if settled:
+                self._stop.release()
+            else:
+                rospy.logwarn("not released: nothing was heard of the gamepad for a while; ask again")
+        before = bool(self._gone)
+        (self._gone.add if down and not there else self._gone.discard)(sender)
         if not there:
             message.axes, message.buttons = [0.0] * len(message.axes), [0] * len(message.buttons)
         self._live.publish(message)
-        changed, self._gone, self._heard = gone != self._gone, gone, now
-        if changed:
+        self._heard = now
+        if bool(self._gone) != before:
             self._health.publish_now()
 
     def _report(self):

@@ -64,6 +64,9 @@ def test_a_release_tells_which_presses_its_person_has_seen():
         rospy.Publisher("emergency_stop/pressed_by", String, queue_size=1, latch=True).publish("/other")
         button = EmergencyStopPublisher()
         wait_for(lambda: button.pressed_by, "the word of who presses")
+        assert not button.waits
+        button.press()
+        assert button.waits, "the robot stands by another press, which may have ended"
         button.release()
         wait_for(lambda: told == ["/hand, /other"], "the release")
 

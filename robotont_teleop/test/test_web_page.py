@@ -116,6 +116,22 @@ def test_a_browser_that_shows_no_gamepads_over_http(browser, served):
     page.close()
 
 
+def test_a_gamepad_is_let_go_of_also_where_the_browser_draws_nothing(browser, served):
+    """As in a window that another one covers."""
+    page = open_page(browser, served, script="""window.requestAnimationFrame = () => 0;
+window.pad = {index: 0, connected: true, mapping: "standard", axes: [0, 0, 0, 0],
+  buttons: Array.from({length: 17}, (_, number) => ({pressed: number === 4, value: Number(number === 4)}))};
+navigator.getGamepads = () => [null, window.pad];""")
+    page.run("window.dispatchEvent(new Event('gamepadconnected')) && 0")
+    page.run("(pad.axes = [0, -1, 0, 0]) && 0")
+    wait_for(lambda: drives(served), "motion")
+    page.run("(pad.axes = [0, 0, 0, 0]) && 0")
+    wait_for(lambda: not drives(served), "the stop", 1.0)
+    page.run("(pad.buttons[1] = {pressed: true, value: 1}) && 0")
+    wait_for(lambda: served.robot.stopped, "STOP")
+    page.close()
+
+
 def type_key(page, code, number, text=""):
     """A key with all that browsers need to act on it themselves."""
     key = text or code

@@ -1,5 +1,5 @@
 // What the hands ask for: two sticks on the screen, keys, a gamepad. A position is {ahead, left, turn}, each from -1 to 1.
-import {Pad} from "./pad.js";
+import {Pads} from "./pad.js";
 import {$} from "./page.js";
 import {Stick} from "./stick.js";
 
@@ -9,6 +9,7 @@ const KEYS = {
 };
 const STOPS = ["Space", "Escape"];
 const SPEEDS = ["Digit1", "Digit2", "Digit3"];
+const LOOK = 16;   // [ms] between two looks at the gamepads: by a clock, for a covered window may draw no frames
 const STILL = {ahead: 0, left: 0, turn: 0};
 
 const clamp = (value) => Math.min(1, Math.max(-1, value));
@@ -16,7 +17,7 @@ const clamp = (value) => Math.min(1, Math.max(-1, value));
 export class DrivingInputs {
   live = false;    // whether they move the robot; else they are still, whatever is held
   keys = new Set();
-  gamepad = new Pad();
+  gamepads = new Pads();
   pad = STILL;
   padGone = false; // whether the gamepad may be out of reach
 
@@ -66,7 +67,7 @@ export class DrivingInputs {
   letGo() {
     this.keys.clear();
     this.pad = STILL;
-    this.gamepad.letGo();
+    this.gamepads.letGo();
     this.move.letGo();
     this.turn.letGo();
     this.changed();
@@ -100,10 +101,10 @@ export class DrivingInputs {
   }
 
   listenToGamepads(stop, step) {
-    let frame = null; // of the next look
+    let next = null; // look
     const poll = () => {
-      const found = navigator.getGamepads?.().find((one) => one?.connected && one.mapping === "standard");
-      const pad = this.gamepad.look(found, performance.now());
+      const found = [...navigator.getGamepads?.() ?? []].filter((one) => one?.connected && one.mapping === "standard");
+      const pad = this.gamepads.look(found, performance.now());
       if (pad.stop) {
         stop();
       }
@@ -113,10 +114,10 @@ export class DrivingInputs {
       this.padGone = pad.gone;
       this.pad = this.live ? pad : STILL;
       this.changed();
-      frame = found && !document.hidden ? requestAnimationFrame(poll) : null;
+      next = found.length && !document.hidden ? setTimeout(poll, LOOK) : null;
     };
     for (const event of ["gamepadconnected", "gamepaddisconnected", "visibilitychange"]) {
-      window.addEventListener(event, () => frame === null && poll());
+      window.addEventListener(event, () => next === null && poll());
     }
   }
 }

@@ -15,12 +15,12 @@ export class Pad {
   pressed = [];        // buttons of the look before
   centred = false;     // whether the sticks have been in the middle since the dead-man button went down
 
-  // pad: of navigator.getGamepads(), or undefined. {ahead, left, turn} from -1 to 1, stop: pressed just now, step: -1, 0
+  // pad: of navigator.getGamepads(). {ahead, left, turn} from -1 to 1, stop: pressed just now, step: -1, 0
   // or 1 speeds more, gone: whether it may be out of reach
   look(pad, now) {
-    const down = (pad?.buttons || []).map((button) => button.pressed);
-    const axes = [0, 1, 2].map((axis) => outsideDeadZone(pad?.axes[axis] || 0));
-    const newest = JSON.stringify([pad?.axes, pad?.buttons.map((button) => button.value)]);
+    const down = pad.buttons.map((button) => button.pressed);
+    const axes = [0, 1, 2].map((axis) => outsideDeadZone(pad.axes[axis] || 0));
+    const newest = JSON.stringify([pad.axes, pad.buttons.map((button) => button.value)]);
     if (newest !== this.newest) {
       this.newest = newest;
       this.changedAt = now;
@@ -39,6 +39,24 @@ export class Pad {
   // From now on the sticks move nothing until they have been in the middle.
   letGo() {
     this.centred = false;
+  }
+}
+
+// All gamepads of a browser: each can stop, and the first one that asks for motion drives.
+export class Pads {
+  pads = new Map(); // by the browser's index
+
+  // found: gamepads of navigator.getGamepads(); as `look` of one
+  look(found, now) {
+    this.pads = new Map(found.map(({index}) => [index, this.pads.get(index) ?? new Pad()]));
+    const looks = found.map((pad) => this.pads.get(pad.index).look(pad, now));
+    const {ahead = 0, left = 0, turn = 0} = looks.find((one) => one.ahead || one.left || one.turn) ?? {};
+    return {ahead, left, turn, stop: looks.some((one) => one.stop), gone: looks.some((one) => one.gone),
+      step: looks.find((one) => one.step)?.step ?? 0};
+  }
+
+  letGo() {
+    this.pads.forEach((one) => one.letGo());
   }
 }
 

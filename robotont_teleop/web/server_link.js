@@ -10,7 +10,7 @@ export class Link {
   time = null;        // [ms] newest server time
   heard = -Infinity;  // [ms] when it came, by performance.now()
   page = null;        // number of this one, while there is a connection
-  stopWanted = false; // STOP has been pressed, and no state has confirmed it yet
+  stopWanted = false; // STOP has been pressed, and no state has said yet that the server presses it
   stopAt = 0;         // [ms] when
 
   // on: functions by kind of message, and `connection(open)`
@@ -69,7 +69,7 @@ export class Link {
     } else if (message.kind === "state") {
       this.time = Math.max(this.time ?? 0, message.time);
       this.heard = performance.now();
-      this.stopWanted &&= !message.stopped;
+      this.stopWanted &&= !message.pressed_here; // that another one has pressed it says nothing of this press
     }
     this.on[message.kind]?.(message);
   }

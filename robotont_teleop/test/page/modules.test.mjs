@@ -3,7 +3,8 @@ import assert from "node:assert";
 import {test} from "node:test";
 
 import {actWhenHeld} from "../../web/hold_button.js";
-import {Pad, STILL} from "../../web/pad.js";
+import {Pad, Pads, STILL} from "../../web/pad.js";
+import {Link} from "../../web/server_link.js";
 import {REACH, position} from "../../web/stick_curve.js";
 import {truth} from "../../web/truth.js";
 
@@ -56,6 +57,37 @@ test("a held button acts once a press, with what was seen at its beginning", (t)
   assert.deepEqual([acted, later], [[1, 2], null]);
 });
 
+test("a STOP goes out again until the server presses it, whoever else has pressed", (t) => {
+  const sent = [];
+  let lost = false;
+  class Socket {
+    static OPEN = 1;
+    readyState = 1;
+    bufferedAmount = 0;
+    send(text) {
+      lost || sent.push(JSON.parse(text).kind);
+    }
+    close() {}
+  }
+  Object.assign(globalThis, {location: {origin: "http://robot"}, WebSocket: Socket});
+  t.mock.method(globalThis, "setInterval", () => 0);
+  const link = new Link({connection() {}});
+  const state = (pressed_here) => link.receive({kind: "state", time: 1, stopped: true, pressed_here});
+  link.receive({kind: "hello", page: 1});
+  state(false);
+  lost = true;
+  link.stop();
+  state(false);
+  lost = false;
+  link.giveUp();
+  link.receive({kind: "hello", page: 2});
+  assert.deepEqual(sent, ["stop"]);
+  state(true);
+  link.giveUp();
+  link.receive({kind: "hello", page: 3});
+  assert.deepEqual(sent, ["stop"]);
+});
+
 test("a stick is still in its middle, soft behind it, full at its reach, and never more", () => {
   assert.ok(REACH * 2 >= 160);
   assert.deepEqual(position(0.07 * REACH, 0), [0, 0]);
@@ -83,9 +115,26 @@ test("a gamepad that does not change is gone, and any change brings it back", ()
   assert.ok(one.look(pad([0, -0.98, 0], 4), 99999).ahead > 0.9);
   assert.equal(one.look(pad([0, -0.98, 0]), 99999).ahead, 0);
   assert.equal(one.look(pad([0, -0.98, 0], 4), 99999).ahead, 0); // deflected before the button
-  assert.deepEqual([one.look(undefined, 99999).stop, one.look(pad([0, 0, 0], 1), 99999).stop], [false, true]);
+  assert.ok(one.look(pad([0, 0, 0], 1), 99999).stop);
   assert.equal(one.look(pad([0, 0, 0], 12), 99999).step, 1);
   one.look(pad([0, 0, 0], 4), 99999);
   const half = one.look(pad([0, -0.56, 0], 4), 99999).ahead; // as soft as a thumb's
   assert.ok(half > 0.2 && half < 0.3);
+});
+
+test("of two gamepads each stops, and one drives on while the other is gone", () => {
+  const both = new Pads();
+  const look = (first, second, now) => both.look([first, second].filter(Boolean).map((one, index) => (
+    {...one, index: index + !first})), now);
+  look(pad([0, 0, 0], 4), pad([0, 0, 0], 4), 0);
+  assert.equal(look(pad([0, -1, 0], 4), pad([0, 0, 0], 4), 10).ahead, 1);
+  const {gone, ahead} = look(pad([0, -1, 0], 4), pad([0, 1, 0], 4), 10 + STILL);
+  assert.deepEqual([gone, ahead], [true, -1]);
+  assert.deepEqual([1, 2].map(() => look(pad([0, -1, 0], 4), pad([0, 0, 0], 1), 20 + STILL).stop), [true, false]);
+  both.letGo();
+  assert.equal(look(null, pad([0, 1, 0], 4), 30 + STILL).ahead, 0);
+  look(null, pad([0, 0, 0], 4), 30 + STILL);
+  assert.equal(look(null, pad([0, 1, 0], 4), 30 + STILL).ahead, -1);
+  assert.equal(look(pad([0, -1, 0], 4), pad([0, 0, 0], 4), 30 + STILL).ahead, 0); // it is there again, but held
+  assert.deepEqual(both.look([], 99999), {ahead: 0, left: 0, turn: 0, stop: false, gone: false, step: 0});
 });

@@ -21,7 +21,7 @@ class EmergencyStopPublisher:
         self._failed = failed
         self._lock = threading.RLock()
         self.pressed_by = ""       # as driver_node has said
-        self._latched = False
+        self.latched = False       # whether this node presses
         self._named = None         # connection on which driver_node has named this node since its newest press
         self.pressed_at = time.monotonic()  # [s] newest press; before the start of this node nothing was seen
         # asks driver_node to let commands move the robot again, not late, and not over a press that was not seen here;
@@ -42,17 +42,20 @@ class EmergencyStopPublisher:
     @property
     def pressed(self):
         """Whether the robot stands by it, or will as soon as driver_node hears of it."""
-        return bool(self.pressed_by) or self._latched
+        return bool(self.pressed_by) or self.latched
 
     @property
     def waits(self):
-        """Whether this node presses and driver_node has not said yet that the robot stands by it."""
-        return self._latched and not self.pressed_by
+        """Whether this node presses and driver_node has not said yet that the robot stands by it.
+
+        That it stands by another's press is not enough: that one may have ended meanwhile.
+        """
+        return self.latched and not self._is_named()
 
     def press(self):
         """Stop the robot until a person releases it."""
         with self._lock:
-            self._latched = True
+            self.latched = True
             if not self._is_named():
                 self._named = None
             self.pressed_at = time.monotonic()
@@ -84,6 +87,6 @@ class EmergencyStopPublisher:
 
     def _unlatch(self):
         """Behind a release: who connects from now on hears no press. A latched `false` releases nothing."""
-        if self._latched:
-            self._latched = False
+        if self.latched:
+            self.latched = False
             self._publisher.publish(False)

@@ -94,6 +94,8 @@ def test_whatever_button_has_the_focus_keys_drive_and_choose_the_speed_and_space
         page.run(f"$({element!r}).focus()")
         type_key(page, "Space", 32, " ")
         wait_for(lambda place=place: served.robot.orders.count(("press",)) > place, f"the stop from {element}")
+    page.run("document.body.dispatchEvent(new KeyboardEvent('keydown', {key: ' ', bubbles: true})) && 0")
+    wait_for(lambda: served.robot.orders.count(("press",)) > 3, "the stop by a space bar of which no code is known")
     assert page.run("document.documentElement.lang") == "de", "the space bar pressed the button as well"
     page.run("$('language').focus()")
     type_key(page, "Enter", 13, "\r")

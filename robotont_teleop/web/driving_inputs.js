@@ -7,7 +7,7 @@ const KEYS = {
   KeyW: ["ahead", 1], KeyS: ["ahead", -1], KeyA: ["left", 1], KeyD: ["left", -1], KeyQ: ["turn", 1], KeyE: ["turn", -1],
   ArrowUp: ["ahead", 1], ArrowDown: ["ahead", -1], ArrowLeft: ["turn", 1], ArrowRight: ["turn", -1],
 };
-const STOPS = ["Space", "Escape"];
+const STOPS = ["Space", "Escape", " "]; // the last is all that some remote desktops tell of the first
 const SPEEDS = ["Digit1", "Digit2", "Digit3"];
 const LOOK = 16;   // [ms] between two looks at the gamepads: by a clock, for a covered window may draw no frames
 const STILL = {ahead: 0, left: 0, turn: 0};
@@ -75,7 +75,7 @@ export class DrivingInputs {
 
   listenToKeys(stop, step) {
     window.addEventListener("keydown", (event) => {
-      if (STOPS.includes(event.code)) {
+      if (STOPS.includes(event.code) || STOPS.includes(event.key)) {
         event.preventDefault();
         document.activeElement.blur(); // else a button that has the focus is pressed by the space bar's end
         stop();

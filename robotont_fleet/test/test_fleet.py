@@ -9,6 +9,7 @@ import subprocess
 import sys
 import threading
 import time
+import xmlrpc.client
 
 import pytest
 from fleet_rig import STATE, Rig, memory, stop_time, wait_until_driving, watch_stop
@@ -258,6 +259,13 @@ def test_two_robots_of_one_name_are_told_and_get_no_goals_but_stops(rig, adapter
     rig.robots["r2"].navigation.send_signal(signal.SIGUSR1)
     wait_for(lambda: rig.seen("r1").get("namesakes") == 0, "one to stay")
     assert "goal 7.5 0" not in rig.robots["r1"].goals() + rig.robots["r2"].goals()
+
+
+def test_a_page_that_starts_after_the_fleet_node_has_its_button(rig):
+    master = xmlrpc.client.ServerProxy(rig.robots["r1"].environment["ROS_MASTER_URI"])
+    assert rig.seen("r1").get("page", "") == ""
+    master.setParam("/rig", "/web_teleop_node", {"address": "0.0.0.0", "port": 8123})
+    wait_for(lambda: rig.seen("r1").get("page", "").endswith(":8123/"), "the page's address", 30.0, period=0.3)
 
 
 def test_a_fleet_node_without_a_driver_says_so_on_the_page(rig):

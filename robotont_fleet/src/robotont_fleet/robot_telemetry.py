@@ -10,10 +10,13 @@ from std_msgs.msg import String
 from tf2_msgs.msg import TFMessage
 
 from robotont_driver.robots.battery import EMPTY
+from robotont_driver.ros.worker import Worker
 from robotont_teleop.hand.emergency_stop_publisher import EmergencyStopPublisher
 from robotont_teleop.hand.robot_reports import RobotReports, rounded
 from robotont_teleop.web.frame_chain import FrameChain
 from robotont_teleop.web.page_setup import own_address
+
+NEXT_PAGE = 5.0  # [s] between two looks at where the robot's own page is
 
 
 class RobotTelemetry(RobotReports):
@@ -28,12 +31,18 @@ class RobotTelemetry(RobotReports):
         prefix = namespace and namespace + "/"
         self._frames, self._base = FrameChain(prefix), prefix + "base_link"
         super().__init__()
-        self._page = page_address()
+        self._page = ""
+        Worker(self._look_for_page)
         self.emergency_stop = EmergencyStopPublisher(not_released)
         rospy.Subscriber("emergency_stop/pressed_by", String, on_pressed_by, queue_size=5)  # behind what it listens to
         self._goals = rospy.Publisher("move_base_simple/goal", PoseStamped, queue_size=1)
         self._cancels = rospy.Publisher("move_base/cancel", GoalID, queue_size=5)
         self._frames.listen()
+
+    def _look_for_page(self):
+        """Its node may start later, at another address; returns the time to rest."""
+        self._page = page_address()
+        return NEXT_PAGE
 
     # Orders
 

@@ -5,7 +5,7 @@ import math
 from robotont_boards import BOARDS
 from robotont_driver.kinematics.kinematics import Kinematics
 from robotont_driver.kinematics.wheel_params import read_wheels
-from robotont_driver.link.outbox import Outbox
+from robotont_driver.link.serial_link import Outbox
 from robotont_driver.odometry.odometry import WheelOdometry
 from robotont_driver.protocol.connection import KINDS
 from robotont_driver.protocol.packet import format_packet, parse_packet

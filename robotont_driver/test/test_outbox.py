@@ -1,4 +1,4 @@
-from robotont_driver.link.outbox import Outbox
+from robotont_driver.link.serial_link import Outbox
 
 
 def test_of_commands_only_the_newest_waits():

@@ -4,7 +4,7 @@ import argparse
 import sys
 from pathlib import Path
 
-from robotont_driver.parameters.yaml_file import read_mapping
+from robotont_driver.parameters.files import read_mapping
 
 NONE = "none"  # another node sends the map
 

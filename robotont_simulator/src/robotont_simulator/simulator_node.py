@@ -10,9 +10,9 @@ from std_srvs.srv import SetBool, SetBoolResponse, Trigger, TriggerResponse
 
 from robotont_boards import BOARDS
 from robotont_driver.parameters.parameters import Parameter
-from robotont_driver.ros.clocks import read_clocks
 from robotont_driver.ros.diagnostics import ERROR, OK, WARN, Health
 from robotont_driver.ros.lifecycle import run_node
+from robotont_driver.ros.worker import read_clocks
 from robotont_simulator import company
 from robotont_simulator.faulty_port import Port, PortError
 from robotont_simulator.official_firmware import OfficialFirmware, make_simulation

@@ -8,9 +8,8 @@ from typing import NamedTuple, Tuple
 import numpy as np
 from scipy import ndimage
 
-from robotont_driver.parameters.files import read_file, write_file
+from robotont_driver.parameters.files import MOST_BYTES, read_file, read_mapping, write_file
 from robotont_driver.parameters.parameters import fault, is_number, shown
-from robotont_driver.parameters.yaml_file import MOST_BYTES, read_mapping
 from robotont_simulator.scenery import KEYS, Shape, shapes
 
 WALL_THICKNESS = 0.1  # [m]

@@ -16,11 +16,10 @@ from robotont_driver.kinematics.kinematics import Kinematics
 from robotont_driver.kinematics.wheel_params import doubts
 from robotont_driver.parameters.parameters import Parameter
 from robotont_driver.protocol.packet import Packet, format_packet
-from robotont_driver.ros.clocks import boot_time
 from robotont_driver.ros.diagnostics import OK, WARN, Health, robot_name
 from robotont_driver.ros.lifecycle import run_node
 from robotont_driver.ros.packet_topics import PacketTopic
-from robotont_driver.ros.worker import KeptParameter, Worker
+from robotont_driver.ros.worker import KeptParameter, Worker, boot_time
 from robotont_driver.rospy_repairs.rospy_internals import connection_header, connection_numbers
 from robotont_driver.rospy_repairs.topic_outages import OutageWatch, is_local
 

@@ -12,13 +12,13 @@ from robotont_driver.odometry.odometry import WheelOdometry
 from robotont_driver.odometry.odometry_stamps import LARGEST_DRIFT, SECOND, OdometryStamps
 from robotont_driver.odometry.slip import SlipSearch, fault_of_wheels, values_of
 from robotont_driver.parameters.parameters import Parameter
-from robotont_driver.ros.clocks import boot_time, read_clocks
 from robotont_driver.ros.diagnostics import OK, WARN, Health, Rate, robot_name
 from robotont_driver.ros.imu_input import ImuInput
 from robotont_driver.ros.kept_pose import KeptPose
 from robotont_driver.ros.lifecycle import run_node
 from robotont_driver.ros.odometry_messages import OdometryMessages
 from robotont_driver.ros.packet_topics import PacketTopic
+from robotont_driver.ros.worker import boot_time, read_clocks
 
 # [s] Without a newer command for this long, serial_com_node and the board have stopped the robot.
 COMMAND_AGE = 0.5

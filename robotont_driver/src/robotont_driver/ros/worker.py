@@ -1,5 +1,6 @@
-"""Work at intervals, in a thread; one such: a parameter on the master that follows a value of this node."""
+"""Steady clocks; work at intervals, in a thread; a parameter on the master that follows a value of this node."""
 
+import functools
 import threading
 import time
 import traceback
@@ -7,6 +8,21 @@ import traceback
 import rospy
 
 AFTER_FAULT = 0.2  # [s]
+LONGEST_READING = 1_000_000  # [ns] that reading two clocks may take; longer, and something came between
+# boot_time(): [s] of a steady clock that goes on while the machine is suspended, as time.monotonic() does not
+boot_time = functools.partial(time.clock_gettime, time.CLOCK_BOOTTIME)
+
+
+def read_clocks():
+    """(steady clock, ROS time) [ns] of one instant; simulated time is both."""
+    if not rospy.rostime.is_wallclock():
+        now = rospy.Time.now().to_nsec()
+        return now, now
+    while True:
+        steady = time.monotonic_ns()
+        now = time.time_ns()  # what rospy.Time.now() reads, too
+        if time.monotonic_ns() - steady < LONGEST_READING:
+            return steady, now
 
 
 class Worker(threading.Thread):

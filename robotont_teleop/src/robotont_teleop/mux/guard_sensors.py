@@ -12,8 +12,8 @@ from tf2_msgs.msg import TFMessage
 from robotont_description.geometry import body
 from robotont_driver.kinematics.se2 import rotation_of
 from robotont_driver.parameters.parameters import ParameterError
-from robotont_driver.ros.clocks import boot_time
 from robotont_driver.ros.lifecycle import parameter_of_another, running_wheels
+from robotont_driver.ros.worker import boot_time
 from robotont_driver.rospy_repairs.rospy_internals import connection_header
 from robotont_teleop.hand.sensor_view import FAN
 from robotont_teleop.mux.guard import Guard

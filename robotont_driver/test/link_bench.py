@@ -15,8 +15,9 @@ class Ends:
         self.failures = []
         self.connections = []
         self.expected = packets
-        self.link = SerialLink(str(port), 115200, self.connect, self.packets.append, self.changes.append,
-                               lambda protocol: None, self.failures.append, write_timeout, retry_period=0.05)
+        self.on_packet, self.on_change = self.packets.append, self.changes.append
+        self.on_protocol, self.on_failure = lambda protocol: None, self.failures.append
+        self.link = SerialLink(str(port), 115200, self, write_timeout, retry_period=0.05)
 
     def connect(self, usb_id, now):
         self.connections.append(Connection(read_wheels(SHIPPED), self.expected, usb_id=usb_id, now=now))

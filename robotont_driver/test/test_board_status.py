@@ -41,8 +41,7 @@ def test_each_fault_and_each_complaint_has_words(text, fault, warning):
 
 def test_voltage_and_load():
     made = BoardHealth(3, 50.0)
-    heard = [made.hear_packet(BoardStatus.parse("0400000004D231", 3)) for _ in range(150)]
-    assert [(at, voltage) for at, voltage in enumerate(heard) if voltage] == [(49, 12.34), (99, 12.34), (149, 12.34)]
+    made.hear_packet(BoardStatus.parse("0400000004D231", 3))
     _, warnings, values = made.report()
     assert "the battery is low (12.3 V): charge it" in warnings
     assert (values["battery [V]"], values["load of the board [% of a period]"]) == ("12.34", 49)

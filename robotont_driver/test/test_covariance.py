@@ -11,7 +11,7 @@ from robotont_driver.kinematics.wheel_params import read_wheels
 from robotont_driver.odometry.odometry import WheelOdometry
 from robotont_testing import physics
 from robotont_testing.robots import SHIPPED
-from robotont_testing.simulated_wheels import PERIOD, counted, end_pose, even_wheels, rolled
+from robotont_testing.simulated_wheels import PERIOD, counted, end_pose, even_wheels, matrix_of, rolled
 
 RUNS = 250
 # Part of all seeds with which a right model stays within its bounds: numpy promises no stable stream for a seed.
@@ -40,9 +40,9 @@ def normalised_errors(wheels, twists, noise, solver="least_squares", runs=RUNS):
             odometry.update(counts, PERIOD)
         pose = odometry.pose
         error = np.array((pose.x - truth[0], pose.y - truth[1], math.remainder(pose.yaw - truth[2], 2 * math.pi)))
-        of_pose.append(error @ np.linalg.solve(odometry.pose_covariance.matrix, error))
+        of_pose.append(error @ np.linalg.solve(matrix_of(odometry.pose_covariance), error))
         error = np.subtract(odometry.twist, twists[-1])
-        of_twist.append(error @ np.linalg.solve(odometry.twist_covariance.matrix, error))
+        of_twist.append(error @ np.linalg.solve(matrix_of(odometry.twist_covariance), error))
     return np.array(of_pose), np.array(of_twist)
 
 
@@ -75,7 +75,7 @@ def test_a_minute_by_hand_ends_within_the_covariance(number, runs):
             odometry.update(counts, PERIOD)
         pose = odometry.pose
         error = np.array((pose.x - end[0], pose.y - end[1], math.remainder(pose.yaw - end[2], 2 * math.pi)))
-        errors.append(error @ np.linalg.solve(odometry.pose_covariance.matrix, error))
+        errors.append(error @ np.linalg.solve(matrix_of(odometry.pose_covariance), error))
     low, high = chi2.interval(0.99, 3 * runs) / np.array(runs)
     print(f"{number} wheels: {np.mean(errors):.2f}")
     assert low < np.mean(errors) < high

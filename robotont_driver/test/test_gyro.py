@@ -15,6 +15,7 @@ from robotont_driver.odometry.odometry import WheelOdometry
 from robotont_driver.odometry.odometry_stamps import SECOND, OdometryStamps
 from robotont_driver.odometry.slip import SlipSearch
 from robotont_testing import physics
+from robotont_testing.simulated_wheels import matrix_of
 
 PERIOD, BASE = 0.02, physics.Base(3)
 KINEMATICS = Kinematics(read_wheels(BASE.thesis_keys()))
@@ -73,7 +74,7 @@ class Run:
     @property
     def nees(self):
         """Normalised squared error of the pose."""
-        return self.error @ np.linalg.solve(self.odometry.pose_covariance.matrix, self.error)
+        return self.error @ np.linalg.solve(matrix_of(self.odometry.pose_covariance), self.error)
 
     @property
     def turned_until_refused(self):

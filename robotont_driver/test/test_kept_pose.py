@@ -74,14 +74,3 @@ def test_a_link_of_another_user_is_not_followed(folder, monkeypatch):
     run.keep(POSE, NONE, TWIST, 13.0)
     assert run.gap is None
     assert target.read_bytes() == b"mine"
-
-
-def test_what_an_ended_launch_has_left_is_cleared_away(folder, monkeypatch):
-    monkeypatch.setattr(os, "getppid", lambda: 4194305)  # no process has this number
-    start(10.0).keep(POSE, NONE, TWIST, 11.0)
-    old, = folder.iterdir()
-    monkeypatch.undo()
-    monkeypatch.setattr(kept_pose, "FOLDER", folder)
-    monkeypatch.setattr(sys, "argv", ["odom_node", "__log:=/tmp/log"])
-    start(12.0)
-    assert old not in folder.iterdir()

@@ -7,6 +7,7 @@ from robotont_driver.kinematics.kinematics import Kinematics
 from robotont_driver.kinematics.wheel_params import read_wheels
 from robotont_driver.odometry.odometry import LONGEST_HOLD, NONE, Covariance, Pose, WheelOdometry
 from robotont_testing.robots import SHIPPED
+from robotont_testing.simulated_wheels import matrix_of
 
 mpmath = pytest.importorskip("mpmath")  # setup/pypi/test.txt; rosdep has no rule for it
 KINEMATICS = Kinematics(read_wheels(SHIPPED))
@@ -78,10 +79,10 @@ def test_covariance_is_propagated_through_the_exact_step():
     pose = Pose()
     pose.resume(start, of_matrix(np.diag((1e-3, 2e-3, 5e-3)) - 1e-4))
     both = np.zeros((6, 6))
-    both[:3, :3], both[3:, 3:] = pose.covariance.matrix, step_covariance
+    both[:3, :3], both[3:, 3:] = matrix_of(pose.covariance), step_covariance
     pose.move(step.tolist(), of_matrix(step_covariance))
     bent = np.array((*(end(at) - start)[:2], 0.0)) * both[2, 2] / 2  # by the square of the heading's error
-    assert pose.covariance.matrix == pytest.approx(jacobian @ both @ jacobian.T + 3 * np.outer(bent, bent), abs=1e-10)
+    assert matrix_of(pose.covariance) == pytest.approx(jacobian @ both @ jacobian.T + 3 * np.outer(bent, bent), abs=1e-10)
 
 
 def of_matrix(matrix):
@@ -94,8 +95,8 @@ def test_a_covariance_counts_as_its_matrix():
         root, other_root, jacobian = generator.normal(size=(3, 3, 3))
         one, other, vector = root @ root.T, other_root @ other_root.T, generator.normal(size=3)
         covariance = of_matrix(one)
-        assert np.array_equal(covariance.matrix, (one + one.T) / 2)
-        assert covariance.plus(of_matrix(other)).matrix == pytest.approx(one + other)
-        assert covariance.times(0.3).matrix == pytest.approx(0.3 * one)
-        assert covariance.propagated(jacobian).matrix == pytest.approx(jacobian @ one @ jacobian.T)
-        assert Covariance.of_vector(vector).matrix == pytest.approx(np.outer(vector, vector))
+        assert np.array_equal(matrix_of(covariance), (one + one.T) / 2)
+        assert matrix_of(covariance.plus(of_matrix(other))) == pytest.approx(one + other)
+        assert matrix_of(covariance.times(0.3)) == pytest.approx(0.3 * one)
+        assert matrix_of(covariance.propagated(jacobian)) == pytest.approx(jacobian @ one @ jacobian.T)
+        assert matrix_of(Covariance.of_vector(vector)) == pytest.approx(np.outer(vector, vector))

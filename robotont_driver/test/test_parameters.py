@@ -4,7 +4,7 @@ import pytest
 
 from robotont_driver.nodes.driver_node import PARAMETERS as DRIVER
 from robotont_driver.nodes.odom_node import PARAMETERS as ODOM
-from robotont_driver.nodes.odom_node import conflicts as conflicts_of_odom
+from robotont_driver.nodes.odom_node import OdomNode
 from robotont_driver.nodes.serial_com_node import PARAMETERS as SERIAL_COM
 from robotont_driver.parameters.parameters import ParameterError, read_parameters, shown
 from robotont_driver.robots.robot_folder import read_robot, shipped
@@ -54,9 +54,8 @@ def test_packets_are_repeated_twice_within_the_time_out_of_the_next_node():
 
 
 def test_frames_of_one_name_are_refused():
-    parameters = read_parameters(ODOM, {"odom_frame": "base_link"})
-    assert "two different names" in conflicts_of_odom(None, parameters)[0]
-    assert conflicts_of_odom(None, read_parameters(ODOM, {})) == []
+    with pytest.raises(ParameterError, match="two different names"):
+        OdomNode("odom_node", None, read_parameters(ODOM, {"odom_frame": "base_link"}), None)
 
 
 def test_all_faults_come_together():

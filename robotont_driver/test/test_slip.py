@@ -12,6 +12,7 @@ from robotont_driver.nodes.odom_node import PARAMETERS
 from robotont_driver.odometry.odometry import WheelOdometry
 from robotont_driver.odometry.slip import BEHIND, UNKNOWN, SlipSearch, fault_of_wheels
 from robotont_testing import physics
+from robotont_testing.simulated_wheels import matrix_of
 
 LIMIT = next(parameter.default for parameter in PARAMETERS if parameter.name == "slip_limit")
 STATED, SMOOTH = 0.012, 0.005  # [m per root m] by default, and on a smooth floor
@@ -170,7 +171,8 @@ def test_without_commands_four_wheels_explain_it_alike_and_the_covariance_grows(
     alone = WheelOdometry(kinematics(base), PERIOD, STATED)
     for packet in packets.tolist():
         alone.update(packet, PERIOD)
-    squares = [off(one, end) @ np.linalg.solve(one.pose_covariance.matrix, off(one, end)) for one in (odometry, alone)]
+    squares = [off(one, end) @ np.linalg.solve(matrix_of(one.pose_covariance), off(one, end))
+               for one in (odometry, alone)]
     assert squares[0] < chi2.ppf(0.99, 3) < squares[1]
 
 

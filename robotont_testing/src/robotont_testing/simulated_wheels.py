@@ -94,3 +94,9 @@ def mixed_drive(seconds, generator, speed=0.5):
         now = now + np.clip(target - now, -limit, limit)
         twists[index] = now
     return twists
+
+
+def matrix_of(covariance):
+    """3 x 3 of a `Covariance`, its upper triangle row by row."""
+    xx, xy, xa, yy, ya, aa = covariance
+    return np.array(((xx, xy, xa), (xy, yy, ya), (xa, ya, aa)))

@@ -25,20 +25,15 @@ GONE = select.POLLHUP | select.POLLERR | select.POLLNVAL
 class SerialLink:
     """Keeps a serial port open, in one thread, which alone reads and writes, and survives whatever happens to it.
 
-    connect(usb_id, now): a new `Connection` for a port that was opened. It calls publish(packet) for each `Packet` from
-    the board; changed(trouble) once per change, with None when the port is open and with a message when it is not;
-    met(protocol) when the board's protocol is known; failed(error) with an exception out of these or its own, behind
-    which it opens the port anew. When no command came for `write_timeout` [s] the board is sent one stop.
+    It calls owner.connect(usb_id, now) for a new `Connection` to a port that was opened; owner.on_packet(packet) for
+    each `Packet` from the board; on_change(trouble) once per change, with None when the port is open and with a message
+    when it is not; on_protocol(protocol) when the board's is known; on_failure(error) with an exception out of these or
+    its own, behind which it opens the port anew. When no command came for `write_timeout` [s] the board is sent one
+    stop.
     """
 
-    def __init__(self, port, baudrate, connect, publish, changed, met, failed, write_timeout=0.5, retry_period=0.5):
-        self._name = port
-        self._baudrate = baudrate
-        self._connect = connect
-        self._publish = publish
-        self._changed = changed
-        self._met = met
-        self._failed = failed
+    def __init__(self, port, baudrate, owner, write_timeout=0.5, retry_period=0.5):
+        self._name, self._baudrate, self._owner = port, baudrate, owner
         self._write_timeout = write_timeout
         self._retry_period = retry_period
         self._tick_period = write_timeout / 8  # [s] of the watch for gaps
@@ -101,17 +96,17 @@ class SerialLink:
             try:
                 with opened(self._name, self._baudrate) as port:
                     now = time.monotonic()
-                    self.connection = connection = self._connect(usb_id(self._name), now)
+                    self.connection = connection = self._owner.connect(usb_id(self._name), now)
                     self._outbox = Outbox(BITS_OF_A_BYTE / self._baudrate)
                     self._command, self._deadline = None, now + self._write_timeout
                     self.opened += 1
                     self.trouble = None
-                    self._changed(None)
+                    self._owner.on_change(None)
                     self._serve(port.fileno(), connection)
             except (OSError, ValueError, termios.error) as error:  # pyserial's own errors are OSErrors
                 self._lost(explain(self._name, error))
             except Exception as error:  # without this thread nothing would stop the robot
-                self._failed(error)
+                self._owner.on_failure(error)
                 self._lost(f"{self._name}: a fault of this program, {type(error).__name__}: {error}")
             self._rest(self._retry_period)
 
@@ -126,7 +121,7 @@ class SerialLink:
                 self._outbox.pacing = protocol.pacing
                 self._outbox.put(protocol.hello)
                 self._outbox.write(port, time.monotonic)
-                self._met(protocol)
+                self._owner.on_protocol(protocol)
             now = time.monotonic()
             self.gaps.tick(now)
             if self._closing:
@@ -142,7 +137,7 @@ class SerialLink:
             data = read(port, events[port]) if port in events else b""
             for line in data.splitlines(keepends=True):  # of a burst, each packet goes out before the next line is read
                 for packet in connection.feed(line, time.monotonic()):
-                    self._publish(packet)
+                    self._owner.on_packet(packet)
 
     def _take_commands(self, connection, now):
         """Put the newest command into the outbox, and the stop in its place when it is too old."""
@@ -174,7 +169,7 @@ class SerialLink:
         if self.connection:
             self.connection.trouble = trouble
         if changed and not self._closing:
-            self._changed(trouble)
+            self._owner.on_change(trouble)
 
     def _rest(self, duration):
         end = time.monotonic() + duration
@@ -206,8 +201,7 @@ class Outbox:
         self._byte_time = byte_time
         self._command = b""
         self.added = deque(maxlen=MOST_ADDED)
-        self._free_at = 0.0      # [s] from when on a line may be written
-        self._pause = 0.0        # [s] behind the newest line
+        self._free_at = self._pause = 0.0  # [s] from when on a line may be written; behind the newest one
         self._rest = b""         # of a line that is half written: it must be finished first
         self.sent = 0            # lines
 

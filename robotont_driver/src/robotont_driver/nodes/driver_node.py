@@ -57,12 +57,11 @@ class DriverNode:
     def __init__(self, name, wheels, parameters, topic):
         self._period = 1.0 / parameters["publish_rate"]
         self._board_period = 1.0 / wheels.pid_frequency
-        self._kinematics = Kinematics(wheels)
         if doubts(wheels):
             rospy.logwarn("%s", doubts(wheels))
         self._decimals = parameters["command_decimals"]
         limits = Limits(*(parameters["max_" + limit] for limit in Limits._fields))
-        self._stream = CommandStream(self._kinematics, limits, parameters["cmd_timeout"], self._period)
+        self._stream = CommandStream(Kinematics(wheels), limits, parameters["cmd_timeout"], self._period)
         self._emergency_stop = EmergencyStop(rospy.get_param(PRESSED_BY, ()))
         self._stream.emergency_stop(self._emergency_stop.pressed, 0.0)
         self._buttons = rospy.resolve_name("emergency_stop")  # the topic
@@ -142,7 +141,7 @@ class DriverNode:
         """Send what may go out now: since a command was judged this process may have been stopped."""
         self._sent_at = now = boot_time()
         twist = self._stream.twist(now)
-        units = self._kinematics.units_of_twist(twist)
+        units = self._stream.kinematics.units_of_twist(twist)
         self._packets.publish(Packet(units, format_packet(units, self._decimals)))
         if self._limited.get_num_connections():
             limited = Twist()

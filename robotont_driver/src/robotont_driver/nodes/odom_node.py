@@ -11,7 +11,7 @@ from robotont_driver.odometry.gyro import Gyro
 from robotont_driver.odometry.odometry import WheelOdometry
 from robotont_driver.odometry.odometry_stamps import LARGEST_DRIFT, SECOND, OdometryStamps
 from robotont_driver.odometry.slip import SlipSearch, fault_of_wheels, values_of
-from robotont_driver.parameters.parameters import Parameter
+from robotont_driver.parameters.parameters import Parameter, ParameterError
 from robotont_driver.ros.diagnostics import OK, WARN, Health, Rate, robot_name
 from robotont_driver.ros.imu_input import ImuInput
 from robotont_driver.ros.kept_pose import KeptPose
@@ -58,6 +58,10 @@ class OdomNode:
     """
 
     def __init__(self, name, wheels, parameters, topic):
+        frames = parameters["odom_frame"], parameters["base_frame"]
+        if not all(frames) or frames[0] == frames[1]:
+            raise ParameterError([f"~odom_frame and ~base_frame: found {frames[0]!r} and {frames[1]!r}, allowed: two "
+                                  "different names"])
         kinematics = Kinematics(wheels, SOLVERS[parameters["solver"]])
         period = 1.0 / wheels.pid_frequency if parameters["packet_period"] < 0 else parameters["packet_period"]
         noise, scale = parameters["wheel_noise"], parameters["gyro_scale"]
@@ -73,8 +77,7 @@ class OdomNode:
         if self._kept.gap is not None:
             self._odometry.pose.resume(self._kept.pose, self._kept.covariance)
             rospy.logwarn("odom_node goes on from where it was %.1f s ago", self._kept.gap)
-        self._commanded_at = 0.0   # [s] when the newest packet came on serial_write
-        self._commanded = None     # its units
+        self._commanded, self._commanded_at = None, 0.0  # units of the newest packet on serial_write; [s] when it came
         self._lock = threading.Lock()
         self._arrived = None  # [ns] newest packet, on the steady clock
         self._packets = 0
@@ -86,12 +89,13 @@ class OdomNode:
         # no queue_size: every packet counts
         topic("serial_read").subscribe(wheels.amount, self._on_packet, self._on_refused)
         if period:
-            topic("serial_write").subscribe(wheels.amount, self._on_command, self._on_refused_command, queue_size=1)
+            # of messages that are no packets serial_com_node complains
+            topic("serial_write").subscribe(wheels.amount, self._on_command, lambda _: None, queue_size=1)
         subjects = {"wheel feedback": self._report, "stamps": self._report_stamps}
         if self._gyro:
             self._imu = ImuInput(parameters["imu"], parameters["base_frame"], self._gyro, self._lock)
             subjects["gyro"] = self._imu.report
-        self._health = Health(robot_name(), subjects, name)
+        Health(robot_name(), subjects, name)
 
     def _on_refused(self, error):
         self._refused += 1
@@ -99,7 +103,7 @@ class OdomNode:
 
     def _on_packet(self, packet):
         with self._lock:
-            odometry, search, set_at = self._odometry, self._search, self._clock.event_at
+            odometry, search = self._odometry, self._search
             arrival, now = read_clocks()
             stamp = self._clock.stamp(arrival, now, packet.number)
             elapsed = 0.0 if self._arrived is None else (arrival - self._arrived) / 1e9
@@ -110,18 +114,11 @@ class OdomNode:
             covariance = odometry.pose_covariance
             self._messages.publish(odometry, covariance, stamp)
             self._kept.keep((pose.x, pose.y, pose.yaw), covariance, odometry.twist, boot_time())
-            changed = search and search.update(packet, self._newest_command(), self._gyro and self._gyro.compared)
-            if changed:
+            if search and search.update(packet, self._newest_command(), self._gyro and self._gyro.compared):
                 odometry.exclude(search.slipping)
-        if changed or self._clock.event_at != set_at:
-            self._health.publish_now()
 
     def _on_command(self, command):
-        self._commanded_at = time.monotonic()
-        self._commanded = command
-
-    def _on_refused_command(self, _error):
-        self._commanded = None  # serial_com_node complains of it
+        self._commanded, self._commanded_at = command, time.monotonic()
 
     def _newest_command(self):
         """Units that the board follows now; None without a command that is still valid."""
@@ -165,14 +162,6 @@ class OdomNode:
         if recently:
             return WARN, clock.event + "; odometry, transforms and joint states go on with its new time", values
         return OK, "by packet number and arrival" if self._odometry.period else "by arrival", values
-
-
-def conflicts(_wheels, parameters):
-    """List of conflicts between parameters."""
-    frames = parameters["odom_frame"], parameters["base_frame"]
-    if all(frames) and frames[0] != frames[1]:
-        return []
-    return [f"~odom_frame and ~base_frame: found {frames[0]!r} and {frames[1]!r}, allowed: two different names"]
 
 
 def main():

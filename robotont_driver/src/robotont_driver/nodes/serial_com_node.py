@@ -1,7 +1,6 @@
 """The ROS side of serial_com_node: serial_write to the port, the port to serial_read."""
 
 import functools
-import threading
 import traceback
 
 import rospy
@@ -9,18 +8,16 @@ from std_msgs.msg import Float64
 
 from robotont_driver.kinematics.wheel_params import counts_in_reach
 from robotont_driver.link.serial_link import SerialLink
-from robotont_driver.parameters.parameters import Parameter
+from robotont_driver.parameters.parameters import Parameter, ParameterError
 from robotont_driver.protocol.connection import AUTO, NAMES, Connection, explained
 from robotont_driver.protocol.protocol import ProtocolError
 from robotont_driver.robots.battery import Battery, read_pack
 from robotont_driver.ros.diagnostics import Health
-from robotont_driver.ros.lifecycle import refuse, run_node
+from robotont_driver.ros.lifecycle import run_node
 from robotont_driver.ros.link_report import LinkReport
 from robotont_driver.ros.official_topics import OfficialTopics
 from robotont_driver.ros.packet_topics import PacketTopic
 
-DOUBT = "lines of the board were lost, or it has restarted: the odometry may be wrong by the counts between"
-START_PATIENCE = 6.0  # [s] for which a board may be missing at the start before the log says so; diagnostics do at once
 LARGEST_REACH = 0x7FFF  # [edges] what the 16 bits of a packet's totals can represent
 
 PARAMETERS = (
@@ -46,21 +43,22 @@ class SerialComNode:
 
     def __init__(self, name, wheels, parameters, topic):
         self._port = parameters["port"]
-        connect = functools.partial(Connection, wheels, parameters["packets"])
+        edges = counts_in_reach(wheels)
+        if edges > LARGEST_REACH:
+            raise ParameterError(["encoderEdgesPerMotorRevolution and pidControlFrequency: found "
+                                  f"{edges} edges in one PID period, allowed: up to {LARGEST_REACH}"])
+        self.connect = functools.partial(Connection, wheels, parameters["packets"])
         try:
-            connect()
-            battery = Battery(read_pack(rospy.get_param("battery", None)))
+            self.connect()
         except ProtocolError as error:
-            refuse([f"~packets is {parameters['packets']}, but its board cannot have these wheels: {error}"])
-        except ValueError as error:
-            refuse([str(error)])
+            raise ParameterError([f"~packets is {parameters['packets']}, but its board cannot have these wheels: "
+                                  f"{error}"]) from None
+        battery = Battery(read_pack(rospy.get_param("battery", None)))
         self._refused = 0  # malformed messages on serial_write
-        self._told = (0, 0)  # restarts and doubts of the connection, already reported
         self._read = topic("serial_read")
         self._read.advertise()
         self._limit = rospy.Publisher("board_wheel_limit", Float64, queue_size=1, latch=True)
-        self._link = SerialLink(self._port, parameters["baudrate"], connect, self._on_packet, self._on_change,
-                                self._on_protocol, self._on_failure, write_timeout=parameters["write_timeout"])
+        self._link = SerialLink(self._port, parameters["baudrate"], self, parameters["write_timeout"])
         self._topics = OfficialTopics(parameters["range_frame_prefix"], parameters["base_frame"], battery,
                                       self._on_light)
         self._link.start()
@@ -79,62 +77,41 @@ class SerialComNode:
         if connection and connection.obstacle:
             rospy.logerr_throttle(10.0, "does not drive: %s (docs/robots.md)", connection.obstacle)
 
-    def _on_packet(self, packet):
+    def on_packet(self, packet):
+        """A `Packet` of the board."""
         self._read.publish(packet)
         protocol = self._link.connection.protocol
         if protocol.readings:
             readings, protocol.readings = protocol.readings, []
             self._topics.publish(readings)
-        restarts, doubts = protocol.restarts, protocol.doubts
-        if (restarts, doubts) != self._told:
-            if restarts > self._told[0]:
-                rospy.logwarn("the board has restarted; counts that it has not sent before are missing in the odometry")
-            if doubts > self._told[1]:
-                rospy.logwarn_throttle(10.0, DOUBT)
-            self._told = restarts, doubts
 
     def _on_light(self, first, colours):
         protocol = self._link.connection and self._link.connection.protocol
         for line in protocol.encode_lights(first, colours) if protocol else ():
             self._link.add(line)
 
-    def _on_failure(self, error):
+    def on_failure(self, error):
         """An exception in the link's thread: a fault of this program."""
         if not rospy.is_shutdown():
             lines = "".join(traceback.format_exception(type(error), error, error.__traceback__))
             rospy.logerr_throttle(10.0, "a fault of serial_com_node itself; please report it: %s", lines)
 
-    def _on_protocol(self, protocol):
+    def on_protocol(self, protocol):
+        """The board's protocol is known."""
         rospy.loginfo("%s: the board speaks %s", self._port, explained(protocol.name))
         self._limit.publish(protocol.fastest)
         if protocol.complaint:
             rospy.logwarn("%s", protocol.complaint)
 
-    def _on_change(self, trouble):
-        if trouble and self._link.opened:
-            rospy.logwarn("%s", trouble)
-        elif trouble:  # the simulator's board comes a moment later
-            timer = threading.Timer(START_PATIENCE, self._complain)
-            timer.daemon = True
-            timer.start()
+    def on_change(self, trouble):
+        """The port was opened, or lost with a message."""
+        if trouble:
+            log = rospy.logwarn if self._link.opened else rospy.loginfo  # the simulator's comes a moment later
+            log("%s", trouble)
         elif self._link.opened > 1:
-            self._told = (0, 0)
             rospy.logwarn("%s: open again; what wheels have turned meanwhile is missing in the odometry", self._port)
         else:
             rospy.loginfo("%s: open", self._port)
-
-    def _complain(self):
-        trouble = self._link.trouble
-        if trouble and not self._link.opened:  # otherwise it was reported when it came
-            rospy.logwarn("%s", trouble)
-
-
-def conflicts(wheels, _parameters):
-    """List of conflicts between parameters."""
-    edges = counts_in_reach(wheels)
-    return [] if edges <= LARGEST_REACH else [
-        f"encoderEdgesPerMotorRevolution and pidControlFrequency: found {edges} edges in one PID period, allowed: up "
-        f"to {LARGEST_REACH}"]
 
 
 def main():

@@ -38,12 +38,6 @@ class Covariance(NamedTuple):
         x, y, a = vector
         return cls(x * x, x * y, x * a, y * y, y * a, a * a)
 
-    @property
-    def matrix(self):
-        """As a 3 x 3 array."""
-        xx, xy, xa, yy, ya, aa = self
-        return np.array(((xx, xy, xa), (xy, yy, ya), (xa, ya, aa)))
-
     def plus(self, other):
         """Of the sum of two independent errors."""
         return Covariance(*map(add, self, other))

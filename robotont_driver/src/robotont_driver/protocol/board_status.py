@@ -109,14 +109,13 @@ class Identity(NamedTuple):
 class BoardHealth:
     """Collects what a board reports about itself, for a robot of `wheels` wheels at `rate` [Hz].
 
-    `status`: newest BoardStatus; None from boards that send none. `identity`: None until it is known.
+    `status`: newest BoardStatus; None from boards that send none. `identity`: None until it is known. `obstacle`: why
+    the board must not be driven. `foreign`: whether the newest packet was one of another number of wheels.
     """
 
     def __init__(self, wheels, rate):
-        self._wheels = wheels
-        self._rate = rate
-        self._missed = self._refused = 0  # ticks that it missed and lines that it refused, on this connection
-        self._reported = (0, 0)
+        self._wheels, self._rate = wheels, rate
+        self._counted = self._reported = 0, 0  # ticks that it missed, lines that it refused; up to the last report
         self.notices = deque(maxlen=NOTICES_KEPT)  # newest messages of the board
         self._news = []         # messages and faults since the last report
         self.banner = ""
@@ -125,9 +124,7 @@ class BoardHealth:
     def _begin(self):
         """The board starts: nothing is known of it."""
         self.status = self.identity = None
-        self.obstacle = ""      # why the board must not be driven
-        self._foreign = False   # whether the newest packet was one of another number of wheels
-        self._heard = 0         # packets, since the voltage was taken
+        self.obstacle, self.foreign = "", False
 
     @property
     def fault(self):
@@ -137,31 +134,17 @@ class BoardHealth:
     @property
     def wants_identity(self):
         """Whether the board is able to identify itself and has not done so yet."""
-        return self.identity is None and (self.status is not None or self._foreign)
+        return self.identity is None and (self.status is not None or self.foreign)
 
     def hear_packet(self, status):
-        """A packet of this robot's board, with its BoardStatus; None from firmware before 2.0.
-
-        Returns the battery's voltage [V], once a second; else, and where the board does not measure it, 0.
-        """
-        self._foreign = False
-        if status is None:
-            return 0.0
-        if status is not self.status:
+        """A packet of this robot's board, with its BoardStatus; None from firmware before 2.0."""
+        self.foreign = False
+        if status is not self.status and status is not None:
             if self.status is not None:
-                self._missed += (status.missed - self.status.missed) % 256
-                self._refused += (status.refused - self.status.refused) % 256
+                self._counted = [count + (new - old) % 256 for count, new, old in zip(
+                    self._counted, status[1:3], self.status[1:3])]
             self.status = status
             self._tell(self.fault)
-        self._heard += 1
-        if self._heard < self._rate:
-            return 0.0
-        self._heard = 0
-        return status.voltage
-
-    def hear_foreign_packet(self):
-        """A whole packet of a board with another number of wheels: it is asked for its identity, which has it."""
-        self._foreign = True
 
     def hear_text(self, text):
         """Take a line of text. Returns whether it is the banner of a board that has just started."""
@@ -188,8 +171,8 @@ class BoardHealth:
         """
         errors = [message for message in (self.obstacle, self.fault) if message]
         warnings = list(self.status.complaints) if self.status else []
-        missed, refused = self._missed - self._reported[0], self._refused - self._reported[1]
-        self._reported = (self._missed, self._refused)
+        missed, refused = (new - old for new, old in zip(self._counted, self._reported))
+        self._reported = self._counted
         if missed:
             warnings.append(f"the board missed {missed} ticks")
         if refused:
@@ -205,7 +188,7 @@ class BoardHealth:
         if self.identity:
             values.update({"board " + name: value for name, value in self.identity._asdict().items()})
         if self.status:
-            values.update({"ticks missed": self._missed, "lines refused by the board": self._refused,
+            values.update({"ticks missed": self._counted[0], "lines refused by the board": self._counted[1],
                            "faults of the wheels": ":".join(map(str, self.status.wheels))})
             if self.status.voltage:
                 values["battery [V]"] = f"{self.status.voltage:.2f}"

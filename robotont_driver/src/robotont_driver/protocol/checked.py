@@ -61,7 +61,7 @@ class CheckedPacket:
         return periods, counts
 
 
-
+BATTERY_PERIOD = 1.0  # [s] between readings, which are in each packet
 _SEALED = re.compile(r"#.*;[0-9A-F]{4}\Z")
 QUESTION = add_checksum("?;")  # asks for the identity, which boards with firmware from 2.0 on send
 
@@ -79,6 +79,7 @@ class Checked(Protocol):
         self._amount = wheels.amount
         self._lost = LostPackets(self._reach, self.dropped)
         self.health = BoardHealth(wheels.amount, wheels.pid_frequency)
+        self._measured = -math.inf  # [s] when the newest reading of the battery was made
         self._zeros = add_checksum(format_packet([0] * wheels.amount))
 
     repaired = property(lambda self: self._lost.repaired)
@@ -97,11 +98,12 @@ class Checked(Protocol):
         try:
             packet = CheckedPacket(text, self._amount)
         except ForeignPacketError:
-            self.health.hear_foreign_packet()
+            self.health.foreign = True  # it is asked for its identity, which has the number
             raise
-        voltage = self.health.hear_packet(packet.status)
-        if voltage:
-            self.readings.append(Power(voltage, math.nan))
+        self.health.hear_packet(packet.status)
+        if packet.status and packet.status.voltage and now >= self._measured + BATTERY_PERIOD:
+            self._measured = now
+            self.readings.append(Power(packet.status.voltage, math.nan))
         self.check_reach(packet.counts)
         return self._lost.recover(packet, now * self.wheels.pid_frequency)
 

@@ -5,7 +5,7 @@ from typing import NamedTuple, Tuple
 
 import numpy as np
 
-from robotont_driver.parameters.parameters import fault
+from robotont_driver.parameters.parameters import ParameterError, fault
 
 LOW, EMPTY = 0.15, 0.05  # charge at which it is to be charged; at which a robot gets no new goals
 REST = 30.0              # [s] of which the highest voltage counts: motors pull it down only while they work
@@ -24,7 +24,7 @@ class Pack(NamedTuple):
 
 
 def read_pack(given):
-    """The Pack of `battery: {curve, resistance}`; None for none. Raises ValueError."""
+    """The Pack of `battery: {curve, resistance}`; None for none. Raises ParameterError."""
     if given is None:
         return None
     try:
@@ -36,8 +36,8 @@ def read_pack(given):
             return pack
     except (TypeError, ValueError, KeyError, AttributeError):
         pass
-    raise ValueError(fault("battery", given, "curve, pairs of a voltage [V] and the charge (0 to 1) there, both "
-                           "rising, and resistance, 0 to 1 [ohm]"))
+    raise ParameterError([fault("battery", given, "curve, pairs of a voltage [V] and the charge (0 to 1) there, both "
+                                "rising, and resistance, 0 to 1 [ohm]")])
 
 
 class Battery:

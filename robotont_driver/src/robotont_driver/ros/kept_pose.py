@@ -25,12 +25,8 @@ class KeptPose:
         self.gap = self._file = None
         if not any(argument.startswith("__log:=") for argument in sys.argv):
             return  # not started by roslaunch
-        prefix = f"robotont_odom_{os.getuid()}_"
+        path = FOLDER / f"robotont_odom_{os.getuid()}_{os.getppid()}_{name.replace('/', '_')}"
         try:
-            for path in FOLDER.glob(prefix + "*"):
-                if not (Path("/proc") / path.name[len(prefix):].partition("_")[0]).exists():
-                    path.unlink()
-            path = FOLDER / f"{prefix}{os.getppid()}_{name.replace('/', '_')}"
             self._file = os.open(str(path), os.O_RDWR | os.O_NOFOLLOW | os.O_CLOEXEC | os.O_CREAT, 0o600)
             content = os.pread(self._file, CONTENT.size, 0)
         except OSError as error:

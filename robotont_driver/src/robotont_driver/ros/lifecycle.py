@@ -11,15 +11,7 @@ import rosgraph
 import rospy
 
 from robotont_driver.kinematics.wheel_params import KEYS, read_wheels
-from robotont_driver.parameters.parameters import (
-    Parameter,
-    ParameterError,
-    fault,
-    help_text,
-    is_number,
-    nearest,
-    read_parameters,
-)
+from robotont_driver.parameters.parameters import Parameter, ParameterError, fault, help_text, nearest, read_parameters
 from robotont_driver.rospy_repairs import rospy_end
 from robotont_driver.rospy_repairs.rospy_end import queue_log
 
@@ -50,12 +42,13 @@ def running_wheels(namespace):
 
 
 def private_parameters(table, node="~"):
-    """The parameters of a node of this process by name. Raises ParameterError."""
+    """The parameters of a node of this process by name, also under the official driver's. Raises ParameterError."""
     given = rospy.get_param(node, {})
     if not isinstance(given, dict):
         raise ParameterError([fault("~", given, "parameters by name, as in `publish_rate: 20.0`: is a line missing?")])
-    given = {**official_parameters(table), **given}
-    return read_parameters((*table, *COMMON_PARAMETERS), given)
+    official = {parameter.name: rospy.get_param(parameter.official) for parameter in table
+                if parameter.official and rospy.has_param(parameter.official)}
+    return read_parameters((*table, *COMMON_PARAMETERS), {**official, **given})
 
 
 def own_parameters(table):
@@ -66,26 +59,11 @@ def own_parameters(table):
         return refuse(error.faults)
 
 
-def parameter_of_another(name, default):
-    """A number on the parameter server, by a name relative to the namespace, such as driver_node/publish_rate.
-
-    The default where there is none, or none that is a number: the other node refuses that.
-    """
-    value = rospy.get_param(name, default)
-    return value if is_number(value) else default
-
-
 def refuse(faults):
     """End the node because of its parameters, with a line for each fault."""
     for message in faults:
         rospy.logfatal("wrong parameter %s", message)
     sys.exit(1)
-
-
-def official_parameters(table):
-    """Values by our names of parameters that are given under the official driver's names."""
-    names = {parameter.name: parameter.official for parameter in table if parameter.official}
-    return {name: rospy.get_param(official) for name, official in names.items() if rospy.has_param(official)}
 
 
 def answer_help(name, explanation, table=()):
@@ -128,36 +106,28 @@ def run_without_wheels(name, node_class, table):
 def serve(parts, *arguments):
     """Start nodes, node_class(name, wheels, parameters, *arguments), and serve until ROS shuts down.
 
-    parts: the class by the node's full name in the graph, under which its parameters stand. Its module has their table,
-    PARAMETERS, and maybe conflicts(wheels, parameters): a list of faults. Lists wrong parameters, if any, of all parts
-    and exits with 1.
+    parts: the class by the node's full name in the graph, under which its parameters stand; its module has their table,
+    PARAMETERS. Exits with 1 and all wrong parameters of all parts, or with what a class raises as ParameterError.
     """
-    with signals_wait():
-        wheels, values = _read_all(parts)
-        for name, node_class in parts.items():
-            node_class(name, wheels, values[name], *arguments)
-    _spin()
-
-
-def _read_all(parts):
-    """(wheels, parameters by the part's name); ends the process with all faults, if any."""
     faults, wheels, values = [], None, {}
-    try:
-        wheels = running_wheels(rospy.get_namespace())
-    except ParameterError as error:
-        faults += error.faults
-    for name, node_class in parts.items():
-        module = sys.modules[node_class.__module__]
+    with signals_wait():
         try:
-            values[name] = private_parameters(module.PARAMETERS, name)
-            conflicts = getattr(module, "conflicts", lambda *_: [])
-            found = conflicts(wheels, values[name]) if wheels else []
+            wheels = running_wheels(rospy.get_namespace())
         except ParameterError as error:
-            found = error.faults
-        faults += [("" if name == rospy.get_name() else name + ": ") + message for message in found]
-    if faults:
-        refuse(faults)
-    return wheels, values
+            faults += error.faults
+        for name, node_class in parts.items():
+            try:
+                values[name] = private_parameters(sys.modules[node_class.__module__].PARAMETERS, name)
+            except ParameterError as error:
+                faults += [("" if name == rospy.get_name() else name + ": ") + words for words in error.faults]
+        try:
+            for name, node_class in () if faults else parts.items():
+                node_class(name, wheels, values[name], *arguments)
+        except ParameterError as error:
+            faults = error.faults
+        if faults:
+            refuse(faults)
+    _spin()
 
 
 @contextlib.contextmanager

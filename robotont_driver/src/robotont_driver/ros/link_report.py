@@ -2,40 +2,37 @@
 
 import time
 
+import rospy
+
 from robotont_driver.ros.diagnostics import ERROR, OK, WARN, Rate
 
+RESTARTED = "the board has restarted; counts that it has not sent before are missing in the odometry"
+DOUBT = "lines of the board were lost, or it has restarted: the odometry may be wrong by the counts between"
+NONE = 0, 0, 0, 0, 0
 LOST = 0.1  # part of the periods whose lines may be lost without a warning
 
 
 class LinkReport:
-    """Tasks for `Health`. link: `SerialLink`, whose `connection` has all that is told of a board.
+    """Tasks for `Health`. link: `SerialLink`, whose `connection` has all that is told of a board since it was opened.
 
     refused(): how many messages on serial_write were no packets.
-
-    Numbers of lines and packets are those since the port was opened.
     """
 
     def __init__(self, link, refused, battery):
-        self._link = link
-        self._refused = refused
-        self._battery = battery
-        self._connection = None
-        self._begin()
-
-    def _begin(self):
-        self._rate = Rate()
-        self._seen = 0, 0, 0  # errors, packets and repaired ones up to the last report
+        self._link, self._refused, self._battery = link, refused, battery
+        self._connection, self._rate = None, Rate()
+        self._seen = NONE  # errors, packets, repaired ones, restarts and doubts up to the last report
 
     def report_link(self):
         """Level, words and values of the line."""
         link, connection, now = self._link, self._link.connection, time.monotonic()
         if connection is not self._connection:
-            self._connection = connection
-            self._begin()
+            self._connection, self._rate, self._seen = connection, Rate(), NONE
         protocol = connection and connection.protocol
         refused = self._refused()
         dropped = dict(protocol.dropped) if protocol else {}
-        packets, repaired = (protocol.packets, protocol.repaired) if protocol else (0, 0)
+        packets, repaired, restarts, doubts = (
+            protocol.packets, protocol.repaired, protocol.restarts, protocol.doubts) if protocol else NONE[1:]
         rate = self._rate.look(packets - repaired, now)
         values = {
             "connection": connection.state(now) if connection else "closed",
@@ -52,14 +49,18 @@ class LinkReport:
             "lines dropped": sum(dropped.values()),
             **{"lines dropped: " + kind: count for kind, count in sorted(dropped.items())},
             "periods repaired": repaired,
-            "board restarts": protocol.restarts if protocol else 0,
-            "lost lines that may have been a restart": protocol.doubts if protocol else 0,
+            "board restarts": restarts,
+            "lost lines that may have been a restart": doubts,
             "reconnects": max(0, link.opened - 1),
         }
         errors = sum(dropped.values()) + refused
-        seen = errors, packets, repaired
-        new_errors, new_packets, lost = (new - before for new, before in zip(seen, self._seen))
+        seen = errors, packets, repaired, restarts, doubts
+        new_errors, new_packets, lost, restarted, doubted = (new - before for new, before in zip(seen, self._seen))
         self._seen = seen
+        if restarted:
+            rospy.logwarn(RESTARTED)
+        if doubted:
+            rospy.logwarn_throttle(10.0, DOUBT)
         if link.trouble:
             return ERROR, link.trouble, values
         warning = connection.complaint

@@ -9,6 +9,7 @@ from nav_msgs.msg import Odometry
 from sensor_msgs.msg import JointState
 
 from robotont_driver.odometry.odometry_stamps import SECOND
+from robotont_driver.parameters.parameters import ParameterError, fault
 from robotont_driver.rospy_repairs.publishers import DroppingPublisher
 
 # Variance of z, roll and pitch (and their rates): a robot on the floor has none; filters like no zeros.
@@ -53,14 +54,10 @@ class OdometryMessages:
 
 
 def joint_names(given, wheels):
-    """Names of the joints: those `given` between blanks, or wheel_0_joint, ...
-
-    Exits with a message when their number is not that of the wheels.
-    """
+    """Names of the joints: those `given` between blanks, or wheel_0_joint, ... Raises ParameterError."""
     names = given.split() or [f"wheel_{wheel}_joint" for wheel in range(wheels)]
     if len(names) != wheels:
-        rospy.logfatal("wrong parameter ~joint_names: found %r, allowed: %d names between blanks", given, wheels)
-        raise SystemExit(1)
+        raise ParameterError([fault("~joint_names", given, f"{wheels} names between blanks")])
     return names
 
 

@@ -11,8 +11,8 @@ from tf2_msgs.msg import TFMessage
 
 from robotont_description.geometry import body
 from robotont_driver.kinematics.se2 import rotation_of
-from robotont_driver.parameters.parameters import ParameterError
-from robotont_driver.ros.lifecycle import parameter_of_another, running_wheels
+from robotont_driver.parameters.parameters import ParameterError, is_number
+from robotont_driver.ros.lifecycle import running_wheels
 from robotont_driver.ros.worker import boot_time
 from robotont_driver.rospy_repairs.rospy_internals import connection_header
 from robotont_teleop.hand.sensor_view import FAN
@@ -31,8 +31,9 @@ class SensingGuard(Guard):
     """Hears `odom`, `scan` and `range`; where sensors are by /tf_static alone: /tf has 100 readings per second."""
 
     def __init__(self, wheels, blind_speed):
-        limits = [parameter_of_another(f"driver_node/max_linear_{limit}eleration", 0.0) for limit in ("acc", "dec")]
-        super().__init__(body(wheels), min(filter(None, limits), default=DECELERATION), blind_speed)
+        limits = [rospy.get_param(f"driver_node/max_linear_{limit}eleration", 0.0) for limit in ("acc", "dec")]
+        limits = [limit for limit in limits if is_number(limit) and limit]  # driver_node refuses what is none
+        super().__init__(body(wheels), min(limits, default=DECELERATION), blind_speed)
         self._base_frame = rospy.get_param("odom_node/base_frame", "base_link").lstrip("/")
         self._frames = tf2_ros.BufferCore()
         for topic, kind, callback in (("/tf_static", TFMessage, self._on_static), ("odom", Odometry, self._on_odom),

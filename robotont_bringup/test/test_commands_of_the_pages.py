@@ -159,8 +159,8 @@ def test_nothing_in_the_list_that_no_page_names():
 
 
 def check(folder):
-    """Run rosrun robotont_driver robot FOLDER."""
-    return subprocess.run([str(ROOT / "robotont_driver" / "scripts" / "robot"), str(folder)], check=False, text=True,
+    """Run rosrun robotont_bringup robot FOLDER."""
+    return subprocess.run([str(ROOT / "robotont_bringup" / "scripts" / "robot"), str(folder)], check=False, text=True,
                           stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
 
 

@@ -10,10 +10,10 @@ from roslaunch.config import load_config_default
 from roslaunch.core import RLException
 from roslaunch.launch import ROSLaunchRunner
 
+from robotont_bringup.check_robot import main, parameter_faults
 from robotont_driver.kinematics.wheel_params import KEYS, read_wheels
 from robotont_driver.nodes import driver_node, odom_node, serial_com_node
 from robotont_driver.robots.robot_folder import read_robot, shipped
-from robotont_driver.tools.check_robot import main, parameter_faults
 from robotont_simulator import simulator_node
 from robotont_testing import places
 from robotont_testing.harness import Master

@@ -82,7 +82,8 @@ def test_covariance_is_propagated_through_the_exact_step():
     both[:3, :3], both[3:, 3:] = matrix_of(pose.covariance), step_covariance
     pose.move(step.tolist(), of_matrix(step_covariance))
     bent = np.array((*(end(at) - start)[:2], 0.0)) * both[2, 2] / 2  # by the square of the heading's error
-    assert matrix_of(pose.covariance) == pytest.approx(jacobian @ both @ jacobian.T + 3 * np.outer(bent, bent), abs=1e-10)
+    assert matrix_of(pose.covariance) == pytest.approx(
+        jacobian @ both @ jacobian.T + 3 * np.outer(bent, bent), abs=1e-10)
 
 
 def of_matrix(matrix):

@@ -151,12 +151,10 @@ def read_wheels(given):
     distances = tuple(map(float, distances))
     if placed:
         positions = tuple(rad + reference for rad in places)
-        levers = tuple(distance * math.sin(direction - position)
-                       for direction, position, distance in zip(directions, positions, distances))
     else:
-        signs = [ROTATIONS[word] for word in words]
-        positions = tuple(direction - sign * math.pi / 2 for direction, sign in zip(directions, signs))
-        levers = tuple(sign * distance for sign, distance in zip(signs, distances))
+        positions = tuple(direction - ROTATIONS[word] * math.pi / 2 for direction, word in zip(directions, words))
+    levers = tuple(distance * math.sin(direction - position)
+                   for direction, position, distance in zip(directions, positions, distances))
     motor = Motor() if speed is None else like_default(speed)
     wheels = Wheels(
         directions=directions, positions=positions, distances=distances, levers=levers,

@@ -79,24 +79,13 @@ class LineSplitter:
     def __init__(self):
         self.overlong = 0
         self._rest = b""
-        self._skipping = False  # in a line that was too long, up to its end
 
     def feed(self, data):
         """List of the lines (bytes, without newline) that `data` completes."""
-        *ended, self._rest = (self._rest + data).split(b"\n")
-        lines = []
-        for line in ended:
-            if self._skipping:
-                self._skipping = False
-            elif len(line) > LONGEST_LINE:
-                self.overlong += 1
-            else:
-                lines.append(line)
-        if len(self._rest) > LONGEST_LINE:
-            if not self._skipping:
-                self._skipping = True
-                self.overlong += 1
-            self._rest = b""
+        *ended, rest = (self._rest + data).split(b"\n")
+        self._rest = rest[:LONGEST_LINE + 1]  # enough for a line to be too long
+        lines = [line for line in ended if len(line) <= LONGEST_LINE]
+        self.overlong += len(ended) - len(lines)
         return lines
 
 

@@ -64,8 +64,12 @@ class LinkReport:
         if link.trouble:
             return ERROR, link.trouble, values
         warning = connection.complaint
-        if not warning and rate == 0.0:
-            warning = silence(protocol, new_errors)
+        if not warning and rate == 0.0 and not (protocol and new_errors):
+            warning = "port open, but no packets: is the firmware running, at this baudrate?"
+        elif not warning and rate == 0.0:
+            warning = (f"{new_errors} lines came in the last second, and none is a packet of a board that speaks "
+                       f"{protocol.name}: {protocol.newest_error}; is it another board (~packets), another firmware, or "
+                       "another baudrate?")
         elif not warning and lost > LOST * new_packets:
             warning = f"{lost / new_packets:.0%} of the board's lines are lost: check cable and baudrate"
         elif not warning and new_errors:
@@ -86,11 +90,3 @@ class LinkReport:
             return WARN, "the port is closed", values
         level = ERROR if errors else WARN if warnings else OK
         return level, " / ".join(errors + warnings) or "reports no fault", values
-
-
-def silence(protocol, dropped):
-    """Message about a board that has sent no packet since the last report, but lines that were `dropped`."""
-    if not dropped or protocol is None:
-        return "port open, but no packets: is the firmware running, at this baudrate?"
-    return (f"{dropped} lines came in the last second, and none is a packet of a board that speaks {protocol.name}: "
-            f"{protocol.newest_error}; is it another board (~packets), another firmware, or another baudrate?")

@@ -68,8 +68,8 @@ class LinkReport:
             warning = "port open, but no packets: is the firmware running, at this baudrate?"
         elif not warning and rate == 0.0:
             warning = (f"{new_errors} lines came in the last second, and none is a packet of a board that speaks "
-                       f"{protocol.name}: {protocol.newest_error}; is it another board (~packets), another firmware, or "
-                       "another baudrate?")
+                       f"{protocol.name}: {protocol.newest_error}; is it another board (~packets), another firmware, "
+                       "or another baudrate?")
         elif not warning and lost > LOST * new_packets:
             warning = f"{lost / new_packets:.0%} of the board's lines are lost: check cable and baudrate"
         elif not warning and new_errors:

@@ -13,12 +13,12 @@ def test_a_subscriber_that_fails_ends_neither_the_thread_nor_the_others(monkeypa
     monkeypatch.setattr(packet_topics.rospy, "Publisher", Mock())
     monkeypatch.setattr(packet_topics.rospy, "logerr", lambda text, *values: errors.append(text % values))
     topic = packet_topics.SharedPacketTopic("serial_read")
-    topic.advertise()
+    publish = topic.advertise()
     topic.subscribe(3, fail)
     topic.subscribe(3, got.append)
     packet = Packet([1, 2, 3])
     for _ in range(2):
-        topic.publish(packet)
+        publish(packet)
     assert [given is packet for given in got] == [True, True]
     assert len(errors) == 2
     assert "serial_read" in errors[0]

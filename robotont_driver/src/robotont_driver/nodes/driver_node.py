@@ -69,8 +69,7 @@ class DriverNode:
         self._sent_at = boot_time()
         heard = []  # subscribers of commands
         self._arrivals = Arrivals(parameters["cmd_timeout"], self._sent_at, partial(is_local, heard))
-        self._packets = topic("serial_write")
-        self._packets.advertise()
+        self._publish = topic("serial_write").advertise()
         self._limited = rospy.Publisher("cmd_vel/limited", Twist, queue_size=1, tcp_nodelay=True)
         self._pressed_by = rospy.Publisher("emergency_stop/pressed_by", String, queue_size=1, latch=True)
         self._pressed_by.publish(", ".join(self._emergency_stop.pressed_by))
@@ -142,7 +141,7 @@ class DriverNode:
         self._sent_at = now = boot_time()
         twist = self._stream.twist(now)
         units = self._stream.kinematics.units_of_twist(twist)
-        self._packets.publish(Packet(units, format_packet(units, self._decimals)))
+        self._publish(Packet(units, format_packet(units, self._decimals)))
         if self._limited.get_num_connections():
             limited = Twist()
             limited.linear.x, limited.linear.y, limited.angular.z = twist

@@ -55,8 +55,7 @@ class SerialComNode:
                                   f"{error}"]) from None
         battery = Battery(read_pack(rospy.get_param("battery", None)))
         self._refused = 0  # malformed messages on serial_write
-        self._read = topic("serial_read")
-        self._read.advertise()
+        self._publish = topic("serial_read").advertise()
         self._limit = rospy.Publisher("board_wheel_limit", Float64, queue_size=1, latch=True)
         self._link = SerialLink(self._port, parameters["baudrate"], self, parameters["write_timeout"])
         self._topics = OfficialTopics(parameters["range_frame_prefix"], parameters["base_frame"], battery,
@@ -79,7 +78,7 @@ class SerialComNode:
 
     def on_packet(self, packet):
         """A `Packet` of the board."""
-        self._read.publish(packet)
+        self._publish(packet)
         protocol = self._link.connection.protocol
         if protocol.readings:
             readings, protocol.readings = protocol.readings, []

@@ -19,15 +19,11 @@ class PacketTopic:
 
     def __init__(self, name):
         self._name = name
-        self._publisher = None
 
     def advertise(self):
-        """Announce that this process publishes on the topic."""
-        self._publisher = DroppingPublisher(self._name, String)
-
-    def publish(self, packet):
-        """Publish a `Packet`; it is in the subscribers' sockets when this returns."""
-        self._publisher.publish(String(packet.text))
+        """A function that publishes a `Packet`, which is in the subscribers' sockets when it returns."""
+        publisher = DroppingPublisher(self._name, String)
+        return lambda packet: publisher.publish(String(packet.text))
 
     def subscribe(self, wheels, taken, refused, queue_size=None):
         """From now on call taken(packet) for each `Packet` of `wheels` values, refused(error) for other messages.
@@ -45,7 +41,7 @@ class PacketTopic:
 
 
 class SharedPacketTopic:
-    """A topic of packets within this process: `publish` calls the subscribers, in the same thread.
+    """A topic of packets within this process: who publishes calls the subscribers, in the same thread.
 
     Other processes get copies; packets that they publish are not taken.
     """
@@ -56,11 +52,11 @@ class SharedPacketTopic:
         self._subscribers = ()
 
     def advertise(self):
-        """Announce that this process publishes on the topic."""
+        """A function that hands a `Packet` to the subscribers, then to other processes, for whom nobody waits."""
         self._publisher = rospy.Publisher(self._name, String, queue_size=BURST)
+        return self._publish
 
-    def publish(self, packet):
-        """Hand a `Packet` to the subscribers, then to listeners in other processes, for whom nobody waits."""
+    def _publish(self, packet):
         for taken in self._subscribers:
             try:
                 taken(packet)

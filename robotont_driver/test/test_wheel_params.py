@@ -3,11 +3,18 @@ import math
 import pytest
 
 from robotont_driver.kinematics.kinematics import Kinematics
-from robotont_driver.kinematics.wheel_params import MOST_WHEELS, Motor, counts_in_reach, doubts, read_wheels
+from robotont_driver.kinematics.wheel_params import (
+    MOST_WHEELS,
+    Motor,
+    counts_in_reach,
+    doubts,
+    no_load_speeds,
+    read_wheels,
+)
 from robotont_driver.parameters.parameters import ParameterError
 from robotont_driver.protocol.packet import LONGEST_LINE, add_checksum, format_packet
 from robotont_driver.robots.robot_folder import read_wheel_file
-from robotont_testing.robots import BARE, SHIPPED, WHEEL_PARAMS, no_load_speeds
+from robotont_testing.robots import BARE, SHIPPED, WHEEL_PARAMS
 
 
 def faults_of(given):

@@ -7,12 +7,12 @@ import rostest
 from any_robot import SILENCE, ZEROS, draw
 from simulation_test import SimulationTest
 
-from robotont_driver.kinematics.wheel_params import read_wheels
+from robotont_driver.kinematics.wheel_params import no_load_speeds, read_wheels
 from robotont_simulator.simulated_board import configuration
 from robotont_simulator.simulation import Simulation
 from robotont_simulator.world import World
 from robotont_testing.harness import Processes, wait_for
-from robotont_testing.robots import SHIPPED, no_load_speeds, robot_folder
+from robotont_testing.robots import SHIPPED, robot_folder
 
 SEEDS = range(0, 24, 2)  # those with encoders as told
 

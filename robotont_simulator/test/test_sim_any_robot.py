@@ -8,10 +8,10 @@ import pytest
 from any_robot import SILENCE, SPEEDS, ZEROS, Case, draw
 from robot_runs import EMPTY
 
-from robotont_driver.kinematics.wheel_params import read_wheels
+from robotont_driver.kinematics.wheel_params import no_load_speeds, read_wheels
 from robotont_simulator.lockstep import LockstepRun
 from robotont_simulator.simulation import Simulation
-from robotont_testing.robots import SHIPPED, no_load_speeds
+from robotont_testing.robots import SHIPPED
 
 REST = (0.0, 0.0, 0.0)
 STANDS = 0.02  # [m/s] slower is standing: one turned round by rollers, or by one edge of a coarse encoder

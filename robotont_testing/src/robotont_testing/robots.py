@@ -31,8 +31,3 @@ def robot_folder(folder, parameters, **nodes):
     (folder / "wheel_params.yaml").write_text(yaml.safe_dump(parameters))
     (folder / "driver.yaml").write_text(yaml.safe_dump(nodes))
     return str(folder)
-
-
-def no_load_speeds(wheels):
-    """[m/s] of the rim of each of a robot's `Wheels` without load, at the rated voltage."""
-    return tuple(radius * wheels.motor.no_load_speed / wheels.gear for radius in wheels.radii)

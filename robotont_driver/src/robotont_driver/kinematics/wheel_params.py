@@ -39,6 +39,11 @@ def counts_in_reach(wheels):
     return round(turns * FULL_BATTERY * RESERVE * wheels.edges_per_motor_turn)
 
 
+def no_load_speeds(wheels):
+    """[m/s] of each wheel's rim without load, at the rated voltage."""
+    return tuple(radius * wheels.motor.no_load_speed / wheels.gear for radius in wheels.radii)
+
+
 THESIS_KEYS = (
     "wheelAmount",
     "wheelRads",

@@ -26,7 +26,8 @@ ROBOTS = {
         "gearboxReductionRatio": 2.398795}),
     "HEBI setupOmniBase": ((30, 150, 270), 0.235, 0.075, {"robotMass": 12.0}),
     "omnidirectional_controllers 0.21": ((0, 120, 240), 0.21, 0.05, {}),
-    "omnidirectional_controllers 0.1": ((30, 150, 270), 0.1, 0.053112205, {"pidControlFrequency": 1000}),
+    "mateusmenezes95/omnidirectional_controllers, its tests": ((30, 150, 270), 0.1, 0.053112205, {
+        "pidControlFrequency": 1000}),
     "omnidirectional_controllers 0.1826": ((30, 150, 270), 0.1826, 0.060, {}),
     "omni_wheel_controller X": ((45, 135, -135, -45), 0.3347, 0.0762, {"pidControlFrequency": 100}),
     "four motors of 91/6": ((45, 135, 225, 315), math.hypot(0.266413, 0.266413), 0.0762, {
@@ -34,7 +35,7 @@ ROBOTS = {
     "robot_constants.py, gear 13.2": ((0, 120, 240), 8 * 0.0254, 2 * 0.0254, {
         "gearboxReductionRatio": 4.4 * 33 / 11, "encoderEdgesPerMotorRevolution": 48}),
     "robotConfig of 51 mm": ((120, 240, 0), 0.051, 0.0175, {}),
-    "oit_roboclaw_driver omni 4": ((45, 135, 225, 315), 0.259, 0.1, {"pidControlFrequency": 20}),
+    "KMiyawaki/oit_roboclaw_driver omni 4": ((45, 135, 225, 315), 0.259, 0.1, {"pidControlFrequency": 20}),
     "pythfinder KiwiKinematics": ((0, -120, 120), 0.1, 0.03, {}),
     "mbot omni, gear 78": ((30, 150, 270), 0.10843, 0.048, {
         "gearboxReductionRatio": 78.0, "encoderEdgesPerMotorRevolution": 48.0}),

@@ -17,7 +17,7 @@ WAITING = {"set_param", "get_param", "has_param", "delete_param", "search_param"
 TOPICS = ("cmd_vel", "emergency_stop", "serial_write")  # a name that begins so
 ROOTS = {
     "driver_node.py": {"_on_command", "_on_emergency_stop", "_on_release", "_repeat", "_stop"},
-    "serial_com_node.py": {"_on_write", "_on_packet"},
+    "serial_com_node.py": {"_on_write", "on_packet"},
     "connection.py": {"feed", "encode", "stop"},  # in the thread of the link
     "cmd_vel_mux.py": {"_on_command", "_on_pressed_by", "_look", "_on_give_back", "_stop"},
     "guard_sensors.py": {"_on_scan", "_on_range", "_on_static"},  # what they hold back holds back the mux' own threads

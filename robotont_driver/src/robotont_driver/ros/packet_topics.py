@@ -22,8 +22,11 @@ class PacketTopic:
 
     def advertise(self):
         """A function that publishes a `Packet`, which is in the subscribers' sockets when it returns."""
-        publisher = DroppingPublisher(self._name, String)
-        return lambda packet: publisher.publish(String(packet.text))
+        self._publisher = DroppingPublisher(self._name, String)
+        return self._publish
+
+    def _publish(self, packet):
+        self._publisher.publish(String(packet.text))
 
     def subscribe(self, wheels, taken, refused, queue_size=None):
         """From now on call taken(packet) for each `Packet` of `wheels` values, refused(error) for other messages.

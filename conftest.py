@@ -6,6 +6,7 @@ after all others, three at a time; alone_*.test, which measure milliseconds or k
 long_*.test run only when asked for (-m long), nightly_*.test once a day.
 """
 
+import contextlib
 import importlib.util
 import os
 import re
@@ -15,6 +16,7 @@ import sys
 import sysconfig
 import tempfile
 from pathlib import Path
+from xml.etree import ElementTree
 
 import pytest
 
@@ -93,7 +95,7 @@ class Rostest(pytest.Item):
     """A run of rostest."""
 
     def runtest(self):
-        """Run it; all that it prints is shown when it fails."""
+        """Run it; all that it prints is shown when it fails, what its tests print with -s as well."""
         for need in _needs(self.path.read_text()):
             if not (shutil.which(need) or os.access(need, os.W_OK)):
                 pytest.skip(f"{self.name}: no {need}")
@@ -106,6 +108,9 @@ class Rostest(pytest.Item):
             environment["ROS_TEST_RESULTS_DIR"] = results
             result = subprocess.run(["rostest", str(self.path)], env=environment, check=False,
                                     stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+            for found in Path(results).rglob("rosunit-*.xml"):
+                with contextlib.suppress(ElementTree.ParseError):  # its node has crashed
+                    print(ElementTree.parse(str(found)).findtext(".//system-out"))
         if result.returncode:
             raise RostestError(result.stdout)
 

@@ -15,7 +15,11 @@ parser.add_argument("bags", nargs="+", type=Path)
 bags = parser.parse_args().bags
 picture = bags[0].with_suffix(".png")
 for bag in bags:
-    way = [message.pose.pose.position for _, message, _ in rosbag.Bag(str(bag)).read_messages(topics=["odom", "/odom"])]
+    try:
+        messages = rosbag.Bag(str(bag)).read_messages(topics=["odom", "/odom"])
+    except (OSError, rosbag.ROSBagException) as error:  # Unindexed: the recording did not end well; rosbag reindex
+        parser.error(f"{bag}: {error}")
+    way = [message.pose.pose.position for _, message, _ in messages]
     plt.plot([place.x for place in way], [place.y for place in way], label=bag.stem)
     print(f"{len(way)} poses: {picture}")
 plt.axis("equal")

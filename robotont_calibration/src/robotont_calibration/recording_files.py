@@ -49,7 +49,7 @@ def _read_bag(path, topics):
     import rosbag  # here, for CSV needs no ROS
 
     kinds = {"/" + topic.lstrip("/"): kind for kind, topic in topics.items() if topic}
-    recording = Recording()
+    recording, sources = Recording(), {}
     try:
         with rosbag.Bag(str(path)) as bag:
             found = bag.get_type_and_topic_info().topics
@@ -60,14 +60,30 @@ def _read_bag(path, topics):
                 if found[topic].msg_type not in TYPES[kind]:
                     raise RecordingError(f"{path}: {topic}: found {found[topic].msg_type}, "
                                          f"allowed: {', '.join(TYPES[kind])}")
-            for topic, message, time in bag.read_messages(topics=list(wanted)) if wanted else ():
+            if not wanted:
+                raise RecordingError(f"{path}: found none of {', '.join(sorted(kinds))}; there are: "
+                                     f"{', '.join(sorted(found)) or 'no topics'}")
+            for topic, message, time, header in bag.read_messages(topics=list(wanted), return_connection_header=True):
+                _refuse_second(path, topic, wanted[topic], sources, header)
                 recording.take(wanted[topic], time.to_sec(), message)
     except RecordingError:
         raise
+    except rosbag.ROSBagUnindexedException:
+        raise RecordingError(f"{path}: found a bag without its end, as after a loss of power; rosbag reindex {path} "
+                             "makes one of what is there") from None
     except Exception as error:  # a corrupt bag can raise whatever rosbag, its decompressors and generated code raise
         words = f"{type(error).__name__}: {str(error)[:200]}"
         raise RecordingError(f"{path}: no bag that can be read: {words}") from error
     return recording
+
+
+def _refuse_second(path, topic, kind, sources, header):
+    """Raise RecordingError where a second node speaks on a topic: of two robots' poses or packets no path is one's."""
+    name = header.get("callerid", "")
+    name = name.decode() if isinstance(name, bytes) else name
+    if kind != "commands" and sources.setdefault(topic, name) != name:
+        raise RecordingError(f"{path}: {topic}: found two nodes that publish it, {sources[topic]} and {name}, allowed: "
+                             "one")
 
 
 def _read_csv(path):
@@ -95,6 +111,8 @@ def _lines(path):
 
 def _numbers(path, lines, columns=None):
     """The numbers in lines, K x `columns`, or 7 or more as the first. Raises RecordingError unless all are finite."""
+    if not lines:
+        raise RecordingError(f"{path}: found a heading only, allowed: packets")
     columns, table = columns or max(7, lines[0].count(",") + 1), []
     for line in lines:
         try:

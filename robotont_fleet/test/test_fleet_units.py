@@ -13,7 +13,7 @@ from prometheus_client.parser import text_string_to_metric_families
 
 from robotont_fleet import fleet_node
 from robotont_fleet import zenoh_keys as keys
-from robotont_fleet.fleet_page import StopFile, read_ground
+from robotont_fleet.fleet_page import StopFile, arguments, read_ground
 from robotont_fleet.known_robots import MOST, NEEDS, Fleet
 from robotont_fleet.mailbox import Mailbox
 from robotont_fleet.messages import TO_PAGE, TO_ROBOT, read_order, read_state, read_values
@@ -422,3 +422,15 @@ def test_metrics_are_read_by_prometheus_own_parser():
     assert found["robotont_up"] == [("r1", "a", None, None, 1.0), ("r2", "", None, None, 0.0)]
     assert found["robotont_state_age_seconds"] == [("r2", "", None, None, 0.5)]
     assert found["robotont_diagnostic"] == [("r1", None, 'a "task"\n', "level", 2.0), ("r2", None, "half ?", "n", 3.0)]
+
+
+@pytest.mark.parametrize("words, found", [
+    (["--port", "99999999"], "--port: found '99999999', allowed: 0 to 65535"),
+    (["--router-port", "-1"], "expected one argument|found '-1'"),
+    (["--router", "10.0.0.1"], "--router: found '10.0.0.1', allowed: tcp/ADDRESS:PORT")])
+def test_a_port_or_router_that_is_none_is_refused(words, found, capsys):
+    """The page of port 99999999 was at 57599."""
+    with pytest.raises(SystemExit):
+        arguments(words)
+    assert re.search(found, capsys.readouterr().err)
+    assert arguments(["--router", "tls/[fe80::1%eth0]:7447", "--port", "0"]).router == "tls/[fe80::1%eth0]:7447"

@@ -10,6 +10,7 @@ import asyncio
 import contextlib
 import io
 import json
+import re
 import signal
 import sys
 import time
@@ -44,14 +45,29 @@ LARGEST_IMAGE, LARGEST_STOPS = 10 ** 8, 10 ** 7  # [bytes] of files
 KEEPS = 1.0    # [s] that an order waits for the disk before it is answered
 
 
+def port(text):
+    """A number of a port, 0: any; a larger one would be taken for another. Raises ArgumentTypeError."""
+    if not re.fullmatch("[0-9]{1,5}", text) or int(text) > 65535:
+        raise argparse.ArgumentTypeError(f"found {text!r}, allowed: 0 to 65535")
+    return int(text)
+
+
+def router(text):
+    """An address as zenoh writes it. Raises ArgumentTypeError."""
+    if text and not re.fullmatch(r"(tcp|tls)/[\w.:%\[\]-]+:[0-9]{1,5}", text):
+        raise argparse.ArgumentTypeError(f"found {text!r}, allowed: tcp/ADDRESS:PORT or tls/ADDRESS:PORT")
+    return text
+
+
 def arguments(given=None):
     """Of the command line."""
     parser = CommandLine(prog="./robotont fleet", description=__doc__,
                          formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--network", action="store_true", help="other computers may come, with token and passwords")
-    parser.add_argument("--port", type=int, default=8110, help="of the page [8110]")
-    parser.add_argument("--router-port", type=int, default=7447, help="of the router, to which robots connect [7447]")
-    parser.add_argument("--router", default="", help="another router to use, as zenoh writes it: tcp/ADDRESS:7447")
+    parser.add_argument("--port", type=port, default=8110, help="of the page [8110]")
+    parser.add_argument("--router-port", type=port, default=7447, help="of the router, to which robots connect [7447]")
+    parser.add_argument("--router", type=router, default="",
+                        help="another router to use, as zenoh writes it: tcp/ADDRESS:7447")
     parser.add_argument("--map", default="", help="the map that the robots share: map_server's .yaml")
     parser.add_argument("--certificate", default="",
                         help="TLS certificate and private key, one file: the page by https, the robots by tls/")

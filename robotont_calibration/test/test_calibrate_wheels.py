@@ -1,4 +1,6 @@
+import errno
 import math
+import os
 import re
 import tarfile
 import unittest.mock
@@ -90,6 +92,15 @@ def test_with_a_ground_truth(runs, tmp_path, capsys):
     assert "tracked 5" in output
     assert error == ""
     assert (tmp_path / "a.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_a_full_disk_costs_no_older_parameters(runs, tmp_path, monkeypatch, capsys):
+    def full(_handle):
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+    (tmp_path / "new.yaml").write_text("mine: 1\n")
+    monkeypatch.setattr(os, "fsync", full)
+    assert calibrated(tmp_path, *runs[1][::2], "--force", "--radius", "common") == (1, {"mine": 1})
+    assert "No space left on device" in capsys.readouterr().err
 
 
 def test_a_gap_in_the_stamps_is_named(runs, tmp_path, capsys):

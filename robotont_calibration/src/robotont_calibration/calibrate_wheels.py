@@ -17,6 +17,7 @@ from robotont_calibration.recording_files import FORMATS, read_recording
 from robotont_calibration.recordings import stamps_of
 from robotont_calibration.truth_columns import implausible, wrong_columns
 from robotont_calibration.wheel_estimation import calibrate
+from robotont_driver.parameters.files import write_file
 from robotont_driver.robots.robot_folder import read_wheel_file
 
 TRACKED = (0.002, math.radians(0.2))  # [m], [rad] error of a ground truth's poses, and of their stamps
@@ -136,11 +137,11 @@ def run(options):
     values = {**found.parameters, "measuredPoint": [round(length, 4) for length in found.point]}  # to 0.1 mm
     if "measuredPoint" not in given and found.point == NOWHERE:
         del values["measuredPoint"]
-    Path(options.output).write_text(
+    write_file(options.output, (
         f"# Made by calibrate_wheels from {', '.join(each.name for each in runs)}.\n"
         f"# What the keys mean, in which units: config/wheel_params.yaml. Before: {options.wheel_params}\n"
         + yaml.safe_dump({key: rounded(value) for key, value in values.items()}, sort_keys=False,
-                         default_flow_style=None))
+                         default_flow_style=None)))
     print(f"parameters: {options.output}")
     return DOUBTFUL if warnings else 0
 

@@ -14,6 +14,7 @@ from robotont_calibration.arguments import read_end
 from robotont_calibration.recording_files import write_csv
 from robotont_calibration.recordings import Recording, stamps_of
 from robotont_calibration.standard_drives import calibration_drives
+from robotont_driver.parameters.files import write_file
 from robotont_driver.robots.robot_folder import WHEELS, shipped
 from robotont_driver.ros.lifecycle import running_wheels
 from robotont_driver.rospy_repairs.rospy_end import init_tool
@@ -47,7 +48,7 @@ def guide(options, wheels):
             break
         if run != "s":
             made.append(run)
-            (folder / "runs.txt").write_text("\n".join(made) + "\n")  # now: whatever comes, this run is kept
+            write_file(folder / "runs.txt", "\n".join(made) + "\n")  # now: whatever comes, this run is kept
     if not made:
         raise ValueError("found no run to calibrate with")
     print(f"\nkept: {folder}/*.csv; the same again: calibrate_wheels --wheel-params ... @{folder}/runs.txt\n")

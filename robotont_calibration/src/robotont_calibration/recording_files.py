@@ -9,11 +9,13 @@ robots with three and four omni wheels, and with others; its runs are read as th
 """
 
 import csv
+import io
 from pathlib import Path
 
 import numpy as np
 
 from robotont_calibration.recordings import Recording, RecordingError
+from robotont_driver.parameters.files import write_file
 from robotont_driver.parameters.parameters import shown
 
 FORMATS = ("auto", "optiodom")
@@ -138,8 +140,9 @@ def _recording(times, counts, poses):
 def write_csv(path, packets, truth=None):
     """Write packets [(time, counts)], and where `truth` [(time, (x, y, yaw))] is given, a pose for each."""
     wheels = len(packets[0][1])
-    with open(str(path), "w", newline="") as file:
-        writer = csv.writer(file)
-        writer.writerow(["time", *(f"m{wheel}" for wheel in range(wheels)), *(("x", "y", "yaw") if truth else ())])
-        for index, (time, counts) in enumerate(packets):
-            writer.writerow([f"{time:.6f}", *counts, *(truth[index][1] if truth else ())])
+    file = io.StringIO(newline="")
+    writer = csv.writer(file)
+    writer.writerow(["time", *(f"m{wheel}" for wheel in range(wheels)), *(("x", "y", "yaw") if truth else ())])
+    for index, (time, counts) in enumerate(packets):
+        writer.writerow([f"{time:.6f}", *counts, *(truth[index][1] if truth else ())])
+    write_file(path, file.getvalue())

@@ -110,6 +110,9 @@ def test_a_world_brings_its_map_and_its_start(tmp_path, world):
     assert tuple(launch.parameters[f"/amcl/initial_pose_{axis}"] for axis in "xya") == read_world(file).start
 
 
+MAP = "image: no.pgm\nresolution: 0.05\norigin: [0, 0, 0]\nnegate: 0\noccupied_thresh: 0.65\nfree_thresh: 0.2"
+
+
 def test_a_world_without_a_map_is_refused():
     words = map_file.fault(ROOT / "config" / "maps" / "empty.yaml")
     assert words.startswith(f"no map {ROOT}/config/maps/empty.yaml. Beside it are: maze, room. A world of the ")
@@ -119,9 +122,13 @@ def test_a_world_without_a_map_is_refused():
 
 
 @pytest.mark.parametrize("text, words", [
-    ("image: no.pgm\nresolution: 0.05\norigin: [0, 0, 0]", "its image {folder}/no.pgm is missing"),
-    ("walls: []", "no image, resolution, origin: not a map of map_server"),
-    ("- 1", "allowed: image, resolution and origin"),
+    (MAP, "its image {folder}/no.pgm is missing"),
+    (MAP.replace("no.pgm", "."), "its image {folder} is missing"),
+    (MAP.replace("0.05", "5 cm"), "resolution: found '5 cm', allowed: a number > 0 [m]"),
+    (MAP.replace("0.05", "5e-2"), "'5e-2' is a text to YAML, write 0.05"),
+    (MAP.replace("[0, 0, 0]", "[0, 0]"), "origin: found [0, 0], allowed: [x, y, yaw], three numbers"),
+    ("walls: []", "no image, resolution, origin, occupied_thresh, free_thresh, negate: not a map of map_server"),
+    ("- 1", "allowed: image, resolution, origin, occupied_thresh"),
 ])
 def test_a_file_that_is_no_map_is_named(tmp_path, text, words):
     file = tmp_path / "map.yaml"

@@ -60,14 +60,14 @@ def shapes(kind, entry):
         rows = ["w" + row + "w" for row in tag(int(number))]
         size *= 11 / 9  # a tag's size is that of its black part; around it is one row of white
         return _painted(kind, x, y, yaw, size, ["w" * 11, *rows, "w" * 11])
-    bad = [row for row in rest if not isinstance(row, str) or len(row) != len(rest[0]) or set(row) - set(LETTERS)]
-    if not rest or bad:
+    sizes = {len(row) if isinstance(row, str) and set(row) <= set(LETTERS) else 0 for row in rest}
+    if len(sizes) != 1 or 0 in sizes:
         raise ValueError(f"rows of one length, of the letters {' '.join(LETTERS)}")
     return _painted(kind, *numbers, rest)
 
 
 def _colour(rest, words):
-    if len(rest) != 1 or rest[0] not in COLOURS:
+    if len(rest) != 1 or rest[0] not in list(COLOURS):
         raise ValueError(f"{words}, with a colour of {', '.join(COLOURS)}")
     return COLOURS[rest[0]]
 

@@ -3,6 +3,7 @@
 import json
 import math
 import re
+from concurrent.futures import ThreadPoolExecutor
 
 import pytest
 from fleet_rig import STATE
@@ -383,6 +384,12 @@ def test_each_robot_gets_its_own_keys_only(tmp_path):
     (tmp_path / "users").chmod(0o644)
     with pytest.raises(ValueError, match="600"):
         read_users(tmp_path / "users")
+
+
+def test_robots_that_are_added_at_once_all_have_their_passwords(tmp_path):
+    with ThreadPoolExecutor(8) as starts:
+        list(starts.map(lambda number: add_users(tmp_path / "users", [f"r{number}"]), range(40)))
+    assert set(read_users(tmp_path / "users")) == {"teacher", *(f"r{number}" for number in range(40))}
 
 
 @pytest.mark.parametrize("content, words", [

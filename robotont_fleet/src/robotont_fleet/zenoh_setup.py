@@ -6,7 +6,7 @@ import os
 import secrets
 from pathlib import Path
 
-from robotont_driver.parameters.files import read_file, write_file
+from robotont_driver.parameters.files import alone_in, read_file, write_file
 from robotont_fleet.zenoh_keys import TEACHER, check_name, keys_of
 from robotont_teleop.web.access import read_or_make_token
 from robotont_teleop.web.page_setup import ros_home
@@ -111,9 +111,9 @@ def read_users(path):
 
 def add_users(path, names):
     """{name: password} with a new password for each name, and one for the teacher where there is none."""
-    users = read_users(path)
-    users.update({name: secrets.token_urlsafe(16) for name in map(check_name, names)})
-    users.setdefault(TEACHER, secrets.token_urlsafe(16))
-    Path(path).parent.mkdir(parents=True, exist_ok=True)
-    write_file(path, "".join(f"{name}:{password}\n" for name, password in users.items()), 0o600)
+    with alone_in(Path(path).parent):
+        users = read_users(path)
+        users.update({name: secrets.token_urlsafe(16) for name in map(check_name, names)})
+        users.setdefault(TEACHER, secrets.token_urlsafe(16))
+        write_file(path, "".join(f"{name}:{password}\n" for name, password in users.items()), 0o600)
     return users

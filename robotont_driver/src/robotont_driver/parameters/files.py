@@ -2,6 +2,7 @@
 
 import contextlib
 import errno
+import fcntl
 import math
 import os
 import re
@@ -144,6 +145,18 @@ def _refuse_other(path):
     """Raise OSError where a path is there and leads to no file: a pipe waits for ever, a device would be replaced."""
     if os.path.exists(str(path)) and not os.path.isfile(str(path)):
         raise OSError(errno.EINVAL, "it is no file", str(path))
+
+
+@contextlib.contextmanager
+def alone_in(folder):
+    """While the block lasts no other process is in such a block for this folder, which is made where it is missing."""
+    os.makedirs(str(folder), exist_ok=True)
+    handle = os.open(str(folder), os.O_RDONLY)
+    try:
+        fcntl.flock(handle, fcntl.LOCK_EX)
+        yield
+    finally:
+        os.close(handle)
 
 
 def flush_folder(folder):

@@ -1,17 +1,15 @@
 """Who may open the page: token, cookie, Host and Origin; free of network and clock."""
 
-import fcntl
 import hashlib
 import hmac
 import ipaddress
-import os
 import re
 import secrets
 from collections import deque
 from pathlib import Path
 from urllib.parse import urlsplit
 
-from robotont_driver.parameters.files import read_file, write_file
+from robotont_driver.parameters.files import alone_in, read_file, write_file
 
 LOCAL_NAMES = ("localhost", "127.0.0.1", "::1")
 ATTEMPTS, ATTEMPTS_PERIOD = 5, 60.0  # wrong tokens of an address within [s], after which none of it is looked at
@@ -26,14 +24,9 @@ def read_or_make_token(path):
     Raises OSError, or ValueError when others may read the file or it holds no token.
     """
     path = Path(path)
-    path.parent.mkdir(parents=True, exist_ok=True)
-    folder = os.open(str(path.parent), os.O_RDONLY)
-    try:
-        fcntl.flock(folder, fcntl.LOCK_EX)  # of two that start at once the second reads what the first has made
+    with alone_in(path.parent):  # of two that start at once the second reads what the first has made
         if not path.exists() or not path.stat().st_size:
             write_file(path, secrets.token_urlsafe(16) + "\n", 0o600)
-    finally:
-        os.close(folder)
     mode = path.stat().st_mode & 0o777
     if mode & 0o077:
         raise ValueError(f"{path}: found mode {mode:o}, allowed: 600 (others could read the token)")

@@ -30,7 +30,7 @@ class Simulation:
         self.mujoco_model = mujoco.MjModel.from_xml_string(build(wheels, world))
         self.data = mujoco.MjData(self.mujoco_model)
         self.voltage = VOLTAGE
-        self._steps = round(1.0 / wheels.pid_frequency / TIMESTEP)
+        self._steps = max(1, round(1.0 / wheels.pid_frequency / TIMESTEP))
         self.mujoco_model.opt.timestep = 1.0 / wheels.pid_frequency / self._steps
         self._body = self.mujoco_model.body("base_link").id
         self._angle_at = [int(self.mujoco_model.joint(f"wheel{wheel}").qposadr[0]) for wheel in range(wheels.amount)]

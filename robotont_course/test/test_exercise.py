@@ -1,16 +1,23 @@
 """./robotont exercise: a student's program in the simulator."""
 
+import contextlib
 import csv
+import math
 import os
 import re
 import subprocess
 import sys
+import time
 from pathlib import Path
 
+import numpy as np
 import pytest
 
-from robotont_course.exercise import parse, show_list, show_task
+from robotont_course import judge, stage
+from robotont_course.exercise import main, parse, show_list, show_task
 from robotont_course.exercises import EXERCISES
+from robotont_course.picture import draw_class, draw_run
+from robotont_simulator.world import Box, World
 
 PACKAGE = Path(__file__).resolve().parents[1]
 TEMPLATES, SOLUTIONS = PACKAGE / "exercises", PACKAGE / "test" / "solutions"
@@ -36,12 +43,19 @@ WRONG = {  # programs of exercise 2 by what is wrong: the text, and what the jud
     "nan": (HEAD + "twist.linear.x = float('nan')\n" + LOOP, "not a number"),
     "infinite": (HEAD + "twist.linear.x = float('inf')\n" + LOOP, "not a number"),
     "once": (HEAD + "twist.linear.x = 0.2\npublisher.publish(twist)\nrospy.spin()\n", "published one command only"),
-    "another_topic": (HEAD.replace("cmd_vel", "cmd_val") + "twist.linear.x = 0.2\n" + LOOP, "published nothing"),
+    "another_topic": (HEAD.replace("cmd_vel", "cmd_val") + "twist.linear.x = 0.2\n" + LOOP,
+                      "but on /cmd_val (geometry_msgs/Twist)"),
     "two_nodes": ("import os\nwho = os.fork()\n" + HEAD.replace("'mine'", "'mine' if who else 'other'")
                   + "twist.linear.x = 0.1\n" + LOOP, "2 nodes publish on cmd_vel"),
     "floods": (HEAD + "twist.linear.x = 0.1\nwhile not rospy.is_shutdown():\n    publisher.publish(twist)\n",
                "commands a second"),
-    "prints": ("while True:\n    print('x' * 1000)\n", "published nothing"),
+    "prints": ("while True:\n    print('x' * 1000)\n", "it printed more than 10 MB"),
+    "ends_its_parents_group": ("import os, signal\nos.killpg(os.getpgid(os.getppid()), signal.SIGKILL)\n",
+                               "ended by an error"),
+    "forks_and_ends": ("import os, time\nfor _ in range(20):\n    if not os.fork():\n        break\nwhile True:\n"
+                       "    if os.fork():\n        os._exit(0)\n    time.sleep(0.01)\n", "published nothing"),
+    "removes_its_folder": ("import shutil\nshutil.rmtree('.')\nraise SystemExit(5)\n", "ended by an error"),
+    "stamped": (HEAD.replace("Twist", "TwistStamped") + LOOP, "but on /cmd_vel (geometry_msgs/TwistStamped)"),
     "eats_memory": ("x = []\nwhile True:\n    x.append(bytes(10 ** 8))\n", "MemoryError"),
     "fills_the_disk": ("with open('big', 'wb') as file:\n    while True:\n        file.write(bytes(10 ** 7))\n",
                        "ended by an error"),
@@ -58,7 +72,8 @@ WRONG = {  # programs of exercise 2 by what is wrong: the text, and what the jud
              "lie.pose.pose.position.x = 1.35\nlie.pose.pose.orientation.w = 1.0\n"
              "while not rospy.is_shutdown():\n    lie.header.stamp = rospy.Time.now()\n    publisher.publish(lie)\n"
              "    rospy.sleep(0.01)\n", "published nothing"),
-    "takes_its_name": ("import rospy\nrospy.init_node('simulator_node')\nrospy.spin()\n", "published nothing"),
+    "takes_its_name": ("import rospy\nrospy.init_node('simulator_node')\nrospy.spin()\n",
+                       "took the name /simulator_node"),
     "stops_too_far": (HEAD + "twist.linear.x = 0.2\nfor _ in range(20):\n    publisher.publish(twist)\n"
                       "    rospy.sleep(0.1)\n", "from the wall, 0.55 to 0.65 m wanted"),
 }
@@ -85,6 +100,89 @@ def test_the_list_and_a_number_in_place_of_a_name(capsys):
     assert lines[1].startswith("2  distance   keep a distance")
     assert len(lines) == len(EXERCISES) + 1
     assert parse(["2"]).name == parse(["distance"]).name == "distance"
+
+
+@pytest.mark.parametrize("words, found", [
+    (["square", "photo.png"], "photo.png', allowed: a program, a file NAME.py that is there"),  # which it drew over
+    (["square", "folder.py"], "folder.py', allowed"), (["square", "none.py"], "none.py', allowed"),
+    (["square", "--class", "."], "found no programs, *.py, in ."), (["9"], "invalid choice"),
+    (["square", "a.py", "--seed", "-1"], "allowed: 0 and more"), (["--class", "."], "found no NAME")])
+def test_what_is_no_program_is_refused_before_anything_starts(words, found, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "photo.png").touch()
+    (tmp_path / "folder.py").mkdir()
+    (tmp_path / "broken.py").symlink_to("none")
+    if "a.py" in words:
+        (tmp_path / "a.py").touch()
+    with pytest.raises(SystemExit):
+        parse(words)
+    assert found in capsys.readouterr().err
+
+
+def test_a_folder_that_cannot_be_written_is_told_without_a_traceback(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "square.py").symlink_to("none/square.py")
+    monkeypatch.setattr(sys, "argv", ["exercise", "square"])
+    assert main() == 2
+    assert "square.py: No such file or directory: is there room" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("program", [WRONG["forks_and_ends"][0], WRONG["ignores_ctrl_c"][0],
+                                     WRONG["leaves_children"][0], WRONG["ends_its_parents_group"][0], ""])
+def test_nothing_that_a_program_has_started_is_left(program, tmp_path):
+    (tmp_path / "a.py").write_text(program)
+    output = tmp_path / f"output_{os.getpid()}"
+    process = stage.start_program(tmp_path / "a.py", output)
+    time.sleep(0.5)  # in which it starts, or ends
+    stage.end_program(process, output.name)
+    assert process.returncode is not None
+    for _ in range(50):  # those that fork away are found by chance
+        assert not [one for one in Path("/proc").glob("[0-9]*/environ") if marked(one, output.name)]
+
+
+class Standing:
+    """A `stage.Witness` of a robot that stands."""
+
+    def __init__(self):
+        self.commands, self.nodes, self.bad, self._begin = [], [], math.inf, time.monotonic()
+
+    heard = property(lambda self: time.monotonic())
+    rows = property(lambda self: [
+        (number / 50, *5 * [0.0]) for number in range(2 + int(50 * (time.monotonic() - self._begin)))])
+
+
+@pytest.mark.parametrize("program, said", [
+    (WRONG["exits_with_3"][0], "ended by an error: 3"), (WRONG["kills_itself"][0], "ended by an error: SIGKILL"),
+    (WRONG["ends_its_parents_group"][0], "ended by an error: SIGKILL"), (WRONG["prints"][0], "more than 10 MB"),
+    (WRONG["removes_its_folder"][0], "ended by an error"), (WRONG["asks"][0].replace(HEAD, ""), "EOFError"),
+    ("", "published no geometry_msgs/Twist on cmd_vel, but on /x (y)"),
+    ("print('[/judged] Reason: new node registered with same name')", "took the name /judged")])
+def test_how_a_program_ended_is_told(program, said, tmp_path, monkeypatch):
+    """The way of `stage.play`, without a simulator."""
+    monkeypatch.setattr(stage, "nodes", lambda: {"/judged"})
+    monkeypatch.setattr(stage, "published", lambda robots: ("/x (y)",))
+    exercise = EXERCISES["distance"]._replace(limit=20.0)
+    (tmp_path / "home").mkdir()
+    (tmp_path / "a.py").write_text(program)
+    world = World((Box(2.0, 0.0, 0.1, 4.0, 0.0),), (0.0, 0.0, 0.0))
+    run, ended, _ = stage.play(exercise, tmp_path / "a.py", world, Standing(), tmp_path / "home")
+    assert said in "; ".join(words for _, words in judge.faults(exercise, run, ended))
+    assert run.path[-1, 0] < 15.0
+
+
+def marked(environment, name):
+    with contextlib.suppress(OSError):
+        return f"{stage.MARK}={name}".encode() in environment.read_bytes().split(b"\0") and \
+            b"Z" not in (environment.parent / "stat").read_bytes().rpartition(b")")[2]
+    return False
+
+
+@pytest.mark.parametrize("words", ["NameError: $x_{ $", "\udcff", "a\nb"])
+def test_any_words_become_a_title(words, tmp_path):
+    run = judge.Run(np.zeros((2, 6)), World((), (0.0, 0.0, 0.0)), 0.2)
+    draw_run(run, [(0.0, words)], words, tmp_path / "a.png")
+    draw_class([(run, [], words), (None, [(0.0, words)], words)], tmp_path / "b.png")
+    assert (tmp_path / "b.png").stat().st_size > 1000
 
 
 @pytest.mark.parametrize("name", EXERCISES)

@@ -88,10 +88,15 @@ def test_a_wrong_way_is_named(name, corners, said):
 
 @pytest.mark.parametrize("facts, said", [
     ({"commands": ()}, "published nothing on cmd_vel"),
+    ({"commands": (), "topics": ("/cmd_vel (geometry_msgs/TwistStamped)",)},
+     "published no geometry_msgs/Twist on cmd_vel, but on /cmd_vel (geometry_msgs/TwistStamped)"),
+    ({"taken": "/robotont_node"}, "took the name /robotont_node, which is the robot's: give your node another"),
     ({"commands": (1.0,)}, "one command only: a command holds for 0.5 s"),
     ({"bad_command": 2.0}, "not a number (NaN or infinite)"),
     ({"nodes": ("/one", "/two")}, "2 nodes publish on cmd_vel, their commands mix: /one, /two"),
     ({"status": 1, "error": "line 3: NameError: x", "ended": 1.0}, "ended by an error: line 3: NameError: x"),
+    ({"status": -9}, "ended by an error: SIGKILL"), ({"status": 139}, "ended by an error: SIGSEGV"),
+    ({"status": 3}, "ended by an error: 3"), ({"status": 255}, "ended by an error: 255"),
     ({"commands": tuple(np.linspace(0, 3, 9000))}, "more than 500 commands a second"),
     ({"commands": (0.5, 0.6, 0.7)}, "no command for 3.9 s: without one"),
     ({"commands": (3.5, 3.6, 3.7)}, "only now the first command"),

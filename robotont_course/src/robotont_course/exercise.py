@@ -35,9 +35,11 @@ def parse(words):
     options = parser.parse_args(words)
     if not options.name and words:
         parser.error("found no NAME, allowed: " + ", ".join(EXERCISES))
-    if options.file and not options.file.is_file():
-        parser.error(f"found no file {options.file}")
-    if options.folder and not sorted(options.folder.glob("*.py")):
+    if options.file and not (options.file.is_file() and options.file.suffix == ".py"):
+        parser.error(f"FILE: found {str(options.file)!r}, allowed: a program, a file NAME.py that is there")
+    if options.seed < 0:
+        parser.error(f"--seed: found {options.seed}, allowed: 0 and more")
+    if options.folder and not programs(options.folder):
         parser.error(f"found no programs, *.py, in {options.folder}")
     return options
 
@@ -45,6 +47,11 @@ def parse(words):
 def number(name):
     """A name that is a number; else 0."""
     return int(name) if name.isdecimal() else 0
+
+
+def programs(folder):
+    """The programs of a class, files (Path)."""
+    return sorted(file for file in folder.glob("*.py") if file.is_file())
 
 
 def tasks():
@@ -106,17 +113,23 @@ def run_class(options):
     from robotont_course import picture
 
     rows, drawn = [], []
-    for file in sorted(options.folder.glob("*.py")):
+    for file in programs(options.folder):
         with tempfile.TemporaryDirectory() as folder:
-            result = Path(folder) / "result"
-            command = [sys.executable, sys.argv[0], options.name, str(file), "--seed", str(options.seed),
+            # a copy in a folder of its own: one that is called math.py or rospy.py would be every other's module
+            result, program = Path(folder) / "result", Path(folder) / file.name
+            command = [sys.executable, sys.argv[0], options.name, str(program), "--seed", str(options.seed),
                        "--result", str(result)]
             try:
+                shutil.copy(str(file), str(program))
                 done = subprocess.run(command, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL,
                                       stderr=subprocess.PIPE, text=True, check=False,
                                       timeout=EXERCISES[options.name].limit + PATIENCE)
                 run, faults = pickle.loads(result.read_bytes()) if result.exists() else (
                     None, [(0.0, "not judged: " + done.stderr.strip()[-300:])])
+                if program.with_suffix(".png").exists():
+                    shutil.copy(str(program.with_suffix(".png")), str(file.with_suffix(".png")))
+            except OSError as error:
+                run, faults = None, [(0.0, f"not judged: {error.strerror}")]
             except subprocess.TimeoutExpired:
                 run, faults = None, [(0.0, "not judged: its run did not end")]
         seconds, way, touch = (run.path[-1, 0], judge.way(run), judge.touch(run)) if run else (0.0, 0.0, None)
@@ -125,7 +138,8 @@ def run_class(options):
                      "yes" if run and judge.stands_for(run) > 0.5 else "no", "; ".join(words_of(faults))])
         drawn.append((run, faults, f"{file.name}: " + ("no" if faults else f"passed, {seconds:.1f} s")))
         print(f"{file.name:30} {rows[-1][1]:7} {rows[-1][-1]}", flush=True)
-    with open(str(options.folder / "results.csv"), "w", newline="") as table:
+    with open(str(options.folder / "results.csv"), "w", newline="", encoding="utf-8",
+              errors="backslashreplace") as table:
         csv.writer(table).writerows([
             ["file", "result", "seconds", "way [m]", "touched at [s]", "stands at the end", "words"], *rows])
     picture.draw_class(drawn, options.folder / "results.png")
@@ -135,13 +149,19 @@ def run_class(options):
 
 def main():
     """Run the command; returns the exit status."""
+    for stream in (sys.stdout, sys.stderr):
+        stream.reconfigure(errors="backslashreplace")  # names of files in whatever encoding
     options = parse(sys.argv[1:])
-    if options.folder:
-        return run_class(options)
-    if options.file:
-        return run_file(options)
-    if options.name:
-        show_task(options.name)
-    else:
-        show_list()
+    try:
+        if options.folder:
+            return run_class(options)
+        if options.file:
+            return run_file(options)
+        if options.name:
+            show_task(options.name)
+        else:
+            show_list()
+    except OSError as error:
+        print(f"exercise: {error.filename}: {error.strerror}: is there room, and may you write there?", file=sys.stderr)
+        return 2
     return 0

@@ -1,6 +1,7 @@
 """The rules of the exercises: the robot's true path in, what was wrong out, in words and at which second. Pure code."""
 
 import math
+import signal
 from typing import Any, NamedTuple, Tuple
 
 import numpy as np
@@ -36,6 +37,8 @@ class Program(NamedTuple):
     status: Any = None                 # exit status; None: it ran until its end was asked for
     error: str = ""                    # last line that it wrote on its end by an error
     ended: float = math.inf            # [s]
+    topics: Tuple[str, ...] = ()       # with types, on which it published before any command
+    taken: str = ""                    # names of the robot's own nodes that it took
 
 
 def clearance(run):
@@ -89,8 +92,8 @@ def faults(exercise, run, program):
     """What was wrong, a list of (time [s], words), the earliest first; empty when the exercise is passed."""
     end, touched = float(run.path[-1, 0]), touch(run)
     broken = program.status not in (None, 0)  # which explains the rest
-    found = [(program.ended, f"the program ended by an error: {program.error or program.status}")] if broken else \
-        _program_faults(program, run)
+    found = [(program.ended, f"the program ended by an error: {program.error or _status(program.status)}")] \
+        if broken else _program_faults(program, run)
     if touched is not None:
         found.append((touched, f"touched {touched_thing(run)}"))
     elif not broken:
@@ -104,16 +107,26 @@ def faults(exercise, run, program):
     return sorted(found)
 
 
+def _status(status):
+    """An exit status in words; a shell gives 128 and the number for a signal."""
+    number = -status if status < 0 else status - 128
+    return signal.Signals(number).name if number in {*signal.Signals} else f"{status}"
+
+
 def _program_faults(program, run):
     """Those that are seen without the robot, and what explains why it did not move."""
     found = []
+    if program.taken:
+        found.append((min(program.ended, float(run.path[-1, 0])),
+                      f"took the name {program.taken}, which is the robot's: give your node another"))
     if math.isfinite(program.bad_command):
         found.append((program.bad_command, "a command that is not a number (NaN or infinite): the robot refuses it"))
     if len(program.nodes) > 1:
         found.append((min(program.commands), f"{len(program.nodes)} nodes publish on cmd_vel, their commands mix: "
                       + ", ".join(program.nodes)))
     if not program.commands:
-        found.append((0.0, "published nothing on cmd_vel"))
+        found.append((0.0, f"published no geometry_msgs/Twist on cmd_vel, but on {', '.join(program.topics)}"
+                      if program.topics else "published nothing on cmd_vel"))
     elif len(program.commands) == 1:
         found.append((program.commands[0], "published one command only: a command holds for 0.5 s, repeat it"))
     elif len(program.commands) > FLOOD * max(1.0, np.ptp(program.commands)):

@@ -20,7 +20,7 @@ def draw_run(run, faults, title, file):
     figure, axes = plt.subplots(figsize=(6.4, 6.0))
     _draw(axes, run, faults)
     axes.set(xlabel="x [m]", ylabel="y [m]")
-    axes.set_title(title, fontsize=9, wrap=True, color=BAD if faults else GOOD)
+    axes.set_title(_plain(title), fontsize=9, wrap=True, color=BAD if faults else GOOD)
     figure.tight_layout()
     figure.savefig(str(file), dpi=100)
     plt.close(figure)
@@ -35,12 +35,17 @@ def draw_class(results, file):
         axes.set_axis_off()
         if result:
             run, faults, title = result
-            axes.set_title(title, fontsize=8, color=BAD if faults else GOOD)
+            axes.set_title(_plain(title), fontsize=8, color=BAD if faults else GOOD)
             if run:
                 _draw(axes, run, faults)
     figure.tight_layout()
     figure.savefig(str(file), dpi=80)
     plt.close(figure)
+
+
+def _plain(title):
+    """Without what matplotlib would take for a formula."""
+    return title.replace("$", r"\$")
 
 
 def _draw(axes, run, faults):

@@ -3,6 +3,7 @@
 import contextlib
 import math
 import os
+import re
 import signal
 import socket
 import subprocess
@@ -28,6 +29,7 @@ from robotont_driver.rospy_repairs import rospy_internals
 from robotont_simulator.world import read_world
 
 START = 60.0      # [s] for the stack to start
+PATIENCE = 10.0   # [s] for all that a program has started to end
 SILENCE = 3.0     # [s] without the simulator's word, after which it is gone
 OUTPUT = 10 ** 7  # [bytes] that a program may write into a file, and print
 MEMORY = 6 * 2 ** 30  # [bytes] of addresses
@@ -76,7 +78,7 @@ def stack(exercise, world, folder):
                                    stdin=subprocess.DEVNULL, stdout=output, stderr=subprocess.STDOUT,
                                    start_new_session=True)
     try:
-        yield lambda: StageError(log.read_text(errors="replace")[-3000:]) if process.poll() is not None else None
+        yield lambda: StageError(end_of(log, 3000)) if process.poll() is not None else None
     finally:
         with contextlib.suppress(ProcessLookupError, subprocess.TimeoutExpired):
             os.killpg(process.pid, signal.SIGINT)
@@ -118,27 +120,41 @@ class Witness:
 
 
 def start_program(file, output):
-    """The student's program in a process, a session and a folder of its own; no display, bounded files and memory."""
-    bounds = ["prlimit", f"--fsize={OUTPUT}", f"--as={MEMORY}", "--core=0", "nice", "-n", "5"]
+    """The student's program in a process, a session and a folder of its own; no display, bounded files and memory.
+
+    Its parent is a shell in that session: who ends the parent or its group ends nothing of ours.
+    """
+    bounds = ["sh", "-c", 'exec 3>&2 2>/dev/null; (exec "$@" 2>&3 3>&-); exit $?', "sh",  # which says nothing itself
+              "prlimit", f"--fsize={OUTPUT}", f"--as={MEMORY}", "--core=0", "nice", "-n", "5"]
     environment = {name: value for name, value in os.environ.items() if name not in ("DISPLAY", "WAYLAND_DISPLAY")}
-    environment.update({MARK: output.name, "PYTHONUNBUFFERED": "1", "HOME": str(output.parent)})
+    environment.update({MARK: output.name, "PYTHONUNBUFFERED": "1", "PYTHONDONTWRITEBYTECODE": "1",
+                        "HOME": str(output.parent)})
     with open(str(output), "wb") as stream:
         return subprocess.Popen([*bounds, sys.executable, str(Path(file).resolve())], cwd=str(output.parent),
                                 env=environment, stdin=subprocess.DEVNULL, stdout=stream, stderr=subprocess.STDOUT,
                                 start_new_session=True)
 
 
+def has_ended(process):
+    """Whether it has; its number stays its own."""
+    return os.waitid(os.P_PID, process.pid, os.WEXITED | os.WNOHANG | os.WNOWAIT) is not None
+
+
 def end_program(process, name):
-    """End it as Ctrl-C does, then it and all that it has started."""
-    if process.poll() is None:
-        with contextlib.suppress(ProcessLookupError):
-            os.killpg(process.pid, signal.SIGINT)
-        with contextlib.suppress(subprocess.TimeoutExpired):
-            process.wait(2.0)
-    for environment in Path("/proc").glob("[0-9]*/environ"):
-        with contextlib.suppress(OSError):
-            if f"{MARK}={name}".encode() in environment.read_bytes().split(b"\0"):
-                os.kill(int(environment.parent.name), signal.SIGKILL)
+    """End it as Ctrl-C does, then it and all that it has started; a group at once, in which none can fork away."""
+    os.killpg(process.pid, signal.SIGINT)  # its number is its own until `wait`
+    asked = time.monotonic()
+    while not has_ended(process) and time.monotonic() < asked + 2.0:
+        time.sleep(0.02)
+    os.killpg(process.pid, signal.SIGKILL)
+    absent, end = 0, time.monotonic() + PATIENCE  # looks in a row that found none: one that forks may hide behind one
+    while absent < 2 and time.monotonic() < end:
+        absent += 1
+        for environment in Path("/proc").glob("[0-9]*/environ"):
+            with contextlib.suppress(OSError):
+                if f"{MARK}={name}".encode() in environment.read_bytes().split(b"\0"):
+                    os.killpg(os.getpgid(int(environment.parent.name)), signal.SIGKILL)
+                    absent = 0
     process.wait()
 
 
@@ -187,8 +203,9 @@ def play(exercise, file, world, witness, folder):
     """Let the program drive until it has done it, has touched something, has ended, or the time is over."""
     radius = robot_radius(read_robot().wheels)
     output = folder / f"output_{os.getpid()}"
+    robots = nodes()
     process = start_program(file, output)
-    begin, first, ended = witness.rows[-1][0], len(witness.rows) - 1, None
+    begin, first, ended, topics = witness.rows[-1][0], len(witness.rows) - 1, None, ()
 
     def run():
         path = np.array(witness.rows[first:])
@@ -196,9 +213,11 @@ def play(exercise, file, world, witness, folder):
         return judge.Run(path, world, radius)
     while True:
         time.sleep(0.2)
+        if not witness.commands:
+            topics = published(robots) or topics
         now = run()
         seconds = now.path[-1, 0]
-        if process.poll() is not None and ended is None:
+        if ended is None and has_ended(process):
             ended = seconds
         if seconds >= exercise.limit or judge.touch(now) is not None or judge.reached(exercise, now):
             break
@@ -206,15 +225,37 @@ def play(exercise, file, world, witness, folder):
             break
         if time.monotonic() - witness.heard > SILENCE:
             break
-    status = process.poll()
-    last = run()
+    last, over = run(), has_ended(process)
     end_program(process, output.name)
-    printed = output.read_text(errors="replace")[-20000:]
+    status = process.returncode if over else None
+    printed = end_of(output, 20000)
     lines = [line for line in printed.splitlines() if line.strip()]
+    taken = re.findall(r"\[(/\S+)\] Reason: new node registered with same name",
+                       end_of(folder / "stack.log", OUTPUT) + printed)
+    much = output.exists() and output.stat().st_size >= OUTPUT
+    error = f"it printed more than {OUTPUT // 10 ** 6} MB" if much else where(lines, file)
     program = judge.Program(
         tuple(np.subtract(witness.commands, begin)), witness.bad - begin, tuple(witness.nodes), status,
-        where(lines, file) if status else "", math.inf if ended is None else ended)
+        error if status else "", math.inf if ended is None else ended, topics, ", ".join(sorted(robots & set(taken))))
     return last, program, printed
+
+
+def end_of(file, most):
+    """The end of a text file, up to `most` characters; nothing where the program has removed it."""
+    return file.read_text(errors="replace")[-most:] if file.is_file() else ""
+
+
+def nodes():
+    """The names of all nodes."""
+    return {node for kind in rosgraph.Master("/exercise").getSystemState() for _, found in kind for node in found}
+
+
+def published(robots):
+    """What other nodes than the robot's publish, with the types."""
+    master = rosgraph.Master("/exercise")
+    types = dict(master.getTopicTypes())
+    return tuple(f"{topic} ({types.get(topic)})" for topic, found in master.getSystemState()[0]
+                 if topic != "/rosout" and not robots.issuperset(found))
 
 
 def where(lines, file):

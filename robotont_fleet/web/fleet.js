@@ -22,9 +22,6 @@ async function post(fields) {
 // Sends a STOP until it has arrived; a newer one takes its place, and waits for none that hangs.
 async function stop(name = "") {
   const press = Symbol(name);
-  if (!name) {
-    unsent.clear();
-  }
   unsent.set(name, press);
   setTimeout(showTroubles, RETRY);
   while (unsent.get(name) === press) {

@@ -55,7 +55,7 @@ const link = new Link({
     view.setPose(message.pose, !link.stalled, message.velocity);
     show();
     if (state.held.includes(link.page) && hands.still) {
-      link.drive(0, 0, 0); // the hands are off
+      link.order({kind: "drive", x: 0, y: 0, turn: 0}); // the hands are off
     }
   },
   status: (message) => {
@@ -83,7 +83,7 @@ const tell = (words) => (told = {words, until: performance.now() + TOLD});
 function sendCommand() {
   const {ahead, left, turn} = hands.position;
   const [fast, turning] = [limits.linear * SPEEDS[speed], limits.angular * SPEEDS[speed]];
-  link.drive(ahead * fast, left * fast, turn * turning);
+  link.order({kind: "drive", x: ahead * fast, y: left * fast, turn: turn * turning});
 }
 
 function setSpeed(wanted) {

@@ -2,7 +2,7 @@
 // robot's.
 import {Floor, at} from "./floor_svg.js";
 
-const AHEAD = [15, 0.1];   // steps, and how long one is [s], of the path ahead
+const STEPS = 15, LASTS = 0.1; // of the path ahead, and how long one is [s]
 const SMALLEST = 6;        // [px] radius of the drawn robot
 const SHOWN = [6, 12];     // [m] that are seen of the floor, about; and as the whole of it where there is no map
 
@@ -71,11 +71,10 @@ export class View extends Floor {
 // Where a robot that goes on as now will be [m], from where it is
 function pathAhead(ahead, left, turn) {
   let [x, y] = [0, 0];
-  const [steps, lasts] = AHEAD;
-  return Array.from({length: steps}, (_, step) => {
-    const yaw = turn * (step + 0.5) * lasts;
-    x += (ahead * Math.cos(yaw) - left * Math.sin(yaw)) * lasts;
-    y += (ahead * Math.sin(yaw) + left * Math.cos(yaw)) * lasts;
+  return Array.from({length: STEPS}, (_, step) => {
+    const yaw = turn * (step + 0.5) * LASTS;
+    x += (ahead * Math.cos(yaw) - left * Math.sin(yaw)) * LASTS;
+    y += (ahead * Math.sin(yaw) + left * Math.cos(yaw)) * LASTS;
     return [x, y];
   });
 }

@@ -35,11 +35,6 @@ export class Pad {
     const [x, y, turn] = this.centred && !gone ? axes : [0, 0, 0];
     return {ahead: 0 - y, left: 0 - x, turn: 0 - turn, stop, step, gone};
   }
-
-  // From now on the sticks move nothing until they have been in the middle.
-  letGo() {
-    this.centred = false;
-  }
 }
 
 // All gamepads of a browser: each can stop, and the first one that asks for motion drives.
@@ -55,8 +50,9 @@ export class Pads {
       step: looks.find((one) => one.step)?.step ?? 0};
   }
 
+  // From now on the sticks move nothing until they have been in the middle.
   letGo() {
-    this.pads.forEach((one) => one.letGo());
+    this.pads.forEach((one) => (one.centred = false));
   }
 }
 

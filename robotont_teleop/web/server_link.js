@@ -94,9 +94,4 @@ export class Link {
       this.socket.send(JSON.stringify(message));
     }
   }
-
-  drive(x, y, turn) {
-    const round = (value) => Math.round(value * 1e4) / 1e4;
-    this.order({kind: "drive", x: round(x), y: round(y), turn: round(turn)});
-  }
 }

@@ -2,6 +2,7 @@
 import assert from "node:assert";
 import {test} from "node:test";
 
+import {commandRate} from "../../web/command_rate.js";
 import {actWhenHeld} from "../../web/hold_button.js";
 import {Pad, Pads, STILL} from "../../web/pad.js";
 import {Link} from "../../web/server_link.js";
@@ -86,6 +87,29 @@ test("a STOP goes out again until the server presses it, whoever else has presse
   link.giveUp();
   link.receive({kind: "hello", page: 3});
   assert.deepEqual(sent, ["stop"]);
+});
+
+test("commands go out at once where there were few, and 125 in a second at most", (t) => {
+  let now = 1000, later = null, sent = 0, still = false, repeat = null;
+  t.mock.method(performance, "now", () => now);
+  t.mock.method(globalThis, "setTimeout", (then) => (later = then));
+  t.mock.method(globalThis, "setInterval", (then) => (repeat = then));
+  const changed = commandRate(() => still, () => (sent += 1));
+  changed();
+  now += 5;
+  repeat(); // a movement right after a repetition needs no timer
+  changed();
+  assert.deepEqual([sent, later], [3, null]);
+  for (const end = now + 1000; now < end; now += 1) {
+    changed();
+  }
+  assert.ok(sent > 120 && sent <= 131, sent);
+  still = true;
+  changed();
+  const stop = sent;
+  changed();
+  repeat();
+  assert.equal(sent, stop, "one zero, at once");
 });
 
 test("a stick is still in its middle, soft behind it, full at its reach, and never more", () => {

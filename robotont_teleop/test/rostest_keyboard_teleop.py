@@ -11,6 +11,7 @@ import subprocess
 import termios
 import threading
 import time
+from pathlib import Path
 
 import rospy
 import rostest
@@ -20,7 +21,7 @@ from nav_msgs.msg import Odometry
 from std_msgs.msg import Bool, String
 
 from robotont_testing import places
-from robotont_testing.harness import wait_for
+from robotont_testing.harness import suspended, wait_for
 from robotont_testing.node_test import NodeTest
 
 STOP = (0.0, 0.0, 0.0)
@@ -54,8 +55,21 @@ class Terminal:
         lines = self.shown.split("\r")
         return lines[-2] if len(lines) > 1 else ""
 
+    @property
+    def pid(self):
+        """Process id of keyboard_teleop."""
+        pid = self.process.pid
+        children = Path(f"/proc/{pid}/task/{pid}/children").read_text().split()
+        return int((*children, pid)[0])
+
     def type(self, text):
         os.write(self._master, text.encode())
+
+    def take_whole_lines(self):
+        """As a shell leaves it behind Ctrl-Z."""
+        modes = termios.tcgetattr(self._master)
+        modes[3] |= termios.ICANON | termios.ECHO
+        termios.tcsetattr(self._master, termios.TCSANOW, modes)
 
     def hang_up(self):
         os.close(self._master)
@@ -157,6 +171,47 @@ class KeyboardTeleopTest(NodeTest):
         wait_for(lambda: not stops[-1].data, "the release")
         terminal.type("\x11")  # Ctrl-Q
         wait_for(lambda: not still(), "its output")
+
+    def test_of_keys_that_came_while_it_was_held_up_the_stop_alone_counts(self):
+        stops = self.listen("emergency_stop/pressed_by", String, publishers=1)
+        person = self.publisher("emergency_stop", Bool, subscribers=1)
+
+        def held_up(keys, press=False):
+            with suspended(self.terminal.pid):
+                self.terminal.type(keys)
+                if press:
+                    person.publish(True)
+                    wait_for(lambda: stops and stops[-1].data, "somebody's press")
+                time.sleep(1.0)  # longer than a busy computer holds it up
+            time.sleep(0.5)  # nothing happens
+        held_up("w")
+        self.assertFalse([one for one in self.hand if one != STOP])
+        held_up("\x15", press=True)
+        self.assertTrue(stops[-1].data, "released by a key from before the press")
+        self.terminal.type("\x15")
+        wait_for(lambda: not stops[-1].data, "the release")
+        held_up("w ")
+        wait_for(lambda: stops[-1].data, "the stop")
+        self.terminal.type("\x15")
+        wait_for(lambda: not stops[-1].data, "the release")
+
+    def test_behind_ctrl_z_and_fg_the_stop_needs_no_enter(self):
+        stops = self.listen("emergency_stop/pressed_by", String, publishers=1)
+        with suspended(self.terminal.pid):
+            self.terminal.take_whole_lines()
+        self.terminal.type(" ")
+        wait_for(lambda: stops and stops[-1].data, "the stop")
+        wait_for(lambda: self.terminal.type("\x15") or not stops[-1].data, "the release", period=0.5)
+
+    def test_a_key_that_means_nothing_is_told(self):
+        for key in ("\u0446", "z"):  # the one in the place of w, Cyrillic and French
+            self.terminal.type(key)
+            wait_for(lambda: "another keyboard layout" in self.terminal.line, "words")
+            self.terminal.type("s")
+            self.newest_is((-0.3, 0.0, 0.0), "motion")
+            wait_for(lambda: "sent -0.30" in self.terminal.line, "the usual line")
+            self.terminal.type("w")
+            self.newest_is(STOP, "the stop")
 
     def test_its_end_stops_the_robot(self):
         commands = self.listen("cmd_vel", Twist)

@@ -4,7 +4,7 @@ import string
 
 import pytest
 
-from robotont_teleop.hand.held_keys import RELEASE, SPEED_KEYS, HeldKeys, split_keys
+from robotont_teleop.hand.held_keys import RELEASE, SPEED_KEYS, HeldKeys, keys_of_now, split_keys
 from robotont_teleop.hand.speeds import STOP, Speeds
 
 SPEEDS = Speeds(0.3, 1.0)
@@ -70,3 +70,9 @@ def test_no_letter_releases_the_emergency_stop():
     letters = string.ascii_letters + string.digits + string.punctuation
     assert RELEASE not in split_keys(letters)[0]
     assert split_keys("\x15") == ([RELEASE], "")
+
+
+def test_of_keys_that_have_waited_only_those_count_that_stop():
+    typed = ["w", RELEASE, "w", " ", "\x1b"]
+    assert keys_of_now(typed, settled=True) == typed
+    assert keys_of_now(typed, settled=False) == keys_of_now(3 * typed, settled=True)[:2] == [" ", "\x1b"]

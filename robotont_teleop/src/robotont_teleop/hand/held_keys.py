@@ -24,6 +24,7 @@ RELEASE = "\x15"  # Ctrl-U: no letter, which a slip or Caps Lock could make
 KEY = re.compile(r"\x1b[\[O][^A-Za-z~\x1b]*[A-Za-z~]?|.", re.DOTALL)  # a sequence of ECMA-48, or a letter
 BEGUN = re.compile(r"\x1b[\[O][^A-Za-z~\x1b]{0,13}\Z")
 ARROWS = {"A": "up", "B": "down", "C": "right", "D": "left"}
+MOST_AT_ONCE = 10    # keys; no keyboard makes more between two looks, so they have waited, as in a network that hung
 REPEATS_WITHIN = 0.15  # [s] a key that comes again sooner is held, not pressed twice
 
 
@@ -67,6 +68,13 @@ class HeldKeys:
     def _expire(self, now):
         if self._end is not None and now >= self._end:
             self.release()
+
+
+def keys_of_now(keys, settled):
+    """Those that count; of some that may have waited only what stops. settled: whether this process was not held up."""
+    if settled and len(keys) <= MOST_AT_ONCE:
+        return keys
+    return [key for key in keys if key == EMERGENCY_STOP or key in QUIT]
 
 
 def split_keys(text):

@@ -12,11 +12,13 @@ import tty
 import rosgraph
 import rospy
 
+from robotont_driver.command.command_age import SILENCE as GAP
+from robotont_driver.command.command_age import Gaps
 from robotont_driver.parameters.parameters import Parameter
 from robotont_driver.ros.lifecycle import answer_help, own_parameters
 from robotont_driver.rospy_repairs.rospy_end import end_soon, init_tool
 from robotont_teleop.hand.hand_output import HandOutput
-from robotont_teleop.hand.held_keys import EMERGENCY_STOP, QUIT, RELEASE, HeldKeys, split_keys
+from robotont_teleop.hand.held_keys import EMERGENCY_STOP, QUIT, RELEASE, HeldKeys, keys_of_now, split_keys
 from robotont_teleop.hand.robot_reports import SILENCE
 from robotont_teleop.hand.speeds import STOP, Speeds
 
@@ -53,7 +55,9 @@ class KeyboardTeleop:
         self._keys = HeldKeys(speeds, Speeds(*map(max, speeds, FASTEST)), parameters["first_hold"], REPEAT_HOLD)
         self._output = HandOutput()
         self._missed_from = time.monotonic() + CONNECTS
+        self._gaps = Gaps(GAP, self._missed_from - CONNECTS)  # of this process: a key that came meanwhile is old
         self._rest = ""
+        self._unknown = False  # whether the newest key means nothing
         self._shown = 0.0
         self._sent_at = 0.0
 
@@ -80,13 +84,15 @@ class KeyboardTeleop:
 
     def _read(self):
         """Keys that have come within one period; raises OSError when there is no terminal any more."""
-        if not select.select([self._terminal], [], [], PUBLISH_PERIOD)[0]:
+        there = select.select([self._terminal], [], [], PUBLISH_PERIOD)[0]
+        settled = self._gaps.settled(time.monotonic())
+        if not there:
             return []
         data = os.read(self._terminal, 256)
         if not data:
             raise OSError("end of the terminal")
-        keys, self._rest = split_keys(self._rest + data.decode("ascii", "ignore"))
-        return keys
+        keys, self._rest = split_keys(self._rest + data.decode("ascii", "replace"))
+        return keys_of_now(keys, settled)
 
     def _take(self, key):
         if key == EMERGENCY_STOP:
@@ -96,7 +102,7 @@ class KeyboardTeleop:
             self._keys.release()
             self._output.emergency_stop.release()
         elif not self._output.emergency_stop.pressed:
-            self._keys.press(key, time.monotonic())
+            self._unknown = not self._keys.press(key, time.monotonic())
 
     def _send(self):
         """The command of now: at once when it changes, repeated while it is not zero."""
@@ -119,6 +125,8 @@ class KeyboardTeleop:
         robot = "no odometry" if velocity is None else _words(velocity)
         line = f"{self._keys.speeds.linear:.2f} {self._keys.speeds.angular:.2f} | "
         line += (output.sent != STOP and self._why_not()) or f"sent {words} | {output.listeners} | robot {robot}"
+        if self._unknown and output.sent == STOP:
+            line = "this key does nothing: another keyboard layout? Use the letters above, or arrows"
         if output.connected:
             self._missed_from = now
         elif now < self._missed_from:
@@ -167,14 +175,20 @@ def main():
     before = termios.tcgetattr(terminal)
     teleop = KeyboardTeleop(own_parameters(PARAMETERS), terminal)
     why = "ended"
+
+    def listen(*_):
+        with contextlib.suppress(termios.error):  # no terminal any more
+            tty.setcbreak(terminal, termios.TCSANOW)  # what was typed meanwhile stays: it may be a stop
+    signal.signal(signal.SIGCONT, listen)  # behind Ctrl-Z and fg, for which the shell has changed the terminal
     try:
-        tty.setcbreak(terminal)
+        listen()
         print(HELP, flush=True)
         why = teleop.run()
     except KeyboardInterrupt:
         teleop.stop()
     finally:
-        signal.signal(signal.SIGHUP, signal.SIG_IGN)
+        for number in (signal.SIGHUP, signal.SIGCONT):
+            signal.signal(number, signal.SIG_IGN)
         try:
             termios.tcsetattr(terminal, termios.TCSADRAIN, before)
             print(f"\n{why}; the robot stops", flush=True)

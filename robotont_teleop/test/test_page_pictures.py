@@ -32,6 +32,11 @@ def test_a_scan_without_a_largest_range_is_shown_and_one_without_angles_is_none(
     assert json.loads(json.dumps(shown, allow_nan=False))["ranges"] == [1.0, None, None, 2.0]
     scan.ranges = [1.0] * 541
     assert len(thinned_scan(scan, upright)["ranges"]) <= 180
+    for tilt, drawn in ((0.1, True), (0.3, False), (math.pi / 2, False), (math.pi - 0.3, False)):
+        cos, sin = math.cos(tilt), math.sin(tilt)
+        rolled, pitched = [[1, 0, 0], [0, cos, -sin], [0, sin, cos]], [[cos, 0, sin], [0, 1, 0], [-sin, 0, cos]]
+        assert [thinned_scan(scan, (np.array(turn), (0.1, 0.0, 0.2))) is not None
+                for turn in (rolled, pitched)] == [drawn, drawn]
     scan.angle_min = math.nan
     assert thinned_scan(scan, upright) is None
 

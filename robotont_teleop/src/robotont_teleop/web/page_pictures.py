@@ -14,6 +14,7 @@ from robotont_teleop.hand.sensor_view import REACH, look
 
 LARGEST_MAP = 4000 * 4000  # [cells]
 SCAN_RAYS = 180            # at most
+LEVEL = 0.98               # cosine of the largest tilt of a scan that is drawn flat
 SECTORS = 24               # of what is near
 OCCUPIED, FREE, UNKNOWN = (130, 255), (255, 48), (0, 64)  # (grey, opacity): on light and on dark ground alike
 
@@ -40,16 +41,16 @@ def map_picture(message):
 
 
 def thinned_scan(message, laser):
-    """A LaserScan for JSON, of SCAN_RAYS at most, None where it has no angles.
+    """A LaserScan for JSON, of SCAN_RAYS at most, None where it has no angles or is tilted: it may show the floor.
 
     laser: (3 x 3 rotation, (x, y, z)) on the robot; the rays of one that hangs upside down are mirrored.
     """
-    if not (math.isfinite(message.angle_min) and math.isfinite(message.angle_increment)):
+    rotation, (x, y, _) = laser
+    if not (math.isfinite(message.angle_min + message.angle_increment) and abs(rotation[2, 2]) >= LEVEL):
         return None
     step = max(1, math.ceil(len(message.ranges) / SCAN_RAYS))
     ranges = [finite(value, 2) if message.range_min <= value <= message.range_max else None
               for value in message.ranges[::step]]
-    rotation, (x, y, _) = laser
     side = math.copysign(1.0, rotation[2, 2])
     return {"from": rounded((x, y, math.atan2(rotation[1, 0], rotation[0, 0])), 3),
             "first": round(side * message.angle_min, 4),

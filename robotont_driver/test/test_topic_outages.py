@@ -16,7 +16,6 @@ class Connection:
 
     def __init__(self, uri="http://10.0.0.2:1"):
         self.endpoint_id = uri
-        self.stat_bytes = 0
         self.header = {}
         self.socket = SimpleNamespace(getsockname=lambda: (HERE, 1), getpeername=lambda: (THERE, 2))
 

@@ -8,7 +8,6 @@ from being heard; what it takes for an outage in error costs a new connection.
 import contextlib
 import socket
 import threading
-import weakref
 from urllib.parse import urlsplit
 
 import rospy
@@ -18,7 +17,7 @@ from robotont_driver.rospy_repairs.rospy_internals import connect_anew, connecti
 PERIOD = 0.25        # [s] between two looks
 ANSWER_WITHIN = 5.0  # [s] or a question is in vain; meanwhile others are asked ...
 MOST_ASKED = 8       # ... up to so many of a machine
-OUT_OF_REACH = 2.5   # [s] without data or an answer; a network with a round trip of 2 s is none that is out
+OUT_OF_REACH = 2.5   # [s] without an answer; a network with a round trip of 2 s is none that is out
 OLD = "before an outage: "  # so begins the endpoint_id of a connection that a newer one follows
 MOST_OLD = 4         # of these, of a publisher that does not end them
 
@@ -32,8 +31,7 @@ class OutageWatch:
     def __init__(self, clock, subscribers):
         self._clock = clock
         self._subscribers = subscribers
-        self._heard = weakref.WeakKeyDictionary()  # number of bytes that have come, by connection
-        self._seen = {}      # [s] of the newest sign, by URI of a publisher
+        self._seen = {}      # [s] of the newest question that was answered, by URI of a publisher
         self._lost = set()   # URIs of those out of reach
         self._asking = {}    # threads that wait for an answer, by URI
         self._known = set()  # (subscriber, URI) of the connections at the last look
@@ -59,10 +57,6 @@ class OutageWatch:
         return PERIOD
 
     def _look_at(self, uri, there, now):
-        active = [one for _, one in there if one.stat_bytes != self._heard.get(one, 0)]
-        self._heard.update((one, one.stat_bytes) for one in active)
-        if active:
-            self._seen[uri] = now
         self._asking[uri] = asking = [one for one in self._asking[uri] if one.is_alive()]
         if len(asking) < MOST_ASKED:
             asking.append(threading.Thread(target=self._ask, args=(uri, there, now), daemon=True))

@@ -5,7 +5,7 @@ import sys
 
 import numpy as np
 import pytest
-from any_robot import SILENCE, SPEEDS, ZEROS, Case, draw
+from any_robot import CORNERS, SILENCE, SPEEDS, ZEROS, Case, draw
 from robot_runs import EMPTY
 
 from robotont_driver.kinematics.wheel_params import no_load_speeds, read_wheels
@@ -76,6 +76,30 @@ def test_any_robot_drives_as_commanded_and_stops(seed):
     found = drive(case)
     print(case, *found)
     assert not judge(case, *found)
+
+
+@pytest.mark.parametrize("corner", [
+    2, 42, 203, 361, *(pytest.param(number, marks=pytest.mark.long) for number in range(len(CORNERS)))])
+def test_the_corners(corner):
+    assert not judge(CORNERS[corner], *drive(CORNERS[corner]))
+
+
+LOW_GEAR = {**SHIPPED, "gearboxReductionRatio": 5}
+
+
+@pytest.mark.parametrize("keys, drives", [
+    (LOW_GEAR, False), ({**LOW_GEAR, "motorStallTorque": 0.12}, True), ({**SHIPPED, "robotMass": 25.0}, False),
+    ({**SHIPPED, "robotMass": 15.0}, True), ({**LOW_GEAR, "wheelRadius": 0.02}, True)])
+def test_a_robot_whose_motors_cannot_brake_it_is_refused(keys, drives):
+    wheels = read_wheels(keys)
+    try:
+        LockstepRun(Simulation(wheels, EMPTY))
+    except ValueError as error:
+        assert not drives
+        assert "config.GEAR: found" in str(error)
+        assert "1500 ms at most" in str(error)
+    else:
+        assert drives
 
 
 if __name__ == "__main__":

@@ -14,6 +14,7 @@ TURN = 628319  # [1/100000 rad]
 CONTROL_RATE = 50  # [Hz]
 LAG = 6000  # [us] between counts and effort
 LEAST_EDGES, MOST_EDGES = 8, 16000  # [edges] in a control period, and in a period, without load
+MOST_LOAD_TIME = 1500  # [ms] in which shorted motors, the brake of each stop, slow the robot down to 37 %
 _SINES = (866, 1000, 951, 866, 782, 707)  # [1/1000] of the angle between 3 .. 8 wheels
 
 _RANGES = (  # name, least, most
@@ -73,6 +74,19 @@ def check(config):
             bound = "most" if most else "least"
             raise ValueError(f"config.EDGES: found {config.EDGES}, allowed: as many as make {amount} edges at {bound} "
                              f"in {periods * 1000 // config.RATE} ms without load, not {edges}: or another RATE")
+    slow = max(load_times(config)) // 1000
+    if slow > MOST_LOAD_TIME:
+        raise ValueError(f"config.GEAR: found {config.GEAR}, allowed: one with which shorted motors slow the robot to "
+                         f"37 % in {MOST_LOAD_TIME} ms at most, not {slow}: or less MASS, INERTIA or RADIUS, or more "
+                         "STALL_TORQUE")
+
+
+def load_times(config):
+    """Return what mass and what inertia add to the motors' time constant [us]."""
+    shaft = config.RADIUS ** 2 * config.NO_LOAD_SPEED
+    torque = config.WHEELS * config.STALL_TORQUE * config.GEAR ** 2
+    return (config.MASS * shaft * 2 // torque,
+            config.INERTIA * shaft * 100000000 // (torque * config.DISTANCE ** 2))
 
 
 def control_periods(config):
@@ -124,11 +138,7 @@ class Numbers:
         self.continuous = min(at_battery(config.CONTINUOUS_TORQUE, battery), self.max_torque)
         self.overload = max(1, config.OVERLOAD_TIME * 1000 // period)
 
-        # What mass and inertia add to the motors' time constant [us].
-        shaft = config.RADIUS ** 2 * config.NO_LOAD_SPEED
-        torque = wheels * config.STALL_TORQUE * config.GEAR ** 2
-        mass = config.MASS * shaft * 2 // torque
-        turn = config.INERTIA * shaft * 100000000 // (torque * config.DISTANCE ** 2)
+        mass, turn = load_times(config)
         own = max(0, 1000 * config.TIME_CONSTANT + LAG - period // 2)
         self.lead = max(1, (own + mass) * 16 // period)  # [1/16 period]
         self.turn_lead = max(1, (own + turn) * 16 // period)

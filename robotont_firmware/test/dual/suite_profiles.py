@@ -95,6 +95,7 @@ def test_the_profiles_that_came_loose():
         ("PWM", config.PWM + config.PWM[:1]), ("DIRECTIONS", ()), ("BACKWARD_ENCODERS", (False, False)),
         ("TICK_TIMER", 3), ("TICK_TIMER", 8), ("WATCHDOG", 5), ("WATCHDOG", 40000), ("RATE", 100), ("BAUDRATE", 300),
         ("PWM_FREQUENCY", 0), ("DRIVER", "coast"),  # at 20 kHz
+        ("MASS", 25000), ("INERTIA", 8000000),
     ):  # fmt: skip
         assert run(Config(**{name: value})), (name, value)
     assert run(Config(BATTERY_PIN="PC0", BATTERY_DIVIDER=262209))

@@ -35,7 +35,8 @@ def configuration(wheels, mass, inertia):
     except ValueError as error:
         raise ValueError(f"the firmware cannot drive this robot: {error}. config.EDGES is "
                          "encoderEdgesPerMotorRevolution of the wheel parameters, RATE pidControlFrequency, GEAR "
-                         "100 * gearboxReductionRatio, NO_LOAD_SPEED 10 * motorNoLoadSpeed") from None
+                         "100 * gearboxReductionRatio, MASS 1000 * robotMass, NO_LOAD_SPEED 10 * motorNoLoadSpeed, "
+                         "STALL_TORQUE 1000000 * motorStallTorque") from None
     return numbers
 
 

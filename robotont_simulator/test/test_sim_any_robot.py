@@ -102,6 +102,16 @@ def test_a_robot_whose_motors_cannot_brake_it_is_refused(keys, drives):
         assert drives
 
 
+@pytest.mark.parametrize("rate", [999.0, 1000.0])
+def test_a_board_faster_than_the_physics_has_a_step_of_it_in_each_period(rate):
+    told = read_wheels({**SHIPPED, "pidControlFrequency": rate, "encoderEdgesPerMotorRevolution": 512})
+    run = LockstepRun(Simulation(told, EMPTY), told, told)
+    assert run.simulation.mujoco_model.opt.timestep == pytest.approx(1 / rate)
+    for _ in range(500):
+        run.drive([(0.3, 0.0, 0.0)])
+    assert run.simulation.twist()[0] > 0.1
+
+
 if __name__ == "__main__":
     wrong = 0
     for number in range(*map(int, sys.argv[1:3])):
@@ -111,13 +121,3 @@ if __name__ == "__main__":
         wrong += bool(complaint)
         print(number, *that, result[0], *(f"{figure:.3f}" for figure in result[1:]), *complaint, flush=True)
     print("wrong:", wrong)
-
-
-@pytest.mark.parametrize("rate", [999.0, 1000.0])
-def test_a_board_faster_than_the_physics_has_a_step_of_it_in_each_period(rate):
-    told = read_wheels({**SHIPPED, "pidControlFrequency": rate, "encoderEdgesPerMotorRevolution": 512})
-    run = LockstepRun(Simulation(told, EMPTY), told, told)
-    assert run.simulation.mujoco_model.opt.timestep == pytest.approx(1 / rate)
-    for _ in range(500):
-        run.drive([(0.3, 0.0, 0.0)])
-    assert run.simulation.twist()[0] > 0.1

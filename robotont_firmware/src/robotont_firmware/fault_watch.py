@@ -1,6 +1,7 @@
 """Holds what a wheel counts against what it is driven with, by four rules; each finds what a healthy wheel does not do.
 
-    NO_COUNTS  driven with half of what a load may need, and less than a quarter of the wanted speed, for 300 ms
+    NO_COUNTS  driven with half of what a load may need for 300 ms, in which it makes less than a quarter of the way
+               that is wanted, and at least six edges of that are missing
     WRONG_WAY  driven one way, and counting the other way, for 450 ms: longer than a push
     TOO_MANY   more counts than the motor can make, for three control periods
     NOISE      counts to and fro, nine turns within a second or two, while it stands without effort
@@ -24,6 +25,7 @@ TIME = 300  # [ms] of the first rule, and half as much again of the second
 BEYOND = const(3)  # [control periods] of the third
 TURNS = const(8)  # of the fourth,
 FORGET = 250  # [ms] after which one is forgotten
+_MOST_WAY = const(1048576)  # [fine units] no more is summed
 
 _STATIC = const(0)  # places in the numbers of a wheel: of the configuration,
 _LOAD = const(1)
@@ -32,12 +34,13 @@ _TIME = const(3)
 _REACH = const(4)
 _EDGES = const(5)
 _FORGET = const(6)
-STILL = const(7)  # and of its past: [periods] without edges,
+STILL = const(7)  # and of its past: [periods] of less than a quarter of the way,
 _WRONG = const(8)  # the wrong way,
 _MANY = const(9)  # beyond the motor's reach;
 _BEFORE = const(10)  # the speed of the period before,
-_TURNED = const(11)  # and [periods] that its turns are remembered
-WATCHED = const(12)  # places
+_TURNED = const(11)  # [periods] that its turns are remembered;
+_WAY = const(12)  # [fine units] a quarter of which is missing
+WATCHED = const(13)  # places
 
 
 def watched(config, numbers):
@@ -53,14 +56,17 @@ def drive_fault(numbers, wished: int, speed: int, push: int, periods: int) -> in
     if wished < 0:
         wished, speed, push = 0 - wished, 0 - speed, 0 - push
     works = push - n[_STATIC] > n[_LOAD] >> 1
-    blind = speed * 4 < wished and speed >= 0 - n[_FOLLOWS]
-    still = n[STILL] + (periods if works and wished > 0 and blind else 0 - periods)
-    n[STILL] = still if still > 0 else 0
+    judged = works and wished > 0 and speed >= 0 - n[_FOLLOWS]
+    way = n[_WAY] + ((wished - speed * 4) * periods if judged else 0)  # over edges: a slow wheel makes one now and then
+    still = n[STILL] + (periods if judged else 0 - periods)
+    lags = way > 0 and still > 0
+    n[STILL] = still if lags else 0
+    n[_WAY] = 0 if not lags else way if way < _MOST_WAY else _MOST_WAY
     wrong = push >= 0 and wished > 0 and speed < 0 - n[_FOLLOWS]
     n[_WRONG] = n[_WRONG] + periods if wrong else 0
     if n[_WRONG] * 2 > n[_TIME] * 3:
         return 3
-    return 2 if n[STILL] > n[_TIME] else 0
+    return 2 if n[STILL] > n[_TIME] and n[_WAY] >= n[_EDGES] * 2 else 0
 
 
 @micropython.viper

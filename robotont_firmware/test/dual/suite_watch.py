@@ -45,6 +45,15 @@ def test_driven_and_no_counts():
             assert found == (expected, TIME + 1 if expected else 100), (wished, counted, push, found)
 
 
+def test_a_slow_wheel_is_judged_by_its_edges():
+    assert fault(drive_fault, EDGE // 16, 0, WORKS, 1) == (NO_COUNTS, 96), "six edges are missing"
+    for every, expected in ((16, NO_FAULT), (60, NO_FAULT), (100, NO_COUNTS)):
+        numbers, found = wheel(), NO_FAULT
+        for period in range(1000):
+            found = found or drive_fault(numbers, EDGE // 16, 0 if period % every else EDGE, WORKS, 1)
+        assert found == expected, every
+
+
 def test_counts_the_wrong_way():
     for wished, counted, push, expected in (
         (50, -5, 0, WRONG_WAY), (50, -3, 0, NO_FAULT), (50, -5, -1, NO_FAULT), (0, -5, WORKS, NO_FAULT),

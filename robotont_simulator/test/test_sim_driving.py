@@ -106,6 +106,24 @@ def test_without_commands_the_robot_stops_by_itself():
     assert abs(run.simulation.twist()[0]) < 0.01
 
 
+def tilt(run, slope, towards):
+    """Let the floor fall by `slope` in the direction `towards` [degrees]."""
+    slope, towards = math.radians(slope), math.radians(towards)
+    down = math.sin(slope) * math.cos(towards), math.sin(slope) * math.sin(towards), -math.cos(slope)
+    run.simulation.mujoco_model.opt.gravity[:] = 9.81 * np.array(down)
+
+
+@pytest.mark.parametrize("towards", [0, 75, 200])
+def test_a_wheel_that_makes_an_edge_now_and_then_on_a_slope_is_no_fault(towards):
+    """It gets what the slope takes all the time."""
+    run = run_in()
+    tilt(run, 5, towards)
+    for _ in range(10):
+        for turn in (-0.02, 0.01):
+            run.hold((0.0, 0.0, turn), 1.0)
+            assert run.status.fault == ""
+
+
 @pytest.mark.parametrize("slope, towards, most", [
     (3, 0, 10), (5, 75, 10), (8, 200, 80),
     *(pytest.param(slope, towards, most, marks=pytest.mark.long) for slope, towards, most in (
@@ -113,9 +131,7 @@ def test_without_commands_the_robot_stops_by_itself():
 def test_a_robot_that_is_told_to_stand_stands_on_a_slope(slope, towards, most):
     """For a minute [mm]; on 8 degrees it creeps."""
     run = run_in()
-    slope, towards = math.radians(slope), math.radians(towards)
-    down = math.sin(slope) * math.cos(towards), math.sin(slope) * math.sin(towards), -math.cos(slope)
-    run.simulation.mujoco_model.opt.gravity[:] = 9.81 * np.array(down)
+    tilt(run, slope, towards)
     start = len(run.path)
     run.hold((0.0, 0.0, 0.0), 60.0)
     steps = np.diff([truth[:2] for _, _, truth in run.path[start:]], axis=0)

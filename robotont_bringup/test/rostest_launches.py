@@ -1,16 +1,22 @@
 #!/usr/bin/env python3
 """Launch files with robots of other kinds: two in namespaces, without a board's counts, under the official names."""
 
+import importlib.util
+import re
+
 import numpy as np
+import rosgraph
 import rospy
 import rostest
 from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
 from roslaunch.config import load_config_default
 from sensor_msgs.msg import JointState
+from std_srvs.srv import Empty
 from tf2_msgs.msg import TFMessage
 
 from robotont_boards import Robotont2Board
+from robotont_testing import places
 from robotont_testing.board_port import BoardPort
 from robotont_testing.dc_motors import Motors
 from robotont_testing.harness import START, wait_for
@@ -18,7 +24,13 @@ from robotont_testing.node_test import OK, NodeTest, twist
 from robotont_testing.robots import SHIPPED, robot_folder
 from robotont_testing.stand_in_board import Board
 
+ROBOTONT_MSGS = importlib.util.find_spec("robotont_msgs")
 UNEVEN = {**SHIPPED, "wheelAmount": 4, "wheelRads": [0.1, 1.4, 3.3, 5.0]}
+# What the makers' and their students' programs send and hear: docs/robots.md.
+SENT = {"/cmd_vel": "geometry_msgs/Twist", "/led_pixel": "robotont_msgs/LedModulePixel",
+        "/led_segment": "robotont_msgs/LedModuleSegment"}
+HEARD = {"/odom": "nav_msgs/Odometry", "/range": "sensor_msgs/Range", "/tf": "tf2_msgs/TFMessage",
+         "/joint_states": "sensor_msgs/JointState", "/power_supply": "robotont_msgs/PowerSupply"}
 OFFICIAL = """<launch>
   <arg name="__ns" default=""/>
   <include file="$(find robotont_driver)/launch/driver_basic.launch"><arg name="__ns" value="$(arg __ns)"/></include>
@@ -129,11 +141,29 @@ class LaunchesTest(NodeTest):
             return left < -4 and right > 4 and abs(back) < 0.5
         self.drive(command, odom, (0.2, 0, 0), lambda x, y: turned(), "the wheels of the model")
         self.assertEqual(sorted(joints[-1].name), sorted(names))
+        master = rosgraph.Master("/launches_test")
+        types = dict(master.getTopicTypes())
+        for wanted, users in zip((HEARD, SENT), master.getSystemState()):
+            here = {name: kind for name, kind in wanted.items() if ROBOTONT_MSGS or "robotont_msgs" not in kind}
+            self.assertEqual({name: types.get(name) for name in here}, here)
+            self.assertEqual(here.keys() - {name for name, nodes in users if set(nodes) - {rospy.get_name()}}, set())
         # in a namespace all names have its prefix
         config = load_config_default([(str(file), ["__ns:=robotont"])], None)
         values = {str(parameter.value) for parameter in config.params.values()}
         self.assertLessEqual({"robotont/odom", "robotont/base_footprint", "robotont/base_link"}, values)
         self.assertTrue(any("robotont/rim_back_joint" in value for value in values))
+
+    def test_the_official_fake_driver(self):
+        odom, _, command = self.topics()
+        package = places.package("robotont_driver")
+        text = (package / "launch" / "fake_driver.launch").read_text().replace("$(dirname)/..", str(package))
+        file = self.processes.folder / "fake_driver.launch"
+        file.write_text(re.sub("<include.*</include>", "", text, flags=re.DOTALL))  # the model, with RViz
+        self.processes.launch(file)
+        self.drive(command, odom, (0.2, 0.1, 0), lambda x, y: x > 0.3)
+        self.assertEqual((odom[-1].header.frame_id, odom[-1].child_frame_id), ("odom", "base_footprint"))
+        rospy.ServiceProxy("/odom_reset", Empty)()
+        wait_for(lambda: odom[-1].pose.pose.position.x < 0.2, "the origin")
 
 if __name__ == "__main__":
     rostest.rosrun("robotont_bringup", "launches_test", LaunchesTest)

@@ -59,17 +59,19 @@ def main():
     for name, part in wanted.items():
         print(f"{name} ...", file=sys.stderr, flush=True)
         try:
-            rows += part(options)
+            found = part(options)
         except Exception:
             traceback.print_exc()
             failed.append(name)
+            continue
+        rows += found
+        if options.json != "-":
+            print(text_table(found), flush=True)
     text = json.dumps(rows, indent=1)
-    if options.json != "-":
-        print(text_table(rows))
-        if options.json:
-            Path(options.json).write_text(text + "\n")
-    else:
+    if options.json == "-":
         print(text)
+    elif options.json:
+        Path(options.json).write_text(text + "\n")
     if failed:
         sys.exit(f"failed: {', '.join(failed)}")
 

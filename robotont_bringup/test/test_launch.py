@@ -13,7 +13,7 @@ from robotont_testing.harness import START, free_port
 from robotont_testing.places import launch as launch_file
 
 LAUNCH_FILES = {  # launch file: words of the last line of the log; whether the exit status is 1
-    '<param name="robot" command="$(find robotont_bringup)/robot robotont4"/>':
+    '<param name="robot" command="$(find robotont_bringup)/robot --path robotont4"/>':
         ("robot: found 'robotont4', allowed: four_wheels,", True),
     "<node/>": ("robotont: ", True),
     '<node name="driver" pkg="robotont_driver" type="driver_node" output="screen" required="true"/>': ("", True),

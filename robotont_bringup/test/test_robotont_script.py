@@ -79,7 +79,7 @@ def test_update_takes_the_newest_version_goes_back_and_touches_nothing_of_the_us
     assert now() == ("v1.0.0", "kept")
     wrong = robotont(robot, "update", "v3")
     assert (wrong.returncode, wrong.stdout) == (
-        1, "robotont: no version v3; there are: v1.10.0 v1.9.0 v1.0.0, and every commit\n")
+        1, "robotont: no version v3; allowed: v1.10.0, v1.9.0, v1.0.0, any commit\n")
     assert "nothing to do: this is v1.0.0" in robotont(robot, "update", "v1.0.0").stdout
     (robot / "VERSION").write_text("changed")
     refused = robotont(robot, "update")

@@ -51,15 +51,15 @@ def seen(parameters, nodes):
     return found
 
 
-def test_in_a_terminal_a_robots_parameters_are_checked_too(tmp_path, monkeypatch, capsys):
+def test_by_hand_a_robots_parameters_are_checked_too(tmp_path, monkeypatch, capsys):
     for name in NAMES:
         assert parameter_faults(read_robot(name)) == []
     folder = Path(shutil.copytree(str(shipped() / "thesis"), str(tmp_path / "mine")))
     (folder / "driver.yaml").write_text("driver_node: {max_weel_speed: 1.0, cmd_timeout: 9.0}\n")
-    monkeypatch.setattr(sys, "argv", ["robot", f"{folder}/"])
+    monkeypatch.setattr(sys, "argv", ["robot", "--path", f"{folder}/"])
     main()
     assert capsys.readouterr().out == str(folder)  # a launch file's: the nodes say the rest
-    monkeypatch.setattr(sys.stdout, "isatty", lambda: True, raising=False)
+    monkeypatch.setattr(sys, "argv", ["robot", f"{folder}/"])
     with pytest.raises(SystemExit) as end:
         main()
     said = str(end.value)
@@ -67,7 +67,8 @@ def test_in_a_terminal_a_robots_parameters_are_checked_too(tmp_path, monkeypatch
     assert "~cmd_timeout: found 9.0, allowed: a finite number from 0.05 to 2 [s]" in said
     monkeypatch.setattr(sys, "argv", ["robot", "four_wheels"])
     main()
-    assert capsys.readouterr().out.endswith("four_wheels: 4 wheels, 50 Hz, no mistake found\n")
+    assert capsys.readouterr().out.endswith(
+        "four_wheels: 4 wheels, which stand at 315, 45, 135, 225 degrees, 50 Hz, no mistake found\n")
     (folder / "driver.yaml").write_text("driver_node: {max_wheel_speed: 1.9}\n")
     monkeypatch.setattr(sys, "argv", ["robot", f"{folder}/"])
     main()

@@ -1,6 +1,7 @@
 """Command line of `robot`: checks a robot of config/robots, or a folder, for launch files and in a terminal."""
 
 import argparse
+import math
 import sys
 
 from robotont_driver.kinematics.wheel_params import doubts, no_load_speeds
@@ -23,19 +24,24 @@ def parameter_faults(robot):
 
 
 def main():
-    """Check a robot and print its path; exit status 1 and all faults when it is wrong. In a terminal: say so."""
+    """Check a robot, and say what it is; exit status 1 and all faults when it is wrong."""
     parser = argparse.ArgumentParser(prog="robot", description=__doc__)
     parser.add_argument("robot", nargs="?", default="", help="name or folder [thesis]")
+    parser.add_argument("--path", action="store_true", help="print its path alone, for a launch file: its nodes check "
+                        "their parameters themselves")
     try:
-        robot = read_robot(parser.parse_args().robot)
+        options = parser.parse_args()
+        robot = read_robot(options.robot)
         folder, wheels = robot.folder.resolve(), robot.wheels
-        if not sys.stdout.isatty():  # of a launch file, whose nodes check the rest
+        if options.path:
             print(folder, end="")
             return
         faults = parameter_faults(robot)
         if faults:
             raise ValueError("\n".join(faults))
-        print(f"{folder}: {wheels.amount} wheels, {wheels.pid_frequency:g} Hz, no mistake found")
+        places = ", ".join(f"{math.degrees(position) % 360:.0f}" for position in wheels.positions)
+        print(f"{folder}: {wheels.amount} wheels, which stand at {places} degrees, {wheels.pid_frequency:g} Hz, "
+              "no mistake found")
         if doubts(wheels):
             print(f"warning: {doubts(wheels)}")
         limit = robot.parameters.get("driver_node", {}).get("max_wheel_speed", 0.0)

@@ -74,7 +74,7 @@ def differences(package, wiring, wheels):
     mean = sum(wheels.radii) / wheels.amount, sum(map(abs, wheels.levers)) / wheels.amount
     robot = {"WHEELS": wheels.amount, "RATE": round(wheels.pid_frequency), "EDGES": wheels.edges_per_motor_turn,
              "GEAR": round(100 * wheels.gear), "RADIUS": round(1e6 * mean[0]), "DISTANCE": round(1e6 * mean[1]),
-             "NO_LOAD_SPEED": round(10 * wheels.motor.no_load_speed)}
+             "NO_LOAD_SPEED": round(10 * wheels.motor.no_load_speed), "MASS": round(1000 * wheels.mass)}
     return [f"{name}: {numbers[name]} in the profile, {wanted} by the robot" for name, wanted in robot.items()
             if abs(numbers[name] - wanted) > NEAR * wanted]
 

@@ -52,7 +52,8 @@ WRONG = {  # programs of exercise 2 by what is wrong: the text, and what the jud
     "prints": ("while True:\n    print('x' * 1000)\n", "it printed more than 10 MB"),
     "ends_its_parents_group": ("import os, signal\nos.killpg(os.getpgid(os.getppid()), signal.SIGKILL)\n",
                                "ended by an error"),
-    "forks_and_ends": ("import os, time\nfor _ in range(20):\n    if not os.fork():\n        break\nwhile True:\n"
+    "forks_and_ends": ("import os, time\nend = time.monotonic() + 120\nfor _ in range(20):\n    if not os.fork():\n"
+                       "        break\nwhile time.monotonic() < end:\n"  # else a fault would run on for ever
                        "    if os.fork():\n        os._exit(0)\n    time.sleep(0.01)\n", "published nothing"),
     "removes_its_folder": ("import shutil\nshutil.rmtree('.')\nraise SystemExit(5)\n", "ended by an error"),
     "stamped": (HEAD.replace("Twist", "TwistStamped") + LOOP, "but on /cmd_vel (geometry_msgs/TwistStamped)"),

@@ -1,4 +1,4 @@
-"""Command line of `robot`: checks a robot of config/robots, or a folder, for launch files and in a terminal."""
+"""Command line of `robot`: checks a robot of config/robots, or a folder, for launch files and by hand."""
 
 import argparse
 import math

@@ -6,7 +6,13 @@ import pytest
 import yaml
 from robot_runs import ROOT
 
+from robotont_driver.kinematics.kinematics import Kinematics
+from robotont_driver.kinematics.wheel_params import read_wheels
+from robotont_driver.nodes.odom_node import planar
+from robotont_driver.odometry.odometry import WheelOdometry
 from robotont_simulator.world import Box, World, WorldError, draw_map, read_world, write_map
+from robotont_simulator.world_map import is_reset
+from robotont_testing.robots import SHIPPED
 
 WORLDS = sorted((ROOT / "config" / "worlds").glob("*.yaml"))
 
@@ -127,3 +133,25 @@ def test_make_map_does_not_write_over_a_map_of_a_real_room(tmp_path, there):
 def test_a_map_that_needs_gigabytes_is_refused():
     with pytest.raises(WorldError, match=r"found a map of 4002\d x 4002\d pixels, allowed: "):
         draw_map(World((Box(-1000.0, -1000.0, 0.1, 0.1, 0.0), Box(1000.0, 1000.0, 0.1, 0.1, 0.0)), (0.0, 0.0, 0.0)))
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_a_reset_of_the_odometry_is_told_from_all_other_motion(seed):
+    random = np.random.default_rng(seed)
+    odometry = WheelOdometry(Kinematics(read_wheels(SHIPPED)), 0.01, 0.012)
+    before, found, made = planar(odometry.pose_covariance), [], []
+    for _ in range(10):
+        counts = random.integers(-60, 60, 3)
+        for _ in range(random.integers(3, 200)):  # also to and fro, and through the origin
+            odometry.update(counts.tolist(), 0.01)
+            now = planar(odometry.pose_covariance)
+            found.append(is_reset(before, now))
+            made.append(False)
+            before = now
+        if random.random() < 0.5:
+            odometry.pose.reset()
+            odometry.update([0, 1, 0], 0.01)
+            found.append(is_reset(before, planar(odometry.pose_covariance)))
+            made.append(True)
+            before = planar(odometry.pose_covariance)
+    assert found == made

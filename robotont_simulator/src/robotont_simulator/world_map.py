@@ -9,13 +9,12 @@ from geometry_msgs.msg import TransformStamped
 from nav_msgs.msg import OccupancyGrid, Odometry
 from visualization_msgs.msg import Marker, MarkerArray
 
-from robotont_driver.kinematics.se2 import compose, pose_of, wrap
+from robotont_driver.kinematics.se2 import compose, pose_of
 from robotont_simulator.mujoco_model import WALL_COLOUR
 from robotont_simulator.scenery import HEIGHT, Shape
 from robotont_simulator.world import FREE, OCCUPIED, draw_map
 
 RESOLUTION = 0.05  # [m] per cell
-ORIGIN, JUMP = 0.1, 0.005  # [m, rad] beyond what the speed makes: a reset ends near the origin, by a jump
 
 
 class WorldMap:
@@ -24,7 +23,7 @@ class WorldMap:
     def __init__(self, world, odom_frame):
         # static, so that the transforms of a localization which is started later take its place
         self._broadcaster = tf2_ros.StaticTransformBroadcaster()
-        self._odom_frame, self._start, self._newest = odom_frame, world.start, (0.0, (0.0, 0.0, 0.0), 0.0, 0.0)
+        self._odom_frame, self._start, self._newest = odom_frame, world.start, None  # newest: pose, its covariance
         self._send_start()
         rospy.Subscriber("odom", Odometry, self._on_odometry, queue_size=50)
         if world.boxes or world.posts:
@@ -41,16 +40,18 @@ class WorldMap:
         self._broadcaster.sendTransform(start)
 
     def _on_odometry(self, message):
-        """Of a reset: odometry starts where it had brought the robot, which keeps its place on the map."""
-        then, before, *speeds = self._newest
-        now, pose, twist = message.header.stamp.to_sec(), pose_of(message.pose.pose), message.twist.twist
-        self._newest = now, pose, math.hypot(twist.linear.x, twist.linear.y), abs(twist.angular.z)
-        place, turn = (2 * max(0.0, now - then) * max(pair) for pair in zip(speeds, self._newest[2:]))  # it may brake
-        jumps = math.hypot(pose[0] - before[0], pose[1] - before[1]) > JUMP + place or \
-            abs(wrap(pose[2] - before[2])) > JUMP + turn
-        if jumps and math.hypot(*pose[:2]) < ORIGIN + place and abs(pose[2]) < ORIGIN + turn:
-            self._start = compose(self._start, before)
+        before, self._newest = self._newest, (pose_of(message.pose.pose), message.pose.covariance)
+        if before and is_reset(before[1], message.pose.covariance):
+            self._start = compose(self._start, before[0])  # where it had brought the robot, which keeps its place
             self._send_start()
+
+
+def is_reset(before, now):
+    """Whether odometry began anew between two covariances (36 numbers each) of its pose.
+
+    Nothing else takes doubt away: the variances of x, y and yaw fall, each by more than half.
+    """
+    return all(now[number] < before[number] / 2 for number in (0, 7, 35))
 
 
 def markers(world):

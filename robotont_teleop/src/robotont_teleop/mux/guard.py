@@ -1,7 +1,6 @@
 """How fast a hand may drive towards what the sensors show now; free of ROS and clock. Nothing is remembered.
 
-Places are x + iy [m] in a frame that stays while the robot moves on, or in base_link where it says so. Times [s] are
-the caller's; twists are (v_x [m/s], v_y [m/s], omega [rad/s]).
+Places are x + iy [m] in a frame that stays, or in base_link; times [s]; twists (v_x [m/s], v_y [m/s], omega [rad/s]).
 """
 
 import math
@@ -33,7 +32,8 @@ class Guard:
     def __init__(self, body, braking, blind_speed):
         self._body, self._braking, self._blind_speed = body, braking, blind_speed
         self._moving, self._track = (0.0, 0.0, 0.0), ((0.0, 0.0, 0.0, 0.0),)  # as it moves; (time, *pose) of late
-        self._lock, self._able, self._readings, self._refused = threading.Lock(), {}, {}, {}  # by the sensors' names
+        self._lock, self._readings = threading.Lock(), []
+        self._times, self._able, self._refused = {}, {}, {}  # by the sensors' names
         self._view = *np.zeros((5, 0)), np.zeros((0, SECTORS))  # all readings in one
         self.held = None  # (time, words) of the newest command that was slowed because of something in the way
 
@@ -55,15 +55,14 @@ class Guard:
         sectors = np.floor((np.angle(rays) + yaw) * SECTORS / (2 * math.pi)).astype(int) % SECTORS
         reach = np.bincount(sectors, reach, SECTORS) / np.maximum(np.bincount(sectors, minlength=SECTORS), 1)
         ring = SIDE + max(self._body[0] + REST, math.hypot(*place[1][:2]) + bounds[0])  # [m] away it stops
+        before = [time for time in self._times.get(sensor, ())[-READINGS:] if at - time < LONGEST]
+        lasts = min(max(SHORTEST, READINGS * (at - before[0]) / len(before)), LONGEST) if before else 0.0
+        self._times[sensor] = (*before, at)
+        each = np.full((len(points), 2), (at + lasts, ring)).T
+        reading = x + 1j * y + points * np.exp(1j * yaw), *each, [at + lasts], [x + 1j * y], [reach]
         with self._lock:
-            recent = {name: of_one for name, of_one in self._readings.items() if at - of_one[-1][3][0] < LONGEST}
-            before = recent.get(sensor, ())
-            before = [reading for reading in before if reading[4][0] > at] or before[-1:]
-            lasts = min(max(SHORTEST, READINGS * (at - before[0][3][0]) / len(before)), LONGEST) if before else 0.0
-            each = np.full((len(points), 2), (at + lasts, ring)).T
-            reading = x + 1j * y + points * np.exp(1j * yaw), *each, [at], [at + lasts], [x + 1j * y], [reach]
-            self._readings = {**recent, sensor: (*before, reading)}
-            self._view = [np.concatenate(column) for column in zip(*sum(self._readings.values(), ()))]
+            self._readings = [*(earlier for earlier in self._readings if earlier[3][0] > at), reading]
+            self._view = [np.concatenate(column) for column in zip(*self._readings)]
 
     def limit(self, twist, now):
         """The twist, or a slower one in the same direction."""
@@ -87,7 +86,7 @@ class Guard:
         wrong = [f"{one} cannot be used: {why}" for one, (at, why) in list(self._refused.items()) if now - at < LONGEST]
         if wrong or not (self._readings or self._refused):
             return not wrong, "; ".join(wrong) or "no scan and no range: does not interfere"
-        if self._around(now).min() > 0.0:
+        if self._seen(0.0, 2 * math.pi, now) > 0.0:
             return True, "sees all around"
         dark = ", ".join(side for turn, side in enumerate(SIDES) if self._seen(turn * math.pi / 2, 0.0, now) <= 0.0)
         return True, f"at most {self._blind_speed:.2f} m/s where no sensor sees: {dark or 'in some directions'}"
@@ -96,17 +95,13 @@ class Guard:
         """[m/s] from which the robot stops within a way [m]."""
         return self._braking * (math.sqrt(REACTION ** 2 + 2 * max(0.0, way) / self._braking) - REACTION)
 
-    def _around(self, now):
-        """[m] around the footprint that are seen, in each sector."""
-        (*_, ends, origins, reaches), (_, x, y, _) = self._view, self._track[-1]
-        far = reaches - abs(origins - complex(x, y))[:, None]
-        return far[ends > now].max(axis=0, initial=0.0) - self._body[0]
-
     def _seen(self, bearing, bend, now):
-        """[m] likewise, around an angle [rad] and from there by a bend [rad]."""
-        yaw = self._track[-1][3]
+        """[m] around the footprint that are seen on both sides of an angle [rad], and from there by a bend [rad]."""
+        (*_, ends, origins, reaches), (_, x, y, yaw) = self._view, self._track[-1]
         first, last = sorted(math.floor((turn + yaw) * SECTORS / (2 * math.pi)) for turn in (bearing, bearing + bend))
-        return self._around(now)[np.arange(first - WINDOW, last + WINDOW + 1) % SECTORS].min()
+        reaches = reaches[:, np.arange(first - WINDOW, last + WINDOW + 1) % SECTORS]
+        far = reaches[ends > now] - abs(origins - complex(x, y))[ends > now, None]
+        return far.max(axis=0, initial=0.0).min() - self._body[0]
 
     def _free_way(self, twist, share, now):
         """([m] along the arc of the twist until a point on the way comes into a share of its ring, that point)."""

@@ -18,8 +18,6 @@ from robotont_driver.rospy_repairs.rospy_internals import connection_header
 from robotont_teleop.hand.sensor_view import FAN
 from robotont_teleop.mux.guard import Guard
 
-DECELERATION = 1.5  # [m/s^2] where the driver has no limit of its own
-
 
 def make_guard(blind_speed):
     """A guard that hears its sensors; None where its parameter asks for none, or without a robot."""
@@ -33,7 +31,7 @@ class SensingGuard(Guard):
     def __init__(self, wheels, blind_speed):
         limits = [rospy.get_param(f"driver_node/max_linear_{limit}eleration", 0.0) for limit in ("acc", "dec")]
         limits = [limit for limit in limits if is_number(limit) and limit]  # driver_node refuses what is none
-        super().__init__(body(wheels), min(limits, default=DECELERATION), blind_speed)
+        super().__init__(body(wheels), min(limits, default=1.5), blind_speed)  # [m/s^2]; without a limit of its own
         self._base_frame = rospy.get_param("odom_node/base_frame", "base_link").lstrip("/")
         self._frames = tf2_ros.BufferCore()
         for topic, kind, callback in (("/tf_static", TFMessage, self._on_static), ("odom", Odometry, self._on_odom),

@@ -14,6 +14,13 @@ from pathlib import Path
 
 from robotont_testing.figures import text_table
 
+FLOORS = {  # what stands in the column floor, of each benchmark
+    "driver": "one rospy process that only relays",
+    "motion": "of paths a board with the makers' firmware, up to its 0.3 m/s; of spins, and of headings at a stop, the "
+              "same body on wheels whose speeds are held exactly",
+    "thumbs": "sticks whose middle is fixed",
+}
+AIM = "aim: the bound that is wanted, and whether the figure keeps it; NO is no error: the benchmark ends well"
 NAMES = sorted(path.stem[len("bench_"):] for path in Path(__file__).resolve().parent.glob("bench_*.py"))
 
 
@@ -67,6 +74,10 @@ def main():
         rows += found
         if options.json != "-":
             print(text_table(found), flush=True)
+    if rows and options.json != "-":
+        for bench in dict.fromkeys(name.partition(".")[0] for name in wanted):
+            print(f"floor ({bench}), measured alike in the same run: {FLOORS[bench]}")
+        print(AIM)
     text = json.dumps(rows, indent=1)
     if options.json == "-":
         print(text)

@@ -79,7 +79,7 @@ def test_update_takes_the_newest_version_goes_back_and_touches_nothing_of_the_us
     assert now() == ("v1.0.0", "kept")
     wrong = robotont(robot, "update", "v3")
     assert (wrong.returncode, wrong.stdout) == (
-        1, "robotont: no version v3; allowed: v1.10.0, v1.9.0, v1.0.0, any commit\n")
+        1, "robotont: no version v3; allowed: v1.10.0, v1.9.0, v1.0.0, a commit (git log --all --oneline)\n")
     assert "nothing to do: this is v1.0.0" in robotont(robot, "update", "v1.0.0").stdout
     (robot / "VERSION").write_text("changed")
     refused = robotont(robot, "update")
@@ -100,6 +100,27 @@ def test_update_takes_the_newest_version_goes_back_and_touches_nothing_of_the_us
     assert now() == ("newer", "kept")
     git(robot, "remote", "set-url", "origin", str(tmp_path / "gone"))
     assert f"no connection to {tmp_path / 'gone'}" in robotont(robot, "update").stdout
+
+
+def test_update_without_tags_takes_the_newest_commit_and_says_so(tmp_path):
+    home = clone(tmp_path / "home")
+    git(home, "init")
+    git(home, "add", "-A")
+    git(home, "commit", "-m", "older")
+    git(tmp_path, "clone", str(home), "robot")
+    robot = tmp_path / "robot"
+    git(robot, "remote", "set-head", "origin", "--delete")  # as where init and fetch made the clone
+    before = git(robot, "rev-parse", "--short", "HEAD")
+    git(home, "commit", "--allow-empty", "-m", "newer")
+    wrong = robotont(robot, "update", "v1.0.0")
+    assert (wrong.returncode, wrong.stdout) == (
+        1, "robotont: no version v1.0.0; allowed: a commit (git log --all --oneline)\n")
+    said = robotont(robot, "update").stdout
+    assert "no tags yet: taking the newest commit" in said
+    assert f"back: ./robotont update {before}" in said
+    assert git(robot, "rev-parse", "HEAD") == git(home, "rev-parse", "HEAD")
+    assert robotont(robot, "update", before).returncode == 0
+    assert git(robot, "rev-parse", "--short", "HEAD") == before
 
 
 def test_a_shell_finds_our_packages_whatever_the_users_bashrc_puts_before_them(tmp_path):

@@ -68,7 +68,8 @@ def test_by_hand_a_robots_parameters_are_checked_too(tmp_path, monkeypatch, caps
     monkeypatch.setattr(sys, "argv", ["robot", "four_wheels"])
     main()
     assert capsys.readouterr().out.endswith(
-        "four_wheels: 4 wheels, which stand at 315, 45, 135, 225 degrees, 50 Hz, no mistake found\n")
+        "four_wheels: 4 wheels, which stand at 315, 45, 135, 225 degrees, 50 Hz, motors that reach 1.64 m/s without "
+        "load, no mistake found\n")
     (folder / "driver.yaml").write_text("driver_node: {max_wheel_speed: 1.9}\n")
     monkeypatch.setattr(sys, "argv", ["robot", f"{folder}/"])
     main()

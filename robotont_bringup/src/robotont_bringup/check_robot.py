@@ -40,12 +40,12 @@ def main():
         if faults:
             raise ValueError("\n".join(faults))
         places = ", ".join(f"{math.degrees(position) % 360:.0f}" for position in wheels.positions)
+        reach = min(no_load_speeds(wheels))
         print(f"{folder}: {wheels.amount} wheels, which stand at {places} degrees, {wheels.pid_frequency:g} Hz, "
-              "no mistake found")
+              f"motors that reach {reach:.2f} m/s without load, no mistake found")
         if doubts(wheels):
             print(f"warning: {doubts(wheels)}")
         limit = robot.parameters.get("driver_node", {}).get("max_wheel_speed", 0.0)
-        reach = min(no_load_speeds(wheels))
         if limit > reach:
             print(f"warning: {robot.folder / PARAMETERS}: driver_node: max_wheel_speed: found {limit:g}, the motors "
                   f"reach {reach:.2f} [m/s] without load: wheels that cannot follow leave the path")

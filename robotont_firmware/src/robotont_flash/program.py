@@ -18,6 +18,7 @@ from robotont_flash.board_check import FlashError
 
 BROKEN = "cannot be read"  # begins the description of such a profile
 NEAR = 0.02  # part by which a profile's number may differ from the robot's
+EVEN_MASS = 0.75  # inertia of a robot whose mass is spread evenly, in its mass times its wheels' distance squared
 
 # What is on the board, as the last line of every message about a failure.
 UNTOUCHED = "Nothing was written: the board has what it had."
@@ -92,6 +93,9 @@ def check(profile, robot):
         raise FlashError(str(error)) from error
     if different:
         raise FlashError("\n".join([f"profile {name} is another robot's:", *different]))
+    config = {**runpy.run_path(str(package / "config.py")), **known[name]}
+    even = EVEN_MASS * config["MASS"] * (config["DISTANCE"] / 1e4) ** 2
+    print(f"INERTIA: {config['INERTIA']} g cm^2; of this MASS, spread evenly as far as the wheels: about {even:.0f}.")
     print(f"Profile {name} can work" + (f", and has the numbers of {robot}." if robot else "."))
 
 

@@ -25,7 +25,7 @@ TIME = 300  # [ms] of the first rule, and half as much again of the second
 BEYOND = const(3)  # [control periods] of the third
 TURNS = const(8)  # of the fourth,
 FORGET = 250  # [ms] after which one is forgotten
-_MOST_WAY = const(1048576)  # [fine units] no more is summed
+_LONGEST = const(4096)  # [control periods] no more are counted
 
 _STATIC = const(0)  # places in the numbers of a wheel: of the configuration,
 _LOAD = const(1)
@@ -59,9 +59,11 @@ def drive_fault(numbers, wished: int, speed: int, push: int, periods: int) -> in
     judged = works and wished > 0 and speed >= 0 - n[_FOLLOWS]
     way = n[_WAY] + ((wished - speed * 4) * periods if judged else 0)  # over edges: a slow wheel makes one now and then
     still = n[STILL] + (periods if judged else 0 - periods)
-    lags = way > 0 and still > 0
+    still = still if still < _LONGEST else _LONGEST
+    most = wished * still  # no more is missing than was wanted: an edge back is a tremor
+    lags = way > 0 and still > 0 and most > 0
     n[STILL] = still if lags else 0
-    n[_WAY] = 0 if not lags else way if way < _MOST_WAY else _MOST_WAY
+    n[_WAY] = 0 if not lags else way if way < most else most
     wrong = push >= 0 and wished > 0 and speed < 0 - n[_FOLLOWS]
     n[_WRONG] = n[_WRONG] + periods if wrong else 0
     if n[_WRONG] * 2 > n[_TIME] * 3:

@@ -54,6 +54,13 @@ def test_a_slow_wheel_is_judged_by_its_edges():
         assert found == expected, every
 
 
+def test_an_edge_back_is_no_way_that_is_missing():
+    for wished, expected in ((EDGE // 5, 31), (EDGE, TIME + 1), (20 * EDGE, TIME + 1)):
+        numbers = wheel()
+        found = [drive_fault(numbers, wished, -EDGE if period in (1, 9) else 0, WORKS, 1) for period in range(40)]
+        assert found.index(NO_COUNTS) + 1 == expected, (wished, found)
+
+
 def test_counts_the_wrong_way():
     for wished, counted, push, expected in (
         (50, -5, 0, WRONG_WAY), (50, -3, 0, NO_FAULT), (50, -5, -1, NO_FAULT), (0, -5, WORKS, NO_FAULT),

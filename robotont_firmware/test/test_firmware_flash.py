@@ -92,7 +92,7 @@ def test_what_must_not_be_flashed_is_refused_and_nothing_written(board, flash, m
 
 
 @pytest.mark.parametrize("arguments, status, words", [
-    ("--check --profile four robot:=four_wheels", 0, ["PC12", "INERTIA: 1104000 g cm^2;", "about 1130400",
+    ("--check --profile four robot:=four_wheels", 0, ["PC12", "INERTIA: 1104000 g cm^2;", "about 1130400.",
                                                        "can work, and has the numbers of four_wheels"]),
     ("--check --profile ours", 0, ["Profile ours can work."]),
     ("--check --profile four robot:=thesis", 1, ["WHEELS: 4 in the profile, 3 by the robot", "GEAR: 3000",

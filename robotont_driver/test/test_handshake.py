@@ -58,6 +58,10 @@ def test_a_board_of_any_number_of_wheels_is_recognised_and_they_are_counted():
     listener = Listener()
     assert [listener.feed(b"1:2:3:4;\n") for _ in range(2)] == [None, "plain"]
     assert listener.fields == 4
+    assert listener.feed(sealed(identity(wheels=5))) == "checked"
+    assert listener.fields == 5
+    assert listener.feed(b"# robotont_firmware 1.0\n") == "checked", "which has not told how many it drives"
+    assert listener.fields == 0
 
 
 def test_a_checked_packet_that_lost_its_trailer_makes_no_plain_board():
@@ -111,14 +115,37 @@ def test_a_board_confirms_its_robot_or_is_refused_with_the_one_that_fits(robot, 
     b"Setpoint 1, 0.200000\r\n",  # August 2018 and later
     b"Speed[0]: 0.000000 (0.000000): \r\n",
     b"ODOM:0.100000:0.000000:0.000000:0.100000:0.000000:0.000000\r\nMOTOR 1: \r\n",
+    b"MOTOR 1: \r\nODOM:0.100000:0.000000:0.000000:0.100000:0.000000:0.000000\r\n",
     b"".join(b"ODOM:%.6f:0.000000:0.000000:0.100000:0.000000:0.000000\r\n" % (0.01 * step) for step in range(60)),
 ])  # the last one moves by 0.1 s times its twist
 @pytest.mark.parametrize("robot", ["auto", "robotont2"])
 def test_firmware_from_before_2020_is_named_and_not_driven(robot, lines):
     connection = Connection(official_wheels(), robot)
-    connection.feed(lines, 0.1)
+    for line in lines.splitlines(keepends=True):
+        connection.feed(line, 0.1)
     assert connection.obstacle.startswith("firmware from before March 2020: ")
     assert connection.encode(COMMAND, 10.0) in (b"", b"RS:0:0:0\n")
+
+
+@pytest.mark.parametrize("speed", [0.0, 0.1])
+def test_single_spoilt_lines_of_a_delivered_board_never_make_it_an_old_one(speed):
+    connection = Connection(official_wheels(), "robotont2")
+    for line in range(1200):
+        spoilt = line % 10 == 9
+        connection.feed(b"ODOM:%.6f:%d.000000:0.000000:%.6f:0.000000:0.000000\r\n" % (
+            0.02 * speed * line, spoilt, speed), 0.02 * line)
+    assert connection.protocol.dropped["inconsistent"] >= 120
+    assert connection.obstacle == ""
+    assert connection.encode(COMMAND, 30.0).startswith(b"MS:")
+
+
+def test_a_board_that_is_flashed_with_the_robots_firmware_while_the_port_is_open_is_no_longer_refused():
+    connection = Connection(official_wheels(), "robotont2")
+    for board in ("checked", "robotont2"):
+        for at, data in talk(board):
+            connection.feed(data, at)
+        assert bool(connection.obstacle) == (board == "checked")
+    assert connection.encode(COMMAND, 5.0).startswith(b"MS:")
 
 
 def test_the_thesis_robot_on_a_generation_2_board_is_refused_unless_its_file_names_that_board():

@@ -126,4 +126,4 @@ class Checked(Protocol):
         """The packet with its CRC. A board that is unknown, or must not be driven, gets zeros instead."""
         if self.health.wants_identity:
             return QUESTION + self._zeros
-        return self._zeros if self.obstacle else add_checksum(command.text)
+        return self._zeros if self.obstacle or not self.packets else add_checksum(command.text)

@@ -1,5 +1,6 @@
 """One open port and the board behind it, from the handshake to the loss: the protocol, its rate, and what is wrong."""
 
+from robotont_driver.protocol.board_status import Identity
 from robotont_driver.protocol.checked import Checked, CheckedPacket, ForeignPacketError
 from robotont_driver.protocol.official_boards import BANNER, OLD, USB_ID, Robotont2, Robotont3, is_old, read_numbers
 from robotont_driver.protocol.packet import LineSplitter, Packet, PacketError, format_packet, parse_packet
@@ -25,7 +26,7 @@ def explained(name):
 class Listener:
     """Names the protocol of received data. usb_id: "vendor:product" of the port, if known. wheels: 0: any number.
 
-    `fields`: numbers in the newest line before the first semicolon, the wheels of a plain or checked packet.
+    `fields`: wheels of the board, if it is a plain or checked one, by the newest line; 0: that does not tell.
     """
 
     def __init__(self, usb_id="", wheels=0):
@@ -44,7 +45,11 @@ class Listener:
 
     def _decide(self, line):
         text = line.decode("ascii").strip("\r") if line.isascii() else ""
-        self.fields = text.partition(";")[0].count(":") + 1
+        if text.startswith("#"):
+            identity = Identity.parse(text[2:])
+            self.fields = identity.wheels if identity else 0
+        else:
+            self.fields = text.partition(";")[0].count(":") + 1
         name = recognise(text, self._wheels or max(LEAST_WHEELS, self.fields), self._usb_id)
         self._plain_lines = self._plain_lines + 1 if name == Plain.name else 0
         if name is None and line.strip():
@@ -112,7 +117,7 @@ class Connection:
         self._expected = packets if packets in OFFICIAL else ""
         self.protocol = None if packets == AUTO or self._expected else KINDS[packets](wheels)
         self._listener = Listener(usb_id, wheels.amount)
-        self._opened = now
+        self.opened = now    # [s]
         self._spoke = None   # [s] when the newest packet came
         self._refusal = ""   # of the board, at the handshake
         self._rate = PacketRate(wheels.pid_frequency)
@@ -176,14 +181,15 @@ class Connection:
                              + ROBOTS[name])
             return False
         self.protocol = protocol
+        if self._refusal != OLD or name not in OFFICIAL:  # old firmware sends both kinds of lines; else it was flashed
+            self._refusal = ""
         return True
 
     def encode(self, command, now):
         """Bytes of a line for a command, a `Packet`; empty while nothing may be sent."""
         if self.protocol:
-            wrong = self._rate.obstacle and not self.protocol.tells_rate
-            return self.protocol.stop() if wrong else self.protocol.encode(command)
-        listens = self._refusal or self._expected or now - self._opened < PATIENCE
+            return self.protocol.stop() if self.obstacle else self.protocol.encode(command)
+        listens = self._refusal or self._expected or now - self.opened < PATIENCE
         return b"" if listens else command.text.encode("ascii")
 
     def stop(self, now):

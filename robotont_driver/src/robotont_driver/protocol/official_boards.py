@@ -156,7 +156,7 @@ class Robotont2(Protocol):
             if lost and self._regular:  # of such as stand still, which follow each other
                 self._last = self._last[0], now - PERIOD
                 self._place = (self._place + lost) % LOOPS
-            self._waiting = [(line, now)]
+            self._waiting, self._strange = [(line, now)], 0
         else:
             confirmed = self._waiting[:-1] and self._follows(self._waiting[-2][0], line)
             self._strange = 0 if confirmed else self._strange + 1

@@ -96,19 +96,26 @@ class SerialLink:
             try:
                 with opened(self._name, self._baudrate) as port:
                     now = time.monotonic()
-                    self.connection = connection = self._owner.connect(usb_id(self._name), now)
+                    self.connection = connection = self._call("connect", usb_id(self._name), now)
                     self._outbox = Outbox(BITS_OF_A_BYTE / self._baudrate)
                     self._command, self._deadline = None, now + self._write_timeout
                     self.opened += 1
                     self.trouble = None
-                    self._owner.on_change(None)
+                    self._call("on_change", None)
                     self._serve(port.fileno(), connection)
-            except (OSError, ValueError, termios.error) as error:  # pyserial's own errors are OSErrors
+            except OSError as error:  # of the port
                 self._lost(explain(self._name, error))
             except Exception as error:  # without this thread nothing would stop the robot
                 self._owner.on_failure(error)
                 self._lost(f"{self._name}: a fault of this program, {type(error).__name__}: {error}")
             self._rest(self._retry_period)
+
+    def _call(self, name, *arguments):
+        """Of the owner; an OSError out of it is none of the port."""
+        try:
+            return getattr(self._owner, name)(*arguments)
+        except OSError as error:
+            raise RuntimeError(f"{type(error).__name__}: {error}") from error
 
     def _serve(self, port, connection):
         """Move bytes both ways until the port fails, the board falls silent or the link is closed."""
@@ -121,7 +128,7 @@ class SerialLink:
                 self._outbox.pacing = protocol.pacing
                 self._outbox.put(protocol.hello)
                 self._outbox.write(port, time.monotonic)
-                self._owner.on_protocol(protocol)
+                self._call("on_protocol", protocol)
             now = time.monotonic()
             self.gaps.tick(now)
             if self._closing:
@@ -137,7 +144,7 @@ class SerialLink:
             data = read(port, events[port]) if port in events else b""
             for line in data.splitlines(keepends=True):  # of a burst, each packet goes out before the next line is read
                 for packet in connection.feed(line, time.monotonic()):
-                    self._owner.on_packet(packet)
+                    self._call("on_packet", packet)
 
     def _take_commands(self, connection, now):
         """Put the newest command into the outbox, and the stop in its place when it is too old."""
@@ -169,7 +176,10 @@ class SerialLink:
         if self.connection:
             self.connection.trouble = trouble
         if changed and not self._closing:
-            self._owner.on_change(trouble)
+            try:
+                self._owner.on_change(trouble)
+            except Exception as error:
+                self._owner.on_failure(error)
 
     def _rest(self, duration):
         end = time.monotonic() + duration

@@ -1,4 +1,4 @@
-"""A serial port: who holds it, what is behind it, and what its errors mean."""
+"""A serial port: opened as this process' own, who holds it, what is behind it, and what its errors mean."""
 
 import contextlib
 import errno
@@ -83,13 +83,17 @@ class ForeignPortError(OSError):
 def opened(name, baudrate, timeout=0.0):
     """A port as this process' own: also programs that look at no lock are refused. Yields serial.Serial.
 
-    Raises OSError, and ForeignPortError where it leads to a user's terminal, or may soon. A pseudo-terminal is only
-    locked: after `kill -9` it would stay marked for as long as its other end lives; a real port loses the mark.
+    Raises OSError alone, a ForeignPortError where it leads to a user's terminal. A pseudo-terminal is only locked:
+    after `kill -9` it would stay marked for as long as its other end lives; a real port loses the mark.
     """
     reason = refusal(name)
     if reason:
         raise ForeignPortError(reason)
-    with serial.Serial(name, baudrate, timeout=timeout, exclusive=True) as port:
+    try:
+        port = serial.Serial(name, baudrate, timeout=timeout, exclusive=True)
+    except (ValueError, termios.error) as error:  # pyserial's own are OSErrors
+        raise OSError(*error.args) from error
+    with port:
         if is_pseudo_terminal(name):
             yield port
             return

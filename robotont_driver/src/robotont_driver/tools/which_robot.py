@@ -31,7 +31,7 @@ def tell(port, baudrate, seconds):
     """Print what the board at a port is, and the line that starts it; the exit status."""
     try:
         name, received = listen(port, baudrate, seconds)
-    except (OSError, ValueError) as error:
+    except OSError as error:
         print(f"which_robot: {explain(port, error)}", file=sys.stderr)
         return 1
     if name is None:

@@ -88,7 +88,7 @@ class SerialComNodeTest(NodeTest):
         self.board.line.corrupt = 0.02
         self.wait_for_status(TASK, WARN, "of the board's lines are lost")
         self.board.line.corrupt = 0.0005  # a line in 40
-        self.wait_for_status(TASK, WARN, "dropped in the last second")
+        self.wait_for_status(TASK, WARN, "dropped since the last report")
         self.board.line.corrupt = 0.0
         self.wait_for_status(TASK, OK)
         intervals = sorted(after - before for before, after in zip(reports, reports[1:]))

@@ -98,7 +98,7 @@ class CommandStream:
         return None
 
     def emergency_stop(self, pressed, now):
-        """Stop while pressed; after it only senders who have stopped move the robot. Returns whether this is a change.
+        """Stop while pressed; after it `StandFirst` tells who moves the robot. Returns whether this is a change.
 
         A release of a button that is not pressed is no change and stops nothing.
         """

@@ -88,7 +88,7 @@ class OdomNode:
         self._arrived = None  # [ns] newest packet, on the steady clock
         self._packets = 0
         self._refused = 0  # malformed messages on serial_read
-        self._rate = Rate()
+        self._rate = Rate(time.monotonic())
         self._messages = OdometryMessages(parameters, wheels.amount)
         rospy.Service("reset_odometry", Trigger, self._on_reset)
         rospy.Service("odom_reset", Empty, lambda _: self._on_reset(_) and EmptyResponse())  # the makers' name for it

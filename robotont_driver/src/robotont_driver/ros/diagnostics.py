@@ -50,12 +50,11 @@ def robot_name():
 
 
 class Rate:
-    """Events per second since the last look, or the one before where that is less than half a second ago."""
+    """Events per second since the last look that was half a second after the one before it, or since the beginning."""
 
-    def __init__(self):
-        self._count = 0
-        self._time = 0.0
-        self._rate = 0.0
+    def __init__(self, begun):
+        """begun: [s] when nothing had come yet, by the clock of `look`."""
+        self._count, self._time, self._rate = 0, begun, 0.0
 
     def look(self, count, now):
         """[1/s], from the total `count` of events at time `now` [s]."""

@@ -19,7 +19,7 @@ class ImuInput:
         self._topic, self._base_frame, self._gyro, self._lock = topic, base_frame, gyro, lock
         self._frame = self._up = self._buffer = self._listener = None
         self._looked, self._trouble = 0.0, ""  # [s] when TF was asked last, and why it has no transform
-        self._samples, self._rate = 0, Rate()
+        self._samples, self._rate = 0, Rate(time.monotonic())
         rospy.Subscriber(topic, Imu, self._on_imu, queue_size=BURST, tcp_nodelay=True)
 
     def _on_imu(self, message):

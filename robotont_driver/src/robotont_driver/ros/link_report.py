@@ -20,14 +20,15 @@ class LinkReport:
 
     def __init__(self, link, refused, battery):
         self._link, self._refused, self._battery = link, refused, battery
-        self._connection, self._rate = None, Rate()
-        self._seen = NONE  # errors, packets, repaired ones, restarts and doubts up to the last report
+        self._connection, self._rate = None, Rate(0.0)
+        self._seen = NONE  # lines dropped, packets, repaired ones, restarts and doubts up to the last report
+        self._told = 0     # messages refused, likewise
 
     def report_link(self):
         """Level, words and values of the line."""
         link, connection, now = self._link, self._link.connection, time.monotonic()
         if connection is not self._connection:
-            self._connection, self._rate, self._seen = connection, Rate(), NONE
+            self._connection, self._rate, self._seen = connection, Rate(connection.opened), NONE
         protocol = connection and connection.protocol
         refused = self._refused()
         dropped = dict(protocol.dropped) if protocol else {}
@@ -53,10 +54,9 @@ class LinkReport:
             "lost lines that may have been a restart": doubts,
             "reconnects": max(0, link.opened - 1),
         }
-        errors = sum(dropped.values()) + refused
-        seen = errors, packets, repaired, restarts, doubts
+        seen = values["lines dropped"], packets, repaired, restarts, doubts
         new_errors, new_packets, lost, restarted, doubted = (new - before for new, before in zip(seen, self._seen))
-        self._seen = seen
+        no_packets, self._seen, self._told = refused - self._told, seen, refused
         if restarted:
             rospy.logwarn(RESTARTED)
         if doubted:
@@ -67,13 +67,15 @@ class LinkReport:
         if not warning and rate == 0.0 and not (protocol and new_errors):
             warning = "port open, but no packets: is the firmware running, at this baudrate?"
         elif not warning and rate == 0.0:
-            warning = (f"{new_errors} lines came in the last second, and none is a packet of a board that speaks "
+            warning = (f"{new_errors} lines came since the last report, and none is a packet of a board that speaks "
                        f"{protocol.name}: {protocol.newest_error}; is it another board (~packets), another firmware, "
                        "or another baudrate?")
         elif not warning and lost > LOST * new_packets:
             warning = f"{lost / new_packets:.0%} of the board's lines are lost: check cable and baudrate"
         elif not warning and new_errors:
-            warning = f"{new_errors} lines dropped in the last second: check cable and baudrate"
+            warning = f"{new_errors} lines dropped since the last report: check cable and baudrate"
+        elif not warning and no_packets:
+            warning = f"{no_packets} messages on serial_write were no packets"
         return (WARN, warning, values) if warning else (OK, f"{rate:.0f} packets/s, {protocol.name}", values)
 
     def report_board(self):

@@ -45,6 +45,18 @@ def test_without_a_black_box_it_says_how_to_have_one_and_a_small_archive_has_a_s
     assert re.search(r"r\.tar\.gz: [1-9][0-9]* kB;", said)
 
 
+def test_a_command_that_fails_or_of_which_nothing_may_be_kept_is_in_the_notes(run, monkeypatch):
+    monkeypatch.setattr(report, "COMMANDS", {"a.txt": ("echo", "fine"), "b.txt": ("false",), "c.txt": ("no_such",)})
+    monkeypatch.setattr(report, "LINES", {"d.txt": (("echo", SECRET), "tty.*")})
+    _, found = run()
+    notes = next(text for name, text in found.items() if name.endswith("notes.txt"))
+    for words in ("b.txt: false has ended with status 1", "c.txt: ", "d.txt: echo has ended with status 0; "
+                  f"{len(SECRET) + 1} characters, of which 0 may be kept"):
+        assert words in notes
+    assert "a.txt" not in notes
+    assert "hunter22" not in notes
+
+
 def test_logs_are_those_of_own_nodes(run, tmp_path):
     (tmp_path / "logs/latest").mkdir(parents=True)
     for name in ("robot1-driver_node-2.log", "driver_node-2-stdout.log", "web_teleop_node-3.log", "rosout.log",

@@ -81,7 +81,11 @@ class Report:
                 done = subprocess.run(command, check=False, text=True, errors="replace", stdin=subprocess.DEVNULL,
                                       stdout=subprocess.PIPE, stderr=subprocess.STDOUT, timeout=10)
                 lines = (re.match(kept, line) for line in done.stdout.splitlines())
-                self.text(name, "".join(line.group() + "\n" for line in lines if line)[-LOG_END:])
+                text = "".join(line.group() + "\n" for line in lines if line)
+                self.text(name, text[-LOG_END:])
+                if done.returncode or not text:
+                    self.notes.append(f"{name}: {command[0]} has ended with status {done.returncode}; "
+                                      f"{len(done.stdout)} characters, of which {len(text)} may be kept")
             except (OSError, subprocess.TimeoutExpired) as error:
                 self.notes.append(f"{name}: {error}")
 

@@ -31,7 +31,8 @@ class Browser:
     """A browser with a profile of its own; ends with the `with` block."""
 
     def __init__(self):
-        self._folder = tempfile.mkdtemp(prefix="robotont_browser_")
+        lifeline = os.environ.get("ROBOTONT_LIFELINE", "").rpartition(":")[2]  # goes also when this is killed
+        self._folder = tempfile.mkdtemp(prefix="robotont_browser_", dir=lifeline or None)
         self.process = subprocess.Popen(
             [CHROMIUM, "--headless=new", "--no-sandbox", "--disable-gpu", "--no-first-run", "--remote-debugging-port=0",
              "--disable-dev-shm-usage", "--disable-background-networking", "--disable-component-update",

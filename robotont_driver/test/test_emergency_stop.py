@@ -6,8 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from robotont_driver.command.command_stream import StandFirst
-from robotont_driver.command.emergency_stop import EmergencyStop
+from robotont_driver.command.emergency_stop import EmergencyStop, StandFirst
 
 NODES = ("/button", "/page", "/keys")
 TIMEOUT = 0.5

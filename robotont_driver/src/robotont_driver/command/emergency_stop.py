@@ -1,4 +1,4 @@
-"""The emergency stop: who presses it and what releases it; free of ROS and clock.
+"""The emergency stop: who presses it, what releases it, and who has to stop first behind it.
 
 The rule: docs/safety.md, "The emergency stop".
 """
@@ -51,3 +51,45 @@ class EmergencyStop:
         changed = self.pressed
         self._presses.clear()
         return changed
+
+
+class StandFirst:
+    """Who has to stop once before he may drive: whoever has asked for motion and not stopped before the release.
+
+    timeout: [s] after which silence counts as a stop. Times [s] are the caller's, from a clock that never goes back.
+    """
+
+    def __init__(self, timeout):
+        self._timeout = timeout
+        self._asked = {}   # when each sender has asked for motion for the last time, since its newest zero
+        self._held = set()  # senders that have to stop first
+
+    def press(self, now):
+        """The emergency stop begins: who has fallen silent before does not ask for motion."""
+        self._asked = {sender: at for sender, at in self._asked.items() if now - at < self._timeout}
+        self._held.intersection_update(self._asked)
+
+    def release(self, now):
+        """It ends: from now on silence counts."""
+        self._asked = dict.fromkeys(self._asked, now)
+        self._held = set(self._asked)
+
+    def admits(self, sender, moves, now):
+        """Whether a sender's command counts; `moves`: whether it asks for motion."""
+        if not moves:
+            self._asked.pop(sender, None)
+            self._held.discard(sender)
+            return True
+        silent = now - self._asked.get(sender, now) >= self._timeout
+        self._asked[sender] = now
+        if silent:
+            self._held.discard(sender)
+        return sender not in self._held
+
+    def waiting(self, now):
+        """Names of the senders that are held and ask for motion."""
+        return sorted(sender for sender in self._held if now - self._asked[sender] < self._timeout)
+
+    def excuse(self):
+        """On a person's request: nobody has to stop first any more."""
+        self._held.clear()

@@ -6,7 +6,7 @@ A twist is (v_x [m/s], v_y [m/s], omega [rad/s]). Times [s] are the caller's, fr
 import math
 from typing import NamedTuple
 
-from robotont_driver.command.command_stream import StandFirst
+from robotont_driver.command.emergency_stop import StandFirst
 from robotont_teleop.hand.speeds import STOP
 
 NOBODY, EMERGENCY_STOP = "nobody", "emergency stop"

@@ -20,7 +20,8 @@ from guarded_drive import (
 from hypothesis import given
 from hypothesis import strategies as st
 
-from robotont_driver.kinematics.se2 import arc, compose, rotation_of
+from robotont_description.geometry import rotation_of
+from robotont_driver.kinematics.se2 import arc, compose
 from robotont_simulator.world import Box, read_world
 from robotont_testing import places
 

@@ -14,7 +14,8 @@ from nav_msgs.msg import OccupancyGrid
 from sensor_msgs.msg import LaserScan
 from std_msgs.msg import String
 
-from robotont_driver.kinematics.se2 import between, compose, rotation_of, seen_from_above, yaw_of
+from robotont_description.geometry import rotation_of, seen_from_above
+from robotont_driver.kinematics.se2 import between, compose, yaw_of
 from robotont_driver.parameters.parameters import Parameter
 from robotont_driver.ros.diagnostics import ERROR, OK, WARN, Health, robot_name
 from robotont_driver.ros.worker import Worker

@@ -15,7 +15,8 @@ from nav_msgs.msg import OccupancyGrid
 from sensor_msgs.msg import LaserScan
 from std_msgs.msg import String
 
-from robotont_driver.kinematics.se2 import between, compose, rotation_of, seen_from_above, yaw_of
+from robotont_description.geometry import rotation_of, seen_from_above
+from robotont_driver.kinematics.se2 import between, compose, yaw_of
 from robotont_driver.rospy_repairs.rospy_end import init_tool
 from robotont_map_navigation.footprint import base_frame, needed_radius
 from robotont_map_navigation.goal import DONE, GAVE_UP, INTERRUPTED, LOST, NOT_THERE, Goal, Outcome

@@ -9,8 +9,7 @@ from nav_msgs.msg import Odometry
 from sensor_msgs.msg import LaserScan, Range
 from tf2_msgs.msg import TFMessage
 
-from robotont_description.geometry import body
-from robotont_driver.kinematics.se2 import rotation_of
+from robotont_description.geometry import body, rotation_of
 from robotont_driver.parameters.parameters import ParameterError, is_number
 from robotont_driver.ros.lifecycle import running_wheels
 from robotont_driver.ros.worker import boot_time

@@ -11,7 +11,7 @@ import numpy as np
 import rospy
 from tf2_msgs.msg import TFMessage
 
-from robotont_driver.kinematics.se2 import rotation_of
+from robotont_description.geometry import rotation_of
 
 STALE = 1.0       # [s] a transform that has not come for so long is no place
 MOST_FRAMES, DEEPEST = 500, 10

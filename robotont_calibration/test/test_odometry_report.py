@@ -20,7 +20,7 @@ from robotont_calibration.trajectory import Trajectory, synchronise
 from robotont_driver.kinematics import se2
 from robotont_driver.kinematics.kinematics import Kinematics
 from robotont_driver.kinematics.wheel_params import read_wheels
-from robotont_driver.protocol.packet import format_packet
+from robotont_driver.protocol.protocol import format_packet
 from robotont_testing.robots import SHIPPED, WHEEL_PARAMS
 from robotont_testing.simulated_wheels import PERIOD, counted, path_of, rolled, square, still, straight
 

@@ -8,7 +8,8 @@ from robotont_driver.kinematics.wheel_params import read_wheels
 from robotont_driver.link.serial_link import Outbox
 from robotont_driver.odometry.odometry import WheelOdometry
 from robotont_driver.protocol.connection import KINDS
-from robotont_driver.protocol.packet import format_packet, parse_packet
+from robotont_driver.protocol.plain import parse_packet
+from robotont_driver.protocol.protocol import format_packet
 from robotont_testing.dc_motors import Motors
 from robotont_testing.robots import ROBOTONT2
 

@@ -18,7 +18,7 @@ from tf2_msgs.msg import TFMessage
 from robotont_driver.kinematics.kinematics import Kinematics
 from robotont_driver.kinematics.se2 import pose_of
 from robotont_driver.kinematics.wheel_params import read_wheels
-from robotont_driver.protocol.packet import format_packet
+from robotont_driver.protocol.protocol import format_packet
 from robotont_testing.harness import wait_for
 from robotont_testing.node_test import OK, WARN, NodeTest
 

@@ -14,7 +14,7 @@ from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
 from std_msgs.msg import String
 
-from robotont_driver.protocol.packet import format_packet
+from robotont_driver.protocol.protocol import format_packet
 from robotont_testing.harness import wait_for
 from robotont_testing.node_test import WARN, NodeTest, twist
 

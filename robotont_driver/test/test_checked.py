@@ -7,8 +7,8 @@ from checked_bench import REACH, Reader, Sender
 from hypothesis import given
 from hypothesis import strategies as st
 
-from robotont_driver.protocol.checked import QUESTION
-from robotont_driver.protocol.packet import Packet, add_checksum, crc16
+from robotont_driver.protocol.checked import QUESTION, add_checksum, crc16
+from robotont_driver.protocol.protocol import Packet
 from robotont_testing.stand_in_board import PERIOD, identity, sealed
 
 COMMAND = Packet([5, 5, 5])

@@ -6,8 +6,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from robotont_driver.kinematics.wheel_params import read_wheels
+from robotont_driver.protocol.checked import add_checksum
 from robotont_driver.protocol.connection import NAMES, Connection
-from robotont_driver.protocol.packet import Packet, add_checksum
+from robotont_driver.protocol.protocol import Packet
 from robotont_driver.robots.robot_folder import read_wheel_file
 from robotont_testing.robots import ROBOTONT2, WHEEL_PARAMS
 from robotont_testing.spoilt import spoilt

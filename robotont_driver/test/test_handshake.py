@@ -6,7 +6,7 @@ from protocol_bench import Bench, official_wheels
 
 from robotont_driver.kinematics.wheel_params import read_wheels
 from robotont_driver.protocol.connection import CLOSED, LISTENING, NAMES, SILENT, SPEAKING, Connection, Listener
-from robotont_driver.protocol.packet import Packet
+from robotont_driver.protocol.protocol import Packet
 from robotont_testing.robots import SHIPPED
 from robotont_testing.stand_in_board import identity, sealed
 

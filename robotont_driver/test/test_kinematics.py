@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from robotont_driver.kinematics.kinematics import Kinematics
 from robotont_driver.kinematics.wheel_params import ParameterError, read_wheels
-from robotont_driver.protocol.packet import format_packet
+from robotont_driver.protocol.protocol import format_packet
 from robotont_testing.robots import BARE, SHIPPED, UNEVEN_4
 
 speeds = st.floats(-3.0, 3.0)

@@ -5,17 +5,9 @@ import json
 import pytest
 from checked_bench import Reader
 
-from robotont_driver.protocol.checked import CheckedPacket
-from robotont_driver.protocol.packet import (
-    LONGEST_LINE,
-    LineSplitter,
-    Packet,
-    PacketError,
-    add_checksum,
-    crc16,
-    format_packet,
-    parse_packet,
-)
+from robotont_driver.protocol.checked import CheckedPacket, add_checksum, crc16
+from robotont_driver.protocol.plain import parse_packet
+from robotont_driver.protocol.protocol import LONGEST_LINE, LineSplitter, Packet, PacketError, format_packet
 from robotont_testing import places
 
 GOLDEN = json.loads(places.data("golden_packets.json").read_text())

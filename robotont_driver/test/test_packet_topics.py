@@ -2,7 +2,7 @@
 
 from unittest.mock import Mock
 
-from robotont_driver.protocol.packet import Packet
+from robotont_driver.protocol.protocol import Packet
 from robotont_driver.ros import packet_topics
 
 

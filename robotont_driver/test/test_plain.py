@@ -1,9 +1,9 @@
-"""The protocol of the thesis' packets: what is read and what is dropped. Echoes: test_echo.py."""
+"""The protocol of the thesis' packets: what is read and what is dropped."""
 
 import pytest
 
 from robotont_driver.kinematics.wheel_params import read_wheels
-from robotont_driver.protocol.protocol import Plain
+from robotont_driver.protocol.plain import Plain
 from robotont_testing.robots import SHIPPED
 
 

@@ -11,7 +11,7 @@ from link_bench import Ends
 
 from robotont_driver.command.command_age import Gaps
 from robotont_driver.protocol import connection
-from robotont_driver.protocol.packet import Packet
+from robotont_driver.protocol.protocol import Packet
 from robotont_testing.harness import wait_for
 from robotont_testing.stand_in_board import Board
 

@@ -12,7 +12,8 @@ from robotont_driver.kinematics.wheel_params import (
     read_wheels,
 )
 from robotont_driver.parameters.parameters import ParameterError
-from robotont_driver.protocol.packet import LONGEST_LINE, add_checksum, format_packet
+from robotont_driver.protocol.checked import add_checksum
+from robotont_driver.protocol.protocol import LONGEST_LINE, format_packet
 from robotont_driver.robots.robot_folder import read_wheel_file
 from robotont_testing.robots import BARE, SHIPPED, WHEEL_PARAMS
 

@@ -6,8 +6,8 @@ The board itself ends each drive (order `!test`, see docs/protocol.md), so nothi
 import time
 
 from robotont_driver.protocol.board_status import TIMED_OUT, WAITS_FOR_ZERO
-from robotont_driver.protocol.checked import QUESTION, Checked
-from robotont_driver.protocol.packet import add_checksum, format_packet
+from robotont_driver.protocol.checked import QUESTION, Checked, add_checksum
+from robotont_driver.protocol.protocol import format_packet
 
 MOVED = 15    # [edges] fewer in half a second are none
 REST = 1.2    # [s] from an order until its wheel stands again

@@ -8,7 +8,8 @@ from robotont_calibration.trajectory import Trajectory
 from robotont_driver.kinematics import se2
 from robotont_driver.odometry.odometry import LONGEST_HOLD
 from robotont_driver.odometry.odometry_stamps import SECOND, OdometryStamps
-from robotont_driver.protocol.packet import LONGEST_LINE, PacketError, parse_packet
+from robotont_driver.protocol.plain import parse_packet
+from robotont_driver.protocol.protocol import LONGEST_LINE, PacketError
 
 
 class RecordingError(ValueError):

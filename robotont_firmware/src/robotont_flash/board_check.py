@@ -6,11 +6,11 @@ import time
 
 from robotont_driver.link.serial_port import heard, opened, usb_id
 from robotont_driver.protocol.board_status import Identity
-from robotont_driver.protocol.checked import QUESTION, Checked, CheckedPacket
+from robotont_driver.protocol.checked import QUESTION, Checked, CheckedPacket, add_checksum
 from robotont_driver.protocol.connection import Listener, explained
 from robotont_driver.protocol.official_boards import USB_ID as GENERATION_3
 from robotont_driver.protocol.official_boards import Robotont3
-from robotont_driver.protocol.packet import PacketError, add_checksum
+from robotont_driver.protocol.protocol import PacketError
 
 BAUDRATE = 115200
 LEAVE = b"\n" + add_checksum("!repl;")  # asks the running firmware for the REPL

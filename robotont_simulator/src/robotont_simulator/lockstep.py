@@ -2,8 +2,8 @@
 
 from robotont_driver.kinematics.kinematics import Kinematics
 from robotont_driver.odometry.odometry import WheelOdometry
-from robotont_driver.protocol.checked import Checked
-from robotont_driver.protocol.packet import add_checksum, format_packet
+from robotont_driver.protocol.checked import Checked, add_checksum
+from robotont_driver.protocol.protocol import format_packet
 from robotont_driver.robots.robot_folder import read_robot
 from robotont_firmware.main_loop import Controller
 from robotont_simulator.simulated_board import SimulatedBoard, configuration

@@ -15,7 +15,7 @@ from robotont_driver.command.limits import Limits
 from robotont_driver.kinematics.kinematics import Kinematics
 from robotont_driver.kinematics.wheel_params import doubts
 from robotont_driver.parameters.parameters import Parameter
-from robotont_driver.protocol.packet import Packet, format_packet
+from robotont_driver.protocol.protocol import Packet, format_packet
 from robotont_driver.ros.diagnostics import OK, WARN, Health, robot_name
 from robotont_driver.ros.lifecycle import run_node
 from robotont_driver.ros.packet_topics import PacketTopic

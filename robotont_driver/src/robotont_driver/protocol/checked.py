@@ -1,18 +1,34 @@
 """Protocol of this project's firmware: a CRC, a counter and encoder totals behind the semicolon; docs/protocol.md."""
 
+import binascii
 import functools
 import math
 import re
 
 from robotont_driver.protocol.board_status import BoardHealth, BoardStatus
 from robotont_driver.protocol.lost_packets import LostPackets
-from robotont_driver.protocol.packet import PacketError, add_checksum, format_packet, has_checksum
-from robotont_driver.protocol.protocol import Power, Protocol
+from robotont_driver.protocol.protocol import PacketError, Power, Protocol, format_packet
 
 # counts, counter, totals, status (from firmware 2.0 on; with at least 3 wheels it is longer than a total), CRC
 _CHECKED = re.compile(r"(-?[0-9]{1,7}(?::-?[0-9]{1,7})*);([0-9A-F]{2}):([0-9A-F]{4}(?::[0-9A-F]{4})+)"
                       r"(?::([0-9A-F]{9,}))?:[0-9A-F]{4}\Z")
 _hexadecimal = functools.partial(int, base=16)
+
+
+def crc16(data):
+    """CRC-16/CCITT-FALSE of bytes: polynomial 0x1021, initial value 0xFFFF, not reflected."""
+    return binascii.crc_hqx(data, 0xFFFF)
+
+
+def add_checksum(packet):
+    r"""The checked form, as bytes, of a plain command packet that ends with `;\\n`."""
+    body = packet.rstrip("\n").encode("ascii")
+    return body + b"%04X\n" % crc16(body)
+
+
+def has_checksum(line):
+    """Whether the last four characters of a line (ASCII, without newline), hexadecimal digits, are its checksum."""
+    return binascii.crc_hqx(line[:-4].encode("ascii"), 0xFFFF) == int(line[-4:], 16)
 
 
 class ForeignPacketError(PacketError):

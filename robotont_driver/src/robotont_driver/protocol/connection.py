@@ -3,8 +3,8 @@
 from robotont_driver.protocol.board_status import Identity
 from robotont_driver.protocol.checked import Checked, CheckedPacket, ForeignPacketError
 from robotont_driver.protocol.official_boards import BANNER, OLD, USB_ID, Robotont2, Robotont3, is_old, read_numbers
-from robotont_driver.protocol.packet import LineSplitter, Packet, PacketError, format_packet, parse_packet
-from robotont_driver.protocol.protocol import Plain, ProtocolError
+from robotont_driver.protocol.plain import Plain, parse_packet
+from robotont_driver.protocol.protocol import LineSplitter, Packet, PacketError, ProtocolError, format_packet
 
 OWN_BANNER = "# robotont_firmware"
 # What drives each board: the robot for it, as the launch files' argument.

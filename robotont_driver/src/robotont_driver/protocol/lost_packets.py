@@ -4,7 +4,7 @@ A packet that does not continue the one before is held until the next: an error,
 has, unheard, is judged by time and by the speeds before and after. Times are in periods of the board.
 """
 
-from robotont_driver.protocol.packet import Packet, PacketError
+from robotont_driver.protocol.protocol import Packet, PacketError
 
 LARGEST_DRIFT = 0.02  # part by which the board's period may differ from the nominal one
 HELD = 25.0       # [periods] whose packets the link may hold back

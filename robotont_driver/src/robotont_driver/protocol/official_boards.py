@@ -11,8 +11,7 @@ import re
 from operator import add
 
 from robotont_driver.kinematics.se2 import between, compose
-from robotont_driver.protocol.packet import Packet, PacketError, format_packet
-from robotont_driver.protocol.protocol import Power, Protocol, ProtocolError, Ranges
+from robotont_driver.protocol.protocol import Packet, PacketError, Power, Protocol, ProtocolError, Ranges, format_packet
 
 POSITIONS = tuple(math.radians(angle) for angle in (60, 180, 300))  # [rad] yaw of each wheel's place in base_link
 DISTANCE = 0.145       # [m] centre to wheel

@@ -1,10 +1,41 @@
-"""What every protocol offers, what passes between it and its `Connection`, and the thesis' own, the plainest."""
+"""What every protocol offers, and what passes through it: lines of bytes, `Packet`s, and readings of the board."""
 
 from collections import Counter
 from typing import NamedTuple, Tuple
 
 from robotont_driver.kinematics.wheel_params import counts_in_reach
-from robotont_driver.protocol.packet import LineSplitter, Packet, PacketError, parse_packet
+
+LONGEST_LINE = 256  # [bytes] without the newline; a longer line is dropped
+
+
+class PacketError(ValueError):
+    """A packet that cannot be used. The `kind` is a short name under which it is counted."""
+
+    def __init__(self, kind, text):
+        super().__init__(text)
+        self.kind = kind
+
+
+def format_packet(values, decimals=0, number=None):
+    r"""The packet `m0:m1:...;\\n` of the values [units], each with so many decimals; behind `;` its number, if any."""
+    # round() may leave a negative zero, which "+ 0.0" makes positive
+    fields = ":".join([f"{round(value, decimals) + 0.0:.{decimals}f}" for value in values])
+    return f"{fields};\n" if number is None else f"{fields};{number}\n"
+
+
+class Packet(tuple):
+    r"""The values [units] of a packet, one per wheel, and its `text`, `m0:m1:...;\\n`, which writes them.
+
+    `number`: None, or that of its period on the board: it counts periods without a gap, lost ones included, and begins
+    anew when the board does. It stands in the text behind the semicolon, where a reader of plain packets stops.
+    """
+
+    def __new__(cls, values, text=None, number=None):
+        """From values; without `text` they are written as whole numbers."""
+        packet = super().__new__(cls, values)
+        packet.text = format_packet(packet, 0, number) if text is None else text
+        packet.number = number
+        return packet
 
 
 class Ranges(NamedTuple):
@@ -22,6 +53,22 @@ class Power(NamedTuple):
 
 class ProtocolError(ValueError):
     """A protocol that cannot drive these wheels: what was found and what is allowed."""
+
+
+class LineSplitter:
+    """Cuts a stream of bytes into lines, however the bytes arrive."""
+
+    def __init__(self):
+        self.overlong = 0
+        self._rest = b""
+
+    def feed(self, data):
+        """List of the lines (bytes, without newline) that `data` completes."""
+        *ended, rest = (self._rest + data).split(b"\n")
+        self._rest = rest[:LONGEST_LINE + 1]  # enough for a line to be too long
+        lines = [line for line in ended if len(line) <= LONGEST_LINE]
+        self.overlong += len(ended) - len(lines)
+        return lines
 
 
 class Protocol:
@@ -104,28 +151,3 @@ class Protocol:
         """Raise PacketError where a wheel (n) has made more edges in a period than its motor can."""
         if max(map(abs, edges)) > self._reach:
             raise PacketError("reach", f"more than {self._reach} edges in one period")
-
-
-class Plain(Protocol):
-    """Plain packets both ways; what stands behind a semicolon is ignored."""
-
-    name = "plain"
-    _first = True  # whether no line has come yet
-
-    def read_line(self, text, now):
-        """List of `Packet` that the line completes. Raises PacketError."""
-        first, self._first = self._first, False
-        if not text or text.startswith("#"):
-            self.banner = text[1:].strip() or self.banner
-            return []
-        if first:
-            raise PacketError("first line", "the first line may be incomplete")
-        counts = parse_packet(text, self.wheels.amount)
-        if "." in counts.text:
-            raise PacketError("decimals", f"counts with decimals in {text[:40]!r}")
-        self.check_reach(counts)
-        return [Packet(counts)]  # a number is only this driver's
-
-    def encode(self, command):
-        """The packet as it is."""
-        return command.text.encode("ascii")

@@ -1,0 +1,66 @@
+"""Plain packets, `m0:m1:m2;`: the text on the topics, and the protocol of the thesis' firmware.
+
+Behind the semicolon, where a reader of plain packets stops, its number may stand on the topic serial_read.
+"""
+
+import re
+
+from robotont_driver.protocol.protocol import LONGEST_LINE, Packet, PacketError, Protocol
+
+# far more than any motor can make, and few enough digits for every sum and square to stay finite
+_NUMBER = r"-?[0-9]{1,7}(?:\.[0-9]{1,9})?"
+_PLAIN = re.compile(rf"({_NUMBER}(?::{_NUMBER})*);(?:([0-9]{{1,15}})\n?\Z)?")
+
+
+def parse_packet(text, wheels):
+    """The `Packet` of `wheels` values at the start of a string, with its number; else anything behind `;` is ignored.
+
+    Raises PacketError when the string is longer than a line, there is no semicolon, a field is not a number (or one
+    of too many digits), or there are not `wheels` fields.
+    """
+    if len(text) > LONGEST_LINE + 1:
+        raise PacketError("overlong", f"{len(text)} characters, allowed: a line of {LONGEST_LINE}; {text[:40]!r}...")
+    match = _PLAIN.match(text)
+    fields = match.group(1).split(":") if match else ()
+    if len(fields) != wheels:
+        raise _explain(text, wheels)
+    number = match.group(2) and int(match.group(2))
+    return Packet([float(field) if "." in field else int(field) for field in fields],
+                  f"{match.group(1)};{match.group(2) or ''}\n", number)
+
+
+def _explain(text, wheels):
+    """The PacketError for a plain packet that has not `wheels` numbers and a semicolon."""
+    body, semicolon, _ = text.partition(";")
+    if not semicolon:
+        return PacketError("fields", f"no semicolon in {text[:40]!r}")
+    for field in body.split(":"):
+        if not re.fullmatch(_NUMBER, field):
+            return PacketError("number", f"{field[:20]!r} is not a number of up to 7 digits, in {text[:40]!r}")
+    return PacketError(
+        "fields", "{} fields instead of {} in {!r}".format(body.count(":") + 1, wheels, text[:40]))
+
+
+class Plain(Protocol):
+    """Plain packets both ways; what stands behind a semicolon is ignored."""
+
+    name = "plain"
+    _first = True  # whether no line has come yet
+
+    def read_line(self, text, now):
+        """List of `Packet` that the line completes. Raises PacketError."""
+        first, self._first = self._first, False
+        if not text or text.startswith("#"):
+            self.banner = text[1:].strip() or self.banner
+            return []
+        if first:
+            raise PacketError("first line", "the first line may be incomplete")
+        counts = parse_packet(text, self.wheels.amount)
+        if "." in counts.text:
+            raise PacketError("decimals", f"counts with decimals in {text[:40]!r}")
+        self.check_reach(counts)
+        return [Packet(counts)]  # a number is only this driver's
+
+    def encode(self, command):
+        """The packet as it is."""
+        return command.text.encode("ascii")

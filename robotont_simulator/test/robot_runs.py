@@ -3,6 +3,8 @@
 import math
 from pathlib import Path
 
+import numpy as np
+
 from robotont_driver.kinematics.wheel_params import read_wheels
 from robotont_simulator.lockstep import LockstepRun
 from robotont_simulator.simulation import Simulation
@@ -29,3 +31,10 @@ def run_in(world="empty", wheels=3, seed=1, **parameters):
     run = LockstepRun(simulation)
     run.hold((0.0, 0.0, 0.0), 0.4)
     return run
+
+
+def tilt(run, slope, towards):
+    """Let the floor fall by `slope` in the direction `towards` [degrees]."""
+    slope, towards = math.radians(slope), math.radians(towards)
+    down = math.sin(slope) * math.cos(towards), math.sin(slope) * math.sin(towards), -math.cos(slope)
+    run.simulation.mujoco_model.opt.gravity[:] = 9.81 * np.array(down)

@@ -2,7 +2,7 @@ import math
 
 import numpy as np
 import pytest
-from robot_runs import run_in
+from robot_runs import run_in, tilt
 
 from robotont_driver.kinematics.se2 import between
 
@@ -104,13 +104,6 @@ def test_without_commands_the_robot_stops_by_itself():
     print(f"slower than 0.05 m/s {slow - cut:.2f} s after the last command")
     assert slow - cut <= 0.6
     assert abs(run.simulation.twist()[0]) < 0.01
-
-
-def tilt(run, slope, towards):
-    """Let the floor fall by `slope` in the direction `towards` [degrees]."""
-    slope, towards = math.radians(slope), math.radians(towards)
-    down = math.sin(slope) * math.cos(towards), math.sin(slope) * math.sin(towards), -math.cos(slope)
-    run.simulation.mujoco_model.opt.gravity[:] = 9.81 * np.array(down)
 
 
 @pytest.mark.parametrize("towards", [0, 75, 200])

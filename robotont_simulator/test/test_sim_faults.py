@@ -5,7 +5,7 @@ import random
 
 import numpy as np
 import pytest
-from robot_runs import run_in
+from robot_runs import run_in, tilt
 
 from robotont_driver.command.command_stream import CommandStream
 from robotont_driver.command.limits import Limits
@@ -56,14 +56,16 @@ def test_an_encoder_that_breaks(state, fault, wheel, units):
         assert run.status.wheels == tuple(fault if other == wheel else 0 for other in range(3))
 
 
-@pytest.mark.parametrize("mass", [2.0, 5.0])  # [kg] of the body
-@pytest.mark.parametrize("seconds", [60, pytest.param(3600, marks=pytest.mark.long)])
-def test_driving_behind_the_drivers_limits_is_no_fault(mass, seconds):
+@pytest.mark.parametrize("mass, slope, seconds", [  # [kg] of the body, [degrees]; 5 kg with wheels on the slope
+    (2.0, 0, 60), (5.0, 0, 60), *(pytest.param(*long, 3600, marks=pytest.mark.long) for long in (
+        (2.0, 0), (5.0, 0), (3.4, 5), (4.4, 5)))])
+def test_driving_behind_the_drivers_limits_is_no_fault(mass, slope, seconds):
     """Mixed driving as people do it; without limits the motors cannot follow, and wheels are reported."""
     robot, rng = read_robot("thesis"), random.Random(int(mass))
     simulation = Simulation(robot.wheels, World((), (0.0, 0.0, 0.0)))
     simulation.set_mass(mass)
     run = LockstepRun(simulation)  # its LEAD is for that mass
+    tilt(run, slope, 0)
     settings = robot.parameters["driver_node"]
     limits = Limits(*(settings.get("max_" + name, 0.0) for name in Limits._fields))
     stream = CommandStream(run.kinematics, limits, 0.5, 0.02)

@@ -1,7 +1,7 @@
 """Holds what a wheel counts against what it is driven with, by four rules; each finds what a healthy wheel does not do.
 
-    NO_COUNTS  driven with half of what a load may need for 300 ms, in which it makes less than a quarter of the way
-               that is wanted, and at least six edges of that are missing
+    NO_COUNTS  driven with half of what a load may need, slowly with three quarters, for 300 ms, in which it makes less
+               than a quarter of the way that is wanted, and at least six edges of that are missing
     WRONG_WAY  driven one way, and counting the other way, for 450 ms: longer than a push
     TOO_MANY   more counts than the motor can make, for three control periods
     NOISE      counts to and fro, nine turns within a second or two, while it stands without effort
@@ -25,28 +25,29 @@ TIME = 300  # [ms] of the first rule, and half as much again of the second
 BEYOND = const(3)  # [control periods] of the third
 TURNS = const(8)  # of the fourth,
 FORGET = 250  # [ms] after which one is forgotten
-_LONGEST = const(4096)  # [control periods] no more are counted
+_MOST_WAY = const(1048576)  # [fine units] no more is summed
 
 _STATIC = const(0)  # places in the numbers of a wheel: of the configuration,
 _LOAD = const(1)
 _FOLLOWS = const(2)
 _TIME = const(3)
 _REACH = const(4)
-_EDGES = const(5)
+_EDGE = const(5)
 _FORGET = const(6)
 STILL = const(7)  # and of its past: [periods] of less than a quarter of the way,
 _WRONG = const(8)  # the wrong way,
 _MANY = const(9)  # beyond the motor's reach;
 _BEFORE = const(10)  # the speed of the period before,
 _TURNED = const(11)  # [periods] that its turns are remembered;
-_WAY = const(12)  # [fine units] a quarter of which is missing
-WATCHED = const(13)  # places
+_WANTED = const(12)  # the way [fine units] that is wanted,
+_MADE = const(13)  # and that is made, and an edge: so it is never negative
+WATCHED = const(14)  # places
 
 
 def watched(config, numbers):
     """Return the first numbers of a wheel's array, for the `Numbers` of its configuration."""
     return [numbers.static, numbers.load, numbers.follows, numbers.periods(config, TIME), numbers.reach,
-            3 << numbers.shift, numbers.periods(config, FORGET)] + [0] * (WATCHED - STILL)  # fmt: skip
+            1 << numbers.shift, numbers.periods(config, FORGET)] + [0] * (WATCHED - STILL)  # fmt: skip
 
 
 @micropython.viper
@@ -55,20 +56,28 @@ def drive_fault(numbers, wished: int, speed: int, push: int, periods: int) -> in
     n = ptr32(numbers)
     if wished < 0:
         wished, speed, push = 0 - wished, 0 - speed, 0 - push
-    works = push - n[_STATIC] > n[_LOAD] >> 1
-    judged = works and wished > 0 and speed >= 0 - n[_FOLLOWS]
-    way = n[_WAY] + ((wished - speed * 4) * periods if judged else 0)  # over edges: a slow wheel makes one now and then
-    still = n[STILL] + (periods if judged else 0 - periods)
-    still = still if still < _LONGEST else _LONGEST
-    most = wished * still  # no more is missing than was wanted: an edge back is a tremor
-    lags = way > 0 and still > 0 and most > 0
-    n[STILL] = still if lags else 0
-    n[_WAY] = 0 if not lags else way if way < most else most
+    load, still, missing = n[_LOAD], n[STILL], 0
+    needs = load - (load >> 2) if wished < n[_FOLLOWS] else load >> 1  # a slow one turns late
+    judged = push - n[_STATIC] > needs and wished > 0 and speed >= 0 - n[_FOLLOWS]
+    if judged or still > 0:
+        edge = n[_EDGE]
+        wanted, made = n[_WANTED], n[_MADE] - edge if still > 0 else 0
+        if judged:  # over edges: a slow wheel makes one now and then
+            still, wanted, made = still + periods, wanted + wished * periods, made + speed * periods
+        else:
+            still -= periods
+        made = made if made + edge > 0 else 0 - edge  # an edge back is a tremor, more are no way that is missing
+        missing = wanted - 4 * (made if made > 0 else 0)
+        if missing <= 0:
+            still = 0
+        n[STILL] = still if still > 0 else 0
+        n[_WANTED] = 0 if still <= 0 else wanted if wanted < _MOST_WAY else _MOST_WAY
+        n[_MADE] = made + edge
     wrong = push >= 0 and wished > 0 and speed < 0 - n[_FOLLOWS]
     n[_WRONG] = n[_WRONG] + periods if wrong else 0
     if n[_WRONG] * 2 > n[_TIME] * 3:
         return 3
-    return 2 if n[STILL] > n[_TIME] and n[_WAY] >= n[_EDGES] * 2 else 0
+    return 2 if still > n[_TIME] and missing >= n[_EDGE] * 6 else 0
 
 
 @micropython.viper
@@ -86,8 +95,8 @@ def rest_fault(numbers, speed: int, periods: int) -> int:
     n = ptr32(numbers)
     before = n[_BEFORE] << int(SIGN) >> int(SIGN)
     n[_BEFORE] = speed
-    turned = (speed > 0 and before < 0 and speed - before >= n[_EDGES]) or (
-        speed < 0 and before > 0 and before - speed >= n[_EDGES])
+    turned = (speed > 0 and before < 0 and speed - before >= n[_EDGE] * 3) or (
+        speed < 0 and before > 0 and before - speed >= n[_EDGE] * 3)
     left = n[_TURNED] - periods
     n[_TURNED] = (left if left > 0 else 0) + (n[_FORGET] if turned else 0)
     return 6 if n[_TURNED] > n[_FORGET] * TURNS else 0

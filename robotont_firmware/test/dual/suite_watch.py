@@ -18,6 +18,7 @@ NUMBERS = Numbers(config)
 EDGE = 1 << NUMBERS.shift
 TIME = 15  # [periods] of 300 ms
 WORKS = config.STATIC + config.MAX_LOAD // 2 + 1
+HEAVY = config.STATIC + config.MAX_LOAD * 3 // 4 + 1  # for a slow wheel
 
 
 def wheel():
@@ -38,7 +39,7 @@ def fault(rule, *arguments):
 def test_driven_and_no_counts():
     for wished, counted, push, expected in (
         (50, 0, WORKS, NO_COUNTS), (50, 12, WORKS, NO_COUNTS), (50, 13, WORKS, NO_FAULT), (50, 0, WORKS - 1, NO_FAULT),
-        (1, 0, WORKS, NO_COUNTS), (0, 0, WORKS, NO_FAULT),
+        (4, 0, WORKS, NO_COUNTS), (3, 0, HEAVY - 1, NO_FAULT), (1, 0, HEAVY, NO_COUNTS), (0, 0, HEAVY, NO_FAULT),
     ):
         for sign in (1, -1):
             found = fault(drive_fault, sign * wished * EDGE, sign * counted * EDGE, sign * push, 1)
@@ -46,19 +47,21 @@ def test_driven_and_no_counts():
 
 
 def test_a_slow_wheel_is_judged_by_its_edges():
-    assert fault(drive_fault, EDGE // 16, 0, WORKS, 1) == (NO_COUNTS, 96), "six edges are missing"
+    assert fault(drive_fault, EDGE // 16, 0, HEAVY, 1) == (NO_COUNTS, 96), "six edges are missing"
     for every, expected in ((16, NO_FAULT), (60, NO_FAULT), (100, NO_COUNTS)):
         numbers, found = wheel(), NO_FAULT
         for period in range(1000):
-            found = found or drive_fault(numbers, EDGE // 16, 0 if period % every else EDGE, WORKS, 1)
+            found = found or drive_fault(numbers, EDGE // 16, 0 if period % every else EDGE, HEAVY, 1)
         assert found == expected, every
 
 
 def test_an_edge_back_is_no_way_that_is_missing():
-    for wished, expected in ((EDGE // 5, 31), (EDGE, TIME + 1), (20 * EDGE, TIME + 1)):
+    for wished, back, expected in (
+        (EDGE // 5, (1, 9), 31), (EDGE, (1, 9), 16), (20 * EDGE, (1, 9), 16), (EDGE // 5, range(200), 31),
+    ):
         numbers = wheel()
-        found = [drive_fault(numbers, wished, -EDGE if period in (1, 9) else 0, WORKS, 1) for period in range(40)]
-        assert found.index(NO_COUNTS) + 1 == expected, (wished, found)
+        found = [drive_fault(numbers, wished, -EDGE if period in back else 0, HEAVY, 1) for period in range(200)]
+        assert found.index(NO_COUNTS) + 1 == expected, (wished, back, found.index(NO_COUNTS))
 
 
 def test_counts_the_wrong_way():

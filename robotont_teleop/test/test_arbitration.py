@@ -54,6 +54,11 @@ def test_navigation_that_has_to_stand_for_a_while_keeps_the_robot_and_goes_on_by
     arbiter.command("hand", STOP, 1.4)
     assert arbiter.look(4.0) == []
     assert arbiter.command("navigation", NAVIGATION, 4.0) == [NAVIGATION]
+    arbiter.stand("navigation", 2.0, 4.1)  # longer than its rest
+    for step in range(1, 20):
+        assert arbiter.command("navigation", NAVIGATION, 4.1 + step / 10) in ([], [STOP])
+        assert arbiter.command("default", DEFAULT, 4.15 + step / 10) == []
+    assert arbiter.command("navigation", NAVIGATION, 6.1) == [NAVIGATION]
 
 
 def test_a_stand_is_no_zero_of_a_sender_that_has_to_stop_first_after_an_emergency_stop(arbiter):

@@ -320,6 +320,16 @@ def test_without_odometry_near_its_stamps_a_reading_cannot_be_used():
         guard.moves(STOP, 102.5)
 
 
+@pytest.mark.parametrize("axis", [0, 2])
+@pytest.mark.parametrize("nonsense", [math.nan, math.inf, -1e300])
+def test_odometry_that_no_robot_can_make_moves_no_place(nonsense, axis):
+    guard = guard_before(0.5)
+    guard.moves(np.where(np.arange(3) == axis, nonsense, 0.0), 100.01)
+    show(guard, scan_of(0.5), 100.5)
+    assert speed_of(guard, now=100.5) == pytest.approx(speed_of(guard_before(0.5)))
+    assert 0.0 < speed_of(guard, now=100.5) < HAND
+
+
 def test_what_is_within_the_footprint_is_the_robot_and_hides_what_is_behind():
     post = np.where(abs(AROUND) < 0.03, 0.14, FAR)
     assert speed_of(show(make_guard(), post)) == HAND

@@ -112,8 +112,7 @@ class Arbiter:
         state = self._by_name[name]
         if not state.stand_first.admits(sender, twist != STOP, now) or not state.admits(sender, twist, now):
             return due
-        twist = STOP if now < state.stands_until else tuple(twist)
-        state.twist, state.received = twist, now
+        state.twist, state.received = STOP if now < state.stands_until else tuple(twist), now
         if self.locked:
             return due
         if twist != STOP:

@@ -8,6 +8,7 @@ import threading
 
 import numpy as np
 
+from robotont_driver.command.command_stream import LARGEST
 from robotont_driver.kinematics.se2 import arc, compose
 from robotont_teleop.hand.sensor_view import look
 
@@ -38,7 +39,9 @@ class Guard:
         self.held = None  # (time, words) of the newest command that was slowed because of something in the way
 
     def moves(self, twist, now):
-        """The robot's own motion, by its odometry."""
+        """The robot's own motion, by its odometry. What no robot can do is none: no place would be right any more."""
+        if not all(abs(part) <= LARGEST for part in twist):
+            return
         begin, *pose = self._track[-1]
         step = compose(pose, arc(np.multiply(twist, min(now - begin, SHORTEST))))
         kept = self._track if now - self._track[-2:][0][0] > STEP else self._track[:-1]

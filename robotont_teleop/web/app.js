@@ -149,7 +149,7 @@ function show() {
 
 // STOP has been pressed here, and the robot has not said that it stands by it; whether it is so
 function showStopThatWaits(open) {
-  const late = !open || performance.now() - link.stopAt > STOP_TAKES;
+  const late = !open || performance.now() - link.stopWanted?.at > STOP_TAKES;
   const waits = (link.stopWanted && late) || Boolean(state?.stop_waits);
   $("stop_waits").hidden = !waits;
   $("stop").classList.toggle("waits", waits);

@@ -2,7 +2,8 @@
 // tell how old it is without believing this device's clock.
 const RETRY = 700;     // [ms] before the next attempt to connect
 const STALLED = 400;   // [ms] without a state: the connection stalls
-const LOST = 6000;     // [ms] without a state: a new connection comes sooner than the old one revives
+const LOST = 6000;     // [ms] without a state: a new connection comes sooner than the old one revives. An attempt to make
+// one gets twice as long: TCP doubles its pauses, so that behind an outage it comes up to as late as that was long
 const FULL = 2048;     // [bytes] waiting here: a command more would only come late
 const LOOK = 1000;     // [ms] between two looks for that
 
@@ -10,8 +11,8 @@ export class Link {
   time = null;        // [ms] newest server time
   heard = -Infinity;  // [ms] when it came, by performance.now()
   page = null;        // number of this one, while there is a connection
-  stopWanted = false; // STOP has been pressed, and no state has said yet that the server presses it
-  stopAt = 0;         // [ms] when
+  stopWanted = null;  // STOP has been pressed, and no state has said yet that the server presses it: {at [ms], before}
+  press = null;       // the newest that a state has told of
 
   // on: functions by kind of message, and `connection(open)`
   constructor(on) {
@@ -25,7 +26,8 @@ export class Link {
   }
 
   connect() {
-    this.socket = new WebSocket(`${location.origin.replace("http", "ws")}/socket`);
+    const socket = this.socket = new WebSocket(`${location.origin.replace("http", "ws")}/socket`);
+    setTimeout(() => socket.readyState === WebSocket.CONNECTING && socket.close(), 2 * LOST);
     this.socket.onmessage = (event) => this.receive(JSON.parse(event.data));
     this.socket.onclose = () => {
       const again = this.page === null ? () => this.lookForToken() : () => this.connect();
@@ -48,9 +50,9 @@ export class Link {
     this.connect();
   }
 
-  // A browser does not say why a socket was refused; the page itself does.
+  // A browser does not say why a socket was refused; the page itself does. No server: go on trying.
   async lookForToken() {
-    const answer = await fetch("./", {cache: "no-store"}).catch(() => null); // no server: go on trying
+    const answer = await fetch("./", {cache: "no-store", signal: AbortSignal.timeout(2 * LOST)}).catch(() => null);
     if (answer?.status === 401) {
       location.reload();
     } else {
@@ -69,15 +71,16 @@ export class Link {
     } else if (message.kind === "state") {
       this.time = Math.max(this.time ?? 0, message.time);
       this.heard = performance.now();
-      this.stopWanted &&= !message.pressed_here; // that another one has pressed it says nothing of this press
+      // that another one presses, or this server by an older press, says nothing of this one
+      this.stopWanted = message.pressed_here && message.pressed_at !== this.stopWanted?.before ? null : this.stopWanted;
+      this.press = message.pressed_at;
     }
     this.on[message.kind]?.(message);
   }
 
   // The emergency stop goes out whatever waits before it, and again on the next connection if this one loses it.
   stop() {
-    this.stopAt = this.stopWanted ? this.stopAt : performance.now();
-    this.stopWanted = true;
+    this.stopWanted ??= {at: performance.now(), before: this.press};
     this.send({kind: "stop"}, Infinity);
   }
 

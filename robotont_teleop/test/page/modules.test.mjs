@@ -58,35 +58,79 @@ test("a held button acts once a press, with what was seen at its beginning", (t)
   assert.deepEqual([acted, later], [[1, 2], null]);
 });
 
-test("a STOP goes out again until the server presses it, whoever else has pressed", (t) => {
-  const sent = [];
-  let lost = false;
-  class Socket {
-    static OPEN = 1;
-    readyState = 1;
-    bufferedAmount = 0;
-    send(text) {
-      lost || sent.push(JSON.parse(text).kind);
-    }
-    close() {}
+class Socket {
+  static CONNECTING = 0;
+  static OPEN = 1;
+  static all = [];
+  readyState = 0;
+  bufferedAmount = 0;
+  sent = [];
+
+  constructor() {
+    Socket.all.push(this);
   }
+
+  send(text) {
+    this.sent.push(JSON.parse(text).kind);
+  }
+
+  close() {
+    this.readyState = 3;
+    this.onclose?.();
+  }
+}
+
+function makeLink(t) {
+  Socket.all = [];
   Object.assign(globalThis, {location: {origin: "http://robot"}, WebSocket: Socket});
   t.mock.method(globalThis, "setInterval", () => 0);
+  t.mock.method(globalThis, "setTimeout", () => 0);
   const link = new Link({connection() {}});
-  const state = (pressed_here) => link.receive({kind: "state", time: 1, stopped: true, pressed_here});
-  link.receive({kind: "hello", page: 1});
-  state(false);
-  lost = true;
+  const hello = (page) => (link.socket.readyState = 1) && link.receive({kind: "hello", page});
+  const state = (pressed_here, pressed_at) => link.receive({kind: "state", time: 1, stopped: true, pressed_here, pressed_at});
+  return {link, hello, state};
+}
+
+test("a STOP goes out again until the server presses it, whoever else has pressed", (t) => {
+  const {link, hello, state} = makeLink(t);
+  hello(1);
+  state(false, 5);
+  link.stop(); // and it is lost
+  state(false, 6);
+  link.giveUp();
+  hello(2);
+  assert.deepEqual(link.socket.sent, ["stop"]);
+  state(true, 7);
+  link.giveUp();
+  hello(3);
+  assert.deepEqual(link.socket.sent, []);
+  assert.equal(link.stopWanted, null);
+});
+
+test("that the server still presses, by an older STOP, is no word that this one has arrived", (t) => {
+  const {link, hello, state} = makeLink(t);
+  hello(1);
   link.stop();
-  state(false);
-  lost = false;
+  state(true, 7);
+  link.stop(); // behind a release that is on its way, and lost with the connection
+  state(true, 7);
+  assert.ok(link.stopWanted);
   link.giveUp();
-  link.receive({kind: "hello", page: 2});
-  assert.deepEqual(sent, ["stop"]);
-  state(true);
-  link.giveUp();
-  link.receive({kind: "hello", page: 3});
-  assert.deepEqual(sent, ["stop"]);
+  hello(2);
+  assert.deepEqual(link.socket.sent, ["stop"]);
+  state(false, 7);
+  state(true, 9);
+  assert.equal(link.stopWanted, null);
+});
+
+test("an attempt to connect that an outage has caught does not hold up the next", async (t) => {
+  makeLink(t);
+  const due = setTimeout.mock.calls.map(({arguments: [then]}) => then);
+  t.mock.method(globalThis, "fetch", async (_, {signal}) => signal || new Promise(() => {}));
+  due[0](); // the time of the first attempt is over
+  setTimeout.mock.calls.at(-1).arguments[0]();
+  await new Promise((resolve) => setImmediate(resolve));
+  assert.equal(Socket.all.length, 2);
 });
 
 test("commands go out at once where there were few, and 125 in a second at most", (t) => {

@@ -185,6 +185,8 @@ class KeyboardTeleopTest(NodeTest):
                 time.sleep(1.0)  # longer than a busy computer holds it up
             time.sleep(0.5)  # nothing happens
         held_up("w")
+        self.terminal.type(260 * "w")  # as a network hands on what has waited in it
+        time.sleep(0.5)
         self.assertFalse([one for one in self.hand if one != STOP])
         held_up("\x15", press=True)
         self.assertTrue(stops[-1].data, "released by a key from before the press")
@@ -243,6 +245,10 @@ class KeyboardTeleopTest(NodeTest):
         self.addCleanup(terminal.end)
         wait_for(lambda: "no cmd_vel_mux on /robot1/cmd_vel/hand: robot started anew? Esc, keys again" in terminal.line,
                  "what to do")
+        self.listen("/robot1/cmd_vel/hand", Twist)
+        wait_for(lambda: "| drives: ?" in terminal.line, "somebody who listens")
+        terminal.type(" ")
+        wait_for(lambda: "THE ROBOT HAS NOT CONFIRMED" in terminal.line, "that nobody has heard the stop")
 
     def test_without_a_terminal_it_says_so(self):
         result = subprocess.run([places.program("robotont_teleop", "keyboard_teleop")], stdin=subprocess.DEVNULL,

@@ -1,9 +1,13 @@
 """Presses reach a driver_node that starts later; what a person asks for ends by itself and in time."""
 
+import io
+import socket
 import threading
 import time
 
+import rosgraph
 import rospy
+from rosgraph.network import read_ros_handshake_header, write_ros_handshake_header
 from std_msgs.msg import String
 from std_srvs.srv import Trigger
 
@@ -98,3 +102,31 @@ def test_a_call_without_an_answer_ends_and_holds_up_none_behind_it():
         wait_for(lambda: late, "the late answer")
         time.sleep(0.2)  # in which it would be taken
         assert len(answers) == 2
+
+
+@in_own_process
+def test_what_the_network_holds_up_does_not_go_out_once_there_was_no_answer():
+    """Behind an outage a release would come that is older than a press."""
+    service_request.LONGEST = 1.0
+    with Master(), socket.create_server(("127.0.0.1", 0)) as server:
+        rospy.init_node("hand", disable_signals=True)
+        answers, heard, ended, back = [], [], threading.Event(), threading.Event()
+        request = ServiceRequest("give_back", "give back", answers.append)
+
+        def hold_up():
+            for waits in (False, True):  # a question whether it is there, and the call
+                connection, _ = server.accept()
+                read_ros_handshake_header(connection, io.BytesIO(), 65536)
+                if waits:
+                    back.wait()
+                write_ros_handshake_header(connection, {"md5sum": Trigger._md5sum, "type": Trigger._type})
+            heard.append(connection.recv(9))
+            ended.set()
+        threading.Thread(target=hold_up, daemon=True).start()
+        rosgraph.Master("hand").registerService("/give_back", f"rosrpc://127.0.0.1:{server.getsockname()[1]}",
+                                                rospy.get_node_uri())
+        request.call()
+        wait_for(lambda: answers, "words that there was no answer")
+        back.set()
+        wait_for(ended.is_set, "the end of the connection")
+        assert heard == [b""]

@@ -23,7 +23,7 @@ class Watch:
         monkeypatch.setattr(joy_watch, "EmergencyStopPublisher", lambda: stop)
         monkeypatch.setattr(joy_watch, "Health", lambda *_: SimpleNamespace(publish_now=lambda: None))
         monkeypatch.setattr(joy_watch, "robot_name", str)
-        monkeypatch.setattr(joy_watch.time, "monotonic", lambda: self.now)
+        monkeypatch.setattr(joy_watch, "boot_time", lambda: self.now)
         monkeypatch.setattr(joy_watch.rospy, "Publisher", lambda *_, **__: SimpleNamespace(publish=self.live.append))
         monkeypatch.setattr(joy_watch.rospy, "Subscriber", lambda *given, **options: subscribed.append(
             (*given, options)))

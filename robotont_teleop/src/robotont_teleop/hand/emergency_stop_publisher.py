@@ -1,11 +1,11 @@
 """The emergency stop as a node for driving by hand sees and presses it; `emergency_stop` of the driver has the rule."""
 
 import threading
-import time
 
 import rospy
 from std_msgs.msg import Bool, String
 
+from robotont_driver.ros.worker import boot_time
 from robotont_driver.rospy_repairs.rospy_internals import connection_header
 from robotont_teleop.hand.service_request import ServiceRequest
 
@@ -23,7 +23,7 @@ class EmergencyStopPublisher:
         self.pressed_by = ""       # as driver_node has said
         self.latched = False       # whether this node presses
         self._named = None         # connection on which driver_node has named this node since its newest press
-        self.pressed_at = time.monotonic()  # [s] newest press; before the start of this node nothing was seen
+        self.pressed_at = boot_time()  # [s] newest press; before the start of this node nothing was seen
         # asks driver_node to let commands move the robot again, not late, and not over a press that was not seen here;
         # returns at once
         self.release = ServiceRequest(
@@ -58,7 +58,7 @@ class EmergencyStopPublisher:
             self.latched = True
             if not self._is_named():
                 self._named = None
-            self.pressed_at = time.monotonic()
+            self.pressed_at = boot_time()
             self._publisher.publish(True)
 
     def _not_released(self, words):
@@ -75,7 +75,7 @@ class EmergencyStopPublisher:
     def _on_pressed_by(self, message):
         with self._lock:
             if message.data and message.data != self.pressed_by:
-                self.pressed_at = time.monotonic()
+                self.pressed_at = boot_time()
             self.pressed_by = message.data
             if self._is_named():
                 self._named = connection_header(message)

@@ -3,7 +3,6 @@
 Between joy_node, which repeats the newest state for ever, and teleop_twist_joy, which believes it.
 """
 
-import time
 
 import rospy
 from sensor_msgs.msg import Joy
@@ -12,6 +11,7 @@ from robotont_driver.command.command_age import SILENCE, Gaps
 from robotont_driver.parameters.parameters import Parameter
 from robotont_driver.ros.diagnostics import OK, WARN, Health, robot_name
 from robotont_driver.ros.lifecycle import run_without_wheels
+from robotont_driver.ros.worker import boot_time
 from robotont_driver.rospy_repairs.rospy_internals import connection_header
 from robotont_teleop.hand.emergency_stop_publisher import EmergencyStopPublisher
 from robotont_teleop.hand.still_pad import StillPad
@@ -39,7 +39,7 @@ class JoyWatch:
         self._pads = {}           # StillPad by sender: what one of two tells is no sign of the other
         self._down = {}           # buttons of the newest message, by sender
         self._gone = set()        # senders that may be out of reach
-        self._gaps = Gaps(SILENCE, time.monotonic())  # of this process, behind which a release may be old
+        self._gaps = Gaps(SILENCE, boot_time())  # of this process, behind which a release may be old
         self._heard = None
         self._stop = EmergencyStopPublisher()
         self._live = rospy.Publisher("joy/live", Joy, queue_size=1, tcp_nodelay=True)
@@ -48,7 +48,7 @@ class JoyWatch:
         rospy.Subscriber("joy", Joy, self._on_joy, queue_size=MOST_WAITING, tcp_nodelay=True)
 
     def _on_joy(self, message):
-        given, now = self._parameters, time.monotonic()
+        given, now = self._parameters, boot_time()
         sender = connection_header(message)["callerid"]
         down = {number for number, pressed in enumerate(message.buttons) if pressed}
         pressed, self._down[sender] = down - self._down.get(sender, set()), down
@@ -73,7 +73,7 @@ class JoyWatch:
             self._health.publish_now()
 
     def _report(self):
-        if self._heard is None or time.monotonic() - self._heard > SILENT:
+        if self._heard is None or boot_time() - self._heard > SILENT:
             return WARN, "no gamepad: plug one in; may this user read /dev/input/js0 (group input)?", {}
         if self._gone:
             return WARN, "the gamepad is still, or out of reach: move a stick", {}

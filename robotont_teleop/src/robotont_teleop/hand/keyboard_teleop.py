@@ -6,7 +6,6 @@ import select
 import signal
 import sys
 import termios
-import time
 import tty
 
 import rosgraph
@@ -16,6 +15,7 @@ from robotont_driver.command.command_age import SILENCE as GAP
 from robotont_driver.command.command_age import Gaps
 from robotont_driver.parameters.parameters import Parameter
 from robotont_driver.ros.lifecycle import answer_help, own_parameters
+from robotont_driver.ros.worker import boot_time
 from robotont_driver.rospy_repairs.rospy_end import end_soon, init_tool
 from robotont_teleop.hand.hand_output import HandOutput
 from robotont_teleop.hand.held_keys import EMERGENCY_STOP, QUIT, RELEASE, HeldKeys, keys_of_now, split_keys
@@ -34,6 +34,7 @@ PUBLISH_PERIOD = 0.05  # [s] between commands while the robot is driven
 REPEAT_HOLD = 0.3    # [s] for which a held key drives on after its last repeat
 SHOW_PERIOD = 0.1  # [s] between two lines
 CONNECTS = 5.0     # [s] at the start until a node that listens is missed
+MOST_WAITING = 65536  # [bytes] of a terminal: the rest would look like keys of now
 HELP = """\
 hold to drive             speed              the robot stops when no key is held
   q  w  e  turn, ahead      +  -  all
@@ -54,7 +55,7 @@ class KeyboardTeleop:
         speeds = Speeds(parameters["linear_speed"], parameters["angular_speed"])
         self._keys = HeldKeys(speeds, Speeds(*map(max, speeds, FASTEST)), parameters["first_hold"], REPEAT_HOLD)
         self._output = HandOutput()
-        self._missed_from = time.monotonic() + CONNECTS
+        self._missed_from = boot_time() + CONNECTS
         self._gaps = Gaps(GAP, self._missed_from - CONNECTS)  # of this process: a key that came meanwhile is old
         self._rest = ""
         self._unknown = False  # whether the newest key means nothing
@@ -85,10 +86,10 @@ class KeyboardTeleop:
     def _read(self):
         """Keys that have come within one period; raises OSError when there is no terminal any more."""
         there = select.select([self._terminal], [], [], PUBLISH_PERIOD)[0]
-        settled = self._gaps.settled(time.monotonic())
+        settled = self._gaps.settled(boot_time())
         if not there:
             return []
-        data = os.read(self._terminal, 256)
+        data = os.read(self._terminal, MOST_WAITING)
         if not data:
             raise OSError("end of the terminal")
         keys, self._rest = split_keys(self._rest + data.decode("ascii", "replace"))
@@ -102,11 +103,11 @@ class KeyboardTeleop:
             self._keys.release()
             self._output.emergency_stop.release()
         elif not self._output.emergency_stop.pressed:
-            self._unknown = not self._keys.press(key, time.monotonic())
+            self._unknown = not self._keys.press(key, boot_time())
 
     def _send(self):
         """The command of now: at once when it changes, repeated while it is not zero."""
-        now = time.monotonic()
+        now = boot_time()
         if self._output.emergency_stop.pressed:
             self._keys.release()
         twist = self._keys.twist(now)
@@ -115,12 +116,14 @@ class KeyboardTeleop:
             self._output.send(twist)
 
     def _show(self):
-        now = time.monotonic()
+        now = boot_time()
         if now - self._shown < SHOW_PERIOD:
             return
         self._shown = now
         output = self._output
-        words = "EMERGENCY STOP, Ctrl-U releases it" if output.emergency_stop.pressed else _words(output.sent)
+        stop = output.emergency_stop
+        words = "STOP, BUT THE ROBOT HAS NOT CONFIRMED IT" if stop.waits else \
+            "EMERGENCY STOP, Ctrl-U releases it" if stop.pressed else _words(output.sent)
         velocity = output.reports.velocity
         robot = "no odometry" if velocity is None else _words(velocity)
         line = f"{self._keys.speeds.linear:.2f} {self._keys.speeds.angular:.2f} | "
@@ -191,7 +194,7 @@ def main():
             signal.signal(number, signal.SIG_IGN)
         try:
             termios.tcsetattr(terminal, termios.TCSADRAIN, before)
-            print(f"\n{why}; the robot stops", flush=True)
+            print(f"\n{why}; no key drives the robot any more", flush=True)
         except (OSError, termios.error):  # no terminal any more
             sys.stdout = open(os.devnull, "w")  # noqa: SIM115  discards the rest of its buffer
         end_soon()

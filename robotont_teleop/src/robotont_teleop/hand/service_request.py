@@ -1,13 +1,25 @@
 """Calls of services that a person asks for; each ends by itself, and none is carried out late."""
 
 import threading
-import time
 
 import rospy
-from std_srvs.srv import Trigger
+from std_srvs.srv import Trigger, TriggerRequest
+
+from robotont_driver.ros.worker import boot_time
 
 OLDEST = 1.0   # [s] a service that could not be asked within this time is not asked any more
 LONGEST = 3.0  # [s] after which a call without an answer has failed; an answer that comes later is ignored
+
+
+class _Request(TriggerRequest):
+    """Judged as it goes out: the master, or the network, may have held it up until then. unwanted(): why not, or ""."""
+
+    def serialize(self, buff):
+        """Called by rospy. Raises ValueError."""
+        words = self.unwanted()
+        if words:
+            raise ValueError(words)
+        super().serialize(buff)
 
 
 class ServiceRequest:
@@ -24,7 +36,7 @@ class ServiceRequest:
 
     def call(self):
         """Call it; returns at once."""
-        threading.Thread(target=self._call, args=[time.monotonic(), {"seen": self._seen()}], daemon=True).start()
+        threading.Thread(target=self._call, args=[boot_time(), {"seen": self._seen()}], daemon=True).start()
 
     def _call(self, asked, headers):
         proxy = rospy.ServiceProxy(self._service, Trigger, persistent=True, headers=headers)  # others cannot be closed
@@ -43,10 +55,11 @@ class ServiceRequest:
         """(whether it was carried out, words)."""
         try:
             proxy.wait_for_service(OLDEST)
-            if time.monotonic() - asked > OLDEST:
+            if boot_time() - asked > OLDEST:
                 return False, "the master has answered too late"
-            unwanted = self._unwanted(asked)
-            answer = None if unwanted else proxy()
-            return (answer.success, answer.message) if answer else (False, unwanted)
+            request = _Request()
+            request.unwanted = lambda: "too late" if boot_time() - asked > LONGEST else self._unwanted(asked)
+            answer = proxy(request)
+            return answer.success, answer.message
         except Exception as error:  # rospy has its own kinds for each end of a connection
             return False, str(error)

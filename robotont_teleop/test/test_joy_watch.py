@@ -31,7 +31,7 @@ class Watch:
         (_, self.kind, self._heard, self.options), = subscribed
 
     def hear(self, message, sender="/joy_node"):
-        message._connection_header = {"callerid": sender}
+        message._connection_header = {"callerid": sender} if sender else {}
         self._heard(message)
 
     def pad(self, stick, *down, sender="/joy_node", after=0.05):
@@ -75,6 +75,8 @@ def test_what_one_of_two_pads_tells_is_no_sign_of_the_other(watch):
         watch.pad(0.0, STOP, sender="/far")
         watch.pad(0.0, sender="/near")
     assert len(watch.presses) == 1, "one press, not one with each message of the other"
+    watch.pad(0.0, STOP, sender="")
+    assert len(watch.presses) == 2, "one of who has not said his name, as other publishers than ROS' own may do"
 
 
 def test_what_a_pad_tells_at_the_start_may_be_from_long_ago(watch):

@@ -2,6 +2,7 @@
 
 import pytest
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+from nav_msgs.msg import Odometry
 from sensor_msgs.msg import BatteryState
 
 from robotont_teleop.hand.robot_reports import RobotReports, worst_first
@@ -37,7 +38,7 @@ def test_errors_come_first_then_silence_and_warnings():
     (0.1, "odom_node: gyro", "", [("battery", 1, "battery_low"), ("odom_node: gyro", 0, "")]),
     (0.1, "serial_com_node: board", "battery_low", [("serial_com_node: board", 2, "battery_low")]),
     (0.5, "odom_node: gyro", "", [("odom_node: gyro", 0, "")]),
-    (float("nan"), "odom_node: gyro", "", [("odom_node: gyro", 0, "")])])
+    *((unknown, "odom_node: gyro", "", [("odom_node: gyro", 0, "")]) for unknown in (float("nan"), -1.0, 85.0))])
 def test_a_battery_that_is_low_is_a_light_once(monkeypatch, percentage, task, key, lights):
     monkeypatch.setattr("rospy.Subscriber", lambda *_, **__: None)
     reports = RobotReports("")
@@ -45,3 +46,12 @@ def test_a_battery_that_is_low_is_a_light_once(monkeypatch, percentage, task, ke
     reports._on_diagnostics(DiagnosticArray(status=[DiagnosticStatus(
         name=task, level=2 * bool(key), message="the battery is low" if key else "well")]))
     assert [(light["name"], light["level"], light["key"]) for light in reports.lights] == lights
+    assert reports.battery["charge"] in (None, 0.1, 0.5)
+
+
+def test_a_speed_that_is_no_number_is_unknown(monkeypatch):
+    monkeypatch.setattr("rospy.Subscriber", lambda *_, **__: None)
+    reports, odometry = RobotReports(""), Odometry()
+    odometry.twist.twist.linear.x = float("nan")
+    reports._on_odometry(odometry)
+    assert (reports.velocity, reports.summary["speed"]) == (None, None)

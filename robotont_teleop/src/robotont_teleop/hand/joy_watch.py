@@ -49,7 +49,7 @@ class JoyWatch:
 
     def _on_joy(self, message):
         given, now = self._parameters, boot_time()
-        sender = connection_header(message)["callerid"]
+        sender = connection_header(message).get("callerid", "")
         down = {number for number, pressed in enumerate(message.buttons) if pressed}
         pressed, self._down[sender] = down - self._down.get(sender, set()), down
         both = {given["release_button"], given["dead_man_button"]}

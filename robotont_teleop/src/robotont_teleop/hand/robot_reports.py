@@ -107,10 +107,12 @@ class RobotReports:
         way = math.dist(place, self._place or place)
         self.driven += way if way < LONGEST_WAY else 0.0
         self._place, self.base_frame = place, message.child_frame_id
-        self._keep("velocity", (twist.linear.x, twist.linear.y, twist.angular.z))
+        velocity = twist.linear.x, twist.linear.y, twist.angular.z
+        if all(map(math.isfinite, velocity)):
+            self._keep("velocity", velocity)
 
     def _on_battery(self, message):
-        self.newest_charge = finite(message.percentage, 2)
+        self.newest_charge = finite(message.percentage, 2) if 0.0 <= message.percentage <= 1.0 else None
         self._keep("battery", {"voltage": finite(message.voltage, 1), "charge": self.newest_charge})
 
     def _on_driven_by(self, message):

@@ -105,7 +105,7 @@ class RobotTelemetry(RobotReports):
     def _on_command(self, message, topic):
         linear, angular = message.linear, message.angular
         moves = any((linear.x, linear.y, angular.z))
-        self._movers.hear(topic, connection_header(message)["callerid"], moves, time.monotonic())
+        self._movers.hear(topic, connection_header(message).get("callerid", ""), moves, time.monotonic())
 
     def _on_range(self, message):
         frame = message.header.frame_id

@@ -54,4 +54,4 @@ def test_a_speed_that_is_no_number_is_unknown(monkeypatch):
     reports, odometry = RobotReports(""), Odometry()
     odometry.twist.twist.linear.x = float("nan")
     reports._on_odometry(odometry)
-    assert (reports.velocity, reports.summary["speed"]) == (None, None)
+    assert reports.velocity is None

@@ -411,7 +411,7 @@ def test_hands_stop_before_walls_corners_posts_and_chair_legs(drives):
         print(number, kind, speed, f"{fastest:.2f} m/s, gap {drive.gap():.3f} m, {drive.guard.held}")
         assert fastest > 0.95 * speed
         assert not drive.touched
-        assert 0.03 <= drive.nearest <= drive.gap() + 0.005 <= 0.185
+        assert SIDE <= drive.nearest <= drive.gap() + 0.005 <= 0.185
 
 
 def test_a_sensor_that_is_unplugged_in_mid_drive_slows_the_robot():

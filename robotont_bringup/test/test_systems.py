@@ -37,6 +37,7 @@ def fixture_resolutions(tmp_path_factory):
             for case in itertools.product(SYSTEMS, MACHINES)}
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize("machine", MACHINES)
 @pytest.mark.parametrize("python", SYSTEMS)
 def test_every_list_resolves_to_wheels(python, machine, resolutions):

@@ -172,6 +172,7 @@ def test_packets_of_another_robot_and_parameters_that_are_none(runs, tmp_path, c
     assert "bad.yaml: wheelAmount: found 2" in capsys.readouterr().err
 
 
+@pytest.mark.nightly
 def test_a_real_robot(optiodom, tmp_path, capsys):
     """The point is found, and the error falls, also of runs that it was not fitted to; one radius is likelier."""
     status, written = of_optiodom(tmp_path, optiodom.glob("*"))
@@ -200,6 +201,7 @@ def test_a_real_robot(optiodom, tmp_path, capsys):
     assert places[0] < 0.7 * places[1]
 
 
+@pytest.mark.nightly
 def test_one_kind_of_drives_is_warned_of_and_stated_to_be_less_certain(optiodom, tmp_path, capsys):
     """Squares alone leave the distance 0.6 % off what circles and squares give."""
     status, written = of_optiodom(tmp_path, optiodom.glob("square*"))
@@ -211,6 +213,7 @@ def test_one_kind_of_drives_is_warned_of_and_stated_to_be_less_certain(optiodom,
     assert abs(float(change) + 2.39) < 2 * float(deviation)
 
 
+@pytest.mark.nightly
 def test_a_point_that_the_runs_contradict_is_refused(optiodom, tmp_path, capsys):
     """The marker is 41 mm off the middle: a calibration would be worse than none."""
     assert of_optiodom(tmp_path, optiodom.glob("*"), "--point", "fixed") == (4, None)

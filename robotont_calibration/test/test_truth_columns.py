@@ -74,7 +74,7 @@ def judged(runs):
 OPTIONS = parse(["--wheel-params", "old.yaml", "run", "--radius", "common"])
 
 
-SHORT = ("right", "yaw is in radians where degrees are asked for", "x and y are in millimetres", "noise")
+SHORT = ("right", "yaw is in radians where degrees are asked for")
 
 
 @pytest.mark.parametrize("bad, true", [
@@ -90,12 +90,14 @@ def test_nothing_worse_is_written_and_the_columns_are_told(true, bad):
         assert bad in reasons[0]
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize("bad", ["yaw is in degrees where radians are asked for", "x and y are exchanged"])
 def test_columns_of_a_truth_all_the_way(bad):
     runs = guided(FAR_OFF, 0, lambda i, p: p @ np.linalg.inv(matrix_of(bad)).T, tracked=True, which=(1, 2, 4))
     assert bad in wrong_columns(SHIPPED, runs, FreeParameters(SHIPPED), 0.003)[0]
 
 
+@pytest.mark.nightly
 def test_a_truth_that_is_late_is_no_unit():
     runs = guided(FAR_OFF, 0, lambda i, p: np.vstack([np.tile(p[0], (100, 1)), p[:-100]]), tracked=True,
                   which=(1, 2, 4))

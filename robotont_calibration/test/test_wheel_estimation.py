@@ -81,7 +81,7 @@ def test_derivatives_are_those_of_the_misfits():
 
 
 @pytest.mark.parametrize("make, point", [
-    (lambda true, seed: taped_runs(true, seed), ()),
+    pytest.param(lambda true, seed: taped_runs(true, seed), (), marks=pytest.mark.nightly),
     pytest.param(lambda true, seed: tracked_runs(true, seed, DOUBLED, MARKER), MARKER, marks=pytest.mark.long),
 ], ids=["by tape", "tracked, doubled noise, a point off the middle"])
 def test_stated_uncertainties_are_the_ones_that_there_are(make, point):

@@ -1,4 +1,4 @@
-"""What examples/keep_distance.py answers to one scan; in the simulator before a wall: `rostest_examples.py`."""
+"""What examples/keep_distance.py answers to one scan; before a wall: `rostest_examples.py`."""
 
 import math
 import runpy

@@ -37,8 +37,7 @@ def test_a_square_and_a_turning_circle_end_where_the_board_says(base_frame):
 
 
 @pytest.mark.parametrize("lost, jitter, stall, edges", [
-    (0.0, 0.0, 0.0, 1.0), (0.0, 0.002, 0.0, 2.0), (0.2, 0.002, 0.0, 2.0), (0.0, 0.001, 0.5, 2.0),
-    (0.05, 0.002, 0.3, 3.0)])
+    (0.0, 0.0, 0.0, 1.0), (0.2, 0.002, 0.0, 2.0), (0.0, 0.001, 0.5, 2.0)])
 def test_generation_3_loses_millimetres_where_its_pose_is_late_by_its_display(lost, jitter, stall, edges):
     chance, bench = random.Random(7), Bench("robotont3")
     bench.pass_on = line_noise(lost, 0.0)
@@ -72,7 +71,7 @@ def line_noise(lines, bytes_):
     return pass_on
 
 
-@pytest.mark.parametrize("lines, bytes_, base_frame", [(0.2, 0.0, True), (0.0, 0.001, False), (0.2, 0.001, True)])
+@pytest.mark.parametrize("lines, bytes_, base_frame", [(0.0, 0.001, False), (0.2, 0.001, True)])
 def test_a_bad_line_loses_no_distance(lines, bytes_, base_frame):
     bench = Bench(base_frame=base_frame)
     bench.pass_on = line_noise(lines, bytes_)

@@ -165,10 +165,11 @@ def test_a_reversal_from_full_speed_stays_in_bounds(watched, rate):
         assert abs(new) < numbers.max_speed
 
 
-def test_random_robots_stay_in_bounds(watched):
+@pytest.mark.parametrize("robots", [15, pytest.param(400, marks=pytest.mark.long)])
+def test_random_robots_stay_in_bounds(watched, robots):
     """Any encoder, rate, gear, mass, motor and battery that is accepted."""
     rng, ran = random.Random(1), 0
-    for _ in range(40):
+    for _ in range(robots):
         drive = Drive(watched[1])
         for name, least, most in watched[1].bounds._RANGES:
             if name not in ("WHEELS", "ANSWER_INTERVAL") and rng.random() < 0.5:
@@ -176,7 +177,7 @@ def test_random_robots_stay_in_bounds(watched):
                 drive.accepts(name, round(least * (most / least) ** part) if least else round(most * part))
         drive.run()
         ran += 1
-    assert ran == 40
+    assert ran == robots
 
 
 def test_what_is_refused_would_leave_the_bounds(watched, monkeypatch):

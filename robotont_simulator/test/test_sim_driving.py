@@ -13,8 +13,7 @@ RAMP = 0.5  # [s] until the speed is reached
 
 @pytest.mark.parametrize("wheels, twist", [
     *((wheels, (0.3 * math.cos(math.radians(angle)), 0.3 * math.sin(math.radians(angle)), 0.0))
-      for wheels, angle in ((3, 0), (3, 90), (3, 225), (4, 45), (4, 180), (5, 0), (5, 270))),
-    (3, (0.0, 0.0, 1.0)), (4, (0.0, 0.0, -1.0)), (5, (0.0, 0.0, -1.0))])
+      for wheels, angle in ((3, 0), (3, 225), (4, 45), (5, 270))), (3, (0.0, 0.0, 1.0)), (4, (0.0, 0.0, -1.0))])
 def test_straight_on_in_every_direction_and_on_the_spot(wheels, twist):
     run = run_in(wheels=wheels)
     run.hold(twist, RAMP)
@@ -106,7 +105,7 @@ def test_without_commands_the_robot_stops_by_itself():
     assert abs(run.simulation.twist()[0]) < 0.01
 
 
-@pytest.mark.parametrize("towards", [0, 75, 200])
+@pytest.mark.parametrize("towards", [75, *(pytest.param(towards, marks=pytest.mark.long) for towards in (0, 200))])
 def test_a_wheel_that_makes_an_edge_now_and_then_on_a_slope_is_no_fault(towards):
     """It gets what the slope takes all the time."""
     run = run_in()
@@ -118,9 +117,8 @@ def test_a_wheel_that_makes_an_edge_now_and_then_on_a_slope_is_no_fault(towards)
 
 
 @pytest.mark.parametrize("slope, towards, most", [
-    (3, 0, 10), (5, 75, 10), (8, 200, 80),
-    *(pytest.param(slope, towards, most, marks=pytest.mark.long) for slope, towards, most in (
-        (3, 75, 10), (3, 200, 10), (5, 0, 10), (5, 200, 10), (8, 0, 80), (8, 75, 80)))])
+    (5, 75, 10), *(pytest.param(slope, towards, most, marks=pytest.mark.long) for slope, towards, most in (
+        (3, 0, 10), (3, 75, 10), (3, 200, 10), (5, 0, 10), (5, 200, 10), (8, 0, 80), (8, 75, 80), (8, 200, 80)))])
 def test_a_robot_that_is_told_to_stand_stands_on_a_slope(slope, towards, most):
     """For a minute [mm]; on 8 degrees it creeps."""
     run = run_in()

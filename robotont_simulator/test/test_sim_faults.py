@@ -57,7 +57,7 @@ def test_an_encoder_that_breaks(state, fault, wheel, units):
 
 
 @pytest.mark.parametrize("mass, slope, seconds", [  # [kg] of the body, [degrees]; 5 kg with wheels on the slope
-    (2.0, 0, 60), (5.0, 0, 60), *(pytest.param(*long, 3600, marks=pytest.mark.long) for long in (
+    (2.0, 0, 20), (5.0, 0, 20), *(pytest.param(*long, 3600, marks=pytest.mark.long) for long in (
         (2.0, 0), (5.0, 0), (3.4, 5), (4.4, 5)))])
 def test_driving_behind_the_drivers_limits_is_no_fault(mass, slope, seconds):
     """Mixed driving as people do it; without limits the motors cannot follow, and wheels are reported."""

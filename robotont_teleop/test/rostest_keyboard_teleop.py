@@ -11,7 +11,6 @@ import subprocess
 import termios
 import threading
 import time
-from pathlib import Path
 
 import rospy
 import rostest
@@ -35,9 +34,9 @@ class Terminal:
         self.shown = ""
         self._master, slave = pty.openpty()
         fcntl.ioctl(slave, termios.TIOCSWINSZ, struct.pack("4H", 24, 80, 0, 0))
-        # rosrun is a shell script, and so makes this the controlling terminal, from which Ctrl-C and SIGHUP come
-        self.process = subprocess.Popen(["rosrun", "robotont_teleop", "keyboard_teleop", *arguments], stdin=slave,
-                                        stdout=slave, stderr=slave, start_new_session=True)
+        # the controlling terminal: Ctrl-C and SIGHUP come from it
+        self.process = subprocess.Popen(["setsid", "--ctty", str(places.program("robotont_teleop", "keyboard_teleop")),
+                                         *arguments], stdin=slave, stdout=slave, stderr=slave)
         os.close(slave)
         threading.Thread(target=self._read, daemon=True).start()
 
@@ -54,13 +53,6 @@ class Terminal:
         """The newest whole line of what it shows."""
         lines = self.shown.split("\r")
         return lines[-2] if len(lines) > 1 else ""
-
-    @property
-    def pid(self):
-        """Process id of keyboard_teleop."""
-        pid = self.process.pid
-        children = Path(f"/proc/{pid}/task/{pid}/children").read_text().split()
-        return int((*children, pid)[0])
 
     def type(self, text):
         os.write(self._master, text.encode())
@@ -177,7 +169,7 @@ class KeyboardTeleopTest(NodeTest):
         person = self.publisher("emergency_stop", Bool, subscribers=1)
 
         def held_up(keys, press=False):
-            with suspended(self.terminal.pid):
+            with suspended(self.terminal.process.pid):
                 self.terminal.type(keys)
                 if press:
                     person.publish(True)
@@ -199,7 +191,7 @@ class KeyboardTeleopTest(NodeTest):
 
     def test_behind_ctrl_z_and_fg_the_stop_needs_no_enter(self):
         stops = self.listen("emergency_stop/pressed_by", String, publishers=1)
-        with suspended(self.terminal.pid):
+        with suspended(self.terminal.process.pid):
             self.terminal.take_whole_lines()
         self.terminal.type(" ")
         wait_for(lambda: stops and stops[-1].data, "the stop")

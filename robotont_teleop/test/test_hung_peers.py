@@ -10,6 +10,7 @@ import time
 import pytest
 import rospy
 from geometry_msgs.msg import Twist
+from roslib.packages import find_node
 from rostest_keyboard_teleop import Terminal
 from std_msgs.msg import Bool
 from std_srvs.srv import Trigger
@@ -42,13 +43,13 @@ class Robot:
         port, given = free_port(), {"ROS_LOG_DIR": str(disk)} if disk else {}
         self.launch = processes.launch("robot.launch", f"port:={self.board.link}", "description:=false",
                                        f"mux:={mux}", log=f"/dev/fd/{self.pipe}", **given)
-        self.rosout = processes.start("rosrun", "rosout", "rosout", **given)
+        self.rosout = processes.start(*find_node("rosout", "rosout"), **given)
         self.command = rospy.Publisher("cmd_vel/default" if mux else "cmd_vel", Twist, queue_size=1, tcp_nodelay=True)
         self.button = rospy.Publisher("emergency_stop", Bool, queue_size=1, tcp_nodelay=True)
         wait_for(lambda: self.command.get_num_connections() and self.button.get_num_connections(), "the nodes",
                  timeout=60.0)
         self.server = processes.start(places.program("robotont_teleop", "web_teleop_node"), f"_port:={port}", **given)
-        self.listener = processes.start("rosrun", "rosbag", "record", "-q", "-O", processes.folder / "bag", *TOPICS)
+        self.listener = processes.start(*find_node("rosbag", "record"), "-q", "-O", processes.folder / "bag", *TOPICS)
         self.client = Client(port).__enter__()
         self.page = wait_for(self._open, "the page", timeout=60.0, period=0.2)
         self.keys = Terminal()
